@@ -1,0 +1,671 @@
+//! What a block is: a table of variables, written once, and a law.
+//!
+//! [`block!`](crate::block!) turns the table into a struct and everything that can be computed from it ([`Block`]); the
+//! law is written by hand ([`Law`]). Somebody who adds a block writes one file:
+//!
+//! ```
+//! use blocks::{Block, Law, Value};
+//!
+//! blocks::block! {
+//!     /// Counts the calls in which it is enabled.
+//!     pub struct Counter as "COUNTER" {
+//!         input {
+//!             /// The call counts
+//!             enable: Bool = true;
+//!         }
+//!         cycle {
+//!             /// Time between two calls
+//!             cycle: Time = Time::ms(100), min Time::ms(1);
+//!         }
+//!         output {
+//!             /// Calls counted since the restart
+//!             count: Int;
+//!         }
+//!     }
+//! }
+//!
+//! impl Law for Counter {
+//!     fn restart(&mut self) {
+//!         self.clear();
+//!     }
+//!
+//!     fn call(&mut self) {
+//!         if self.enable {
+//!             self.count = self.count.wrapping_add(1);
+//!         }
+//!     }
+//! }
+//!
+//! let mut counter = Counter::default();
+//! counter.call();
+//! let count = Counter::TABLE.find("COUNT").unwrap();
+//! assert_eq!(counter.get(count), Some(Value::Int(1)));
+//! ```
+
+use crate::stored::Stored;
+use crate::types::{Bool, Int, LReal, Real, Time, Word};
+
+/// What a block does when it is called: the part of a block that is written by hand.
+pub trait Law {
+    /// What the documentation shows of the block and the reference results record.
+    const RESPONSE: Response = Response::AT_REST;
+
+    /// The complete restart, as a PLC makes it once at power up (OB 100), with the inputs and parameters as they are.
+    fn restart(&mut self);
+
+    /// One call, as a cyclic interrupt makes it: reads inputs and parameters, writes outputs and memory.
+    fn call(&mut self);
+
+    /// Refuses parameters with which the block cannot run; asked once, before the restart.
+    ///
+    /// # Errors
+    /// A sentence that names the variable, its value and the remedy.
+    fn check(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// The state of the actuating pulse: +1 positive or up, -1 negative or down, 0 none. Only for blocks with a `mean`
+    /// row, which shows its mean over a communication step in percent.
+    fn pulse(&self) -> i32 {
+        0
+    }
+}
+
+/// What [`block!`](crate::block!) makes of a table: its rows as data, and access to the values by row number.
+pub trait Block: Law + Stored + Clone + Default + Send + 'static {
+    /// The table as data.
+    const TABLE: &'static Table;
+
+    /// The time between two calls.
+    fn cycle(&self) -> Time;
+
+    /// The value in row `index`; `None` if there is no such row.
+    fn get(&self, index: usize) -> Option<Value>;
+
+    /// Writes row `index`, whatever its role; false, and nothing is changed, if there is no such row or `value` is of
+    /// another type.
+    fn set(&mut self, index: usize, value: Value) -> bool;
+
+    /// Writes the `mean` row, if there is one.
+    fn set_mean(&mut self, percent: LReal);
+}
+
+/// A block's table as data.
+#[derive(Debug)]
+pub struct Table {
+    /// The block's name, such as `CONT_C`.
+    pub name: &'static str,
+    /// The block's documentation (Markdown); its first paragraph says what the block does.
+    pub docs: &'static str,
+    /// All variables: the block's own, then those of the blocks inside it, then the mean.
+    pub rows: &'static [Row],
+    /// The row that holds the time between two calls.
+    pub cycle: usize,
+    /// The row that holds the mean of the pulse, if there is one.
+    pub mean: Option<usize>,
+    /// Name and Rust type of each variable of the block's own memory, in the order in which it is stored.
+    pub memory: &'static [(&'static str, &'static str)],
+    /// The tables of the blocks inside it.
+    pub instances: &'static [&'static Table],
+    /// What the documentation shows of the block.
+    pub response: Response,
+}
+
+impl Table {
+    /// The row of the variable with this full name, such as `GAIN` or `DI_CONT_C.GAIN`.
+    pub fn find(&self, full_name: &str) -> Option<usize> {
+        self.rows.iter().position(|row| row.full_name() == full_name)
+    }
+}
+
+/// How deep blocks may stand inside blocks.
+pub const DEPTH: usize = 3;
+
+/// One variable.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// The instances that lead to it, outermost first; unused places are empty.
+    pub path: [&'static str; DEPTH],
+    /// Its name, in capitals.
+    pub name: &'static str,
+    /// A short text.
+    pub description: &'static str,
+    /// Its PLC type.
+    pub kind: Kind,
+    /// Who sets it, and when.
+    pub role: Role,
+    /// Its value in a new block.
+    pub start: Value,
+    /// The lowest value that makes sense. Nothing enforces it: the blocks check no parameter.
+    pub min: Option<Value>,
+    /// The highest value that makes sense; not enforced either.
+    pub max: Option<Value>,
+    /// Its unit, such as `%` or `degC`; a TIME has the unit second without saying so.
+    pub unit: Option<&'static str>,
+}
+
+impl Row {
+    /// A place in a table that is not filled yet.
+    #[doc(hidden)]
+    pub const EMPTY: Row = Row {
+        path: [""; DEPTH],
+        name: "",
+        description: "",
+        kind: Kind::Bool,
+        role: Role::Local,
+        start: Value::Bool(false),
+        min: None,
+        max: None,
+        unit: None,
+    };
+
+    /// The name with the instances that lead to it: `GAIN`, `DI_CONT_C.GAIN`.
+    pub fn full_name(&self) -> String {
+        let mut name: String = self.path.iter().filter(|instance| !instance.is_empty()).flat_map(|i| [*i, "."]).collect();
+        name.push_str(self.name);
+        name
+    }
+}
+
+/// The PLC type of a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// 32-bit floating point.
+    Real,
+    /// 64-bit floating point.
+    LReal,
+    /// Milliseconds.
+    Time,
+    /// An analog value: 16 bits, two's complement.
+    Word,
+    /// A 16-bit integer.
+    Int,
+    /// One bit.
+    Bool,
+}
+
+/// Who sets a variable, and when.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// A signal: what a process, an operator or another block changes while the loop runs.
+    Input,
+    /// A setting that may be tuned while the loop runs.
+    Parameter,
+    /// A setting that is fixed once the block runs.
+    Fixed,
+    /// The time between two calls: fixed too.
+    Cycle,
+    /// A result.
+    Output,
+    /// A signal inside the block that can be read but is none of its terminals.
+    Local,
+}
+
+/// A value with its PLC type.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// 32-bit floating point.
+    Real(Real),
+    /// 64-bit floating point.
+    LReal(LReal),
+    /// Milliseconds.
+    Time(Time),
+    /// An analog value.
+    Word(Word),
+    /// A 16-bit integer.
+    Int(Int),
+    /// One bit.
+    Bool(Bool),
+}
+
+impl Value {
+    /// 0 or FALSE of a type.
+    pub const fn zero(kind: Kind) -> Value {
+        match kind {
+            Kind::Real => Value::Real(0.0),
+            Kind::LReal => Value::LReal(0.0),
+            Kind::Time => Value::Time(Time::ZERO),
+            Kind::Word => Value::Word(Word::new(0)),
+            Kind::Int => Value::Int(0),
+            Kind::Bool => Value::Bool(false),
+        }
+    }
+}
+
+/// A short run of a block that shows what it does: signals are set before given calls, and some are drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Response {
+    /// What is to be seen, in one sentence.
+    pub title: &'static str,
+    /// How many calls it lasts.
+    pub calls: u32,
+    /// What is set: the number of the call before which (0 is before the restart), the variable, its value (a TIME in
+    /// seconds, a BOOL as 0 or 1).
+    pub set: &'static [(u32, &'static str, f64)],
+    /// The variables that are drawn and recorded.
+    pub show: &'static [&'static str],
+}
+
+impl Response {
+    /// The block as it comes, for 60 calls, with all its inputs and outputs recorded.
+    pub const AT_REST: Response = Response { title: "At rest, with all defaults", calls: 60, set: &[], show: &[] };
+}
+
+/// Makes a block of its table: the struct, its start values, the table as data and the access by row number.
+///
+/// ```text
+/// block! {
+///     /// What it does. The law. Clauses. Sources.
+///     pub struct Name as "NAME" {
+///         input | parameter | fixed | cycle | output | local {
+///             /// Short text
+///             name: Real | LReal | Time | Word | Int | Bool = start, min a, max b, unit "u";
+///         }
+///     }
+///     mean { /// Short text
+///            q_mean; }
+///     instances { /// Short text
+///                 di_name: Name { wired: a b; start: c = Bool(true); } }
+///     memory Memory { /// Text
+///                     name: Type; }
+/// }
+/// ```
+///
+/// The sections of variables may be repeated and stand in any order, so that the rows can keep the order of an instance
+/// data block; start, `min`, `max` and `unit` may be left out. A table has one `cycle` row. `mean`, `instances` and
+/// `memory` may be left out. Of an instance, `wired` names the terminals that the law connects: they become locals;
+/// settings and open inputs become tunable parameters, outputs locals.
+#[macro_export]
+macro_rules! block {
+    (
+        $(#[doc = $docs:literal])*
+        pub struct $Block:ident as $NAME:literal {
+            $( $section:ident {
+                $(
+                    $(#[doc = $doc:literal])*
+                    $name:ident: $kind:ident $(= $start:expr)? $(, min $min:expr)? $(, max $max:expr)? $(, unit $unit:literal)?;
+                )*
+            } )*
+        }
+        $( mean {
+            $(#[doc = $mean_doc:literal])*
+            $mean:ident;
+        } )?
+        $( instances { $(
+            $(#[doc = $instance_doc:literal])*
+            $instance:ident: $Instance:ty {
+                wired: $($wired:ident)*;
+                $( start: $($started:ident = $started_kind:ident($started_value:expr)),+; )?
+            }
+        )* } )?
+        $( memory $Memory:ident { $(
+            $(#[doc = $memory_doc:literal])*
+            $memory:ident: $memory_type:ty;
+        )* } )?
+    ) => {
+        $(#[doc = $docs])*
+        #[derive(Clone, Debug)]
+        pub struct $Block {
+            $($(
+                $(#[doc = $doc])*
+                pub $name: $crate::$kind,
+            )*)*
+            $($(
+                $(#[doc = $instance_doc])*
+                pub $instance: $Instance,
+            )*)?
+            $(
+                $(#[doc = $mean_doc])*
+                pub $mean: $crate::LReal,
+            )?
+            $(
+                /// What the block keeps from call to call.
+                pub memory: $Memory,
+            )?
+        }
+
+        $(
+            #[doc = concat!("What `", $NAME, "` keeps from call to call.")]
+            #[derive(Clone, Debug, Default)]
+            pub struct $Memory { $(
+                $(#[doc = $memory_doc])*
+                pub $memory: $memory_type,
+            )* }
+        )?
+
+        impl Default for $Block {
+            fn default() -> Self {
+                #[allow(unused_imports)]
+                use $crate::{Time, Word};
+                $Block {
+                    $($( $name: $crate::block!(@start $kind $($start)?), )*)*
+                    $($(
+                        $instance: {
+                            #[allow(unused_mut)]
+                            let mut instance = <$Instance>::default();
+                            $($( instance.$started = $started_value; )+)?
+                            instance
+                        },
+                    )*)?
+                    $( $mean: 0.0, )?
+                    $( memory: $Memory::default(), )?
+                }
+            }
+        }
+
+        impl $Block {
+            /// Outputs, locals and memory back to 0 / FALSE; the blocks inside are left alone.
+            pub fn clear(&mut self) {
+                $($( $crate::block!(@clear $section self.$name); )*)*
+                $( self.$mean = 0.0; )?
+                $( self.memory = $Memory::default(); )?
+            }
+        }
+
+        const _: () = {
+            #[allow(unused_imports)]
+            use $crate::{Time, Word};
+            use $crate::block::{Block, Kind, Law, Role, Row, Table, Value};
+
+            const OWN: &[Row] = &[ $($( Row {
+                path: [""; $crate::block::DEPTH],
+                name: $crate::block!(@upper $name),
+                description: $crate::block::trimmed(concat!($($doc),*)),
+                kind: Kind::$kind,
+                role: $crate::block!(@role $section),
+                start: $crate::block!(@value $kind $($start)?),
+                min: $crate::block!(@limit $kind $($min)?),
+                max: $crate::block!(@limit $kind $($max)?),
+                unit: $crate::block!(@unit $($unit)?),
+            }, )*)* ];
+
+            const MEAN: &[Row] = &[ $( Row {
+                name: $crate::block!(@upper $mean),
+                description: $crate::block::trimmed(concat!($($mean_doc),*)),
+                kind: Kind::LReal,
+                role: Role::Output,
+                start: Value::LReal(0.0),
+                unit: Some("%"),
+                ..Row::EMPTY
+            }, )? ];
+
+            const INSTANCES: &[&Table] = &[ $($( <$Instance as Block>::TABLE, )*)? ];
+
+            const COUNT: usize = OWN.len() + $crate::block::inner_rows(INSTANCES) + MEAN.len();
+
+            #[allow(unused_assignments, unused_mut)]
+            const ROWS: [Row; COUNT] = {
+                let mut rows = [Row::EMPTY; COUNT];
+                let mut next = $crate::block::copy(OWN, &mut rows, 0);
+                $($(
+                    next = $crate::block::nest(
+                        $crate::block!(@upper $instance),
+                        <$Instance as Block>::TABLE,
+                        &[$( stringify!($wired) ),*],
+                        &[$($( (stringify!($started), Value::$started_kind($started_value)) ),+)?],
+                        &mut rows,
+                        next,
+                    );
+                )*)?
+                $crate::block::copy(MEAN, &mut rows, next);
+                rows
+            };
+
+            const CYCLE: usize = $crate::block::cycle_row(&ROWS);
+
+            /// The number of each own row, by the name of its field.
+            #[allow(non_camel_case_types)]
+            enum Number { $($( $name, )*)* }
+            struct At;
+            #[allow(non_upper_case_globals)]
+            impl At { $($( const $name: usize = Number::$name as usize; )*)* }
+
+            impl Block for $Block {
+                const TABLE: &'static Table = &Table {
+                    name: $NAME,
+                    docs: concat!($($docs, "\n"),*),
+                    rows: &ROWS,
+                    cycle: CYCLE,
+                    mean: if MEAN.is_empty() { None } else { Some(COUNT - 1) },
+                    memory: &[ $($( (stringify!($memory), stringify!($memory_type)), )*)? ],
+                    instances: INSTANCES,
+                    response: <$Block as Law>::RESPONSE,
+                };
+
+                #[inline]
+                fn cycle(&self) -> $crate::Time {
+                    match self.get(CYCLE) {
+                        Some(Value::Time(cycle)) => cycle,
+                        _ => $crate::Time::ZERO,
+                    }
+                }
+
+                #[inline]
+                fn get(&self, index: usize) -> Option<Value> {
+                    match index {
+                        $($( At::$name => Some(Value::$kind(self.$name)), )*)*
+                        _ => {
+                            #[allow(unused_mut, unused_variables)]
+                            let mut index = index - OWN.len();
+                            $($(
+                                let rows = <$Instance as Block>::TABLE.inner();
+                                if index < rows {
+                                    return self.$instance.get(index);
+                                }
+                                index -= rows;
+                            )*)?
+                            $( if index == 0 {
+                                return Some(Value::LReal(self.$mean));
+                            } )?
+                            None
+                        }
+                    }
+                }
+
+                #[inline]
+                fn set(&mut self, index: usize, value: Value) -> bool {
+                    match (index, value) {
+                        $($( (At::$name, Value::$kind(value)) => self.$name = value, )*)*
+                        _ => {
+                            if index < OWN.len() {
+                                return false;
+                            }
+                            #[allow(unused_mut, unused_variables)]
+                            let mut index = index - OWN.len();
+                            $($(
+                                let rows = <$Instance as Block>::TABLE.inner();
+                                if index < rows {
+                                    return self.$instance.set(index, value);
+                                }
+                                index -= rows;
+                            )*)?
+                            $( if let (0, Value::LReal(value)) = (index, value) {
+                                self.$mean = value;
+                                return true;
+                            } )?
+                            return false;
+                        }
+                    }
+                    true
+                }
+
+                #[inline]
+                fn set_mean(&mut self, percent: $crate::LReal) {
+                    let _ = percent;
+                    $( self.$mean = percent; )?
+                }
+            }
+
+            impl $crate::Stored for $Block {
+                fn write(&self, bytes: &mut Vec<u8>) {
+                    $($( self.$name.write(bytes); )*)*
+                    $($( self.$instance.write(bytes); )*)?
+                    $( self.$mean.write(bytes); )?
+                    $($( self.memory.$memory.write(bytes); )*)?
+                }
+
+                fn read(bytes: &mut &[u8]) -> Option<Self> {
+                    // The order of the fields is that of `write`: struct fields are evaluated as they are written.
+                    Some($Block {
+                        $($( $name: $crate::Stored::read(bytes)?, )*)*
+                        $($( $instance: $crate::Stored::read(bytes)?, )*)?
+                        $( $mean: $crate::Stored::read(bytes)?, )?
+                        $( memory: $Memory { $( $memory: $crate::Stored::read(bytes)?, )* }, )?
+                    })
+                }
+            }
+        };
+    };
+
+    (@start $kind:ident) => { <$crate::$kind>::default() };
+    (@start $kind:ident $start:expr) => { $start };
+    (@value $kind:ident) => { Value::zero(Kind::$kind) };
+    (@value $kind:ident $start:expr) => { Value::$kind($start) };
+    (@limit $kind:ident) => { None };
+    (@limit $kind:ident $limit:expr) => { Some(Value::$kind($limit)) };
+    (@unit) => { None };
+    (@unit $unit:literal) => { Some($unit) };
+    (@role input) => { Role::Input };
+    (@role parameter) => { Role::Parameter };
+    (@role fixed) => { Role::Fixed };
+    (@role cycle) => { Role::Cycle };
+    (@role output) => { Role::Output };
+    (@role local) => { Role::Local };
+    (@role $other:ident) => {
+        compile_error!(concat!(
+            "unknown section `", stringify!($other), "`: use input, parameter, fixed, cycle, output or local"
+        ))
+    };
+    (@clear output $field:expr) => { $field = Default::default() };
+    (@clear local $field:expr) => { $field = Default::default() };
+    (@clear $other:ident $field:expr) => {};
+    (@upper $name:ident) => { {
+        const UPPER: [u8; stringify!($name).len()] = $crate::block::upper(stringify!($name));
+        $crate::block::text(&UPPER)
+    } };
+}
+
+/// The parts of the macro that are plain functions, evaluated at compile time.
+impl Table {
+    /// How many rows the block has inside another: all but the mean, which belongs to a communication step.
+    #[doc(hidden)]
+    pub const fn inner(&self) -> usize {
+        self.rows.len() - self.mean.is_some() as usize
+    }
+}
+
+#[doc(hidden)]
+pub const fn upper<const N: usize>(name: &str) -> [u8; N] {
+    let mut bytes = [0; N];
+    let mut i = 0;
+    while i < N {
+        bytes[i] = name.as_bytes()[i].to_ascii_uppercase();
+        i += 1;
+    }
+    bytes
+}
+
+#[doc(hidden)]
+pub const fn text(bytes: &[u8]) -> &str {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(_) => panic!("a name is UTF-8"),
+    }
+}
+
+#[doc(hidden)]
+pub const fn trimmed(doc: &str) -> &str {
+    text(doc.as_bytes().trim_ascii())
+}
+
+#[doc(hidden)]
+pub const fn inner_rows(instances: &[&Table]) -> usize {
+    let mut rows = 0;
+    let mut i = 0;
+    while i < instances.len() {
+        rows += instances[i].inner();
+        i += 1;
+    }
+    rows
+}
+
+#[doc(hidden)]
+pub const fn copy(from: &[Row], to: &mut [Row], mut next: usize) -> usize {
+    let mut i = 0;
+    while i < from.len() {
+        to[next] = from[i];
+        next += 1;
+        i += 1;
+    }
+    next
+}
+
+/// Copies the rows of a block inside another, with their place, role and start there.
+#[doc(hidden)]
+pub const fn nest(
+    instance: &'static str,
+    table: &Table,
+    wired: &[&str],
+    starts: &[(&str, Value)],
+    to: &mut [Row],
+    mut next: usize,
+) -> usize {
+    let mut found = 0;
+    let mut i = 0;
+    while i < table.inner() {
+        let mut row = table.rows[i];
+        let is_own = row.path[0].is_empty();
+        assert!(row.path[DEPTH - 1].is_empty(), "blocks stand too deep inside blocks");
+        let mut depth = DEPTH - 1;
+        while depth > 0 {
+            row.path[depth] = row.path[depth - 1];
+            depth -= 1;
+        }
+        row.path[0] = instance;
+        row.role = match row.role {
+            Role::Input => Role::Parameter,
+            Role::Cycle => Role::Fixed,
+            Role::Output => Role::Local,
+            other => other,
+        };
+        let mut w = 0;
+        while is_own && w < wired.len() {
+            if row.name.eq_ignore_ascii_case(wired[w]) {
+                row.role = Role::Local;
+                found += 1;
+            }
+            w += 1;
+        }
+        let mut s = 0;
+        while is_own && s < starts.len() {
+            if row.name.eq_ignore_ascii_case(starts[s].0) {
+                row.start = starts[s].1;
+                found += 1;
+            }
+            s += 1;
+        }
+        to[next] = row;
+        next += 1;
+        i += 1;
+    }
+    assert!(found == wired.len() + starts.len(), "`wired` or `start` names no terminal of the block inside");
+    next
+}
+
+#[doc(hidden)]
+pub const fn cycle_row(rows: &[Row]) -> usize {
+    let mut cycle = None;
+    let mut i = 0;
+    while i < rows.len() {
+        if matches!(rows[i].role, Role::Cycle) {
+            assert!(cycle.is_none(), "a table has one `cycle` row, not two");
+            assert!(matches!(rows[i].kind, Kind::Time), "the `cycle` row is a Time");
+            cycle = Some(i);
+        }
+        i += 1;
+    }
+    match cycle {
+        Some(i) => i,
+        None => panic!("a table needs a `cycle` row: the time between two calls"),
+    }
+}

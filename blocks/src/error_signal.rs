@@ -1,0 +1,65 @@
+//! The setpoint and process value branches that CONT_C and CONT_S have in common.
+
+use crate::types::{Real, Word};
+
+/// CRP_IN and PV_NORM: an analog word as a process value.
+pub(crate) fn process_value(pv_per: Word, pv_fac: Real, pv_off: Real) -> Real {
+    // The REAL next to 100/27648. A division would differ in the last bit for one word in five (measured).
+    const PERCENT_PER_COUNT: Real = 0.003616898;
+    ((pv_per.real() * PERCENT_PER_COUNT) * pv_fac) + pv_off
+}
+
+/// DEADBAND: errors within `-width ... width` are 0, larger ones lose the width.
+pub(crate) fn dead_band(x: Real, width: Real) -> Real {
+    if x < -width {
+        x + width
+    } else if x > width {
+        x - width
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_analog_word_of_27648_is_100_percent() {
+        let percent = |word| process_value(Word::new(word), 1.0, 0.0);
+        assert_eq!(percent(27648), 100.0);
+        assert_eq!(percent(-27648), -100.0);
+        assert_eq!(percent(13824), 50.0);
+        assert_eq!(percent(32767), 118.5149);
+        assert_eq!(percent(-32768), -118.51852);
+    }
+
+    #[test]
+    fn an_analog_word_is_multiplied_not_divided() {
+        let differs = |word: &i16| {
+            let divided = Real::from(*word) / 276.48;
+            process_value(Word::new(*word), 1.0, 0.0).to_bits() != divided.to_bits()
+        };
+        let share = (1..=i16::MAX).filter(differs).count() as f64 / 32767.0;
+        assert!((0.15..0.25).contains(&share), "about one word in five shows it, here {share}");
+    }
+
+    #[test]
+    fn the_factor_acts_before_the_offset() {
+        assert_eq!(process_value(Word::new(13824), 4.0, -50.0), 150.0);
+    }
+
+    #[test]
+    fn the_dead_band_takes_small_errors_away_and_shortens_large_ones_by_its_half_width() {
+        for (x, error) in [(3.0, 1.0), (2.5, 0.5), (2.0, 0.0), (0.5, 0.0), (-2.0, 0.0), (-2.5, -0.5), (-3.0, -1.0)] {
+            assert_eq!(dead_band(x, 2.0), error, "error {x}");
+        }
+    }
+
+    #[test]
+    fn a_dead_band_of_zero_changes_nothing() {
+        for x in [1e-30, -1e-30, 7.5, -7.5] {
+            assert_eq!(dead_band(x, 0.0), x);
+        }
+    }
+}

@@ -1,0 +1,517 @@
+//! One block as FMI sees it: which call is allowed when, which variable may be set, what a step does. Safe Rust.
+//!
+//! A refused call changes nothing, not even the state: it can be put right and made again.
+
+use crate::clock::Clock;
+use crate::interface::{Guid, checksum};
+use crate::value::{FmiType, type_name};
+use blocks::{Block, Kind, Role, Row, Stored};
+use std::ffi::c_int;
+
+/// The states of FMI 2.0 for co-simulation that an instance can be in. A step runs to its end or is refused before it
+/// begins, so that it never is in progress, failed or canceled, and no error state is left behind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum State {
+    /// After fmi2Instantiate or fmi2Reset.
+    Instantiated = 1,
+    /// Between fmi2EnterInitializationMode and fmi2ExitInitializationMode.
+    InitializationMode = 2,
+    /// Ready for a step.
+    StepComplete = 4,
+    /// After fmi2Terminate.
+    Terminated = 8,
+}
+
+impl State {
+    fn name(self) -> &'static str {
+        match self {
+            State::Instantiated => "instantiated",
+            State::InitializationMode => "Initialization Mode",
+            State::StepComplete => "stepComplete",
+            State::Terminated => "terminated",
+        }
+    }
+}
+
+/// A C function: its name and the states in which the standard allows it.
+#[derive(Debug)]
+pub struct Function {
+    /// The name, as a log message begins with it.
+    pub name: &'static str,
+    allowed: u8,
+}
+
+const I: u8 = State::Instantiated as u8;
+const N: u8 = State::InitializationMode as u8;
+const C: u8 = State::StepComplete as u8;
+const T: u8 = State::Terminated as u8;
+
+macro_rules! functions {
+    ($($constant:ident $name:literal $allowed:expr;)*) => {
+        impl Function { $(
+            #[doc = concat!("`", $name, "`")]
+            pub const $constant: Function = Function { name: $name, allowed: $allowed };
+        )* }
+    };
+}
+
+// FMI 2.0, section 4.2.4, in its order. Two rows are more lenient, because real hosts need it: Get also works in state
+// instantiated, where it gives the start values, and inputs may be set there.
+functions! {
+    SET_DEBUG_LOGGING "fmi2SetDebugLogging" I | N | C | T;
+    INSTANTIATE "fmi2Instantiate" 0;
+    FREE_INSTANCE "fmi2FreeInstance" I | N | C | T;
+    SETUP_EXPERIMENT "fmi2SetupExperiment" I;
+    ENTER_INITIALIZATION_MODE "fmi2EnterInitializationMode" I;
+    EXIT_INITIALIZATION_MODE "fmi2ExitInitializationMode" N;
+    TERMINATE "fmi2Terminate" C;
+    RESET "fmi2Reset" I | N | C | T;
+    GET_REAL "fmi2GetReal" I | N | C | T;
+    GET_INTEGER "fmi2GetInteger" I | N | C | T;
+    GET_BOOLEAN "fmi2GetBoolean" I | N | C | T;
+    GET_STRING "fmi2GetString" I | N | C | T;
+    SET_REAL "fmi2SetReal" I | N | C;
+    SET_INTEGER "fmi2SetInteger" I | N | C;
+    SET_BOOLEAN "fmi2SetBoolean" I | N | C;
+    SET_STRING "fmi2SetString" I | N | C;
+    GET_FMU_STATE "fmi2GetFMUstate" I | N | C | T;
+    SET_FMU_STATE "fmi2SetFMUstate" I | N | C | T;
+    FREE_FMU_STATE "fmi2FreeFMUstate" I | N | C | T;
+    SERIALIZED_FMU_STATE_SIZE "fmi2SerializedFMUstateSize" I | N | C | T;
+    SERIALIZE_FMU_STATE "fmi2SerializeFMUstate" I | N | C | T;
+    DESERIALIZE_FMU_STATE "fmi2DeSerializeFMUstate" I | N | C | T;
+    GET_DIRECTIONAL_DERIVATIVE "fmi2GetDirectionalDerivative" N | C;
+    SET_REAL_INPUT_DERIVATIVES "fmi2SetRealInputDerivatives" I | N | C;
+    GET_REAL_OUTPUT_DERIVATIVES "fmi2GetRealOutputDerivatives" C | T;
+    DO_STEP "fmi2DoStep" C;
+    CANCEL_STEP "fmi2CancelStep" 0;
+    GET_STATUS "fmi2GetStatus" C | T;
+    GET_REAL_STATUS "fmi2GetRealStatus" C | T;
+    GET_INTEGER_STATUS "fmi2GetIntegerStatus" C | T;
+    GET_BOOLEAN_STATUS "fmi2GetBooleanStatus" C | T;
+    GET_STRING_STATUS "fmi2GetStringStatus" C | T;
+}
+
+/// Why a call is refused.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// fmi2Error, with the reason.
+    Error(String),
+    /// fmi2Discard, with the reason: an inquiry that has no answer here.
+    Discard(String),
+}
+
+impl From<String> for Refusal {
+    fn from(reason: String) -> Refusal {
+        Refusal::Error(reason)
+    }
+}
+
+impl From<&str> for Refusal {
+    fn from(reason: &str) -> Refusal {
+        Refusal::Error(reason.into())
+    }
+}
+
+/// How many time derivatives of an input can be given.
+const ORDERS: usize = 4;
+
+/// A Real input that is extrapolated within a step.
+#[derive(Clone, Debug)]
+struct Extrapolation {
+    row: u32,
+    /// The input's own value, while a step replaces it by the extrapolated ones.
+    value: f64,
+    /// First to fourth derivative.
+    derivatives: [f64; ORDERS],
+}
+
+impl Extrapolation {
+    /// The value `t` seconds after the begin of the step.
+    fn at(&self, t: f64) -> f64 {
+        let mut sum = self.value;
+        let mut factor = 1.0;
+        for (order, derivative) in (1u32..).zip(self.derivatives) {
+            factor *= t / f64::from(order);
+            sum += derivative * factor;
+        }
+        sum
+    }
+}
+
+/// One block with its time and state. A clone is a saved FMU state: there are no pointers in it.
+#[derive(Clone, Debug)]
+pub struct Instance<B> {
+    block: B,
+    state: State,
+    /// Start and stop time; there is none before fmi2SetupExperiment, and an infinite stop time if none is defined.
+    experiment: Option<(f64, f64)>,
+    clock: Clock,
+    extrapolations: Vec<Extrapolation>,
+}
+
+impl<B: Block> Default for Instance<B> {
+    /// As right after fmi2Instantiate.
+    fn default() -> Self {
+        let block = B::default();
+        let clock = Clock::new(0.0, f64::INFINITY, block.cycle());
+        Instance { block, state: State::Instantiated, experiment: None, clock, extrapolations: Vec::new() }
+    }
+}
+
+impl<B: Block> Instance<B> {
+    /// May the function be called in the present state?
+    ///
+    /// # Errors
+    /// The state, and what to call instead.
+    #[inline]
+    pub fn may(&self, function: &Function) -> Result<(), Refusal> {
+        if function.allowed & self.state as u8 != 0 {
+            return Ok(());
+        }
+        let reason = if function.allowed == 0 {
+            "steps are complete when fmi2DoStep returns: there is none to cancel".into()
+        } else {
+            let allowed: Vec<_> =
+                [State::Instantiated, State::InitializationMode, State::StepComplete, State::Terminated]
+                    .into_iter()
+                    .filter(|state| function.allowed & *state as u8 != 0)
+                    .map(State::name)
+                    .collect();
+            format!("not allowed in state {}, only in {}", self.state.name(), allowed.join(", "))
+        };
+        Err(Refusal::Error(reason))
+    }
+
+    /// The time of the experiment.
+    ///
+    /// # Errors
+    /// A start time that is not finite, a stop time that is NaN or before it.
+    pub fn setup_experiment(&mut self, start: f64, stop: Option<f64>) -> Result<(), Refusal> {
+        if !start.is_finite() {
+            return Err(format!("startTime = {start:?}: must be finite").into());
+        }
+        if let Some(stop) = stop
+            && (stop.is_nan() || stop < start)
+        {
+            return Err(format!("stopTime = {stop:?}: must not lie before startTime = {start:?}").into());
+        }
+        self.experiment = Some((start, stop.unwrap_or(f64::INFINITY)));
+        Ok(())
+    }
+
+    /// To Initialization Mode.
+    ///
+    /// # Errors
+    /// There is no start time yet.
+    pub fn enter_initialization_mode(&mut self) -> Result<(), Refusal> {
+        if self.experiment.is_none() {
+            return Err("the start time is unknown: call fmi2SetupExperiment before".into());
+        }
+        self.state = State::InitializationMode;
+        Ok(())
+    }
+
+    /// Makes the restart call, with the values then set. The first cyclic call is at the start time.
+    ///
+    /// # Errors
+    /// CYCLE below 1 ms, or what the block itself refuses.
+    pub fn exit_initialization_mode(&mut self) -> Result<(), Refusal> {
+        let cycle = self.block.cycle();
+        if cycle.milliseconds() < 1 {
+            return Err(format!(
+                "{} = {:?} s: the time between two calls must be at least 0.001 s",
+                B::TABLE.rows[B::TABLE.cycle].name,
+                f64::from(cycle.milliseconds()) / 1000.0
+            )
+            .into());
+        }
+        self.block.check()?;
+        let (start, stop) = self.experiment.unwrap_or((0.0, f64::INFINITY));
+        self.clock = Clock::new(start, stop, cycle);
+        self.block.restart();
+        self.show_mean(0, 0);
+        self.state = State::StepComplete;
+        Ok(())
+    }
+
+    /// The simulation has ended.
+    pub fn terminate(&mut self) {
+        self.state = State::Terminated;
+    }
+
+    /// The end of the last step, in seconds.
+    pub fn last_successful_time(&self) -> f64 {
+        self.clock.end()
+    }
+
+    /// Reads variables into `values`.
+    ///
+    /// # Errors
+    /// A reference that is unknown or of another type; nothing is written then.
+    #[inline]
+    pub fn get<T: FmiType>(&self, references: &[u32], values: &mut [T]) -> Result<(), Refusal> {
+        for reference in references {
+            row::<B, T>(*reference, "Get")?;
+        }
+        for (reference, value) in references.iter().zip(values) {
+            if let Some(got) = self.block.get(*reference as usize).and_then(T::from_plc) {
+                *value = got;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes variables.
+    ///
+    /// # Errors
+    /// A reference that is unknown, of another type or must not be set now, or a value outside its type's range;
+    /// nothing is written then.
+    #[inline]
+    pub fn set<T: FmiType>(&mut self, references: &[u32], values: &[T]) -> Result<(), Refusal> {
+        for (reference, value) in references.iter().zip(values) {
+            let row = row::<B, T>(*reference, "Set")?;
+            self.may_set(row)?;
+            if let Err(range) = value.to_plc(row.kind) {
+                return Err(format!("{} = {}: {range}", row.full_name(), value.text()).into());
+            }
+        }
+        for (reference, value) in references.iter().zip(values) {
+            let index = *reference as usize;
+            if let Ok(value) = value.to_plc(B::TABLE.rows[index].kind) {
+                self.block.set(index, value);
+            }
+        }
+        Ok(())
+    }
+
+    fn may_set(&self, row: &Row) -> Result<(), Refusal> {
+        match row.role {
+            Role::Input | Role::Parameter => Ok(()),
+            Role::Fixed | Role::Cycle if self.state != State::StepComplete => Ok(()),
+            Role::Fixed | Role::Cycle => Err(format!(
+                "{} is a fixed parameter: set it before fmi2ExitInitializationMode, or call fmi2Reset first",
+                row.full_name()
+            )
+            .into()),
+            Role::Output | Role::Local => {
+                Err(format!("{} is computed by the block: read only", row.full_name()).into())
+            }
+        }
+    }
+
+    /// Gives time derivatives of Real inputs: within the following steps the block sees the input extrapolated from the
+    /// begin of the step. They hold until they are changed; 0 takes one back.
+    ///
+    /// # Errors
+    /// A reference that is no Real input, an order other than 1 to 4, a derivative that is not finite; nothing is
+    /// changed then.
+    pub fn set_input_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[c_int],
+        derivatives: &[f64],
+    ) -> Result<(), Refusal> {
+        for ((reference, order), derivative) in references.iter().zip(orders).zip(derivatives) {
+            let row = row::<B, f64>(*reference, "Set")?;
+            if row.role != Role::Input || row.kind == Kind::Time {
+                return Err(format!("{} is no Real input: only such have derivatives", row.full_name()).into());
+            }
+            if !(1..=ORDERS as c_int).contains(order) {
+                return Err(
+                    format!("{}: order {order}: derivatives go from order 1 to {ORDERS}", row.full_name()).into()
+                );
+            }
+            if !derivative.is_finite() {
+                return Err(format!("{}: derivative {derivative:?}: must be finite", row.full_name()).into());
+            }
+        }
+        for ((reference, order), derivative) in references.iter().zip(orders).zip(derivatives) {
+            let place = self.extrapolations.iter().position(|known| known.row == *reference).unwrap_or_else(|| {
+                self.extrapolations.push(Extrapolation { row: *reference, value: 0.0, derivatives: [0.0; ORDERS] });
+                self.extrapolations.len() - 1
+            });
+            self.extrapolations[place].derivatives[*order as usize - 1] = *derivative;
+        }
+        self.extrapolations.retain(|known| known.derivatives != [0.0; ORDERS]);
+        Ok(())
+    }
+
+    /// Makes every call from `tc` on before `tc + h`.
+    ///
+    /// # Errors
+    /// What the [`Clock`] refuses; an extrapolated input beyond its type. No call is made then.
+    #[inline]
+    pub fn do_step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
+        if !self.extrapolations.is_empty() {
+            return self.do_step_extrapolated(tc, h);
+        }
+        let calls = self.clock.advance(tc, h)?;
+        let mut pulses = 0;
+        for _ in 0..calls.count {
+            self.block.call();
+            if B::TABLE.mean.is_some() {
+                pulses += i64::from(self.block.pulse());
+            }
+        }
+        self.show_mean(pulses, calls.count);
+        Ok(())
+    }
+
+    fn do_step_extrapolated(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
+        let mut clock = self.clock.clone();
+        let calls = clock.advance(tc, h)?;
+        let cycle = clock.cycle();
+        for input in &mut self.extrapolations {
+            input.value = self.block.get(input.row as usize).and_then(f64::from_plc).unwrap_or_default();
+            let row = &B::TABLE.rows[input.row as usize];
+            // The largest amount that the value can reach within the step; if that fits, every value does.
+            let last = (calls.lead + calls.count as f64 * cycle).max(0.0);
+            let bound =
+                Extrapolation { value: input.value.abs(), derivatives: input.derivatives.map(f64::abs), row: 0 };
+            if let Err(range) = bound.at(last).to_plc(row.kind) {
+                return Err(
+                    format!("{}, extrapolated over {last:?} s, may leave its range: {range}", row.full_name()).into()
+                );
+            }
+        }
+        self.clock = clock;
+        let mut pulses = 0;
+        for call in 0..calls.count {
+            let t = (calls.lead + call as f64 * cycle).max(0.0);
+            for input in &self.extrapolations {
+                write_input(&mut self.block, input.row, input.at(t));
+            }
+            self.block.call();
+            pulses += i64::from(self.block.pulse());
+        }
+        for input in &self.extrapolations {
+            write_input(&mut self.block, input.row, input.value);
+        }
+        self.show_mean(pulses, calls.count);
+        Ok(())
+    }
+
+    /// Shows the mean of the pulse over the calls of a step; without a call, the pulse that is held.
+    fn show_mean(&mut self, pulses: i64, calls: u64) {
+        if B::TABLE.mean.is_some() {
+            let (pulses, calls) = if calls == 0 { (i64::from(self.block.pulse()), 1) } else { (pulses, calls) };
+            self.block.set_mean(100.0 * pulses as f64 / calls as f64);
+        }
+    }
+
+    /// The instance as bytes: magic and version, GUID, length, content, checksum; little endian.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut content = Vec::new();
+        (self.state as u8).write(&mut content);
+        self.experiment.is_some().write(&mut content);
+        let (start, stop) = self.experiment.unwrap_or_default();
+        start.write(&mut content);
+        stop.write(&mut content);
+        self.clock.write(&mut content);
+        self.extrapolations.write(&mut content);
+        self.block.write(&mut content);
+
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend_from_slice(&Guid::<B>::BYTES);
+        (content.len() as u64).write(&mut bytes);
+        bytes.extend_from_slice(&content);
+        let checksum = checksum(&bytes);
+        bytes.extend_from_slice(&checksum.to_le_bytes());
+        bytes
+    }
+
+    /// The instance that [`Instance::to_bytes`] made these bytes of, here or in another process.
+    ///
+    /// # Errors
+    /// The bytes are of something else, of another FMU, or damaged.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Refusal> {
+        let rest = bytes.strip_prefix(MAGIC).ok_or("the bytes are no serialized state of this format")?;
+        let rest = rest
+            .strip_prefix(&Guid::<B>::BYTES)
+            .ok_or_else(|| format!("the state is of another FMU or version; this is {}", B::TABLE.name))?;
+        let damaged = || Refusal::Error("the serialized state is damaged".into());
+        let (sealed, checksum_bytes) = bytes.split_last_chunk().ok_or_else(damaged)?;
+        if checksum(sealed) != u128::from_le_bytes(*checksum_bytes) {
+            return Err(damaged());
+        }
+        let content = &mut &rest[..rest.len() - checksum_bytes.len()];
+        let length = u64::read(content).ok_or_else(damaged)?;
+        if length != content.len() as u64 {
+            return Err(damaged());
+        }
+        let instance = Self::read(content).filter(|_| content.is_empty()).ok_or_else(damaged)?;
+        Ok(instance)
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let state = match u8::read(bytes)? {
+            I => State::Instantiated,
+            N => State::InitializationMode,
+            C => State::StepComplete,
+            T => State::Terminated,
+            _ => return None,
+        };
+        let has_experiment = bool::read(bytes)?;
+        let times = (f64::read(bytes)?, f64::read(bytes)?);
+        let experiment = has_experiment.then_some(times);
+        let clock = Clock::read(bytes)?;
+        let extrapolations = Vec::<Extrapolation>::read(bytes)?;
+        if extrapolations.iter().any(|input| input.row as usize >= B::TABLE.rows.len()) {
+            return None;
+        }
+        Some(Instance { block: B::read(bytes)?, state, experiment, clock, extrapolations })
+    }
+}
+
+/// What a serialized state begins with; the last byte is the version of the format.
+const MAGIC: &[u8] = b"plcfmu\0\x01";
+
+impl Stored for Extrapolation {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        self.row.write(bytes);
+        self.value.write(bytes);
+        self.derivatives.write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(Extrapolation {
+            row: Stored::read(bytes)?,
+            value: Stored::read(bytes)?,
+            derivatives: Stored::read(bytes)?,
+        })
+    }
+}
+
+fn write_input<B: Block>(block: &mut B, row: u32, value: f64) {
+    if let Ok(value) = value.to_plc(B::TABLE.rows[row as usize].kind) {
+        block.set(row as usize, value);
+    }
+}
+
+/// The row behind a value reference, if it is of the FMI type `T`. `access` is Get or Set, for the message.
+#[inline]
+fn row<B: Block, T: FmiType>(reference: u32, access: &str) -> Result<&'static Row, Refusal> {
+    let rows = B::TABLE.rows;
+    match rows.get(reference as usize) {
+        Some(row) if T::holds(row.kind) => Ok(row),
+        Some(row) => Err(format!(
+            "value reference {reference} is {}, a {}: use fmi2{access}{}",
+            row.full_name(),
+            type_name(row.kind),
+            type_name(row.kind)
+        )
+        .into()),
+        None => Err(format!("value reference {reference} is unknown: they go from 0 to {}", rows.len() - 1).into()),
+    }
+}
+
+/// The refusal of a String variable: there are none.
+pub fn no_string<B: Block>(reference: u32) -> Refusal {
+    match B::TABLE.rows.get(reference as usize) {
+        Some(row) => format!("value reference {reference} is {}, a {}", row.full_name(), type_name(row.kind)),
+        None => format!("value reference {reference} is unknown"),
+    }
+    .into()
+}
