@@ -22,6 +22,7 @@ mod cont_c;
 mod cont_s;
 mod error_signal;
 mod hlg;
+pub mod plant;
 mod puls_ctr;
 mod pulsegen;
 mod stored;

@@ -22,6 +22,9 @@ const SAME: f64 = 1e-6;
 /// that of start, of tc, of their difference and its conversion to milliseconds.
 const ROUNDINGS: f64 = 4.0;
 
+/// A unit in the last place of 1 s, in milliseconds.
+const UNIT: f64 = f64::EPSILON * 1000.0;
+
 /// No step makes more calls than this: a day at 1 ms is 86 million.
 const MOST_CALLS: f64 = 4_294_967_296.0;
 
@@ -32,12 +35,14 @@ pub struct Clock {
     start: f64,
     /// Stop time in seconds; infinite if there is none.
     stop: f64,
-    /// Time between two calls in whole milliseconds.
-    cycle: u32,
+    /// Time between two calls: a whole number of milliseconds.
+    cycle: f64,
+    /// The reciprocal of it, so that a step needs no division.
+    per_cycle: f64,
     /// The number k of the next call.
-    next: u64,
+    next: i64,
     /// The present time is `tick * cycle + offset`.
-    tick: u64,
+    tick: i64,
     offset: f64,
     /// Where the host said the last step ends, in seconds.
     end: f64,
@@ -58,13 +63,13 @@ pub struct Calls {
 impl Clock {
     /// A clock that stands at `start`; `stop` is infinite if there is none.
     pub fn new(start: f64, stop: f64, cycle: Time) -> Clock {
-        let cycle = u32::try_from(cycle.milliseconds()).unwrap_or(0);
-        Clock { start, stop, cycle, next: 0, tick: 0, offset: 0.0, end: start, drift: 0.0 }
+        let cycle = f64::from(cycle.milliseconds());
+        Clock { start, stop, cycle, per_cycle: 1.0 / cycle, next: 0, tick: 0, offset: 0.0, end: start, drift: 0.0 }
     }
 
     /// The time between two calls in seconds.
     pub fn cycle(&self) -> f64 {
-        f64::from(self.cycle) / 1000.0
+        self.cycle / 1000.0
     }
 
     /// The end of the last step in seconds, as the host counts.
@@ -79,65 +84,49 @@ impl Clock {
     /// last step's end, or `tc + h` behind the stop time, by more than rounding.
     #[inline]
     pub fn advance(&mut self, tc: f64, h: f64) -> Result<Calls, String> {
-        let cycle = f64::from(self.cycle);
+        let cycle = self.cycle;
         // Written so that NaN fails.
         if !(h > 0.0 && h < f64::INFINITY && tc.abs() < f64::INFINITY) {
-            return Err(format!(
-                "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: the point must be finite, the \
-                 step finite and greater than 0"
-            ));
+            return Err(no_time(tc, h));
         }
-        let ulp = f64::EPSILON * 1000.0 * self.start.abs().max(tc.abs());
-        let same = SAME * cycle + ROUNDINGS * ulp;
-        if same > 0.125 * cycle {
-            return Err(format!(
-                "currentCommunicationPoint = {tc:?}: there a double no longer tells one CYCLE of {} s from the next; \
-                 start nearer to 0",
-                self.cycle()
-            ));
+        let magnitude = if tc.abs() > self.start.abs() { tc.abs() } else { self.start.abs() };
+        let same = SAME * cycle + ROUNDINGS * UNIT * magnitude;
+        // Also so that a cycle of 0 fails, which only a forged state could bring.
+        if !(same <= 0.125 * cycle) {
+            return Err(no_resolution(tc, self.cycle()));
         }
-        if (tc - self.end) * 1000.0 < -same {
-            return Err(format!(
-                "currentCommunicationPoint = {tc:?} lies behind {:?}, where the last step ended; to go back, restore \
-                 an FMU state",
-                self.end
-            ));
+        if (self.end - tc) * 1000.0 > same {
+            return Err(behind(tc, self.end));
         }
 
         let (mut tick, mut offset, mut drift) = (self.tick, self.offset, self.drift);
         let position = (tc - self.start) * 1000.0;
         if (position - (tick as f64 * cycle + offset)).abs() > same + drift {
-            tick = (position / cycle) as u64;
+            tick = floor(position * self.per_cycle);
             offset = position - tick as f64 * cycle;
             drift = 0.0;
         }
 
         let mut step = h * 1000.0;
         let present = tick as f64 * cycle + offset;
-        let beyond = present + step - (self.stop - self.start) * 1000.0;
-        if beyond > 0.0 {
-            if beyond.min((tc + h - self.stop) * 1000.0) > same + drift {
-                return Err(format!(
-                    "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: the step ends behind \
-                     stopTime = {:?}",
-                    self.stop
-                ));
+        if self.stop < f64::INFINITY {
+            let beyond = present + step - (self.stop - self.start) * 1000.0;
+            if beyond > 0.0 {
+                if beyond.min((tc + h - self.stop) * 1000.0) > same + drift {
+                    return Err(behind_stop(tc, h, self.stop));
+                }
+                step -= beyond;
             }
-            step -= beyond;
         }
 
-        let tolerance = same / cycle;
-        let cycles = (offset + step) / cycle;
+        let tolerance = same * self.per_cycle;
+        let cycles = (offset + step) * self.per_cycle;
         if cycles > MOST_CALLS {
-            return Err(format!(
-                "communicationStepSize = {h:?}: a step may hold {MOST_CALLS} calls, one every {} s; make it shorter",
-                self.cycle()
-            ));
+            return Err(too_many_calls(h, self.cycle()));
         }
-        let calls_end = (tick + ceil(cycles - tolerance)).max(self.next);
-        let count = calls_end - self.next;
-        let lead = self.next as f64 * cycle - present;
-        let lead = if lead.abs() > same { lead / 1000.0 } else { 0.0 };
+        let first = self.next;
+        let calls_end = (tick + ceil(cycles - tolerance)).max(first);
+        let lead = first as f64 * cycle - present;
 
         let passed = floor(cycles + tolerance);
         self.tick = tick + passed;
@@ -146,20 +135,59 @@ impl Clock {
         self.end = tc + h;
         // One more addition of the host's, rounded to half a unit in the last place (a whole one to be safe). Never more
         // than a quarter of a CYCLE: no host's rounding is a reason to call at another time than it says.
-        self.drift = (drift + f64::EPSILON * 1000.0 * self.end.abs()).min(0.25 * cycle);
-        Ok(Calls { count, lead })
+        drift += UNIT * self.end.abs();
+        self.drift = if drift < 0.25 * cycle { drift } else { 0.25 * cycle };
+        Ok(Calls { count: (calls_end - first) as u64, lead: if lead.abs() > same { lead / 1000.0 } else { 0.0 } })
     }
+}
+
+// The sentences stand apart: a step that is not refused should not carry them along.
+
+#[cold]
+fn no_time(tc: f64, h: f64) -> String {
+    format!(
+        "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: the point must be finite, the step finite \
+         and greater than 0"
+    )
+}
+
+#[cold]
+fn no_resolution(tc: f64, cycle: f64) -> String {
+    format!(
+        "currentCommunicationPoint = {tc:?}: there a double no longer tells one CYCLE of {cycle} s from the next; start \
+         nearer to 0"
+    )
+}
+
+#[cold]
+fn behind(tc: f64, end: f64) -> String {
+    format!(
+        "currentCommunicationPoint = {tc:?} lies behind {end:?}, where the last step ended; to go back, restore an FMU \
+         state"
+    )
+}
+
+#[cold]
+fn behind_stop(tc: f64, h: f64, stop: f64) -> String {
+    format!(
+        "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: the step ends behind stopTime = {stop:?}"
+    )
+}
+
+#[cold]
+fn too_many_calls(h: f64, cycle: f64) -> String {
+    format!("communicationStepSize = {h:?}: a step may hold {MOST_CALLS} calls, one every {cycle} s; make it shorter")
 }
 
 /// The floor of a number of cycles, 0 where it is negative by rounding. (`f64::floor` is a library call on processors
 /// without SSE 4.1, which a portable library cannot ask for.)
-fn floor(x: f64) -> u64 {
-    x as i64 as u64
+fn floor(x: f64) -> i64 {
+    x as i64
 }
 
-fn ceil(x: f64) -> u64 {
+fn ceil(x: f64) -> i64 {
     let floor = x as i64;
-    (floor + i64::from(x > floor as f64)) as u64
+    floor + i64::from(x > floor as f64)
 }
 
 impl Stored for Clock {
@@ -175,15 +203,174 @@ impl Stored for Clock {
     }
 
     fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let (start, stop, cycle) = (f64::read(bytes)?, f64::read(bytes)?, f64::read(bytes)?);
         Some(Clock {
-            start: Stored::read(bytes)?,
-            stop: Stored::read(bytes)?,
-            cycle: Stored::read(bytes)?,
+            start,
+            stop,
+            cycle,
+            per_cycle: 1.0 / cycle,
             next: Stored::read(bytes)?,
             tick: Stored::read(bytes)?,
             offset: Stored::read(bytes)?,
             end: Stored::read(bytes)?,
             drift: Stored::read(bytes)?,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clock(start: f64, cycle: i32) -> Clock {
+        Clock::new(start, f64::INFINITY, Time::ms(cycle))
+    }
+
+    fn calls(clock: &mut Clock, tc: f64, h: f64) -> u64 {
+        clock.advance(tc, h).unwrap().count
+    }
+
+    #[test]
+    fn a_step_of_cycle_is_one_call_and_a_step_of_ten_is_ten() {
+        let mut clock = clock(0.0, 1000);
+        assert_eq!(calls(&mut clock, 0.0, 1.0), 1);
+        assert_eq!(calls(&mut clock, 1.0, 10.0), 10);
+        assert_eq!(calls(&mut clock, 11.0, 1.0), 1);
+    }
+
+    #[test]
+    fn of_ten_steps_of_a_tenth_the_first_makes_the_call() {
+        let mut clock = clock(0.0, 1000);
+        let made: Vec<u64> = (0..20).map(|i| calls(&mut clock, f64::from(i) * 0.1, 0.1)).collect();
+        assert_eq!(made, [1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn a_call_belongs_to_the_step_that_begins_at_it_and_not_to_the_one_that_ends_there() {
+        let mut clock = clock(5.0, 100);
+        assert_eq!(calls(&mut clock, 5.0, 0.05), 1, "t = 5.0");
+        assert_eq!(calls(&mut clock, 5.05, 0.05), 0, "t = 5.1 is the next step's");
+        assert_eq!(calls(&mut clock, 5.1, 0.15), 2, "t = 5.1 and 5.2");
+    }
+
+    #[test]
+    fn two_times_within_a_millionth_of_cycle_are_one() {
+        assert_eq!(calls(&mut clock(0.0, 1000), 0.0, 1.0 + 0.9e-6), 1);
+        assert_eq!(calls(&mut clock(0.0, 1000), 0.0, 1.0 + 1.1e-6), 2);
+        assert_eq!(calls(&mut clock(0.0, 1), 0.0, 0.001 + 0.9e-9), 1);
+        assert_eq!(calls(&mut clock(0.0, 1), 0.0, 0.001 + 1.1e-9), 2);
+    }
+
+    #[test]
+    fn the_tolerance_does_not_grow_with_time() {
+        // At 1e5 s a double resolves 1.5e-11 s. A step that reaches 1e-5 of a CYCLE beyond t_1 holds it.
+        assert_eq!(calls(&mut clock(1e5, 100), 1e5, 0.1), 1);
+        assert_eq!(calls(&mut clock(1e5, 100), 1e5, 0.1 + 1e-6), 2);
+    }
+
+    #[test]
+    fn residual_steps_make_no_call_and_lose_none() {
+        let mut clock = clock(0.0, 1000);
+        for k in 0..100 {
+            let t = f64::from(k);
+            assert_eq!(calls(&mut clock, t, 1.0), 1, "call {k}");
+            assert_eq!(calls(&mut clock, t + 1.0, 1e-16), 0, "residual step after call {k}");
+        }
+    }
+
+    #[test]
+    fn a_host_that_adds_up_its_time_gets_one_call_in_every_step() {
+        // 0.01 s added a million times is 10000.000000171856: 17 times the tolerance.
+        let mut clock = clock(0.0, 10);
+        let mut tc = 0.0;
+        for k in 0..1_000_000 {
+            assert_eq!(calls(&mut clock, tc, 0.01), 1, "step {k} at {tc:?}");
+            tc += 0.01;
+        }
+        assert_eq!(tc, 10_000.000000171856);
+    }
+
+    #[test]
+    fn a_host_that_really_is_ahead_is_followed_and_the_calls_in_between_are_made() {
+        let mut clock = clock(0.0, 1000);
+        assert_eq!(clock.advance(0.0, 1.0), Ok(Calls { count: 1, lead: 0.0 }));
+        // Calls 1, 2 and 3 are late by 2.5, 1.5 and 0.5 s; the step itself holds call 4, 0.5 s after its begin.
+        assert_eq!(clock.advance(3.5, 1.0), Ok(Calls { count: 4, lead: -2.5 }));
+        assert_eq!(clock.advance(4.5, 1.0), Ok(Calls { count: 1, lead: 0.5 }));
+    }
+
+    #[test]
+    fn a_host_a_tenth_of_a_cycle_ahead_is_followed_too() {
+        let mut clock = clock(0.0, 1000);
+        calls(&mut clock, 0.0, 1.0);
+        assert_eq!(clock.advance(1.1, 1.0), Ok(Calls { count: 2, lead: -0.1 }));
+    }
+
+    #[test]
+    fn a_host_behind_by_more_than_rounding_is_refused_with_both_numbers() {
+        let mut clock = clock(0.0, 1000);
+        calls(&mut clock, 0.0, 1.0);
+        let error = clock.advance(0.999, 1.0).unwrap_err();
+        assert!(error.contains("= 0.999 ") && error.contains(" 1.0,"), "{error}");
+        assert_eq!(calls(&mut clock, 1.0 - 1e-12, 1.0), 1, "and by rounding is not");
+    }
+
+    #[test]
+    fn points_and_steps_that_are_no_times_are_refused() {
+        for h in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(clock(0.0, 1000).advance(0.0, h).unwrap_err().contains(&format!("{h:?}")));
+        }
+        for tc in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(clock(0.0, 1000).advance(tc, 1.0).unwrap_err().contains(&format!("{tc:?}")));
+        }
+    }
+
+    #[test]
+    fn the_stop_time_can_be_reached_by_adding_up_but_not_be_passed() {
+        // 0.1 s added 100 000 times is 10000.000000018848.
+        let mut clock = Clock::new(0.0, 10_000.0, Time::ms(100));
+        let mut tc = 0.0;
+        for _ in 0..100_000 {
+            assert_eq!(calls(&mut clock, tc, 0.1), 1);
+            tc += 0.1;
+        }
+        assert!(tc > 10_000.000000018);
+        assert!(clock.advance(tc, 0.1).unwrap_err().contains("10000.0"));
+        assert!(Clock::new(0.0, 1.0, Time::ms(100)).advance(0.0, 1.001).is_err());
+    }
+
+    #[test]
+    fn the_call_at_the_stop_time_is_not_made() {
+        // Calls at 0.0, 0.1, ..., 0.9; the one at 1.0 = stopTime belongs to a step after it.
+        let mut clock = Clock::new(0.0, 1.0, Time::ms(100));
+        assert_eq!(calls(&mut clock, 0.0, 1.0 + 1e-8), 10);
+    }
+
+    #[test]
+    fn a_day_in_one_step_makes_every_call_and_an_endless_step_is_refused() {
+        assert_eq!(calls(&mut clock(0.0, 1), 0.0, 86_400.0), 86_400_000);
+        assert!(clock(0.0, 1).advance(0.0, 4.3e6).unwrap_err().contains("4294967296"));
+        assert!(clock(0.0, 1000).advance(0.0, 1e300).is_err());
+    }
+
+    #[test]
+    fn where_a_double_no_longer_tells_the_calls_apart_a_step_is_refused() {
+        // 1 ms: the bound lies at 2^47 ms = 1.4e11 s.
+        assert_eq!(calls(&mut clock(1e11, 1), 1e11, 1.0), 1000);
+        assert!(clock(2e11, 1).advance(2e11, 1.0).unwrap_err().contains("no longer tells"));
+    }
+
+    #[test]
+    fn a_refused_step_leaves_the_clock_where_it_was() {
+        let mut clock = Clock::new(0.0, 10.0, Time::ms(1000));
+        calls(&mut clock, 0.0, 1.5);
+        let mut before = Vec::new();
+        clock.write(&mut before);
+        for (tc, h) in [(0.5, 1.0), (1.5, -1.0), (1.5, 100.0), (f64::NAN, 1.0)] {
+            clock.advance(tc, h).unwrap_err();
+        }
+        let mut after = Vec::new();
+        clock.write(&mut after);
+        assert_eq!(before, after);
     }
 }

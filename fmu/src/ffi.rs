@@ -8,7 +8,7 @@
 // The contract above is the safety section of every function here.
 #![allow(clippy::missing_safety_doc)]
 
-use crate::instance::{Function, Instance, Refusal, no_string};
+use crate::instance::{Answer, Function, Instance, Refusal, no_string};
 use crate::interface::{self, Guid};
 use crate::value::{Boolean, FmiType};
 use blocks::Block;
@@ -73,18 +73,18 @@ struct Log {
 }
 
 impl Log {
-    fn say(&self, function: &Function, status: Status, reason: &str) {
-        let category = match status {
-            DISCARD => STATUS_DISCARD,
-            FATAL => STATUS_FATAL,
-            _ => STATUS_ERROR,
+    /// Logs a refusal and gives its status.
+    #[cold]
+    fn refusal(&self, function: &Function, refusal: &Refusal) -> Status {
+        let (status, category) = match refusal.answer() {
+            Answer::Error => (ERROR, STATUS_ERROR),
+            Answer::Discard => (DISCARD, STATUS_DISCARD),
+            Answer::Fatal => (FATAL, STATUS_FATAL),
         };
-        if self.enabled & category.bit == 0 {
-            return;
-        }
-        // A NUL would end the text early; `#` begins a reference to a variable.
-        let text = format!("{}: {reason}", function.name).replace('\0', "").replace('#', "##");
-        if let Ok(text) = CString::new(text) {
+        if self.enabled & category.bit != 0 {
+            // A NUL would end the text early; `#` begins a reference to a variable.
+            let text = format!("{}: {}", function.name, refusal.reason()).replace('\0', "").replace('#', "##");
+            let text = CString::new(text).unwrap_or_default();
             // SAFETY: the host gave the logger and its environment for this, and all strings end with NUL.
             unsafe {
                 (self.logger)(
@@ -97,6 +97,7 @@ impl Log {
                 );
             }
         }
+        status
     }
 }
 
@@ -106,78 +107,77 @@ pub struct Component<B> {
     instance: Instance<B>,
     /// What fmi2GetFMUstate handed out, each known to the host by its address. They end with the component.
     saved: Vec<Box<Instance<B>>>,
-    /// After a panic the instance may be half changed: it can only be freed.
-    locked: bool,
 }
 
 /// `fmi2Component`.
 pub type Pointer = *mut c_void;
 
 /// The one door: every function on a component goes through here.
+#[inline(always)]
 unsafe fn enter<B: Block>(
     component: Pointer,
-    function: &Function,
+    function: &'static Function,
     body: impl FnOnce(&mut Component<B>) -> Result<(), Refusal>,
 ) -> Status {
     // SAFETY: not NULL then, and a component of ours by the host's contract.
     let Some(component) = (unsafe { component.cast::<Component<B>>().as_mut() }) else {
         return ERROR;
     };
-    if component.locked {
-        component.log.say(function, FATAL, "the instance is locked after a panic; only fmi2FreeInstance is left");
-        return FATAL;
-    }
     match catch_unwind(AssertUnwindSafe(|| {
         component.instance.may(function)?;
         body(component)
     })) {
         Ok(Ok(())) => OK,
-        Ok(Err(refusal)) => {
-            let (status, reason) = match refusal {
-                Refusal::Error(reason) => (ERROR, reason),
-                Refusal::Discard(reason) => (DISCARD, reason),
-            };
-            component.log.say(function, status, &reason);
-            status
-        }
+        Ok(Err(refusal)) => component.log.refusal(function, &refusal),
         Err(panic) => {
-            component.locked = true;
-            component.log.say(function, FATAL, &panic_message(panic));
-            FATAL
+            component.instance.lock();
+            component.log.refusal(function, &panic_refusal(panic))
         }
     }
 }
 
-fn panic_message(panic: Box<dyn Any + Send>) -> String {
+#[cold]
+fn panic_refusal(panic: Box<dyn Any + Send>) -> Refusal {
     let text = panic.downcast_ref::<&str>().copied().or(panic.downcast_ref::<String>().map(String::as_str));
-    let message = format!("panic in the block: {}; the instance is locked", text.unwrap_or("no message"));
+    let reason = format!("panic in the block: {}; the instance is locked", text.unwrap_or("no message"));
     // A payload could panic again when it is dropped, outside the door.
     std::mem::forget(panic);
-    message
+    Refusal::new(Answer::Fatal, reason)
 }
 
 /// The array of `length` elements at `pointer`, which a NULL with length 0 also is.
-unsafe fn array<'a, T>(pointer: *const T, length: usize, name: &str) -> Result<&'a [T], Refusal> {
-    check_array(pointer, length, name)?;
-    // SAFETY: not NULL where there are elements; as long as the host says.
-    Ok(if length == 0 { &[] } else { unsafe { slice::from_raw_parts(pointer, length) } })
+#[inline(always)]
+unsafe fn array<'a, T>(pointer: *const T, length: usize, name: &'static str) -> Result<&'a [T], Refusal> {
+    if pointer.is_null() && length == 0 {
+        return Ok(&[]);
+    }
+    if pointer.is_null() || length > isize::MAX as usize / size_of::<T>() {
+        return Err(no_array(pointer.is_null(), length, name));
+    }
+    // SAFETY: not NULL, no longer than memory can be, and as long as the host says.
+    Ok(unsafe { slice::from_raw_parts(pointer, length) })
 }
 
 /// The same, to write to.
-unsafe fn array_mut<'a, T>(pointer: *mut T, length: usize, name: &str) -> Result<&'a mut [T], Refusal> {
-    check_array(pointer, length, name)?;
-    // SAFETY: not NULL where there are elements; as long as the host says, and nobody else's during the call.
-    Ok(if length == 0 { &mut [] } else { unsafe { slice::from_raw_parts_mut(pointer, length) } })
+#[inline(always)]
+unsafe fn array_mut<'a, T>(pointer: *mut T, length: usize, name: &'static str) -> Result<&'a mut [T], Refusal> {
+    if pointer.is_null() && length == 0 {
+        return Ok(&mut []);
+    }
+    if pointer.is_null() || length > isize::MAX as usize / size_of::<T>() {
+        return Err(no_array(pointer.is_null(), length, name));
+    }
+    // SAFETY: as in `array`, and nobody else's during the call.
+    Ok(unsafe { slice::from_raw_parts_mut(pointer, length) })
 }
 
-fn check_array<T>(pointer: *const T, length: usize, name: &str) -> Result<(), Refusal> {
-    if length > 0 && pointer.is_null() {
-        return Err(format!("{name} is NULL, though it should have {length} elements").into());
+#[cold]
+fn no_array(is_null: bool, length: usize, name: &str) -> Refusal {
+    match is_null {
+        true => format!("{name} is NULL, though it should have {length} elements"),
+        false => format!("{name} cannot have {length} elements"),
     }
-    if length > isize::MAX as usize / size_of::<T>().max(1) {
-        return Err(format!("{name} cannot have {length} elements").into());
-    }
-    Ok(())
+    .into()
 }
 
 /// Where a result goes.
@@ -247,15 +247,15 @@ pub unsafe fn instantiate<B: Block>(
     };
     // Until the instance exists, the logger is the only way to tell what is wrong: loggingOn counts from then on.
     let mut log = Log { logger, environment, instance_name: name.unwrap_or(c"").to_owned(), enabled: ALL_CATEGORIES };
-    let refuse = |log: &Log, status, reason: &str| {
-        log.say(&Function::INSTANTIATE, status, reason);
+    let refuse = |log: &Log, refusal: Refusal| {
+        log.refusal(&Function::INSTANTIATE, &refusal);
         ptr::null_mut()
     };
     if name.is_none_or(CStr::is_empty) {
-        return refuse(&log, ERROR, "instanceName is NULL or empty: give the instance a name");
+        return refuse(&log, "instanceName is NULL or empty: give the instance a name".into());
     }
     if fmu_type != CO_SIMULATION {
-        return refuse(&log, ERROR, &format!("fmuType = {fmu_type}: this FMU is for co-simulation (1) only"));
+        return refuse(&log, format!("fmuType = {fmu_type}: this FMU is for co-simulation (1) only").into());
     }
     if guid.is_none_or(|guid| guid.to_bytes() != Guid::<B>::TEXT.as_bytes()) {
         let given = guid.map_or("NULL".into(), |guid| format!("{:?}", guid.to_string_lossy()));
@@ -263,14 +263,14 @@ pub unsafe fn instantiate<B: Block>(
             "fmuGUID = {given}: this library is {}; take the modelDescription.xml that came with it",
             Guid::<B>::TEXT
         );
-        return refuse(&log, ERROR, &reason);
+        return refuse(&log, reason.into());
     }
     match catch_unwind(Instance::<B>::default) {
         Ok(instance) => {
             log.enabled = if logging_on != 0 { ALL_CATEGORIES } else { 0 };
-            Box::into_raw(Box::new(Component { log, instance, saved: Vec::new(), locked: false })).cast()
+            Box::into_raw(Box::new(Component { log, instance, saved: Vec::new() })).cast()
         }
-        Err(panic) => refuse(&log, FATAL, &panic_message(panic)),
+        Err(panic) => refuse(&log, panic_refusal(panic)),
     }
 }
 
@@ -342,7 +342,7 @@ pub unsafe fn reset<B: Block>(component: Pointer) -> Status {
 
 pub unsafe fn get<B: Block, T: FmiType>(
     component: Pointer,
-    function: &Function,
+    function: &'static Function,
     references: *const u32,
     count: usize,
     values: *mut T,
@@ -358,7 +358,7 @@ pub unsafe fn get<B: Block, T: FmiType>(
 
 pub unsafe fn set<B: Block, T: FmiType>(
     component: Pointer,
-    function: &Function,
+    function: &'static Function,
     references: *const u32,
     count: usize,
     values: *const T,
@@ -375,7 +375,7 @@ pub unsafe fn set<B: Block, T: FmiType>(
 /// Both functions for String variables, of which there are none.
 pub unsafe fn strings<B: Block>(
     component: Pointer,
-    function: &Function,
+    function: &'static Function,
     references: *const u32,
     count: usize,
 ) -> Status {
@@ -550,7 +550,7 @@ pub unsafe fn cancel_step<B: Block>(component: Pointer) -> Status {
 /// The five status functions: `answer` knows what can be asked.
 pub unsafe fn get_status<B: Block, T>(
     component: Pointer,
-    function: &Function,
+    function: &'static Function,
     kind: c_int,
     value: *mut T,
     answer: impl FnOnce(&Instance<B>, c_int) -> Option<T>,
@@ -560,7 +560,7 @@ pub unsafe fn get_status<B: Block, T>(
         enter::<B>(component, function, |component| {
             let value = target(value, "value")?;
             *value = answer(&component.instance, kind).ok_or_else(|| {
-                Refusal::Discard(format!("status kind {kind} has no answer here: no step is ever pending"))
+                Refusal::new(Answer::Discard, format!("status kind {kind} has no answer here: no step is ever pending"))
             })?;
             Ok(())
         })

@@ -21,6 +21,8 @@ pub enum State {
     StepComplete = 4,
     /// After fmi2Terminate.
     Terminated = 8,
+    /// After a panic the instance may be half changed: it can only be freed.
+    Locked = 16,
 }
 
 impl State {
@@ -30,6 +32,7 @@ impl State {
             State::InitializationMode => "Initialization Mode",
             State::StepComplete => "stepComplete",
             State::Terminated => "terminated",
+            State::Locked => "locked",
         }
     }
 }
@@ -93,24 +96,49 @@ functions! {
     GET_STRING_STATUS "fmi2GetStringStatus" C | T;
 }
 
-/// Why a call is refused.
-#[derive(Debug, PartialEq, Eq)]
-pub enum Refusal {
-    /// fmi2Error, with the reason.
-    Error(String),
-    /// fmi2Discard, with the reason: an inquiry that has no answer here.
-    Discard(String),
+/// Why a call is refused. It fits in a register, so that calls that are not refused do not carry it along.
+#[derive(Debug)]
+pub struct Refusal(Box<(Answer, String)>);
+
+/// What a refused call answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// fmi2Error.
+    Error,
+    /// fmi2Discard: an inquiry that has no answer here.
+    Discard,
+    /// fmi2Fatal: the instance is lost.
+    Fatal,
+}
+
+impl Refusal {
+    /// A refusal with this answer.
+    pub fn new(answer: Answer, reason: String) -> Refusal {
+        Refusal(Box::new((answer, reason)))
+    }
+
+    /// What the call answers.
+    pub fn answer(&self) -> Answer {
+        self.0.0
+    }
+
+    /// The reason, for the log.
+    pub fn reason(&self) -> &str {
+        &self.0.1
+    }
 }
 
 impl From<String> for Refusal {
+    #[cold]
     fn from(reason: String) -> Refusal {
-        Refusal::Error(reason)
+        Refusal::new(Answer::Error, reason)
     }
 }
 
 impl From<&str> for Refusal {
+    #[cold]
     fn from(reason: &str) -> Refusal {
-        Refusal::Error(reason.into())
+        Refusal::new(Answer::Error, reason.into())
     }
 }
 
@@ -170,18 +198,24 @@ impl<B: Block> Instance<B> {
         if function.allowed & self.state as u8 != 0 {
             return Ok(());
         }
-        let reason = if function.allowed == 0 {
-            "steps are complete when fmi2DoStep returns: there is none to cancel".into()
-        } else {
-            let allowed: Vec<_> =
-                [State::Instantiated, State::InitializationMode, State::StepComplete, State::Terminated]
-                    .into_iter()
-                    .filter(|state| function.allowed & *state as u8 != 0)
-                    .map(State::name)
-                    .collect();
-            format!("not allowed in state {}, only in {}", self.state.name(), allowed.join(", "))
-        };
-        Err(Refusal::Error(reason))
+        Err(self.not_now(function))
+    }
+
+    #[cold]
+    fn not_now(&self, function: &Function) -> Refusal {
+        if self.state == State::Locked {
+            let reason = "the instance is locked after a panic; only fmi2FreeInstance is left";
+            return Refusal::new(Answer::Fatal, reason.into());
+        }
+        if function.allowed == 0 {
+            return "steps are complete when fmi2DoStep returns: there is none to cancel".into();
+        }
+        let allowed: Vec<_> = [State::Instantiated, State::InitializationMode, State::StepComplete, State::Terminated]
+            .into_iter()
+            .filter(|state| function.allowed & *state as u8 != 0)
+            .map(State::name)
+            .collect();
+        format!("not allowed in state {}, only in {}", self.state.name(), allowed.join(", ")).into()
     }
 
     /// The time of the experiment.
@@ -236,6 +270,11 @@ impl<B: Block> Instance<B> {
         Ok(())
     }
 
+    /// After a panic: every call but fmi2FreeInstance is refused from now on.
+    pub fn lock(&mut self) {
+        self.state = State::Locked;
+    }
+
     /// The simulation has ended.
     pub fn terminate(&mut self) {
         self.state = State::Terminated;
@@ -274,7 +313,7 @@ impl<B: Block> Instance<B> {
             let row = row::<B, T>(*reference, "Set")?;
             self.may_set(row)?;
             if let Err(range) = value.to_plc(row.kind) {
-                return Err(format!("{} = {}: {range}", row.full_name(), value.text()).into());
+                return Err(out_of_range(row, *value, range));
             }
         }
         for (reference, value) in references.iter().zip(values) {
@@ -286,18 +325,12 @@ impl<B: Block> Instance<B> {
         Ok(())
     }
 
+    #[inline]
     fn may_set(&self, row: &Row) -> Result<(), Refusal> {
         match row.role {
             Role::Input | Role::Parameter => Ok(()),
             Role::Fixed | Role::Cycle if self.state != State::StepComplete => Ok(()),
-            Role::Fixed | Role::Cycle => Err(format!(
-                "{} is a fixed parameter: set it before fmi2ExitInitializationMode, or call fmi2Reset first",
-                row.full_name()
-            )
-            .into()),
-            Role::Output | Role::Local => {
-                Err(format!("{} is computed by the block: read only", row.full_name()).into())
-            }
+            _ => Err(read_only(row)),
         }
     }
 
@@ -431,7 +464,7 @@ impl<B: Block> Instance<B> {
         let rest = rest
             .strip_prefix(&Guid::<B>::BYTES)
             .ok_or_else(|| format!("the state is of another FMU or version; this is {}", B::TABLE.name))?;
-        let damaged = || Refusal::Error("the serialized state is damaged".into());
+        let damaged = || Refusal::from("the serialized state is damaged");
         let (sealed, checksum_bytes) = bytes.split_last_chunk().ok_or_else(damaged)?;
         if checksum(sealed) != u128::from_le_bytes(*checksum_bytes) {
             return Err(damaged());
@@ -496,15 +529,39 @@ fn row<B: Block, T: FmiType>(reference: u32, access: &str) -> Result<&'static Ro
     let rows = B::TABLE.rows;
     match rows.get(reference as usize) {
         Some(row) if T::holds(row.kind) => Ok(row),
-        Some(row) => Err(format!(
-            "value reference {reference} is {}, a {}: use fmi2{access}{}",
-            row.full_name(),
-            type_name(row.kind),
-            type_name(row.kind)
-        )
-        .into()),
-        None => Err(format!("value reference {reference} is unknown: they go from 0 to {}", rows.len() - 1).into()),
+        row => Err(no_variable(reference, row, rows.len(), access)),
     }
+}
+
+// The sentences stand apart: a call that is not refused should not carry them along.
+
+#[cold]
+fn no_variable(reference: u32, row: Option<&Row>, count: usize, access: &str) -> Refusal {
+    match row {
+        Some(row) => {
+            let (name, kind) = (row.full_name(), type_name(row.kind));
+            format!("value reference {reference} is {name}, a {kind}: use fmi2{access}{kind}")
+        }
+        None => format!("value reference {reference} is unknown: they go from 0 to {}", count - 1),
+    }
+    .into()
+}
+
+#[cold]
+fn out_of_range<T: FmiType>(row: &Row, value: T, range: &str) -> Refusal {
+    format!("{} = {}: {range}", row.full_name(), value.text()).into()
+}
+
+#[cold]
+fn read_only(row: &Row) -> Refusal {
+    match row.role {
+        Role::Fixed | Role::Cycle => format!(
+            "{} is a fixed parameter: set it before fmi2ExitInitializationMode, or call fmi2Reset first",
+            row.full_name()
+        ),
+        _ => format!("{} is computed by the block: read only", row.full_name()),
+    }
+    .into()
 }
 
 /// The refusal of a String variable: there are none.
@@ -514,4 +571,294 @@ pub fn no_string<B: Block>(reference: u32) -> Refusal {
         None => format!("value reference {reference} is unknown"),
     }
     .into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use blocks::Law;
+
+    blocks::block! {
+        /// Adds its input up, call by call, and pulses in every fourth call.
+        pub struct Sum as "SUM" {
+            input {
+                /// Summand
+                u: Real = 0.0;
+                /// Exact summand
+                v: LReal = 0.0;
+                /// Unused
+                on: Bool = false;
+            }
+            parameter {
+                /// Factor
+                factor: Real = 1.0;
+            }
+            fixed {
+                /// Refused below 0
+                first: Int = 0;
+            }
+            cycle {
+                /// Time between two calls
+                cycle: Time = Time::ms(100), min Time::ms(1);
+            }
+            output {
+                /// Sum of u times factor, and v
+                sum: LReal;
+                /// Calls since the restart
+                count: Int;
+            }
+        }
+        mean {
+            /// Mean of the pulse
+            q_mean;
+        }
+    }
+
+    impl Law for Sum {
+        fn restart(&mut self) {
+            self.clear();
+            self.count = self.first;
+        }
+
+        fn call(&mut self) {
+            self.sum += f64::from(self.u * self.factor) + self.v;
+            self.count = self.count.wrapping_add(1);
+        }
+
+        fn check(&self) -> Result<(), String> {
+            if self.first < 0 { Err(format!("FIRST = {}: must not be below 0", self.first)) } else { Ok(()) }
+        }
+
+        fn pulse(&self) -> i32 {
+            i32::from(self.count % 4 == 1)
+        }
+    }
+
+    const U: u32 = 0;
+    const V: u32 = 1;
+    const ON: u32 = 2;
+    const FACTOR: u32 = 3;
+    const FIRST: u32 = 4;
+    const CYCLE: u32 = 5;
+    const SUM: u32 = 6;
+    const COUNT: u32 = 7;
+    const Q_MEAN: u32 = 8;
+
+    fn initialized(setup: impl FnOnce(&mut Instance<Sum>)) -> Instance<Sum> {
+        let mut instance = Instance::default();
+        instance.setup_experiment(0.0, None).unwrap();
+        instance.enter_initialization_mode().unwrap();
+        setup(&mut instance);
+        instance.exit_initialization_mode().unwrap();
+        instance
+    }
+
+    fn real(instance: &Instance<Sum>, reference: u32) -> f64 {
+        let mut value = [f64::NAN];
+        instance.get(&[reference], &mut value).unwrap();
+        value[0]
+    }
+
+    fn integer(instance: &Instance<Sum>, reference: u32) -> c_int {
+        let mut value = [-1];
+        instance.get(&[reference], &mut value).unwrap();
+        value[0]
+    }
+
+    fn reason(result: Result<(), Refusal>) -> String {
+        result.unwrap_err().reason().to_string()
+    }
+
+    #[test]
+    fn the_restart_takes_the_values_then_set_and_the_first_call_is_at_the_start_time() {
+        let mut instance = initialized(|instance| instance.set(&[FIRST], &[5]).unwrap());
+        assert_eq!(integer(&instance, COUNT), 5);
+        instance.do_step(0.0, 0.1).unwrap();
+        assert_eq!(integer(&instance, COUNT), 6);
+    }
+
+    #[test]
+    fn a_cycle_of_0_and_what_the_block_refuses_keep_the_instance_in_initialization_mode() {
+        let mut instance = Instance::<Sum>::default();
+        instance.setup_experiment(0.0, None).unwrap();
+        instance.enter_initialization_mode().unwrap();
+        instance.set(&[CYCLE], &[0.0]).unwrap();
+        assert_eq!(
+            reason(instance.exit_initialization_mode()),
+            "CYCLE = 0.0 s: the time between two calls must be at least 0.001 s"
+        );
+        instance.set(&[CYCLE], &[0.001]).unwrap();
+        instance.set(&[FIRST], &[-1]).unwrap();
+        assert_eq!(reason(instance.exit_initialization_mode()), "FIRST = -1: must not be below 0");
+        instance.set(&[FIRST], &[0]).unwrap();
+        instance.exit_initialization_mode().unwrap();
+    }
+
+    #[test]
+    fn one_wrong_value_among_several_changes_none() {
+        let mut instance = Instance::<Sum>::default();
+        assert_eq!(
+            reason(instance.set(&[U, FACTOR, V], &[1.0, f64::NAN, 3.0])),
+            "FACTOR = NaN: a REAL takes finite numbers of at most 3.4028235e38"
+        );
+        assert_eq!([real(&instance, U), real(&instance, FACTOR), real(&instance, V)], [0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_refused_reference_is_named_with_what_to_use_instead() {
+        let mut instance = initialized(|_| ());
+        assert_eq!(reason(instance.set(&[9], &[0.0])), "value reference 9 is unknown: they go from 0 to 8");
+        assert_eq!(reason(instance.set(&[ON], &[1.0])), "value reference 2 is ON, a Boolean: use fmi2SetBoolean");
+        assert_eq!(reason(instance.get(&[U], &mut [0])), "value reference 0 is U, a Real: use fmi2GetReal");
+        assert_eq!(reason(instance.set(&[SUM], &[1.0])), "SUM is computed by the block: read only");
+        assert_eq!(
+            reason(instance.set(&[CYCLE], &[1.0])),
+            "CYCLE is a fixed parameter: set it before fmi2ExitInitializationMode, or call fmi2Reset first"
+        );
+        assert!(reason(instance.set(&[FIRST], &[1])).starts_with("FIRST is a fixed parameter"));
+        instance.set(&[FACTOR], &[2.0]).unwrap();
+    }
+
+    #[test]
+    fn inputs_with_derivatives_are_extrapolated_to_each_call_and_keep_their_own_value() {
+        // u(t) = 1 + 10 t, v(t) = 5 t^2 / 2 + t^3 at t = 0, 0.1, 0.2, 0.3, 0.4.
+        let mut instance = initialized(|instance| {
+            instance.set(&[U], &[1.0]).unwrap();
+            instance.set_input_derivatives(&[U, V, V], &[1, 2, 3], &[10.0, 5.0, 6.0]).unwrap();
+        });
+        instance.do_step(0.0, 0.5).unwrap();
+        let u: f64 = 1.0 + 2.0 + 3.0 + 4.0 + 5.0;
+        let v = 2.5 * (0.01 + 0.04 + 0.09 + 0.16) + (0.001 + 0.008 + 0.027 + 0.064);
+        assert!((real(&instance, SUM) - u - v).abs() < 1e-6);
+        assert_eq!([real(&instance, U), real(&instance, V)], [1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_derivative_of_0_takes_the_extrapolation_back() {
+        let mut instance = initialized(|_| ());
+        instance.set_input_derivatives(&[U], &[1], &[10.0]).unwrap();
+        instance.set_input_derivatives(&[U], &[1], &[0.0]).unwrap();
+        assert!(instance.extrapolations.is_empty());
+    }
+
+    #[test]
+    fn an_extrapolation_begins_at_the_step_and_calls_made_up_for_see_its_first_value() {
+        let mut instance = initialized(|_| ());
+        instance.do_step(0.0, 0.1).unwrap();
+        instance.set_input_derivatives(&[U], &[1], &[10.0]).unwrap();
+        // tc = 0.35: the calls at 0.1, 0.2 and 0.3 see u = 0, the one at 0.4 sees 0.5.
+        instance.do_step(0.35, 0.1).unwrap();
+        assert_eq!(integer(&instance, COUNT), 5);
+        assert!((real(&instance, SUM) - 0.5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn an_extrapolation_out_of_range_is_refused_before_any_call() {
+        let mut instance = initialized(|_| ());
+        instance.set_input_derivatives(&[U], &[1], &[1e38]).unwrap();
+        instance.do_step(0.0, 1.0).unwrap();
+        let before = instance.to_bytes();
+        assert!(reason(instance.do_step(1.0, 100.0)).starts_with("U, extrapolated over 100.0 s, may leave its range"));
+        assert_eq!(instance.to_bytes(), before);
+    }
+
+    #[test]
+    fn only_real_inputs_have_derivatives_of_order_1_to_4() {
+        let mut instance = Instance::<Sum>::default();
+        assert!(reason(instance.set_input_derivatives(&[FACTOR], &[1], &[1.0])).contains("FACTOR is no Real input"));
+        assert!(reason(instance.set_input_derivatives(&[ON], &[1], &[1.0])).contains("Boolean"));
+        for order in [0, 5, -1] {
+            assert!(reason(instance.set_input_derivatives(&[U], &[order], &[1.0])).contains(&format!("order {order}")));
+        }
+        assert!(reason(instance.set_input_derivatives(&[U], &[1], &[f64::NAN])).contains("NaN"));
+        instance.set_input_derivatives(&[U], &[4], &[1.0]).unwrap();
+    }
+
+    #[test]
+    fn the_mean_is_that_of_the_last_step_and_the_held_state_in_a_step_without_a_call() {
+        let mut instance = initialized(|_| ());
+        assert_eq!(real(&instance, Q_MEAN), 0.0);
+        instance.do_step(0.0, 0.8).unwrap();
+        assert_eq!(real(&instance, Q_MEAN), 25.0, "calls 1 and 5 of 8");
+        instance.do_step(0.8, 0.15).unwrap();
+        assert_eq!(real(&instance, Q_MEAN), 50.0, "call 9 of 9 and 10");
+        instance.do_step(0.95, 0.05).unwrap();
+        assert_eq!(real(&instance, Q_MEAN), 0.0, "no call; call 10 left no pulse");
+    }
+
+    #[test]
+    fn reset_is_a_fresh_instance() {
+        assert_eq!(Instance::<Sum>::default().to_bytes(), Instance::<Sum>::default().to_bytes());
+        assert_ne!(initialized(|_| ()).to_bytes(), Instance::<Sum>::default().to_bytes());
+    }
+
+    #[test]
+    fn a_serialized_state_goes_on_bit_for_bit() {
+        let mut instance = initialized(|instance| {
+            instance.set(&[U], &[0.1]).unwrap();
+            instance.set_input_derivatives(&[V], &[1], &[0.3]).unwrap();
+        });
+        instance.do_step(0.0, 0.25).unwrap();
+        let mut restored = Instance::<Sum>::from_bytes(&instance.to_bytes()).unwrap();
+        for instance in [&mut instance, &mut restored] {
+            instance.do_step(0.25, 1.0).unwrap();
+        }
+        assert_eq!(real(&instance, SUM).to_bits(), real(&restored, SUM).to_bits());
+        assert_eq!(instance.to_bytes(), restored.to_bytes());
+    }
+
+    #[test]
+    fn no_damage_to_a_serialized_state_goes_unnoticed() {
+        let bytes = initialized(|_| ()).to_bytes();
+        for place in 0..bytes.len() {
+            for bit in 0..8 {
+                let mut damaged = bytes.clone();
+                damaged[place] ^= 1 << bit;
+                assert!(Instance::<Sum>::from_bytes(&damaged).is_err(), "byte {place}, bit {bit}");
+            }
+            assert!(Instance::<Sum>::from_bytes(&bytes[..place]).is_err(), "cut to {place} bytes");
+        }
+        let longer = [&bytes[..], &[0]].concat();
+        assert!(Instance::<Sum>::from_bytes(&longer).is_err());
+    }
+
+    #[test]
+    fn a_state_of_another_fmu_is_refused_by_name() {
+        blocks::block! {
+            /// The same in all but a start value.
+            pub struct Other as "SUM" {
+                input {
+                    /// Summand
+                    u: Real = 1.0;
+                }
+                cycle {
+                    /// Time between two calls
+                    cycle: Time = Time::ms(100), min Time::ms(1);
+                }
+            }
+        }
+        impl Law for Other {
+            fn restart(&mut self) {}
+            fn call(&mut self) {}
+        }
+        let reason = Instance::<Other>::from_bytes(&initialized(|_| ()).to_bytes()).unwrap_err();
+        assert!(reason.reason().contains("another FMU"), "{}", reason.reason());
+    }
+
+    #[test]
+    fn a_function_in_a_wrong_state_is_refused_with_the_states_it_is_for() {
+        let instance = Instance::<Sum>::default();
+        assert_eq!(reason(instance.may(&Function::DO_STEP)), "not allowed in state instantiated, only in stepComplete");
+        assert!(reason(instance.may(&Function::CANCEL_STEP)).contains("none to cancel"));
+    }
+
+    #[test]
+    fn without_a_start_time_there_is_no_initialization_mode() {
+        let mut instance = Instance::<Sum>::default();
+        assert!(reason(instance.enter_initialization_mode()).contains("fmi2SetupExperiment"));
+        for (start, stop) in [(f64::NAN, None), (f64::INFINITY, None), (1.0, Some(0.5)), (1.0, Some(f64::NAN))] {
+            assert!(instance.setup_experiment(start, stop).is_err(), "{start} {stop:?}");
+        }
+        instance.setup_experiment(1.0, Some(1.0)).unwrap();
+    }
 }

@@ -168,3 +168,60 @@ fn quoted(text: &str) -> String {
     quoted.push('"');
     quoted
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use blocks::ContC;
+
+    #[test]
+    fn the_guid_has_the_form_of_one() {
+        let guid = Guid::<ContC>::TEXT;
+        assert_eq!(guid.len(), 38);
+        for (place, character) in guid.char_indices() {
+            match place {
+                0 => assert_eq!(character, '{'),
+                37 => assert_eq!(character, '}'),
+                9 | 14 | 19 | 24 => assert_eq!(character, '-'),
+                _ => assert!(character.is_ascii_hexdigit(), "{guid}"),
+            }
+        }
+    }
+
+    #[test]
+    fn everything_a_host_relies_on_is_in_the_guid() {
+        let row = ContC::TABLE.rows[0];
+        let of = |row: Row| row_hash(BASIS, &row);
+        let same = of(row);
+        assert_ne!(of(Row { name: "OTHER", ..row }), same, "name");
+        assert_ne!(of(Row { path: ["A", "", ""], ..row }), same, "path");
+        assert_ne!(of(Row { role: blocks::Role::Parameter, ..row }), same, "role");
+        assert_ne!(of(Row { kind: blocks::Kind::Int, ..row }), same, "type");
+        assert_ne!(of(Row { start: Value::Bool(true), ..row }), same, "start");
+        assert_ne!(of(Row { min: Some(Value::Bool(false)), ..row }), same, "min");
+        assert_ne!(of(Row { max: Some(Value::Bool(false)), ..row }), same, "max");
+        assert_ne!(of(Row { unit: Some("s"), ..row }), same, "unit");
+        assert_eq!(of(Row { description: "in other words", ..row }), same, "its description is not");
+    }
+
+    #[test]
+    fn the_memory_that_a_state_is_made_of_is_in_the_guid() {
+        let table = |memory| Table {
+            name: "X",
+            docs: "",
+            rows: ContC::TABLE.rows,
+            cycle: 8,
+            mean: None,
+            memory,
+            instances: &[],
+            response: blocks::Response::AT_REST,
+        };
+        assert_ne!(table_hash(BASIS, &table(&[("a", "Real")])), table_hash(BASIS, &table(&[("a", "LReal")])));
+        assert_ne!(table_hash(BASIS, &table(&[("a", "Real")])), table_hash(BASIS, &table(&[("b", "Real")])));
+    }
+
+    #[test]
+    fn texts_are_quoted_for_json() {
+        assert_eq!(quoted("a \"b\" \\ \n°"), "\"a \\\"b\\\" \\\\ \\u000a°\"");
+    }
+}

@@ -143,3 +143,50 @@ pub fn number(value: Value) -> f64 {
         real => f64::from_plc(real).unwrap_or_default(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_real_is_rounded_to_binary32_and_what_has_none_is_refused() {
+        assert_eq!(0.1.to_plc(Kind::Real), Ok(Value::Real(0.1f32)));
+        assert_eq!(f64::from_plc(Value::Real(0.1f32)), Some(0.10000000149011612));
+        assert_eq!(3.4028235e38.to_plc(Kind::Real), Ok(Value::Real(f32::MAX)));
+        for beyond in [3.41e38, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(beyond.to_plc(Kind::Real).is_err(), "{beyond}");
+        }
+    }
+
+    #[test]
+    fn a_time_is_rounded_to_the_nearest_millisecond_from_0_to_the_largest_32_bit_count() {
+        assert_eq!(0.0014999.to_plc(Kind::Time), Ok(Value::Time(Time::ms(1))));
+        assert_eq!(0.0015001.to_plc(Kind::Time), Ok(Value::Time(Time::ms(2))));
+        assert_eq!(2_147_483.647.to_plc(Kind::Time), Ok(Value::Time(Time::ms(i32::MAX))));
+        for outside in [-0.001, 2_147_483.648, f64::NAN] {
+            assert!(outside.to_plc(Kind::Time).is_err(), "{outside}");
+        }
+        assert_eq!(f64::from_plc(Value::Time(Time::ms(20_001))), Some(20.001));
+    }
+
+    #[test]
+    fn the_upper_half_of_a_word_is_its_negative_half() {
+        assert_eq!(65535.to_plc(Kind::Word), Ok(Value::Word(Word::new(-1))));
+        assert_eq!((-32768).to_plc(Kind::Word), Ok(Value::Word(Word::new(-32768))));
+        assert_eq!(c_int::from_plc(Value::Word(Word::new(-1))), Some(-1));
+        assert!(65536.to_plc(Kind::Word).is_err() && (-32769).to_plc(Kind::Word).is_err());
+    }
+
+    #[test]
+    fn an_int_has_16_bits() {
+        assert_eq!(32767.to_plc(Kind::Int), Ok(Value::Int(32767)));
+        assert!(32768.to_plc(Kind::Int).is_err() && (-32769).to_plc(Kind::Int).is_err());
+    }
+
+    #[test]
+    fn every_boolean_but_0_is_true() {
+        assert_eq!(Boolean(-7).to_plc(Kind::Bool), Ok(Value::Bool(true)));
+        assert_eq!(Boolean(0).to_plc(Kind::Bool), Ok(Value::Bool(false)));
+        assert_eq!(Boolean::from_plc(Value::Bool(true)), Some(Boolean(1)));
+    }
+}

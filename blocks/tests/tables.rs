@@ -1,0 +1,197 @@
+//! What holds for the table of every block, and the layout of the instance data blocks in the manual.
+
+use blocks::{Block, ContC, ContS, Hlg, Kind, PulsCtr, Pulsegen, Role, Row, Table, Value};
+
+const TABLES: [&Table; 5] = [ContC::TABLE, ContS::TABLE, Pulsegen::TABLE, PulsCtr::TABLE, Hlg::TABLE];
+
+fn number(value: Value) -> f64 {
+    match value {
+        Value::Real(value) => value.into(),
+        Value::LReal(value) => value,
+        Value::Time(value) => value.milliseconds().into(),
+        Value::Word(value) => value.value().into(),
+        Value::Int(value) => value.into(),
+        Value::Bool(value) => u8::from(value).into(),
+    }
+}
+
+#[test]
+fn names_are_those_of_a_plc_and_occur_once() {
+    for table in TABLES {
+        let mut names: Vec<_> = table.rows.iter().map(Row::full_name).collect();
+        for name in &names {
+            let allowed = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_' || c == '.';
+            assert!(name.chars().all(allowed), "{} in {}", name, table.name);
+        }
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), table.rows.len(), "{} has a name twice", table.name);
+    }
+}
+
+#[test]
+fn every_variable_has_a_description_of_one_line_without_a_full_stop() {
+    for table in TABLES {
+        for row in table.rows {
+            let text = row.description;
+            assert!(!text.is_empty() && !text.contains('\n') && !text.ends_with('.'), "{}: {text}", row.full_name());
+        }
+    }
+}
+
+#[test]
+fn start_values_lie_within_their_range() {
+    for table in TABLES {
+        for row in table.rows {
+            let start = number(row.start);
+            assert!(row.min.is_none_or(|min| number(min) <= start), "{} of {}", row.full_name(), table.name);
+            assert!(row.max.is_none_or(|max| start <= number(max)), "{} of {}", row.full_name(), table.name);
+        }
+    }
+}
+
+#[test]
+fn outputs_and_locals_have_no_start_of_their_own_unless_they_are_wired() {
+    for table in TABLES {
+        for row in table.rows {
+            let is_own = !row.full_name().contains('.');
+            if row.role == Role::Output || (is_own && row.role == Role::Local) {
+                assert_eq!(row.start, Value::zero(row.kind), "{} of {}", row.full_name(), table.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_time_between_two_calls_is_at_least_a_millisecond() {
+    for table in TABLES {
+        let row = &table.rows[table.cycle];
+        assert_eq!((row.kind, row.role, row.min.map(number)), (Kind::Time, Role::Cycle, Some(1.0)), "{}", table.name);
+    }
+}
+
+#[test]
+fn the_signals_are_inputs_and_the_settings_parameters() {
+    let of = |table: &Table, role| {
+        let rows = table.rows.iter().filter(|row| row.role == role && !row.full_name().contains('.'));
+        rows.map(|row| row.name).collect::<Vec<_>>().join(" ")
+    };
+    assert_eq!(of(ContC::TABLE, Role::Input), "COM_RST MAN_ON INT_HOLD I_ITL_ON SP_INT PV_IN PV_PER MAN I_ITLVAL DISV");
+    assert_eq!(
+        of(ContC::TABLE, Role::Parameter),
+        "PVPER_ON P_SEL I_SEL D_SEL GAIN TI TD TM_LAG DEADB_W LMN_HLM LMN_LLM PV_FAC PV_OFF LMN_FAC LMN_OFF"
+    );
+    assert_eq!(of(ContS::TABLE, Role::Input), "COM_RST LMNR_HS LMNR_LS LMNS_ON LMNUP LMNDN SP_INT PV_IN PV_PER DISV");
+    assert_eq!(of(ContS::TABLE, Role::Parameter), "PVPER_ON GAIN TI DEADB_W PV_FAC PV_OFF PULSE_TM BREAK_TM MTR_TM");
+    assert_eq!(of(Pulsegen::TABLE, Role::Input), "INV MAN_ON POS_P_ON NEG_P_ON SYN_ON COM_RST");
+    assert_eq!(of(Pulsegen::TABLE, Role::Parameter), "PER_TM P_B_TM RATIOFAC STEP3_ON ST2BI_ON");
+    assert_eq!(of(PulsCtr::TABLE, Role::Input), "SP_INT PV_PER COM_RST");
+    assert_eq!(of(PulsCtr::TABLE, Role::Fixed), "RED_FAC");
+    assert_eq!(of(Hlg::TABLE, Role::Input), "E01 S0 S1 TH_TZ TR_TZ STOP SET INIT R");
+    assert_eq!(of(Hlg::TABLE, Role::Cycle), "TZ");
+}
+
+#[test]
+fn what_a_response_sets_and_shows_exists_and_is_set_in_time() {
+    for table in TABLES {
+        let response = table.response;
+        assert!(!response.title.is_empty() && !response.show.is_empty(), "{}", table.name);
+        assert!((60..=200).contains(&response.calls), "{}", table.name);
+        for name in response.show {
+            assert!(table.find(name).is_some(), "{} has no {name}", table.name);
+        }
+        for (call, name, _) in response.set {
+            let row = table.find(name).unwrap_or_else(|| panic!("{} has no {name}", table.name));
+            assert!(*call < response.calls, "{name} of {} is set too late", table.name);
+            let may_change = matches!(table.rows[row].role, Role::Input | Role::Parameter);
+            assert!(may_change || *call == 0, "{name} of {} cannot be set in a run", table.name);
+        }
+    }
+}
+
+/// Byte and bit of each own row, by the rules of an instance data block: a BOOL is the next bit, all else starts at an
+/// even byte, and so do the outputs.
+fn addresses(table: &Table) -> Vec<String> {
+    let (mut byte, mut bit) = (0, 0);
+    let mut outputs = false;
+    let mut addresses = Vec::new();
+    let own = table.rows.iter().enumerate().filter(|(index, row)| row.path[0].is_empty() && table.mean != Some(*index));
+    for (_, row) in own {
+        let size = match row.kind {
+            Kind::Bool => 0,
+            Kind::Int | Kind::Word => 2,
+            Kind::Real | Kind::Time => 4,
+            Kind::LReal => 8,
+        };
+        let outputs_begin = !outputs && row.role == Role::Output;
+        outputs |= outputs_begin;
+        if (outputs_begin || size > 0) && bit > 0 {
+            byte += 1;
+            bit = 0;
+        }
+        if outputs_begin || size > 0 {
+            byte += byte % 2;
+        }
+        if size == 0 {
+            addresses.push(format!("{} {byte}.{bit}", row.name));
+            bit += 1;
+            if bit == 8 {
+                (byte, bit) = (byte + 1, 0);
+            }
+        } else {
+            addresses.push(format!("{} {byte}.0", row.name));
+            byte += size;
+        }
+    }
+    addresses
+}
+
+#[test]
+fn rows_of_cont_c_lie_as_in_its_instance_data_block() {
+    let expected = "COM_RST 0.0, MAN_ON 0.1, PVPER_ON 0.2, P_SEL 0.3, I_SEL 0.4, INT_HOLD 0.5, I_ITL_ON 0.6, D_SEL 0.7, \
+                    CYCLE 2.0, SP_INT 6.0, PV_IN 10.0, PV_PER 14.0, MAN 16.0, GAIN 20.0, TI 24.0, TD 28.0, TM_LAG 32.0, \
+                    DEADB_W 36.0, LMN_HLM 40.0, LMN_LLM 44.0, PV_FAC 48.0, PV_OFF 52.0, LMN_FAC 56.0, LMN_OFF 60.0, \
+                    I_ITLVAL 64.0, DISV 68.0, LMN 72.0, LMN_PER 76.0, QLMN_HLM 78.0, QLMN_LLM 78.1, LMN_P 80.0, \
+                    LMN_I 84.0, LMN_D 88.0, PV 92.0, ER 96.0";
+    assert_eq!(addresses(ContC::TABLE).join(", "), expected);
+}
+
+#[test]
+fn rows_of_cont_s_lie_as_in_its_instance_data_block() {
+    let expected = "COM_RST 0.0, LMNR_HS 0.1, LMNR_LS 0.2, LMNS_ON 0.3, LMNUP 0.4, LMNDN 0.5, PVPER_ON 0.6, CYCLE 2.0, \
+                    SP_INT 6.0, PV_IN 10.0, PV_PER 14.0, GAIN 16.0, TI 20.0, DEADB_W 24.0, PV_FAC 28.0, PV_OFF 32.0, \
+                    PULSE_TM 36.0, BREAK_TM 40.0, MTR_TM 44.0, DISV 48.0, QLMNUP 52.0, QLMNDN 52.1, PV 54.0, ER 58.0";
+    assert_eq!(addresses(ContS::TABLE).join(", "), expected);
+}
+
+#[test]
+fn rows_of_pulsegen_lie_as_in_its_instance_data_block() {
+    let expected = "INV 0.0, PER_TM 4.0, P_B_TM 8.0, RATIOFAC 12.0, STEP3_ON 16.0, ST2BI_ON 16.1, MAN_ON 16.2, \
+                    POS_P_ON 16.3, NEG_P_ON 16.4, SYN_ON 16.5, COM_RST 16.6, CYCLE 18.0, QPOS_P 22.0, QNEG_P 22.1";
+    assert_eq!(addresses(Pulsegen::TABLE).join(", "), expected);
+}
+
+#[test]
+fn rows_of_puls_ctr_lie_as_in_the_manuals_table() {
+    let expected = "SP_INT 0.0, PV_PER 4.0, RED_FAC 6.0, COM_RST 8.0, CYCLE 10.0, QPOS_P 14.0";
+    assert_eq!(addresses(PulsCtr::TABLE).join(", "), expected);
+}
+
+#[test]
+fn the_defaults_are_those_of_the_manuals_tables() {
+    let starts = |table: &Table| {
+        let set = table.rows.iter().filter(|row| row.start != Value::zero(row.kind) && row.path[0].is_empty());
+        set.map(|row| format!("{} {}", row.name, number(row.start))).collect::<Vec<_>>().join(", ")
+    };
+    assert_eq!(
+        starts(ContC::TABLE),
+        "MAN_ON 1, P_SEL 1, I_SEL 1, CYCLE 1000, GAIN 2, TI 20000, TD 10000, TM_LAG 2000, LMN_HLM 100, PV_FAC 1, LMN_FAC 1"
+    );
+    assert_eq!(
+        starts(ContS::TABLE),
+        "CYCLE 1000, GAIN 2, TI 20000, DEADB_W 1, PV_FAC 1, PULSE_TM 3000, BREAK_TM 3000, MTR_TM 30000"
+    );
+    assert_eq!(starts(Pulsegen::TABLE), "PER_TM 1000, P_B_TM 50, RATIOFAC 1, STEP3_ON 1, SYN_ON 1, CYCLE 10");
+    assert_eq!(starts(PulsCtr::TABLE), "RED_FAC 200, CYCLE 10");
+    assert_eq!(starts(Hlg::TABLE), "TZ 10");
+}
