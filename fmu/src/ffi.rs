@@ -140,9 +140,16 @@ unsafe fn enter<B: Block>(
 fn panic_refusal(panic: Box<dyn Any + Send>) -> Refusal {
     let text = panic.downcast_ref::<&str>().copied().or(panic.downcast_ref::<String>().map(String::as_str));
     let reason = format!("panic in the block: {}; the instance is locked", text.unwrap_or("no message"));
-    // A payload could panic again when it is dropped, outside the door.
-    std::mem::forget(panic);
+    discard(panic);
     Refusal::new(Answer::Fatal, reason)
+}
+
+/// Drops what a block made; a panic in doing so ends here.
+fn discard<T>(value: T) {
+    if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(value))) {
+        // A payload that panics when it is dropped is not given a second chance.
+        std::mem::forget(panic);
+    }
 }
 
 /// The array of `length` elements at `pointer`, which a NULL with length 0 also is.
@@ -277,10 +284,10 @@ pub unsafe fn instantiate<B: Block>(
 pub unsafe fn free_instance<B: Block>(component: Pointer) {
     if !component.is_null() {
         // SAFETY: made by `instantiate`, and not used again by the host's contract.
-        let component = unsafe { Box::from_raw(component.cast::<Component<B>>()) };
-        if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(component))) {
-            std::mem::forget(panic);
-        }
+        let component = *unsafe { Box::from_raw(component.cast::<Component<B>>()) };
+        // One by one: a panic while another unwinds would end the process.
+        discard(component.instance);
+        component.saved.into_iter().for_each(discard);
     }
 }
 

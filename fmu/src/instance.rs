@@ -149,7 +149,7 @@ const ORDERS: usize = 4;
 #[derive(Clone, Debug)]
 struct Extrapolation {
     row: u32,
-    /// The input's own value, while a step replaces it by the extrapolated ones.
+    /// The input's own value, while a step replaces it by the extrapolated ones; of no meaning between steps.
     value: f64,
     /// First to fourth derivative.
     derivatives: [f64; ORDERS],
@@ -397,8 +397,8 @@ impl<B: Block> Instance<B> {
         let calls = clock.advance(tc, h)?;
         let cycle = clock.cycle();
         for input in &mut self.extrapolations {
-            input.value = self.block.get(input.row as usize).and_then(f64::from_plc).unwrap_or_default();
             let row = &B::TABLE.rows[input.row as usize];
+            input.value = self.block.get(input.row as usize).and_then(f64::from_plc).unwrap_or_default();
             // The largest amount that the value can reach within the step; if that fits, every value does.
             let last = (calls.lead + calls.count as f64 * cycle).max(0.0);
             let bound =
@@ -504,16 +504,11 @@ const MAGIC: &[u8] = b"plcfmu\0\x01";
 impl Stored for Extrapolation {
     fn write(&self, bytes: &mut Vec<u8>) {
         self.row.write(bytes);
-        self.value.write(bytes);
         self.derivatives.write(bytes);
     }
 
     fn read(bytes: &mut &[u8]) -> Option<Self> {
-        Some(Extrapolation {
-            row: Stored::read(bytes)?,
-            value: Stored::read(bytes)?,
-            derivatives: Stored::read(bytes)?,
-        })
+        Some(Extrapolation { row: Stored::read(bytes)?, value: 0.0, derivatives: Stored::read(bytes)? })
     }
 }
 
