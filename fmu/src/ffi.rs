@@ -1,5 +1,5 @@
 //! The 34 functions of FMI 2.0 for co-simulation. Everything unsafe stands here, and no decision: pointers become slices
-//! and references, one door ([`enter`]) catches panics, logs refusals and makes the status; [`Instance`] decides.
+//! and references, one door (`enter`) catches panics, logs refusals and makes the status; [`Instance`] decides.
 //!
 //! What a host owes, as the standard says: a `fmi2Component` is one that `fmi2Instantiate` gave and that is not freed
 //! yet, used by one thread at a time; an array has the length that stands beside it. NULL is recognised everywhere.

@@ -1,12 +1,41 @@
 //! The FMI 2.0 co-simulation interface that every block's FMU shares.
 //!
-//! A crate of type `cdylib` becomes the library of an FMU with one line:
+//! A crate of type `cdylib` becomes the library of an FMU by its last line:
 //!
-//! ```ignore
-//! fmu::export!(MyBlock);
+//! ```
+//! blocks::block! {
+//!     /// Doubles its input.
+//!     pub struct Twice as "TWICE" {
+//!         input {
+//!             /// Input value
+//!             u: Real = 0.0;
+//!         }
+//!         cycle {
+//!             /// Time between two calls
+//!             cycle: Time = Time::ms(100), min Time::ms(1);
+//!         }
+//!         output {
+//!             /// Output value
+//!             y: Real;
+//!         }
+//!     }
+//! }
+//!
+//! impl blocks::Law for Twice {
+//!     fn restart(&mut self) {
+//!         self.clear();
+//!     }
+//!
+//!     fn call(&mut self) {
+//!         self.y = self.u * 2.0;
+//!     }
+//! }
+//!
+//! fmu::export!(Twice);
+//! # fn main() {}
 //! ```
 //!
-//! `MyBlock` is any [`blocks::Block`]. `cargo xtask fmu -p my_block` packs it.
+//! `cargo xtask fmu -p PACKAGE` packs it.
 //!
 //! Data flows one way: [`ffi`] makes slices of pointers, [`instance`] decides what is allowed and what a step does,
 //! [`clock`] says which calls fall into it, and the block's law computes. Between `fmi2DoStep` and the law there is no
