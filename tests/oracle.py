@@ -42,7 +42,12 @@ def low_word(value):
     return ((int(value) + 0x8000) & 0xFFFF) - 0x8000
 
 
-WORD = INT = low_word
+def WORD(value):
+    return low_word(value)
+
+
+def INT(value):
+    return low_word(value)
 
 ZERO, ONE, HALF, TENTH, HUNDREDTH = REAL(0), REAL(1), REAL(0.5), REAL(0.1), REAL(0.01)
 TEN, FIFTY_FIVE, HUNDRED, THOUSAND = REAL(10), REAL(55), REAL(100), REAL(1000)
@@ -121,7 +126,7 @@ class Block:
         if not isinstance(block, Block) or not (
             terminal in block.INPUTS or terminal in block.OUTPUTS
         ):
-            raise KeyError(f"{type(self).__name__} has no terminal {name}; write it as the PLC does")
+            raise KeyError(f"{type(self).__name__} has no terminal {name}: see INPUTS and OUTPUTS")
         return block, terminal
 
     def set(self, name, value):
