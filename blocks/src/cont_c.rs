@@ -192,80 +192,91 @@ impl Law for ContC {
         if self.com_rst {
             return self.restart();
         }
-        let memory = &mut self.memory;
-
         self.pv = if self.pvper_on { process_value(self.pv_per, self.pv_fac, self.pv_off) } else { self.pv_in };
         self.er = dead_band(self.sp_int - self.pv, self.deadb_w);
         let e = self.er * self.gain;
 
-        let t = self.cycle.seconds();
-        let ti = self.ti.seconds().max(t * 0.5);
-        let td = self.td.seconds().max(t);
-        let tl = self.tm_lag.seconds().max(t * 0.5);
-
         self.lmn_p = if self.p_sel { e } else { 0.0 };
-
-        let i = if !self.i_sel {
-            memory.rest = 0.0;
-            memory.free = true;
-            0.0
-        } else if self.i_itl_on {
-            memory.rest = 0.0;
-            memory.free = true;
-            self.i_itlval
-        } else if self.man_on {
-            memory.rest = 0.0;
-            memory.free = true;
-            (memory.y - self.lmn_p) - self.disv
-        } else {
-            let mut q = (((t / ti) * (e + memory.e)) * 0.5) + memory.rest;
-            if self.int_hold || (q > 0.0 && self.qlmn_hlm) || (q < 0.0 && self.qlmn_llm) {
-                q = 0.0;
-            }
-            let mut i = memory.i + q;
-            memory.rest = (memory.i - i) + q;
-            if i > self.lmn_hlm || i < self.lmn_llm {
-                memory.rest = 0.0;
-                if !memory.free {
-                    i = if i > self.lmn_hlm { self.lmn_hlm } else { self.lmn_llm };
-                }
-            } else {
-                memory.free = false;
-            }
-            i
-        };
-
-        let d = if self.d_sel && !self.man_on {
-            let v = td / ((t * 0.5) + tl);
-            let d = (e - memory.w) * v;
-            let q = ((t / td) * d) + memory.rest_d;
-            let w = q + memory.w;
-            memory.rest_d = (memory.w - w) + q;
-            memory.w = w;
-            d
-        } else {
-            memory.rest_d = 0.0;
-            memory.w = e;
-            0.0
-        };
-
-        let u = if self.man_on { self.man } else { ((self.lmn_p + i) + d) + self.disv };
-        self.lmn_i = i;
-        self.lmn_d = d;
-        memory.e = e;
-        memory.i = i;
+        self.lmn_i = self.integral(e);
+        self.lmn_d = self.derivative(e);
+        let u = if self.man_on { self.man } else { ((self.lmn_p + self.lmn_i) + self.lmn_d) + self.disv };
 
         self.qlmn_hlm = u >= self.lmn_hlm;
         self.qlmn_llm = !self.qlmn_hlm && u <= self.lmn_llm;
-        memory.y = if self.qlmn_hlm {
+        let y = if self.qlmn_hlm {
             self.lmn_hlm
         } else if self.qlmn_llm {
             self.lmn_llm
         } else {
             u
         };
-        self.lmn = (memory.y * self.lmn_fac) + self.lmn_off;
+        self.lmn = (y * self.lmn_fac) + self.lmn_off;
         self.lmn_per = Word::new(analog_output(self.lmn));
+
+        self.memory.e = e;
+        self.memory.i = self.lmn_i;
+        self.memory.y = y;
+    }
+}
+
+impl ContC {
+    /// INT: the integral after this call.
+    fn integral(&mut self, e: Real) -> Real {
+        let memory = &mut self.memory;
+        let put = if !self.i_sel {
+            Some(0.0)
+        } else if self.i_itl_on {
+            Some(self.i_itlval)
+        } else if self.man_on {
+            Some((memory.y - self.lmn_p) - self.disv)
+        } else {
+            None
+        };
+        if let Some(i) = put {
+            memory.rest = 0.0;
+            memory.free = true;
+            return i;
+        }
+
+        let t = self.cycle.seconds();
+        let ti = self.ti.seconds().max(t * 0.5);
+        let mut q = (((t / ti) * (e + memory.e)) * 0.5) + memory.rest;
+        // The limit outputs still tell where the last call ended.
+        if self.int_hold || (q > 0.0 && self.qlmn_hlm) || (q < 0.0 && self.qlmn_llm) {
+            q = 0.0;
+        }
+        let i = memory.i + q;
+        memory.rest = (memory.i - i) + q;
+        let limit = if i > self.lmn_hlm {
+            self.lmn_hlm
+        } else if i < self.lmn_llm {
+            self.lmn_llm
+        } else {
+            memory.free = false;
+            return i;
+        };
+        memory.rest = 0.0;
+        if memory.free { i } else { limit }
+    }
+
+    /// DIF: the derivative component of this call.
+    fn derivative(&mut self, e: Real) -> Real {
+        let memory = &mut self.memory;
+        if !self.d_sel || self.man_on {
+            memory.rest_d = 0.0;
+            memory.w = e;
+            return 0.0;
+        }
+        let t = self.cycle.seconds();
+        let td = self.td.seconds().max(t);
+        let tl = self.tm_lag.seconds().max(t * 0.5);
+        let v = td / ((t * 0.5) + tl);
+        let d = (e - memory.w) * v;
+        let q = ((t / td) * d) + memory.rest_d;
+        let w = q + memory.w;
+        memory.rest_d = (memory.w - w) + q;
+        memory.w = w;
+        d
     }
 }
 

@@ -168,11 +168,11 @@ crate::block! {
 
 impl Law for ContS {
     const RESPONSE: Response = Response {
-        title: "Setpoint step to 11: one long pulse for the P action, then short ones for the I action; rest when the \
-                process value arrives; down when it overshoots",
-        calls: 100,
-        set: &[(5, "SP_INT", 11.0), (46, "PV_IN", 11.0), (60, "PV_IN", 15.0), (80, "PV_IN", 11.0)],
-        show: &["SP_INT", "PV", "ER", "QLMNUP", "QLMNDN"],
+        title: "Setpoint 11: a long pulse for the P action, then short ones for the I action; back at 0 the P action is \
+                taken back and the I action stays; at -6 the I action moves down",
+        calls: 140,
+        set: &[(5, "SP_INT", 11.0), (48, "SP_INT", 0.0), (70, "SP_INT", -6.0)],
+        show: &["SP_INT", "ER", "QLMNUP", "QLMNDN"],
     };
 
     fn restart(&mut self) {

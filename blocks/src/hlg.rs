@@ -111,7 +111,7 @@ impl Law for Hlg {
             (60, "E01", 1.0),
             (130, "R", 1.0),
         ],
-        show: &["HLG"],
+        show: &["HLG", "STOP", "E01", "R"],
     };
 
     fn restart(&mut self) {

@@ -119,26 +119,32 @@ impl Clock {
             }
         }
 
-        // A long step has a rounding of its own.
-        let tolerance = (same + ROUNDINGS * f64::EPSILON * step) * self.per_cycle;
-        let cycles = (offset + step) * self.per_cycle;
         let first = self.next;
-        if cycles + (tick - first) as f64 > MOST_CALLS {
-            return Err(too_many_calls(tc, h, self.end, self.cycle()));
-        }
-        let calls_end = (tick + ceil(cycles - tolerance)).max(first);
         let lead = first as f64 * cycle - present;
-
-        let passed = floor(cycles + tolerance);
-        self.tick = tick + passed;
-        self.offset = offset + step - passed as f64 * cycle;
-        self.next = calls_end;
+        if offset == 0.0 && step == cycle && first == tick {
+            // The same as below for the ordinary step, from one tick to the next. No step then waits for the arithmetic of
+            // the one before.
+            self.tick = tick + 1;
+            self.next = first + 1;
+            self.offset = 0.0;
+        } else {
+            // A long step has a rounding of its own.
+            let tolerance = (same + ROUNDINGS * f64::EPSILON * step) * self.per_cycle;
+            let cycles = (offset + step) * self.per_cycle;
+            if cycles + (tick - first) as f64 > MOST_CALLS {
+                return Err(too_many_calls(tc, h, self.end, self.cycle()));
+            }
+            let passed = floor(cycles + tolerance);
+            self.tick = tick + passed;
+            self.next = (tick + ceil(cycles - tolerance)).max(first);
+            self.offset = offset + step - passed as f64 * cycle;
+        }
         self.end = tc + h;
         // One more addition of the host's, rounded to half a unit in the last place (a whole one to be safe). Never more
         // than a quarter of a CYCLE: no host's rounding is a reason to call at another time than it says.
         drift += UNIT * self.end.abs();
         self.drift = if drift < 0.25 * cycle { drift } else { 0.25 * cycle };
-        Ok(Calls { count: (calls_end - first) as u64, lead: if lead.abs() > same { lead / 1000.0 } else { 0.0 } })
+        Ok(Calls { count: (self.next - first) as u64, lead: if lead.abs() > same { lead / 1000.0 } else { 0.0 } })
     }
 }
 

@@ -1,0 +1,3 @@
+//! CONT_S (FB 42) as an FMU.
+
+fmu::export!(blocks::ContS);

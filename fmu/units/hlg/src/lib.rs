@@ -1,0 +1,3 @@
+//! HLG as an FMU.
+
+fmu::export!(blocks::Hlg);

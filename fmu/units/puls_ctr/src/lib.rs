@@ -1,0 +1,3 @@
+//! PULS_CTR as an FMU.
+
+fmu::export!(blocks::PulsCtr);

@@ -1,0 +1,3 @@
+//! PULSEGEN (FB 43) as an FMU.
+
+fmu::export!(blocks::Pulsegen);
