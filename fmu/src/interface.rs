@@ -130,8 +130,8 @@ pub fn json<B: Block>() -> String {
             row.kind,
             row.role,
             value::number(row.start),
-            optional(row.min.map(value::number).map(|min| format!("{min:?}"))),
-            optional(row.max.map(value::number).map(|max| format!("{max:?}"))),
+            optional(row.min.map(|min| format!("{:?}", value::number(min).min(decimal(min))))),
+            optional(row.max.map(|max| format!("{:?}", value::number(max).max(decimal(max))))),
             optional(row.unit.map(quoted)),
         );
     }
@@ -148,6 +148,15 @@ pub fn json<B: Block>() -> String {
         show.join(",")
     );
     json
+}
+
+/// The value as it is written in decimals: 0.1 for the REAL next to it, which is a little more. A range holds both, so that
+/// neither a host that computes in doubles nor the REAL itself falls out of it.
+fn decimal(value: Value) -> f64 {
+    match value {
+        Value::Real(real) => real.to_string().parse().unwrap_or(f64::from(real)),
+        other => value::number(other),
+    }
 }
 
 fn optional(text: Option<String>) -> String {
@@ -218,6 +227,15 @@ mod tests {
         };
         assert_ne!(table_hash(BASIS, &table(&[("a", "Real")])), table_hash(BASIS, &table(&[("a", "LReal")])));
         assert_ne!(table_hash(BASIS, &table(&[("a", "Real")])), table_hash(BASIS, &table(&[("b", "Real")])));
+    }
+
+    #[test]
+    fn a_limit_of_a_real_holds_its_decimal_and_itself() {
+        // The REAL next to 0.1 lies above it, the one next to 0.7 below.
+        assert_eq!((decimal(Value::Real(0.1)), value::number(Value::Real(0.1))), (0.1, 0.10000000149011612));
+        assert_eq!((decimal(Value::Real(0.7)), value::number(Value::Real(0.7))), (0.7, 0.699999988079071));
+        assert_eq!(decimal(Value::Real(f32::MAX)), 3.4028235e38);
+        assert!(json::<blocks::Pulsegen>().contains(r#""start":1.0,"min":0.1,"max":10.0"#));
     }
 
     #[test]
