@@ -13,6 +13,7 @@
 //! at 1 ms) every call is made, once, in its step. Beyond, where a double hardly tells one call from the next, a step is
 //! refused.
 
+use crate::instance::Refusal;
 use blocks::{Stored, Time};
 
 /// Two times closer than this part of a CYCLE are one.
@@ -39,6 +40,11 @@ pub struct Clock {
     cycle: f64,
     /// The reciprocal of it, so that a step needs no division.
     per_cycle: f64,
+    /// The same in seconds.
+    period: f64,
+    /// Up to this time, in seconds, a step of one CYCLE can neither reach the stop time nor be beyond what a double
+    /// resolves.
+    horizon: f64,
     /// The number k of the next call.
     next: i64,
     /// The present time is `tick * cycle + offset`.
@@ -63,13 +69,35 @@ pub struct Calls {
 impl Clock {
     /// A clock that stands at `start`; `stop` is infinite if there is none.
     pub fn new(start: f64, stop: f64, cycle: Time) -> Clock {
-        let cycle = f64::from(cycle.milliseconds());
-        Clock { start, stop, cycle, per_cycle: 1.0 / cycle, next: 0, tick: 0, offset: 0.0, end: start, drift: 0.0 }
+        Clock {
+            start,
+            stop,
+            cycle: f64::from(cycle.milliseconds()),
+            per_cycle: 0.0,
+            period: 0.0,
+            horizon: 0.0,
+            next: 0,
+            tick: 0,
+            offset: 0.0,
+            end: start,
+            drift: 0.0,
+        }
+        .with_constants()
+    }
+
+    /// Computes what follows from start, stop and cycle.
+    fn with_constants(mut self) -> Clock {
+        self.per_cycle = 1.0 / self.cycle;
+        self.period = self.cycle / 1000.0;
+        let resolved = 0.1 * self.cycle / (ROUNDINGS * UNIT);
+        self.horizon =
+            if self.start.abs() < resolved { resolved.min(self.stop - 2.0 * self.period) } else { f64::NEG_INFINITY };
+        self
     }
 
     /// The time between two calls in seconds.
     pub fn cycle(&self) -> f64 {
-        self.cycle / 1000.0
+        self.period
     }
 
     /// The end of the last step in seconds, as the host counts.
@@ -82,8 +110,28 @@ impl Clock {
     /// # Errors
     /// A sentence with the numbers, and the clock stays where it is, if `tc` or `h` is no time, `tc` lies behind the
     /// last step's end, or `tc + h` behind the stop time, by more than rounding.
-    #[inline]
-    pub fn advance(&mut self, tc: f64, h: f64) -> Result<Calls, String> {
+    #[inline(always)]
+    pub fn advance(&mut self, tc: f64, h: f64) -> Result<Calls, Refusal> {
+        // The ordinary step, from where the last one ended, at a tick, to the next tick: nothing that `check_and_advance`
+        // checks can fail then, and it would come to the same.
+        if tc == self.end
+            && h == self.period
+            && self.offset == 0.0
+            && self.next == self.tick
+            && tc < self.horizon
+            && self.drift < 0.2 * self.cycle
+        {
+            self.tick += 1;
+            self.next += 1;
+            self.end = tc + h;
+            self.drift += UNIT * self.end.abs();
+            return Ok(Calls { count: 1, lead: 0.0 });
+        }
+        self.check_and_advance(tc, h)
+    }
+
+    #[inline(never)]
+    fn check_and_advance(&mut self, tc: f64, h: f64) -> Result<Calls, Refusal> {
         let cycle = self.cycle;
         // Written so that NaN fails.
         if !(h > 0.0 && h < f64::INFINITY && tc.abs() < f64::INFINITY) {
@@ -121,24 +169,16 @@ impl Clock {
 
         let first = self.next;
         let lead = first as f64 * cycle - present;
-        if offset == 0.0 && step == cycle && first == tick {
-            // The same as below for the ordinary step, from one tick to the next. No step then waits for the arithmetic of
-            // the one before.
-            self.tick = tick + 1;
-            self.next = first + 1;
-            self.offset = 0.0;
-        } else {
-            // A long step has a rounding of its own.
-            let tolerance = (same + ROUNDINGS * f64::EPSILON * step) * self.per_cycle;
-            let cycles = (offset + step) * self.per_cycle;
-            if cycles + (tick - first) as f64 > MOST_CALLS {
-                return Err(too_many_calls(tc, h, self.end, self.cycle()));
-            }
-            let passed = floor(cycles + tolerance);
-            self.tick = tick + passed;
-            self.next = (tick + ceil(cycles - tolerance)).max(first);
-            self.offset = offset + step - passed as f64 * cycle;
+        // A long step has a rounding of its own.
+        let tolerance = (same + ROUNDINGS * f64::EPSILON * step) * self.per_cycle;
+        let cycles = (offset + step) * self.per_cycle;
+        if cycles + (tick - first) as f64 > MOST_CALLS {
+            return Err(too_many_calls(tc, h, self.end, self.cycle()));
         }
+        let passed = floor(cycles + tolerance);
+        self.tick = tick + passed;
+        self.next = (tick + ceil(cycles - tolerance)).max(first);
+        self.offset = offset + step - passed as f64 * cycle;
         self.end = tc + h;
         // One more addition of the host's, rounded to half a unit in the last place (a whole one to be safe). Never more
         // than a quarter of a CYCLE: no host's rounding is a reason to call at another time than it says.
@@ -151,42 +191,47 @@ impl Clock {
 // The sentences stand apart: a step that is not refused should not carry them along.
 
 #[cold]
-fn no_time(tc: f64, h: f64) -> String {
+fn no_time(tc: f64, h: f64) -> Refusal {
     format!(
         "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: the point must be finite, the step finite \
          and greater than 0"
     )
+    .into()
 }
 
 #[cold]
-fn no_resolution(tc: f64, cycle: f64) -> String {
+fn no_resolution(tc: f64, cycle: f64) -> Refusal {
     format!(
         "currentCommunicationPoint = {tc:?}: there a double no longer tells one CYCLE of {cycle} s from the next; start \
          nearer to 0"
     )
+    .into()
 }
 
 #[cold]
-fn behind(tc: f64, end: f64) -> String {
+fn behind(tc: f64, end: f64) -> Refusal {
     format!(
         "currentCommunicationPoint = {tc:?} lies behind {end:?}, where the last step ended; to go back, restore an FMU \
          state"
     )
+    .into()
 }
 
 #[cold]
-fn behind_stop(tc: f64, h: f64, stop: f64) -> String {
+fn behind_stop(tc: f64, h: f64, stop: f64) -> Refusal {
     format!(
         "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: the step ends behind stopTime = {stop:?}"
     )
+    .into()
 }
 
 #[cold]
-fn too_many_calls(tc: f64, h: f64, end: f64, cycle: f64) -> String {
+fn too_many_calls(tc: f64, h: f64, end: f64, cycle: f64) -> Refusal {
     format!(
         "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: from {end:?} on, at one call every {cycle} s, \
          these are more than {MOST_CALLS} calls; make the step shorter"
     )
+    .into()
 }
 
 /// The floor of a number of cycles, 0 where it is negative by rounding. (`f64::floor` is a library call on processors
@@ -218,14 +263,16 @@ impl Stored for Clock {
             start,
             stop,
             cycle,
-            per_cycle: 1.0 / cycle,
+            per_cycle: 0.0,
+            period: 0.0,
+            horizon: 0.0,
             next: Stored::read(bytes)?,
             tick: Stored::read(bytes)?,
             offset: Stored::read(bytes)?,
             end: Stored::read(bytes)?,
             drift: Stored::read(bytes)?,
         };
-        clock.is_possible().then_some(clock)
+        clock.is_possible().then_some(clock.with_constants())
     }
 }
 
@@ -254,6 +301,11 @@ mod tests {
 
     fn calls(clock: &mut Clock, tc: f64, h: f64) -> u64 {
         clock.advance(tc, h).unwrap().count
+    }
+
+    fn advanced(clock: &mut Clock, tc: f64, h: f64) -> (u64, f64) {
+        let calls = clock.advance(tc, h).unwrap();
+        (calls.count, calls.lead)
     }
 
     #[test]
@@ -319,17 +371,17 @@ mod tests {
     #[test]
     fn a_host_that_really_is_ahead_is_followed_and_the_calls_in_between_are_made() {
         let mut clock = clock(0.0, 1000);
-        assert_eq!(clock.advance(0.0, 1.0), Ok(Calls { count: 1, lead: 0.0 }));
+        assert_eq!(advanced(&mut clock, 0.0, 1.0), (1, 0.0));
         // Calls 1, 2 and 3 are late by 2.5, 1.5 and 0.5 s; the step itself holds call 4, 0.5 s after its begin.
-        assert_eq!(clock.advance(3.5, 1.0), Ok(Calls { count: 4, lead: -2.5 }));
-        assert_eq!(clock.advance(4.5, 1.0), Ok(Calls { count: 1, lead: 0.5 }));
+        assert_eq!(advanced(&mut clock, 3.5, 1.0), (4, -2.5));
+        assert_eq!(advanced(&mut clock, 4.5, 1.0), (1, 0.5));
     }
 
     #[test]
     fn a_host_a_tenth_of_a_cycle_ahead_is_followed_too() {
         let mut clock = clock(0.0, 1000);
         calls(&mut clock, 0.0, 1.0);
-        assert_eq!(clock.advance(1.1, 1.0), Ok(Calls { count: 2, lead: -0.1 }));
+        assert_eq!(advanced(&mut clock, 1.1, 1.0), (2, -0.1));
     }
 
     #[test]
@@ -379,7 +431,8 @@ mod tests {
     fn a_host_behind_by_more_than_rounding_is_refused_with_both_numbers() {
         let mut clock = clock(0.0, 1000);
         calls(&mut clock, 0.0, 1.0);
-        let error = clock.advance(0.999, 1.0).unwrap_err();
+        let refusal = clock.advance(0.999, 1.0).unwrap_err();
+        let error = refusal.reason();
         assert!(error.contains("= 0.999 ") && error.contains(" 1.0,"), "{error}");
         assert_eq!(calls(&mut clock, 1.0 - 1e-12, 1.0), 1, "and by rounding is not");
     }
@@ -387,10 +440,10 @@ mod tests {
     #[test]
     fn points_and_steps_that_are_no_times_are_refused() {
         for h in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(clock(0.0, 1000).advance(0.0, h).unwrap_err().contains(&format!("{h:?}")));
+            assert!(clock(0.0, 1000).advance(0.0, h).unwrap_err().reason().contains(&format!("{h:?}")));
         }
         for tc in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert!(clock(0.0, 1000).advance(tc, 1.0).unwrap_err().contains(&format!("{tc:?}")));
+            assert!(clock(0.0, 1000).advance(tc, 1.0).unwrap_err().reason().contains(&format!("{tc:?}")));
         }
     }
 
@@ -404,7 +457,7 @@ mod tests {
             tc += 0.1;
         }
         assert!(tc > 10_000.000000018);
-        assert!(clock.advance(tc, 0.1).unwrap_err().contains("10000.0"));
+        assert!(clock.advance(tc, 0.1).unwrap_err().reason().contains("10000.0"));
         assert!(Clock::new(0.0, 1.0, Time::ms(100)).advance(0.0, 1.001).is_err());
     }
 
@@ -418,8 +471,11 @@ mod tests {
     #[test]
     fn a_day_in_one_step_makes_every_call_and_an_endless_step_is_refused() {
         assert_eq!(calls(&mut clock(0.0, 1), 0.0, 86_400.0), 86_400_000);
-        assert!(clock(0.0, 1).advance(0.0, 4.3e6).unwrap_err().contains("4294967296"));
-        assert!(clock(0.0, 1).advance(4.3e6, 1.0).unwrap_err().contains("4294967296"), "nor an endless way to it");
+        assert!(clock(0.0, 1).advance(0.0, 4.3e6).unwrap_err().reason().contains("4294967296"));
+        assert!(
+            clock(0.0, 1).advance(4.3e6, 1.0).unwrap_err().reason().contains("4294967296"),
+            "nor an endless way to it"
+        );
         assert!(clock(0.0, 1000).advance(0.0, 1e300).is_err());
     }
 
@@ -427,7 +483,7 @@ mod tests {
     fn where_a_double_no_longer_tells_the_calls_apart_a_step_is_refused() {
         // 1 ms: the bound lies at 2^47 ms = 1.4e11 s.
         assert_eq!(calls(&mut clock(1e11, 1), 1e11, 1.0), 1000);
-        assert!(clock(2e11, 1).advance(2e11, 1.0).unwrap_err().contains("no longer tells"));
+        assert!(clock(2e11, 1).advance(2e11, 1.0).unwrap_err().reason().contains("no longer tells"));
     }
 
     #[test]
@@ -442,5 +498,26 @@ mod tests {
         let mut after = Vec::new();
         clock.write(&mut after);
         assert_eq!(before, after);
+    }
+
+    #[test]
+    fn the_ordinary_step_comes_to_the_same_as_the_checked_one() {
+        for (start, stop, cycle) in
+            [(0.0, f64::INFINITY, 1), (1234.5, 1300.0, 10), (-1e5, f64::INFINITY, 100), (1e9, f64::INFINITY, 1)]
+        {
+            let mut ordinary = Clock::new(start, stop, Time::ms(cycle));
+            let mut checked = ordinary.clone();
+            for _ in 0..5_000 {
+                let (tc, h) = (ordinary.end, ordinary.period);
+                let same = ordinary.advance(tc, h).unwrap() == checked.check_and_advance(tc, h).unwrap();
+                assert!(same, "{start} {cycle} at {tc}");
+            }
+            let bytes = |clock: &Clock| {
+                let mut bytes = Vec::new();
+                clock.write(&mut bytes);
+                bytes
+            };
+            assert_eq!(bytes(&ordinary), bytes(&checked), "{start} {cycle}");
+        }
     }
 }

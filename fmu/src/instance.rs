@@ -317,10 +317,8 @@ impl<B: Block> Instance<B> {
             }
         }
         for (reference, value) in references.iter().zip(values) {
-            let index = *reference as usize;
-            if let Ok(value) = value.to_plc(B::TABLE.rows[index].kind) {
-                self.block.set(index, value);
-            }
+            let row = *reference as usize;
+            value.put(&mut self.block, row, B::TABLE.rows[row].kind);
         }
         Ok(())
     }

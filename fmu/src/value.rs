@@ -1,6 +1,6 @@
 //! PLC values as FMI sees them: REAL, LREAL and TIME are Real, WORD and INT Integer, BOOL Boolean.
 
-use blocks::{Kind, Time, Value, Word};
+use blocks::{Block, Kind, Time, Value, Word};
 use std::ffi::c_int;
 
 /// An FMI type, as C passes it.
@@ -16,6 +16,9 @@ pub trait FmiType: Copy {
     /// # Errors
     /// The range, as a text, if the value lies outside.
     fn to_plc(self, kind: Kind) -> Result<Value, &'static str>;
+
+    /// Writes the value, which [`FmiType::to_plc`] has accepted, into a row of that kind.
+    fn put<B: Block>(self, block: &mut B, row: usize, kind: Kind);
 
     /// The PLC value in this type; `None` if it is of another.
     fn from_plc(value: Value) -> Option<Self>;
@@ -47,6 +50,15 @@ impl FmiType for f64 {
             _ if (self as f32).is_finite() => Ok(Value::Real(self as f32)),
             _ => Err("a REAL takes finite numbers of at most 3.4028235e38"),
         }
+    }
+
+    #[inline(always)]
+    fn put<B: Block>(self, block: &mut B, row: usize, kind: Kind) {
+        match kind {
+            Kind::Real => block.set(row, Value::Real(self as f32)),
+            Kind::LReal => block.set(row, Value::LReal(self)),
+            kind => self.to_plc(kind).is_ok_and(|value| block.set(row, value)),
+        };
     }
 
     #[inline]
@@ -81,6 +93,13 @@ impl FmiType for c_int {
         }
     }
 
+    #[inline(always)]
+    fn put<B: Block>(self, block: &mut B, row: usize, kind: Kind) {
+        if let Ok(value) = self.to_plc(kind) {
+            block.set(row, value);
+        }
+    }
+
     #[inline]
     fn from_plc(value: Value) -> Option<c_int> {
         match value {
@@ -110,6 +129,11 @@ impl FmiType for Boolean {
     #[inline]
     fn to_plc(self, _kind: Kind) -> Result<Value, &'static str> {
         Ok(Value::Bool(self.0 != 0))
+    }
+
+    #[inline(always)]
+    fn put<B: Block>(self, block: &mut B, row: usize, _kind: Kind) {
+        block.set(row, Value::Bool(self.0 != 0));
     }
 
     #[inline]
