@@ -96,7 +96,7 @@ impl Clock {
     }
 
     /// The time between two calls in seconds.
-    pub fn cycle(&self) -> f64 {
+    pub fn period(&self) -> f64 {
         self.period
     }
 
@@ -140,7 +140,7 @@ impl Clock {
         let magnitude = if tc.abs() > self.start.abs() { tc.abs() } else { self.start.abs() };
         let same = SAME * cycle + ROUNDINGS * UNIT * magnitude;
         if same > 0.125 * cycle {
-            return Err(no_resolution(tc, self.cycle()));
+            return Err(no_resolution(tc, self.period));
         }
         if (self.end - tc) * 1000.0 > same {
             return Err(behind(tc, self.end));
@@ -173,7 +173,7 @@ impl Clock {
         let tolerance = (same + ROUNDINGS * f64::EPSILON * step) * self.per_cycle;
         let cycles = (offset + step) * self.per_cycle;
         if cycles + (tick - first) as f64 > MOST_CALLS {
-            return Err(too_many_calls(tc, h, self.end, self.cycle()));
+            return Err(too_many_calls(tc, h, self.end, self.period));
         }
         let passed = floor(cycles + tolerance);
         self.tick = tick + passed;

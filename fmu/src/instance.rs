@@ -393,7 +393,7 @@ impl<B: Block> Instance<B> {
     fn do_step_extrapolated(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
         let mut clock = self.clock.clone();
         let calls = clock.advance(tc, h)?;
-        let cycle = clock.cycle();
+        let cycle = clock.period();
         for input in &mut self.extrapolations {
             let row = &B::TABLE.rows[input.row as usize];
             input.value = self.block.get(input.row as usize).and_then(f64::from_plc).unwrap_or_default();
