@@ -1,0 +1,190 @@
+"""Cascade of two CONT_C, temperature over flow: what the second controller saves when the pressure
+drops.
+
+    setpoint --SP_INT--> CONT_C ---LMN---> SP_INT  CONT_C --LMN--> DRIVE  VALVE --FLOW--+
+                       temperature                  flow    |       ^                   |--TEMP--+
+                           ^                        ^       |      PRES                 |        |
+                           |                        +-------|---PV_IN-------------------+        |
+                           +--------------------------------|---PV_IN----------------------------+
+
+The temperature controller does not move the valve: it asks for a flow of heating medium, in l/min,
+and the flow controller finds the position for it. Compared with a single CONT_C that moves the
+valve itself.
+
+Call order: every 100 ms temperature controller, flow controller, valve. The temperature controller
+has CYCLE = 1 s; it is stepped with the others, and its block is called in every tenth step.
+
+Tuning: the flow follows the valve at once, so the flow controller is an I controller (P_SEL off)
+with GAIN / TI = 1 / (0.4 l/min/% * 2 s): a closed flow loop with the time constant FLOW_LAMBDA = 2
+s. The temperature controller is a PI after SIMC for the gain of 2 K/(l/min), lags of 20 s and 5 s
+and the flow loop: LAMBDA = 10 s. The single controller has the same settings with the valve's 0.4
+l/min/% in the gain.
+
+Theory: both answer the setpoint alike, with a rise time of 2.2 LAMBDA. After the pressure drop the
+single controller has to find a new position by integrating an error of d_position TI / GAIN. In the
+cascade the flow that is wanted stays what it was, so the temperature error adds up to 0, and the
+largest deviation is what the missing flow does behind the two lags while it fades. At 2.5 bar the
+valve has 0.79 of its gain, so it fades with FLOW_LAMBDA / 0.79 = 2.5 s, and costs no more than 0.16
+K for each l/min.
+"""
+
+import math
+
+import loop
+
+STEP_SIZE = 0.1
+# The process: VALVE's parameters, and its steady state.
+FLOW_PER_PERCENT, RISE_PER_FLOW = 0.4, 2.0
+T1, T2 = 20.0, 5.0
+# The loops.
+FLOW_LAMBDA, LAMBDA, CYCLE = 2.0, 10.0, 1.0
+THETA = T2 / 2 + FLOW_LAMBDA + CYCLE / 2
+GAIN = (T1 + T2 / 2) / (RISE_PER_FLOW * (LAMBDA + THETA))
+TI = T1 + T2 / 2
+
+AT_START, SETPOINT = 60.0, 65.0
+STEP, DROP, END = 20.0, 150.0, 300.0
+PRESSURE, LOW_PRESSURE = 4.0, 2.5
+
+
+def run(fmus, with_flow_controller):
+    """A setpoint step of 5 K at 20 s, and the pressure of the heating medium dropping from 4 to 2.5 bar at 150 s."""
+    valve = fmus.start(
+        "VALVE", POS_ON=True, MTR_TM=5.0, POS_START=50.0, T_START=AT_START, CYCLE=STEP_SIZE
+    )
+    flow_at_start, position = 20.0, 50.0
+    if with_flow_controller:
+        temperature = fmus.start(
+            "CONT_C",
+            MAN_ON=False,
+            CYCLE=CYCLE,
+            GAIN=GAIN,
+            TI=TI,
+            LMN_HLM=40.0,
+            I_ITLVAL=flow_at_start,
+        )
+        flow = fmus.start(
+            "CONT_C",
+            MAN_ON=False,
+            CYCLE=STEP_SIZE,
+            P_SEL=False,
+            GAIN=1.0,
+            TI=FLOW_PER_PERCENT * FLOW_LAMBDA,
+            I_ITLVAL=position,
+        )
+    else:
+        temperature = fmus.start(
+            "CONT_C",
+            MAN_ON=False,
+            CYCLE=CYCLE,
+            GAIN=GAIN / FLOW_PER_PERCENT,
+            TI=TI,
+            I_ITLVAL=position,
+        )
+    result = loop.Result()
+    measured_flow = flow_at_start
+    for t in loop.clock(END, STEP_SIZE, "cascade" if with_flow_controller else "single controller"):
+        setpoint = SETPOINT if t >= STEP else AT_START
+        pressure = LOW_PRESSURE if t >= DROP else PRESSURE
+        temperature.step(t, STEP_SIZE, SP_INT=setpoint, PV_IN=valve["TEMP"])
+        position = temperature["LMN"]
+        row = {"SP_INT": setpoint, "TEMP": valve["TEMP"]}
+        if with_flow_controller:
+            row["FLOW_SP"] = temperature["LMN"]
+            flow.step(t, STEP_SIZE, SP_INT=temperature["LMN"], PV_IN=measured_flow)
+            position = flow["LMN"]
+        result.add(t, **row, FLOW=measured_flow, POSITION=position, PRES=pressure)
+        valve.step(t, STEP_SIZE, DRIVE=position, PRES=pressure)
+        measured_flow = valve["FLOW"]
+
+    way = "cascade" if with_flow_controller else "single"
+    step, drop = result.between(STEP, DROP), result.between(DROP, END)
+    step_size = SETPOINT - AT_START
+    theory = 2.2 * LAMBDA, None, None, step_size * (LAMBDA + THETA)
+    result.step_figures(step, "TEMP", "SP_INT", AT_START, SETPOINT, "K s", f"{way}: ", theory)
+    steady_flow = (SETPOINT - 20.0) / RISE_PER_FLOW
+    left = math.sqrt(LOW_PRESSURE / PRESSURE)
+    if with_flow_controller:
+        missing = steady_flow * (1 - left)
+        most = RISE_PER_FLOW * missing * FLOW_LAMBDA / left * largest_of_two_lags(T1, T2)
+        result.figure(
+            f"{way}: pressure drop, largest deviation",
+            float(max(SETPOINT - drop["TEMP"])),
+            "K",
+            f"at most {most:.2f}",
+        )
+        error = 0.0
+    else:
+        result.figure(
+            f"{way}: pressure drop, largest deviation", float(max(SETPOINT - drop["TEMP"])), "K"
+        )
+        more = steady_flow / FLOW_PER_PERCENT * (1 / left - 1)
+        error = more * TI / (GAIN / FLOW_PER_PERCENT)
+    result.figure(
+        f"{way}: pressure drop, integral of the error",
+        loop.control_error(drop, "TEMP", "SP_INT"),
+        "K s",
+        error,
+    )
+    return result
+
+
+def largest_of_two_lags(t1, t2):
+    """The largest value that two lags give to an impulse of area 1."""
+    when = math.log(t1 / t2) * t1 * t2 / (t1 - t2)
+    return (math.exp(-when / t1) - math.exp(-when / t2)) / (t1 - t2)
+
+
+def draw(cascade, single, path):
+    figure, axes = loop.picture(
+        "Temperature over flow: the cascade meets a pressure drop before the temperature feels it",
+        ["temperature in °C", "flow in l/min", "valve position\nin %"],
+        [1.3, 1, 1],
+    )
+    grey = loop.COMPARED
+    axes[0].plot(
+        cascade.time, cascade["SP_INT"], label="setpoint", drawstyle="steps-post", **loop.SETPOINT
+    )
+    axes[0].plot(single.time, single["TEMP"], label="single controller", **grey)
+    axes[0].plot(cascade.time, cascade["TEMP"], label="cascade", **loop.PROCESS_VALUE)
+    axes[1].plot(
+        cascade.time,
+        cascade["FLOW_SP"],
+        label="flow setpoint, cascade",
+        drawstyle="steps-post",
+        **loop.SETPOINT,
+    )
+    axes[1].plot(single.time, single["FLOW"], label="flow, single", **grey)
+    axes[1].plot(cascade.time, cascade["FLOW"], label="flow, cascade", **loop.PROCESS_VALUE)
+    axes[2].plot(
+        single.time, single["POSITION"], label="single controller", drawstyle="steps-post", **grey
+    )
+    axes[2].plot(
+        cascade.time,
+        cascade["POSITION"],
+        label="cascade",
+        drawstyle="steps-post",
+        **loop.MANIPULATED,
+    )
+    loop.mark(axes, DROP, END, "disturbance: pressure 4 → 2.5 bar", at=(DROP, 0.16))
+    for each in axes:
+        loop.legend(each)
+    loop.save_picture(figure, path)
+
+
+def main():
+    folder, out = loop.arguments(__doc__)
+    with loop.Fmus(folder) as fmus:
+        print(
+            f"Cascade, temperature over flow: GAIN {GAIN:.3f} l/min/K, TI {TI:.1f} s; flow I controller, {FLOW_LAMBDA:.0f} s"
+        )
+        cascade, single = run(fmus, True), run(fmus, False)
+        cascade.print_figures()
+        single.print_figures()
+        loop.save_csv(cascade, out / "cascade.csv")
+        loop.save_csv(single, out / "cascade_single.csv")
+        draw(cascade, single, out / "cascade.png")
+
+
+if __name__ == "__main__":
+    main()

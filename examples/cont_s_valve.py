@@ -1,0 +1,181 @@
+"""Motor-driven valve and heat exchanger with CONT_S: automatic, by hand, and against the limit
+stop.
+
+    setpoint --SP_INT-----> CONT_S --QLMNUP--> UP    VALVE --TEMP--+
+    by hand --LMNS_ON-->           --QLMNDN--> DOWN    ^           |
+              LMNUP       ^  ^                        PRES         |
+              LMNDN       |  +--LMNR_HS, LMNR_LS-------------------+
+                          +-----PV_IN------------------------------+
+
+CONT_S knows the position only by the time that it has run the motor (MTR_TM) and by the two limit
+switches. What the pulses do with the valve stands in VALVE's LMNR.
+
+Call order: every 100 ms CONT_S with the temperature and the limit switches of t, then the valve
+with the pulses of this call to t + 100 ms.
+
+Tuning: SIMC's PI for the exchanger's gain of 0.8 K/% and its lags of 20 s and 5 s, for a closed
+loop with LAMBDA = 12 s. A pulse of PULSE_TM = 300 ms moves the valve by 1 % and the temperature by
+0.8 K; a dead band of 0.5 K to either side is more than half of that, so there is always a position
+that it is content with.
+
+Theory: a setpoint step takes a rise time of about 2.2 LAMBDA; the pulses make the PI law in steps
+of 1 %, so times come out within a fifth. At rest the temperature is within the dead band, and no
+pulse comes any more. A setpoint that cannot be reached drives the valve to its upper stop; there
+the pulse ends with LMNR_HS, and the integrator waits (only the proportional part, which shrinks
+while the temperature rises, takes the valve off the stop for a moment). So with the next setpoint
+the valve closes at once.
+"""
+
+import numpy as np
+
+import loop
+
+CYCLE = 0.1
+K, T1, T2 = 0.8, 20.0, 5.0
+LAMBDA = 12.0
+THETA = T2 / 2 + 0.3 + CYCLE / 2  # a minimum pulse, or break, counts as delay
+GAIN = (T1 + T2 / 2) / (K * (LAMBDA + THETA))
+TI = T1 + T2 / 2
+PULSE_TM, MTR_TM, DEADB_W = 0.3, 30.0, 0.5
+
+STEP, DROP, MANUAL, AUTOMATIC, TOO_HIGH, BACK, END = 20.0, 120.0, 240.0, 280.0, 400.0, 480.0, 600.0
+BY_HAND_UP, BY_HAND_DOWN = (245.0, 257.0), (265.0, 268.0)
+
+
+def setpoint(t):
+    if t < STEP:
+        return 60.0
+    return 95.0 if TOO_HIGH <= t < BACK else 70.0
+
+
+def run(fmus):
+    """A setpoint step, a pressure drop; by hand to the upper stop and back; a setpoint that is too high; and back."""
+    controller = fmus.start(
+        "CONT_S",
+        CYCLE=CYCLE,
+        GAIN=GAIN,
+        TI=TI,
+        DEADB_W=DEADB_W,
+        PULSE_TM=PULSE_TM,
+        BREAK_TM=PULSE_TM,
+        MTR_TM=MTR_TM,
+    )
+    valve = fmus.start("VALVE", CYCLE=CYCLE, MTR_TM=MTR_TM, POS_START=50.0, T_START=60.0)
+    result = loop.Result()
+    for t in loop.clock(END, CYCLE, "valve with CONT_S"):
+        by_hand = {
+            "LMNS_ON": MANUAL <= t < AUTOMATIC,
+            "LMNUP": BY_HAND_UP[0] <= t < BY_HAND_UP[1],
+            "LMNDN": BY_HAND_DOWN[0] <= t < BY_HAND_DOWN[1],
+        }
+        stops = valve.get("LMNR_HS LMNR_LS")
+        pressure = 4.0 if t < DROP else 3.0
+        controller.step(t, CYCLE, SP_INT=setpoint(t), PV_IN=valve["TEMP"], **stops, **by_hand)
+        result.add(
+            t,
+            SP_INT=setpoint(t),
+            **controller.get("PV ER QLMNUP QLMNDN"),
+            **stops,
+            **by_hand,
+            LMNR=valve["LMNR"],
+            PRES=pressure,
+        )
+        valve.step(t, CYCLE, UP=controller["QLMNUP"], DOWN=controller["QLMNDN"], PRES=pressure)
+
+    step = result.between(STEP, DROP)
+    result.figure(
+        "rise time, 10 ... 90 %", loop.rise_time(step, "PV", 60.0, 70.0), "s", 2.2 * LAMBDA
+    )
+    result.figure("overshoot", loop.overshoot(step, "PV", 60.0, 70.0), "%", "at most 5")
+    result.figure("settling time to 1 K", loop.settling_time(step, "PV", 60.0, 70.0, 0.1), "s")
+    result.figure(
+        "integral of the absolute error", loop.absolute_error(step, "PV", "SP_INT"), "K s"
+    )
+    rest = result.between(MANUAL - 20.0, MANUAL)
+    result.figure(
+        "deviation at rest", float(max(abs(rest["SP_INT"] - rest["PV"]))), "K", f"at most {DEADB_W}"
+    )
+    for name, start, end in (("setpoint step", STEP, DROP), ("pressure drop", DROP, MANUAL)):
+        part = result.between(start, end)
+        result.figure(f"pulses for the {name}", pulses(part["QLMNUP"]) + pulses(part["QLMNDN"]), "")
+    against = (result["QLMNUP"] * result["LMNR_HS"] + result["QLMNDN"] * result["LMNR_LS"]) > 0
+    result.figure("calls with a pulse against a stop", int(np.sum(against)), "", 0)
+    stopped = result.between(TOO_HIGH, BACK)
+    at_stop = stopped.time[stopped["LMNR_HS"] == 1]
+    result.figure("setpoint too high: at the stop", BACK - at_stop[0], "s")
+    back = result.between(BACK, END)
+    first_down = back.time[back["QLMNDN"] == 1][0] - BACK
+    result.figure("setpoint back: the valve closes after", float(first_down), "s", 0.0)
+    return result
+
+
+def pulses(signal):
+    """How often it rises."""
+    return int(np.sum(np.diff(np.concatenate([[0], signal])) > 0))
+
+
+def draw(result, path):
+    figure, axes = loop.picture(
+        "Valve with CONT_S: pulses, by hand to the limit stop, and a setpoint that cannot be reached",
+        ["temperature in °C", "valve in %", "pulses"],
+        [1.3, 1, 0.75],
+    )
+    time = result.time
+    axes[0].plot(time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **loop.SETPOINT)
+    axes[0].plot(time, result["PV"], label="PV", **loop.PROCESS_VALUE)
+    axes[1].plot(time, result["LMNR"], label="position LMNR", **loop.MANIPULATED)
+    axes[1].fill_between(
+        time,
+        0,
+        100,
+        where=result["LMNR_HS"] == 1,
+        step="post",
+        color="#c8102e",
+        alpha=0.16,
+        linewidth=0,
+        label="limit switch LMNR_HS",
+    )
+    axes[2].fill_between(
+        time,
+        0,
+        result["QLMNUP"],
+        step="post",
+        color=loop.MANIPULATED["color"],
+        linewidth=0.4,
+        label="QLMNUP",
+    )
+    axes[2].fill_between(
+        time,
+        0,
+        -result["QLMNDN"],
+        step="post",
+        color=loop.PROCESS_VALUE["color"],
+        linewidth=0.4,
+        label="QLMNDN",
+    )
+    axes[0].set_ylim(55, 103)
+    axes[1].set_ylim(40, 105)
+    axes[2].set_yticks([-1, 0, 1], ["down", "", "up"])
+    axes[2].set_ylim(-1.2, 1.2)
+    loop.mark(axes, DROP, MANUAL, "disturbance:\npressure 4 → 3 bar")
+    loop.mark(axes, MANUAL, AUTOMATIC, "manual\n(LMNS_ON)", loop.MANUAL)
+    loop.mark(axes, AUTOMATIC, END, "")
+    for each in axes:
+        loop.legend(each)
+    loop.save_picture(figure, path)
+
+
+def main():
+    folder, out = loop.arguments(__doc__)
+    with loop.Fmus(folder) as fmus:
+        print(
+            f"Valve with CONT_S: GAIN {GAIN:.2f} %/K, TI {TI:.1f} s, DEADB_W {DEADB_W} K, PULSE_TM {PULSE_TM} s"
+        )
+        result = run(fmus)
+        result.print_figures()
+        loop.save_csv(result, out / "cont_s_valve.csv")
+        draw(result, out / "cont_s_valve.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,164 @@
+"""Three-step control of a chamber that is heated and cooled: RATIOFAC 1 and 0.5 side by side.
+
+    setpoint --SP_INT--> CONT_C --LMN--> INV  PULSEGEN --QPOS_P--> HEAT  THERMO --TEMP--+
+                           ^                           --QNEG_P--> COOL                 |
+                           +----------------------------PV_IN---------------------------+
+
+One percent of cooling takes the chamber twice as far as one of heating (DROP 120 K, RISE 60 K).
+With RATIOFAC = 0.5 PULSEGEN makes the cooling pulses half as long, and the controller sees the same
+gain of 0.6 K/% both ways.
+
+Call order: CONT_C every 2 s, PULSEGEN (PER_TM = 2 s) and THERMO every 20 ms, so that a pulse is
+known to 1 %. In a step in which CONT_C is called it comes first, so its LMN is the pulse of the
+period that begins there.
+
+Tuning: SIMC's PI for the slower way, cooling, with its lags of 100 s and 25 s and 0.6 K/%: half of
+the 25 s and half a period count as delay THETA = 13.5 s, and LAMBDA = THETA. One setting for both
+ways.
+
+Theory: with RATIOFAC = 0.5 the loop has a phase margin of 51 degrees in cooling, and the answer to
+a setpoint step overshoots by some percent only, a little more than in heating, which has less lag.
+With RATIOFAC = 1 the loop gain is twice that in cooling: the crossover moves up, the answer rises
+in about half the time, the phase margin falls to 36 degrees, and the temperature swings: it
+overshoots by more than twice as much, and heating has to bring it back. In heating both are the
+same, pulse by pulse.
+"""
+
+import math
+
+import numpy as np
+
+import loop
+
+CYCLE, PULSE_CYCLE = 2.0, 0.02
+CALLS = round(CYCLE / PULSE_CYCLE)
+K, T1, T2 = 0.6, 100.0, 25.0
+THETA = T2 / 2 + CYCLE / 2
+LAMBDA = THETA
+GAIN = (T1 + T2 / 2) / (K * (LAMBDA + THETA))
+TI = T1 + T2 / 2
+START, WARM, COLD = 20.0, 26.0, 14.0
+HEATING, COOLING, END = 20.0, 260.0, 560.0
+
+
+def phase_margin(gain):
+    """Of the loop in cooling, with `gain` times the gain that it was tuned for, in degrees."""
+
+    def loop_at(w):
+        s = 1j * w
+        return (
+            gain
+            * K
+            * GAIN
+            * (1 + 1 / (TI * s))
+            * np.exp(-s * CYCLE / 2)
+            / ((T1 * s + 1) * (T2 * s + 1))
+        )
+
+    w = np.linspace(0.001, 0.5, 200000)
+    crossover = w[np.nonzero(abs(loop_at(w)) < 1)[0][0]]
+    return 180.0 + math.degrees(np.angle(loop_at(crossover)))
+
+
+def run(fmus, ratiofac):
+    """From 20 to 26 degC by heating, then to 14 degC by cooling. A row is a period of the pulses."""
+    controller = fmus.start("CONT_C", MAN_ON=False, CYCLE=CYCLE, GAIN=GAIN, TI=TI, LMN_LLM=-100.0)
+    generator = fmus.start(
+        "PULSEGEN", CYCLE=PULSE_CYCLE, PER_TM=CYCLE, P_B_TM=2 * PULSE_CYCLE, RATIOFAC=ratiofac
+    )
+    chamber = fmus.start("THERMO", CYCLE=PULSE_CYCLE)
+    result = loop.Result()
+    for start in loop.clock(END, CYCLE, f"heating and cooling, RATIOFAC {ratiofac}"):
+        setpoint = START if start < HEATING else WARM if start < COOLING else COLD
+        controller.step(start, CYCLE, SP_INT=setpoint, PV_IN=chamber["TEMP"])
+        heat = cool = 0
+        for call in range(CALLS):
+            t = start + call * PULSE_CYCLE
+            generator.step(t, PULSE_CYCLE, INV=controller["LMN"])
+            pulse, negative_pulse = generator["QPOS_P"], generator["QNEG_P"]
+            heat, cool = heat + pulse, cool + negative_pulse
+            chamber.step(t, PULSE_CYCLE, HEAT=pulse, COOL=negative_pulse)
+        result.add(
+            start,
+            SP_INT=setpoint,
+            PV=controller["PV"],
+            LMN=controller["LMN"],
+            HEAT=100.0 * heat / CALLS,
+            COOL=100.0 * cool / CALLS,
+        )
+
+    for name, start, end, low, high in (
+        ("heating", HEATING, COOLING, START, WARM),
+        ("cooling", COOLING, END, WARM, COLD),
+    ):
+        part = result.between(start, end)
+        prefix = f"RATIOFAC {ratiofac}, {name}: "
+        result.step_figures(part, "PV", "SP_INT", low, high, "K s", prefix)
+    gain = 2.0 * ratiofac
+    result.figure(
+        f"RATIOFAC {ratiofac}: phase margin in cooling, computed", phase_margin(gain), "degrees"
+    )
+    held = (START - COLD) / (1.2 * ratiofac)
+    result.figure(
+        f"RATIOFAC {ratiofac}: LMN that holds 14 degC",
+        float(np.mean(result["LMN"][-20:])),
+        "%",
+        -held,
+    )
+    return result
+
+
+def draw(whole, half, path):
+    figure, axes = loop.picture(
+        "Heating and cooling: with RATIOFAC 0.5 both ways are alike, with 1 cooling swings",
+        ["temperature in °C", "LMN in %", "pulse in %\nof the period"],
+        [1.4, 1, 1],
+        columns=2,
+    )
+    for column, (result, ratiofac) in enumerate(((whole, "1"), (half, "0.5"))):
+        top, middle, bottom = axes[:, column]
+        top.set_title(f"RATIOFAC = {ratiofac}", loc="left", fontsize=10)
+        top.plot(
+            result.time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **loop.SETPOINT
+        )
+        top.plot(result.time, result["PV"], label="PV", **loop.PROCESS_VALUE)
+        middle.plot(
+            result.time, result["LMN"], label="LMN", drawstyle="steps-post", **loop.MANIPULATED
+        )
+        bottom.fill_between(
+            result.time,
+            0,
+            result["HEAT"],
+            step="post",
+            color=loop.MANIPULATED["color"],
+            linewidth=0,
+            label="QPOS_P: heat",
+        )
+        bottom.fill_between(
+            result.time,
+            0,
+            -result["COOL"],
+            step="post",
+            color=loop.PROCESS_VALUE["color"],
+            linewidth=0,
+            label="QNEG_P: cool",
+        )
+        for each in (top, middle, bottom):
+            loop.legend(each)
+    loop.save_picture(figure, path)
+
+
+def main():
+    folder, out = loop.arguments(__doc__)
+    with loop.Fmus(folder) as fmus:
+        print(f"Heating and cooling in three steps: GAIN {GAIN:.2f} %/K, TI {TI:.1f} s")
+        whole, half = run(fmus, 1.0), run(fmus, 0.5)
+        for each in (whole, half):
+            each.print_figures()
+        loop.save_csv(half, out / "heat_cool.csv")
+        loop.save_csv(whole, out / "heat_cool_1.csv")
+        draw(whole, half, out / "heat_cool.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,199 @@
+//! TWO_POINT: a two-point controller, to show how one's own block becomes an FMU. Copy this folder and change it.
+//!
+//! 1. The table: every variable once, with its type, start value, range, unit and sentence.
+//! 2. The law: what a restart does and what a call does.
+//! 3. `fmu::export!`: the C functions of FMI for this block.
+//! 4. Tests: one for each clause of the documentation.
+
+use blocks::{Law, Response};
+
+blocks::block! {
+    /// Two-point controller with hysteresis: switches on below the setpoint and off above it.
+    ///
+    /// ```text
+    ///           ER
+    /// SP --->(+)---> hysteresis ---> minimum time ---> Q
+    ///         -^     HYS             MIN_TM            Q_MEAN
+    /// PV ------+
+    /// ```
+    ///
+    /// The law of a call, in this order; w is the time that Q has to stay as it is:
+    ///
+    /// ```text
+    /// ER   = SP - PV
+    /// want = TRUE if ER > HYS / 2;  FALSE if ER < -HYS / 2;  else Q
+    /// want = MAN with MAN_ON
+    /// Q    = want and w = MIN_TM,  if want is not Q and w = 0
+    /// w    = w - CYCLE, at least 0
+    /// ```
+    ///
+    /// 1. Restart: Q is FALSE, and may switch at once.
+    /// 2. Between SP - HYS / 2 and SP + HYS / 2 nothing switches. HYS of 0 or less leaves no such band: Q then changes with
+    ///    the sign of ER.
+    /// 3. MAN_ON: Q follows MAN, whatever PV is.
+    /// 4. After a change Q stays as it is for MIN_TM, in manual mode too: contactors last longer.
+    /// 5. Q_MEAN is the mean of Q over the last communication step, 0 or 100 % where it did not switch.
+    ///
+    /// Sampling: call it every CYCLE; PV can pass the band by what it does in one CYCLE.
+    ///
+    /// Bad input: with a HYS below 0 the limits change places, and the upper one is asked first.
+    pub struct TwoPoint as "TWO_POINT" {
+        input {
+            /// Setpoint
+            sp: Real = 0.0;
+            /// Process value, in the unit of the setpoint
+            pv: Real = 0.0;
+            /// Manual mode: MAN sets the output
+            man_on: Bool = false;
+            /// Manual value
+            man: Bool = false;
+        }
+        parameter {
+            /// Hysteresis: the width of the band around the setpoint in which nothing switches
+            hys: Real = 1.0, min 0.0;
+            /// Minimum time between two changes of the output
+            min_tm: Time = Time::ms(0);
+        }
+        cycle {
+            /// Sampling time: the time between two calls
+            cycle: Time = Time::ms(100), min Time::ms(1);
+        }
+        output {
+            /// Actuating signal
+            q: Bool;
+            /// Error: setpoint minus process value
+            er: Real;
+        }
+    }
+    mean {
+        /// Mean of the actuating signal over the last communication step
+        q_mean;
+    }
+    memory Memory {
+        /// Milliseconds for which Q has to stay as it is.
+        wait: i32;
+    }
+}
+
+impl Law for TwoPoint {
+    // What the FMU's documentation page draws and its reference results record.
+    const RESPONSE: Response = Response {
+        title: "The process value falls below the band of 2 around 50, rises above it, and comes back into it",
+        calls: 60,
+        set: &[
+            (0, "SP", 50.0),
+            (0, "HYS", 2.0),
+            (0, "PV", 50.0),
+            (10, "PV", 48.5),
+            (20, "PV", 50.5),
+            (30, "PV", 51.5),
+            (40, "PV", 49.5),
+        ],
+        show: &["SP", "PV", "Q"],
+    };
+
+    fn restart(&mut self) {
+        // All outputs and the memory to 0 and FALSE.
+        self.clear();
+    }
+
+    fn call(&mut self) {
+        self.er = self.sp - self.pv;
+        let half = self.hys * 0.5;
+        let mut want = self.q;
+        if self.er > half {
+            want = true;
+        } else if self.er < -half {
+            want = false;
+        }
+        if self.man_on {
+            want = self.man;
+        }
+        if want != self.q && self.memory.wait == 0 {
+            self.q = want;
+            self.memory.wait = self.min_tm.milliseconds();
+        }
+        self.memory.wait = self.memory.wait.saturating_sub(self.cycle.milliseconds()).max(0);
+    }
+
+    // Makes Q_MEAN. A block without a `mean` section leaves this out.
+    fn pulse(&self) -> i32 {
+        i32::from(self.q)
+    }
+}
+
+fmu::export!(TwoPoint);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use blocks::{Bool, Real, Time};
+
+    fn restarted(block: TwoPoint) -> TwoPoint {
+        let mut block = block;
+        block.restart();
+        block
+    }
+
+    /// Q after a call for each of these process values.
+    fn switches(block: &mut TwoPoint, process_values: &[Real]) -> Vec<Bool> {
+        let call = |&pv: &Real| {
+            block.pv = pv;
+            block.call();
+            block.q
+        };
+        process_values.iter().map(call).collect()
+    }
+
+    #[test]
+    fn clause_1_a_restart_switches_off_and_ends_the_minimum_time() {
+        let mut block = restarted(TwoPoint { sp: 50.0, min_tm: Time::ms(60_000), ..TwoPoint::default() });
+        assert_eq!(switches(&mut block, &[0.0]), [true]);
+        block.restart();
+        assert!(!block.q);
+        assert_eq!(switches(&mut block, &[0.0]), [true]);
+    }
+
+    #[test]
+    fn clause_2_it_switches_outside_the_band_only() {
+        let mut block = restarted(TwoPoint { sp: 50.0, hys: 2.0, ..TwoPoint::default() });
+        // 49 and 51 are the ends of the band and belong to it.
+        let process_values = [50.0, 49.0, 48.9, 50.5, 51.0, 51.1, 49.0, 48.9];
+        assert_eq!(switches(&mut block, &process_values), [false, false, true, true, true, false, false, true]);
+    }
+
+    #[test]
+    fn clause_2_without_a_band_the_sign_of_the_error_decides() {
+        let mut block = restarted(TwoPoint { sp: 50.0, hys: 0.0, ..TwoPoint::default() });
+        assert_eq!(switches(&mut block, &[50.0, 49.9, 50.0, 50.1, 50.0]), [false, true, true, false, false]);
+    }
+
+    #[test]
+    fn clause_3_in_manual_mode_the_process_value_does_not_matter() {
+        let mut block = restarted(TwoPoint { sp: 50.0, man_on: true, man: true, ..TwoPoint::default() });
+        assert_eq!(switches(&mut block, &[0.0, 99.0]), [true, true]);
+        block.man = false;
+        assert_eq!(switches(&mut block, &[0.0, 99.0]), [false, false]);
+    }
+
+    #[test]
+    fn clause_4_the_output_stays_for_the_minimum_time() {
+        // 300 ms are three calls of 100 ms: on in the first, and off in the fourth at the earliest.
+        let mut block = restarted(TwoPoint { sp: 50.0, min_tm: Time::ms(300), ..TwoPoint::default() });
+        assert_eq!(switches(&mut block, &[0.0, 99.0, 99.0, 99.0, 0.0]), [true, true, true, false, false]);
+    }
+
+    #[test]
+    fn clause_5_the_mean_is_made_of_the_output() {
+        let mut block = restarted(TwoPoint { sp: 50.0, ..TwoPoint::default() });
+        assert_eq!(block.pulse(), 0);
+        block.call();
+        assert_eq!(block.pulse(), 1);
+    }
+
+    #[test]
+    fn a_process_value_that_is_no_number_switches_nothing() {
+        let mut block = restarted(TwoPoint { sp: 50.0, ..TwoPoint::default() });
+        assert_eq!(switches(&mut block, &[0.0, Real::NAN, 99.0, Real::NAN]), [true, true, false, false]);
+    }
+}

@@ -1,0 +1,184 @@
+"""CONT_C with PULSEGEN at 200 times its rate, and the same as PULS_CTR: the manual's example,
+section 3.4.
+
+    every 2 s                          every 10 ms
+    setpoint --SP_INT--> CONT_C --LMN--> INV  PULSEGEN --QPOS_P--> HEAT  THERMO --T_PER--+
+                           ^                                                             |
+                           +---------------------------PV_PER----------------------------+
+
+    setpoint --SP_INT--> PULS_CTR --QPOS_P--> HEAT  THERMO --T_PER--+
+                           ^                                        |
+                           +-----------------PV_PER-----------------+
+
+The lower loop is the upper one in a single block, with a chamber of its own. Both are run side by
+side, and every pulse is compared: they are equal, call by call, and so are the temperatures, bit by
+bit.
+
+Call order: PULS_CTR counts its calls after a restart and calls CONT_C first in call RED_FAC, the
+last one of the first period, then in every RED_FAC-th; PULSEGEN follows in the same call with the
+new LMN. Counted from 0 that is call 199, at 1.99 s. So CONT_C as an FMU of its own is started at
+1.99 s, is called there and then every 2 s, and its step comes before those of PULSEGEN and THERMO.
+LMN is new in the last call of a period, which is no time to synchronize: its pulse is that of the
+period that begins 10 ms later.
+
+Tuning: SIMC's PI for heating with 0.6 K/%, lags of 100 s and 10 s, half of the second one and half
+a period as delay THETA = 6 s; LAMBDA = 21 s. A pulse is a whole number of calls, so 200 calls make
+0.5 % steps of the heating.
+
+Theory: for the temperature, which is slow, the pulses act as their mean, so the answer is that of
+the continuous controller: rise time 2.2 LAMBDA, no overshoot to speak of, an error that adds up to
+step * (LAMBDA + THETA). What the pulses leave as ripple is less than a pulse of a full period
+would: 2 s of 60 K / 100 s, through the heater's lag of 10 s: 0.6 K/s * 2 s * 2 s / (8 * 10 s) =
+0.03 K.
+"""
+
+import math
+
+import numpy as np
+
+import loop
+
+CYCLE, RED_FAC = 0.01, 200
+PERIOD = CYCLE * RED_FAC
+K, T1, T2 = 0.6, 100.0, 10.0
+THETA = T2 / 2 + PERIOD / 2
+LAMBDA = 21.0
+GAIN = (T1 + T2 / 2) / (K * (LAMBDA + THETA))
+TI = T1 + T2 / 2
+COLD, WARM = 20.0, 30.0
+STEP, END = 20.0, 240.0
+# T_PER is 0 ... 27648 for -100 ... 100 degC.
+PROCESS_VALUE = {"PVPER_ON": True, "PV_FAC": 2.0, "PV_OFF": -100.0}
+CONTROL = {"MAN_ON": False, "GAIN": GAIN, "TI": TI, **PROCESS_VALUE}
+PULSES = {"P_B_TM": CYCLE, "STEP3_ON": False}
+
+
+def run(fmus, end=END):
+    """From 20 to 30 degC, by the two blocks and by PULS_CTR. A row is a call of PULSEGEN."""
+    start_of_controller = (RED_FAC - 1) * CYCLE
+    controller = fmus.start("CONT_C", CONTROL, CYCLE=PERIOD, start_time=start_of_controller)
+    generator = fmus.start("PULSEGEN", PULSES, CYCLE=CYCLE, PER_TM=PERIOD)
+    chamber = fmus.start("THERMO", CYCLE=CYCLE)
+
+    nested = {f"DI_CONT_C.{name}": value for name, value in CONTROL.items()}
+    nested.update({f"DI_PULSEGEN.{name}": value for name, value in PULSES.items()})
+    both = fmus.start("PULS_CTR", nested, CYCLE=CYCLE, RED_FAC=RED_FAC)
+    its_chamber = fmus.start("THERMO", CYCLE=CYCLE)
+
+    result = loop.Result()
+    for call, t in enumerate(loop.clock(end, CYCLE, "CONT_C with PULSEGEN, and PULS_CTR")):
+        setpoint = WARM if t >= STEP else COLD
+        if call % RED_FAC == RED_FAC - 1:
+            controller.step(
+                start_of_controller + (call // RED_FAC) * PERIOD,
+                PERIOD,
+                SP_INT=setpoint,
+                PV_PER=chamber["T_PER"],
+            )
+        generator.step(t, CYCLE, INV=controller["LMN"])
+        both.step(t, CYCLE, SP_INT=setpoint, PV_PER=its_chamber["T_PER"])
+        result.add(
+            t,
+            SP_INT=setpoint,
+            TEMP=chamber["TEMP"],
+            LMN=controller["LMN"],
+            QPOS_P=generator["QPOS_P"],
+            PULS_CTR_TEMP=its_chamber["TEMP"],
+            PULS_CTR_LMN=both["DI_CONT_C.LMN"],
+            PULS_CTR_QPOS_P=both["QPOS_P"],
+        )
+        chamber.step(t, CYCLE, HEAT=generator["QPOS_P"])
+        its_chamber.step(t, CYCLE, HEAT=both["QPOS_P"])
+
+    for name in ("QPOS_P", "LMN", "TEMP"):
+        different = int(np.sum(result[name] != result[f"PULS_CTR_{name}"]))
+        result.figure(
+            f"calls of {len(result.rows)} with another {name} in PULS_CTR", different, "", 0
+        )
+    step = result.between(STEP, end)
+    theory = (
+        2.2 * LAMBDA,
+        "at most 2",
+        f"at most {THETA + math.log(50) * LAMBDA:.0f}",
+        (WARM - COLD) * (LAMBDA + THETA),
+    )
+    result.step_figures(step, "TEMP", "SP_INT", COLD, WARM, "K s", theory=theory)
+    rest = result.between(end - 5 * PERIOD, end)
+    result.figure(
+        "ripple of the temperature at rest", float(np.ptp(rest["TEMP"])), "K", "at most 0.03"
+    )
+    return result
+
+
+def draw(result, path):
+    figure, axes = loop.picture(
+        "CONT_C every 2 s, PULSEGEN every 10 ms; PULS_CTR makes the same pulses",
+        ["temperature in °C", "LMN in %", "pulses, seen closely"],
+        [1.2, 0.9, 1.2],
+        size=(9.0, 6.6),
+        same_time=False,
+    )
+    time = result.time
+    axes[0].plot(time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **loop.SETPOINT)
+    axes[0].plot(time, result["TEMP"], label="temperature", **loop.PROCESS_VALUE)
+    axes[1].plot(time, result["LMN"], label="LMN", drawstyle="steps-post", **loop.MANIPULATED)
+    axes[0].sharex(axes[1])
+    axes[0].tick_params(labelbottom=False)
+    axes[0].set_xlabel("")
+
+    closely = STEP - PERIOD, STEP + 8 * PERIOD
+    for each in axes[:2]:
+        each.axvspan(*closely, zorder=0, **loop.MANUAL)
+    axes[1].annotate(
+        "the time that is shown below",
+        (closely[1], 1.0),
+        xycoords=("data", "axes fraction"),
+        xytext=(4, -4),
+        va="top",
+        textcoords="offset points",
+        fontsize=8.5,
+        color="#3c5573",
+    )
+    part = result.between(closely[0], closely[1] + CYCLE)
+    for signal, base, style, label in (
+        ("QPOS_P", 1.3, loop.MANIPULATED, "CONT_C and PULSEGEN"),
+        ("PULS_CTR_QPOS_P", 0.0, loop.PROCESS_VALUE, "PULS_CTR"),
+    ):
+        axes[2].fill_between(
+            part.time,
+            base,
+            base + part[signal],
+            step="post",
+            color=style["color"],
+            linewidth=0,
+            label=label,
+        )
+    periods = np.arange(closely[0], closely[1], PERIOD)
+    for start in periods:
+        of_period = result.between(start, start + PERIOD)
+        share = 100.0 * float(np.mean(of_period["QPOS_P"]))
+        axes[2].annotate(f"{share:.1f} %", (start, 2.42), fontsize=8, color="#555555")
+    axes[2].set_xticks(np.append(periods, closely[1]))
+    axes[2].set_yticks([0.5, 1.8], ["PULS_CTR", "PULSEGEN"])
+    axes[2].set_xlim(*closely)
+    axes[2].set_ylim(-0.1, 2.8)
+    axes[2].grid(axis="y", visible=False)
+    for each in axes[:2]:
+        loop.legend(each)
+    loop.save_picture(figure, path)
+
+
+def main():
+    folder, out = loop.arguments(__doc__)
+    with loop.Fmus(folder) as fmus:
+        print(
+            f"CONT_C with PULSEGEN, and PULS_CTR: GAIN {GAIN:.2f} %/K, TI {TI:.0f} s, RED_FAC {RED_FAC}"
+        )
+        result = run(fmus)
+        result.print_figures()
+        loop.save_csv(result, out / "pulse_width.csv")
+        draw(result, out / "pulse_width.png")
+
+
+if __name__ == "__main__":
+    main()

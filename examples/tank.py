@@ -1,0 +1,135 @@
+"""Level of a tank with CONT_C: what the reset time decides on a process that hardly levels itself.
+
+    setpoint --SP_INT--> CONT_C --LMN----> VALVE  TANK --L_PER--+
+                           ^                ^                   |
+                           |              DRAIN                 |
+                           +----------PV_PER--------------------+
+
+The level comes as the analog word L_PER, 0 ... 27648 for 0 ... 2 m; PV_FAC = 0.02 makes m of it, so
+GAIN is in % per m.
+
+The outflow follows the root of the level, so gain and time constant depend on where one is. At 1 m
+with the drain half open they are K = 6.3 cm/% and T = 752 s: for a loop of half a minute the tank
+is an integrator of K / T = 0.083 mm/s per percent. GAIN = T / (K LAMBDA) gives the proportional
+part a time constant LAMBDA = 40 s (SIMC, without delay).
+
+Theory, with K / T as an integrator:
+- TI = T: the controller cancels the tank's own time constant. A setpoint step is answered as a lag
+  of LAMBDA, without overshoot, but what a disturbance leaves fades no faster than in the tank by
+  itself, with TI.
+- TI = 4 LAMBDA, which SIMC takes: the loop is critically damped, with two time constants of TI / 2,
+  and the zero of the controller makes the setpoint step overshoot by exp(-2) = 13.5 % at most
+  (less, as the tank does level itself a little). A disturbance is gone in a fifth of the time.
+
+The error that it takes to make up for the drain adds up to d_LMN TI / GAIN either way (of which
+exp(-t / TI) is left t after it).
+"""
+
+import math
+
+import loop
+
+CYCLE = 1.0
+# TANK as it is, at 1 m with the drain half open.
+LEVEL, AREA, FLOW_MAX, A_OUT, CD, DRAIN, G = 1.0, 0.2, 100.0 / 60000.0, 0.0004, 0.6, 0.5, 9.81
+OUTFLOW = CD * A_OUT * DRAIN * math.sqrt(2 * G * LEVEL)
+T = AREA * 2 * LEVEL / OUTFLOW
+K = FLOW_MAX / 100.0 / AREA * T
+
+LAMBDA = 40.0
+GAIN = T / (K * LAMBDA)
+FAST_TI = 4 * LAMBDA
+
+LOW, HIGH = 0.9, 1.0
+STEP, DRAINS, END = 50.0, 700.0, 2000.0
+MORE_DRAIN = 65.0
+
+
+def run(fmus, ti):
+    """The setpoint rises from 0.9 to 1 m; later somebody opens the drain from 50 to 65 %."""
+    valve_at_start = 100.0 * OUTFLOW * math.sqrt(LOW / LEVEL) / FLOW_MAX
+    tank = fmus.start("TANK", L_START=LOW, VALVE=valve_at_start)
+    controller = fmus.start(
+        "CONT_C",
+        MAN_ON=False,
+        CYCLE=CYCLE,
+        GAIN=GAIN,
+        TI=ti,
+        PVPER_ON=True,
+        PV_FAC=0.02,
+        I_ITLVAL=valve_at_start,
+    )
+    result = loop.Result()
+    for t in loop.clock(END, CYCLE, f"level control, TI {ti:.0f} s"):
+        setpoint = HIGH if t >= STEP else LOW
+        drain = MORE_DRAIN if t >= DRAINS else 100.0 * DRAIN
+        controller.step(t, CYCLE, SP_INT=setpoint, PV_PER=tank["L_PER"])
+        result.add(
+            t,
+            SP_INT=setpoint,
+            **controller.get("PV LMN LMN_P LMN_I"),
+            DRAIN=drain,
+            LEVEL=tank["LEVEL"],
+            OUTFLOW=tank["OUTFLOW"],
+        )
+        tank.step(t, CYCLE, VALVE=controller["LMN"], DRAIN=drain)
+
+    name = f"TI {ti:.0f} s"
+    step, drained = result.between(STEP, DRAINS), result.between(DRAINS, END)
+    if ti == T:
+        theory = 2.2 * LAMBDA, 0.0, math.log(50) * LAMBDA, (HIGH - LOW) * LAMBDA
+    else:
+        theory = None, f"at most {100.0 * math.exp(-2):.1f}", None, None
+    result.step_figures(step, "LEVEL", "SP_INT", LOW, HIGH, "m s", f"{name}: ", theory)
+    more = 100.0 * OUTFLOW / FLOW_MAX * (MORE_DRAIN / (100.0 * DRAIN) - 1.0)
+    result.figure(
+        f"{name}: drain, largest deviation", 100.0 * float(max(HIGH - drained["LEVEL"])), "cm"
+    )
+    result.figure(
+        f"{name}: drain, integral of the error",
+        loop.control_error(drained, "PV", "SP_INT"),
+        "m s",
+        more * ti / GAIN * (1.0 - math.exp(-(END - DRAINS) / ti)),
+    )
+    return result
+
+
+def draw(slow, fast, path):
+    figure, axes = loop.picture(
+        "Level control: TI as long as the tank's time constant, or as short as the loop allows",
+        ["level in m", "inflow valve, LMN in %"],
+        [1.4, 1],
+    )
+    axes[0].plot(fast.time, fast["SP_INT"], label="SP_INT", drawstyle="steps-post", **loop.SETPOINT)
+    axes[0].plot(slow.time, slow["LEVEL"], label=f"TI {T:.0f} s", **loop.COMPARED)
+    axes[0].plot(fast.time, fast["LEVEL"], label=f"TI {FAST_TI:.0f} s", **loop.PROCESS_VALUE)
+    axes[1].plot(
+        slow.time, slow["LMN"], label=f"TI {T:.0f} s", drawstyle="steps-post", **loop.COMPARED
+    )
+    axes[1].plot(
+        fast.time,
+        fast["LMN"],
+        label=f"TI {FAST_TI:.0f} s",
+        drawstyle="steps-post",
+        **loop.MANIPULATED,
+    )
+    loop.mark(axes, DRAINS, END, "disturbance: drain 50 → 65 % open", at=(DRAINS, 0.16))
+    for each in axes:
+        loop.legend(each)
+    loop.save_picture(figure, path)
+
+
+def main():
+    folder, out = loop.arguments(__doc__)
+    with loop.Fmus(folder) as fmus:
+        print(f"Level of a tank with CONT_C: GAIN {GAIN:.0f} %/m, TI {T:.0f} s or {FAST_TI:.0f} s")
+        slow, fast = run(fmus, T), run(fmus, FAST_TI)
+        for each in (slow, fast):
+            each.print_figures()
+        loop.save_csv(fast, out / "tank.csv")
+        loop.save_csv(slow, out / "tank_slow.csv")
+        draw(slow, fast, out / "tank.png")
+
+
+if __name__ == "__main__":
+    main()

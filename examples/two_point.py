@@ -1,0 +1,97 @@
+"""One's own block in a loop: the two-point controller TWO_POINT of examples/my_block switches the
+furnace on and off.
+
+    setpoint --SP--> TWO_POINT --Q_MEAN--> POWER  HEATER --TEMP--+
+                        ^                                        |
+                        +------------------PV--------------------+
+
+Q is a Boolean and POWER a Real in percent: Q_MEAN, 0 or 100 % here, connects them.
+
+Call order: every 100 ms TWO_POINT with the temperature of t, then the furnace with its output to t
++ 100 ms.
+
+The furnace has a quick sensor here (SENS_TM = 2 s). At 180 degC it holds 53.3 % of full power;
+fully on it rises with 300 K / 120 s * (1 - 0.533) = 1.17 K/s, off it falls with 1.33 K/s.
+
+Theory: the output swings for ever, for the furnace goes on rising, or falling, while a switch is on
+its way: for 5 s of delay, and for up to the 2 s of the sensor. So the temperature swings over HYS
+and 5 to 7 s of both slopes, 4 K + 2.5 K/s * 5 ... 7 s = 16.5 to 21.5 K, and a period takes as long
+as this way up and down, 27 to 35 s. The mean of the power is what holds the mean of the
+temperature.
+"""
+
+import numpy as np
+
+import loop
+
+CYCLE = 0.1
+SETPOINT, HYS = 180.0, 4.0
+ON, OFF = 300.0 / 120.0 * (1.0 - 160.0 / 300.0), 160.0 / 120.0
+SETTLED, END = 120.0, 360.0
+
+
+def run(fmus):
+    """From 170 degC, at rest, to 180 degC. A row is a call."""
+    controller = fmus.start("TWO_POINT", CYCLE=CYCLE, HYS=HYS)
+    furnace = fmus.start("HEATER", CYCLE=CYCLE, T_START=170.0, SENS_TM=2.0)
+    result = loop.Result()
+    for t in loop.clock(END, CYCLE, "furnace with TWO_POINT"):
+        controller.step(t, CYCLE, SP=SETPOINT, PV=furnace["TEMP"])
+        result.add(t, SP=SETPOINT, PV=furnace["TEMP"], **controller.get("Q Q_MEAN"))
+        furnace.step(t, CYCLE, POWER=controller["Q_MEAN"])
+
+    swinging = result.between(SETTLED, END)
+    switched_on = swinging.time[1:][np.diff(swinging["Q"]) == 1]
+    whole = result.between(switched_on[0], switched_on[-1])
+    result.figure(
+        "swing of the temperature",
+        float(np.ptp(whole["PV"])),
+        "K",
+        f"{HYS + (ON + OFF) * 5:.1f} ... {HYS + (ON + OFF) * 7:.1f}",
+    )
+    shortest, longest = ((HYS + (ON + OFF) * late) * (1 / ON + 1 / OFF) for late in (5, 7))
+    result.figure(
+        "period", float(np.mean(np.diff(switched_on))), "s", f"{shortest:.0f} ... {longest:.0f}"
+    )
+    result.figure(
+        "mean of the power",
+        float(np.mean(whole["Q_MEAN"])),
+        "%",
+        float(np.mean(whole["PV"]) - 20.0) / 3.0,
+    )
+    return result
+
+
+def draw(result, path):
+    figure, axes = loop.picture(
+        "One's own block: a two-point controller with a band of 4 K around the setpoint",
+        ["temperature in °C", "Q"],
+        [1.6, 0.5],
+        size=(9.0, 4.2),
+    )
+    time = result.time
+    axes[0].axhspan(
+        SETPOINT - HYS / 2, SETPOINT + HYS / 2, zorder=0, label="band HYS", **loop.MANUAL
+    )
+    axes[0].plot(time, result["SP"], label="SP", **loop.SETPOINT)
+    axes[0].plot(time, result["PV"], label="PV", **loop.PROCESS_VALUE)
+    axes[1].fill_between(
+        time, 0, result["Q"], step="post", color=loop.MANIPULATED["color"], linewidth=0
+    )
+    axes[1].set_yticks([0, 1], ["off", "on"])
+    loop.legend(axes[0])
+    loop.save_picture(figure, path)
+
+
+def main():
+    folder, out = loop.arguments(__doc__)
+    with loop.Fmus(folder) as fmus:
+        print("Furnace with TWO_POINT, the block of examples/my_block")
+        result = run(fmus)
+        result.print_figures()
+        loop.save_csv(result, out / "two_point.csv")
+        draw(result, out / "two_point.png")
+
+
+if __name__ == "__main__":
+    main()
