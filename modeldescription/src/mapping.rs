@@ -1,0 +1,189 @@
+//! A block's table as a model description: what PLC types and roles are in FMI.
+
+use crate::check::check;
+use crate::description::{
+    Boolean, Causality, CoSimulation, DefaultExperiment, Initial, Integer, IntegerAttributes, LogCategory,
+    ModelDescription, ModelStructure, Real, RealAttributes, Typed, Unit, Unknown, Variability, Variable,
+    VariableNamingConvention,
+};
+use crate::error::Error;
+use crate::interface::{Interface, Kind, Role, Row};
+use crate::units;
+
+/// The log categories of every FMU, and what their messages tell.
+const LOG_CATEGORIES: [(&str, &str); 3] = [
+    ("logStatusError", "Calls that were refused and changed nothing, with the reason"),
+    ("logStatusDiscard", "Inquiries that have no answer here, with the reason"),
+    ("logStatusFatal", "A defect of the FMU: the instance can only be freed"),
+];
+
+impl ModelDescription {
+    /// The model description of the FMU whose library says this of itself.
+    ///
+    /// An input is a discrete input and a setting a tunable or fixed parameter, each with its start value; outputs and
+    /// locals are discrete and calculated, and depend on no input of the same instant. REAL, LREAL and TIME become
+    /// Real, WORD and INT Integer, BOOL Boolean. Ranges are those that the table gives, and no others.
+    ///
+    /// # Errors
+    /// What the table says that no model description may say: an unknown unit, a start value out of range, a name twice.
+    pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
+        let mut description = ModelDescription {
+            model_name: interface.name.clone(),
+            guid: interface.guid.clone(),
+            description: Some(interface.summary()).filter(|summary| !summary.is_empty()),
+            generation_tool: Some(concat!("plcfmu ", env!("CARGO_PKG_VERSION")).into()),
+            variable_naming_convention: VariableNamingConvention::Structured,
+            co_simulation: Some(CoSimulation {
+                model_identifier: interface.name.clone(),
+                can_handle_variable_communication_step_size: true,
+                can_interpolate_inputs: true,
+                can_not_use_memory_management_functions: true,
+                can_get_and_set_fmu_state: true,
+                can_serialize_fmu_state: true,
+                ..CoSimulation::default()
+            }),
+            unit_definitions: used_units(interface)?,
+            log_categories: LOG_CATEGORIES
+                .map(|(name, text)| LogCategory { name: name.into(), description: Some(text.into()) })
+                .into(),
+            default_experiment: Some(default_experiment(interface)),
+            ..ModelDescription::default()
+        };
+        for (value_reference, row) in (0..).zip(&interface.variables) {
+            let variable = variable(row, value_reference)
+                .map_err(|reason| Error::new(format!("{}: variable {}: {reason}", interface.name, row.name)))?;
+            description.model_variables.push(variable);
+        }
+        description.model_structure = structure(&description.model_variables);
+        match check(&description) {
+            findings if findings.is_empty() => Ok(description),
+            findings => Err(Error::new(format!("{}: {}", interface.name, findings.join("\n")))),
+        }
+    }
+}
+
+/// From 0 for as long as the documentation's response lasts, with one call per step.
+fn default_experiment(interface: &Interface) -> DefaultExperiment {
+    let cycle = interface.variables.get(interface.cycle).map_or(0.0, |row| row.start);
+    // In whole milliseconds, so that the product is the decimal number that one expects.
+    let milliseconds = f64::from(interface.response.calls.max(1)) * (cycle * 1000.0).round();
+    DefaultExperiment {
+        start_time: Some(0.0),
+        stop_time: Some(milliseconds / 1000.0),
+        tolerance: None,
+        step_size: Some(cycle),
+    }
+}
+
+/// The unit of a row as FMI has it.
+fn unit(row: &Row) -> Option<&str> {
+    match row.kind {
+        Kind::Time => Some("s"),
+        _ => row.unit.as_deref(),
+    }
+}
+
+/// The definitions of all units that are used, in the order of the dictionary.
+fn used_units(interface: &Interface) -> Result<Vec<Unit>, Error> {
+    let known: Vec<&str> = units::names().collect();
+    let used = |name: &str| interface.variables.iter().any(|row| unit(row) == Some(name));
+    if let Some((row, unknown)) =
+        interface.variables.iter().filter_map(|row| Some((row, unit(row)?))).find(|(_, unit)| !known.contains(unit))
+    {
+        return Err(Error::new(format!(
+            "{}: variable {}: unit {unknown:?} is unknown: take one of {}",
+            interface.name,
+            row.name,
+            known.join(", ")
+        )));
+    }
+    Ok(known.into_iter().filter(|name| used(name)).filter_map(units::definition).collect())
+}
+
+fn variable(row: &Row, value_reference: u32) -> Result<Variable, String> {
+    let (causality, variability, initial) = match row.role {
+        Role::Input => (Causality::Input, Variability::Discrete, None),
+        Role::Parameter => (Causality::Parameter, Variability::Tunable, Some(Initial::Exact)),
+        Role::Fixed | Role::Cycle => (Causality::Parameter, Variability::Fixed, Some(Initial::Exact)),
+        Role::Output => (Causality::Output, Variability::Discrete, Some(Initial::Calculated)),
+        Role::Local => (Causality::Local, Variability::Discrete, Some(Initial::Calculated)),
+    };
+    Ok(Variable {
+        name: row.name.clone(),
+        value_reference,
+        description: Some(row.description.clone()).filter(|description| !description.is_empty()),
+        causality,
+        variability,
+        initial,
+        can_handle_multiple_set_per_time_instant: None,
+        typed: typed(row)?,
+    })
+}
+
+fn typed(row: &Row) -> Result<Typed, String> {
+    let is_set = !matches!(row.role, Role::Output | Role::Local);
+    match row.kind {
+        Kind::Time if row.unit.as_deref().is_some_and(|unit| unit != "s") => {
+            Err(format!("unit {:?}: a TIME is in seconds; leave its unit out", row.unit.as_deref().unwrap_or("")))
+        }
+        Kind::Real | Kind::LReal | Kind::Time => Ok(Typed::Real(Real {
+            attributes: RealAttributes {
+                unit: unit(row).map(str::to_owned),
+                display_unit: (row.kind == Kind::Time).then(|| "ms".into()),
+                min: row.min,
+                max: row.max,
+                ..RealAttributes::default()
+            },
+            start: is_set.then_some(row.start),
+            ..Real::default()
+        })),
+        Kind::Word | Kind::Int => {
+            if let Some(unit) = &row.unit {
+                return Err(format!("unit {unit:?}: an FMI Integer has no unit; name it in the description instead"));
+            }
+            let integer = |number: f64| integer(number, row.kind);
+            Ok(Typed::Integer(Integer {
+                attributes: IntegerAttributes {
+                    quantity: None,
+                    min: row.min.map(integer).transpose()?,
+                    max: row.max.map(integer).transpose()?,
+                },
+                start: is_set.then_some(row.start).map(integer).transpose()?,
+                ..Integer::default()
+            }))
+        }
+        Kind::Bool => {
+            if row.unit.is_some() || row.min.is_some() || row.max.is_some() {
+                return Err("a BOOL has neither unit nor range; leave them out".into());
+            }
+            let start = is_set.then_some(row.start).map(boolean).transpose()?;
+            Ok(Typed::Boolean(Boolean { start, ..Boolean::default() }))
+        }
+    }
+}
+
+fn integer(number: f64, kind: Kind) -> Result<i32, String> {
+    if number.fract() == 0.0 && (-32768.0..=32767.0).contains(&number) {
+        return Ok(number as i32);
+    }
+    Err(format!("{number:?} is no {}: that is a whole number of -32768 ... 32767", kind.name()))
+}
+
+fn boolean(number: f64) -> Result<bool, String> {
+    match number {
+        0.0 => Ok(false),
+        1.0 => Ok(true),
+        _ => Err(format!("{number:?} is no BOOL: that is 0 or 1")),
+    }
+}
+
+/// All outputs, in the order of their indices. At a communication point none depends on anything of the same instant:
+/// outputs change in `fmi2DoStep` alone, and have their restart values before.
+fn structure(variables: &[Variable]) -> ModelStructure {
+    let outputs: Vec<Unknown> = (1..)
+        .zip(variables)
+        .filter(|(_, variable)| variable.causality == Causality::Output)
+        .map(|(index, _)| Unknown { index, dependencies: Some(Vec::new()), dependencies_kind: None })
+        .collect();
+    ModelStructure { initial_unknowns: outputs.clone(), outputs, derivatives: Vec::new() }
+}

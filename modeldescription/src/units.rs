@@ -1,0 +1,248 @@
+//! The units that a block's table may name, and what they are in SI units.
+
+use crate::description::{BaseUnit, DisplayUnit, Unit};
+
+/// No unit at all, as the start of a definition.
+const NONE: BaseUnit = BaseUnit { kg: 0, m: 0, s: 0, A: 0, K: 0, mol: 0, cd: 0, rad: 0, factor: 1.0, offset: 0.0 };
+
+const SECOND: BaseUnit = BaseUnit { s: 1, ..NONE };
+const METRE: BaseUnit = BaseUnit { m: 1, ..NONE };
+const SQUARE_METRE: BaseUnit = BaseUnit { m: 2, ..NONE };
+const CUBIC_METRE: BaseUnit = BaseUnit { m: 3, ..NONE };
+const CUBIC_METRE_PER_SECOND: BaseUnit = BaseUnit { m: 3, s: -1, ..NONE };
+const METRE_PER_SECOND: BaseUnit = BaseUnit { m: 1, s: -1, ..NONE };
+const KILOGRAM: BaseUnit = BaseUnit { kg: 1, ..NONE };
+const KILOGRAM_PER_SECOND: BaseUnit = BaseUnit { kg: 1, s: -1, ..NONE };
+const KELVIN: BaseUnit = BaseUnit { K: 1, ..NONE };
+const KELVIN_PER_SECOND: BaseUnit = BaseUnit { K: 1, s: -1, ..NONE };
+const PASCAL: BaseUnit = BaseUnit { kg: 1, m: -1, s: -2, ..NONE };
+const NEWTON: BaseUnit = BaseUnit { kg: 1, m: 1, s: -2, ..NONE };
+const JOULE: BaseUnit = BaseUnit { kg: 1, m: 2, s: -2, ..NONE };
+const WATT: BaseUnit = BaseUnit { kg: 1, m: 2, s: -3, ..NONE };
+const AMPERE: BaseUnit = BaseUnit { A: 1, ..NONE };
+const VOLT: BaseUnit = BaseUnit { kg: 1, m: 2, s: -3, A: -1, ..NONE };
+const OHM: BaseUnit = BaseUnit { kg: 1, m: 2, s: -3, A: -2, ..NONE };
+const RADIAN: BaseUnit = BaseUnit { rad: 1, ..NONE };
+const RADIAN_PER_SECOND: BaseUnit = BaseUnit { rad: 1, s: -1, ..NONE };
+const PER_SECOND: BaseUnit = BaseUnit { s: -1, ..NONE };
+
+const fn times(base: BaseUnit, factor: f64) -> BaseUnit {
+    BaseUnit { factor, ..base }
+}
+
+/// The units by name.
+const UNITS: &[(&str, BaseUnit)] = &[
+    ("1", NONE),
+    ("%", times(NONE, 0.01)),
+    ("%/s", times(PER_SECOND, 0.01)),
+    ("s", SECOND),
+    ("ms", times(SECOND, 0.001)),
+    ("min", times(SECOND, 60.0)),
+    ("h", times(SECOND, 3600.0)),
+    ("1/s", PER_SECOND),
+    ("Hz", PER_SECOND),
+    ("m", METRE),
+    ("mm", times(METRE, 0.001)),
+    ("cm", times(METRE, 0.01)),
+    ("m/s", METRE_PER_SECOND),
+    ("m/s2", BaseUnit { m: 1, s: -2, ..NONE }),
+    ("m2", SQUARE_METRE),
+    ("cm2", times(SQUARE_METRE, 0.0001)),
+    ("mm2", times(SQUARE_METRE, 0.000_001)),
+    ("m3", CUBIC_METRE),
+    ("l", times(CUBIC_METRE, 0.001)),
+    ("m3/s", CUBIC_METRE_PER_SECOND),
+    ("m3/h", times(CUBIC_METRE_PER_SECOND, 1.0 / 3600.0)),
+    ("l/s", times(CUBIC_METRE_PER_SECOND, 0.001)),
+    ("l/min", times(CUBIC_METRE_PER_SECOND, 0.001 / 60.0)),
+    ("kg", KILOGRAM),
+    ("kg/s", KILOGRAM_PER_SECOND),
+    ("kg/h", times(KILOGRAM_PER_SECOND, 1.0 / 3600.0)),
+    ("kg/m3", BaseUnit { kg: 1, m: -3, ..NONE }),
+    ("kg.m2", BaseUnit { kg: 1, m: 2, ..NONE }),
+    ("K", KELVIN),
+    ("degC", BaseUnit { K: 1, offset: 273.15, ..NONE }),
+    ("K/s", KELVIN_PER_SECOND),
+    ("K/min", times(KELVIN_PER_SECOND, 1.0 / 60.0)),
+    ("Pa", PASCAL),
+    ("kPa", times(PASCAL, 1000.0)),
+    ("mbar", times(PASCAL, 100.0)),
+    ("bar", times(PASCAL, 100_000.0)),
+    ("N", NEWTON),
+    ("N.m", JOULE),
+    ("J", JOULE),
+    ("kJ", times(JOULE, 1000.0)),
+    ("kW.h", times(JOULE, 3_600_000.0)),
+    ("W", WATT),
+    ("kW", times(WATT, 1000.0)),
+    ("J/K", BaseUnit { K: -1, ..JOULE }),
+    ("W/K", BaseUnit { K: -1, ..WATT }),
+    ("J/(kg.K)", BaseUnit { m: 2, s: -2, K: -1, ..NONE }),
+    ("W/(m2.K)", BaseUnit { kg: 1, s: -3, K: -1, ..NONE }),
+    ("A", AMPERE),
+    ("mA", times(AMPERE, 0.001)),
+    ("V", VOLT),
+    ("mV", times(VOLT, 0.001)),
+    ("Ohm", OHM),
+    ("rad", RADIAN),
+    ("deg", times(RADIAN, std::f64::consts::PI / 180.0)),
+    ("rad/s", RADIAN_PER_SECOND),
+    ("rad/s2", BaseUnit { rad: 1, s: -2, ..NONE }),
+    ("rpm", times(RADIAN_PER_SECOND, std::f64::consts::PI / 30.0)),
+];
+
+/// The names of all units, in the order of the list.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    UNITS.iter().map(|(name, _)| *name)
+}
+
+/// The definition of the unit of this name. The second is shown in milliseconds where a variable asks for it.
+pub fn definition(name: &str) -> Option<Unit> {
+    let (name, base_unit) = UNITS.iter().find(|(known, _)| *known == name)?;
+    let display_units = match *name {
+        "s" => vec![DisplayUnit { name: "ms".into(), factor: 1000.0, offset: 0.0 }],
+        _ => Vec::new(),
+    };
+    Some(Unit { name: (*name).into(), base_unit: Some(*base_unit), display_units })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A value in a unit as a value in SI base units.
+    fn in_si(value: f64, unit: &str) -> f64 {
+        let base = definition(unit).unwrap().base_unit.unwrap();
+        base.factor * value + base.offset
+    }
+
+    fn exponents(unit: &str) -> [i32; 8] {
+        let base = definition(unit).unwrap().base_unit.unwrap();
+        [base.kg, base.m, base.s, base.A, base.K, base.mol, base.cd, base.rad]
+    }
+
+    #[test]
+    fn values_in_every_scaled_unit_are_what_they_are_in_si_units() {
+        let table = [
+            (50.0, "%", 0.5),
+            (50.0, "%/s", 0.5),
+            (250.0, "ms", 0.25),
+            (1.5, "min", 90.0),
+            (2.0, "h", 7200.0),
+            (5.0, "mm", 0.005),
+            (5.0, "cm", 0.05),
+            (25.0, "cm2", 0.0025),
+            (25.0, "mm2", 0.000_025),
+            (3.0, "l", 0.003),
+            (7.2, "m3/h", 0.002),
+            (4.0, "l/s", 0.004),
+            (90.0, "l/min", 0.0015),
+            (3600.0, "kg/h", 1.0),
+            (20.0, "degC", 293.15),
+            (-273.15, "degC", 0.0),
+            (30.0, "K/min", 0.5),
+            (101.325, "kPa", 101_325.0),
+            (1013.25, "mbar", 101_325.0),
+            (4.0, "bar", 400_000.0),
+            (2.0, "kJ", 2000.0),
+            (0.5, "kW.h", 1_800_000.0),
+            (2.5, "kW", 2500.0),
+            (20.0, "mA", 0.02),
+            (50.0, "mV", 0.05),
+            (180.0, "deg", std::f64::consts::PI),
+            (60.0, "rpm", std::f64::consts::TAU),
+        ];
+        for (value, unit, expected) in table {
+            let si = in_si(value, unit);
+            assert!((si - expected).abs() <= 1e-15 * expected.abs().max(1.0), "{value} {unit} = {si}");
+        }
+        let scaled = UNITS.iter().filter(|(_, base)| base.factor != 1.0 || base.offset != 0.0).map(|(name, _)| *name);
+        assert!(
+            scaled.clone().all(|name| table.iter().any(|(_, unit, _)| *unit == name)),
+            "{:?}",
+            scaled.collect::<Vec<_>>()
+        );
+    }
+
+    #[test]
+    fn every_unit_is_the_product_that_physics_says() {
+        // kg, m, s, A, K, mol, cd, rad
+        let product = |a: [i32; 8], b: [i32; 8], sign: i32| std::array::from_fn::<i32, 8, _>(|i| a[i] + sign * b[i]);
+        let times = |a, b| product(exponents(a), exponents(b), 1);
+        let per = |a, b| product(exponents(a), exponents(b), -1);
+        for (unit, expected) in [
+            ("1", [0; 8]),
+            ("%", [0; 8]),
+            ("s", [0, 0, 1, 0, 0, 0, 0, 0]),
+            ("m", [0, 1, 0, 0, 0, 0, 0, 0]),
+            ("kg", [1, 0, 0, 0, 0, 0, 0, 0]),
+            ("A", [0, 0, 0, 1, 0, 0, 0, 0]),
+            ("K", [0, 0, 0, 0, 1, 0, 0, 0]),
+            ("rad", [0, 0, 0, 0, 0, 0, 0, 1]),
+            ("ms", exponents("s")),
+            ("min", exponents("s")),
+            ("h", exponents("s")),
+            ("1/s", per("1", "s")),
+            ("Hz", per("1", "s")),
+            ("%/s", per("1", "s")),
+            ("mm", exponents("m")),
+            ("cm", exponents("m")),
+            ("m/s", per("m", "s")),
+            ("m/s2", per("m/s", "s")),
+            ("m2", times("m", "m")),
+            ("cm2", times("m", "m")),
+            ("mm2", times("m", "m")),
+            ("m3", times("m2", "m")),
+            ("l", times("m2", "m")),
+            ("m3/s", per("m3", "s")),
+            ("m3/h", per("m3", "s")),
+            ("l/s", per("m3", "s")),
+            ("l/min", per("m3", "s")),
+            ("kg/s", per("kg", "s")),
+            ("kg/h", per("kg", "s")),
+            ("kg/m3", per("kg", "m3")),
+            ("kg.m2", times("kg", "m2")),
+            ("degC", exponents("K")),
+            ("K/s", per("K", "s")),
+            ("K/min", per("K", "s")),
+            ("N", times("kg", "m/s2")),
+            ("Pa", per("N", "m2")),
+            ("kPa", exponents("Pa")),
+            ("mbar", exponents("Pa")),
+            ("bar", exponents("Pa")),
+            ("N.m", times("N", "m")),
+            ("J", times("N", "m")),
+            ("kJ", exponents("J")),
+            ("kW.h", exponents("J")),
+            ("W", per("J", "s")),
+            ("kW", exponents("W")),
+            ("J/K", per("J", "K")),
+            ("W/K", per("W", "K")),
+            ("J/(kg.K)", per("J/K", "kg")),
+            ("W/(m2.K)", per("W/K", "m2")),
+            ("mA", exponents("A")),
+            ("V", per("W", "A")),
+            ("mV", exponents("V")),
+            ("Ohm", per("V", "A")),
+            ("deg", exponents("rad")),
+            ("rad/s", per("rad", "s")),
+            ("rad/s2", per("rad/s", "s")),
+            ("rpm", per("rad", "s")),
+        ] {
+            assert_eq!(exponents(unit), expected, "{unit}");
+        }
+    }
+
+    #[test]
+    fn no_unit_is_defined_twice() {
+        for (i, name) in names().enumerate() {
+            assert_eq!(names().position(|other| other == name), Some(i), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_second_is_shown_as_1000_milliseconds() {
+        let second = definition("s").unwrap();
+        assert_eq!(second.display_units, [DisplayUnit { name: "ms".into(), factor: 1000.0, offset: 0.0 }]);
+    }
+}

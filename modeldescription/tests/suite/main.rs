@@ -1,0 +1,8 @@
+//! What the crate promises, a test for each clause.
+
+mod check;
+mod random;
+mod read;
+mod sample;
+mod table;
+mod write;
