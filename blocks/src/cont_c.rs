@@ -8,15 +8,17 @@ crate::block! {
     /// Continuous PID controller with manual mode, anti-windup, feedforward and analog value conversion (FB 41).
     ///
     /// ```text
-    /// SP_INT ------------>(+)--> dead band --ER--> x GAIN --e--+--> P ---- LMN_P --+
-    ///                     -^     DEADB_W                       |    P_SEL          |
-    /// PV_IN --------+      |                                   +--> I ---- LMN_I -(+)--u--> limits --y--> x LMN_FAC --+--> LMN
-    ///               +--PV--+                                   |    I_SEL, TI      |        LMN_HLM       + LMN_OFF   |
-    /// PV_PER --> x 100/27648                                   +--> D ---- LMN_D --+        LMN_LLM                   +--> x 276.48 --> LMN_PER
-    ///            x PV_FAC + PV_OFF                                  D_SEL, TD      |        |
-    ///            (PVPER_ON)                                         TM_LAG         |        +--> QLMN_HLM, QLMN_LLM
-    ///                                                                     DISV ----+
-    ///                                                      MAN (MAN_ON) ----------> replaces u
+    /// SP_INT ---------->(+)--> dead band --ER--> x GAIN --e--+--> P, P_SEL ---------------- LMN_P --+
+    ///                   -^     DEADB_W                       |                                      |
+    /// PV_IN ------+      |                                   +--> I, I_SEL, TI, I_ITLVAL - LMN_I --(+)<-- DISV
+    ///             +--PV--+                                   |                                      |
+    /// PV_PER --> x 100/27648                                 +--> D, D_SEL, TD, TM_LAG --- LMN_D ---+
+    ///            x PV_FAC + PV_OFF                                                                  |
+    ///            (PVPER_ON)                                                                         v
+    ///                                                              MAN (instead, with MAN_ON) ----> u
+    ///                                                                                               |
+    /// LMN_PER <-- x 276.48 <-- LMN <----- x LMN_FAC + LMN_OFF <--y-- limits LMN_LLM ... LMN_HLM <---+
+    ///                                                                +--> QLMN_LLM, QLMN_HLM
     /// ```
     ///
     /// The law of a call, in this order; every operation rounds to a 32-bit REAL, `[k-1]` is the value of the last call:
