@@ -474,6 +474,24 @@ mod tests {
     }
 
     #[test]
+    fn clause_4_every_operation_rounds_in_the_order_of_the_formulas() {
+        // In another order the last digit is another: -0.35275745, and 0.043478258 for the pulse.
+        let (cycle, mtr_tm, ti) = (Time::ms(700), Time::ms(41_000), Time::ms(17_000));
+        let mut block = restarted(ContS { cycle, mtr_tm, ti, ..pi(7.1) });
+        block.call();
+        assert_eq!(block.memory.f, -0.35275742);
+
+        for ti in [0, 20_000] {
+            let (cycle, mtr_tm, ti) = (Time::ms(10), Time::ms(23_000), Time::ms(ti));
+            let mut block = restarted(ContS { cycle, mtr_tm, ti, lmnup: true, ..manual() });
+            block.call();
+            block.lmns_on = false;
+            block.call();
+            assert_eq!(block.memory.f, 0.04347826);
+        }
+    }
+
+    #[test]
     fn clause_5_the_error_is_not_integrated_against_a_reported_stop() {
         let integral = |sp_int, lmnr_hs, lmnr_ls| {
             let mut block = restarted(ContS { sp_int, lmnr_hs, lmnr_ls, ..pi(0.0) });
@@ -563,6 +581,10 @@ mod tests {
         assert_eq!((threshold(4_000), threshold(1_000), threshold(0)), (4.0, 1.0, 1.0));
         // The lowest threshold may lie above the cap.
         assert_eq!(threshold(20_000), 20.0);
+        let (cycle, mtr_tm) = (Time::ms(10), Time::ms(23_000));
+        let mut block = restarted(ContS { cycle, mtr_tm, pulse_tm: cycle, ..slow_motor() });
+        block.call();
+        assert_eq!(block.memory.on, 0.04347826);
     }
 
     #[test]
@@ -624,6 +646,16 @@ mod tests {
     }
 
     #[test]
+    fn clause_9_the_off_threshold_is_55_percent_of_what_the_valve_moves_in_a_call() {
+        // Half a second is 5 % here: 2.75 %.
+        let run = |sp_int| {
+            let block = ContS { sp_int, cycle: Time::ms(500), pulse_tm: Time::ms(500), ..position_only() };
+            pulses(&mut restarted(block), 12)
+        };
+        assert_eq!([run(42.5), run(43.0)], ["UUUUUUUU....", "UUUUUUUUU..."]);
+    }
+
+    #[test]
     fn clause_9_a_pulse_down_ends_at_the_off_threshold() {
         let run = |target| {
             let mut block = restarted(ContS { sp_int: 100.0, ..position_only() });
@@ -638,6 +670,16 @@ mod tests {
     fn clause_9_the_disturbance_variable_is_fed_forward() {
         let run = |disv| pulses(&mut restarted(ContS { disv, sp_int: 40.0, ..position_only() }), 8);
         assert_eq!([run(20.0), run(-20.0)], ["UUUUUU..", "UU......"]);
+    }
+
+    #[test]
+    fn clause_9_the_integrator_is_subtracted_before_the_disturbance_variable_is_added() {
+        // (1e8 - 50) - 1e8 is -48 in a REAL, within +-49; (1e8 - 1e8) - 50 would be beyond.
+        let block = ContS { sp_int: 1e8, disv: -1e8, pulse_tm: Time::ms(49_000), ..slow_motor() };
+        let mut block = restarted(block);
+        block.memory.f = 50.0;
+        assert_eq!(pulses(&mut block, 1), ".");
+        assert_eq!((block.memory.f, block.memory.on), (50.0, 49.0));
     }
 
     #[test]

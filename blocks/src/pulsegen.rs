@@ -418,6 +418,14 @@ mod tests {
     }
 
     #[test]
+    fn clause_6_exactly_minus_100_percent_is_computed_like_every_value_above_it() {
+        // In a period this long rounding leaves 4 ms of |-50 % + 50 %|, four calls.
+        let (per_tm, p_b_tm, cycle) = (Time::ms(123_456_789), Time::ms(0), Time::ms(1));
+        let mut block = restarted(Pulsegen { inv: -100.0, per_tm, p_b_tm, cycle, ..two_step(true) });
+        assert_eq!(pulses(&mut block, 6), "++++--");
+    }
+
+    #[test]
     fn clause_7_monopolar_control_is_off_below_0_percent() {
         let calls = [-50.0, 0.0, 10.0, 20.0, 80.0, 81.0].map(|inv| share(inv, two_step(false)).0);
         assert_eq!(calls, [0, 0, 0, 2, 8, 10]);

@@ -143,4 +143,22 @@ mod tests {
         let list = vec![1.5, -2.5];
         assert_eq!(Vec::<f64>::read(&mut &bytes_of(&list)[..]), Some(list));
     }
+
+    #[test]
+    fn a_list_takes_its_length_and_nothing_behind_it() {
+        let mut bytes = bytes_of(&vec![7_u8, 8, 9]);
+        assert_eq!(Vec::<u8>::read(&mut &bytes[..]), Some(vec![7, 8, 9]));
+        bytes.push(10);
+        let mut rest = &bytes[..];
+        assert_eq!((Vec::<u8>::read(&mut rest), rest), (Some(vec![7, 8, 9]), &[10][..]));
+    }
+
+    #[test]
+    fn a_value_that_may_be_missing_comes_back_missing_or_not() {
+        for value in [None, Some(5_i16)] {
+            let bytes = bytes_of(&value);
+            let mut rest = &bytes[..];
+            assert_eq!((Option::<i16>::read(&mut rest), rest.len()), (Some(value), 0));
+        }
+    }
 }

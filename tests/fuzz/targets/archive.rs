@@ -1,0 +1,24 @@
+//! Reads any bytes as an FMU: a sentence, or a package of which every file can be read or is refused with a sentence.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use std::io::Cursor;
+use xtask::archive::Archive;
+use xtask::package::Package;
+
+/// More than this is not unpacked here, so that a run is short.
+const LIMIT: u64 = 1 << 20;
+
+fuzz_target!(|bytes: &[u8]| {
+    if let Err(error) = Package::read(Cursor::new(bytes)) {
+        assert!(!error.is_empty());
+    }
+    let Ok(mut archive) = Archive::open(Cursor::new(bytes)) else { return };
+    for entry in archive.entries().to_vec() {
+        assert!(!entry.name.starts_with('/') && !entry.name.split('/').any(|part| part == ".."), "{:?}", entry.name);
+        if let Ok(content) = archive.read(&entry.name, LIMIT) {
+            assert_eq!(content.len() as u64, entry.size, "{:?}", entry.name);
+        }
+    }
+});

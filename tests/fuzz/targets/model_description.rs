@@ -1,0 +1,19 @@
+//! Reads any bytes as a modelDescription.xml: a sentence or a description, and what was read is written and read again
+//! as the same.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use modeldescription::{check, read, write};
+
+fuzz_target!(|bytes: &[u8]| {
+    match read(bytes) {
+        Ok(description) => {
+            check(&description);
+            let xml = write(&description);
+            let again = read(&xml).unwrap_or_else(|error| panic!("{error}:\n{}", String::from_utf8_lossy(&xml)));
+            assert_eq!(again, description);
+        }
+        Err(error) => assert!(!error.to_string().is_empty() && error.to_string().len() < 2000),
+    }
+});

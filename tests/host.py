@@ -1,0 +1,291 @@
+"""An FMU as a host sees it, made short for tests: values by name, every status and message kept.
+
+`Fmu` is a packed FMU that FMPy has unpacked, `Instance` one instance of it, driven through
+FMPy's `FMU2Slave`. A call that the FMU refuses raises `Refused`, with the status and what the FMU
+logged; `Instance.call` gives the bare status instead.
+"""
+
+import ctypes
+import itertools
+import json
+import os
+import pathlib
+import struct
+import weakref
+from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+
+import fmpy
+from fmpy import fmi2
+from fmpy.logging import addLoggerProxy
+from lxml import etree
+
+OK, WARNING, DISCARD, ERROR, FATAL = range(5)
+DO_STEP_STATUS, PENDING_STATUS, LAST_SUCCESSFUL_TIME, TERMINATED = range(4)
+
+COMMON = """
+    fmi2GetTypesPlatform fmi2GetVersion fmi2SetDebugLogging fmi2Instantiate fmi2FreeInstance
+    fmi2SetupExperiment fmi2EnterInitializationMode fmi2ExitInitializationMode fmi2Terminate
+    fmi2Reset fmi2GetReal fmi2GetInteger fmi2GetBoolean fmi2GetString fmi2SetReal fmi2SetInteger
+    fmi2SetBoolean fmi2SetString fmi2GetFMUstate fmi2SetFMUstate fmi2FreeFMUstate
+    fmi2SerializedFMUstateSize fmi2SerializeFMUstate fmi2DeSerializeFMUstate
+    fmi2GetDirectionalDerivative
+""".split()
+CO_SIMULATION = """
+    fmi2SetRealInputDerivatives fmi2GetRealOutputDerivatives fmi2DoStep fmi2CancelStep
+    fmi2GetStatus fmi2GetRealStatus fmi2GetIntegerStatus fmi2GetBooleanStatus fmi2GetStringStatus
+""".split()
+FUNCTIONS = COMMON + CO_SIMULATION
+
+# The FMUs of the manuals' blocks, and which of them tell the mean of their pulses.
+CONTROLLERS = ("CONT_C", "CONT_S", "PULSEGEN", "PULS_CTR", "HLG")
+MEAN = {"PULSEGEN": "Q_MEAN", "PULS_CTR": "Q_MEAN", "CONT_S": "QLMN_MEAN"}
+
+C_TYPES = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
+
+FOLDER = pathlib.Path(os.environ.get("PLCFMU_FMUS") or pathlib.Path(__file__).parents[1] / "target" / "fmu")
+REMEDY = f"there is no %s in {FOLDER}: make it with `cargo xtask fmu`, or say where in PLCFMU_FMUS"
+
+
+def names():
+    """The names of all FMUs that there are."""
+    return sorted(path.stem for path in FOLDER.glob("*.fmu"))
+
+
+class Refused(Exception):
+    """A call that did not return fmi2OK."""
+
+    def __init__(self, function, status, messages):
+        super().__init__(f"{function} gives status {status}: {messages}")
+        self.function = function
+        self.status = status
+        self.messages = messages
+
+
+class Fmu:
+    """A packed FMU, unpacked to `folder`."""
+
+    def __init__(self, path, folder):
+        self.path = pathlib.Path(path)
+        self.name = self.path.stem
+        self.folder = pathlib.Path(folder)
+        fmpy.extract(self.path, self.folder)
+        self.description = fmpy.read_model_description(str(self.path))
+        self.xml = etree.parse(self.folder / "modelDescription.xml").getroot()
+        self.variables = {v.name: v for v in self.description.modelVariables}
+        self.table = self.read_table()
+        self.kinds = {row["name"]: row["kind"] for row in self.table["variables"]}
+        self.cycle_name = self.table["variables"][self.table["cycle"]]["name"]
+
+    def __repr__(self):
+        return self.name
+
+    def slave(self, name="instance"):
+        return fmi2.FMU2Slave(
+            guid=self.description.guid,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            unzipDirectory=str(self.folder),
+            instanceName=name,
+        )
+
+    def library(self):
+        """The library for this platform."""
+        name = self.description.coSimulation.modelIdentifier + fmpy.sharedLibraryExtension
+        return self.folder / "binaries" / fmpy.platform / name
+
+    def read_table(self):
+        """What the library says of its variables: it knows the PLC types, the XML only FMI's."""
+        interface = ctypes.CDLL(str(self.library())).plcfmu_interface
+        interface.restype, interface.argtypes = c_size_t, [c_char_p, c_size_t]
+        buffer = ctypes.create_string_buffer(interface(None, 0))
+        interface(buffer, len(buffer))
+        return json.loads(buffer.raw)
+
+    @property
+    def cycle(self):
+        """The default time between two calls in seconds."""
+        return float(self.variables[self.cycle_name].start)
+
+    def of(self, *causalities, variability=None, type=None):
+        """The names of the variables of these causalities."""
+        return [
+            v.name
+            for v in self.description.modelVariables
+            if v.causality in causalities and variability in (None, v.variability) and type in (None, v.type)
+        ]
+
+    def instance(self, **options):
+        return Instance(self, **options)
+
+    def start(self, **values):
+        """An instance after its restart call, ready for the first step."""
+        instance = Instance(self)
+        instance.start(**values)
+        return instance
+
+
+class Instance:
+    """One instance. `instance["LMN"]` reads, `instance.set(SP_INT=1.0)` writes."""
+
+    def __init__(self, fmu, name="instance", logging_on=True):
+        self.fmu = fmu
+        self.slave = fmu.slave(name)
+        environment = next(ENVIRONMENTS)
+        # (instance name, status, category, text) of each message
+        self.messages = LOGS.setdefault(environment, [])
+        self.slave.instantiate(callbacks=callbacks(environment), loggingOn=logging_on)
+        self.time = 0.0
+        weakref.finalize(self, self.slave.freeInstance)
+
+    # Any function
+
+    def call(self, function, *arguments):
+        """The status that a function gives for these arguments after the component."""
+        return getattr(self.slave.dll, function)(self.slave.component, *arguments)
+
+    def do(self, function, *arguments):
+        """The same for a call that must succeed."""
+        count = len(self.messages)
+        status = self.call(function, *arguments)
+        if status != OK:
+            raise Refused(function, status, [text for *_, text in self.messages[count:]])
+
+    # Values
+
+    def set(self, **values):
+        """Writes variables by name, those of one type in one call."""
+        for type, c_type in C_TYPES.items():
+            names = [name for name in values if self.fmu.variables[name].type == type]
+            if names:
+                given = [values[name] for name in names]
+                self.do(
+                    f"fmi2Set{type}", references(self.fmu, names), len(names), (c_type * len(names))(*given)
+                )
+
+    def get(self, names):
+        """Reads variables by name: Reals as float, Integers as int, Booleans as 0 or 1."""
+        got = {}
+        for type, c_type in C_TYPES.items():
+            chosen = [name for name in names if self.fmu.variables[name].type == type]
+            if chosen:
+                values = (c_type * len(chosen))()
+                self.do(f"fmi2Get{type}", references(self.fmu, chosen), len(chosen), values)
+                got.update(zip(chosen, values))
+        return {name: got[name] for name in names}
+
+    def __getitem__(self, name):
+        return self.get([name])[name]
+
+    def outputs(self):
+        """All outputs, to be compared bit for bit."""
+        return exact(self.get(self.fmu.of("output")))
+
+    def values(self):
+        """All variables, to be compared bit for bit."""
+        return exact(self.get(self.fmu.variables))
+
+    # Modes and steps
+
+    def start(self, start_time=0.0, stop_time=None, **values):
+        """Sets values and goes through initialization."""
+        self.setup(start_time, stop_time)
+        self.set(**values)
+        self.do("fmi2EnterInitializationMode")
+        self.do("fmi2ExitInitializationMode")
+
+    def setup(self, start_time=0.0, stop_time=None):
+        self.do("fmi2SetupExperiment", 0, 0.0, start_time, stop_time is not None, stop_time or 0.0)
+        self.time = start_time
+
+    @property
+    def cycle(self):
+        return self[self.fmu.cycle_name]
+
+    def step(self, h=None, **values):
+        """One communication step, of CYCLE unless told otherwise, after writing values."""
+        if values:
+            self.set(**values)
+        h = self.cycle if h is None else h
+        self.do("fmi2DoStep", self.time, h, 1)
+        self.time += h
+
+    def record(self, *outputs, calls, **sequences):
+        """Makes calls, one a step, and gives the outputs after each. A sequence gives an input's
+        value call by call."""
+        h = self.cycle
+        rows = []
+        for number in range(calls):
+            self.step(h, **{name: values[number] for name, values in sequences.items()})
+            got = self.get(outputs)
+            rows.append(tuple(got.values()) if len(outputs) > 1 else got[outputs[0]])
+        return rows
+
+    # FMU states
+
+    def save(self):
+        state = c_void_p()
+        self.do("fmi2GetFMUstate", byref(state))
+        return state
+
+    def restore(self, state):
+        self.do("fmi2SetFMUstate", state)
+
+    def free(self, state):
+        self.do("fmi2FreeFMUstate", byref(state))
+
+    def serialize(self, state):
+        size = c_size_t()
+        self.do("fmi2SerializedFMUstateSize", state, byref(size))
+        buffer = ctypes.create_string_buffer(size.value)
+        self.do("fmi2SerializeFMUstate", state, buffer, size)
+        return buffer.raw
+
+    def deserialize(self, serialized):
+        state = c_void_p()
+        buffer = ctypes.create_string_buffer(serialized, len(serialized))
+        self.do("fmi2DeSerializeFMUstate", buffer, len(serialized), byref(state))
+        return state
+
+    def content(self):
+        """All that the instance is: block, clock, mode. Equal contents behave alike ever after."""
+        state = self.save()
+        serialized = self.serialize(state)
+        self.free(state)
+        return serialized
+
+
+ENVIRONMENTS = itertools.count(1)
+LOGS = {}  # what was logged, by the component environment of the instance
+
+
+def log(environment, name, status, category, text):
+    LOGS.setdefault(environment, []).append((name.decode(), status, category.decode(), text.decode()))
+
+
+def callbacks(environment):
+    """Callbacks that log to `LOGS[environment]`. The memory functions are NULL: the FMUs say that
+    they use none."""
+    functions = fmi2.fmi2CallbackFunctions()
+    functions.logger = LOGGER
+    functions.componentEnvironment = environment
+    # Formats the message in C, for Python cannot take a variable number of arguments. FMPy has one
+    # such proxy in a process, so all instances share the logger and differ by their environment.
+    addLoggerProxy(byref(functions))
+    return functions
+
+
+LOGGER = fmi2.fmi2CallbackLoggerTYPE(log)
+
+
+def references(fmu, names):
+    return (c_uint * len(names))(*(fmu.variables[name].valueReference for name in names))
+
+
+def exact(values):
+    """Values that are equal only if their bits are: 0.0 and -0.0 differ, NaN equals NaN."""
+    return {name: v.hex() if isinstance(v, float) else v for name, v in values.items()}
+
+
+def real(*numbers):
+    """Decimal numbers as a REAL holds them, to compare with what the block gives, bit for bit."""
+    rounded = [struct.unpack("f", struct.pack("f", number))[0] for number in numbers]
+    return rounded if len(numbers) > 1 else rounded[0]

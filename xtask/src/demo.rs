@@ -1,0 +1,95 @@
+//! `cargo xtask demo`: the closed loops of `examples/`, each a Python program of its own.
+
+use crate::command::run;
+use crate::fmu;
+use crate::python::Environment;
+use crate::test::heading;
+use crate::workspace::Workspace;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What to show.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct Options {
+    /// Loops to run, such as cascade; all if none is named
+    #[arg(value_name = "NAME")]
+    pub names: Vec<String>,
+}
+
+/// Packs the FMUs and runs the loops; each prints its figures.
+///
+/// # Errors
+/// An unknown name, with those that there are; a loop that fails.
+pub fn demo(workspace: &Workspace, options: &Options) -> Result<(), String> {
+    let loops = choose(find(&workspace.root.join("examples"))?, &options.names)?;
+    let environment = Environment::ready(workspace)?;
+    fmu::run(workspace, &fmu::Options::default())?;
+    let results = workspace.target.join("demo");
+    for program in loops {
+        heading(&name(&program));
+        let mut python = environment.python();
+        python.arg(&program).arg("--fmu").arg(workspace.fmus()).arg("--out").arg(&results);
+        run(python.current_dir(&workspace.root))?;
+    }
+    println!("\nCSV and PNG files: {}", workspace.shown(&results));
+    Ok(())
+}
+
+/// The loops of a folder: its Python files that are programs; the others are what these share.
+fn find(folder: &Path) -> Result<Vec<PathBuf>, String> {
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+    let mut loops = Vec::new();
+    for entry in fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path.extension().is_some_and(|extension| extension == "py") {
+            let text = fs::read_to_string(&path).map_err(failed)?;
+            if text.contains("__name__ == \"__main__\"") {
+                loops.push(path);
+            }
+        }
+    }
+    loops.sort();
+    Ok(loops)
+}
+
+fn name(program: &Path) -> String {
+    program.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn choose(loops: Vec<PathBuf>, names: &[String]) -> Result<Vec<PathBuf>, String> {
+    if names.is_empty() {
+        return Ok(loops);
+    }
+    let is = |program: &Path, asked: &str| name(program).eq_ignore_ascii_case(asked.trim_end_matches(".py"));
+    if let Some(unknown) = names.iter().find(|asked| !loops.iter().any(|program| is(program, asked))) {
+        let known: Vec<_> = loops.iter().map(|program| name(program)).collect();
+        return Err(format!("there is no demo {unknown}: there are {}", known.join(", ")));
+    }
+    Ok(loops.into_iter().filter(|program| names.iter().any(|asked| is(program, asked))).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_demo_is_chosen_by_its_name() {
+        let loops = || vec![PathBuf::from("examples/cascade.py"), PathBuf::from("examples/ramp.py")];
+        assert_eq!(choose(loops(), &[]).unwrap(), loops());
+        assert_eq!(choose(loops(), &["Ramp".into()]).unwrap(), loops()[1..]);
+        assert_eq!(choose(loops(), &["cascade.py".into()]).unwrap(), loops()[..1]);
+        assert_eq!(choose(loops(), &["ramps".into()]).unwrap_err(), "there is no demo ramps: there are cascade, ramp");
+    }
+
+    #[test]
+    fn a_demo_is_a_python_file_that_is_a_program() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+        write("shared.py", "def f(): pass\n");
+        write("b.py", "if __name__ == \"__main__\":\n    main()\n");
+        write("a.py", "if __name__ == \"__main__\":\n    main()\n");
+        write("c.txt", "__name__ == \"__main__\"");
+        let names: Vec<_> = find(folder.path()).unwrap().iter().map(|program| name(program)).collect();
+        assert_eq!(names, ["a", "b"]);
+    }
+}

@@ -1,0 +1,347 @@
+//! `cargo xtask fmu`: builds the libraries of the workspace's FMUs, reads each one's table out of it, and packs it.
+
+use crate::archive;
+use crate::check;
+use crate::compile::{Platform, compile};
+use crate::diagram;
+use crate::library::Library;
+use crate::package::DESCRIPTION;
+use crate::page;
+use crate::picture;
+use crate::progress::Progress;
+use crate::reference;
+use crate::workspace::{Unit, Workspace};
+use modeldescription::{Interface, ModelDescription};
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// What to pack, and how.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct Options {
+    /// Blocks to pack, such as CONT_C (capitals do not matter); all of the workspace's if none is named
+    #[arg(value_name = "NAME")]
+    pub names: Vec<String>,
+    /// Packages to pack; also those that are for tests only
+    #[arg(short, long = "package", value_name = "PACKAGE")]
+    pub packages: Vec<String>,
+    /// Link against this machine's C library (needs no Python); such an FMU may not run on an older Linux
+    #[arg(long)]
+    pub native: bool,
+}
+
+/// What a user has to be told about the library's licences.
+const LICENCES: [(&str, &str); 3] = [
+    ("LICENSE-MIT", include_str!("../../LICENSE-MIT")),
+    ("LICENSE-APACHE", include_str!("../../LICENSE-APACHE")),
+    ("NOTICE", include_str!("../NOTICE")),
+];
+
+/// What temporary files begin and end with.
+const TEMPORARY: (&str, &str) = (".plcfmu-", ".tmp");
+
+/// Packs FMUs.
+///
+/// # Errors
+/// What is wrong and what to do; FMUs that were packed before stay as they are.
+pub fn run(workspace: &Workspace, options: &Options) -> Result<(), String> {
+    let platform = Platform::host(options.native)?;
+    let selection = Selection::of(workspace, options)?;
+    let _lock = begin(&workspace.fmus())?;
+    let libraries = compile(workspace, &selection.units, &platform)?;
+    let mut tables = Vec::new();
+    for unit in &selection.units {
+        let library = &libraries[&unit.package];
+        tables.push((unit, library, table(unit, library)?));
+    }
+    let chosen = selection.chosen(tables)?;
+    let progress = Progress::bar(chosen.len());
+    for (unit, library, interface) in chosen {
+        progress.begin(&interface.name);
+        let folder = workspace.fmus().join(if unit.test_only { "test-only" } else { "" });
+        let path = folder.join(format!("{}.fmu", interface.name));
+        let size = pack(&interface, library, &platform, &path)
+            .map_err(|error| format!("{} (package {}): {error}", interface.name, unit.package))?;
+        progress.line(&format!(
+            "{:<10} {}  {:>4} kB  {}  {}",
+            interface.name,
+            platform.shown(),
+            size.div_ceil(1000),
+            interface.guid,
+            workspace.shown(&path)
+        ));
+        progress.done();
+    }
+    Ok(())
+}
+
+/// What is asked for.
+#[derive(Debug)]
+struct Selection {
+    /// The packages to build.
+    units: Vec<Unit>,
+    /// Those that were named by `-p`.
+    packages: Vec<String>,
+    /// Those that were named otherwise, by block or package; none means all.
+    names: Vec<String>,
+}
+
+impl Selection {
+    fn of(workspace: &Workspace, options: &Options) -> Result<Selection, String> {
+        let known: Vec<&str> = workspace.units.iter().map(|unit| unit.package.as_str()).collect();
+        if let Some(unknown) = options.packages.iter().find(|package| !known.contains(&package.as_str())) {
+            return Err(format!(
+                "{unknown} is no FMU package of this workspace: an FMU is a cdylib that depends on fmu; there are {}",
+                known.join(", ")
+            ));
+        }
+        let asked = |unit: &Unit| options.packages.contains(&unit.package);
+        let named = |unit: &Unit| !unit.test_only && options.names.iter().any(|name| same(name, &unit.package));
+        let all_are_packages = options
+            .names
+            .iter()
+            .all(|name| workspace.units.iter().any(|unit| !unit.test_only && same(name, &unit.package)));
+        let units: Vec<Unit> = if options.names.is_empty() && options.packages.is_empty() {
+            workspace.units.iter().filter(|unit| !unit.test_only).cloned().collect()
+        } else if all_are_packages {
+            workspace.units.iter().filter(|unit| asked(unit) || named(unit)).cloned().collect()
+        } else {
+            // Only the libraries know the names of their blocks.
+            workspace.units.iter().filter(|unit| asked(unit) || !unit.test_only).cloned().collect()
+        };
+        if units.is_empty() {
+            return Err("this workspace has no FMU: an FMU is a package with a cdylib that depends on fmu".into());
+        }
+        Ok(Selection { units, packages: options.packages.clone(), names: options.names.clone() })
+    }
+
+    /// Those of the tables that are asked for.
+    fn chosen<'a>(&self, tables: Vec<Table<'a>>) -> Result<Vec<Table<'a>>, String> {
+        let is = |name: &str, (unit, _, interface): &Table| same(name, &unit.package) || same(name, &interface.name);
+        if let Some(unknown) = self.names.iter().find(|name| !tables.iter().any(|table| is(name, table))) {
+            let known: Vec<_> = tables.iter().map(|(_, _, interface)| interface.name.as_str()).collect();
+            return Err(format!("there is no FMU {unknown}: there are {}", known.join(", ")));
+        }
+        let all = self.names.is_empty() && self.packages.is_empty();
+        let asked = |table: &Table| {
+            all || self.packages.contains(&table.0.package) || self.names.iter().any(|name| is(name, table))
+        };
+        let chosen: Vec<Table> = tables.into_iter().filter(asked).collect();
+        for (place, (unit, _, interface)) in chosen.iter().enumerate() {
+            if let Some((other, ..)) = chosen[..place].iter().find(|(_, _, other)| same(&other.name, &interface.name)) {
+                return Err(format!(
+                    "the packages {} and {} both make {}.fmu: give one of the blocks another name",
+                    other.package, unit.package, interface.name
+                ));
+            }
+        }
+        Ok(chosen)
+    }
+}
+
+/// A package, its library and the table in it.
+type Table<'a> = (&'a Unit, &'a PathBuf, Interface);
+
+/// Whether two names are one: capitals do not matter, nor does what stands between words.
+fn same(a: &str, b: &str) -> bool {
+    a.replace('-', "_").eq_ignore_ascii_case(&b.replace('-', "_"))
+}
+
+fn table(unit: &Unit, library: &Path) -> Result<Interface, String> {
+    let interface = Library::open(library).and_then(|library| library.interface());
+    let interface = interface.and_then(|json| Interface::parse(&json).map_err(|error| error.to_string()));
+    interface.map_err(|error| format!("package {}: {error}", unit.package))
+}
+
+/// Makes the folder, waits for another packer, and removes what an interrupted one has left.
+fn begin(folder: &Path) -> Result<File, String> {
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+    fs::create_dir_all(folder.join("test-only")).map_err(failed)?;
+    let lock = File::create(folder.join(".lock")).map_err(failed)?;
+    if lock.try_lock().is_err() {
+        eprintln!("waiting for another 'cargo xtask' that packs FMUs ...");
+        lock.lock().map_err(failed)?;
+    }
+    for folder in [folder.to_path_buf(), folder.join("test-only")] {
+        for entry in fs::read_dir(&folder).map_err(failed)? {
+            let entry = entry.map_err(failed)?;
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1) {
+                fs::remove_file(entry.path()).map_err(failed)?;
+            }
+        }
+    }
+    Ok(lock)
+}
+
+/// Packs one FMU and says how large it is.
+fn pack(interface: &Interface, library: &Path, platform: &Platform, path: &Path) -> Result<usize, String> {
+    let description = ModelDescription::of(interface).map_err(|error| error.to_string())?;
+    let bytes = archive::write(&files(interface, &description, library, platform)?)?;
+    place(&bytes, path, |packed| check::packed(packed, &description, platform))?;
+    Ok(bytes.len())
+}
+
+/// Writes a file beside its place, checks it there, and gives it its name: at every moment there is the old file or the
+/// new one.
+fn place(bytes: &[u8], path: &Path, check: impl FnOnce(&Path) -> Result<(), String>) -> Result<(), String> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let failed = |error: std::io::Error| format!("{} cannot be written: {error}", path.display());
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
+    // As other files: the temporary ones of this crate are their owner's alone.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut temporary = builder.tempfile_in(folder).map_err(failed)?;
+    temporary.write_all(bytes).map_err(failed)?;
+    // On the disk before it gets its name.
+    temporary.as_file().sync_all().map_err(failed)?;
+    check(temporary.path())?;
+    temporary.persist(path).map_err(|error| failed(error.error))?;
+    Ok(())
+}
+
+/// Everything that is in an FMU, by its path there.
+fn files(
+    interface: &Interface,
+    description: &ModelDescription,
+    library: &Path,
+    platform: &Platform,
+) -> Result<BTreeMap<String, Vec<u8>>, String> {
+    let name = &interface.name;
+    let mut files = BTreeMap::new();
+    files.insert(DESCRIPTION.to_string(), modeldescription::write(description));
+    let content = fs::read(library).map_err(|error| format!("{} cannot be read: {error}", library.display()))?;
+    files.insert(format!("binaries/{}/{name}.{}", platform.folder, platform.extension), content);
+    let recording = reference::run(library, interface)?;
+    files.extend(reference::files(interface, &recording));
+    files.insert("documentation/index.html".into(), page::html(interface, &recording).into_bytes());
+    for (licence, text) in LICENCES {
+        files.insert(format!("documentation/licenses/{licence}"), text.into());
+    }
+    files.insert("model.png".into(), picture::png(&diagram::svg(interface))?);
+    Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit(package: &str, test_only: bool) -> Unit {
+        Unit { package: package.into(), library: package.into(), test_only }
+    }
+
+    fn workspace() -> Workspace {
+        let units = vec![unit("boom", true), unit("my-pump", false), unit("valve", false)];
+        Workspace { root: "/w".into(), target: "/w/target".into(), units }
+    }
+
+    fn select(names: &[&str], packages: &[&str]) -> Result<Selection, String> {
+        let text = |words: &[&str]| words.iter().map(|word| word.to_string()).collect();
+        Selection::of(&workspace(), &Options { names: text(names), packages: text(packages), native: false })
+    }
+
+    fn built(names: &[&str], packages: &[&str]) -> Vec<String> {
+        select(names, packages).unwrap().units.into_iter().map(|unit| unit.package).collect()
+    }
+
+    fn interface(name: &str) -> Interface {
+        let json = format!(
+            r#"{{"name":"{name}","docs":"x","guid":"{{1}}","cycle":0,"variables":[{{"name":"CYCLE","description":"x",
+            "kind":"Time","role":"Cycle","start":1.0,"min":0.001,"max":null,"unit":null}}],
+            "response":{{"title":"x","calls":3,"set":[],"show":[]}}}}"#
+        );
+        Interface::parse(&json).unwrap()
+    }
+
+    /// The blocks that are packed, where the packages my-pump, valve and boom hold PUMP, VALVE and BOOM.
+    fn chosen(names: &[&str], packages: &[&str]) -> Result<Vec<String>, String> {
+        let selection = select(names, packages)?;
+        let library = PathBuf::new();
+        let block = |unit: &Unit| unit.package.trim_start_matches("my-").to_uppercase();
+        let tables = selection.units.iter().map(|unit| (unit, &library, interface(&block(unit)))).collect();
+        Ok(selection.chosen(tables)?.into_iter().map(|(.., interface)| interface.name).collect())
+    }
+
+    #[test]
+    fn all_fmus_are_packed_but_those_for_tests() {
+        assert_eq!(built(&[], &[]), ["my-pump", "valve"]);
+        assert_eq!(chosen(&[], &[]).unwrap(), ["PUMP", "VALVE"]);
+    }
+
+    #[test]
+    fn a_package_is_named_exactly_and_may_be_for_tests() {
+        assert_eq!(built(&[], &["boom"]), ["boom"]);
+        assert_eq!(chosen(&[], &["boom"]).unwrap(), ["BOOM"]);
+        assert_eq!(
+            select(&[], &["bom"]).unwrap_err(),
+            "bom is no FMU package of this workspace: an FMU is a cdylib that depends on fmu; there are boom, my-pump, \
+             valve"
+        );
+    }
+
+    #[test]
+    fn a_block_is_named_by_its_name_or_its_package_in_any_case() {
+        assert_eq!(built(&["VALVE"], &[]), ["valve"]);
+        assert_eq!(built(&["My_Pump"], &[]), ["my-pump"]);
+        // The name of a block is only known once all are built.
+        assert_eq!(built(&["pump"], &[]), ["my-pump", "valve"]);
+        assert_eq!(chosen(&["pump"], &[]).unwrap(), ["PUMP"]);
+        assert_eq!(chosen(&["pump"], &["boom"]).unwrap(), ["BOOM", "PUMP"]);
+        assert_eq!(chosen(&["valve", "pump"], &[]).unwrap(), ["PUMP", "VALVE"]);
+    }
+
+    #[test]
+    fn an_unknown_block_is_refused_with_those_that_there_are() {
+        assert_eq!(chosen(&["PUMPS"], &[]).unwrap_err(), "there is no FMU PUMPS: there are PUMP, VALVE");
+        assert_eq!(chosen(&["boom"], &[]).unwrap_err(), "there is no FMU boom: there are PUMP, VALVE");
+    }
+
+    #[test]
+    fn two_packages_cannot_make_one_fmu() {
+        let selection = select(&[], &[]).unwrap();
+        let library = PathBuf::new();
+        let tables = selection.units.iter().map(|unit| (unit, &library, interface("PUMP"))).collect();
+        assert_eq!(
+            selection.chosen(tables).unwrap_err(),
+            "the packages my-pump and valve both make PUMP.fmu: give one of the blocks another name"
+        );
+    }
+
+    #[test]
+    fn a_file_that_fails_its_check_leaves_the_old_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("PUMP.fmu");
+        place(b"old", &path, |_| Ok(())).unwrap();
+        let error = place(b"new", &path, |beside| {
+            assert_eq!(fs::read(beside).unwrap(), b"new");
+            assert_eq!(fs::read(&path).unwrap(), b"old");
+            Err("it does not load".into())
+        });
+        assert_eq!(error.unwrap_err(), "it does not load");
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        place(b"new", &path, |_| Ok(())).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn what_an_interrupted_packer_left_is_removed_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        drop(begin(folder.path()).unwrap());
+        for name in [".plcfmu-1a2b.tmp", "test-only/.plcfmu-x.tmp", "PUMP.fmu", "notes.tmp"] {
+            fs::write(folder.path().join(name), "x").unwrap();
+        }
+        let _lock = begin(folder.path()).unwrap();
+        let names = |folder: &Path| -> Vec<String> {
+            let entries = fs::read_dir(folder).unwrap();
+            let mut names: Vec<String> =
+                entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+            names.sort();
+            names
+        };
+        assert_eq!(names(folder.path()), [".lock", "PUMP.fmu", "notes.tmp", "test-only"]);
+        assert_eq!(names(&folder.path().join("test-only")), [""; 0]);
+    }
+}

@@ -1,0 +1,168 @@
+//! An FMU's file, opened: an archive with a model description and libraries that fit it.
+
+use crate::archive::Archive;
+use modeldescription::ModelDescription;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::path::Path;
+
+/// A modelDescription.xml larger than this is none.
+const LONGEST_DESCRIPTION: u64 = 1 << 26;
+
+/// The name of the model description in every FMU.
+pub const DESCRIPTION: &str = "modelDescription.xml";
+
+/// An FMU's file.
+#[derive(Debug)]
+pub struct Package<R> {
+    /// What is in it.
+    pub archive: Archive<R>,
+    /// Its modelDescription.xml.
+    pub description: ModelDescription,
+    /// Its libraries, one for each platform.
+    pub libraries: Vec<LibraryFile>,
+}
+
+/// A library in an FMU.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LibraryFile {
+    /// FMI's name of the platform, such as `linux64`.
+    pub platform: String,
+    /// The path in the archive.
+    pub path: String,
+}
+
+impl Package<BufReader<File>> {
+    /// Opens the FMU at `path` and checks how it is packed.
+    ///
+    /// # Errors
+    /// One sentence with the path and what is wrong.
+    pub fn open(path: &Path) -> Result<Self, String> {
+        File::open(path)
+            .map_err(|error| error.to_string())
+            .and_then(|file| Package::read(BufReader::new(file)))
+            .map_err(|error| format!("{}: {error}", path.display()))
+    }
+}
+
+impl<R: Read + Seek> Package<R> {
+    /// Reads an FMU and checks how it is packed.
+    ///
+    /// # Errors
+    /// One sentence that says what is wrong.
+    pub fn read(reader: R) -> Result<Package<R>, String> {
+        let mut archive = Archive::open(reader)?;
+        let xml = archive.read(DESCRIPTION, LONGEST_DESCRIPTION)?;
+        let description = modeldescription::read(&xml).map_err(|error| format!("{DESCRIPTION}: {error}"))?;
+        let identifier = description
+            .model_identifier()
+            .ok_or_else(|| format!("{DESCRIPTION} is neither for co-simulation nor for model exchange"))?;
+        let names = archive.entries().iter().map(|entry| entry.name.as_str());
+        let libraries: Vec<LibraryFile> = names.filter_map(|name| library(name, identifier)).collect();
+        if libraries.is_empty() {
+            return Err(format!(
+                "it has no library: FMI asks for binaries/linux64/{identifier}.so, binaries/win64/{identifier}.dll or \
+                 the like"
+            ));
+        }
+        Ok(Package { archive, description, libraries })
+    }
+
+    /// The libraries' platforms, with commas between.
+    pub fn platforms(&self) -> String {
+        let platforms: Vec<_> = self.libraries.iter().map(|library| library.platform.as_str()).collect();
+        platforms.join(", ")
+    }
+}
+
+/// The library that a path in the archive is, if it is one: `binaries/PLATFORM/IDENTIFIER.EXTENSION`.
+fn library(path: &str, identifier: &str) -> Option<LibraryFile> {
+    let (platform, file) = path.strip_prefix("binaries/")?.split_once('/')?;
+    let extension = file.strip_prefix(identifier)?;
+    [".so", ".dll", ".dylib"]
+        .contains(&extension)
+        .then(|| LibraryFile { platform: platform.to_string(), path: path.to_string() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::archive;
+    use modeldescription::CoSimulation;
+    use std::collections::BTreeMap;
+    use std::io::Cursor;
+
+    /// The files of a small FMU.
+    fn files() -> BTreeMap<String, Vec<u8>> {
+        let co_simulation = CoSimulation { model_identifier: "PUMP".into(), ..CoSimulation::default() };
+        let description = ModelDescription {
+            model_name: "PUMP".into(),
+            guid: "{1}".into(),
+            co_simulation: Some(co_simulation),
+            ..ModelDescription::default()
+        };
+        [
+            (DESCRIPTION, modeldescription::write(&description)),
+            ("binaries/linux64/PUMP.so", vec![1]),
+            ("binaries/linux64/libother.so", vec![2]),
+            ("binaries/win64/PUMP.dll", vec![3]),
+            ("binaries/win64/PUMP.pdb", vec![4]),
+            ("resources/PUMP.so", vec![5]),
+        ]
+        .map(|(name, content)| (name.to_string(), content))
+        .into()
+    }
+
+    fn read(files: &BTreeMap<String, Vec<u8>>) -> Result<Package<Cursor<Vec<u8>>>, String> {
+        Package::read(Cursor::new(archive::write(files).unwrap()))
+    }
+
+    #[test]
+    fn the_libraries_are_found_by_the_model_identifier() {
+        let package = read(&files()).unwrap();
+        assert_eq!(package.description.model_name, "PUMP");
+        assert_eq!(package.platforms(), "linux64, win64");
+        assert_eq!(package.libraries[1].path, "binaries/win64/PUMP.dll");
+    }
+
+    #[test]
+    fn an_fmu_without_a_model_description_is_refused() {
+        let mut files = files();
+        files.remove(DESCRIPTION);
+        assert_eq!(read(&files).unwrap_err(), "modelDescription.xml is missing");
+    }
+
+    #[test]
+    fn an_fmu_without_a_library_is_refused() {
+        let mut files = files();
+        files.retain(|name, _| !name.contains("64/PUMP."));
+        assert_eq!(
+            read(&files).unwrap_err(),
+            "it has no library: FMI asks for binaries/linux64/PUMP.so, binaries/win64/PUMP.dll or the like"
+        );
+    }
+
+    #[test]
+    fn wrong_xml_is_refused_by_the_name_of_its_file() {
+        for xml in ["", "hello", "<fmiModelDescription", "<other/>", "<fmiModelDescription fmiVersion=\"2.0\"/>"] {
+            let mut files = files();
+            files.insert(DESCRIPTION.into(), xml.into());
+            let error = read(&files).unwrap_err();
+            assert!(error.starts_with("modelDescription.xml: ") && !error.contains('\n'), "{xml}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_description_for_nothing_is_refused() {
+        let mut files = files();
+        let nothing = ModelDescription { model_name: "PUMP".into(), guid: "{1}".into(), ..ModelDescription::default() };
+        files.insert(DESCRIPTION.into(), modeldescription::write(&nothing));
+        assert!(read(&files).unwrap_err().starts_with("modelDescription.xml"));
+    }
+
+    #[test]
+    fn a_missing_file_is_told_by_its_path() {
+        let error = Package::open(Path::new("/no/such/file.fmu")).unwrap_err();
+        assert!(error.starts_with("/no/such/file.fmu: "), "{error}");
+    }
+}

@@ -1,0 +1,50 @@
+//! SVG drawings as PNG pictures, with fonts that are built in: the same picture on every machine.
+
+use resvg::{tiny_skia, usvg};
+use std::sync::Arc;
+
+/// How many pixels of the picture are one of the drawing.
+const SCALE: f32 = 2.0;
+
+/// Draws SVG.
+///
+/// # Errors
+/// It is no SVG, or empty.
+pub fn png(svg: &str) -> Result<Vec<u8>, String> {
+    let mut fonts = usvg::fontdb::Database::new();
+    fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());
+    fonts.load_font_data(epaint_default_fonts::HACK_REGULAR.to_vec());
+    fonts.set_sans_serif_family("Ubuntu");
+    fonts.set_monospace_family("Hack");
+    let options = usvg::Options { font_family: "Ubuntu".into(), fontdb: Arc::new(fonts), ..usvg::Options::default() };
+    let tree = usvg::Tree::from_str(svg, &options).map_err(|error| format!("the drawing is no SVG: {error}"))?;
+    let size = tree.size().to_int_size().scale_by(SCALE).ok_or("the drawing has no size")?;
+    let mut pixels = tiny_skia::Pixmap::new(size.width(), size.height()).ok_or("the drawing has no size")?;
+    resvg::render(&tree, tiny_skia::Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
+    pixels.encode_png().map_err(|error| format!("the picture cannot be written: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drawing_becomes_the_same_picture_each_time_with_its_text() {
+        let svg = |text: &str| {
+            format!(
+                r##"<svg xmlns="http://www.w3.org/2000/svg" width="60" height="20"><rect width="60" height="20" fill="#ffffff"/><text x="5" y="15" font-family="monospace">{text}</text></svg>"##
+            )
+        };
+        let picture = png(&svg("GAIN")).unwrap();
+        assert_eq!(picture, png(&svg("GAIN")).unwrap());
+        assert_ne!(picture, png(&svg("LMN")).unwrap());
+        assert_ne!(picture, png(&svg("")).unwrap());
+        let pixels = tiny_skia::Pixmap::decode_png(&picture).unwrap();
+        assert_eq!((pixels.width(), pixels.height()), (120, 40));
+    }
+
+    #[test]
+    fn what_is_no_svg_is_refused() {
+        assert!(png("hello").unwrap_err().starts_with("the drawing is no SVG: "));
+    }
+}

@@ -1,0 +1,58 @@
+//! Progress on a terminal. Where standard error is none, only the lines that stay are written.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::{IsTerminal, stderr};
+use std::time::Duration;
+
+/// A bar or a spinner that disappears when it is dropped.
+#[derive(Debug)]
+pub struct Progress {
+    bar: ProgressBar,
+}
+
+impl Progress {
+    /// For work of unknown length. Without a terminal, the text is written as a line.
+    pub fn spinner(text: &str) -> Progress {
+        if !stderr().is_terminal() {
+            eprintln!("{text}");
+        }
+        let bar = ProgressBar::new_spinner();
+        bar.set_message(text.to_string());
+        bar.enable_steady_tick(Duration::from_millis(100));
+        Progress { bar }
+    }
+
+    /// For `length` pieces of work.
+    pub fn bar(length: usize) -> Progress {
+        let bar = ProgressBar::new(length as u64);
+        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}") {
+            bar.set_style(style);
+        }
+        Progress { bar }
+    }
+
+    /// The next piece of work begins.
+    pub fn begin(&self, text: &str) {
+        self.bar.set_message(text.to_string());
+        self.bar.tick();
+    }
+
+    /// A piece of work is done.
+    pub fn done(&self) {
+        self.bar.inc(1);
+    }
+
+    /// Writes a line that stays, above the bar.
+    pub fn line(&self, text: &str) {
+        self.bar.suspend(|| println!("{text}"));
+    }
+
+    /// All work is done.
+    pub fn finish(self) {}
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,210 @@
+//! The Python environment `target/venv`: made of the packages pinned in `tests/requirements.txt`, and made again when
+//! that file or the Python has changed, or when making it was interrupted.
+
+use crate::command::output;
+use crate::progress::Progress;
+use crate::workspace::Workspace;
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The oldest Python that all of it runs in.
+const OLDEST: (u32, u32) = (3, 9);
+
+/// Which Pythons are looked for, in this order.
+const CANDIDATES: &[&str] =
+    &["python3", "python", "python3.13", "python3.12", "python3.11", "python3.10", "python3.9", "python3.14"];
+
+/// Prints what tells one Python from another, or `no venv`.
+const DESCRIBE: &str = "import sys
+print(sys.version_info[0], sys.version_info[1])
+print(sys.executable, sys.version.replace('\\n', ' '))
+try:
+    import venv, ensurepip
+    print('venv')
+except ImportError:
+    print('no venv')
+";
+
+/// The environment, ready for use.
+#[derive(Debug)]
+pub struct Environment {
+    folder: PathBuf,
+}
+
+/// A Python that an environment can be made with.
+#[derive(Debug, PartialEq)]
+struct Python {
+    program: OsString,
+    version: (u32, u32),
+    /// Its path and full version.
+    description: String,
+    has_venv: bool,
+}
+
+impl Environment {
+    /// The environment of a workspace; made if it is not there or out of date.
+    ///
+    /// # Errors
+    /// There is no Python that is new enough, or the packages cannot be installed; with the remedy.
+    pub fn ready(workspace: &Workspace) -> Result<Environment, String> {
+        let python = find()?;
+        let requirements = workspace.root.join("tests/requirements.txt");
+        let pinned = fs::read_to_string(&requirements)
+            .map_err(|error| format!("{} cannot be read: {error}", requirements.display()))?;
+        let environment = Environment { folder: workspace.target.join("venv") };
+        // Scripts in an environment name its folder, so one that was moved is out of date too.
+        let wanted = format!("{}\n{}\n\n{pinned}", environment.folder.display(), python.description);
+        let stamp = environment.folder.join("plcfmu-stamp.txt");
+        if fs::read_to_string(&stamp).is_ok_and(|made_of| made_of == wanted) {
+            return Ok(environment);
+        }
+        // Two commands at once: the second waits, and then finds what the first has made.
+        fs::create_dir_all(&workspace.target)
+            .map_err(|error| format!("{} cannot be made: {error}", workspace.target.display()))?;
+        let lock = workspace.target.join("venv.lock");
+        let lock = fs::File::create(&lock).map_err(|error| format!("{} cannot be made: {error}", lock.display()))?;
+        lock.lock().map_err(|error| format!("target/venv.lock cannot be locked: {error}"))?;
+        if fs::read_to_string(&stamp).is_ok_and(|made_of| made_of == wanted) {
+            return Ok(environment);
+        }
+        environment.make(&python, &requirements)?;
+        // Written last: an environment without it is unfinished and made again.
+        fs::write(&stamp, wanted).map_err(|error| format!("{} cannot be written: {error}", stamp.display()))?;
+        Ok(environment)
+    }
+
+    fn make(&self, python: &Python, requirements: &Path) -> Result<(), String> {
+        if !python.has_venv {
+            return Err(format!(
+                "{} cannot make environments (it has no modules venv and ensurepip): install them, on Debian and Ubuntu \
+                 with 'apt install python3-venv'",
+                python.description
+            ));
+        }
+        let progress = Progress::spinner(&format!(
+            "making the Python environment {} (once; it loads the packages of tests/requirements.txt)",
+            self.folder.display()
+        ));
+        if self.folder.exists() {
+            fs::remove_dir_all(&self.folder)
+                .map_err(|error| format!("{} is out of date and cannot be removed: {error}", self.folder.display()))?;
+        }
+        output(Command::new(&python.program).args(["-m", "venv"]).arg(&self.folder))?;
+        let mut install = self.python();
+        install
+            .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-input"])
+            .args(["--only-binary=:all:", "--requirement"])
+            .arg(requirements);
+        output(&mut install).map_err(|error| {
+            format!(
+                "the Python packages of {} cannot be installed; is there a connection to PyPI (or a mirror: \
+                 PIP_INDEX_URL)?\n{error}",
+                requirements.display()
+            )
+        })?;
+        progress.finish();
+        Ok(())
+    }
+
+    /// Its programs.
+    pub fn programs(&self) -> PathBuf {
+        self.folder.join(if cfg!(windows) { "Scripts" } else { "bin" })
+    }
+
+    /// A command that runs its Python, with its programs first on PATH.
+    pub fn python(&self) -> Command {
+        self.program("python")
+    }
+
+    /// A command that runs one of its programs, with its programs first on PATH.
+    pub fn program(&self, name: &str) -> Command {
+        let mut command = Command::new(self.programs().join(name).with_extension(std::env::consts::EXE_EXTENSION));
+        let path = std::env::var_os("PATH").unwrap_or_default();
+        let folders = std::iter::once(self.programs()).chain(std::env::split_paths(&path));
+        if let Ok(path) = std::env::join_paths(folders) {
+            command.env("PATH", path);
+        }
+        command.env_remove("PYTHONHOME").env_remove("PYTHONPATH");
+        command
+    }
+
+    /// The folder of a package's files.
+    ///
+    /// # Errors
+    /// Python cannot find it.
+    pub fn package(&self, name: &str) -> Result<PathBuf, String> {
+        let script =
+            "import importlib.util, sys; print(importlib.util.find_spec(sys.argv[1]).submodule_search_locations[0])";
+        Ok(output(self.python().args(["-c", script, name]))?.trim().into())
+    }
+}
+
+/// The first Python that is new enough: that of the variable PYTHON if it is set, else one on PATH.
+fn find() -> Result<Python, String> {
+    let chosen = std::env::var_os("PYTHON").filter(|python| !python.is_empty());
+    let candidates = match &chosen {
+        Some(python) => vec![python.clone()],
+        None => CANDIDATES.iter().map(OsString::from).collect(),
+    };
+    choose(candidates.into_iter().filter_map(describe).collect()).map_err(|found| {
+        let remedy = "install it (python.org, or 'apt install python3-venv'), or name one by the variable PYTHON; \
+                      'cargo xtask fmu --native' needs none";
+        let place = if let Some(python) = chosen { format!("PYTHON = {}", python.display()) } else { "PATH".into() };
+        let found = if found.is_empty() { "none is there".into() } else { format!("only {}", found.join(", ")) };
+        format!("Python {}.{} or newer is needed and not found on {place} ({found}): {remedy}", OLDEST.0, OLDEST.1)
+    })
+}
+
+/// The first that is new enough; prefers one that can make environments.
+fn choose(found: Vec<Python>) -> Result<Python, Vec<String>> {
+    let descriptions = found.iter().map(|python| python.description.clone()).collect();
+    let mut new_enough: Vec<Python> = found.into_iter().filter(|python| python.version >= OLDEST).collect();
+    if new_enough.is_empty() {
+        return Err(descriptions);
+    }
+    let place = new_enough.iter().position(|python| python.has_venv).unwrap_or(0);
+    Ok(new_enough.swap_remove(place))
+}
+
+/// What a program says of itself, if it is a Python.
+fn describe(program: OsString) -> Option<Python> {
+    let text = output(Command::new(&program).args(["-c", DESCRIBE])).ok()?;
+    parse(program, &text)
+}
+
+fn parse(program: OsString, text: &str) -> Option<Python> {
+    let mut lines = text.lines();
+    let (major, minor) = lines.next()?.split_once(' ')?;
+    let version = (major.parse().ok()?, minor.trim().parse().ok()?);
+    let description = format!("Python {}", lines.next()?.trim());
+    Some(Python { program, version, description, has_venv: lines.next()?.trim() == "venv" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn python(program: &str, text: &str) -> Python {
+        parse(program.into(), text).unwrap()
+    }
+
+    #[test]
+    fn the_first_python_that_is_new_enough_and_makes_environments_is_taken() {
+        let old = || python("a", "3 8\n/a 3.8.1\nvenv\n");
+        let bare = || python("b", "3 11\n/b 3.11.2\nno venv\n");
+        let good = || python("c", "3 9\n/c 3.9.18\nvenv\n");
+        assert_eq!(choose(vec![old(), bare(), good()]).unwrap().program, "c");
+        assert_eq!(choose(vec![old(), bare()]).unwrap().program, "b");
+        assert_eq!(choose(vec![old()]).unwrap_err(), ["Python /a 3.8.1"]);
+        assert_eq!(choose(vec![]).unwrap_err(), [""; 0]);
+    }
+
+    #[test]
+    fn what_is_no_python_is_passed_over() {
+        assert_eq!(parse("x".into(), "hello\n"), None);
+        assert_eq!(parse("x".into(), ""), None);
+        assert_eq!(describe("there-is-no-such-program".into()), None);
+    }
+}

@@ -1,0 +1,280 @@
+//! Reference results: what a freshly built library answers to its block's own example, recorded through the C interface
+//! as a co-simulation master does, and packed after the layered standard fmi-ls-ref.
+
+use crate::library::Library;
+use crate::slave::{Slave, Type};
+use modeldescription::Interface;
+use modeldescription::interface::{Kind, Role, Row};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Where the layered standard has its files.
+const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
+
+/// What was recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// The time between two calls, in milliseconds.
+    pub cycle: u32,
+    /// The variables that are recorded and drawn, by row.
+    pub shown: Vec<usize>,
+    /// Their values after the restart.
+    pub restart: Vec<f64>,
+    /// Their values in each call.
+    pub calls: Vec<Vec<f64>>,
+}
+
+impl Recording {
+    /// The time of a call in seconds.
+    pub fn time(&self, call: usize) -> f64 {
+        call as f64 * f64::from(self.cycle) / 1000.0
+    }
+}
+
+/// Lets the library run the block's example: one communication step for every call.
+///
+/// # Errors
+/// A value that the library refuses, with its reason.
+pub fn record(library: &Library, interface: &Interface) -> Result<Recording, String> {
+    let rows = &interface.variables;
+    let response = &interface.response;
+    let shown: Vec<usize> = if response.show.is_empty() {
+        (0..rows.len()).filter(|row| matches!(rows[*row].role, Role::Input | Role::Output)).collect()
+    } else {
+        response.show.iter().filter_map(|name| interface.find(name)).collect()
+    };
+    let mut slave = Slave::instantiate(library, &interface.guid, None)?;
+    let failed = |error| format!("the block's response: {error}");
+    slave.enter_initialization(0.0)?;
+    set(&mut slave, interface, 0).map_err(failed)?;
+    slave.exit_initialization().map_err(failed)?;
+
+    let cycle = (slave.get(Type::Real, interface.cycle as u32)? * 1000.0).round() as u32;
+    let values = |slave: &Slave| -> Result<Vec<f64>, String> {
+        shown.iter().map(|row| slave.get(fmi_type(rows[*row].kind), *row as u32)).collect()
+    };
+    let mut recording = Recording { cycle, restart: values(&slave)?, calls: Vec::new(), shown: shown.clone() };
+    for call in 0..response.calls {
+        if call > 0 {
+            set(&mut slave, interface, call).map_err(failed)?;
+        }
+        slave.step(recording.time(call as usize), recording.time(1)).map_err(failed)?;
+        recording.calls.push(values(&slave)?);
+    }
+    slave.terminate()?;
+    Ok(recording)
+}
+
+/// Sets what the example sets before a call.
+fn set(slave: &mut Slave, interface: &Interface, call: u32) -> Result<(), String> {
+    for (_, name, value) in interface.response.set.iter().filter(|(before, ..)| *before == call) {
+        let row = interface.find(name).ok_or_else(|| format!("{name} is no variable of {}", interface.name))?;
+        slave
+            .set(fmi_type(interface.variables[row].kind), row as u32, *value)
+            .map_err(|error| format!("{name} = {value:?} before call {call}: {error}"))?;
+    }
+    Ok(())
+}
+
+fn fmi_type(kind: Kind) -> Type {
+    match kind {
+        Kind::Real | Kind::LReal | Kind::Time => Type::Real,
+        Kind::Word | Kind::Int => Type::Integer,
+        Kind::Bool => Type::Boolean,
+    }
+}
+
+/// The files of the layered standard, by their path in the FMU.
+pub fn files(interface: &Interface, recording: &Recording) -> BTreeMap<String, Vec<u8>> {
+    let name = &interface.name;
+    let mut files = BTreeMap::new();
+    let mut add = |path: String, text: String| files.insert(path, text.into_bytes());
+    add(format!("{FOLDER}/fmi-ls-manifest.xml"), manifest(name));
+    add(format!("{FOLDER}/{name}_in.csv"), input(interface, recording));
+    add(format!("{FOLDER}/{name}_out.csv"), output(interface, recording));
+    add("documentation/fmi-ls-ref.txt".into(), description(interface, recording));
+    files
+}
+
+fn manifest(name: &str) -> String {
+    format!(
+        r#"<?xml version="1.0" encoding="UTF-8"?>
+<fmiReferences xmlns:fmi-ls="http://fmi-standard.org/fmi-ls-manifest"
+    fmi-ls:fmi-ls-name="org.fmi-standard.fmi-ls-ref"
+    fmi-ls:fmi-ls-version="1.0.0-alpha.1"
+    fmi-ls:fmi-ls-description="Layered Standard providing information on related files included in an FMU.">
+  <Related type="text/plain" source="../../documentation/fmi-ls-ref.txt" role="document" description="What the reference experiment is"/>
+  <Related type="text/csv" source="{name}_in.csv" role="testcase" description="Input of the reference experiment"/>
+  <Related type="text/csv" source="{name}_out.csv" role="result" description="Output of the reference experiment"/>
+</fmiReferences>
+"#
+    )
+}
+
+/// The inputs, and the settings that the example tunes, with their values whenever one changes.
+///
+/// They change half a CYCLE before the call that first sees them, so that a tool whose communication points are off by
+/// rounding sets them for the same call. The instant stands in two rows, for tools that draw lines between rows.
+fn input(interface: &Interface, recording: &Recording) -> String {
+    let rows = &interface.variables;
+    let is_tuned =
+        |row: &Row| row.role == Role::Parameter && interface.response.set.iter().any(|(_, name, _)| *name == row.name);
+    let columns: Vec<usize> =
+        (0..rows.len()).filter(|row| rows[*row].role == Role::Input || is_tuned(&rows[*row])).collect();
+    let mut values: Vec<f64> = columns.iter().map(|row| rows[*row].start).collect();
+    let mut csv = header(interface, &columns);
+    let end = recording.time(recording.calls.len());
+    let mut calls: Vec<u32> = interface.response.set.iter().map(|(call, ..)| *call).chain([0]).collect();
+    calls.sort_unstable();
+    calls.dedup();
+    for call in calls {
+        let time = (recording.time(call as usize) - recording.time(1) / 2.0).max(0.0);
+        if call > 0 {
+            line(&mut csv, interface, &columns, time, &values);
+        }
+        for (_, name, value) in interface.response.set.iter().filter(|(before, ..)| *before == call) {
+            for (column, row) in columns.iter().enumerate() {
+                if rows[*row].name == *name {
+                    values[column] = *value;
+                }
+            }
+        }
+        line(&mut csv, interface, &columns, time, &values);
+    }
+    line(&mut csv, interface, &columns, end, &values);
+    csv
+}
+
+/// What the block has computed at every communication point: after the restart, then after each step.
+fn output(interface: &Interface, recording: &Recording) -> String {
+    let is_computed = |row: usize| matches!(interface.variables[row].role, Role::Output | Role::Local);
+    let columns: Vec<usize> = recording.shown.iter().copied().filter(|row| is_computed(*row)).collect();
+    let mut csv = header(interface, &columns);
+    for (point, values) in std::iter::once(&recording.restart).chain(&recording.calls).enumerate() {
+        let computed = recording.shown.iter().zip(values).filter(|(row, _)| is_computed(**row));
+        let values: Vec<f64> = computed.map(|(_, value)| *value).collect();
+        line(&mut csv, interface, &columns, recording.time(point), &values);
+    }
+    csv
+}
+
+fn header(interface: &Interface, columns: &[usize]) -> String {
+    let names = columns.iter().map(|row| format!(",{}", interface.variables[*row].name));
+    format!("time{}\n", names.collect::<String>())
+}
+
+/// Numbers that read back bit-equal; Booleans as 0 and 1, which every reader takes.
+fn line(csv: &mut String, interface: &Interface, columns: &[usize], time: f64, values: &[f64]) {
+    let _ = write!(csv, "{time:?}");
+    for (row, value) in columns.iter().zip(values) {
+        let _ = match interface.variables[*row].kind {
+            Kind::Word | Kind::Int | Kind::Bool => write!(csv, ",{value}"),
+            _ => write!(csv, ",{value:?}"),
+        };
+    }
+    csv.push('\n');
+}
+
+fn description(interface: &Interface, recording: &Recording) -> String {
+    let name = &interface.name;
+    let (calls, cycle) = (recording.calls.len(), recording.time(1));
+    let mut text = format!(
+        "Reference results of {name}\n\n{title}\n\n{FOLDER}/{name}_in.csv\n  the inputs, held from row to row; they \
+         change half a communication step before the call that first sees them\n{FOLDER}/{name}_out.csv\n  the outputs \
+         after the initialization (first row) and after each communication step\n\nStart time 0 s, stop time {stop:?} s, \
+         communication step {cycle:?} s: {calls} steps, one call of the block in each.\n",
+        title = interface.response.title,
+        stop = recording.time(calls),
+    );
+    for (_, variable, value) in interface.response.set.iter().filter(|(before, ..)| *before == 0) {
+        let is_setting = interface.find(variable).is_some_and(|row| interface.variables[row].role != Role::Input);
+        if is_setting {
+            let _ = writeln!(text, "Set before the initialization ends: {variable} = {value:?}");
+        }
+    }
+    text.push_str(
+        "\nRecorded from the library in this FMU. Other machines give the same numbers to the last bit, except where a \
+         block uses functions such as exp, whose last digit differs between systems.\n",
+    );
+    text
+}
+
+/// What [`files`] holds, for the documentation page: links relative to `documentation/`.
+pub fn links(name: &str) -> [(String, &'static str); 2] {
+    [(format!("../{FOLDER}/{name}_in.csv"), "inputs"), (format!("../{FOLDER}/{name}_out.csv"), "recorded results")]
+}
+
+/// Loads the library and records.
+///
+/// # Errors
+/// As [`record`].
+pub fn run(library: &Path, interface: &Interface) -> Result<Recording, String> {
+    record(&Library::open(library)?, interface)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn interface() -> Interface {
+        let json = r#"{"name":"PUMP","docs":"x","guid":"{1}","cycle":2,"variables":[
+            {"name":"ON","description":"x","kind":"Bool","role":"Input","start":0.0,"min":null,"max":null,"unit":null},
+            {"name":"GAIN","description":"x","kind":"Real","role":"Parameter","start":2.0,"min":null,"max":null,"unit":null},
+            {"name":"CYCLE","description":"x","kind":"Time","role":"Cycle","start":1.0,"min":0.001,"max":null,"unit":null},
+            {"name":"SPEED","description":"x","kind":"Int","role":"Parameter","start":7.0,"min":null,"max":null,"unit":null},
+            {"name":"Q","description":"x","kind":"Bool","role":"Output","start":0.0,"min":null,"max":null,"unit":null},
+            {"name":"LEVEL","description":"x","kind":"LReal","role":"Output","start":0.0,"min":null,"max":null,"unit":"m"}],
+            "response":{"title":"It runs","calls":3,"set":[[0,"GAIN",0.5],[0,"CYCLE",0.1],[2,"ON",1.0]],
+            "show":["ON","LEVEL","Q"]}}"#;
+        Interface::parse(json).unwrap()
+    }
+
+    fn recording() -> Recording {
+        Recording {
+            cycle: 100,
+            shown: vec![0, 5, 4],
+            restart: vec![0.0, 0.0, 0.0],
+            calls: vec![vec![0.0, 0.1, 0.0], vec![0.0, 1e-7, 0.0], vec![1.0, 0.30000000000000004, 1.0]],
+        }
+    }
+
+    fn file(name: &str) -> String {
+        String::from_utf8(files(&interface(), &recording()).remove(name).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn inputs_change_half_a_cycle_before_the_call_that_first_sees_them() {
+        // Call 2 is at 0.2 s. GAIN is tuned, SPEED is not, CYCLE cannot be changed while it runs.
+        assert_eq!(
+            file("extra/org.fmi-standard.fmi-ls-ref/PUMP_in.csv"),
+            "time,ON,GAIN\n0.0,0,0.5\n0.15000000000000002,0,0.5\n0.15000000000000002,1,0.5\n0.3,1,0.5\n"
+        );
+    }
+
+    #[test]
+    fn results_are_those_at_each_communication_point_and_read_back_bit_equal() {
+        assert_eq!(
+            file("extra/org.fmi-standard.fmi-ls-ref/PUMP_out.csv"),
+            "time,LEVEL,Q\n0.0,0.0,0\n0.1,0.1,0\n0.2,1e-7,0\n0.3,0.30000000000000004,1\n"
+        );
+    }
+
+    #[test]
+    fn the_manifest_names_the_files() {
+        let manifest = file("extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml");
+        assert!(manifest.contains(r#"fmi-ls:fmi-ls-name="org.fmi-standard.fmi-ls-ref""#));
+        assert!(manifest.contains(r#"source="PUMP_in.csv" role="testcase""#));
+        assert!(manifest.contains(r#"source="PUMP_out.csv" role="result""#));
+        assert!(manifest.contains(r#"source="../../documentation/fmi-ls-ref.txt""#));
+    }
+
+    #[test]
+    fn the_experiment_is_described() {
+        let text = file("documentation/fmi-ls-ref.txt");
+        assert!(text.contains("stop time 0.3 s, communication step 0.1 s: 3 steps"));
+        assert!(text.contains("Set before the initialization ends: GAIN = 0.5\n"));
+        assert!(text.contains("Set before the initialization ends: CYCLE = 0.1\n"));
+        assert!(!text.contains("ON = "));
+    }
+}

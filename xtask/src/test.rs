@@ -1,0 +1,78 @@
+//! `cargo xtask test`: everything that checks the project.
+
+use crate::command::{output, run};
+use crate::deep;
+use crate::fmu;
+use crate::python::Environment;
+use crate::workspace::{self, Workspace};
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::Command;
+
+/// How much to test.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct Options {
+    /// Also what takes an hour: the tests under valgrind, and far more cases of those that draw at random
+    #[arg(long)]
+    pub deep: bool,
+    /// Passed on to pytest, such as -k NAME
+    #[arg(last = true, value_name = "PYTEST ARGUMENTS")]
+    pub pytest: Vec<OsString>,
+}
+
+/// Runs the tests.
+///
+/// # Errors
+/// The first part that fails; it has said what.
+pub fn test(workspace: &Workspace, options: &Options) -> Result<(), String> {
+    // First what may be missing, so that nobody waits for it.
+    if options.deep {
+        deep::ready()?;
+    }
+    let environment = Environment::ready(workspace)?;
+    heading("FMUs");
+    fmu::run(workspace, &fmu::Options::default())?;
+    heading("Rust tests");
+    run(workspace::cargo().arg("test").current_dir(&workspace.root))?;
+    let libclang = libclang(&environment)?;
+    let fmus = ("PLCFMU_FMUS", workspace.fmus());
+    heading("other importers in Rust");
+    let mut importers = workspace::cargo();
+    importers.args(["test", "--manifest-path", "tests/importers/Cargo.toml"]).current_dir(&workspace.root);
+    run(importers.envs(libclang.clone()).envs([fmus.clone()]))?;
+    heading("Python tests");
+    let mut pytest = environment.python();
+    pytest.args(["-m", "pytest", "tests"]).args(&options.pytest).current_dir(&workspace.root);
+    run(pytest.envs(libclang).envs([fmus]))?;
+    if options.deep {
+        deep::test(workspace)?;
+    }
+    Ok(())
+}
+
+/// Begins a part of the output.
+pub fn heading(part: &str) {
+    println!("\n== {part}");
+}
+
+/// What lets bindgen find libclang, unless the user has said where it is. The package tests/importers needs it, for one of
+/// the crates that it tests with; it is none of the workspace's default members.
+fn libclang(environment: &Environment) -> Result<Vec<(&'static str, OsString)>, String> {
+    if std::env::var_os("LIBCLANG_PATH").is_some() {
+        return Ok(Vec::new());
+    }
+    let mut variables = vec![("LIBCLANG_PATH", environment.package("clang")?.join("native").into_os_string())];
+    // The libclang from PyPI comes without a compiler's own headers.
+    if let Some(include) = compiler_headers() {
+        variables.push(("BINDGEN_EXTRA_CLANG_ARGS", format!("-I{include}").into()));
+    }
+    Ok(variables)
+}
+
+/// Where the C compiler has stddef.h, if it is like gcc.
+fn compiler_headers() -> Option<String> {
+    let compiler = std::env::var_os("CC").unwrap_or_else(|| "cc".into());
+    let include = output(Command::new(compiler).arg("-print-file-name=include")).ok()?;
+    let include = include.trim();
+    Path::new(include).join("stddef.h").is_file().then(|| include.to_string())
+}

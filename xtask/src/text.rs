@@ -1,0 +1,86 @@
+//! Values as people read them.
+
+use modeldescription::interface::{Kind, Row};
+
+/// A variable's value with its unit: `TRUE`, `20 s`, `0.1`.
+pub fn value(row: &Row, value: f64) -> String {
+    let number = number(row.kind, value);
+    match unit(row) {
+        Some(unit) => format!("{number} {unit}"),
+        None => number,
+    }
+}
+
+/// A variable's value without its unit. A 32-bit REAL has as many digits as tell it from its neighbours.
+pub fn number(kind: Kind, value: f64) -> String {
+    let is_short = value == 0.0 || (1e-5..1e9).contains(&value.abs());
+    match kind {
+        Kind::Bool => if value == 0.0 { "FALSE" } else { "TRUE" }.to_string(),
+        Kind::Real if is_short => (value as f32).to_string(),
+        Kind::Real => format!("{:e}", value as f32),
+        _ if is_short => value.to_string(),
+        _ => format!("{value:e}"),
+    }
+}
+
+/// A variable's unit. TIMEs are seconds.
+pub fn unit(row: &Row) -> Option<&str> {
+    match row.kind {
+        Kind::Time => Some("s"),
+        _ => row.unit.as_deref(),
+    }
+}
+
+/// The values that make sense: `0 ... 100`, `>= 0.001`, `<= 5`.
+pub fn range(row: &Row) -> String {
+    let number = |value| number(row.kind, value);
+    match (row.min, row.max) {
+        (Some(min), Some(max)) => format!("{} ... {}", number(min), number(max)),
+        (Some(min), None) => format!("\u{2265} {}", number(min)),
+        (None, Some(max)) => format!("\u{2264} {}", number(max)),
+        (None, None) => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use modeldescription::interface::Role;
+
+    fn row(kind: Kind, unit: Option<&str>) -> Row {
+        Row {
+            name: "X".into(),
+            description: "".into(),
+            kind,
+            role: Role::Input,
+            start: 0.0,
+            min: None,
+            max: None,
+            unit: unit.map(str::to_string),
+        }
+    }
+
+    #[test]
+    fn values_are_written_as_people_read_them() {
+        assert_eq!(value(&row(Kind::Bool, None), 1.0), "TRUE");
+        assert_eq!(value(&row(Kind::Bool, None), 0.0), "FALSE");
+        assert_eq!(value(&row(Kind::Time, None), 0.02), "0.02 s");
+        assert_eq!(value(&row(Kind::LReal, Some("degC")), 21.5), "21.5 degC");
+        assert_eq!(value(&row(Kind::Real, None), f64::from(0.1f32)), "0.1");
+        assert_eq!(value(&row(Kind::LReal, None), f64::from(0.1f32)), "0.10000000149011612");
+        assert_eq!(value(&row(Kind::Word, None), -32768.0), "-32768");
+        assert_eq!(value(&row(Kind::Real, None), f64::from(f32::MAX)), "3.4028235e38");
+    }
+
+    #[test]
+    fn a_range_may_have_one_end() {
+        let mut row = row(Kind::Time, None);
+        assert_eq!(range(&row), "");
+        row.min = Some(0.001);
+        assert_eq!(range(&row), "\u{2265} 0.001");
+        row.max = Some(2.0);
+        assert_eq!(range(&row), "0.001 ... 2");
+        row.min = None;
+        assert_eq!(range(&row), "\u{2264} 2");
+    }
+}
