@@ -777,6 +777,33 @@ mod tests {
         }
     }
 
+    crate::block! {
+        /// Holds a block that holds blocks.
+        pub struct Outermost as "OUTERMOST" {
+            cycle {
+                /// Time between calls
+                cycle: Time = Time::ms(10);
+            }
+        }
+        instances {
+            /// Two levels.
+            di_outer: Outer {
+                wired: cycle;
+                start: gain = Real(2.5);
+            }
+        }
+    }
+
+    impl Law for Outermost {
+        fn restart(&mut self) {
+            self.clear();
+        }
+
+        fn call(&mut self) {
+            self.di_outer.call();
+        }
+    }
+
     fn row(name: &str) -> usize {
         Outer::TABLE.find(name).unwrap_or_else(|| panic!("no row {name}"))
     }
@@ -839,6 +866,24 @@ mod tests {
         let start = |name| Outer::TABLE.rows[row(name)].start;
         assert_eq!((start("DI_A.SECOND"), start("DI_A.ORDER")), (Value::Word(Word::new(7)), Value::Int(4)));
         assert_eq!((start("DI_B.SECOND"), start("DI_B.ORDER")), (Value::Word(Word::new(0)), Value::Int(2)));
+    }
+
+    #[test]
+    fn instances_inside_instances_keep_their_path_role_and_values() {
+        let find = |name| Outermost::TABLE.find(name).unwrap_or_else(|| panic!("no row {name}"));
+        let role = |name| Outermost::TABLE.rows[find(name)].role;
+        assert_eq!(Outermost::TABLE.rows.len(), 1 + 5 + 2 * 5);
+        assert_eq!(Outermost::TABLE.rows[find("DI_OUTER.DI_B.SECOND")].path, ["DI_OUTER", "DI_B", ""]);
+        // `wired` means the terminal of the block itself, not one of the same name further in.
+        assert_eq!((role("DI_OUTER.CYCLE"), role("DI_OUTER.DI_B.CYCLE")), (Role::Local, Role::Fixed));
+        assert_eq!((role("DI_OUTER.DI_A.SECOND"), role("DI_OUTER.DI_A.FIRST")), (Role::Parameter, Role::Local));
+
+        let mut block = Outermost::default();
+        assert_eq!(block.get(find("DI_OUTER.GAIN")), Some(Value::Real(2.5)));
+        assert_eq!(block.get(find("DI_OUTER.DI_A.SECOND")), Some(Value::Word(Word::new(7))));
+        assert!(block.set(find("DI_OUTER.DI_B.FIRST"), Value::Word(Word::new(40))));
+        block.call();
+        assert_eq!(block.get(find("DI_OUTER.DI_B.SUM")), Some(Value::Int(40)));
     }
 
     #[test]

@@ -127,7 +127,8 @@ impl Selection {
         let asked = |table: &Table| {
             all || self.packages.contains(&table.0.package) || self.names.iter().any(|name| is(name, table))
         };
-        let chosen: Vec<Table> = tables.into_iter().filter(asked).collect();
+        let mut chosen: Vec<Table> = tables.into_iter().filter(asked).collect();
+        chosen.sort_by(|(.., a), (.., b)| a.name.cmp(&b.name));
         for (place, (unit, _, interface)) in chosen.iter().enumerate() {
             if let Some((other, ..)) = chosen[..place].iter().find(|(_, _, other)| same(&other.name, &interface.name)) {
                 return Err(format!(

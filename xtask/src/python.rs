@@ -4,7 +4,7 @@
 use crate::command::output;
 use crate::progress::Progress;
 use crate::workspace::Workspace;
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -19,7 +19,7 @@ const CANDIDATES: &[&str] =
 /// Prints what tells one Python from another, or `no venv`.
 const DESCRIBE: &str = "import sys
 print(sys.version_info[0], sys.version_info[1])
-print(sys.executable, sys.version.replace('\\n', ' '))
+print(sys.version.split()[0], 'at', sys.executable)
 try:
     import venv, ensurepip
     print('venv')
@@ -38,7 +38,7 @@ pub struct Environment {
 struct Python {
     program: OsString,
     version: (u32, u32),
-    /// Its path and full version.
+    /// Its full version and path.
     description: String,
     has_venv: bool,
 }
@@ -148,13 +148,22 @@ fn find() -> Result<Python, String> {
         Some(python) => vec![python.clone()],
         None => CANDIDATES.iter().map(OsString::from).collect(),
     };
-    choose(candidates.into_iter().filter_map(describe).collect()).map_err(|found| {
-        let remedy = "install it (python.org, or 'apt install python3-venv'), or name one by the variable PYTHON; \
-                      'cargo xtask fmu --native' needs none";
-        let place = if let Some(python) = chosen { format!("PYTHON = {}", python.display()) } else { "PATH".into() };
-        let found = if found.is_empty() { "none is there".into() } else { format!("only {}", found.join(", ")) };
-        format!("Python {}.{} or newer is needed and not found on {place} ({found}): {remedy}", OLDEST.0, OLDEST.1)
-    })
+    choose(candidates.into_iter().filter_map(describe).collect()).map_err(|found| refusal(chosen.as_deref(), &found))
+}
+
+/// That there is no Python to use, and what to do.
+fn refusal(chosen: Option<&OsStr>, found: &[String]) -> String {
+    let state = match (chosen, found) {
+        (Some(program), []) => format!("PYTHON = {} is none", program.display()),
+        (Some(program), [found, ..]) => format!("PYTHON = {} is {found}", program.display()),
+        (None, []) => "there is none on PATH".to_string(),
+        (None, found) => format!("on PATH there is only {}", found.join(", ")),
+    };
+    format!(
+        "Python {}.{} or newer is needed, and {state}: install it (python.org, or 'apt install python3-venv'), or name \
+         one by the variable PYTHON; 'cargo xtask fmu --native' needs none",
+        OLDEST.0, OLDEST.1
+    )
 }
 
 /// The first that is new enough; prefers one that can make environments.
@@ -192,13 +201,29 @@ mod tests {
 
     #[test]
     fn the_first_python_that_is_new_enough_and_makes_environments_is_taken() {
-        let old = || python("a", "3 8\n/a 3.8.1\nvenv\n");
-        let bare = || python("b", "3 11\n/b 3.11.2\nno venv\n");
-        let good = || python("c", "3 9\n/c 3.9.18\nvenv\n");
+        let old = || python("a", "3 8\n3.8.1 at /a\nvenv\n");
+        let bare = || python("b", "3 11\n3.11.2 at /b\nno venv\n");
+        let good = || python("c", "3 9\n3.9.18 at /c\nvenv\n");
         assert_eq!(choose(vec![old(), bare(), good()]).unwrap().program, "c");
         assert_eq!(choose(vec![old(), bare()]).unwrap().program, "b");
-        assert_eq!(choose(vec![old()]).unwrap_err(), ["Python /a 3.8.1"]);
+        assert_eq!(choose(vec![old()]).unwrap_err(), ["Python 3.8.1 at /a"]);
         assert_eq!(choose(vec![]).unwrap_err(), [""; 0]);
+    }
+
+    #[test]
+    fn a_missing_python_is_one_sentence_with_the_remedy() {
+        let remedy = "install it (python.org, or 'apt install python3-venv'), or name one by the variable PYTHON; \
+                      'cargo xtask fmu --native' needs none";
+        let old = || vec!["Python 3.8.1 at /a".to_string()];
+        let named = Some(OsStr::new("/x"));
+        for (chosen, found, state) in [
+            (None, vec![], "there is none on PATH"),
+            (None, old(), "on PATH there is only Python 3.8.1 at /a"),
+            (named, vec![], "PYTHON = /x is none"),
+            (named, old(), "PYTHON = /x is Python 3.8.1 at /a"),
+        ] {
+            assert_eq!(refusal(chosen, &found), format!("Python 3.9 or newer is needed, and {state}: {remedy}"));
+        }
     }
 
     #[test]
