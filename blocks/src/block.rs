@@ -442,6 +442,7 @@ macro_rules! block {
                 }
 
                 #[inline]
+                #[allow(unused_assignments)]
                 fn get(&self, index: usize) -> Option<Value> {
                     match index {
                         $($( At::$name => Some(Value::$kind(self.$name)), )*)*
@@ -464,6 +465,7 @@ macro_rules! block {
                 }
 
                 #[inline(always)]
+                #[allow(unused_assignments)]
                 fn set(&mut self, index: usize, value: Value) -> bool {
                     match (index, value) {
                         $($( (At::$name, Value::$kind(value)) => self.$name = value, )*)*

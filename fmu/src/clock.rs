@@ -369,11 +369,69 @@ mod tests {
     }
 
     #[test]
+    fn a_host_that_adds_up_steps_of_two_cycles_gets_two_calls_in_every_step() {
+        // 0.02 s added half a million times is 10000.000000125436: 12 times the tolerance.
+        let mut clock = clock(0.0, 10);
+        let mut tc = 0.0;
+        for k in 0..500_000 {
+            assert_eq!(calls(&mut clock, tc, 0.02), 2, "step {k} at {tc:?}");
+            tc += 0.02;
+        }
+        assert_eq!(tc, 10_000.000000125436);
+    }
+
+    #[test]
+    fn a_host_is_never_taken_to_have_drifted_by_more_than_a_quarter_of_a_cycle() {
+        // At 1e9 s an addition may be off by 2.2e-7 s.
+        let mut clock = clock(1e9, 10);
+        let mut tc = 1e9;
+        for k in 1..=20_000 {
+            clock.advance(tc, 0.02).unwrap();
+            tc += 0.02;
+            if k == 5_000 {
+                assert!((clock.drift - 1.11).abs() < 0.01, "5000 additions: 1.11 ms");
+            }
+        }
+        assert_eq!(clock.drift, 2.5, "20000 additions: 4.44 ms, of which 2.5 count");
+    }
+
+    #[test]
+    fn a_host_that_creeps_ahead_is_followed_when_it_is_a_millionth_of_a_cycle_ahead() {
+        // Each step begins 0.9e-6 s after the end of the last one: the third begins at 2.0000018 and holds t = 2 and 3.
+        let mut clock = clock(0.0, 1000);
+        let made = [0.0, 1.0000009, 2.0000018].map(|tc| calls(&mut clock, tc, 1.0));
+        assert_eq!(made, [1, 1, 2]);
+    }
+
+    #[test]
+    fn a_host_that_creeps_back_over_a_call_does_not_get_it_again() {
+        let mut clock = clock(0.0, 1000);
+        assert_eq!(calls(&mut clock, 0.0, 1.0000015), 2, "t = 0 and 1");
+        assert_eq!(calls(&mut clock, 1.0000006, 1e-12), 0, "0.9e-6 s back, which is no difference");
+        // Now the clock is 1.5e-6 s ahead of the host, and follows it back to before t = 1, in numbers that end at 1 to
+        // the last bit.
+        let a_little = 2f64.powi(-30);
+        assert_eq!(calls(&mut clock, 1.0 - a_little, a_little), 0, "up to t = 1");
+        assert_eq!((clock.end(), clock.offset), (1.0, 0.0));
+        assert_eq!(calls(&mut clock, 1.0, 1.0), 0, "t = 1 is made");
+        assert_eq!(calls(&mut clock, 2.0, 1.0), 1, "t = 2");
+    }
+
+    #[test]
+    fn the_end_is_that_of_the_last_step_as_the_host_counts_and_the_start_before_it() {
+        let mut clock = clock(5.0, 1000);
+        assert_eq!(clock.end(), 5.0);
+        calls(&mut clock, 5.0, 2.5);
+        assert_eq!(clock.end(), 7.5);
+    }
+
+    #[test]
     fn a_host_that_really_is_ahead_is_followed_and_the_calls_in_between_are_made() {
         let mut clock = clock(0.0, 1000);
         assert_eq!(advanced(&mut clock, 0.0, 1.0), (1, 0.0));
         // Calls 1, 2 and 3 are late by 2.5, 1.5 and 0.5 s; the step itself holds call 4, 0.5 s after its begin.
         assert_eq!(advanced(&mut clock, 3.5, 1.0), (4, -2.5));
+        assert_eq!((clock.tick, clock.offset), (4, 500.0), "4.5 s are four CYCLEs and 500 ms");
         assert_eq!(advanced(&mut clock, 4.5, 1.0), (1, 0.5));
     }
 
@@ -401,19 +459,23 @@ mod tests {
         // 49.7 days in one step of 4 294 967 295 calls: h * 1000 / CYCLE is off by half a millionth of a CYCLE.
         assert_eq!(calls(&mut clock(0.0, 1), 0.0, 4_294_967.295), 4_294_967_295);
         assert_eq!(calls(&mut clock(0.0, 7), 0.0, 7.0 * 0.001 * 4_000_000_001.0), 4_000_000_001);
+        // As many calls as there may be, off by 1.4 millionths of a CYCLE.
+        assert_eq!(calls(&mut clock(0.0, 3950), 0.0, 4_294_960_009.0 * 0.001 * 3950.0), 4_294_960_009);
     }
 
     #[test]
     fn a_state_that_no_step_leads_to_is_not_restored() {
         let restore = |change: fn(&mut Clock)| {
             let mut clock = clock(0.0, 1000);
-            calls(&mut clock, 0.0, 2.5);
+            calls(&mut clock, 0.0, 10.5);
             change(&mut clock);
             let mut bytes = Vec::new();
             clock.write(&mut bytes);
             Clock::read(&mut &bytes[..]).is_some()
         };
         assert!(restore(|_| ()));
+        assert!(restore(|clock| clock.offset = 1900.0), "less than two CYCLEs beside a tick");
+        assert!(!restore(|clock| clock.offset = 2100.0));
         assert!(!restore(|clock| clock.next = 0));
         assert!(!restore(|clock| clock.next += 2));
         assert!(!restore(|clock| clock.tick = i64::MAX));
@@ -440,10 +502,14 @@ mod tests {
     #[test]
     fn points_and_steps_that_are_no_times_are_refused() {
         for h in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(clock(0.0, 1000).advance(0.0, h).unwrap_err().reason().contains(&format!("{h:?}")));
+            let refusal = clock(0.0, 1000).advance(0.0, h).unwrap_err();
+            assert!(refusal.reason().contains(&format!("{h:?}: the point must be finite, the step finite")), "{h}");
         }
         for tc in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert!(clock(0.0, 1000).advance(tc, 1.0).unwrap_err().reason().contains(&format!("{tc:?}")));
+            let refusal = clock(0.0, 1000).advance(tc, 1.0).unwrap_err();
+            assert!(
+                refusal.reason().contains(&format!("{tc:?}, communicationStepSize = 1.0: the point must be finite"))
+            );
         }
     }
 
@@ -463,9 +529,49 @@ mod tests {
 
     #[test]
     fn the_call_at_the_stop_time_is_not_made() {
-        // Calls at 0.0, 0.1, ..., 0.9; the one at 1.0 = stopTime belongs to a step after it.
+        // Calls at 0.0, 0.1, ..., 0.9; the one at 1.0 = stopTime belongs to a step after it. Up to 1e-7 s beyond, a step
+        // still ends at the stop time.
         let mut clock = Clock::new(0.0, 1.0, Time::ms(100));
-        assert_eq!(calls(&mut clock, 0.0, 1.0 + 1e-8), 10);
+        assert_eq!(calls(&mut clock, 0.0, 1.0 + 0.9e-7), 10);
+        assert_eq!((clock.tick, clock.next), (10, 10));
+        assert!(clock.offset.abs() < 1e-12, "not beyond: {} ms", clock.offset);
+    }
+
+    #[test]
+    fn the_stop_time_is_counted_from_0_and_not_from_the_start() {
+        let clock = || Clock::new(5.0, 6.0, Time::ms(100));
+        assert_eq!(calls(&mut clock(), 5.0, 1.0), 10);
+        assert!(clock().advance(5.0, 1.001).unwrap_err().reason().contains("stopTime = 6.0"));
+    }
+
+    #[test]
+    fn a_step_reaches_the_stop_time_by_the_hosts_own_time_where_that_is_behind() {
+        let mut clock = Clock::new(0.0, 10.0, Time::ms(1000));
+        assert_eq!(calls(&mut clock, 0.0, 9.0 + 0.9e-6), 9);
+        // A millionth of a CYCLE is no difference: the clock goes on from 9.0000009 and would end at 10.0000018.
+        assert_eq!(calls(&mut clock, 9.0, 1.0 + 0.9e-6), 1);
+    }
+
+    #[test]
+    fn at_the_stop_time_a_host_is_allowed_what_its_additions_may_have_drifted() {
+        // At 1e9 s, where a double resolves 1.2e-7 s, 1000 additions can be off by 1.2e-4 s, of which the clock allows
+        // all. It does not at the first step.
+        let mut clock = Clock::new(1e9, 1e9 + 1.0, Time::ms(1));
+        assert!(clock.advance(1e9, 1.00005).is_err());
+        let mut tc = 1e9;
+        for _ in 0..999 {
+            assert_eq!(calls(&mut clock, tc, 0.001), 1);
+            tc += 0.001;
+        }
+        assert_eq!(calls(&mut clock, tc, 0.00105), 1);
+    }
+
+    #[test]
+    fn calls_made_before_do_not_count_towards_the_most_that_a_step_may_hold() {
+        let mut clock = clock(0.0, 1);
+        assert_eq!(calls(&mut clock, 0.0, 3e6), 3_000_000_000);
+        assert_eq!(calls(&mut clock, 3e6, 2e6), 2_000_000_000);
+        assert_eq!(calls(&mut clock, 5e6, 4_294_967.296), 4_294_967_296, "as many as it may hold");
     }
 
     #[test]
@@ -483,7 +589,10 @@ mod tests {
     fn where_a_double_no_longer_tells_the_calls_apart_a_step_is_refused() {
         // 1 ms: the bound lies at 2^47 ms = 1.4e11 s.
         assert_eq!(calls(&mut clock(1e11, 1), 1e11, 1.0), 1000);
-        assert!(clock(2e11, 1).advance(2e11, 1.0).unwrap_err().reason().contains("no longer tells"));
+        for (start, tc) in [(2e11, 2e11), (0.0, 2e11), (-2e11, 0.0)] {
+            let refusal = clock(start, 1).advance(tc, 1.0).unwrap_err();
+            assert!(refusal.reason().contains("no longer tells"), "from {start} at {tc}: {}", refusal.reason());
+        }
     }
 
     #[test]
@@ -498,6 +607,37 @@ mod tests {
         let mut after = Vec::new();
         clock.write(&mut after);
         assert_eq!(before, after);
+    }
+
+    #[test]
+    fn a_step_of_a_cycle_that_begins_beside_a_tick_is_no_ordinary_one() {
+        // A step of 4e9 calls may be off by 3.6e-6 of a CYCLE of its own, on top of 2.8e-6 at 2e6 s: the call at its end is
+        // the next step's. That one begins 4.2e-6 of a CYCLE after it, and holds the one after as well.
+        let mut clock = clock(-2e6, 1);
+        let long = 4_000_000.000000004;
+        assert_eq!(calls(&mut clock, -2e6, long), 4_000_000_000);
+        assert_eq!(clock.next, clock.tick);
+        let mut checked = clock.clone();
+        let end = clock.end();
+        assert_eq!(checked.check_and_advance(end, 0.001).unwrap().count, 2);
+        assert_eq!(calls(&mut clock, end, 0.001), 2);
+    }
+
+    #[test]
+    fn the_ordinary_step_ends_two_cycles_before_the_stop_time_and_where_rounding_is_a_tenth_of_a_cycle() {
+        // Four roundings of t: 4 * 2^-52 * t = 0.1 * CYCLE, that is t = 0.1 * 2^50 * CYCLE.
+        let reach = 0.1 * 2f64.powi(50);
+        assert!((clock(0.0, 1000).horizon / reach - 1.0).abs() < 1e-12);
+        assert!((clock(0.0, 10).horizon / (reach * 0.01) - 1.0).abs() < 1e-12);
+        assert_eq!(Clock::new(0.0, 10.0, Time::ms(100)).horizon, 9.8);
+        assert_eq!(clock(-2e14, 1000).horizon, f64::NEG_INFINITY, "the start is farther from 0 than that");
+    }
+
+    #[test]
+    fn floor_and_ceil_are_those_of_a_number_of_cycles() {
+        assert_eq!([2.0, 2.5, 3.0].map(floor), [2, 2, 3]);
+        assert_eq!([2.0, 2.5, 3.0].map(ceil), [2, 3, 3]);
+        assert_eq!([-0.25, 0.0].map(|rounding| (floor(rounding), ceil(rounding))), [(0, 0); 2]);
     }
 
     #[test]

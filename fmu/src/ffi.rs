@@ -602,3 +602,83 @@ pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
     }
     json.len()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use blocks::ContC;
+
+    #[test]
+    fn the_types_platform_is_default_and_the_version_2_0() {
+        for (pointer, expected) in [(get_types_platform(), c"default"), (get_version(), c"2.0")] {
+            assert!(!pointer.is_null());
+            // SAFETY: not NULL, and the two functions give constants of this file.
+            assert_eq!(unsafe { CStr::from_ptr(pointer) }, expected);
+        }
+    }
+
+    #[test]
+    fn a_state_is_found_by_the_address_that_was_given_and_by_no_other() {
+        let mut saved: Vec<Box<Instance<ContC>>> = Vec::new();
+        let mut states = [ptr::null_mut(); 3];
+        for state in &mut states {
+            keep(&mut saved, state, Instance::default()).unwrap();
+        }
+        assert_eq!(states.map(|state| find(&saved, state).unwrap()), [0, 1, 2]);
+        assert!(find(&saved, ptr::null_mut()).unwrap_err().reason().contains("none that this instance gave"));
+        drop(saved.swap_remove(0));
+        assert_eq!(find(&saved, states[2]).unwrap(), 0, "the last one has taken the place of the first");
+        assert!(find(&saved, states[0]).is_err(), "freed");
+    }
+
+    #[test]
+    fn a_state_that_is_given_again_is_overwritten_where_it_is() {
+        let mut saved: Vec<Box<Instance<ContC>>> = Vec::new();
+        let mut state = ptr::null_mut();
+        keep(&mut saved, &mut state, Instance::default()).unwrap();
+        let (place, mut later) = (state, Instance::default());
+        later.terminate();
+        keep(&mut saved, &mut state, later.clone()).unwrap();
+        assert_eq!((saved.len(), state), (1, place));
+        assert_eq!(saved[0].to_bytes(), later.to_bytes());
+    }
+
+    #[test]
+    fn of_the_inquiries_only_the_last_successful_time_and_terminated_have_an_answer() {
+        let mut instance = Instance::<ContC>::default();
+        instance.setup_experiment(7.5, None).unwrap();
+        instance.enter_initialization_mode().unwrap();
+        instance.exit_initialization_mode().unwrap();
+        // fmi2DoStepStatus, fmi2PendingStatus, fmi2LastSuccessfulTime, fmi2Terminated
+        assert_eq!([0, 1, 2, 3].map(|kind| real_status(&instance, kind)), [None, None, Some(7.5), None]);
+        assert_eq!([0, 1, 2, 3].map(|kind| boolean_status(&instance, kind)), [None, None, None, Some(Boolean(0))]);
+        assert_eq!([0, 1, 2, 3].map(|kind| no_status::<ContC, c_int>(&instance, kind)), [None; 4]);
+    }
+
+    #[test]
+    fn a_panic_in_dropping_what_a_block_made_ends_there() {
+        struct Loud;
+        impl Drop for Loud {
+            fn drop(&mut self) {
+                panic!("dropped");
+            }
+        }
+        discard(Loud);
+    }
+
+    #[test]
+    fn an_array_is_null_only_with_length_0() {
+        // SAFETY: NULL, which is recognised before it is read.
+        let of = |length| unsafe { array::<f64>(ptr::null(), length, "value") };
+        assert!(of(0).unwrap().is_empty());
+        assert_eq!(of(3).unwrap_err().reason(), "value is NULL, though it should have 3 elements");
+        let value = 1.5;
+        // SAFETY: one element is there; the other lengths are refused before anything is read.
+        let of = |length| unsafe { array(&raw const value, length, "value") };
+        assert_eq!(of(1).unwrap(), [1.5]);
+        let longest = isize::MAX as usize / 8;
+        for length in [longest + 1, usize::MAX] {
+            assert_eq!(of(length).unwrap_err().reason(), format!("value cannot have {length} elements"));
+        }
+    }
+}

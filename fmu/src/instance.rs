@@ -569,6 +569,7 @@ pub fn no_string<B: Block>(reference: u32) -> Refusal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::value::Boolean;
     use blocks::Law;
 
     blocks::block! {
@@ -780,6 +781,53 @@ mod tests {
     }
 
     #[test]
+    fn the_mean_counts_the_pulses_of_a_step_with_extrapolated_inputs_too() {
+        let mut instance = initialized(|_| ());
+        instance.set_input_derivatives(&[U], &[1], &[10.0]).unwrap();
+        instance.do_step(0.0, 0.5).unwrap();
+        assert_eq!(real(&instance, Q_MEAN), 40.0, "calls 1 and 5 of 5");
+    }
+
+    #[test]
+    fn a_boolean_input_takes_what_is_set() {
+        let mut instance = initialized(|_| ());
+        for (set, got) in [(1, 1), (0, 0), (-7, 1)] {
+            instance.set(&[ON], &[Boolean(set)]).unwrap();
+            let mut value = [Boolean(9)];
+            instance.get(&[ON], &mut value).unwrap();
+            assert_eq!(value, [Boolean(got)]);
+        }
+    }
+
+    #[test]
+    fn the_last_successful_time_is_the_end_of_the_last_step() {
+        let mut instance = initialized(|_| ());
+        instance.do_step(0.0, 2.5).unwrap();
+        assert_eq!(instance.last_successful_time(), 2.5);
+        instance.do_step(2.5, -1.0).unwrap_err();
+        assert_eq!(instance.last_successful_time(), 2.5, "a refused step is none");
+    }
+
+    #[test]
+    fn a_terminated_instance_makes_no_step_but_can_be_read() {
+        let mut instance = initialized(|_| ());
+        instance.terminate();
+        assert_eq!(reason(instance.may(&Function::DO_STEP)), "not allowed in state terminated, only in stepComplete");
+        instance.may(&Function::GET_REAL).unwrap();
+    }
+
+    #[test]
+    fn a_locked_instance_refuses_every_function_for_good() {
+        let mut instance = initialized(|_| ());
+        instance.lock();
+        for function in [Function::GET_REAL, Function::RESET, Function::CANCEL_STEP] {
+            let refusal = instance.may(&function).unwrap_err();
+            assert_eq!(refusal.answer(), Answer::Fatal, "{}", function.name);
+            assert!(refusal.reason().contains("locked"), "{}: {}", function.name, refusal.reason());
+        }
+    }
+
+    #[test]
     fn reset_is_a_fresh_instance() {
         assert_eq!(Instance::<Sum>::default().to_bytes(), Instance::<Sum>::default().to_bytes());
         assert_ne!(initialized(|_| ()).to_bytes(), Instance::<Sum>::default().to_bytes());
@@ -798,6 +846,20 @@ mod tests {
         }
         assert_eq!(real(&instance, SUM).to_bits(), real(&restored, SUM).to_bits());
         assert_eq!(instance.to_bytes(), restored.to_bytes());
+    }
+
+    #[test]
+    fn a_serialized_state_keeps_the_state_it_was_made_in() {
+        let kept = |instance: &Instance<Sum>| Instance::<Sum>::from_bytes(&instance.to_bytes()).unwrap().state;
+        let mut instance = Instance::default();
+        assert_eq!(kept(&instance), State::Instantiated);
+        instance.setup_experiment(0.0, None).unwrap();
+        instance.enter_initialization_mode().unwrap();
+        assert_eq!(kept(&instance), State::InitializationMode);
+        instance.exit_initialization_mode().unwrap();
+        assert_eq!(kept(&instance), State::StepComplete);
+        instance.terminate();
+        assert_eq!(kept(&instance), State::Terminated);
     }
 
     #[test]

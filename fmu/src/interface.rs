@@ -198,6 +198,20 @@ mod tests {
     }
 
     #[test]
+    fn the_guid_is_written_byte_by_byte_in_hexadecimal_digits() {
+        let bytes = 0x0123_4567_89ab_cdef_fedc_ba98_7654_3210_u128.to_be_bytes();
+        assert_eq!(&guid_text(bytes), b"{01234567-89ab-cdef-fedc-ba9876543210}");
+    }
+
+    #[test]
+    fn the_hash_is_fnv_1a_with_128_bits() {
+        // The authors' own test vectors.
+        assert_eq!(checksum(b""), 0x6c62272e07bb014262b821756295c58d);
+        assert_eq!(checksum(b"a"), 0xd228cb696f1a8caf78912b704e4a8964);
+        assert_eq!(checksum(b"foobar"), 0x343e1662793c64bf6f0d3597ba446f18);
+    }
+
+    #[test]
     fn everything_a_host_relies_on_is_in_the_guid() {
         let row = ContC::TABLE.rows[0];
         let of = |row: Row| row_hash(BASIS, &row);
@@ -227,6 +241,21 @@ mod tests {
         };
         assert_ne!(table_hash(BASIS, &table(&[("a", "Real")])), table_hash(BASIS, &table(&[("a", "LReal")])));
         assert_ne!(table_hash(BASIS, &table(&[("a", "Real")])), table_hash(BASIS, &table(&[("b", "Real")])));
+    }
+
+    #[test]
+    fn the_instances_that_a_state_is_made_of_are_in_the_guid() {
+        const fn table(name: &'static str, instances: &'static [&'static Table]) -> Table {
+            let (rows, memory, response) = (&[], &[], blocks::Response::AT_REST);
+            Table { name, docs: "", rows, cycle: 0, mean: None, memory, instances, response }
+        }
+        const A: &Table = &table("A", &[]);
+        const B: &Table = &table("B", &[]);
+        let of = |instances| table_hash(BASIS, &table("X", instances));
+        let all = [of(&[]), of(&[A]), of(&[B]), of(&[A, A]), of(&[A, B]), of(&[B, A])];
+        for (i, one) in all.iter().enumerate() {
+            assert!(!all[..i].contains(one), "case {i}");
+        }
     }
 
     #[test]

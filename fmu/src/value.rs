@@ -183,6 +183,15 @@ mod tests {
     }
 
     #[test]
+    fn an_lreal_takes_every_finite_number_as_it_is() {
+        assert_eq!(1e300.to_plc(Kind::LReal), Ok(Value::LReal(1e300)));
+        assert_eq!(0.1.to_plc(Kind::LReal), Ok(Value::LReal(0.1)));
+        for endless in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(endless.to_plc(Kind::LReal), Err("an LREAL takes finite numbers"), "{endless}");
+        }
+    }
+
+    #[test]
     fn a_time_is_rounded_to_the_nearest_millisecond_from_0_to_the_largest_32_bit_count() {
         assert_eq!(0.0014999.to_plc(Kind::Time), Ok(Value::Time(Time::ms(1))));
         assert_eq!(0.0015001.to_plc(Kind::Time), Ok(Value::Time(Time::ms(2))));
@@ -198,13 +207,37 @@ mod tests {
         assert_eq!(65535.to_plc(Kind::Word), Ok(Value::Word(Word::new(-1))));
         assert_eq!((-32768).to_plc(Kind::Word), Ok(Value::Word(Word::new(-32768))));
         assert_eq!(c_int::from_plc(Value::Word(Word::new(-1))), Some(-1));
-        assert!(65536.to_plc(Kind::Word).is_err() && (-32769).to_plc(Kind::Word).is_err());
+        for outside in [65536, -32769] {
+            assert_eq!(outside.to_plc(Kind::Word), Err("a WORD takes -32768 ... 65535"), "{outside}");
+        }
     }
 
     #[test]
     fn an_int_has_16_bits() {
         assert_eq!(32767.to_plc(Kind::Int), Ok(Value::Int(32767)));
-        assert!(32768.to_plc(Kind::Int).is_err() && (-32769).to_plc(Kind::Int).is_err());
+        for outside in [32768, -32769] {
+            assert_eq!(outside.to_plc(Kind::Int), Err("an INT takes -32768 ... 32767"), "{outside}");
+        }
+    }
+
+    #[test]
+    fn every_kind_is_held_by_the_one_type_that_is_named_for_it() {
+        for kind in [Kind::Real, Kind::LReal, Kind::Time, Kind::Word, Kind::Int, Kind::Bool] {
+            let types = [f64::holds(kind), c_int::holds(kind), Boolean::holds(kind)];
+            let expected = match type_name(kind) {
+                "Real" => [true, false, false],
+                "Integer" => [false, true, false],
+                _ => [false, false, true],
+            };
+            assert_eq!(types, expected, "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn a_message_shows_a_value_as_the_host_gave_it() {
+        assert_eq!(0.1.text(), "0.1");
+        assert_eq!((-32769).text(), "-32769");
+        assert_eq!(Boolean(-7).text(), "-7");
     }
 
     #[test]

@@ -59,8 +59,7 @@ fn instantiate<B: Block>(log: &Log, name: &str) -> Pointer {
     let callbacks = logging_callbacks(log);
     let (name, guid) = (CString::new(name).unwrap(), CString::new(Guid::<B>::TEXT).unwrap());
     // SAFETY: both structs are fmi2CallbackFunctions; all pointers point to what the function takes.
-    let component =
-        unsafe { ffi::instantiate::<B>(name.as_ptr(), 1, guid.as_ptr(), (&raw const callbacks).cast(), 1) };
+    let component = unsafe { ffi::instantiate::<B>(name.as_ptr(), 1, guid.as_ptr(), (&raw const callbacks).cast(), 1) };
     assert!(!component.is_null(), "{:?}", log.take());
     component
 }
@@ -103,12 +102,39 @@ fn allocations_of_a_run<B: Block>(component: Pointer, cycle: f64) -> u64 {
         // SAFETY: a living component, arrays at least as long as counted.
         unsafe {
             assert_eq!(ffi::set::<B, _>(component, &Function::SET_REAL, real.as_ptr(), real.len(), reals.as_ptr()), 0);
-            assert_eq!(ffi::set::<B, _>(component, &Function::SET_INTEGER, integer.as_ptr(), integer.len(), integers.as_ptr()), 0);
-            assert_eq!(ffi::set::<B, _>(component, &Function::SET_BOOLEAN, boolean.as_ptr(), boolean.len(), booleans.as_ptr()), 0);
+            assert_eq!(
+                ffi::set::<B, _>(component, &Function::SET_INTEGER, integer.as_ptr(), integer.len(), integers.as_ptr()),
+                0
+            );
+            assert_eq!(
+                ffi::set::<B, _>(component, &Function::SET_BOOLEAN, boolean.as_ptr(), boolean.len(), booleans.as_ptr()),
+                0
+            );
             assert_eq!(ffi::do_step::<B>(component, now, h), 0);
-            assert_eq!(ffi::get::<B, _>(component, &Function::GET_REAL, all_real.as_ptr(), all_real.len(), reals.as_mut_ptr()), 0);
-            assert_eq!(ffi::get::<B, _>(component, &Function::GET_INTEGER, all_integer.as_ptr(), all_integer.len(), integers.as_mut_ptr()), 0);
-            assert_eq!(ffi::get::<B, _>(component, &Function::GET_BOOLEAN, all_boolean.as_ptr(), all_boolean.len(), booleans.as_mut_ptr()), 0);
+            assert_eq!(
+                ffi::get::<B, _>(component, &Function::GET_REAL, all_real.as_ptr(), all_real.len(), reals.as_mut_ptr()),
+                0
+            );
+            assert_eq!(
+                ffi::get::<B, _>(
+                    component,
+                    &Function::GET_INTEGER,
+                    all_integer.as_ptr(),
+                    all_integer.len(),
+                    integers.as_mut_ptr()
+                ),
+                0
+            );
+            assert_eq!(
+                ffi::get::<B, _>(
+                    component,
+                    &Function::GET_BOOLEAN,
+                    all_boolean.as_ptr(),
+                    all_boolean.len(),
+                    booleans.as_mut_ptr()
+                ),
+                0
+            );
         }
         now += h;
     }
@@ -131,7 +157,13 @@ fn runs_without_allocation<B: Block>() {
         let (order, derivative) = (1, 0.25);
         // SAFETY: a living component, arrays of one element.
         let status = unsafe {
-            ffi::set_real_input_derivatives::<B>(component, &raw const input, 1, &raw const order, &raw const derivative)
+            ffi::set_real_input_derivatives::<B>(
+                component,
+                &raw const input,
+                1,
+                &raw const order,
+                &raw const derivative,
+            )
         };
         assert_eq!(status, 0, "{:?}", log.take());
     }

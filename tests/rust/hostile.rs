@@ -182,9 +182,41 @@ struct Host<'a> {
 
 /// Reals that a host passes by mistake, or that lie at a bound.
 const REALS: [f64; 36] = [
-    0.0, -0.0, 1.0, -1.0, 0.1, 2.5, 20.0, 100.0, -100.0, 27648.0, 0.001, 0.0005, 0.000499, 0.01, 60.0, 1e5, 1e-300,
-    2147483.647, 2147483.6475, 2147483.648, -0.001, 3.4028234663852886e38, 3.4028235677973362e38, 3.4028235677973366e38,
-    -3.5e38, 1e30, 1e300, -1e300, f64::MAX, f64::MIN, f64::MIN_POSITIVE, 5e-324, f64::NAN, -f64::NAN, f64::INFINITY,
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    0.1,
+    2.5,
+    20.0,
+    100.0,
+    -100.0,
+    27648.0,
+    0.001,
+    0.0005,
+    0.000499,
+    0.01,
+    60.0,
+    1e5,
+    1e-300,
+    2147483.647,
+    2147483.6475,
+    2147483.648,
+    -0.001,
+    3.4028234663852886e38,
+    3.4028235677973362e38,
+    3.4028235677973366e38,
+    -3.5e38,
+    1e30,
+    1e300,
+    -1e300,
+    f64::MAX,
+    f64::MIN,
+    f64::MIN_POSITIVE,
+    5e-324,
+    f64::NAN,
+    -f64::NAN,
+    f64::INFINITY,
     f64::NEG_INFINITY,
 ];
 
@@ -329,7 +361,11 @@ impl Host<'_> {
         let name = CString::new(if no_name { "" } else { random.pick(&["a", "PID 1", "Regler äöü #%s%n"]) }).unwrap();
         let null_name = random.once_in(12);
         let fmu_type = if random.once_in(12) { random.pick(&[0, 2, -1, c_int::MAX]) } else { 1 };
-        let guid = if random.once_in(12) { random.pick(&[c"", c"{8c4e810f-3df3-4a00-8276-176fa3c9f000}"]) } else { &self.unit.guid };
+        let guid = if random.once_in(12) {
+            random.pick(&[c"", c"{8c4e810f-3df3-4a00-8276-176fa3c9f000}"])
+        } else {
+            &self.unit.guid
+        };
         let null_guid = random.once_in(12);
         let (callbacks, has_logger) = match random.below(12) {
             0 => (ptr::null(), false),
@@ -473,7 +509,11 @@ impl Host<'_> {
                 let (count, null) = count_of(random, chosen.len());
                 let on = random.pick(&[0, 1, 1, -1]);
                 let categories = if null { ptr::null() } else { pointers.as_ptr() };
-                expected = ok_if(allowed && good_array(count, chosen.len(), null) && chosen[..count.min(chosen.len())].iter().all(|choice| *choice < 3));
+                expected = ok_if(
+                    allowed
+                        && good_array(count, chosen.len(), null)
+                        && chosen[..count.min(chosen.len())].iter().all(|choice| *choice < 3),
+                );
                 // SAFETY: as many strings as counted, or counts and pointers that are to be refused.
                 status = unsafe { (library.set_debug_logging)(component, on, count, categories) }.into();
                 what.arguments = format!("{on}, {count}, {chosen:?}");
@@ -597,7 +637,8 @@ impl Host<'_> {
                         _ => random.below(200) as c_int - 50,
                     })
                     .collect();
-                let given = |place: usize| if name == "fmi2SetReal" { reals[place] } else { f64::from(integers[place]) };
+                let given =
+                    |place: usize| if name == "fmi2SetReal" { reals[place] } else { f64::from(integers[place]) };
                 let fit = (0..count.min(references.len())).all(|place| {
                     self.unit.variables.get(references[place] as usize).is_some_and(|variable| {
                         is_of(variable.kind, name)
@@ -609,8 +650,7 @@ impl Host<'_> {
                             && held(variable.kind, given(place)).is_some()
                     })
                 });
-                expected =
-                    ok_if(allowed && good_array(count, references.len(), vr_null || value_null) && fit);
+                expected = ok_if(allowed && good_array(count, references.len(), vr_null || value_null) && fit);
                 let vr = if vr_null { ptr::null() } else { references.as_ptr() };
                 let from_reals = if value_null { ptr::null() } else { reals.as_ptr() };
                 let from_integers = if value_null { ptr::null() } else { integers.as_ptr() };
@@ -802,12 +842,21 @@ impl Host<'_> {
                 let references = self.references(random, "fmi2SetReal");
                 let (count, vr_null) = count_of(random, references.len());
                 let (orders_null, values_null) = (random.once_in(16), random.once_in(16));
-                let orders: Vec<c_int> =
-                    references.iter().map(|_| random.pick(&[1, 1, 1, 1, 2, 3, 4, 4, 0, 5, -1, c_int::MAX, c_int::MIN])).collect();
-                let values: Vec<f64> = references
+                let orders: Vec<c_int> = references
                     .iter()
-                    .map(|_| if random.once_in(4) { any_real(random) } else { random.pick(&[0.0, -0.0, 0.5, -2.0, 10.0]) })
+                    .map(|_| random.pick(&[1, 1, 1, 1, 2, 3, 4, 4, 0, 5, -1, c_int::MAX, c_int::MIN]))
                     .collect();
+                let values: Vec<f64> =
+                    references
+                        .iter()
+                        .map(|_| {
+                            if random.once_in(4) {
+                                any_real(random)
+                            } else {
+                                random.pick(&[0.0, -0.0, 0.5, -2.0, 10.0])
+                            }
+                        })
+                        .collect();
                 let used = count.min(references.len());
                 let fit = (0..used).all(|place| {
                     let variable = self.unit.variables.get(references[place] as usize);
@@ -1070,10 +1119,15 @@ fn every_cell_was_tried(unit: &Unit, seen: &Seen) {
         for (state, letter) in STATES.chars().enumerate() {
             let [accepted, refused] = seen[function][state];
             let accepts = allowed.contains(letter) && *name != "fmi2GetDirectionalDerivative";
-            let has = |suffix: &str| unit.variables.iter().any(|variable| is_of(variable.kind, &format!("fmi2Get{suffix}")));
+            let has =
+                |suffix: &str| unit.variables.iter().any(|variable| is_of(variable.kind, &format!("fmi2Get{suffix}")));
             assert!(!accepts || accepted > 0, "{}: {name} never succeeded in state {letter}", unit.package);
             let never_fails = matches!(*name, "fmi2Reset" | "fmi2Terminate") && allowed.contains(letter);
-            assert!(never_fails || refused > 0 || !has("Real"), "{}: {name} never failed in state {letter}", unit.package);
+            assert!(
+                never_fails || refused > 0 || !has("Real"),
+                "{}: {name} never failed in state {letter}",
+                unit.package
+            );
         }
     }
 }
@@ -1153,7 +1207,9 @@ fn a_forged_state_with_a_right_checksum_is_refused_or_runs_without_harm() {
                 forged[place] ^= change;
                 let mut state = ptr::null_mut();
                 match instance.deserialize(&sealed(forged), &mut state) {
+                    // Magic, version, GUID and length have one right value each.
                     Status::Ok => {
+                        assert!(place >= 8 + 16 + 8, "{}: byte {place} ^ {change:#x} is accepted", unit.package);
                         assert_eq!(instance.restore(state), Status::Ok);
                         instance.forget(&mut state);
                         use_up(&instance);
@@ -1162,6 +1218,59 @@ fn a_forged_state_with_a_right_checksum_is_refused_or_runs_without_harm() {
                 }
                 instance.log.take();
             }
+        }
+    }
+}
+
+/// Sets, extrapolates and steps at random, and gives all values after each step.
+fn random_steps(instance: &Instance, random: &mut Random, tc: &mut f64, steps: usize) -> Vec<Vec<u64>> {
+    let unit = instance.unit;
+    let cycle = instance.value(unit.cycle);
+    (0..steps)
+        .map(|_| {
+            for _ in 0..3 {
+                let reference = random.below(unit.variables.len());
+                let variable = &unit.variables[reference];
+                // What cannot be set is refused, here as there.
+                instance.try_set(reference as u32, random.between(0.0, 90.0));
+                if variable.role == Role::Input && variable.kind == Kind::Real {
+                    let order = 1 + random.below(4) as c_int;
+                    assert_eq!(instance.set_derivative(&variable.name, order, random.between(-1.0, 1.0)), Status::Ok);
+                }
+            }
+            let h = cycle * random.pick(&[1.0, 1.0, 0.1, 1.0 / 3.0, 6.0]);
+            assert_eq!(instance.step(*tc, h), Status::Ok, "{:?}", instance.log.take());
+            *tc += h;
+            instance.values()
+        })
+        .collect()
+}
+
+#[test]
+fn a_restored_state_goes_on_bit_for_bit_as_the_one_it_was_saved_from() {
+    for unit in units() {
+        for seed in 0..20 {
+            let random = &mut Random::new(seed);
+            let start = random.pick(&[0.0, 1234.5, 1e7, -3.0]);
+            let instance = Instance::running(unit, start, Some(start + 1e9));
+            let mut tc = start;
+            random_steps(&instance, random, &mut tc, 30);
+            let mut state = ptr::null_mut();
+            instance.save(&mut state);
+            let bytes = instance.serialize(state);
+
+            let run = |instance: &Instance| {
+                let values = random_steps(instance, &mut random.clone(), &mut tc.clone(), 30);
+                (values, instance.bytes())
+            };
+            let went_on = run(&instance);
+            assert_eq!(instance.restore(state), Status::Ok);
+            assert!(run(&instance) == went_on, "{}, seed {seed}: restored", unit.package);
+            let other = Instance::new(unit);
+            let mut elsewhere = ptr::null_mut();
+            assert_eq!(other.deserialize(&bytes, &mut elsewhere), Status::Ok);
+            assert_eq!(other.restore(elsewhere), Status::Ok);
+            assert!(run(&other) == went_on, "{}, seed {seed}: restored in another instance", unit.package);
         }
     }
 }

@@ -433,7 +433,8 @@ fn more_calls_than_a_step_may_hold_are_refused_whether_the_step_is_long_or_the_p
 
 #[test]
 fn the_stop_time_is_reached_by_adding_up_and_not_passed() {
-    for (start, h, cycle_ms) in [(0.0, 0.1, 100), (0.0, 0.01, 1), (1234.5, 0.1, 1000), (1e5, 0.001, 1), (1e7, 0.05, 10)] {
+    for (start, h, cycle_ms) in [(0.0, 0.1, 100), (0.0, 0.01, 1), (1234.5, 0.1, 1000), (1e5, 0.001, 1), (1e7, 0.05, 10)]
+    {
         let steps = 20_000;
         let stop = start + f64::from(steps) * h;
         let counter = counter(start, Some(stop), cycle_ms);

@@ -227,9 +227,7 @@ impl Instance {
         // SAFETY: a component of this library; one reference, one value.
         unsafe {
             match variables[reference as usize].kind {
-                Kind::Real | Kind::LReal | Kind::Time => {
-                    (library.set_real)(self.component, vr, 1, &raw const value)
-                }
+                Kind::Real | Kind::LReal | Kind::Time => (library.set_real)(self.component, vr, 1, &raw const value),
                 Kind::Word | Kind::Int => {
                     let value = value as c_int;
                     (library.set_integer)(self.component, vr, 1, &raw const value)
@@ -262,9 +260,7 @@ impl Instance {
         // SAFETY: a component of this library; one reference, one value.
         let status: Status = unsafe {
             match variables[reference as usize].kind {
-                Kind::Real | Kind::LReal | Kind::Time => {
-                    (library.get_real)(self.component, vr, 1, &raw mut real)
-                }
+                Kind::Real | Kind::LReal | Kind::Time => (library.get_real)(self.component, vr, 1, &raw mut real),
                 Kind::Word | Kind::Int => (library.get_integer)(self.component, vr, 1, &raw mut integer),
                 Kind::Bool => (library.get_boolean)(self.component, vr, 1, &raw mut integer),
             }
@@ -351,10 +347,7 @@ impl Instance {
     /// fmi2DeSerializeFMUstate.
     pub fn deserialize(&self, bytes: &[u8], state: &mut Pointer) -> Status {
         // SAFETY: a component of this library, and as many bytes as said.
-        unsafe {
-            (self.unit.library.deserialize_fmu_state)(self.component, bytes.as_ptr(), bytes.len(), state)
-        }
-        .into()
+        unsafe { (self.unit.library.deserialize_fmu_state)(self.component, bytes.as_ptr(), bytes.len(), state) }.into()
     }
 
     /// The present state as bytes.

@@ -117,7 +117,12 @@ fn load(packages: &[&str]) -> Vec<&'static Unit> {
 /// benchmarks it holds no lock that a second cargo would wait for.)
 fn build(packages: &[&str]) -> BTreeMap<String, PathBuf> {
     let mut cargo = workspace::cargo();
-    cargo.current_dir(&WORKSPACE.root).args(["build", "--quiet", "--release", "--message-format=json-render-diagnostics"]);
+    cargo.current_dir(&WORKSPACE.root).args([
+        "build",
+        "--quiet",
+        "--release",
+        "--message-format=json-render-diagnostics",
+    ]);
     // Those of the package under test are none of the libraries'.
     for (name, _) in std::env::vars_os() {
         if name.to_str().is_some_and(|name| name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_")) {
