@@ -233,6 +233,20 @@ mod tests {
     }
 
     #[test]
+    fn the_text_before_an_error_is_cut_between_characters() {
+        // The parser stops at the first of the two bytes of ä: the text ends before it.
+        let error = refused(r#""start":0.1"#, r#""start":ä"#);
+        assert!(error.contains(r#"\"start\":"; build"#), "{error}");
+        // An x where a comma belongs. The 60 bytes up to it begin with an ä, and, with a b after the last ä, in the middle
+        // of one, which is then shown whole.
+        for end in ["", "b"] {
+            let name = "ä".repeat(50) + end;
+            let error = Interface::parse(&format!("{{\"name\":\"{name}\"x")).unwrap_err().to_string();
+            assert_eq!(error.matches('ä').count(), 29, "{error}");
+        }
+    }
+
+    #[test]
     fn the_cycle_row_has_to_be_there_and_to_be_a_time_of_a_millisecond_or_more() {
         assert!(refused("\"cycle\":1", "\"cycle\":3").contains("row 3 is to be the cycle, and there are 3 rows"));
         assert!(refused("\"cycle\":1", "\"cycle\":2").contains("row COUNT is to be the cycle: it is INT and Output"));

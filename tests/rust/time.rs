@@ -313,7 +313,7 @@ fn a_small_jump_is_followed_even_after_a_long_run_far_from_0() {
     }
     let position = |tc: f64| (tc - 1e9) * 1000.0;
     let mut calls = 2000;
-    tc += 0.0002;
+    tc += 0.0001;
     for _ in 0..100 {
         calls += advance(&mut clock, tc, 0.0001).count as i64;
         tc += 0.0001;

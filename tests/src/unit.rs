@@ -3,7 +3,7 @@
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::ffi::CString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::sync::{LazyLock, Mutex, PoisonError};
 use xtask::library::Library;
@@ -158,11 +158,11 @@ fn open(package: &str, libraries: &BTreeMap<String, PathBuf>) -> Unit {
     read(package, path, library, &table).unwrap_or_else(|| panic!("{package}: this is no table: {table}"))
 }
 
-fn read(package: &str, path: &PathBuf, library: Library, table: &Value) -> Option<Unit> {
+fn read(package: &str, path: &Path, library: Library, table: &Value) -> Option<Unit> {
     Some(Unit {
         package: package.into(),
         library,
-        path: path.clone(),
+        path: path.to_path_buf(),
         name: table["name"].as_str()?.into(),
         guid: CString::new(table["guid"].as_str()?).ok()?,
         cycle: table["cycle"].as_u64()?.try_into().ok()?,

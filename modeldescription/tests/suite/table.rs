@@ -59,6 +59,14 @@ fn the_model_has_the_name_the_guid_and_the_first_paragraph_of_the_block() {
 }
 
 #[test]
+fn a_variable_has_the_description_of_its_row_and_none_if_that_is_empty() {
+    let undescribed = row("B", "Real", "Input", "").replace("About B", "");
+    let variables = of(&[row("A", "Real", "Input", ""), undescribed]).unwrap().model_variables;
+    let descriptions: Vec<_> = variables.iter().map(|variable| variable.description.as_deref()).collect();
+    assert_eq!(descriptions, [Some("About CYCLE"), Some("About A"), None]);
+}
+
+#[test]
 fn what_is_made_of_a_table_reads_back_as_it_was_written() {
     let rows = ["Real", "LReal", "Time", "Word", "Int", "Bool"].map(|kind| row(kind, kind, "Input", "start 1.0"));
     let description = of(&rows).unwrap();
@@ -215,7 +223,9 @@ fn an_unknown_unit_is_named_with_its_variable_and_the_known_ones() {
 #[test]
 fn a_unit_that_fmi_cannot_express_is_refused() {
     assert!(refused("Int", "Input", "unit \"rpm\"").contains("an FMI Integer has no unit"));
-    assert!(refused("Bool", "Input", "unit \"1\"").contains("a BOOL has neither unit nor range"));
+    for given in ["unit \"1\"", "min 0.0", "max 1.0"] {
+        assert!(refused("Bool", "Input", given).contains("a BOOL has neither unit nor range"), "{given}");
+    }
     assert!(refused("Time", "Input", "unit \"min\"").contains("unit \"min\": a TIME is in seconds"));
     assert_eq!(real(&one("Time", "Input", "unit \"s\"")).attributes.unit.as_deref(), Some("s"));
 }
