@@ -146,9 +146,11 @@ fn panic_refusal(panic: Box<dyn Any + Send>) -> Refusal {
 
 /// Drops what a block made; a panic in doing so ends here.
 fn discard<T>(value: T) {
-    if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(value))) {
-        // A payload that panics when it is dropped is not given a second chance.
-        std::mem::forget(panic);
+    if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(value)))
+        && let Err(another) = catch_unwind(AssertUnwindSafe(|| drop(panic)))
+    {
+        // Payloads that go on panicking when they are dropped are given up.
+        std::mem::forget(another);
     }
 }
 
