@@ -295,17 +295,15 @@ def test_an_integral_put_outside_by_the_restart_comes_back_to_the_limit(start):
     assert controller.record("LMN_I", calls=2) == [100.0, 100.0]
 
 
-def test_an_integral_put_outside_on_purpose_stays_until_it_comes_back_by_itself(start):
-    controller = start(I_ITLVAL=120.0, I_ITL_ON=1, TI=4.0, GAIN=1.0)
+def test_an_integral_put_outside_on_purpose_moves_freely_until_it_comes_back_by_itself(start):
+    """CYCLE / TI = 1/4, LMN = LMN_I - 50: from 120 up by 1 and down to the limit of 100. Then it is held there."""
+    controller = start(I_ITLVAL=120.0, I_ITL_ON=1, TI=4.0, GAIN=1.0, P_SEL=0, DISV=-50.0)
     assert controller.record("LMN_I", calls=1) == [120.0]
     controller.set(I_ITL_ON=0)
-    assert controller.record("LMN_I", calls=2) == [120.0, 120.0]
-    down = controller.record("LMN_I", calls=4, SP_INT=[-16.0] * 4)
-    assert down == [118.0, 114.0, 110.0, 106.0]
-    controller.record("LMN_I", calls=3)
-    assert controller["LMN_I"] == 94.0  # inside: from now on the limit holds again
-    controller.record("LMN_I", calls=5, SP_INT=[40.0] * 5)
-    assert controller["LMN_I"] <= 100.0
+    assert controller.record("LMN_I", calls=3, SP_INT=[0.0, 0.0, 8.0]) == [120.0, 120.0, 121.0]
+    down = controller.record("LMN_I", calls=6, SP_INT=[-16.0] * 6)
+    assert down == [120.0, 116.0, 112.0, 108.0, 104.0, 100.0]
+    assert controller.record("LMN_I", "LMN", calls=3, SP_INT=[16.0] * 3) == [(100.0, 50.0)] * 3
 
 
 # --- Manual mode -----------------------------------------------------------------------------------

@@ -78,6 +78,11 @@ pub fn read_within(bytes: &[u8], limits: Limits) -> Result<ModelDescription, Err
     }
 }
 
+/// What the XML reader found, which may quote a name of any length.
+fn no_xml(error: &impl std::fmt::Display) -> String {
+    format!("this is no XML: {:.300}", error.to_string())
+}
+
 /// A sentence with the number of the line in front.
 fn at_line(bytes: &[u8], place: usize, sentence: &str) -> Error {
     let line = 1 + bytes.iter().take(place).filter(|byte| **byte == b'\n').count();
@@ -260,7 +265,7 @@ impl<'a> Document<'a> {
             let place = usize::try_from(self.reader.buffer_position()).unwrap_or(usize::MAX);
             let event = self.reader.read_event().map_err(|error| {
                 let place = usize::try_from(self.reader.error_position()).unwrap_or(usize::MAX);
-                self.refused(place, &format!("this is no XML: {error}"))
+                self.refused(place, &no_xml(&error))
             })?;
             return Ok(match event {
                 Event::Start(tag) => Piece::Tag(self.element(place, tag, false)?),
@@ -307,12 +312,12 @@ impl<'a> Document<'a> {
     }
 
     fn check_declaration(&self, declaration: &BytesDecl<'_>) -> Result<(), Error> {
-        let version = declaration.version().map_err(|error| self.refused(0, &format!("this is no XML: {error}")))?;
+        let version = declaration.version().map_err(|error| self.refused(0, &no_xml(&error)))?;
         if version != "1.0" {
             return Err(self.refused(0, &format!("XML {:?} is not read: FMI 2.0 uses 1.0", shortened(&version))));
         }
         let encoding = declaration.encoding().transpose();
-        let encoding = encoding.map_err(|error| self.refused(0, &format!("this is no XML: {error}")))?;
+        let encoding = encoding.map_err(|error| self.refused(0, &no_xml(&error)))?;
         // Other encodings than UTF-8 look the same as long as there are no other characters than those of ASCII.
         if let Some(encoding) = encoding.filter(|encoding| !encoding.eq_ignore_ascii_case("utf-8"))
             && !self.text.is_ascii()

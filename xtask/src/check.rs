@@ -6,6 +6,7 @@ use crate::compile::{GLIBC, Linkage, Platform};
 use crate::library::Library;
 use crate::package::Package;
 use crate::slave::{Slave, Type};
+use crate::temporary;
 use modeldescription::{ModelDescription, Typed};
 use std::fs::File;
 use std::io::BufReader;
@@ -79,7 +80,7 @@ fn examine(package: &mut Package<BufReader<File>>, run_it: bool) -> Result<Vec<S
         lines.push(format!("{}: {} functions of FMI{glibc}", file.path, binary.functions.len()));
     }
     if run_it {
-        run(package, Platform::host(true)?.folder)?;
+        run(package, Platform::host(true)?.folder, &std::env::temp_dir())?;
         lines.push(format!("instantiated, initialized, {CYCLES} steps made, all variables read, freed"));
     }
     Ok(lines)
@@ -105,12 +106,12 @@ pub fn packed(path: &Path, description: &ModelDescription, platform: &Platform) 
         });
         library.map_err(|error| format!("{}: {error}", file.path))?;
     }
-    run(&mut package, platform.folder)
+    run(&mut package, platform.folder, path.parent().unwrap_or(Path::new(".")))
 }
 
 /// Loads the library for `platform` and lets it work: its own GUID and no other is taken, it makes some steps, all its
-/// variables can be read.
-fn run(package: &mut Package<BufReader<File>>, platform: &str) -> Result<(), String> {
+/// variables can be read. It is unpacked below `place`.
+fn run(package: &mut Package<BufReader<File>>, platform: &str, place: &Path) -> Result<(), String> {
     if package.description.co_simulation.is_none() {
         return Err("it is for model exchange only and cannot make steps by itself".into());
     }
@@ -118,7 +119,7 @@ fn run(package: &mut Package<BufReader<File>>, platform: &str) -> Result<(), Str
     let file =
         file.ok_or_else(|| format!("it has no library for {platform}, only for {}", package.platforms()))?.clone();
     // Declared before the library: it goes after it.
-    let folder = tempfile::tempdir().map_err(|error| format!("no temporary folder: {error}"))?;
+    let folder = temporary::builder().tempdir_in(place).map_err(|error| format!("no temporary folder: {error}"))?;
     package.archive.unpack(folder.path())?;
     let library = Library::open(&folder.path().join(&file.path))?;
     let resources = uri(&folder.path().join("resources"));

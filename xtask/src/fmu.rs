@@ -10,6 +10,7 @@ use crate::page;
 use crate::picture;
 use crate::progress::Progress;
 use crate::reference;
+use crate::temporary;
 use crate::workspace::{Unit, Workspace};
 use modeldescription::{Interface, ModelDescription};
 use std::collections::BTreeMap;
@@ -37,9 +38,6 @@ const LICENCES: [(&str, &str); 3] = [
     ("LICENSE-APACHE", include_str!("../../LICENSE-APACHE")),
     ("NOTICE", include_str!("../NOTICE")),
 ];
-
-/// What temporary files begin and end with.
-const TEMPORARY: (&str, &str) = (".plcfmu-", ".tmp");
 
 /// Packs FMUs.
 ///
@@ -164,15 +162,7 @@ fn begin(folder: &Path) -> Result<File, String> {
         eprintln!("waiting for another 'cargo xtask' that packs FMUs ...");
         lock.lock().map_err(failed)?;
     }
-    for folder in [folder.to_path_buf(), folder.join("test-only")] {
-        for entry in fs::read_dir(&folder).map_err(failed)? {
-            let entry = entry.map_err(failed)?;
-            let name = entry.file_name().to_string_lossy().into_owned();
-            if name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1) {
-                fs::remove_file(entry.path()).map_err(failed)?;
-            }
-        }
-    }
+    temporary::remove_left(folder).and_then(|()| temporary::remove_left(&folder.join("test-only"))).map_err(failed)?;
     Ok(lock)
 }
 
@@ -189,8 +179,7 @@ fn pack(interface: &Interface, library: &Path, platform: &Platform, path: &Path)
 fn place(bytes: &[u8], path: &Path, check: impl FnOnce(&Path) -> Result<(), String>) -> Result<(), String> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let failed = |error: std::io::Error| format!("{} cannot be written: {error}", path.display());
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
+    let mut builder = temporary::builder();
     // As other files: the temporary ones of this crate are their owner's alone.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -334,6 +323,7 @@ mod tests {
         for name in [".plcfmu-1a2b.tmp", "test-only/.plcfmu-x.tmp", "PUMP.fmu", "notes.tmp"] {
             fs::write(folder.path().join(name), "x").unwrap();
         }
+        fs::create_dir_all(folder.path().join(".plcfmu-3c.tmp/binaries/linux64")).unwrap();
         let _lock = begin(folder.path()).unwrap();
         let names = |folder: &Path| -> Vec<String> {
             let entries = fs::read_dir(folder).unwrap();

@@ -19,6 +19,7 @@ pub mod python;
 pub mod reference;
 pub mod slave;
 pub mod svg;
+pub mod temporary;
 pub mod test;
 pub mod text;
 pub mod workspace;

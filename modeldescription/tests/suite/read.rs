@@ -226,6 +226,12 @@ fn what_is_no_model_description_of_fmi_2_0_is_refused() {
 }
 
 #[test]
+fn a_name_of_any_length_makes_no_long_sentence() {
+    let error = refused("</Outputs>", &format!("</{}>", "x".repeat(100_000)));
+    assert!(error.len() < 500, "{error}");
+}
+
+#[test]
 fn what_is_no_xml_is_refused() {
     assert_refused("</Outputs>", "</Output>", 45, &["this is no XML", "Outputs", "Output"]);
     assert_refused("<Derivatives/>", "<Derivatives", 46, &["repair the tag"]);

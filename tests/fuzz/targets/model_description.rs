@@ -12,7 +12,8 @@ fuzz_target!(|bytes: &[u8]| {
             check(&description);
             let xml = write(&description);
             let again = read(&xml).unwrap_or_else(|error| panic!("{error}:\n{}", String::from_utf8_lossy(&xml)));
-            assert_eq!(again, description);
+            // Not the descriptions are compared: NaN, which XML has too, is not equal to itself.
+            assert!(write(&again) == xml, "{}", String::from_utf8_lossy(&xml));
         }
         Err(error) => assert!(!error.to_string().is_empty() && error.to_string().len() < 2000),
     }
