@@ -463,11 +463,11 @@ impl<B: Block> Instance<B> {
             .strip_prefix(&Guid::<B>::BYTES)
             .ok_or_else(|| format!("the state is of another FMU or version; this is {}", B::TABLE.name))?;
         let damaged = || Refusal::from("the serialized state is damaged");
-        let (sealed, checksum_bytes) = bytes.split_last_chunk().ok_or_else(damaged)?;
-        if checksum(sealed) != u128::from_le_bytes(*checksum_bytes) {
+        let (mut rest, checksum_bytes) = rest.split_last_chunk().ok_or_else(damaged)?;
+        if checksum(&bytes[..bytes.len() - checksum_bytes.len()]) != u128::from_le_bytes(*checksum_bytes) {
             return Err(damaged());
         }
-        let content = &mut &rest[..rest.len() - checksum_bytes.len()];
+        let content = &mut rest;
         let length = u64::read(content).ok_or_else(damaged)?;
         if length != content.len() as u64 {
             return Err(damaged());

@@ -1219,6 +1219,11 @@ fn a_forged_state_with_a_right_checksum_is_refused_or_runs_without_harm() {
                 instance.log.take();
             }
         }
+        for length in 0..content.len() {
+            refused(&instance, &sealed(content[..length].to_vec()), &format!("the first {length} bytes, sealed"));
+        }
+        let longer = sealed([content, &[0]].concat());
+        refused(&instance, &longer, "one byte more, sealed");
     }
 }
 

@@ -80,8 +80,7 @@ fn instantiate<B: Block>() -> Slot {
     let callbacks = Callbacks { logger, others: [ptr::null(); 4] };
     let guid = CString::new(Guid::<B>::TEXT).unwrap_or_default();
     // SAFETY: all pointers point to what the function takes; a logger may leave its arguments alone.
-    let component =
-        unsafe { ffi::instantiate::<B>(c"x".as_ptr(), 1, guid.as_ptr(), (&raw const callbacks).cast(), 1) };
+    let component = unsafe { ffi::instantiate::<B>(c"x".as_ptr(), 1, guid.as_ptr(), (&raw const callbacks).cast(), 1) };
     assert!(!component.is_null());
     Slot { component, states: Vec::new(), probe: ptr::null_mut(), forged: false }
 }
@@ -181,8 +180,11 @@ fn run<B: Block>(mut input: Bytes) {
                     if (1000.0..1e10).contains(&calls) { 0 } else { ffi::do_step::<B>(component, tc, h) }
                 }
                 15 => {
-                    let mut state =
-                        if slots[which].states.len() < 5 { ptr::null_mut() } else { state_of(&slots, which, &mut input) };
+                    let mut state = if slots[which].states.len() < 5 {
+                        ptr::null_mut()
+                    } else {
+                        state_of(&slots, which, &mut input)
+                    };
                     let status = ffi::get_fmu_state::<B>(component, &raw mut state);
                     if status == 0 && !slots[which].states.contains(&state) {
                         slots[which].states.push(state);
@@ -218,7 +220,7 @@ fn run<B: Block>(mut input: Bytes) {
                         ffi::deserialize_fmu_state::<B>(component, bytes.as_ptr(), bytes.len(), &raw mut state);
                     if status == 0 {
                         slots[which].forged |= bytes != before;
-                            assert_eq!(ffi::set_fmu_state::<B>(component, state), 0);
+                        assert_eq!(ffi::set_fmu_state::<B>(component, state), 0);
                         assert_eq!(ffi::free_fmu_state::<B>(component, &raw mut state), 0);
                         // What was restored can be saved and restored again.
                         let again = snapshot::<B>(&mut slots[which]);
