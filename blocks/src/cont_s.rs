@@ -49,8 +49,9 @@ crate::block! {
     /// 4. One integrator F holds the assumed position of the valve and the I action (manual). While a pulse runs it goes
     ///    with the motor, and the error is not integrated; in the pauses it takes the error with the shorter reset time
     ///    Te, which makes up for the pulses: the mean rate is e / TI while |e| MTR_TM / 100 stays below 0.9 TI (measured).
-    ///    The I action of the time that the first pulse takes is not made up: the travel stays e^2 MTR_TM / (100 TI)
-    ///    behind e (1 + t / TI).
+    ///    The I action of the time that the first pulse takes is not made up: where a pulse ends, the
+    ///    travel is e^2 MTR_TM / (100 TI) behind e (1 + t / TI), in between further. The first pulse lasts
+    ///    e MTR_TM / 100 only while |e| MTR_TM / 100 is well below TI, else longer.
     /// 5. The pauses integrate nothing while the valve is reported at the stop that e pushes against. (measured)
     /// 6. LMNS_ON holds F at 0, so the change back to automatic may bump. (vendor)
     /// 7. TI = 0 switches the I action off. F is the position alone then, and held within 0 ... 100. (vendor; numbers
