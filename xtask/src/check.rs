@@ -121,7 +121,8 @@ fn run(package: &mut Package<BufReader<File>>, platform: &str, place: &Path) -> 
     // Declared before the library: it goes after it.
     let folder = temporary::builder().tempdir_in(place).map_err(|error| format!("no temporary folder: {error}"))?;
     package.archive.unpack(folder.path())?;
-    let library = Library::open(&folder.path().join(&file.path))?;
+    let below = format!("{}/", folder.path().display());
+    let library = Library::open(&folder.path().join(&file.path)).map_err(|error| error.replace(&below, ""))?;
     let resources = uri(&folder.path().join("resources"));
     let description = &package.description;
     if Slave::instantiate(&library, "{00000000-0000-0000-0000-000000000000}", Some(&resources)).is_ok() {

@@ -5,6 +5,7 @@
 
 #![allow(unsafe_code)]
 
+use std::error::Error;
 use std::ffi::{c_char, c_double, c_int, c_uint, c_void};
 use std::path::Path;
 
@@ -54,7 +55,7 @@ macro_rules! library {
                 // SAFETY: a library that cargo has just built or that was taken from an FMU made here; its initialisers
                 // are those of Rust's standard library.
                 let library = unsafe { libloading::Library::new(path) }
-                    .map_err(|error| format!("{} cannot be loaded: {error}", path.display()))?;
+                    .map_err(|error| format!("{} cannot be loaded: {}", path.display(), reason(&error)))?;
                 Ok(Library {
                     $(
                         // SAFETY: FMI 2.0 gives these symbols these types.
@@ -103,6 +104,11 @@ library! {
     get_integer_status "fmi2GetIntegerStatus" (Pointer, c_int, *mut c_int) -> c_int;
     get_boolean_status "fmi2GetBooleanStatus" (Pointer, c_int, *mut c_int) -> c_int;
     get_string_status "fmi2GetStringStatus" (Pointer, c_int, *mut *const c_char) -> c_int;
+}
+
+/// What the system says of a failure, if it says anything: libloading's own text is only that there was one.
+fn reason(error: &libloading::Error) -> String {
+    error.source().map_or(error.to_string(), ToString::to_string)
 }
 
 impl Library {

@@ -12,7 +12,7 @@ use std::process::Command;
 /// How much to test.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
-    /// Also what takes an hour: the tests under valgrind, and far more cases of those that draw at random
+    /// Also what takes half an hour and more: the tests under valgrind, and far more cases of those that draw at random
     #[arg(long)]
     pub deep: bool,
     /// Passed on to pytest, such as -k NAME
