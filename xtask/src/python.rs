@@ -1,5 +1,5 @@
 //! The Python environment `target/venv`: made of the packages pinned in `tests/requirements.txt`, and made again when
-//! that file or the Python has changed, or when making it was interrupted.
+//! that file or the Python has changed, or when making it was interrupted. It may be a link to that of another clone.
 
 use crate::command::output;
 use crate::progress::Progress;
@@ -47,18 +47,32 @@ impl Environment {
     /// The environment of a workspace; made if it is not there or out of date.
     ///
     /// # Errors
-    /// There is no Python that is new enough, or the packages cannot be installed; with the remedy.
+    /// There is no Python that is new enough, the packages cannot be installed, or the environment is a link to one that is
+    /// out of date; with the remedy.
     pub fn ready(workspace: &Workspace) -> Result<Environment, String> {
-        let python = find()?;
+        Environment::made_with(&find()?, workspace)
+    }
+
+    fn made_with(python: &Python, workspace: &Workspace) -> Result<Environment, String> {
         let requirements = workspace.root.join("tests/requirements.txt");
         let pinned = fs::read_to_string(&requirements)
             .map_err(|error| format!("{} cannot be read: {error}", requirements.display()))?;
-        let environment = Environment { folder: workspace.target.join("venv") };
+        let place = workspace.target.join("venv");
+        let linked = fs::read_link(&place).ok();
+        let environment = Environment { folder: linked.clone().unwrap_or_else(|| place.clone()) };
         // Scripts in an environment name its folder, so one that was moved is out of date too.
         let wanted = format!("{}\n{}\n\n{pinned}", environment.folder.display(), python.description);
         let stamp = environment.folder.join("plcfmu-stamp.txt");
         if fs::read_to_string(&stamp).is_ok_and(|made_of| made_of == wanted) {
             return Ok(environment);
+        }
+        if let Some(other) = linked {
+            return Err(format!(
+                "{} is a link to {}, which is out of date: remove the link, or run 'cargo xtask test' where the other \
+                 belongs",
+                place.display(),
+                other.display()
+            ));
         }
         // Two commands at once: the second waits, and then finds what the first has made.
         fs::create_dir_all(&workspace.target)
@@ -69,7 +83,7 @@ impl Environment {
         if fs::read_to_string(&stamp).is_ok_and(|made_of| made_of == wanted) {
             return Ok(environment);
         }
-        environment.make(&python, &requirements)?;
+        environment.make(python, &requirements)?;
         // Written last: an environment without it is unfinished and made again.
         fs::write(&stamp, wanted).map_err(|error| format!("{} cannot be written: {error}", stamp.display()))?;
         Ok(environment)
@@ -224,6 +238,27 @@ mod tests {
         ] {
             assert_eq!(refusal(chosen, &found), format!("Python 3.9 or newer is needed, and {state}: {remedy}"));
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_environment_of_another_clone_is_used_as_it_is_and_never_made_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        for name in ["tests", "target", "other"] {
+            fs::create_dir(path(name)).unwrap();
+        }
+        fs::write(path("tests/requirements.txt"), "fmpy==1\n").unwrap();
+        fs::write(path("other/plcfmu-stamp.txt"), "another Python").unwrap();
+        std::os::unix::fs::symlink(path("other"), path("target/venv")).unwrap();
+        let workspace = Workspace { root: path(""), target: path("target"), units: Vec::new() };
+        let python = python("a", "3 11\n3.11.2 at /a\nvenv\n");
+        let error = Environment::made_with(&python, &workspace).unwrap_err();
+        assert!(error.contains("target/venv is a link to") && error.contains("other, which is out of date"), "{error}");
+        assert_eq!(fs::read_to_string(path("other/plcfmu-stamp.txt")).unwrap(), "another Python");
+        let stamp = format!("{}\n{}\n\nfmpy==1\n", path("other").display(), python.description);
+        fs::write(path("other/plcfmu-stamp.txt"), stamp).unwrap();
+        assert_eq!(Environment::made_with(&python, &workspace).unwrap().folder, path("other"));
     }
 
     #[test]
