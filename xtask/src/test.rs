@@ -45,7 +45,7 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<(), String> {
     pytest.args(["-m", "pytest", "tests"]).args(&options.pytest).current_dir(&workspace.root);
     run(pytest.envs(libclang).envs([fmus]))?;
     if options.deep {
-        deep::test(workspace)?;
+        deep::test(workspace, &environment)?;
     }
     Ok(())
 }
