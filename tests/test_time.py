@@ -216,6 +216,17 @@ def test_every_step_of_a_cycle_makes_one_call_at_any_start_time(counter, start, 
         assert instance["HLG"] == number
 
 
+@pytest.mark.parametrize("start", [0.0, 1e4])
+@pytest.mark.parametrize("cycle", [0.001, 0.01, 0.1, 0.2])
+def test_a_step_that_is_rounded_to_32_bits_makes_one_call(counter, start, cycle):
+    """0.1 s is 0.10000000149 s then: a step that is taken for longer than a CYCLE makes two calls some day."""
+    rounded = ctypes.c_float(cycle).value
+    instance = counter(start_time=start, TZ=cycle)
+    for number in range(3000):
+        instance.do("fmi2DoStep", start + number * cycle, rounded, 1)
+        assert instance["HLG"] == number + 1
+
+
 @pytest.mark.parametrize("start", [0.0, 1e5])
 @pytest.mark.parametrize("cycle", [0.001, 0.1, 3.0])
 def test_steps_of_a_cycle_that_begin_between_two_calls(counter, start, cycle):
@@ -363,6 +374,16 @@ def test_at_the_start_a_controllers_outputs_are_0_and_depend_on_nothing(controll
         instance.do("fmi2ExitInitializationMode")
         at_the_start = instance.get(controller.of("output"))
         assert set(in_initialization.values()) == set(at_the_start.values()) == {0}
+
+
+def test_in_initialization_mode_outputs_read_0_whatever_is_set(fmu):
+    """A plant's restart values, such as a start temperature, come when the mode ends."""
+    for row in signals.rows(fmu, 20):
+        instance = fmu.instance()
+        instance.setup()
+        instance.do("fmi2EnterInitializationMode")
+        instance.set(**row)
+        assert set(instance.get(fmu.of("output")).values()) == {0}
 
 
 def test_outputs_at_the_start_do_not_depend_on_inputs(fmu):

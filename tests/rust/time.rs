@@ -15,15 +15,27 @@ enum Host {
     Multiplies,
     /// tc += h.
     Adds,
+    /// It adds up the time since the start, and tc is the start and that.
+    AddsSinceTheStart,
     /// h is the difference of two points.
     Subtracts,
     /// Points are off by up to 3e-12 s.
     Noisy,
     /// Between two steps it makes one of 1e-16 s.
     WithResidualSteps,
+    /// h is rounded to 32 bits, as far as that is less than a quarter of a millionth of CYCLE.
+    RoundsSteps,
 }
 
-const HOSTS: [Host; 5] = [Host::Multiplies, Host::Adds, Host::Subtracts, Host::Noisy, Host::WithResidualSteps];
+const HOSTS: [Host; 7] = [
+    Host::Multiplies,
+    Host::Adds,
+    Host::AddsSinceTheStart,
+    Host::Subtracts,
+    Host::Noisy,
+    Host::WithResidualSteps,
+    Host::RoundsSteps,
+];
 
 const STARTS: [f64; 5] = [0.0, 1234.5, 1e5, 1e7, 1e9];
 
@@ -57,13 +69,16 @@ fn walk(
     mut step: impl FnMut(f64, f64, i64),
 ) {
     let mut here = Point { p: 0, q: 1 };
-    let mut tc = start;
+    let (mut tc, mut since) = (start, 0.0);
     for there in points {
         let calls = there.calls_before() - here.calls_before();
         let next = start + there.seconds(cycle_ms);
         let wanted = Point { p: there.p - here.p * (there.q / here.q), q: there.q }.seconds(cycle_ms);
         let (point, h) = match host {
-            Host::Multiplies | Host::Adds | Host::WithResidualSteps => (tc, wanted),
+            Host::RoundsSteps if wanted * 1000.0 <= 8.0 * cycle_ms as f64 => (tc, f64::from(wanted as f32)),
+            Host::RoundsSteps | Host::Multiplies | Host::Adds | Host::AddsSinceTheStart | Host::WithResidualSteps => {
+                (tc, wanted)
+            }
             Host::Subtracts => (tc, next - tc),
             Host::Noisy => (tc + random.between(-3e-12, 3e-12), wanted),
         };
@@ -71,7 +86,12 @@ fn walk(
         if host == Host::WithResidualSteps {
             step(point + h, 1e-16, 0);
         }
-        tc = if host == Host::Adds { tc + h } else { next };
+        since += h;
+        tc = match host {
+            Host::Adds => tc + h,
+            Host::AddsSinceTheStart => start + since,
+            _ => next,
+        };
         here = there;
     }
 }
@@ -115,9 +135,18 @@ fn step(instance: &Instance, tc: f64, h: f64) {
 #[test]
 fn a_hundred_million_calls_at_1_ms_in_random_steps_are_made_once_each_from_any_start_time() {
     let calls = setting("PLCFMU_TIME_CALLS", 100_000_000) as i64;
-    for (seed, start) in STARTS.into_iter().enumerate() {
-        let host = HOSTS[seed];
-        let mut random = Random::new(seed as u64);
+    let runs = [
+        (Host::Multiplies, 0.0),
+        (Host::Adds, 1234.5),
+        (Host::AddsSinceTheStart, 1e7),
+        (Host::Subtracts, 1e5),
+        (Host::Noisy, 1e7),
+        (Host::WithResidualSteps, 1e9),
+        // A 32-bit step is promised up to |t| / CYCLE = 1e8.
+        (Host::RoundsSteps, 0.0),
+    ];
+    for (seed, (host, start)) in (0..).zip(runs) {
+        let mut random = Random::new(seed);
         let counter = counter(start, None, 1);
         let made = counter.unit.reference("CALLS");
         let mut expected = 0;
@@ -148,6 +177,21 @@ fn ten_million_steps_of_1_ms_make_one_call_each() {
 }
 
 #[test]
+fn ten_million_steps_of_1_ms_by_a_host_that_adds_up_its_time_make_one_call_each() {
+    // The sum is 1.6e-6 s off in the end: 1600 times the tolerance.
+    let counter = counter(0.0, None, 1);
+    let made = counter.unit.reference("CALLS");
+    let mut tc = 0.0;
+    for k in 0..10_000_000 {
+        step(&counter, tc, 0.001);
+        tc += 0.001;
+        let calls = counter.value(made);
+        assert!(calls == f64::from(k + 1), "{calls} calls after step {k} at {tc:?}");
+    }
+    assert_eq!(tc, 10_000.000001578517);
+}
+
+#[test]
 fn every_host_gets_every_call_in_its_step_whatever_the_cycle_and_the_step() {
     let rounds = setting("PLCFMU_TIME_ROUNDS", 40);
     let cycles = [1, 2, 3, 7, 10, 33, 100, 999, 1000, 1001, 1009, 60_000, 86_400_000, i64::from(i32::MAX)];
@@ -157,6 +201,8 @@ fn every_host_gets_every_call_in_its_step_whatever_the_cycle_and_the_step() {
         for cycle_ms in cycles {
             let (start, q) = (random.pick(&starts), random.pick(&[1, 2, 3, 7, 10, 64]));
             let (host, longest) = (random.pick(&HOSTS), random.pick(&[1, 3, 50, 100_000]));
+            // A 32-bit step is promised up to |t| / CYCLE = 1e8.
+            let start = if host == Host::RoundsSteps { start % 1e4 } else { start };
             let mut clock = clock(start, cycle_ms);
             let points = random_points(random, q, longest, longest * 300);
             let what = format!("seed {seed}: {host:?}, CYCLE {cycle_ms} ms, from {start:?}, q = {q}");
@@ -164,8 +210,8 @@ fn every_host_gets_every_call_in_its_step_whatever_the_cycle_and_the_step() {
             walk(host, start, cycle_ms, points, random, |tc, h, calls| {
                 let answer = advance(&mut clock, tc, h);
                 assert!(answer.count as i64 == calls, "{what}: {answer:?} for {calls} calls at {tc:?}, {h:?}");
-                if host != Host::Adds && calls > 0 {
-                    // The first call lies that far from the begin of the step.
+                if !matches!(host, Host::Adds | Host::AddsSinceTheStart) && calls > 0 {
+                    // The first call lies that far from the start of the step.
                     let lead = start + (next * cycle_ms) as f64 / 1000.0 - tc;
                     let rounding = 2e-9 * cycle_ms as f64 + 8.0 * f64::EPSILON * (tc.abs() + start.abs());
                     assert!((answer.lead - lead).abs() <= rounding, "{what}: {answer:?}, not {lead:?} at {tc:?}");
@@ -332,7 +378,7 @@ fn whatever_a_host_mixes_every_call_is_made_once_at_most_a_quarter_of_cycle_besi
         let (cycle_ms, start) = (random.pick(&cycles), random.pick(&[0.0, 1234.5, 1e5, 1e9, -0.7, -1e6, 3e10]));
         let cycle = cycle_ms as f64 / 1000.0;
         let mut clock = clock(start, cycle_ms);
-        // Of all steps so far: where the host says they end, and how many calls they made.
+        // Of all steps so far: where the host says the furthest ends, and how many calls they made.
         let (mut end, mut calls) = (start, 0);
         let mut habit = 0;
         for step in 0..20_000 {
@@ -354,7 +400,7 @@ fn whatever_a_host_mixes_every_call_is_made_once_at_most_a_quarter_of_cycle_besi
                 _ => end,
             };
             let made = advance(&mut clock, tc, h).count;
-            end = tc + h;
+            end = end.max(tc + h);
             calls += made;
             let position = (end - start) / cycle;
             let near = 0.26 + 1e-15 * end.abs().max(start.abs()) / cycle;
@@ -525,7 +571,7 @@ fn the_extrapolation_begins_at_the_step_not_at_the_call() {
     counter.set("U", 10.0);
     counter.set_derivative("U", 1, 4.0);
     step(&counter, 0.25, 1.0);
-    // The call at 1.0 lies 0.75 s behind the begin of its step.
+    // The call at 1.0 lies 0.75 s behind the start of its step.
     assert_eq!((counter.get("CALLS"), counter.get("LAST")), (2.0, 13.0));
 }
 
@@ -536,7 +582,7 @@ fn derivatives_of_order_2_to_4_are_those_of_a_taylor_series() {
         counter.set("U", 1.0);
         counter.set_derivative("U", order, 7.0);
         step(&counter, 0.0, 4.0);
-        assert_eq!(counter.get("LAST"), 1.0 + expected, "order {order}, 3 s after the begin");
+        assert_eq!(counter.get("LAST"), 1.0 + expected, "order {order}, 3 s after the start");
     }
 }
 
