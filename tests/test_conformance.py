@@ -293,9 +293,12 @@ def test_debug_logging_of_a_category_logs_this_one_alone(fmu):
     assert provoke(instance) == ["logStatusDiscard"]
 
 
-def test_a_category_can_be_switched_off(fmu):
+def test_logging_off_is_off_whatever_category_is_named(fmu):
+    """Categories select what is logged; without loggingOn nothing is."""
     instance = fmu.start()
     assert debug_logging(instance, 0, b"logStatusDiscard") == OK
+    assert provoke(instance) == []
+    assert debug_logging(instance, 1, b"logStatusError") == OK
     assert provoke(instance) == ["logStatusError"]
 
 

@@ -228,12 +228,8 @@ pub unsafe fn set_debug_logging<B: Block>(
                 })?;
                 bits |= category.bit;
             }
-            if logging_on != 0 {
-                // A selection replaces what was on before.
-                component.log.enabled = bits;
-            } else {
-                component.log.enabled &= !bits;
-            }
+            // What was on before does not count; off is off, whatever is named.
+            component.log.enabled = if logging_on != 0 { bits } else { 0 };
             Ok(())
         })
     }

@@ -156,7 +156,7 @@ struct Extrapolation {
 }
 
 impl Extrapolation {
-    /// The value `t` seconds after the begin of the step.
+    /// The value `t` seconds after the start of the step.
     fn at(&self, t: f64) -> f64 {
         let mut sum = self.value;
         let mut factor = 1.0;
@@ -333,7 +333,7 @@ impl<B: Block> Instance<B> {
     }
 
     /// Gives time derivatives of Real inputs: within the following steps the block sees the input extrapolated from the
-    /// begin of the step. They hold until they are changed; 0 takes one back.
+    /// start of the step. They hold until they are changed; 0 takes one back.
     ///
     /// # Errors
     /// A reference that is no Real input, an order other than 1 to 4, a derivative that is not finite; nothing is
@@ -552,7 +552,7 @@ fn read_only(row: &Row) -> Refusal {
             "{} is a fixed parameter: set it before fmi2ExitInitializationMode, or call fmi2Reset first",
             row.full_name()
         ),
-        _ => format!("{} is computed by the block: read only", row.full_name()),
+        _ => format!("{} is computed by the block and can only be read", row.full_name()),
     }
     .into()
 }
@@ -560,8 +560,11 @@ fn read_only(row: &Row) -> Refusal {
 /// The refusal of a String variable: there are none.
 pub fn no_string<B: Block>(reference: u32) -> Refusal {
     match B::TABLE.rows.get(reference as usize) {
-        Some(row) => format!("value reference {reference} is {}, a {}", row.full_name(), type_name(row.kind)),
-        None => format!("value reference {reference} is unknown"),
+        Some(row) => {
+            let (name, kind) = (row.full_name(), type_name(row.kind));
+            format!("value reference {reference} is {name}, a {kind}: use fmi2Get{kind} or fmi2Set{kind}")
+        }
+        None => format!("value reference {reference} is unknown: they go from 0 to {}", B::TABLE.rows.len() - 1),
     }
     .into()
 }
@@ -704,7 +707,7 @@ mod tests {
         assert_eq!(reason(instance.set(&[9], &[0.0])), "value reference 9 is unknown: they go from 0 to 8");
         assert_eq!(reason(instance.set(&[ON], &[1.0])), "value reference 2 is ON, a Boolean: use fmi2SetBoolean");
         assert_eq!(reason(instance.get(&[U], &mut [0])), "value reference 0 is U, a Real: use fmi2GetReal");
-        assert_eq!(reason(instance.set(&[SUM], &[1.0])), "SUM is computed by the block: read only");
+        assert_eq!(reason(instance.set(&[SUM], &[1.0])), "SUM is computed by the block and can only be read");
         assert_eq!(
             reason(instance.set(&[CYCLE], &[1.0])),
             "CYCLE is a fixed parameter: set it before fmi2ExitInitializationMode, or call fmi2Reset first"

@@ -521,9 +521,7 @@ impl Host<'_> {
                     let slot = self.slots[place].as_mut().unwrap();
                     let named = |category: &usize| count == 0 || chosen[..count].contains(category);
                     for category in 0..3 {
-                        let is_named = named(&category);
-                        let logged = &mut slot.logged[category];
-                        *logged = if on != 0 { is_named } else { *logged && !is_named };
+                        slot.logged[category] = on != 0 && named(&category);
                     }
                 }
             }
