@@ -14,8 +14,10 @@ use std::fmt::Debug;
 /// It holds an FMU of this project to more than [`read`](crate::read()) asks of a foreign one: that model and library
 /// have one name, a C identifier; that names, causality, variability and start values go together as the standard's
 /// tables say; that the model structure lists exactly what belongs there.
+///
+/// Where there are more than [`MOST_FINDINGS`], the last sentence counts the rest.
 pub fn check(description: &ModelDescription) -> Vec<String> {
-    let mut findings = Vec::new();
+    let mut findings = Findings::default();
     contradictions(description, &mut |_, sentence| findings.push(sentence));
     check_model(description, &mut findings);
     let definitions = Definitions::of(description);
@@ -29,7 +31,34 @@ pub fn check(description: &ModelDescription) -> Vec<String> {
         check_value(variable, &definitions, found);
     }
     check_structure(description, &mut findings);
-    findings
+    findings.sentences()
+}
+
+/// So many sentences [`check`] gives at most, and one that counts the rest: of a million variables each may be wrong.
+pub const MOST_FINDINGS: usize = 20;
+
+/// What was found, as far as somebody reads it.
+#[derive(Default)]
+struct Findings {
+    first: Vec<String>,
+    more: usize,
+}
+
+impl Findings {
+    fn push(&mut self, sentence: String) {
+        if self.first.len() < MOST_FINDINGS {
+            self.first.push(sentence);
+        } else {
+            self.more += 1;
+        }
+    }
+
+    fn sentences(mut self) -> Vec<String> {
+        if self.more > 0 {
+            self.first.push(format!("and {} more", self.more));
+        }
+        self.first
+    }
 }
 
 /// Where a contradiction is, for the line of a message: at a variable, by its place in the list, or elsewhere.
@@ -248,7 +277,7 @@ fn check_unknown(unknown: &Unknown, count: usize, found: &mut impl FnMut(String)
 }
 
 /// Names, texts and the experiment.
-fn check_model(description: &ModelDescription, findings: &mut Vec<String>) {
+fn check_model(description: &ModelDescription, findings: &mut Findings) {
     let name = &description.model_name;
     if let Some(identifier) = description.model_identifier() {
         if !is_identifier(identifier) {
@@ -371,7 +400,7 @@ fn check_display_unit(
     }
 }
 
-fn check_structure(description: &ModelDescription, findings: &mut Vec<String>) {
+fn check_structure(description: &ModelDescription, findings: &mut Findings) {
     let variables = &description.model_variables;
     let structure = &description.model_structure;
     let indexed = || (1..).zip(variables);

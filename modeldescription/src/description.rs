@@ -261,7 +261,7 @@ pub struct LogCategory {
 /// `DefaultExperiment`: the simulation that is proposed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DefaultExperiment {
-    /// Its begin in seconds.
+    /// Its start in seconds.
     pub start_time: Option<f64>,
     /// Its end in seconds.
     pub stop_time: Option<f64>,

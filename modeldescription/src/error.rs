@@ -21,8 +21,8 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// A text that fits into a sentence: the begin of a long one.
-pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
+/// A text that fits into a sentence: the start of a long one.
+pub fn shortened(text: &str) -> Cow<'_, str> {
     const MOST: usize = 60;
     match text.char_indices().nth(MOST) {
         None => Cow::Borrowed(text),

@@ -15,6 +15,8 @@ pub struct Interface {
     pub guid: String,
     /// The row that holds the time between two calls.
     pub cycle: usize,
+    /// The row that holds the mean of the block's pulse over a communication step, if it has one.
+    pub mean: Option<usize>,
     /// All variables; the number of the row is the value reference.
     pub variables: Vec<Row>,
     /// What the documentation shows of the block.
@@ -144,6 +146,11 @@ impl Interface {
                 return wrong(format!("row {} is to be the cycle, and there are {rows} rows", self.cycle));
             }
         }
+        if let Some(mean) = self.mean
+            && self.variables.get(mean).is_none_or(|row| row.role != Role::Output)
+        {
+            return wrong(format!("row {mean} is to be the mean of its pulse, and is no output"));
+        }
         let set = self.response.set.iter().map(|(_, name, _)| name);
         if let Some(unknown) = set.chain(&self.response.show).find(|name| self.find(name).is_none()) {
             return wrong(format!("its response names {unknown:?}: the table has no such variable"));
@@ -184,6 +191,17 @@ mod tests {
     fn refused(from: &str, to: &str) -> String {
         assert!(COUNTER.contains(from));
         Interface::parse(&COUNTER.replace(from, to)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_mean_is_an_output() {
+        let with = |row: &str| COUNTER.replace(r#""cycle":1,"#, &format!(r#""cycle":1,"mean":{row},"#));
+        assert_eq!(Interface::parse(&with("2")).unwrap().mean, Some(2));
+        assert_eq!(Interface::parse(&with("null")).unwrap().mean, None);
+        for row in ["0", "3"] {
+            let error = Interface::parse(&with(row)).unwrap_err().to_string();
+            assert!(error.ends_with(&format!("row {row} is to be the mean of its pulse, and is no output")), "{error}");
+        }
     }
 
     #[test]

@@ -40,9 +40,9 @@ mod read;
 pub mod units;
 mod write;
 
-pub use check::check;
+pub use check::{MOST_FINDINGS, check};
 pub use description::*;
-pub use error::Error;
+pub use error::{Error, shortened};
 pub use interface::Interface;
 pub use read::{Limits, read, read_within};
 pub use write::write;

@@ -242,7 +242,7 @@ enum Piece<'a> {
     End,
 }
 
-/// The document, read from its begin to its end, once.
+/// The document, read once, from its start to its end.
 struct Document<'a> {
     reader: Reader<&'a [u8]>,
     text: &'a str,
@@ -290,7 +290,7 @@ impl<'a> Document<'a> {
                     continue;
                 }
                 Event::Decl(_) => {
-                    let sentence = "the XML declaration is not at the begin of the file: move it there";
+                    let sentence = "the XML declaration is not at the start of the file: move it there";
                     return Err(self.refused(place, sentence));
                 }
                 Event::DocType(_) => {

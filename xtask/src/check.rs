@@ -7,7 +7,7 @@ use crate::library::Library;
 use crate::package::Package;
 use crate::slave::{Slave, Type};
 use crate::temporary;
-use modeldescription::{ModelDescription, Typed};
+use modeldescription::{ModelDescription, Typed, shortened};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -53,27 +53,14 @@ pub fn check(options: &Options) -> Result<(), String> {
 
 /// What there is to say of an FMU.
 fn examine(package: &mut Package<BufReader<File>>, run_it: bool) -> Result<Vec<String>, String> {
-    let description = package.description.clone();
-    let kinds = [
-        description.co_simulation.as_ref().map(|_| "co-simulation"),
-        description.model_exchange.as_ref().map(|_| "model exchange"),
-    ];
-    let kinds: Vec<_> = kinds.into_iter().flatten().collect();
-    let mut lines = vec![format!(
-        "{}: FMI {} for {}, {} variables, GUID {}",
-        description.model_name,
-        modeldescription::FMI_VERSION,
-        kinds.join(" and "),
-        description.model_variables.len(),
-        description.guid
-    )];
-    lines.extend(modeldescription::check(&description).into_iter().map(|finding| format!("remark: {finding}")));
+    let description = &package.description;
+    let mut lines = vec![headline(description)];
+    let is_co_simulation = description.co_simulation.is_some();
+    lines.extend(modeldescription::check(description).into_iter().map(|finding| format!("remark: {finding}")));
     for file in package.libraries.clone() {
         let binary = Binary::read(&package.archive.read(&file.path, LARGEST_LIBRARY)?)
             .map_err(|error| format!("{}: {error}", file.path))?;
-        if description.co_simulation.is_some()
-            && let Some(missing) = binary.missing()
-        {
+        if is_co_simulation && let Some(missing) = binary.missing() {
             return Err(format!("{} does not export {missing}", file.path));
         }
         let glibc = binary.glibc.map_or(String::new(), |glibc| format!(", needs glibc {glibc}"));
@@ -84,6 +71,23 @@ fn examine(package: &mut Package<BufReader<File>>, run_it: bool) -> Result<Vec<S
         lines.push(format!("instantiated, initialized, {CYCLES} steps made, all variables read, freed"));
     }
     Ok(lines)
+}
+
+/// What an FMU is, in one line, whatever its texts hold.
+fn headline(description: &ModelDescription) -> String {
+    let kinds = [
+        description.co_simulation.as_ref().map(|_| "co-simulation"),
+        description.model_exchange.as_ref().map(|_| "model exchange"),
+    ];
+    let kinds: Vec<_> = kinds.into_iter().flatten().collect();
+    format!(
+        "{:?}: FMI {} for {}, {} variables, GUID {:?}",
+        shortened(&description.model_name),
+        modeldescription::FMI_VERSION,
+        kinds.join(" and "),
+        description.model_variables.len(),
+        shortened(&description.guid)
+    )
 }
 
 /// Checks an FMU that was just packed: everything that its users rely on.
@@ -140,7 +144,7 @@ fn run(package: &mut Package<BufReader<File>>, platform: &str, place: &Path) -> 
     for variable in &description.model_variables {
         let Some(kind) = fmi_type(&variable.typed) else { continue };
         let value = slave.get(kind, variable.value_reference);
-        value.map_err(|error| format!("{} cannot be read: {error}", variable.name))?;
+        value.map_err(|error| format!("{:?} cannot be read: {error}", shortened(&variable.name)))?;
     }
     slave.terminate()
 }
@@ -202,6 +206,21 @@ mod tests {
         assert!(
             error.starts_with("binaries/linux64/PUMP.so: it is no library of Linux, Windows or macOS: "),
             "{error}"
+        );
+    }
+
+    #[test]
+    fn an_fmu_is_one_line_whatever_its_texts_hold() {
+        let mut description = description();
+        assert_eq!(headline(&description), r#""PUMP": FMI 2.0 for co-simulation, 1 variables, GUID "{1}""#);
+        description.model_name = "PUMP\n  linux64: fine\u{9b}31m".into();
+        description.guid = "0".repeat(3_000_000);
+        assert_eq!(
+            headline(&description),
+            format!(
+                r#""PUMP\n  linux64: fine\u{{9b}}31m": FMI 2.0 for co-simulation, 1 variables, GUID "{}…""#,
+                "0".repeat(60)
+            )
         );
     }
 

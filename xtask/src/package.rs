@@ -1,7 +1,7 @@
 //! An FMU's file, opened: an archive with a model description and libraries that fit it.
 
 use crate::archive::Archive;
-use modeldescription::ModelDescription;
+use modeldescription::{ModelDescription, shortened};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
@@ -58,9 +58,11 @@ impl<R: Read + Seek> Package<R> {
         let names = archive.entries().iter().map(|entry| entry.name.as_str());
         let libraries: Vec<LibraryFile> = names.filter_map(|name| library(name, identifier)).collect();
         if libraries.is_empty() {
+            let identifier = shortened(identifier);
             return Err(format!(
-                "it has no library: FMI asks for binaries/linux64/{identifier}.so, binaries/win64/{identifier}.dll or \
-                 the like"
+                "it has no library: FMI asks for {:?}, {:?} or the like",
+                format!("binaries/linux64/{identifier}.so"),
+                format!("binaries/win64/{identifier}.dll")
             ));
         }
         Ok(Package { archive, description, libraries })
@@ -136,7 +138,7 @@ mod tests {
         files.retain(|name, _| !name.contains("64/PUMP."));
         assert_eq!(
             read(&files).unwrap_err(),
-            "it has no library: FMI asks for binaries/linux64/PUMP.so, binaries/win64/PUMP.dll or the like"
+            "it has no library: FMI asks for \"binaries/linux64/PUMP.so\", \"binaries/win64/PUMP.dll\" or the like"
         );
     }
 

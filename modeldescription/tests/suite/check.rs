@@ -404,3 +404,12 @@ fn the_model_structure_lists_exactly_the_unknowns_in_order() {
         ["InitialUnknowns: a variable is there twice: list it once"]
     );
 }
+
+#[test]
+fn of_many_findings_the_first_are_told_and_the_others_counted() {
+    let found = findings(|d| d.model_structure.outputs.extend((0..1000).map(|k| unknown(100_000 + k))));
+    // Two sentences on each of the 1000: there is no such variable, and it is no output.
+    assert_eq!(found.len(), MOST_FINDINGS + 1, "{found:#?}");
+    assert!(found[0].starts_with("Outputs: Unknown with index = 100000: there is no such variable"), "{}", found[0]);
+    assert_eq!(found[MOST_FINDINGS], format!("and {} more", 2000 - MOST_FINDINGS));
+}

@@ -248,7 +248,7 @@ fn what_is_no_xml_is_refused() {
     assert_refused("<!-- the end -->", "<fmiModelDescription/>", 50, &["something follows </fmiModelDescription>"]);
     assert_refused("<!-- the end -->", "the end", 50, &["something follows"]);
     assert_refused("version='1.0'", "version='1.1'", 1, &["XML \"1.1\" is not read"]);
-    assert_refused("<!-- 1 -->", "<?xml version='1.0'?>", 26, &["the XML declaration is not at the begin"]);
+    assert_refused("<!-- 1 -->", "<?xml version='1.0'?>", 26, &["the XML declaration is not at the start"]);
 }
 
 #[test]
