@@ -107,18 +107,19 @@ const fn guid_text(bytes: [u8; 16]) -> [u8; 38] {
     text
 }
 
-/// The table as JSON: name, documentation, GUID, the number of the cycle variable, the variables by value reference
-/// (numbers as FMI has them: TIME in seconds, TRUE as 1), and the response.
+/// The table as JSON: name, documentation, GUID, the numbers of the cycle variable and of the mean, the variables by value
+/// reference (numbers as FMI has them: TIME in seconds, TRUE as 1), and the response.
 pub fn json<B: Block>() -> String {
     let table = B::TABLE;
     let mut json = String::new();
     let _ = write!(
         json,
-        r#"{{"name":{},"docs":{},"guid":{},"cycle":{},"variables":["#,
+        r#"{{"name":{},"docs":{},"guid":{},"cycle":{},"mean":{},"variables":["#,
         quoted(table.name),
         quoted(table.docs),
         quoted(Guid::<B>::TEXT),
-        table.cycle
+        table.cycle,
+        optional(table.mean.map(|mean| mean.to_string()))
     );
     for (i, row) in table.rows.iter().enumerate() {
         let _ = write!(

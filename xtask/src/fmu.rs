@@ -33,9 +33,10 @@ pub struct Options {
 }
 
 /// What a user has to be told about the library's licences.
-const LICENCES: [(&str, &str); 3] = [
+const LICENCES: [(&str, &str); 4] = [
     ("LICENSE-MIT", include_str!("../../LICENSE-MIT")),
     ("LICENSE-APACHE", include_str!("../../LICENSE-APACHE")),
+    ("LICENSE-UNICODE", include_str!("../LICENSE-UNICODE")),
     ("NOTICE", include_str!("../NOTICE")),
 ];
 
@@ -59,7 +60,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<(), String> {
         progress.begin(&interface.name);
         let folder = workspace.fmus().join(if unit.test_only { "test-only" } else { "" });
         let path = folder.join(format!("{}.fmu", interface.name));
-        let size = pack(&interface, library, &platform, &path)
+        let size = pack(unit, &interface, library, &platform, &path)
             .map_err(|error| format!("{} (package {}): {error}", interface.name, unit.package))?;
         progress.line(&format!(
             "{:<10} {}  {:>4} kB  {}  {}",
@@ -167,8 +168,9 @@ fn begin(folder: &Path) -> Result<File, String> {
 }
 
 /// Packs one FMU and says how large it is.
-fn pack(interface: &Interface, library: &Path, platform: &Platform, path: &Path) -> Result<usize, String> {
-    let description = ModelDescription::of(interface).map_err(|error| error.to_string())?;
+fn pack(unit: &Unit, interface: &Interface, library: &Path, platform: &Platform, path: &Path) -> Result<usize, String> {
+    let mut description = ModelDescription::of(interface).map_err(|error| error.to_string())?;
+    description.license = unit.license.clone();
     let bytes = archive::write(&files(interface, &description, library, platform)?)?;
     place(&bytes, path, |packed| check::packed(packed, &description, platform))?;
     Ok(bytes.len())
@@ -206,7 +208,10 @@ fn files(
     files.insert(format!("binaries/{}/{name}.{}", platform.folder, platform.extension), content);
     let recording = reference::run(library, interface)?;
     files.extend(reference::files(interface, &recording));
-    files.insert("documentation/index.html".into(), page::html(interface, &recording).into_bytes());
+    files.insert(
+        "documentation/index.html".into(),
+        page::html(interface, &recording, description.license.as_deref()).into_bytes(),
+    );
     for (licence, text) in LICENCES {
         files.insert(format!("documentation/licenses/{licence}"), text.into());
     }
@@ -219,7 +224,7 @@ mod tests {
     use super::*;
 
     fn unit(package: &str, test_only: bool) -> Unit {
-        Unit { package: package.into(), library: package.into(), test_only }
+        Unit { package: package.into(), library: package.into(), license: None, test_only }
     }
 
     fn workspace() -> Workspace {

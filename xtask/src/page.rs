@@ -37,8 +37,8 @@ th.group { padding-top: 1.1rem; color: #1f3a5f; }
 @media print { body { margin: 0; max-width: none; } }
 ";
 
-/// The page.
-pub fn html(interface: &Interface, recording: &Recording) -> String {
+/// The page. `license` is that of the block's package, as its `Cargo.toml` has it.
+pub fn html(interface: &Interface, recording: &Recording, license: Option<&str>) -> String {
     let name = escape(&interface.name);
     let summary = escape(&interface.summary());
     let [input, output] =
@@ -72,11 +72,13 @@ pub fn html(interface: &Interface, recording: &Recording) -> String {
 <p>Start values are what a block has that nobody has set. Ranges are what makes sense; unless the law says otherwise, the
 block computes with what it gets.</p>
 <h2>Licence</h2>
-<p>MIT or Apache 2.0, at your choice: <a href="licenses/LICENSE-MIT">LICENSE-MIT</a>,
-<a href="licenses/LICENSE-APACHE">LICENSE-APACHE</a>, <a href="licenses/NOTICE">what else is in the library</a>.</p>
+<p>The block: {license}. What every FMU of this kind shares: MIT or Apache 2.0, at your choice
+(<a href="licenses/LICENSE-MIT">LICENSE-MIT</a>, <a href="licenses/LICENSE-APACHE">LICENSE-APACHE</a>). What else is in the
+library: <a href="licenses/NOTICE">NOTICE</a>.</p>
 </body>
 </html>
 "#,
+        license = escape(license.unwrap_or("its package names no licence")),
         diagram = diagram::svg(interface),
         nested = nested(interface),
         usage = usage(interface),
@@ -101,12 +103,11 @@ fn nested(interface: &Interface) -> String {
 fn usage(interface: &Interface) -> String {
     let cycle = &interface.variables[interface.cycle];
     let (cycle_name, start) = (escape(&cycle.name), escape(&text::value(cycle, cycle.start)));
-    let mean = interface.variables.iter().find(|row| row.role == Role::Output && row.name.ends_with("_MEAN"));
-    let mean = mean.map_or(String::new(), |row| {
+    let mean = interface.mean.map_or(String::new(), |mean| {
         format!(
             "\n<dt>Pulses</dt><dd>A pulse output shows the state of the last call. Where a communication step holds more \
              than one, <code>{}</code> is the mean over the step in percent.</dd>",
-            escape(&row.name)
+            escape(&interface.variables[mean].name)
         )
     });
     format!(
@@ -116,10 +117,11 @@ fn usage(interface: &Interface) -> String {
 <dt>When it is called</dt><dd>At the start time and then every <code>{cycle_name}</code> (start value {start}), as by the
 cyclic interrupt of a PLC, whatever the communication step is: a step that holds several calls makes them all, one that
 holds none makes none. The calls are counted in whole milliseconds and do not drift.</dd>
-<dt>What a step does</dt><dd>Every call from its begin on before its end sees the inputs set at its begin; the outputs are
-those of the last call. No output depends on an input of the same instant.</dd>
-<dt>Restart</dt><dd>Once, when the initialization ends (OB 100 of a PLC). Until the first call the outputs have their
-restart values.</dd>
+<dt>What a step does</dt><dd>Every call from the start of the step up to, but not at, its end sees the inputs as set at the
+start (extrapolated to the call if the host gives derivatives of them); the outputs are those of the last call. No output
+depends on an input of the same instant.</dd>
+<dt>Restart</dt><dd>Once, when the initialization ends (OB 100 of a PLC). From then until the first call the outputs have
+their restart values; before it they read 0.</dd>
 <dt>Numbers</dt><dd>REAL is a 32-bit floating point number, rounded when it is set, LREAL one of 64 bits; TIME is in
 seconds, rounded to a millisecond; WORD and INT are integers of 16 bits.</dd>{mean}
 <dt>Also</dt><dd>The state can be saved, restored and serialized; any number of instances, on any threads.</dd>
@@ -207,12 +209,12 @@ mod tests {
             row("CYCLE", "Time", "Cycle", r#""start":0.1,"min":0.001,"max":null,"unit":null"#),
             row("DI_A.GAIN", "Real", "Parameter", r#""start":2.0,"min":null,"max":null,"unit":null"#),
             row("ON", "Bool", "Output", plain),
-            row("Q_MEAN", "LReal", "Output", r#""start":0.0,"min":null,"max":null,"unit":"%""#),
+            row("DUTY", "LReal", "Output", r#""start":0.0,"min":null,"max":null,"unit":"%""#),
             row("DI_A.LMN", "Real", "Local", plain),
         ];
         let docs = r"Pumps & more.\n\nThe *law*:\n\n| a | b |\n|---|---|\n| 1 | 2 |";
         let json = format!(
-            r#"{{"name":"PUMP","docs":"{docs}","guid":"{{1}}","cycle":1,"variables":[{}],
+            r#"{{"name":"PUMP","docs":"{docs}","guid":"{{1}}","cycle":1,"mean":4,"variables":[{}],
             "response":{{"title":"It runs.","calls":2,"set":[],"show":["FLOW","ON"]}}}}"#,
             rows.join(",")
         );
@@ -226,7 +228,7 @@ mod tests {
             restart: vec![0.0, 0.0],
             calls: vec![vec![1.0, 0.0], vec![2.0, 1.0]],
         };
-        html(&interface(), &recording)
+        html(&interface(), &recording, Some("LicenseRef-<House>"))
     }
 
     #[test]
@@ -250,8 +252,16 @@ mod tests {
         assert!(page.contains("The <em>law</em>:") && page.contains("<td>1</td><td>2</td>"));
         assert!(page.contains("aria-label=\"Terminals of PUMP\"") && page.contains("aria-label=\"Response of PUMP\""));
         assert!(page.contains("<code>CYCLE</code> (start value 0.1 s)"));
-        assert!(page.contains("<code>Q_MEAN</code> is the mean"));
+        assert!(page.contains("<code>DUTY</code> is the mean"));
         assert!(page.contains("The 2 variables of the blocks inside"));
+    }
+
+    #[test]
+    fn the_page_names_the_licence_of_the_block_and_that_of_the_rest() {
+        let page = page();
+        assert!(
+            page.contains("The block: LicenseRef-&lt;House&gt;. What every FMU of this kind shares: MIT or Apache 2.0")
+        );
     }
 
     #[test]

@@ -23,6 +23,8 @@ pub struct Unit {
     pub package: String,
     /// The name of its library target.
     pub library: String,
+    /// The package's licence, as SPDX writes it.
+    pub license: Option<String>,
     /// Only packed when asked for with `-p`.
     pub test_only: bool,
 }
@@ -71,6 +73,7 @@ fn unit(package: &Value) -> Option<Unit> {
     Some(Unit {
         package: package["name"].as_str()?.to_string(),
         library: library["name"].as_str()?.to_string(),
+        license: package["license"].as_str().map(str::to_string),
         test_only: package["metadata"]["plcfmu"]["test-only"] == true,
     })
 }
@@ -117,7 +120,7 @@ mod tests {
     const METADATA: &str = r#"{
         "workspace_root": "/w", "target_directory": "/w/target",
         "packages": [
-            {"name": "pump", "metadata": null,
+            {"name": "pump", "metadata": null, "license": "MIT",
              "targets": [{"name": "pump_library", "crate_types": ["cdylib"]}],
              "dependencies": [{"name": "fmu", "kind": null}]},
             {"name": "boom", "metadata": {"plcfmu": {"test-only": true}},
@@ -135,12 +138,16 @@ mod tests {
     #[test]
     fn an_fmu_is_a_cdylib_that_depends_on_fmu() {
         let workspace = Workspace::parse(METADATA).unwrap();
-        let unit = |package: &str, library: &str, test_only| Unit {
+        let unit = |package: &str, library: &str, license: Option<&str>, test_only| Unit {
             package: package.into(),
             library: library.into(),
+            license: license.map(str::to_string),
             test_only,
         };
-        assert_eq!(workspace.units, [unit("boom", "boom", true), unit("pump", "pump_library", false)]);
+        assert_eq!(
+            workspace.units,
+            [unit("boom", "boom", None, true), unit("pump", "pump_library", Some("MIT"), false)]
+        );
         assert_eq!(workspace.fmus(), Path::new("/w/target/fmu"));
     }
 
