@@ -101,8 +101,7 @@ def run(fmus):
     against = (result["QLMNUP"] * result["LMNR_HS"] + result["QLMNDN"] * result["LMNR_LS"]) > 0
     result.figure("calls with a pulse against a stop", int(np.sum(against)), "", 0)
     stopped = result.between(TOO_HIGH, BACK)
-    at_stop = stopped.time[stopped["LMNR_HS"] == 1]
-    result.figure("setpoint too high: at the stop", BACK - at_stop[0], "s")
+    result.figure("setpoint too high: at the stop", CYCLE * float(np.sum(stopped["LMNR_HS"])), "s")
     back = result.between(BACK, END)
     first_down = back.time[back["QLMNDN"] == 1][0] - BACK
     result.figure("setpoint back: the valve closes after", float(first_down), "s", 0.0)

@@ -1,9 +1,10 @@
-"""`cargo xtask fmu` in another folder: the same sources give the same bytes, and whenever the packer is killed, the
-FMU that was there is still there and whole."""
+"""`cargo xtask fmu` in another folder: the same sources give the same bytes; whenever the packer is killed, the FMU that
+was there is still there and whole; and a block of one's own is made as the READMEs say."""
 
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -42,9 +43,9 @@ class Clone:
         (folder / "target").mkdir()
         (folder / "target" / "venv").symlink_to(sys.prefix)
 
-    def pack(self, **options):
+    def pack(self, *arguments, **options):
         variables = {**os.environ, "CARGO_TARGET_DIR": str(self.folder / "target"), "TZ": "Asia/Tokyo"}
-        command = [self.packer, "fmu", NAME]
+        command = [self.packer, "fmu", *(arguments or [NAME])]
         return subprocess.run(command, cwd=self.folder, env=variables, capture_output=True, text=True, **options)
 
     def change_the_law(self):
@@ -116,3 +117,37 @@ def test_a_source_that_does_not_compile_leaves_the_old_fmu(clone):
     assert "hlg.rs" in failed.stderr
     assert clone.fmu.read_bytes() == old
     assert clone.left() == []
+
+
+def listing(readme, heading):
+    """The Rust code in a section of a README."""
+    (section,) = re.findall(rf"^## {heading}$(.*?)(?=^## |\Z)", readme.read_text(encoding="utf-8"), re.M | re.S)
+    (code,) = re.findall(r"^```rust$(.*?)^```$", section, re.M | re.S)
+    return code
+
+
+@pytest.mark.parametrize(
+    "readme, heading, package, name",
+    [
+        ("README.md", "Add a block", "switch", "MY_BLOCK"),
+        ("examples/README.md", "Your own block", "pump", "TWO_POINT"),
+    ],
+)
+def test_a_block_of_ones_own_is_made_as_the_readmes_say(clone, readme, heading, package, name):
+    """Copy the folder, change the name, add it to the workspace, write the block, pack it."""
+    folder = clone.folder / "examples" / package
+    shutil.copytree(clone.folder / "examples" / "my_block", folder)
+    manifest = folder / "Cargo.toml"
+    manifest.write_text(manifest.read_text(encoding="utf-8").replace('"my_block"', f'"{package}"'), encoding="utf-8")
+    (folder / "src" / "lib.rs").write_text(listing(ROOT / readme, heading), encoding="utf-8")
+    workspace = clone.folder / "Cargo.toml"
+    lists = workspace.read_text(encoding="utf-8")
+    added = lists.replace('    "examples/my_block",\n', f'    "examples/my_block",\n    "examples/{package}",\n')
+    assert added.count(f'"examples/{package}"') == 2  # members and default-members
+    workspace.write_text(added, encoding="utf-8")
+
+    packed = clone.pack("-p", package)
+    assert packed.returncode == 0, packed.stderr
+    fmu = clone.fmus / f"{name}.fmu"
+    assert fmpy.read_model_description(str(fmu)).modelName == name
+    fmu.unlink()

@@ -60,12 +60,14 @@ crate::block! {
     /// 11. Limits: at or above LMN_HLM y = LMN_HLM and QLMN_HLM alone is TRUE; else at or below LMN_LLM y = LMN_LLM and
     ///     QLMN_LLM alone. MAN is limited too. With the defaults LMN = 0 sets QLMN_LLM. (vendor, measured)
     /// 12. LMN_PER clips nothing: LMN above 118.5 % turns to a negative word (118.515 gives 32767, 118.52 gives -32768,
-    ///     150 gives -24064), below -118.5 % to a positive one. Keep LMN_HLM * LMN_FAC + LMN_OFF within. (measured)
+    ///     150 gives -24064), below -118.5 % to a positive one. Keep both limits, times LMN_FAC plus LMN_OFF, within
+    ///     -118.5 ... 118.5 %. (measured)
     ///
     /// Sampling: the block computes with CYCLE and must be called that often. After a restart and constant e:
     /// `LMN_I(k) = I_ITLVAL + (T / Ti) e (k - 1/2)`, `LMN_D(k) = e V a^(k-1)` with `a = 1 - T / (T / 2 + Tl)`.
     ///
-    /// Bad input: the block checks no parameter. An overflow inside may leave NaN in LMN; COM_RST clears it.
+    /// Bad input: the block checks no parameter. An overflow inside may leave NaN in LMN; COM_RST clears it. With LMN_HLM
+    /// below LMN_LLM, LMN is one of the two, and LMN_I jumps between them.
     ///
     /// Source: Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.1,
     /// figure 3-1, tables 3-1 and 3-2; recordings at the terminals of real blocks.

@@ -32,8 +32,8 @@ crate::block! {
     ///                     HLG goes by step towards w; where that would reach or pass w, HLG = w and remainder = 0
     /// ```
     ///
-    /// 1. Slope: the output runs through the amount of the set point in TH upwards and in TR downwards (manual), both given
-    ///    as a number of program cycles: TH_TZ = TH / TZ, TR_TZ = TR / TZ (manual). From 0 the set point is reached in
+    /// 1. Slope: within TH the output rises by |set point|, within TR it falls by that (manual), both given as a number of
+    ///    program cycles: TH_TZ = TH / TZ, TR_TZ = TR / TZ (manual). From 0 the set point is reached in
     ///    exactly N calls, because what the division leaves is carried to the next call (decided): 0, 10 and N = 4 give
     ///    2, 5, 7, 10.
     /// 2. The remainder belongs to one ramp: another set point, direction or N starts without one; so does a ramp after
@@ -52,7 +52,7 @@ crate::block! {
     /// Bad input: any value of any pin gives a defined output; nothing overflows.
     ///
     /// Decided: clauses as marked. The library page describes setting to an initial value without naming the pins: SET and
-    /// INIT are our names, and so is TZ for the program cycle time.
+    /// INIT are our names. The program cycle time TZ is no pin there; here it is the parameter that every block has.
     ///
     /// Source: ABB function block library Serie90_AC500_V10, page of HLG. No recordings.
     pub struct Hlg as "HLG" {
@@ -77,7 +77,7 @@ crate::block! {
             r: Bool = false;
         }
         cycle {
-            /// Program cycle time: the time between two calls (name ours)
+            /// Program cycle time: the time between two calls (no pin of the original)
             tz: Time = Time::ms(10), min Time::ms(1);
         }
         output {

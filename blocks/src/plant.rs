@@ -231,10 +231,10 @@ impl Delay {
 /// A delay in cycles, free of the rounding of its division: 0.3 s are 3 cycles of 0.1 s, not 2.9999999999999996.
 fn cycles(delay: LReal, cycle: Time) -> LReal {
     const ROUNDING: LReal = 1e-9;
-    let cycles = delay / seconds(cycle);
-    if cycle <= Time::ZERO || cycles.is_nan() || cycles <= 0.0 {
+    if cycle <= Time::ZERO {
         return 0.0;
     }
+    let cycles = delay / seconds(cycle);
     let whole = (cycles + ROUNDING) as u64 as LReal;
     if (cycles - whole).abs() <= ROUNDING { whole } else { cycles }
 }
@@ -427,8 +427,11 @@ mod tests {
         let cycle = Time::ms(100);
         let mut bytes = Vec::new();
         Delay::new(0.25, cycle, 1.0).write(&mut bytes);
-        *bytes.iter_mut().nth_back(3).unwrap() = 200;
-        assert_eq!(Delay::read(&mut &bytes[..]), None, "the place of the next value lies outside");
+        // The line holds four values, at the places 0 to 3.
+        for next in [4, 200] {
+            *bytes.iter_mut().nth_back(3).unwrap() = next;
+            assert_eq!(Delay::read(&mut &bytes[..]), None, "the next value's place {next} lies outside");
+        }
         for length in 0..4 {
             let mut short = Delay { line: vec![0.0; length], next: 0 };
             for input in 0..9 {

@@ -22,7 +22,7 @@ const WATCHED: &[(&str, &str)] = &[
     ("PLCFMU_TIME_ROUNDS", "1"),
 ];
 
-/// ... and how much without: some twenty times as much as the test command.
+/// ... and how much without: 25 to 100 times as much as the test command.
 const MANY: &[(&str, &str)] = &[
     ("PLCFMU_HOSTILE_CALLS", "30000000"),
     ("PLCFMU_HOSTILE_SEED", "2"),

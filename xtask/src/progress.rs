@@ -46,9 +46,6 @@ impl Progress {
     pub fn line(&self, text: &str) {
         self.bar.suspend(|| println!("{text}"));
     }
-
-    /// All work is done.
-    pub fn finish(self) {}
 }
 
 impl Drop for Progress {

@@ -118,7 +118,7 @@ impl Environment {
                 requirements.display()
             )
         })?;
-        progress.finish();
+        drop(progress);
         Ok(())
     }
 

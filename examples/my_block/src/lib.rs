@@ -28,8 +28,8 @@ blocks::block! {
     /// ```
     ///
     /// 1. Restart: Q is FALSE, and may switch at once.
-    /// 2. Between SP - HYS / 2 and SP + HYS / 2 nothing switches. HYS of 0 or less leaves no such band: Q then changes with
-    ///    the sign of ER.
+    /// 2. Between SP - HYS / 2 and SP + HYS / 2 nothing switches. HYS = 0 leaves no such band: Q then changes with the sign
+    ///    of ER.
     /// 3. MAN_ON: Q follows MAN, whatever PV is.
     /// 4. After a change Q stays as it is for MIN_TM, in manual mode too: contactors last longer.
     /// 5. Q_MEAN is the mean of Q over the last communication step, 0 or 100 % where it did not switch.
