@@ -20,8 +20,8 @@
 //! - Up to |t| / CYCLE = 2^47 (4 000 years at 1 ms) every call is made, once, in the step that holds it, if the host
 //!   computes its points anew. Beyond, where a double hardly tells one call from the next, a step is refused.
 //! - At most a quarter of a CYCLE counts as rounding. A host that adds up is followed where its sum is further off, and
-//!   one step makes a call more or less than the others. From 0 on that takes 3e7 steps of CYCLE or more; at |t| / CYCLE =
-//!   1e12 (1e9 s at 1 ms) a thousand or more.
+//!   one step makes a call more or less than the others. From 0 on that takes 6e7 steps of CYCLE or more; at |t| / CYCLE =
+//!   1e12 (1e9 s at 1 ms) 2 000 or more.
 //! - An `h` that is off by less than the rounding of `tc` cannot be told from the step of a host that adds up. A 32-bit
 //!   `h` is told from it up to |t| / CYCLE = 1e8.
 
@@ -30,6 +30,10 @@ use blocks::{Stored, Time};
 
 /// Two times closer than this part of a CYCLE are one.
 const SAME: f64 = 1e-6;
+
+/// How far the time of a host that adds up may have drifted from the clock's, as a part of a CYCLE: no rounding is a reason
+/// to call at another time than the host says.
+const MOST_DRIFT: f64 = 0.25;
 
 /// How many roundings of a double, beyond the accumulated ones, may stand between two times that are meant to be one:
 /// that of start, of tc, of their difference and its conversion to milliseconds.
@@ -66,9 +70,6 @@ pub struct Clock {
     end: f64,
     /// The sum of all steps since the start, in seconds, as a host would add them up.
     since: f64,
-    /// How many steps the clock has gone by itself, since it last took over the host's time: as many additions may have
-    /// been rounded there. (A whole number, up to 2^53.)
-    additions: f64,
 }
 
 /// The calls of one step.
@@ -96,7 +97,6 @@ impl Clock {
             offset: 0.0,
             end: start,
             since: 0.0,
-            additions: 0.0,
         }
         .with_constants()
     }
@@ -135,13 +135,12 @@ impl Clock {
             && self.offset == 0.0
             && self.next == self.tick
             && tc < self.horizon
-            && self.additions * UNIT * tc.abs() < 0.2 * self.cycle
+            && ((tc - self.start) * 1000.0 - self.tick as f64 * self.cycle).abs() < MOST_DRIFT * self.cycle
         {
             self.tick += 1;
             self.next += 1;
             self.end = tc + h;
             self.since += h;
-            self.additions += 1.0;
             return Ok(Calls { count: 1, lead: 0.0 });
         }
         self.check_and_advance(tc, h)
@@ -163,21 +162,14 @@ impl Clock {
             return Err(behind(tc, self.end));
         }
 
-        // How far a host that adds up may have drifted: each addition is rounded by half a unit in the last place (a whole
-        // one to be safe). Never more than a quarter of a CYCLE: no rounding is a reason to call at another time than the
-        // host says.
         let adds_up = tc == self.end || tc == self.start + self.since;
-        let drift = if adds_up { self.additions * UNIT * magnitude } else { 0.0 };
-        let mut drift = if drift < 0.25 * cycle { drift } else { 0.25 * cycle };
-        let explained = if adds_up { same + drift } else { ROUNDINGS * UNIT * magnitude };
-        let (mut tick, mut offset, mut since, mut additions) = (self.tick, self.offset, self.since, self.additions);
+        let rounding = if adds_up { MOST_DRIFT * cycle } else { ROUNDINGS * UNIT * magnitude };
+        let (mut tick, mut offset, mut since) = (self.tick, self.offset, self.since);
         let position = (tc - self.start) * 1000.0;
-        let is_ahead = (tc - self.end) * 1000.0 > same;
-        if is_ahead || (position - (tick as f64 * cycle + offset)).abs() > explained {
+        if (position - (tick as f64 * cycle + offset)).abs() > rounding {
             tick = floor(position * self.per_cycle);
             offset = position - tick as f64 * cycle;
             since = tc - self.start;
-            (additions, drift) = (0.0, 0.0);
         }
 
         let mut step = h * 1000.0;
@@ -185,7 +177,7 @@ impl Clock {
         if self.stop < f64::INFINITY {
             let beyond = present + step - (self.stop - self.start) * 1000.0;
             if beyond > 0.0 {
-                if beyond.min((tc + h - self.stop) * 1000.0) > same + drift {
+                if beyond.min((tc + h - self.stop) * 1000.0) > same {
                     return Err(behind_stop(tc, h, self.stop));
                 }
                 step -= beyond;
@@ -207,7 +199,6 @@ impl Clock {
         // The furthest that the host has been: by steps that begin within the tolerance before it, it does not get back.
         self.end = if tc + h > self.end { tc + h } else { self.end };
         self.since = since + h;
-        self.additions = additions + 1.0;
         Ok(Calls { count: (self.next - first) as u64, lead: if lead.abs() > same { lead / 1000.0 } else { 0.0 } })
     }
 }
@@ -279,7 +270,6 @@ impl Stored for Clock {
         self.offset.write(bytes);
         self.end.write(bytes);
         self.since.write(bytes);
-        self.additions.write(bytes);
     }
 
     fn read(bytes: &mut &[u8]) -> Option<Self> {
@@ -296,7 +286,6 @@ impl Stored for Clock {
             offset: Stored::read(bytes)?,
             end: Stored::read(bytes)?,
             since: Stored::read(bytes)?,
-            additions: Stored::read(bytes)?,
         };
         clock.is_possible().then_some(clock.with_constants())
     }
@@ -314,7 +303,6 @@ impl Clock {
             && (0..=LAST_TICK).contains(&self.tick)
             && (self.tick..=self.tick + 2).contains(&self.next)
             && self.offset.abs() <= 2.0 * self.cycle
-            && (0.0..=LAST_TICK as f64).contains(&self.additions)
     }
 }
 
@@ -409,19 +397,20 @@ mod tests {
 
     #[test]
     fn no_more_than_a_quarter_of_a_cycle_counts_as_rounding() {
-        // At 1e9 s a double has steps of 1.19e-7 s: 0.07 added is 0.0700000525 added, 5.25e-8 s more. A quarter of 10 ms is
-        // reached after 47 700 additions; the host is followed then, and one step of seven CYCLEs holds eight calls.
-        let mut clock = clock(1e9, 10);
-        let mut tc = 1e9;
-        let made: Vec<u64> = (0..60_000)
-            .map(|_| {
-                let made = calls(&mut clock, tc, 0.07);
-                tc += 0.07;
-                made
-            })
-            .collect();
-        let odd: Vec<usize> = (0..made.len()).filter(|k| made[*k] != 7).collect();
-        assert!(odd.len() == 1 && made[odd[0]] == 8 && (47_600..47_800).contains(&odd[0]), "{odd:?}");
+        // At 1e9 s a double has steps of 1.19e-7 s: 0.001 added is 0.00100004673 added, 0.07 is 0.0700000525. A quarter of
+        // CYCLE is reached after 5350 and 47 700 additions; the host is followed then, and one step makes a call more.
+        for (cycle, h, calls_of_h, after) in [(1, 0.001, 1, 5_350..5_400), (10, 0.07, 7, 47_600..47_800)] {
+            let (mut clock, mut tc) = (clock(1e9, cycle), 1e9);
+            let mut odd = Vec::new();
+            for step in 0..after.end + 2_000 {
+                let made = calls(&mut clock, tc, h);
+                tc += h;
+                if made != calls_of_h {
+                    odd.push((step, made));
+                }
+            }
+            assert!(odd.len() == 1 && after.contains(&odd[0].0) && odd[0].1 == calls_of_h + 1, "{h:?}: {odd:?}");
+        }
     }
 
     #[test]
@@ -465,14 +454,29 @@ mod tests {
 
     #[test]
     fn a_host_that_adds_its_own_time_to_the_start_gets_one_call_in_every_step() {
-        // 0.01 s added a million times is 10000.000000171856: 17 times the tolerance.
-        let (start, mut clock) = (1234.5, clock(1234.5, 10));
-        let mut since = 0.0;
-        for k in 0..1_000_000 {
-            assert_eq!(calls(&mut clock, start + since, 0.01), 1, "step {k} at {since:?} s since the start");
+        // 0.01 s added a million times is 10000.000000171856: 17 times the tolerance. The same after a jump.
+        for ahead in [0.0, 1000.0] {
+            let (start, mut clock) = (1234.5, clock(1234.5, 10));
+            assert_eq!(calls(&mut clock, start, 0.01), 1);
+            let mut since = ahead + 0.01;
+            assert_eq!(calls(&mut clock, start + since, 0.01), 1 + (ahead * 100.0) as u64);
             since += 0.01;
+            for k in 2..1_000_000 {
+                assert_eq!(calls(&mut clock, start + since, 0.01), 1, "step {k} at {since:?} s since the start");
+                since += 0.01;
+            }
+            assert!((since - ahead - 10_000.0).abs() > 1e-7, "{since:?}");
         }
-        assert_eq!(since, 10_000.000000171856);
+    }
+
+    #[test]
+    fn a_call_that_was_made_is_not_made_again_in_an_ordinary_step() {
+        let mut clock = clock(0.0, 1000);
+        calls(&mut clock, 0.0, 2.0);
+        // As where the clock was ahead of a host that adds up, and has been led back to t = 2.
+        clock.next = 3;
+        assert_eq!(calls(&mut clock, 2.0, 1.0), 0, "t = 2");
+        assert_eq!(calls(&mut clock, 3.0, 1.0), 1, "t = 3");
     }
 
     #[test]
@@ -508,7 +512,6 @@ mod tests {
             clock.advance(tc, 0.001).unwrap();
             tc += 0.001;
         }
-        assert!(clock.additions * UNIT * 1e6 > 0.1, "rounding may by now explain more than the jump of 0.1 ms");
         assert_eq!(calls(&mut clock, tc + 0.0001, 0.001), 2, "0.1 ms ahead: the call due and the one 0.9 ms later");
     }
 
@@ -545,8 +548,6 @@ mod tests {
         assert!(!restore(|clock| clock.end = f64::INFINITY));
         assert!(!restore(|clock| clock.since = f64::INFINITY));
         assert!(!restore(|clock| clock.stop = f64::NAN));
-        assert!(!restore(|clock| clock.additions = -1.0));
-        assert!(!restore(|clock| clock.additions = f64::NAN));
     }
 
     #[test]
@@ -606,24 +607,17 @@ mod tests {
 
     #[test]
     fn a_step_reaches_the_stop_time_by_the_hosts_own_time_where_that_is_behind() {
-        let mut clock = Clock::new(0.0, 10.0, Time::ms(1000));
-        assert_eq!(calls(&mut clock, 0.0, 9.0 + 0.9e-6), 9);
-        // A millionth of a CYCLE is no difference: the clock goes on from 9.0000009 and would end at 10.0000018.
-        assert_eq!(calls(&mut clock, 9.0, 1.0 + 0.9e-6), 1);
-    }
-
-    #[test]
-    fn at_the_stop_time_a_host_is_allowed_what_its_additions_may_have_drifted() {
-        // At 1e9 s, where a double resolves 1.2e-7 s, 1000 additions can be off by 1.2e-4 s, of which the clock allows
-        // all. It does not at the first step.
-        let mut clock = Clock::new(1e9, 1e9 + 1.0, Time::ms(1));
-        assert!(clock.advance(1e9, 1.00005).is_err());
-        let mut tc = 1e9;
-        for _ in 0..999 {
-            assert_eq!(calls(&mut clock, tc, 0.001), 1);
-            tc += 0.001;
+        // 0.01 s added 3 million times is 29999.999998131676, 187 times the tolerance less than the clock has counted: the
+        // host makes up for it in a step of its own.
+        let mut clock = Clock::new(0.0, 30_000.0, Time::ms(10));
+        let mut tc = 0.0;
+        for _ in 0..3_000_000 {
+            assert_eq!(calls(&mut clock, tc, 0.01), 1);
+            tc += 0.01;
         }
-        assert_eq!(calls(&mut clock, tc, 0.00105), 1);
+        assert_eq!(tc, 29_999.999998131676);
+        assert!(clock.clone().advance(tc, 0.01).is_err());
+        assert_eq!(calls(&mut clock, tc, 30_000.0 - tc), 0);
     }
 
     #[test]
