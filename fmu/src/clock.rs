@@ -128,22 +128,26 @@ impl Clock {
     /// last step's end, or `tc + h` behind the stop time, by more than rounding.
     #[inline(always)]
     pub fn advance(&mut self, tc: f64, h: f64) -> Result<Calls, Refusal> {
-        // The ordinary step, from where the last one ended, at a tick, to the next tick: nothing that `check_and_advance`
-        // checks can fail then, and it would come to the same.
-        if tc == self.end
+        if !self.is_ordinary(tc, h) {
+            return self.check_and_advance(tc, h);
+        }
+        self.tick += 1;
+        self.next += 1;
+        self.end = tc + h;
+        self.since += h;
+        Ok(Calls { count: 1, lead: 0.0 })
+    }
+
+    /// The ordinary step goes from where the last one ended, at a tick, to the next tick: nothing that `check_and_advance`
+    /// checks can fail then, and it would come to the same.
+    #[inline(always)]
+    fn is_ordinary(&self, tc: f64, h: f64) -> bool {
+        tc == self.end
             && h == self.period
             && self.offset == 0.0
             && self.next == self.tick
             && tc < self.horizon
             && ((tc - self.start) * 1000.0 - self.tick as f64 * self.cycle).abs() < MOST_DRIFT * self.cycle
-        {
-            self.tick += 1;
-            self.next += 1;
-            self.end = tc + h;
-            self.since += h;
-            return Ok(Calls { count: 1, lead: 0.0 });
-        }
-        self.check_and_advance(tc, h)
     }
 
     #[inline(never)]
@@ -467,6 +471,36 @@ mod tests {
             }
             assert!((since - ahead - 10_000.0).abs() > 1e-7, "{since:?}");
         }
+    }
+
+    #[test]
+    fn an_ordinary_step_is_one_of_cycle_from_a_tick_where_nothing_is_near() {
+        let at_a_tick = || {
+            let mut clock = Clock::new(1234.5, 1244.5, Time::ms(1000));
+            calls(&mut clock, 1234.5, 2.0);
+            clock
+        };
+        let ordinary = |change: fn(&mut Clock)| {
+            let mut clock = at_a_tick();
+            change(&mut clock);
+            clock.is_ordinary(clock.end, 1.0)
+        };
+        assert!(ordinary(|_| ()));
+        assert!(!at_a_tick().is_ordinary(1236.6, 1.0), "not from where the last step ended");
+        assert!(!at_a_tick().is_ordinary(1236.5, 1.5));
+        assert!(!ordinary(|clock| clock.offset = 500.0));
+        assert!(!ordinary(|clock| clock.next += 1));
+        // The stop time lies at tick 10.
+        assert!(ordinary(|clock| (clock.tick, clock.next, clock.end) = (7, 7, 1241.5)));
+        assert!(!ordinary(|clock| (clock.tick, clock.next, clock.end) = (8, 8, 1242.5)));
+        // A host that has drifted by a quarter of a CYCLE.
+        assert!(ordinary(|clock| clock.end += 0.2) && ordinary(|clock| clock.end -= 0.2));
+        assert!(!ordinary(|clock| clock.end += 0.25) && !ordinary(|clock| clock.end -= 0.25));
+        // Where a double is coarse.
+        let resolved = 100.0 / (ROUNDINGS * UNIT);
+        assert!(clock(resolved * 0.99, 1000).is_ordinary(resolved * 0.99, 1.0));
+        assert!(!clock(resolved, 1000).is_ordinary(resolved, 1.0));
+        assert!(!clock(-resolved, 1000).is_ordinary(-resolved, 1.0));
     }
 
     #[test]
