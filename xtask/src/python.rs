@@ -16,10 +16,12 @@ const OLDEST: (u32, u32) = (3, 9);
 const CANDIDATES: &[&str] =
     &["python3", "python", "python3.13", "python3.12", "python3.11", "python3.10", "python3.9", "python3.14"];
 
-/// Prints what tells one Python from another, or `no venv`.
-const DESCRIBE: &str = "import sys
+/// Prints what tells one Python from another, and whether it can make environments. In an environment, such as our own
+/// where somebody has activated it, that is the Python that it was made with.
+const DESCRIBE: &str = "import os, sys
 print(sys.version_info[0], sys.version_info[1])
-print(sys.version.split()[0], 'at', sys.executable)
+print(sys.version.split()[0])
+print(os.path.realpath(getattr(sys, '_base_executable', None) or sys.executable))
 try:
     import venv, ensurepip
     print('venv')
@@ -193,33 +195,33 @@ fn choose(found: Vec<Python>) -> Result<Python, Vec<String>> {
 
 /// What a program says of itself, if it is a Python.
 fn describe(program: OsString) -> Option<Python> {
-    let text = output(Command::new(&program).args(["-c", DESCRIBE])).ok()?;
-    parse(program, &text)
+    parse(&output(Command::new(&program).args(["-c", DESCRIBE])).ok()?)
 }
 
-fn parse(program: OsString, text: &str) -> Option<Python> {
+fn parse(text: &str) -> Option<Python> {
     let mut lines = text.lines();
     let (major, minor) = lines.next()?.split_once(' ')?;
     let version = (major.parse().ok()?, minor.trim().parse().ok()?);
-    let description = format!("Python {}", lines.next()?.trim());
-    Some(Python { program, version, description, has_venv: lines.next()?.trim() == "venv" })
+    let (full_version, program) = (lines.next()?.trim(), lines.next()?.trim());
+    let description = format!("Python {full_version} at {program}");
+    Some(Python { program: program.into(), version, description, has_venv: lines.next()?.trim() == "venv" })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn python(program: &str, text: &str) -> Python {
-        parse(program.into(), text).unwrap()
+    fn python(text: &str) -> Python {
+        parse(text).unwrap()
     }
 
     #[test]
     fn the_first_python_that_is_new_enough_and_makes_environments_is_taken() {
-        let old = || python("a", "3 8\n3.8.1 at /a\nvenv\n");
-        let bare = || python("b", "3 11\n3.11.2 at /b\nno venv\n");
-        let good = || python("c", "3 9\n3.9.18 at /c\nvenv\n");
-        assert_eq!(choose(vec![old(), bare(), good()]).unwrap().program, "c");
-        assert_eq!(choose(vec![old(), bare()]).unwrap().program, "b");
+        let old = || python("3 8\n3.8.1\n/a\nvenv\n");
+        let bare = || python("3 11\n3.11.2\n/b\nno venv\n");
+        let good = || python("3 9\n3.9.18\n/c\nvenv\n");
+        assert_eq!(choose(vec![old(), bare(), good()]).unwrap().program, "/c");
+        assert_eq!(choose(vec![old(), bare()]).unwrap().program, "/b");
         assert_eq!(choose(vec![old()]).unwrap_err(), ["Python 3.8.1 at /a"]);
         assert_eq!(choose(vec![]).unwrap_err(), [""; 0]);
     }
@@ -252,7 +254,7 @@ mod tests {
         fs::write(path("other/plcfmu-stamp.txt"), "another Python").unwrap();
         std::os::unix::fs::symlink(path("other"), path("target/venv")).unwrap();
         let workspace = Workspace { root: path(""), target: path("target"), units: Vec::new() };
-        let python = python("a", "3 11\n3.11.2 at /a\nvenv\n");
+        let python = python("3 11\n3.11.2\n/a\nvenv\n");
         let error = Environment::made_with(&python, &workspace).unwrap_err();
         assert!(error.contains("target/venv is a link to") && error.contains("other, which is out of date"), "{error}");
         assert_eq!(fs::read_to_string(path("other/plcfmu-stamp.txt")).unwrap(), "another Python");
@@ -263,8 +265,8 @@ mod tests {
 
     #[test]
     fn what_is_no_python_is_passed_over() {
-        assert_eq!(parse("x".into(), "hello\n"), None);
-        assert_eq!(parse("x".into(), ""), None);
+        assert_eq!(parse("hello\n"), None);
+        assert_eq!(parse(""), None);
         assert_eq!(describe("there-is-no-such-program".into()), None);
     }
 }
