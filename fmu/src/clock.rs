@@ -388,6 +388,28 @@ mod tests {
     }
 
     #[test]
+    fn a_host_that_adds_up_steps_of_a_tenth_of_cycle_gets_the_call_in_the_first_of_ten() {
+        // 0.001 s added 3 million times is 3000.000000152431: 15 times the tolerance.
+        let mut clock = clock(0.0, 10);
+        let mut tc = 0.0;
+        for k in 0..3_000_000 {
+            assert_eq!(calls(&mut clock, tc, 0.001), u64::from(k % 10 == 0), "step {k} at {tc:?}");
+            tc += 0.001;
+        }
+        assert_eq!(tc, 3000.000000152431);
+    }
+
+    #[test]
+    fn a_point_that_is_off_by_rounding_leaves_the_clock_at_its_tick() {
+        // 6 * 0.1 is 0.6000000000000001, and 5 * 0.1 + 0.1 is 0.6.
+        let mut clock = clock(0.0, 100);
+        for k in 0..1000 {
+            assert_eq!(calls(&mut clock, f64::from(k) * 0.1, 0.1), 1);
+            assert_eq!((clock.tick, clock.offset), (i64::from(k) + 1, 0.0));
+        }
+    }
+
+    #[test]
     fn a_host_that_adds_up_steps_of_two_cycles_gets_two_calls_in_every_step() {
         // 0.02 s added half a million times is 10000.000000125436: 12 times the tolerance.
         let mut clock = clock(0.0, 10);
@@ -460,7 +482,7 @@ mod tests {
     fn a_host_that_adds_its_own_time_to_the_start_gets_one_call_in_every_step() {
         // 0.01 s added a million times is 10000.000000171856: 17 times the tolerance. The same after a jump.
         for ahead in [0.0, 1000.0] {
-            let (start, mut clock) = (1234.5, clock(1234.5, 10));
+            let (start, mut clock) = (1e5, clock(1e5, 10));
             assert_eq!(calls(&mut clock, start, 0.01), 1);
             let mut since = ahead + 0.01;
             assert_eq!(calls(&mut clock, start + since, 0.01), 1 + (ahead * 100.0) as u64);
