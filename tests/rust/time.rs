@@ -146,6 +146,7 @@ fn a_hundred_million_calls_at_1_ms_in_random_steps_are_made_once_each_from_any_s
         (Host::RoundsSteps, 0.0),
     ];
     for (seed, (host, start)) in (0..).zip(runs) {
+        let calls = if host == Host::RoundsSteps { calls.min(100_000_000) } else { calls };
         let mut random = Random::new(seed);
         let counter = counter(start, None, 1);
         let made = counter.unit.reference("CALLS");
