@@ -280,7 +280,7 @@ impl<B: Block> Instance<B> {
         self.state = State::Terminated;
     }
 
-    /// The end of the last step, in seconds.
+    /// The end of the last step in seconds, or of the furthest where the last one began a little before its end.
     pub fn last_successful_time(&self) -> f64 {
         self.clock.end()
     }

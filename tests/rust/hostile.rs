@@ -108,7 +108,7 @@ struct Model {
     state: usize,
     /// Start and stop time.
     experiment: Option<(f64, f64)>,
-    /// Where the last step ended.
+    /// Where the furthest of the steps ended: the next may begin before it, within the tolerance.
     end: f64,
     /// What was set, by value reference.
     values: Vec<f64>,
@@ -902,7 +902,7 @@ impl Host<'_> {
                 // SAFETY: a living component.
                 status = unsafe { (library.do_step)(component, tc, h, random.pick(&[0, 1])) }.into();
                 what.arguments = format!("{tc:?}, {h:?}");
-                after.end = tc + h;
+                after.end = after.end.max(tc + h);
             }
             "fmi2CancelStep" => {
                 expected = Exactly(Status::Error);
