@@ -1,7 +1,7 @@
 //! PLC control blocks in plain Rust, faithful to the last bit of a 32-bit REAL.
 //!
 //! A block is a struct with its inputs, parameters and outputs as public fields; [`Law::call`] is one call of a cyclic
-//! interrupt. Nothing here knows of FMI, files or time: a block can be used in any Rust program.
+//! interrupt. Nothing here depends on how a block is packaged: it can be used in any Rust program.
 //!
 //! ```
 //! use blocks::{ContC, Law};
@@ -17,22 +17,13 @@
 //! *measured* (recorded at the terminals of a real block), *observed* (published descriptions of how the blocks behave),
 //! *decided* (by us, where all of these are silent).
 
-pub mod block;
-mod cont_c;
-mod cont_s;
-mod error_signal;
-mod hlg;
+mod abb;
 pub mod plant;
-mod puls_ctr;
-mod pulsegen;
-mod stored;
-mod types;
+mod siemens;
+pub mod table;
 
-pub use block::{Block, Kind, Law, Response, Role, Row, Table, Value};
-pub use cont_c::ContC;
-pub use cont_s::ContS;
-pub use hlg::Hlg;
-pub use puls_ctr::PulsCtr;
-pub use pulsegen::Pulsegen;
-pub use stored::Stored;
-pub use types::{Bool, Int, LReal, Real, Time, Word, low_word, rnd};
+pub use abb::Hlg;
+pub use siemens::{ContC, ContS, PulsCtr, Pulsegen};
+pub use table::{
+    Block, Bool, Int, Kind, LReal, Law, Real, Response, Role, Row, Stored, Table, Time, Value, Word, low_word, rnd,
+};

@@ -50,8 +50,7 @@
 //! assert!((boiler.temp - (100.0 - 80.0 * (-1.0_f64).exp())).abs() < 1e-9);
 //! ```
 
-use crate::stored::Stored;
-use crate::types::{LReal, Time, Word};
+use crate::table::{LReal, Stored, Time, Word};
 
 /// A TIME in seconds; 0 for a negative one.
 pub fn seconds(time: Time) -> LReal {

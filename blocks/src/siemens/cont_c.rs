@@ -1,8 +1,7 @@
 //! CONT_C (FB 41): the continuous PID controller.
 
-use crate::block::{Law, Response};
-use crate::error_signal::{dead_band, process_value};
-use crate::types::{Int, Real, Word, low_word, rnd};
+use crate::siemens::error_signal::{dead_band, process_value};
+use crate::table::{Int, Law, Real, Response, Word, low_word, rnd};
 
 crate::block! {
     /// Continuous PID controller with manual mode, anti-windup, feedforward and analog value conversion (FB 41).
@@ -292,7 +291,7 @@ fn analog_output(lmn: Real) -> Int {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::types::Time;
+    use crate::table::Time;
 
     /// In automatic mode with setpoint 1 and the other defaults, so that e = 2.
     fn automatic() -> ContC {

@@ -1,8 +1,7 @@
 //! CONT_S (FB 42): the PI step controller.
 
-use crate::block::{Law, Response};
-use crate::error_signal::{dead_band, process_value};
-use crate::types::{Real, Time};
+use crate::siemens::error_signal::{dead_band, process_value};
+use crate::table::{Law, Real, Response, Time};
 
 crate::block! {
     /// PI step controller for a motor-driven actuator without position feedback, with manual pulses (FB 42).
@@ -288,8 +287,7 @@ impl ContS {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::block::Block;
-    use crate::types::Word;
+    use crate::table::{Block, Word};
 
     fn restarted(mut block: ContS) -> ContS {
         block.restart();

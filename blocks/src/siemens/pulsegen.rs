@@ -2,8 +2,7 @@
 
 use std::cmp::Ordering;
 
-use crate::block::{Law, Response};
-use crate::types::{Real, rnd};
+use crate::table::{Law, Real, Response, rnd};
 
 crate::block! {
     /// Pulse duration modulation of a manipulated value for proportional actuators, in three or two steps (FB 43).
@@ -252,8 +251,7 @@ impl Pulsegen {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::block::Block;
-    use crate::types::{Real, Time};
+    use crate::table::{Block, Real, Time};
 
     /// Ten calls a period, no minimum time, three-step.
     fn ten_calls() -> Pulsegen {

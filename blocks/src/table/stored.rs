@@ -1,6 +1,6 @@
 //! Values as bytes, little endian on every machine: what a saved FMU state is made of.
 
-use crate::types::{Time, Word};
+use crate::table::{Time, Word};
 
 /// A value that can be written as bytes and read back bit for bit.
 pub trait Stored: Sized {

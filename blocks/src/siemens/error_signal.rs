@@ -1,6 +1,6 @@
 //! The setpoint and process value branches that CONT_C and CONT_S have in common.
 
-use crate::types::{Real, Word};
+use crate::table::{Real, Word};
 
 /// CRP_IN and PV_NORM: an analog word as a process value.
 pub(crate) fn process_value(pv_per: Word, pv_fac: Real, pv_off: Real) -> Real {

@@ -1,7 +1,6 @@
 //! HLG: the ramp function generator (ABB Serie90 / AC500).
 
-use crate::block::{Law, Response};
-use crate::types::Int;
+use crate::table::{Int, Law, Response};
 
 crate::block! {
     /// Ramp function generator: leads an integer to a set point along a ramp, with stop, set and reset (ABB HLG).

@@ -1,7 +1,6 @@
 //! PULS_CTR: the manual's example of a controller with a pulse output.
 
-use crate::block::{Law, Response};
-use crate::types::{Bool, Int, Time};
+use crate::table::{Bool, Int, Law, Response, Time};
 use crate::{ContC, Pulsegen};
 
 crate::block! {
@@ -177,8 +176,7 @@ impl PulsCtr {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::block::{Block, Role};
-    use crate::types::Word;
+    use crate::table::{Block, Role, Word};
 
     /// The controller in every fifth call, proportional with gain 1, without minimum time.
     fn every_fifth() -> PulsCtr {

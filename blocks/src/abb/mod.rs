@@ -1,0 +1,5 @@
+//! Function blocks of ABB.
+
+mod hlg;
+
+pub use hlg::Hlg;

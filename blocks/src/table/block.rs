@@ -1,0 +1,297 @@
+//! The macro that makes a block of its table.
+
+/// Makes a block of its table: the struct, its start values, the table as data and the access by row number.
+///
+/// ```text
+/// block! {
+///     /// What it does. The law. Clauses. Sources.
+///     pub struct Name as "NAME" {
+///         input | parameter | fixed | cycle | output | local {
+///             /// Short text
+///             name: Real | LReal | Time | Word | Int | Bool = start, min a, max b, unit "u";
+///         }
+///     }
+///     mean { /// Short text
+///            q_mean; }
+///     instances { /// Short text
+///                 di_name: Name { wired: a b; start: c = Bool(true); } }
+///     memory Memory { /// Text
+///                     name: Type; }
+/// }
+/// ```
+///
+/// The sections of variables may be repeated and stand in any order, so that the rows can keep the order of an instance
+/// data block; start, `min`, `max` and `unit` may be left out. A table has one `cycle` row. `mean`, `instances` and
+/// `memory` may be left out. Of an instance, `wired` names the terminals that the law connects: they become locals;
+/// settings and open inputs become tunable parameters, outputs locals.
+#[macro_export]
+macro_rules! block {
+    (
+        $(#[doc = $docs:literal])*
+        pub struct $Block:ident as $NAME:literal {
+            $( $section:ident {
+                $(
+                    $(#[doc = $doc:literal])*
+                    $name:ident: $kind:ident $(= $start:expr)? $(, min $min:expr)? $(, max $max:expr)? $(, unit $unit:literal)?;
+                )*
+            } )*
+        }
+        $( mean {
+            $(#[doc = $mean_doc:literal])*
+            $mean:ident;
+        } )?
+        $( instances { $(
+            $(#[doc = $instance_doc:literal])*
+            $instance:ident: $Instance:ty {
+                wired: $($wired:ident)*;
+                $( start: $($started:ident = $started_kind:ident($started_value:expr)),+; )?
+            }
+        )* } )?
+        $( memory $Memory:ident { $(
+            $(#[doc = $memory_doc:literal])*
+            $memory:ident: $memory_type:ty;
+        )* } )?
+    ) => {
+        $(#[doc = $docs])*
+        #[derive(Clone, Debug)]
+        pub struct $Block {
+            $($(
+                $(#[doc = $doc])*
+                pub $name: $crate::$kind,
+            )*)*
+            $($(
+                $(#[doc = $instance_doc])*
+                pub $instance: $Instance,
+            )*)?
+            $(
+                $(#[doc = $mean_doc])*
+                pub $mean: $crate::LReal,
+            )?
+            $(
+                /// What the block keeps from call to call.
+                pub memory: $Memory,
+            )?
+        }
+
+        $(
+            #[doc = concat!("What `", $NAME, "` keeps from call to call.")]
+            #[derive(Clone, Debug, Default)]
+            pub struct $Memory { $(
+                $(#[doc = $memory_doc])*
+                pub $memory: $memory_type,
+            )* }
+        )?
+
+        impl Default for $Block {
+            fn default() -> Self {
+                #[allow(unused_imports)]
+                use $crate::{Time, Word};
+                $Block {
+                    $($( $name: $crate::block!(@start $kind $($start)?), )*)*
+                    $($(
+                        $instance: {
+                            #[allow(unused_mut)]
+                            let mut instance = <$Instance>::default();
+                            $($( instance.$started = $started_value; )+)?
+                            instance
+                        },
+                    )*)?
+                    $( $mean: 0.0, )?
+                    $( memory: $Memory::default(), )?
+                }
+            }
+        }
+
+        impl $Block {
+            /// Outputs, locals and memory back to 0 / FALSE; the blocks inside are left alone.
+            pub fn clear(&mut self) {
+                $($( $crate::block!(@clear $section self.$name); )*)*
+                $( self.$mean = 0.0; )?
+                $( self.memory = $Memory::default(); )?
+            }
+        }
+
+        const _: () = {
+            #[allow(unused_imports)]
+            use $crate::{Time, Word};
+            use $crate::table::{Block, Kind, Law, Role, Row, Table, Value};
+
+            const OWN: &[Row] = &[ $($( Row {
+                path: [""; $crate::table::DEPTH],
+                name: $crate::block!(@upper $name),
+                description: $crate::table::trimmed(concat!($($doc),*)),
+                kind: Kind::$kind,
+                role: $crate::block!(@role $section),
+                start: $crate::block!(@value $kind $($start)?),
+                min: $crate::block!(@limit $kind $($min)?),
+                max: $crate::block!(@limit $kind $($max)?),
+                unit: $crate::block!(@unit $($unit)?),
+            }, )*)* ];
+
+            const MEAN: &[Row] = &[ $( Row {
+                name: $crate::block!(@upper $mean),
+                description: $crate::table::trimmed(concat!($($mean_doc),*)),
+                kind: Kind::LReal,
+                role: Role::Output,
+                start: Value::LReal(0.0),
+                unit: Some("%"),
+                ..Row::EMPTY
+            }, )? ];
+
+            const INSTANCES: &[&Table] = &[ $($( <$Instance as Block>::TABLE, )*)? ];
+
+            const COUNT: usize = OWN.len() + $crate::table::inner_rows(INSTANCES) + MEAN.len();
+
+            #[allow(unused_assignments, unused_mut)]
+            const ROWS: [Row; COUNT] = {
+                let mut rows = [Row::EMPTY; COUNT];
+                let mut next = $crate::table::copy(OWN, &mut rows, 0);
+                $($(
+                    next = $crate::table::nest(
+                        $crate::block!(@upper $instance),
+                        <$Instance as Block>::TABLE,
+                        &[$( stringify!($wired) ),*],
+                        &[$($( (stringify!($started), Value::$started_kind($started_value)) ),+)?],
+                        &mut rows,
+                        next,
+                    );
+                )*)?
+                $crate::table::copy(MEAN, &mut rows, next);
+                rows
+            };
+
+            const CYCLE: usize = $crate::table::cycle_row(&ROWS);
+
+            /// The number of each own row, by the name of its field.
+            #[allow(non_camel_case_types)]
+            enum Number { $($( $name, )*)* }
+            struct At;
+            #[allow(non_upper_case_globals)]
+            impl At { $($( const $name: usize = Number::$name as usize; )*)* }
+
+            impl Block for $Block {
+                const TABLE: &'static Table = &Table {
+                    name: $NAME,
+                    docs: concat!($($docs, "\n"),*),
+                    rows: &ROWS,
+                    cycle: CYCLE,
+                    mean: if MEAN.is_empty() { None } else { Some(COUNT - 1) },
+                    memory: &[ $($( (stringify!($memory), stringify!($memory_type)), )*)? ],
+                    instances: INSTANCES,
+                    response: <$Block as Law>::RESPONSE,
+                };
+
+                #[inline]
+                fn cycle(&self) -> $crate::Time {
+                    match self.get(CYCLE) {
+                        Some(Value::Time(cycle)) => cycle,
+                        _ => $crate::Time::ZERO,
+                    }
+                }
+
+                #[inline]
+                #[allow(unused_assignments)]
+                fn get(&self, index: usize) -> Option<Value> {
+                    match index {
+                        $($( At::$name => Some(Value::$kind(self.$name)), )*)*
+                        _ => {
+                            #[allow(unused_mut, unused_variables)]
+                            let mut index = index - OWN.len();
+                            $($(
+                                let rows = <$Instance as Block>::TABLE.inner();
+                                if index < rows {
+                                    return self.$instance.get(index);
+                                }
+                                index -= rows;
+                            )*)?
+                            $( if index == 0 {
+                                return Some(Value::LReal(self.$mean));
+                            } )?
+                            None
+                        }
+                    }
+                }
+
+                #[inline(always)]
+                #[allow(unused_assignments)]
+                fn set(&mut self, index: usize, value: Value) -> bool {
+                    match (index, value) {
+                        $($( (At::$name, Value::$kind(value)) => self.$name = value, )*)*
+                        _ => {
+                            if index < OWN.len() {
+                                return false;
+                            }
+                            #[allow(unused_mut, unused_variables)]
+                            let mut index = index - OWN.len();
+                            $($(
+                                let rows = <$Instance as Block>::TABLE.inner();
+                                if index < rows {
+                                    return self.$instance.set(index, value);
+                                }
+                                index -= rows;
+                            )*)?
+                            $( if let (0, Value::LReal(value)) = (index, value) {
+                                self.$mean = value;
+                                return true;
+                            } )?
+                            return false;
+                        }
+                    }
+                    true
+                }
+
+                #[inline]
+                fn set_mean(&mut self, percent: $crate::LReal) {
+                    let _ = percent;
+                    $( self.$mean = percent; )?
+                }
+            }
+
+            impl $crate::Stored for $Block {
+                fn write(&self, bytes: &mut Vec<u8>) {
+                    $($( self.$name.write(bytes); )*)*
+                    $($( self.$instance.write(bytes); )*)?
+                    $( self.$mean.write(bytes); )?
+                    $($( self.memory.$memory.write(bytes); )*)?
+                }
+
+                fn read(bytes: &mut &[u8]) -> Option<Self> {
+                    // The order of the fields is that of `write`: struct fields are evaluated as they are written.
+                    Some($Block {
+                        $($( $name: $crate::Stored::read(bytes)?, )*)*
+                        $($( $instance: $crate::Stored::read(bytes)?, )*)?
+                        $( $mean: $crate::Stored::read(bytes)?, )?
+                        $( memory: $Memory { $( $memory: $crate::Stored::read(bytes)?, )* }, )?
+                    })
+                }
+            }
+        };
+    };
+
+    (@start $kind:ident) => { <$crate::$kind>::default() };
+    (@start $kind:ident $start:expr) => { $start };
+    (@value $kind:ident) => { Value::zero(Kind::$kind) };
+    (@value $kind:ident $start:expr) => { Value::$kind($start) };
+    (@limit $kind:ident) => { None };
+    (@limit $kind:ident $limit:expr) => { Some(Value::$kind($limit)) };
+    (@unit) => { None };
+    (@unit $unit:literal) => { Some($unit) };
+    (@role input) => { Role::Input };
+    (@role parameter) => { Role::Parameter };
+    (@role fixed) => { Role::Fixed };
+    (@role cycle) => { Role::Cycle };
+    (@role output) => { Role::Output };
+    (@role local) => { Role::Local };
+    (@role $other:ident) => {
+        compile_error!(concat!(
+            "unknown section `", stringify!($other), "`: use input, parameter, fixed, cycle, output or local"
+        ))
+    };
+    (@clear output $field:expr) => { $field = Default::default() };
+    (@clear local $field:expr) => { $field = Default::default() };
+    (@clear $other:ident $field:expr) => {};
+    (@upper $name:ident) => { {
+        const UPPER: [u8; stringify!($name).len()] = $crate::table::upper(stringify!($name));
+        $crate::table::text(&UPPER)
+    } };
+}

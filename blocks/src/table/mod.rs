@@ -1,0 +1,295 @@
+//! What a block is: a table of variables, written once, and a law.
+//!
+//! [`block!`](crate::block!) turns the table into a struct and everything that can be computed from it ([`Block`]); the
+//! law is written by hand ([`Law`]). Somebody who adds a block writes one file:
+//!
+//! ```
+//! use blocks::{Block, Law, Value};
+//!
+//! blocks::block! {
+//!     /// Counts the calls in which it is enabled.
+//!     pub struct Counter as "COUNTER" {
+//!         input {
+//!             /// The call counts
+//!             enable: Bool = true;
+//!         }
+//!         cycle {
+//!             /// Time between two calls
+//!             cycle: Time = Time::ms(100), min Time::ms(1);
+//!         }
+//!         output {
+//!             /// Calls counted since the restart
+//!             count: Int;
+//!         }
+//!     }
+//! }
+//!
+//! impl Law for Counter {
+//!     fn restart(&mut self) {
+//!         self.clear();
+//!     }
+//!
+//!     fn call(&mut self) {
+//!         if self.enable {
+//!             self.count = self.count.wrapping_add(1);
+//!         }
+//!     }
+//! }
+//!
+//! let mut counter = Counter::default();
+//! counter.call();
+//! let count = Counter::TABLE.find("COUNT").unwrap();
+//! assert_eq!(counter.get(count), Some(Value::Int(1)));
+//! ```
+
+mod block;
+mod parts;
+mod stored;
+#[cfg(test)]
+mod tests;
+mod types;
+
+#[doc(hidden)]
+pub use parts::{copy, cycle_row, inner_rows, nest, text, trimmed, upper};
+pub use stored::Stored;
+pub use types::{Bool, Int, LReal, Real, Time, Word, low_word, rnd};
+
+/// What a block does when it is called: the part of a block that is written by hand.
+pub trait Law {
+    /// What the documentation shows of the block and the reference results record.
+    const RESPONSE: Response = Response::AT_REST;
+
+    /// The complete restart, as a PLC makes it once at power up (OB 100), with the inputs and parameters as they are.
+    fn restart(&mut self);
+
+    /// One call, as a cyclic interrupt makes it: reads inputs and parameters, writes outputs and memory.
+    fn call(&mut self);
+
+    /// Refuses parameters with which the block cannot run; asked once, before the restart.
+    ///
+    /// # Errors
+    /// A sentence that names the variable, its value and the remedy.
+    fn check(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// The state of the actuating pulse: +1 positive or up, -1 negative or down, 0 none. Only for blocks with a `mean`
+    /// row, which shows its mean over a communication step in percent.
+    fn pulse(&self) -> i32 {
+        0
+    }
+}
+
+/// What [`block!`](crate::block!) makes of a table: its rows as data, and access to the values by row number.
+pub trait Block: Law + Stored + Clone + Default + Send + 'static {
+    /// The table as data.
+    const TABLE: &'static Table;
+
+    /// The time between two calls.
+    fn cycle(&self) -> Time;
+
+    /// The value in row `index`; `None` if there is no such row.
+    fn get(&self, index: usize) -> Option<Value>;
+
+    /// Writes row `index`, whatever its role; false, and nothing is changed, if there is no such row or `value` is of
+    /// another type.
+    fn set(&mut self, index: usize, value: Value) -> bool;
+
+    /// Writes the `mean` row, if there is one.
+    fn set_mean(&mut self, percent: LReal);
+}
+
+/// A block's table as data.
+#[derive(Debug)]
+pub struct Table {
+    /// The block's name, such as `CONT_C`.
+    pub name: &'static str,
+    /// The block's documentation (Markdown); its first paragraph says what the block does.
+    pub docs: &'static str,
+    /// All variables: the block's own, then those of the blocks inside it, then the mean.
+    pub rows: &'static [Row],
+    /// The row that holds the time between two calls.
+    pub cycle: usize,
+    /// The row that holds the mean of the pulse, if there is one.
+    pub mean: Option<usize>,
+    /// Name and Rust type of each variable of the block's own memory, in the order in which it is stored.
+    pub memory: &'static [(&'static str, &'static str)],
+    /// The tables of the blocks inside it.
+    pub instances: &'static [&'static Table],
+    /// What the documentation shows of the block.
+    pub response: Response,
+}
+
+impl Table {
+    /// The row of the variable with this full name, such as `GAIN` or `DI_CONT_C.GAIN`.
+    pub fn find(&self, full_name: &str) -> Option<usize> {
+        self.rows.iter().position(|row| row.full_name() == full_name)
+    }
+}
+
+/// How deep blocks may stand inside blocks.
+pub const DEPTH: usize = 3;
+
+/// One variable.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// The instances that lead to it, outermost first; unused places are empty.
+    pub path: [&'static str; DEPTH],
+    /// Its name, in capitals.
+    pub name: &'static str,
+    /// A short text.
+    pub description: &'static str,
+    /// Its PLC type.
+    pub kind: Kind,
+    /// Who sets it, and when.
+    pub role: Role,
+    /// Its value in a new block.
+    pub start: Value,
+    /// The lowest value that makes sense. Nothing enforces it: the blocks check no parameter.
+    pub min: Option<Value>,
+    /// The highest value that makes sense; not enforced either.
+    pub max: Option<Value>,
+    /// Its unit, such as `%` or `degC`; a TIME has the unit second without saying so.
+    pub unit: Option<&'static str>,
+}
+
+impl Row {
+    /// A place in a table that is not filled yet.
+    #[doc(hidden)]
+    pub const EMPTY: Row = Row {
+        path: [""; DEPTH],
+        name: "",
+        description: "",
+        kind: Kind::Bool,
+        role: Role::Local,
+        start: Value::Bool(false),
+        min: None,
+        max: None,
+        unit: None,
+    };
+
+    /// The name with the instances that lead to it: `GAIN`, `DI_CONT_C.GAIN`.
+    pub fn full_name(&self) -> String {
+        let mut name: String =
+            self.path.iter().filter(|instance| !instance.is_empty()).flat_map(|i| [*i, "."]).collect();
+        name.push_str(self.name);
+        name
+    }
+}
+
+/// Makes an enum of which each value has one name, by which it is written everywhere.
+macro_rules! named {
+    ($(#[$attribute:meta])* $Enum:ident { $( $(#[doc = $doc:literal])* $Value:ident $name:literal; )* }) => {
+        $(#[$attribute])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum $Enum { $( $(#[doc = $doc])* $Value, )* }
+
+        impl $Enum {
+            /// All of them.
+            pub const ALL: &'static [$Enum] = &[$($Enum::$Value),*];
+
+            /// The name by which it is written, in tables, documentation and messages.
+            pub const fn name(self) -> &'static str {
+                match self { $( $Enum::$Value => $name, )* }
+            }
+
+            /// The one of this name.
+            pub fn named(name: &str) -> Option<$Enum> {
+                $Enum::ALL.iter().copied().find(|value| value.name() == name)
+            }
+        }
+    };
+}
+
+named! {
+    /// The PLC type of a variable.
+    Kind {
+        /// 32-bit floating point.
+        Real "REAL";
+        /// 64-bit floating point.
+        LReal "LREAL";
+        /// Milliseconds.
+        Time "TIME";
+        /// An analog value: 16 bits, two's complement.
+        Word "WORD";
+        /// A 16-bit integer.
+        Int "INT";
+        /// One bit.
+        Bool "BOOL";
+    }
+}
+
+named! {
+    /// Who sets a variable, and when: the sections of [`block!`](crate::block!).
+    Role {
+        /// A signal: what a process, an operator or another block changes while the loop runs.
+        Input "input";
+        /// A setting that may be tuned while the loop runs.
+        Parameter "parameter";
+        /// A setting that is fixed once the block runs.
+        Fixed "fixed";
+        /// The time between two calls: fixed too.
+        Cycle "cycle";
+        /// A result.
+        Output "output";
+        /// A signal inside the block that can be read but is none of its terminals.
+        Local "local";
+    }
+}
+
+impl Role {
+    /// Whether a host may set it, before the block runs at least.
+    pub const fn is_settable(self) -> bool {
+        !matches!(self, Role::Output | Role::Local)
+    }
+}
+
+/// A value with its PLC type.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// 32-bit floating point.
+    Real(Real),
+    /// 64-bit floating point.
+    LReal(LReal),
+    /// Milliseconds.
+    Time(Time),
+    /// An analog value.
+    Word(Word),
+    /// A 16-bit integer.
+    Int(Int),
+    /// One bit.
+    Bool(Bool),
+}
+
+impl Value {
+    /// 0 or FALSE of a type.
+    pub const fn zero(kind: Kind) -> Value {
+        match kind {
+            Kind::Real => Value::Real(0.0),
+            Kind::LReal => Value::LReal(0.0),
+            Kind::Time => Value::Time(Time::ZERO),
+            Kind::Word => Value::Word(Word::new(0)),
+            Kind::Int => Value::Int(0),
+            Kind::Bool => Value::Bool(false),
+        }
+    }
+}
+
+/// A short run of a block that shows what it does: signals are set before given calls, and some are drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Response {
+    /// What is to be seen, in one sentence.
+    pub title: &'static str,
+    /// How many calls it lasts.
+    pub calls: u32,
+    /// What is set: the number of the call before which (0 is before the restart), the variable, its value (a TIME in
+    /// seconds, a BOOL as 0 or 1).
+    pub set: &'static [(u32, &'static str, f64)],
+    /// The variables that are drawn and recorded.
+    pub show: &'static [&'static str],
+}
+
+impl Response {
+    /// The block as it comes, for 60 calls, with all its inputs and outputs recorded.
+    pub const AT_REST: Response = Response { title: "At rest, with all defaults", calls: 60, set: &[], show: &[] };
+}

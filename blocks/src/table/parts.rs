@@ -1,0 +1,127 @@
+//! The parts of [`block!`](crate::block!) that are plain functions, evaluated at compile time.
+
+use crate::table::{DEPTH, Kind, Role, Row, Table, Value};
+
+impl Table {
+    /// How many rows the block has inside another: all but the mean, which belongs to a communication step.
+    #[doc(hidden)]
+    pub const fn inner(&self) -> usize {
+        self.rows.len() - self.mean.is_some() as usize
+    }
+}
+
+#[doc(hidden)]
+pub const fn upper<const N: usize>(name: &str) -> [u8; N] {
+    let mut bytes = [0; N];
+    let mut i = 0;
+    while i < N {
+        bytes[i] = name.as_bytes()[i].to_ascii_uppercase();
+        i += 1;
+    }
+    bytes
+}
+
+#[doc(hidden)]
+pub const fn text(bytes: &[u8]) -> &str {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(_) => panic!("a name is UTF-8"),
+    }
+}
+
+#[doc(hidden)]
+pub const fn trimmed(doc: &str) -> &str {
+    text(doc.as_bytes().trim_ascii())
+}
+
+#[doc(hidden)]
+pub const fn inner_rows(instances: &[&Table]) -> usize {
+    let mut rows = 0;
+    let mut i = 0;
+    while i < instances.len() {
+        rows += instances[i].inner();
+        i += 1;
+    }
+    rows
+}
+
+#[doc(hidden)]
+pub const fn copy(from: &[Row], to: &mut [Row], mut next: usize) -> usize {
+    let mut i = 0;
+    while i < from.len() {
+        to[next] = from[i];
+        next += 1;
+        i += 1;
+    }
+    next
+}
+
+/// Copies the rows of a block inside another, with their place, role and start there.
+#[doc(hidden)]
+pub const fn nest(
+    instance: &'static str,
+    table: &Table,
+    wired: &[&str],
+    starts: &[(&str, Value)],
+    to: &mut [Row],
+    mut next: usize,
+) -> usize {
+    let mut found = 0;
+    let mut i = 0;
+    while i < table.inner() {
+        let mut row = table.rows[i];
+        let is_own = row.path[0].is_empty();
+        assert!(row.path[DEPTH - 1].is_empty(), "blocks stand too deep inside blocks");
+        let mut depth = DEPTH - 1;
+        while depth > 0 {
+            row.path[depth] = row.path[depth - 1];
+            depth -= 1;
+        }
+        row.path[0] = instance;
+        row.role = match row.role {
+            Role::Input => Role::Parameter,
+            Role::Cycle => Role::Fixed,
+            Role::Output => Role::Local,
+            other => other,
+        };
+        let mut w = 0;
+        while is_own && w < wired.len() {
+            if row.name.eq_ignore_ascii_case(wired[w]) {
+                row.role = Role::Local;
+                found += 1;
+            }
+            w += 1;
+        }
+        let mut s = 0;
+        while is_own && s < starts.len() {
+            if row.name.eq_ignore_ascii_case(starts[s].0) {
+                row.start = starts[s].1;
+                found += 1;
+            }
+            s += 1;
+        }
+        to[next] = row;
+        next += 1;
+        i += 1;
+    }
+    assert!(found == wired.len() + starts.len(), "`wired` or `start` names no terminal of the block inside");
+    next
+}
+
+#[doc(hidden)]
+pub const fn cycle_row(rows: &[Row]) -> usize {
+    let mut cycle = None;
+    let mut i = 0;
+    while i < rows.len() {
+        if matches!(rows[i].role, Role::Cycle) {
+            assert!(cycle.is_none(), "a table has one `cycle` row, not two");
+            assert!(matches!(rows[i].kind, Kind::Time), "the `cycle` row is a Time");
+            cycle = Some(i);
+        }
+        i += 1;
+    }
+    match cycle {
+        Some(i) => i,
+        None => panic!("a table needs a `cycle` row: the time between two calls"),
+    }
+}
