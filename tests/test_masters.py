@@ -34,15 +34,15 @@ import host
 class Loop:
     """FMUs with their start values, which outputs go to which inputs, and how many steps of which length."""
 
-    def __init__(self, units, connections, step, steps):
-        self.units = units
+    def __init__(self, fmus, connections, step, steps):
+        self.fmus = fmus
         self.connections = [(*output.split("."), *input.split(".")) for output, input in connections.items()]
         self.step = step
         self.steps = steps
 
-    def with_start(self, unit, **values):
-        """The same loop with other start values of a unit."""
-        changed = Loop({**self.units, unit: {**self.units[unit], **values}}, {}, self.step, self.steps)
+    def with_start(self, fmu, **values):
+        """The same loop with other start values of an FMU."""
+        changed = Loop({**self.fmus, fmu: {**self.fmus[fmu], **values}}, {}, self.step, self.steps)
         changed.connections = self.connections
         return changed
 
@@ -92,27 +92,27 @@ def loop(request):
 
 def by_fmpy(loop, open_fmu, in_sequence=False, begin_with_0=False):
     """The reference. `in_sequence` is the order of the examples, `begin_with_0` that of FMPy's master for SSP files."""
-    units = {name: open_fmu(name).start(**start) for name, start in loop.units.items()}
+    fmus = {name: open_fmu(name).start(**start) for name, start in loop.fmus.items()}
     signals = {}
 
     def read():
         for source, output, target, input in loop.connections:
-            signals[target, input] = units[source][output]
+            signals[target, input] = fmus[source][output]
 
     rows = []
     for number in range(loop.steps):
         read()
         if begin_with_0 and number == 0:
             signals = dict.fromkeys(signals, 0)
-        for name, unit in units.items():
+        for name, fmu in fmus.items():
             if in_sequence:
                 read()
-            unit.set(**{input: value for (target, input), value in signals.items() if target == name})
-            unit.do("fmi2DoStep", number * loop.step, loop.step, 1)
+            fmu.set(**{input: value for (target, input), value in signals.items() if target == name})
+            fmu.do("fmi2DoStep", number * loop.step, loop.step, 1)
         rows.append({
             f"{name}.{output}": value
-            for name, unit in units.items()
-            for output, value in unit.get(unit.fmu.of("output")).items()
+            for name, fmu in fmus.items()
+            for output, value in fmu.get(fmu.fmu.of("output")).items()
         })
     return rows
 
@@ -129,7 +129,7 @@ def by_libcosim(loop, open_fmu, folder):
         "Integer": observer.last_integer_values,
         "Boolean": observer.last_boolean_values,
     }
-    slaves = {name: execution.slave_index_from_instance_name(name) for name in loop.units}
+    slaves = {name: execution.slave_index_from_instance_name(name) for name in loop.fmus}
     columns = [
         (f"{name}.{variable.name}", read[variable.type], slave, [variable.valueReference])
         for name, slave in slaves.items()
@@ -157,7 +157,7 @@ def by_ecos(loop, open_fmu, folder):
         read = {"Real": simulation.get_real, "Integer": simulation.get_integer, "Boolean": simulation.get_bool}
         columns = [
             (f"{name}.{output}", f"{name}::{output}", read[open_fmu(name).variables[output].type])
-            for name in loop.units
+            for name in loop.fmus
             for output in open_fmu(name).of("output")
         ]
         assert simulation.init(parameter_set="start")
@@ -178,7 +178,7 @@ def by_fmi_rs(loop, open_fmu, folder):
 
 
 def by_crate(crate, loop, open_fmu):
-    description = {"units": loop.units, "connections": loop.connections, "step": loop.step, "steps": loop.steps}
+    description = {"fmus": loop.fmus, "connections": loop.connections, "step": loop.step, "steps": loop.steps}
     run = subprocess.run([closed_loop(), crate], input=json.dumps(description), stdout=subprocess.PIPE,
                          env={**os.environ, "PLCFMU_FMUS": str(host.FOLDER)}, universal_newlines=True)
     assert run.returncode == 0, f"closed_loop {crate} failed; see its standard error"
@@ -191,7 +191,7 @@ def by_fmpy_for_ssp(loop, open_fmu, folder):
     # It takes start values as an argument; those in the file are not read.
     start = [
         types.SimpleNamespace(name=f"{name}.{variable}", value=value)
-        for name, values in loop.units.items()
+        for name, values in loop.fmus.items()
         for variable, value in values.items()
     ]
     table = simulate_ssp(
@@ -200,7 +200,7 @@ def by_fmpy_for_ssp(loop, open_fmu, folder):
         step_size=loop.step,
         parameter_set=types.SimpleNamespace(parameters=start),
     )
-    columns = [f"{name}.{output}" for name in loop.units for output in open_fmu(name).of("output")]
+    columns = [f"{name}.{output}" for name in loop.fmus for output in open_fmu(name).of("output")]
     return [{column: row[column].item() for column in columns} for row in table]
 
 
@@ -272,7 +272,7 @@ def ssp(loop, open_fmu, folder):
 
     path = folder / "loop.ssp"
     with zipfile.ZipFile(path, "w") as archive:
-        for name in loop.units:
+        for name in loop.fmus:
             archive.write(open_fmu(name).path, f"resources/{name}.fmu")
         archive.writestr("SystemStructure.ssd", f"""<?xml version="1.0" encoding="UTF-8"?>
 <ssd:SystemStructureDescription version="1.0" name="loop"
@@ -280,7 +280,7 @@ def ssp(loop, open_fmu, folder):
     xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"
     xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues">
   <ssd:System name="loop">
-    <ssd:Elements>{"".join(component(*unit) for unit in loop.units.items())}
+    <ssd:Elements>{"".join(component(*fmu) for fmu in loop.fmus.items())}
     </ssd:Elements>
     <ssd:Connections>{"".join(connection(*each) for each in loop.connections)}
     </ssd:Connections>
@@ -303,8 +303,8 @@ def test_a_master_that_exchanges_all_signals_between_the_steps_records_the_same_
 
 
 def test_each_loop_brings_its_temperature_to_the_setpoint(loop, open_fmu):
-    controller, plant = loop.units
-    setpoint = loop.units[controller]["SP_INT"]
+    controller, plant = loop.fmus
+    setpoint = loop.fmus[controller]["SP_INT"]
     temperature = [row[f"{plant}.TEMP"] for row in by_fmpy(loop, open_fmu)]
     assert temperature[0] < 21.0
     assert temperature[-1] == pytest.approx(setpoint, abs=0.2)
@@ -345,7 +345,7 @@ def test_libcosim_and_ecos_connect_no_boolean_to_a_real(master, refusal, open_fm
 
 
 def test_fmpys_master_for_ssp_files_makes_1_of_true_where_the_mean_is_100_percent(open_fmu, tmp_path):
-    mean = Loop(BOOLEAN_TO_REAL.units, {"CONT_S.QLMN_MEAN": "VALVE.DRIVE"}, BOOLEAN_TO_REAL.step, BOOLEAN_TO_REAL.steps)
+    mean = Loop(BOOLEAN_TO_REAL.fmus, {"CONT_S.QLMN_MEAN": "VALVE.DRIVE"}, BOOLEAN_TO_REAL.step, BOOLEAN_TO_REAL.steps)
     true, full = (by_fmpy_for_ssp(loop, open_fmu, tmp_path)[-1] for loop in (BOOLEAN_TO_REAL, mean))
     # The valve has moved in 19 steps of 0.1 s: in the first one QLMNUP was not yet there.
     assert true["VALVE.LMNR"] == pytest.approx(0.01 * 100.0 * 1.9 / 30.0)

@@ -13,7 +13,7 @@ use std::ffi::CString;
 use std::hint::black_box;
 use std::ptr;
 use std::time::Instant;
-use tests::{Counting, Instance, Log, Random, logging_callbacks, setting, unit};
+use tests::{Counting, Instance, Log, Random, fmu_of, logging_callbacks, setting};
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
@@ -61,8 +61,8 @@ fn bytes_of_an_instance() -> isize {
 }
 
 fn main() {
-    let unit = unit("cont_c");
-    let instance = Instance::new(unit);
+    let fmu = fmu_of("cont_c");
+    let instance = Instance::new(fmu);
     for (name, value) in [("MAN_ON", 0.0), ("D_SEL", 1.0), ("LMN_LLM", -100.0)] {
         instance.set(name, value);
     }
@@ -77,9 +77,9 @@ fn main() {
         .map(|k| [1.0, 1.0 - 2.0 * wave(k) + random.between(-0.05, 0.05)].map(|signal| f64::from(signal as f32)))
         .collect();
     let reals: Vec<[f32; 2]> = signals.iter().map(|pair| pair.map(|signal| signal as f32)).collect();
-    let inputs = [unit.reference("SP_INT"), unit.reference("PV_IN")];
-    let output = unit.reference("LMN");
-    let (library, component) = (&unit.library, instance.component);
+    let inputs = [fmu.reference("SP_INT"), fmu.reference("PV_IN")];
+    let output = fmu.reference("LMN");
+    let (library, component) = (&fmu.library, instance.component);
 
     let (mut step, mut lmn) = (0u64, 0.0);
     let mut interface = || {
@@ -123,7 +123,7 @@ fn main() {
                 // SAFETY: all pointers point to what the functions take; each component is freed once.
                 unsafe {
                     let callbacks = &raw const callbacks;
-                    let (name, guid) = (c"CONT_C".as_ptr(), unit.guid.as_ptr());
+                    let (name, guid) = (c"CONT_C".as_ptr(), fmu.guid.as_ptr());
                     (library.free_instance)((library.instantiate)(name, 1, guid, ptr::null(), callbacks, 0, 1));
                 }
             }

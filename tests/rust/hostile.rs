@@ -8,6 +8,7 @@
 // A hostile host calls C functions.
 #![allow(unsafe_code)]
 
+use plcfmu::host::library::{CallbackFunctions, FUNCTIONS, Pointer};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 use std::collections::BTreeMap;
@@ -15,9 +16,9 @@ use std::ffi::{CStr, CString, c_char, c_int};
 use std::fmt;
 use std::ptr;
 use tests::{
-    Instance, Kind, Log, Random, Role, Status, Unit, call_harmlessly, logging_callbacks, sealed, setting, unit, units,
+    Fmu, Instance, Kind, Log, Random, Role, Status, all_fmus, call_harmlessly, fmu_of, logging_callbacks, sealed,
+    setting,
 };
-use xtask::library::{CallbackFunctions, FUNCTIONS, Pointer};
 
 /// The states of an instance that a host can see: instantiated, Initialization Mode, stepComplete, terminated. (A step
 /// is never in progress after fmi2DoStep, none fails or is canceled, and refused calls lead to no error state.)
@@ -117,8 +118,8 @@ struct Model {
 }
 
 impl Model {
-    fn new(unit: &Unit) -> Model {
-        let values = unit.variables.iter().map(|variable| variable.start).collect();
+    fn new(fmu: &Fmu) -> Model {
+        let values = fmu.variables.iter().map(|variable| variable.start).collect();
         Model { state: 0, experiment: None, end: 0.0, values, derivatives: BTreeMap::new() }
     }
 
@@ -169,7 +170,7 @@ fn ok_if(condition: bool) -> Expected {
 type Seen = [[[u64; 2]; 4]; 34];
 
 struct Host<'a> {
-    unit: &'static Unit,
+    fmu: &'static Fmu,
     slots: [Option<Slot>; 3],
     /// Serialized states that are good.
     blobs: Vec<(Vec<u8>, Model)>,
@@ -257,7 +258,7 @@ fn is_of(kind: Kind, function: &str) -> bool {
 impl Host<'_> {
     /// Value references, mostly good ones for this function, and sometimes too many to be true.
     fn references(&self, random: &mut Random, function: &str) -> Vec<u32> {
-        let variables = &self.unit.variables;
+        let variables = &self.fmu.variables;
         let fitting: Vec<u32> = (0..variables.len() as u32)
             .filter(|reference| {
                 let variable = &variables[*reference as usize];
@@ -321,7 +322,7 @@ impl Host<'_> {
 
     /// The instance as bytes, taken without changing anything but the probe.
     fn snapshot(&self, slot: &Slot, bytes: &mut Vec<u8>) {
-        let (library, mut probe, mut size) = (&self.unit.library, slot.probe, 0);
+        let (library, mut probe, mut size) = (&self.fmu.library, slot.probe, 0);
         // SAFETY: a living component, a state of its own, a buffer of the size it asks for.
         unsafe {
             assert_eq!((library.get_fmu_state)(slot.component, &raw mut probe), 0);
@@ -348,8 +349,8 @@ impl Host<'_> {
     fn versions(&self) {
         // SAFETY: both give a string that ends with NUL.
         unsafe {
-            assert_eq!(CStr::from_ptr((self.unit.library.get_types_platform)()), c"default");
-            assert_eq!(CStr::from_ptr((self.unit.library.get_version)()), c"2.0");
+            assert_eq!(CStr::from_ptr((self.fmu.library.get_types_platform)()), c"default");
+            assert_eq!(CStr::from_ptr((self.fmu.library.get_version)()), c"2.0");
         }
     }
 
@@ -364,7 +365,7 @@ impl Host<'_> {
         let guid = if random.once_in(12) {
             random.pick(&[c"", c"{8c4e810f-3df3-4a00-8276-176fa3c9f000}"])
         } else {
-            &self.unit.guid
+            &self.fmu.guid
         };
         let null_guid = random.once_in(12);
         let (callbacks, has_logger) = match random.below(12) {
@@ -375,12 +376,12 @@ impl Host<'_> {
         let location = random.pick(&[ptr::null(), c"file:///nowhere".as_ptr(), c"\xff://%".as_ptr()]);
         let logging_on = random.pick(&[0, 1, 1, 1, -7]);
         let accepted =
-            !no_name && !null_name && fmu_type == 1 && guid == self.unit.guid.as_c_str() && !null_guid && has_logger;
+            !no_name && !null_name && fmu_type == 1 && guid == self.fmu.guid.as_c_str() && !null_guid && has_logger;
 
         let or_null = |null: bool, text: *const c_char| if null { ptr::null() } else { text };
         // SAFETY: every pointer is NULL or points to what the function takes.
         let component = unsafe {
-            (self.unit.library.instantiate)(
+            (self.fmu.library.instantiate)(
                 or_null(null_name, name.as_ptr()),
                 fmu_type,
                 or_null(null_guid, guid.as_ptr()),
@@ -407,13 +408,13 @@ impl Host<'_> {
             name,
             log,
             logged: [logging_on != 0; 3],
-            model: Model::new(self.unit),
+            model: Model::new(self.fmu),
             bytes: Vec::new(),
             saved: Vec::new(),
             probe: ptr::null_mut(),
         };
         // SAFETY: a living component; NULL asks for a new state.
-        assert_eq!(unsafe { (self.unit.library.get_fmu_state)(component, &raw mut slot.probe) }, 0);
+        assert_eq!(unsafe { (self.fmu.library.get_fmu_state)(component, &raw mut slot.probe) }, 0);
         let mut bytes = Vec::new();
         self.snapshot(&slot, &mut bytes);
         slot.bytes = bytes;
@@ -425,7 +426,7 @@ impl Host<'_> {
         let slot = self.slots[place].take();
         let component = slot.as_ref().map_or(ptr::null_mut(), |slot| slot.component);
         // SAFETY: NULL, or a living component that is not used again.
-        unsafe { (self.unit.library.free_instance)(component) };
+        unsafe { (self.fmu.library.free_instance)(component) };
         if let Some(slot) = slot {
             self.freed.extend(slot.saved.iter().map(|saved| saved.pointer));
             self.freed.push(slot.probe);
@@ -436,7 +437,7 @@ impl Host<'_> {
     /// The functions without an instance: they refuse, and have nothing to log to.
     fn null_component(&self, function: usize) {
         let name = ALLOWED[function].0;
-        assert_eq!(call_harmlessly(self.unit, name, ptr::null_mut()), Status::Error, "{name} with a NULL component");
+        assert_eq!(call_harmlessly(self.fmu, name, ptr::null_mut()), Status::Error, "{name} with a NULL component");
     }
 
     /// A call on a living instance.
@@ -483,7 +484,7 @@ impl Host<'_> {
             _ => assert!(bytes == slot.bytes, "{what} changed something"),
         }
         if name == "fmi2Reset" {
-            assert!(bytes == Instance::new(self.unit).bytes(), "{what}: not as after fmi2Instantiate");
+            assert!(bytes == Instance::new(self.fmu).bytes(), "{what}: not as after fmi2Instantiate");
         }
         slot.bytes = bytes;
         assert_eq!(slot.log.take(), []);
@@ -493,7 +494,7 @@ impl Host<'_> {
     /// Draws the arguments, calls, checks what the call wrote, and keeps the model up with it.
     fn answer(&mut self, name: &'static str, function: usize, random: &mut Random, place: usize) -> Answer {
         let slot = self.slots[place].as_ref().unwrap();
-        let (library, component) = (&self.unit.library, slot.component);
+        let (library, component) = (&self.fmu.library, slot.component);
         let model = slot.model.clone();
         let allowed = model.allows(function);
         let mut after = model.clone();
@@ -530,7 +531,7 @@ impl Host<'_> {
                     0 => any_real(random),
                     _ => random.pick(&[0.0, 0.0, 1234.5, -5.0, 1e5, 1e7, 1e9, -1e9, 1e12, 1e18, 1e300]),
                 };
-                let cycle = model.values[self.unit.cycle as usize].max(0.001);
+                let cycle = model.values[self.fmu.cycle as usize].max(0.001);
                 let stop = match random.below(6) {
                     0 => any_real(random),
                     1 => start,
@@ -553,7 +554,7 @@ impl Host<'_> {
                 after.state = 1;
             }
             "fmi2ExitInitializationMode" => {
-                let whole_cycle = model.values[self.unit.cycle as usize] >= 0.001;
+                let whole_cycle = model.values[self.fmu.cycle as usize] >= 0.001;
                 expected = if allowed && whole_cycle { OkOrError } else { Exactly(Status::Error) };
                 // SAFETY: a living component.
                 status = unsafe { (library.exit_initialization_mode)(component) }.into();
@@ -570,7 +571,7 @@ impl Host<'_> {
                 expected = ok_if(allowed);
                 // SAFETY: a living component.
                 status = unsafe { (library.reset)(component) }.into();
-                after = Model::new(self.unit);
+                after = Model::new(self.fmu);
             }
             "fmi2GetReal" | "fmi2GetInteger" | "fmi2GetBoolean" => {
                 let references = self.references(random, name);
@@ -578,7 +579,7 @@ impl Host<'_> {
                 let value_null = random.once_in(16);
                 let vr = if vr_null { ptr::null() } else { references.as_ptr() };
                 let good = good_array(count, references.len(), vr_null || value_null);
-                let variable = |reference: &u32| self.unit.variables.get(*reference as usize);
+                let variable = |reference: &u32| self.fmu.variables.get(*reference as usize);
                 let fit = references[..count.min(references.len())]
                     .iter()
                     .all(|reference| variable(reference).is_some_and(|variable| is_of(variable.kind, name)));
@@ -601,7 +602,7 @@ impl Host<'_> {
                 assert!(reals[written..].iter().all(|real| *real == 4711.5), "{what} wrote behind its array");
                 assert!(integers[written..].iter().all(|integer| *integer == -4711), "{what} wrote behind its array");
                 for (place, reference) in references[..written].iter().enumerate() {
-                    let variable = &self.unit.variables[*reference as usize];
+                    let variable = &self.fmu.variables[*reference as usize];
                     let got = if name == "fmi2GetReal" { reals[place] } else { f64::from(integers[place]) };
                     assert!(got != -4711.0 && got != 4711.5, "{what} has not written {}", variable.name);
                     if name == "fmi2GetBoolean" {
@@ -618,7 +619,7 @@ impl Host<'_> {
                 let (count, vr_null) = count_of(random, references.len());
                 let value_null = random.once_in(16);
                 // Mostly values that fit, so that something is set.
-                let start = |reference: &u32| self.unit.variables.get(*reference as usize).map_or(0.0, |v| v.start);
+                let start = |reference: &u32| self.fmu.variables.get(*reference as usize).map_or(0.0, |v| v.start);
                 let reals: Vec<f64> = references
                     .iter()
                     .map(|reference| match random.below(4) {
@@ -638,7 +639,7 @@ impl Host<'_> {
                 let given =
                     |place: usize| if name == "fmi2SetReal" { reals[place] } else { f64::from(integers[place]) };
                 let fit = (0..count.min(references.len())).all(|place| {
-                    self.unit.variables.get(references[place] as usize).is_some_and(|variable| {
+                    self.fmu.variables.get(references[place] as usize).is_some_and(|variable| {
                         is_of(variable.kind, name)
                             && match variable.role {
                                 Role::Input | Role::Parameter => true,
@@ -664,7 +665,7 @@ impl Host<'_> {
                 what.arguments = format!("{references:?}, {count}, {reals:?}, {integers:?}");
                 if status == Status::Ok {
                     for (place, reference) in references[..count].iter().enumerate() {
-                        let kind = self.unit.variables[*reference as usize].kind;
+                        let kind = self.fmu.variables[*reference as usize].kind;
                         after.values[*reference as usize] = held(kind, given(place)).unwrap();
                     }
                 }
@@ -857,7 +858,7 @@ impl Host<'_> {
                         .collect();
                 let used = count.min(references.len());
                 let fit = (0..used).all(|place| {
-                    let variable = self.unit.variables.get(references[place] as usize);
+                    let variable = self.fmu.variables.get(references[place] as usize);
                     variable.is_some_and(|variable| {
                         variable.role == Role::Input && matches!(variable.kind, Kind::Real | Kind::LReal)
                     }) && (1..=4).contains(&orders[place])
@@ -949,7 +950,7 @@ impl Host<'_> {
 
     /// A point and a step: what a host would go on with, and what it gets wrong.
     fn time(&self, random: &mut Random, model: &Model) -> (f64, f64) {
-        let cycle = model.values[self.unit.cycle as usize].max(0.001);
+        let cycle = model.values[self.fmu.cycle as usize].max(0.001);
         let end = model.end;
         let h = match random.below(12) {
             0 => random.pick(&[0.0, -0.0, -cycle, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, f64::MAX]),
@@ -975,7 +976,7 @@ impl Host<'_> {
     /// What a step has to answer in state stepComplete.
     fn step(&self, model: &Model, tc: f64, h: f64) -> Expected {
         let (start, stop) = model.experiment.unwrap();
-        let cycle = model.values[self.unit.cycle as usize];
+        let cycle = model.values[self.fmu.cycle as usize];
         if !(h > 0.0 && h.is_finite() && tc.is_finite()) {
             return Exactly(Status::Error);
         }
@@ -991,7 +992,7 @@ impl Host<'_> {
             return Exactly(Status::Error);
         }
         let extreme = model.derivatives.iter().any(|(reference, derivatives)| {
-            let largest = if self.unit.variables[*reference as usize].kind == Kind::Real { 1e37 } else { 1e300 };
+            let largest = if self.fmu.variables[*reference as usize].kind == Kind::Real { 1e37 } else { 1e300 };
             model.values[*reference as usize].abs() > largest || derivatives.iter().any(|order| order.abs() > 1e4)
         });
         if far > 0.98 || behind > 0.5 * same || beyond > 0.5 * same || extreme {
@@ -1035,17 +1036,17 @@ fn good_array(count: usize, length: usize, null: bool) -> bool {
 }
 
 /// A state of this library after some steps.
-fn some_state(unit: &'static Unit) -> Vec<u8> {
-    let instance = Instance::running(unit, 1.0, Some(1e6));
-    for reference in 0..unit.variables.len() as u32 {
+fn some_state(fmu: &'static Fmu) -> Vec<u8> {
+    let instance = Instance::running(fmu, 1.0, Some(1e6));
+    for reference in 0..fmu.variables.len() as u32 {
         instance.try_set(reference, 1.0);
     }
-    let cycle = instance.value(unit.cycle);
+    let cycle = instance.value(fmu.cycle);
     for k in 0..5 {
         assert_eq!(instance.step(1.0 + f64::from(k) * cycle, cycle), Status::Ok, "{:?}", instance.log.take());
     }
     if let Some(input) =
-        unit.variables.iter().find(|variable| variable.role == Role::Input && variable.kind == Kind::Real)
+        fmu.variables.iter().find(|variable| variable.role == Role::Input && variable.kind == Kind::Real)
     {
         assert_eq!(instance.set_derivative(&input.name, 1, 0.5), Status::Ok);
     }
@@ -1060,13 +1061,13 @@ fn the_model_knows_all_34_functions() {
 
 #[test]
 fn no_sequence_of_calls_breaks_a_library() {
-    let units = units();
+    let all_fmus = all_fmus();
     let total = setting("PLCFMU_HOSTILE_CALLS", 1_200_000);
     let seed = setting("PLCFMU_HOSTILE_SEED", 1);
     // Sequences are 1 to 400 calls long.
-    let cases = (total / units.len() as u64 / 200).max(1) as u32;
-    let foreign_blob = some_state(unit("counter"));
-    for unit in units {
+    let cases = (total / all_fmus.len() as u64 / 200).max(1) as u32;
+    let foreign_blob = some_state(fmu_of("counter"));
+    for fmu in all_fmus {
         let mut seen: Seen = [[[0; 2]; 4]; 34];
         let config = Config {
             cases,
@@ -1078,7 +1079,7 @@ fn no_sequence_of_calls_breaks_a_library() {
         let seen_by_runner = std::cell::RefCell::new(&mut seen);
         let result = TestRunner::new(config).run(&prop::collection::vec(any_call(), 1..400), |calls| {
             let mut host = Host {
-                unit,
+                fmu,
                 slots: [const { None }; 3],
                 blobs: Vec::new(),
                 foreign_blob: &foreign_blob,
@@ -1098,18 +1099,18 @@ fn no_sequence_of_calls_breaks_a_library() {
             Ok(())
         });
         if let Err(error) = result {
-            panic!("{}, PLCFMU_HOSTILE_SEED={seed} PLCFMU_HOSTILE_CALLS={total}: {error}", unit.package);
+            panic!("{}, PLCFMU_HOSTILE_SEED={seed} PLCFMU_HOSTILE_CALLS={total}: {error}", fmu.package);
         }
         let calls: u64 = seen.iter().flatten().flatten().sum();
-        println!("{}: {calls} calls on instances", unit.package);
+        println!("{}: {calls} calls on instances", fmu.package);
         if total >= 1_000_000 {
-            every_cell_was_tried(unit, &seen);
+            every_cell_was_tried(fmu, &seen);
         }
     }
 }
 
 /// A test that never gets somewhere proves nothing there.
-fn every_cell_was_tried(unit: &Unit, seen: &Seen) {
+fn every_cell_was_tried(fmu: &Fmu, seen: &Seen) {
     for (function, (name, allowed)) in ALLOWED.iter().enumerate() {
         if matches!(*name, "fmi2GetTypesPlatform" | "fmi2GetVersion" | "fmi2Instantiate" | "fmi2FreeInstance") {
             continue;
@@ -1118,13 +1119,13 @@ fn every_cell_was_tried(unit: &Unit, seen: &Seen) {
             let [accepted, refused] = seen[function][state];
             let accepts = allowed.contains(letter) && *name != "fmi2GetDirectionalDerivative";
             let has =
-                |suffix: &str| unit.variables.iter().any(|variable| is_of(variable.kind, &format!("fmi2Get{suffix}")));
-            assert!(!accepts || accepted > 0, "{}: {name} never succeeded in state {letter}", unit.package);
+                |suffix: &str| fmu.variables.iter().any(|variable| is_of(variable.kind, &format!("fmi2Get{suffix}")));
+            assert!(!accepts || accepted > 0, "{}: {name} never succeeded in state {letter}", fmu.package);
             let never_fails = matches!(*name, "fmi2Reset" | "fmi2Terminate") && allowed.contains(letter);
             assert!(
                 never_fails || refused > 0 || !has("Real"),
                 "{}: {name} never failed in state {letter}",
-                unit.package
+                fmu.package
             );
         }
     }
@@ -1132,9 +1133,9 @@ fn every_cell_was_tried(unit: &Unit, seen: &Seen) {
 
 #[test]
 fn a_serialized_state_with_any_byte_changed_is_refused_and_changes_nothing() {
-    for unit in units() {
-        let good = some_state(unit);
-        let instance = Instance::running(unit, 0.0, None);
+    for fmu in all_fmus() {
+        let good = some_state(fmu);
+        let instance = Instance::running(fmu, 0.0, None);
         let before = instance.bytes();
         let mut damaged = good.clone();
         for place in 0..good.len() {
@@ -1144,7 +1145,7 @@ fn a_serialized_state_with_any_byte_changed_is_refused_and_changes_nothing() {
             }
             damaged[place] = good[place];
         }
-        assert!(instance.bytes() == before, "{}: a refused state changed something", unit.package);
+        assert!(instance.bytes() == before, "{}: a refused state changed something", fmu.package);
         let mut state = ptr::null_mut();
         assert_eq!(instance.deserialize(&good, &mut state), Status::Ok);
     }
@@ -1152,9 +1153,9 @@ fn a_serialized_state_with_any_byte_changed_is_refused_and_changes_nothing() {
 
 #[test]
 fn a_serialized_state_of_any_other_length_is_refused() {
-    for unit in units() {
-        let good = some_state(unit);
-        let instance = Instance::running(unit, 0.0, None);
+    for fmu in all_fmus() {
+        let good = some_state(fmu);
+        let instance = Instance::running(fmu, 0.0, None);
         for length in 0..good.len() {
             refused(&instance, &good[..length], &format!("{length} bytes of {}", good.len()));
         }
@@ -1171,13 +1172,13 @@ fn a_serialized_state_of_any_other_length_is_refused() {
 
 #[test]
 fn a_serialized_state_of_another_fmu_is_refused_by_name() {
-    let states: Vec<_> = units().into_iter().map(|unit| (unit, some_state(unit))).collect();
-    let counter = unit("counter");
+    let states: Vec<_> = all_fmus().into_iter().map(|fmu| (fmu, some_state(fmu))).collect();
+    let counter = fmu_of("counter");
     for (of, state) in states.iter().chain(&[(counter, some_state(counter))]) {
-        for (unit, _) in states.iter().filter(|(unit, _)| unit.package != of.package) {
-            let instance = Instance::new(unit);
+        for (fmu, _) in states.iter().filter(|(fmu, _)| fmu.package != of.package) {
+            let instance = Instance::new(fmu);
             let text = refused(&instance, state, &format!("a state of {}", of.name));
-            assert!(text.contains(&unit.name), "{text}");
+            assert!(text.contains(&fmu.name), "{text}");
         }
     }
 }
@@ -1186,19 +1187,19 @@ fn refused(instance: &Instance, bytes: &[u8], what: &str) -> String {
     let mut state = ptr::null_mut();
     let status = instance.deserialize(bytes, &mut state);
     let log = instance.log.take();
-    assert!(status == Status::Error && state.is_null(), "{}: {what}: {status:?}", instance.unit.package);
-    assert_eq!(log.len(), 1, "{}: {what}: {log:?}", instance.unit.package);
+    assert!(status == Status::Error && state.is_null(), "{}: {what}: {status:?}", instance.fmu.package);
+    assert_eq!(log.len(), 1, "{}: {what}: {log:?}", instance.fmu.package);
     assert!(log[0].text.starts_with("fmi2DeSerializeFMUstate: "), "{what}: {log:?}");
     log[0].text.clone()
 }
 
 #[test]
 fn a_forged_state_with_a_right_checksum_is_refused_or_runs_without_harm() {
-    for unit in units() {
-        let good = some_state(unit);
+    for fmu in all_fmus() {
+        let good = some_state(fmu);
         let content = &good[..good.len() - 16];
-        assert!(sealed(content.to_vec()) == good, "{}: this is not the checksum", unit.package);
-        let instance = Instance::running(unit, 0.0, None);
+        assert!(sealed(content.to_vec()) == good, "{}: this is not the checksum", fmu.package);
+        let instance = Instance::running(fmu, 0.0, None);
         for place in 0..content.len() {
             for change in [0x01, 0x80, 0xFF, 0x40, 0x7F] {
                 let mut forged = content.to_vec();
@@ -1207,12 +1208,12 @@ fn a_forged_state_with_a_right_checksum_is_refused_or_runs_without_harm() {
                 match instance.deserialize(&sealed(forged), &mut state) {
                     // Magic, version, GUID and length have one right value each.
                     Status::Ok => {
-                        assert!(place >= 8 + 16 + 8, "{}: byte {place} ^ {change:#x} is accepted", unit.package);
+                        assert!(place >= 8 + 16 + 8, "{}: byte {place} ^ {change:#x} is accepted", fmu.package);
                         assert_eq!(instance.restore(state), Status::Ok);
                         instance.forget(&mut state);
                         use_up(&instance);
                     }
-                    status => assert_eq!(status, Status::Error, "{}: byte {place} ^ {change:#x}", unit.package),
+                    status => assert_eq!(status, Status::Error, "{}: byte {place} ^ {change:#x}", fmu.package),
                 }
                 instance.log.take();
             }
@@ -1227,13 +1228,13 @@ fn a_forged_state_with_a_right_checksum_is_refused_or_runs_without_harm() {
 
 /// Sets, extrapolates and steps at random, and gives all values after each step.
 fn random_steps(instance: &Instance, random: &mut Random, tc: &mut f64, steps: usize) -> Vec<Vec<u64>> {
-    let unit = instance.unit;
-    let cycle = instance.value(unit.cycle);
+    let fmu = instance.fmu;
+    let cycle = instance.value(fmu.cycle);
     (0..steps)
         .map(|_| {
             for _ in 0..3 {
-                let reference = random.below(unit.variables.len());
-                let variable = &unit.variables[reference];
+                let reference = random.below(fmu.variables.len());
+                let variable = &fmu.variables[reference];
                 // What cannot be set is refused, here as there.
                 instance.try_set(reference as u32, random.between(0.0, 90.0));
                 if variable.role == Role::Input && variable.kind == Kind::Real {
@@ -1251,11 +1252,11 @@ fn random_steps(instance: &Instance, random: &mut Random, tc: &mut f64, steps: u
 
 #[test]
 fn a_restored_state_goes_on_bit_for_bit_as_the_one_it_was_saved_from() {
-    for unit in units() {
+    for fmu in all_fmus() {
         for seed in 0..20 {
             let random = &mut Random::new(seed);
             let start = random.pick(&[0.0, 1234.5, 1e7, -3.0]);
-            let instance = Instance::running(unit, start, Some(start + 1e9));
+            let instance = Instance::running(fmu, start, Some(start + 1e9));
             let mut tc = start;
             random_steps(&instance, random, &mut tc, 30);
             let mut state = ptr::null_mut();
@@ -1268,12 +1269,12 @@ fn a_restored_state_goes_on_bit_for_bit_as_the_one_it_was_saved_from() {
             };
             let went_on = run(&instance);
             assert_eq!(instance.restore(state), Status::Ok);
-            assert!(run(&instance) == went_on, "{}, seed {seed}: restored", unit.package);
-            let other = Instance::new(unit);
+            assert!(run(&instance) == went_on, "{}, seed {seed}: restored", fmu.package);
+            let other = Instance::new(fmu);
             let mut elsewhere = ptr::null_mut();
             assert_eq!(other.deserialize(&bytes, &mut elsewhere), Status::Ok);
             assert_eq!(other.restore(elsewhere), Status::Ok);
-            assert!(run(&other) == went_on, "{}, seed {seed}: restored in another instance", unit.package);
+            assert!(run(&other) == went_on, "{}, seed {seed}: restored in another instance", fmu.package);
         }
     }
 }
@@ -1282,10 +1283,10 @@ fn a_restored_state_goes_on_bit_for_bit_as_the_one_it_was_saved_from() {
 fn use_up(instance: &Instance) {
     instance.enter_initialization_mode();
     instance.exit_initialization_mode();
-    let cycle = instance.value(instance.unit.cycle);
+    let cycle = instance.value(instance.fmu.cycle);
     let mut end = 0.0;
     // SAFETY: a living component and the host's variable.
-    unsafe { (instance.unit.library.get_real_status)(instance.component, 2, &raw mut end) };
+    unsafe { (instance.fmu.library.get_real_status)(instance.component, 2, &raw mut end) };
     for k in 0..3 {
         let status = instance.step(end + f64::from(k) * cycle, cycle);
         assert!(matches!(status, Status::Ok | Status::Error), "{:?}", instance.log.take());

@@ -4,11 +4,11 @@
 // A host calls C functions.
 #![allow(unsafe_code)]
 
+use plcfmu::host::library::FUNCTIONS;
 use std::ffi::c_int;
 use std::ptr;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use tests::{Instance, Log, Status, call_harmlessly, logging_callbacks, unit};
-use xtask::library::FUNCTIONS;
+use tests::{Instance, Log, Status, call_harmlessly, fmu_of, logging_callbacks};
 
 /// A new block panics once, whoever asks for it, after an instance armed that: tests take turns.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
@@ -24,11 +24,11 @@ const READ: f64 = 4.0;
 const NEW: f64 = 5.0;
 
 fn new() -> Instance {
-    Instance::new(unit("panicking"))
+    Instance::new(fmu_of("panicking"))
 }
 
 fn running() -> Instance {
-    Instance::running(unit("panicking"), 0.0, None)
+    Instance::running(fmu_of("panicking"), 0.0, None)
 }
 
 /// Runs with a fuse in its memory, after one call.
@@ -53,7 +53,7 @@ fn fatal(instance: &Instance, status: Status, function: &str, words: &str) {
 fn locked(instance: &Instance) {
     let others = ["fmi2GetTypesPlatform", "fmi2GetVersion", "fmi2Instantiate", "fmi2FreeInstance"];
     for function in FUNCTIONS.iter().filter(|function| !others.contains(function)) {
-        let status = call_harmlessly(instance.unit, function, instance.component);
+        let status = call_harmlessly(instance.fmu, function, instance.component);
         fatal(instance, status, function, "locked");
     }
 }
@@ -105,7 +105,7 @@ fn a_panic_while_a_state_is_saved_is_fatal_and_locks_the_instance() {
     let instance = armed(CLONE);
     let mut state = ptr::null_mut();
     // SAFETY: a living component and the host's variable.
-    let status = unsafe { (instance.unit.library.get_fmu_state)(instance.component, &raw mut state) };
+    let status = unsafe { (instance.fmu.library.get_fmu_state)(instance.component, &raw mut state) };
     fatal(&instance, status.into(), "fmi2GetFMUstate", "panic in the block: clone");
     assert!(state.is_null(), "a state was given");
     locked(&instance);
@@ -129,7 +129,7 @@ fn a_panic_while_a_state_is_serialized_is_fatal_and_locks_the_instance() {
         let instance = armed(WRITE);
         let (mut state, mut size, mut bytes) = (ptr::null_mut(), 0, [0xAA; 1000]);
         instance.save(&mut state);
-        let (library, component) = (&instance.unit.library, instance.component);
+        let (library, component) = (&instance.fmu.library, instance.component);
         // SAFETY: a living component, a state of its own, the host's variables.
         let status = unsafe {
             if function == "fmi2SerializeFMUstate" {
@@ -166,7 +166,7 @@ fn a_panic_while_an_old_state_is_dropped_is_fatal_and_locks_the_instance() {
     let mut state = ptr::null_mut();
     instance.save(&mut state);
     // SAFETY: a living component and a state of its own.
-    let status = unsafe { (instance.unit.library.free_fmu_state)(instance.component, &raw mut state) };
+    let status = unsafe { (instance.fmu.library.free_fmu_state)(instance.component, &raw mut state) };
     fatal(&instance, status.into(), "fmi2FreeFMUstate", "panic in the block: drop");
     locked(&instance);
 
@@ -192,14 +192,14 @@ fn freeing_an_instance_all_of_whose_states_panic_when_they_are_dropped_leaves_th
 fn a_panic_while_an_instance_is_made_gives_none_and_is_logged() {
     let _alone = alone();
     armed(NEW);
-    let unit = unit("panicking");
+    let fmu = fmu_of("panicking");
     let log = Log::default();
     let callbacks = logging_callbacks(&log);
     // Logging is off: why there is no instance is logged all the same.
     let instantiate = || {
         let callbacks = &raw const callbacks;
         // SAFETY: all pointers point to what the function takes.
-        unsafe { (unit.library.instantiate)(c"x".as_ptr(), 1, unit.guid.as_ptr(), ptr::null(), callbacks, 0, 0) }
+        unsafe { (fmu.library.instantiate)(c"x".as_ptr(), 1, fmu.guid.as_ptr(), ptr::null(), callbacks, 0, 0) }
     };
     assert!(instantiate().is_null());
     let entries = log.take();
@@ -210,7 +210,7 @@ fn a_panic_while_an_instance_is_made_gives_none_and_is_logged() {
     let component = instantiate();
     assert!(!component.is_null(), "and the next one is made");
     // SAFETY: a living component.
-    unsafe { (unit.library.free_instance)(component) };
+    unsafe { (fmu.library.free_instance)(component) };
 }
 
 #[test]
@@ -246,7 +246,7 @@ fn with_logging_off_a_panic_is_fatal_and_silent() {
     let instance = running();
     instance.set("AT_CALL", 1.0);
     // SAFETY: a living component.
-    let status = unsafe { (instance.unit.library.set_debug_logging)(instance.component, 0, 0, ptr::null()) };
+    let status = unsafe { (instance.fmu.library.set_debug_logging)(instance.component, 0, 0, ptr::null()) };
     assert_eq!(Status::from(status), Status::Ok);
     assert_eq!(instance.step(0.0, 1.0), Status::Fatal);
     assert_eq!(instance.step(1.0, 1.0), Status::Fatal);
@@ -259,12 +259,12 @@ fn what_a_locked_instance_was_asked_for_is_not_written() {
     let instance = running();
     instance.set("AT_CALL", 1.0);
     fatal(&instance, instance.step(0.0, 1.0), "fmi2DoStep", "panic");
-    let reference = instance.unit.reference("CALLS");
+    let reference = instance.fmu.reference("CALLS");
     let (mut value, mut status): (f64, c_int) = (4711.5, -4711);
     // SAFETY: a living component, one reference, one value.
     unsafe {
-        (instance.unit.library.get_real)(instance.component, &raw const reference, 1, &raw mut value);
-        (instance.unit.library.get_status)(instance.component, 0, &raw mut status);
+        (instance.fmu.library.get_real)(instance.component, &raw const reference, 1, &raw mut value);
+        (instance.fmu.library.get_status)(instance.component, 0, &raw mut status);
     }
     assert_eq!((value, status), (4711.5, -4711));
 }

@@ -3,18 +3,18 @@
 // FMU states are addresses, which Rust does not let go to another thread unasked.
 #![allow(unsafe_code)]
 
+use plcfmu::host::library::Pointer;
 use std::ptr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use tests::{Instance, Kind, Random, Role, Status, Unit, setting, unit, units};
-use xtask::library::Pointer;
+use tests::{Fmu, Instance, Kind, Random, Role, Status, all_fmus, fmu_of, setting};
 
 const INSTANCES: usize = 64;
 const THREADS: usize = 8;
 
 /// The life of one instance after another: everything in it is drawn from one seed, so that it can be lived again.
 struct Life {
-    unit: &'static Unit,
+    fmu: &'static Fmu,
     random: Random,
     instance: Option<Instance>,
     now: f64,
@@ -29,8 +29,8 @@ struct Life {
 unsafe impl Send for Life {}
 
 impl Life {
-    fn new(unit: &'static Unit, seed: u64) -> Life {
-        Life { unit, random: Random::new(seed), instance: None, now: 0.0, saved: Vec::new(), seen: seed, steps: 0 }
+    fn new(fmu: &'static Fmu, seed: u64) -> Life {
+        Life { fmu, random: Random::new(seed), instance: None, now: 0.0, saved: Vec::new(), seen: seed, steps: 0 }
     }
 
     /// A little of it.
@@ -43,7 +43,7 @@ impl Life {
     fn event(&mut self) {
         let random = &mut self.random;
         let Some(instance) = &self.instance else {
-            let instance = Instance::new(self.unit);
+            let instance = Instance::new(self.fmu);
             self.now = random.pick(&[0.0, 1234.5, 1e5]);
             instance.initialize(self.now, None);
             self.instance = Some(instance);
@@ -80,8 +80,8 @@ impl Life {
                 instance.forget(&mut state);
             }
             8..20 => {
-                let reference = random.below(self.unit.variables.len());
-                let variable = &self.unit.variables[reference];
+                let reference = random.below(self.fmu.variables.len());
+                let variable = &self.fmu.variables[reference];
                 let value = match variable.kind {
                     Kind::Real | Kind::LReal => random.between(-120.0, 120.0),
                     Kind::Time => random.between(0.001, 60.0),
@@ -93,7 +93,7 @@ impl Life {
                 }
             }
             _ => {
-                let cycle = instance.value(self.unit.cycle);
+                let cycle = instance.value(self.fmu.cycle);
                 let h = cycle * random.pick(&[1.0, 1.0, 0.5, 3.0, 20.0]);
                 assert_eq!(instance.step(self.now, h), Status::Ok, "{:?}", instance.log.take());
                 self.now += h;
@@ -109,9 +109,9 @@ impl Life {
 #[test]
 fn instances_on_many_threads_compute_bit_for_bit_what_they_compute_alone() {
     let rounds = setting("PLCFMU_THREADS_ROUNDS", 200) as usize;
-    let mut units = units();
-    units.push(unit("counter"));
-    let lives = || (0..INSTANCES).map(|seed| Life::new(units[seed % units.len()], seed as u64));
+    let mut all_fmus = all_fmus();
+    all_fmus.push(fmu_of("counter"));
+    let lives = || (0..INSTANCES).map(|seed| Life::new(all_fmus[seed % all_fmus.len()], seed as u64));
 
     let alone: Vec<(u64, u64)> = lives()
         .map(|mut life| {
@@ -152,6 +152,6 @@ fn instances_on_many_threads_compute_bit_for_bit_what_they_compute_alone() {
     assert!(steps > (INSTANCES * rounds) as u64, "{steps} steps are too few to prove anything");
     for (seed, (life, alone)) in together.into_iter().zip(alone).enumerate() {
         let (life, _) = life.into_inner().unwrap();
-        assert_eq!((life.seen, life.steps), alone, "instance {seed}, of {}", life.unit.name);
+        assert_eq!((life.seen, life.steps), alone, "instance {seed}, of {}", life.fmu.name);
     }
 }

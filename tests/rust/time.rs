@@ -6,7 +6,7 @@
 
 use blocks::Time;
 use fmu::clock::{Calls, Clock};
-use tests::{Instance, Random, Status, setting, unit};
+use tests::{Instance, Random, Status, fmu_of, setting};
 
 /// How a host comes by the doubles that it hands over.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,7 +121,7 @@ fn advance(clock: &mut Clock, tc: f64, h: f64) -> Calls {
 
 /// A counter that runs with this CYCLE.
 fn counter(start: f64, stop: Option<f64>, cycle_ms: i64) -> Instance {
-    let instance = Instance::new(unit("counter"));
+    let instance = Instance::new(fmu_of("counter"));
     instance.set("CYCLE", cycle_ms as f64 / 1000.0);
     instance.initialize(start, stop);
     instance
@@ -149,7 +149,7 @@ fn a_hundred_million_calls_at_1_ms_in_random_steps_are_made_once_each_from_any_s
         let calls = if host == Host::RoundsSteps { calls.min(100_000_000) } else { calls };
         let mut random = Random::new(seed);
         let counter = counter(start, None, 1);
-        let made = counter.unit.reference("CALLS");
+        let made = counter.fmu.reference("CALLS");
         let mut expected = 0;
         let points = random_points(&mut random.clone(), 64, 4000, calls);
         walk(host, start, 1, points, &mut random, |tc, h, calls| {
@@ -167,7 +167,7 @@ fn ten_million_steps_of_1_ms_make_one_call_each() {
     let steps = setting("PLCFMU_TIME_STEPS", 10_000_000);
     for start in [0.0, 1e9] {
         let counter = counter(start, None, 1);
-        let made = counter.unit.reference("CALLS");
+        let made = counter.fmu.reference("CALLS");
         for k in 0..steps {
             let tc = start + k as f64 * 0.001;
             step(&counter, tc, 0.001);
@@ -181,7 +181,7 @@ fn ten_million_steps_of_1_ms_make_one_call_each() {
 fn ten_million_steps_of_1_ms_by_a_host_that_adds_up_its_time_make_one_call_each() {
     // The sum is 1.6e-6 s off in the end: 1600 times the tolerance.
     let counter = counter(0.0, None, 1);
-    let made = counter.unit.reference("CALLS");
+    let made = counter.fmu.reference("CALLS");
     let mut tc = 0.0;
     for k in 0..10_000_000 {
         step(&counter, tc, 0.001);
@@ -302,7 +302,7 @@ fn a_host_whose_additions_all_round_up_is_followed_as_it_says() {
     // At 1e9 s a double has steps of 1.19e-7 s: 0.001 added is 0.00100004673 added, 47 cycles more in a million.
     let (start, steps) = (1e9, setting("PLCFMU_TIME_STEPS", 10_000_000) as i64 / 5);
     let counter = counter(start, None, 1);
-    let made = counter.unit.reference("CALLS");
+    let made = counter.fmu.reference("CALLS");
     let mut tc = start;
     let mut before = 0.0;
     for k in 0..steps {
@@ -529,7 +529,7 @@ fn the_promise_holds_up_to_2_to_the_47_cycles_and_beyond_steps_are_refused() {
 
 #[test]
 fn the_restart_is_made_once_when_initialization_ends_and_the_first_call_at_the_start_time() {
-    let counter = Instance::new(unit("counter"));
+    let counter = Instance::new(fmu_of("counter"));
     counter.set("U", 5.0);
     assert_eq!(counter.get("RESTARTS"), 0.0);
     counter.initialize(7.0, None);

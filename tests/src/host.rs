@@ -1,10 +1,10 @@
 //! An instance as a well-behaved host uses it. Tests that misbehave call the functions of the library themselves.
 
-use crate::unit::{Kind, Unit};
+use crate::fmu::{Fmu, Kind};
+use plcfmu::host::library::{CallbackFunctions, Logger, Pointer};
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr;
-use xtask::library::{CallbackFunctions, Logger, Pointer};
 
 /// `fmi2Status`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,7 +128,7 @@ pub fn logging_callbacks(log: &Log) -> CallbackFunctions {
 #[derive(Debug)]
 pub struct Instance {
     /// Its library.
-    pub unit: &'static Unit,
+    pub fmu: &'static Fmu,
     /// What the C functions take.
     pub component: Pointer,
     /// What it logs.
@@ -141,7 +141,7 @@ unsafe impl Send for Instance {}
 impl Drop for Instance {
     fn drop(&mut self) {
         // SAFETY: a component of this library, freed once.
-        unsafe { (self.unit.library.free_instance)(self.component) };
+        unsafe { (self.fmu.library.free_instance)(self.component) };
     }
 }
 
@@ -150,24 +150,24 @@ impl Instance {
     ///
     /// # Panics
     /// The library refuses.
-    pub fn new(unit: &'static Unit) -> Instance {
+    pub fn new(fmu: &'static Fmu) -> Instance {
         let log = Box::<Log>::default();
         let callbacks = logging_callbacks(&log);
-        let name = CString::new(unit.package.as_str()).unwrap_or_default();
+        let name = CString::new(fmu.package.as_str()).unwrap_or_default();
         // SAFETY: all pointers point to what the function takes.
         let component = unsafe {
-            (unit.library.instantiate)(name.as_ptr(), 1, unit.guid.as_ptr(), ptr::null(), &raw const callbacks, 0, 1)
+            (fmu.library.instantiate)(name.as_ptr(), 1, fmu.guid.as_ptr(), ptr::null(), &raw const callbacks, 0, 1)
         };
-        assert!(!component.is_null(), "{}: {:?}", unit.package, log.take());
-        Instance { unit, component, log }
+        assert!(!component.is_null(), "{}: {:?}", fmu.package, log.take());
+        Instance { fmu, component, log }
     }
 
     /// A new instance that is initialised with its start values and ready to step.
     ///
     /// # Panics
     /// The library refuses.
-    pub fn running(unit: &'static Unit, start: f64, stop: Option<f64>) -> Instance {
-        let instance = Instance::new(unit);
+    pub fn running(fmu: &'static Fmu, start: f64, stop: Option<f64>) -> Instance {
+        let instance = Instance::new(fmu);
         instance.initialize(start, stop);
         instance
     }
@@ -186,43 +186,43 @@ impl Instance {
     pub fn setup_experiment(&self, start: f64, stop: Option<f64>) -> Status {
         let defined = c_int::from(stop.is_some());
         // SAFETY: a component of this library.
-        unsafe { (self.unit.library.setup_experiment)(self.component, 0, 0.0, start, defined, stop.unwrap_or(0.0)) }
+        unsafe { (self.fmu.library.setup_experiment)(self.component, 0, 0.0, start, defined, stop.unwrap_or(0.0)) }
             .into()
     }
 
     /// fmi2EnterInitializationMode.
     pub fn enter_initialization_mode(&self) -> Status {
         // SAFETY: a component of this library.
-        unsafe { (self.unit.library.enter_initialization_mode)(self.component) }.into()
+        unsafe { (self.fmu.library.enter_initialization_mode)(self.component) }.into()
     }
 
     /// fmi2ExitInitializationMode.
     pub fn exit_initialization_mode(&self) -> Status {
         // SAFETY: a component of this library.
-        unsafe { (self.unit.library.exit_initialization_mode)(self.component) }.into()
+        unsafe { (self.fmu.library.exit_initialization_mode)(self.component) }.into()
     }
 
     /// fmi2Terminate.
     pub fn terminate(&self) -> Status {
         // SAFETY: a component of this library.
-        unsafe { (self.unit.library.terminate)(self.component) }.into()
+        unsafe { (self.fmu.library.terminate)(self.component) }.into()
     }
 
     /// fmi2Reset.
     pub fn reset(&self) -> Status {
         // SAFETY: a component of this library.
-        unsafe { (self.unit.library.reset)(self.component) }.into()
+        unsafe { (self.fmu.library.reset)(self.component) }.into()
     }
 
     /// fmi2DoStep.
     pub fn step(&self, tc: f64, h: f64) -> Status {
         // SAFETY: a component of this library.
-        unsafe { (self.unit.library.do_step)(self.component, tc, h, 1) }.into()
+        unsafe { (self.fmu.library.do_step)(self.component, tc, h, 1) }.into()
     }
 
     /// Sets a variable by the function of its type, rounding to what that takes.
     pub fn try_set(&self, reference: u32, value: f64) -> Status {
-        let Unit { library, variables, .. } = self.unit;
+        let Fmu { library, variables, .. } = self.fmu;
         let vr = &raw const reference;
         // SAFETY: a component of this library; one reference, one value.
         unsafe {
@@ -246,7 +246,7 @@ impl Instance {
     /// # Panics
     /// The library refuses.
     pub fn set(&self, name: &str, value: f64) {
-        assert_eq!(self.try_set(self.unit.reference(name), value), Status::Ok, "{name}: {:?}", self.log.take());
+        assert_eq!(self.try_set(self.fmu.reference(name), value), Status::Ok, "{name}: {:?}", self.log.take());
     }
 
     /// The value behind a reference, TRUE as 1.
@@ -254,7 +254,7 @@ impl Instance {
     /// # Panics
     /// The library refuses.
     pub fn value(&self, reference: u32) -> f64 {
-        let Unit { library, variables, .. } = self.unit;
+        let Fmu { library, variables, .. } = self.fmu;
         let vr = &raw const reference;
         let (mut real, mut integer) = (0.0, 0);
         // SAFETY: a component of this library; one reference, one value.
@@ -275,20 +275,20 @@ impl Instance {
     /// # Panics
     /// The library refuses.
     pub fn get(&self, name: &str) -> f64 {
-        self.value(self.unit.reference(name))
+        self.value(self.fmu.reference(name))
     }
 
     /// The bits of all variables' values.
     pub fn values(&self) -> Vec<u64> {
-        (0..self.unit.variables.len() as u32).map(|reference| self.value(reference).to_bits()).collect()
+        (0..self.fmu.variables.len() as u32).map(|reference| self.value(reference).to_bits()).collect()
     }
 
     /// fmi2SetRealInputDerivatives of one input.
     pub fn set_derivative(&self, name: &str, order: c_int, derivative: f64) -> Status {
-        let reference = self.unit.reference(name);
+        let reference = self.fmu.reference(name);
         // SAFETY: a component of this library; one reference, one order, one value.
         unsafe {
-            (self.unit.library.set_real_input_derivatives)(
+            (self.fmu.library.set_real_input_derivatives)(
                 self.component,
                 &raw const reference,
                 1,
@@ -305,14 +305,14 @@ impl Instance {
     /// The library refuses.
     pub fn save(&self, state: &mut Pointer) {
         // SAFETY: a component of this library, and a state of its own or NULL.
-        let status: Status = unsafe { (self.unit.library.get_fmu_state)(self.component, state) }.into();
+        let status: Status = unsafe { (self.fmu.library.get_fmu_state)(self.component, state) }.into();
         assert_eq!(status, Status::Ok, "{:?}", self.log.take());
     }
 
     /// fmi2SetFMUstate.
     pub fn restore(&self, state: Pointer) -> Status {
         // SAFETY: a component of this library; it looks before it follows the state's address.
-        unsafe { (self.unit.library.set_fmu_state)(self.component, state) }.into()
+        unsafe { (self.fmu.library.set_fmu_state)(self.component, state) }.into()
     }
 
     /// fmi2FreeFMUstate.
@@ -321,7 +321,7 @@ impl Instance {
     /// The library refuses.
     pub fn forget(&self, state: &mut Pointer) {
         // SAFETY: a component of this library; it looks before it follows the state's address.
-        let status: Status = unsafe { (self.unit.library.free_fmu_state)(self.component, state) }.into();
+        let status: Status = unsafe { (self.fmu.library.free_fmu_state)(self.component, state) }.into();
         assert_eq!(status, Status::Ok, "{:?}", self.log.take());
     }
 
@@ -334,11 +334,11 @@ impl Instance {
         // SAFETY: a component of this library, and a buffer as long as it wants.
         unsafe {
             let status: Status =
-                (self.unit.library.serialized_fmu_state_size)(self.component, state, &raw mut size).into();
+                (self.fmu.library.serialized_fmu_state_size)(self.component, state, &raw mut size).into();
             assert_eq!(status, Status::Ok, "{:?}", self.log.take());
             let mut bytes = vec![0; size];
             let status: Status =
-                (self.unit.library.serialize_fmu_state)(self.component, state, bytes.as_mut_ptr(), size).into();
+                (self.fmu.library.serialize_fmu_state)(self.component, state, bytes.as_mut_ptr(), size).into();
             assert_eq!(status, Status::Ok, "{:?}", self.log.take());
             bytes
         }
@@ -347,7 +347,7 @@ impl Instance {
     /// fmi2DeSerializeFMUstate.
     pub fn deserialize(&self, bytes: &[u8], state: &mut Pointer) -> Status {
         // SAFETY: a component of this library, and as many bytes as said.
-        unsafe { (self.unit.library.deserialize_fmu_state)(self.component, bytes.as_ptr(), bytes.len(), state) }.into()
+        unsafe { (self.fmu.library.deserialize_fmu_state)(self.component, bytes.as_ptr(), bytes.len(), state) }.into()
     }
 
     /// The present state as bytes.
@@ -364,9 +364,9 @@ impl Instance {
 ///
 /// # Panics
 /// The function is none that takes a component and gives a status.
-pub fn call_harmlessly(unit: &Unit, function: &str, component: Pointer) -> Status {
-    let library = &unit.library;
-    let (reference, mut real, mut integer, mut size, mut state) = (unit.cycle, 1.0, 1, 0, ptr::null_mut());
+pub fn call_harmlessly(fmu: &Fmu, function: &str, component: Pointer) -> Status {
+    let library = &fmu.library;
+    let (reference, mut real, mut integer, mut size, mut state) = (fmu.cycle, 1.0, 1, 0, ptr::null_mut());
     let (vr, order) = (&raw const reference, &raw const integer);
     let mut text = ptr::null();
     let mut byte = 0u8;

@@ -7,14 +7,14 @@
 #![allow(clippy::not_unsafe_ptr_arg_deref)]
 
 mod counting;
+mod fmu;
 mod host;
 mod random;
-mod unit;
 
 pub use counting::Counting;
+pub use fmu::{Fmu, Kind, Role, Variable, all_fmus, fmu_of};
 pub use host::{Entry, Instance, Log, Status, call_harmlessly, logging_callbacks};
 pub use random::Random;
-pub use unit::{Kind, Role, Unit, Variable, unit, units};
 
 /// A number that the environment gives, or `default`: how much a test tries.
 ///

@@ -1,10 +1,10 @@
 //! What `cargo xtask test --deep` adds: the tests that call the libraries' C functions, in Rust and in Python, under
 //! valgrind, where every read and write is watched and every leak counted; and those in Rust with far more cases.
 
-use crate::command::{output, run};
-use crate::python::Environment;
 use crate::test::heading;
-use crate::workspace::{self, Workspace};
+use plcfmu::build::python::Environment;
+use plcfmu::build::workspace::{self, Workspace};
+use plcfmu::command::{output, run};
 use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;

@@ -1,10 +1,10 @@
 //! `cargo xtask demo`: the closed loops of `examples/`, each a Python program of its own.
 
-use crate::command::run;
-use crate::fmu;
-use crate::python::Environment;
 use crate::test::heading;
-use crate::workspace::Workspace;
+use plcfmu::build::python::Environment;
+use plcfmu::build::workspace::Workspace;
+use plcfmu::command::run;
+use plcfmu::package::pack;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -23,7 +23,7 @@ pub struct Options {
 pub fn demo(workspace: &Workspace, options: &Options) -> Result<(), String> {
     let loops = choose(find(&workspace.root.join("examples"))?, &options.names)?;
     let environment = Environment::ready(workspace)?;
-    fmu::run(workspace, &fmu::Options::default())?;
+    pack::run(workspace, &pack::Options::default())?;
     let results = workspace.target.join("demo");
     for program in loops {
         heading(&name(&program));

@@ -1,9 +1,10 @@
 //! `cargo xtask`: the project's commands.
 
 use clap::{Parser, Subcommand};
+use plcfmu::build::workspace::Workspace;
+use plcfmu::package::{check, pack};
 use std::process::ExitCode;
-use xtask::workspace::Workspace;
-use xtask::{check, demo, fmu, test};
+use xtask::{demo, test};
 
 /// The project's commands: pack PLC control blocks as FMUs, test them, show them in closed loops.
 #[derive(Parser)]
@@ -39,7 +40,7 @@ enum Command {
     /// Finds every package of the workspace that is an FMU (a cdylib that depends on fmu), builds the libraries, reads the
     /// block's table out of each, writes model description, documentation, picture and reference results, and packs it.
     /// An FMU gets its name only after it was opened again and its library has worked.
-    Fmu(fmu::Options),
+    Fmu(pack::Options),
     /// Run all tests: Rust, Python, other importers
     Test(test::Options),
     /// Run closed loops of FMUs, print their figures, draw them: target/demo/
@@ -64,7 +65,7 @@ fn main() -> ExitCode {
 
 fn dispatch(command: Command) -> Result<(), String> {
     match command {
-        Command::Fmu(options) => fmu::run(&Workspace::find()?, &options),
+        Command::Fmu(options) => pack::run(&Workspace::find()?, &options),
         Command::Test(options) => test::test(&Workspace::find()?, &options),
         Command::Demo(options) => demo::demo(&Workspace::find()?, &options),
         Command::Check(options) => check::check(&options),

@@ -1,10 +1,10 @@
 //! `cargo xtask test`: everything that checks the project.
 
-use crate::command::{output, run};
 use crate::deep;
-use crate::fmu;
-use crate::python::Environment;
-use crate::workspace::{self, Workspace};
+use plcfmu::build::python::Environment;
+use plcfmu::build::workspace::{self, Workspace};
+use plcfmu::command::{output, run};
+use plcfmu::package::pack;
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::Command;
@@ -31,7 +31,7 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<(), String> {
     }
     let environment = Environment::ready(workspace)?;
     heading("FMUs");
-    fmu::run(workspace, &fmu::Options::default())?;
+    pack::run(workspace, &pack::Options::default())?;
     heading("Rust tests");
     // Every package, also one that somebody has added; but the importers need libclang.
     run(workspace::cargo().args(["test", "--workspace", "--exclude", "importers"]).current_dir(&workspace.root))?;

@@ -4,10 +4,10 @@
 
 // The two files of `xtask` alone: all of it would take a quarter of an hour to build with the fuzzer's instruments.
 #[allow(dead_code)]
-#[path = "../../../xtask/src/archive.rs"]
+#[path = "../../../plcfmu/src/package/archive.rs"]
 mod archive;
 #[allow(dead_code)]
-#[path = "../../../xtask/src/package.rs"]
+#[path = "../../../plcfmu/src/package/mod.rs"]
 mod package;
 
 use archive::Archive;

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// It is not there.
 pub fn packed(name: &str) -> PathBuf {
     let folder = std::env::var_os("PLCFMU_FMUS").map_or_else(
-        || xtask::workspace::Workspace::find().unwrap_or_else(|error| panic!("{error}")).fmus(),
+        || plcfmu::build::workspace::Workspace::find().unwrap_or_else(|error| panic!("{error}")).fmus(),
         PathBuf::from,
     );
     let path = folder.join(format!("{name}.fmu"));

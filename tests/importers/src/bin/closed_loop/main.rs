@@ -2,7 +2,7 @@
 //! from standard input and writes the outputs after each step, as JSON both:
 //!
 //! ```text
-//! {"units": {"CONT_C": {"GAIN": 1.4, ...}, "HEATER": {...}},                 FMUs with their start values
+//! {"fmus": {"CONT_C": {"GAIN": 1.4, ...}, "HEATER": {...}},                 FMUs with their start values
 //!  "connections": [["CONT_C", "LMN", "HEATER", "POWER"], ...],              output to input
 //!  "step": 1.0, "steps": 300}
 //!
@@ -45,14 +45,14 @@ trait Slave {
 }
 
 /// An instance with its variables by name.
-struct Unit {
+struct Fmu {
     slave: Box<dyn Slave>,
     variables: BTreeMap<String, Variable>,
 }
 
-impl Unit {
-    fn new(slave: Box<dyn Slave>) -> Unit {
-        Unit { variables: slave.variables(), slave }
+impl Fmu {
+    fn new(slave: Box<dyn Slave>) -> Fmu {
+        Fmu { variables: slave.variables(), slave }
     }
 
     fn get(&mut self, name: &str) -> Value {
@@ -72,18 +72,18 @@ fn main() {
     let step = description["step"].as_f64().expect("step");
     let steps = description["steps"].as_u64().expect("steps");
 
-    let mut units = BTreeMap::new();
-    for (name, start) in description["units"].as_object().expect("units") {
-        let mut unit = Unit::new(match importer.as_str() {
+    let mut fmus = BTreeMap::new();
+    for (name, start) in description["fmus"].as_object().expect("fmus") {
+        let mut fmu = Fmu::new(match importer.as_str() {
             "fmi" => Box::new(ByFmi::new(name)),
             "fmi-rs" => Box::new(ByFmiRs::new(name)),
             other => panic!("the importer is fmi or fmi-rs, not {other}"),
         });
         for (variable, value) in start.as_object().expect("start values") {
-            unit.set(variable, value);
+            fmu.set(variable, value);
         }
-        unit.slave.initialize();
-        units.insert(name.as_str(), unit);
+        fmu.slave.initialize();
+        fmus.insert(name.as_str(), fmu);
     }
 
     let mut recording = BufWriter::new(stdout().lock());
@@ -91,23 +91,23 @@ fn main() {
         // Everyone's inputs are what the others have given by now; so nobody steps before all are read.
         let mut signals = vec![];
         for [from, output, _, _] in &connections {
-            signals.push(units.get_mut(from.as_str()).expect("a unit").get(output));
+            signals.push(fmus.get_mut(from.as_str()).expect("a fmu").get(output));
         }
         for ([_, _, to, input], signal) in connections.iter().zip(&signals) {
-            units.get_mut(to.as_str()).expect("a unit").set(input, signal);
+            fmus.get_mut(to.as_str()).expect("a fmu").set(input, signal);
         }
-        for unit in units.values_mut() {
-            unit.slave.step(number as f64 * step, step);
+        for fmu in fmus.values_mut() {
+            fmu.slave.step(number as f64 * step, step);
         }
-        writeln!(recording, "{}", Value::Object(outputs(&mut units))).expect("standard output");
+        writeln!(recording, "{}", Value::Object(outputs(&mut fmus))).expect("standard output");
     }
 }
 
-fn outputs(units: &mut BTreeMap<&str, Unit>) -> Map<String, Value> {
+fn outputs(fmus: &mut BTreeMap<&str, Fmu>) -> Map<String, Value> {
     let mut outputs = Map::new();
-    for (name, unit) in units {
-        for (variable_name, variable) in unit.variables.iter().filter(|(_, variable)| variable.is_output) {
-            outputs.insert(format!("{name}.{variable_name}"), unit.slave.get(variable));
+    for (name, fmu) in fmus {
+        for (variable_name, variable) in fmu.variables.iter().filter(|(_, variable)| variable.is_output) {
+            outputs.insert(format!("{name}.{variable_name}"), fmu.slave.get(variable));
         }
     }
     outputs

@@ -13,14 +13,14 @@ pub struct Workspace {
     /// Where cargo builds, and everything that `cargo xtask` makes lies.
     pub target: PathBuf,
     /// Its FMU packages, by name.
-    pub units: Vec<Unit>,
+    pub crates: Vec<FmuCrate>,
 }
 
 /// A package that is an FMU: a `cdylib` that depends on `fmu`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Unit {
-    /// The package's name.
-    pub package: String,
+pub struct FmuCrate {
+    /// The name of the cargo package.
+    pub name: String,
     /// The name of its library target.
     pub library: String,
     /// The package's licence, as SPDX writes it.
@@ -46,9 +46,9 @@ impl Workspace {
         let folder = |key: &str| {
             metadata[key].as_str().map(PathBuf::from).ok_or_else(|| format!("cargo metadata does not name the {key}"))
         };
-        let mut units: Vec<Unit> = list(&metadata["packages"]).iter().filter_map(unit).collect();
-        units.sort_by(|a, b| a.package.cmp(&b.package));
-        Ok(Workspace { root: folder("workspace_root")?, target: folder("target_directory")?, units })
+        let mut crates: Vec<FmuCrate> = list(&metadata["packages"]).iter().filter_map(fmu_crate).collect();
+        crates.sort_by(|a, b| a.name.cmp(&b.name));
+        Ok(Workspace { root: folder("workspace_root")?, target: folder("target_directory")?, crates })
     }
 
     /// The folder of the packed FMUs.
@@ -63,15 +63,15 @@ impl Workspace {
     }
 }
 
-fn unit(package: &Value) -> Option<Unit> {
+fn fmu_crate(package: &Value) -> Option<FmuCrate> {
     let is_library = |target: &&Value| list(&target["crate_types"]).iter().any(|kind| kind == "cdylib");
     let library = list(&package["targets"]).iter().find(is_library)?;
     let is_fmu = |dependency: &Value| dependency["name"] == "fmu" && dependency["kind"].is_null();
     if !list(&package["dependencies"]).iter().any(is_fmu) {
         return None;
     }
-    Some(Unit {
-        package: package["name"].as_str()?.to_string(),
+    Some(FmuCrate {
+        name: package["name"].as_str()?.to_string(),
         library: library["name"].as_str()?.to_string(),
         license: package["license"].as_str().map(str::to_string),
         test_only: package["metadata"]["plcfmu"]["test-only"] == true,
@@ -138,15 +138,15 @@ mod tests {
     #[test]
     fn an_fmu_is_a_cdylib_that_depends_on_fmu() {
         let workspace = Workspace::parse(METADATA).unwrap();
-        let unit = |package: &str, library: &str, license: Option<&str>, test_only| Unit {
-            package: package.into(),
+        let fmu_crate = |package: &str, library: &str, license: Option<&str>, test_only| FmuCrate {
+            name: package.into(),
             library: library.into(),
             license: license.map(str::to_string),
             test_only,
         };
         assert_eq!(
-            workspace.units,
-            [unit("boom", "boom", None, true), unit("pump", "pump_library", Some("MIT"), false)]
+            workspace.crates,
+            [fmu_crate("boom", "boom", None, true), fmu_crate("pump", "pump_library", Some("MIT"), false)]
         );
         assert_eq!(workspace.fmus(), Path::new("/w/target/fmu"));
     }

@@ -1,12 +1,12 @@
 //! Checks an FMU's file: how it is packed, its model description, its libraries; and, where it is asked for, the library
 //! of this machine at work. For those that were just packed, and for any others: `cargo xtask check`.
 
-use crate::binary::Binary;
-use crate::compile::{GLIBC, Linkage, Platform};
-use crate::library::Library;
+use crate::build::compile::{GLIBC, Linkage, Platform};
+use crate::host::instance::{Instance, Type};
+use crate::host::library::Library;
 use crate::package::Package;
-use crate::slave::{Slave, Type};
-use crate::temporary;
+use crate::package::binary::Binary;
+use crate::package::temporary;
 use modeldescription::{ModelDescription, Typed, shortened};
 use std::fs::File;
 use std::io::BufReader;
@@ -129,24 +129,24 @@ fn run(package: &mut Package<BufReader<File>>, platform: &str, place: &Path) -> 
     let library = Library::open(&folder.path().join(&file.path)).map_err(|error| error.replace(&below, ""))?;
     let resources = uri(&folder.path().join("resources"));
     let description = &package.description;
-    if Slave::instantiate(&library, "{00000000-0000-0000-0000-000000000000}", Some(&resources)).is_ok() {
+    if Instance::instantiate(&library, "{00000000-0000-0000-0000-000000000000}", Some(&resources)).is_ok() {
         return Err(format!("{} takes any GUID, not only that of modelDescription.xml", file.path));
     }
-    let mut slave = Slave::instantiate(&library, &description.guid, Some(&resources))?;
+    let mut instance = Instance::instantiate(&library, &description.guid, Some(&resources))?;
     let experiment = description.default_experiment.unwrap_or_default();
     let start = experiment.start_time.unwrap_or(0.0);
     let step = experiment.step_size.unwrap_or(0.01);
-    slave.enter_initialization(start)?;
-    slave.exit_initialization()?;
+    instance.enter_initialization(start)?;
+    instance.exit_initialization()?;
     for call in 0..CYCLES {
-        slave.step(start + f64::from(call) * step, step)?;
+        instance.step(start + f64::from(call) * step, step)?;
     }
     for variable in &description.model_variables {
         let Some(kind) = fmi_type(&variable.typed) else { continue };
-        let value = slave.get(kind, variable.value_reference);
+        let value = instance.get(kind, variable.value_reference);
         value.map_err(|error| format!("{:?} cannot be read: {error}", shortened(&variable.name)))?;
     }
-    slave.terminate()
+    instance.terminate()
 }
 
 fn fmi_type(typed: &Typed) -> Option<Type> {
@@ -171,7 +171,7 @@ fn join<T: std::fmt::Display>(findings: &[T]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::archive;
+    use crate::package::archive;
     use modeldescription::Interface;
 
     /// The description of a small block.

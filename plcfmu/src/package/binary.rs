@@ -1,7 +1,7 @@
 //! What a library's file says: which functions it exports, and what it asks of the system it is loaded in. Nothing is
 //! loaded.
 
-use crate::library::FUNCTIONS;
+use crate::host::library::FUNCTIONS;
 use object::elf;
 use object::read::elf::{ElfFile32, ElfFile64, FileHeader};
 use object::read::macho::FatArch;

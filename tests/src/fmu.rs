@@ -1,17 +1,17 @@
 //! The FMU libraries of the workspace: built, loaded, and their tables read.
 
+use plcfmu::build::workspace::{self, Workspace};
+use plcfmu::host::library::Library;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::sync::{LazyLock, Mutex, PoisonError};
-use xtask::library::Library;
-use xtask::workspace::{self, Workspace};
 
 /// A loaded FMU library with what it says of itself.
 #[derive(Debug)]
-pub struct Unit {
+pub struct Fmu {
     /// The cargo package.
     pub package: String,
     /// The 34 functions.
@@ -65,7 +65,7 @@ pub enum Role {
     Local,
 }
 
-impl Unit {
+impl Fmu {
     /// The value reference of a variable.
     ///
     /// # Panics
@@ -79,13 +79,13 @@ impl Unit {
 static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| Workspace::find().unwrap_or_else(|error| panic!("{error}")));
 
 /// Loaded libraries by package; they stay to the end of the process.
-static LOADED: Mutex<BTreeMap<String, &'static Unit>> = Mutex::new(BTreeMap::new());
+static LOADED: Mutex<BTreeMap<String, &'static Fmu>> = Mutex::new(BTreeMap::new());
 
 /// The library of one FMU package, built as it would be packed.
 ///
 /// # Panics
 /// It does not build or load.
-pub fn unit(package: &str) -> &'static Unit {
+pub fn fmu_of(package: &str) -> &'static Fmu {
     load(&[package])[0]
 }
 
@@ -93,14 +93,14 @@ pub fn unit(package: &str) -> &'static Unit {
 ///
 /// # Panics
 /// They do not build or load.
-pub fn units() -> Vec<&'static Unit> {
+pub fn all_fmus() -> Vec<&'static Fmu> {
     let packages: Vec<&str> =
-        WORKSPACE.units.iter().filter(|unit| !unit.test_only).map(|unit| unit.package.as_str()).collect();
+        WORKSPACE.crates.iter().filter(|fmu| !fmu.test_only).map(|fmu| fmu.name.as_str()).collect();
     assert!(!packages.is_empty(), "the workspace has no FMU packages");
     load(&packages)
 }
 
-fn load(packages: &[&str]) -> Vec<&'static Unit> {
+fn load(packages: &[&str]) -> Vec<&'static Fmu> {
     // One test may have failed here before the others.
     let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
     let missing: Vec<&str> = packages.iter().copied().filter(|package| !loaded.contains_key(*package)).collect();
@@ -148,8 +148,8 @@ fn artifact(message: &str) -> Option<(String, PathBuf)> {
     Some((target["name"].as_str()?.into(), file.into()))
 }
 
-fn open(package: &str, libraries: &BTreeMap<String, PathBuf>) -> Unit {
-    let named = WORKSPACE.units.iter().find(|unit| unit.package == package);
+fn open(package: &str, libraries: &BTreeMap<String, PathBuf>) -> Fmu {
+    let named = WORKSPACE.crates.iter().find(|fmu| fmu.name == package);
     let named = named.unwrap_or_else(|| panic!("the workspace has no FMU package {package}"));
     let path = libraries.get(&named.library).unwrap_or_else(|| panic!("cargo has built no library of {package}"));
     let library = Library::open(path).unwrap_or_else(|error| panic!("{error}"));
@@ -158,8 +158,8 @@ fn open(package: &str, libraries: &BTreeMap<String, PathBuf>) -> Unit {
     read(package, path, library, &table).unwrap_or_else(|| panic!("{package}: this is no table: {table}"))
 }
 
-fn read(package: &str, path: &Path, library: Library, table: &Value) -> Option<Unit> {
-    Some(Unit {
+fn read(package: &str, path: &Path, library: Library, table: &Value) -> Option<Fmu> {
+    Some(Fmu {
         package: package.into(),
         library,
         path: path.to_path_buf(),

@@ -1,8 +1,8 @@
 //! A block as a function block diagram shows it: a box with its name, inputs and settings on the left, outputs on the
 //! right.
 
-use crate::svg::{coordinate, escape};
-use crate::text;
+use crate::page::svg::{coordinate, escape};
+use crate::page::text;
 use modeldescription::Interface;
 use modeldescription::interface::{Kind, Role, Row};
 use std::fmt::Write;

@@ -1,8 +1,8 @@
 //! Reference results: what a freshly built library answers to its block's own example, recorded through the C interface
 //! as a co-simulation master does, and packed after the layered standard fmi-ls-ref.
 
-use crate::library::Library;
-use crate::slave::{Slave, Type};
+use crate::host::instance::{Instance, Type};
+use crate::host::library::Library;
 use modeldescription::Interface;
 use modeldescription::interface::{Kind, Role, Row};
 use std::collections::BTreeMap;
@@ -44,33 +44,33 @@ pub fn record(library: &Library, interface: &Interface) -> Result<Recording, Str
     } else {
         response.show.iter().filter_map(|name| interface.find(name)).collect()
     };
-    let mut slave = Slave::instantiate(library, &interface.guid, None)?;
+    let mut instance = Instance::instantiate(library, &interface.guid, None)?;
     let failed = |error| format!("the block's response: {error}");
-    slave.enter_initialization(0.0)?;
-    set(&mut slave, interface, 0).map_err(failed)?;
-    slave.exit_initialization().map_err(failed)?;
+    instance.enter_initialization(0.0)?;
+    set(&mut instance, interface, 0).map_err(failed)?;
+    instance.exit_initialization().map_err(failed)?;
 
-    let cycle = (slave.get(Type::Real, interface.cycle as u32)? * 1000.0).round() as u32;
-    let values = |slave: &Slave| -> Result<Vec<f64>, String> {
-        shown.iter().map(|row| slave.get(fmi_type(rows[*row].kind), *row as u32)).collect()
+    let cycle = (instance.get(Type::Real, interface.cycle as u32)? * 1000.0).round() as u32;
+    let values = |instance: &Instance| -> Result<Vec<f64>, String> {
+        shown.iter().map(|row| instance.get(fmi_type(rows[*row].kind), *row as u32)).collect()
     };
-    let mut recording = Recording { cycle, restart: values(&slave)?, calls: Vec::new(), shown: shown.clone() };
+    let mut recording = Recording { cycle, restart: values(&instance)?, calls: Vec::new(), shown: shown.clone() };
     for call in 0..response.calls {
         if call > 0 {
-            set(&mut slave, interface, call).map_err(failed)?;
+            set(&mut instance, interface, call).map_err(failed)?;
         }
-        slave.step(recording.time(call as usize), recording.time(1)).map_err(failed)?;
-        recording.calls.push(values(&slave)?);
+        instance.step(recording.time(call as usize), recording.time(1)).map_err(failed)?;
+        recording.calls.push(values(&instance)?);
     }
-    slave.terminate()?;
+    instance.terminate()?;
     Ok(recording)
 }
 
 /// Sets what the example sets before a call.
-fn set(slave: &mut Slave, interface: &Interface, call: u32) -> Result<(), String> {
+fn set(instance: &mut Instance, interface: &Interface, call: u32) -> Result<(), String> {
     for (_, name, value) in interface.response.set.iter().filter(|(before, ..)| *before == call) {
         let row = interface.find(name).ok_or_else(|| format!("{name} is no variable of {}", interface.name))?;
-        slave
+        instance
             .set(fmi_type(interface.variables[row].kind), row as u32, *value)
             .map_err(|error| format!("{name} = {value:?} before call {call}: {error}"))?;
     }

@@ -2,7 +2,7 @@
 
 #![allow(unsafe_code)]
 
-use crate::library::{CallbackFunctions, Library, Logger, Pointer};
+use crate::host::library::{CallbackFunctions, Library, Logger, Pointer};
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr;
 use std::sync::{Mutex, PoisonError};
@@ -12,7 +12,7 @@ const CO_SIMULATION: c_int = 1;
 
 /// An instance of the FMU that a library holds.
 #[derive(Debug)]
-pub struct Slave<'a> {
+pub struct Instance<'a> {
     library: &'a Library,
     component: Pointer,
     // The library may keep pointers to both: they stay where they are and go last.
@@ -44,12 +44,12 @@ pub enum Type {
     Boolean,
 }
 
-impl<'a> Slave<'a> {
+impl<'a> Instance<'a> {
     /// `fmi2Instantiate`, for co-simulation and with logging on. `resources` is the URI of the unpacked resources.
     ///
     /// # Errors
     /// What the library has logged.
-    pub fn instantiate(library: &'a Library, guid: &str, resources: Option<&str>) -> Result<Slave<'a>, String> {
+    pub fn instantiate(library: &'a Library, guid: &str, resources: Option<&str>) -> Result<Instance<'a>, String> {
         let no_nul = |text: &str| CString::new(text).map_err(|_| format!("{text:?} holds a NUL"));
         let guid = no_nul(guid)?;
         let resources = resources.map(no_nul).transpose()?;
@@ -77,7 +77,7 @@ impl<'a> Slave<'a> {
         if component.is_null() {
             return Err(format!("fmi2Instantiate gives no instance ({})", messages.take()));
         }
-        Ok(Slave { library, component, messages, _callbacks: callbacks })
+        Ok(Instance { library, component, messages, _callbacks: callbacks })
     }
 
     /// `fmi2SetupExperiment` and `fmi2EnterInitializationMode`.
@@ -85,7 +85,7 @@ impl<'a> Slave<'a> {
     /// # Errors
     /// What the library has logged.
     pub fn enter_initialization(&mut self, start: f64) -> Result<(), String> {
-        // SAFETY: the component is this slave's and lives.
+        // SAFETY: the component is this instance's and lives.
         let status = unsafe { (self.library.setup_experiment)(self.component, 0, 0.0, start, 0, 0.0) };
         self.check("fmi2SetupExperiment", status)?;
         // SAFETY: as above.
@@ -98,7 +98,7 @@ impl<'a> Slave<'a> {
     /// # Errors
     /// What the library has logged.
     pub fn exit_initialization(&mut self) -> Result<(), String> {
-        // SAFETY: the component is this slave's and lives.
+        // SAFETY: the component is this instance's and lives.
         let status = unsafe { (self.library.exit_initialization_mode)(self.component) };
         self.check("fmi2ExitInitializationMode", status)
     }
@@ -108,7 +108,7 @@ impl<'a> Slave<'a> {
     /// # Errors
     /// What the library has logged.
     pub fn step(&mut self, time: f64, size: f64) -> Result<(), String> {
-        // SAFETY: the component is this slave's and lives.
+        // SAFETY: the component is this instance's and lives.
         let status = unsafe { (self.library.do_step)(self.component, time, size, 1) };
         self.check(&format!("fmi2DoStep at {time:?} s"), status)
     }
@@ -118,7 +118,7 @@ impl<'a> Slave<'a> {
     /// # Errors
     /// What the library has logged.
     pub fn terminate(&mut self) -> Result<(), String> {
-        // SAFETY: the component is this slave's and lives.
+        // SAFETY: the component is this instance's and lives.
         let status = unsafe { (self.library.terminate)(self.component) };
         self.check("fmi2Terminate", status)
     }
@@ -129,7 +129,7 @@ impl<'a> Slave<'a> {
     /// What the library has logged.
     pub fn get(&self, kind: Type, reference: u32) -> Result<f64, String> {
         let (mut real, mut integer) = (0.0, 0);
-        // SAFETY: the component is this slave's and lives; one reference, room for one value.
+        // SAFETY: the component is this instance's and lives; one reference, room for one value.
         let status = unsafe {
             match kind {
                 Type::Real => (self.library.get_real)(self.component, &reference, 1, &mut real),
@@ -150,7 +150,7 @@ impl<'a> Slave<'a> {
         if kind != Type::Real && f64::from(integer) != value {
             return Err(format!("{value:?} is no integer"));
         }
-        // SAFETY: the component is this slave's and lives; one reference, one value.
+        // SAFETY: the component is this instance's and lives; one reference, one value.
         let status = unsafe {
             match kind {
                 Type::Real => (self.library.set_real)(self.component, &reference, 1, &value),
@@ -168,9 +168,9 @@ impl<'a> Slave<'a> {
     }
 }
 
-impl Drop for Slave<'_> {
+impl Drop for Instance<'_> {
     fn drop(&mut self) {
-        // SAFETY: the component is this slave's, and nobody uses it afterwards.
+        // SAFETY: the component is this instance's, and nobody uses it afterwards.
         unsafe { (self.library.free_instance)(self.component) }
     }
 }

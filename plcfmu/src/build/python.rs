@@ -1,9 +1,9 @@
 //! The Python environment `target/venv`: made of the packages pinned in `tests/requirements.txt`, and made again when
 //! that file or the Python has changed, or when making it was interrupted. It may be a link to that of another clone.
 
+use crate::build::workspace::Workspace;
 use crate::command::output;
 use crate::progress::Progress;
-use crate::workspace::Workspace;
 use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -253,7 +253,7 @@ mod tests {
         fs::write(path("tests/requirements.txt"), "fmpy==1\n").unwrap();
         fs::write(path("other/plcfmu-stamp.txt"), "another Python").unwrap();
         std::os::unix::fs::symlink(path("other"), path("target/venv")).unwrap();
-        let workspace = Workspace { root: path(""), target: path("target"), units: Vec::new() };
+        let workspace = Workspace { root: path(""), target: path("target"), crates: Vec::new() };
         let python = python("3 11\n3.11.2\n/a\nvenv\n");
         let error = Environment::made_with(&python, &workspace).unwrap_err();
         assert!(error.contains("target/venv is a link to") && error.contains("other, which is out of date"), "{error}");

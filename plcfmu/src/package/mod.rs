@@ -1,6 +1,13 @@
 //! An FMU's file, opened: an archive with a model description and libraries that fit it.
 
-use crate::archive::Archive;
+pub mod archive;
+pub mod binary;
+pub mod check;
+pub mod pack;
+pub mod reference;
+pub mod temporary;
+
+use archive::Archive;
 use modeldescription::{ModelDescription, shortened};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
@@ -87,7 +94,6 @@ fn library(path: &str, identifier: &str) -> Option<LibraryFile> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::archive;
     use modeldescription::CoSimulation;
     use std::collections::BTreeMap;
     use std::io::Cursor;

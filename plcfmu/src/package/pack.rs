@@ -1,17 +1,17 @@
 //! `cargo xtask fmu`: builds the libraries of the workspace's FMUs, reads each one's table out of it, and packs it.
 
-use crate::archive;
-use crate::check;
-use crate::compile::{Platform, compile};
-use crate::diagram;
-use crate::library::Library;
+use crate::build::compile::{Platform, compile};
+use crate::build::workspace::{FmuCrate, Workspace};
+use crate::host::library::Library;
 use crate::package::DESCRIPTION;
+use crate::package::archive;
+use crate::package::check;
+use crate::package::reference;
+use crate::package::temporary;
 use crate::page;
-use crate::picture;
+use crate::page::diagram;
+use crate::page::picture;
 use crate::progress::Progress;
-use crate::reference;
-use crate::temporary;
-use crate::workspace::{Unit, Workspace};
 use modeldescription::{Interface, ModelDescription};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -34,10 +34,10 @@ pub struct Options {
 
 /// What a user has to be told about the library's licences.
 const LICENCES: [(&str, &str); 4] = [
-    ("LICENSE-MIT", include_str!("../../LICENSE-MIT")),
-    ("LICENSE-APACHE", include_str!("../../LICENSE-APACHE")),
-    ("LICENSE-UNICODE", include_str!("../LICENSE-UNICODE")),
-    ("NOTICE", include_str!("../NOTICE")),
+    ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),
+    ("LICENSE-APACHE", include_str!("../../../LICENSE-APACHE")),
+    ("LICENSE-UNICODE", include_str!("../../LICENSE-UNICODE")),
+    ("NOTICE", include_str!("../../NOTICE")),
 ];
 
 /// Packs FMUs.
@@ -48,20 +48,20 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<(), String> {
     let platform = Platform::host(options.native)?;
     let selection = Selection::of(workspace, options)?;
     let _lock = begin(&workspace.fmus())?;
-    let libraries = compile(workspace, &selection.units, &platform)?;
+    let libraries = compile(workspace, &selection.crates, &platform)?;
     let mut tables = Vec::new();
-    for unit in &selection.units {
-        let library = &libraries[&unit.package];
-        tables.push((unit, library, table(unit, library)?));
+    for fmu_crate in &selection.crates {
+        let library = &libraries[&fmu_crate.name];
+        tables.push((fmu_crate, library, table(fmu_crate, library)?));
     }
     let chosen = selection.chosen(tables)?;
     let progress = Progress::bar(chosen.len());
-    for (unit, library, interface) in chosen {
+    for (fmu_crate, library, interface) in chosen {
         progress.begin(&interface.name);
-        let folder = workspace.fmus().join(if unit.test_only { "test-only" } else { "" });
+        let folder = workspace.fmus().join(if fmu_crate.test_only { "test-only" } else { "" });
         let path = folder.join(format!("{}.fmu", interface.name));
-        let size = pack(unit, &interface, library, &platform, &path)
-            .map_err(|error| format!("{} (package {}): {error}", interface.name, unit.package))?;
+        let size = pack(fmu_crate, &interface, library, &platform, &path)
+            .map_err(|error| format!("{} (package {}): {error}", interface.name, fmu_crate.name))?;
         progress.line(&format!(
             "{:<10} {}  {:>4} kB  {}  {}",
             interface.name,
@@ -79,7 +79,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<(), String> {
 #[derive(Debug)]
 struct Selection {
     /// The packages to build.
-    units: Vec<Unit>,
+    crates: Vec<FmuCrate>,
     /// Those that were named by `-p`.
     packages: Vec<String>,
     /// Those that were named otherwise, by block or package; none means all.
@@ -88,51 +88,53 @@ struct Selection {
 
 impl Selection {
     fn of(workspace: &Workspace, options: &Options) -> Result<Selection, String> {
-        let known: Vec<&str> = workspace.units.iter().map(|unit| unit.package.as_str()).collect();
+        let known: Vec<&str> = workspace.crates.iter().map(|fmu_crate| fmu_crate.name.as_str()).collect();
         if let Some(unknown) = options.packages.iter().find(|package| !known.contains(&package.as_str())) {
             return Err(format!(
                 "{unknown} is no FMU package of this workspace: an FMU is a cdylib that depends on fmu; there are {}",
                 known.join(", ")
             ));
         }
-        let asked = |unit: &Unit| options.packages.contains(&unit.package);
-        let named = |unit: &Unit| !unit.test_only && options.names.iter().any(|name| same(name, &unit.package));
+        let asked = |fmu_crate: &FmuCrate| options.packages.contains(&fmu_crate.name);
+        let named =
+            |fmu_crate: &FmuCrate| !fmu_crate.test_only && options.names.iter().any(|name| same(name, &fmu_crate.name));
         let all_are_packages = options
             .names
             .iter()
-            .all(|name| workspace.units.iter().any(|unit| !unit.test_only && same(name, &unit.package)));
-        let units: Vec<Unit> = if options.names.is_empty() && options.packages.is_empty() {
-            workspace.units.iter().filter(|unit| !unit.test_only).cloned().collect()
+            .all(|name| workspace.crates.iter().any(|fmu_crate| !fmu_crate.test_only && same(name, &fmu_crate.name)));
+        let crates: Vec<FmuCrate> = if options.names.is_empty() && options.packages.is_empty() {
+            workspace.crates.iter().filter(|fmu_crate| !fmu_crate.test_only).cloned().collect()
         } else if all_are_packages {
-            workspace.units.iter().filter(|unit| asked(unit) || named(unit)).cloned().collect()
+            workspace.crates.iter().filter(|fmu_crate| asked(fmu_crate) || named(fmu_crate)).cloned().collect()
         } else {
             // Only the libraries know the names of their blocks.
-            workspace.units.iter().filter(|unit| asked(unit) || !unit.test_only).cloned().collect()
+            workspace.crates.iter().filter(|fmu_crate| asked(fmu_crate) || !fmu_crate.test_only).cloned().collect()
         };
-        if units.is_empty() {
+        if crates.is_empty() {
             return Err("this workspace has no FMU: an FMU is a package with a cdylib that depends on fmu".into());
         }
-        Ok(Selection { units, packages: options.packages.clone(), names: options.names.clone() })
+        Ok(Selection { crates, packages: options.packages.clone(), names: options.names.clone() })
     }
 
     /// Those of the tables that are asked for.
     fn chosen<'a>(&self, tables: Vec<Table<'a>>) -> Result<Vec<Table<'a>>, String> {
-        let is = |name: &str, (unit, _, interface): &Table| same(name, &unit.package) || same(name, &interface.name);
+        let is =
+            |name: &str, (fmu_crate, _, interface): &Table| same(name, &fmu_crate.name) || same(name, &interface.name);
         if let Some(unknown) = self.names.iter().find(|name| !tables.iter().any(|table| is(name, table))) {
             let known: Vec<_> = tables.iter().map(|(_, _, interface)| interface.name.as_str()).collect();
             return Err(format!("there is no FMU {unknown}: there are {}", known.join(", ")));
         }
         let all = self.names.is_empty() && self.packages.is_empty();
         let asked = |table: &Table| {
-            all || self.packages.contains(&table.0.package) || self.names.iter().any(|name| is(name, table))
+            all || self.packages.contains(&table.0.name) || self.names.iter().any(|name| is(name, table))
         };
         let mut chosen: Vec<Table> = tables.into_iter().filter(asked).collect();
         chosen.sort_by(|(.., a), (.., b)| a.name.cmp(&b.name));
-        for (place, (unit, _, interface)) in chosen.iter().enumerate() {
+        for (place, (fmu_crate, _, interface)) in chosen.iter().enumerate() {
             if let Some((other, ..)) = chosen[..place].iter().find(|(_, _, other)| same(&other.name, &interface.name)) {
                 return Err(format!(
                     "the packages {} and {} both make {}.fmu: give one of the blocks another name",
-                    other.package, unit.package, interface.name
+                    other.name, fmu_crate.name, interface.name
                 ));
             }
         }
@@ -141,17 +143,17 @@ impl Selection {
 }
 
 /// A package, its library and the table in it.
-type Table<'a> = (&'a Unit, &'a PathBuf, Interface);
+type Table<'a> = (&'a FmuCrate, &'a PathBuf, Interface);
 
 /// Whether two names are one: capitals do not matter, nor does what stands between words.
 fn same(a: &str, b: &str) -> bool {
     a.replace('-', "_").eq_ignore_ascii_case(&b.replace('-', "_"))
 }
 
-fn table(unit: &Unit, library: &Path) -> Result<Interface, String> {
+fn table(fmu_crate: &FmuCrate, library: &Path) -> Result<Interface, String> {
     let interface = Library::open(library).and_then(|library| library.interface());
     let interface = interface.and_then(|json| Interface::parse(&json).map_err(|error| error.to_string()));
-    interface.map_err(|error| format!("package {}: {error}", unit.package))
+    interface.map_err(|error| format!("package {}: {error}", fmu_crate.name))
 }
 
 /// Makes the folder, waits for another packer, and removes what an interrupted one has left.
@@ -168,9 +170,15 @@ fn begin(folder: &Path) -> Result<File, String> {
 }
 
 /// Packs one FMU and says how large it is.
-fn pack(unit: &Unit, interface: &Interface, library: &Path, platform: &Platform, path: &Path) -> Result<usize, String> {
+fn pack(
+    fmu_crate: &FmuCrate,
+    interface: &Interface,
+    library: &Path,
+    platform: &Platform,
+    path: &Path,
+) -> Result<usize, String> {
     let mut description = ModelDescription::of(interface).map_err(|error| error.to_string())?;
-    description.license = unit.license.clone();
+    description.license = fmu_crate.license.clone();
     let bytes = archive::write(&files(interface, &description, library, platform)?)?;
     place(&bytes, path, |packed| check::packed(packed, &description, platform))?;
     Ok(bytes.len())
@@ -223,13 +231,13 @@ fn files(
 mod tests {
     use super::*;
 
-    fn unit(package: &str, test_only: bool) -> Unit {
-        Unit { package: package.into(), library: package.into(), license: None, test_only }
+    fn fmu_crate(package: &str, test_only: bool) -> FmuCrate {
+        FmuCrate { name: package.into(), library: package.into(), license: None, test_only }
     }
 
     fn workspace() -> Workspace {
-        let units = vec![unit("boom", true), unit("my-pump", false), unit("valve", false)];
-        Workspace { root: "/w".into(), target: "/w/target".into(), units }
+        let crates = vec![fmu_crate("boom", true), fmu_crate("my-pump", false), fmu_crate("valve", false)];
+        Workspace { root: "/w".into(), target: "/w/target".into(), crates }
     }
 
     fn select(names: &[&str], packages: &[&str]) -> Result<Selection, String> {
@@ -238,13 +246,13 @@ mod tests {
     }
 
     fn built(names: &[&str], packages: &[&str]) -> Vec<String> {
-        select(names, packages).unwrap().units.into_iter().map(|unit| unit.package).collect()
+        select(names, packages).unwrap().crates.into_iter().map(|fmu_crate| fmu_crate.name).collect()
     }
 
     fn interface(name: &str) -> Interface {
         let json = format!(
             r#"{{"name":"{name}","docs":"x","guid":"{{1}}","cycle":0,"variables":[{{"name":"CYCLE","description":"x",
-            "kind":"Time","role":"Cycle","start":1.0,"min":0.001,"max":null,"unit":null}}],
+            "kind":"Time","role":"Cycle","start":1.0,"min":0.001,"max":null,"fmu_crate":null}}],
             "response":{{"title":"x","calls":3,"set":[],"show":[]}}}}"#
         );
         Interface::parse(&json).unwrap()
@@ -254,8 +262,9 @@ mod tests {
     fn chosen(names: &[&str], packages: &[&str]) -> Result<Vec<String>, String> {
         let selection = select(names, packages)?;
         let library = PathBuf::new();
-        let block = |unit: &Unit| unit.package.trim_start_matches("my-").to_uppercase();
-        let tables = selection.units.iter().map(|unit| (unit, &library, interface(&block(unit)))).collect();
+        let block = |fmu_crate: &FmuCrate| fmu_crate.name.trim_start_matches("my-").to_uppercase();
+        let tables =
+            selection.crates.iter().map(|fmu_crate| (fmu_crate, &library, interface(&block(fmu_crate)))).collect();
         Ok(selection.chosen(tables)?.into_iter().map(|(.., interface)| interface.name).collect())
     }
 
@@ -297,7 +306,7 @@ mod tests {
     fn two_packages_cannot_make_one_fmu() {
         let selection = select(&[], &[]).unwrap();
         let library = PathBuf::new();
-        let tables = selection.units.iter().map(|unit| (unit, &library, interface("PUMP"))).collect();
+        let tables = selection.crates.iter().map(|fmu_crate| (fmu_crate, &library, interface("PUMP"))).collect();
         assert_eq!(
             selection.chosen(tables).unwrap_err(),
             "the packages my-pump and valve both make PUMP.fmu: give one of the blocks another name"

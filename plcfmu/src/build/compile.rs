@@ -1,8 +1,8 @@
 //! Builds the libraries of FMUs, all in one cargo call.
 
+use crate::build::python::Environment;
+use crate::build::workspace::{self, FmuCrate, Workspace};
 use crate::command::shown;
-use crate::python::Environment;
-use crate::workspace::{self, Unit, Workspace};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
@@ -71,13 +71,13 @@ impl Platform {
     }
 }
 
-/// Builds the release libraries of `units` and says where they are, by package.
+/// Builds the release libraries of `crates` and says where they are, by package.
 ///
 /// # Errors
 /// Cargo does not build them; it has said why.
 pub fn compile(
     workspace: &Workspace,
-    units: &[Unit],
+    crates: &[FmuCrate],
     platform: &Platform,
 ) -> Result<BTreeMap<String, PathBuf>, String> {
     let mut build = match platform.linkage {
@@ -99,8 +99,8 @@ pub fn compile(
         Linkage::Portable => "portable",
         Linkage::Native => "native",
     }));
-    for unit in units {
-        build.args(["--package", &unit.package]);
+    for fmu_crate in crates {
+        build.args(["--package", &fmu_crate.name]);
     }
     build.env("CARGO_ENCODED_RUSTFLAGS", flags(workspace)).env_remove("RUSTFLAGS");
     // What zig builds for itself, the stubs of that glibc, lies there too.
@@ -109,12 +109,12 @@ pub fn compile(
         build.env(variable, &zig);
     }
     let libraries = run(&mut build)?;
-    units
+    crates
         .iter()
-        .map(|unit| {
-            let library = libraries.get(&unit.library).cloned();
-            let library = library.ok_or_else(|| format!("cargo has built no library of package {}", unit.package))?;
-            Ok((unit.package.clone(), library))
+        .map(|fmu_crate| {
+            let library = libraries.get(&fmu_crate.library).cloned();
+            let library = library.ok_or_else(|| format!("cargo has built no library of package {}", fmu_crate.name))?;
+            Ok((fmu_crate.name.clone(), library))
         })
         .collect()
 }

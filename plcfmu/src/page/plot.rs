@@ -1,9 +1,9 @@
 //! A block's response as a drawing: numbers of one unit share a panel, Booleans have a lane each. Values are held from
 //! call to call, so curves are stairs.
 
-use crate::reference::Recording;
-use crate::svg::{coordinate, escape};
-use crate::text;
+use crate::package::reference::Recording;
+use crate::page::svg::{coordinate, escape};
+use crate::page::text;
 use modeldescription::Interface;
 use modeldescription::interface::{Kind, Role};
 use std::fmt::Write;

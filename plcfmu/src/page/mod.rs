@@ -1,14 +1,17 @@
 //! `documentation/index.html`: all that a user of the FMU has to know, in one file.
 
-use crate::diagram;
-use crate::plot;
-use crate::reference::{self, Recording};
-use crate::svg::escape;
-use crate::text;
+pub mod diagram;
+pub mod picture;
+pub mod plot;
+pub mod svg;
+pub mod text;
+
+use crate::package::reference::{self, Recording};
 use modeldescription::Interface;
 use modeldescription::interface::{Role, Row};
 use pulldown_cmark::{Options, Parser, html};
 use std::fmt::Write;
+use svg::escape;
 
 const STYLE: &str = "
 :root { color-scheme: light; }

@@ -1,0 +1,4 @@
+//! Loads FMUs and runs them.
+
+pub mod instance;
+pub mod library;
