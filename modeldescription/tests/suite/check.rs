@@ -1,7 +1,7 @@
 //! What is found in a description that no schema objects to.
 
 use crate::sample::{everything, smallest, unknown, variable};
-use modeldescription::*;
+use modeldescription::v2::*;
 
 /// The findings about the sample after a change.
 fn findings(change: impl FnOnce(&mut ModelDescription)) -> Vec<String> {
@@ -151,7 +151,9 @@ fn names_that_are_there_twice() {
     });
     assert_eq!(types, "SimpleType \"B\" is there twice: define it once");
     let items = finding(|d| {
-        let TypeAttributes::Enumeration { items, .. } = &mut d.type_definitions[4].attributes else { panic!() };
+        let TypeAttributes::Enumeration(EnumerationType { items, .. }) = &mut d.type_definitions[4].attributes else {
+            panic!()
+        };
         items[0].name = "green".into();
     });
     assert_eq!(items, "SimpleType \"E\": Item \"green\" is there twice: define it once");

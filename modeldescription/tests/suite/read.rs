@@ -1,7 +1,7 @@
 //! From XML to a model description: those of other tools too, and what is refused.
 
 use crate::sample::{everything, smallest};
-use modeldescription::*;
+use modeldescription::v2::*;
 
 /// A model description as other tools write it: with comments, in other quotes and another order, with attributes and
 /// elements that are nobody else's business.
@@ -96,7 +96,7 @@ fn the_description_of_another_tool_is_read_whole() {
     assert_eq!(description.model_identifier(), Some("Foreign_Model"));
     let model_exchange = description.model_exchange.clone().unwrap();
     assert!(model_exchange.can_get_and_set_fmu_state && !model_exchange.can_serialize_fmu_state);
-    assert_eq!(model_exchange.source_files, ["a.c", "b.c"]);
+    assert_eq!(model_exchange.source_files, ["a.c", "b.c"].map(|name| SourceFile { name: name.into() }));
     assert_eq!(description.co_simulation, None);
     let experiment = DefaultExperiment { stop_time: Some(1000.0), ..DefaultExperiment::default() };
     assert_eq!(description.default_experiment, Some(experiment));
@@ -112,7 +112,9 @@ fn the_description_of_another_tool_is_read_whole() {
         ..RealAttributes::default()
     };
     assert_eq!(level.attributes, TypeAttributes::Real(expected));
-    let TypeAttributes::Enumeration { items, .. } = &description.type_definitions[1].attributes else { panic!() };
+    let TypeAttributes::Enumeration(EnumerationType { items, .. }) = &description.type_definitions[1].attributes else {
+        panic!()
+    };
     assert_eq!((items[0].value, items[0].description.as_deref(), items[1].value), (1, Some("Stop"), -2));
     assert_eq!(description.unit_definitions[0].display_units[0].factor, 100.0);
     let names: Vec<&str> = description.model_variables.iter().map(|variable| variable.name.as_str()).collect();

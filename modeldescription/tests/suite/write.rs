@@ -1,7 +1,7 @@
 //! From a model description to XML.
 
 use crate::sample::{everything, smallest, variable};
-use modeldescription::*;
+use modeldescription::v2::*;
 
 fn text(description: &ModelDescription) -> String {
     String::from_utf8(write(description)).unwrap()

@@ -1,17 +1,17 @@
 //! What is wrong with a model description although its XML is right.
 
-use crate::description::{
-    Causality, Initial, ModelDescription, Real, RealAttributes, SimpleType, TypeAttributes, Typed, Unit, Unknown,
-    Variability, Variable, VariableNamingConvention,
+use super::description::{
+    Causality, EnumerationType, Initial, ModelDescription, Real, RealAttributes, SimpleType, TypeAttributes, Typed,
+    Unit, Unknown, Variability, Variable, VariableNamingConvention,
 };
+use super::lexical::is_xml;
 use crate::error::shortened;
-use crate::lexical::is_xml;
 use std::collections::{HashMap, HashSet};
 use std::fmt::Debug;
 
 /// All that is wrong with a model description, a sentence each: what misleads a host and no schema notices.
 ///
-/// It holds an FMU of this project to more than [`read`](crate::read()) asks of a foreign one: that model and library
+/// It holds an FMU of this project to more than [`read`](super::read()) asks of a foreign one: that model and library
 /// have one name, a C identifier; that names, causality, variability and start values go together as the standard's
 /// tables say; that the model structure lists exactly what belongs there.
 ///
@@ -170,7 +170,7 @@ fn check_type(attributes: &TypeAttributes, definitions: &Definitions<'_>, found:
             check_unit(real, definitions, found);
         }
         TypeAttributes::Integer(integer) => check_range(integer.min, integer.max, None, found),
-        TypeAttributes::Enumeration { items, .. } => {
+        TypeAttributes::Enumeration(EnumerationType { items, .. }) => {
             for name in repeated(items.iter().map(|item| &item.name)) {
                 found(format!("Item {:?} is there twice: define it once", shortened(name)));
             }
@@ -204,7 +204,7 @@ fn check_typed(typed: &Typed, definitions: &Definitions<'_>, count: usize, found
             }
             check_range(min, max, integer.start, found);
         }
-        (Typed::Enumeration(enumeration), None | Some(TypeAttributes::Enumeration { .. })) => {
+        (Typed::Enumeration(enumeration), None | Some(TypeAttributes::Enumeration(_))) => {
             check_range(enumeration.attributes.min, enumeration.attributes.max, enumeration.start, found);
         }
         (Typed::Boolean(_), None | Some(TypeAttributes::Boolean)) => {}
@@ -372,7 +372,8 @@ fn check_value(variable: &Variable, definitions: &Definitions<'_>, found: &mut i
     match &variable.typed {
         Typed::Real(real) => check_display_unit(real, declared, definitions, found),
         Typed::Enumeration(enumeration) => {
-            if let (Some(start), Some(TypeAttributes::Enumeration { items, .. })) = (enumeration.start, declared)
+            if let (Some(start), Some(TypeAttributes::Enumeration(EnumerationType { items, .. }))) =
+                (enumeration.start, declared)
                 && !items.iter().any(|item| item.value == start)
             {
                 found(format!("start = {start}: none of the type's items has this value"));
