@@ -81,7 +81,7 @@ fn used_units(table: &Table) -> Result<Vec<Unit>, Error> {
         table.variables.iter().filter_map(|row| Some((row, unit(row)?))).find(|(_, unit)| !known.contains(unit))
     {
         return Err(Error::new(format!(
-            "{}: variable {}: unit {unknown:?} is unknown: take one of {}",
+            "{}: variable {}: unit {unknown:?} is unknown: use one of {}",
             table.name,
             row.name,
             known.join(", ")
@@ -167,14 +167,14 @@ fn integer(number: f64, kind: Kind) -> Result<i32, String> {
     if number.fract() == 0.0 && (-32768.0..=32767.0).contains(&number) {
         return Ok(number as i32);
     }
-    Err(format!("{number:?} is no {}: that is a whole number of -32768 ... 32767", kind.name()))
+    Err(format!("{number:?} is not of type {}: expected an integer from -32768 to 32767", kind.name()))
 }
 
 fn boolean(number: f64) -> Result<bool, String> {
     match number {
         0.0 => Ok(false),
         1.0 => Ok(true),
-        _ => Err(format!("{number:?} is no BOOL: that is 0 or 1")),
+        _ => Err(format!("{number:?} is not of type BOOL: expected 0 or 1")),
     }
 }
 

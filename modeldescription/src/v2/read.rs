@@ -53,11 +53,11 @@ pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
 pub fn read_within(bytes: &[u8], limits: Limits) -> Result<ModelDescription, Error> {
     if bytes.len() > limits.bytes {
         let (size, most) = (bytes.len(), limits.bytes);
-        return Err(Error::new(format!("the model description has {size} bytes: at most {most} are read")));
+        return Err(Error::new(format!("the model description has {size} bytes: the limit is {most}")));
     }
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let place = error.valid_up_to();
-        at_line(bytes, place, &format!("byte 0x{:02x} is no UTF-8: save the file in UTF-8", bytes[place]))
+        at_line(bytes, place, &format!("byte 0x{:02x} is not UTF-8: save the file in UTF-8", bytes[place]))
     })?;
     let mut document = Document::new(text.strip_prefix('\u{feff}').unwrap_or(text), limits);
     let root = document.root()?;
@@ -80,7 +80,7 @@ pub fn read_within(bytes: &[u8], limits: Limits) -> Result<ModelDescription, Err
 
 /// What the XML reader found, which may quote a name of any length.
 fn no_xml(error: &impl std::fmt::Display) -> String {
-    format!("this is no XML: {:.300}", error.to_string())
+    format!("this is not XML: {:.300}", error.to_string())
 }
 
 /// A sentence with the number of the line in front.
@@ -135,7 +135,7 @@ impl Tag<'_> {
             }
             let value = attribute.normalized_value(XmlVersion::Explicit1_0).map_err(|_| {
                 refused(
-                    "an & may begin &lt; &gt; &amp; &quot; &apos; or a number such as &#10; only: write & itself as &amp;",
+                    "only &lt; &gt; &amp; &quot; &apos; and numbers such as &#10; may follow an &: write & itself as &amp;",
                 )
             })?;
             if let Some(character) = value.chars().find(|character| !is_xml(*character)) {
@@ -213,7 +213,8 @@ impl<'a> Document<'a> {
                 Event::GeneralRef(entity) => {
                     let is_known = matches!(&*entity, "lt" | "gt" | "amp" | "quot" | "apos");
                     if !is_known && !matches!(entity.resolve_char_ref(), Ok(Some(_))) {
-                        let sentence = format!("entity &{}; is not read: write what it stands for", shortened(&entity));
+                        let sentence =
+                            format!("entity &{}; is not supported: write its text instead", shortened(&entity));
                         return Err(self.refused(place, &sentence));
                     }
                     Piece::Text(place)
@@ -228,7 +229,7 @@ impl<'a> Document<'a> {
                     return Err(self.refused(place, sentence));
                 }
                 Event::DocType(_) => {
-                    let sentence = "a document type declaration (<!DOCTYPE) is not read: remove it";
+                    let sentence = "a document type declaration (<!DOCTYPE) is not supported: remove it";
                     return Err(self.refused(place, sentence));
                 }
                 Event::Eof => Piece::End,
@@ -240,7 +241,7 @@ impl<'a> Document<'a> {
         self.elements += 1;
         let most = self.limits.elements;
         if self.elements > most {
-            return Err(self.refused(place, &format!("there are too many elements: at most {most} are read")));
+            return Err(self.refused(place, &format!("there are too many elements: the limit is {most}")));
         }
         Ok(Tag { tag, is_empty, text: self.text, place })
     }
@@ -248,7 +249,7 @@ impl<'a> Document<'a> {
     fn check_declaration(&self, declaration: &BytesDecl<'_>) -> Result<(), Error> {
         let version = declaration.version().map_err(|error| self.refused(0, &no_xml(&error)))?;
         if version != "1.0" {
-            return Err(self.refused(0, &format!("XML {:?} is not read: FMI 2.0 uses 1.0", shortened(&version))));
+            return Err(self.refused(0, &format!("XML {:?} is not supported: FMI 2.0 uses 1.0", shortened(&version))));
         }
         let encoding = declaration.encoding().transpose();
         let encoding = encoding.map_err(|error| self.refused(0, &no_xml(&error)))?;
@@ -267,9 +268,9 @@ impl<'a> Document<'a> {
         match self.next()? {
             Piece::Tag(root) if root.name() == "fmiModelDescription" => Ok(root),
             Piece::Tag(root) => {
-                Err(root.refused("this is no model description: that begins with <fmiModelDescription"))
+                Err(root.refused("this is not a model description: that begins with <fmiModelDescription"))
             }
-            _ => Err(self.refused(0, "this is no XML: a model description begins with <fmiModelDescription")),
+            _ => Err(self.refused(0, "this is not XML: a model description begins with <fmiModelDescription")),
         }
     }
 
@@ -323,7 +324,7 @@ impl<'a> Document<'a> {
     fn count_variable(&mut self, variable: &Tag<'_>) -> Result<(), Error> {
         let most = self.limits.variables;
         if self.variables.len() >= most {
-            return Err(variable.refused(&format!("there are too many variables: at most {most} are read")));
+            return Err(variable.refused(&format!("there are too many variables: the limit is {most}")));
         }
         self.variables.push(variable.place);
         Ok(())
@@ -339,7 +340,9 @@ impl<'a> Document<'a> {
         while depth > 0 {
             match self.next()? {
                 Piece::Tag(_) if depth > most => {
-                    return Err(element.refused(&format!("the elements inside are too deep: at most {most} are read")));
+                    return Err(
+                        element.refused(&format!("the elements inside are nested too deeply: the limit is {most}"))
+                    );
                 }
                 Piece::Tag(child) => depth += usize::from(!child.is_empty),
                 Piece::EndTag => depth -= 1,

@@ -248,10 +248,10 @@ fn a_unit_that_fmi_cannot_express_is_refused() {
 
 #[test]
 fn a_value_that_its_type_does_not_have_is_refused() {
-    assert!(refused("INT", "input", "start 0.5").contains("0.5 is no INT"));
-    assert!(refused("INT", "parameter", "max 32768.0").contains("32768.0 is no INT"));
-    assert!(refused("WORD", "input", "start -32769.0").contains("-32769.0 is no WORD"));
-    assert!(refused("BOOL", "input", "start 2.0").contains("2.0 is no BOOL"));
+    assert!(refused("INT", "input", "start 0.5").contains("0.5 is not of type INT"));
+    assert!(refused("INT", "parameter", "max 32768.0").contains("32768.0 is not of type INT"));
+    assert!(refused("WORD", "input", "start -32769.0").contains("-32769.0 is not of type WORD"));
+    assert!(refused("BOOL", "input", "start 2.0").contains("2.0 is not of type BOOL"));
 }
 
 #[test]
@@ -264,10 +264,10 @@ fn a_start_out_of_range_and_an_empty_range_are_refused() {
 #[test]
 fn names_that_no_host_can_use_are_refused() {
     let error = of(&[row("CYCLE", "REAL", "output", "")]).unwrap_err().to_string();
-    assert!(error.contains("\"CYCLE\": the name is there twice"), "{error}");
+    assert!(error.contains("\"CYCLE\": the name is used twice"), "{error}");
     let error = of(&[row("GRÖSSE", "REAL", "output", "")]).unwrap_err().to_string();
-    assert!(error.contains("\"GRÖSSE\": the name is no structured one"), "{error}");
+    assert!(error.contains("\"GRÖSSE\": the name is not a structured one"), "{error}");
     let interface = Interface::parse(&json(&[]).replace("\"BLOCK\"", "\"MY-BLOCK\"")).unwrap();
     let error = ModelDescription::of(&interface).unwrap_err().to_string();
-    assert!(error.contains("\"MY-BLOCK\" is no C identifier"), "{error}");
+    assert!(error.contains("\"MY-BLOCK\" is not a C identifier"), "{error}");
 }
