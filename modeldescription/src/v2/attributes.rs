@@ -15,22 +15,22 @@
 //!     field: Option<Element>;                       at most one
 //!     field: Vec<Element>;                          any number
 //!     field in "List": Vec<Element>;                inside a list, which is left out if it is empty
-//!     field in "List", required: Vec<Element>;      inside a list that has to be there
+//!     field in "List", required: Vec<Element>;      inside a list that is required, and written if empty
 //! }
 //! ```
 //!
-//! Attributes and children are written in the order of the lines, which is the schema's; attributes are read in any
-//! order, and so are children. The struct's [`Default`] has the defaults of the lines.
+//! Attributes and children are written in the order of the lines, which is the schema's, and read in any order. The
+//! struct's [`Default`] has the defaults of the lines.
 //!
-//! [`choices!`] makes an enum of elements that exclude each other, [`words!`] one of the words that an attribute may
-//! hold.
+//! [`choices!`] makes an enum of elements of which exactly one occurs, [`words!`] one of the words that an attribute may
+//! have as value.
 
 use super::lexical::Value;
 use super::read::{Attribute, Document, Tag};
 use super::write::Xml;
 use crate::error::Error;
 
-/// What is called for each attribute that is written, with its name and its value.
+/// Takes the name and the value of each attribute that is written.
 pub(super) type Sink<'a> = &'a mut dyn FnMut(&'static str, &str);
 
 /// A struct with attributes.
@@ -38,36 +38,36 @@ pub(super) trait Attributes: Sized {
     /// Their names in the order of the schema.
     const NAMES: &'static [&'static str];
 
-    /// Takes the values of the attributes, which come in the order of [`NAMES`](Attributes::NAMES).
+    /// Takes its attributes from `attributes`, where they are in the order of `NAMES`.
     fn read<'e>(tag: &Tag<'_>, attributes: &mut impl Iterator<Item = Option<Attribute<'e>>>) -> Result<Self, Error>;
 
     fn write(&self, sink: Sink<'_>);
 }
 
-/// An element of the schema, or several that exclude each other.
+/// An element of the schema, or several of which exactly one occurs.
 pub(super) trait Element: Sized {
-    /// Its name; several for elements that exclude each other.
+    /// Its name, or the names to choose from.
     const NAMES: &'static [&'static str];
-    /// What is wrong where there are two of it.
+    /// The message if it occurs twice.
     const TWICE: &'static str = TWICE;
 
-    /// What is wrong where it is missing.
+    /// The message if it is missing.
     fn missing() -> String {
         missing(Self::NAMES[0])
     }
 
-    /// Reads the element, whose start tag has been read already, to its end.
+    /// Reads the element with this start tag to its end.
     fn read(document: &mut Document<'_>, tag: &Tag<'_>) -> Result<Self, Error>;
 
     fn write(&self, xml: &mut Xml);
 }
 
-/// How often an element stands inside another: `T` once, `Option<T>` at most once, `Vec<T>` any number of times.
+/// The field for a child of an element: `T` once, `Option<T>` at most once, `Vec<T>` any number of times.
 pub(super) trait Child: Sized {
-    /// Reads a child of `parent` into the field; false if it is not an element of this field.
+    /// Reads a child into the field; false if it belongs to another field.
     fn read(field: &mut Option<Self>, document: &mut Document<'_>, child: &Tag<'_>) -> Result<bool, Error>;
 
-    /// The field after the last child.
+    /// The field when all children of `parent` have been read.
     fn complete(field: Option<Self>, parent: &Tag<'_>) -> Result<Self, Error>;
 
     fn write(&self, xml: &mut Xml);
@@ -232,7 +232,14 @@ macro_rules! elements {
         #[cfg_attr($json(), derive(serde::Deserialize), serde(deny_unknown_fields))]
         $($meta)*
         pub struct $Name {
-            $( $(#[$doc])* $(#[cfg_attr($json(), serde(rename = $attribute))])? pub $field: $Type, )*
+            $(
+                $(#[$doc])*
+                $(
+                    #[doc = concat!("\n\nAttribute `", $attribute, "`")]
+                    #[cfg_attr($json(), serde(rename = $attribute))]
+                )?
+                pub $field: $Type,
+            )*
             $( $(#[$child_doc])* pub $child: $Child, )*
         }
 
@@ -256,7 +263,7 @@ macro_rules! elements {
                 tag: &Tag<'_>,
                 attributes: &mut impl Iterator<Item = Option<Attribute<'e>>>,
             ) -> Result<$Name, Error> {
-                $( let _ = ($constant, attributes.next()); )?
+                $( elements!(@constant $constant attributes); )?
                 Ok($Name {
                     $( $field: elements!(@read tag attributes $Type, ($($attribute)?) ($($default)?)), )*
                     $( $child: Default::default(), )*
@@ -279,7 +286,7 @@ macro_rules! elements {
                 let attributes = tag.attributes::<COUNT>(<$Name as Attributes>::NAMES)?;
                 let mut element: $Name = Attributes::read(tag, &mut attributes.into_iter())?;
                 $( let mut $child: Option<$Child> = None; )*
-                $( let mut skipped = ($skipped, false).1; )?
+                let mut skipped = false;
                 document.children(tag, |document, child| {
                     $( if elements!(@read_child $child document child $($list)?)? { return Ok(true); } )*
                     $( if child.name() == $skipped { return document.skip(child, &mut skipped); } )?
@@ -298,6 +305,8 @@ macro_rules! elements {
         }
     };
 
+    // The reader has checked it before anything else.
+    (@constant $name:literal $attributes:ident) => { $attributes.next() };
     (@default) => { Default::default() };
     (@default $default:expr) => { $default };
     (@names $Group:ty, ()) => { <$Group as Attributes>::NAMES };
@@ -339,17 +348,17 @@ macro_rules! choices {
     ($(
         $(#[$meta:meta])*
         $Name:ident of $owner:literal, by default $Default:ident {
-            $( $(#[$doc:meta])* $Variant:ident $(($Content:ty))? ; )*
+            $( $(#[$doc:meta])* $Variant:ident($Content:ty); )*
         }
     )*) => { $(
         $(#[$meta])*
         #[derive(Clone, Debug, PartialEq)]
-        pub enum $Name { $( $(#[$doc])* $Variant $(($Content))?, )* }
+        pub enum $Name { $( $(#[$doc])* $Variant($Content), )* }
 
         impl $Name {
             /// The standard's name of the type.
             pub fn name(&self) -> &'static str {
-                match self { $( $Name::$Variant { .. } => stringify!($Variant), )* }
+                match self { $( $Name::$Variant(_) => stringify!($Variant), )* }
             }
         }
 
@@ -369,35 +378,16 @@ macro_rules! choices {
 
             fn read(document: &mut Document<'_>, tag: &Tag<'_>) -> Result<$Name, Error> {
                 match tag.name() {
-                    $( stringify!($Variant) => choices!(@read $Name $Variant document tag $($Content)?), )*
+                    $( stringify!($Variant) => Element::read(document, tag).map($Name::$Variant), )*
                     _ => Err(tag.refused(&Self::missing())),
                 }
             }
 
             fn write(&self, xml: &mut Xml) {
-                $( choices!(@write self $Name $Variant xml $($Content)?); )*
+                match self { $( $Name::$Variant(content) => Element::write(content, xml), )* }
             }
         }
     )* };
-
-    (@read $Name:ident $Variant:ident $document:ident $tag:ident) => {{
-        $tag.attributes::<0>(&[])?;
-        $document.children($tag, |_, _| Ok(false))?;
-        Ok($Name::$Variant)
-    }};
-    (@read $Name:ident $Variant:ident $document:ident $tag:ident $Content:ty) => {
-        <$Content as Element>::read($document, $tag).map($Name::$Variant)
-    };
-    (@write $self:ident $Name:ident $Variant:ident $xml:ident) => {
-        if let $Name::$Variant = $self {
-            $xml.element(stringify!($Variant), |_| {});
-        }
-    };
-    (@write $self:ident $Name:ident $Variant:ident $xml:ident $Content:ty) => {
-        if let $Name::$Variant(content) = $self {
-            Element::write(content, $xml);
-        }
-    };
 }
 pub(super) use choices;
 

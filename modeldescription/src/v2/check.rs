@@ -1,4 +1,4 @@
-//! What is wrong with a model description although its XML is right.
+//! Mistakes in a model description whose XML is valid.
 
 use super::description::{
     Causality, EnumerationType, Initial, ModelDescription, Real, RealAttributes, SimpleType, TypeAttributes, Typed,
@@ -9,13 +9,13 @@ use crate::error::shortened;
 use std::collections::{HashMap, HashSet};
 use std::fmt::Debug;
 
-/// All that is wrong with a model description, a sentence each: what misleads a host and no schema notices.
+/// All mistakes in a model description that a schema does not find but that mislead a host, one sentence each.
 ///
-/// It holds an FMU of this project to more than [`read`](super::read()) asks of a foreign one: that model and library
-/// have one name, a C identifier; that names, causality, variability and start values go together as the standard's
-/// tables say; that the model structure lists exactly what belongs there.
+/// An FMU of this project has to meet more than [`read`](super::read()) requires of any FMU: the model and the library
+/// have the same name, which is a C identifier; names, causality, variability and start values agree with the standard's
+/// tables; the model structure lists exactly the variables that belong there.
 ///
-/// Where there are more than [`MOST_FINDINGS`], the last sentence counts the rest.
+/// If there are more than [`MOST_FINDINGS`], the last sentence counts the rest.
 pub fn check(description: &ModelDescription) -> Vec<String> {
     let mut findings = Findings::default();
     contradictions(description, &mut |_, sentence| findings.push(sentence));
@@ -34,10 +34,10 @@ pub fn check(description: &ModelDescription) -> Vec<String> {
     findings.sentences()
 }
 
-/// So many sentences [`check`] gives at most, and one that counts the rest: of a million variables each may be wrong.
+/// The most findings that [`check`] tells; one more sentence counts the rest.
 pub const MOST_FINDINGS: usize = 20;
 
-/// What was found, as far as somebody reads it.
+/// The first findings, and the number of the others.
 #[derive(Default)]
 struct Findings {
     first: Vec<String>,
@@ -61,7 +61,7 @@ impl Findings {
     }
 }
 
-/// Where a contradiction is, for the line of a message: at a variable, by its place in the list, or elsewhere.
+/// Where a contradiction is: at the variable with this place in the list, or elsewhere.
 pub(crate) type Place = Option<usize>;
 
 /// Units and types by name.
@@ -88,7 +88,7 @@ fn about(variable: &Variable, sentence: &str) -> String {
     format!("variable {:?}: {sentence}", shortened(&variable.name))
 }
 
-/// What makes a description useless, whoever made it: things that exist twice or not at all, values out of range.
+/// Mistakes that make a description useless, whoever wrote it: what is defined twice or not at all, values out of range.
 pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl FnMut(Place, String)) {
     if description.model_exchange.is_none() && description.co_simulation.is_none() {
         found(None, "there is neither ModelExchange nor CoSimulation: add one, or both".into());
@@ -149,7 +149,7 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
     }
 }
 
-/// The names that are there for a second time.
+/// The names that occur a second time.
 fn repeated<'a>(names: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
     let mut seen = HashSet::new();
     names.filter(|name| !seen.insert(name.as_str())).collect()
@@ -175,7 +175,7 @@ fn check_type(attributes: &TypeAttributes, definitions: &Definitions<'_>, found:
                 found(format!("Item {:?} is defined twice: define it once", shortened(name)));
             }
         }
-        TypeAttributes::Boolean | TypeAttributes::String => {}
+        TypeAttributes::Boolean(_) | TypeAttributes::String(_) => {}
     }
 }
 
@@ -207,8 +207,8 @@ fn check_typed(typed: &Typed, definitions: &Definitions<'_>, count: usize, found
         (Typed::Enumeration(enumeration), None | Some(TypeAttributes::Enumeration(_))) => {
             check_range(enumeration.attributes.min, enumeration.attributes.max, enumeration.start, found);
         }
-        (Typed::Boolean(_), None | Some(TypeAttributes::Boolean)) => {}
-        (Typed::String(_), None | Some(TypeAttributes::String)) => {}
+        (Typed::Boolean(_), None | Some(TypeAttributes::Boolean(_))) => {}
+        (Typed::String(_), None | Some(TypeAttributes::String(_))) => {}
         (typed, Some(_)) => {
             let declared = shortened(typed.declared_type().unwrap_or_default());
             let name = typed.name();
@@ -223,7 +223,7 @@ fn check_unit(attributes: &RealAttributes, definitions: &Definitions<'_>, found:
     }
 }
 
-/// NaN is neither below nor above anything: it is wrong wherever something is compared with it.
+/// A NaN is not in order with anything, so it is found as min, max or start if there is something to compare it with.
 fn check_range<T: PartialOrd + Debug + Copy>(
     min: Option<T>,
     max: Option<T>,
@@ -323,13 +323,13 @@ fn check_model(description: &ModelDescription, findings: &mut Findings) {
     }
 }
 
-/// Whether a name is one in C.
+/// Whether a name is a C identifier.
 fn is_identifier(name: &str) -> bool {
     name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
         && name.bytes().next().is_some_and(|first| !first.is_ascii_digit())
 }
 
-/// The standard's tables: what causality, variability, initial and a start value go together.
+/// The standard's tables of which causality, variability, initial and start go together.
 fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
     use Causality::{CalculatedParameter, Independent, Input, Local, Output, Parameter};
     use Variability::{Constant, Continuous, Discrete, Fixed, Tunable};
@@ -405,7 +405,7 @@ fn check_structure(description: &ModelDescription, findings: &mut Findings) {
     let variables = &description.model_variables;
     let structure = &description.model_structure;
     let indexed = || (1..).zip(variables);
-    // States and their derivatives are unknown at first, too.
+    // Continuous states and their derivatives are unknowns of the initialization too.
     let mut states = HashSet::new();
     for derivative in &structure.derivatives {
         let variable = place(derivative.index).and_then(|place| variables.get(place));

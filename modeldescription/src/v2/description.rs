@@ -215,6 +215,12 @@ elements! {
         max "max": Option<i32>;
     }
 
+    /// A Boolean as a [`SimpleType`]: no attributes.
+    BooleanType "Boolean" {}
+
+    /// A String as a [`SimpleType`]: no attributes.
+    StringType "String" {}
+
     /// An enumeration as a [`SimpleType`].
     EnumerationType "Enumeration" {
         /// The physical quantity.
@@ -369,9 +375,9 @@ choices! {
         /// 32-bit integer.
         Integer(IntegerAttributes);
         /// True or false.
-        Boolean;
+        Boolean(BooleanType);
         /// Text.
-        String;
+        String(StringType);
         /// One of several named numbers.
         Enumeration(EnumerationType);
     }
@@ -442,13 +448,13 @@ words! {
 }
 
 impl ModelDescription {
-    /// The name of the library and prefix of its functions: that for co-simulation, if there are two.
+    /// The name of the library and prefix of its functions; that of co-simulation if the FMU supports both.
     pub fn model_identifier(&self) -> Option<&str> {
         let co_simulation = self.co_simulation.as_ref().map(|flags| flags.model_identifier.as_str());
         co_simulation.or(self.model_exchange.as_ref().map(|flags| flags.model_identifier.as_str()))
     }
 
-    /// The variable of this name.
+    /// The variable with this name.
     pub fn variable(&self, name: &str) -> Option<&Variable> {
         self.model_variables.iter().find(|variable| variable.name == name)
     }
@@ -464,8 +470,8 @@ impl Capabilities {
 }
 
 impl Variable {
-    /// How it gets its first value: as is said or, if nothing is, as the standard infers it from causality and
-    /// variability. An input and the independent variable have none.
+    /// How it gets its first value: `initial` or, if that is absent, the standard's default for its causality and
+    /// variability. `None` for an input and for the independent variable.
     pub fn initial_or_default(&self) -> Option<Initial> {
         use Causality::{CalculatedParameter, Independent, Input, Local, Output, Parameter};
         self.initial.or(match (self.causality, self.variability) {
@@ -475,7 +481,7 @@ impl Variable {
         })
     }
 
-    /// Whether a host may set it: an input or a parameter that is no constant.
+    /// Whether a host may set it: it is an input or a parameter, and not constant.
     pub fn is_settable(&self) -> bool {
         matches!(self.causality, Causality::Input | Causality::Parameter) && self.variability != Variability::Constant
     }

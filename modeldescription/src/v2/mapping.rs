@@ -13,14 +13,14 @@ use crate::units;
 use blocks::{Kind, Role};
 
 impl ModelDescription {
-    /// The model description of the FMU whose library says this of itself.
+    /// The model description of the FMU with this library.
     ///
-    /// An input is a discrete input and a setting a tunable or fixed parameter, each with its start value; outputs and
-    /// locals are discrete and calculated, and depend on no input of the same instant. REAL, LREAL and TIME become
-    /// Real, WORD and INT Integer, BOOL Boolean. Ranges are those that the table gives, and no others.
+    /// Inputs become discrete inputs, settings tunable or fixed parameters, each with its start value. Outputs and locals
+    /// are discrete and calculated; they depend on no input of the same instant. REAL, LREAL and TIME become Real, WORD
+    /// and INT become Integer, BOOL becomes Boolean. Ranges are those of the table.
     ///
     /// # Errors
-    /// What the table says that no model description may say: an unknown unit, a start value out of range, a name twice.
+    /// What the table says that a model description must not: an unknown unit, a start value out of range, a name twice.
     pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
         let table = &interface.table;
         let mut description = ModelDescription {
@@ -52,10 +52,10 @@ impl ModelDescription {
     }
 }
 
-/// From 0 for as long as the documentation's response lasts, with one call per step.
+/// From 0 to the end of the response in the documentation, with one call per step.
 fn default_experiment(table: &Table) -> DefaultExperiment {
     let cycle = table.variables.get(table.cycle).map_or(0.0, |row| row.start);
-    // In whole milliseconds, so that the product is the decimal number that one expects.
+    // Computed in whole milliseconds, so that the stop time has no round-off: 0.3, not 0.30000000000000004.
     let milliseconds = f64::from(table.response.calls.max(1)) * (cycle * 1000.0).round();
     DefaultExperiment {
         start_time: Some(0.0),
@@ -65,7 +65,7 @@ fn default_experiment(table: &Table) -> DefaultExperiment {
     }
 }
 
-/// The unit of a row as FMI has it.
+/// The unit of a row in FMI.
 fn unit(row: &Row) -> Option<&str> {
     match row.kind {
         Kind::Time => Some("s"),
@@ -125,7 +125,7 @@ fn typed(row: &Row) -> Result<Typed, String> {
     let start = row.role.is_settable().then_some(row.start);
     match row.kind {
         Kind::Time if row.unit.as_deref().is_some_and(|unit| unit != "s") => {
-            Err(format!("unit {:?}: a TIME is in seconds; leave its unit out", row.unit.as_deref().unwrap_or("")))
+            Err(format!("unit {:?}: a TIME is in seconds; leave out its unit", row.unit.as_deref().unwrap_or("")))
         }
         Kind::Real | Kind::LReal | Kind::Time => Ok(Typed::Real(Real {
             attributes: RealAttributes {
@@ -140,7 +140,7 @@ fn typed(row: &Row) -> Result<Typed, String> {
         })),
         Kind::Word | Kind::Int => {
             if let Some(unit) = &row.unit {
-                return Err(format!("unit {unit:?}: an FMI Integer has no unit; name it in the description instead"));
+                return Err(format!("unit {unit:?}: an FMI Integer has no unit; put it into the description"));
             }
             let integer = |number: f64| integer(number, row.kind);
             Ok(Typed::Integer(Integer {
@@ -155,7 +155,7 @@ fn typed(row: &Row) -> Result<Typed, String> {
         }
         Kind::Bool => {
             if row.unit.is_some() || row.min.is_some() || row.max.is_some() {
-                return Err("a BOOL has neither unit nor range; leave them out".into());
+                return Err("a BOOL has neither unit nor range; remove them".into());
             }
             let start = start.map(boolean).transpose()?;
             Ok(Typed::Boolean(Boolean { start, ..Boolean::default() }))
@@ -178,8 +178,8 @@ fn boolean(number: f64) -> Result<bool, String> {
     }
 }
 
-/// All outputs, in the order of their indices. At a communication point none depends on anything of the same instant:
-/// outputs change in `fmi2DoStep` alone, and have their restart values before.
+/// All outputs, in the order of their indices. They depend on nothing of the same instant: outputs change only in
+/// `fmi2DoStep`, and have their restart values before.
 fn structure(variables: &[Variable]) -> ModelStructure {
     let outputs: Vec<Unknown> = (1..)
         .zip(variables)

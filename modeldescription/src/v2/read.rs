@@ -9,7 +9,7 @@ use quick_xml::events::{BytesDecl, BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 use std::borrow::Cow;
 
-/// How much is read at most. What is within these limits takes at most about ten times the bytes of the file as memory.
+/// How much is read at most. Reading a file within these limits takes at most about ten times its size as memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// The size of the file in bytes.
@@ -18,7 +18,7 @@ pub struct Limits {
     pub variables: usize,
     /// The number of elements of all kinds together.
     pub elements: usize,
-    /// How deep elements may stand inside an annotation. Everything else has a depth of its own.
+    /// How deep elements may be nested inside an annotation. The schema fixes the depth of everything else.
     pub depth: usize,
 }
 
@@ -28,25 +28,25 @@ impl Default for Limits {
     }
 }
 
-/// Reads a modelDescription.xml of FMI 2.0, made by whatever tool.
+/// Reads a modelDescription.xml of FMI 2.0, made by any tool.
 ///
-/// Everything that the schema of FMI 2.0 has is read, in any order, but for annotations, which are passed over.
-/// Attributes of other namespaces are passed over too.
+/// Reads all elements and attributes of the schema of FMI 2.0, in any order. Annotations and attributes of other
+/// namespaces are skipped.
 ///
-/// Memory is bounded: the default [`Limits`] are checked on the way, and nothing is ever expanded: a document type
-/// declaration is refused. Time grows with the size of the file alone.
+/// Memory is bounded: the default [`Limits`] are checked during reading, and document type declarations are refused, so
+/// that no entity is ever expanded. The time taken is proportional to the size of the file.
 ///
 /// # Errors
 /// One sentence with the line, the element, the attribute, its value and what would be right, for a file that
-/// - is no XML, no UTF-8, no model description, or one of another version of FMI;
-/// - has elements, attributes or words that FMI 2.0 has not, lacks some that it has to have, or has some twice;
-/// - contradicts itself: a name or a unit twice, two inputs or parameters with one value reference, a unit, a type or
-///   a variable referred to that does not exist, a range that is empty or that the start value lies outside of.
+/// - is not XML, not UTF-8, not a model description, or is one of another version of FMI;
+/// - has elements, attributes or words that FMI 2.0 does not have, lacks required ones, or repeats one;
+/// - contradicts itself: a name or a unit is defined twice, two inputs or parameters share a value reference, a unit, a
+///   type or a variable does not exist, a range is empty, or a start value is out of range.
 pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
     read_within(bytes, Limits::default())
 }
 
-/// Reads a modelDescription.xml within limits of one's own; otherwise as [`read()`].
+/// Reads a modelDescription.xml as [`read()`] does, within other limits.
 ///
 /// # Errors
 /// As [`read()`].
@@ -78,12 +78,12 @@ pub fn read_within(bytes: &[u8], limits: Limits) -> Result<ModelDescription, Err
     }
 }
 
-/// What the XML reader found, which may quote a name of any length.
-fn no_xml(error: &impl std::fmt::Display) -> String {
+/// The error of the XML reader, shortened because it may quote a name of any length.
+fn not_xml(error: &impl std::fmt::Display) -> String {
     format!("this is not XML: {:.300}", error.to_string())
 }
 
-/// A sentence with the number of the line in front.
+/// A sentence that starts with the number of the line.
 fn at_line(bytes: &[u8], place: usize, sentence: &str) -> Error {
     let line = 1 + bytes.iter().take(place).filter(|byte| **byte == b'\n').count();
     Error::new(format!("line {line}: {sentence}"))
@@ -92,7 +92,7 @@ fn at_line(bytes: &[u8], place: usize, sentence: &str) -> Error {
 /// A start tag.
 pub(super) struct Tag<'a> {
     tag: BytesStart<'a>,
-    /// Closed already: `<a/>`.
+    /// Whether it is the end tag too: `<a/>`.
     is_empty: bool,
     /// The whole document, and where in it the tag begins.
     text: &'a str,
@@ -147,7 +147,7 @@ impl Tag<'_> {
     }
 }
 
-/// An attribute, its entities resolved and its line breaks made spaces.
+/// An attribute. In its value, entities are resolved and line breaks are spaces.
 pub(super) struct Attribute<'e> {
     tag: &'e Tag<'e>,
     name: &'static str,
@@ -159,22 +159,22 @@ impl Attribute<'_> {
         self.tag.refused(&format!("{} = {:?}: {reason}", self.name, shortened(&self.value)))
     }
 
-    /// The value, or what would be right.
+    /// The value, or an error that says what would be right.
     pub(super) fn value<T: Value>(self) -> Result<T, Error> {
         T::parse(&self.value).ok_or_else(|| self.refused(&format!("expected {}", T::expected())))
     }
 }
 
-/// What a document is made of.
+/// A part of a document.
 enum Piece<'a> {
     Tag(Tag<'a>),
     EndTag,
-    /// A text that is more than white space, and where it begins.
+    /// The position of a text that is not just white space.
     Text(usize),
     End,
 }
 
-/// The document, read once, from its start to its end.
+/// The document, read once from start to end.
 pub(super) struct Document<'a> {
     reader: Reader<&'a [u8]>,
     text: &'a str,
@@ -193,13 +193,13 @@ impl<'a> Document<'a> {
         at_line(self.text.as_bytes(), place, sentence)
     }
 
-    /// The next tag or text. White space, comments and processing instructions are passed over.
+    /// The next tag or text. White space, comments and processing instructions are skipped.
     fn next(&mut self) -> Result<Piece<'a>, Error> {
         loop {
             let place = usize::try_from(self.reader.buffer_position()).unwrap_or(usize::MAX);
             let event = self.reader.read_event().map_err(|error| {
                 let place = usize::try_from(self.reader.error_position()).unwrap_or(usize::MAX);
-                self.refused(place, &no_xml(&error))
+                self.refused(place, &not_xml(&error))
             })?;
             return Ok(match event {
                 Event::Start(tag) => Piece::Tag(self.element(place, tag, false)?),
@@ -247,13 +247,13 @@ impl<'a> Document<'a> {
     }
 
     fn check_declaration(&self, declaration: &BytesDecl<'_>) -> Result<(), Error> {
-        let version = declaration.version().map_err(|error| self.refused(0, &no_xml(&error)))?;
+        let version = declaration.version().map_err(|error| self.refused(0, &not_xml(&error)))?;
         if version != "1.0" {
             return Err(self.refused(0, &format!("XML {:?} is not supported: FMI 2.0 uses 1.0", shortened(&version))));
         }
         let encoding = declaration.encoding().transpose();
-        let encoding = encoding.map_err(|error| self.refused(0, &no_xml(&error)))?;
-        // Other encodings than UTF-8 look the same as long as there are no other characters than those of ASCII.
+        let encoding = encoding.map_err(|error| self.refused(0, &not_xml(&error)))?;
+        // ASCII text is the same in any encoding that is likely here.
         if let Some(encoding) = encoding.filter(|encoding| !encoding.eq_ignore_ascii_case("utf-8"))
             && !self.text.is_ascii()
         {
@@ -263,7 +263,7 @@ impl<'a> Document<'a> {
         Ok(())
     }
 
-    /// The tag that the document begins with.
+    /// The start tag of the root element.
     fn root(&mut self) -> Result<Tag<'a>, Error> {
         match self.next()? {
             Piece::Tag(root) if root.name() == "fmiModelDescription" => Ok(root),
@@ -280,7 +280,7 @@ impl<'a> Document<'a> {
             Piece::Tag(Tag { place, .. }) | Piece::Text(place) => {
                 Err(self.refused(place, "something follows </fmiModelDescription>: remove it"))
             }
-            // An end tag without a start tag is no XML.
+            // The parser refuses an end tag without a start tag.
             Piece::EndTag | Piece::End => Ok(()),
         }
     }

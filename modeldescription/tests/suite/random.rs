@@ -91,8 +91,8 @@ fn types() -> impl Strategy<Value = Vec<SimpleType>> {
                 // Ranges come from the variables alone: those of a type would have to fit to each of them.
                 ("R", TypeAttributes::Real(RealAttributes { min: None, max: None, ..real })),
                 ("I", TypeAttributes::Integer(IntegerAttributes { min: None, max: None, ..integer })),
-                ("B", TypeAttributes::Boolean),
-                ("S", TypeAttributes::String),
+                ("B", TypeAttributes::Boolean(BooleanType {})),
+                ("S", TypeAttributes::String(StringType {})),
                 ("E", TypeAttributes::Enumeration(EnumerationType { quantity, items })),
             ];
             std::iter::zip(attributes, described)

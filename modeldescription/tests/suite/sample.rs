@@ -172,8 +172,8 @@ fn types() -> Vec<SimpleType> {
                 max: Some(i32::MAX),
             }),
         ),
-        simple_type("B", TypeAttributes::Boolean),
-        simple_type("S", TypeAttributes::String),
+        simple_type("B", TypeAttributes::Boolean(BooleanType {})),
+        simple_type("S", TypeAttributes::String(StringType {})),
         simple_type(
             "E",
             TypeAttributes::Enumeration(EnumerationType {
