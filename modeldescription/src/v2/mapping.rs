@@ -1,72 +1,62 @@
-//! A block's table as a model description: what PLC types and roles are in FMI.
+//! A block's table as a model description: what PLC types and roles become in FMI 2.0.
 
-use crate::check::check;
-use crate::description::{
-    Boolean, Causality, CoSimulation, DefaultExperiment, Initial, Integer, IntegerAttributes, LogCategory,
+use super::check::check;
+use super::description::{
+    BaseUnit, Boolean, Causality, CoSimulation, DefaultExperiment, DisplayUnit, Initial, Integer, IntegerAttributes,
     ModelDescription, ModelStructure, Real, RealAttributes, Typed, Unit, Unknown, Variability, Variable,
     VariableNamingConvention,
 };
+use super::interface::Interface;
 use crate::error::Error;
-use crate::interface::{Interface, Kind, Role, Row};
+use crate::table::{Row, Table};
 use crate::units;
-
-/// The log categories of every FMU, and what their messages tell.
-const LOG_CATEGORIES: [(&str, &str); 3] = [
-    ("logStatusError", "Calls that were refused and changed nothing, with the reason"),
-    ("logStatusDiscard", "Inquiries that have no answer here, with the reason"),
-    ("logStatusFatal", "A defect of the FMU: the instance can only be freed"),
-];
+use blocks::{Kind, Role};
 
 impl ModelDescription {
-    /// The model description of the FMU whose library says this of itself.
+    /// The model description of the FMU with this library.
     ///
-    /// An input is a discrete input and a setting a tunable or fixed parameter, each with its start value; outputs and
-    /// locals are discrete and calculated, and depend on no input of the same instant. REAL, LREAL and TIME become
-    /// Real, WORD and INT Integer, BOOL Boolean. Ranges are those that the table gives, and no others.
+    /// Inputs become discrete inputs, settings tunable or fixed parameters, each with its start value. Outputs and locals
+    /// are discrete and calculated; they depend on no input of the same instant. REAL, LREAL and TIME become Real, WORD
+    /// and INT become Integer, BOOL becomes Boolean. Ranges are those of the table.
     ///
     /// # Errors
-    /// What the table says that no model description may say: an unknown unit, a start value out of range, a name twice.
+    /// What the table says that a model description must not: an unknown unit, a start value out of range, a name twice.
     pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
+        let table = &interface.table;
         let mut description = ModelDescription {
-            model_name: interface.name.clone(),
+            model_name: table.name.clone(),
             guid: interface.guid.clone(),
-            description: Some(interface.summary()).filter(|summary| !summary.is_empty()),
+            description: Some(table.summary()).filter(|summary| !summary.is_empty()),
             generation_tool: Some(concat!("plcfmu ", env!("CARGO_PKG_VERSION")).into()),
             variable_naming_convention: VariableNamingConvention::Structured,
             co_simulation: Some(CoSimulation {
-                model_identifier: interface.name.clone(),
-                can_handle_variable_communication_step_size: true,
-                can_interpolate_inputs: true,
-                can_not_use_memory_management_functions: true,
-                can_get_and_set_fmu_state: true,
-                can_serialize_fmu_state: true,
-                ..CoSimulation::default()
+                model_identifier: table.name.clone(),
+                capabilities: interface.capabilities.clone(),
+                source_files: Vec::new(),
             }),
-            unit_definitions: used_units(interface)?,
-            log_categories: LOG_CATEGORIES
-                .map(|(name, text)| LogCategory { name: name.into(), description: Some(text.into()) })
-                .into(),
-            default_experiment: Some(default_experiment(interface)),
+            unit_definitions: used_units(table)?,
+            log_categories: interface.log_categories.clone(),
+            default_experiment: Some(default_experiment(table)),
             ..ModelDescription::default()
         };
-        for (value_reference, row) in (0..).zip(&interface.variables) {
+        for (value_reference, row) in (0..).zip(&table.variables) {
             let variable = variable(row, value_reference)
-                .map_err(|reason| Error::new(format!("{}: variable {}: {reason}", interface.name, row.name)))?;
+                .map_err(|reason| Error::new(format!("{}: variable {}: {reason}", table.name, row.name)))?;
             description.model_variables.push(variable);
         }
         description.model_structure = structure(&description.model_variables);
         match check(&description) {
             findings if findings.is_empty() => Ok(description),
-            findings => Err(Error::new(format!("{}: {}", interface.name, findings.join("\n")))),
+            findings => Err(Error::new(format!("{}: {}", table.name, findings.join("\n")))),
         }
     }
 }
 
-/// From 0 for as long as the documentation's response lasts, with one call per step.
-fn default_experiment(interface: &Interface) -> DefaultExperiment {
-    let cycle = interface.variables.get(interface.cycle).map_or(0.0, |row| row.start);
-    // In whole milliseconds, so that the product is the decimal number that one expects.
-    let milliseconds = f64::from(interface.response.calls.max(1)) * (cycle * 1000.0).round();
+/// From 0 to the end of the response in the documentation, with one call per step.
+fn default_experiment(table: &Table) -> DefaultExperiment {
+    let cycle = table.variables.get(table.cycle).map_or(0.0, |row| row.start);
+    // Computed in whole milliseconds, so that the stop time has no round-off: 0.3, not 0.30000000000000004.
+    let milliseconds = f64::from(table.response.calls.max(1)) * (cycle * 1000.0).round();
     DefaultExperiment {
         start_time: Some(0.0),
         stop_time: Some(milliseconds / 1000.0),
@@ -75,7 +65,7 @@ fn default_experiment(interface: &Interface) -> DefaultExperiment {
     }
 }
 
-/// The unit of a row as FMI has it.
+/// The unit of a row in FMI.
 fn unit(row: &Row) -> Option<&str> {
     match row.kind {
         Kind::Time => Some("s"),
@@ -84,20 +74,31 @@ fn unit(row: &Row) -> Option<&str> {
 }
 
 /// The definitions of all units that are used, in the order of the dictionary.
-fn used_units(interface: &Interface) -> Result<Vec<Unit>, Error> {
+fn used_units(table: &Table) -> Result<Vec<Unit>, Error> {
     let known: Vec<&str> = units::names().collect();
-    let used = |name: &str| interface.variables.iter().any(|row| unit(row) == Some(name));
+    let used = |name: &str| table.variables.iter().any(|row| unit(row) == Some(name));
     if let Some((row, unknown)) =
-        interface.variables.iter().filter_map(|row| Some((row, unit(row)?))).find(|(_, unit)| !known.contains(unit))
+        table.variables.iter().filter_map(|row| Some((row, unit(row)?))).find(|(_, unit)| !known.contains(unit))
     {
         return Err(Error::new(format!(
-            "{}: variable {}: unit {unknown:?} is unknown: take one of {}",
-            interface.name,
+            "{}: variable {}: unit {unknown:?} is unknown: use one of {}",
+            table.name,
             row.name,
             known.join(", ")
         )));
     }
-    Ok(known.into_iter().filter(|name| used(name)).filter_map(units::definition).collect())
+    Ok(known.into_iter().filter(|name| used(name)).filter_map(unit_definition).collect())
+}
+
+/// The definition of the unit of this name. The second can be displayed in milliseconds.
+fn unit_definition(name: &str) -> Option<Unit> {
+    let units::Definition { kg, m, s, A, K, rad, factor, offset } = units::definition(name)?;
+    let base_unit = BaseUnit { kg, m, s, A, K, rad, factor, offset, ..BaseUnit::default() };
+    let display_units = match name {
+        "s" => vec![DisplayUnit { name: "ms".into(), factor: 1000.0, offset: 0.0 }],
+        _ => Vec::new(),
+    };
+    Some(Unit { name: name.into(), base_unit: Some(base_unit), display_units })
 }
 
 fn variable(row: &Row, value_reference: u32) -> Result<Variable, String> {
@@ -115,16 +116,16 @@ fn variable(row: &Row, value_reference: u32) -> Result<Variable, String> {
         causality,
         variability,
         initial,
-        can_handle_multiple_set_per_time_instant: None,
         typed: typed(row)?,
+        ..Variable::default()
     })
 }
 
 fn typed(row: &Row) -> Result<Typed, String> {
-    let is_set = !matches!(row.role, Role::Output | Role::Local);
+    let start = row.role.is_settable().then_some(row.start);
     match row.kind {
         Kind::Time if row.unit.as_deref().is_some_and(|unit| unit != "s") => {
-            Err(format!("unit {:?}: a TIME is in seconds; leave its unit out", row.unit.as_deref().unwrap_or("")))
+            Err(format!("unit {:?}: a TIME is in seconds; leave out its unit", row.unit.as_deref().unwrap_or("")))
         }
         Kind::Real | Kind::LReal | Kind::Time => Ok(Typed::Real(Real {
             attributes: RealAttributes {
@@ -134,12 +135,12 @@ fn typed(row: &Row) -> Result<Typed, String> {
                 max: row.max,
                 ..RealAttributes::default()
             },
-            start: is_set.then_some(row.start),
+            start,
             ..Real::default()
         })),
         Kind::Word | Kind::Int => {
             if let Some(unit) = &row.unit {
-                return Err(format!("unit {unit:?}: an FMI Integer has no unit; name it in the description instead"));
+                return Err(format!("unit {unit:?}: an FMI Integer has no unit; put it into the description"));
             }
             let integer = |number: f64| integer(number, row.kind);
             Ok(Typed::Integer(Integer {
@@ -148,15 +149,15 @@ fn typed(row: &Row) -> Result<Typed, String> {
                     min: row.min.map(integer).transpose()?,
                     max: row.max.map(integer).transpose()?,
                 },
-                start: is_set.then_some(row.start).map(integer).transpose()?,
+                start: start.map(integer).transpose()?,
                 ..Integer::default()
             }))
         }
         Kind::Bool => {
             if row.unit.is_some() || row.min.is_some() || row.max.is_some() {
-                return Err("a BOOL has neither unit nor range; leave them out".into());
+                return Err("a BOOL has neither unit nor range; remove them".into());
             }
-            let start = is_set.then_some(row.start).map(boolean).transpose()?;
+            let start = start.map(boolean).transpose()?;
             Ok(Typed::Boolean(Boolean { start, ..Boolean::default() }))
         }
     }
@@ -166,19 +167,19 @@ fn integer(number: f64, kind: Kind) -> Result<i32, String> {
     if number.fract() == 0.0 && (-32768.0..=32767.0).contains(&number) {
         return Ok(number as i32);
     }
-    Err(format!("{number:?} is no {}: that is a whole number of -32768 ... 32767", kind.name()))
+    Err(format!("{number:?} is not of type {}: expected an integer from -32768 to 32767", kind.name()))
 }
 
 fn boolean(number: f64) -> Result<bool, String> {
     match number {
         0.0 => Ok(false),
         1.0 => Ok(true),
-        _ => Err(format!("{number:?} is no BOOL: that is 0 or 1")),
+        _ => Err(format!("{number:?} is not of type BOOL: expected 0 or 1")),
     }
 }
 
-/// All outputs, in the order of their indices. At a communication point none depends on anything of the same instant:
-/// outputs change in `fmi2DoStep` alone, and have their restart values before.
+/// All outputs, in the order of their indices. They depend on nothing of the same instant: outputs change only in
+/// `fmi2DoStep`, and have their restart values before.
 fn structure(variables: &[Variable]) -> ModelStructure {
     let outputs: Vec<Unknown> = (1..)
         .zip(variables)

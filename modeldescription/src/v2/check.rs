@@ -1,21 +1,21 @@
-//! What is wrong with a model description although its XML is right.
+//! Mistakes in a model description whose XML is valid.
 
-use crate::description::{
-    Causality, Initial, ModelDescription, Real, RealAttributes, SimpleType, TypeAttributes, Typed, Unit, Unknown,
-    Variability, Variable, VariableNamingConvention,
+use super::description::{
+    Causality, EnumerationType, Initial, ModelDescription, Real, RealAttributes, SimpleType, TypeAttributes, Typed,
+    Unit, Unknown, Variability, Variable, VariableNamingConvention,
 };
+use super::lexical::is_xml;
 use crate::error::shortened;
-use crate::lexical::is_xml;
 use std::collections::{HashMap, HashSet};
 use std::fmt::Debug;
 
-/// All that is wrong with a model description, a sentence each: what misleads a host and no schema notices.
+/// All mistakes in a model description that a schema does not find but that mislead a host, one sentence each.
 ///
-/// It holds an FMU of this project to more than [`read`](crate::read()) asks of a foreign one: that model and library
-/// have one name, a C identifier; that names, causality, variability and start values go together as the standard's
-/// tables say; that the model structure lists exactly what belongs there.
+/// An FMU of this project has to meet more than [`read`](super::read()) requires of any FMU: the model and the library
+/// have the same name, which is a C identifier; names, causality, variability and start values agree with the standard's
+/// tables; the model structure lists exactly the variables that belong there.
 ///
-/// Where there are more than [`MOST_FINDINGS`], the last sentence counts the rest.
+/// If there are more than [`MOST_FINDINGS`], the last sentence counts the rest.
 pub fn check(description: &ModelDescription) -> Vec<String> {
     let mut findings = Findings::default();
     contradictions(description, &mut |_, sentence| findings.push(sentence));
@@ -25,7 +25,7 @@ pub fn check(description: &ModelDescription) -> Vec<String> {
     for variable in &description.model_variables {
         let found = &mut |sentence: String| findings.push(about(variable, &sentence));
         if is_structured && !is_structured_name(&variable.name) {
-            found("the name is no structured one: identifiers with dots and [indices] between".into());
+            found("the name is not a structured one: use identifiers with dots and [indices] between".into());
         }
         check_combination(variable, found);
         check_value(variable, &definitions, found);
@@ -34,10 +34,10 @@ pub fn check(description: &ModelDescription) -> Vec<String> {
     findings.sentences()
 }
 
-/// So many sentences [`check`] gives at most, and one that counts the rest: of a million variables each may be wrong.
+/// The most findings that [`check`] tells; one more sentence counts the rest.
 pub const MOST_FINDINGS: usize = 20;
 
-/// What was found, as far as somebody reads it.
+/// The first findings, and the number of the others.
 #[derive(Default)]
 struct Findings {
     first: Vec<String>,
@@ -61,7 +61,7 @@ impl Findings {
     }
 }
 
-/// Where a contradiction is, for the line of a message: at a variable, by its place in the list, or elsewhere.
+/// Where a contradiction is: at the variable with this place in the list, or elsewhere.
 pub(crate) type Place = Option<usize>;
 
 /// Units and types by name.
@@ -88,10 +88,10 @@ fn about(variable: &Variable, sentence: &str) -> String {
     format!("variable {:?}: {sentence}", shortened(&variable.name))
 }
 
-/// What makes a description useless, whoever made it: things that exist twice or not at all, values out of range.
+/// Mistakes that make a description useless, whoever wrote it: what is defined twice or not at all, values out of range.
 pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl FnMut(Place, String)) {
     if description.model_exchange.is_none() && description.co_simulation.is_none() {
-        found(None, "there is neither ModelExchange nor CoSimulation: one of them says what the FMU is for".into());
+        found(None, "there is neither ModelExchange nor CoSimulation: add one, or both".into());
     }
     for (what, repeated) in [
         ("Unit", repeated(description.unit_definitions.iter().map(|unit| &unit.name))),
@@ -99,13 +99,13 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
         ("Category", repeated(description.log_categories.iter().map(|category| &category.name))),
     ] {
         for name in repeated {
-            found(None, format!("{what} {:?} is there twice: define it once", shortened(name)));
+            found(None, format!("{what} {:?} is defined twice: define it once", shortened(name)));
         }
     }
     for Unit { name, display_units, .. } in &description.unit_definitions {
         for display_unit in repeated(display_units.iter().map(|display_unit| &display_unit.name)) {
             let (name, display_unit) = (shortened(name), shortened(display_unit));
-            found(None, format!("Unit {name:?}: DisplayUnit {display_unit:?} is there twice: define it once"));
+            found(None, format!("Unit {name:?}: DisplayUnit {display_unit:?} is defined twice: define it once"));
         }
     }
     let definitions = Definitions::of(description);
@@ -121,13 +121,13 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
     for (place, variable) in description.model_variables.iter().enumerate() {
         let found = &mut |sentence: String| found(Some(place), about(variable, &sentence));
         if !names.insert(variable.name.as_str()) {
-            found("the name is there twice: every variable has one of its own".into());
+            found("the name is used twice: give each variable its own".into());
         }
         if variable.is_settable() {
             let functions = functions(&variable.typed);
             if let Some(other) = settable.insert((functions, variable.value_reference), &variable.name) {
                 found(format!(
-                    "valueReference = {} is that of {:?} too: each {functions} that can be set has one of its own",
+                    "valueReference = {} is that of {:?} too: give each {functions} that can be set its own",
                     variable.value_reference,
                     shortened(other)
                 ));
@@ -149,7 +149,7 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
     }
 }
 
-/// The names that are there for a second time.
+/// The names that occur a second time.
 fn repeated<'a>(names: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
     let mut seen = HashSet::new();
     names.filter(|name| !seen.insert(name.as_str())).collect()
@@ -170,12 +170,12 @@ fn check_type(attributes: &TypeAttributes, definitions: &Definitions<'_>, found:
             check_unit(real, definitions, found);
         }
         TypeAttributes::Integer(integer) => check_range(integer.min, integer.max, None, found),
-        TypeAttributes::Enumeration { items, .. } => {
+        TypeAttributes::Enumeration(EnumerationType { items, .. }) => {
             for name in repeated(items.iter().map(|item| &item.name)) {
-                found(format!("Item {:?} is there twice: define it once", shortened(name)));
+                found(format!("Item {:?} is defined twice: define it once", shortened(name)));
             }
         }
-        TypeAttributes::Boolean | TypeAttributes::String => {}
+        TypeAttributes::Boolean(_) | TypeAttributes::String(_) => {}
     }
 }
 
@@ -183,7 +183,7 @@ fn check_typed(typed: &Typed, definitions: &Definitions<'_>, count: usize, found
     let declared = definitions.declared(typed);
     if let (Some(name), None) = (typed.declared_type(), declared) {
         let name = shortened(name);
-        found(format!("declaredType = {name:?} is defined nowhere: add the SimpleType, or leave it out"));
+        found(format!("declaredType = {name:?} is not defined: add the SimpleType, or leave it out"));
     }
     match (typed, declared) {
         (Typed::Real(real), None | Some(TypeAttributes::Real(_))) => {
@@ -204,26 +204,26 @@ fn check_typed(typed: &Typed, definitions: &Definitions<'_>, count: usize, found
             }
             check_range(min, max, integer.start, found);
         }
-        (Typed::Enumeration(enumeration), None | Some(TypeAttributes::Enumeration { .. })) => {
+        (Typed::Enumeration(enumeration), None | Some(TypeAttributes::Enumeration(_))) => {
             check_range(enumeration.attributes.min, enumeration.attributes.max, enumeration.start, found);
         }
-        (Typed::Boolean(_), None | Some(TypeAttributes::Boolean)) => {}
-        (Typed::String(_), None | Some(TypeAttributes::String)) => {}
+        (Typed::Boolean(_), None | Some(TypeAttributes::Boolean(_))) => {}
+        (Typed::String(_), None | Some(TypeAttributes::String(_))) => {}
         (typed, Some(_)) => {
             let declared = shortened(typed.declared_type().unwrap_or_default());
             let name = typed.name();
-            found(format!("declaredType = {declared:?} is no {name}: take a SimpleType of the same kind"));
+            found(format!("declaredType = {declared:?} is not of type {name}: refer to a SimpleType of the same type"));
         }
     }
 }
 
 fn check_unit(attributes: &RealAttributes, definitions: &Definitions<'_>, found: &mut impl FnMut(String)) {
     if let Some(unit) = attributes.unit.as_deref().filter(|unit| !definitions.units.contains_key(unit)) {
-        found(format!("unit = {:?} is defined nowhere: add it to UnitDefinitions", shortened(unit)));
+        found(format!("unit = {:?} is not defined: add it to UnitDefinitions", shortened(unit)));
     }
 }
 
-/// NaN is neither below nor above anything: it is wrong wherever something is compared with it.
+/// A NaN is not in order with anything, so it is found as min, max or start if there is something to compare it with.
 fn check_range<T: PartialOrd + Debug + Copy>(
     min: Option<T>,
     max: Option<T>,
@@ -233,19 +233,19 @@ fn check_range<T: PartialOrd + Debug + Copy>(
     let in_order = |low: T, high: T| low <= high;
     match (min, max) {
         (Some(min), Some(max)) if !in_order(min, max) => {
-            return found(format!("min = {min:?} is above max = {max:?}: put one of them right"));
+            return found(format!("min = {min:?} is above max = {max:?}: correct one of them"));
         }
         _ => {}
     }
     match (min, start) {
         (Some(min), Some(start)) if !in_order(min, start) => {
-            found(format!("start = {start:?} is below min = {min:?}: put one of them right"));
+            found(format!("start = {start:?} is below min = {min:?}: correct one of them"));
         }
         _ => {}
     }
     match (start, max) {
         (Some(start), Some(max)) if !in_order(start, max) => {
-            found(format!("start = {start:?} is above max = {max:?}: put one of them right"));
+            found(format!("start = {start:?} is above max = {max:?}: correct one of them"));
         }
         _ => {}
     }
@@ -282,7 +282,7 @@ fn check_model(description: &ModelDescription, findings: &mut Findings) {
     if let Some(identifier) = description.model_identifier() {
         if !is_identifier(identifier) {
             findings.push(format!(
-                "modelIdentifier = {identifier:?} is no C identifier: take letters, digits and _, no digit first"
+                "modelIdentifier = {identifier:?} is not a C identifier: use letters, digits and _, and no digit first"
             ));
         }
         if identifier != name {
@@ -292,10 +292,10 @@ fn check_model(description: &ModelDescription, findings: &mut Findings) {
         }
     }
     if description.guid.is_empty() {
-        findings.push("guid is empty: the library could not tell this description from another".into());
+        findings.push("guid is empty: the library compares it with its own".into());
     }
     if description.model_variables.is_empty() {
-        findings.push("there are no variables: the schema asks for one".into());
+        findings.push("there are no variables: the schema requires at least one".into());
     }
     let texts = [("modelName", Some(name)), ("description", description.description.as_ref())];
     for (attribute, text) in texts {
@@ -319,23 +319,23 @@ fn check_model(description: &ModelDescription, findings: &mut Findings) {
     if let (Some(start), Some(stop)) = (experiment.start_time, experiment.stop_time)
         && start.partial_cmp(&stop) != Some(std::cmp::Ordering::Less)
     {
-        findings.push(format!("DefaultExperiment: stopTime = {stop:?}: give one after startTime = {start:?}"));
+        findings.push(format!("DefaultExperiment: stopTime = {stop:?}: give a later time than startTime = {start:?}"));
     }
 }
 
-/// Whether a name is one in C.
+/// Whether a name is a C identifier.
 fn is_identifier(name: &str) -> bool {
     name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
         && name.bytes().next().is_some_and(|first| !first.is_ascii_digit())
 }
 
-/// The standard's tables: what causality, variability, initial and a start value go together.
+/// The standard's tables of which causality, variability, initial and start go together.
 fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
     use Causality::{CalculatedParameter, Independent, Input, Local, Output, Parameter};
     use Variability::{Constant, Continuous, Discrete, Fixed, Tunable};
     let Variable { causality, variability, typed, .. } = variable;
     if *variability == Continuous && !matches!(typed, Typed::Real(_)) {
-        found(format!("variability = continuous: only a Real is that, {} is discrete", typed.name()));
+        found(format!("variability = continuous: only a Real can be continuous, {} is discrete", typed.name()));
     }
     let go_together = match causality {
         Parameter | CalculatedParameter => matches!(variability, Fixed | Tunable),
@@ -345,7 +345,7 @@ fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
         Independent => *variability == Continuous,
     };
     if !go_together {
-        found(format!("causality = {causality} and variability = {variability} exclude each other"));
+        found(format!("causality = {causality} and variability = {variability} are not allowed together"));
         return;
     }
     let initial = variable.initial_or_default();
@@ -357,11 +357,11 @@ fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
     };
     if !goes_with_them {
         let initial = initial.map_or("", Initial::word);
-        found(format!("causality = {causality} and variability = {variability} exclude initial = {initial}"));
+        found(format!("causality = {causality} and variability = {variability} do not allow initial = {initial}"));
     }
     let needs_start = *causality == Input || matches!(initial, Some(Initial::Exact | Initial::Approx));
     match (needs_start, typed.has_start()) {
-        (true, false) => found("start is missing: give one".into()),
+        (true, false) => found("start is missing: add it".into()),
         (false, true) => found("start is given, but the value is calculated: leave it out".into()),
         _ => {}
     }
@@ -372,7 +372,8 @@ fn check_value(variable: &Variable, definitions: &Definitions<'_>, found: &mut i
     match &variable.typed {
         Typed::Real(real) => check_display_unit(real, declared, definitions, found),
         Typed::Enumeration(enumeration) => {
-            if let (Some(start), Some(TypeAttributes::Enumeration { items, .. })) = (enumeration.start, declared)
+            if let (Some(start), Some(TypeAttributes::Enumeration(EnumerationType { items, .. }))) =
+                (enumeration.start, declared)
                 && !items.iter().any(|item| item.value == start)
             {
                 found(format!("start = {start}: none of the type's items has this value"));
@@ -396,7 +397,7 @@ fn check_display_unit(
     let definition = unit.and_then(|unit| definitions.units.get(unit));
     if !definition.is_some_and(|unit| unit.display_units.iter().any(|defined| defined.name == *display_unit)) {
         let unit = unit.unwrap_or_default();
-        found(format!("displayUnit = {display_unit:?} is no DisplayUnit of unit = {unit:?}: define it there"));
+        found(format!("displayUnit = {display_unit:?} is not a DisplayUnit of unit = {unit:?}: define it there"));
     }
 }
 
@@ -404,7 +405,7 @@ fn check_structure(description: &ModelDescription, findings: &mut Findings) {
     let variables = &description.model_variables;
     let structure = &description.model_structure;
     let indexed = || (1..).zip(variables);
-    // States and their derivatives are unknown at first, too.
+    // Continuous states and their derivatives are unknowns of the initialization too.
     let mut states = HashSet::new();
     for derivative in &structure.derivatives {
         let variable = place(derivative.index).and_then(|place| variables.get(place));
@@ -432,17 +433,20 @@ fn check_structure(description: &ModelDescription, findings: &mut Findings) {
         listed.sort_unstable();
         listed.dedup();
         if listed.len() < unknowns.len() {
-            findings.push(format!("{list}: a variable is there twice: list it once"));
+            findings.push(format!("{list}: a variable is listed twice: list it once"));
         }
         if list == "InitialUnknowns" && !is_sorted {
-            findings.push(format!("{list}: the indices do not ascend: sort them"));
+            findings.push(format!("{list}: the indices are not in ascending order: sort them"));
         }
         let name = |index: u32| place(index).and_then(|place| variables.get(place)).map_or("", |found| &found.name);
         for missing in expected.iter().filter(|index| listed.binary_search(index).is_err()) {
             findings.push(format!("{list}: variable {:?} (index {missing}) is missing: add it", name(*missing)));
         }
         for surplus in listed.iter().filter(|index| expected.binary_search(index).is_err()) {
-            findings.push(format!("{list}: variable {:?} (index {surplus}) is none: take it out", name(*surplus)));
+            findings.push(format!(
+                "{list}: variable {:?} (index {surplus}) does not belong here: remove it",
+                name(*surplus)
+            ));
         }
     }
 }
