@@ -121,16 +121,32 @@ fn prebuilt(folder: &Path) -> BTreeMap<String, PathBuf> {
         .collect()
 }
 
-/// Builds release libraries of this machine, in a folder of their own: the cargo that runs the tests does not wait.
 fn built(packages: &[&String]) -> BTreeMap<String, PathBuf> {
     let fmu_crate = |package: &&String| -> FmuCrate {
         let found = WORKSPACE.crates.iter().find(|fmu| fmu.name == **package);
         found.unwrap_or_else(|| panic!("the workspace has no FMU package {package}")).clone()
     };
-    let crates: Vec<FmuCrate> = packages.iter().map(fmu_crate).collect();
-    Platform::host(true)
-        .and_then(|platform| compile(&WORKSPACE, &crates, &platform))
-        .unwrap_or_else(|error| panic!("{error}"))
+    build(&packages.iter().map(fmu_crate).collect::<Vec<_>>())
+}
+
+/// Builds release libraries for this machine, in a folder of their own: cargo holds no lock there while it runs tests.
+fn build(crates: &[FmuCrate]) -> BTreeMap<String, PathBuf> {
+    let platform = Platform::host(true).unwrap_or_else(|error| panic!("{error}"));
+    compile(&WORKSPACE, crates, &platform).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The library of a package that is no FMU, such as one that a benchmark compares with; found or built as those of FMUs
+/// are.
+///
+/// # Panics
+/// It does not build.
+pub fn plain_library(package: &str) -> PathBuf {
+    if let Some(folder) = &*PREBUILT {
+        let library = prebuilt(folder).remove(package);
+        return library.unwrap_or_else(|| panic!("there is no library of {package} in PLCFMU_LIBRARIES"));
+    }
+    let plain = FmuCrate { name: package.into(), library: package.into(), license: None, test_only: true };
+    build(&[plain]).remove(package).unwrap_or_else(|| panic!("cargo has built no library of {package}"))
 }
 
 fn open(package: &str, path: &Path) -> Fmu {
