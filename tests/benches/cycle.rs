@@ -7,8 +7,8 @@
 #![allow(unsafe_code)]
 
 use blocks::{ContC, Law};
-use fmu::ffi;
-use fmu::interface::Guid;
+use fmu::v2::ffi;
+use fmu::v2::interface::Guid;
 use std::ffi::CString;
 use std::hint::black_box;
 use std::ptr;
