@@ -159,12 +159,13 @@ fn open(package: &str, libraries: &BTreeMap<String, PathBuf>) -> Unit {
 }
 
 fn read(package: &str, path: &Path, library: Library, table: &Value) -> Option<Unit> {
+    let (table, interface) = (&table["table"], &table["interface"]);
     Some(Unit {
         package: package.into(),
         library,
         path: path.to_path_buf(),
         name: table["name"].as_str()?.into(),
-        guid: CString::new(table["guid"].as_str()?).ok()?,
+        guid: CString::new(interface["guid"].as_str()?).ok()?,
         cycle: table["cycle"].as_u64()?.try_into().ok()?,
         variables: table["variables"].as_array()?.iter().map(variable).collect::<Option<_>>()?,
     })
@@ -174,21 +175,21 @@ fn variable(row: &Value) -> Option<Variable> {
     Some(Variable {
         name: row["name"].as_str()?.into(),
         kind: match row["kind"].as_str()? {
-            "Real" => Kind::Real,
-            "LReal" => Kind::LReal,
-            "Time" => Kind::Time,
-            "Word" => Kind::Word,
-            "Int" => Kind::Int,
-            "Bool" => Kind::Bool,
+            "REAL" => Kind::Real,
+            "LREAL" => Kind::LReal,
+            "TIME" => Kind::Time,
+            "WORD" => Kind::Word,
+            "INT" => Kind::Int,
+            "BOOL" => Kind::Bool,
             _ => return None,
         },
         role: match row["role"].as_str()? {
-            "Input" => Role::Input,
-            "Parameter" => Role::Parameter,
-            "Fixed" => Role::Fixed,
-            "Cycle" => Role::Cycle,
-            "Output" => Role::Output,
-            "Local" => Role::Local,
+            "input" => Role::Input,
+            "parameter" => Role::Parameter,
+            "fixed" => Role::Fixed,
+            "cycle" => Role::Cycle,
+            "output" => Role::Output,
+            "local" => Role::Local,
             _ => return None,
         },
         start: row["start"].as_f64()?,
