@@ -14,7 +14,7 @@ mod unit;
 pub use counting::Counting;
 pub use host::{Entry, Instance, Log, Status, call_harmlessly, logging_callbacks};
 pub use random::Random;
-pub use unit::{Kind, Role, Unit, Variable, unit, units};
+pub use unit::{Kind, Role, Unit, Variable, plain_library, unit, units};
 
 /// A number that the environment gives, or `default`: how much a test tries.
 ///

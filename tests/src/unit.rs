@@ -113,6 +113,15 @@ fn load(packages: &[&str]) -> Vec<&'static Unit> {
     packages.iter().map(|package| loaded[*package]).collect()
 }
 
+/// The library of a package that is no FMU package, built in the same way.
+///
+/// # Panics
+/// It does not build.
+pub fn plain_library(package: &str) -> PathBuf {
+    let mut libraries = build(&[package]);
+    libraries.remove(package).unwrap_or_else(|| panic!("cargo has built no library of {package}"))
+}
+
 /// Builds release libraries; cargo says where they are, by the name of their target. (While cargo runs tests or
 /// benchmarks it holds no lock that a second cargo would wait for.)
 fn build(packages: &[&str]) -> BTreeMap<String, PathBuf> {
