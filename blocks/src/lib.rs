@@ -25,5 +25,6 @@ pub mod table;
 pub use abb::Hlg;
 pub use siemens::{ContC, ContS, PulsCtr, Pulsegen};
 pub use table::{
-    Block, Bool, Int, Kind, LReal, Law, Real, Response, Role, Row, Stored, Table, Time, Value, Word, low_word, rnd,
+    Access, Block, Bool, Int, Kind, LReal, Law, Real, Response, Role, Row, Stored, Table, Time, Value, Word, low_word,
+    rnd,
 };

@@ -25,7 +25,7 @@
 //! - An `h` that is off by less than the rounding of `tc` cannot be told from the step of a host that adds up. A 32-bit
 //!   `h` is told from it up to |t| / CYCLE = 1e8.
 
-use crate::instance::Refusal;
+use crate::refusal::Refusal;
 use blocks::{Stored, Time};
 
 /// Two times closer than this part of a CYCLE are one.

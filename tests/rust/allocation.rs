@@ -7,10 +7,10 @@
 #![allow(unsafe_code)]
 
 use blocks::{Block, ContC, ContS, Hlg, Law, PulsCtr, Pulsegen, Role};
-use fmu::ffi::{self, Pointer};
-use fmu::instance::Function;
-use fmu::interface::Guid;
-use fmu::value::{Boolean, FmiType};
+use fmu::v2::ffi::{self, Pointer};
+use fmu::v2::interface::Guid;
+use fmu::v2::states::Function;
+use fmu::v2::value::{Boolean, FmiType};
 use std::ffi::{CString, c_int};
 use std::ptr;
 use tests::{Counting, Log, Random, logging_callbacks};

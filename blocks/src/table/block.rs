@@ -174,6 +174,7 @@ macro_rules! block {
                     name: $NAME,
                     docs: concat!($($docs, "\n"),*),
                     rows: &ROWS,
+                    access: &$crate::table::access(&ROWS),
                     cycle: CYCLE,
                     mean: if MEAN.is_empty() { None } else { Some(COUNT - 1) },
                     memory: &[ $($( (stringify!($memory), stringify!($memory_type)), )*)? ],

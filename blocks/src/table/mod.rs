@@ -50,7 +50,7 @@ mod tests;
 mod types;
 
 #[doc(hidden)]
-pub use parts::{copy, cycle_row, inner_rows, nest, text, trimmed, upper};
+pub use parts::{access, copy, cycle_row, inner_rows, nest, text, trimmed, upper};
 pub use stored::Stored;
 pub use types::{Bool, Int, LReal, Real, Time, Word, low_word, rnd};
 
@@ -108,6 +108,8 @@ pub struct Table {
     pub docs: &'static str,
     /// All variables: the block's own, then those of the blocks inside it, then the mean.
     pub rows: &'static [Row],
+    /// Type and role of each row, side by side: what a host checks before every access.
+    pub access: &'static [Access],
     /// The row that holds the time between two calls.
     pub cycle: usize,
     /// The row that holds the mean of the pulse, if there is one.
@@ -175,6 +177,15 @@ impl Row {
         name.push_str(self.name);
         name
     }
+}
+
+/// Type and role of a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Access {
+    /// Its PLC type.
+    pub kind: Kind,
+    /// Who sets it, and when.
+    pub role: Role,
 }
 
 /// Makes an enum of which each value has one name, by which it is written everywhere.

@@ -1,32 +1,25 @@
-//! What the library says of itself: the GUID of its interface, and its table as text for the packer.
+//! A block's table as text for the packer, and its fingerprint.
 
-use crate::value;
+use crate::number::number;
 use blocks::{Block, Row, Table, Value};
 use std::fmt::Write;
 use std::marker::PhantomData;
 
-/// The GUID of a block's interface, computed while the library is compiled.
-pub struct Guid<B>(PhantomData<B>);
+/// The fingerprint of a block's table, computed while the library is compiled.
+pub struct Fingerprint<B>(PhantomData<B>);
 
-impl<B: Block> Guid<B> {
-    /// A hash of everything a host relies on, and of the memory that a serialized state is made of.
+impl<B: Block> Fingerprint<B> {
+    /// A hash of everything a host relies on, and of the memory that a saved session is made of. Texts that only
+    /// describe are left out.
     pub const BYTES: [u8; 16] = table_hash(BASIS, B::TABLE).to_be_bytes();
-
-    const TEXT_BYTES: [u8; 38] = guid_text(Self::BYTES);
-
-    /// The GUID as it stands in modelDescription.xml.
-    pub const TEXT: &'static str = match std::str::from_utf8(&Self::TEXT_BYTES) {
-        Ok(text) => text,
-        Err(_) => "",
-    };
 }
 
 // FNV-1a with 128 bits (Fowler, Noll, Vo).
 const BASIS: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
 const PRIME: u128 = (1 << 88) + 0x13b;
 
-/// The hash of `bytes` after what was hashed before. A change of any one byte changes it: each step is a bijection.
-pub const fn hash(mut hash: u128, bytes: &[u8]) -> u128 {
+/// Continues the hash `hash` with `bytes`. Each step is a bijection, so that a change of any one byte changes the hash.
+const fn hash(mut hash: u128, bytes: &[u8]) -> u128 {
     let mut i = 0;
     while i < bytes.len() {
         hash = (hash ^ bytes[i] as u128).wrapping_mul(PRIME);
@@ -35,7 +28,7 @@ pub const fn hash(mut hash: u128, bytes: &[u8]) -> u128 {
     hash
 }
 
-/// The checksum of a serialized state.
+/// The hash of `bytes`: FNV-1a with 128 bits.
 pub fn checksum(bytes: &[u8]) -> u128 {
     hash(BASIS, bytes)
 }
@@ -90,49 +83,31 @@ const fn table_hash(mut state: u128, table: &Table) -> u128 {
     state
 }
 
-const fn guid_text(bytes: [u8; 16]) -> [u8; 38] {
-    const DIGITS: [u8; 16] = *b"0123456789abcdef";
-    let mut text = *b"{00000000-0000-0000-0000-000000000000}";
-    let mut place = 1;
-    let mut i = 0;
-    while i < 16 {
-        if text[place] == b'-' {
-            place += 1;
-        }
-        text[place] = DIGITS[(bytes[i] >> 4) as usize];
-        text[place + 1] = DIGITS[(bytes[i] & 15) as usize];
-        place += 2;
-        i += 1;
-    }
-    text
-}
-
-/// The table as JSON: name, documentation, GUID, the numbers of the cycle variable and of the mean, the variables by value
-/// reference (numbers as FMI has them: TIME in seconds, TRUE as 1), and the response.
+/// The table as a JSON object: name, documentation, the row numbers of the cycle and the mean, the variables in the order
+/// of the rows, and the response. Numbers are plain: a TIME in seconds, TRUE as 1.
 pub fn json<B: Block>() -> String {
     let table = B::TABLE;
     let mut json = String::new();
     let _ = write!(
         json,
-        r#"{{"name":{},"docs":{},"guid":{},"cycle":{},"mean":{},"variables":["#,
+        r#"{{"name":{},"docs":{},"cycle":{},"mean":{},"variables":["#,
         quoted(table.name),
         quoted(table.docs),
-        quoted(Guid::<B>::TEXT),
         table.cycle,
         optional(table.mean.map(|mean| mean.to_string()))
     );
     for (i, row) in table.rows.iter().enumerate() {
         let _ = write!(
             json,
-            r#"{}{{"name":{},"description":{},"kind":"{:?}","role":"{:?}","start":{:?},"min":{},"max":{},"unit":{}}}"#,
+            r#"{}{{"name":{},"description":{},"kind":"{}","role":"{}","start":{:?},"min":{},"max":{},"unit":{}}}"#,
             if i == 0 { "" } else { "," },
             quoted(&row.full_name()),
             quoted(row.description),
-            row.kind,
-            row.role,
-            value::number(row.start),
-            optional(row.min.map(|min| format!("{:?}", value::number(min).min(decimal(min))))),
-            optional(row.max.map(|max| format!("{:?}", value::number(max).max(decimal(max))))),
+            row.kind.name(),
+            row.role.name(),
+            number(row.start),
+            optional(row.min.map(|min| format!("{:?}", number(min).min(decimal(min))))),
+            optional(row.max.map(|max| format!("{:?}", number(max).max(decimal(max))))),
             optional(row.unit.map(quoted)),
         );
     }
@@ -151,12 +126,12 @@ pub fn json<B: Block>() -> String {
     json
 }
 
-/// The value as it is written in decimals: 0.1 for the REAL next to it, which is a little more. A range holds both, so that
-/// neither a host that computes in doubles nor the REAL itself falls out of it.
+/// The value as it is written in decimals: 0.1 for the REAL next to it, which is a little more. A range includes both, so
+/// that neither a host that computes in doubles nor the REAL itself falls outside it.
 fn decimal(value: Value) -> f64 {
     match value {
         Value::Real(real) => real.to_string().parse().unwrap_or(f64::from(real)),
-        other => value::number(other),
+        other => number(other),
     }
 }
 
@@ -164,7 +139,8 @@ fn optional(text: Option<String>) -> String {
     text.unwrap_or_else(|| "null".into())
 }
 
-fn quoted(text: &str) -> String {
+/// The text as a JSON string.
+pub(crate) fn quoted(text: &str) -> String {
     let mut quoted = String::from('"');
     for character in text.chars() {
         match character {
@@ -182,27 +158,7 @@ fn quoted(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use blocks::ContC;
-
-    #[test]
-    fn the_guid_has_the_form_of_one() {
-        let guid = Guid::<ContC>::TEXT;
-        assert_eq!(guid.len(), 38);
-        for (place, character) in guid.char_indices() {
-            match place {
-                0 => assert_eq!(character, '{'),
-                37 => assert_eq!(character, '}'),
-                9 | 14 | 19 | 24 => assert_eq!(character, '-'),
-                _ => assert!(character.is_ascii_hexdigit(), "{guid}"),
-            }
-        }
-    }
-
-    #[test]
-    fn the_guid_is_written_byte_by_byte_in_hexadecimal_digits() {
-        let bytes = 0x0123_4567_89ab_cdef_fedc_ba98_7654_3210_u128.to_be_bytes();
-        assert_eq!(&guid_text(bytes), b"{01234567-89ab-cdef-fedc-ba9876543210}");
-    }
+    use crate::test_block::Sum;
 
     #[test]
     fn the_hash_is_fnv_1a_with_128_bits() {
@@ -213,8 +169,8 @@ mod tests {
     }
 
     #[test]
-    fn everything_a_host_relies_on_is_in_the_guid() {
-        let row = ContC::TABLE.rows[0];
+    fn everything_a_host_relies_on_is_in_the_fingerprint() {
+        let row = Sum::TABLE.rows[0];
         let of = |row: Row| row_hash(BASIS, &row);
         let same = of(row);
         assert_ne!(of(Row { name: "OTHER", ..row }), same, "name");
@@ -229,26 +185,16 @@ mod tests {
     }
 
     #[test]
-    fn the_memory_that_a_state_is_made_of_is_in_the_guid() {
-        let table = |memory| Table {
-            name: "X",
-            docs: "",
-            rows: ContC::TABLE.rows,
-            cycle: 8,
-            mean: None,
-            memory,
-            instances: &[],
-            response: blocks::Response::AT_REST,
-        };
+    fn the_memory_that_a_state_is_made_of_is_in_the_fingerprint() {
+        let table = |memory| Table { memory, ..*Sum::TABLE };
         assert_ne!(table_hash(BASIS, &table(&[("a", "Real")])), table_hash(BASIS, &table(&[("a", "LReal")])));
         assert_ne!(table_hash(BASIS, &table(&[("a", "Real")])), table_hash(BASIS, &table(&[("b", "Real")])));
     }
 
     #[test]
-    fn the_instances_that_a_state_is_made_of_are_in_the_guid() {
+    fn the_instances_that_a_state_is_made_of_are_in_the_fingerprint() {
         const fn table(name: &'static str, instances: &'static [&'static Table]) -> Table {
-            let (rows, memory, response) = (&[], &[], blocks::Response::AT_REST);
-            Table { name, docs: "", rows, cycle: 0, mean: None, memory, instances, response }
+            Table { name, instances, ..*Sum::TABLE }
         }
         const A: &Table = &table("A", &[]);
         const B: &Table = &table("B", &[]);
@@ -262,10 +208,22 @@ mod tests {
     #[test]
     fn a_limit_of_a_real_holds_its_decimal_and_itself() {
         // The REAL next to 0.1 lies above it, the one next to 0.7 below.
-        assert_eq!((decimal(Value::Real(0.1)), value::number(Value::Real(0.1))), (0.1, 0.10000000149011612));
-        assert_eq!((decimal(Value::Real(0.7)), value::number(Value::Real(0.7))), (0.7, 0.699999988079071));
+        assert_eq!((decimal(Value::Real(0.1)), number(Value::Real(0.1))), (0.1, 0.10000000149011612));
+        assert_eq!((decimal(Value::Real(0.7)), number(Value::Real(0.7))), (0.7, 0.699999988079071));
         assert_eq!(decimal(Value::Real(f32::MAX)), 3.4028235e38);
-        assert!(json::<blocks::Pulsegen>().contains(r#""start":1.0,"min":0.1,"max":10.0"#));
+        assert!(json::<Sum>().contains(r#""start":1.0,"min":0.1,"max":10.0"#));
+    }
+
+    #[test]
+    fn a_variable_is_written_with_the_names_of_its_type_and_role() {
+        let json = json::<Sum>();
+        assert!(json.starts_with(r#"{"name":"SUM","docs":" Adds its input up"#), "{json}");
+        assert!(json.contains(r#""cycle":5,"mean":8,"variables":[{"name":"U","description":"Summand","kind":"REAL","#));
+        assert!(
+            json.contains(r#""name":"FIRST","description":"Refused below 0","kind":"INT","role":"fixed","start":0.0"#)
+        );
+        assert!(json.contains(r#""kind":"TIME","role":"cycle","start":0.1,"min":0.001,"max":null,"unit":null}"#));
+        assert!(json.ends_with(r#""response":{"title":"At rest, with all defaults","calls":60,"set":[],"show":[]}}"#));
     }
 
     #[test]

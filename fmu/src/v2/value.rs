@@ -1,6 +1,7 @@
 //! PLC values as FMI sees them: REAL, LREAL and TIME are Real, WORD and INT Integer, BOOL Boolean.
 
-use blocks::{Block, Kind, Time, Value, Word};
+use crate::number;
+use blocks::{Block, Kind, Value, Word};
 use std::ffi::c_int;
 
 /// An FMI type, as C passes it.
@@ -17,7 +18,7 @@ pub trait FmiType: Copy {
     /// The range, as a text, if the value lies outside.
     fn to_plc(self, kind: Kind) -> Result<Value, &'static str>;
 
-    /// Writes the value, which [`FmiType::to_plc`] has accepted, into a row of that kind.
+    /// Writes the value, which [`FmiType::to_plc`] has accepted, to a row of that kind.
     fn put<B: Block>(self, block: &mut B, row: usize, kind: Kind);
 
     /// The PLC value in this type; `None` if it is of another.
@@ -26,9 +27,6 @@ pub trait FmiType: Copy {
     /// The value for a message.
     fn text(self) -> String;
 }
-
-/// The longest TIME in seconds.
-const LONGEST_TIME: f64 = 2_147_483.647;
 
 impl FmiType for f64 {
     const NAME: &'static str = "Real";
@@ -39,17 +37,7 @@ impl FmiType for f64 {
 
     #[inline]
     fn to_plc(self, kind: Kind) -> Result<Value, &'static str> {
-        match kind {
-            Kind::Time if (0.0..=LONGEST_TIME).contains(&self) => {
-                Ok(Value::Time(Time::ms((self * 1000.0).round() as i32)))
-            }
-            Kind::Time => Err("a TIME takes 0 ... 2147483.647 s"),
-            Kind::LReal if self.is_finite() => Ok(Value::LReal(self)),
-            Kind::LReal => Err("an LREAL takes finite numbers"),
-            // Beyond the largest REAL, and with it NaN and infinity, the conversion gives no finite number.
-            _ if (self as f32).is_finite() => Ok(Value::Real(self as f32)),
-            _ => Err("a REAL takes finite numbers of at most 3.4028235e38"),
-        }
+        number::to_value(self, kind)
     }
 
     #[inline(always)]
@@ -64,9 +52,7 @@ impl FmiType for f64 {
     #[inline]
     fn from_plc(value: Value) -> Option<f64> {
         match value {
-            Value::Real(real) => Some(f64::from(real)),
-            Value::LReal(lreal) => Some(lreal),
-            Value::Time(time) => Some(f64::from(time.milliseconds()) / 1000.0),
+            Value::Real(_) | Value::LReal(_) | Value::Time(_) => Some(number::number(value)),
             _ => None,
         }
     }
@@ -158,19 +144,10 @@ pub fn type_name(kind: Kind) -> &'static str {
     }
 }
 
-/// The value as a plain number: a TIME in seconds, TRUE as 1.
-pub fn number(value: Value) -> f64 {
-    match value {
-        Value::Bool(bool) => f64::from(u8::from(bool)),
-        Value::Word(word) => f64::from(word.value()),
-        Value::Int(int) => f64::from(int),
-        real => f64::from_plc(real).unwrap_or_default(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use blocks::Time;
 
     #[test]
     fn a_real_is_rounded_to_binary32_and_what_has_none_is_refused() {
