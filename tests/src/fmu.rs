@@ -1,7 +1,7 @@
 //! The FMU libraries that the tests call: built or handed in, loaded, and their tables read.
 
-use blocks::{Kind, Role};
 use modeldescription::v2::Interface;
+use modeldescription::Row;
 use plcfmu::build::compile::{Platform, compile};
 use plcfmu::build::workspace::{FmuCrate, Workspace};
 use plcfmu::host::library::Library;
@@ -27,20 +27,7 @@ pub struct Fmu {
     /// The value reference of the time between two calls.
     pub cycle: u32,
     /// The variables, by value reference.
-    pub variables: Vec<Variable>,
-}
-
-/// One variable, as the library's table has it.
-#[derive(Debug)]
-pub struct Variable {
-    /// Its full name.
-    pub name: String,
-    /// Its PLC type.
-    pub kind: Kind,
-    /// Who sets it, and when.
-    pub role: Role,
-    /// Its start value: a TIME in seconds, TRUE as 1.
-    pub start: f64,
+    pub variables: Vec<Row>,
 }
 
 impl Fmu {
@@ -152,25 +139,15 @@ pub fn plain_library(package: &str) -> PathBuf {
 fn open(package: &str, path: &Path) -> Fmu {
     let library = Library::open(path).unwrap_or_else(|error| panic!("{error}"));
     let json = library.interface().unwrap_or_else(|error| panic!("{package}: {error}"));
-    let table = Interface::parse(&json).unwrap_or_else(|error| panic!("{package}: {error}"));
+    let interface = Interface::parse(&json).unwrap_or_else(|error| panic!("{package}: {error}"));
     Fmu {
         package: package.into(),
         library,
         path: path.to_path_buf(),
-        name: table.name,
-        guid: CString::new(table.guid).unwrap_or_else(|error| panic!("{package}: {error}")),
-        cycle: table.cycle as u32,
-        variables: table.variables.into_iter().map(variable).collect(),
-    }
-}
-
-fn variable(row: modeldescription::interface::Row) -> Variable {
-    let role = |role: &&Role| format!("{role:?}") == format!("{:?}", row.role);
-    Variable {
-        kind: Kind::named(row.kind.name()).unwrap(),
-        role: *Role::ALL.iter().find(role).unwrap(),
-        name: row.name,
-        start: row.start,
+        name: interface.table.name,
+        guid: CString::new(interface.guid).unwrap_or_else(|error| panic!("{package}: {error}")),
+        cycle: interface.table.cycle as u32,
+        variables: interface.table.variables,
     }
 }
 

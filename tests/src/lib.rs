@@ -13,7 +13,7 @@ mod random;
 
 pub use blocks::{Kind, Role};
 pub use counting::Counting;
-pub use fmu::{Fmu, Variable, all_fmus, fmu_of, plain_library};
+pub use fmu::{Fmu, all_fmus, fmu_of, plain_library};
 pub use host::{Entry, Instance, Log, Status, call_harmlessly, logging_callbacks};
 pub use random::Random;
 
