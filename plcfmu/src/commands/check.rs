@@ -1,5 +1,6 @@
 //! `plcfmu check`: says in one sentence each what is wrong with FMUs.
 
+use super::functions;
 use crate::build::compile::Platform;
 use crate::package::Package;
 use crate::package::check::{STEPS, check, run as run_library};
@@ -69,7 +70,7 @@ fn examine(file: &Path, is_run: bool) -> Verdict {
     verdict.lines.extend(report.remarks.iter().map(|remark| format!("remark: {remark}")));
     for (file, binary) in &report.libraries {
         let glibc = binary.glibc.as_deref().map_or(String::new(), |glibc| format!(", needs glibc {glibc}"));
-        verdict.lines.push(format!("{}: {} functions of FMI{glibc}", file.path, binary.functions.len()));
+        verdict.lines.push(format!("{}: {}{glibc}", file.path, functions(binary)));
     }
     // The code of an FMU that is wrong is not run.
     if is_run && !verdict.is_wrong {

@@ -1,7 +1,7 @@
 //! `plcfmu info`: what an FMU is, what it needs, and its variables.
 
 use super::check::kinds;
-use super::shown;
+use super::{functions, shown};
 use crate::package::Package;
 use crate::package::binary::Binary;
 use anyhow::{Context, Result, bail};
@@ -29,8 +29,8 @@ pub struct Options {
 /// How wide the text should be, in characters.
 const WIDTH: usize = 100;
 
-/// Where the second column begins, in characters.
-const INDENT: usize = 16;
+/// The width of the labels before the variables, in characters.
+const LABELS: usize = 14;
 
 /// The narrowest last column, in characters. Below that, lines get longer than [`WIDTH`].
 const NARROWEST: usize = 24;
@@ -310,7 +310,7 @@ impl Fmu {
         for (label, values) in fields {
             for (place, value) in values.iter().enumerate() {
                 let label = if place == 0 { label } else { "" };
-                text.push_str(&columns(&[label.to_string(), value.clone()], &[INDENT - 4]));
+                text.push_str(&columns(&[label.to_string(), value.clone()], &[LABELS]));
             }
         }
         text.push_str(&table(description));
@@ -327,7 +327,7 @@ impl Library {
                 "functions": binary.functions,
                 "glibc": binary.glibc,
                 "needed": binary.needed,
-                "installName": binary.install_name,
+                "installNames": binary.install_names,
             }),
             Err(error) => json!({"error": format!("{error:#}")}),
         };
@@ -345,7 +345,7 @@ impl Library {
             Err(error) => return format!("{start}; {error:#}"),
         };
         let mut parts = vec![start, binary.architectures.join(" and ")];
-        parts.push(format!("{} functions of FMI", binary.functions.len()));
+        parts.push(functions(binary));
         if let Some(glibc) = &binary.glibc {
             parts.push(format!("needs glibc {} or newer", shown(glibc, LONGEST_NAME)));
         }
@@ -353,7 +353,7 @@ impl Library {
             let needed: Vec<String> = binary.needed.iter().map(|name| shown(name, LONGEST_NAME)).collect();
             parts.push(format!("loads {}", shown(&needed.join(" "), LONGEST_TEXT)));
         }
-        if let Some(name) = &binary.install_name {
+        for name in &binary.install_names {
             parts.push(format!("install name {}", shown(name, LONGEST_NAME)));
         }
         parts.join(", ")
@@ -493,4 +493,121 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
         lines.push(word.to_string());
     }
     lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const XML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="Pump&#10;  Kind" guid="{12}" generationTool="Tool 1">
+  <ModelExchange modelIdentifier="pump"/>
+  <CoSimulation modelIdentifier="pump" maxOutputDerivativeOrder="2" canInterpolateInputs="true"/>
+  <UnitDefinitions><Unit name="bar"/></UnitDefinitions>
+  <TypeDefinitions>
+    <SimpleType name="Pressure"><Real unit="bar" min="0.5" max="1e300"/></SimpleType>
+    <SimpleType name="Mode"><Enumeration><Item name="off" value="1"/><Item name="on" value="2"/></Enumeration></SimpleType>
+  </TypeDefinitions>
+  <LogCategories><Category name="logAll"/></LogCategories>
+  <DefaultExperiment startTime="0.0" stopTime="1.5"/>
+  <ModelVariables>
+    <ScalarVariable name="p" valueReference="1" causality="input" description="Pressure at the outlet, as it is measured by the sensor behind the valve">
+      <Real declaredType="Pressure" start="1" min="1"/></ScalarVariable>
+    <ScalarVariable name="mode" valueReference="2" causality="parameter" variability="fixed">
+      <Enumeration declaredType="Mode" start="2"/></ScalarVariable>
+    <ScalarVariable name="n" valueReference="3" causality="parameter" variability="fixed">
+      <Integer min="1" start="3"/></ScalarVariable>
+    <ScalarVariable name="file" valueReference="4" causality="parameter" variability="tunable">
+      <String start="a b"/></ScalarVariable>
+    <ScalarVariable name="on" valueReference="5" causality="output" variability="discrete"><Boolean/></ScalarVariable>
+    <ScalarVariable name="x" valueReference="6" causality="parameter" variability="tunable"><Real start="INF" max="INF"/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure><Outputs><Unknown index="5"/></Outputs><InitialUnknowns><Unknown index="5"/></InitialUnknowns></ModelStructure>
+</fmiModelDescription>"#;
+
+    fn fmu() -> Fmu {
+        let library = |platform: &str, binary| Library {
+            platform: platform.into(),
+            path: format!("binaries/{platform}/pump"),
+            size: 1001,
+            binary,
+        };
+        let linux = Binary {
+            architectures: vec!["x86_64".into()],
+            functions: vec!["fmi2DoStep".into(), "fmi3DoStep".into()],
+            glibc: Some("2.17".into()),
+            needed: vec!["libc.so.6".into(), "libm.so.6".into()],
+            ..Binary::default()
+        };
+        let macos = Binary {
+            architectures: vec!["x86_64".into(), "aarch64".into()],
+            install_names: vec!["@rpath/pump.dylib".into()],
+            ..Binary::default()
+        };
+        let damaged = Err(anyhow::anyhow!("it is damaged"));
+        Fmu {
+            description: modeldescription::read(XML.as_bytes()).unwrap(),
+            libraries: vec![library("linux64", Ok(linux)), library("darwin64", Ok(macos)), library("win64", damaged)],
+        }
+    }
+
+    #[test]
+    fn the_text_says_what_the_fmu_is_and_lists_its_variables_in_columns() {
+        let expected = r#"  Model           Pump\n  Kind
+  Kind            FMI 2.0 for co-simulation and model exchange
+  GUID            {12}
+  Made by         Tool 1
+  Libraries       linux64: 2 kB, x86_64, 1 functions of FMI 2.0, needs glibc 2.17 or newer, loads
+                  libc.so.6 libm.so.6
+                  darwin64: 2 kB, x86_64 and aarch64, 0 functions of FMI 2.0, install name
+                  @rpath/pump.dylib
+                  win64: 2 kB; it is damaged
+  Capabilities    canInterpolateInputs: accepts derivatives of inputs
+                  maxOutputDerivativeOrder = 2: provides derivatives of outputs
+  Experiment      start 0 s, stop 1.5 s
+  Log categories  logAll
+
+  6 variables
+
+  Name  Causality  Variability  Type         Unit  Range       Start  Description
+  p     input      continuous   Real         bar   1 to 1e300  1      Pressure at the outlet, as it
+                                                                      is measured by the sensor
+                                                                      behind the valve
+  mode  parameter  fixed        Enumeration                    2
+  n     parameter  fixed        Integer            >= 1        3
+  file  parameter  tunable      String                         "a b"
+  on    output     discrete     Boolean
+  x     parameter  tunable      Real               <= inf      inf
+"#;
+        assert_eq!(fmu().text(), expected);
+    }
+
+    #[test]
+    fn the_json_has_everything_by_the_names_of_fmi() {
+        let json = fmu().json(Path::new("pump.fmu"));
+        assert_eq!(json["file"], "pump.fmu");
+        assert_eq!(json["modelName"], "Pump\n  Kind");
+        assert_eq!(json["kinds"], json!(["co-simulation", "model exchange"]));
+        assert_eq!(json["capabilities"]["CoSimulation"]["canInterpolateInputs"], true);
+        assert_eq!(json["capabilities"]["CoSimulation"]["maxOutputDerivativeOrder"], 2);
+        assert_eq!(json["capabilities"]["ModelExchange"]["canGetAndSetFMUstate"], false);
+        assert_eq!(json["libraries"][0]["glibc"], "2.17");
+        assert_eq!(json["libraries"][2]["error"], "it is damaged");
+        assert_eq!(
+            json["variables"][0],
+            json!({
+                "name": "p", "valueReference": 1, "causality": "input", "variability": "continuous", "initial": null,
+                "type": "Real", "unit": "bar", "min": 1.0, "max": 1e300, "start": 1.0,
+                "description": "Pressure at the outlet, as it is measured by the sensor behind the valve",
+            })
+        );
+        assert_eq!(json["variables"][5]["start"], "inf");
+    }
+
+    #[test]
+    fn a_long_text_is_broken_between_words_and_a_long_word_is_not() {
+        assert_eq!(wrapped("a bc def", 4), ["a bc", "def"]);
+        assert_eq!(wrapped("abcdef g", 4), ["abcdef", "g"]);
+        assert_eq!(wrapped("", 4), [""]);
+    }
 }

@@ -3,6 +3,14 @@
 pub mod check;
 pub mod info;
 
+use crate::package::binary::Binary;
+
+/// How much of FMI 2.0 a library exports. It may export functions of other versions too.
+fn functions(binary: &Binary) -> String {
+    let count = binary.functions.iter().filter(|name| name.starts_with("fmi2")).count();
+    format!("{count} functions of FMI 2.0")
+}
+
 /// A text from a foreign FMU as it is printed: at most `longest` characters, on one line, without control characters.
 fn shown(text: &str, longest: usize) -> String {
     let mut shown = String::new();

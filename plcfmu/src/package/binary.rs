@@ -25,8 +25,8 @@ pub struct Binary {
     pub glibc: Option<String>,
     /// The libraries it needs: shared objects of Linux, DLLs of Windows, dylibs of macOS.
     pub needed: Vec<String>,
-    /// The name that a dylib of macOS gives itself.
-    pub install_name: Option<String>,
+    /// The name that a dylib of macOS gives itself; the parts of a universal file may differ in it.
+    pub install_names: Vec<String>,
 }
 
 impl Binary {
@@ -104,16 +104,20 @@ fn universal(bytes: &[u8], parts: &[impl FatArch]) -> Result<Binary> {
             "its parts for {} and {name} export different functions",
             first.architectures[0]
         );
-        ensure!(
-            part.install_name == first.install_name,
-            "its parts for {} and {name} have different install names",
-            first.architectures[0]
-        );
         first.architectures.extend(part.architectures);
-        let further = part.needed.into_iter().filter(|library| !first.needed.contains(library));
-        first.needed.extend(further.collect::<Vec<_>>());
+        add(&mut first.needed, part.needed);
+        add(&mut first.install_names, part.install_names);
     }
     all.context("it is empty")
+}
+
+/// Adds those texts that are not yet there.
+fn add(texts: &mut Vec<String>, further: Vec<String>) {
+    for text in further {
+        if !texts.contains(&text) {
+            texts.push(text);
+        }
+    }
 }
 
 /// Reads a library for one processor.
@@ -138,8 +142,8 @@ fn single(bytes: &[u8]) -> object::Result<Binary> {
     match &file {
         File::Elf32(elf) => binary.glibc = glibc(elf.elf_header(), bytes)?,
         File::Elf64(elf) => binary.glibc = glibc(elf.elf_header(), bytes)?,
-        File::MachO32(macho) => binary.install_name = install_name(macho)?,
-        File::MachO64(macho) => binary.install_name = install_name(macho)?,
+        File::MachO32(macho) => binary.install_names.extend(install_name(macho)?),
+        File::MachO64(macho) => binary.install_names.extend(install_name(macho)?),
         _ => {}
     }
     Ok(binary)
