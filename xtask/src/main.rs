@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 use plcfmu::build::workspace::Workspace;
-use plcfmu::package::{check, pack};
+use plcfmu::package::pack;
 use std::process::ExitCode;
 use xtask::{demo, test};
 
@@ -23,7 +23,6 @@ Examples:
   cargo xtask fmu -p my_block       the FMU of one's own package
   cargo xtask test                  check everything (the first time it takes some minutes)
   cargo xtask test -- -k time       all of it, but of the Python tests only those with 'time' in their name
-  cargo xtask check some.fmu        look into an FMU that anybody has made
 
 Where things land, all below target/:
   fmu/NAME.fmu       the packed FMUs; documentation/index.html in each says what it does
@@ -45,11 +44,6 @@ enum Command {
     Test(test::Options),
     /// Run closed loops of FMUs, print their figures, draw them: target/demo/
     Demo(demo::Options),
-    /// Check FMU files, whoever made them
-    ///
-    /// Reads the archive, the model description and the libraries, and says in one sentence what is wrong. No foreign code
-    /// runs, unless --run is given.
-    Check(check::Options),
 }
 
 fn main() -> ExitCode {
@@ -68,6 +62,5 @@ fn dispatch(command: Command) -> Result<(), String> {
         Command::Fmu(options) => pack::run(&Workspace::find()?, &options),
         Command::Test(options) => test::test(&Workspace::find()?, &options),
         Command::Demo(options) => demo::demo(&Workspace::find()?, &options),
-        Command::Check(options) => check::check(&options),
     }
 }

@@ -179,8 +179,9 @@ fn pack(
 ) -> Result<usize, String> {
     let mut description = ModelDescription::of(interface).map_err(|error| error.to_string())?;
     description.license = fmu_crate.license.clone();
-    let bytes = archive::write(&files(interface, &description, library, platform)?)?;
-    place(&bytes, path, |packed| check::packed(packed, &description, platform))?;
+    let bytes =
+        archive::write(&files(interface, &description, library, platform)?).map_err(|error| format!("{error:#}"))?;
+    place(&bytes, path, |packed| check::packed(packed, &description, platform).map_err(|error| format!("{error:#}")))?;
     Ok(bytes.len())
 }
 
@@ -214,7 +215,7 @@ fn files(
     files.insert(DESCRIPTION.to_string(), modeldescription::write(description));
     let content = fs::read(library).map_err(|error| format!("{} cannot be read: {error}", library.display()))?;
     files.insert(format!("binaries/{}/{name}.{}", platform.folder, platform.extension), content);
-    let recording = reference::run(library, interface)?;
+    let recording = reference::run(library, interface).map_err(|error| format!("{error:#}"))?;
     files.extend(reference::files(interface, &recording));
     files.insert(
         "documentation/index.html".into(),

@@ -3,6 +3,7 @@
 
 use crate::host::instance::{Instance, Type};
 use crate::host::library::Library;
+use anyhow::{Context, Error, Result};
 use modeldescription::Interface;
 use modeldescription::interface::{Kind, Role, Row};
 use std::collections::BTreeMap;
@@ -36,7 +37,7 @@ impl Recording {
 ///
 /// # Errors
 /// A value that the library refuses, with its reason.
-pub fn record(library: &Library, interface: &Interface) -> Result<Recording, String> {
+pub fn record(library: &Library, interface: &Interface) -> Result<Recording> {
     let rows = &interface.variables;
     let response = &interface.response;
     let shown: Vec<usize> = if response.show.is_empty() {
@@ -44,35 +45,38 @@ pub fn record(library: &Library, interface: &Interface) -> Result<Recording, Str
     } else {
         response.show.iter().filter_map(|name| interface.find(name)).collect()
     };
-    let mut instance = Instance::instantiate(library, &interface.guid, None)?;
-    let failed = |error| format!("the block's response: {error}");
-    instance.enter_initialization(0.0)?;
-    set(&mut instance, interface, 0).map_err(failed)?;
-    instance.exit_initialization().map_err(failed)?;
+    let mut instance = Instance::instantiate(library, &interface.guid, None).map_err(Error::msg)?;
+    let failed = "the block's response";
+    instance.enter_initialization(0.0).map_err(Error::msg)?;
+    set(&mut instance, interface, 0).context(failed)?;
+    instance.exit_initialization().map_err(Error::msg).context(failed)?;
 
-    let cycle = (instance.get(Type::Real, interface.cycle as u32)? * 1000.0).round() as u32;
-    let values = |instance: &Instance| -> Result<Vec<f64>, String> {
-        shown.iter().map(|row| instance.get(fmi_type(rows[*row].kind), *row as u32)).collect()
+    let cycle = instance.get(Type::Real, interface.cycle as u32).map_err(Error::msg)?;
+    let cycle = (cycle * 1000.0).round() as u32;
+    let values = |instance: &Instance| -> Result<Vec<f64>> {
+        let value = |row: &usize| instance.get(fmi_type(rows[*row].kind), *row as u32).map_err(Error::msg);
+        shown.iter().map(value).collect()
     };
     let mut recording = Recording { cycle, restart: values(&instance)?, calls: Vec::new(), shown: shown.clone() };
     for call in 0..response.calls {
         if call > 0 {
-            set(&mut instance, interface, call).map_err(failed)?;
+            set(&mut instance, interface, call).context(failed)?;
         }
-        instance.step(recording.time(call as usize), recording.time(1)).map_err(failed)?;
+        instance.step(recording.time(call as usize), recording.time(1)).map_err(Error::msg).context(failed)?;
         recording.calls.push(values(&instance)?);
     }
-    instance.terminate()?;
+    instance.terminate().map_err(Error::msg)?;
     Ok(recording)
 }
 
 /// Sets what the example sets before a call.
-fn set(instance: &mut Instance, interface: &Interface, call: u32) -> Result<(), String> {
+fn set(instance: &mut Instance, interface: &Interface, call: u32) -> Result<()> {
     for (_, name, value) in interface.response.set.iter().filter(|(before, ..)| *before == call) {
-        let row = interface.find(name).ok_or_else(|| format!("{name} is no variable of {}", interface.name))?;
+        let row = interface.find(name).with_context(|| format!("{} has no variable {name}", interface.name))?;
         instance
             .set(fmi_type(interface.variables[row].kind), row as u32, *value)
-            .map_err(|error| format!("{name} = {value:?} before call {call}: {error}"))?;
+            .map_err(Error::msg)
+            .with_context(|| format!("{name} = {value:?} before call {call}"))?;
     }
     Ok(())
 }
@@ -176,6 +180,15 @@ fn line(csv: &mut String, interface: &Interface, columns: &[usize], time: f64, v
     csv.push('\n');
 }
 
+/// A value as the command line of a simulator expects it for its type: `0.5`, `20`, `true`.
+fn start_value(kind: Kind, value: f64) -> String {
+    match fmi_type(kind) {
+        Type::Real => format!("{value:?}"),
+        Type::Integer => value.to_string(),
+        Type::Boolean => (value != 0.0).to_string(),
+    }
+}
+
 fn description(interface: &Interface, recording: &Recording) -> String {
     let name = &interface.name;
     let (calls, cycle) = (recording.calls.len(), recording.time(1));
@@ -188,9 +201,9 @@ fn description(interface: &Interface, recording: &Recording) -> String {
         stop = recording.time(calls),
     );
     for (_, variable, value) in interface.response.set.iter().filter(|(before, ..)| *before == 0) {
-        let is_setting = interface.find(variable).is_some_and(|row| interface.variables[row].role != Role::Input);
-        if is_setting {
-            let _ = writeln!(text, "Set before the initialization ends: {variable} = {value:?}");
+        let row = interface.find(variable).map(|row| &interface.variables[row]);
+        if let Some(Row { kind, .. }) = row.filter(|row| row.role != Role::Input) {
+            let _ = writeln!(text, "Set before the initialization ends: {variable} = {}", start_value(*kind, *value));
         }
     }
     text.push_str(
@@ -209,8 +222,8 @@ pub fn links(name: &str) -> [(String, &'static str); 2] {
 ///
 /// # Errors
 /// As [`record`].
-pub fn run(library: &Path, interface: &Interface) -> Result<Recording, String> {
-    record(&Library::open(library)?, interface)
+pub fn run(library: &Path, interface: &Interface) -> Result<Recording> {
+    record(&Library::open(library).map_err(Error::msg)?, interface)
 }
 
 #[cfg(test)]
@@ -223,9 +236,12 @@ mod tests {
             {"name":"GAIN","description":"x","kind":"Real","role":"Parameter","start":2.0,"min":null,"max":null,"unit":null},
             {"name":"CYCLE","description":"x","kind":"Time","role":"Cycle","start":1.0,"min":0.001,"max":null,"unit":null},
             {"name":"SPEED","description":"x","kind":"Int","role":"Parameter","start":7.0,"min":null,"max":null,"unit":null},
+            {"name":"STEPS","description":"x","kind":"Int","role":"Fixed","start":7.0,"min":null,"max":null,"unit":null},
+            {"name":"LOCKED","description":"x","kind":"Bool","role":"Fixed","start":0.0,"min":null,"max":null,"unit":null},
             {"name":"Q","description":"x","kind":"Bool","role":"Output","start":0.0,"min":null,"max":null,"unit":null},
             {"name":"LEVEL","description":"x","kind":"LReal","role":"Output","start":0.0,"min":null,"max":null,"unit":"m"}],
-            "response":{"title":"It runs","calls":3,"set":[[0,"GAIN",0.5],[0,"CYCLE",0.1],[2,"ON",1.0]],
+            "response":{"title":"It runs","calls":3,
+            "set":[[0,"GAIN",0.5],[0,"CYCLE",0.1],[0,"STEPS",20.0],[0,"LOCKED",1.0],[2,"ON",1.0]],
             "show":["ON","LEVEL","Q"]}}"#;
         Interface::parse(json).unwrap()
     }
@@ -233,7 +249,7 @@ mod tests {
     fn recording() -> Recording {
         Recording {
             cycle: 100,
-            shown: vec![0, 5, 4],
+            shown: vec![0, 7, 6],
             restart: vec![0.0, 0.0, 0.0],
             calls: vec![vec![0.0, 0.1, 0.0], vec![0.0, 1e-7, 0.0], vec![1.0, 0.30000000000000004, 1.0]],
         }
@@ -275,6 +291,8 @@ mod tests {
         assert!(text.contains("stop time 0.3 s, communication step 0.1 s: 3 steps"));
         assert!(text.contains("Set before the initialization ends: GAIN = 0.5\n"));
         assert!(text.contains("Set before the initialization ends: CYCLE = 0.1\n"));
+        assert!(text.contains("Set before the initialization ends: STEPS = 20\n"));
+        assert!(text.contains("Set before the initialization ends: LOCKED = true\n"));
         assert!(!text.contains("ON = "));
     }
 }

@@ -1,5 +1,5 @@
-//! Temporary files and folders beside what they become. They end with the command; those that an interrupted command has
-//! left are known by their names.
+//! Temporary files and folders, made beside what they become. They are removed when the command ends; those that an
+//! interrupted command has left are recognized by their names.
 
 use std::fs;
 use std::io;
@@ -8,17 +8,17 @@ use std::path::Path;
 /// What their names begin and end with.
 const NAME: (&str, &str) = (".plcfmu-", ".tmp");
 
-/// Makes them.
+/// Makes temporary files and folders with these names.
 pub fn builder() -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(NAME.0).suffix(NAME.1);
     builder
 }
 
-/// Removes those in `folder`.
+/// Removes temporary files and folders that were left in `folder`.
 ///
 /// # Errors
-/// The folder cannot be read, or one of them not removed.
+/// The folder cannot be read, or one of them cannot be removed.
 pub fn remove_left(folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;

@@ -1,0 +1,42 @@
+//! The commands of `plcfmu`, a module each: what the user asks for, and what is printed.
+
+pub mod check;
+pub mod info;
+
+use crate::package::binary::Binary;
+
+/// How much of FMI 2.0 a library exports. It may export functions of other versions too.
+fn functions(binary: &Binary) -> String {
+    let count = binary.functions.iter().filter(|name| name.starts_with("fmi2")).count();
+    format!("{count} functions of FMI 2.0")
+}
+
+/// A text from a foreign FMU as it is printed: at most `longest` characters, on one line, without control characters.
+fn shown(text: &str, longest: usize) -> String {
+    let mut shown = String::new();
+    for (place, character) in text.chars().enumerate() {
+        match character {
+            _ if place == longest => {
+                shown.push('…');
+                break;
+            }
+            '"' | '\'' => shown.push(character),
+            // What cannot be printed as an escape sequence, such as \n or \u{9b}.
+            _ => shown.extend(character.escape_debug()),
+        }
+    }
+    shown
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_foreign_text_is_printed_on_one_line_without_control_characters() {
+        assert_eq!(shown("block's \"gain\" in µm", 60), "block's \"gain\" in µm");
+        assert_eq!(shown("a\n  WRONG: b\u{9b}31m\u{202e}\\n", 60), r"a\n  WRONG: b\u{9b}31m\u{202e}\\n");
+        assert_eq!(shown(&"x".repeat(3_000_000), 3), "xxx…");
+        assert_eq!(shown("xxx", 3), "xxx");
+    }
+}
