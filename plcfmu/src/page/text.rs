@@ -31,7 +31,7 @@ pub fn unit(row: &Row) -> Option<&str> {
     }
 }
 
-/// The values that make sense: `0 ... 100`, `>= 0.001`, `<= 5`.
+/// The values that make sense: `0 ... 100`, `≥ 0.001`, `≤ 5`; empty if there are no limits.
 pub fn range(row: &Row) -> String {
     let number = |value| number(row.kind, value);
     match (row.min, row.max) {
@@ -39,6 +39,15 @@ pub fn range(row: &Row) -> String {
         (Some(min), None) => format!("\u{2265} {}", number(min)),
         (None, Some(max)) => format!("\u{2264} {}", number(max)),
         (None, None) => String::new(),
+    }
+}
+
+/// A range that no two numbers express, from the description: the words after `; range: `, where there are no `min` and
+/// `max`.
+pub fn range_in_words(row: &Row) -> Option<&str> {
+    match (row.min, row.max) {
+        (None, None) => row.description.split_once("; range: ").map(|(_, range)| range),
+        _ => None,
     }
 }
 
@@ -82,5 +91,16 @@ mod tests {
         assert_eq!(range(&row), "0.001 ... 2");
         row.min = None;
         assert_eq!(range(&row), "\u{2264} 2");
+    }
+
+    #[test]
+    fn a_range_in_words_is_that_of_the_description() {
+        let mut row = row(Kind::Time, None);
+        assert_eq!(range_in_words(&row), None);
+        row.description = "Reset time; range: TI >= CYCLE".into();
+        assert_eq!(range_in_words(&row), Some("TI >= CYCLE"));
+        // Numbers are exact.
+        row.min = Some(0.001);
+        assert_eq!(range_in_words(&row), None);
     }
 }
