@@ -72,7 +72,7 @@ pub fn svg(interface: &Interface) -> anyhow::Result<String> {
     let left_rows = (inputs.len() + parameters.len()) as f64 * ROW + gap;
     let rows = left_rows.max(outputs.len() as f64 * ROW);
     let left = MARGIN + left_labels + STUB + 6.0;
-    let box_width = (left_names + right_names + 40.0).max(title + 30.0);
+    let box_width = (left_names + right_names + 50.0).max(title + 30.0);
     let box_height = HEAD + rows + 10.0;
     let right = left + box_width;
 

@@ -19,6 +19,7 @@ const LEFT: f64 = 76.0;
 const RIGHT: f64 = 16.0;
 const TITLE: f64 = 26.0;
 const PANEL: f64 = 190.0;
+const PANEL_GAP: f64 = 8.0;
 /// A line of a legend.
 const LEGEND: f64 = 18.0;
 /// The line that a legend shows of a curve.
@@ -116,7 +117,7 @@ impl Panel {
 /// The chart as SVG, the same bytes on every machine: no font is measured.
 ///
 /// # Errors
-/// The time does not ascend or is not finite; a curve has not as many values as there are points.
+/// The time goes back or is not finite, or a curve does not have one value for each point.
 pub fn svg(chart: &Chart) -> anyhow::Result<String> {
     check(chart)?;
     let time = Scale::of_time(&chart.time);
@@ -125,12 +126,18 @@ pub fn svg(chart: &Chart) -> anyhow::Result<String> {
     let mut panels = Vec::new();
     for panel in &chart.panels {
         let pens: Vec<Pen> = panel.curves.iter().map(|curve| pens(curve.is_input)).collect();
+        if !panels.is_empty() {
+            top += PANEL_GAP;
+        }
         let legend_top = top;
         top += legend_height(&panel.curves);
         panels.push(draw_panel(panel, &pens, &chart.time, &time, legend_top, top));
         top += PANEL;
     }
     let mut lanes = Vec::new();
+    if !panels.is_empty() && !chart.lanes.is_empty() {
+        top += PANEL_GAP;
+    }
     for lane in &chart.lanes {
         top += LANE_GAP;
         lanes.push(draw_lane(lane, pens(lane.is_input), &chart.time, &time, top));

@@ -42,12 +42,12 @@ pub fn range(row: &Row) -> String {
     }
 }
 
-/// A range that no two numbers express, from the description: the words after `; range: `, where there are no `min` and
-/// `max`.
+/// A range that two numbers cannot express, because it depends on other variables: the words after `; range: ` in the
+/// description. None if the variable has both `min` and `max`.
 pub fn range_in_words(row: &Row) -> Option<&str> {
     match (row.min, row.max) {
-        (None, None) => row.description.split_once("; range: ").map(|(_, range)| range),
-        _ => None,
+        (Some(_), Some(_)) => None,
+        _ => row.description.split_once("; range: ").map(|(_, range)| range),
     }
 }
 
@@ -99,8 +99,9 @@ mod tests {
         assert_eq!(range_in_words(&row), None);
         row.description = "Reset time; range: TI >= CYCLE".into();
         assert_eq!(range_in_words(&row), Some("TI >= CYCLE"));
-        // Numbers are exact.
         row.min = Some(0.001);
+        assert_eq!(range_in_words(&row), Some("TI >= CYCLE"));
+        row.max = Some(9.0);
         assert_eq!(range_in_words(&row), None);
     }
 }
