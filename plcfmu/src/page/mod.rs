@@ -14,7 +14,7 @@ use modeldescription::Interface;
 use modeldescription::interface::{Kind, Role, Row};
 use pulldown_cmark::{Options, Parser};
 
-/// What the template shows. It is by `askama`, which checks it at compile time: a page cannot fail at a user's.
+/// What the template shows. `askama` checks templates at compile time, so a page cannot fail on a user's machine.
 #[derive(Template)]
 #[template(path = "index.html")]
 struct Page<'a> {
@@ -109,7 +109,8 @@ fn law(interface: &Interface) -> String {
     let rest = docs.split_once("\n\n").map_or("", |(_, rest)| rest);
     let mut law = String::new();
     pulldown_cmark::html::push_html(&mut law, Parser::new_ext(rest, Options::ENABLE_TABLES));
-    law
+    // Wide formulas scroll: so that the keyboard reaches them.
+    law.replace("<pre>", r#"<pre tabindex="0">"#)
 }
 
 /// Whether the clauses of the law say where they come from.

@@ -16,6 +16,8 @@ pub fn png(svg: &str) -> anyhow::Result<Vec<u8>> {
     fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());
     fonts.load_font_data(epaint_default_fonts::HACK_REGULAR.to_vec());
     fonts.set_sans_serif_family("Ubuntu");
+    // Also what stands in for a font that is not here.
+    fonts.set_serif_family("Ubuntu");
     fonts.set_monospace_family("Hack");
     let options = usvg::Options { font_family: "Ubuntu".into(), fontdb: Arc::new(fonts), ..usvg::Options::default() };
     let tree = usvg::Tree::from_str(svg, &options).context("the drawing is not SVG")?;
@@ -48,5 +50,21 @@ mod tests {
     #[test]
     fn what_is_not_svg_is_refused() {
         assert!(format!("{:#}", png("hello").unwrap_err()).starts_with("the drawing is not SVG: "));
+    }
+
+    #[test]
+    fn text_in_any_font_is_drawn_with_those_that_are_built_in() {
+        let text = |font: &str, text: &str| {
+            png(&format!(
+                r#"<svg xmlns="http://www.w3.org/2000/svg" width="60" height="20"><text y="15" font-family="{font}">{text}</text></svg>"#
+            ))
+            .unwrap()
+        };
+        let expected = text("Ubuntu", "a &lt; b");
+        assert_ne!(expected, text("Ubuntu", ""));
+        assert_ne!(expected, text("monospace", "a &lt; b"));
+        for font in ["sans-serif", "serif", "No Such Font", "No Such Font, sans-serif"] {
+            assert_eq!(text(font, "a &#60; b"), expected, "{font}");
+        }
     }
 }
