@@ -217,14 +217,14 @@ fn files(
     files.insert(format!("binaries/{}/{name}.{}", platform.folder, platform.extension), content);
     let recording = reference::run(library, interface).map_err(|error| format!("{error:#}"))?;
     files.extend(reference::files(interface, &recording));
-    files.insert(
-        "documentation/index.html".into(),
-        page::html(interface, &recording, description.license.as_deref()).into_bytes(),
-    );
+    let page =
+        page::html(interface, &recording, description.license.as_deref()).map_err(|error| format!("{error:#}"))?;
+    files.insert("documentation/index.html".into(), page.into_bytes());
     for (licence, text) in LICENCES {
         files.insert(format!("documentation/licenses/{licence}"), text.into());
     }
-    files.insert("model.png".into(), picture::png(&diagram::svg(interface))?);
+    let picture = diagram::svg(interface).and_then(|svg| picture::png(&svg)).map_err(|error| format!("{error:#}"))?;
+    files.insert("model.png".into(), picture);
     Ok(files)
 }
 
