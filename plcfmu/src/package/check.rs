@@ -126,27 +126,34 @@ fn run(package: &mut Package<BufReader<File>>, platform: &str, place: &Path) -> 
     let folder = temporary::builder().tempdir_in(place).map_err(|error| format!("no temporary folder: {error}"))?;
     package.archive.unpack(folder.path())?;
     let below = format!("{}/", folder.path().display());
-    let library = Library::open(&folder.path().join(&file.path)).map_err(|error| error.replace(&below, ""))?;
+    let library =
+        Library::open(&folder.path().join(&file.path)).map_err(|error| format!("{error:#}").replace(&below, ""))?;
     let resources = uri(&folder.path().join("resources"));
     let description = &package.description;
-    if Instance::instantiate(&library, "{00000000-0000-0000-0000-000000000000}", Some(&resources)).is_ok() {
+    if Instance::instantiate(&library, "plcfmu", "{00000000-0000-0000-0000-000000000000}", Some(&resources)).is_ok() {
         return Err(format!("{} takes any GUID, not only that of modelDescription.xml", file.path));
     }
-    let mut instance = Instance::instantiate(&library, &description.guid, Some(&resources))?;
+    let mut instance =
+        Instance::instantiate(&library, "plcfmu", &description.guid, Some(&resources)).map_err(sentence)?;
     let experiment = description.default_experiment.unwrap_or_default();
     let start = experiment.start_time.unwrap_or(0.0);
     let step = experiment.step_size.unwrap_or(0.01);
-    instance.enter_initialization(start)?;
-    instance.exit_initialization()?;
+    instance.setup(start, None).map_err(sentence)?;
+    instance.enter_initialization().map_err(sentence)?;
+    instance.exit_initialization().map_err(sentence)?;
     for call in 0..CYCLES {
-        instance.step(start + f64::from(call) * step, step)?;
+        instance.step(start + f64::from(call) * step, step).map_err(sentence)?;
     }
     for variable in &description.model_variables {
         let Some(kind) = fmi_type(&variable.typed) else { continue };
         let value = instance.get(kind, variable.value_reference);
-        value.map_err(|error| format!("{:?} cannot be read: {error}", shortened(&variable.name)))?;
+        value.map_err(|error| format!("{:?} cannot be read: {error:#}", shortened(&variable.name)))?;
     }
-    instance.terminate()
+    instance.terminate().map_err(sentence)
+}
+
+fn sentence(error: anyhow::Error) -> String {
+    format!("{error:#}")
 }
 
 fn fmi_type(typed: &Typed) -> Option<Type> {

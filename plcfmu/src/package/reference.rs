@@ -3,6 +3,7 @@
 
 use crate::host::instance::{Instance, Type};
 use crate::host::library::Library;
+use anyhow::{Context, Error, Result};
 use modeldescription::Interface;
 use modeldescription::interface::{Kind, Role, Row};
 use std::collections::BTreeMap;
@@ -36,7 +37,7 @@ impl Recording {
 ///
 /// # Errors
 /// A value that the library refuses, with its reason.
-pub fn record(library: &Library, interface: &Interface) -> Result<Recording, String> {
+pub fn record(library: &Library, interface: &Interface) -> Result<Recording> {
     let rows = &interface.variables;
     let response = &interface.response;
     let shown: Vec<usize> = if response.show.is_empty() {
@@ -44,14 +45,15 @@ pub fn record(library: &Library, interface: &Interface) -> Result<Recording, Str
     } else {
         response.show.iter().filter_map(|name| interface.find(name)).collect()
     };
-    let mut instance = Instance::instantiate(library, &interface.guid, None)?;
-    let failed = |error| format!("the block's response: {error}");
-    instance.enter_initialization(0.0)?;
+    let mut instance = Instance::instantiate(library, "plcfmu", &interface.guid, None)?;
+    let failed = |error: Error| error.context("the block's response");
+    instance.setup(0.0, None)?;
+    instance.enter_initialization()?;
     set(&mut instance, interface, 0).map_err(failed)?;
     instance.exit_initialization().map_err(failed)?;
 
     let cycle = (instance.get(Type::Real, interface.cycle as u32)? * 1000.0).round() as u32;
-    let values = |instance: &Instance| -> Result<Vec<f64>, String> {
+    let values = |instance: &Instance| -> Result<Vec<f64>> {
         shown.iter().map(|row| instance.get(fmi_type(rows[*row].kind), *row as u32)).collect()
     };
     let mut recording = Recording { cycle, restart: values(&instance)?, calls: Vec::new(), shown: shown.clone() };
@@ -67,12 +69,12 @@ pub fn record(library: &Library, interface: &Interface) -> Result<Recording, Str
 }
 
 /// Sets what the example sets before a call.
-fn set(instance: &mut Instance, interface: &Interface, call: u32) -> Result<(), String> {
+fn set(instance: &mut Instance, interface: &Interface, call: u32) -> Result<()> {
     for (_, name, value) in interface.response.set.iter().filter(|(before, ..)| *before == call) {
-        let row = interface.find(name).ok_or_else(|| format!("{name} is no variable of {}", interface.name))?;
+        let row = interface.find(name).with_context(|| format!("{name} is no variable of {}", interface.name))?;
         instance
             .set(fmi_type(interface.variables[row].kind), row as u32, *value)
-            .map_err(|error| format!("{name} = {value:?} before call {call}: {error}"))?;
+            .with_context(|| format!("{name} = {value:?} before call {call}"))?;
     }
     Ok(())
 }
@@ -210,7 +212,7 @@ pub fn links(name: &str) -> [(String, &'static str); 2] {
 /// # Errors
 /// As [`record`].
 pub fn run(library: &Path, interface: &Interface) -> Result<Recording, String> {
-    record(&Library::open(library)?, interface)
+    Library::open(library).and_then(|library| record(&library, interface)).map_err(|error| format!("{error:#}"))
 }
 
 #[cfg(test)]
