@@ -303,7 +303,11 @@ impl Instance {
         self.is_fatal.set(self.is_fatal.get() || status == FATAL);
         let name = usize::try_from(status).ok().and_then(|status| STATUS.get(status));
         let name = name.map_or_else(|| format!("the unknown status {status}"), ToString::to_string);
-        Err(anyhow!("{function} returned {name}: {}", self.messages.explanation()))
+        let explanation = self.messages.explanation();
+        // Many FMUs begin their messages with the function.
+        let explanation =
+            explanation.strip_prefix(function).and_then(|rest| rest.strip_prefix(": ")).unwrap_or(&explanation);
+        Err(anyhow!("{function} returned {name}: {explanation}"))
     }
 }
 

@@ -15,6 +15,8 @@ pub struct Plan {
     pub start: f64,
     /// The communication step in seconds.
     pub step: f64,
+    /// The member that proposes it; none if the system has it.
+    pub step_proposed_by: Option<usize>,
     /// How many steps are made.
     pub steps: usize,
     /// When values go from output to input.
@@ -150,11 +152,12 @@ impl Plan {
     /// What is wrong with a name, a value, a connection or a time, and what to do.
     pub fn of(system: &System, descriptions: &[&ModelDescription]) -> Result<Plan> {
         let names = Names::of(system, descriptions)?;
-        let (start, step, steps) = times(system, descriptions)?;
+        let (start, (step, step_proposed_by), steps) = times(system, descriptions)?;
         let wires = wires(&names, &system.connections)?;
         let mut plan = Plan {
             start,
             step,
+            step_proposed_by,
             steps,
             exchange: system.exchange,
             members: system
@@ -274,12 +277,15 @@ impl Plan {
     }
 }
 
-/// Start, communication step and number of steps.
-fn times(system: &System, descriptions: &[&ModelDescription]) -> Result<(f64, f64, usize)> {
+/// Start, communication step with the member that proposes it, and number of steps.
+fn times(system: &System, descriptions: &[&ModelDescription]) -> Result<(f64, (f64, Option<usize>), usize)> {
     let experiments = || descriptions.iter().filter_map(|description| description.default_experiment);
     let start = system.start.or_else(|| experiments().filter_map(|of| of.start_time).reduce(f64::min)).unwrap_or(0.0);
-    let step = system.step.or_else(|| experiments().filter_map(|of| of.step_size).reduce(f64::min));
-    let step = step.context("no FMU proposes a communication step: give one with --step")?;
+    let steps = descriptions.iter().map(|of| of.default_experiment.and_then(|experiment| experiment.step_size));
+    let proposed = steps.enumerate().filter_map(|(member, step)| Some((step?, Some(member))));
+    let proposed = proposed.min_by(|(a, _), (b, _)| a.total_cmp(b));
+    let step = system.step.map(|step| (step, None)).or(proposed);
+    let (step, proposed_by) = step.context("no FMU proposes a communication step: give one with --step")?;
     let stop = system.stop.or_else(|| experiments().filter_map(|of| of.stop_time).reduce(f64::max));
     let stop = stop.context("no FMU proposes a stop time: give one with --stop")?;
     if !(step > 0.0 && step.is_finite()) {
@@ -295,7 +301,7 @@ fn times(system: &System, descriptions: &[&ModelDescription]) -> Result<(f64, f6
     if steps > 1e12 || start + step == start || stop - step == stop {
         bail!("a communication step of {step:?} s is too small for a run from {start:?} s to {stop:?} s");
     }
-    Ok((start, step, steps as usize))
+    Ok((start, (step, proposed_by), steps as usize))
 }
 
 fn wires<'a>(names: &Names<'a>, connections: &[Connection]) -> Result<Vec<Wire<'a>>> {
@@ -522,3 +528,6 @@ fn near<'a>(wrong: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str
     let rated = names.map(|name| (likeness(name), name)).filter(|(likeness, _)| *likeness >= 0.5);
     rated.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, name)| name)
 }
+
+#[cfg(test)]
+mod tests;

@@ -303,3 +303,6 @@ fn gather<C>(running: &mut [Running<C>], member: usize) {
         running[member].inputs[place] = running[from].values[source];
     }
 }
+
+#[cfg(test)]
+mod tests;
