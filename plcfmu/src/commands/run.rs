@@ -23,13 +23,14 @@ const MOST_MESSAGES: usize = 10;
 
 /// Run FMUs together, record them, draw them
 ///
-/// Runs any FMUs for co-simulation of FMI 2.0. A variable is named FMU.VARIABLE, such as CONT_C.LMN; `plcfmu info` lists
-/// the variables of an FMU.
+/// Runs any FMUs of FMI 2.0 for co-simulation. A variable is named FMU.VARIABLE, such as PID.GAIN; `plcfmu info` lists the
+/// variables of an FMU.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = SHORT_HELP, after_long_help = LONG_HELP)]
 pub struct Options {
-    /// The FMUs in the order in which they are stepped, the controller before its plant; NAME= gives one another name than
-    /// its file's, which a second FMU of the same file needs
+    /// The FMUs in the order in which they are stepped: a controller before its plant
+    ///
+    /// An FMU has the name of its file. NAME= gives it another one, which is needed to run the same file twice.
     #[arg(value_name = "[NAME=]FILE.fmu", required = true, value_parser = parse::<Member>)]
     fmus: Vec<Member>,
     /// Connect an output to an input
@@ -38,26 +39,31 @@ pub struct Options {
     /// be the same: values are not converted.
     #[arg(short, long, value_name = "FMU.OUTPUT=FMU.INPUT", value_parser = parse::<Connection>)]
     connect: Vec<Connection>,
-    /// Set an input or a parameter before the initialization, or at a time in seconds: CONT_C.SP_INT=60@120
+    /// Set an input or a parameter before the initialization, or at a time in seconds: PID.SP=60@120
     ///
     /// A Boolean is true or false, or 1 or 0. With a time, the value is set at the first communication point that is not
     /// earlier. Values outside the range that the FMU declares are set nevertheless, with a warning.
     #[arg(short, long, value_name = "FMU.VARIABLE=VALUE[@TIME]", value_parser = parse::<Setting>, allow_hyphen_values = true)]
     set: Vec<Setting>,
-    /// Record only these variables, in this order; without it, all outputs and the inputs that are connected or set
+    /// Record this variable; by default, all outputs and the inputs that are connected or set
+    ///
+    /// The columns have the order in which the variables are named.
     #[arg(short, long, value_name = "FMU.VARIABLE")]
     record: Vec<String>,
-    /// Start time in seconds; without it, the earliest that an FMU proposes, else 0
+    /// Start time in seconds; by default, the earliest that an FMU proposes, else 0
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     start: Option<f64>,
-    /// Stop time in seconds; without it, the latest that an FMU proposes. The run ends with the last whole step before it
+    /// Stop time in seconds; by default, the latest that an FMU proposes
+    ///
+    /// The run ends with the last whole step that does not go beyond it.
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     stop: Option<f64>,
-    /// Communication step in seconds; without it, the smallest that an FMU proposes
+    /// Communication step in seconds; by default, the smallest that an FMU proposes
     #[arg(long, value_name = "TIME")]
     step: Option<f64>,
-    /// Exchange all values before any FMU makes a step (Jacobi); without it, an FMU gets what those before it have given in
-    /// the same step (Gauss-Seidel)
+    /// Exchange all values before any FMU steps (Jacobi)
+    ///
+    /// By default, an FMU gets what those before it computed in the same step (Gauss-Seidel).
     #[arg(long)]
     parallel: bool,
     /// Write the recording as CSV; - is standard output
@@ -70,40 +76,41 @@ pub struct Options {
 
 const SHORT_HELP: &str = "\
 Example, a furnace with its controller:
-  plcfmu run CONT_C.fmu HEATER.fmu \\
-    --connect CONT_C.LMN=HEATER.POWER --connect HEATER.T_PER=CONT_C.PV_PER \\
-    --set CONT_C.MAN_ON=false --set CONT_C.PVPER_ON=true --set CONT_C.PV_FAC=4 \\
-    --set CONT_C.SP_INT=60 --set CONT_C.SP_INT=80@300 --stop 600 --out result.csv --plot result.png
+  plcfmu run PID.fmu FURNACE.fmu \\
+    --connect PID.OUT=FURNACE.POWER --connect FURNACE.TEMP=PID.PV \\
+    --set PID.GAIN=2 --set PID.SP=60 --set PID.SP=80@300 \\
+    --stop 600 --out result.csv --plot result.png
 
 'plcfmu run --help' says when values are exchanged and what a row of the recording holds.";
 
 const LONG_HELP: &str = "\
 Example, a furnace with its controller:
-  plcfmu run CONT_C.fmu HEATER.fmu \\
-    --connect CONT_C.LMN=HEATER.POWER --connect HEATER.T_PER=CONT_C.PV_PER \\
-    --set CONT_C.MAN_ON=false --set CONT_C.PVPER_ON=true --set CONT_C.PV_FAC=4 \\
-    --set CONT_C.SP_INT=60 --set CONT_C.SP_INT=80@300 --stop 600 --out result.csv --plot result.png
+  plcfmu run PID.fmu FURNACE.fmu \\
+    --connect PID.OUT=FURNACE.POWER --connect FURNACE.TEMP=PID.PV \\
+    --set PID.GAIN=2 --set PID.SP=60 --set PID.SP=80@300 \\
+    --stop 600 --out result.csv --plot result.png
 
 Order of a step from t to t + h:
-  The FMUs are stepped in the order given. Each gets what is set at t, then its connected inputs, and makes its step.
-  So an FMU sees what those before it have given in this step, and what those behind it have given in the last one. With
-  the controller first, its call at t sees the process value of t, and the plant runs from t to t + h with the
-  manipulated value of that call. The other way round the loop has one step more of dead time.
-  With --parallel, all FMUs get their inputs before any makes its step: each connection delays by one step.
-  Step k begins at start + k * step, computed anew each time.
+  The FMUs are stepped in the order given. Each FMU first gets the values that are set at t, then its connected inputs,
+  and then steps to t + h. So it sees what the FMUs before it computed in this step, and what those after it computed in
+  the previous one. With the controller first, its call at t uses the process value of t, and the plant runs from t to
+  t + h with the manipulated value of that call. In the other order the loop has one more step of dead time.
+  With --parallel, all FMUs get their inputs before any of them steps: every connection delays by one step.
+  Step k begins at start + k * step: rounding errors do not add up.
 
 Initialization:
   Each FMU gets its parameters, enters Initialization Mode and gets its inputs. The connected values then go once from
   output to input, in the order of the FMUs. Then each FMU leaves Initialization Mode.
 
-A row of the recording belongs to a step and bears the time at which it begins; the first row is that of the start:
-  Inputs are as the FMU got them for the step. An output is as the FMUs that are connected to it read it. So a
-  controller's row is what it saw and gave in its call at that time; the outputs of a plant that is connected back to
-  the controller are those at that time, before its own step. An output that no FMU reads goes with the others of its
-  FMU; if none of them is read, all are those after the step.
+Rows of the recording:
+  A row belongs to a step and has the time at which the step begins; the first row is that of the start time. An input
+  has the value that its FMU got for the step. An output has the value that the connected FMUs read. So a controller's
+  row is what it saw and gave in its call at that time, and a plant that is connected back to the controller shows what
+  it was at that time, before its own step. An output that no FMU reads is recorded as the other outputs of its FMU; if
+  none of them is read, all are recorded after the step.
   Numbers in the CSV read back bit-equal; Booleans are 1 and 0.
 
-An FMU is foreign code and runs in this process: if it crashes, so does the run.";
+An FMU is foreign code that runs in this process: if it crashes, so does the run.";
 
 /// An argument that has a form of its own.
 fn parse<T: FromStr<Err = Error>>(text: &str) -> Result<T, String> {

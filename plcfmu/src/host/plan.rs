@@ -195,7 +195,8 @@ impl Plan {
             let name = &setting.variable;
             let reference = names.find(name)?;
             let variable = reference.variable;
-            if let Some(wire) = wires.iter().find(|wire| wire.to.is(&reference)) {
+            let is_it = |wire: &&Wire| wire.to.member == reference.member && wire.to.key() == reference.key();
+            if let Some(wire) = wires.iter().find(is_it) {
                 bail!("{name} cannot be set: it is connected to {}", names.full(&wire.from));
             }
             if !variable.is_settable() {

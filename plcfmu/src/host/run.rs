@@ -3,18 +3,19 @@
 //! Initialization: every FMU gets its parameters, enters Initialization Mode and gets its inputs; then the connected values
 //! go once from output to input, in the order of the FMUs; then every FMU leaves Initialization Mode.
 //!
-//! Step k goes from `start + k step` to `start + (k + 1) step`. Each FMU in turn gets what is set at that time, then its
-//! connected inputs, and makes its step. With [`Exchange::Parallel`], all get their inputs before any makes a step.
+//! Step k goes from `start + k step` to `start + (k + 1) step`. Each FMU in turn gets the values that are set at that time,
+//! then its connected inputs, and steps. With [`Exchange::Parallel`], all get their inputs before any of them steps.
 //!
-//! A row of the recording belongs to a step and bears the time at which it begins. It holds every input as its FMU got it,
-//! and every output as the FMUs that are connected to it read it. So the row of a controller is what it saw and gave in its
-//! call at that time, and that of a plant which is connected back to it what the plant was at that time, before its own
-//! step. An output that no FMU reads goes with the others of its FMU; if none is read, all are those after the step.
+//! A row of the recording belongs to a step and has the time at which the step begins. An input has the value that its FMU
+//! got for the step. An output has the value that the connected FMUs read. So the row of a controller is what it saw and
+//! gave in its call at that time, and a plant that is connected back to the controller shows what it was at that time,
+//! before its own step. An output that no FMU reads is recorded as the other outputs of its FMU; if none of them is read, all
+//! are recorded after the step.
 
 use crate::host::instance::{Instance, Type};
 use crate::host::plan::{Assignment, Block, Column, MemberPlan, Plan, ROUNDING};
 use crate::host::system::Exchange;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use std::io::{self, Write};
 
 /// What a run needs of an instance of an FMU.
@@ -98,8 +99,18 @@ pub struct Recording {
 }
 
 impl Recording {
-    fn of(plan: &Plan) -> Recording {
-        Recording { columns: plan.columns.clone(), times: Vec::new(), values: Vec::new() }
+    /// An empty one, with room for the whole run.
+    fn of(plan: &Plan) -> Result<Recording> {
+        let (mut times, mut values) = (Vec::new(), Vec::new());
+        let width = plan.columns.len();
+        let has_room = plan.steps.checked_mul(width).is_some_and(|count| {
+            times.try_reserve_exact(plan.steps).is_ok() && values.try_reserve_exact(count).is_ok()
+        });
+        if !has_room {
+            let steps = plan.steps;
+            bail!("{steps} steps of {width} variables do not fit into the memory: record fewer, or make longer steps");
+        }
+        Ok(Recording { columns: plan.columns.clone(), times, values })
     }
 
     /// The rows, in the order of time; true is 1.
@@ -154,7 +165,7 @@ pub fn run<C: Component>(plan: &Plan, components: &mut [C], mut progress: impl F
     assert_eq!(components.len(), plan.members.len(), "each member has a component");
     let mut running: Vec<Running<C>> = plan.members.iter().zip(components).map(Running::of).collect();
     initialize(plan, &mut running)?;
-    let mut recording = Recording::of(plan);
+    let mut recording = Recording::of(plan)?;
     for step in 0..plan.steps {
         let time = plan.time(step);
         let row = recording.begin(time, &running);

@@ -5,9 +5,9 @@
 //! use plcfmu::host::system::System;
 //!
 //! let system = System {
-//!     members: vec!["CONT_C.fmu".parse()?, "HEATER.fmu".parse()?],
-//!     connections: vec!["CONT_C.LMN=HEATER.POWER".parse()?, "HEATER.T_PER=CONT_C.PV_PER".parse()?],
-//!     settings: vec!["CONT_C.MAN_ON=false".parse()?, "CONT_C.SP_INT=60@120".parse()?],
+//!     members: vec!["PID.fmu".parse()?, "FURNACE.fmu".parse()?],
+//!     connections: vec!["PID.OUT=FURNACE.POWER".parse()?, "FURNACE.TEMP=PID.PV".parse()?],
+//!     settings: vec!["PID.GAIN=2".parse()?, "PID.SP=60@120".parse()?],
 //!     stop: Some(600.0),
 //!     ..System::default()
 //! };

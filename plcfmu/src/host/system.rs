@@ -5,7 +5,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// FMUs that run together. Variables are named `FMU.VARIABLE`, such as `CONT_C.LMN`.
+/// FMUs that run together. Variables are named `FMU.VARIABLE`, such as `PID.OUT`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct System {
     /// The FMUs, in the order in which they are stepped.
@@ -68,8 +68,8 @@ pub struct Connection {
 /// When values go from output to input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Exchange {
-    /// Before each FMU's step: it gets what the FMUs before it have given in this step, and what those behind it have
-    /// given in the last one (Gauss-Seidel).
+    /// Before each FMU's step: it gets what the FMUs before it computed in this step, and what those after it computed in
+    /// the previous one (Gauss-Seidel).
     #[default]
     Sequential,
     /// For all FMUs at once, before any of them steps (Jacobi).
@@ -160,8 +160,8 @@ mod tests {
     #[test]
     fn an_fmu_is_named_as_its_file_or_explicitly() {
         let member = |name: &str, path: &str| Member { name: name.into(), path: path.into() };
-        assert_eq!("some/CONT_C.fmu".parse::<Member>().unwrap(), member("CONT_C", "some/CONT_C.fmu"));
-        assert_eq!("inner=some/CONT_C.fmu".parse::<Member>().unwrap(), member("inner", "some/CONT_C.fmu"));
+        assert_eq!("some/PID.fmu".parse::<Member>().unwrap(), member("PID", "some/PID.fmu"));
+        assert_eq!("inner=some/PID.fmu".parse::<Member>().unwrap(), member("inner", "some/PID.fmu"));
         for text in ["", "A=", "=a.fmu"] {
             assert!(error::<Member>(text).contains("write FILE.fmu or NAME=FILE.fmu"), "{text}");
         }

@@ -247,7 +247,7 @@ fn a_wrong_name_says_what_is_near() {
         ("C.XYZXYZ", "C has no variable XYZXYZ; plcfmu info lists them"),
         ("SP", "SP does not name its FMU: write C.SP"),
         ("c.LMN", "c.LMN names no FMU of this run, write FMU.VARIABLE; there is C, P; did you mean C?"),
-        ("HEATER.TEMP", "HEATER.TEMP names no FMU of this run, write FMU.VARIABLE; there is C, P"),
+        ("FURNACE.TEMP", "FURNACE.TEMP names no FMU of this run, write FMU.VARIABLE; there is C, P"),
     ] {
         let system = System { record: vec![name.into()], ..system(&[], &[]) };
         assert_eq!(error(&system), expected);

@@ -1,5 +1,4 @@
 use super::*;
-use anyhow::bail;
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -186,6 +185,13 @@ fn an_error_says_which_fmu_fails() {
     assert_eq!(format!("{:#}", result.unwrap_err()), "A: fmi2DoStep returned fmi2Error: no more");
     // After an error the standard allows no fmi2Terminate.
     assert!(!log.iter().any(|line| line.contains("terminate")), "{log:?}");
+}
+
+#[test]
+fn a_recording_that_does_not_fit_into_the_memory_is_refused() {
+    let plan = Plan { steps: usize::MAX / 16, ..ring(Exchange::Sequential) };
+    let error = run_it(&plan, f64::NAN).0.unwrap_err().to_string();
+    assert!(error.ends_with("steps of 4 variables do not fit into the memory: record fewer, or make longer steps"));
 }
 
 #[test]
