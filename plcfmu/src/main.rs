@@ -1,10 +1,10 @@
-//! `plcfmu`: makes, checks, shows and runs FMUs.
+//! The command `plcfmu`.
 
 use clap::{Parser, Subcommand};
-use plcfmu::commands::{check, info};
+use plcfmu::commands::{check, info, run};
 use std::process::ExitCode;
 
-/// FMUs of PLC control blocks, and of anybody else: look into them, check them.
+/// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
 #[derive(Parser)]
 #[command(name = "plcfmu", version)]
 struct Arguments {
@@ -16,12 +16,14 @@ struct Arguments {
 enum Command {
     Info(info::Options),
     Check(check::Options),
+    Run(run::Options),
 }
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Info(options) => info::run(&options),
         Command::Check(options) => check::run(&options),
+        Command::Run(options) => run::run(&options),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -2,6 +2,7 @@
 
 pub mod check;
 pub mod info;
+pub mod run;
 
 use crate::package::binary::Binary;
 

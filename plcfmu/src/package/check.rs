@@ -2,10 +2,11 @@
 //! machine at work. Nothing is printed here.
 
 use crate::build::compile::{GLIBC, Linkage, Platform};
+use crate::host::fmu::Fmu;
 use crate::host::instance::{Instance, Type};
-use crate::host::library::{FUNCTIONS, Library};
+use crate::host::library::FUNCTIONS;
 use crate::package::binary::Binary;
-use crate::package::{DESCRIPTION, LibraryFile, Package, temporary};
+use crate::package::{DESCRIPTION, LibraryFile, Package};
 use anyhow::{Context, Error, Result, bail, ensure};
 use modeldescription::{Causality, ModelDescription, Typed, Variability, Variable, shortened};
 use std::io::{Read, Seek};
@@ -101,50 +102,41 @@ pub fn packed(path: &Path, description: &ModelDescription, platform: &Platform) 
         let portable = || if platform.linkage == Linkage::Portable { binary.check_portable(GLIBC) } else { Ok(()) };
         binary.check_functions(FUNCTIONS).and_then(|()| portable()).with_context(|| file.path.clone())?;
     }
-    run(&mut package, platform.folder, path.parent().unwrap_or(Path::new(".")))
+    run(&mut package, path.parent().unwrap_or(Path::new(".")))
 }
 
-/// Loads the library for `platform` and runs it: it accepts its own GUID and no other, makes [`STEPS`] steps, and all its
+/// Loads the library for this machine and runs it: it accepts its own GUID and no other, makes [`STEPS`] steps, and all its
 /// variables can be read. The FMU is unpacked into a temporary folder below `place`.
 ///
 /// # Errors
 /// There is no such library, or a call fails.
-pub fn run<R: Read + Seek>(package: &mut Package<R>, platform: &str, place: &Path) -> Result<()> {
+pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()> {
     ensure!(
         package.description.co_simulation.is_some(),
         "it is for model exchange only and cannot make steps by itself"
     );
-    let file = package.libraries.iter().find(|file| file.platform == platform);
-    let file =
-        file.with_context(|| format!("it has no library for {platform}, only for {}", package.platforms()))?.clone();
-    // Declared before the library, so that it is removed after the library is closed.
-    let folder = temporary::builder().tempdir_in(place).context("no temporary folder can be made")?;
-    package.archive.unpack(folder.path())?;
-    let below = format!("{}/", folder.path().display());
-    let library = Library::open(&folder.path().join(&file.path));
-    let library = library.map_err(|error| Error::msg(error.to_string().replace(&below, "")))?;
-    let resources = uri(&folder.path().join("resources"));
-    let description = &package.description;
+    let fmu = Fmu::load(package, place)?;
+    let description = &fmu.description;
     ensure!(
-        Instance::instantiate(&library, "{00000000-0000-0000-0000-000000000000}", Some(&resources)).is_err(),
-        "{} accepts any GUID, not only that of {DESCRIPTION}",
-        file.path
+        Instance::instantiate(&fmu.library, "plcfmu", "{00000000-0000-0000-0000-000000000000}", None).is_err(),
+        "its library accepts any GUID, not only that of {DESCRIPTION}"
     );
-    let mut instance = Instance::instantiate(&library, &description.guid, Some(&resources)).map_err(Error::msg)?;
+    let mut instance = fmu.instantiate("plcfmu")?;
     let experiment = description.default_experiment.unwrap_or_default();
     let start = experiment.start_time.unwrap_or(0.0);
     let step = experiment.step_size.unwrap_or(0.01);
-    instance.enter_initialization(start).map_err(Error::msg)?;
-    instance.exit_initialization().map_err(Error::msg)?;
+    instance.setup(start, None)?;
+    instance.enter_initialization()?;
+    instance.exit_initialization()?;
     for call in 0..STEPS {
-        instance.step(start + f64::from(call) * step, step).map_err(Error::msg)?;
+        instance.step(start + f64::from(call) * step, step)?;
     }
     for variable in &description.model_variables {
         let Some(kind) = fmi_type(&variable.typed) else { continue };
-        let value = instance.get(kind, variable.value_reference).map_err(Error::msg);
+        let value = instance.get(kind, variable.value_reference);
         value.with_context(|| format!("{:?} cannot be read", shortened(&variable.name)))?;
     }
-    instance.terminate().map_err(Error::msg)
+    instance.terminate()
 }
 
 fn fmi_type(typed: &Typed) -> Option<Type> {
@@ -154,12 +146,6 @@ fn fmi_type(typed: &Typed) -> Option<Type> {
         Typed::Boolean(_) => Some(Type::Boolean),
         Typed::String(_) => None,
     }
-}
-
-/// The URI of a folder, as `fmi2Instantiate` expects it.
-fn uri(folder: &Path) -> String {
-    let path = folder.display().to_string().replace('\\', "/").replace('%', "%25").replace(' ', "%20");
-    format!("file://{}{path}", if path.starts_with('/') { "" } else { "/" })
 }
 
 #[cfg(test)]

@@ -152,8 +152,8 @@ fn same(a: &str, b: &str) -> bool {
 
 fn table(fmu_crate: &FmuCrate, library: &Path) -> Result<Interface, String> {
     let interface = Library::open(library).and_then(|library| library.interface());
-    let interface = interface.and_then(|json| Interface::parse(&json).map_err(|error| error.to_string()));
-    interface.map_err(|error| format!("package {}: {error}", fmu_crate.name))
+    let interface = interface.and_then(|json| Ok(Interface::parse(&json)?));
+    interface.map_err(|error| format!("package {}: {error:#}", fmu_crate.name))
 }
 
 /// Makes the folder, waits for another packer, and removes what an interrupted one has left.

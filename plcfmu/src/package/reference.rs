@@ -45,17 +45,16 @@ pub fn record(library: &Library, interface: &Interface) -> Result<Recording> {
     } else {
         response.show.iter().filter_map(|name| interface.find(name)).collect()
     };
-    let mut instance = Instance::instantiate(library, &interface.guid, None).map_err(Error::msg)?;
-    let failed = "the block's response";
-    instance.enter_initialization(0.0).map_err(Error::msg)?;
-    set(&mut instance, interface, 0).context(failed)?;
-    instance.exit_initialization().map_err(Error::msg).context(failed)?;
+    let mut instance = Instance::instantiate(library, "plcfmu", &interface.guid, None)?;
+    let failed = |error: Error| error.context("the block's response");
+    instance.setup(0.0, None)?;
+    instance.enter_initialization()?;
+    set(&mut instance, interface, 0).map_err(failed)?;
+    instance.exit_initialization().map_err(failed)?;
 
-    let cycle = instance.get(Type::Real, interface.cycle as u32).map_err(Error::msg)?;
-    let cycle = (cycle * 1000.0).round() as u32;
+    let cycle = (instance.get(Type::Real, interface.cycle as u32)? * 1000.0).round() as u32;
     let values = |instance: &Instance| -> Result<Vec<f64>> {
-        let value = |row: &usize| instance.get(fmi_type(rows[*row].kind), *row as u32).map_err(Error::msg);
-        shown.iter().map(value).collect()
+        shown.iter().map(|row| instance.get(fmi_type(rows[*row].kind), *row as u32)).collect()
     };
     let mut recording = Recording { cycle, restart: values(&instance)?, calls: Vec::new(), shown: shown.clone() };
     for call in 0..response.calls {
@@ -75,7 +74,6 @@ fn set(instance: &mut Instance, interface: &Interface, call: u32) -> Result<()> 
         let row = interface.find(name).with_context(|| format!("{} has no variable {name}", interface.name))?;
         instance
             .set(fmi_type(interface.variables[row].kind), row as u32, *value)
-            .map_err(Error::msg)
             .with_context(|| format!("{name} = {value:?} before call {call}"))?;
     }
     Ok(())
@@ -223,7 +221,7 @@ pub fn links(name: &str) -> [(String, &'static str); 2] {
 /// # Errors
 /// As [`record`].
 pub fn run(library: &Path, interface: &Interface) -> Result<Recording> {
-    record(&Library::open(library).map_err(Error::msg)?, interface)
+    record(&Library::open(library)?, interface)
 }
 
 #[cfg(test)]
