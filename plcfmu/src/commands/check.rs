@@ -5,7 +5,8 @@ use crate::build::compile::Platform;
 use crate::package::Package;
 use crate::package::check::{STEPS, check, run as run_library};
 use anyhow::{Result, bail};
-use modeldescription::{FMI_VERSION, ModelDescription, shortened};
+use modeldescription::v2::{FMI_VERSION, ModelDescription};
+use modeldescription::shortened;
 use std::path::{Path, PathBuf};
 
 /// Check FMU files, whoever made them
@@ -107,7 +108,7 @@ pub(super) fn kinds(description: &ModelDescription) -> Vec<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use modeldescription::CoSimulation;
+    use modeldescription::v2::CoSimulation;
 
     #[test]
     fn an_fmu_is_one_line_whatever_its_texts_contain() {

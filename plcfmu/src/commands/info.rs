@@ -5,10 +5,7 @@ use super::{functions, shown};
 use crate::package::Package;
 use crate::package::binary::Binary;
 use anyhow::{Context, Result, bail};
-use modeldescription::{
-    CoSimulation, DefaultExperiment, FMI_VERSION, ModelDescription, ModelExchange, RealAttributes, TypeAttributes,
-    Typed, Variable,
-};
+use modeldescription::v2::{CoSimulation, DefaultExperiment, FMI_VERSION, ModelDescription, ModelExchange, RealAttributes, TypeAttributes, Typed, Variable};
 use serde_json::{Map, Value, json};
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
@@ -546,7 +543,7 @@ mod tests {
         };
         let damaged = Err(anyhow::anyhow!("it is damaged"));
         Fmu {
-            description: modeldescription::read(XML.as_bytes()).unwrap(),
+            description: modeldescription::v2::read(XML.as_bytes()).unwrap(),
             libraries: vec![library("linux64", Ok(linux)), library("darwin64", Ok(macos)), library("win64", damaged)],
         }
     }

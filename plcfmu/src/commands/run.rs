@@ -1,20 +1,20 @@
 //! `plcfmu run`: runs FMUs together and records them.
 
 use anyhow::{Context, Error, Result, bail};
-use plcfmu::host::instance::Type;
-use plcfmu::host::run::Recording;
-use plcfmu::host::simulation::Simulation;
-use plcfmu::host::system::{Connection, Exchange, Member, Setting, System};
-use plcfmu::package::temporary;
-use plcfmu::page::picture;
-use plcfmu::progress::Progress;
+use crate::host::instance::Type;
+use crate::host::run::Recording;
+use crate::host::simulation::Simulation;
+use crate::host::system::{Connection, Exchange, Member, Setting, System};
+use crate::package::temporary;
+use crate::page::picture;
+use crate::progress::Progress;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Instant;
 
-// Until `plcfmu::page::plot` has these: remove this module then, and use that one.
+// Until `crate::page::plot` has these: remove this module then, and use that one.
 use chart_until_merge as plot;
 use plot::{Chart, Curve, Panel};
 
@@ -229,7 +229,7 @@ fn shown(value: f64) -> String {
 fn last_row(recording: &Recording) -> Vec<String> {
     let width = recording.columns.iter().map(|column| column.name.chars().count()).max().unwrap_or(0);
     let Some((_, row)) = recording.rows().last() else { return Vec::new() };
-    let line = |(column, value): (&plcfmu::host::plan::Column, &f64)| {
+    let line = |(column, value): (&crate::host::plan::Column, &f64)| {
         let value = match (column.kind, *value) {
             (Type::Boolean, 0.0) => "false".into(),
             (Type::Boolean, _) => "true".into(),
@@ -296,7 +296,7 @@ fn folder(file: &Path) -> &Path {
     file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Stands in for `plcfmu::page::plot`: an empty drawing with the title.
+/// Stands in for `crate::page::plot`: an empty drawing with the title.
 #[allow(dead_code)]
 mod chart_until_merge {
     pub struct Chart {
@@ -315,7 +315,7 @@ mod chart_until_merge {
         pub is_input: bool,
     }
     pub fn svg(chart: &Chart) -> anyhow::Result<String> {
-        let title = plcfmu::page::svg::escape(&chart.title);
+        let title = crate::page::svg::escape(&chart.title);
         Ok(format!(
             r#"<svg xmlns="http://www.w3.org/2000/svg" width="760" height="40"><text x="8" y="24">{title}</text></svg>"#
         ))

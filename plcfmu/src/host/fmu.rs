@@ -5,7 +5,7 @@ use crate::host::library::Library;
 use crate::package::Package;
 use crate::package::temporary;
 use anyhow::{Context, Error, Result, bail};
-use modeldescription::{CoSimulation, ModelDescription};
+use modeldescription::v2::{CoSimulation, ModelDescription};
 use std::env::consts::{ARCH, OS};
 use std::io::{Read, Seek};
 use std::path::Path;
@@ -106,13 +106,13 @@ fn uri(folder: &Path) -> String {
 mod tests {
     use super::*;
     use crate::package::{DESCRIPTION, archive};
-    use modeldescription::ModelExchange;
+    use modeldescription::v2::ModelExchange;
     use std::io::Cursor;
 
     /// What is said about an FMU with this description and this file as its library.
     fn error(description: &ModelDescription, library: &str) -> String {
         let files = [
-            (DESCRIPTION.to_string(), modeldescription::write(description)),
+            (DESCRIPTION.to_string(), modeldescription::v2::write(description)),
             (library.to_string(), b"not a library".to_vec()),
         ];
         let mut package = Package::read(Cursor::new(archive::write(&files.into()).unwrap())).unwrap();

@@ -3,7 +3,7 @@
 use crate::host::instance::Type;
 use crate::host::system::{Connection, Exchange, Setting, System, Value};
 use anyhow::{Context, Result, bail};
-use modeldescription::{Causality, ModelDescription, TypeAttributes, Typed, Variability, Variable};
+use modeldescription::v2::{Causality, ModelDescription, TypeAttributes, Typed, Variability, Variable};
 
 /// A step may miss the end, and an event its communication point, by so much of a step: rounding, no more.
 pub const ROUNDING: f64 = 1e-6;

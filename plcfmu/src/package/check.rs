@@ -8,7 +8,8 @@ use crate::host::library::FUNCTIONS;
 use crate::package::binary::Binary;
 use crate::package::{DESCRIPTION, LibraryFile, Package};
 use anyhow::{Context, Error, Result, bail, ensure};
-use modeldescription::{Causality, ModelDescription, Typed, Variability, Variable, shortened};
+use modeldescription::v2::{Causality, ModelDescription, Typed, Variability, Variable};
+use modeldescription::shortened;
 use std::io::{Read, Seek};
 use std::path::Path;
 
@@ -34,10 +35,10 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
         report.errors.push(format!("{DESCRIPTION}: {}", contradiction(variable)));
     }
     let is_error = |finding: &String| report.errors.iter().any(|error| error.ends_with(finding.as_str()));
-    let mut findings = modeldescription::check(&package.description);
+    let mut findings = modeldescription::v2::check(&package.description);
     findings.retain(|finding| !is_error(finding));
     report.remarks = findings;
-    report.errors.truncate(modeldescription::MOST_FINDINGS);
+    report.errors.truncate(modeldescription::v2::MOST_FINDINGS);
     for file in package.libraries.clone() {
         match check_library(package, &file) {
             Ok(binary) => report.libraries.push((file, binary)),
@@ -153,12 +154,12 @@ mod tests {
     use super::*;
     use crate::package::archive;
     use crate::package::binary::tests::macos;
-    use modeldescription::Interface;
+    use modeldescription::v2::Interface;
 
     /// The description of a small block.
     fn description() -> ModelDescription {
         let json = r#"{"name":"PUMP","docs":"Pumps.","guid":"{1}","cycle":0,"variables":[
-            {"name":"CYCLE","description":"x","kind":"Time","role":"Cycle","start":1.0,"min":0.001,"max":null,"unit":null}],
+            {"name":"CYCLE","description":"x","kind":"TIME","role":"cycle","start":1.0,"min":0.001,"max":null,"unit":null}],
             "response":{"title":"x","calls":3,"set":[],"show":[]}}"#;
         ModelDescription::of(&Interface::parse(json).unwrap()).unwrap()
     }
@@ -166,7 +167,7 @@ mod tests {
     /// What the check says of an FMU with this library.
     fn verdict(library: &[u8], expected: &ModelDescription) -> String {
         let files = [
-            ("modelDescription.xml".to_string(), modeldescription::write(&description())),
+            ("modelDescription.xml".to_string(), modeldescription::v2::write(&description())),
             ("binaries/linux64/PUMP.so".to_string(), library.to_vec()),
         ];
         let folder = tempfile::tempdir().unwrap();
@@ -193,7 +194,7 @@ mod tests {
     /// What the check says of an FMU with this description and this library for macOS.
     fn report(description: &ModelDescription, library: Vec<u8>) -> Report {
         let files = [
-            ("modelDescription.xml".to_string(), modeldescription::write(description)),
+            ("modelDescription.xml".to_string(), modeldescription::v2::write(description)),
             ("binaries/darwin64/PUMP.dylib".to_string(), library),
         ];
         let bytes = archive::write(&files.into()).unwrap();

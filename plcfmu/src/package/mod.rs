@@ -13,7 +13,8 @@ pub mod temporary;
 
 use anyhow::{Context, Result, bail};
 use archive::Archive;
-use modeldescription::{ModelDescription, shortened};
+use modeldescription::v2::ModelDescription;
+use modeldescription::shortened;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
@@ -66,7 +67,7 @@ impl<R: Read + Seek> Package<R> {
     pub fn read(reader: R) -> Result<Package<R>> {
         let mut archive = Archive::open(reader)?;
         let xml = archive.read(DESCRIPTION, LONGEST_DESCRIPTION)?;
-        let description = modeldescription::read(&xml).context(DESCRIPTION)?;
+        let description = modeldescription::v2::read(&xml).context(DESCRIPTION)?;
         let identifier = description
             .model_identifier()
             .with_context(|| format!("{DESCRIPTION} is neither for co-simulation nor for model exchange"))?;
@@ -110,7 +111,7 @@ fn library(path: &str, identifier: &str) -> Option<LibraryFile> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use modeldescription::CoSimulation;
+    use modeldescription::v2::CoSimulation;
     use std::collections::BTreeMap;
     use std::io::Cursor;
 
@@ -124,7 +125,7 @@ mod tests {
             ..ModelDescription::default()
         };
         [
-            (DESCRIPTION, modeldescription::write(&description)),
+            (DESCRIPTION, modeldescription::v2::write(&description)),
             ("binaries/linux64/PUMP.so", vec![1]),
             ("binaries/linux64/libother.so", vec![2]),
             ("binaries/win64/PUMP.dll", vec![3]),
@@ -183,7 +184,7 @@ mod tests {
     fn a_description_for_nothing_is_refused() {
         let mut files = files();
         let nothing = ModelDescription { model_name: "PUMP".into(), guid: "{1}".into(), ..ModelDescription::default() };
-        files.insert(DESCRIPTION.into(), modeldescription::write(&nothing));
+        files.insert(DESCRIPTION.into(), modeldescription::v2::write(&nothing));
         assert!(sentence(read(&files)).starts_with("modelDescription.xml"));
     }
 

@@ -4,8 +4,9 @@
 use crate::page::svg::Pixels;
 use crate::page::text;
 use askama::Template;
-use modeldescription::Interface;
-use modeldescription::interface::{Kind, Role, Row};
+use modeldescription::Table;
+use blocks::{Kind, Role};
+use modeldescription::Row;
 
 // In pixels.
 const FONT: f64 = 12.0;
@@ -57,16 +58,16 @@ struct Terminal<'a> {
 ///
 /// # Errors
 /// The template cannot be rendered.
-pub fn svg(interface: &Interface) -> anyhow::Result<String> {
-    let inputs = terminals_of(interface, &[Role::Input]);
-    let parameters = terminals_of(interface, &[Role::Parameter, Role::Fixed, Role::Cycle]);
-    let outputs = terminals_of(interface, &[Role::Output]);
+pub fn svg(table: &Table) -> anyhow::Result<String> {
+    let inputs = terminals_of(table, &[Role::Input]);
+    let parameters = terminals_of(table, &[Role::Parameter, Role::Fixed, Role::Cycle]);
+    let outputs = terminals_of(table, &[Role::Output]);
 
     let left_names = widest(inputs.iter().chain(&parameters).map(|row| row.name.clone()));
     let right_names = widest(outputs.iter().map(|row| row.name.clone()));
     let left_labels = widest(inputs.iter().map(|row| label(row)).chain(parameters.iter().map(|row| start(row))));
     let right_labels = widest(outputs.iter().map(|row| label(row)));
-    let title = interface.name.chars().count() as f64 * 18.0 * 0.66;
+    let title = table.name.chars().count() as f64 * 18.0 * 0.66;
 
     let gap = if parameters.is_empty() { 0.0 } else { ROW * 0.6 };
     let left_rows = (inputs.len() + parameters.len()) as f64 * ROW + gap;
@@ -92,7 +93,7 @@ pub fn svg(interface: &Interface) -> anyhow::Result<String> {
         terminals.push(terminal(row, Side::Right { x: right }, y, label(row), Wire::Signal));
     }
     let diagram = Diagram {
-        name: &interface.name,
+        name: &table.name,
         width: Pixels(right + STUB + 6.0 + right_labels + MARGIN),
         height: Pixels(box_height + 2.0 * MARGIN),
         left: Pixels(left),
@@ -110,8 +111,8 @@ pub fn svg(interface: &Interface) -> anyhow::Result<String> {
 }
 
 /// The variables of these roles that are the block's own.
-pub(crate) fn terminals_of<'a>(interface: &'a Interface, roles: &[Role]) -> Vec<&'a Row> {
-    let rows = interface.variables.iter();
+pub(crate) fn terminals_of<'a>(table: &'a Table, roles: &[Role]) -> Vec<&'a Row> {
+    let rows = table.variables.iter();
     rows.filter(|row| roles.contains(&row.role) && !row.name.contains('.')).collect()
 }
 

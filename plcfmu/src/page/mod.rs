@@ -10,8 +10,8 @@ pub mod text;
 use crate::package::reference::{self, Recording};
 use anyhow::Context;
 use askama::Template;
-use modeldescription::Interface;
-use modeldescription::interface::{Kind, Role, Row};
+use blocks::{Kind, Role};
+use modeldescription::{Row, Table};
 use pulldown_cmark::{Options, Parser};
 
 /// What the template shows. `askama` checks templates at compile time, so a page cannot fail on a user's machine.
@@ -69,25 +69,25 @@ struct Variable<'a> {
 ///
 /// # Errors
 /// A drawing or the page cannot be rendered.
-pub fn html(interface: &Interface, recording: &Recording, license: Option<&str>) -> anyhow::Result<String> {
-    let rows = &interface.variables;
-    let cycle = &rows[interface.cycle];
-    let chart = plot::of_recording(interface, recording);
+pub fn html(table: &Table, guid: &str, recording: &Recording, license: Option<&str>) -> anyhow::Result<String> {
+    let rows = &table.variables;
+    let cycle = &rows[table.cycle];
+    let chart = plot::of_recording(table, recording);
     let terminals =
-        diagram::terminals_of(interface, &[Role::Input, Role::Parameter, Role::Fixed, Role::Cycle, Role::Output]);
+        diagram::terminals_of(table, &[Role::Input, Role::Parameter, Role::Fixed, Role::Cycle, Role::Output]);
     let page = Page {
-        name: &interface.name,
-        summary: interface.summary(),
-        guid: &interface.guid,
-        diagram: diagram::svg(interface).context("the diagram of the terminals")?,
+        name: &table.name,
+        summary: table.summary(),
+        guid,
+        diagram: diagram::svg(table).context("the diagram of the terminals")?,
         has_boolean_terminals: terminals.iter().any(|row| row.kind == Kind::Bool),
         nested: rows.iter().filter(|row| row.name.contains('.')).count(),
         cycle_name: &cycle.name,
         cycle_start: text::value(cycle, cycle.start),
-        mean: interface.mean.map(|mean| rows[mean].name.as_str()),
-        law: law(interface),
-        names_sources: names_sources(interface),
-        response: interface.response.title.trim_end_matches('.'),
+        mean: table.mean.map(|mean| rows[mean].name.as_str()),
+        law: law(table),
+        names_sources: names_sources(table),
+        response: table.response.title.trim_end_matches('.'),
         plot: plot::svg(&chart).context("the plot of the response")?,
         has_dashed_lines: chart
             .panels
@@ -96,16 +96,16 @@ pub fn html(interface: &Interface, recording: &Recording, license: Option<&str>)
             .chain(&chart.lanes)
             .any(|curve| curve.is_input),
         cycle: recording.time(1),
-        recordings: reference::links(&interface.name),
-        groups: groups(interface),
+        recordings: reference::links(&table.name),
+        groups: groups(table),
         license: license.unwrap_or("its package names no licence"),
     };
     page.render().context("the documentation page")
 }
 
 /// The block's documentation after its first paragraph, which is at the top of the page.
-fn law(interface: &Interface) -> String {
-    let docs = interface.docs.trim_start();
+fn law(table: &Table) -> String {
+    let docs = table.docs.trim_start();
     let rest = docs.split_once("\n\n").map_or("", |(_, rest)| rest);
     let mut law = String::new();
     pulldown_cmark::html::push_html(&mut law, Parser::new_ext(rest, Options::ENABLE_TABLES));
@@ -114,13 +114,13 @@ fn law(interface: &Interface) -> String {
 }
 
 /// Whether the clauses of the law say where they come from.
-fn names_sources(interface: &Interface) -> bool {
+fn names_sources(table: &Table) -> bool {
     let words = ["(manual", "(vendor", "(measured", "(observed", "(decided"];
-    words.iter().any(|word| interface.docs.contains(word))
+    words.iter().any(|word| table.docs.contains(word))
 }
 
 /// The variables by their use; a use that no variable has is left out.
-fn groups(interface: &Interface) -> Vec<Group<'_>> {
+fn groups(table: &Table) -> Vec<Group<'_>> {
     let groups: [(&str, &[Role]); 5] = [
         ("Inputs", &[Role::Input]),
         ("Outputs", &[Role::Output]),
@@ -129,7 +129,7 @@ fn groups(interface: &Interface) -> Vec<Group<'_>> {
         ("Signals inside: read only", &[Role::Local]),
     ];
     let group = |(title, roles): (&'static str, &[Role])| {
-        let rows = interface.variables.iter().enumerate().filter(|(_, row)| roles.contains(&row.role));
+        let rows = table.variables.iter().enumerate().filter(|(_, row)| roles.contains(&row.role));
         Group { title, variables: rows.map(|(reference, row)| variable(reference, row)).collect() }
     };
     groups.into_iter().map(group).filter(|group| !group.variables.is_empty()).collect()
@@ -158,7 +158,7 @@ fn variable(reference: usize, row: &Row) -> Variable<'_> {
 mod tests {
     use super::*;
 
-    fn interface() -> Interface {
+    fn table() -> Table {
         let row = |name: &str, kind: &str, role: &str, rest: &str| {
             format!(
                 r#"{{"name":"{name}","description":"About {name} & <more>","kind":"{kind}","role":"{role}",{rest}}}"#
@@ -175,11 +175,11 @@ mod tests {
         ];
         let docs = r"Pumps & more.\n\nThe *law*:\n\n| a | b |\n|---|---|\n| 1 | 2 |";
         let json = format!(
-            r#"{{"name":"PUMP","docs":"{docs}","guid":"{{1}}","cycle":1,"mean":4,"variables":[{}],
+            r#"{{"name":"PUMP","docs":"{docs}","cycle":1,"mean":4,"variables":[{}],
             "response":{{"title":"It runs.","calls":2,"set":[],"show":["FLOW","ON"]}}}}"#,
             rows.join(",")
         );
-        Interface::parse(&json).unwrap()
+        serde_json::from_str(&json).unwrap()
     }
 
     fn page() -> String {
@@ -189,7 +189,7 @@ mod tests {
             restart: vec![0.0, 0.0],
             calls: vec![vec![1.0, 0.0], vec![2.0, 1.0]],
         };
-        html(&interface(), &recording, Some("LicenseRef-<House>")).unwrap()
+        html(&table(), "{1}", &recording, Some("LicenseRef-<House>")).unwrap()
     }
 
     #[test]
@@ -201,7 +201,7 @@ mod tests {
         assert!(page.contains(
             r#"<td class="name">CYCLE</td><td>TIME</td><td>s</td><td class="number">≥ 0.001</td><td class="number">0.1</td>"#
         ));
-        for row in &interface().variables {
+        for row in &table().variables {
             assert!(page.contains(&format!(r#"<td class="name">{}</td>"#, row.name)), "{}", row.name);
         }
     }
@@ -235,7 +235,7 @@ mod tests {
 
     #[test]
     fn the_drawing_of_the_terminals_leaves_out_what_is_inside() {
-        let drawing = diagram::svg(&interface()).unwrap();
+        let drawing = diagram::svg(&table()).unwrap();
         assert!(
             drawing.contains(">FLOW</text>") && drawing.contains(">ON</text>") && drawing.contains(">CYCLE</text>")
         );
@@ -243,11 +243,11 @@ mod tests {
         assert!(drawing.contains("LREAL l/min"));
     }
 
-    /// The page of the interface with a response of nothing but these rows.
-    fn page_of(interface: &Interface, shown: &[usize]) -> String {
+    /// The page of the table with a response of nothing but these rows.
+    fn page_of(table: &Table, shown: &[usize]) -> String {
         let calls = vec![vec![0.0; shown.len()]; 2];
         let recording = Recording { cycle: 100, shown: shown.to_vec(), restart: calls[0].clone(), calls };
-        html(interface, &recording, None).unwrap()
+        html(table, "{1}", &recording, None).unwrap()
     }
 
     #[test]
@@ -260,9 +260,9 @@ mod tests {
 
     #[test]
     fn a_range_that_is_only_in_the_description_is_in_the_column_of_ranges_too() {
-        let mut interface = interface();
-        interface.variables[2].description = "Gain; range: GAIN >= FLOW".into();
-        let page = page_of(&interface, &[0]);
+        let mut table = table();
+        table.variables[2].description = "Gain; range: GAIN >= FLOW".into();
+        let page = page_of(&table, &[0]);
         assert!(page.contains(
             r#"<td class="range">GAIN &gt;= FLOW</td><td class="number">2</td><td>Gain; range: GAIN &gt;= FLOW</td>"#
         ));
@@ -271,15 +271,15 @@ mod tests {
     #[test]
     fn a_block_without_a_law_has_no_heading_for_one() {
         assert!(page().contains("<h2>Law</h2>"));
-        let mut interface = interface();
-        interface.docs = "Pumps.".into();
-        assert!(!page_of(&interface, &[0]).contains("<h2>Law</h2>"));
+        let mut table = table();
+        table.docs = "Pumps.".into();
+        assert!(!page_of(&table, &[0]).contains("<h2>Law</h2>"));
     }
 
     #[test]
     fn the_page_explains_dashed_lines_where_there_are_any() {
         let of = |shown: &[usize]| {
-            let page = page_of(&interface(), shown);
+            let page = page_of(&table(), shown);
             (page.contains("dashed lines are inputs"), page.contains("stroke-dasharray"))
         };
         assert_eq!(of(&[0, 3]), (true, true));

@@ -9,8 +9,8 @@ use crate::page::svg::Pixels;
 use crate::page::text;
 use anyhow::bail;
 use askama::Template;
-use modeldescription::Interface;
-use modeldescription::interface::{Kind, Role};
+use modeldescription::Table;
+use blocks::{Kind, Role};
 use std::fmt::Write;
 
 // In pixels.
@@ -72,11 +72,11 @@ pub struct Curve {
 }
 
 /// A block's response, as a library has answered it.
-pub fn of_recording(interface: &Interface, recording: &Recording) -> Chart {
+pub fn of_recording(table: &Table, recording: &Recording) -> Chart {
     let mut panels: Vec<(String, Panel)> = Vec::new();
     let mut lanes = Vec::new();
     for (column, row) in recording.shown.iter().enumerate() {
-        let row = &interface.variables[*row];
+        let row = &table.variables[*row];
         // The value of the last call is held for a cycle, as those before it.
         let values = recording.calls.iter().chain(recording.calls.last()).map(|values| values[column]).collect();
         let curve = Curve { name: row.name.clone(), values, is_input: row.role == Role::Input };
@@ -98,7 +98,7 @@ pub fn of_recording(interface: &Interface, recording: &Recording) -> Chart {
         calls => (0..=calls).map(|call| recording.time(call)).collect(),
     };
     let panels = panels.into_iter().map(|(_, panel)| panel.labelled()).collect();
-    Chart { title: format!("Response of {}", interface.name), time, panels, lanes }
+    Chart { title: format!("Response of {}", table.name), time, panels, lanes }
 }
 
 impl Panel {

@@ -1,6 +1,7 @@
 //! Values as people read them.
 
-use modeldescription::interface::{Kind, Row};
+use blocks::Kind;
+use modeldescription::Row;
 
 /// A variable's value with its unit: `TRUE`, `20 s`, `0.1`.
 pub fn value(row: &Row, value: f64) -> String {
@@ -54,7 +55,7 @@ pub fn range_in_words(row: &Row) -> Option<&str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use modeldescription::interface::Role;
+    use blocks::Role;
 
     fn row(kind: Kind, unit: Option<&str>) -> Row {
         Row {
