@@ -1,6 +1,6 @@
 //! `plcfmu check`: says in one sentence each what is wrong with FMUs.
 
-use super::functions;
+use super::{LONGEST_NAME, functions, print, shown};
 use crate::build::compile::Platform;
 use crate::package::Package;
 use crate::package::check::{STEPS, check, run as run_library};
@@ -30,9 +30,9 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<()> {
     let mut wrong = 0;
     for file in &options.files {
-        println!("{}", file.display());
         let verdict = examine(file, options.run);
-        verdict.lines.iter().for_each(|line| println!("  {line}"));
+        let lines: String = verdict.lines.iter().map(|line| format!("  {line}\n")).collect();
+        print(&format!("{}\n{lines}", file.display()))?;
         wrong += usize::from(verdict.is_wrong);
     }
     match (wrong, options.files.len()) {
@@ -70,7 +70,8 @@ fn examine(file: &Path, is_run: bool) -> Verdict {
     report.errors.iter().for_each(|error| verdict.wrong(error));
     verdict.lines.extend(report.remarks.iter().map(|remark| format!("remark: {remark}")));
     for (file, binary) in &report.libraries {
-        let glibc = binary.glibc.as_deref().map_or(String::new(), |glibc| format!(", needs glibc {glibc}"));
+        let needs = |glibc: &String| format!(", needs glibc {}", shown(glibc, LONGEST_NAME));
+        let glibc = binary.glibc.as_ref().map_or(String::new(), needs);
         verdict.lines.push(format!("{}: {}{glibc}", file.path, functions(binary)));
     }
     // The code of an FMU that is wrong is not run.

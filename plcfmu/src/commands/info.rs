@@ -1,7 +1,7 @@
 //! `plcfmu info`: what an FMU is, what it needs, and its variables.
 
 use super::check::kinds;
-use super::{functions, shown};
+use super::{LONGEST_NAME, functions, print, shown};
 use crate::package::Package;
 use crate::package::binary::Binary;
 use anyhow::{Context, Result, bail};
@@ -32,8 +32,7 @@ const LABELS: usize = 14;
 /// The narrowest last column, in characters. Below that, lines get longer than [`WIDTH`].
 const NARROWEST: usize = 24;
 
-/// The longest name, unit and number, and the longest description that is printed of a foreign FMU, in characters.
-const LONGEST_NAME: usize = 60;
+/// The longest description that is printed of a foreign FMU, in characters.
 const LONGEST_TEXT: usize = 1000;
 
 /// Prints what FMUs are.
@@ -48,13 +47,13 @@ pub fn run(options: &Options) -> Result<()> {
             Ok(fmu) if options.json => objects.push(fmu.json(file)),
             Ok(fmu) => {
                 let gap = if place > 0 { "\n" } else { "" };
-                print!("{gap}{}\n{}", file.display(), fmu.text());
+                print(&format!("{gap}{}\n{}", file.display(), fmu.text()))?;
             }
             Err(error) => unreadable.push(format!("{}: {error:#}", file.display())),
         }
     }
     if options.json {
-        println!("{:#}", Value::from(objects));
+        print(&format!("{:#}\n", Value::from(objects)))?;
     }
     if unreadable.is_empty() { Ok(()) } else { bail!(unreadable.join("\n       ")) }
 }

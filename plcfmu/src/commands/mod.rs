@@ -5,6 +5,19 @@ pub mod info;
 pub mod run;
 
 use crate::package::binary::Binary;
+use anyhow::{Context, Result};
+use std::io::{ErrorKind, Write, stdout};
+
+/// The longest name that is printed of a foreign FMU, in characters.
+const LONGEST_NAME: usize = 60;
+
+/// Writes to standard output. A reader that has seen enough, such as `head`, is not an error.
+fn print(text: &str) -> Result<()> {
+    match stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("standard output cannot be written"),
+        _ => Ok(()),
+    }
+}
 
 /// How much of FMI 2.0 a library exports. It may export functions of other versions too.
 fn functions(binary: &Binary) -> String {
