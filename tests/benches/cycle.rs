@@ -17,7 +17,7 @@ use std::ffi::{CString, c_int, c_void};
 use std::hint::black_box;
 use std::ptr;
 use std::time::Instant;
-use tests::{Counting, Instance, Log, Random, Fmu, fmu_of, logging_callbacks, plain_library, setting};
+use tests::{Counting, Fmu, Instance, Log, Random, fmu_of, logging_callbacks, plain_library, setting};
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;

@@ -1,7 +1,7 @@
 //! The FMU libraries that the tests call: built or handed in, loaded, and their tables read.
 
-use modeldescription::v2::Interface;
 use modeldescription::Row;
+use modeldescription::v2::Interface;
 use plcfmu::build::compile::{Platform, compile};
 use plcfmu::build::workspace::{FmuCrate, Workspace};
 use plcfmu::host::library::Library;

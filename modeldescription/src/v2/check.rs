@@ -332,19 +332,12 @@ fn is_identifier(name: &str) -> bool {
 /// The standard's tables of which causality, variability, initial and start go together.
 fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
     use Causality::{CalculatedParameter, Independent, Input, Local, Output, Parameter};
-    use Variability::{Constant, Continuous, Discrete, Fixed, Tunable};
+    use Variability::{Constant, Continuous, Fixed, Tunable};
     let Variable { causality, variability, typed, .. } = variable;
     if *variability == Continuous && !matches!(typed, Typed::Real(_)) {
         found(format!("variability = continuous: only a Real can be continuous, {} is discrete", typed.name()));
     }
-    let go_together = match causality {
-        Parameter | CalculatedParameter => matches!(variability, Fixed | Tunable),
-        Input => matches!(variability, Discrete | Continuous),
-        Output => matches!(variability, Constant | Discrete | Continuous),
-        Local => true,
-        Independent => *variability == Continuous,
-    };
-    if !go_together {
+    if !causality.allows(*variability) {
         found(format!("causality = {causality} and variability = {variability} are not allowed together"));
         return;
     }

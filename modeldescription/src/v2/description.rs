@@ -469,6 +469,21 @@ impl Capabilities {
     }
 }
 
+impl Causality {
+    /// Whether a variable of this causality may have this variability: the table of FMI 2.0, section 2.2.7. Importers
+    /// refuse an FMU that breaks it.
+    pub fn allows(self, variability: Variability) -> bool {
+        use Variability::{Constant, Continuous, Discrete, Fixed, Tunable};
+        match self {
+            Causality::Parameter | Causality::CalculatedParameter => matches!(variability, Fixed | Tunable),
+            Causality::Input => matches!(variability, Discrete | Continuous),
+            Causality::Output => matches!(variability, Constant | Discrete | Continuous),
+            Causality::Local => true,
+            Causality::Independent => variability == Continuous,
+        }
+    }
+}
+
 impl Variable {
     /// How it gets its first value: `initial` or, if that is absent, the standard's default for its causality and
     /// variability. `None` for an input and for the independent variable.

@@ -1,12 +1,11 @@
 //! `plcfmu check`: says in one sentence each what is wrong with FMUs.
 
 use super::{LONGEST_NAME, functions, print, shown};
-use crate::build::compile::Platform;
 use crate::package::Package;
 use crate::package::check::{STEPS, check, run as run_library};
 use anyhow::{Result, bail};
-use modeldescription::v2::{FMI_VERSION, ModelDescription};
 use modeldescription::shortened;
+use modeldescription::v2::{FMI_VERSION, ModelDescription};
 use std::path::{Path, PathBuf};
 
 /// Check FMU files, whoever made them
@@ -77,8 +76,7 @@ fn examine(file: &Path, is_run: bool) -> Verdict {
     // The code of an FMU that is wrong is not run.
     if is_run && !verdict.is_wrong {
         let place = std::env::temp_dir();
-        let platform = Platform::host(true).map_err(anyhow::Error::msg);
-        match platform.and_then(|platform| run_library(&mut package, platform.folder, &place)) {
+        match run_library(&mut package, &place) {
             Ok(()) => {
                 verdict.lines.push(format!("run: instantiated, initialized, {STEPS} steps, all variables read, freed"));
             }

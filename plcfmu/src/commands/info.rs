@@ -5,7 +5,10 @@ use super::{LONGEST_NAME, functions, print, shown};
 use crate::package::Package;
 use crate::package::binary::Binary;
 use anyhow::{Context, Result, bail};
-use modeldescription::v2::{CoSimulation, DefaultExperiment, FMI_VERSION, ModelDescription, ModelExchange, RealAttributes, TypeAttributes, Typed, Variable};
+use modeldescription::v2::{
+    Capabilities, CoSimulation, DefaultExperiment, FMI_VERSION, ModelDescription, ModelExchange, RealAttributes,
+    TypeAttributes, Typed, Variable,
+};
 use serde_json::{Map, Value, json};
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
@@ -95,7 +98,7 @@ fn libraries<R: Read + Seek>(package: &mut Package<R>) -> Result<Vec<Library>> {
 /// What an FMU can do: the attribute's name in FMI, whether it is set, and what it means.
 type Capability = (&'static str, bool, &'static str);
 
-fn co_simulation(flags: &CoSimulation) -> Vec<Capability> {
+fn co_simulation(flags: &Capabilities) -> Vec<Capability> {
     vec![
         ("needsExecutionTool", flags.needs_execution_tool, "needs its tool installed to run"),
         (
@@ -235,7 +238,7 @@ impl Fmu {
         let flags = |flags: Vec<Capability>| -> Map<String, Value> {
             flags.into_iter().map(|(name, is_set, _)| (name.to_string(), json!(is_set))).collect()
         };
-        if let Some(co_simulation_flags) = &description.co_simulation {
+        if let Some(CoSimulation { capabilities: co_simulation_flags, .. }) = &description.co_simulation {
             let mut flags = flags(co_simulation(co_simulation_flags));
             let order = co_simulation_flags.max_output_derivative_order;
             flags.insert("maxOutputDerivativeOrder".into(), json!(order));
@@ -360,7 +363,7 @@ impl Library {
 fn capabilities(description: &ModelDescription) -> Vec<String> {
     let mut all = Vec::new();
     if let Some(flags) = &description.co_simulation {
-        all.extend(co_simulation(flags));
+        all.extend(co_simulation(&flags.capabilities));
     }
     for capability in description.model_exchange.iter().flat_map(model_exchange) {
         if !all.contains(&capability) {
@@ -372,7 +375,7 @@ fn capabilities(description: &ModelDescription) -> Vec<String> {
         .filter(|(_, is_set, _)| *is_set)
         .map(|(name, _, meaning)| format!("{name}: {meaning}"))
         .collect();
-    match description.co_simulation.as_ref().map_or(0, |flags| flags.max_output_derivative_order) {
+    match description.co_simulation.as_ref().map_or(0, |flags| flags.capabilities.max_output_derivative_order) {
         0 => {}
         order => lines.push(format!("maxOutputDerivativeOrder = {order}: provides derivatives of outputs")),
     }

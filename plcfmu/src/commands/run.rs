@@ -1,22 +1,19 @@
 //! `plcfmu run`: runs FMUs together and records them.
 
-use anyhow::{Context, Error, Result, bail};
 use crate::host::instance::Type;
 use crate::host::run::Recording;
 use crate::host::simulation::Simulation;
 use crate::host::system::{Connection, Exchange, Member, Setting, System};
 use crate::package::temporary;
 use crate::page::picture;
+use crate::page::plot::{self, Chart, Curve, Panel};
 use crate::progress::Progress;
+use anyhow::{Context, Result, bail};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Instant;
-
-// Until `crate::page::plot` has these: remove this module then, and use that one.
-use chart_until_merge as plot;
-use plot::{Chart, Curve, Panel};
 
 /// So many messages of each FMU are shown.
 const MOST_MESSAGES: usize = 10;
@@ -271,7 +268,7 @@ fn draw(recording: &Recording, title: String, is_svg: bool) -> Result<Vec<u8>> {
     let panels = panels.into_iter().map(|(_, panel)| panel).collect();
     let chart = Chart { title, time: recording.times.clone(), panels, lanes };
     let svg = plot::svg(&chart)?;
-    if is_svg { Ok(svg.into_bytes()) } else { picture::png(&svg).map_err(Error::msg) }
+    if is_svg { Ok(svg.into_bytes()) } else { picture::png(&svg) }
 }
 
 /// Writes a file beside its place and gives it its name: at every moment there is the old file or the new one.
@@ -294,30 +291,4 @@ fn write(file: &Path, content: impl FnOnce(&mut BufWriter<&File>) -> Result<()>)
 
 fn folder(file: &Path) -> &Path {
     file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
-/// Stands in for `crate::page::plot`: an empty drawing with the title.
-#[allow(dead_code)]
-mod chart_until_merge {
-    pub struct Chart {
-        pub title: String,
-        pub time: Vec<f64>,
-        pub panels: Vec<Panel>,
-        pub lanes: Vec<Curve>,
-    }
-    pub struct Panel {
-        pub label: String,
-        pub curves: Vec<Curve>,
-    }
-    pub struct Curve {
-        pub name: String,
-        pub values: Vec<f64>,
-        pub is_input: bool,
-    }
-    pub fn svg(chart: &Chart) -> anyhow::Result<String> {
-        let title = crate::page::svg::escape(&chart.title);
-        Ok(format!(
-            r#"<svg xmlns="http://www.w3.org/2000/svg" width="760" height="40"><text x="8" y="24">{title}</text></svg>"#
-        ))
-    }
 }

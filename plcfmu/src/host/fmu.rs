@@ -4,8 +4,8 @@ use crate::host::instance::Instance;
 use crate::host::library::Library;
 use crate::package::Package;
 use crate::package::temporary;
-use anyhow::{Context, Error, Result, bail};
-use modeldescription::v2::{CoSimulation, ModelDescription};
+use anyhow::{Context, Result, bail};
+use modeldescription::v2::{Capabilities, ModelDescription};
 use std::env::consts::{ARCH, OS};
 use std::io::{Read, Seek};
 use std::path::Path;
@@ -28,7 +28,7 @@ impl Fmu {
     /// # Errors
     /// The file is damaged or not an FMU for co-simulation, or it has no library for this platform.
     pub fn open(path: &Path) -> Result<Fmu> {
-        let load = || Fmu::load(&mut Package::open(path).map_err(Error::msg)?, &std::env::temp_dir());
+        let load = || Fmu::load(&mut Package::open(path)?, &std::env::temp_dir());
         load().with_context(|| path.display().to_string())
     }
 
@@ -51,7 +51,7 @@ impl Fmu {
         };
         let folder =
             temporary::builder().tempdir_in(place).with_context(|| format!("no folder in {}", place.display()))?;
-        package.archive.unpack(folder.path()).map_err(Error::msg)?;
+        package.archive.unpack(folder.path())?;
         let resources = uri(&folder.path().join("resources"));
         let path = folder.path().join(&file.path);
         Ok(Fmu { description: package.description.clone(), library: Library::open_in(folder, &path)?, resources })
@@ -66,8 +66,8 @@ impl Fmu {
     }
 
     /// What the FMU can do.
-    pub fn capabilities(&self) -> CoSimulation {
-        self.description.co_simulation.clone().unwrap_or_default()
+    pub fn capabilities(&self) -> Capabilities {
+        self.description.co_simulation.as_ref().map(|flags| flags.capabilities.clone()).unwrap_or_default()
     }
 }
 

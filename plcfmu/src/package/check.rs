@@ -7,9 +7,9 @@ use crate::host::instance::{Instance, Type};
 use crate::host::library::FUNCTIONS;
 use crate::package::binary::Binary;
 use crate::package::{DESCRIPTION, LibraryFile, Package};
-use anyhow::{Context, Error, Result, bail, ensure};
-use modeldescription::v2::{Causality, ModelDescription, Typed, Variability, Variable};
+use anyhow::{Context, Result, bail, ensure};
 use modeldescription::shortened;
+use modeldescription::v2::{ModelDescription, Typed, Variable};
 use std::io::{Read, Seek};
 use std::path::Path;
 
@@ -30,7 +30,7 @@ pub struct Report {
 /// Reads all of an FMU and checks it. None of its code runs.
 pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
     let mut report = Report::default();
-    let impossible = |variable: &&Variable| !go_together(variable.causality, variable.variability);
+    let impossible = |variable: &&Variable| !variable.causality.allows(variable.variability);
     for variable in package.description.model_variables.iter().filter(impossible) {
         report.errors.push(format!("{DESCRIPTION}: {}", contradiction(variable)));
     }
@@ -70,23 +70,10 @@ fn contains(bytes: &[u8], part: &[u8]) -> bool {
     !part.is_empty() && bytes.windows(part.len()).any(|window| window == part)
 }
 
-/// Which variability a variable of this causality may have, from the table of FMI 2.0 (section 2.2.7). Importers refuse
-/// an FMU that breaks it.
-fn go_together(causality: Causality, variability: Variability) -> bool {
-    use Variability::{Constant, Continuous, Discrete, Fixed, Tunable};
-    match causality {
-        Causality::Parameter | Causality::CalculatedParameter => matches!(variability, Fixed | Tunable),
-        Causality::Input => matches!(variability, Discrete | Continuous),
-        Causality::Output => matches!(variability, Constant | Discrete | Continuous),
-        Causality::Local => true,
-        Causality::Independent => variability == Continuous,
-    }
-}
-
 fn contradiction(variable: &Variable) -> String {
     let Variable { causality, variability, .. } = variable;
     let name = shortened(&variable.name);
-    format!("variable {name:?}: causality = {causality} and variability = {variability} exclude each other")
+    format!("variable {name:?}: causality = {causality} and variability = {variability} are not allowed together")
 }
 
 /// Checks an FMU that was just packed: everything that its users rely on.

@@ -13,8 +13,8 @@ pub mod temporary;
 
 use anyhow::{Context, Result, bail};
 use archive::Archive;
-use modeldescription::v2::ModelDescription;
 use modeldescription::shortened;
+use modeldescription::v2::ModelDescription;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;

@@ -4,9 +4,9 @@
 use crate::page::svg::Pixels;
 use crate::page::text;
 use askama::Template;
-use modeldescription::Table;
 use blocks::{Kind, Role};
 use modeldescription::Row;
+use modeldescription::Table;
 
 // In pixels.
 const FONT: f64 = 12.0;

@@ -9,8 +9,8 @@ use crate::page::svg::Pixels;
 use crate::page::text;
 use anyhow::bail;
 use askama::Template;
-use modeldescription::Table;
 use blocks::{Kind, Role};
+use modeldescription::Table;
 use std::fmt::Write;
 
 // In pixels.

@@ -1,6 +1,9 @@
 use super::*;
 use crate::host::system::Member;
-use modeldescription::v2::{Boolean, CoSimulation, DefaultExperiment, Enumeration, Integer, IntegerAttributes, Real, RealAttributes, SimpleType, Text};
+use modeldescription::v2::{
+    Boolean, CoSimulation, DefaultExperiment, Enumeration, Integer, IntegerAttributes, Real, RealAttributes,
+    SimpleType, Text,
+};
 
 fn variable(name: &str, value_reference: u32, causality: Causality, typed: Typed) -> Variable {
     Variable {
