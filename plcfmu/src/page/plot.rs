@@ -1,8 +1,8 @@
 //! Signals over time as a drawing: numbers of one unit share a panel, Booleans have a lane each. Values are held from
 //! point to point, so curves are stairs.
 //!
-//! Drawn here and not by `plotters`: that writes whole pixels, every dash as an element of its own, and fixed colours,
-//! which a page cannot turn into those of its dark mode.
+//! Drawn here and not by `plotters`, which rounds to whole pixels, writes every dash as an element of its own, and gives
+//! curves no class by which a page could recolour them in dark mode.
 
 use crate::package::reference::Recording;
 use crate::page::svg::Pixels;
