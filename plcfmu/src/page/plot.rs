@@ -1,8 +1,8 @@
 //! Signals over time as a drawing: numbers of one unit share a panel, Booleans have a lane each. Values are held from
 //! point to point, so curves are stairs.
 //!
-//! Drawn here and not by `plotters`: that writes whole pixels, every dash as an element of its own, and fixed colours,
-//! which a page cannot turn into those of its dark mode.
+//! Drawn here and not by `plotters`, which rounds to whole pixels, writes every dash as an element of its own, and gives
+//! curves no class by which a page could recolour them in dark mode.
 
 use crate::package::reference::Recording;
 use crate::page::svg::Pixels;
@@ -16,7 +16,7 @@ use std::fmt::Write;
 // In pixels.
 const WIDTH: f64 = 760.0;
 const LEFT: f64 = 76.0;
-const RIGHT: f64 = 16.0;
+const RIGHT: f64 = 24.0;
 const TITLE: f64 = 26.0;
 const PANEL: f64 = 190.0;
 const PANEL_GAP: f64 = 8.0;
@@ -540,10 +540,10 @@ mod tests {
 
         let many: Vec<f64> = (0..=100_000).map(|point| f64::from(point) / 100.0).collect();
         let mut values = vec![1.0; many.len()];
-        (values[50_000], values[50_002], values[70_000]) = (9.0, -9.0, f64::NAN);
+        (values[50_010], values[50_020], values[70_000]) = (9.0, -9.0, f64::NAN);
         let seen = points(&many, &values, &time);
         assert!(seen.len() < 4 * WIDTH as usize, "{}", seen.len());
-        assert!(seen.contains(&(500.0, 9.0)) && seen.contains(&(500.02, -9.0)));
+        assert!(seen.contains(&(500.1, 9.0)) && seen.contains(&(500.2, -9.0)));
         assert!(seen.iter().any(|(at, value)| *at == 700.0 && value.is_nan()));
         assert_eq!((seen[0], seen[seen.len() - 1]), ((0.0, 1.0), (1000.0, 1.0)));
     }
