@@ -101,8 +101,9 @@ class Result:
         """
         start = float(self[pv][0]) if start is None else start
         end = float(self[sp][-1]) if end is None else end
-        if not unit and self._units.get(pv):
-            unit = f"{self._units[pv]} s"
+        of_pv = self._units.get(pv)
+        if not unit and of_pv:
+            unit = f"{'K' if of_pv == 'degC' else of_pv} s"
         return step_figures(self.time, self[pv], self[sp], start, end, unit, prefix, theory)
 
     def to_csv(self, path: Path, digits: Optional[int] = None) -> None:
@@ -130,10 +131,7 @@ class Result:
         return result
 
     def plot(
-        self,
-        path: Optional[Path] = None,
-        panels: Optional[Sequence[Sequence[str]]] = None,
-        title: str = "",
+        self, path: Optional[Path] = None, panels: Optional[Sequence[Sequence[str]]] = None, title: str = ""
     ) -> Picture:
         """Draws the signals over time, held from row to row, and returns the matplotlib figure.
 
