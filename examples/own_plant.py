@@ -23,7 +23,8 @@ def main():
         result = run(fmus)
     print(result.between(30.0, 600.0).figures("PLANT.TEMP", "CONT_C.SP_INT", start=20.0, end=80.0))
     result.to_csv(out / "own_plant.csv")
-    result.plot(out / "own_plant.png", title="CONT_C with a plant of your own, here HEATER: a step of 60 K")
+    panels = [["CONT_C.SP_INT", "PLANT.TEMP"], ["CONT_C.LMN"]]
+    result.plot(out / "own_plant.png", panels, title="CONT_C with a plant of your own, here HEATER: a step of 60 K")
     print(f"  CSV and PNG: {out}")
 
 

@@ -18,7 +18,7 @@ result.to_csv("furnace.csv")
 result.plot("furnace.png")
 """
 
-from . import figures, plot
+from . import figures, find, plot
 from .figures import Figure, Figures
 from .find import FmuNotFoundError, fmu, fmu_names
 from .instance import FmuError, Fmus, Instance, UnknownVariableError, Variable
@@ -39,6 +39,7 @@ __all__ = [
     "arguments",
     "clock",
     "figures",
+    "find",
     "fmu",
     "fmu_names",
     "plot",

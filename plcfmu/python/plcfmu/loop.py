@@ -73,7 +73,7 @@ def simulate(
         if isinstance(recorded, str):
             instance, name = loop.find(recorded)
             variable = instance.variable(name)
-            result.describe(column, variable.unit, variable.type == "Boolean")
+            result.describe(column, variable.unit, variable.type == "Boolean", recorded in (inputs or {}))
     for t in clock(duration, step, title):
         for controller in loop.controllers:
             loop.set_inputs(controller, t)

@@ -8,6 +8,7 @@ with plot.picture("loop.png", "Furnace with CONT_C", ["temperature in °C", "LMN
 from __future__ import annotations
 
 import contextlib
+import itertools
 import pathlib
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Optional
@@ -138,26 +139,36 @@ def save(figure: Picture, path: Path) -> None:
 
 
 def draw(result: Result, panels: Sequence[Sequence[str]], path: Optional[Path], title: str) -> Picture:
-    """Draws signals over time, one panel under the other; Booleans as lanes, one above the other."""
-    colors = [style["color"] for style in (PROCESS_VALUE, MANIPULATED, I_PART, P_PART, D_PART, COMPARED)]
-    labels = ["" if all(map(result.is_boolean, names)) else result.label(names) for names in panels]
-    heights = [1.0 if label else 0.2 + 0.15 * len(names) for label, names in zip(labels, panels)]
+    """Draws signals over time, held from row to row, one panel under the other; Booleans as lanes, one above the other."""
+    colors = itertools.cycle(style["color"] for style in (PROCESS_VALUE, MANIPULATED, I_PART, P_PART, D_PART, COMPARED))
+    lanes = [all(result.signal(name).is_boolean for name in names) for names in panels]
+    labels = ["" if is_lanes else _label(result, names) for is_lanes, names in zip(lanes, panels)]
+    heights = [0.2 + 0.15 * len(names) if is_lanes else 1.0 for is_lanes, names in zip(lanes, panels)]
     size = 9.0, max(2.5, 0.7 + 2.0 * sum(heights))
     with picture(path, title, labels, heights, size) as axes:
-        for each, names, label in zip(axes, panels, labels):
-            for number, name in enumerate(names):
-                color = colors[number % len(colors)]
-                if label:
-                    each.step(result.time, result[name], where="post", label=name, color=color)
-                else:
-                    base = -1.3 * number
-                    top = base + result[name]
-                    each.fill_between(result.time, base, top, step="post", color=color, linewidth=0)
-            if label:
-                legend(each)
-            else:
-                each.set_yticks([0.5 - 1.3 * number for number in range(len(names))], names)
-                each.set_ylim(-1.3 * (len(names) - 1) - 0.2, 1.2)
-                each.grid(axis="y", visible=False)
+        for each, names, is_lanes in zip(axes, panels, lanes):
+            if is_lanes:
+                _draw_lanes(each, result, names)
+                continue
+            for name in names:
+                style = SETPOINT if result.signal(name).is_input else {**PROCESS_VALUE, "color": next(colors)}
+                each.plot(result.time, result[name], label=name, drawstyle="steps-post", **style)
+            legend(each)
     figure: Picture = axes[0].figure
     return figure
+
+
+def _draw_lanes(axes: Any, result: Result, names: Sequence[str]) -> None:
+    bases = [-1.3 * number for number in range(len(names))]
+    for base, name in zip(bases, names):
+        color = COMPARED["color"] if result.signal(name).is_input else MANIPULATED["color"]
+        axes.fill_between(result.time, base, base + result[name], step="post", color=color, linewidth=0)
+    axes.set_yticks([base + 0.5 for base in bases], names)
+    axes.set_ylim(bases[-1] - 0.2, 1.2)
+    axes.grid(axis="y", visible=False)
+
+
+def _label(result: Result, names: Sequence[str]) -> str:
+    """The label of an axis: the unit, if the signals have one in common, else their names."""
+    units = {result.signal(name).unit for name in names} - {None}
+    return f"in {units.pop()}" if len(units) == 1 else ", ".join(name.split(".")[-1] for name in names)

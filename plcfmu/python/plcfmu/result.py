@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Optional
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,14 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-6
 
 
+class Signal(NamedTuple):
+    """What a picture needs to know of a signal."""
+
+    unit: Optional[str] = None  # physical unit, such as "degC"
+    is_boolean: bool = False
+    is_input: bool = False
+
+
 class Result:
     """The time in seconds and the signals over it; numbers, FALSE and TRUE as 0 and 1.
 
@@ -31,14 +39,16 @@ class Result:
         self.quality = Figures()
         self._rows: dict[str, list[float]] = {}
         self._arrays: dict[str, NDArray[np.float64]] = {}
-        self._units: dict[str, Optional[str]] = {}
-        self._booleans: set[str] = set()
+        self._signals: dict[str, Signal] = {}
 
-    def describe(self, name: str, unit: Optional[str] = None, boolean: bool = False) -> None:
-        """Says of a signal what a picture needs to know: its physical unit, and whether it is a Boolean."""
-        self._units[name] = unit
-        if boolean:
-            self._booleans.add(name)
+    def describe(self, name: str, unit: Optional[str] = None, is_boolean: bool = False, is_input: bool = False) -> None:
+        """Says of a signal what a picture needs to know: its physical unit; whether it is a Boolean; and whether it is an
+        input of the loop, such as a setpoint, which is drawn dashed."""
+        self._signals[name] = Signal(unit, is_boolean, is_input)
+
+    def signal(self, name: str) -> Signal:
+        """What `describe` has said of a signal."""
+        return self._signals.get(name, Signal())
 
     def add(self, time: float, signals: Optional[Mapping[str, Any]] = None, /, **more_signals: Any) -> None:
         """Adds a row. All rows have the same signals; ValueError if this one has not, or a value is not a number."""
@@ -76,7 +86,7 @@ class Result:
     def between(self, start: float, end: float) -> Result:
         """The rows of start <= time < end, as a result of its own. Rounding of the times does not matter."""
         part = Result()
-        part._units, part._booleans = self._units, self._booleans
+        part._signals = self._signals
         if self._rows:
             chosen = (self.time >= start - TOLERANCE) & (self.time < end - TOLERANCE)
             part._rows = {name: self[name][chosen].tolist() for name in self._rows}
@@ -101,7 +111,7 @@ class Result:
         """
         start = float(self[pv][0]) if start is None else start
         end = float(self[sp][-1]) if end is None else end
-        of_pv = self._units.get(pv)
+        of_pv = self.signal(pv).unit
         if not unit and of_pv:
             unit = f"{'K' if of_pv == 'degC' else of_pv} s"
         return step_figures(self.time, self[pv], self[sp], start, end, unit, prefix, theory)
@@ -145,21 +155,9 @@ class Result:
     def _panels(self) -> list[list[str]]:
         panels: dict[str, list[str]] = {}
         for name in self.names:
-            if name in self._booleans:
-                panels.setdefault("Boolean", []).append(name)
-            else:
-                panels.setdefault(f"in {self._units.get(name) or name}", []).append(name)
+            signal = self.signal(name)
+            panels.setdefault("Boolean" if signal.is_boolean else signal.unit or name, []).append(name)
         return list(panels.values())
-
-    def label(self, names: Sequence[str]) -> str:
-        """The label of an axis on which these signals are drawn: their unit, if they have one in common."""
-        units = {self._units.get(name) for name in names}
-        unit = units.pop() if len(units) == 1 else None
-        return f"in {unit}" if unit else ", ".join(name.split(".")[-1] for name in names)
-
-    def is_boolean(self, name: str) -> bool:
-        """Whether the signal is a Boolean, as far as `describe` has said so."""
-        return name in self._booleans
 
 
 def _text(value: float, digits: Optional[int]) -> str:
