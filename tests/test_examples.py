@@ -289,11 +289,7 @@ def test_heater_the_step_makes_the_p_and_d_parts_jump_as_the_settings_say(run):
     result = run(cont_c_heater.run)
     at = {name: result[name][60] - result[name][59] for name in ("LMN_P", "LMN_D", "LMN")}
     # P: GAIN * 10 K; D: that times TD / (CYCLE / 2 + TM_LAG) = 12.78 / 5.5
-    assert (
-        near(at["LMN_P"], 14.754, 1e-3)
-        and near(at["LMN_D"], 34.28, 1e-2)
-        and near(at["LMN"], 49.0, 1e-2)
-    )
+    assert near(at["LMN_P"], 14.754, 1e-3) and near(at["LMN_D"], 34.28, 1e-2) and near(at["LMN"], 49.0, 1e-2)
 
 
 def test_heater_the_open_door_takes_what_it_takes_and_no_more(run):
@@ -333,7 +329,9 @@ def test_heater_at_the_limit_the_integrator_stands_still_and_nothing_overshoots(
 def test_heater_handed_over_by_hand_it_arrives_sooner_and_without_overshoot(run):
     automatic, by_hand = run(cont_c_heater.cold_start, False), run(cont_c_heater.cold_start, True)
     settled = "settling time to 2 %"
-    assert by_hand.quality[f"cold start by hand: {settled}"] < 0.5 * automatic.quality[f"cold start automatic: {settled}"]
+    assert (
+        by_hand.quality[f"cold start by hand: {settled}"] < 0.5 * automatic.quality[f"cold start automatic: {settled}"]
+    )
     assert by_hand.quality["cold start by hand: overshoot"] < 0.5
     # The integrator goes on from where manual mode has put it: 100 % - LMN_P of the last manual call.
     last = np.nonzero(by_hand["MAN_ON"])[0][-1]
@@ -539,9 +537,7 @@ def test_heat_cool_with_the_whole_pulse_the_loop_gain_is_twice_that_and_cooling_
 def test_heat_cool_what_holds_14_degc_is_6_k_of_cooling(run, ratiofac, lmn):
     # 6 K / 1.2 K/%, and 1 / RATIOFAC times that. Pulses are known to 1 %.
     result = run(heat_cool.run, ratiofac)
-    assert result.quality[f"RATIOFAC {ratiofac}: LMN that holds 14 degC"] == pytest.approx(
-        lmn, abs=1.0
-    )
+    assert result.quality[f"RATIOFAC {ratiofac}: LMN that holds 14 degC"] == pytest.approx(lmn, abs=1.0)
     assert np.mean(result["COOL"][-20:]) == pytest.approx(5.0, abs=0.5)
 
 
@@ -588,9 +584,7 @@ def test_ramp_the_furnace_stays_behind_by_the_slope_over_the_velocity_constant(r
     result = run(ramp.furnace, True)
     # 0.5 K/s * 130 s / (3 K/% * 0.9524 %/K), reached but for what 200 s leave
     assert near(result.quality["furnace, ramp: behind the setpoint at its end"], 22.75, 0.05)
-    assert near(
-        result.quality["furnace, ramp: integral of the absolute error"], 100 / 3 * 130 / 0.9524, 0.03
-    )
+    assert near(result.quality["furnace, ramp: integral of the absolute error"], 100 / 3 * 130 / 0.9524, 0.03)
 
 
 def test_ramp_the_setpoint_runs_through_100_k_in_200_s(run):
@@ -621,10 +615,7 @@ def test_ramp_the_drive_follows_400_calls_23_rpm_behind_with_30_percent_torque(r
 
 def test_ramp_the_drive_trips_on_100_calls_after_0_17_s_and_without_a_ramp_at_once(run):
     steep, none = run(ramp.drive, 100), run(ramp.drive, 0)
-    assert (
-        steep.quality["drive, TH_TZ 100: tripped"] == "yes"
-        and none.quality["drive, TH_TZ 0: tripped"] == "yes"
-    )
+    assert steep.quality["drive, TH_TZ 100: tripped"] == "yes" and none.quality["drive, TH_TZ 0: tripped"] == "yes"
     # 91.6 rpm (1 - exp(-t / 0.1 s)) = 75 rpm; the calls see it 10 ms and half a call sooner
     assert steep.quality["drive, TH_TZ 100: tripped after"] == pytest.approx(0.171, abs=0.025)
     assert none.quality["drive, TH_TZ 0: tripped after"] == pytest.approx(0.0, abs=1e-6)
@@ -719,9 +710,7 @@ def test_figures_3_6_to_3_9_have_their_slopes_and_doglegs(run, number):
         assert pulse[inv] == pytest.approx(expected, abs=1e-9), inv
 
 
-@pytest.mark.parametrize(
-    "number, slopes", [("3-6", (1, 1)), ("3-7", (0.5, 1)), ("3-8", (0.5, 0.5)), ("3-9", (0, 1))]
-)
+@pytest.mark.parametrize("number, slopes", [("3-6", (1, 1)), ("3-7", (0.5, 1)), ("3-8", (0.5, 0.5)), ("3-9", (0, 1))])
 def test_figures_3_6_to_3_9_are_straight_between_the_doglegs(run, number, slopes):
     result = run(sweep, number)
     for low, high, slope in ((-80, -10.5, slopes[0]), (10.5, 80, slopes[1])):
