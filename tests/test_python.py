@@ -303,6 +303,12 @@ def test_a_function_of_a_controllers_input_sees_what_the_controllers_before_it_g
         assert list(result[name]) == [10.0, 11.0, 12.0], name
 
 
+def test_names_of_instances_may_have_dots_and_begin_alike(fmus):
+    plants = [fmus.start("HEATER", name=name, T_START=start) for name, start in (("my", 30.0), ("my.plant", 40.0))]
+    result = plcfmu.simulate([], plants, {}, record="my.TEMP my.plant.TEMP", step=0.1, duration=0.1)
+    assert (result["my.TEMP"][0], result["my.plant.TEMP"][0]) == (30.0, 40.0)
+
+
 def test_a_loop_that_is_not_wired_well_is_refused(fmus):
     controller, furnace = fmus.start("CONT_C"), fmus.start("HEATER")
 
