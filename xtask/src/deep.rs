@@ -131,10 +131,8 @@ mod tests {
 ";
         assert_eq!(
             reports(log),
-            [
-                " Invalid write of size 4\n    at 0x4A: get_real (in /tmp/PUMP0/binaries/linux64/PUMP.so)\n    by 0x4B: \
-              ??? (in /usr/lib/libffi.so)"
-            ]
+            [" Invalid write of size 4\n    at 0x4A: get_real (in /tmp/PUMP0/binaries/linux64/PUMP.so)\n    by 0x4B: \
+              ??? (in /usr/lib/libffi.so)"]
         );
     }
 
