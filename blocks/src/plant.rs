@@ -1,11 +1,11 @@
 //! What a plant is made of: lags, transport delays and the analog input module, for blocks that stand in for a process.
 //!
 //! A plant is a block whose law advances a process by one `CYCLE` in each call, with its inputs held. Everything here
-//! is solved in closed form over the time asked for, not integrated in small steps: one step of a second gives what a
-//! hundred steps of ten milliseconds give, but for the rounding of a 64-bit number.
+//! is solved in closed form, not integrated in small steps: one step of a second gives the same as a hundred steps of
+//! ten milliseconds, apart from the rounding of a 64-bit number.
 //!
-//! `exp` comes from the system's mathematics library, and these differ in the last bits from platform to platform. So
-//! does, therefore, a plant; the same library on the same machine gives the same bits.
+//! `exp` comes from the system's mathematics library, whose last bits differ between platforms. So the last bits of a
+//! plant differ too; the same library on the same machine gives the same bits.
 //!
 //! ```
 //! use blocks::{Law, LReal, plant};
@@ -57,8 +57,8 @@ pub fn seconds(time: Time) -> LReal {
     LReal::from(time.milliseconds().max(0)) / 1000.0
 }
 
-/// `x` within `low` ... `high`; NaN gives `low`. Unlike `f64::clamp` it takes limits that are the wrong way round, and
-/// gives one of them.
+/// `x` within `low` ... `high`; NaN gives `low`. Unlike `f64::clamp` it accepts `low` above `high`, and gives one of
+/// them.
 pub fn limited(x: LReal, low: LReal, high: LReal) -> LReal {
     if x > high {
         high
@@ -69,14 +69,14 @@ pub fn limited(x: LReal, low: LReal, high: LReal) -> LReal {
     }
 }
 
-/// First-order lag: where `value` is after `seconds`, on its way to a `target` that stands still.
+/// First-order lag: where `value` is after `seconds`, on its way to a constant `target`.
 ///
 /// ```text
 /// time_constant * d value / dt = target - value
 /// ```
 ///
-/// A time constant that is not above 0 is no lag: the value is the target at once. A value at its target stays there
-/// to the last bit. In no time (`seconds` not above 0) nothing happens.
+/// Without a time constant above 0 there is no lag: the value is the target at once. A value at its target stays there
+/// to the last bit. If `seconds` is not above 0, nothing happens.
 ///
 /// ```
 /// let value = blocks::plant::lag(0.0, 100.0, 5.0, 10.0);
@@ -97,7 +97,7 @@ pub fn lag(value: LReal, target: LReal, time_constant: LReal, seconds: LReal) ->
 /// time_constants[1] * d values[1] / dt = values[0] - values[1]
 /// ```
 ///
-/// Either may be no lag, as with [`lag`]; equal and nearly equal time constants lose no accuracy.
+/// Either time constant may be 0, as with [`lag`]; equal and nearly equal ones lose no accuracy.
 ///
 /// ```
 /// // From rest, with equal time constants: 1 - (1 + t/T) exp(-t/T).
@@ -122,21 +122,20 @@ pub fn lags(values: [LReal; 2], target: LReal, time_constants: [LReal; 2], secon
     [first_after, second + (target - second) * share(h2) + (first - target) * through]
 }
 
-/// How many time constants pass in `seconds`: infinitely many where there is no lag.
+/// How many time constants pass in `seconds`: infinitely many if there is no lag.
 fn passed(seconds: LReal, time_constant: LReal) -> LReal {
     if time_constant > 0.0 { seconds / time_constant } else { LReal::INFINITY }
 }
 
-/// The share of its way that a lag covers while `passed` time constants pass: 1 - exp(-passed), to the last bits for
-/// small ones too.
+/// The part of the way that a lag covers in `passed` time constants: 1 - exp(-passed), accurate for small ones too.
 fn share(passed: LReal) -> LReal {
     -(-passed).exp_m1()
 }
 
 /// What an analog input module makes of a process value: 0 at `at_0`, 27648 at `at_100`, rounded to the nearest count.
 ///
-/// It saturates: the word never leaves 0 ... 27648. Real modules go on to 118 % before they report an overflow; here
-/// the ends of the range are the ends of the sensor. `at_100` may be below `at_0`; if both are equal the word is 0.
+/// It saturates: the word never leaves 0 ... 27648. Real modules continue to 118 % before they report an overflow; here
+/// the range ends where the sensor's does. `at_100` may be below `at_0`; if both are equal the word is 0.
 ///
 /// ```
 /// assert_eq!(blocks::plant::analog(100.0, 0.0, 400.0).value(), 6912);
@@ -154,9 +153,9 @@ pub fn analog(value: LReal, at_0: LReal, at_100: LReal) -> Word {
 
 /// Transport delay of a signal that is held for a cycle: what goes in comes out `delay` seconds later, exactly.
 ///
-/// A delay that is no multiple of the cycle moves the changes into the cycle: what comes out has then two parts, and
-/// the plant behind it is solved for one after the other. The delay may be tuned from cycle to cycle, from 0 to the
-/// longest that [`Delay::new`] was given; then what is on its way arrives as if the new delay had always been there.
+/// If the delay is not a multiple of the cycle, the output changes within the cycle: it has two parts, and the plant
+/// after it is solved for one part and then the other. The delay may change from cycle to cycle, from 0 to the longest
+/// that [`Delay::new`] was given; then values on their way arrive as if the new delay had always applied.
 ///
 /// ```
 /// use blocks::{Time, plant::Delay};
@@ -180,8 +179,8 @@ impl Delay {
     /// The longest delay in cycles: 8 MB of memory. A longer one is cut to it; [`Delay::check`] says so beforehand.
     pub const LONGEST: u32 = 1_000_000;
 
-    /// A delay line for delays of up to `longest` seconds, rounded up to whole cycles, into which `past` has gone since
-    /// ever. This is the only place where it allocates memory: make it in the restart of a block.
+    /// A delay line for delays of up to `longest` seconds, rounded up to whole cycles, filled with `past`. Only this
+    /// function allocates memory: call it in the restart of a block.
     pub fn new(longest: LReal, cycle: Time, past: LReal) -> Delay {
         let length = (cycles(longest, cycle).ceil() as usize).min(Delay::LONGEST as usize) + 1;
         Delay { line: vec![past; length], next: 0 }

@@ -1,14 +1,14 @@
-//! The invariants in README.md, "What lives where", held by reading the sources. Comments and texts count as well as code
-//! (but for the word unsafe): what a file must not know it does not mention either.
+//! The invariants in the layout table of README.md, checked by reading the sources. Comments and strings count as code does
+//! (except for the word unsafe): what a file must not know it does not mention either.
 //!
-//! Every finding is `file:line what`, and below them stands what to do.
+//! Each finding is one line, `file:line contains "what"`; below the findings follows what to do.
 
 use cargo_metadata::MetadataCommand;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What users get and what makes it; `tests` and `examples` use it.
+/// The product; `tests` and `examples` use it.
 const PRODUCT: [&str; 5] = ["blocks", "fmu", "modeldescription", "plcfmu", "xtask"];
 
 const MOST_LINES_OF_A_FILE: usize = 900;
@@ -21,11 +21,10 @@ const THIS_FILE: &str = "tests/rust/invariants.rs";
 
 #[test]
 fn blocks_know_nothing_of_fmi_xml_files_or_logging() {
-    let strangers =
-        ["fmi", "xml", "std::fs", "std::io", "std::net", "std::env", "println!", "dbg!", "log::", "tracing"];
-    none(
-        &find(&source_files("blocks/src"), |line| first_of(&strangers, &line.to_lowercase())),
-        "a block is usable from any Rust program: what belongs to FMUs goes to fmu/, XML to modeldescription/",
+    let foreign = ["fmi", "xml", "std::fs", "std::io", "std::net", "std::env", "println!", "dbg!", "log::", "tracing"];
+    assert_none(
+        &find(&source_files("blocks/src"), |line| first_of(&foreign, &line.to_lowercase())),
+        "any Rust program can use a block: what belongs to FMUs goes to fmu/, XML to modeldescription/",
     );
 }
 
@@ -54,7 +53,7 @@ fn crates_depend_on_each_other_one_way() {
             }
         }
     }
-    none(
+    assert_none(
         &findings,
         "dependencies run one way: blocks <- fmu <- fmu/libraries and examples; blocks <- modeldescription <- plcfmu <- \
          xtask; and blocks has none at all",
@@ -63,25 +62,26 @@ fn crates_depend_on_each_other_one_way() {
 
 #[test]
 fn no_code_but_that_of_the_blocks_names_a_block() {
-    let names = block_names();
+    let names: BTreeSet<String> =
+        block_names().into_iter().flat_map(|(block, name)| [block, name.to_lowercase(), name]).collect();
     let mut files = Vec::new();
     for folder in ["fmu/src", "modeldescription", "plcfmu", "xtask"] {
         // The Python package is documented with blocks.
         files.extend(source_files(folder).into_iter().filter(|file| !file.starts_with("plcfmu/python/")));
     }
-    none(
+    assert_none(
         &find(&files, |line| words(line).find(|word| names.contains(*word)).map(str::to_string)),
         "fmu, modeldescription, plcfmu and xtask work for any block: say it without a block's name, PUMP for example",
     );
 }
 
 #[test]
-fn the_letters_fmi2_occur_only_in_the_rooms_of_fmi_2_0() {
-    let rooms =
+fn only_the_code_for_fmi_2_0_names_fmi2() {
+    let allowed =
         ["fmu/src/v2/", "modeldescription/src/v2/", "plcfmu/src/host/", "plcfmu/python/", "modeldescription/tests/"];
-    none(
-        &find(&outside(&rooms, &product_files()), |line| first_of(&["fmi2"], &line.to_lowercase())),
-        "what is true of FMI 2.0 alone goes to fmu/src/v2, modeldescription/src/v2 or plcfmu/src/host",
+    assert_none(
+        &find(&outside(&allowed, &product_files()), |line| first_of(&["fmi2"], &line.to_lowercase())),
+        "what holds for FMI 2.0 only goes to fmu/src/v2, modeldescription/src/v2 or plcfmu/src/host",
     );
 }
 
@@ -89,18 +89,18 @@ fn the_letters_fmi2_occur_only_in_the_rooms_of_fmi_2_0() {
 fn the_core_of_fmu_knows_no_fmi() {
     let is_core = |file: &String| file.matches('/').count() == 2 && file != "fmu/src/lib.rs";
     let core: Vec<String> = source_files("fmu/src").into_iter().filter(is_core).collect();
-    none(
+    assert_none(
         &find(&core, |line| first_of(&["fmi", "v2"], &line.to_lowercase())),
-        "the core does what a PLC does; what is FMI's goes to fmu/src/v2, which uses the core and not the other way round",
+        "the core does what a PLC does and knows no FMI version: move it to fmu/src/v2, which uses the core",
     );
 }
 
 #[test]
 fn unsafe_code_stands_only_at_the_c_interface() {
-    let rooms = ["fmu/src/v2/ffi.rs", "plcfmu/src/host/", "tests/"];
+    let allowed = ["fmu/src/v2/ffi.rs", "plcfmu/src/host/", "tests/"];
     let rust: Vec<String> = all_files().into_iter().filter(|file| file.ends_with(".rs")).collect();
-    none(
-        &find(&outside(&rooms, &rust), |line| first_of(&["unsafe"], line.split("//").next().unwrap_or(""))),
+    assert_none(
+        &find(&outside(&allowed, &rust), |line| first_of(&["unsafe"], line.split("//").next().unwrap_or(""))),
         "unsafe code goes to fmu/src/v2/ffi.rs on the side of the FMU, to plcfmu/src/host on the side of the host",
     );
 }
@@ -115,7 +115,20 @@ fn the_library_of_an_fmu_is_one_line() {
             findings.push(format!("{file}:1 has other code than one line fmu::export!(blocks::NAME);"));
         }
     }
-    none(&findings, "a block's code goes to blocks/src, what all FMUs share to fmu/src");
+    assert_none(&findings, "a block's code goes to blocks/src, what all FMUs share to fmu/src");
+}
+
+#[test]
+fn every_block_has_a_library() {
+    let libraries: String = source_files("fmu/libraries").iter().map(|file| read(file)).collect();
+    let missing = |(block, _): &&(String, String)| !libraries.contains(&format!("fmu::export!(blocks::{block});"));
+    let blocks = block_names();
+    let findings: Vec<String> = blocks
+        .iter()
+        .filter(missing)
+        .map(|(block, name)| format!("blocks/src has {block}, which makes {name}"))
+        .collect();
+    assert_none(&findings, "add a crate to fmu/libraries, see blocks/README.md");
 }
 
 #[test]
@@ -137,7 +150,7 @@ fn files_and_functions_are_short() {
             }
         }
     }
-    none(
+    assert_none(
         &findings,
         &format!("split it: files have at most {MOST_LINES_OF_A_FILE} lines, functions {MOST_LINES_OF_A_FUNCTION}"),
     );
@@ -166,7 +179,7 @@ fn the_readme_is_short() {
 #[test]
 fn modules_are_found_by_their_place_and_nothing_outside_the_repository_is_named() {
     let all: Vec<String> = all_files();
-    none(
+    assert_none(
         &find(&all, |line| first_of(&["#[path", "../shared"], line)),
         "use a crate instead of a #[path] attribute; and copy what is needed into the repository",
     );
@@ -177,7 +190,7 @@ fn examples_are_made_with_what_any_user_has() {
     let in_examples: BTreeSet<String> = python_modules("examples");
     let ours: BTreeSet<String> = python_modules("tests").difference(&in_examples).cloned().collect();
     let examples: Vec<String> = source_files("examples").into_iter().filter(|file| file.ends_with(".py")).collect();
-    none(
+    assert_none(
         &find(&examples, |line| {
             let import = line.trim_start().strip_prefix("import ").or(line.trim_start().strip_prefix("from "))?;
             words(import).next().filter(|module| *module == "tests" || ours.contains(*module)).map(str::to_string)
@@ -188,13 +201,13 @@ fn examples_are_made_with_what_any_user_has() {
 
 // How the sources are read
 
-/// Fails with all findings.
+/// Fails with all findings, and what to do about them.
 #[track_caller]
-fn none(findings: &[String], remedy: &str) {
+fn assert_none(findings: &[String], remedy: &str) {
     assert!(findings.is_empty(), "\n{}\n{remedy}\n", findings.join("\n"));
 }
 
-/// `file:line contains "what"` for each line of which `what` tells what it contains.
+/// `file:line contains "what"` for each line for which `what` returns something.
 fn find(files: &[String], what: impl Fn(&str) -> Option<String>) -> Vec<String> {
     let mut findings = Vec::new();
     for file in files.iter().filter(|file| *file != THIS_FILE) {
@@ -221,20 +234,16 @@ fn begins_function(line: &str) -> bool {
     line.split_once("fn ").is_some_and(|(before, _)| before.split_whitespace().all(qualifies))
 }
 
-/// What the blocks are called: CONT_C, ContC, cont_c.
-fn block_names() -> BTreeSet<String> {
-    let mut names = BTreeSet::new();
+/// What the blocks are called in Rust and by their vendors: `ContC` and `CONT_C`.
+fn block_names() -> Vec<(String, String)> {
+    let mut names = Vec::new();
     for file in outside(&["blocks/src/table/"], &source_files("blocks/src")) {
         for line in read(&file).lines() {
-            let Some((name, rest)) = line.trim().strip_prefix("pub struct ").and_then(|line| line.split_once(" as \""))
-            else {
-                continue;
-            };
-            let block = rest.split('"').next().unwrap();
-            names.extend([name.to_string(), block.to_string(), block.to_lowercase()]);
+            let block = line.trim().strip_prefix("pub struct ").and_then(|line| line.split_once(" as \""));
+            names.extend(block.map(|(block, rest)| (block.to_string(), rest.split('"').next().unwrap().to_string())));
         }
     }
-    assert!(names.len() >= 6, "blocks/src has no blocks, or they are written in another way: {names:?}");
+    assert!(names.len() >= 5, "blocks/src has no blocks, or they are declared in another way: {names:?}");
     names
 }
 
@@ -244,20 +253,20 @@ fn python_modules(folder: &str) -> BTreeSet<String> {
     modules.filter(|module| !module.contains('/')).map(str::to_string).collect()
 }
 
-fn outside(rooms: &[&str], files: &[String]) -> Vec<String> {
-    files.iter().filter(|file| !rooms.iter().any(|room| file.starts_with(room))).cloned().collect()
+fn outside(folders: &[&str], files: &[String]) -> Vec<String> {
+    files.iter().filter(|file| !folders.iter().any(|folder| file.starts_with(folder))).cloned().collect()
 }
 
 fn product_files() -> Vec<String> {
     PRODUCT.iter().flat_map(|folder| source_files(folder)).collect()
 }
 
-/// All text files of the repository that people write.
+/// All text files of the repository that are written by hand.
 fn all_files() -> Vec<String> {
     source_files("")
 }
 
-/// Those below one folder, as paths from the repository's own, with `/`.
+/// The text files below one folder, as paths from the root of the repository, with `/`.
 fn source_files(folder: &str) -> Vec<String> {
     let mut files = Vec::new();
     collect(&root().join(folder), &mut files);
@@ -273,7 +282,7 @@ fn collect(folder: &Path, files: &mut Vec<String>) {
         let name = path.file_name().unwrap().to_string_lossy();
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         if path.is_dir() {
-            // What is built or kept by tools: target, .git, __pycache__, and the fuzzer's corpus.
+            // Not what is built or kept by tools: target, .git, __pycache__, the fuzzer's corpus.
             if !matches!(&*name, "target" | "__pycache__" | "corpus")
                 && (!name.starts_with('.') || matches!(&*name, ".cargo" | ".ci"))
             {

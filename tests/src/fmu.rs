@@ -122,8 +122,7 @@ fn build(crates: &[FmuCrate]) -> BTreeMap<String, PathBuf> {
     compile(&WORKSPACE, crates, &platform).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The library of a package that is no FMU, such as one that a benchmark compares with; found or built as those of FMUs
-/// are.
+/// The library of a package that is not an FMU, for example the reference of a benchmark.
 ///
 /// # Panics
 /// It does not build.

@@ -1,6 +1,6 @@
-//! The macro that makes a block of its table.
+//! The macro that makes a block from its table.
 
-/// Makes a block of its table: the struct, its start values, the table as data and the access by row number.
+/// Makes a block from its table: the struct, its start values, the table as data and the access by row number.
 ///
 /// ```text
 /// block! {
@@ -22,8 +22,8 @@
 ///
 /// The sections of variables may be repeated and stand in any order, so that the rows can keep the order of an instance
 /// data block; start, `min`, `max` and `unit` may be left out. A table has one `cycle` row. `mean`, `instances` and
-/// `memory` may be left out. Of an instance, `wired` names the terminals that the law connects: they become locals;
-/// settings and open inputs become tunable parameters, outputs locals.
+/// `memory` may be left out. In an instance, `wired` names the terminals that the law connects: they become locals;
+/// settings and unconnected inputs become tunable parameters, outputs become locals.
 #[macro_export]
 macro_rules! block {
     (
@@ -103,7 +103,7 @@ macro_rules! block {
         }
 
         impl $Block {
-            /// Outputs, locals and memory back to 0 / FALSE; the blocks inside are left alone.
+            /// Sets outputs, locals and memory to 0 / FALSE; does not touch the inner blocks.
             pub fn clear(&mut self) {
                 $($( $crate::block!(@clear $section self.$name); )*)*
                 $( self.$mean = 0.0; )?

@@ -3,7 +3,7 @@
 use crate::table::{Access, DEPTH, Kind, Role, Row, Table, Value};
 
 impl Table {
-    /// How many rows the block has inside another: all but the mean, which belongs to a communication step.
+    /// How many rows an inner block has: all but the mean, which belongs to a communication step.
     #[doc(hidden)]
     pub const fn inner(&self) -> usize {
         self.rows.len() - self.mean.is_some() as usize
@@ -67,7 +67,7 @@ pub const fn access<const N: usize>(rows: &[Row; N]) -> [Access; N] {
     access
 }
 
-/// Copies the rows of a block inside another, with their place, role and start there.
+/// Copies the rows of an inner block, with their place, role and start in the outer one.
 #[doc(hidden)]
 pub const fn nest(
     instance: &'static str,
