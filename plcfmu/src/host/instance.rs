@@ -290,7 +290,7 @@ impl Instance {
         self.check(function, status)
     }
 
-    /// What the FMU has logged since the last time, the latest [`MOST_MESSAGES`] of it.
+    /// What the FMU has logged since the last time; the latest 100 messages, if there were more.
     pub fn take_messages(&mut self) -> Vec<Message> {
         self.messages.take()
     }

@@ -129,6 +129,10 @@ fn outputs_of_the_plant_are_recorded_as_the_controller_reads_them() {
     assert_eq!(before(&system(&LOOP, &[])), ["P.TEMP", "P.T_PER"]);
     // Nothing reads the plant.
     assert_eq!(before(&system(&LOOP[..1], &[])), [""; 0]);
+    // An FMU that is connected to itself reads what it was before its step.
+    assert_eq!(before(&system(&["C.LMN=C.SP"], &[])), ["C.LMN", "C.HIGH"]);
+    // Each output of one FMU as its own readers see it.
+    assert_eq!(before(&system(&["C.LMN=P.POWER", "C.HIGH=C.ON"], &[])), ["C.HIGH"]);
     // In parallel all outputs are read before the steps.
     let parallel = System { exchange: Exchange::Parallel, ..system(&LOOP, &[]) };
     assert_eq!(before(&parallel), ["C.LMN", "C.HIGH", "P.TEMP", "P.T_PER"]);
