@@ -1,0 +1,42 @@
+//! The command `plcfmu`.
+
+mod commands;
+
+use clap::{Parser, Subcommand};
+use commands::{build, new};
+use std::process::ExitCode;
+
+/// Makes FMUs of PLC blocks, looks into FMUs, and runs them.
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Make a crate for a block of your own
+    ///
+    /// The crate builds as it stands: it comes with the sources that it needs.
+    New(new::Options),
+    /// Build, pack and check the FMUs of the current crate or workspace
+    ///
+    /// Links Linux libraries against an old glibc where zig and cargo-zigbuild are found: in target/venv, in the active Python
+    /// environment, on PATH, or in the environment of python3.
+    Build(build::Options),
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::New(options) => new::run(&options),
+        Command::Build(options) => build::run(&options),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
