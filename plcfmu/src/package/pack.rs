@@ -117,7 +117,10 @@ fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
 }
 
 /// The crates that are asked for: those of `-p` by their exact names, the others in any case and with `-` or `_`.
-fn select(workspace: &Workspace, options: &Options) -> Result<Vec<FmuCrate>> {
+///
+/// # Errors
+/// There is no such crate.
+pub fn select(workspace: &Workspace, options: &Options) -> Result<Vec<FmuCrate>> {
     const WHAT: &str = "an FMU is made by a package with a cdylib that depends on fmu";
     if workspace.crates.is_empty() {
         bail!("there is no FMU in {}: {WHAT}; 'plcfmu new NAME' makes one", workspace.root.display());
