@@ -1,6 +1,6 @@
 //! What cargo knows of the workspace: where things are, and which of its packages make FMUs.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use cargo_metadata::{CrateType, DependencyKind, Metadata, MetadataCommand, Package};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -35,8 +35,13 @@ impl Workspace {
     /// # Errors
     /// What cargo says if it cannot read the workspace.
     pub fn find() -> Result<Workspace> {
-        let mut command = MetadataCommand::new();
-        Ok(Workspace::of(&command.no_deps().exec().context("cargo cannot read this folder's package")?))
+        let metadata = MetadataCommand::new().no_deps().exec().map_err(|error| match error {
+            cargo_metadata::Error::CargoMetadata { stderr } => {
+                anyhow!("{}", stderr.trim().trim_start_matches("error: "))
+            }
+            error => anyhow!(error),
+        });
+        Ok(Workspace::of(&metadata.context("cargo cannot read the package of this folder")?))
     }
 
     fn of(metadata: &Metadata) -> Workspace {

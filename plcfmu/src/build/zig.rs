@@ -13,6 +13,9 @@ print(sysconfig.get_path('scripts', os.name + '_user'))
 print('ziglang' if importlib.util.find_spec('ziglang') else 'no ziglang')
 ";
 
+/// The interpreter in a Python environment.
+const VENV_PYTHON: &str = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
+
 /// cargo-zigbuild with the zig that it is to call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Zig {
@@ -32,12 +35,11 @@ impl Zig {
     /// Looks into the Python environment `venv` below `target` first, then into an active one, then on PATH, then into that
     /// of the `python3` on PATH. Both programs may come from different places.
     pub fn find(target: &Path) -> Option<Zig> {
-        let venv = if cfg!(windows) { "venv/Scripts/python.exe" } else { "venv/bin/python" };
-        let own = Some(target.join(venv)).filter(|python| python.is_file());
-        let active = env::var_os("VIRTUAL_ENV").map(|_| "python".into());
+        let own = Some(target.join("venv").join(VENV_PYTHON)).filter(|python| python.is_file());
+        let active = env::var_os("VIRTUAL_ENV").map(|folder| PathBuf::from(folder).join(VENV_PYTHON));
         let offers = [
             own.and_then(|python| in_python(&python)),
-            active.and_then(|python: PathBuf| in_python(&python)),
+            active.and_then(|python| in_python(&python)),
             Some(on_path()),
             in_python(Path::new(if cfg!(windows) { "python" } else { "python3" })),
         ];

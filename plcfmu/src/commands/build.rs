@@ -7,6 +7,7 @@ use plcfmu::package::pack;
 
 /// What to build.
 #[derive(clap::Args, Debug)]
+#[group(skip)] // clap names a group after the type, and the packer's has the same name
 pub struct Options {
     #[command(flatten)]
     pack: pack::Options,

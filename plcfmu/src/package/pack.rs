@@ -74,7 +74,8 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
         all.push(Built { fmu_crate, interface, libraries: vec![(host, library)] });
     }
     all.sort_by(|a, b| a.interface.name.cmp(&b.interface.name));
-    check_names(&all)?;
+    let made: Vec<_> = all.iter().map(|built| (built.fmu_crate.name.as_str(), built.interface.name.as_str())).collect();
+    check_names(&made)?;
     let progress = Progress::bar(all.len());
     for built in &all {
         let name = &built.interface.name;
@@ -154,16 +155,11 @@ fn is_same(a: &str, b: &str) -> bool {
     a.replace('-', "_").eq_ignore_ascii_case(&b.replace('-', "_"))
 }
 
-/// Checks that no two crates make the same file.
-fn check_names(all: &[Built]) -> Result<()> {
-    for (place, built) in all.iter().enumerate() {
-        let name = &built.interface.name;
-        if let Some(other) = all[..place].iter().find(|other| is_same(&other.interface.name, name)) {
-            bail!(
-                "the packages {} and {} both make {name}.fmu: give one of the blocks another name",
-                other.fmu_crate.name,
-                built.fmu_crate.name
-            );
+/// Checks that no two packages make the same file; `made` is each package with its FMU.
+fn check_names(made: &[(&str, &str)]) -> Result<()> {
+    for (place, (package, fmu)) in made.iter().enumerate() {
+        if let Some((other, _)) = made[..place].iter().find(|(_, other)| is_same(other, fmu)) {
+            bail!("the packages {other} and {package} both make {fmu}.fmu: give one of the blocks another name");
         }
     }
     Ok(())
@@ -273,16 +269,6 @@ mod tests {
         Ok(crates.into_iter().map(|fmu_crate| fmu_crate.name).collect())
     }
 
-    fn built(package: &str, name: &str) -> Built {
-        let json = format!(
-            r#"{{"name":"{name}","docs":"x","guid":"{{1}}","cycle":0,"variables":[{{"name":"CYCLE","description":"x",
-            "kind":"Time","role":"Cycle","start":1.0,"min":0.001,"max":null,"fmu_crate":null}}],
-            "response":{{"title":"x","calls":3,"set":[],"show":[]}}}}"#
-        );
-        let interface = Interface::parse(&json).unwrap();
-        Built { fmu_crate: fmu_crate(package, false), interface, libraries: Vec::new() }
-    }
-
     #[test]
     fn all_fmus_are_packed_but_those_for_tests() {
         assert_eq!(selected(&[], &[]).unwrap(), ["my-pump", "valve"]);
@@ -328,9 +314,9 @@ mod tests {
 
     #[test]
     fn two_packages_cannot_make_one_fmu() {
-        check_names(&[built("a", "PUMP"), built("b", "VALVE")]).unwrap();
+        check_names(&[("a", "PUMP"), ("b", "VALVE")]).unwrap();
         assert_eq!(
-            check_names(&[built("a", "PUMP"), built("b", "Pump")]).unwrap_err().to_string(),
+            check_names(&[("a", "PUMP"), ("b", "Pump")]).unwrap_err().to_string(),
             "the packages a and b both make Pump.fmu: give one of the blocks another name"
         );
     }
