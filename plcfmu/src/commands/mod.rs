@@ -1,7 +1,9 @@
 //! The commands of `plcfmu`, a module each: what the user asks for, and what is printed.
 
+pub mod build;
 pub mod check;
 pub mod info;
+pub mod new;
 pub mod run;
 
 use crate::package::binary::Binary;

@@ -8,7 +8,7 @@ use crate::package::temporary;
 use crate::page::picture;
 use crate::page::plot::{self, Chart, Curve, Panel};
 use crate::progress::Progress;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, bail};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};

@@ -79,7 +79,8 @@ impl Binary {
     }
 }
 
-fn version(text: &str) -> Vec<u32> {
+/// A version such as `2.17`, to compare: 2.4 is older than 2.17.
+pub(crate) fn version(text: &str) -> Vec<u32> {
     text.split('.').map(|part| part.parse().unwrap_or(u32::MAX)).collect()
 }
 

@@ -1,7 +1,7 @@
 //! Checks an FMU's file: how it is packed, its model description and its libraries; and, on request, the library of this
 //! machine at work. Nothing is printed here.
 
-use crate::build::compile::{GLIBC, Linkage, Platform};
+use crate::build::compile::GLIBC;
 use crate::host::fmu::Fmu;
 use crate::host::instance::{Instance, Type};
 use crate::host::library::FUNCTIONS;
@@ -76,18 +76,19 @@ fn contradiction(variable: &Variable) -> String {
     format!("variable {name:?}: causality = {causality} and variability = {variability} are not allowed together")
 }
 
-/// Checks an FMU that was just packed: everything that its users rely on.
+/// Checks an FMU that was just packed: everything that its users rely on. If it is to be portable, its Linux libraries need
+/// glibc [`GLIBC`] at most.
 ///
 /// # Errors
 /// What is wrong.
-pub fn packed(path: &Path, description: &ModelDescription, platform: &Platform) -> Result<()> {
+pub fn packed(path: &Path, description: &ModelDescription, is_portable: bool) -> Result<()> {
     let mut package = Package::open(path)?;
     ensure!(package.description == *description, "{DESCRIPTION} does not read back as it was written");
     let report = check(&mut package);
     ensure!(report.errors.is_empty(), report.errors.join("; "));
     ensure!(report.remarks.is_empty(), "{DESCRIPTION}: {}", report.remarks.join("; "));
     for (file, binary) in &report.libraries {
-        let portable = || if platform.linkage == Linkage::Portable { binary.check_portable(GLIBC) } else { Ok(()) };
+        let portable = || if is_portable { binary.check_portable(GLIBC) } else { Ok(()) };
         binary.check_functions(FUNCTIONS).and_then(|()| portable()).with_context(|| file.path.clone())?;
     }
     run(&mut package, path.parent().unwrap_or(Path::new(".")))
