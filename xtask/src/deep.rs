@@ -97,16 +97,14 @@ mod tests {
 ==7==    by 0x49: ??? (in /venv/lib/etree.so)
 ==7==
 ==7== Invalid write of size 4
-==7==    at 0x4A: fmi2GetReal (in /tmp/HLG0/binaries/linux64/HLG.so)
+==7==    at 0x4A: ??? (in /tmp/PUMP0/binaries/linux64/PUMP.so)
 ==7==    by 0x4B: ??? (in /usr/lib/libffi.so)
 ==7==
 ";
         assert_eq!(
             reports(log),
-            [
-                " Invalid write of size 4\n    at 0x4A: fmi2GetReal (in /tmp/HLG0/binaries/linux64/HLG.so)\n    by 0x4B: \
-              ??? (in /usr/lib/libffi.so)"
-            ]
+            [" Invalid write of size 4\n    at 0x4A: ??? (in /tmp/PUMP0/binaries/linux64/PUMP.so)\n    by 0x4B: \
+              ??? (in /usr/lib/libffi.so)"]
         );
     }
 }
