@@ -97,13 +97,13 @@ mod tests {
 ==7==    by 0x49: ??? (in /venv/lib/etree.so)
 ==7==
 ==7== Invalid write of size 4
-==7==    at 0x4A: get_real (in /tmp/PUMP0/binaries/linux64/PUMP.so)
+==7==    at 0x4A: ??? (in /tmp/PUMP0/binaries/linux64/PUMP.so)
 ==7==    by 0x4B: ??? (in /usr/lib/libffi.so)
 ==7==
 ";
         assert_eq!(
             reports(log),
-            [" Invalid write of size 4\n    at 0x4A: get_real (in /tmp/PUMP0/binaries/linux64/PUMP.so)\n    by 0x4B: \
+            [" Invalid write of size 4\n    at 0x4A: ??? (in /tmp/PUMP0/binaries/linux64/PUMP.so)\n    by 0x4B: \
               ??? (in /usr/lib/libffi.so)"]
         );
     }

@@ -130,8 +130,8 @@ impl Environment {
 
 /// The last of pip's errors, which says what it comes to.
 fn reason(output: &str) -> &str {
-    let errors = output.lines().filter_map(|line| line.trim().strip_prefix("ERROR: "));
-    errors.last().or(output.lines().last()).unwrap_or_default()
+    let mut errors = output.lines().filter_map(|line| line.trim().strip_prefix("ERROR: "));
+    errors.next_back().or(output.lines().last()).unwrap_or_default()
 }
 
 /// The first Python that is new enough: that of the variable PYTHON if it is set, else one on PATH.

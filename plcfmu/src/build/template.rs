@@ -29,66 +29,11 @@ const CRATE: [(&str, &str); 4] = [
 ];
 
 /// Names that a crate cannot have: Rust's keywords, Rust's own crates, and those that the new crate depends on.
-const RESERVED: &[&str] = &[
-    "abstract",
-    "alloc",
-    "as",
-    "async",
-    "await",
-    "become",
-    "blocks",
-    "box",
-    "break",
-    "const",
-    "continue",
-    "core",
-    "crate",
-    "do",
-    "dyn",
-    "else",
-    "enum",
-    "extern",
-    "false",
-    "final",
-    "fmu",
-    "fn",
-    "for",
-    "gen",
-    "if",
-    "impl",
-    "in",
-    "let",
-    "loop",
-    "macro",
-    "match",
-    "mod",
-    "move",
-    "mut",
-    "override",
-    "priv",
-    "proc_macro",
-    "pub",
-    "ref",
-    "return",
-    "self",
-    "static",
-    "std",
-    "struct",
-    "super",
-    "test",
-    "trait",
-    "true",
-    "try",
-    "type",
-    "typeof",
-    "unsafe",
-    "unsized",
-    "use",
-    "virtual",
-    "where",
-    "while",
-    "yield",
-];
+const RESERVED: &str = "
+    abstract alloc as async await become blocks box break const continue core crate do dyn else enum extern
+    false final fmu fn for gen if impl in let loop macro match mod move mut override priv proc_macro pub ref
+    return self static std struct super test trait true try type typeof unsafe unsized use virtual where while
+    yield";
 
 /// The longest name of a crate, in characters.
 const LONGEST_NAME: usize = 64;
@@ -121,7 +66,7 @@ impl Names {
             );
         }
         let identifier = package.replace('-', "_");
-        if RESERVED.contains(&identifier.as_str()) {
+        if RESERVED.split_whitespace().any(|reserved| reserved == identifier) {
             bail!(
                 "{package:?} cannot be the name of a crate: Rust or plcfmu uses it; choose another, such as my_{identifier}"
             );

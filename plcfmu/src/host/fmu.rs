@@ -106,7 +106,7 @@ fn uri(folder: &Path) -> String {
 mod tests {
     use super::*;
     use crate::package::{DESCRIPTION, archive};
-    use modeldescription::v2::ModelExchange;
+    use modeldescription::v2::{CoSimulation, ModelExchange};
     use std::io::Cursor;
 
     /// What is said about an FMU with this description and this file as its library.

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 /// What to pack, and how.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
-    /// FMUs to pack, by the names of their packages, such as CONT_C for cont_c; all of the workspace if none is given
+    /// FMUs to pack, by the names of their packages, such as PUMP for pump; all of the workspace if none is given
     #[arg(value_name = "NAME")]
     pub names: Vec<String>,
     /// Packages to pack, also those that are for tests only
