@@ -9,7 +9,7 @@ use plcfmu::package::temporary;
 use plcfmu::page::picture;
 use plcfmu::progress::Progress;
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, StdoutLock, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Instant;
@@ -151,13 +151,7 @@ pub fn run(options: &Options) -> Result<()> {
 
     let mut lines = vec![summary(&simulation, took)];
     if to_stdout {
-        let mut stdout = BufWriter::new(io::stdout().lock());
-        let written = recording.write_csv(&mut stdout).and_then(|()| stdout.flush());
-        // Whoever reads may stop when it has enough, as `head` does.
-        match written {
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {}
-            other => other.context("standard output")?,
-        }
+        print(|to| recording.write_csv(to))?;
     } else if let Some(file) = &options.out {
         write(file, |to| Ok(recording.write_csv(to)?))?;
         let (rows, columns) = (recording.times.len(), recording.columns.len());
@@ -173,11 +167,19 @@ pub fn run(options: &Options) -> Result<()> {
     lines.extend(last_row(&recording));
     let text = lines.join("\n");
     if to_stdout {
-        eprintln!("{text}")
-    } else {
-        println!("{text}")
+        eprintln!("{text}");
+        return Ok(());
     }
-    Ok(())
+    print(|to| writeln!(to, "{text}"))
+}
+
+/// Writes to standard output. Whoever reads may stop when it has enough, as `head` does.
+fn print(content: impl FnOnce(&mut BufWriter<StdoutLock>) -> io::Result<()>) -> Result<()> {
+    let mut stdout = BufWriter::new(io::stdout().lock());
+    match content(&mut stdout).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.context("standard output"),
+    }
 }
 
 fn system(options: &Options) -> System {
