@@ -10,7 +10,7 @@ use crate::page::plot::{self, Chart, Curve, Panel};
 use crate::progress::Progress;
 use anyhow::{Context, Error, Result, bail};
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, StdoutLock, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Instant;
@@ -148,13 +148,7 @@ pub fn run(options: &Options) -> Result<()> {
 
     let mut lines = vec![summary(&simulation, took)];
     if to_stdout {
-        let mut stdout = BufWriter::new(io::stdout().lock());
-        let written = recording.write_csv(&mut stdout).and_then(|()| stdout.flush());
-        // Whoever reads may stop when it has enough, as `head` does.
-        match written {
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {}
-            other => other.context("standard output")?,
-        }
+        print(|to| recording.write_csv(to))?;
     } else if let Some(file) = &options.out {
         write(file, |to| Ok(recording.write_csv(to)?))?;
         let (rows, columns) = (recording.times.len(), recording.columns.len());
@@ -162,7 +156,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
     if let (Some(file), Some(is_svg)) = (&options.plot, is_svg) {
         let names: Vec<_> = options.fmus.iter().map(|fmu| fmu.name.as_str()).collect();
-        let picture = draw(&recording, names.join(", "), is_svg)?;
+        let picture = draw(&recording, names.join(", "), simulation.plan.time(steps), is_svg)?;
         write(file, |to| Ok(to.write_all(&picture)?))?;
         lines.push(file.display().to_string());
     }
@@ -170,11 +164,19 @@ pub fn run(options: &Options) -> Result<()> {
     lines.extend(last_row(&recording));
     let text = lines.join("\n");
     if to_stdout {
-        eprintln!("{text}")
-    } else {
-        println!("{text}")
+        eprintln!("{text}");
+        return Ok(());
     }
-    Ok(())
+    print(|to| writeln!(to, "{text}"))
+}
+
+/// Writes to standard output. Whoever reads may stop when it has enough, as `head` does.
+fn print(content: impl FnOnce(&mut BufWriter<StdoutLock>) -> io::Result<()>) -> Result<()> {
+    let mut stdout = BufWriter::new(io::stdout().lock());
+    match content(&mut stdout).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.context("standard output"),
+    }
 }
 
 fn system(options: &Options) -> System {
@@ -247,26 +249,31 @@ fn is_svg(file: &Path) -> Result<bool> {
     }
 }
 
-/// Draws the recording: Reals of one unit share a panel, as do Integers; a Boolean has a lane.
-fn draw(recording: &Recording, title: String, is_svg: bool) -> Result<Vec<u8>> {
+/// Draws the recording: Reals of one unit share a panel, as do Integers; a Boolean has a lane. The last row is held until
+/// `end`, the end of its step.
+fn draw(recording: &Recording, title: String, end: f64, is_svg: bool) -> Result<Vec<u8>> {
     let mut panels: Vec<((Type, Option<&str>), Panel)> = Vec::new();
     let mut lanes = Vec::new();
     for (place, column) in recording.columns.iter().enumerate() {
-        let values: Vec<f64> = recording.column(place).collect();
+        let values: Vec<f64> = recording.column(place).chain(recording.column(place).last()).collect();
         let curve = Curve { name: column.name.clone(), values, is_input: column.is_input };
         if column.kind == Type::Boolean {
             lanes.push(curve);
             continue;
         }
         let key = (column.kind, column.unit.as_deref());
-        let label = column.unit.clone().unwrap_or_else(|| column.kind.name().into());
+        let label = match column.kind {
+            Type::Real => column.unit.clone().unwrap_or_default(),
+            other => other.name().into(),
+        };
         match panels.iter_mut().find(|(of, _)| *of == key) {
             Some((_, panel)) => panel.curves.push(curve),
             None => panels.push((key, Panel { label, curves: vec![curve] })),
         }
     }
     let panels = panels.into_iter().map(|(_, panel)| panel).collect();
-    let chart = Chart { title, time: recording.times.clone(), panels, lanes };
+    let time = recording.times.iter().copied().chain([end]).collect();
+    let chart = Chart { title, time, panels, lanes };
     let svg = plot::svg(&chart)?;
     if is_svg { Ok(svg.into_bytes()) } else { picture::png(&svg) }
 }
