@@ -145,7 +145,8 @@ def main():
     folder, out = plcfmu.arguments(__doc__)
     with plcfmu.Fmus(folder) as fmus:
         print(
-            f"Cascade, temperature over flow: GAIN {GAIN:.3f} l/min/K, TI {TI:.1f} s; flow I controller, {FLOW_LAMBDA:.0f} s"
+            f"Cascade, temperature over flow: GAIN {GAIN:.3f} l/min/K, TI {TI:.1f} s; "
+            f"flow I controller, {FLOW_LAMBDA:.0f} s"
         )
         cascade, single = run(fmus, True), run(fmus, False)
         print(cascade.quality)

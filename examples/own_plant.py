@@ -1,6 +1,7 @@
 """Your own plant in the loop: CONT_C with any FMI 2.0 co-simulation FMU.
 
-Put the path of your FMU in place of "HEATER", and the names of its manipulated and process value in place of POWER and TEMP.
+Put the path of your FMU in place of "HEATER", and the names of its manipulated and process value in place of POWER and
+TEMP.
 
 The settings are SIMC's for the furnace: lags of 120 s and 20 s, delay of 5 s, gain of 3 K/%; LAMBDA = 30 s.
 """

@@ -1,5 +1,5 @@
-"""Fixtures. `fmu` is every FMU that `cargo xtask fmu` has made, one after the other, so a new block is tested as soon as its FMU
-is there. `open_fmu(NAME)` is a certain one."""
+"""Fixtures. `fmu` is every FMU that `cargo xtask fmu` has made, one after the other, so a new block is tested as soon as
+its FMU is there. `open_fmu(NAME)` is a certain one."""
 
 import pytest
 

@@ -181,7 +181,8 @@ def main():
     folder, out = plcfmu.arguments(__doc__)
     with plcfmu.Fmus(folder) as fmus:
         controller = fmus.start("CONT_C", MAN_ON=False)
-        result = plcfmu.simulate(controller, [], {}, inputs={"CONT_C.SP_INT": 1.0}, record="CONT_C.LMN", step=1.0, duration=5)
+        inputs = {"CONT_C.SP_INT": 1.0}
+        result = plcfmu.simulate(controller, [], {}, inputs=inputs, record="CONT_C.LMN", step=1.0, duration=5)
     print(f"  LMN in the end: {result['CONT_C.LMN'][-1]} %")
     result.to_csv(out / "added.csv")
     result.plot(out / "added.png")

@@ -1,4 +1,4 @@
-"""The Python package plcfmu: FMUs by name, instances by variable name, closed loops, quality figures, CSV and pictures."""
+"""The Python package plcfmu: FMUs by name, instances by variable name, closed loops, figures, CSV and pictures."""
 
 import io
 import logging

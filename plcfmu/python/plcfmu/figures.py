@@ -1,7 +1,7 @@
 """Quality figures of a loop, as control engineering defines them.
 
-The functions take arrays: the times in seconds and the values at these times. Where they speak of a setpoint step, the arrays
-begin with it.
+The functions take arrays: the times in seconds and the values at these times. For the figures of a setpoint step the
+arrays begin with the step.
 """
 
 from __future__ import annotations
@@ -40,8 +40,10 @@ def overshoot(pv: Array, start: float, end: float) -> float:
 
 
 def settling_time(time: Array, pv: Array, start: float, end: float, band: float = 0.02) -> float:
-    """Time in seconds from the step until the process value stays within `band` of the way (2 %) around `end`; NaN if it
-    does not until the last row."""
+    """Time in seconds from the step until the process value stays within `band` of the way (2 %) around `end`.
+
+    NaN if it is outside in the last row.
+    """
     outside = np.nonzero(np.abs(pv - end) > band * abs(end - start))[0]
     if len(outside) == 0:
         return 0.0
@@ -56,12 +58,12 @@ def integral_absolute_error(time: Array, pv: Array, sp: Array) -> float:
 
 
 def integral_squared_error(time: Array, pv: Array, sp: Array) -> float:
-    """ISE: the integral of (sp - pv)^2 over time, each row held until the next; in the squared unit of `pv` times seconds."""
+    """ISE: the integral of (sp - pv)^2 over time, each row held until the next; in the unit of `pv` squared, times s."""
     return float(np.sum(((sp - pv) ** 2)[:-1] * np.diff(time)))
 
 
 def integral_error(time: Array, pv: Array, sp: Array) -> float:
-    """The integral of sp - pv over time, with its sign, each row held until the next; in the unit of `pv` times seconds."""
+    """The integral of sp - pv over time, with its sign, each row held until the next; in the unit of `pv` times s."""
     return float(np.sum((sp - pv)[:-1] * np.diff(time)))
 
 
@@ -123,7 +125,7 @@ def step_figures(
     prefix: str = "",
     theory: Sequence[Any] = (None,) * 4,
 ) -> Figures:
-    """The four figures of a setpoint step from `start` to `end`, the integral in `unit`, with `prefix` before each name."""
+    """The four figures of a setpoint step from `start` to `end`: the integral in `unit`, `prefix` before each name."""
     rise, over, settled, error = theory
     figures = Figures()
     figures.add(f"{prefix}rise time, 10 ... 90 %", rise_time(time, pv, start, end), "s", rise)

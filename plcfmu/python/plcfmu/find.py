@@ -36,8 +36,8 @@ def checkout() -> Optional[pathlib.Path]:
 def fmu_folder(folder: Optional[Path] = None) -> pathlib.Path:
     """The folder in which FMUs are looked for. It need not exist.
 
-    Raises FmuNotFoundError if no folder is given, PLCFMU_FMUS is not set, no FMU was installed with the package, and the
-    package does not belong to a checkout.
+    Raises FmuNotFoundError if no folder is given, PLCFMU_FMUS is not set, no FMU was installed with the package, and
+    the package does not belong to a checkout.
     """
     if folder is not None:
         return pathlib.Path(folder)

@@ -243,8 +243,8 @@ class Instance:
 
         Names that are no Python names go into a mapping: set({"DI_CONT_C.GAIN": 2.0}).
 
-        Raises UnknownVariableError; TypeError for a value that is not of the variable's type; FmuError if the FMU refuses
-        a value, with its reason. If names or types are wrong, nothing is set.
+        Raises UnknownVariableError; TypeError for a value that is not of the variable's type; FmuError if the FMU
+        refuses a value, with its reason. If names or types are wrong, nothing is set.
         """
         groups: dict[str, list[tuple[int, Any]]] = {}
         for name, value in {**(values or {}), **more_values}.items():

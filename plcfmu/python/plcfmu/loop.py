@@ -48,9 +48,9 @@ def simulate(
 
     - `connections`: from a variable to another, or to several: {"CONT_C.LMN": "HEATER.POWER"}. An FMU sees what those
       before it gave in this step, and what those after it gave in the last one.
-    - `inputs`: what no FMU gives. A constant; a list of steps, [(0.0, 170.0), (60.0, 180.0)], of which each holds from its
-      time in seconds on; or a function of the time, called just before the step of a controller, or, for a plant, after
-      the controllers' steps, so that it may read other instances: {"CONT_C.SP_INT": lambda t: 0.5 * pump["FLOW"]}.
+    - `inputs`: what no FMU gives. A constant; a list of steps, [(0.0, 170.0), (60.0, 180.0)], of which each holds from
+      its time in seconds on; or a function of the time, called just before the step of a controller, or, for a plant,
+      after the controllers' steps, so that it may read other instances: {"CONT_C.SP_INT": lambda t: 0.5 * pump["FLOW"]}.
     - `record`: the variables that the result shall have; by default the inputs and all that is connected. A mapping
       renames them, and takes functions of the time: {"PV": "CONT_C.PV", "SUM": lambda t: a["LMN"] + b["LMN"]}.
     - `title` stands beside the progress bar.

@@ -1,4 +1,6 @@
-"""Pictures of loops: the same colour for the same thing in all of them. Needs matplotlib, which is loaded with the first picture.
+"""Pictures of loops: the same colour for the same thing in all of them.
+
+matplotlib is loaded with the first picture.
 
 with plot.picture("loop.png", "Furnace with CONT_C", ["temperature in °C", "LMN in %"]) as axes:
     axes[0].plot(result.time, result["PV"], label="PV", **plot.PROCESS_VALUE)
@@ -59,9 +61,9 @@ def picture(
 ) -> Iterator[Any]:
     """Gives one set of axes under the other to draw on, and writes the picture to `path` at the end.
 
-    `labels` are those of the vertical axes, `heights` their shares of the height; the horizontal axis is the time in seconds,
-    shared by all unless `same_time` is False. `size` is in units of 100 pixels. With more than one column the axes are an
-    array of rows and columns. The format is that of the suffix, such as .png; None writes no file.
+    `labels` are those of the vertical axes, `heights` their shares of the height; the horizontal axis is the time in
+    seconds, shared by all unless `same_time` is False. `size` is in units of 100 pixels. With more than one column the
+    axes are an array of rows and columns. The format is that of the suffix, such as .png; None writes no file.
     """
     import matplotlib
     from matplotlib.figure import Figure
@@ -111,8 +113,11 @@ def mark(
     style: Optional[dict[str, Any]] = None,
     at: Optional[tuple[float, float]] = None,
 ) -> None:
-    """Shades a span of time, such as that of a disturbance, in all axes, and names it in the first one: at its upper left
-    corner, or at (time, share of the height). `style` is DISTURBANCE by default, or MANUAL."""
+    """Shades a span of time, such as that of a disturbance, in all axes, and names it in the first one.
+
+    The text is at the upper left corner of the span, or at (time, share of the height). `style` is DISTURBANCE by
+    default, or MANUAL.
+    """
     axes = list(axes)
     style = style or DISTURBANCE
     for each in axes:
@@ -130,7 +135,7 @@ def mark(
 
 
 def save(figure: Picture, path: Path) -> None:
-    """Writes a picture, 100 pixels to the inch; the same picture gives the same bytes. It is complete or not there at all."""
+    """Writes a picture, 100 pixels to the inch, complete or not at all; the same picture gives the same bytes."""
     options: dict[str, Any] = {}
     if pathlib.Path(path).suffix == ".png":
         options = {"metadata": {"Software": None}, "pil_kwargs": {"optimize": True}}
@@ -139,7 +144,7 @@ def save(figure: Picture, path: Path) -> None:
 
 
 def draw(result: Result, panels: Sequence[Sequence[str]], path: Optional[Path], title: str) -> Picture:
-    """Draws signals over time, held from row to row, one panel under the other; Booleans as lanes, one above the other."""
+    """Draws signals over time, held from row to row, one panel under the other; Booleans as lanes."""
     colors = itertools.cycle(style["color"] for style in (PROCESS_VALUE, MANIPULATED, I_PART, P_PART, D_PART, COMPARED))
     lanes = [all(result.signal(name).is_boolean for name in names) for names in panels]
     labels = ["" if is_lanes else _label(result, names) for is_lanes, names in zip(lanes, panels)]

@@ -42,8 +42,11 @@ class Result:
         self._signals: dict[str, Signal] = {}
 
     def describe(self, name: str, unit: Optional[str] = None, is_boolean: bool = False, is_input: bool = False) -> None:
-        """Says of a signal what a picture needs to know: its physical unit; whether it is a Boolean; and whether it is an
-        input of the loop, such as a setpoint, which is drawn dashed."""
+        """Says of a signal what a picture needs to know.
+
+        That is its physical unit, such as "degC"; whether it is a Boolean; and whether it is an input of the loop, such
+        as a setpoint, which is drawn dashed.
+        """
         self._signals[name] = Signal(unit, is_boolean, is_input)
 
     def signal(self, name: str) -> Signal:
@@ -105,9 +108,9 @@ class Result:
     ) -> Figures:
         """The quality figures of a setpoint step, with which the rows begin.
 
-        Rise time, overshoot, settling time and integral of the absolute error of the process value `pv`, on its way from
-        `start` to `end`; by default from its first value to the last setpoint. `unit` is that of the integral, such as
-        "K s"; `prefix` comes before each name; `theory` is what is predicted for the four.
+        Rise time, overshoot, settling time and integral of the absolute error of the process value `pv`, on its way
+        from `start` to `end`; by default from its first value to the last setpoint. `unit` is that of the integral, such
+        as "K s"; `prefix` comes before each name; `theory` is what is predicted for the four.
         """
         start = float(self[pv][0]) if start is None else start
         end = float(self[sp][-1]) if end is None else end
