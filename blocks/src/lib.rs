@@ -25,6 +25,5 @@ pub mod table;
 pub use abb::Hlg;
 pub use siemens::{ContC, ContS, PulsCtr, Pulsegen};
 pub use table::{
-    Access, Block, Bool, Int, Kind, LReal, Law, Real, Response, Role, Row, Stored, Table, Time, Value, Word, low_word,
-    rnd,
+    Block, Bool, Int, Kind, LReal, Law, Real, Response, Role, Row, Stored, Table, Time, Value, Word, low_word, rnd,
 };

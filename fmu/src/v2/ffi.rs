@@ -117,7 +117,6 @@ fn status(answer: Answer) -> Status {
 }
 
 /// Every function on a component goes through here.
-#[inline(always)]
 unsafe fn enter<B: Block>(
     component: Pointer,
     function: &'static Function,
@@ -134,6 +133,28 @@ unsafe fn enter<B: Block>(
         Ok(Ok(())) => OK,
         Ok(Err(refusal)) => handle.refuse(function, &refusal),
         Err(panic) => handle.lock(function, panic),
+    }
+}
+
+/// The functions of a control cycle come here first: `common` does the call in its most frequent case and says whether it
+/// was that. If not, nothing has happened, and the caller goes on with `enter`.
+///
+/// A panic of the block makes the call fatal, as in `enter`.
+#[inline(always)]
+unsafe fn try_common<B: Block>(
+    component: Pointer,
+    function: &'static Function,
+    common: impl FnOnce(&mut Component<B>) -> bool,
+) -> Option<Status> {
+    // SAFETY: as in `enter`.
+    let handle = unsafe { component.cast::<Handle<B>>().as_mut() }?;
+    if !handle.component.instance.allows(function) {
+        return None;
+    }
+    match catch_unwind(AssertUnwindSafe(|| common(&mut handle.component))) {
+        Ok(true) => Some(OK),
+        Ok(false) => None,
+        Err(panic) => Some(handle.lock(function, panic)),
     }
 }
 
@@ -156,32 +177,43 @@ fn discard<T>(value: T) {
 }
 
 /// The array of `length` elements at `pointer`; NULL is an array of length 0.
-#[inline(always)]
-unsafe fn array<'a, T>(pointer: *const T, length: usize, name: &'static str) -> Result<&'a [T], Refusal> {
+unsafe fn array<'a, T>(pointer: *const T, length: usize, name: &str) -> Result<&'a [T], Refusal> {
     if pointer.is_null() && length == 0 {
         return Ok(&[]);
     }
+    // SAFETY: as here.
+    unsafe { plain_array(pointer, length) }.ok_or_else(|| no_array(pointer.is_null(), length, name))
+}
+
+/// The same, to write to.
+unsafe fn array_mut<'a, T>(pointer: *mut T, length: usize, name: &str) -> Result<&'a mut [T], Refusal> {
+    if pointer.is_null() && length == 0 {
+        return Ok(&mut []);
+    }
+    // SAFETY: as here.
+    unsafe { plain_array_mut(pointer, length) }.ok_or_else(|| no_array(pointer.is_null(), length, name))
+}
+
+/// The array of `length` elements at `pointer`, if that is not NULL and memory can be so long.
+#[inline(always)]
+unsafe fn plain_array<'a, T>(pointer: *const T, length: usize) -> Option<&'a [T]> {
     if pointer.is_null() || length > isize::MAX as usize / size_of::<T>() {
-        return Err(no_array(pointer.is_null(), length, name));
+        return None;
     }
     // SAFETY: not NULL, no longer than memory can be, and as long as the host says.
-    Ok(unsafe { slice::from_raw_parts(pointer, length) })
+    Some(unsafe { slice::from_raw_parts(pointer, length) })
 }
 
 /// The same, to write to.
 #[inline(always)]
-unsafe fn array_mut<'a, T>(pointer: *mut T, length: usize, name: &'static str) -> Result<&'a mut [T], Refusal> {
-    if pointer.is_null() && length == 0 {
-        return Ok(&mut []);
-    }
+unsafe fn plain_array_mut<'a, T>(pointer: *mut T, length: usize) -> Option<&'a mut [T]> {
     if pointer.is_null() || length > isize::MAX as usize / size_of::<T>() {
-        return Err(no_array(pointer.is_null(), length, name));
+        return None;
     }
-    // SAFETY: as in `array`, and nobody else uses it during the call.
-    Ok(unsafe { slice::from_raw_parts_mut(pointer, length) })
+    // SAFETY: as in `plain_array`, and nobody else uses it during the call.
+    Some(unsafe { slice::from_raw_parts_mut(pointer, length) })
 }
 
-#[cold]
 fn no_array(is_null: bool, length: usize, name: &str) -> Refusal {
     match is_null {
         true => format!("{name} is NULL, though it should have {length} elements"),
@@ -318,7 +350,28 @@ pub unsafe fn reset<B: Block>(component: Pointer) -> Status {
 
 // Variable values
 
+#[inline(always)]
 pub unsafe fn get<B: Block, T: FmiType>(
+    component: Pointer,
+    function: &'static Function,
+    references: *const u32,
+    count: usize,
+    values: *mut T,
+) -> Status {
+    // SAFETY: the host's contract.
+    unsafe {
+        try_common::<B>(component, function, |component| {
+            match (plain_array(references, count), plain_array_mut(values, count)) {
+                (Some(references), Some(values)) => component.instance.get_common(references, values),
+                _ => false,
+            }
+        })
+        .unwrap_or_else(|| get_any::<B, T>(component, function, references, count, values))
+    }
+}
+
+#[inline(never)]
+unsafe fn get_any<B: Block, T: FmiType>(
     component: Pointer,
     function: &'static Function,
     references: *const u32,
@@ -334,7 +387,28 @@ pub unsafe fn get<B: Block, T: FmiType>(
     }
 }
 
+#[inline(always)]
 pub unsafe fn set<B: Block, T: FmiType>(
+    component: Pointer,
+    function: &'static Function,
+    references: *const u32,
+    count: usize,
+    values: *const T,
+) -> Status {
+    // SAFETY: the host's contract.
+    unsafe {
+        try_common::<B>(component, function, |component| {
+            match (plain_array(references, count), plain_array(values, count)) {
+                (Some(references), Some(values)) => component.instance.set_common(references, values),
+                _ => false,
+            }
+        })
+        .unwrap_or_else(|| set_any::<B, T>(component, function, references, count, values))
+    }
+}
+
+#[inline(never)]
+unsafe fn set_any<B: Block, T: FmiType>(
     component: Pointer,
     function: &'static Function,
     references: *const u32,
@@ -457,7 +531,17 @@ pub unsafe fn get_real_output_derivatives<B: Block>(component: Pointer, count: u
 
 // Computing
 
+#[inline(always)]
 pub unsafe fn do_step<B: Block>(component: Pointer, tc: f64, h: f64) -> Status {
+    // SAFETY: the host's contract.
+    unsafe {
+        try_common::<B>(component, &Function::DO_STEP, |component| component.instance.do_common_step(tc, h))
+            .unwrap_or_else(|| do_any_step::<B>(component, tc, h))
+    }
+}
+
+#[inline(never)]
+unsafe fn do_any_step<B: Block>(component: Pointer, tc: f64, h: f64) -> Status {
     // SAFETY: the host's contract.
     unsafe { enter::<B>(component, &Function::DO_STEP, |component| component.instance.do_step(tc, h)) }
 }
