@@ -791,15 +791,34 @@ mod tests {
 
     #[test]
     fn the_ordinary_step_comes_to_the_same_as_the_checked_one() {
-        for (start, stop, cycle) in
-            [(0.0, f64::INFINITY, 1), (1234.5, 1300.0, 10), (-1e5, f64::INFINITY, 100), (1e9, f64::INFINITY, 1)]
-        {
+        let mut known_before = 0;
+        for (start, stop, cycle) in [
+            (0.0, f64::INFINITY, 1),
+            (1234.5, 1300.0, 10),
+            (-1e5, f64::INFINITY, 100),
+            (1e9, f64::INFINITY, 1),
+            // Where roundings add up to the drift that is allowed, and beyond.
+            (1e8, f64::INFINITY, 1),
+            (-2e8, f64::INFINITY, 1),
+            (3e8, 3e8 + 4.0, 1),
+        ] {
             let mut ordinary = Clock::new(start, stop, Time::ms(cycle));
             let mut checked = ordinary.clone();
-            for _ in 0..5_000 {
+            for _ in 0..20_000 {
                 let (tc, h) = (ordinary.end, ordinary.period);
-                let same = ordinary.advance(tc, h).unwrap() == checked.check_and_advance(tc, h).unwrap();
-                assert!(same, "{start} {cycle} at {tc}");
+                let expected = checked.check_and_advance(tc, h);
+                let calls = if ordinary.make_ordinary_step(tc, h) {
+                    known_before += 1;
+                    Ok(Calls { count: 1, lead: 0.0 })
+                } else {
+                    ordinary.advance(tc, h)
+                };
+                let same = match (&calls, &expected) {
+                    (Ok(calls), Ok(expected)) => calls == expected,
+                    (Err(refusal), Err(expected)) => refusal.reason() == expected.reason(),
+                    _ => false,
+                };
+                assert!(same, "{start} {cycle} at {tc}: {calls:?} and {expected:?}");
             }
             let bytes = |clock: &Clock| {
                 let mut bytes = Vec::new();
@@ -808,5 +827,34 @@ mod tests {
             };
             assert_eq!(bytes(&ordinary), bytes(&checked), "{start} {cycle}");
         }
+        assert!(known_before > 50_000, "{known_before} steps of 140 000 were known to be ordinary");
+    }
+
+    #[test]
+    fn steps_are_known_to_be_ordinary_as_long_as_the_host_makes_no_other() {
+        let mut clock = clock(0.0, 1000);
+        assert!(!clock.make_ordinary_step(0.0, 1.0), "not before the first one");
+        calls(&mut clock, 0.0, 1.0);
+        assert!(clock.make_ordinary_step(1.0, 1.0));
+        assert!(!clock.make_ordinary_step(2.5, 1.0) && !clock.make_ordinary_step(2.0, 0.5));
+        assert_eq!(calls(&mut clock, 2.0, 2.0), 2);
+        assert!(!clock.make_ordinary_step(4.0, 1.0), "it has to be looked at again");
+        calls(&mut clock, 4.0, 1.0);
+        assert!(clock.make_ordinary_step(5.0, 1.0));
+    }
+
+    #[test]
+    fn no_step_is_known_to_be_ordinary_near_the_stop_time_or_where_roundings_may_add_up_to_the_drift() {
+        let known = |clock: Clock| {
+            let mut clock = clock;
+            let (tc, h) = (clock.end, clock.period);
+            calls(&mut clock, tc, h);
+            clock.ordinary_below > clock.tick
+        };
+        assert!(known(Clock::new(0.0, 1100.0, Time::ms(1000))));
+        assert!(!known(Clock::new(0.0, 1000.0, Time::ms(1000))));
+        // 1001 steps, 4 roundings each: 4004 * 2^-52 * t = 0.225 * CYCLE at t = 2.5e8 s for 1 ms.
+        assert!(known(clock(2e8, 1)) && known(clock(-2e8, 1)));
+        assert!(!known(clock(3e8, 1)) && !known(clock(-3e8, 1)));
     }
 }

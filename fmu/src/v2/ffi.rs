@@ -650,4 +650,99 @@ mod tests {
             assert_eq!(of(length).unwrap_err().reason(), format!("value cannot have {length} elements"));
         }
     }
+
+    blocks::block! {
+        /// Panics in its tenth call.
+        pub struct Fragile as "FRAGILE" {
+            input {
+                /// Unused
+                u: Real = 0.0;
+            }
+            cycle {
+                /// Time between two calls
+                cycle: Time = Time::ms(1000), min Time::ms(1);
+            }
+            output {
+                /// Calls since the restart
+                calls: LReal;
+            }
+        }
+    }
+
+    impl blocks::Law for Fragile {
+        fn restart(&mut self) {
+            self.clear();
+        }
+
+        fn call(&mut self) {
+            self.calls += 1.0;
+            assert!(self.calls < 10.0, "the tenth call");
+        }
+    }
+
+    /// The reference of the input.
+    static U: u32 = 0;
+
+    /// A running instance with logging off.
+    fn running() -> Pointer {
+        unsafe extern "C" fn silent() {}
+        // SAFETY: a function that leaves its arguments alone can be called with any.
+        let logger = unsafe { std::mem::transmute::<*const (), Logger>(silent as *const ()) };
+        let nothing = ptr::null();
+        let callbacks = CallbackFunctions {
+            logger: Some(logger),
+            allocate_memory: nothing,
+            free_memory: nothing,
+            step_finished: nothing,
+            environment: ptr::null_mut(),
+        };
+        let guid = CString::new(interface::Guid::<Fragile>::TEXT).unwrap();
+        // SAFETY: all pointers point to what the functions take.
+        unsafe {
+            let component = instantiate::<Fragile>(c"x".as_ptr(), 1, guid.as_ptr(), &raw const callbacks, 0);
+            assert_eq!(setup_experiment::<Fragile>(component, 0.0, 0, 0.0), OK);
+            assert_eq!(enter_initialization_mode::<Fragile>(component), OK);
+            assert_eq!(exit_initialization_mode::<Fragile>(component), OK);
+            component
+        }
+    }
+
+    #[test]
+    fn a_panic_in_one_of_many_ordinary_steps_is_fatal_and_locks_the_instance() {
+        let component = running();
+        // SAFETY: a living component, freed once.
+        unsafe {
+            let statuses: Vec<Status> = (0..11).map(|k| do_step::<Fragile>(component, f64::from(k), 1.0)).collect();
+            assert_eq!(statuses, [OK, OK, OK, OK, OK, OK, OK, OK, OK, FATAL, FATAL]);
+            let mut value = 5.0;
+            let status = get::<Fragile, f64>(component, &Function::GET_REAL, &raw const U, 1, &raw mut value);
+            assert_eq!((status, value), (FATAL, 5.0));
+            free_instance::<Fragile>(component);
+        }
+    }
+
+    #[test]
+    fn one_wrong_value_of_two_changes_neither() {
+        let component = running();
+        // SAFETY: a living component, freed once; arrays as long as counted.
+        unsafe {
+            let set = |references: [u32; 2], values: [f64; 2]| {
+                set::<Fragile, f64>(component, &Function::SET_REAL, references.as_ptr(), 2, values.as_ptr())
+            };
+            let u = || {
+                let mut value = f64::NAN;
+                assert_eq!(get::<Fragile, f64>(component, &Function::GET_REAL, &raw const U, 1, &raw mut value), OK);
+                value
+            };
+            assert_eq!((set([U, U], [1.0, 2.0]), u()), (OK, 2.0));
+            // NaN, beyond the largest REAL, an output, a fixed parameter, no variable.
+            assert_eq!((set([U, U], [3.0, f64::NAN]), u()), (ERROR, 2.0));
+            assert_eq!((set([U, U], [3.5e38, 3.0]), u()), (ERROR, 2.0));
+            for other in [1, 2, 3, u32::MAX] {
+                assert_eq!((set([U, other], [3.0, 3.0]), u()), (ERROR, 2.0), "{other}");
+                assert_eq!((set([other, U], [3.0, 3.0]), u()), (ERROR, 2.0), "{other}");
+            }
+            free_instance::<Fragile>(component);
+        }
+    }
 }

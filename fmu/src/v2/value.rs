@@ -60,7 +60,7 @@ impl FmiType for f64 {
                 *real = *value as f32;
             }
         };
-        // Without a loop the compiler finds the place of a value by a table instead of a jump.
+        // No loop: in one the compiler would compute the addresses of all REALs first.
         match (references, values) {
             ([reference], [value]) if fits(reference, value) => put(reference, value),
             ([first, second], [one, other]) if fits(first, one) && fits(second, other) => {
