@@ -23,8 +23,7 @@ mod siemens;
 pub mod table;
 
 pub use table::{
-    Access, Block, Bool, Int, Kind, LReal, Law, Real, Response, Role, Row, Stored, Table, Time, Value, Word, low_word,
-    rnd,
+    Block, Bool, Int, Kind, LReal, Law, Real, Response, Role, Row, Stored, Table, Time, Value, Word, low_word, rnd,
 };
 
 /// What is done with each block by [`for_each_block`].

@@ -57,26 +57,24 @@ impl<B: Block> Session<B> {
         self.clock.end()
     }
 
+    /// Makes the ordinary step, which is the one from a call to the next, and says whether it was one. If not, nothing has
+    /// happened, and [`Session::step`] makes it.
+    #[inline(always)]
+    pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
+        let is_ordinary = self.extrapolations.is_empty() && self.clock.make_ordinary_step(tc, h);
+        if is_ordinary {
+            let mut mean = Mean::default();
+            self.call(&mut mean);
+            self.show_mean(mean);
+        }
+        is_ordinary
+    }
+
     /// Makes every call from `tc` on before `tc + h`, in seconds.
     ///
     /// # Errors
     /// What the [`Clock`] refuses; an extrapolated input that may leave its range. No call is made then.
-    #[inline(always)]
     pub fn step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
-        if !self.extrapolations.is_empty() {
-            return self.step_extrapolated(tc, h);
-        }
-        let calls = self.clock.advance(tc, h)?;
-        let mut mean = Mean::default();
-        for _ in 0..calls.count {
-            self.call(&mut mean);
-        }
-        self.show_mean(mean);
-        Ok(())
-    }
-
-    #[inline(never)]
-    fn step_extrapolated(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
         let mut clock = self.clock.clone();
         let calls = clock.advance(tc, h)?;
         let cycle = clock.period();

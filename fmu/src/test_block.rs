@@ -67,4 +67,3 @@ pub const FIRST: u32 = 4;
 pub const CYCLE: u32 = 5;
 pub const SUM: u32 = 6;
 pub const COUNT: u32 = 7;
-pub const Q_MEAN: u32 = 8;

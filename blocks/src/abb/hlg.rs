@@ -118,6 +118,7 @@ impl Law for Hlg {
         self.clear();
     }
 
+    #[inline(always)]
     fn call(&mut self) {
         if self.stop {
             return;

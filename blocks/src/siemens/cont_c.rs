@@ -193,6 +193,7 @@ impl Law for ContC {
         self.memory.i = self.i_itlval;
     }
 
+    #[inline(always)]
     fn call(&mut self) {
         if self.com_rst {
             return self.restart();

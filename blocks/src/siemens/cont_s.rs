@@ -181,6 +181,7 @@ impl Law for ContS {
         self.clear();
     }
 
+    #[inline(always)]
     fn call(&mut self) {
         if self.com_rst {
             return self.restart();

@@ -163,6 +163,7 @@ impl Law for Pulsegen {
         self.clear();
     }
 
+    #[inline(always)]
     fn call(&mut self) {
         if self.com_rst {
             return self.restart();

@@ -174,7 +174,7 @@ macro_rules! block {
                     name: $NAME,
                     docs: concat!($($docs, "\n"),*),
                     rows: &ROWS,
-                    access: &$crate::table::access(&ROWS),
+                    tunable_reals: &$crate::table::tunable_reals(&ROWS),
                     cycle: CYCLE,
                     mean: if MEAN.is_empty() { None } else { Some(COUNT - 1) },
                     memory: &[ $($( (stringify!($memory), stringify!($memory_type)), )*)? ],
@@ -241,6 +241,46 @@ macro_rules! block {
                     true
                 }
 
+                #[inline(always)]
+                #[allow(unused_assignments)]
+                fn real(&self, index: usize) -> Option<$crate::Real> {
+                    match index {
+                        $($( At::$name => $crate::block!(@real $kind self.$name), )*)*
+                        _ => {
+                            #[allow(unused_mut, unused_variables)]
+                            let mut index = index - OWN.len();
+                            $($(
+                                let rows = <$Instance as Block>::TABLE.inner();
+                                if index < rows {
+                                    return self.$instance.real(index);
+                                }
+                                index -= rows;
+                            )*)?
+                            None
+                        }
+                    }
+                }
+
+                #[inline(always)]
+                #[allow(unused_assignments)]
+                fn real_mut(&mut self, index: usize) -> Option<&mut $crate::Real> {
+                    match index {
+                        $($( At::$name => $crate::block!(@real_mut $kind self.$name), )*)*
+                        _ => {
+                            #[allow(unused_mut, unused_variables)]
+                            let mut index = index - OWN.len();
+                            $($(
+                                let rows = <$Instance as Block>::TABLE.inner();
+                                if index < rows {
+                                    return self.$instance.real_mut(index);
+                                }
+                                index -= rows;
+                            )*)?
+                            None
+                        }
+                    }
+                }
+
                 #[inline]
                 fn set_mean(&mut self, percent: $crate::LReal) {
                     let _ = percent;
@@ -288,6 +328,10 @@ macro_rules! block {
             "unknown section `", stringify!($other), "`: use input, parameter, fixed, cycle, output or local"
         ))
     };
+    (@real Real $field:expr) => { Some($field) };
+    (@real $other:ident $field:expr) => { None };
+    (@real_mut Real $field:expr) => { Some(&mut $field) };
+    (@real_mut $other:ident $field:expr) => { None };
     (@clear output $field:expr) => { $field = Default::default() };
     (@clear local $field:expr) => { $field = Default::default() };
     (@clear $other:ident $field:expr) => {};

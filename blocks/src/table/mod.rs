@@ -50,7 +50,7 @@ mod tests;
 mod types;
 
 #[doc(hidden)]
-pub use parts::{access, copy, cycle_row, inner_rows, nest, text, trimmed, upper};
+pub use parts::{copy, cycle_row, inner_rows, nest, text, trimmed, tunable_reals, upper};
 pub use stored::Stored;
 pub use types::{Bool, Int, LReal, Real, Time, Word, low_word, rnd};
 
@@ -95,6 +95,13 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
     /// another type.
     fn set(&mut self, index: usize, value: Value) -> bool;
 
+    /// The REAL in row `index`, as [`Block::get`] gives it but in fewer instructions; `None` if the row is no REAL.
+    fn real(&self, index: usize) -> Option<Real>;
+
+    /// The place of the REAL in row `index`, whatever its role, to be written in fewer instructions than by
+    /// [`Block::set`]; `None` if the row is no REAL.
+    fn real_mut(&mut self, index: usize) -> Option<&mut Real>;
+
     /// Writes the `mean` row, if there is one.
     fn set_mean(&mut self, percent: LReal);
 }
@@ -108,8 +115,8 @@ pub struct Table {
     pub docs: &'static str,
     /// All variables: the block's own, then those of the blocks inside it, then the mean.
     pub rows: &'static [Row],
-    /// Type and role of each row, side by side: what a host checks before every access.
-    pub access: &'static [Access],
+    /// Of each row, whether it is a REAL that may be set at any time: what a host does most. One byte a row.
+    pub tunable_reals: &'static [bool],
     /// The row that holds the time between two calls.
     pub cycle: usize,
     /// The row that holds the mean of the pulse, if there is one.
@@ -177,15 +184,6 @@ impl Row {
         name.push_str(self.name);
         name
     }
-}
-
-/// Type and role of a variable.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Access {
-    /// Its PLC type.
-    pub kind: Kind,
-    /// Who sets it, and when.
-    pub role: Role,
 }
 
 /// Makes an enum whose values have one name each, by which they are written everywhere.

@@ -1,6 +1,6 @@
 //! The parts of [`block!`](crate::block!) that are plain functions, evaluated at compile time.
 
-use crate::table::{Access, DEPTH, Kind, Role, Row, Table, Value};
+use crate::table::{DEPTH, Kind, Role, Row, Table, Value};
 
 impl Table {
     /// How many rows an inner block has: all but the mean, which belongs to a communication step.
@@ -57,14 +57,14 @@ pub const fn copy(from: &[Row], to: &mut [Row], mut next: usize) -> usize {
 }
 
 #[doc(hidden)]
-pub const fn access<const N: usize>(rows: &[Row; N]) -> [Access; N] {
-    let mut access = [Access { kind: Kind::Bool, role: Role::Local }; N];
+pub const fn tunable_reals<const N: usize>(rows: &[Row; N]) -> [bool; N] {
+    let mut tunable = [false; N];
     let mut i = 0;
     while i < N {
-        access[i] = Access { kind: rows[i].kind, role: rows[i].role };
+        tunable[i] = matches!(rows[i].kind, Kind::Real) && matches!(rows[i].role, Role::Input | Role::Parameter);
         i += 1;
     }
-    access
+    tunable
 }
 
 /// Copies the rows of an inner block, with their place, role and start in the outer one.

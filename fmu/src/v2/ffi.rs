@@ -117,7 +117,6 @@ fn status(answer: Answer) -> Status {
 }
 
 /// Every function on a component goes through here.
-#[inline(always)]
 unsafe fn enter<B: Block>(
     component: Pointer,
     function: &'static Function,
@@ -134,6 +133,28 @@ unsafe fn enter<B: Block>(
         Ok(Ok(())) => OK,
         Ok(Err(refusal)) => handle.refuse(function, &refusal),
         Err(panic) => handle.lock(function, panic),
+    }
+}
+
+/// The functions of a control cycle come here first: `common` does the call in its most frequent case and says whether it
+/// was that. If not, nothing has happened, and the caller goes on with `enter`.
+///
+/// A panic of the block makes the call fatal, as in `enter`.
+#[inline(always)]
+unsafe fn try_common<B: Block>(
+    component: Pointer,
+    function: &'static Function,
+    common: impl FnOnce(&mut Component<B>) -> bool,
+) -> Option<Status> {
+    // SAFETY: as in `enter`.
+    let handle = unsafe { component.cast::<Handle<B>>().as_mut() }?;
+    if !handle.component.instance.allows(function) {
+        return None;
+    }
+    match catch_unwind(AssertUnwindSafe(|| common(&mut handle.component))) {
+        Ok(true) => Some(OK),
+        Ok(false) => None,
+        Err(panic) => Some(handle.lock(function, panic)),
     }
 }
 
@@ -156,32 +177,43 @@ fn discard<T>(value: T) {
 }
 
 /// The array of `length` elements at `pointer`; NULL is an array of length 0.
-#[inline(always)]
-unsafe fn array<'a, T>(pointer: *const T, length: usize, name: &'static str) -> Result<&'a [T], Refusal> {
+unsafe fn array<'a, T>(pointer: *const T, length: usize, name: &str) -> Result<&'a [T], Refusal> {
     if pointer.is_null() && length == 0 {
         return Ok(&[]);
     }
+    // SAFETY: as here.
+    unsafe { plain_array(pointer, length) }.ok_or_else(|| no_array(pointer.is_null(), length, name))
+}
+
+/// The same, to write to.
+unsafe fn array_mut<'a, T>(pointer: *mut T, length: usize, name: &str) -> Result<&'a mut [T], Refusal> {
+    if pointer.is_null() && length == 0 {
+        return Ok(&mut []);
+    }
+    // SAFETY: as here.
+    unsafe { plain_array_mut(pointer, length) }.ok_or_else(|| no_array(pointer.is_null(), length, name))
+}
+
+/// The array of `length` elements at `pointer`, if that is not NULL and memory can be so long.
+#[inline(always)]
+unsafe fn plain_array<'a, T>(pointer: *const T, length: usize) -> Option<&'a [T]> {
     if pointer.is_null() || length > isize::MAX as usize / size_of::<T>() {
-        return Err(no_array(pointer.is_null(), length, name));
+        return None;
     }
     // SAFETY: not NULL, no longer than memory can be, and as long as the host says.
-    Ok(unsafe { slice::from_raw_parts(pointer, length) })
+    Some(unsafe { slice::from_raw_parts(pointer, length) })
 }
 
 /// The same, to write to.
 #[inline(always)]
-unsafe fn array_mut<'a, T>(pointer: *mut T, length: usize, name: &'static str) -> Result<&'a mut [T], Refusal> {
-    if pointer.is_null() && length == 0 {
-        return Ok(&mut []);
-    }
+unsafe fn plain_array_mut<'a, T>(pointer: *mut T, length: usize) -> Option<&'a mut [T]> {
     if pointer.is_null() || length > isize::MAX as usize / size_of::<T>() {
-        return Err(no_array(pointer.is_null(), length, name));
+        return None;
     }
-    // SAFETY: as in `array`, and nobody else uses it during the call.
-    Ok(unsafe { slice::from_raw_parts_mut(pointer, length) })
+    // SAFETY: as in `plain_array`, and nobody else uses it during the call.
+    Some(unsafe { slice::from_raw_parts_mut(pointer, length) })
 }
 
-#[cold]
 fn no_array(is_null: bool, length: usize, name: &str) -> Refusal {
     match is_null {
         true => format!("{name} is NULL, though it should have {length} elements"),
@@ -318,7 +350,28 @@ pub unsafe fn reset<B: Block>(component: Pointer) -> Status {
 
 // Variable values
 
+#[inline(always)]
 pub unsafe fn get<B: Block, T: FmiType>(
+    component: Pointer,
+    function: &'static Function,
+    references: *const u32,
+    count: usize,
+    values: *mut T,
+) -> Status {
+    // SAFETY: the host's contract.
+    unsafe {
+        try_common::<B>(component, function, |component| {
+            match (plain_array(references, count), plain_array_mut(values, count)) {
+                (Some(references), Some(values)) => component.instance.get_common(references, values),
+                _ => false,
+            }
+        })
+        .unwrap_or_else(|| get_any::<B, T>(component, function, references, count, values))
+    }
+}
+
+#[inline(never)]
+unsafe fn get_any<B: Block, T: FmiType>(
     component: Pointer,
     function: &'static Function,
     references: *const u32,
@@ -334,7 +387,28 @@ pub unsafe fn get<B: Block, T: FmiType>(
     }
 }
 
+#[inline(always)]
 pub unsafe fn set<B: Block, T: FmiType>(
+    component: Pointer,
+    function: &'static Function,
+    references: *const u32,
+    count: usize,
+    values: *const T,
+) -> Status {
+    // SAFETY: the host's contract.
+    unsafe {
+        try_common::<B>(component, function, |component| {
+            match (plain_array(references, count), plain_array(values, count)) {
+                (Some(references), Some(values)) => component.instance.set_common(references, values),
+                _ => false,
+            }
+        })
+        .unwrap_or_else(|| set_any::<B, T>(component, function, references, count, values))
+    }
+}
+
+#[inline(never)]
+unsafe fn set_any<B: Block, T: FmiType>(
     component: Pointer,
     function: &'static Function,
     references: *const u32,
@@ -457,7 +531,17 @@ pub unsafe fn get_real_output_derivatives<B: Block>(component: Pointer, count: u
 
 // Computing
 
+#[inline(always)]
 pub unsafe fn do_step<B: Block>(component: Pointer, tc: f64, h: f64) -> Status {
+    // SAFETY: the host's contract.
+    unsafe {
+        try_common::<B>(component, &Function::DO_STEP, |component| component.instance.do_common_step(tc, h))
+            .unwrap_or_else(|| do_any_step::<B>(component, tc, h))
+    }
+}
+
+#[inline(never)]
+unsafe fn do_any_step<B: Block>(component: Pointer, tc: f64, h: f64) -> Status {
     // SAFETY: the host's contract.
     unsafe { enter::<B>(component, &Function::DO_STEP, |component| component.instance.do_step(tc, h)) }
 }
@@ -564,6 +648,101 @@ mod tests {
         let longest = isize::MAX as usize / 8;
         for length in [longest + 1, usize::MAX] {
             assert_eq!(of(length).unwrap_err().reason(), format!("value cannot have {length} elements"));
+        }
+    }
+
+    blocks::block! {
+        /// Panics in its tenth call.
+        pub struct Fragile as "FRAGILE" {
+            input {
+                /// Unused
+                u: Real = 0.0;
+            }
+            cycle {
+                /// Time between two calls
+                cycle: Time = Time::ms(1000), min Time::ms(1);
+            }
+            output {
+                /// Calls since the restart
+                calls: LReal;
+            }
+        }
+    }
+
+    impl blocks::Law for Fragile {
+        fn restart(&mut self) {
+            self.clear();
+        }
+
+        fn call(&mut self) {
+            self.calls += 1.0;
+            assert!(self.calls < 10.0, "the tenth call");
+        }
+    }
+
+    /// The reference of the input.
+    static U: u32 = 0;
+
+    /// A running instance with logging off.
+    fn running() -> Pointer {
+        unsafe extern "C" fn silent() {}
+        // SAFETY: a function that leaves its arguments alone can be called with any.
+        let logger = unsafe { std::mem::transmute::<*const (), Logger>(silent as *const ()) };
+        let nothing = ptr::null();
+        let callbacks = CallbackFunctions {
+            logger: Some(logger),
+            allocate_memory: nothing,
+            free_memory: nothing,
+            step_finished: nothing,
+            environment: ptr::null_mut(),
+        };
+        let guid = CString::new(interface::Guid::<Fragile>::TEXT).unwrap();
+        // SAFETY: all pointers point to what the functions take.
+        unsafe {
+            let component = instantiate::<Fragile>(c"x".as_ptr(), 1, guid.as_ptr(), &raw const callbacks, 0);
+            assert_eq!(setup_experiment::<Fragile>(component, 0.0, 0, 0.0), OK);
+            assert_eq!(enter_initialization_mode::<Fragile>(component), OK);
+            assert_eq!(exit_initialization_mode::<Fragile>(component), OK);
+            component
+        }
+    }
+
+    #[test]
+    fn a_panic_in_one_of_many_ordinary_steps_is_fatal_and_locks_the_instance() {
+        let component = running();
+        // SAFETY: a living component, freed once.
+        unsafe {
+            let statuses: Vec<Status> = (0..11).map(|k| do_step::<Fragile>(component, f64::from(k), 1.0)).collect();
+            assert_eq!(statuses, [OK, OK, OK, OK, OK, OK, OK, OK, OK, FATAL, FATAL]);
+            let mut value = 5.0;
+            let status = get::<Fragile, f64>(component, &Function::GET_REAL, &raw const U, 1, &raw mut value);
+            assert_eq!((status, value), (FATAL, 5.0));
+            free_instance::<Fragile>(component);
+        }
+    }
+
+    #[test]
+    fn one_wrong_value_of_two_changes_neither() {
+        let component = running();
+        // SAFETY: a living component, freed once; arrays as long as counted.
+        unsafe {
+            let set = |references: [u32; 2], values: [f64; 2]| {
+                set::<Fragile, f64>(component, &Function::SET_REAL, references.as_ptr(), 2, values.as_ptr())
+            };
+            let u = || {
+                let mut value = f64::NAN;
+                assert_eq!(get::<Fragile, f64>(component, &Function::GET_REAL, &raw const U, 1, &raw mut value), OK);
+                value
+            };
+            assert_eq!((set([U, U], [1.0, 2.0]), u()), (OK, 2.0));
+            // NaN, beyond the largest REAL, an output, a fixed parameter, no variable.
+            assert_eq!((set([U, U], [3.0, f64::NAN]), u()), (ERROR, 2.0));
+            assert_eq!((set([U, U], [3.5e38, 3.0]), u()), (ERROR, 2.0));
+            for other in [1, 2, 3, u32::MAX] {
+                assert_eq!((set([U, other], [3.0, 3.0]), u()), (ERROR, 2.0), "{other}");
+                assert_eq!((set([other, U], [3.0, 3.0]), u()), (ERROR, 2.0), "{other}");
+            }
+            free_instance::<Fragile>(component);
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::table::{Fingerprint, checksum};
 use crate::v2::capabilities::{Capability, Setting};
 use crate::v2::states::{Function, State};
 use crate::v2::value::{FmiType, type_name};
-use blocks::{Access, Block, Role, Row, Stored};
+use blocks::{Block, Role, Row, Stored};
 use std::ffi::c_int;
 
 /// What an instance can do.
@@ -36,11 +36,16 @@ impl<B: Block> Default for Instance<B> {
 }
 
 impl<B: Block> Instance<B> {
+    /// Whether the function may be called in the present state.
+    #[inline(always)]
+    pub fn allows(&self, function: &Function) -> bool {
+        self.state.allows(function)
+    }
+
     /// Checks that the function may be called in the present state.
     ///
     /// # Errors
     /// The state, and the states in which the function may be called.
-    #[inline(always)]
     pub fn may(&self, function: &Function) -> Result<(), Refusal> {
         self.state.may(function)
     }
@@ -100,14 +105,34 @@ impl<B: Block> Instance<B> {
         self.session.end()
     }
 
+    /// Does what [`Instance::get`] does in the most frequent case, and says whether it was that. If not, nothing has
+    /// happened.
+    #[inline(always)]
+    pub fn get_common<T: FmiType>(&self, references: &[u32], values: &mut [T]) -> bool {
+        T::get_common(&self.session.block, references, values)
+    }
+
+    /// Does what [`Instance::set`] does in the most frequent case, and says whether it was that. If not, nothing has
+    /// happened.
+    #[inline(always)]
+    pub fn set_common<T: FmiType>(&mut self, references: &[u32], values: &[T]) -> bool {
+        T::set_common(&mut self.session.block, references, values)
+    }
+
+    /// Does what [`Instance::do_step`] does in the most frequent case, and says whether it was that. If not, nothing has
+    /// happened.
+    #[inline(always)]
+    pub fn do_common_step(&mut self, tc: f64, h: f64) -> bool {
+        self.session.make_ordinary_step(tc, h)
+    }
+
     /// Reads variables into `values`, which is as long as `references`.
     ///
     /// # Errors
     /// A reference that is unknown or of another type; nothing is written then.
-    #[inline(always)]
     pub fn get<T: FmiType>(&self, references: &[u32], values: &mut [T]) -> Result<(), Refusal> {
         for reference in references {
-            check_type::<B, T>(*reference, "Get")?;
+            row::<B, T>(*reference, "Get")?;
         }
         for (reference, value) in references.iter().zip(values) {
             if let Some(got) = self.session.block.get(*reference as usize).and_then(T::from_plc) {
@@ -122,25 +147,25 @@ impl<B: Block> Instance<B> {
     /// # Errors
     /// A reference that is unknown, of another type or not settable now, or a value outside the range of its type;
     /// nothing is written then.
-    #[inline(always)]
     pub fn set<T: FmiType>(&mut self, references: &[u32], values: &[T]) -> Result<(), Refusal> {
         for (reference, value) in references.iter().zip(values) {
-            let access = check_type::<B, T>(*reference, "Set")?;
-            if !self.may_set(access.role) {
-                return Err(read_only(&B::TABLE.rows[*reference as usize]));
+            let row = row::<B, T>(*reference, "Set")?;
+            if !self.may_set(row.role) {
+                return Err(read_only(row));
             }
-            if let Err(range) = value.to_plc(access.kind) {
-                return Err(out_of_range(&B::TABLE.rows[*reference as usize], *value, range));
+            if let Err(range) = value.to_plc(row.kind) {
+                return Err(format!("{} = {}: {range}", row.full_name(), value.text()).into());
             }
         }
         for (reference, value) in references.iter().zip(values) {
             let row = *reference as usize;
-            value.put(&mut self.session.block, row, B::TABLE.access[row].kind);
+            if let Ok(value) = value.to_plc(B::TABLE.rows[row].kind) {
+                self.session.block.set(row, value);
+            }
         }
         Ok(())
     }
 
-    #[inline(always)]
     fn may_set(&self, role: Role) -> bool {
         match role {
             Role::Input | Role::Parameter => true,
@@ -163,8 +188,7 @@ impl<B: Block> Instance<B> {
     ) -> Result<(), Refusal> {
         let given = || references.iter().zip(orders).zip(derivatives).map(|((row, order), by)| (*row, *order, *by));
         for (reference, order, derivative) in given() {
-            check_type::<B, f64>(reference, "Set")?;
-            Session::<B>::check_derivative(&B::TABLE.rows[reference as usize], order, derivative)?;
+            Session::<B>::check_derivative(row::<B, f64>(reference, "Set")?, order, derivative)?;
         }
         self.session.set_derivatives(given());
         Ok(())
@@ -174,7 +198,6 @@ impl<B: Block> Instance<B> {
     ///
     /// # Errors
     /// A time that the clock refuses; an extrapolated input that may leave its range. No call is made then.
-    #[inline(always)]
     pub fn do_step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
         self.session.step(tc, h)
     }
@@ -232,36 +255,32 @@ impl<B: Block> Instance<B> {
 /// What a serialized state begins with; the last byte is the version of the format.
 const MAGIC: &[u8] = b"plcfmu\0\x01";
 
-/// Type and role of the variable with a value reference, which must be of the FMI type `T`. `access` is Get or Set, for the
+/// The row of the variable with a value reference, which must be of the FMI type `T`. `access` is Get or Set, for the
 /// message.
-#[inline(always)]
-fn check_type<B: Block, T: FmiType>(reference: u32, access: &str) -> Result<Access, Refusal> {
-    match B::TABLE.access.get(reference as usize) {
-        Some(row) if T::holds(row.kind) => Ok(*row),
-        _ => Err(no_variable::<B>(reference, access)),
+fn row<B: Block, T: FmiType>(reference: u32, access: &str) -> Result<&'static Row, Refusal> {
+    match B::TABLE.rows.get(reference as usize) {
+        Some(row) if T::holds(row.kind) => Ok(row),
+        _ => Err(no_variable::<B>(reference, |kind| format!("fmi2{access}{kind}"))),
     }
 }
 
-// The messages stand in functions of their own, so that calls that are not refused do not carry their code along.
+/// The refusal of a String variable: there are none.
+pub fn no_string<B: Block>(reference: u32) -> Refusal {
+    no_variable::<B>(reference, |kind| format!("fmi2Get{kind} or fmi2Set{kind}"))
+}
 
-#[cold]
-fn no_variable<B: Block>(reference: u32, access: &str) -> Refusal {
+/// The refusal of a reference that is not one of a variable of the right type; `functions` names those for another type.
+fn no_variable<B: Block>(reference: u32, functions: impl Fn(&str) -> String) -> Refusal {
     match B::TABLE.rows.get(reference as usize) {
         Some(row) => {
             let (name, kind) = (row.full_name(), type_name(row.kind));
-            format!("value reference {reference} is {name}, a {kind}: use fmi2{access}{kind}")
+            format!("value reference {reference} is {name}, a {kind}: use {}", functions(kind))
         }
         None => format!("value reference {reference} is unknown: they go from 0 to {}", B::TABLE.rows.len() - 1),
     }
     .into()
 }
 
-#[cold]
-fn out_of_range<T: FmiType>(row: &Row, value: T, range: &str) -> Refusal {
-    format!("{} = {}: {range}", row.full_name(), value.text()).into()
-}
-
-#[cold]
 fn read_only(row: &Row) -> Refusal {
     match row.role {
         Role::Fixed | Role::Cycle => format!(
@@ -269,18 +288,6 @@ fn read_only(row: &Row) -> Refusal {
             row.full_name()
         ),
         _ => format!("{} is computed by the block and can only be read", row.full_name()),
-    }
-    .into()
-}
-
-/// The refusal of a String variable: there are none.
-pub fn no_string<B: Block>(reference: u32) -> Refusal {
-    match B::TABLE.rows.get(reference as usize) {
-        Some(row) => {
-            let (name, kind) = (row.full_name(), type_name(row.kind));
-            format!("value reference {reference} is {name}, a {kind}: use fmi2Get{kind} or fmi2Set{kind}")
-        }
-        None => format!("value reference {reference} is unknown: they go from 0 to {}", B::TABLE.rows.len() - 1),
     }
     .into()
 }

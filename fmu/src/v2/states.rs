@@ -39,19 +39,20 @@ impl State {
         }
     }
 
+    /// Whether the function may be called in this state.
+    #[inline(always)]
+    pub fn allows(self, function: &Function) -> bool {
+        function.allowed & self as u8 != 0
+    }
+
     /// Checks that the function may be called in this state.
     ///
     /// # Errors
     /// The state, and the states in which the function may be called.
-    #[inline(always)]
     pub fn may(self, function: &Function) -> Result<(), Refusal> {
-        if function.allowed & self as u8 != 0 {
-            return Ok(());
-        }
-        Err(self.not_now(function))
+        if self.allows(function) { Ok(()) } else { Err(self.not_now(function)) }
     }
 
-    #[cold]
     fn not_now(self, function: &Function) -> Refusal {
         if self == State::Locked {
             let reason = "the instance is locked after a panic; only fmi2FreeInstance is left";

@@ -18,8 +18,18 @@ pub trait FmiType: Copy {
     /// The range, as a text, if the value lies outside.
     fn to_plc(self, kind: Kind) -> Result<Value, &'static str>;
 
-    /// Writes the value, which [`FmiType::to_plc`] has accepted, to a row of that kind.
-    fn put<B: Block>(self, block: &mut B, row: usize, kind: Kind);
+    /// Writes variables in the most frequent case: one or two REAL inputs or parameters, with values in range. False, and
+    /// nothing is changed, in every other case.
+    #[inline(always)]
+    fn set_common<B: Block>(_block: &mut B, _references: &[u32], _values: &[Self]) -> bool {
+        false
+    }
+
+    /// Reads variables in the most frequent case: one REAL. False, and nothing is written, in every other case.
+    #[inline(always)]
+    fn get_common<B: Block>(_block: &B, _references: &[u32], _values: &mut [Self]) -> bool {
+        false
+    }
 
     /// The PLC value in this type; `None` if it is of another.
     fn from_plc(value: Value) -> Option<Self>;
@@ -41,12 +51,37 @@ impl FmiType for f64 {
     }
 
     #[inline(always)]
-    fn put<B: Block>(self, block: &mut B, row: usize, kind: Kind) {
-        match kind {
-            Kind::Real => block.set(row, Value::Real(self as f32)),
-            Kind::LReal => block.set(row, Value::LReal(self)),
-            kind => self.to_plc(kind).is_ok_and(|value| block.set(row, value)),
+    fn set_common<B: Block>(block: &mut B, references: &[u32], values: &[f64]) -> bool {
+        let fits = |reference: &u32, value: &f64| {
+            B::TABLE.tunable_reals.get(*reference as usize) == Some(&true) && number::is_real(*value)
         };
+        let mut put = |reference: &u32, value: &f64| {
+            if let Some(real) = block.real_mut(*reference as usize) {
+                *real = *value as f32;
+            }
+        };
+        // No loop: in one the compiler would compute the addresses of all REALs first.
+        match (references, values) {
+            ([reference], [value]) if fits(reference, value) => put(reference, value),
+            ([first, second], [one, other]) if fits(first, one) && fits(second, other) => {
+                put(first, one);
+                put(second, other);
+            }
+            _ => return false,
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn get_common<B: Block>(block: &B, references: &[u32], values: &mut [f64]) -> bool {
+        let ([reference], [value]) = (references, values) else {
+            return false;
+        };
+        let Some(real) = block.real(*reference as usize) else {
+            return false;
+        };
+        *value = f64::from(real);
+        true
     }
 
     #[inline]
@@ -79,13 +114,6 @@ impl FmiType for c_int {
         }
     }
 
-    #[inline(always)]
-    fn put<B: Block>(self, block: &mut B, row: usize, kind: Kind) {
-        if let Ok(value) = self.to_plc(kind) {
-            block.set(row, value);
-        }
-    }
-
     #[inline]
     fn from_plc(value: Value) -> Option<c_int> {
         match value {
@@ -115,11 +143,6 @@ impl FmiType for Boolean {
     #[inline]
     fn to_plc(self, _kind: Kind) -> Result<Value, &'static str> {
         Ok(Value::Bool(self.0 != 0))
-    }
-
-    #[inline(always)]
-    fn put<B: Block>(self, block: &mut B, row: usize, _kind: Kind) {
-        block.set(row, Value::Bool(self.0 != 0));
     }
 
     #[inline]

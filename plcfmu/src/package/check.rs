@@ -222,8 +222,8 @@ mod tests {
         assert_eq!(
             report(&wrong, library).errors,
             [
-                "modelDescription.xml: variable \"CYCLE\": causality = parameter and variability = discrete exclude each \
-                 other"
+                "modelDescription.xml: variable \"CYCLE\": causality = parameter and variability = discrete are not \
+                 allowed together"
                     .to_string(),
                 format!("binaries/darwin64/PUMP.dylib: it does not export {}", FUNCTIONS[0])
             ]
@@ -236,6 +236,6 @@ mod tests {
         wrong.model_variables[0].variability = Variability::Constant;
         let report = report(&wrong, library(true, "{1}"));
         assert_eq!(report.errors.len(), 1);
-        assert!(!report.remarks.iter().any(|remark| remark.contains("exclude each other")), "{:?}", report.remarks);
+        assert!(!report.remarks.iter().any(|remark| remark.contains("not allowed together")), "{:?}", report.remarks);
     }
 }

@@ -166,12 +166,12 @@ mod tests {
         };
         let plain = r#""start":0.0,"min":null,"max":null,"unit":null"#;
         let rows = [
-            row("FLOW", "LReal", "Input", r#""start":1.5,"min":0.0,"max":9.0,"unit":"l/min""#),
-            row("CYCLE", "Time", "Cycle", r#""start":0.1,"min":0.001,"max":null,"unit":null"#),
-            row("DI_A.GAIN", "Real", "Parameter", r#""start":2.0,"min":null,"max":null,"unit":null"#),
-            row("ON", "Bool", "Output", plain),
-            row("DUTY", "LReal", "Output", r#""start":0.0,"min":null,"max":null,"unit":"%""#),
-            row("DI_A.LMN", "Real", "Local", plain),
+            row("FLOW", "LREAL", "input", r#""start":1.5,"min":0.0,"max":9.0,"unit":"l/min""#),
+            row("CYCLE", "TIME", "cycle", r#""start":0.1,"min":0.001,"max":null,"unit":null"#),
+            row("DI_A.GAIN", "REAL", "parameter", r#""start":2.0,"min":null,"max":null,"unit":null"#),
+            row("ON", "BOOL", "output", plain),
+            row("DUTY", "LREAL", "output", r#""start":0.0,"min":null,"max":null,"unit":"%""#),
+            row("DI_A.LMN", "REAL", "local", plain),
         ];
         let docs = r"Pumps & more.\n\nThe *law*:\n\n| a | b |\n|---|---|\n| 1 | 2 |";
         let json = format!(

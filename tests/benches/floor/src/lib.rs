@@ -8,6 +8,7 @@
 
 use blocks::{Block, ContC, Law};
 use std::ffi::c_int;
+use std::ptr;
 
 /// The controller and its values by value reference.
 #[derive(Debug)]
@@ -63,8 +64,11 @@ pub unsafe extern "C" fn floor_set_real(
 pub unsafe extern "C" fn floor_do_step(floor: *mut Floor, _tc: f64, _h: f64, _no_state_prior: c_int) -> c_int {
     // SAFETY: the caller's contract.
     let Floor { values, block } = unsafe { &mut *floor };
-    block.sp_int = values[SP_INT] as f32;
-    block.pv_in = values[PV_IN] as f32;
+    // One by one: a load of both at once would have to wait until both stores of `floor_set_real` are through.
+    // SAFETY: references to values.
+    let [sp_int, pv_in] = [SP_INT, PV_IN].map(|place| unsafe { ptr::read_volatile(&raw const values[place]) });
+    block.sp_int = sp_int as f32;
+    block.pv_in = pv_in as f32;
     block.call();
     values[LMN] = f64::from(block.lmn);
     0
