@@ -2,7 +2,8 @@
 
 use modeldescription::Row;
 use modeldescription::v2::Interface;
-use plcfmu::build::compile::{Platform, compile};
+use plcfmu::build::compile::{Linkage, compile};
+use plcfmu::build::platform::Platform;
 use plcfmu::build::workspace::{FmuCrate, Workspace};
 use plcfmu::host::library::Library;
 use std::collections::BTreeMap;
@@ -47,7 +48,7 @@ static PREBUILT: LazyLock<Option<PathBuf>> = LazyLock::new(|| std::env::var_os("
 /// The packages in `tests/fmus`. Cargo knows them by `test-only` in their `Cargo.toml`; a folder of libraries does not.
 const TEST_ONLY: [&str; 2] = ["counter", "panicking"];
 
-static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| Workspace::find().unwrap_or_else(|error| panic!("{error}")));
+static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| Workspace::find().unwrap_or_else(|error| panic!("{error:#}")));
 
 /// Loaded libraries by package; they stay to the end of the process.
 static LOADED: Mutex<BTreeMap<String, &'static Fmu>> = Mutex::new(BTreeMap::new());
@@ -100,7 +101,7 @@ fn prebuilt(folder: &Path) -> BTreeMap<String, PathBuf> {
     let files = std::fs::read_dir(folder)
         .unwrap_or_else(|error| panic!("PLCFMU_LIBRARIES: {} cannot be read: {error}", folder.display()));
     files
-        .map(|file| file.unwrap_or_else(|error| panic!("PLCFMU_LIBRARIES: {error}")).path())
+        .map(|file| file.unwrap_or_else(|error| panic!("PLCFMU_LIBRARIES: {error:#}")).path())
         .filter_map(|path| {
             let name = path.file_name()?.to_str()?.strip_suffix(DLL_SUFFIX)?;
             Some((name.strip_prefix(DLL_PREFIX).unwrap_or(name).to_string(), path))
@@ -118,8 +119,8 @@ fn built(packages: &[&String]) -> BTreeMap<String, PathBuf> {
 
 /// Builds release libraries for this machine, in a folder of their own: cargo holds no lock there while it runs tests.
 fn build(crates: &[FmuCrate]) -> BTreeMap<String, PathBuf> {
-    let platform = Platform::host(true).unwrap_or_else(|error| panic!("{error}"));
-    compile(&WORKSPACE, crates, &platform).unwrap_or_else(|error| panic!("{error}"))
+    let built = Platform::host().and_then(|host| compile(&WORKSPACE, crates, &host, &Linkage::Native));
+    built.unwrap_or_else(|error| panic!("{error:#}"))
 }
 
 /// The library of a package that is not an FMU, for example the reference of a benchmark.
@@ -136,15 +137,15 @@ pub fn plain_library(package: &str) -> PathBuf {
 }
 
 fn open(package: &str, path: &Path) -> Fmu {
-    let library = Library::open(path).unwrap_or_else(|error| panic!("{error}"));
-    let json = library.interface().unwrap_or_else(|error| panic!("{package}: {error}"));
-    let interface = Interface::parse(&json).unwrap_or_else(|error| panic!("{package}: {error}"));
+    let library = Library::open(path).unwrap_or_else(|error| panic!("{error:#}"));
+    let json = library.interface().unwrap_or_else(|error| panic!("{package}: {error:#}"));
+    let interface = Interface::parse(&json).unwrap_or_else(|error| panic!("{package}: {error:#}"));
     Fmu {
         package: package.into(),
         library,
         path: path.to_path_buf(),
         name: interface.table.name,
-        guid: CString::new(interface.guid).unwrap_or_else(|error| panic!("{package}: {error}")),
+        guid: CString::new(interface.guid).unwrap_or_else(|error| panic!("{package}: {error:#}")),
         cycle: interface.table.cycle as u32,
         variables: interface.table.variables,
     }

@@ -27,6 +27,8 @@ pub fn demo(workspace: &Workspace, options: &Options) -> Result<()> {
         heading(&name(&program));
         let mut python = environment.python();
         python.arg(&program).arg("--fmu").arg(workspace.fmus()).arg("--out").arg(&results);
+        // The examples import the Python package.
+        python.env("PYTHONPATH", workspace.root.join("plcfmu/python"));
         run(python.current_dir(&workspace.root))?;
     }
     println!("\nCSV and PNG files: {}", workspace.shown(&results));

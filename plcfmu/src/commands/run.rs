@@ -9,7 +9,6 @@ use crate::page::picture;
 use crate::page::plot::{self, Chart, Curve, Panel};
 use crate::progress::Progress;
 use anyhow::{Context, Error, Result, bail};
-use std::fs::File;
 use std::io::{self, BufWriter, StdoutLock, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -122,7 +121,7 @@ pub fn run(options: &Options) -> Result<()> {
     let is_svg = options.plot.as_deref().map(is_svg).transpose()?;
     let to_stdout = options.out.as_deref() == Some(Path::new("-"));
     for file in options.out.iter().filter(|_| !to_stdout).chain(&options.plot) {
-        let folder = folder(file);
+        let folder = temporary::folder(file);
         if !folder.is_dir() {
             bail!("{} cannot be written: {} is not a folder", file.display(), folder.display());
         }
@@ -150,14 +149,14 @@ pub fn run(options: &Options) -> Result<()> {
     if to_stdout {
         print(|to| recording.write_csv(to))?;
     } else if let Some(file) = &options.out {
-        write(file, |to| Ok(recording.write_csv(to)?))?;
+        temporary::place(file, |to| Ok(recording.write_csv(to)?), |_| Ok(()))?;
         let (rows, columns) = (recording.times.len(), recording.columns.len());
         lines.push(format!("{}: {rows} rows of the time and {columns} variables", file.display()));
     }
     if let (Some(file), Some(is_svg)) = (&options.plot, is_svg) {
         let names: Vec<_> = options.fmus.iter().map(|fmu| fmu.name.as_str()).collect();
         let picture = draw(&recording, names.join(", "), simulation.plan.time(steps), is_svg)?;
-        write(file, |to| Ok(to.write_all(&picture)?))?;
+        temporary::place(file, |to| Ok(to.write_all(&picture)?), |_| Ok(()))?;
         lines.push(file.display().to_string());
     }
     lines.push("last row:".into());
@@ -276,26 +275,4 @@ fn draw(recording: &Recording, title: String, end: f64, is_svg: bool) -> Result<
     let chart = Chart { title, time, panels, lanes };
     let svg = plot::svg(&chart)?;
     if is_svg { Ok(svg.into_bytes()) } else { picture::png(&svg) }
-}
-
-/// Writes a file beside its place and gives it its name: at every moment there is the old file or the new one.
-fn write(file: &Path, content: impl FnOnce(&mut BufWriter<&File>) -> Result<()>) -> Result<()> {
-    let written = || -> Result<()> {
-        let mut builder = temporary::builder();
-        // As other files: the temporary ones of this crate are their owner's alone.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let beside = builder.tempfile_in(folder(file))?;
-        let mut writer = BufWriter::new(beside.as_file());
-        content(&mut writer)?;
-        writer.flush()?;
-        drop(writer);
-        beside.persist(file)?;
-        Ok(())
-    };
-    written().with_context(|| format!("{} cannot be written", file.display()))
-}
-
-fn folder(file: &Path) -> &Path {
-    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }

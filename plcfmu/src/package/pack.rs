@@ -199,26 +199,12 @@ fn pack(built: &Built, linkage: &Linkage, path: &Path) -> Result<usize> {
     description.license = built.fmu_crate.license.clone();
     let bytes = archive::write(&files(built, &description)?)?;
     let is_portable = matches!(linkage, Linkage::Portable(_));
-    place(&bytes, path, |packed| check::packed(packed, &description, is_portable))?;
+    temporary::place(
+        path,
+        |file| Ok(file.write_all(&bytes)?),
+        |packed| check::packed(packed, &description, is_portable),
+    )?;
     Ok(bytes.len())
-}
-
-/// Writes a file beside its place, checks it there, and renames it: at every moment there is the old file or the new one.
-fn place(bytes: &[u8], path: &Path, check: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let failed = || format!("{} cannot be written", path.display());
-    fs::create_dir_all(folder).with_context(failed)?;
-    let mut builder = temporary::builder();
-    // As other files: the temporary ones of this crate are their owner's alone.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut temporary = builder.tempfile_in(folder).with_context(failed)?;
-    temporary.write_all(bytes).with_context(failed)?;
-    // On the disk before it gets its name.
-    temporary.as_file().sync_all().with_context(failed)?;
-    check(temporary.path())?;
-    temporary.persist(path).with_context(failed)?;
-    Ok(())
 }
 
 /// Everything that is in an FMU, by its path there.
@@ -321,23 +307,6 @@ mod tests {
             check_names(&[("a", "PUMP"), ("b", "Pump")]).unwrap_err().to_string(),
             "the packages a and b both make Pump.fmu: give one of the blocks another name"
         );
-    }
-
-    #[test]
-    fn a_file_that_fails_its_check_leaves_the_old_one() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("PUMP.fmu");
-        place(b"old", &path, |_| Ok(())).unwrap();
-        let error = place(b"new", &path, |beside| {
-            assert_eq!(fs::read(beside).unwrap(), b"new");
-            assert_eq!(fs::read(&path).unwrap(), b"old");
-            bail!("it does not load")
-        });
-        assert_eq!(error.unwrap_err().to_string(), "it does not load");
-        assert_eq!(fs::read(&path).unwrap(), b"old");
-        place(b"new", &path, |_| Ok(())).unwrap();
-        assert_eq!(fs::read(&path).unwrap(), b"new");
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
     #[test]
