@@ -497,6 +497,7 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::host::library::FUNCTIONS;
 
     const XML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Pump&#10;  Kind" guid="{12}" generationTool="Tool 1">
@@ -533,7 +534,7 @@ mod tests {
         };
         let linux = Binary {
             architectures: vec!["x86_64".into()],
-            functions: vec!["fmi2DoStep".into(), "fmi3DoStep".into()],
+            functions: vec![FUNCTIONS[0].into(), "fmi3DoStep".into()],
             glibc: Some("2.17".into()),
             needed: vec!["libc.so.6".into(), "libm.so.6".into()],
             ..Binary::default()

@@ -6,6 +6,7 @@ pub mod info;
 pub mod new;
 pub mod run;
 
+use crate::host::library::PREFIX;
 use crate::package::binary::Binary;
 use anyhow::{Context, Result};
 use std::io::{ErrorKind, Write, stdout};
@@ -23,7 +24,7 @@ fn print(text: &str) -> Result<()> {
 
 /// How much of FMI 2.0 a library exports. It may export functions of other versions too.
 fn functions(binary: &Binary) -> String {
-    let count = binary.functions.iter().filter(|name| name.starts_with("fmi2")).count();
+    let count = binary.functions.iter().filter(|name| name.starts_with(PREFIX)).count();
     format!("{count} functions of FMI 2.0")
 }
 

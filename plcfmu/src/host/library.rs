@@ -74,6 +74,9 @@ macro_rules! library {
         /// The names of the 34 functions.
         pub const FUNCTIONS: &[&str] = &[$($symbol),*];
 
+        /// What the names of all functions of FMI 2.0 begin with, those for model exchange too.
+        pub const PREFIX: &str = "fmi2";
+
         impl Library {
             fn load(path: &Path, folder: Option<TempDir>) -> Result<Library> {
                 let library = load(path)

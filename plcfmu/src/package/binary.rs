@@ -199,7 +199,7 @@ pub(crate) mod tests {
     use object::write::{self, Symbol, SymbolSection};
     use object::{BinaryFormat, SymbolFlags, SymbolKind, SymbolScope};
 
-    const FUNCTIONS: [&str; 3] = ["fmi2DoStep", "fmi2Instantiate", "fmi2Reset"];
+    const FUNCTIONS: [&str; 3] = ["fmiDoStep", "fmiInstantiate", "fmiReset"];
 
     fn binary() -> Binary {
         Binary {
@@ -218,13 +218,13 @@ pub(crate) mod tests {
     fn all_functions_and_no_other_of_fmi_are_exported() {
         assert!(binary().check_functions(&FUNCTIONS).is_ok());
         let mut binary = binary();
-        binary.functions.push("fmi2NewDiscreteStates".into());
+        binary.functions.push("fmiNewDiscreteStates".into());
         assert_eq!(
             sentence(binary.check_functions(&FUNCTIONS)),
-            "it exports fmi2NewDiscreteStates, which is not a function of FMI 2.0 for co-simulation"
+            "it exports fmiNewDiscreteStates, which is not a function of FMI 2.0 for co-simulation"
         );
-        binary.functions.retain(|name| name != "fmi2DoStep" && name != "fmi2Reset");
-        assert_eq!(sentence(binary.check_functions(&FUNCTIONS)), "it does not export fmi2DoStep, fmi2Reset");
+        binary.functions.retain(|name| name != "fmiDoStep" && name != "fmiReset");
+        assert_eq!(sentence(binary.check_functions(&FUNCTIONS)), "it does not export fmiDoStep, fmiReset");
     }
 
     #[test]
@@ -309,19 +309,19 @@ pub(crate) mod tests {
     #[test]
     fn both_parts_of_a_universal_file_are_read() {
         let file = universal_file(&[
-            (X86_64, macos(Architecture::X86_64, &["fmi2DoStep", "plcfmu_interface"])),
-            (ARM64, macos(Architecture::Aarch64, &["fmi2DoStep", "plcfmu_interface"])),
+            (X86_64, macos(Architecture::X86_64, &["fmiDoStep", "plcfmu_interface"])),
+            (ARM64, macos(Architecture::Aarch64, &["fmiDoStep", "plcfmu_interface"])),
         ]);
         let binary = Binary::read(&file).unwrap();
         assert_eq!(binary.architectures, ["x86_64", "aarch64"]);
-        assert_eq!(binary.functions, ["fmi2DoStep"]);
+        assert_eq!(binary.functions, ["fmiDoStep"]);
         assert!(binary.has_table);
     }
 
     #[test]
     fn the_parts_of_a_universal_file_must_agree() {
-        let first = macos(Architecture::X86_64, &["fmi2DoStep", "fmi2Reset"]);
-        let second = macos(Architecture::Aarch64, &["fmi2DoStep"]);
+        let first = macos(Architecture::X86_64, &["fmiDoStep", "fmiReset"]);
+        let second = macos(Architecture::Aarch64, &["fmiDoStep"]);
         let file = universal_file(&[(X86_64, first.clone()), (ARM64, second)]);
         assert_eq!(sentence(Binary::read(&file)), "its parts for x86_64 and aarch64 export different functions");
         let file = universal_file(&[(X86_64, first), (ARM64, b"nothing".to_vec())]);
