@@ -1,7 +1,7 @@
 //! DRIVE: a speed-controlled drive that trips on too fast a setpoint change, a plant for HLG.
 
-use blocks::plant::{lag, limited, seconds};
 use blocks::{Law, Response};
+use dynamics::{lag, limited, seconds};
 
 blocks::block! {
     /// Speed-controlled drive that trips where its setpoint changes faster than it can follow: counts in, speed out.
@@ -183,7 +183,7 @@ mod tests {
     }
 
     fn run(drive: &mut Drive, seconds: f64) {
-        let calls = (seconds / blocks::plant::seconds(drive.cycle)).round() as u32;
+        let calls = (seconds / dynamics::seconds(drive.cycle)).round() as u32;
         (0..calls).for_each(|_| drive.call());
     }
 

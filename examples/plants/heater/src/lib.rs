@@ -1,7 +1,7 @@
 //! HEATER: an electrically heated furnace, a plant for CONT_C.
 
-use blocks::plant::{Delay, analog, lags, limited};
 use blocks::{Law, Response};
+use dynamics::{Delay, analog, lags, limited};
 
 blocks::block! {
     /// Electrically heated furnace with a door: heating power in, temperature out, behind two lags and a transport delay.
@@ -150,7 +150,7 @@ mod tests {
     }
 
     fn run(heater: &mut Heater, seconds: f64) {
-        let calls = (seconds / blocks::plant::seconds(heater.cycle)).round() as u32;
+        let calls = (seconds / dynamics::seconds(heater.cycle)).round() as u32;
         (0..calls).for_each(|_| heater.call());
     }
 

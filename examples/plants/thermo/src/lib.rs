@@ -1,7 +1,7 @@
 //! THERMO: a zone that is heated and cooled, a plant for PULSEGEN and PULS_CTR.
 
-use blocks::plant::{analog, lag, lags, limited, seconds};
 use blocks::{Law, Response};
+use dynamics::{analog, lag, lags, limited, seconds};
 
 blocks::block! {
     /// Climate chamber that is heated and cooled, with different gains and time constants: pulses in, temperature out.
@@ -150,7 +150,7 @@ mod tests {
     }
 
     fn run(thermo: &mut Thermo, seconds: f64) {
-        let calls = (seconds / blocks::plant::seconds(thermo.cycle)).round() as u32;
+        let calls = (seconds / dynamics::seconds(thermo.cycle)).round() as u32;
         (0..calls).for_each(|_| thermo.call());
     }
 
