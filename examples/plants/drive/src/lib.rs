@@ -48,7 +48,8 @@ blocks::block! {
     /// For HLG: S1 20000, TH 400 calls of 10 ms bring the drive to 916 rpm in 4 s; TH 100 trips it, and so does S1 itself.
     ///
     /// Accuracy: solved in closed form for held inputs, the change from the torque limit to the lag within a CYCLE
-    /// included, so the speed depends on CYCLE only by rounding (a few parts in 10^14). The results are the same to the last bit on every platform.
+    /// included, so the speed depends on CYCLE only by rounding (a few parts in 10^14).
+    /// The results are the same to the last bit on every platform.
     ///
     /// Limits: the speed control makes up for the load at once and without an error; its own dynamics are one lag.
     ///

@@ -41,7 +41,8 @@ blocks::block! {
     ///
     /// Accuracy: solved exactly for held inputs. The root of the level has a solution in closed form, which gives the time
     /// for a level; the level for a time is found from it by Newton's iteration, to the last bits. So the result
-    /// depends on CYCLE only by rounding (a few parts in 10^13). The results are the same to the last bit on every platform.
+    /// depends on CYCLE only by rounding (a few parts in 10^13).
+    /// The results are the same to the last bit on every platform.
     ///
     /// Limits: the walls are upright, and the level over the opening does not vary with the flow.
     ///

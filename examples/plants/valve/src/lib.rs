@@ -56,7 +56,8 @@ blocks::block! {
     ///
     /// Accuracy: solved in closed form for held inputs; while the stem moves the exchanger is solved by a quadrature that
     /// is exact to a few parts in 10^12 while HX_TM and SENS_TM are 0 or no less than a hundredth of CYCLE (below that,
-    /// to a percent of what the target moves in a hundredth of CYCLE). The result depends on CYCLE only by that. The results are the same to the last bit on every platform.
+    /// to a percent of what the target moves in a hundredth of CYCLE). The result depends on CYCLE only by that.
+    /// The results are the same to the last bit on every platform.
     ///
     /// Limits: the temperature rises in proportion to the flow, as with steam that condenses; what is heated flows evenly.
     ///
