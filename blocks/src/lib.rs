@@ -18,7 +18,6 @@
 //! behave), *decided* (by us, where all of these are silent).
 
 mod abb;
-pub mod plant;
 mod siemens;
 pub mod table;
 

@@ -4,11 +4,12 @@
 //! is solved in closed form, not integrated in small steps: one step of a second gives the same as a hundred steps of
 //! ten milliseconds, apart from the rounding of a 64-bit number.
 //!
-//! `exp` comes from the system's mathematics library, whose last bits differ between platforms. So the last bits of a
-//! plant differ too; the same library on the same machine gives the same bits.
+//! `exp` and its relatives come from the crate `libm`, not from the system's mathematics library, whose last bits differ
+//! from platform to platform: a plant gives the same bits everywhere.
 //!
 //! ```
-//! use blocks::{Law, LReal, plant};
+//! use blocks::{LReal, Law};
+//! use dynamics::{lag, limited, seconds};
 //!
 //! blocks::block! {
 //!     /// A boiler: heating power in, temperature out.
@@ -39,8 +40,8 @@
 //!     }
 //!
 //!     fn call(&mut self) {
-//!         let target = 20.0 + 0.8 * plant::limited(self.power, 0.0, 100.0);
-//!         self.temp = plant::lag(self.temp, target, self.tm_lag, plant::seconds(self.cycle));
+//!         let target = 20.0 + 0.8 * limited(self.power, 0.0, 100.0);
+//!         self.temp = lag(self.temp, target, self.tm_lag, seconds(self.cycle));
 //!     }
 //! }
 //!
@@ -50,7 +51,10 @@
 //! assert!((boiler.temp - (100.0 - 80.0 * (-1.0_f64).exp())).abs() < 1e-9);
 //! ```
 
-use crate::table::{LReal, Stored, Time, Word};
+use blocks::{LReal, Stored, Time, Word};
+
+/// The mathematics of the plants: the same bits on every platform.
+pub use libm::{exp, expm1 as exp_m1, log as ln};
 
 /// A TIME in seconds; 0 for a negative one.
 pub fn seconds(time: Time) -> LReal {
@@ -79,7 +83,7 @@ pub fn limited(x: LReal, low: LReal, high: LReal) -> LReal {
 /// to the last bit. If `seconds` is not above 0, nothing happens.
 ///
 /// ```
-/// let value = blocks::plant::lag(0.0, 100.0, 5.0, 10.0);
+/// let value = dynamics::lag(0.0, 100.0, 5.0, 10.0);
 /// assert!((value - 100.0 * (1.0 - (-2.0_f64).exp())).abs() < 1e-12);
 /// ```
 pub fn lag(value: LReal, target: LReal, time_constant: LReal, seconds: LReal) -> LReal {
@@ -101,7 +105,7 @@ pub fn lag(value: LReal, target: LReal, time_constant: LReal, seconds: LReal) ->
 ///
 /// ```
 /// // From rest, with equal time constants: 1 - (1 + t/T) exp(-t/T).
-/// let [_, second] = blocks::plant::lags([0.0, 0.0], 1.0, [4.0, 4.0], 4.0);
+/// let [_, second] = dynamics::lags([0.0, 0.0], 1.0, [4.0, 4.0], 4.0);
 /// assert!((second - (1.0 - 2.0 * (-1.0_f64).exp())).abs() < 1e-15);
 /// ```
 pub fn lags(values: [LReal; 2], target: LReal, time_constants: [LReal; 2], seconds: LReal) -> [LReal; 2] {
@@ -129,7 +133,7 @@ fn passed(seconds: LReal, time_constant: LReal) -> LReal {
 
 /// The part of the way that a lag covers in `passed` time constants: 1 - exp(-passed), accurate for small ones too.
 fn share(passed: LReal) -> LReal {
-    -(-passed).exp_m1()
+    -exp_m1(-passed)
 }
 
 /// What an analog input module makes of a process value: 0 at `at_0`, 27648 at `at_100`, rounded to the nearest count.
@@ -138,9 +142,9 @@ fn share(passed: LReal) -> LReal {
 /// the range ends where the sensor's does. `at_100` may be below `at_0`; if both are equal the word is 0.
 ///
 /// ```
-/// assert_eq!(blocks::plant::analog(100.0, 0.0, 400.0).value(), 6912);
-/// assert_eq!(blocks::plant::analog(500.0, 0.0, 400.0).value(), 27648);
-/// assert_eq!(blocks::plant::analog(-1.0, 0.0, 400.0).value(), 0);
+/// assert_eq!(dynamics::analog(100.0, 0.0, 400.0).value(), 6912);
+/// assert_eq!(dynamics::analog(500.0, 0.0, 400.0).value(), 27648);
+/// assert_eq!(dynamics::analog(-1.0, 0.0, 400.0).value(), 0);
 /// ```
 pub fn analog(value: LReal, at_0: LReal, at_100: LReal) -> Word {
     if at_0 == at_100 {
@@ -158,7 +162,8 @@ pub fn analog(value: LReal, at_0: LReal, at_100: LReal) -> Word {
 /// that [`Delay::new`] was given; then values on their way arrive as if the new delay had always applied.
 ///
 /// ```
-/// use blocks::{Time, plant::Delay};
+/// use blocks::Time;
+/// use dynamics::Delay;
 ///
 /// let cycle = Time::ms(100);
 /// let mut delay = Delay::new(0.25, cycle, 0.0);
@@ -186,7 +191,7 @@ impl Delay {
         Delay { line: vec![past; length], next: 0 }
     }
 
-    /// For [`Law::check`](crate::Law::check): is there memory for delays of up to `longest` seconds?
+    /// For [`Law::check`](blocks::Law::check): is there memory for delays of up to `longest` seconds?
     ///
     /// # Errors
     /// A sentence that names the parameter, its value and the remedy.
