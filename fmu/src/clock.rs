@@ -130,7 +130,8 @@ impl Clock {
         self.end
     }
 
-    /// Goes from `tc` to `tc + h` (seconds) and says which calls lie in between.
+    /// Goes from `tc` to `tc + h` (seconds) and says which calls lie in between. If `h` is 0, there are none, and the clock
+    /// stays where it is.
     ///
     /// # Errors
     /// `tc` or `h` is not a valid time; `tc` is before the end of the last step, or `tc + h` after the stop time, by more
@@ -194,7 +195,7 @@ impl Clock {
     fn check_and_advance(&mut self, tc: f64, h: f64) -> Result<Calls, Refusal> {
         let cycle = self.cycle;
         // Written so that NaN fails.
-        if !(h > 0.0 && h < f64::INFINITY && tc.abs() < f64::INFINITY) {
+        if !(h >= 0.0 && h < f64::INFINITY && tc.abs() < f64::INFINITY) {
             return Err(no_time(tc, h));
         }
         let magnitude = if tc.abs() > self.start.abs() { tc.abs() } else { self.start.abs() };
@@ -228,6 +229,11 @@ impl Clock {
             }
         }
 
+        if h == 0.0 {
+            // Some hosts end a run with such a step. It makes no call, not even one that is due, and moves nothing.
+            return Ok(Calls { count: 0, lead: 0.0 });
+        }
+
         let first = self.next;
         let lead = first as f64 * cycle - present;
         // A long step has rounding of its own.
@@ -254,7 +260,7 @@ impl Clock {
 fn no_time(tc: f64, h: f64) -> Refusal {
     format!(
         "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: the point must be finite, the step finite \
-         and greater than 0"
+         and not below 0"
     )
     .into()
 }
@@ -405,6 +411,30 @@ mod tests {
         // At 1e5 s a double resolves 1.5e-11 s. A step that reaches 1e-5 of a CYCLE beyond t_1 holds it.
         assert_eq!(calls(&mut clock(1e5, 100), 1e5, 0.1), 1);
         assert_eq!(calls(&mut clock(1e5, 100), 1e5, 0.1 + 1e-6), 2);
+    }
+
+    #[test]
+    fn a_step_of_0_makes_no_call_and_leaves_the_clock_where_it_is() {
+        let mut clock = Clock::new(5.0, 8.0, Time::ms(1000));
+        for tc in [5.0, 5.3, 7.0, 8.0] {
+            assert_eq!(advanced(&mut clock, tc, 0.0), (0, 0.0), "{tc}");
+            assert_eq!(clock.end(), 5.0);
+        }
+        assert_eq!(calls(&mut clock, 5.0, 1.0), 1);
+        assert_eq!(calls(&mut clock, 6.0, 0.0), 0);
+        assert_eq!(calls(&mut clock, 6.0, 2.0), 2);
+        assert_eq!(calls(&mut clock, 8.0, 0.0), 0, "at the stop time");
+    }
+
+    #[test]
+    fn a_step_of_0_is_refused_where_any_other_would_be() {
+        let mut clock = Clock::new(0.0, 8.0, Time::ms(1000));
+        clock.advance(0.0, 5.0).unwrap();
+        let mut reason = |tc, h| clock.advance(tc, h).unwrap_err().reason().to_string();
+        assert!(reason(4.9, 0.0).contains("before 5.0"));
+        assert!(reason(8.1, 0.0).contains("stopTime"));
+        assert!(reason(f64::NAN, 0.0).contains("must be finite"));
+        assert!(reason(5.0, -1e-300).contains("not below 0"));
     }
 
     #[test]
@@ -660,7 +690,7 @@ mod tests {
 
     #[test]
     fn points_and_steps_that_are_no_times_are_refused() {
-        for h in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        for h in [-5e-324, -1.0, f64::NAN, f64::INFINITY] {
             let refusal = clock(0.0, 1000).advance(0.0, h).unwrap_err();
             assert!(refusal.reason().contains(&format!("{h:?}: the point must be finite, the step finite")), "{h}");
         }

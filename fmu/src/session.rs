@@ -7,6 +7,7 @@ use crate::mean::Mean;
 use crate::number::{number, to_value};
 use crate::refusal::Refusal;
 use blocks::{Block, Kind, Role, Row, Stored};
+use std::mem::ManuallyDrop;
 
 /// How many time derivatives of an input can be given.
 pub const ORDERS: usize = 4;
@@ -36,20 +37,50 @@ impl<B: Block> Session<B> {
     /// # Errors
     /// The time between two calls is less than 1 ms, or the block itself refuses its parameters.
     pub fn restart(&mut self, start: f64, stop: f64) -> Result<(), Refusal> {
-        let cycle = self.block.cycle();
-        if cycle.milliseconds() < 1 {
+        Self::restart_block(&mut self.block)?;
+        self.clock = Clock::new(start, stop, self.block.cycle());
+        Ok(())
+    }
+
+    /// The block as a restart with its present inputs and parameters would leave it; `None` if that restart is refused.
+    pub fn restarted(&self) -> Option<B> {
+        // If the restart panics, the copy is leaked: it might panic again when it is dropped, which would end the process.
+        let mut block = ManuallyDrop::new(self.block.clone());
+        let is_restarted = Self::restart_block(&mut block).is_ok();
+        let block = ManuallyDrop::into_inner(block);
+        is_restarted.then_some(block)
+    }
+
+    fn restart_block(block: &mut B) -> Result<(), Refusal> {
+        let cycle = block.cycle().milliseconds();
+        if cycle < 1 {
             return Err(format!(
                 "{} = {:?} s: the time between two calls must be at least 0.001 s",
                 B::TABLE.rows[B::TABLE.cycle].name,
-                f64::from(cycle.milliseconds()) / 1000.0
+                f64::from(cycle) / 1000.0
             )
             .into());
         }
-        self.block.check()?;
-        self.clock = Clock::new(start, stop, cycle);
-        self.block.restart();
-        self.show_mean(Mean::default());
+        block.check()?;
+        block.restart();
+        Self::show_mean(block, Mean::default());
         Ok(())
+    }
+
+    /// A sentence if a step of `h` seconds is so short against the time between two calls that the latter may be given in
+    /// the wrong unit.
+    pub fn advice_on_step(&self, h: f64) -> Option<String> {
+        let cycle = self.clock.period();
+        // Steps below a microsecond are what rounding leaves of a host's time.
+        let is_odd = 1e-6 < h && h < cycle / 100.0;
+        is_odd.then(|| {
+            let name = B::TABLE.rows[B::TABLE.cycle].name;
+            format!(
+                "communicationStepSize = {h:?}: {name} = {cycle:?} s is {:.0} times as long, and only one step in so many \
+                 makes a call; is {name} given in ms instead of s?",
+                cycle / h
+            )
+        })
     }
 
     /// Where the last step ended, in seconds; the furthest end if the last step began a little before it.
@@ -65,7 +96,7 @@ impl<B: Block> Session<B> {
         if is_ordinary {
             let mut mean = Mean::default();
             self.call(&mut mean);
-            self.show_mean(mean);
+            Self::show_mean(&mut self.block, mean);
         }
         is_ordinary
     }
@@ -103,7 +134,7 @@ impl<B: Block> Session<B> {
         for input in &self.extrapolations {
             write(&mut self.block, input.row, input.value);
         }
-        self.show_mean(mean);
+        Self::show_mean(&mut self.block, mean);
         Ok(())
     }
 
@@ -116,9 +147,9 @@ impl<B: Block> Session<B> {
     }
 
     #[inline(always)]
-    fn show_mean(&mut self, mean: Mean) {
+    fn show_mean(block: &mut B, mean: Mean) {
         if B::TABLE.mean.is_some() {
-            self.block.set_mean(mean.percent(self.block.pulse()));
+            block.set_mean(mean.percent(block.pulse()));
         }
     }
 
@@ -281,6 +312,23 @@ mod tests {
         assert_eq!(session.block.q_mean, 50.0, "call 9 of 9 and 10");
         session.step(0.95, 0.05).unwrap();
         assert_eq!(session.block.q_mean, 0.0, "no call; call 10 left no pulse");
+    }
+
+    #[test]
+    fn a_step_of_0_makes_no_call_and_shows_the_held_pulse_whatever_is_extrapolated() {
+        let mut session = restarted();
+        session.step(0.0, 0.5).unwrap();
+        assert_eq!((session.block.count, session.block.q_mean), (5, 40.0));
+        session.set_derivatives([(U, 1, 3e38)].into_iter());
+        for (tc, h) in [(0.5, 0.0), (0.5, -0.0), (0.75, 0.0)] {
+            session.step(tc, h).unwrap();
+            assert_eq!((session.block.count, session.block.sum, session.block.q_mean), (5, 0.0, 100.0), "{tc:?}");
+        }
+        // The calls at 0.5 and 0.6 are made up for with u = 0, those at 0.7 and 0.8 see it extrapolated.
+        session.set_derivatives([(U, 1, 10.0)].into_iter());
+        session.step(0.7, 0.2).unwrap();
+        assert_eq!(session.block.count, 9);
+        assert!((session.block.sum - 1.0).abs() < 1e-6);
     }
 
     #[test]

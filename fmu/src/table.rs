@@ -60,7 +60,14 @@ const fn row_hash(mut state: u128, row: &Row) -> u128 {
     state = value_hash(state, Some(row.start));
     state = value_hash(state, row.min);
     state = value_hash(state, row.max);
-    text_hash(state, if let Some(unit) = row.unit { unit } else { "" })
+    state = text_hash(state, if let Some(unit) = row.unit { unit } else { "" });
+    state = hash(state, &[row.from.len() as u8]);
+    i = 0;
+    while i < row.from.len() {
+        state = hash(state, &(row.from[i] as u32).to_le_bytes());
+        i += 1;
+    }
+    state
 }
 
 const fn table_hash(mut state: u128, table: &Table) -> u128 {
@@ -84,7 +91,8 @@ const fn table_hash(mut state: u128, table: &Table) -> u128 {
 }
 
 /// The table as a JSON object: name, documentation, the row numbers of the cycle and the mean, the variables in the order
-/// of the rows, and the response. Numbers are plain: a TIME in seconds, TRUE as 1.
+/// of the rows, and the response. Numbers are plain: a TIME in seconds, TRUE as 1. A variable whose restart value depends on
+/// settings names them as `from`.
 pub fn json<B: Block>() -> String {
     let table = B::TABLE;
     let mut json = String::new();
@@ -97,9 +105,10 @@ pub fn json<B: Block>() -> String {
         optional(table.mean.map(|mean| mean.to_string()))
     );
     for (i, row) in table.rows.iter().enumerate() {
+        let from: Vec<String> = row.from.iter().map(|setting| quoted(&table.rows[*setting].full_name())).collect();
         let _ = write!(
             json,
-            r#"{}{{"name":{},"description":{},"kind":"{}","role":"{}","start":{:?},"min":{},"max":{},"unit":{}}}"#,
+            r#"{}{{"name":{},"description":{},"kind":"{}","role":"{}","start":{:?},"min":{},"max":{},"unit":{}{}}}"#,
             if i == 0 { "" } else { "," },
             quoted(&row.full_name()),
             quoted(row.description),
@@ -109,6 +118,7 @@ pub fn json<B: Block>() -> String {
             optional(row.min.map(|min| format!("{:?}", number(min).min(decimal(min))))),
             optional(row.max.map(|max| format!("{:?}", number(max).max(decimal(max))))),
             optional(row.unit.map(quoted)),
+            if from.is_empty() { String::new() } else { format!(r#","from":[{}]"#, from.join(",")) },
         );
     }
     let response = &table.response;
@@ -181,6 +191,8 @@ mod tests {
         assert_ne!(of(Row { min: Some(Value::Bool(false)), ..row }), same, "min");
         assert_ne!(of(Row { max: Some(Value::Bool(false)), ..row }), same, "max");
         assert_ne!(of(Row { unit: Some("s"), ..row }), same, "unit");
+        assert_ne!(of(Row { from: &[4], ..row }), same, "settings of the restart value");
+        assert_ne!(of(Row { from: &[4], ..row }), of(Row { from: &[3], ..row }), "which settings");
         assert_eq!(of(Row { description: "in other words", ..row }), same, "its description is not");
     }
 
@@ -223,6 +235,10 @@ mod tests {
             json.contains(r#""name":"FIRST","description":"Refused below 0","kind":"INT","role":"fixed","start":0.0"#)
         );
         assert!(json.contains(r#""kind":"TIME","role":"cycle","start":0.1,"min":0.001,"max":null,"unit":null}"#));
+        assert!(
+            json.contains(r#""name":"COUNT","description":"Calls since the restart","kind":"INT","role":"output","#)
+        );
+        assert!(json.contains(r#""unit":null,"from":["FIRST"]},{"name":"Q_MEAN""#), "{json}");
         assert!(json.ends_with(r#""response":{"title":"At rest, with all defaults","calls":60,"set":[],"show":[]}}"#));
     }
 

@@ -29,11 +29,11 @@ blocks::block! {
             /// Sum of u times factor, and v
             sum: LReal;
             /// Calls since the restart
-            count: Int;
+            count: Int, from first;
         }
     }
     mean {
-        /// Mean of the pulse
+        /// Mean of the pulse in percent
         q_mean;
     }
 }
@@ -51,6 +51,10 @@ impl Law for Sum {
 
     fn check(&self) -> Result<(), String> {
         if self.first < 0 { Err(format!("FIRST = {}: must not be below 0", self.first)) } else { Ok(()) }
+    }
+
+    fn advice(&self) -> Vec<String> {
+        if self.first > 5 { vec![format!("FIRST = {}: the count starts late", self.first)] } else { Vec::new() }
     }
 
     fn pulse(&self) -> i32 {

@@ -45,6 +45,9 @@ pub struct Row {
     pub max: Option<f64>,
     /// Its physical unit.
     pub unit: Option<String>,
+    /// The names of the settings on which its value after a restart depends.
+    #[serde(default)]
+    pub from: Vec<String>,
 }
 
 /// A short run of the block that shows what it does.
@@ -65,6 +68,11 @@ impl Table {
     /// The row of the variable with this full name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.variables.iter().position(|row| row.name == name)
+    }
+
+    fn is_setting(&self, name: &str) -> bool {
+        self.find(name)
+            .is_some_and(|row| matches!(self.variables[row].role, Role::Parameter | Role::Fixed | Role::Cycle))
     }
 
     /// What the block does, in one sentence: the first paragraph of its documentation, on one line.
@@ -96,6 +104,14 @@ impl Table {
             && self.variables.get(mean).is_none_or(|row| row.role != Role::Output)
         {
             return wrong(format!("the mean of the pulse is row {mean}, which is not an output"));
+        }
+        for row in &self.variables {
+            if let Some(other) = row.from.iter().find(|name| !self.is_setting(name)) {
+                return wrong(format!(
+                    "{} has its restart value from {other:?}, which is not a parameter of the table",
+                    row.name
+                ));
+            }
         }
         let set = self.response.set.iter().map(|(_, name, _)| name);
         if let Some(unknown) = set.chain(&self.response.show).find(|name| self.find(name).is_none()) {

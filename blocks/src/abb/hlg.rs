@@ -154,6 +154,16 @@ impl Law for Hlg {
             self.hlg = (i32::from(self.hlg) + step * distance.signum()) as Int;
         }
     }
+
+    fn advice(&self) -> Vec<String> {
+        let jumps = [("TH_TZ", "upwards", self.th_tz), ("TR_TZ", "downwards", self.tr_tz)].into_iter();
+        jumps
+            .filter(|(_, _, n)| *n <= 0)
+            .map(|(name, direction, n)| {
+                format!("{name} = {n}: {direction} the output jumps to the set point in one call")
+            })
+            .collect()
+    }
 }
 
 impl Hlg {
@@ -175,6 +185,13 @@ mod tests {
 
     fn ramp(set_point: Int, th_tz: Int, tr_tz: Int) -> Hlg {
         Hlg { s0: set_point, th_tz, tr_tz, ..Hlg::default() }
+    }
+
+    #[test]
+    fn the_advice_names_the_directions_without_a_ramp() {
+        assert_eq!(ramp(0, 1, 0).advice(), ["TR_TZ = 0: downwards the output jumps to the set point in one call"]);
+        assert_eq!(ramp(0, -3, 1).advice(), ["TH_TZ = -3: upwards the output jumps to the set point in one call"]);
+        assert_eq!(ramp(0, 1, 1).advice(), Vec::<String>::new());
     }
 
     /// A block whose output starts at `output`.

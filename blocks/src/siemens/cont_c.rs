@@ -1,5 +1,6 @@
 //! CONT_C (FB 41): the continuous PID controller.
 
+use crate::siemens::advice;
 use crate::siemens::error_signal::{dead_band, process_value};
 use crate::table::{Int, Law, Real, Response, Word, low_word, rnd};
 
@@ -222,6 +223,10 @@ impl Law for ContC {
         self.memory.e = e;
         self.memory.i = self.lmn_i;
         self.memory.y = y;
+    }
+
+    fn advice(&self) -> Vec<String> {
+        advice::cont_c(self, "")
     }
 }
 

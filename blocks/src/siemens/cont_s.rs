@@ -1,5 +1,6 @@
 //! CONT_S (FB 42): the PI step controller.
 
+use crate::siemens::advice;
 use crate::siemens::error_signal::{dead_band, process_value};
 use crate::table::{Law, Real, Response, Time};
 
@@ -151,7 +152,7 @@ crate::block! {
         }
     }
     mean {
-        /// Mean of the pulses over the last communication step, up positive (not in the manual)
+        /// Mean of the pulses over the last communication step in percent, up positive (not in the manual)
         qlmn_mean;
     }
     memory Memory {
@@ -205,6 +206,10 @@ impl Law for ContS {
 
         self.qlmnup = self.memory.pulse > 0;
         self.qlmndn = self.memory.pulse < 0;
+    }
+
+    fn advice(&self) -> Vec<String> {
+        advice::cont_s(self)
     }
 
     fn pulse(&self) -> i32 {

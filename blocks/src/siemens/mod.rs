@@ -1,5 +1,6 @@
 //! The PID control blocks of SIMATIC S7.
 
+mod advice;
 mod cont_c;
 mod cont_s;
 mod error_signal;

@@ -1,5 +1,6 @@
 //! PULS_CTR: the manual's example of a controller with a pulse output.
 
+use crate::siemens::advice;
 use crate::table::{Bool, Int, Law, Response, Time};
 use crate::{ContC, Pulsegen};
 
@@ -82,7 +83,7 @@ crate::block! {
         }
     }
     mean {
-        /// Mean of the pulses over the last communication step, negative ones negative (not in the manual)
+        /// Mean of the pulses over the last communication step in percent, negative ones negative (not in the manual)
         q_mean;
     }
     instances {
@@ -138,6 +139,15 @@ impl Law for PulsCtr {
             ));
         }
         Ok(())
+    }
+
+    fn advice(&self) -> Vec<String> {
+        // The restart gives the inner blocks their times.
+        let mut block = self.clone();
+        block.restart();
+        let mut advice = advice::cont_c(&block.di_cont_c, "DI_CONT_C.");
+        advice.extend(advice::pulsegen(&block.di_pulsegen, "DI_PULSEGEN."));
+        advice
     }
 
     fn pulse(&self) -> i32 {

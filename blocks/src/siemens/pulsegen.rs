@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 
+use crate::siemens::advice;
 use crate::table::{Law, Real, Response, rnd};
 
 crate::block! {
@@ -87,8 +88,8 @@ crate::block! {
     /// figures 3-3 to 3-9, tables 3-5 and 3-6. Only the rounding of clause 2 is recorded.
     pub struct Pulsegen as "PULSEGEN" {
         input {
-            /// Manipulated value to be turned into pulses
-            inv: Real = 0.0, min -100.0, max 100.0, unit "%";
+            /// Manipulated value in percent, to be turned into pulses
+            inv: Real = 0.0, min -100.0, max 100.0;
         }
         parameter {
             /// Period of the pulses, in which INV is updated once; range: PER_TM >= 20 CYCLE
@@ -126,7 +127,7 @@ crate::block! {
         }
     }
     mean {
-        /// Mean of the pulses over the last communication step, negative ones negative (not in the manual)
+        /// Mean of the pulses over the last communication step in percent, negative ones negative (not in the manual)
         q_mean;
     }
     memory Memory {
@@ -176,6 +177,10 @@ impl Law for Pulsegen {
         self.memory.inv = self.inv;
         // In two-step control QNEG_P is the opposite of QPOS_P and no pulse.
         self.memory.pulse = i32::from(self.qpos_p) - i32::from(self.step3_on && self.qneg_p);
+    }
+
+    fn advice(&self) -> Vec<String> {
+        advice::pulsegen(self, "")
     }
 
     fn pulse(&self) -> i32 {

@@ -8,7 +8,7 @@
 ///     pub struct Name as "NAME" {
 ///         input | parameter | fixed | cycle | output | local {
 ///             /// Short text
-///             name: Real | LReal | Time | Word | Int | Bool = start, min a, max b, unit "u";
+///             name: Real | LReal | Time | Word | Int | Bool = start, from p q, min a, max b, unit "u";
 ///         }
 ///     }
 ///     mean { /// Short text
@@ -21,7 +21,9 @@
 /// ```
 ///
 /// The sections of variables may be repeated and stand in any order, so that the rows can keep the order of an instance
-/// data block; start, `min`, `max` and `unit` may be left out. A table has one `cycle` row. `mean`, `instances` and
+/// data block; start, `from`, `min`, `max` and `unit` may be left out. `from` names the block's own settings on which the
+/// value of an output after a restart depends; without it, the restart always gives the same value. A table has one
+/// `cycle` row. `mean`, `instances` and
 /// `memory` may be left out. In an instance, `wired` names the terminals that the law connects: they become locals;
 /// settings and unconnected inputs become tunable parameters, outputs become locals.
 #[macro_export]
@@ -32,7 +34,7 @@ macro_rules! block {
             $( $section:ident {
                 $(
                     $(#[doc = $doc:literal])*
-                    $name:ident: $kind:ident $(= $start:expr)? $(, min $min:expr)? $(, max $max:expr)? $(, unit $unit:literal)?;
+                    $name:ident: $kind:ident $(= $start:expr)? $(, from $($from:ident)+)? $(, min $min:expr)? $(, max $max:expr)? $(, unit $unit:literal)?;
                 )*
             } )*
         }
@@ -126,6 +128,7 @@ macro_rules! block {
                 min: $crate::block!(@limit $kind $($min)?),
                 max: $crate::block!(@limit $kind $($max)?),
                 unit: $crate::block!(@unit $($unit)?),
+                from: &[$($( At::$from ),+)?],
             }, )*)* ];
 
             const MEAN: &[Row] = &[ $( Row {
@@ -134,7 +137,6 @@ macro_rules! block {
                 kind: Kind::LReal,
                 role: Role::Output,
                 start: Value::LReal(0.0),
-                unit: Some("%"),
                 ..Row::EMPTY
             }, )? ];
 
@@ -157,6 +159,7 @@ macro_rules! block {
                     );
                 )*)?
                 $crate::table::copy(MEAN, &mut rows, next);
+                $crate::table::check_restart_values(&rows);
                 rows
             };
 

@@ -50,7 +50,7 @@ mod tests;
 mod types;
 
 #[doc(hidden)]
-pub use parts::{copy, cycle_row, inner_rows, nest, text, trimmed, tunable_reals, upper};
+pub use parts::{check_restart_values, copy, cycle_row, inner_rows, nest, text, trimmed, tunable_reals, upper};
 pub use stored::Stored;
 pub use types::{Bool, Int, LReal, Real, Time, Word, low_word, rnd};
 
@@ -71,6 +71,11 @@ pub trait Law {
     /// A sentence that names the variable, its value and the remedy.
     fn check(&self) -> Result<(), String> {
         Ok(())
+    }
+
+    /// What the block will do with its present settings where a user may not expect it: sentences with names and numbers.
+    fn advice(&self) -> Vec<String> {
+        Vec::new()
     }
 
     /// The state of the actuating pulse: +1 positive or up, -1 negative or down, 0 none. Only for blocks with a `mean`
@@ -160,6 +165,8 @@ pub struct Row {
     pub max: Option<Value>,
     /// Its unit, such as `%` or `degC`; `None` for a TIME, which is in seconds.
     pub unit: Option<&'static str>,
+    /// Of an output: the rows of the settings on which its value after a restart depends.
+    pub from: &'static [usize],
 }
 
 impl Row {
@@ -175,6 +182,7 @@ impl Row {
         min: None,
         max: None,
         unit: None,
+        from: &[],
     };
 
     /// The name with the instances that lead to it: `GAIN`, `DI_CONT_C.GAIN`.

@@ -89,6 +89,8 @@ pub const fn nest(
             depth -= 1;
         }
         row.path[0] = instance;
+        // Its outputs become locals, and the settings have other numbers here.
+        row.from = &[];
         row.role = match row.role {
             Role::Input => Role::Parameter,
             Role::Cycle => Role::Fixed,
@@ -117,6 +119,25 @@ pub const fn nest(
     }
     assert!(found == wired.len() + starts.len(), "`wired` or `start` names no terminal of the block inside");
     next
+}
+
+/// A restart value depends on settings, never on a signal, and outputs alone have one.
+#[doc(hidden)]
+pub const fn check_restart_values(rows: &[Row]) {
+    let mut i = 0;
+    while i < rows.len() {
+        let from = rows[i].from;
+        assert!(from.is_empty() || matches!(rows[i].role, Role::Output), "`from` belongs to an output");
+        let mut s = 0;
+        while s < from.len() {
+            assert!(
+                matches!(rows[from[s]].role, Role::Parameter | Role::Fixed | Role::Cycle),
+                "`from` names settings: rows of the sections parameter, fixed and cycle"
+            );
+            s += 1;
+        }
+        i += 1;
+    }
 }
 
 #[doc(hidden)]

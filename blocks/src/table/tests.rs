@@ -60,7 +60,7 @@ crate::block! {
         }
         output {
             /// A wide number
-            state: LReal;
+            state: LReal, from cycle gain, unit "degC";
             /// A bit
             q: Bool;
         }
@@ -136,6 +136,29 @@ fn row(name: &str) -> usize {
 }
 
 #[test]
+fn an_output_names_the_settings_of_its_restart_value_and_an_inner_one_does_not() {
+    assert_eq!(Outer::TABLE.rows[row("STATE")].from, [row("CYCLE"), row("GAIN")]);
+    assert_eq!(Outer::TABLE.rows[row("STATE")].unit, Some("degC"));
+    assert!(Outer::TABLE.rows[row("Q")].from.is_empty());
+    let inner = Outermost::TABLE.find("DI_OUTER.STATE").unwrap();
+    assert!(Outermost::TABLE.rows[inner].from.is_empty(), "it is a local there");
+}
+
+#[test]
+#[should_panic(expected = "`from` names settings")]
+fn a_restart_value_cannot_depend_on_a_signal() {
+    let signal = Row { role: Role::Input, ..Row::EMPTY };
+    check_restart_values(&[signal, Row { role: Role::Output, from: &[0], ..Row::EMPTY }]);
+}
+
+#[test]
+#[should_panic(expected = "`from` belongs to an output")]
+fn a_setting_has_no_restart_value() {
+    let setting = Row { role: Role::Parameter, ..Row::EMPTY };
+    check_restart_values(&[setting, Row { from: &[0], ..setting }]);
+}
+
+#[test]
 fn rows_stand_in_the_order_of_the_table_then_the_instances_then_the_mean() {
     let names: Vec<_> = Outer::TABLE.rows.iter().map(Row::full_name).collect();
     let own = ["GAIN", "CYCLE", "STATE", "Q", "BETWEEN"];
@@ -172,9 +195,9 @@ fn the_table_has_name_docs_cycle_mean_memory_and_instances() {
 }
 
 #[test]
-fn the_mean_row_is_an_output_in_percent() {
+fn the_mean_row_is_an_output_without_a_unit() {
     let row = &Outer::TABLE.rows[row("OUTER_MEAN")];
-    assert_eq!((row.kind, row.role, row.unit), (Kind::LReal, Role::Output, Some("%")));
+    assert_eq!((row.kind, row.role, row.unit), (Kind::LReal, Role::Output, None));
 }
 
 #[test]

@@ -66,7 +66,7 @@ blocks::block! {
         }
     }
     mean {
-        /// Mean of the actuating signal over the last communication step
+        /// Mean of the actuating signal over the last communication step in percent
         q_mean;
     }
     memory Memory {

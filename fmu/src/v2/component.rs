@@ -4,7 +4,7 @@ use crate::refusal::{Answer, Refusal};
 use crate::v2::capabilities::{Capability, Setting};
 use crate::v2::instance::{Instance, no_string};
 use crate::v2::interface::Guid;
-use crate::v2::log::Selection;
+use crate::v2::log::{Category, Selection};
 use crate::v2::states::Function;
 use crate::v2::value::Boolean;
 use blocks::Block;
@@ -32,12 +32,15 @@ pub struct Component<B> {
     pub instance: Instance<B>,
     /// What is logged.
     pub logged: Selection,
+    /// What the user should know of the present call although it succeeds; to be logged at its end.
+    pub advice: Vec<String>,
+    is_step_advised: bool,
     /// The states that fmi2GetFMUstate and fmi2DeSerializeFMUstate gave. They end with the component.
     saved: Vec<Box<Instance<B>>>,
 }
 
 impl<B: Block> Component<B> {
-    /// A new component with logging on or off.
+    /// A new component with logging on or off; errors are logged in any case.
     ///
     /// # Errors
     /// No instance name, a type other than co-simulation, the GUID of another FMU. `None` stands for NULL.
@@ -61,8 +64,13 @@ impl<B: Block> Component<B> {
             )
             .into());
         }
-        let logged = if logging_on { Selection::ALL } else { Selection::NONE };
-        Ok(Component { instance: Instance::default(), logged, saved: Vec::new() })
+        Ok(Component {
+            instance: Instance::default(),
+            logged: if logging_on { Selection::ALL } else { Selection::ERRORS },
+            advice: Vec::new(),
+            is_step_advised: false,
+            saved: Vec::new(),
+        })
     }
 
     /// Selects the named categories, or all without a name; with logging off, none. Earlier selections do not count.
@@ -76,6 +84,31 @@ impl<B: Block> Component<B> {
     ) -> Result<(), Refusal> {
         let named = Selection::named(names)?;
         self.logged = if logging_on { named } else { Selection::NONE };
+        Ok(())
+    }
+
+    /// Ends Initialization Mode, with advice on the settings.
+    ///
+    /// # Errors
+    /// As [`Instance::exit_initialization_mode`].
+    pub fn exit_initialization_mode(&mut self) -> Result<(), Refusal> {
+        self.instance.exit_initialization_mode()?;
+        if self.logged.contains(&Category::ADVICE) {
+            self.advice = self.instance.advice();
+        }
+        Ok(())
+    }
+
+    /// Makes a step, with advice on its length once in the component's life.
+    ///
+    /// # Errors
+    /// As [`Instance::do_step`].
+    pub fn do_step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
+        self.instance.do_step(tc, h)?;
+        if !self.is_step_advised && self.logged.contains(&Category::ADVICE) {
+            self.advice.extend(self.instance.advice_on_step(h));
+            self.is_step_advised = !self.advice.is_empty();
+        }
         Ok(())
     }
 
@@ -241,7 +274,7 @@ fn no_answer(kind: c_int) -> Refusal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_block::Sum;
+    use crate::test_block::{FIRST, Sum};
     use std::ffi::CString;
 
     fn new(name: Option<&CStr>, fmu_type: c_int, guid: Option<&CStr>) -> Result<Component<Sum>, Refusal> {
@@ -268,13 +301,61 @@ mod tests {
     #[test]
     fn logging_is_off_whatever_is_named_when_it_is_switched_off() {
         let mut component = component();
-        assert_eq!(component.logged, Selection::NONE);
+        assert_eq!(component.logged, Selection::ERRORS);
         component.set_debug_logging(true, [Some(c"logStatusFatal")].into_iter()).unwrap();
         assert!(component.logged != Selection::NONE && component.logged != Selection::ALL);
         component.set_debug_logging(true, [].into_iter()).unwrap();
         assert_eq!(component.logged, Selection::ALL);
         component.set_debug_logging(false, [Some(c"logStatusFatal")].into_iter()).unwrap();
         assert_eq!(component.logged, Selection::NONE);
+    }
+
+    /// A component in Initialization Mode that logs what `logged` selects.
+    fn initializing(logged: Selection) -> Component<Sum> {
+        let mut component = component();
+        component.logged = logged;
+        component.instance.setup_experiment(0.0, None).unwrap();
+        component.instance.enter_initialization_mode().unwrap();
+        component
+    }
+
+    #[test]
+    fn advice_on_the_settings_comes_with_the_restart_and_only_while_it_is_logged() {
+        for (logged, expected) in [(Selection::ALL, 1), (Selection::ERRORS, 0), (Selection::NONE, 0)] {
+            let mut component = initializing(logged);
+            component.instance.set(&[FIRST], &[6]).unwrap();
+            component.exit_initialization_mode().unwrap();
+            assert_eq!(component.advice.len(), expected);
+            assert!(component.advice.iter().all(|advice| advice == "FIRST = 6: the count starts late"));
+        }
+    }
+
+    #[test]
+    fn a_step_below_a_hundredth_of_the_cycle_is_advised_on_once() {
+        let mut component = initializing(Selection::ALL);
+        component.exit_initialization_mode().unwrap();
+        // CYCLE is 0.1 s: a step of a hundredth, one of nothing, one of what rounding leaves.
+        for (tc, h) in [(0.0, 0.001), (0.001, 0.0), (0.001, 1e-16)] {
+            component.do_step(tc, h).unwrap();
+            assert_eq!(component.advice, Vec::<String>::new(), "{h:?}");
+        }
+        component.do_step(0.001, 0.0005).unwrap();
+        let expected = "communicationStepSize = 0.0005: CYCLE = 0.1 s is 200 times as long, and only one step in so many \
+                        makes a call; is CYCLE given in ms instead of s?";
+        assert_eq!(std::mem::take(&mut component.advice), [expected]);
+        component.do_step(0.0015, 0.0005).unwrap();
+        assert_eq!(component.advice, Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_step_is_not_advised_on_while_advice_is_not_logged() {
+        let mut component = initializing(Selection::ERRORS);
+        component.exit_initialization_mode().unwrap();
+        component.do_step(0.0, 0.0005).unwrap();
+        assert_eq!(component.advice, Vec::<String>::new());
+        component.logged = Selection::ALL;
+        component.do_step(0.0005, 0.0005).unwrap();
+        assert_eq!(component.advice.len(), 1);
     }
 
     #[test]

@@ -68,14 +68,18 @@ struct Host {
 
 impl Host {
     fn log(&self, function: &Function, refusal: &Refusal) {
-        let text = log::text(function, refusal);
+        self.tell(function, status(refusal.answer()), Category::of(refusal.answer()), refusal.reason());
+    }
+
+    fn tell(&self, function: &Function, status: Status, category: &Category, message: &str) {
+        let text = log::text(function, message);
         // SAFETY: the host gave the logger and its environment for this, and all strings end with NUL.
         unsafe {
             (self.logger)(
                 self.environment,
                 self.instance_name.as_ptr(),
-                status(refusal.answer()),
-                Category::of(refusal.answer()).name.as_ptr(),
+                status,
+                category.name.as_ptr(),
                 c"%s".as_ptr(),
                 text.as_ptr(),
             );
@@ -98,6 +102,15 @@ impl<B: Block> Handle<B> {
             self.host.log(function, refusal);
         }
         status(refusal.answer())
+    }
+
+    /// Logs what the user should know of a call that succeeded.
+    #[cold]
+    #[inline(never)]
+    fn advise(&mut self, function: &Function) {
+        for advice in std::mem::take(&mut self.component.advice) {
+            self.host.tell(function, OK, &Category::ADVICE, &advice);
+        }
     }
 
     #[cold]
@@ -130,7 +143,12 @@ unsafe fn enter<B: Block>(
         handle.component.instance.may(function)?;
         body(&mut handle.component)
     })) {
-        Ok(Ok(())) => OK,
+        Ok(Ok(())) => {
+            if !handle.component.advice.is_empty() {
+                handle.advise(function);
+            }
+            OK
+        }
         Ok(Err(refusal)) => handle.refuse(function, &refusal),
         Err(panic) => handle.lock(function, panic),
     }
@@ -148,7 +166,7 @@ unsafe fn try_common<B: Block>(
 ) -> Option<Status> {
     // SAFETY: as in `enter`.
     let handle = unsafe { component.cast::<Handle<B>>().as_mut() }?;
-    if !handle.component.instance.allows(function) {
+    if !handle.component.instance.allows_common(function) {
         return None;
     }
     match catch_unwind(AssertUnwindSafe(|| common(&mut handle.component))) {
@@ -322,9 +340,7 @@ pub unsafe fn enter_initialization_mode<B: Block>(component: Pointer) -> Status 
 pub unsafe fn exit_initialization_mode<B: Block>(component: Pointer) -> Status {
     // SAFETY: the host's contract.
     unsafe {
-        enter::<B>(component, &Function::EXIT_INITIALIZATION_MODE, |component| {
-            component.instance.exit_initialization_mode()
-        })
+        enter::<B>(component, &Function::EXIT_INITIALIZATION_MODE, |component| component.exit_initialization_mode())
     }
 }
 
@@ -543,7 +559,7 @@ pub unsafe fn do_step<B: Block>(component: Pointer, tc: f64, h: f64) -> Status {
 #[inline(never)]
 unsafe fn do_any_step<B: Block>(component: Pointer, tc: f64, h: f64) -> Status {
     // SAFETY: the host's contract.
-    unsafe { enter::<B>(component, &Function::DO_STEP, |component| component.instance.do_step(tc, h)) }
+    unsafe { enter::<B>(component, &Function::DO_STEP, |component| component.do_step(tc, h)) }
 }
 
 pub unsafe fn cancel_step<B: Block>(component: Pointer) -> Status {

@@ -36,10 +36,10 @@ impl<B: Block> Default for Instance<B> {
 }
 
 impl<B: Block> Instance<B> {
-    /// Whether the function may be called in the present state.
+    /// Whether the function may be called in the present state, and does there what it does while the block runs.
     #[inline(always)]
-    pub fn allows(&self, function: &Function) -> bool {
-        self.state.allows(function)
+    pub fn allows_common(&self, function: &Function) -> bool {
+        self.state.allows_common(function)
     }
 
     /// Checks that the function may be called in the present state.
@@ -90,6 +90,16 @@ impl<B: Block> Instance<B> {
         Ok(())
     }
 
+    /// What the block will do with its settings, as far as a user may not expect it.
+    pub fn advice(&self) -> Vec<String> {
+        self.session.block.advice()
+    }
+
+    /// What may be wrong with a step of `h` seconds that was made.
+    pub fn advice_on_step(&self, h: f64) -> Option<String> {
+        self.session.advice_on_step(h)
+    }
+
     /// After a panic: every call but fmi2FreeInstance is refused from now on.
     pub fn lock(&mut self) {
         self.state = State::Locked;
@@ -126,7 +136,8 @@ impl<B: Block> Instance<B> {
         self.session.make_ordinary_step(tc, h)
     }
 
-    /// Reads variables into `values`, which is as long as `references`.
+    /// Reads variables into `values`, which is as long as `references`. In Initialization Mode, what the block computes has
+    /// the values that the restart would give with what is set so far; 0 if the restart would be refused.
     ///
     /// # Errors
     /// A reference that is unknown or of another type; nothing is written then.
@@ -134,8 +145,12 @@ impl<B: Block> Instance<B> {
         for reference in references {
             row::<B, T>(*reference, "Get")?;
         }
+        let is_computed = |reference: &u32| !B::TABLE.rows[*reference as usize].role.is_settable();
+        let is_restart_read = self.state == State::InitializationMode && references.iter().any(is_computed);
+        let restarted = if is_restart_read { self.session.restarted() } else { None };
         for (reference, value) in references.iter().zip(values) {
-            if let Some(got) = self.session.block.get(*reference as usize).and_then(T::from_plc) {
+            let block = restarted.as_ref().filter(|_| is_computed(reference)).unwrap_or(&self.session.block);
+            if let Some(got) = block.get(*reference as usize).and_then(T::from_plc) {
                 *value = got;
             }
         }
@@ -331,6 +346,38 @@ mod tests {
         assert_eq!(integer(&instance, COUNT), 5);
         instance.do_step(0.0, 0.1).unwrap();
         assert_eq!(integer(&instance, COUNT), 6);
+    }
+
+    #[test]
+    fn in_initialization_mode_outputs_have_what_the_restart_gives_with_the_values_set_so_far() {
+        let mut instance = Instance::<Sum>::default();
+        instance.setup_experiment(0.0, None).unwrap();
+        instance.set(&[FIRST], &[5]).unwrap();
+        assert_eq!(integer(&instance, COUNT), 0, "the start value");
+        instance.enter_initialization_mode().unwrap();
+        assert_eq!(integer(&instance, COUNT), 5);
+        instance.set(&[FIRST], &[7]).unwrap();
+        let before = instance.to_bytes();
+        let mut values = [0; 3];
+        instance.get(&[COUNT, FIRST, COUNT], &mut values).unwrap();
+        assert_eq!(values, [7, 7, 7]);
+        assert_eq!(instance.to_bytes(), before, "reading changes nothing");
+        instance.exit_initialization_mode().unwrap();
+        assert_eq!(integer(&instance, COUNT), 7);
+    }
+
+    #[test]
+    fn in_initialization_mode_outputs_are_0_where_the_restart_would_be_refused() {
+        let mut instance = Instance::<Sum>::default();
+        instance.setup_experiment(0.0, None).unwrap();
+        instance.enter_initialization_mode().unwrap();
+        instance.set(&[FIRST], &[-1]).unwrap();
+        assert_eq!(integer(&instance, COUNT), 0);
+        instance.set(&[FIRST], &[3]).unwrap();
+        instance.set(&[CYCLE], &[0.0]).unwrap();
+        assert_eq!(integer(&instance, COUNT), 0);
+        instance.set(&[CYCLE], &[0.001]).unwrap();
+        assert_eq!(integer(&instance, COUNT), 3);
     }
 
     #[test]

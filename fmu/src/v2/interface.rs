@@ -102,6 +102,7 @@ mod tests {
         ] {
             assert!(interface.contains(part), "{part} is missing in {interface}");
         }
-        assert!(interface.ends_with(r#""description":"A defect of the FMU: the instance can only be freed"}]}}"#));
+        assert!(interface.contains(r#""description":"A defect of the FMU: the instance can only be freed"},"#));
+        assert!(interface.contains(r#"{"name":"logAdvice","description":"#) && interface.ends_with(r#""}]}}"#));
     }
 }

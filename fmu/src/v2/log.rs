@@ -36,8 +36,16 @@ impl Category {
         bit: 4,
     };
 
+    /// What is allowed but may not be meant.
+    pub const ADVICE: Category = Category {
+        name: c"logAdvice",
+        description: "What the block does with its settings where a user may not expect it",
+        bit: 8,
+    };
+
     /// All of them.
-    pub const ALL: &[Category] = &[Category::STATUS_ERROR, Category::STATUS_DISCARD, Category::STATUS_FATAL];
+    pub const ALL: &[Category] =
+        &[Category::STATUS_ERROR, Category::STATUS_DISCARD, Category::STATUS_FATAL, Category::ADVICE];
 
     /// The category in which a refusal with this answer is logged.
     pub fn of(answer: Answer) -> &'static Category {
@@ -58,7 +66,11 @@ impl Selection {
     pub const NONE: Selection = Selection(0);
 
     /// Every category.
-    pub const ALL: Selection = Selection(7);
+    pub const ALL: Selection = Selection(15);
+
+    /// Errors and fatal ones: what a new instance logs with logging off. Without them a user would see that a call failed
+    /// and not why.
+    pub const ERRORS: Selection = Selection(Category::STATUS_ERROR.bit | Category::STATUS_FATAL.bit);
 
     /// Whether a category is selected.
     pub fn contains(self, category: &Category) -> bool {
@@ -87,9 +99,9 @@ impl Selection {
 }
 
 /// The text of a message, which stands for the `%s` of the format.
-pub fn text(function: &Function, refusal: &Refusal) -> CString {
+pub fn text(function: &Function, message: &str) -> CString {
     // A NUL would end the text early; `#` begins a reference to a variable.
-    let text = format!("{}: {}", function.name, refusal.reason()).replace('\0', "").replace('#', "##");
+    let text = format!("{}: {message}", function.name).replace('\0', "").replace('#', "##");
     CString::new(text).unwrap_or_default()
 }
 
@@ -106,7 +118,7 @@ mod tests {
         assert_eq!(named(&[]).unwrap(), Selection::ALL);
         let selection = named(&[Some(c"logStatusFatal"), Some(c"logStatusError")]).unwrap();
         let selected: Vec<bool> = Category::ALL.iter().map(|category| selection.contains(category)).collect();
-        assert_eq!(selected, [true, false, true]);
+        assert_eq!(selected, [true, false, true, false]);
         assert!(Category::ALL.iter().all(|category| Selection::ALL.contains(category)));
         assert!(!Category::ALL.iter().any(|category| Selection::NONE.contains(category)));
     }
@@ -116,14 +128,14 @@ mod tests {
         let refusal = named(&[Some(c"logAll")]).unwrap_err();
         assert_eq!(
             refusal.reason(),
-            "category \"logAll\" is unknown: there are logStatusError, logStatusDiscard, logStatusFatal"
+            "category \"logAll\" is unknown: there are logStatusError, logStatusDiscard, logStatusFatal, logAdvice"
         );
         assert_eq!(named(&[None]).unwrap_err().reason(), "a category is NULL");
     }
 
     #[test]
     fn a_text_has_no_nul_and_no_reference_to_a_variable() {
-        let text = text(&Function::DO_STEP, &"a \0 #1 %s".into());
+        let text = text(&Function::DO_STEP, "a \0 #1 %s");
         assert_eq!(text.as_c_str(), c"fmi2DoStep: a  ##1 %s");
     }
 }

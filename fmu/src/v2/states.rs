@@ -40,9 +40,14 @@ impl State {
     }
 
     /// Whether the function may be called in this state.
-    #[inline(always)]
-    pub fn allows(self, function: &Function) -> bool {
+    fn allows(self, function: &Function) -> bool {
         function.allowed & self as u8 != 0
+    }
+
+    /// Whether the function may be called in this state, and does there what it does while the block runs.
+    #[inline(always)]
+    pub fn allows_common(self, function: &Function) -> bool {
+        function.common & self as u8 != 0
     }
 
     /// Checks that the function may be called in this state.
@@ -73,6 +78,8 @@ pub struct Function {
     /// The name, with which a log message begins.
     pub name: &'static str,
     allowed: u8,
+    /// Without Initialization Mode, where outputs are read from a restarted copy of the block.
+    common: u8,
 }
 
 const I: u8 = State::Instantiated as u8;
@@ -84,7 +91,7 @@ macro_rules! functions {
     ($($constant:ident $name:literal $allowed:expr;)*) => {
         impl Function { $(
             #[doc = concat!("`", $name, "`")]
-            pub const $constant: Function = Function { name: $name, allowed: $allowed };
+            pub const $constant: Function = Function { name: $name, allowed: $allowed, common: $allowed & !N };
         )* }
     };
 }
@@ -143,6 +150,15 @@ mod tests {
             reason(State::Terminated.may(&Function::SET_REAL)),
             "not allowed in state terminated, only in instantiated, Initialization Mode, stepComplete"
         );
+    }
+
+    #[test]
+    fn nothing_takes_the_common_way_in_initialization_mode() {
+        for function in [Function::GET_REAL, Function::SET_REAL, Function::GET_BOOLEAN] {
+            assert!(State::InitializationMode.allows(&function), "{}", function.name);
+            assert!(!State::InitializationMode.allows_common(&function), "{}", function.name);
+            assert!(State::StepComplete.allows_common(&function), "{}", function.name);
+        }
     }
 
     #[test]

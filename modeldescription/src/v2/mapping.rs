@@ -16,7 +16,8 @@ impl ModelDescription {
     /// The model description of the FMU with this library.
     ///
     /// Inputs become discrete inputs, settings tunable or fixed parameters, each with its start value. Outputs and locals
-    /// are discrete and calculated; they depend on no input of the same instant. REAL, LREAL and TIME become Real, WORD
+    /// are discrete and calculated; they depend on no input of the same instant, and initially on the settings that the
+    /// table names. REAL, LREAL and TIME become Real, WORD
     /// and INT become Integer, BOOL becomes Boolean. Ranges are those of the table.
     ///
     /// # Errors
@@ -44,7 +45,7 @@ impl ModelDescription {
                 .map_err(|reason| Error::new(format!("{}: variable {}: {reason}", table.name, row.name)))?;
             description.model_variables.push(variable);
         }
-        description.model_structure = structure(&description.model_variables);
+        description.model_structure = structure(table);
         match check(&description) {
             findings if findings.is_empty() => Ok(description),
             findings => Err(Error::new(format!("{}: {}", table.name, findings.join("\n")))),
@@ -178,13 +179,18 @@ fn boolean(number: f64) -> Result<bool, String> {
     }
 }
 
-/// All outputs, in the order of their indices. They depend on nothing of the same instant: outputs change only in
-/// `fmi2DoStep`, and have their restart values before.
-fn structure(variables: &[Variable]) -> ModelStructure {
-    let outputs: Vec<Unknown> = (1..)
-        .zip(variables)
-        .filter(|(_, variable)| variable.causality == Causality::Output)
-        .map(|(index, _)| Unknown { index, dependencies: Some(Vec::new()), dependencies_kind: None })
-        .collect();
-    ModelStructure { initial_unknowns: outputs.clone(), outputs, derivatives: Vec::new() }
+/// All outputs, in the order of their indices. They depend on nothing of the same instant, because they change only in
+/// `fmi2DoStep`. Before that they have their restart values, which depend on the settings that the table names.
+fn structure(table: &Table) -> ModelStructure {
+    let unknown = |index, dependencies| Unknown { index, dependencies: Some(dependencies), dependencies_kind: None };
+    let outputs = (1..).zip(&table.variables).filter(|(_, row)| row.role == Role::Output);
+    let settings = |row: &Row| {
+        let named = (1..).zip(&table.variables).filter(|(_, setting)| row.from.contains(&setting.name));
+        named.map(|(index, _)| index).collect::<Vec<u32>>()
+    };
+    ModelStructure {
+        outputs: outputs.clone().map(|(index, _)| unknown(index, Vec::new())).collect(),
+        initial_unknowns: outputs.map(|(index, row)| unknown(index, settings(row))).collect(),
+        derivatives: Vec::new(),
+    }
 }

@@ -211,6 +211,33 @@ fn all_outputs_and_nothing_else_are_unknowns_and_depend_on_nothing() {
 }
 
 #[test]
+fn the_restart_value_of_an_output_depends_on_the_settings_that_the_table_names() {
+    let rows = [
+        row("GAIN", "REAL", "parameter", ""),
+        row("FIRST", "INT", "fixed", ""),
+        row("OUT", "REAL", "output", "").replace('}', ",\"from\":[\"FIRST\",\"CYCLE\"]}"),
+        row("Q", "BOOL", "output", ""),
+    ];
+    let structure = of(&rows).unwrap().model_structure;
+    let unknown = |index, dependencies: &[u32]| Unknown {
+        index,
+        dependencies: Some(dependencies.into()),
+        dependencies_kind: None,
+    };
+    assert_eq!(structure.outputs, [unknown(4, &[]), unknown(5, &[])]);
+    assert_eq!(structure.initial_unknowns, [unknown(4, &[1, 3]), unknown(5, &[])]);
+}
+
+#[test]
+fn a_restart_value_from_what_is_no_setting_is_refused() {
+    for other in ["IN", "OUT", "NOSUCH"] {
+        let output = row("OUT", "REAL", "output", "").replace('}', &format!(",\"from\":[\"{other}\"]}}"));
+        let error = Interface::parse(&json(&[row("IN", "REAL", "input", ""), output])).unwrap_err().to_string();
+        assert!(error.contains(&format!("OUT has its restart value from {other:?}")), "{error}");
+    }
+}
+
+#[test]
 fn every_unit_that_is_used_is_defined_once_and_no_other_is() {
     let rows = [
         row("A", "LREAL", "input", "unit \"degC\""),

@@ -83,11 +83,11 @@ blocks::block! {
         }
         output {
             /// Temperature that the sensor shows, for PV_IN
-            temp: LReal, unit "degC";
+            temp: LReal, from t_start, unit "degC";
             /// Temperature that the sensor shows as an analog input word, for PV_PER
-            t_per: Word;
+            t_per: Word, from t_start t_per_0 t_per_100;
             /// Temperature of the furnace itself
-            t_furn: LReal, unit "degC";
+            t_furn: LReal, from t_start, unit "degC";
         }
     }
     memory Memory {

@@ -79,9 +79,9 @@ blocks::block! {
         }
         output {
             /// Level, for PV_IN
-            level: LReal, unit "m";
+            level: LReal, from l_start height, unit "m";
             /// Level as an analog input word, for PV_PER
-            l_per: Word;
+            l_per: Word, from l_start height l_per_0 l_per_100;
             /// Flow into the tank
             inflow: LReal, unit "l/min";
             /// Flow out of the tank through the outflow valve

@@ -89,9 +89,9 @@ blocks::block! {
         }
         output {
             /// Temperature of the chamber, for PV_IN
-            temp: LReal, unit "degC";
+            temp: LReal, from t_start, unit "degC";
             /// Temperature of the chamber as an analog input word, for PV_PER
-            t_per: Word;
+            t_per: Word, from t_start t_per_0 t_per_100;
             /// What the heater gives off, behind its lag
             heating: LReal, unit "%";
             /// What the cooler takes up, behind its lag

@@ -112,19 +112,19 @@ blocks::block! {
         }
         output {
             /// Position of the valve: 100 % is open
-            lmnr: LReal, unit "%";
+            lmnr: LReal, from pos_start, unit "%";
             /// High limit switch: the valve stands at its upper stop
-            lmnr_hs: Bool;
+            lmnr_hs: Bool, from pos_start;
             /// Low limit switch: the valve stands at its lower stop
-            lmnr_ls: Bool;
+            lmnr_ls: Bool, from pos_start;
             /// Flow of the heating medium
             flow: LReal, unit "l/min";
             /// Temperature that the sensor shows, for PV_IN
-            temp: LReal, unit "degC";
+            temp: LReal, from t_start, unit "degC";
             /// Temperature that the sensor shows as an analog input word, for PV_PER
-            t_per: Word;
+            t_per: Word, from t_start t_per_0 t_per_100;
             /// Temperature at the outlet of the heat exchanger itself
-            t_hx: LReal, unit "degC";
+            t_hx: LReal, from t_start, unit "degC";
         }
     }
     memory Memory {
