@@ -199,6 +199,7 @@ fn an_instance_of_cont_c_takes_at_most_512_bytes() {
     let before = Counting::bytes();
     let component = instantiate::<ContC>(&log, "a name of 20 letters");
     initialize::<ContC>(component);
+    assert_eq!(log.take().len(), 1, "the advice that MAN_ON is TRUE");
     allocations_of_a_run::<ContC>(component, 1.0);
     let bytes = Counting::bytes() - before;
     // SAFETY: a living component.

@@ -100,6 +100,46 @@ fn a_panic_in_the_check_of_the_parameters_is_fatal_and_locks_the_instance() {
 }
 
 #[test]
+fn a_panic_in_the_restart_that_initialization_mode_reads_is_fatal_and_locks_the_instance() {
+    let _alone = alone();
+    for (input, words) in [("IN_RESTART", "panic in the block: restart"), ("IN_CHECK", "panic in the block: check")] {
+        let instance = new();
+        instance.set(input, 1.0);
+        instance.setup_experiment(0.0, None);
+        instance.enter_initialization_mode();
+        assert_eq!(instance.get(input), 1.0, "an input is read without a restart");
+        let (references, mut value) = ([instance.fmu.reference("CALLS")], 7.0);
+        let get_real = instance.fmu.library.get_real;
+        // SAFETY: a living component, one reference and one value.
+        let status = unsafe { get_real(instance.component, references.as_ptr(), 1, &raw mut value) };
+        fatal(&instance, status.into(), "fmi2GetReal", words);
+        assert_eq!(value, 7.0);
+        locked(&instance);
+    }
+}
+
+#[test]
+fn a_block_that_panics_in_its_restart_and_again_when_it_is_dropped_does_not_end_the_host() {
+    let _alone = alone();
+    let bytes = {
+        let instance = new();
+        instance.setup_experiment(0.0, None);
+        instance.enter_initialization_mode();
+        instance.set("IN_RESTART", 1.0);
+        instance.bytes()
+    };
+    let (instance, mut state) = (running(), ptr::null_mut());
+    assert_eq!(instance.deserialize(&with_fuse(&bytes, DROP), &mut state), Status::Ok);
+    assert_eq!(instance.restore(state), Status::Ok);
+    let (references, mut value) = ([instance.fmu.reference("CALLS")], 7.0);
+    let get_real = instance.fmu.library.get_real;
+    // SAFETY: a living component, one reference and one value.
+    let status = unsafe { get_real(instance.component, references.as_ptr(), 1, &raw mut value) };
+    fatal(&instance, status.into(), "fmi2GetReal", "panic in the block: restart");
+    locked(&instance);
+}
+
+#[test]
 fn a_panic_while_a_state_is_saved_is_fatal_and_locks_the_instance() {
     let _alone = alone();
     let instance = armed(CLONE);

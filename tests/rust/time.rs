@@ -23,17 +23,20 @@ enum Host {
     Noisy,
     /// Between two steps it makes one of 1e-16 s.
     WithResidualSteps,
+    /// Between two steps it makes one of 0 s.
+    WithStepsOfZero,
     /// h is rounded to 32 bits, as far as that is less than a quarter of a millionth of CYCLE.
     RoundsSteps,
 }
 
-const HOSTS: [Host; 7] = [
+const HOSTS: [Host; 8] = [
     Host::Multiplies,
     Host::Adds,
     Host::AddsSinceTheStart,
     Host::Subtracts,
     Host::Noisy,
     Host::WithResidualSteps,
+    Host::WithStepsOfZero,
     Host::RoundsSteps,
 ];
 
@@ -76,15 +79,21 @@ fn walk(
         let wanted = Point { p: there.p - here.p * (there.q / here.q), q: there.q }.seconds(cycle_ms);
         let (point, h) = match host {
             Host::RoundsSteps if wanted * 1000.0 <= 8.0 * cycle_ms as f64 => (tc, f64::from(wanted as f32)),
-            Host::RoundsSteps | Host::Multiplies | Host::Adds | Host::AddsSinceTheStart | Host::WithResidualSteps => {
-                (tc, wanted)
-            }
+            Host::RoundsSteps
+            | Host::Multiplies
+            | Host::Adds
+            | Host::AddsSinceTheStart
+            | Host::WithResidualSteps
+            | Host::WithStepsOfZero => (tc, wanted),
             Host::Subtracts => (tc, next - tc),
             Host::Noisy => (tc + random.between(-3e-12, 3e-12), wanted),
         };
         step(point, h, calls);
         if host == Host::WithResidualSteps {
             step(point + h, 1e-16, 0);
+        }
+        if host == Host::WithStepsOfZero {
+            step(next, 0.0, 0);
         }
         since += h;
         tc = match host {
@@ -142,6 +151,7 @@ fn a_hundred_million_calls_at_1_ms_in_random_steps_are_made_once_each_from_any_s
         (Host::Subtracts, 1e5),
         (Host::Noisy, 1e7),
         (Host::WithResidualSteps, 1e9),
+        (Host::WithStepsOfZero, 1e7),
         // A 32-bit step is promised up to |t| / CYCLE = 1e8.
         (Host::RoundsSteps, 0.0),
     ];
@@ -298,6 +308,25 @@ fn residual_steps_make_no_call_and_lose_none() {
 }
 
 #[test]
+fn a_step_of_0_makes_no_call_loses_none_and_shows_none_of_the_inputs() {
+    let counter = counter(0.0, Some(5.0), 1000);
+    for k in 0..5 {
+        let tc = f64::from(k);
+        counter.set("U", 7.0);
+        step(&counter, tc, 0.0);
+        assert_eq!(counter.get("CALLS"), f64::from(k), "no call yet at {tc}");
+        counter.set("U", 1.0);
+        step(&counter, tc, 1.0);
+        assert_eq!((counter.get("CALLS"), counter.get("SUM")), (f64::from(k + 1), f64::from(k + 1)));
+    }
+    step(&counter, 5.0, 0.0);
+    assert_eq!((counter.get("CALLS"), counter.get("SUM")), (5.0, 5.0), "at the stop time");
+    for (tc, h) in [(4.5, 0.0), (5.5, 0.0), (5.0, -1e-9), (5.0, f64::NAN)] {
+        assert_eq!(counter.step(tc, h), Status::Error, "{tc:?}, {h:?}");
+    }
+}
+
+#[test]
 fn a_host_whose_additions_all_round_up_is_followed_as_it_says() {
     // At 1e9 s a double has steps of 1.19e-7 s: 0.001 added is 0.00100004673 added, 47 cycles more in a million.
     let (start, steps) = (1e9, setting("PLCFMU_TIME_STEPS", 10_000_000) as i64 / 5);
@@ -449,7 +478,7 @@ fn a_point_behind_the_last_step_is_refused_with_both_numbers() {
 #[test]
 fn steps_that_are_no_time_are_refused_and_the_next_good_one_is_made() {
     let counter = counter(0.0, None, 1000);
-    for h in [0.0, -0.0, -1.0, -1e-300, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+    for h in [-0.0, -1.0, -1e-300, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         refused(&counter, 0.0, h, &["communicationStepSize", &format!("{h:?}")]);
     }
     for tc in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

@@ -181,6 +181,8 @@ impl Instance {
         assert_eq!(self.setup_experiment(start, stop), Status::Ok, "{:?}", self.log.take());
         assert_eq!(self.enter_initialization_mode(), Status::Ok, "{:?}", self.log.take());
         assert_eq!(self.exit_initialization_mode(), Status::Ok, "{:?}", self.log.take());
+        // Advice on the settings, with which no test begins.
+        self.log.take();
     }
 
     /// fmi2SetupExperiment.

@@ -1,12 +1,12 @@
 //! The hostile host: three instances of one FMU, what it does to them, and what it checks after every call.
 
-use crate::calls::{Answer, Turn};
+use crate::calls::{Answer, Turn, What};
 use crate::model::{ALLOWED, Expected, Model, STATES, is_of};
 use plcfmu::host::library::{CallbackFunctions, Pointer};
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::fmt;
 use std::ptr;
-use tests::{Fmu, Instance, Log, Random, Status, call_harmlessly, logging_callbacks};
+use tests::{Entry, Fmu, Instance, Log, Random, Status, call_harmlessly, logging_callbacks};
 
 /// One call: which function, and from what its arguments are drawn when its turn has come.
 #[derive(Clone, Copy)]
@@ -34,7 +34,10 @@ pub struct Slot {
     name: CString,
     log: Box<Log>,
     /// The categories that are on.
-    pub logged: [bool; 3],
+    pub logged: [bool; 4],
+    /// The last step was so short that it is advised on, once in the life of an instance.
+    pub is_step_odd: bool,
+    is_step_advised: bool,
     pub model: Model,
     /// The whole instance, serialized after the last call.
     pub bytes: Vec<u8>,
@@ -43,7 +46,8 @@ pub struct Slot {
     probe: Pointer,
 }
 
-const CATEGORIES: [&str; 3] = ["logStatusError", "logStatusDiscard", "logStatusFatal"];
+const CATEGORIES: [&str; 4] = ["logStatusError", "logStatusDiscard", "logStatusFatal", "logAdvice"];
+const ADVICE: usize = 3;
 
 /// How often each function gave a status other than fmi2Error, and fmi2Error, by state.
 pub type Seen = [[[u64; 2]; STATES.len()]; 34];
@@ -156,7 +160,10 @@ impl<'a> Host<'a> {
             component,
             name,
             log,
-            logged: [logging_on != 0; 3],
+            // Errors and fatal ones are logged in any case.
+            logged: [true, logging_on != 0, true, logging_on != 0],
+            is_step_odd: false,
+            is_step_advised: false,
             model: Model::new(self.fmu),
             bytes: Vec::new(),
             saved: Vec::new(),
@@ -215,6 +222,9 @@ impl<'a> Host<'a> {
         };
         assert!(right, "{what}: {status:?}, expected {:?}; log: {entries:?}; {:?}", answer.expected, turn.model);
 
+        if status == Status::Ok {
+            check_advice(name, slot, &entries, &what);
+        }
         let category = match status {
             Status::Ok => None,
             Status::Discard => Some(1),
@@ -227,7 +237,7 @@ impl<'a> Host<'a> {
             assert_eq!((entry.instance.as_bytes(), entry.format.as_str()), (slot.name.as_bytes(), "%s"), "{what}");
             let reason = entry.text.strip_prefix(name).and_then(|rest| rest.strip_prefix(": "));
             assert!(reason.is_some_and(|reason| reason.len() > 5), "{what}: {entry:?}");
-        } else {
+        } else if status != Status::Ok {
             assert_eq!(entries, [], "{what}");
         }
 
@@ -322,5 +332,19 @@ impl<'a> Host<'a> {
             }
             _ => (bytes, Some(model)),
         }
+    }
+}
+
+/// Advice comes with the restart, as often as the block likes, and once with an odd step; nothing else is logged where a call
+/// succeeds.
+fn check_advice(name: &str, slot: &mut Slot, entries: &[Entry], what: &What) {
+    let is_due = name == "fmi2DoStep" && slot.is_step_odd && !slot.is_step_advised && slot.logged[ADVICE];
+    let may_advise = name == "fmi2ExitInitializationMode" && slot.logged[ADVICE];
+    assert!(may_advise || entries.len() == usize::from(is_due), "{what}: {entries:?}");
+    slot.is_step_advised |= is_due;
+    for entry in entries {
+        assert_eq!((entry.status, entry.category.as_str()), (Status::Ok, CATEGORIES[ADVICE]), "{what}");
+        let advice = entry.text.strip_prefix(name).and_then(|rest| rest.strip_prefix(": "));
+        assert!(advice.is_some_and(|advice| advice.len() > 5), "{what}: {entry:?}");
     }
 }
