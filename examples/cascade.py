@@ -30,7 +30,9 @@ K for each l/min.
 
 import math
 
-import loop
+import plcfmu
+from plcfmu import plot
+from plcfmu.figures import integral_error
 
 STEP_SIZE = 0.1
 # The process: VALVE's parameters, and its steady state.
@@ -49,80 +51,61 @@ PRESSURE, LOW_PRESSURE = 4.0, 2.5
 
 def run(fmus, with_flow_controller):
     """A setpoint step of 5 K at 20 s, and the pressure of the heating medium dropping from 4 to 2.5 bar at 150 s."""
-    valve = fmus.start(
-        "VALVE", POS_ON=True, MTR_TM=5.0, POS_START=50.0, T_START=AT_START, CYCLE=STEP_SIZE
-    )
-    flow_at_start, position = 20.0, 50.0
+    valve = fmus.start("VALVE", POS_ON=True, MTR_TM=5.0, POS_START=50.0, T_START=AT_START, CYCLE=STEP_SIZE)
+
+    def measured_flow(t):
+        # VALVE gives its flow from the first step on.
+        return valve["FLOW"] if t > 0.0 else 20.0
+
+    settings = {"MAN_ON": False, "CYCLE": CYCLE, "TI": TI}
+    inputs = {"TC.SP_INT": [(0.0, AT_START), (STEP, SETPOINT)], "VALVE.PRES": [(0.0, PRESSURE), (DROP, LOW_PRESSURE)]}
+    record = {"SP_INT": "TC.SP_INT", "TEMP": "VALVE.TEMP"}
     if with_flow_controller:
-        temperature = fmus.start(
-            "CONT_C",
-            MAN_ON=False,
-            CYCLE=CYCLE,
-            GAIN=GAIN,
-            TI=TI,
-            LMN_HLM=40.0,
-            I_ITLVAL=flow_at_start,
-        )
+        temperature = fmus.start("CONT_C", settings, name="TC", GAIN=GAIN, LMN_HLM=40.0, I_ITLVAL=20.0)
+        flow_ti = FLOW_PER_PERCENT * FLOW_LAMBDA
         flow = fmus.start(
-            "CONT_C",
-            MAN_ON=False,
-            CYCLE=STEP_SIZE,
-            P_SEL=False,
-            GAIN=1.0,
-            TI=FLOW_PER_PERCENT * FLOW_LAMBDA,
-            I_ITLVAL=position,
+            "CONT_C", name="FC", MAN_ON=False, CYCLE=STEP_SIZE, P_SEL=False, GAIN=1.0, TI=flow_ti, I_ITLVAL=50.0
         )
+        controllers = [temperature, flow]
+        connections = {"VALVE.TEMP": "TC.PV_IN", "TC.LMN": "FC.SP_INT", "FC.LMN": "VALVE.DRIVE"}
+        inputs["FC.PV_IN"] = measured_flow
+        record.update({"FLOW_SP": "TC.LMN", "FLOW": measured_flow, "POSITION": "FC.LMN"})
     else:
-        temperature = fmus.start(
-            "CONT_C",
-            MAN_ON=False,
-            CYCLE=CYCLE,
-            GAIN=GAIN / FLOW_PER_PERCENT,
-            TI=TI,
-            I_ITLVAL=position,
-        )
-    result = loop.Result()
-    measured_flow = flow_at_start
-    for t in loop.clock(END, STEP_SIZE, "cascade" if with_flow_controller else "single controller"):
-        setpoint = SETPOINT if t >= STEP else AT_START
-        pressure = LOW_PRESSURE if t >= DROP else PRESSURE
-        temperature.step(t, STEP_SIZE, SP_INT=setpoint, PV_IN=valve["TEMP"])
-        position = temperature["LMN"]
-        row = {"SP_INT": setpoint, "TEMP": valve["TEMP"]}
-        if with_flow_controller:
-            row["FLOW_SP"] = temperature["LMN"]
-            flow.step(t, STEP_SIZE, SP_INT=temperature["LMN"], PV_IN=measured_flow)
-            position = flow["LMN"]
-        result.add(t, **row, FLOW=measured_flow, POSITION=position, PRES=pressure)
-        valve.step(t, STEP_SIZE, DRIVE=position, PRES=pressure)
-        measured_flow = valve["FLOW"]
+        controllers = fmus.start("CONT_C", settings, name="TC", GAIN=GAIN / FLOW_PER_PERCENT, I_ITLVAL=50.0)
+        connections = {"VALVE.TEMP": "TC.PV_IN", "TC.LMN": "VALVE.DRIVE"}
+        record.update({"FLOW": measured_flow, "POSITION": "TC.LMN"})
+    result = plcfmu.simulate(
+        controllers,
+        valve,
+        connections,
+        inputs=inputs,
+        record={**record, "PRES": "VALVE.PRES"},
+        step=STEP_SIZE,
+        duration=END,
+        title="cascade" if with_flow_controller else "single controller",
+    )
 
     way = "cascade" if with_flow_controller else "single"
     step, drop = result.between(STEP, DROP), result.between(DROP, END)
     step_size = SETPOINT - AT_START
     theory = 2.2 * LAMBDA, None, None, step_size * (LAMBDA + THETA)
-    result.step_figures(step, "TEMP", "SP_INT", AT_START, SETPOINT, "K s", f"{way}: ", theory)
+    result.quality += step.figures("TEMP", "SP_INT", AT_START, SETPOINT, unit="K s", prefix=f"{way}: ", theory=theory)
     steady_flow = (SETPOINT - 20.0) / RISE_PER_FLOW
     left = math.sqrt(LOW_PRESSURE / PRESSURE)
     if with_flow_controller:
         missing = steady_flow * (1 - left)
         most = RISE_PER_FLOW * missing * FLOW_LAMBDA / left * largest_of_two_lags(T1, T2)
-        result.figure(
-            f"{way}: pressure drop, largest deviation",
-            float(max(SETPOINT - drop["TEMP"])),
-            "K",
-            f"at most {most:.2f}",
+        result.quality.add(
+            f"{way}: pressure drop, largest deviation", float(max(SETPOINT - drop["TEMP"])), "K", f"at most {most:.2f}"
         )
         error = 0.0
     else:
-        result.figure(
-            f"{way}: pressure drop, largest deviation", float(max(SETPOINT - drop["TEMP"])), "K"
-        )
+        result.quality.add(f"{way}: pressure drop, largest deviation", float(max(SETPOINT - drop["TEMP"])), "K")
         more = steady_flow / FLOW_PER_PERCENT * (1 / left - 1)
         error = more * TI / (GAIN / FLOW_PER_PERCENT)
-    result.figure(
+    result.quality.add(
         f"{way}: pressure drop, integral of the error",
-        loop.control_error(drop, "TEMP", "SP_INT"),
+        integral_error(drop.time, drop["TEMP"], drop["SP_INT"]),
         "K s",
         error,
     )
@@ -136,54 +119,42 @@ def largest_of_two_lags(t1, t2):
 
 
 def draw(cascade, single, path):
-    figure, axes = loop.picture(
+    with plot.picture(
+        path,
         "Temperature over flow: the cascade meets a pressure drop before the temperature feels it",
         ["temperature in °C", "flow in l/min", "valve position\nin %"],
         [1.3, 1, 1],
-    )
-    grey = loop.COMPARED
-    axes[0].plot(
-        cascade.time, cascade["SP_INT"], label="setpoint", drawstyle="steps-post", **loop.SETPOINT
-    )
-    axes[0].plot(single.time, single["TEMP"], label="single controller", **grey)
-    axes[0].plot(cascade.time, cascade["TEMP"], label="cascade", **loop.PROCESS_VALUE)
-    axes[1].plot(
-        cascade.time,
-        cascade["FLOW_SP"],
-        label="flow setpoint, cascade",
-        drawstyle="steps-post",
-        **loop.SETPOINT,
-    )
-    axes[1].plot(single.time, single["FLOW"], label="flow, single", **grey)
-    axes[1].plot(cascade.time, cascade["FLOW"], label="flow, cascade", **loop.PROCESS_VALUE)
-    axes[2].plot(
-        single.time, single["POSITION"], label="single controller", drawstyle="steps-post", **grey
-    )
-    axes[2].plot(
-        cascade.time,
-        cascade["POSITION"],
-        label="cascade",
-        drawstyle="steps-post",
-        **loop.MANIPULATED,
-    )
-    loop.mark(axes, DROP, END, "disturbance: pressure 4 → 2.5 bar", at=(DROP, 0.16))
-    for each in axes:
-        loop.legend(each)
-    loop.save_picture(figure, path)
+    ) as axes:
+        grey = plot.COMPARED
+        axes[0].plot(cascade.time, cascade["SP_INT"], label="setpoint", drawstyle="steps-post", **plot.SETPOINT)
+        axes[0].plot(single.time, single["TEMP"], label="single controller", **grey)
+        axes[0].plot(cascade.time, cascade["TEMP"], label="cascade", **plot.PROCESS_VALUE)
+        axes[1].plot(
+            cascade.time, cascade["FLOW_SP"], label="flow setpoint, cascade", drawstyle="steps-post", **plot.SETPOINT
+        )
+        axes[1].plot(single.time, single["FLOW"], label="flow, single", **grey)
+        axes[1].plot(cascade.time, cascade["FLOW"], label="flow, cascade", **plot.PROCESS_VALUE)
+        axes[2].plot(single.time, single["POSITION"], label="single controller", drawstyle="steps-post", **grey)
+        axes[2].plot(cascade.time, cascade["POSITION"], label="cascade", drawstyle="steps-post", **plot.MANIPULATED)
+        plot.mark(axes, DROP, END, "disturbance: pressure 4 → 2.5 bar", at=(DROP, 0.16))
+        for each in axes:
+            plot.legend(each)
 
 
 def main():
-    folder, out = loop.arguments(__doc__)
-    with loop.Fmus(folder) as fmus:
+    folder, out = plcfmu.arguments(__doc__)
+    with plcfmu.Fmus(folder) as fmus:
         print(
-            f"Cascade, temperature over flow: GAIN {GAIN:.3f} l/min/K, TI {TI:.1f} s; flow I controller, {FLOW_LAMBDA:.0f} s"
+            f"Cascade, temperature over flow: GAIN {GAIN:.3f} l/min/K, TI {TI:.1f} s; "
+            f"flow I controller, {FLOW_LAMBDA:.0f} s"
         )
         cascade, single = run(fmus, True), run(fmus, False)
-        cascade.print_figures()
-        single.print_figures()
-        loop.save_csv(cascade, out / "cascade.csv")
-        loop.save_csv(single, out / "cascade_single.csv")
+        print(cascade.quality)
+        print(single.quality)
+        cascade.to_csv(out / "cascade.csv", digits=9)
+        single.to_csv(out / "cascade_single.csv", digits=9)
         draw(cascade, single, out / "cascade.png")
+    print(f"  CSV and PNG: {out}")
 
 
 if __name__ == "__main__":

@@ -21,7 +21,9 @@ to make it, and integrates an error of dLMN TI / GAIN for it.
 
 import math
 
-import loop
+import plcfmu
+from plcfmu import plot
+from plcfmu.figures import integral_error
 
 CYCLE = 1.0
 # The furnace: HEATER's parameters as they are.
@@ -46,7 +48,7 @@ PID = {
     "PV_FAC": 4.0,
     "CYCLE": CYCLE,
 }
-SIGNALS = "PV LMN LMN_P LMN_I LMN_D QLMN_HLM"
+SIGNALS = {name: f"CONT_C.{name}" for name in "SP_INT PV LMN LMN_P LMN_I LMN_D QLMN_HLM".split()}
 
 AUTOMATIC, STEP, DOOR, END = 30.0, 60.0, 300.0, 720.0
 COLD, HOT, COLD_END = 20.0, 200.0, 500.0
@@ -56,32 +58,36 @@ def run(fmus):
     """In manual mode at rest at 170 degC, to automatic, 10 K more, and then the door half open."""
     controller = fmus.start("CONT_C", PID, MAN_ON=True, MAN=50.0)
     furnace = fmus.start("HEATER", T_START=170.0)
-    result = loop.Result()
-    for t in loop.clock(END, CYCLE, "furnace with CONT_C"):
-        setpoint = 180.0 if t >= STEP else 170.0
-        door = 50.0 if t >= DOOR else 0.0
-        controller.step(t, CYCLE, SP_INT=setpoint, PV_PER=furnace["T_PER"], MAN_ON=t < AUTOMATIC)
-        result.add(t, SP_INT=setpoint, **controller.get(SIGNALS), DOOR=door, TEMP=furnace["TEMP"])
-        furnace.step(t, CYCLE, POWER=controller["LMN"], DOOR=door)
+    result = plcfmu.simulate(
+        controller,
+        furnace,
+        {"CONT_C.LMN": "HEATER.POWER", "HEATER.T_PER": "CONT_C.PV_PER"},
+        inputs={
+            "CONT_C.SP_INT": [(0.0, 170.0), (STEP, 180.0)],
+            "CONT_C.MAN_ON": [(0.0, True), (AUTOMATIC, False)],
+            "HEATER.DOOR": [(0.0, 0.0), (DOOR, 50.0)],
+        },
+        record={**SIGNALS, "DOOR": "HEATER.DOOR", "TEMP": "HEATER.TEMP"},
+        step=CYCLE,
+        duration=END,
+        title="furnace with CONT_C",
+    )
 
     step = result.between(STEP, DOOR)
     settled = DELAY + CYCLE / 2 + math.log(50) * LAMBDA
     theory = 2.2 * LAMBDA, 0.0, settled, 10.0 * (LAMBDA + THETA)
-    result.step_figures(step, "PV", "SP_INT", 170.0, 180.0, "K s", theory=theory)
+    result.quality += step.figures("PV", "SP_INT", 170.0, 180.0, unit="K s", theory=theory)
 
     door = result.between(DOOR, END)
     more_power = 0.25 * (180.0 - 20.0) / K  # the door half open: a quarter more loss
     peak = math.log(T1 / LAMBDA) * T1 * LAMBDA / (T1 - LAMBDA)
     share = (math.exp(-peak / T1) - math.exp(-peak / LAMBDA)) / (T1 - LAMBDA)
-    result.figure(
-        "door: largest deviation",
-        float(max(180.0 - door["PV"])),
-        "K",
-        K * more_power * (LAMBDA + THETA) * share,
+    result.quality.add(
+        "door: largest deviation", float(max(180.0 - door["PV"])), "K", K * more_power * (LAMBDA + THETA) * share
     )
-    result.figure(
+    result.quality.add(
         "door: integral of the error",
-        loop.control_error(door, "PV", "SP_INT"),
+        integral_error(door.time, door["PV"], door["SP_INT"]),
         "K s",
         more_power * TI / GAIN,
     )
@@ -92,47 +98,53 @@ def cold_start(fmus, by_hand):
     """From 20 to 200 degC: in automatic mode, or with full power by hand up to 170 degC and automatic from there."""
     controller = fmus.start("CONT_C", PID, MAN=100.0)
     furnace = fmus.start("HEATER", T_START=COLD)
-    result = loop.Result()
-    manual = by_hand
-    for t in loop.clock(
-        COLD_END, CYCLE, "cold start by hand" if by_hand else "cold start in automatic mode"
-    ):
-        manual = manual and furnace["TEMP"] < 170.0
-        controller.step(t, CYCLE, SP_INT=HOT, PV_PER=furnace["T_PER"], MAN_ON=manual)
-        result.add(t, SP_INT=HOT, **controller.get(SIGNALS), MAN_ON=manual)
-        furnace.step(t, CYCLE, POWER=controller["LMN"])
+    result = plcfmu.simulate(
+        controller,
+        furnace,
+        {"CONT_C.LMN": "HEATER.POWER", "HEATER.T_PER": "CONT_C.PV_PER"},
+        inputs={
+            "CONT_C.SP_INT": HOT,
+            # Once it is hot, it stays in automatic mode.
+            "CONT_C.MAN_ON": lambda t: by_hand and furnace["TEMP"] < 170.0,
+        },
+        record={**SIGNALS, "MAN_ON": "CONT_C.MAN_ON"},
+        step=CYCLE,
+        duration=COLD_END,
+        title="cold start by hand" if by_hand else "cold start in automatic mode",
+    )
 
     way = "by hand" if by_hand else "automatic"
     prefix = f"cold start {way}: "
     theory = None, 0.0, None, None
-    result.step_figures(result, "PV", "SP_INT", COLD, HOT, "K s", prefix, theory)
+    result.quality += result.figures("PV", "SP_INT", COLD, HOT, unit="K s", prefix=prefix, theory=theory)
     return result
 
 
 def draw(result, path):
-    figure, axes = loop.picture(
+    with plot.picture(
+        path,
         "Furnace with CONT_C: a setpoint step of 10 K, then the door opens by half",
         ["temperature in °C", "manipulated value in %", "its parts in %"],
         [1.25, 1, 1],
-    )
-    time = result.time
-    axes[0].plot(time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **loop.SETPOINT)
-    axes[0].plot(time, result["PV"], label="PV", **loop.PROCESS_VALUE)
-    axes[1].plot(time, result["LMN"], label="LMN", drawstyle="steps-post", **loop.MANIPULATED)
-    axes[2].plot(time, result["LMN_I"], label="LMN_I", drawstyle="steps-post", **loop.I_PART)
-    axes[2].plot(time, result["LMN_P"], label="LMN_P", drawstyle="steps-post", **loop.P_PART)
-    axes[2].plot(time, result["LMN_D"], label="LMN_D", drawstyle="steps-post", **loop.D_PART)
-    axes[0].set_ylim(168, 183.5)
-    axes[1].set_ylim(40, 105)
-    loop.mark(axes, 0.0, AUTOMATIC, "manual", loop.MANUAL)
-    loop.mark(axes, DOOR, END, "disturbance: door half open")
-    for each in axes:
-        loop.legend(each)
-    loop.save_picture(figure, path)
+    ) as axes:
+        time = result.time
+        axes[0].plot(time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **plot.SETPOINT)
+        axes[0].plot(time, result["PV"], label="PV", **plot.PROCESS_VALUE)
+        axes[1].plot(time, result["LMN"], label="LMN", drawstyle="steps-post", **plot.MANIPULATED)
+        axes[2].plot(time, result["LMN_I"], label="LMN_I", drawstyle="steps-post", **plot.I_PART)
+        axes[2].plot(time, result["LMN_P"], label="LMN_P", drawstyle="steps-post", **plot.P_PART)
+        axes[2].plot(time, result["LMN_D"], label="LMN_D", drawstyle="steps-post", **plot.D_PART)
+        axes[0].set_ylim(168, 183.5)
+        axes[1].set_ylim(40, 105)
+        plot.mark(axes, 0.0, AUTOMATIC, "manual", plot.MANUAL)
+        plot.mark(axes, DOOR, END, "disturbance: door half open")
+        for each in axes:
+            plot.legend(each)
 
 
 def draw_cold_start(automatic, by_hand, path):
-    figure, axes = loop.picture(
+    with plot.picture(
+        path,
         "Cold start of the furnace: integrator stopped at the limit, or heated by hand and handed over",
         [
             "temperature in °C",
@@ -140,57 +152,55 @@ def draw_cold_start(automatic, by_hand, path):
             "by hand up to 170 °C:\nLMN and LMN_I in %",
         ],
         [1.25, 1, 1],
-    )
-    time = automatic.time
-    axes[0].plot(time, automatic["SP_INT"], label="SP_INT", **loop.SETPOINT)
-    axes[0].plot(
-        time,
-        automatic["PV"],
-        label="PV, automatic from the start",
-        **{**loop.PROCESS_VALUE, "color": loop.COMPARED["color"]},
-    )
-    axes[0].plot(time, by_hand["PV"], label="PV, by hand up to 170 °C", **loop.PROCESS_VALUE)
-    for each, result in ((axes[1], automatic), (axes[2], by_hand)):
-        each.plot(time, result["LMN"], label="LMN", drawstyle="steps-post", **loop.MANIPULATED)
-        each.plot(time, result["LMN_I"], label="LMN_I", drawstyle="steps-post", **loop.I_PART)
-        each.set_ylim(-5, 109)
-    limited = time[automatic["QLMN_HLM"] == 1]
-    loop.mark(
-        [axes[1]],
-        limited[0],
-        limited[-1] + CYCLE,
-        "shaded: LMN at its limit, the integrator stands still",
-        at=(110.0, 1.0),
-    )
-    manual = time[by_hand["MAN_ON"] == 1]
-    loop.mark(
-        [axes[2]],
-        manual[0],
-        manual[-1] + CYCLE,
-        "shaded: manual, MAN = 100 %; LMN_I follows as MAN - LMN_P",
-        loop.MANUAL,
-        at=(110.0, 1.0),
-    )
-    for each in axes:
-        loop.legend(each)
-    loop.save_picture(figure, path)
+    ) as axes:
+        time = automatic.time
+        axes[0].plot(time, automatic["SP_INT"], label="SP_INT", **plot.SETPOINT)
+        axes[0].plot(
+            time,
+            automatic["PV"],
+            label="PV, automatic from the start",
+            **{**plot.PROCESS_VALUE, "color": plot.COMPARED["color"]},
+        )
+        axes[0].plot(time, by_hand["PV"], label="PV, by hand up to 170 °C", **plot.PROCESS_VALUE)
+        for each, result in ((axes[1], automatic), (axes[2], by_hand)):
+            each.plot(time, result["LMN"], label="LMN", drawstyle="steps-post", **plot.MANIPULATED)
+            each.plot(time, result["LMN_I"], label="LMN_I", drawstyle="steps-post", **plot.I_PART)
+            each.set_ylim(-5, 109)
+        limited = time[automatic["QLMN_HLM"] == 1]
+        plot.mark(
+            [axes[1]],
+            limited[0],
+            limited[-1] + CYCLE,
+            "shaded: LMN at its limit, the integrator stands still",
+            at=(110.0, 1.0),
+        )
+        manual = time[by_hand["MAN_ON"] == 1]
+        plot.mark(
+            [axes[2]],
+            manual[0],
+            manual[-1] + CYCLE,
+            "shaded: manual, MAN = 100 %; LMN_I follows as MAN - LMN_P",
+            plot.MANUAL,
+            at=(110.0, 1.0),
+        )
+        for each in axes:
+            plot.legend(each)
 
 
 def main():
-    folder, out = loop.arguments(__doc__)
-    with loop.Fmus(folder) as fmus:
-        print(
-            f"Furnace with CONT_C: GAIN {GAIN:.3f}, TI {TI:.1f} s, TD {TD:.2f} s, TM_LAG {TM_LAG:.0f} s"
-        )
+    folder, out = plcfmu.arguments(__doc__)
+    with plcfmu.Fmus(folder) as fmus:
+        print(f"Furnace with CONT_C: GAIN {GAIN:.3f}, TI {TI:.1f} s, TD {TD:.2f} s, TM_LAG {TM_LAG:.0f} s")
         result = run(fmus)
         automatic, by_hand = cold_start(fmus, False), cold_start(fmus, True)
         for each in (result, automatic, by_hand):
-            each.print_figures()
-        loop.save_csv(result, out / "cont_c_heater.csv")
-        loop.save_csv(automatic, out / "cont_c_heater_cold_start.csv")
-        loop.save_csv(by_hand, out / "cont_c_heater_cold_start_by_hand.csv")
+            print(each.quality)
+        result.to_csv(out / "cont_c_heater.csv", digits=9)
+        automatic.to_csv(out / "cont_c_heater_cold_start.csv", digits=9)
+        by_hand.to_csv(out / "cont_c_heater_cold_start_by_hand.csv", digits=9)
         draw(result, out / "cont_c_heater.png")
         draw_cold_start(automatic, by_hand, out / "cont_c_heater_cold_start.png")
+    print(f"  CSV and PNG: {out}")
 
 
 if __name__ == "__main__":

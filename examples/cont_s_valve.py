@@ -28,7 +28,9 @@ the valve closes at once.
 
 import numpy as np
 
-import loop
+import plcfmu
+from plcfmu import plot
+from plcfmu.figures import integral_absolute_error, overshoot, rise_time, settling_time
 
 CYCLE = 0.1
 K, T1, T2 = 0.8, 20.0, 5.0
@@ -42,69 +44,59 @@ STEP, DROP, MANUAL, AUTOMATIC, TOO_HIGH, BACK, END = 20.0, 120.0, 240.0, 280.0, 
 BY_HAND_UP, BY_HAND_DOWN = (245.0, 257.0), (265.0, 268.0)
 
 
-def setpoint(t):
-    if t < STEP:
-        return 60.0
-    return 95.0 if TOO_HIGH <= t < BACK else 70.0
-
-
 def run(fmus):
     """A setpoint step, a pressure drop; by hand to the upper stop and back; a setpoint that is too high; and back."""
     controller = fmus.start(
-        "CONT_S",
-        CYCLE=CYCLE,
-        GAIN=GAIN,
-        TI=TI,
-        DEADB_W=DEADB_W,
-        PULSE_TM=PULSE_TM,
-        BREAK_TM=PULSE_TM,
-        MTR_TM=MTR_TM,
+        "CONT_S", CYCLE=CYCLE, GAIN=GAIN, TI=TI, DEADB_W=DEADB_W, PULSE_TM=PULSE_TM, BREAK_TM=PULSE_TM, MTR_TM=MTR_TM
     )
     valve = fmus.start("VALVE", CYCLE=CYCLE, MTR_TM=MTR_TM, POS_START=50.0, T_START=60.0)
-    result = loop.Result()
-    for t in loop.clock(END, CYCLE, "valve with CONT_S"):
-        by_hand = {
-            "LMNS_ON": MANUAL <= t < AUTOMATIC,
-            "LMNUP": BY_HAND_UP[0] <= t < BY_HAND_UP[1],
-            "LMNDN": BY_HAND_DOWN[0] <= t < BY_HAND_DOWN[1],
-        }
-        stops = valve.get("LMNR_HS LMNR_LS")
-        pressure = 4.0 if t < DROP else 3.0
-        controller.step(t, CYCLE, SP_INT=setpoint(t), PV_IN=valve["TEMP"], **stops, **by_hand)
-        result.add(
-            t,
-            SP_INT=setpoint(t),
-            **controller.get("PV ER QLMNUP QLMNDN"),
-            **stops,
-            **by_hand,
-            LMNR=valve["LMNR"],
-            PRES=pressure,
-        )
-        valve.step(t, CYCLE, UP=controller["QLMNUP"], DOWN=controller["QLMNDN"], PRES=pressure)
+    of_controller = "SP_INT PV ER QLMNUP QLMNDN LMNR_HS LMNR_LS LMNS_ON LMNUP LMNDN"
+    result = plcfmu.simulate(
+        controller,
+        valve,
+        {
+            "CONT_S.QLMNUP": "VALVE.UP",
+            "CONT_S.QLMNDN": "VALVE.DOWN",
+            "VALVE.TEMP": "CONT_S.PV_IN",
+            "VALVE.LMNR_HS": "CONT_S.LMNR_HS",
+            "VALVE.LMNR_LS": "CONT_S.LMNR_LS",
+        },
+        inputs={
+            "CONT_S.SP_INT": [(0.0, 60.0), (STEP, 70.0), (TOO_HIGH, 95.0), (BACK, 70.0)],
+            "CONT_S.LMNS_ON": lambda t: MANUAL <= t < AUTOMATIC,
+            "CONT_S.LMNUP": lambda t: BY_HAND_UP[0] <= t < BY_HAND_UP[1],
+            "CONT_S.LMNDN": lambda t: BY_HAND_DOWN[0] <= t < BY_HAND_DOWN[1],
+            "VALVE.PRES": [(0.0, 4.0), (DROP, 3.0)],
+        },
+        record={
+            **{name: f"CONT_S.{name}" for name in of_controller.split()},
+            "LMNR": "VALVE.LMNR",
+            "PRES": "VALVE.PRES",
+        },
+        step=CYCLE,
+        duration=END,
+        title="valve with CONT_S",
+    )
 
     step = result.between(STEP, DROP)
-    result.figure(
-        "rise time, 10 ... 90 %", loop.rise_time(step, "PV", 60.0, 70.0), "s", 2.2 * LAMBDA
-    )
-    result.figure("overshoot", loop.overshoot(step, "PV", 60.0, 70.0), "%", "at most 5")
-    result.figure("settling time to 1 K", loop.settling_time(step, "PV", 60.0, 70.0, 0.1), "s")
-    result.figure(
-        "integral of the absolute error", loop.absolute_error(step, "PV", "SP_INT"), "K s"
-    )
+    time, pv = step.time, step["PV"]
+    result.quality.add("rise time, 10 ... 90 %", rise_time(time, pv, 60.0, 70.0), "s", 2.2 * LAMBDA)
+    result.quality.add("overshoot", overshoot(pv, 60.0, 70.0), "%", "at most 5")
+    result.quality.add("settling time to 1 K", settling_time(time, pv, 60.0, 70.0, 0.1), "s")
+    error = integral_absolute_error(time, pv, step["SP_INT"])
+    result.quality.add("integral of the absolute error", error, "K s")
     rest = result.between(MANUAL - 20.0, MANUAL)
-    result.figure(
-        "deviation at rest", float(max(abs(rest["SP_INT"] - rest["PV"]))), "K", f"at most {DEADB_W}"
-    )
+    result.quality.add("deviation at rest", float(max(abs(rest["SP_INT"] - rest["PV"]))), "K", f"at most {DEADB_W}")
     for name, start, end in (("setpoint step", STEP, DROP), ("pressure drop", DROP, MANUAL)):
         part = result.between(start, end)
-        result.figure(f"pulses for the {name}", pulses(part["QLMNUP"]) + pulses(part["QLMNDN"]), "")
+        result.quality.add(f"pulses for the {name}", pulses(part["QLMNUP"]) + pulses(part["QLMNDN"]), "")
     against = (result["QLMNUP"] * result["LMNR_HS"] + result["QLMNDN"] * result["LMNR_LS"]) > 0
-    result.figure("calls with a pulse against a stop", int(np.sum(against)), "", 0)
+    result.quality.add("calls with a pulse against a stop", int(np.sum(against)), "", 0)
     stopped = result.between(TOO_HIGH, BACK)
-    result.figure("setpoint too high: at the stop", CYCLE * float(np.sum(stopped["LMNR_HS"])), "s")
+    result.quality.add("setpoint too high: at the stop", CYCLE * float(np.sum(stopped["LMNR_HS"])), "s")
     back = result.between(BACK, END)
     first_down = back.time[back["QLMNDN"] == 1][0] - BACK
-    result.figure("setpoint back: the valve closes after", float(first_down), "s", 0.0)
+    result.quality.add("setpoint back: the valve closes after", float(first_down), "s", 0.0)
     return result
 
 
@@ -114,66 +106,53 @@ def pulses(signal):
 
 
 def draw(result, path):
-    figure, axes = loop.picture(
+    with plot.picture(
+        path,
         "Valve with CONT_S: pulses, by hand to the limit stop, and a setpoint that cannot be reached",
         ["temperature in °C", "valve in %", "pulses"],
         [1.3, 1, 0.75],
-    )
-    time = result.time
-    axes[0].plot(time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **loop.SETPOINT)
-    axes[0].plot(time, result["PV"], label="PV", **loop.PROCESS_VALUE)
-    axes[1].plot(time, result["LMNR"], label="position LMNR", **loop.MANIPULATED)
-    axes[1].fill_between(
-        time,
-        0,
-        100,
-        where=result["LMNR_HS"] == 1,
-        step="post",
-        color="#c8102e",
-        alpha=0.16,
-        linewidth=0,
-        label="limit switch LMNR_HS",
-    )
-    axes[2].fill_between(
-        time,
-        0,
-        result["QLMNUP"],
-        step="post",
-        color=loop.MANIPULATED["color"],
-        linewidth=0.4,
-        label="QLMNUP",
-    )
-    axes[2].fill_between(
-        time,
-        0,
-        -result["QLMNDN"],
-        step="post",
-        color=loop.PROCESS_VALUE["color"],
-        linewidth=0.4,
-        label="QLMNDN",
-    )
-    axes[0].set_ylim(55, 103)
-    axes[1].set_ylim(40, 105)
-    axes[2].set_yticks([-1, 0, 1], ["down", "", "up"])
-    axes[2].set_ylim(-1.2, 1.2)
-    loop.mark(axes, DROP, MANUAL, "disturbance:\npressure 4 → 3 bar")
-    loop.mark(axes, MANUAL, AUTOMATIC, "manual\n(LMNS_ON)", loop.MANUAL)
-    loop.mark(axes, AUTOMATIC, END, "")
-    for each in axes:
-        loop.legend(each)
-    loop.save_picture(figure, path)
+    ) as axes:
+        time = result.time
+        axes[0].plot(time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **plot.SETPOINT)
+        axes[0].plot(time, result["PV"], label="PV", **plot.PROCESS_VALUE)
+        axes[1].plot(time, result["LMNR"], label="position LMNR", **plot.MANIPULATED)
+        axes[1].fill_between(
+            time,
+            0,
+            100,
+            where=result["LMNR_HS"] == 1,
+            step="post",
+            color="#c8102e",
+            alpha=0.16,
+            linewidth=0,
+            label="limit switch LMNR_HS",
+        )
+        axes[2].fill_between(
+            time, 0, result["QLMNUP"], step="post", color=plot.MANIPULATED["color"], linewidth=0.4, label="QLMNUP"
+        )
+        axes[2].fill_between(
+            time, 0, -result["QLMNDN"], step="post", color=plot.PROCESS_VALUE["color"], linewidth=0.4, label="QLMNDN"
+        )
+        axes[0].set_ylim(55, 103)
+        axes[1].set_ylim(40, 105)
+        axes[2].set_yticks([-1, 0, 1], ["down", "", "up"])
+        axes[2].set_ylim(-1.2, 1.2)
+        plot.mark(axes, DROP, MANUAL, "disturbance:\npressure 4 → 3 bar")
+        plot.mark(axes, MANUAL, AUTOMATIC, "manual\n(LMNS_ON)", plot.MANUAL)
+        plot.mark(axes, AUTOMATIC, END, "")
+        for each in axes:
+            plot.legend(each)
 
 
 def main():
-    folder, out = loop.arguments(__doc__)
-    with loop.Fmus(folder) as fmus:
-        print(
-            f"Valve with CONT_S: GAIN {GAIN:.2f} %/K, TI {TI:.1f} s, DEADB_W {DEADB_W} K, PULSE_TM {PULSE_TM} s"
-        )
+    folder, out = plcfmu.arguments(__doc__)
+    with plcfmu.Fmus(folder) as fmus:
+        print(f"Valve with CONT_S: GAIN {GAIN:.2f} %/K, TI {TI:.1f} s, DEADB_W {DEADB_W} K, PULSE_TM {PULSE_TM} s")
         result = run(fmus)
-        result.print_figures()
-        loop.save_csv(result, out / "cont_s_valve.csv")
+        print(result.quality)
+        result.to_csv(out / "cont_s_valve.csv", digits=9)
         draw(result, out / "cont_s_valve.png")
+    print(f"  CSV and PNG: {out}")
 
 
 if __name__ == "__main__":

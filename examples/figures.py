@@ -19,7 +19,8 @@ PER_TM, negative for a negative pulse.
 
 import numpy as np
 
-import loop
+import plcfmu
+from plcfmu import plot
 
 CYCLE = 0.01
 PER_TM, P_B_TM = 4.0, 0.4
@@ -40,7 +41,7 @@ LOW, HIGH = 30.0, 80.0
 def modulation(fmus):
     """Figure 3-3: a period each of 30, 60 and 90 %, ten calls to a period. A row is a call."""
     generator = fmus.start("PULSEGEN", CYCLE=SHORT_CYCLE, PER_TM=CALLS * SHORT_CYCLE)
-    result = loop.Result()
+    result = plcfmu.Result()
     for call in range(3 * CALLS):
         t = call * SHORT_CYCLE
         inv = (30.0, 60.0, 90.0)[call // CALLS]
@@ -51,10 +52,8 @@ def modulation(fmus):
 
 def synchronization(fmus, changes_at, syn_on):
     """Figure 3-5: INV goes from 30 to 80 % at call `changes_at` of the second of five periods. A row is a call."""
-    generator = fmus.start(
-        "PULSEGEN", CYCLE=SHORT_CYCLE, PER_TM=CALLS * SHORT_CYCLE, SYN_ON=syn_on, P_B_TM=0.0
-    )
-    result = loop.Result()
+    generator = fmus.start("PULSEGEN", CYCLE=SHORT_CYCLE, PER_TM=CALLS * SHORT_CYCLE, SYN_ON=syn_on, P_B_TM=0.0)
+    result = plcfmu.Result()
     for call in range(5 * CALLS):
         t = call * SHORT_CYCLE
         inv = HIGH if call >= CALLS + changes_at else LOW
@@ -75,7 +74,7 @@ def new_period(result):
 def characteristic(fmus, settings):
     """Figures 3-6 to 3-9: the length of the pulse over INV. A row is a period."""
     generator = fmus.start("PULSEGEN", settings, CYCLE=CYCLE, PER_TM=PER_TM, P_B_TM=P_B_TM)
-    result = loop.Result()
+    result = plcfmu.Result()
     for number, inv in enumerate(SWEEP):
         t = number * PER_TM
         generator.step(t, PER_TM, INV=inv)
@@ -84,146 +83,120 @@ def characteristic(fmus, settings):
 
 
 def draw_modulation(result, path):
-    figure, axes = loop.picture(
+    with plot.picture(
+        path,
         "Figure 3-3: INV in percent of ten calls is the number of calls with a pulse",
         ["INV in %", "QPOS_P"],
         [1, 0.6],
         size=(9.0, 3.4),
-    )
-    edges = np.append(result.time, 3.0)
-    axes[0].stairs(result["INV"], edges, baseline=None, **loop.SETPOINT)
-    axes[1].stairs(result["QPOS_P"], edges, fill=True, color=loop.MANIPULATED["color"])
-    axes[0].set_ylim(0, 105)
-    axes[1].set_yticks([0, 1], ["FALSE", "TRUE"])
-    axes[1].set_xticks(np.arange(0, 3.01, 0.1), minor=True)
-    axes[1].grid(which="minor", axis="x", color="#eeeeee")
-    for period, text in enumerate(
-        ("30 %: 3 calls on, 7 off", "60 %: 6 on, 4 off", "90 %: 9 on, 1 off")
-    ):
-        axes[0].annotate(
-            text,
-            (period, 0),
-            xytext=(5, 6),
-            textcoords="offset points",
-            fontsize=9,
-            color="#3c5573",
-        )
-    loop.save_picture(figure, path)
+    ) as axes:
+        edges = np.append(result.time, 3.0)
+        axes[0].stairs(result["INV"], edges, baseline=None, **plot.SETPOINT)
+        axes[1].stairs(result["QPOS_P"], edges, fill=True, color=plot.MANIPULATED["color"])
+        axes[0].set_ylim(0, 105)
+        axes[1].set_yticks([0, 1], ["FALSE", "TRUE"])
+        axes[1].set_xticks(np.arange(0, 3.01, 0.1), minor=True)
+        axes[1].grid(which="minor", axis="x", color="#eeeeee")
+        for period, text in enumerate(("30 %: 3 calls on, 7 off", "60 %: 6 on, 4 off", "90 %: 9 on, 1 off")):
+            axes[0].annotate(text, (period, 0), xytext=(5, 6), textcoords="offset points", fontsize=9, color="#3c5573")
 
 
 def draw_synchronization(results, path):
-    figure, axes = loop.picture(
+    with plot.picture(
+        path,
         "Figure 3-5: when the pulse for a new INV begins, by the call in which INV changes",
         ["INV changes in call"],
         size=(9.0, 4.6),
         columns=2,
-    )
-    for each, syn_on in zip(axes[0], (True, False)):
-        for changes_at in range(CALLS):
-            result = results[syn_on, changes_at]
-            start = new_period(result)
-            calls = np.arange(-CALLS, 2 * CALLS)
-            pulse = result["QPOS_P"][: 3 * CALLS]
-            for call, on in zip(calls, pulse):
-                if on:
-                    color = loop.MANIPULATED["color"] if call >= start else loop.COMPARED["color"]
-                    each.barh(changes_at, 1, left=call, height=0.62, color=color, linewidth=0)
-            each.plot(
-                [changes_at, changes_at],
-                [changes_at - 0.45, changes_at + 0.45],
-                color="black",
-                linewidth=2.2,
-            )
-        each.set_title(f"SYN_ON = {'TRUE' if syn_on else 'FALSE'}", loc="left", fontsize=10)
-        each.set_xlim(-CALLS, 2 * CALLS)
-        each.set_ylim(CALLS - 0.4, -0.6)
-        each.set_yticks(range(CALLS))
-        each.set_xticks(range(-CALLS, 2 * CALLS + 1, 5))
-        each.set_xlabel("call, counted from the start of the period")
-        each.grid(axis="y", visible=False)
-        each.axvline(0, color="#666666", linewidth=0.8)
-        each.axvline(CALLS, color="#666666", linewidth=0.8, linestyle=(0, (4, 3)))
-        each.barh(-5, 1, color=loop.COMPARED["color"], label="pulses for 30 %")
-        each.barh(-5, 1, color=loop.MANIPULATED["color"], label="pulses for 80 %")
-        each.plot([-50], [-5], color="black", linewidth=2.2, label="INV changes")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncol=3, fontsize=9)
-    loop.save_picture(figure, path)
+    ) as axes:
+        for each, syn_on in zip(axes[0], (True, False)):
+            for changes_at in range(CALLS):
+                result = results[syn_on, changes_at]
+                start = new_period(result)
+                calls = np.arange(-CALLS, 2 * CALLS)
+                pulse = result["QPOS_P"][: 3 * CALLS]
+                for call, on in zip(calls, pulse):
+                    if on:
+                        color = plot.MANIPULATED["color"] if call >= start else plot.COMPARED["color"]
+                        each.barh(changes_at, 1, left=call, height=0.62, color=color, linewidth=0)
+                each.plot(
+                    [changes_at, changes_at], [changes_at - 0.45, changes_at + 0.45], color="black", linewidth=2.2
+                )
+            each.set_title(f"SYN_ON = {'TRUE' if syn_on else 'FALSE'}", loc="left", fontsize=10)
+            each.set_xlim(-CALLS, 2 * CALLS)
+            each.set_ylim(CALLS - 0.4, -0.6)
+            each.set_yticks(range(CALLS))
+            each.set_xticks(range(-CALLS, 2 * CALLS + 1, 5))
+            each.set_xlabel("call, counted from the start of the period")
+            each.grid(axis="y", visible=False)
+            each.axvline(0, color="#666666", linewidth=0.8)
+            each.axvline(CALLS, color="#666666", linewidth=0.8, linestyle=(0, (4, 3)))
+            each.barh(-5, 1, color=plot.COMPARED["color"], label="pulses for 30 %")
+            each.barh(-5, 1, color=plot.MANIPULATED["color"], label="pulses for 80 %")
+            each.plot([-50], [-5], color="black", linewidth=2.2, label="INV changes")
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        axes[0, 0].figure.legend(handles, labels, loc="outside lower center", ncol=3, fontsize=9)
 
 
 def draw_characteristics(results, path):
-    figure, axes = loop.picture(
+    with plot.picture(
+        path,
         "Figures 3-6 to 3-9: the pulse over INV, with P_B_TM 10 % of PER_TM",
         ["pulse in % of PER_TM", "pulse in % of PER_TM"],
         [1, 0.7],
         size=(9.0, 6.4),
         columns=2,
-    )
-    for each, (number, (name, _)) in zip(axes.flat, CHARACTERISTICS.items()):
-        result = results[number]
-        inv, pulse = result["INV"], result["PULSE"]
-        for chosen, color, label in (
-            (pulse > 0, loop.MANIPULATED["color"], "QPOS_P"),
-            (pulse < 0, loop.PROCESS_VALUE["color"], "QNEG_P"),
-            (pulse == 0, "#777777", "no pulse"),
-        ):
-            if chosen.any():
-                each.plot(
-                    inv[chosen],
-                    pulse[chosen],
-                    linestyle="none",
-                    marker=".",
-                    markersize=3,
-                    color=color,
-                    label=label,
-                )
-        each.set_title(f"{number}: {name}", loc="left", fontsize=10)
-        each.set_xlim(-115, 115)
-        each.set_ylim(-108 if "three-step" in name else -8, 108)
-        each.axhline(0, color="#666666", linewidth=0.8)
-        each.axvline(0, color="#666666", linewidth=0.8)
-        each.legend(loc="upper left", fontsize=9, markerscale=3)
-        each.set_xlabel("INV in %" if number in ("3-8", "3-9") else "")
-    loop.save_picture(figure, path)
+    ) as axes:
+        for each, (number, (name, _)) in zip(axes.flat, CHARACTERISTICS.items()):
+            result = results[number]
+            inv, pulse = result["INV"], result["PULSE"]
+            for chosen, color, label in (
+                (pulse > 0, plot.MANIPULATED["color"], "QPOS_P"),
+                (pulse < 0, plot.PROCESS_VALUE["color"], "QNEG_P"),
+                (pulse == 0, "#777777", "no pulse"),
+            ):
+                if chosen.any():
+                    each.plot(
+                        inv[chosen], pulse[chosen], linestyle="none", marker=".", markersize=3, color=color, label=label
+                    )
+            each.set_title(f"{number}: {name}", loc="left", fontsize=10)
+            each.set_xlim(-115, 115)
+            each.set_ylim(-108 if "three-step" in name else -8, 108)
+            each.axhline(0, color="#666666", linewidth=0.8)
+            each.axvline(0, color="#666666", linewidth=0.8)
+            each.legend(loc="upper left", fontsize=9, markerscale=3)
+            each.set_xlabel("INV in %" if number in ("3-8", "3-9") else "")
 
 
 def main():
-    folder, out = loop.arguments(__doc__)
-    with loop.Fmus(folder) as fmus:
+    folder, out = plcfmu.arguments(__doc__)
+    with plcfmu.Fmus(folder) as fmus:
         print("The manual's figures of PULSEGEN")
         of_3_3 = modulation(fmus)
         of_3_5 = {
-            (syn_on, call): synchronization(fmus, call, syn_on)
-            for syn_on in (True, False)
-            for call in range(CALLS)
+            (syn_on, call): synchronization(fmus, call, syn_on) for syn_on in (True, False) for call in range(CALLS)
         }
-        of_the_others = {
-            number: characteristic(fmus, settings)
-            for number, (_, settings) in CHARACTERISTICS.items()
-        }
-        print(
-            f"  3-3: 30 % of ten calls is {int(sum(of_3_3['QPOS_P'][:CALLS]))} calls with a pulse"
-        )
+        of_the_others = {number: characteristic(fmus, settings) for number, (_, settings) in CHARACTERISTICS.items()}
+        print(f"  3-3: 30 % of ten calls is {int(sum(of_3_3['QPOS_P'][:CALLS]))} calls with a pulse")
         for syn_on in (True, False):
             starts = [new_period(of_3_5[syn_on, call]) for call in range(CALLS)]
-            print(
-                f"  3-5: INV changes in calls 0 ... 9, SYN_ON {syn_on}: the new pulse begins in calls {starts}"
-            )
+            print(f"  3-5: INV changes in calls 0 ... 9, SYN_ON {syn_on}: the new pulse begins in calls {starts}")
 
-        loop.save_csv(of_3_3, out / "figure_3_3.csv")
-        together = loop.Result()
+        of_3_3.to_csv(out / "figure_3_3.csv", digits=9)
+        together = plcfmu.Result()
         for row in range(5 * CALLS):
             columns = {
                 f"SYN_{'ON' if syn_on else 'OFF'}_{call}": result["QPOS_P"][row]
                 for (syn_on, call), result in of_3_5.items()
             }
             together.add(of_3_5[True, 0].time[row], **columns)
-        loop.save_csv(together, out / "figure_3_5.csv")
+        together.to_csv(out / "figure_3_5.csv", digits=9)
         for number, result in of_the_others.items():
-            loop.save_csv(result, out / f"figure_{number.replace('-', '_')}.csv")
+            result.to_csv(out / f"figure_{number.replace('-', '_')}.csv", digits=9)
         draw_modulation(of_3_3, out / "figure_3_3.png")
         draw_synchronization(of_3_5, out / "figure_3_5.png")
         draw_characteristics(of_the_others, out / "figures_3_6_to_3_9.png")
+    print(f"  CSV and PNG: {out}")
 
 
 if __name__ == "__main__":

@@ -28,7 +28,8 @@ import math
 
 import numpy as np
 
-import loop
+import plcfmu
+from plcfmu import plot
 
 CYCLE, PULSE_CYCLE = 2.0, 0.02
 CALLS = round(CYCLE / PULSE_CYCLE)
@@ -46,14 +47,7 @@ def phase_margin(gain):
 
     def loop_at(w):
         s = 1j * w
-        return (
-            gain
-            * K
-            * GAIN
-            * (1 + 1 / (TI * s))
-            * np.exp(-s * CYCLE / 2)
-            / ((T1 * s + 1) * (T2 * s + 1))
-        )
+        return gain * K * GAIN * (1 + 1 / (TI * s)) * np.exp(-s * CYCLE / 2) / ((T1 * s + 1) * (T2 * s + 1))
 
     w = np.linspace(0.001, 0.5, 200000)
     crossover = w[np.nonzero(abs(loop_at(w)) < 1)[0][0]]
@@ -63,12 +57,10 @@ def phase_margin(gain):
 def run(fmus, ratiofac):
     """From 20 to 26 degC by heating, then to 14 degC by cooling. A row is a period of the pulses."""
     controller = fmus.start("CONT_C", MAN_ON=False, CYCLE=CYCLE, GAIN=GAIN, TI=TI, LMN_LLM=-100.0)
-    generator = fmus.start(
-        "PULSEGEN", CYCLE=PULSE_CYCLE, PER_TM=CYCLE, P_B_TM=2 * PULSE_CYCLE, RATIOFAC=ratiofac
-    )
+    generator = fmus.start("PULSEGEN", CYCLE=PULSE_CYCLE, PER_TM=CYCLE, P_B_TM=2 * PULSE_CYCLE, RATIOFAC=ratiofac)
     chamber = fmus.start("THERMO", CYCLE=PULSE_CYCLE)
-    result = loop.Result()
-    for start in loop.clock(END, CYCLE, f"heating and cooling, RATIOFAC {ratiofac}"):
+    result = plcfmu.Result()
+    for start in plcfmu.clock(END, CYCLE, f"heating and cooling, RATIOFAC {ratiofac}"):
         setpoint = START if start < HEATING else WARM if start < COOLING else COLD
         controller.step(start, CYCLE, SP_INT=setpoint, PV_IN=chamber["TEMP"])
         heat = cool = 0
@@ -93,71 +85,61 @@ def run(fmus, ratiofac):
     ):
         part = result.between(start, end)
         prefix = f"RATIOFAC {ratiofac}, {name}: "
-        result.step_figures(part, "PV", "SP_INT", low, high, "K s", prefix)
+        result.quality += part.figures("PV", "SP_INT", low, high, unit="K s", prefix=prefix)
     gain = 2.0 * ratiofac
-    result.figure(
-        f"RATIOFAC {ratiofac}: phase margin in cooling, computed", phase_margin(gain), "degrees"
-    )
+    result.quality.add(f"RATIOFAC {ratiofac}: phase margin in cooling, computed", phase_margin(gain), "degrees")
     held = (START - COLD) / (1.2 * ratiofac)
-    result.figure(
-        f"RATIOFAC {ratiofac}: LMN that holds 14 degC",
-        float(np.mean(result["LMN"][-20:])),
-        "%",
-        -held,
-    )
+    result.quality.add(f"RATIOFAC {ratiofac}: LMN that holds 14 degC", float(np.mean(result["LMN"][-20:])), "%", -held)
     return result
 
 
 def draw(whole, half, path):
-    figure, axes = loop.picture(
+    with plot.picture(
+        path,
         "Heating and cooling: with RATIOFAC 0.5 both ways are alike, with 1 cooling swings",
         ["temperature in °C", "LMN in %", "pulse in %\nof the period"],
         [1.4, 1, 1],
         columns=2,
-    )
-    for column, (result, ratiofac) in enumerate(((whole, "1"), (half, "0.5"))):
-        top, middle, bottom = axes[:, column]
-        top.set_title(f"RATIOFAC = {ratiofac}", loc="left", fontsize=10)
-        top.plot(
-            result.time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **loop.SETPOINT
-        )
-        top.plot(result.time, result["PV"], label="PV", **loop.PROCESS_VALUE)
-        middle.plot(
-            result.time, result["LMN"], label="LMN", drawstyle="steps-post", **loop.MANIPULATED
-        )
-        bottom.fill_between(
-            result.time,
-            0,
-            result["HEAT"],
-            step="post",
-            color=loop.MANIPULATED["color"],
-            linewidth=0,
-            label="QPOS_P: heat",
-        )
-        bottom.fill_between(
-            result.time,
-            0,
-            -result["COOL"],
-            step="post",
-            color=loop.PROCESS_VALUE["color"],
-            linewidth=0,
-            label="QNEG_P: cool",
-        )
-        for each in (top, middle, bottom):
-            loop.legend(each)
-    loop.save_picture(figure, path)
+    ) as axes:
+        for column, (result, ratiofac) in enumerate(((whole, "1"), (half, "0.5"))):
+            top, middle, bottom = axes[:, column]
+            top.set_title(f"RATIOFAC = {ratiofac}", loc="left", fontsize=10)
+            top.plot(result.time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **plot.SETPOINT)
+            top.plot(result.time, result["PV"], label="PV", **plot.PROCESS_VALUE)
+            middle.plot(result.time, result["LMN"], label="LMN", drawstyle="steps-post", **plot.MANIPULATED)
+            bottom.fill_between(
+                result.time,
+                0,
+                result["HEAT"],
+                step="post",
+                color=plot.MANIPULATED["color"],
+                linewidth=0,
+                label="QPOS_P: heat",
+            )
+            bottom.fill_between(
+                result.time,
+                0,
+                -result["COOL"],
+                step="post",
+                color=plot.PROCESS_VALUE["color"],
+                linewidth=0,
+                label="QNEG_P: cool",
+            )
+            for each in (top, middle, bottom):
+                plot.legend(each)
 
 
 def main():
-    folder, out = loop.arguments(__doc__)
-    with loop.Fmus(folder) as fmus:
+    folder, out = plcfmu.arguments(__doc__)
+    with plcfmu.Fmus(folder) as fmus:
         print(f"Heating and cooling in three steps: GAIN {GAIN:.2f} %/K, TI {TI:.1f} s")
         whole, half = run(fmus, 1.0), run(fmus, 0.5)
         for each in (whole, half):
-            each.print_figures()
-        loop.save_csv(half, out / "heat_cool.csv")
-        loop.save_csv(whole, out / "heat_cool_1.csv")
+            print(each.quality)
+        half.to_csv(out / "heat_cool.csv", digits=9)
+        whole.to_csv(out / "heat_cool_1.csv", digits=9)
         draw(whole, half, out / "heat_cool.png")
+    print(f"  CSV and PNG: {out}")
 
 
 if __name__ == "__main__":

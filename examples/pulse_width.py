@@ -36,7 +36,8 @@ import math
 
 import numpy as np
 
-import loop
+import plcfmu
+from plcfmu import plot
 
 CYCLE, RED_FAC = 0.01, 200
 PERIOD = CYCLE * RED_FAC
@@ -65,15 +66,12 @@ def run(fmus, end=END):
     both = fmus.start("PULS_CTR", nested, CYCLE=CYCLE, RED_FAC=RED_FAC)
     its_chamber = fmus.start("THERMO", CYCLE=CYCLE)
 
-    result = loop.Result()
-    for call, t in enumerate(loop.clock(end, CYCLE, "CONT_C with PULSEGEN, and PULS_CTR")):
+    result = plcfmu.Result()
+    for call, t in enumerate(plcfmu.clock(end, CYCLE, "CONT_C with PULSEGEN, and PULS_CTR")):
         setpoint = WARM if t >= STEP else COLD
         if call % RED_FAC == RED_FAC - 1:
             controller.step(
-                start_of_controller + (call // RED_FAC) * PERIOD,
-                PERIOD,
-                SP_INT=setpoint,
-                PV_PER=chamber["T_PER"],
+                start_of_controller + (call // RED_FAC) * PERIOD, PERIOD, SP_INT=setpoint, PV_PER=chamber["T_PER"]
             )
         generator.step(t, CYCLE, INV=controller["LMN"])
         both.step(t, CYCLE, SP_INT=setpoint, PV_PER=its_chamber["T_PER"])
@@ -92,9 +90,7 @@ def run(fmus, end=END):
 
     for name in ("QPOS_P", "LMN", "TEMP"):
         different = int(np.sum(result[name] != result[f"PULS_CTR_{name}"]))
-        result.figure(
-            f"calls of {len(result.rows)} with another {name} in PULS_CTR", different, "", 0
-        )
+        result.quality.add(f"calls of {len(result)} with another {name} in PULS_CTR", different, "", 0)
     step = result.between(STEP, end)
     theory = (
         2.2 * LAMBDA,
@@ -102,82 +98,73 @@ def run(fmus, end=END):
         f"at most {THETA + math.log(50) * LAMBDA:.0f}",
         (WARM - COLD) * (LAMBDA + THETA),
     )
-    result.step_figures(step, "TEMP", "SP_INT", COLD, WARM, "K s", theory=theory)
+    result.quality += step.figures("TEMP", "SP_INT", COLD, WARM, unit="K s", theory=theory)
     rest = result.between(end - 5 * PERIOD, end)
-    result.figure(
-        "ripple of the temperature at rest", float(np.ptp(rest["TEMP"])), "K", "at most 0.03"
-    )
+    result.quality.add("ripple of the temperature at rest", float(np.ptp(rest["TEMP"])), "K", "at most 0.03")
     return result
 
 
 def draw(result, path):
-    figure, axes = loop.picture(
+    with plot.picture(
+        path,
         "CONT_C every 2 s, PULSEGEN every 10 ms; PULS_CTR makes the same pulses",
         ["temperature in °C", "LMN in %", "pulses, seen closely"],
         [1.2, 0.9, 1.2],
         size=(9.0, 6.6),
         same_time=False,
-    )
-    time = result.time
-    axes[0].plot(time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **loop.SETPOINT)
-    axes[0].plot(time, result["TEMP"], label="temperature", **loop.PROCESS_VALUE)
-    axes[1].plot(time, result["LMN"], label="LMN", drawstyle="steps-post", **loop.MANIPULATED)
-    axes[0].sharex(axes[1])
-    axes[0].tick_params(labelbottom=False)
-    axes[0].set_xlabel("")
+    ) as axes:
+        time = result.time
+        axes[0].plot(time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **plot.SETPOINT)
+        axes[0].plot(time, result["TEMP"], label="temperature", **plot.PROCESS_VALUE)
+        axes[1].plot(time, result["LMN"], label="LMN", drawstyle="steps-post", **plot.MANIPULATED)
+        axes[0].sharex(axes[1])
+        axes[0].tick_params(labelbottom=False)
+        axes[0].set_xlabel("")
 
-    closely = STEP - PERIOD, STEP + 8 * PERIOD
-    for each in axes[:2]:
-        each.axvspan(*closely, zorder=0, **loop.MANUAL)
-    axes[1].annotate(
-        "the time that is shown below",
-        (closely[1], 1.0),
-        xycoords=("data", "axes fraction"),
-        xytext=(4, -4),
-        va="top",
-        textcoords="offset points",
-        fontsize=8.5,
-        color="#3c5573",
-    )
-    part = result.between(closely[0], closely[1] + CYCLE)
-    for signal, base, style, label in (
-        ("QPOS_P", 1.3, loop.MANIPULATED, "CONT_C and PULSEGEN"),
-        ("PULS_CTR_QPOS_P", 0.0, loop.PROCESS_VALUE, "PULS_CTR"),
-    ):
-        axes[2].fill_between(
-            part.time,
-            base,
-            base + part[signal],
-            step="post",
-            color=style["color"],
-            linewidth=0,
-            label=label,
+        closely = STEP - PERIOD, STEP + 8 * PERIOD
+        for each in axes[:2]:
+            each.axvspan(*closely, zorder=0, **plot.MANUAL)
+        axes[1].annotate(
+            "the time that is shown below",
+            (closely[1], 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(4, -4),
+            va="top",
+            textcoords="offset points",
+            fontsize=8.5,
+            color="#3c5573",
         )
-    periods = np.arange(closely[0], closely[1], PERIOD)
-    for start in periods:
-        of_period = result.between(start, start + PERIOD)
-        share = 100.0 * float(np.mean(of_period["QPOS_P"]))
-        axes[2].annotate(f"{share:.1f} %", (start, 2.42), fontsize=8, color="#555555")
-    axes[2].set_xticks(np.append(periods, closely[1]))
-    axes[2].set_yticks([0.5, 1.8], ["PULS_CTR", "PULSEGEN"])
-    axes[2].set_xlim(*closely)
-    axes[2].set_ylim(-0.1, 2.8)
-    axes[2].grid(axis="y", visible=False)
-    for each in axes[:2]:
-        loop.legend(each)
-    loop.save_picture(figure, path)
+        part = result.between(closely[0], closely[1] + CYCLE)
+        for signal, base, style, label in (
+            ("QPOS_P", 1.3, plot.MANIPULATED, "CONT_C and PULSEGEN"),
+            ("PULS_CTR_QPOS_P", 0.0, plot.PROCESS_VALUE, "PULS_CTR"),
+        ):
+            axes[2].fill_between(
+                part.time, base, base + part[signal], step="post", color=style["color"], linewidth=0, label=label
+            )
+        periods = np.arange(closely[0], closely[1], PERIOD)
+        for start in periods:
+            of_period = result.between(start, start + PERIOD)
+            share = 100.0 * float(np.mean(of_period["QPOS_P"]))
+            axes[2].annotate(f"{share:.1f} %", (start, 2.42), fontsize=8, color="#555555")
+        axes[2].set_xticks(np.append(periods, closely[1]))
+        axes[2].set_yticks([0.5, 1.8], ["PULS_CTR", "PULSEGEN"])
+        axes[2].set_xlim(*closely)
+        axes[2].set_ylim(-0.1, 2.8)
+        axes[2].grid(axis="y", visible=False)
+        for each in axes[:2]:
+            plot.legend(each)
 
 
 def main():
-    folder, out = loop.arguments(__doc__)
-    with loop.Fmus(folder) as fmus:
-        print(
-            f"CONT_C with PULSEGEN, and PULS_CTR: GAIN {GAIN:.2f} %/K, TI {TI:.0f} s, RED_FAC {RED_FAC}"
-        )
+    folder, out = plcfmu.arguments(__doc__)
+    with plcfmu.Fmus(folder) as fmus:
+        print(f"CONT_C with PULSEGEN, and PULS_CTR: GAIN {GAIN:.2f} %/K, TI {TI:.0f} s, RED_FAC {RED_FAC}")
         result = run(fmus)
-        result.print_figures()
-        loop.save_csv(result, out / "pulse_width.csv")
+        print(result.quality)
+        result.to_csv(out / "pulse_width.csv", digits=9)
         draw(result, out / "pulse_width.png")
+    print(f"  CSV and PNG: {out}")
 
 
 if __name__ == "__main__":

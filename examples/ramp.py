@@ -29,7 +29,8 @@ import math
 
 import numpy as np
 
-import loop
+import plcfmu
+from plcfmu import plot
 
 # The furnace: HEATER's parameters, SIMC's PI.
 CYCLE = 1.0
@@ -58,40 +59,27 @@ def counts(temperature):
 def furnace(fmus, with_ramp):
     """From 100 to 180 degC, at once or along the ramp."""
     power = (COLD - 20.0) / K
-    ramp = fmus.start(
-        "HLG",
-        TZ=CYCLE,
-        TH_TZ=TH_TZ if with_ramp else 0,
-        INIT=counts(COLD),
-        S1=counts(HOT),
-        E01=True,
-    )
+    ramp = fmus.start("HLG", TZ=CYCLE, TH_TZ=TH_TZ if with_ramp else 0, INIT=counts(COLD), S1=counts(HOT), E01=True)
     controller = fmus.start(
-        "CONT_C",
-        MAN_ON=False,
-        CYCLE=CYCLE,
-        GAIN=GAIN,
-        TI=TI,
-        PVPER_ON=True,
-        PV_FAC=4.0,
-        I_ITLVAL=power,
+        "CONT_C", MAN_ON=False, CYCLE=CYCLE, GAIN=GAIN, TI=TI, PVPER_ON=True, PV_FAC=4.0, I_ITLVAL=power
     )
     heater = fmus.start("HEATER", T_START=COLD)
-    result = loop.Result()
-    for t in loop.clock(END, CYCLE, "furnace with a ramp" if with_ramp else "furnace with a step"):
-        ramp.step(t, CYCLE, SET=t < STEP)
-        setpoint = ramp["HLG"] * 400.0 / 27648
-        controller.step(t, CYCLE, SP_INT=setpoint, PV_PER=heater["T_PER"])
-        result.add(
-            t, SP_INT=setpoint, **controller.get("PV LMN LMN_P LMN_I QLMN_HLM"), HLG=ramp["HLG"]
-        )
-        heater.step(t, CYCLE, POWER=controller["LMN"])
+    result = plcfmu.simulate(
+        [ramp, controller],
+        heater,
+        {"CONT_C.LMN": "HEATER.POWER", "HEATER.T_PER": "CONT_C.PV_PER"},
+        inputs={"HLG.SET": [(0.0, True), (STEP, False)], "CONT_C.SP_INT": lambda t: ramp["HLG"] * 400.0 / 27648},
+        record={**{name: f"CONT_C.{name}" for name in "SP_INT PV LMN LMN_P LMN_I QLMN_HLM".split()}, "HLG": "HLG.HLG"},
+        step=CYCLE,
+        duration=END,
+        title="furnace with a ramp" if with_ramp else "furnace with a step",
+    )
 
     way = "ramp" if with_ramp else "step"
     rising = result.between(STEP, END)
     if with_ramp:
         late = result.between(STEP + (HOT - COLD) / SLOPE - 5.0, STEP + (HOT - COLD) / SLOPE)
-        result.figure(
+        result.quality.add(
             f"furnace, {way}: behind the setpoint at its end",
             float(np.mean(late["SP_INT"] - late["PV"])),
             "K",
@@ -100,8 +88,8 @@ def furnace(fmus, with_ramp):
     error = (HOT - COLD) / K * TI / GAIN if with_ramp else None
     prefix = f"furnace, {way}: "
     theory = None, "at most 2", None, error
-    result.step_figures(rising, "PV", "SP_INT", COLD, HOT, "K s", prefix, theory)
-    result.figure(
+    result.quality += rising.figures("PV", "SP_INT", COLD, HOT, unit="K s", prefix=prefix, theory=theory)
+    result.quality.add(
         f"furnace, {way}: largest LMN",
         float(max(result["LMN"])),
         "%",
@@ -114,128 +102,87 @@ def drive(fmus, th_tz):
     """From rest to 916 rpm along a ramp of `th_tz` calls; 0 is at once."""
     ramp = fmus.start("HLG", TZ=DRIVE_CYCLE, TH_TZ=th_tz, E01=True)
     motor = fmus.start("DRIVE", CYCLE=DRIVE_CYCLE)
-    result = loop.Result()
-    for t in loop.clock(DRIVE_END, DRIVE_CYCLE, f"drive, TH_TZ {th_tz}"):
+    result = plcfmu.Result()
+    for t in plcfmu.clock(DRIVE_END, DRIVE_CYCLE, f"drive, TH_TZ {th_tz}"):
         ramp.step(t, DRIVE_CYCLE, S1=COUNTS if t >= DRIVE_STEP - DRIVE_CYCLE / 2 else 0)
         speed = motor["SPEED"]
         motor.step(t, DRIVE_CYCLE, SP=ramp["HLG"])
-        result.add(
-            t,
-            HLG=ramp["HLG"],
-            SP_RPM=motor["SP_RPM"],
-            SPEED=speed,
-            TORQUE=motor["TORQUE"],
-            TRIP=motor["TRIP"],
-        )
+        result.add(t, HLG=ramp["HLG"], SP_RPM=motor["SP_RPM"], SPEED=speed, TORQUE=motor["TORQUE"], TRIP=motor["TRIP"])
 
     name = f"drive, TH_TZ {th_tz}"
     slope = RPM / (th_tz * DRIVE_CYCLE) if th_tz else math.inf
     trips = CTRL_TM * slope > ERR_MAX
-    result.figure(
-        f"{name}: tripped", "yes" if result["TRIP"][-1] else "no", "", "yes" if trips else "no"
-    )
+    result.quality.add(f"{name}: tripped", "yes" if result["TRIP"][-1] else "no", "", "yes" if trips else "no")
     if trips:
         when = 0.0 if th_tz == 0 else -CTRL_TM * math.log(1.0 - ERR_MAX / (CTRL_TM * slope))
-        result.figure(
-            f"{name}: tripped after",
-            float(result.time[result["TRIP"] == 1][0]) - DRIVE_STEP,
-            "s",
-            when,
-        )
+        result.quality.add(f"{name}: tripped after", float(result.time[result["TRIP"] == 1][0]) - DRIVE_STEP, "s", when)
     else:
         middle = result.between(2.0, 4.0)
         behind = float(np.mean(middle["SP_RPM"] - middle["SPEED"]))
-        result.figure(
-            f"{name}: behind the setpoint", behind, "rpm", (CTRL_TM + DRIVE_CYCLE / 2) * slope
-        )
-        result.figure(
-            f"{name}: torque", float(np.mean(middle["TORQUE"])), "%", 100.0 * slope / 750.0
-        )
-    result.figure(
-        f"{name}: speed at the end", float(result["SPEED"][-1]), "rpm", None if trips else RPM
-    )
+        result.quality.add(f"{name}: behind the setpoint", behind, "rpm", (CTRL_TM + DRIVE_CYCLE / 2) * slope)
+        result.quality.add(f"{name}: torque", float(np.mean(middle["TORQUE"])), "%", 100.0 * slope / 750.0)
+    result.quality.add(f"{name}: speed at the end", float(result["SPEED"][-1]), "rpm", None if trips else RPM)
     return result
 
 
 def draw_furnace(ramp, step, path):
-    figure, axes = loop.picture(
+    with plot.picture(
+        path,
         "Furnace: with HLG's setpoint ramp the temperature follows, and the power stays within its limit",
         ["temperature in °C", "LMN in %"],
         [1.3, 1],
-    )
-    axes[0].plot(ramp.time, ramp["SP_INT"], label="SP_INT from HLG", **loop.SETPOINT)
-    axes[0].plot(step.time, step["PV"], label="PV, setpoint at once", **loop.COMPARED)
-    axes[0].plot(ramp.time, ramp["PV"], label="PV, ramp", **loop.PROCESS_VALUE)
-    axes[1].plot(
-        step.time,
-        step["LMN"],
-        label="LMN, setpoint at once",
-        drawstyle="steps-post",
-        **loop.COMPARED,
-    )
-    axes[1].plot(
-        ramp.time, ramp["LMN"], label="LMN, ramp", drawstyle="steps-post", **loop.MANIPULATED
-    )
-    axes[1].set_ylim(0, 106)
-    loop.mark(axes, STEP, STEP + (HOT - COLD) / SLOPE, "HLG runs up")
-    for each in axes:
-        loop.legend(each)
-    loop.save_picture(figure, path)
+    ) as axes:
+        axes[0].plot(ramp.time, ramp["SP_INT"], label="SP_INT from HLG", **plot.SETPOINT)
+        axes[0].plot(step.time, step["PV"], label="PV, setpoint at once", **plot.COMPARED)
+        axes[0].plot(ramp.time, ramp["PV"], label="PV, ramp", **plot.PROCESS_VALUE)
+        axes[1].plot(step.time, step["LMN"], label="LMN, setpoint at once", drawstyle="steps-post", **plot.COMPARED)
+        axes[1].plot(ramp.time, ramp["LMN"], label="LMN, ramp", drawstyle="steps-post", **plot.MANIPULATED)
+        axes[1].set_ylim(0, 106)
+        plot.mark(axes, STEP, STEP + (HOT - COLD) / SLOPE, "HLG runs up")
+        for each in axes:
+            plot.legend(each)
 
 
 def draw_drive(ramp, steep, path):
-    figure, axes = loop.picture(
+    with plot.picture(
+        path,
         "Drive: it follows HLG's ramp of 400 calls, but trips on the one of 100 calls",
         ["speed in rpm\nTH_TZ = 400", "speed in rpm\nTH_TZ = 100", "torque in %"],
         [1, 1, 0.9],
-    )
-    for each, result in ((axes[0], ramp), (axes[1], steep)):
-        each.plot(
-            result.time,
-            result["SP_RPM"],
-            label="setpoint from HLG",
-            drawstyle="steps-post",
-            **loop.SETPOINT,
+    ) as axes:
+        for each, result in ((axes[0], ramp), (axes[1], steep)):
+            each.plot(result.time, result["SP_RPM"], label="setpoint from HLG", drawstyle="steps-post", **plot.SETPOINT)
+            each.plot(result.time, result["SPEED"], label="speed", **plot.PROCESS_VALUE)
+            each.set_ylim(-40, 1050)
+        axes[2].plot(steep.time, steep["TORQUE"], label="TH_TZ = 100", drawstyle="steps-post", **plot.COMPARED)
+        axes[2].plot(ramp.time, ramp["TORQUE"], label="TH_TZ = 400", drawstyle="steps-post", **plot.MANIPULATED)
+        tripped = steep.time[steep["TRIP"] == 1]
+        plot.mark(
+            [axes[1]],
+            tripped[0],
+            DRIVE_END,
+            "TRIP: speed more than 75 rpm behind the setpoint; the drive coasts",
+            at=(1.6, 0.6),
         )
-        each.plot(result.time, result["SPEED"], label="speed", **loop.PROCESS_VALUE)
-        each.set_ylim(-40, 1050)
-    axes[2].plot(
-        steep.time, steep["TORQUE"], label="TH_TZ = 100", drawstyle="steps-post", **loop.COMPARED
-    )
-    axes[2].plot(
-        ramp.time, ramp["TORQUE"], label="TH_TZ = 400", drawstyle="steps-post", **loop.MANIPULATED
-    )
-    tripped = steep.time[steep["TRIP"] == 1]
-    loop.mark(
-        [axes[1]],
-        tripped[0],
-        DRIVE_END,
-        "TRIP: speed more than 75 rpm behind the setpoint; the drive coasts",
-        at=(1.6, 0.6),
-    )
-    for each in axes:
-        loop.legend(each)
-    loop.save_picture(figure, path)
+        for each in axes:
+            plot.legend(each)
 
 
 def main():
-    folder, out = loop.arguments(__doc__)
-    with loop.Fmus(folder) as fmus:
+    folder, out = plcfmu.arguments(__doc__)
+    with plcfmu.Fmus(folder) as fmus:
         print(f"Setpoint ramp of HLG into CONT_C: GAIN {GAIN:.3f}, TI {TI:.0f} s, {SLOPE} K/s")
         ramp, step = furnace(fmus, True), furnace(fmus, False)
-        drive_ramp, drive_steep, drive_step = (
-            drive(fmus, DRIVE_TH_TZ),
-            drive(fmus, STEEP_TH_TZ),
-            drive(fmus, 0),
-        )
+        drive_ramp, drive_steep, drive_step = (drive(fmus, DRIVE_TH_TZ), drive(fmus, STEEP_TH_TZ), drive(fmus, 0))
         for each in (ramp, step, drive_ramp, drive_steep, drive_step):
-            each.print_figures()
-        loop.save_csv(ramp, out / "ramp.csv")
-        loop.save_csv(step, out / "ramp_none.csv")
-        loop.save_csv(drive_ramp, out / "ramp_drive.csv")
-        loop.save_csv(drive_steep, out / "ramp_drive_steep.csv")
+            print(each.quality)
+        ramp.to_csv(out / "ramp.csv", digits=9)
+        step.to_csv(out / "ramp_none.csv", digits=9)
+        drive_ramp.to_csv(out / "ramp_drive.csv", digits=9)
+        drive_steep.to_csv(out / "ramp_drive_steep.csv", digits=9)
         draw_furnace(ramp, step, out / "ramp.png")
         draw_drive(drive_ramp, drive_steep, out / "ramp_drive.png")
+    print(f"  CSV and PNG: {out}")
 
 
 if __name__ == "__main__":

@@ -24,7 +24,9 @@ import math
 
 import numpy as np
 
-import loop
+import plcfmu
+from plcfmu import plot
+from plcfmu.figures import integral_error
 
 CYCLE = 0.1
 FLOW_PER_PERCENT = 0.4
@@ -38,65 +40,68 @@ PRESSURE, LOW_PRESSURE = 4.0, 2.5
 
 def run(fmus):
     """Flow A rises, falls with its pressure; then the ratio is changed, and then the pressure of B drops."""
-    wild = fmus.start("VALVE", MTR_TM=STROKE_TIME_A, POS_START=40.0, CYCLE=CYCLE)
-    valve = fmus.start("VALVE", POS_ON=True, MTR_TM=5.0, POS_START=20.0, CYCLE=CYCLE)
+    valve_a = fmus.start("VALVE", name="A", MTR_TM=STROKE_TIME_A, POS_START=40.0, CYCLE=CYCLE)
+    valve_b = fmus.start("VALVE", name="B", POS_ON=True, MTR_TM=5.0, POS_START=20.0, CYCLE=CYCLE)
     controller = fmus.start(
-        "CONT_C",
-        MAN_ON=False,
-        CYCLE=CYCLE,
-        P_SEL=False,
-        GAIN=1.0,
-        TI=FLOW_PER_PERCENT * LAMBDA,
-        I_ITLVAL=20.0,
+        "CONT_C", MAN_ON=False, CYCLE=CYCLE, P_SEL=False, GAIN=1.0, TI=FLOW_PER_PERCENT * LAMBDA, I_ITLVAL=20.0
     )
-    result = loop.Result()
-    flow_a, flow_b = 16.0, 8.0
-    for t in loop.clock(END, CYCLE, "ratio control"):
-        ratio = 0.6 if t >= NEW_RATIO else 0.5
-        pressure_a = LOW_PRESSURE if t >= DROP_A else PRESSURE
-        pressure_b = LOW_PRESSURE if t >= DROP_B else PRESSURE
-        controller.step(t, CYCLE, SP_INT=ratio * flow_a, PV_IN=flow_b)
-        result.add(
-            t,
-            FLOW_A=flow_a,
-            FLOW_B=flow_b,
-            SP_INT=controller["SP_INT"],
-            LMN=controller["LMN"],
-            RATIO_SET=ratio,
-            RATIO=flow_b / flow_a,
-            PRES_A=pressure_a,
-            PRES_B=pressure_b,
-        )
-        wild.step(t, CYCLE, UP=OPENS - CYCLE / 2 <= t < STOPS - CYCLE / 2, PRES=pressure_a)
-        valve.step(t, CYCLE, DRIVE=controller["LMN"], PRES=pressure_b)
-        flow_a, flow_b = wild["FLOW"], valve["FLOW"]
+
+    def ratio(t):
+        return 0.6 if t >= NEW_RATIO else 0.5
+
+    def flow_a(t):
+        # VALVE gives its flow from the first step on.
+        return valve_a["FLOW"] if t > 0.0 else 16.0
+
+    def flow_b(t):
+        return valve_b["FLOW"] if t > 0.0 else 8.0
+
+    result = plcfmu.simulate(
+        controller,
+        [valve_a, valve_b],
+        {"CONT_C.LMN": "B.DRIVE"},
+        inputs={
+            "CONT_C.SP_INT": lambda t: ratio(t) * flow_a(t),
+            "CONT_C.PV_IN": flow_b,
+            "A.UP": lambda t: OPENS - CYCLE / 2 <= t < STOPS - CYCLE / 2,
+            "A.PRES": [(0.0, PRESSURE), (DROP_A, LOW_PRESSURE)],
+            "B.PRES": [(0.0, PRESSURE), (DROP_B, LOW_PRESSURE)],
+        },
+        record={
+            "FLOW_A": flow_a,
+            "FLOW_B": flow_b,
+            "SP_INT": lambda t: controller["SP_INT"],
+            "LMN": "CONT_C.LMN",
+            "RATIO_SET": ratio,
+            "RATIO": lambda t: flow_b(t) / flow_a(t),
+            "PRES_A": "A.PRES",
+            "PRES_B": "B.PRES",
+        },
+        step=CYCLE,
+        duration=END,
+        title="ratio control",
+    )
 
     slope = 0.5 * FLOW_PER_PERCENT * 100.0 / STROKE_TIME_A
     rising = result.between(STOPS - 1.0, STOPS)
-    result.figure(
-        "flow A rises: flow B is behind",
-        float(np.mean(rising["SP_INT"] - rising["FLOW_B"])),
-        "l/min",
-        slope * LAMBDA,
+    result.quality.add(
+        "flow A rises: flow B is behind", float(np.mean(rising["SP_INT"] - rising["FLOW_B"])), "l/min", slope * LAMBDA
     )
 
     step = result.between(NEW_RATIO, DROP_B)
     before, after = 0.5 * step["FLOW_A"][-1], 0.6 * step["FLOW_A"][-1]
     theory = 2.2 * LAMBDA, 0.0, math.log(50) * LAMBDA, (after - before) * LAMBDA
     prefix = "new ratio: "
-    result.step_figures(step, "FLOW_B", "SP_INT", before, after, "l/min s", prefix, theory)
+    result.quality += step.figures("FLOW_B", "SP_INT", before, after, unit="l/min s", prefix=prefix, theory=theory)
 
     drop = result.between(DROP_B, END)
     left = math.sqrt(LOW_PRESSURE / PRESSURE)
-    result.figure(
-        "pressure drop of B: largest deviation",
-        float(max(after - drop["FLOW_B"])),
-        "l/min",
-        after * (1 - left),
+    result.quality.add(
+        "pressure drop of B: largest deviation", float(max(after - drop["FLOW_B"])), "l/min", after * (1 - left)
     )
-    result.figure(
+    result.quality.add(
         "pressure drop of B: integral of the error",
-        loop.control_error(drop, "FLOW_B", "SP_INT"),
+        integral_error(drop.time, drop["FLOW_B"], drop["SP_INT"]),
         "l/min s",
         after * (1 - left) * LAMBDA / left,
     )
@@ -104,38 +109,37 @@ def run(fmus):
 
 
 def draw(result, path):
-    figure, axes = loop.picture(
+    with plot.picture(
+        path,
         "Ratio control: flow B follows flow A at half, later at 0.6 of it",
         ["flow in l/min", "ratio B : A", "valve B in %"],
         [1.4, 1, 0.8],
-    )
-    time = result.time
-    axes[0].plot(time, result["FLOW_A"], label="flow A", **loop.COMPARED)
-    axes[0].plot(time, result["SP_INT"], label="SP_INT", **loop.SETPOINT)
-    axes[0].plot(time, result["FLOW_B"], label="flow B", **loop.PROCESS_VALUE)
-    axes[1].plot(
-        time, result["RATIO_SET"], label="ratio asked for", drawstyle="steps-post", **loop.SETPOINT
-    )
-    axes[1].plot(time, result["RATIO"], label="ratio", **loop.PROCESS_VALUE)
-    axes[2].plot(time, result["LMN"], label="LMN", drawstyle="steps-post", **loop.MANIPULATED)
-    axes[0].set_ylim(0, 33)
-    loop.mark(axes, OPENS, STOPS, "valve A opens")
-    loop.mark(axes, DROP_A, DROP_A + 0.4, "  pressure of A\n  4 → 2.5 bar")
-    loop.mark(axes, NEW_RATIO, NEW_RATIO + 0.4, "  new ratio", loop.MANUAL)
-    loop.mark(axes, DROP_B, DROP_B + 0.4, "  pressure of B\n  4 → 2.5 bar")
-    for each in axes:
-        loop.legend(each)
-    loop.save_picture(figure, path)
+    ) as axes:
+        time = result.time
+        axes[0].plot(time, result["FLOW_A"], label="flow A", **plot.COMPARED)
+        axes[0].plot(time, result["SP_INT"], label="SP_INT", **plot.SETPOINT)
+        axes[0].plot(time, result["FLOW_B"], label="flow B", **plot.PROCESS_VALUE)
+        axes[1].plot(time, result["RATIO_SET"], label="ratio asked for", drawstyle="steps-post", **plot.SETPOINT)
+        axes[1].plot(time, result["RATIO"], label="ratio", **plot.PROCESS_VALUE)
+        axes[2].plot(time, result["LMN"], label="LMN", drawstyle="steps-post", **plot.MANIPULATED)
+        axes[0].set_ylim(0, 33)
+        plot.mark(axes, OPENS, STOPS, "valve A opens")
+        plot.mark(axes, DROP_A, DROP_A + 0.4, "  pressure of A\n  4 → 2.5 bar")
+        plot.mark(axes, NEW_RATIO, NEW_RATIO + 0.4, "  new ratio", plot.MANUAL)
+        plot.mark(axes, DROP_B, DROP_B + 0.4, "  pressure of B\n  4 → 2.5 bar")
+        for each in axes:
+            plot.legend(each)
 
 
 def main():
-    folder, out = loop.arguments(__doc__)
-    with loop.Fmus(folder) as fmus:
+    folder, out = plcfmu.arguments(__doc__)
+    with plcfmu.Fmus(folder) as fmus:
         print(f"Ratio control: I controller, TI {FLOW_PER_PERCENT * LAMBDA:.2f} s for {LAMBDA} s")
         result = run(fmus)
-        result.print_figures()
-        loop.save_csv(result, out / "ratio.csv")
+        print(result.quality)
+        result.to_csv(out / "ratio.csv", digits=9)
         draw(result, out / "ratio.png")
+    print(f"  CSV and PNG: {out}")
 
 
 if __name__ == "__main__":

@@ -27,7 +27,9 @@ exp(-t / TI) is left t after it).
 
 import math
 
-import loop
+import plcfmu
+from plcfmu import plot
+from plcfmu.figures import integral_error
 
 CYCLE = 1.0
 # TANK as it is, at 1 m with the drain half open.
@@ -50,29 +52,24 @@ def run(fmus, ti):
     valve_at_start = 100.0 * OUTFLOW * math.sqrt(LOW / LEVEL) / FLOW_MAX
     tank = fmus.start("TANK", L_START=LOW, VALVE=valve_at_start)
     controller = fmus.start(
-        "CONT_C",
-        MAN_ON=False,
-        CYCLE=CYCLE,
-        GAIN=GAIN,
-        TI=ti,
-        PVPER_ON=True,
-        PV_FAC=0.02,
-        I_ITLVAL=valve_at_start,
+        "CONT_C", MAN_ON=False, CYCLE=CYCLE, GAIN=GAIN, TI=ti, PVPER_ON=True, PV_FAC=0.02, I_ITLVAL=valve_at_start
     )
-    result = loop.Result()
-    for t in loop.clock(END, CYCLE, f"level control, TI {ti:.0f} s"):
-        setpoint = HIGH if t >= STEP else LOW
-        drain = MORE_DRAIN if t >= DRAINS else 100.0 * DRAIN
-        controller.step(t, CYCLE, SP_INT=setpoint, PV_PER=tank["L_PER"])
-        result.add(
-            t,
-            SP_INT=setpoint,
-            **controller.get("PV LMN LMN_P LMN_I"),
-            DRAIN=drain,
-            LEVEL=tank["LEVEL"],
-            OUTFLOW=tank["OUTFLOW"],
-        )
-        tank.step(t, CYCLE, VALVE=controller["LMN"], DRAIN=drain)
+    result = plcfmu.simulate(
+        controller,
+        tank,
+        {"CONT_C.LMN": "TANK.VALVE", "TANK.L_PER": "CONT_C.PV_PER"},
+        inputs={
+            "CONT_C.SP_INT": [(0.0, LOW), (STEP, HIGH)],
+            "TANK.DRAIN": [(0.0, 100.0 * DRAIN), (DRAINS, MORE_DRAIN)],
+        },
+        record={
+            **{name: f"CONT_C.{name}" for name in ("SP_INT", "PV", "LMN", "LMN_P", "LMN_I")},
+            **{name: f"TANK.{name}" for name in ("DRAIN", "LEVEL", "OUTFLOW")},
+        },
+        step=CYCLE,
+        duration=END,
+        title=f"level control, TI {ti:.0f} s",
+    )
 
     name = f"TI {ti:.0f} s"
     step, drained = result.between(STEP, DRAINS), result.between(DRAINS, END)
@@ -80,14 +77,12 @@ def run(fmus, ti):
         theory = 2.2 * LAMBDA, 0.0, math.log(50) * LAMBDA, (HIGH - LOW) * LAMBDA
     else:
         theory = None, f"at most {100.0 * math.exp(-2):.1f}", None, None
-    result.step_figures(step, "LEVEL", "SP_INT", LOW, HIGH, "m s", f"{name}: ", theory)
+    result.quality += step.figures("LEVEL", "SP_INT", LOW, HIGH, unit="m s", prefix=f"{name}: ", theory=theory)
     more = 100.0 * OUTFLOW / FLOW_MAX * (MORE_DRAIN / (100.0 * DRAIN) - 1.0)
-    result.figure(
-        f"{name}: drain, largest deviation", 100.0 * float(max(HIGH - drained["LEVEL"])), "cm"
-    )
-    result.figure(
+    result.quality.add(f"{name}: drain, largest deviation", 100.0 * float(max(HIGH - drained["LEVEL"])), "cm")
+    result.quality.add(
         f"{name}: drain, integral of the error",
-        loop.control_error(drained, "PV", "SP_INT"),
+        integral_error(drained.time, drained["PV"], drained["SP_INT"]),
         "m s",
         more * ti / GAIN * (1.0 - math.exp(-(END - DRAINS) / ti)),
     )
@@ -95,40 +90,33 @@ def run(fmus, ti):
 
 
 def draw(slow, fast, path):
-    figure, axes = loop.picture(
+    with plot.picture(
+        path,
         "Level control: TI as long as the tank's time constant, or as short as the loop allows",
         ["level in m", "inflow valve, LMN in %"],
         [1.4, 1],
-    )
-    axes[0].plot(fast.time, fast["SP_INT"], label="SP_INT", drawstyle="steps-post", **loop.SETPOINT)
-    axes[0].plot(slow.time, slow["LEVEL"], label=f"TI {T:.0f} s", **loop.COMPARED)
-    axes[0].plot(fast.time, fast["LEVEL"], label=f"TI {FAST_TI:.0f} s", **loop.PROCESS_VALUE)
-    axes[1].plot(
-        slow.time, slow["LMN"], label=f"TI {T:.0f} s", drawstyle="steps-post", **loop.COMPARED
-    )
-    axes[1].plot(
-        fast.time,
-        fast["LMN"],
-        label=f"TI {FAST_TI:.0f} s",
-        drawstyle="steps-post",
-        **loop.MANIPULATED,
-    )
-    loop.mark(axes, DRAINS, END, "disturbance: drain 50 → 65 % open", at=(DRAINS, 0.16))
-    for each in axes:
-        loop.legend(each)
-    loop.save_picture(figure, path)
+    ) as axes:
+        axes[0].plot(fast.time, fast["SP_INT"], label="SP_INT", drawstyle="steps-post", **plot.SETPOINT)
+        axes[0].plot(slow.time, slow["LEVEL"], label=f"TI {T:.0f} s", **plot.COMPARED)
+        axes[0].plot(fast.time, fast["LEVEL"], label=f"TI {FAST_TI:.0f} s", **plot.PROCESS_VALUE)
+        axes[1].plot(slow.time, slow["LMN"], label=f"TI {T:.0f} s", drawstyle="steps-post", **plot.COMPARED)
+        axes[1].plot(fast.time, fast["LMN"], label=f"TI {FAST_TI:.0f} s", drawstyle="steps-post", **plot.MANIPULATED)
+        plot.mark(axes, DRAINS, END, "disturbance: drain 50 → 65 % open", at=(DRAINS, 0.16))
+        for each in axes:
+            plot.legend(each)
 
 
 def main():
-    folder, out = loop.arguments(__doc__)
-    with loop.Fmus(folder) as fmus:
+    folder, out = plcfmu.arguments(__doc__)
+    with plcfmu.Fmus(folder) as fmus:
         print(f"Level of a tank with CONT_C: GAIN {GAIN:.0f} %/m, TI {T:.0f} s or {FAST_TI:.0f} s")
         slow, fast = run(fmus, T), run(fmus, FAST_TI)
         for each in (slow, fast):
-            each.print_figures()
-        loop.save_csv(fast, out / "tank.csv")
-        loop.save_csv(slow, out / "tank_slow.csv")
+            print(each.quality)
+        fast.to_csv(out / "tank.csv", digits=9)
+        slow.to_csv(out / "tank_slow.csv", digits=9)
         draw(slow, fast, out / "tank.png")
+    print(f"  CSV and PNG: {out}")
 
 
 if __name__ == "__main__":

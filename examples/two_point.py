@@ -22,7 +22,8 @@ temperature.
 
 import numpy as np
 
-import loop
+import plcfmu
+from plcfmu import plot
 
 CYCLE = 0.1
 SETPOINT, HYS = 180.0, 4.0
@@ -34,63 +35,60 @@ def run(fmus):
     """From 170 degC, at rest, to 180 degC. A row is a call."""
     controller = fmus.start("TWO_POINT", CYCLE=CYCLE, HYS=HYS)
     furnace = fmus.start("HEATER", CYCLE=CYCLE, T_START=170.0, SENS_TM=2.0)
-    result = loop.Result()
-    for t in loop.clock(END, CYCLE, "furnace with TWO_POINT"):
-        controller.step(t, CYCLE, SP=SETPOINT, PV=furnace["TEMP"])
-        result.add(t, SP=SETPOINT, PV=furnace["TEMP"], **controller.get("Q Q_MEAN"))
-        furnace.step(t, CYCLE, POWER=controller["Q_MEAN"])
+    result = plcfmu.simulate(
+        controller,
+        furnace,
+        {"TWO_POINT.Q_MEAN": "HEATER.POWER", "HEATER.TEMP": "TWO_POINT.PV"},
+        inputs={"TWO_POINT.SP": SETPOINT},
+        record={"SP": "TWO_POINT.SP", "PV": "HEATER.TEMP", "Q": "TWO_POINT.Q", "Q_MEAN": "TWO_POINT.Q_MEAN"},
+        step=CYCLE,
+        duration=END,
+        title="furnace with TWO_POINT",
+    )
 
     swinging = result.between(SETTLED, END)
     switched_on = swinging.time[1:][np.diff(swinging["Q"]) == 1]
     whole = result.between(switched_on[0], switched_on[-1])
-    result.figure(
+    result.quality.add(
         "swing of the temperature",
         float(np.ptp(whole["PV"])),
         "K",
         f"{HYS + (ON + OFF) * 5:.1f} ... {HYS + (ON + OFF) * 7:.1f}",
     )
     shortest, longest = ((HYS + (ON + OFF) * late) * (1 / ON + 1 / OFF) for late in (5, 7))
-    result.figure(
-        "period", float(np.mean(np.diff(switched_on))), "s", f"{shortest:.0f} ... {longest:.0f}"
-    )
-    result.figure(
-        "mean of the power",
-        float(np.mean(whole["Q_MEAN"])),
-        "%",
-        float(np.mean(whole["PV"]) - 20.0) / 3.0,
+    result.quality.add("period", float(np.mean(np.diff(switched_on))), "s", f"{shortest:.0f} ... {longest:.0f}")
+    result.quality.add(
+        "mean of the power", float(np.mean(whole["Q_MEAN"])), "%", float(np.mean(whole["PV"]) - 20.0) / 3.0
     )
     return result
 
 
 def draw(result, path):
-    figure, axes = loop.picture(
+    with plot.picture(
+        path,
         "One's own block: a two-point controller with a band of 4 K around the setpoint",
         ["temperature in °C", "Q"],
         [1.6, 0.5],
         size=(9.0, 4.2),
-    )
-    time = result.time
-    axes[0].axhspan(
-        SETPOINT - HYS / 2, SETPOINT + HYS / 2, zorder=0, label="band HYS", **loop.MANUAL
-    )
-    axes[0].plot(time, result["SP"], label="SP", **loop.SETPOINT)
-    axes[0].plot(time, result["PV"], label="PV", **loop.PROCESS_VALUE)
-    axes[1].fill_between(
-        time, 0, result["Q"], step="post", color=loop.MANIPULATED["color"], linewidth=0
-    )
-    axes[1].set_yticks([0, 1], ["off", "on"])
-    loop.legend(axes[0])
-    loop.save_picture(figure, path)
+    ) as axes:
+        time = result.time
+        axes[0].axhspan(SETPOINT - HYS / 2, SETPOINT + HYS / 2, zorder=0, label="band HYS", **plot.MANUAL)
+        axes[0].plot(time, result["SP"], label="SP", **plot.SETPOINT)
+        axes[0].plot(time, result["PV"], label="PV", **plot.PROCESS_VALUE)
+        axes[1].fill_between(time, 0, result["Q"], step="post", color=plot.MANIPULATED["color"], linewidth=0)
+        axes[1].set_yticks([0, 1], ["off", "on"])
+        plot.legend(axes[0])
 
 
 def main():
-    folder, out = loop.arguments(__doc__)
-    with loop.Fmus(folder) as fmus:
+    folder, out = plcfmu.arguments(__doc__)
+    with plcfmu.Fmus(folder) as fmus:
         print("Furnace with TWO_POINT, the block of examples/my_block")
         result = run(fmus)
-        result.print_figures()
-        loop.save_csv(result, out / "two_point.csv")
+        print(result.quality)
+        result.to_csv(out / "two_point.csv", digits=9)
         draw(result, out / "two_point.png")
+    print(f"  CSV and PNG: {out}")
 
 
 if __name__ == "__main__":

@@ -1,13 +1,14 @@
-"""Fixtures. `fmu` is every FMU that `cargo xtask fmu` has made, one after the other: a new block is
-tested by being there. `open_fmu(NAME)` is a certain one."""
+"""Fixtures. `fmu` is every FMU that `cargo xtask fmu` has made, one after the other, so a new block is tested as soon as
+its FMU is there. `open_fmu(NAME)` is a certain one."""
 
 import pytest
 
 import host
+import plcfmu
 
 pytest.register_assert_rewrite("calls")
 
-NONE = "none"  # stands for the FMUs where there is no one, so that every test says what to do
+NONE = "none"  # the parameter where there are no FMUs, so that every test fails and says what to do
 
 
 @pytest.fixture(scope="session")
@@ -17,9 +18,10 @@ def open_fmu(tmp_path_factory):
 
     def open_fmu(name):
         if name not in opened:
-            path = host.FOLDER / f"{name}.fmu"
-            if not path.is_file():
-                pytest.fail(host.REMEDY % path.name, pytrace=False)
+            try:
+                path = plcfmu.fmu(name, host.FOLDER)
+            except plcfmu.FmuNotFoundError as error:
+                pytest.fail(str(error), pytrace=False)
             opened[name] = host.Fmu(path, tmp_path_factory.mktemp(name))
         return opened[name]
 
@@ -29,7 +31,7 @@ def open_fmu(tmp_path_factory):
 @pytest.fixture(scope="session", params=host.names() or [NONE])
 def fmu(request, open_fmu):
     if request.param == NONE:
-        pytest.fail(host.REMEDY % "FMU", pytrace=False)
+        pytest.fail(f"there is no FMU in {host.FOLDER}: make them with `cargo xtask fmu`", pytrace=False)
     return open_fmu(request.param)
 
 

@@ -6,18 +6,20 @@ logged; `Instance.call` gives the bare status instead.
 """
 
 import ctypes
-import itertools
 import json
 import os
 import pathlib
 import struct
+import sys
 import weakref
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 
 import fmpy
 from fmpy import fmi2
-from fmpy.logging import addLoggerProxy
 from lxml import etree
+
+import plcfmu
+from plcfmu.messages import Log
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 DO_STEP_STATUS, PENDING_STATUS, LAST_SUCCESSFUL_TIME, TERMINATED = range(4)
@@ -42,13 +44,17 @@ MEAN = {"PULSEGEN": "Q_MEAN", "PULS_CTR": "Q_MEAN", "CONT_S": "QLMN_MEAN"}
 
 C_TYPES = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
 
-FOLDER = pathlib.Path(os.environ.get("PLCFMU_FMUS") or pathlib.Path(__file__).parents[1] / "target" / "fmu")
-REMEDY = f"there is no %s in {FOLDER}: make it with `cargo xtask fmu`, or say where in PLCFMU_FMUS"
+FOLDER = plcfmu.find.fmu_folder()
 
 
 def names():
     """The names of all FMUs that there are."""
-    return sorted(path.stem for path in FOLDER.glob("*.fmu"))
+    return plcfmu.fmu_names(FOLDER)
+
+
+def environment():
+    """The environment variables of a Python that a test starts, which finds the modules that the test finds."""
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PLCFMU_FMUS": str(FOLDER)}
 
 
 class Refused(Exception):
@@ -129,10 +135,11 @@ class Instance:
     def __init__(self, fmu, name="instance", logging_on=True):
         self.fmu = fmu
         self.slave = fmu.slave(name)
-        environment = next(ENVIRONMENTS)
+        # Without functions for memory: the FMUs say that they need none.
+        self.log = Log(memory=False)
         # (instance name, status, category, text) of each message
-        self.messages = LOGS.setdefault(environment, [])
-        self.slave.instantiate(callbacks=callbacks(environment), loggingOn=logging_on)
+        self.messages = self.log.messages
+        self.slave.instantiate(callbacks=self.log.callbacks, loggingOn=logging_on)
         self.time = 0.0
         weakref.finalize(self, self.slave.freeInstance)
 
@@ -251,29 +258,6 @@ class Instance:
         serialized = self.serialize(state)
         self.free(state)
         return serialized
-
-
-ENVIRONMENTS = itertools.count(1)
-LOGS = {}  # what was logged, by the component environment of the instance
-
-
-def log(environment, name, status, category, text):
-    LOGS.setdefault(environment, []).append((name.decode(), status, category.decode(), text.decode()))
-
-
-def callbacks(environment):
-    """Callbacks that log to `LOGS[environment]`. The memory functions are NULL: the FMUs say that
-    they use none."""
-    functions = fmi2.fmi2CallbackFunctions()
-    functions.logger = LOGGER
-    functions.componentEnvironment = environment
-    # Formats the message in C, for Python cannot take a variable number of arguments. FMPy has one
-    # such proxy in a process, so all instances share the logger and differ by their environment.
-    addLoggerProxy(byref(functions))
-    return functions
-
-
-LOGGER = fmi2.fmi2CallbackLoggerTYPE(log)
 
 
 def references(fmu, names):

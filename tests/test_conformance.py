@@ -177,9 +177,9 @@ class Instantiation:
 
     def __init__(self, fmu, **other):
         self.slave = fmu.slave()
-        environment = next(host.ENVIRONMENTS)
-        self.messages = host.LOGS.setdefault(environment, [])
-        self.callbacks = host.callbacks(environment)
+        self.log = host.Log(memory=False)
+        self.messages = self.log.messages
+        self.callbacks = self.log.callbacks
         given = {
             "name": b"instance",
             "kind": 1,

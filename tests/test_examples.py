@@ -1,11 +1,15 @@
 """The closed loops of examples/: what they print lies where control theory puts it, and what their pages and pictures
 say is so. The numbers stand here once more, worked out by hand from the plants' parameters and the settings.
+
+The first part holds for every file of examples/, and a new one is taken up as soon as it is there.
 """
 
 import csv
 import importlib.util
 import math
 import pathlib
+import re
+import shutil
 import struct
 import subprocess
 import sys
@@ -14,32 +18,37 @@ import numpy as np
 import pytest
 
 import host
+import plcfmu
 
-EXAMPLES = pathlib.Path(__file__).parents[1] / "examples"
-NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py") if path.stem != "loop")
+TESTS = pathlib.Path(__file__).parent
+EXAMPLES = TESTS.parent / "examples"
+NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py"))
 
 
 def load(name):
-    """A file of examples/ as a module. They import `loop`, so that one is known by this name."""
-    module_name = name if name == "loop" else f"example_{name}"
-    if module_name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(module_name, EXAMPLES / f"{name}.py")
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[module_name] = module
-        spec.loader.exec_module(module)
-    return sys.modules[module_name]
+    """A file of examples/ as a module."""
+    spec = importlib.util.spec_from_file_location(f"example_{name}", EXAMPLES / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
-loop = load("loop")
-cascade, cont_c_heater, cont_s_valve, figures, heat_cool = (load(name) for name in NAMES[:5])
-pulse_width, ramp, ratio, tank, two_point = (load(name) for name in NAMES[5:])
+cascade = load("cascade")
+cont_c_heater = load("cont_c_heater")
+cont_s_valve = load("cont_s_valve")
+figures = load("figures")
+heat_cool = load("heat_cool")
+own_plant = load("own_plant")
+pulse_width = load("pulse_width")
+ramp = load("ramp")
+ratio = load("ratio")
+tank = load("tank")
+two_point = load("two_point")
 
 
 @pytest.fixture(scope="module")
 def fmus():
-    if not host.names():
-        pytest.fail(host.REMEDY % "FMU", pytrace=False)
-    with loop.Fmus(host.FOLDER) as fmus:
+    with plcfmu.Fmus(host.FOLDER) as fmus:
         yield fmus
 
 
@@ -57,104 +66,146 @@ def run(fmus):
     return run
 
 
+@pytest.fixture(scope="module")
+def program(tmp_path_factory):
+    """What an example prints when it is started as a program, and the folder with the files that it writes; once."""
+    runs = {}
+
+    def program(name):
+        if name not in runs:
+            runs[name] = started(name, tmp_path_factory.mktemp(name))
+        return runs[name]
+
+    return program
+
+
+def started(name, folder):
+    """Starts an example as `cargo xtask demo` does."""
+    command = [sys.executable, EXAMPLES / f"{name}.py", "--fmu", host.FOLDER, "--out", "demo"]
+    process = subprocess.run(
+        command, cwd=folder, env=host.environment(), capture_output=True, text=True, encoding="utf-8"
+    )
+    assert process.returncode == 0, process.stderr
+    return process.stdout, folder / "demo"
+
+
 def near(value, expected, share):
     """Is it the expected value within this share of it?"""
     return abs(value - expected) <= share * abs(expected)
 
 
-# The quality figures themselves, of signals whose figures are known
+# Every example
 
 
-def answer(signal, end=100.0, h=0.01):
-    """`signal(t)` as the answer to a setpoint step from 0 to 1 at t = 0."""
-    result = loop.Result()
-    for t in np.arange(0, end, h):
-        result.add(t, SP=1.0, PV=signal(t))
-    return result
+@pytest.mark.parametrize("name", NAMES)
+def test_an_example_prints_its_figures_and_writes_csv_and_png(program, name):
+    printed, folder = program(name)
+    assert re.search(r"^  \S.*\d", printed, re.MULTILINE)
+    suffixes = {path.suffix for path in folder.iterdir()}
+    assert suffixes == {".csv", ".png"}
+    for path in folder.glob("*.csv"):
+        with open(path, newline="", encoding="utf-8") as file:
+            names, *rows = csv.reader(file)
+        assert names[0] == "time" and len(names) > 1 and len(rows) > 1
+        assert all(len(row) == len(names) for row in rows)
+        assert np.isfinite(np.array(rows, dtype=float)).all()
+    for path in folder.glob("*.png"):
+        assert png_width(path) == 900
 
 
-def test_a_first_order_lag_rises_in_2_2_time_constants_and_settles_in_3_9():
-    lag = answer(lambda t: 1 - math.exp(-t / 5))
-    assert near(loop.rise_time(lag, "PV", 0, 1), 5 * math.log(9), 1e-4)
-    assert near(loop.settling_time(lag, "PV", 0, 1), 5 * math.log(50), 1e-3)
-    assert loop.overshoot(lag, "PV", 0, 1) == 0.0
+@pytest.mark.parametrize("name", NAMES)
+def test_an_example_prints_and_writes_the_same_bytes_each_time(program, name, tmp_path):
+    (printed, folder), (printed_again, again) = program(name), started(name, tmp_path)
+    assert printed_again == printed
+    assert contents(again) == contents(folder)
 
 
-def test_the_error_of_a_first_order_lag_adds_up_to_its_time_constant():
-    lag = answer(lambda t: 1 - math.exp(-t / 5))
-    assert near(loop.absolute_error(lag, "PV", "SP"), 5.0, 2e-3)
-    assert near(loop.control_error(lag, "PV", "SP"), 5.0, 2e-3)
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-def test_a_second_order_lag_with_damping_one_half_overshoots_by_16_3_percent():
-    def signal(t):
-        w = math.sqrt(0.75)
-        return 1 - math.exp(-0.5 * t) * (math.cos(w * t) + 0.5 / w * math.sin(w * t))
-
-    assert near(
-        loop.overshoot(answer(signal, 30), "PV", 0, 1),
-        100 * math.exp(-math.pi / math.sqrt(3)),
-        1e-3,
-    )
+@pytest.mark.parametrize("name", NAMES)
+def test_an_example_says_what_it_shows(name):
+    assert len(load(name).__doc__.split("\n\n")) > 2
 
 
-def test_a_step_down_has_the_figures_of_the_step_up():
-    result = loop.Result()
-    for t in np.arange(0, 60, 0.01):
-        result.add(t, PV=80 - 30 * (1 - 1.1 * math.exp(-t / 5) + 0.1 * math.exp(-t / 0.5)))
-    up = answer(lambda t: 1 - 1.1 * math.exp(-t / 5) + 0.1 * math.exp(-t / 0.5), 60)
-    for figure in (loop.rise_time, loop.overshoot, loop.settling_time):
-        assert figure(result, "PV", 80, 50) == pytest.approx(figure(up, "PV", 0, 1), abs=1e-9)
+@pytest.mark.parametrize("name", NAMES)
+def test_an_example_with_a_picture_on_the_page_is_on_the_page_with_all_its_pictures(program, name):
+    _, folder = program(name)
+    written = {path.name for path in folder.glob("*.png")}
+    if written & pictures():
+        assert f"({name}.py)" in page()
+        assert written <= pictures()
 
 
-def test_an_error_that_changes_its_sign_counts_whole_in_the_absolute_error_and_cancels_in_the_other():
-    result = loop.Result()
-    for t, pv in enumerate((2.0, 0.0, 2.0, 0.0, 1.0)):
-        result.add(t, SP=1.0, PV=pv)
-    assert loop.absolute_error(result, "PV", "SP") == 4.0
-    assert loop.control_error(result, "PV", "SP") == 0.0
+def page():
+    return (EXAMPLES / "README.md").read_text(encoding="utf-8")
 
 
-def test_what_is_never_reached_has_no_rise_time_and_no_settling_time():
-    stays = answer(lambda t: 0.5, 10)
-    assert math.isnan(loop.rise_time(stays, "PV", 0, 1))
-    assert math.isnan(loop.settling_time(stays, "PV", 0, 1))
+def pictures():
+    """The pictures that are kept for the page."""
+    return {path.name for path in (EXAMPLES / "pictures").glob("*.png")}
+
+
+def test_the_page_shows_the_pictures_that_the_examples_draw(program):
+    written = {path.name for name in NAMES for path in program(name)[1].glob("*.png")}
+    assert set(re.findall(r"\(pictures/(.*)\)", page())) == pictures()
+    assert pictures() <= written
+
+
+def test_every_example_that_the_page_links_to_is_there():
+    assert set(re.findall(r"\((\w+)\.py\)", page())) <= set(NAMES)
+
+
+def png_width(path):
+    return struct.unpack(">I", path.read_bytes()[16:20])[0]
+
+
+def test_the_pictures_on_the_page_are_900_pixels_wide_and_small():
+    for path in (EXAMPLES / "pictures").glob("*.png"):
+        assert png_width(path) == 900 and path.stat().st_size < 120_000, path.name
+
+
+ADDED = '''
+"""A new example.
+
+It runs CONT_C alone.
+
+So it is short.
+"""
+
+import plcfmu
+
+
+def main():
+    folder, out = plcfmu.arguments(__doc__)
+    with plcfmu.Fmus(folder) as fmus:
+        controller = fmus.start("CONT_C", MAN_ON=False)
+        inputs = {"CONT_C.SP_INT": 1.0}
+        result = plcfmu.simulate(controller, [], {}, inputs=inputs, record="CONT_C.LMN", step=1.0, duration=5)
+    print(f"  LMN in the end: {result['CONT_C.LMN'][-1]} %")
+    result.to_csv(out / "added.csv")
+    result.plot(out / "added.png")
+
+
+if __name__ == "__main__":
+    main()
+'''
+
+
+def test_a_new_file_is_taken_up_without_an_edit_elsewhere(tmp_path):
+    shutil.copytree(EXAMPLES, tmp_path / "examples", ignore=shutil.ignore_patterns("plants", "my_block", "__pycache__"))
+    (tmp_path / "tests").mkdir()
+    for path in [*TESTS.glob("*.py"), TESTS / "pytest.ini"]:
+        shutil.copy(path, tmp_path / "tests")
+    (tmp_path / "examples" / "added.py").write_text(ADDED.lstrip(), encoding="utf-8")
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "added", "tests/test_examples.py"]
+    process = subprocess.run(command, cwd=tmp_path, env=host.environment(), capture_output=True, text=True)
+    assert process.returncode == 0, process.stdout
+    assert "4 passed" in process.stdout
 
 
 # What the loops stand on
-
-
-def test_a_wrong_name_is_refused_with_the_nearest_one(fmus):
-    furnace = fmus.start("HEATER")
-    with pytest.raises(KeyError, match="HEATER has no variable POWRE; did you mean POWER?"):
-        furnace.step(0.0, 0.1, POWRE=50.0)
-
-
-def test_a_missing_fmu_is_named_with_the_command_that_makes_it(tmp_path):
-    with loop.Fmus(tmp_path) as nothing:
-        with pytest.raises(
-            SystemExit, match="there is no .*HEATER.fmu: make it with `cargo xtask fmu HEATER`"
-        ):
-            nothing.start("HEATER")
-
-
-def test_a_csv_has_the_time_and_all_signals_with_true_as_1(tmp_path):
-    result = loop.Result()
-    result.add(0.0, PV=1.5, Q=True)
-    result.add(0.1, PV=-0.1, Q=False)
-    loop.save_csv(result, tmp_path / "a.csv")
-    assert (tmp_path / "a.csv").read_text() == "time,PV,Q\n0,1.5,1\n0.1,-0.1,0\n"
-    assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
-
-
-def test_a_csv_that_cannot_be_written_leaves_the_old_one(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("old")
-    result = loop.Result()
-    result.add(0.0, PV="no number")
-    with pytest.raises(ValueError):
-        loop.save_csv(result, path)
-    assert path.read_text() == "old" and [path.name for path in tmp_path.iterdir()] == ["a.csv"]
 
 
 def test_with_the_plant_first_the_loop_has_a_cycle_more_of_dead_time(fmus):
@@ -173,83 +224,44 @@ def test_with_the_plant_first_the_loop_has_a_cycle_more_of_dead_time(fmus):
     assert first_heat(plant_first=True) == first_heat(plant_first=False) + 1
 
 
-def test_each_example_says_what_it_shows_and_is_on_the_page_with_its_picture():
-    page = (EXAMPLES / "README.md").read_text(encoding="utf-8")
-    for name in NAMES:
-        assert f"({name}.py)" in page, name
-        assert len(load(name).__doc__.split("\n\n")) > 2, name
-    shown = {
-        line.split("(pictures/")[1].rstrip(")")
-        for line in page.splitlines()
-        if "(pictures/" in line
-    }
-    assert shown == {path.name for path in (EXAMPLES / "pictures").glob("*.png")}
-
-
-def png_width(path):
-    return struct.unpack(">I", path.read_bytes()[16:20])[0]
-
-
-def test_the_pictures_on_the_page_are_900_pixels_wide_and_small():
-    for path in (EXAMPLES / "pictures").glob("*.png"):
-        assert png_width(path) == 900 and path.stat().st_size < 120_000, path.name
-
-
-def test_every_example_draws_its_pictures(run, tmp_path):
-    steps = {
-        (syn_on, call): run(figures.synchronization, call, syn_on)
-        for syn_on in (True, False)
-        for call in range(10)
-    }
-    sweeps = {number: run(sweep, number) for number in figures.CHARACTERISTICS}
-    drawn = {
-        "cont_c_heater": (cont_c_heater.draw, run(cont_c_heater.run)),
-        "cont_c_heater_cold_start": (
-            cont_c_heater.draw_cold_start,
-            run(cont_c_heater.cold_start, False),
-            run(cont_c_heater.cold_start, True),
-        ),
-        "cascade": (cascade.draw, run(cascade.run, True), run(cascade.run, False)),
-        "ratio": (ratio.draw, run(ratio.run)),
-        "tank": (tank.draw, run(tank.run, tank.T), run(tank.run, tank.FAST_TI)),
-        "cont_s_valve": (cont_s_valve.draw, run(cont_s_valve.run)),
-        "heat_cool": (heat_cool.draw, run(heat_cool.run, 1.0), run(heat_cool.run, 0.5)),
-        "pulse_width": (pulse_width.draw, run(pulse_width.run)),
-        "ramp": (ramp.draw_furnace, run(ramp.furnace, True), run(ramp.furnace, False)),
-        "ramp_drive": (ramp.draw_drive, run(ramp.drive, 400), run(ramp.drive, 100)),
-        "figure_3_3": (figures.draw_modulation, run(figures.modulation)),
-        "figure_3_5": (figures.draw_synchronization, steps),
-        "figures_3_6_to_3_9": (figures.draw_characteristics, sweeps),
-        "two_point": (two_point.draw, run(two_point.run)),
-    }
-    for name, (draw, *results) in drawn.items():
-        draw(*results, tmp_path / f"{name}.png")
-        assert png_width(tmp_path / f"{name}.png") == 900
-    assert set(drawn) == {path.stem for path in (EXAMPLES / "pictures").glob("*.png")}
-
-
-def test_an_example_started_as_a_program_prints_its_figures_and_writes_csv_and_png(tmp_path):
-    command = [
-        sys.executable,
-        EXAMPLES / "cont_c_heater.py",
-        "--fmu",
-        host.FOLDER,
-        "--out",
-        tmp_path / "demo",
-    ]
-    printed = subprocess.run(
-        command, check=True, capture_output=True, text=True, encoding="utf-8"
-    ).stdout
+def test_the_heater_example_prints_its_figures_and_keeps_every_signal(program):
+    printed, folder = program("cont_c_heater")
     for figure in ("rise time", "overshoot", "settling time", "integral of the absolute error"):
         assert figure in printed
-    names = {path.name for path in (tmp_path / "demo").iterdir()}
+    names = {path.name for path in folder.iterdir()}
     shown = {"cont_c_heater.csv", "cont_c_heater.png", "cont_c_heater_cold_start.png"}
     cold_starts = {"cont_c_heater_cold_start.csv", "cont_c_heater_cold_start_by_hand.csv"}
     assert names == shown | cold_starts
-    with open(tmp_path / "demo" / "cont_c_heater.csv", newline="", encoding="utf-8") as file:
+    with open(folder / "cont_c_heater.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 720
     assert {"time", "SP_INT", "PV", "LMN", "LMN_P", "LMN_I", "LMN_D", "DOOR"} <= set(rows[0])
+
+
+# own_plant: K 3 K/%, lags 120 s and 20 s, delay 5 s. LAMBDA 30 s, THETA 5 + 10 + 0.5 = 15.5 s.
+
+
+def test_own_plant_is_in_the_loop_in_under_20_lines():
+    """Without imports, the docstring and blank lines."""
+    text = (EXAMPLES / "own_plant.py").read_text(encoding="utf-8").split('"""\n')[1].partition("if __name__")[0]
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("import")]
+    assert len(lines) < 20
+
+
+def test_own_plant_answers_the_setpoint_nearly_like_a_lag_of_30_s(run):
+    step = run(own_plant.run).between(30.0, 600.0).figures("PLANT.TEMP", "CONT_C.SP_INT", start=20.0, end=80.0)
+    assert near(step["rise time, 10 ... 90 %"], 2.2 * 30, 0.15)
+    assert step["overshoot"] < 8.0
+    # GAIN = 130 s / (3 K/% * 45.5 s) = 0.95; the integrator makes 60 K / 3 K/% = 20 %.
+    assert step["integral of the absolute error"] >= 20 * 130 / 0.95 * 0.99
+    assert run(own_plant.run)["CONT_C.LMN"][-1] == pytest.approx(20.0, abs=0.1)
+
+
+def test_own_plant_takes_the_path_of_an_fmu(fmus, run, tmp_path):
+    path = shutil.copy(plcfmu.fmu("HEATER", host.FOLDER), tmp_path / "my own plant.fmu")
+    result, by_name = own_plant.run(fmus, path), run(own_plant.run)
+    for name in by_name.names:
+        assert (result[name] == by_name[name]).all(), name
 
 
 # cont_c_heater: K 3 K/%, lags 120 s and 20 s, delay 5 s. LAMBDA 20 s, THETA 5 + 0.5 + 5 = 10.5 s.
@@ -264,32 +276,28 @@ def test_heater_the_settings_are_those_of_the_rule():
 
 def test_heater_the_setpoint_step_is_answered_like_a_lag_of_20_s(run):
     result = run(cont_c_heater.run)
-    assert near(result.value("rise time, 10 ... 90 %"), 2.2 * 20, 0.1)
-    assert result.value("overshoot") < 0.5
+    assert near(result.quality["rise time, 10 ... 90 %"], 2.2 * 20, 0.1)
+    assert result.quality["overshoot"] < 0.5
     # After 5.5 s, ln 50 = 3.9 time constants.
-    assert near(result.value("settling time to 2 %"), 5.5 + 78.2, 0.12)
+    assert near(result.quality["settling time to 2 %"], 5.5 + 78.2, 0.12)
 
 
 def test_heater_the_error_adds_up_to_the_step_times_lambda_and_theta(run):
-    assert near(run(cont_c_heater.run).value("integral of the absolute error"), 10 * 30.5, 0.01)
+    assert near(run(cont_c_heater.run).quality["integral of the absolute error"], 10 * 30.5, 0.01)
 
 
 def test_heater_the_step_makes_the_p_and_d_parts_jump_as_the_settings_say(run):
     result = run(cont_c_heater.run)
     at = {name: result[name][60] - result[name][59] for name in ("LMN_P", "LMN_D", "LMN")}
     # P: GAIN * 10 K; D: that times TD / (CYCLE / 2 + TM_LAG) = 12.78 / 5.5
-    assert (
-        near(at["LMN_P"], 14.754, 1e-3)
-        and near(at["LMN_D"], 34.28, 1e-2)
-        and near(at["LMN"], 49.0, 1e-2)
-    )
+    assert near(at["LMN_P"], 14.754, 1e-3) and near(at["LMN_D"], 34.28, 1e-2) and near(at["LMN"], 49.0, 1e-2)
 
 
 def test_heater_the_open_door_takes_what_it_takes_and_no_more(run):
     result = run(cont_c_heater.run)
     # A quarter more loss of 160 K: 40 K, or 13.3 % power. 40 K * 30.5 s / 100 s * (6^-0.2 - 6^-1.2) = 7.1 K
-    assert near(result.value("door: largest deviation"), 40 * 0.305 * (6**-0.2 - 6**-1.2), 0.15)
-    assert near(result.value("door: integral of the error"), 13.333 * 135 / 1.4754, 0.08)
+    assert near(result.quality["door: largest deviation"], 40 * 0.305 * (6**-0.2 - 6**-1.2), 0.15)
+    assert near(result.quality["door: integral of the error"], 13.333 * 135 / 1.4754, 0.08)
     assert near(result["LMN"][-1], 160 / 3 * 1.25, 0.01)
 
 
@@ -316,16 +324,16 @@ def test_heater_at_the_limit_the_integrator_stands_still_and_nothing_overshoots(
     limited = result["QLMN_HLM"] == 1
     assert 60 < np.count_nonzero(limited) < 90
     assert np.ptp(result["LMN_I"][limited]) == 0.0
-    assert result.value("cold start automatic: overshoot") == 0.0
+    assert result.quality["cold start automatic: overshoot"] == 0.0
 
 
 def test_heater_handed_over_by_hand_it_arrives_sooner_and_without_overshoot(run):
     automatic, by_hand = run(cont_c_heater.cold_start, False), run(cont_c_heater.cold_start, True)
     settled = "settling time to 2 %"
-    assert by_hand.value(f"cold start by hand: {settled}") < 0.5 * automatic.value(
-        f"cold start automatic: {settled}"
+    assert (
+        by_hand.quality[f"cold start by hand: {settled}"] < 0.5 * automatic.quality[f"cold start automatic: {settled}"]
     )
-    assert by_hand.value("cold start by hand: overshoot") < 0.5
+    assert by_hand.quality["cold start by hand: overshoot"] < 0.5
     # The integrator goes on from where manual mode has put it: 100 % - LMN_P of the last manual call.
     last = np.nonzero(by_hand["MAN_ON"])[0][-1]
     assert by_hand["LMN_I"][last] == pytest.approx(100.0 - by_hand["LMN_P"][last], abs=1e-4)
@@ -339,9 +347,9 @@ def test_heater_handed_over_by_hand_it_arrives_sooner_and_without_overshoot(run)
 @pytest.mark.parametrize("with_flow_controller, way", [(True, "cascade"), (False, "single")])
 def test_cascade_both_answer_the_setpoint_like_a_lag_of_10_s(run, with_flow_controller, way):
     result = run(cascade.run, with_flow_controller)
-    assert near(result.value(f"{way}: rise time, 10 ... 90 %"), 2.2 * 10, 0.2)
-    assert result.value(f"{way}: overshoot") < 5.0
-    assert near(result.value(f"{way}: integral of the absolute error"), 5 * 15, 0.05)
+    assert near(result.quality[f"{way}: rise time, 10 ... 90 %"], 2.2 * 10, 0.2)
+    assert result.quality[f"{way}: overshoot"] < 5.0
+    assert near(result.quality[f"{way}: integral of the absolute error"], 5 * 15, 0.05)
 
 
 def test_cascade_the_pressure_drop_costs_the_cascade_a_fifth_of_what_it_costs_the_single_controller(
@@ -349,17 +357,17 @@ def test_cascade_the_pressure_drop_costs_the_cascade_a_fifth_of_what_it_costs_th
 ):
     cascaded, single = run(cascade.run, True), run(cascade.run, False)
     largest = "pressure drop, largest deviation"
-    assert cascaded.value(f"cascade: {largest}") < 0.2 * single.value(f"single: {largest}")
+    assert cascaded.quality[f"cascade: {largest}"] < 0.2 * single.quality[f"single: {largest}"]
     # 4.71 of 22.5 l/min are missing; 0.16 K for each l/min
-    assert 0.3 < cascaded.value(f"cascade: {largest}") < 4.71 * 0.16
+    assert 0.3 < cascaded.quality[f"cascade: {largest}"] < 4.71 * 0.16
 
 
 def test_cascade_the_temperature_error_adds_up_to_what_the_integrator_has_to_move(run):
     integral = "pressure drop, integral of the error"
     # Single: the position goes from 56.25 to 56.25 / 0.7906 = 71.15 %; 14.9 % * 22.5 s / 1.875 %/K
-    assert near(run(cascade.run, False).value(f"single: {integral}"), 14.9 * 12.0, 0.02)
+    assert near(run(cascade.run, False).quality[f"single: {integral}"], 14.9 * 12.0, 0.02)
     # Cascade: the wanted flow stays what it was.
-    assert abs(run(cascade.run, True).value(f"cascade: {integral}")) < 1.0
+    assert abs(run(cascade.run, True).quality[f"cascade: {integral}"]) < 1.0
 
 
 def test_cascade_the_flow_follows_its_setpoint_with_2_s(run):
@@ -375,23 +383,23 @@ def test_cascade_the_flow_follows_its_setpoint_with_2_s(run):
 
 def test_ratio_on_a_ramp_flow_b_is_behind_by_the_slope_times_1_5_s(run):
     # 30 % of 40 l/min in 9 s, half of it: 0.667 l/min/s
-    assert near(run(ratio.run).value("flow A rises: flow B is behind"), 0.6667 * 1.5, 0.02)
+    assert near(run(ratio.run).quality["flow A rises: flow B is behind"], 0.6667 * 1.5, 0.02)
 
 
 def test_ratio_a_new_ratio_is_answered_like_a_lag_of_1_5_s(run):
     result = run(ratio.run)
-    assert near(result.value("new ratio: rise time, 10 ... 90 %"), 3.3, 0.1)
-    assert result.value("new ratio: overshoot") < 0.1
-    assert near(result.value("new ratio: settling time to 2 %"), 5.87, 0.1)
+    assert near(result.quality["new ratio: rise time, 10 ... 90 %"], 3.3, 0.1)
+    assert result.quality["new ratio: overshoot"] < 0.1
+    assert near(result.quality["new ratio: settling time to 2 %"], 5.87, 0.1)
     # Flow A is 28 l/min * 0.7906; 0.1 of it * 1.5 s
-    assert near(result.value("new ratio: integral of the absolute error"), 2.2137 * 1.5, 0.01)
+    assert near(result.quality["new ratio: integral of the absolute error"], 2.2137 * 1.5, 0.01)
 
 
 def test_ratio_flow_b_makes_up_for_its_pressure(run):
     result = run(ratio.run)
     # 0.6 * 22.137 l/min * (1 - 0.7906); it fades with 1.5 s / 0.7906
-    assert near(result.value("pressure drop of B: largest deviation"), 2.781, 0.01)
-    assert near(result.value("pressure drop of B: integral of the error"), 2.781 * 1.897, 0.01)
+    assert near(result.quality["pressure drop of B: largest deviation"], 2.781, 0.01)
+    assert near(result.quality["pressure drop of B: integral of the error"], 2.781 * 1.897, 0.01)
     assert near(result["RATIO"][-1], 0.6, 0.001)
 
 
@@ -407,26 +415,26 @@ def test_tank_the_operating_point_is_that_of_the_formulas():
 
 def test_tank_with_its_own_time_constant_it_answers_like_a_lag_of_40_s(run):
     result = run(tank.run, tank.T)
-    assert near(result.value("TI 753 s: rise time, 10 ... 90 %"), 88.0, 0.05)
-    assert result.value("TI 753 s: overshoot") < 0.5
-    assert near(result.value("TI 753 s: settling time to 2 %"), 156.5, 0.05)
-    assert near(result.value("TI 753 s: integral of the absolute error"), 0.1 * 40, 0.03)
+    assert near(result.quality["TI 753 s: rise time, 10 ... 90 %"], 88.0, 0.05)
+    assert result.quality["TI 753 s: overshoot"] < 0.5
+    assert near(result.quality["TI 753 s: settling time to 2 %"], 156.5, 0.05)
+    assert near(result.quality["TI 753 s: integral of the absolute error"], 0.1 * 40, 0.03)
 
 
 def test_tank_with_a_quick_integrator_it_overshoots_but_by_no_more_than_13_5_percent(run):
-    assert 7.0 < run(tank.run, tank.FAST_TI).value("TI 160 s: overshoot") < 13.5
+    assert 7.0 < run(tank.run, tank.FAST_TI).quality["TI 160 s: overshoot"] < 13.5
 
 
 def test_tank_the_drain_costs_an_error_in_proportion_to_the_reset_time(run):
     # 15 of 50 % more drain: 0.3 * 31.89 % more inflow; * TI / 300 %/m
     assert near(
-        run(tank.run, tank.FAST_TI).value("TI 160 s: drain, integral of the error"),
+        run(tank.run, tank.FAST_TI).quality["TI 160 s: drain, integral of the error"],
         9.567 * 160 / 300,
         0.02,
     )
     # The slow one still has exp(-1300 / 753) = 18 % to go.
     assert near(
-        run(tank.run, tank.T).value("TI 753 s: drain, integral of the error"),
+        run(tank.run, tank.T).quality["TI 753 s: drain, integral of the error"],
         9.567 * 752.6 / 300 * 0.822,
         0.03,
     )
@@ -437,14 +445,14 @@ def test_tank_the_drain_costs_an_error_in_proportion_to_the_reset_time(run):
 
 def test_valve_the_setpoint_step_rises_within_a_fifth_of_2_2_lambda(run):
     result = run(cont_s_valve.run)
-    assert near(result.value("rise time, 10 ... 90 %"), 26.4, 0.2)
-    assert result.value("overshoot") < 5.0
-    assert result.value("settling time to 1 K") < 60.0
+    assert near(result.quality["rise time, 10 ... 90 %"], 26.4, 0.2)
+    assert result.quality["overshoot"] < 5.0
+    assert result.quality["settling time to 1 K"] < 60.0
 
 
 def test_valve_at_rest_it_is_within_the_dead_band_and_no_pulse_comes(run):
     result = run(cont_s_valve.run)
-    assert result.value("deviation at rest") <= 0.5
+    assert result.quality["deviation at rest"] <= 0.5
     for start, end in ((0.0, 20.0), (220.0, 240.0), (360.0, 400.0), (560.0, 600.0)):
         part = result.between(start, end)
         assert not part["QLMNUP"].any() and not part["QLMNDN"].any()
@@ -452,8 +460,8 @@ def test_valve_at_rest_it_is_within_the_dead_band_and_no_pulse_comes(run):
 
 def test_valve_it_gets_along_with_few_pulses(run):
     result = run(cont_s_valve.run)
-    assert 2 <= result.value("pulses for the setpoint step") <= 10
-    assert 2 <= result.value("pulses for the pressure drop") <= 10
+    assert 2 <= result.quality["pulses for the setpoint step"] <= 10
+    assert 2 <= result.quality["pulses for the pressure drop"] <= 10
 
 
 def test_valve_it_never_gets_a_pulse_against_its_stop(run):
@@ -491,8 +499,8 @@ def test_valve_after_a_setpoint_that_is_too_high_it_closes_at_once(run):
     # At the stop from 408.3 s on, but for 12.2 s in between: one pulse takes the valve off it.
     stopped = result.between(400.0, 480.0)
     assert cont_s_valve.pulses(stopped["QLMNDN"]) == 1
-    assert result.value("setpoint too high: at the stop") == pytest.approx(80.0 - 8.3 - 12.2, abs=1e-6)
-    assert result.value("setpoint back: the valve closes after") == pytest.approx(0.0, abs=1e-6)
+    assert result.quality["setpoint too high: at the stop"] == pytest.approx(80.0 - 8.3 - 12.2, abs=1e-6)
+    assert result.quality["setpoint back: the valve closes after"] == pytest.approx(0.0, abs=1e-6)
 
 
 # heat_cool: 0.6 K/% heating, 1.2 K/% cooling; GAIN for 0.6 K/%.
@@ -508,19 +516,19 @@ def test_heat_cool_with_half_the_pulse_cooling_is_like_heating(run):
     result = run(heat_cool.run, 0.5)
     rise = "rise time, 10 ... 90 %"
     assert near(
-        result.value(f"RATIOFAC 0.5, cooling: {rise}"),
-        result.value(f"RATIOFAC 0.5, heating: {rise}"),
+        result.quality[f"RATIOFAC 0.5, cooling: {rise}"],
+        result.quality[f"RATIOFAC 0.5, heating: {rise}"],
         0.1,
     )
-    assert result.value("RATIOFAC 0.5, cooling: overshoot") < 8.0
+    assert result.quality["RATIOFAC 0.5, cooling: overshoot"] < 8.0
     assert not result.between(300.0, 560.0)["HEAT"].any(), "it never has to heat back"
 
 
 def test_heat_cool_with_the_whole_pulse_the_loop_gain_is_twice_that_and_cooling_swings(run):
     whole, half = run(heat_cool.run, 1.0), run(heat_cool.run, 0.5)
     overshoot, rise = "cooling: overshoot", "cooling: rise time, 10 ... 90 %"
-    assert whole.value(f"RATIOFAC 1.0, {overshoot}") > 2 * half.value(f"RATIOFAC 0.5, {overshoot}")
-    assert 0.45 < whole.value(f"RATIOFAC 1.0, {rise}") / half.value(f"RATIOFAC 0.5, {rise}") < 0.65
+    assert whole.quality[f"RATIOFAC 1.0, {overshoot}"] > 2 * half.quality[f"RATIOFAC 0.5, {overshoot}"]
+    assert 0.45 < whole.quality[f"RATIOFAC 1.0, {rise}"] / half.quality[f"RATIOFAC 0.5, {rise}"] < 0.65
     assert whole.between(280.0, 400.0)["HEAT"].any(), "heating has to bring it back"
     assert heat_cool.phase_margin(1.0) == pytest.approx(51.2, abs=0.1)
     assert heat_cool.phase_margin(2.0) == pytest.approx(36.3, abs=0.1)
@@ -530,9 +538,7 @@ def test_heat_cool_with_the_whole_pulse_the_loop_gain_is_twice_that_and_cooling_
 def test_heat_cool_what_holds_14_degc_is_6_k_of_cooling(run, ratiofac, lmn):
     # 6 K / 1.2 K/%, and 1 / RATIOFAC times that. Pulses are known to 1 %.
     result = run(heat_cool.run, ratiofac)
-    assert result.value(f"RATIOFAC {ratiofac}: LMN that holds 14 degC") == pytest.approx(
-        lmn, abs=1.0
-    )
+    assert result.quality[f"RATIOFAC {ratiofac}: LMN that holds 14 degC"] == pytest.approx(lmn, abs=1.0)
     assert np.mean(result["COOL"][-20:]) == pytest.approx(5.0, abs=0.5)
 
 
@@ -541,7 +547,7 @@ def test_heat_cool_what_holds_14_degc_is_6_k_of_cooling(run, ratiofac, lmn):
 
 def test_pulse_width_puls_ctr_makes_the_pulses_of_the_two_blocks_call_by_call(run):
     result = run(pulse_width.run)
-    assert len(result.rows) == 24_000 and np.ptp(result["QPOS_P"]) == 1
+    assert len(result) == 24_000 and np.ptp(result["QPOS_P"]) == 1
     for name in ("QPOS_P", "LMN", "TEMP"):
         assert (result[name] == result[f"PULS_CTR_{name}"]).all(), name
 
@@ -565,11 +571,11 @@ def test_pulse_width_each_pulse_is_as_long_as_the_manipulated_value_says(run):
 
 def test_pulse_width_the_pulses_act_as_their_mean(run):
     result = run(pulse_width.run)
-    assert near(result.value("rise time, 10 ... 90 %"), 46.2, 0.2)
-    assert result.value("overshoot") < 2.0
-    assert result.value("settling time to 2 %") < 88.0
-    assert near(result.value("integral of the absolute error"), 270.0, 0.1)
-    assert 0.0 < result.value("ripple of the temperature at rest") < 0.03
+    assert near(result.quality["rise time, 10 ... 90 %"], 46.2, 0.2)
+    assert result.quality["overshoot"] < 2.0
+    assert result.quality["settling time to 2 %"] < 88.0
+    assert near(result.quality["integral of the absolute error"], 270.0, 0.1)
+    assert 0.0 < result.quality["ripple of the temperature at rest"] < 0.03
 
 
 # ramp: 0.5 K/s; PI with GAIN 0.952, TI 130 s; drive with 0.1 s, 75 rpm.
@@ -578,10 +584,8 @@ def test_pulse_width_the_pulses_act_as_their_mean(run):
 def test_ramp_the_furnace_stays_behind_by_the_slope_over_the_velocity_constant(run):
     result = run(ramp.furnace, True)
     # 0.5 K/s * 130 s / (3 K/% * 0.9524 %/K), reached but for what 200 s leave
-    assert near(result.value("furnace, ramp: behind the setpoint at its end"), 22.75, 0.05)
-    assert near(
-        result.value("furnace, ramp: integral of the absolute error"), 100 / 3 * 130 / 0.9524, 0.03
-    )
+    assert near(result.quality["furnace, ramp: behind the setpoint at its end"], 22.75, 0.05)
+    assert near(result.quality["furnace, ramp: integral of the absolute error"], 100 / 3 * 130 / 0.9524, 0.03)
 
 
 def test_ramp_the_setpoint_runs_through_100_k_in_200_s(run):
@@ -597,28 +601,25 @@ def test_ramp_only_the_step_drives_the_power_to_its_limit(run):
     with_ramp, with_step = run(ramp.furnace, True), run(ramp.furnace, False)
     assert with_step["QLMN_HLM"].any() and not with_ramp["QLMN_HLM"].any()
     # 60 % hold 200 degC; 0.5 K/s * 120 s / 3 K/% = 20 % more raise it
-    assert near(with_ramp.value("furnace, ramp: largest LMN"), 80.0, 0.06)
-    assert with_ramp.value("furnace, ramp: overshoot") < 2.0
+    assert near(with_ramp.quality["furnace, ramp: largest LMN"], 80.0, 0.06)
+    assert with_ramp.quality["furnace, ramp: overshoot"] < 2.0
 
 
 def test_ramp_the_drive_follows_400_calls_23_rpm_behind_with_30_percent_torque(run):
     result = run(ramp.drive, 400)
-    assert result.value("drive, TH_TZ 400: tripped") == "no"
+    assert result.quality["drive, TH_TZ 400: tripped"] == "no"
     # 915.55 rpm / 4 s = 228.9 rpm/s; * (0.1 s + half a call); / 750 rpm/s at full torque
-    assert near(result.value("drive, TH_TZ 400: behind the setpoint"), 228.9 * 0.105, 0.02)
-    assert near(result.value("drive, TH_TZ 400: torque"), 30.5, 0.06)
-    assert near(result.value("drive, TH_TZ 400: speed at the end"), 915.55, 0.001)
+    assert near(result.quality["drive, TH_TZ 400: behind the setpoint"], 228.9 * 0.105, 0.02)
+    assert near(result.quality["drive, TH_TZ 400: torque"], 30.5, 0.06)
+    assert near(result.quality["drive, TH_TZ 400: speed at the end"], 915.55, 0.001)
 
 
 def test_ramp_the_drive_trips_on_100_calls_after_0_17_s_and_without_a_ramp_at_once(run):
     steep, none = run(ramp.drive, 100), run(ramp.drive, 0)
-    assert (
-        steep.value("drive, TH_TZ 100: tripped") == "yes"
-        and none.value("drive, TH_TZ 0: tripped") == "yes"
-    )
+    assert steep.quality["drive, TH_TZ 100: tripped"] == "yes" and none.quality["drive, TH_TZ 0: tripped"] == "yes"
     # 91.6 rpm (1 - exp(-t / 0.1 s)) = 75 rpm; the calls see it 10 ms and half a call sooner
-    assert steep.value("drive, TH_TZ 100: tripped after") == pytest.approx(0.171, abs=0.025)
-    assert none.value("drive, TH_TZ 0: tripped after") == pytest.approx(0.0, abs=1e-6)
+    assert steep.quality["drive, TH_TZ 100: tripped after"] == pytest.approx(0.171, abs=0.025)
+    assert none.quality["drive, TH_TZ 0: tripped after"] == pytest.approx(0.0, abs=1e-6)
     assert max(none["SPEED"]) == 0.0 and max(steep["SPEED"]) < 0.1 * 916
 
 
@@ -710,9 +711,7 @@ def test_figures_3_6_to_3_9_have_their_slopes_and_doglegs(run, number):
         assert pulse[inv] == pytest.approx(expected, abs=1e-9), inv
 
 
-@pytest.mark.parametrize(
-    "number, slopes", [("3-6", (1, 1)), ("3-7", (0.5, 1)), ("3-8", (0.5, 0.5)), ("3-9", (0, 1))]
-)
+@pytest.mark.parametrize("number, slopes", [("3-6", (1, 1)), ("3-7", (0.5, 1)), ("3-8", (0.5, 0.5)), ("3-9", (0, 1))])
 def test_figures_3_6_to_3_9_are_straight_between_the_doglegs(run, number, slopes):
     result = run(sweep, number)
     for low, high, slope in ((-80, -10.5, slopes[0]), (10.5, 80, slopes[1])):
@@ -726,12 +725,12 @@ def test_figures_3_6_to_3_9_are_straight_between_the_doglegs(run, number, slopes
 def test_two_point_the_temperature_swings_as_far_as_the_delays_let_it(run):
     result = run(two_point.run)
     # HYS + 2.5 K/s * 5 ... 7 s, and that way up with 1.167 and down with 1.333 K/s
-    assert 16.5 < result.value("swing of the temperature") < 21.5
-    assert 26.5 < result.value("period") < 34.6
+    assert 16.5 < result.quality["swing of the temperature"] < 21.5
+    assert 26.5 < result.quality["period"] < 34.6
 
 
 def test_two_point_the_mean_of_the_power_holds_the_mean_of_the_temperature(run):
-    assert run(two_point.run).value("mean of the power") == pytest.approx(160 / 3, abs=0.5)
+    assert run(two_point.run).quality["mean of the power"] == pytest.approx(160 / 3, abs=0.5)
 
 
 def test_two_point_it_switches_at_the_ends_of_the_band(run):

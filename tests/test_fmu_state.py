@@ -171,6 +171,7 @@ def test_a_serialized_state_goes_on_bit_for_bit_in_another_process(fmu, tmp_path
     process = subprocess.run(
         [sys.executable, "-c", CONTINUE, *given],
         cwd=os.path.dirname(__file__),
+        env=host.environment(),
         stdout=subprocess.PIPE,
         check=True,
         text=True,

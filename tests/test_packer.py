@@ -1,5 +1,6 @@
 """`cargo xtask fmu` in another folder: the same sources give the same bytes; whenever the packer is killed, the FMU that
-was there is still there and whole; and a block of one's own is made as the READMEs say."""
+was there is still there and whole; and a block of one's own is made as the READMEs say. `plcfmu new` and `plcfmu build`
+outside the repository."""
 
 import json
 import os
@@ -12,22 +13,29 @@ import sys
 
 import fmpy
 import pytest
+from fmpy.validation import validate_fmu
 
 import host
 
 ROOT = pathlib.Path(__file__).parents[1]
 NAME = "HLG"
-LAW = "blocks/src/hlg.rs"
+LAW = "blocks/src/abb/hlg.rs"
+
+
+def built(package):
+    """The program of a package of the workspace."""
+    build = ["cargo", "build", "--quiet", "--package", package, "--bin", package]
+    build.append("--message-format=json-render-diagnostics")
+    messages = subprocess.run(build, stdout=subprocess.PIPE, text=True, check=True, cwd=ROOT).stdout
+    executables = [json.loads(line).get("executable") for line in messages.splitlines()]
+    (executable,) = filter(None, executables)
+    return executable
 
 
 @pytest.fixture(scope="module")
 def packer():
     """The program behind `cargo xtask`."""
-    build = ["cargo", "build", "--quiet", "--package", "xtask", "--message-format=json-render-diagnostics"]
-    messages = subprocess.run(build, stdout=subprocess.PIPE, text=True, check=True, cwd=ROOT).stdout
-    executables = [json.loads(line).get("executable") for line in messages.splitlines()]
-    (executable,) = filter(None, executables)
-    return executable
+    return built("xtask")
 
 
 class Clone:
@@ -119,6 +127,16 @@ def test_a_source_that_does_not_compile_leaves_the_old_fmu(clone):
     assert clone.left() == []
 
 
+def test_an_unknown_fmu_is_refused_before_anything_is_made(packer, tmp_path):
+    target = tmp_path / "target"
+    variables = {**os.environ, "CARGO_TARGET_DIR": str(target)}
+    command = [packer, "fmu", "NOSUCH"]
+    refused = subprocess.run(command, cwd=ROOT, env=variables, capture_output=True, text=True)
+    assert refused.returncode == 1
+    assert refused.stderr.startswith("error: there is no FMU NOSUCH: the packages that make FMUs are cont_c, cont_s, ")
+    assert not target.exists()
+
+
 def listing(readme, heading):
     """The Rust code in a section of a README."""
     (section,) = re.findall(rf"^## {heading}$(.*?)(?=^## |\Z)", readme.read_text(encoding="utf-8"), re.M | re.S)
@@ -151,3 +169,90 @@ def test_a_block_of_ones_own_is_made_as_the_readmes_say(clone, readme, heading, 
     fmu = clone.fmus / f"{name}.fmu"
     assert fmpy.read_model_description(str(fmu)).modelName == name
     fmu.unlink()
+
+
+@pytest.fixture(scope="module")
+def plcfmu():
+    """Runs the command `plcfmu`, without a connection and without a terminal."""
+    command = os.environ.get("PLCFMU_COMMAND") or built("plcfmu")
+
+    def run(*arguments, cwd, **variables):
+        variables = {**os.environ, "CARGO_NET_OFFLINE": "true", **variables}
+        variables.pop("CARGO_TARGET_DIR", None)
+        return subprocess.run([command, *arguments], cwd=cwd, env=variables, stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True)
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def new_crate(plcfmu, tmp_path_factory):
+    """A crate that was made outside the repository."""
+    folder = tmp_path_factory.mktemp("somewhere else")
+    made = plcfmu("new", "my-pump", cwd=folder)
+    assert made.returncode == 0, made.stderr
+    return folder / "my-pump"
+
+
+@pytest.fixture(scope="module")
+def new_fmu(plcfmu, new_crate):
+    packed = plcfmu("build", cwd=new_crate)
+    assert packed.returncode == 0, packed.stderr
+    return new_crate / "target" / "fmu" / "MY_PUMP.fmu"
+
+
+def test_a_new_crate_is_built_and_packed_as_it_stands(new_fmu):
+    assert validate_fmu(str(new_fmu)) == []
+    description = fmpy.read_model_description(str(new_fmu))
+    assert description.modelName == "MY_PUMP"
+    assert description.license is None  # the user has named none
+
+
+def test_the_fmu_of_a_new_crate_passes_the_conformance_tests(new_fmu):
+    files = ["test_conformance.py", "test_fmu_state.py", "test_model_description.py", "test_package.py", "test_time.py"]
+    # The tests of one FMU each; the others are about certain FMUs of the repository.
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "MY_PUMP", *files]
+    variables = {**os.environ, "PLCFMU_FMUS": str(new_fmu.parent)}
+    tested = subprocess.run(command, cwd=ROOT / "tests", env=variables, capture_output=True, text=True)
+    assert tested.returncode == 0, tested.stdout
+    passed = re.search(r"^(\d+) passed", tested.stdout, re.M)
+    assert int(passed.group(1)) > 300
+
+
+def test_the_unit_tests_of_a_new_crate_pass(new_crate, new_fmu):
+    variables = {name: value for name, value in os.environ.items() if name != "CARGO_TARGET_DIR"}
+    tested = subprocess.run(["cargo", "test", "--offline"], cwd=new_crate, env=variables, capture_output=True, text=True)
+    assert tested.returncode == 0, tested.stderr
+    assert "test result: ok. 4 passed" in tested.stdout
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has a C library of another version on each system")
+def test_without_zig_the_packer_says_which_glibc_the_fmu_needs(plcfmu, new_crate, tmp_path):
+    python = tmp_path / "python3"
+    python.write_text("#!/bin/sh\nexit 1\n", encoding="utf-8")
+    python.chmod(0o755)
+    folders = [folder for folder in os.get_exec_path() if not pathlib.Path(folder, "zig").exists()]
+    packed = plcfmu("build", "--out", str(tmp_path), cwd=new_crate, VIRTUAL_ENV="",
+                    PATH=os.pathsep.join([str(tmp_path), *folders]))
+    assert packed.returncode == 0, packed.stderr
+    note = packed.stderr.splitlines()[-1]
+    assert re.fullmatch(r"note: linked with this machine's C library: the FMUs need glibc 2\.\d+ or newer; for 2\.17, install "
+                        r"zig and cargo-zigbuild \(pip install ziglang cargo-zigbuild\)", note)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["MY_PUMP.fmu", "python3"]
+
+
+def test_a_folder_that_exists_is_not_touched(plcfmu, tmp_path):
+    folder = tmp_path / "valve"
+    folder.mkdir()
+    (folder / "notes.txt").write_text("mine", encoding="utf-8")
+    refused = plcfmu("new", "valve", cwd=tmp_path)
+    assert refused.returncode == 1
+    assert refused.stderr == "error: valve exists already: choose another name, or another folder with --path\n"
+    assert [path.name for path in folder.iterdir()] == ["notes.txt"]
+
+
+def test_a_folder_without_a_package_is_told_in_one_sentence(plcfmu, tmp_path):
+    refused = plcfmu("build", cwd=tmp_path)
+    assert refused.returncode == 1
+    assert refused.stderr.startswith("error: cargo cannot read the package of this folder: could not find `Cargo.toml` in ")
+    assert refused.stderr.count("\n") == 1

@@ -14,16 +14,49 @@
 //!
 //! The documentation of each block states its law, clause by clause, and where each rule comes from:
 //! *manual* (the vendor's published manual), *vendor* (later vendor texts on the same blocks or their sisters),
-//! *measured* (recorded at the terminals of a real block), *observed* (published descriptions of how the blocks behave),
-//! *decided* (by us, where all of these are silent).
+//! *measured* (recorded at the terminals of a real block), *observed* (published descriptions of how the blocks
+//! behave), *decided* (by us, where all of these are silent).
 
 mod abb;
-pub mod plant;
 mod siemens;
 pub mod table;
 
-pub use abb::Hlg;
-pub use siemens::{ContC, ContS, PulsCtr, Pulsegen};
 pub use table::{
     Block, Bool, Int, Kind, LReal, Law, Real, Response, Role, Row, Stored, Table, Time, Value, Word, low_word, rnd,
 };
+
+/// What is done with each block by [`for_each_block`].
+pub trait EachBlock {
+    /// Does it with one of them.
+    fn block<B: Block>(&mut self);
+}
+
+macro_rules! export {
+    ($($vendor:ident::$block:ident),* $(,)?) => {
+        $(pub use $vendor::$block;)*
+
+        /// Does something with every block of this crate, for example collects their tables:
+        ///
+        /// ```
+        /// use blocks::{Block, EachBlock, Table, for_each_block};
+        ///
+        /// struct Tables(Vec<&'static Table>);
+        ///
+        /// impl EachBlock for Tables {
+        ///     fn block<B: Block>(&mut self) {
+        ///         self.0.push(B::TABLE);
+        ///     }
+        /// }
+        ///
+        /// let mut tables = Tables(Vec::new());
+        /// for_each_block(&mut tables);
+        /// assert!(tables.0.iter().any(|table| table.name == "CONT_C"));
+        /// ```
+        pub fn for_each_block(what: &mut impl EachBlock) {
+            $(what.block::<$block>();)*
+        }
+    };
+}
+
+// Every block of this crate stands in this list.
+export!(siemens::ContC, siemens::ContS, siemens::Pulsegen, siemens::PulsCtr, abb::Hlg);

@@ -82,7 +82,7 @@ fn cont_s_makes_a_long_pulse_and_short_ones_and_takes_the_long_one_back() {
 }
 
 #[test]
-fn pulsegen_synchronizes_to_a_new_value_in_the_midst_of_a_period() {
+fn pulsegen_synchronizes_to_a_new_value_in_the_middle_of_a_period() {
     let shown = run::<Pulsegen>();
     let positive = "######..............######..............######....###############.....###############.....#####";
     assert_eq!(bits(&shown, "QPOS_P").trim_end_matches('.'), positive);

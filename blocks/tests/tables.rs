@@ -1,8 +1,20 @@
 //! What holds for the table of every block, and the layout of the instance data blocks in the manual.
 
-use blocks::{Block, ContC, ContS, Hlg, Kind, PulsCtr, Pulsegen, Role, Row, Table, Value};
+use blocks::{Block, ContC, ContS, EachBlock, Hlg, Kind, PulsCtr, Pulsegen, Role, Row, Table, Value, for_each_block};
 
-const TABLES: [&Table; 5] = [ContC::TABLE, ContS::TABLE, Pulsegen::TABLE, PulsCtr::TABLE, Hlg::TABLE];
+/// The tables of all blocks.
+fn tables() -> Vec<&'static Table> {
+    struct Tables(Vec<&'static Table>);
+    impl EachBlock for Tables {
+        fn block<B: Block>(&mut self) {
+            self.0.push(B::TABLE);
+        }
+    }
+    let mut tables = Tables(Vec::new());
+    for_each_block(&mut tables);
+    assert!(tables.0.len() >= 5);
+    tables.0
+}
 
 fn number(value: Value) -> f64 {
     match value {
@@ -17,7 +29,7 @@ fn number(value: Value) -> f64 {
 
 #[test]
 fn names_are_those_of_a_plc_and_occur_once() {
-    for table in TABLES {
+    for table in tables() {
         let mut names: Vec<_> = table.rows.iter().map(Row::full_name).collect();
         for name in &names {
             let allowed = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_' || c == '.';
@@ -31,7 +43,7 @@ fn names_are_those_of_a_plc_and_occur_once() {
 
 #[test]
 fn every_variable_has_a_description_of_one_line_without_a_full_stop() {
-    for table in TABLES {
+    for table in tables() {
         for row in table.rows {
             let text = row.description;
             assert!(!text.is_empty() && !text.contains('\n') && !text.ends_with('.'), "{}: {text}", row.full_name());
@@ -41,7 +53,7 @@ fn every_variable_has_a_description_of_one_line_without_a_full_stop() {
 
 #[test]
 fn start_values_lie_within_their_range() {
-    for table in TABLES {
+    for table in tables() {
         for row in table.rows {
             let start = number(row.start);
             assert!(row.min.is_none_or(|min| number(min) <= start), "{} of {}", row.full_name(), table.name);
@@ -52,7 +64,7 @@ fn start_values_lie_within_their_range() {
 
 #[test]
 fn outputs_and_locals_have_no_start_of_their_own_unless_they_are_wired() {
-    for table in TABLES {
+    for table in tables() {
         for row in table.rows {
             let is_own = !row.full_name().contains('.');
             if row.role == Role::Output || (is_own && row.role == Role::Local) {
@@ -64,7 +76,7 @@ fn outputs_and_locals_have_no_start_of_their_own_unless_they_are_wired() {
 
 #[test]
 fn the_time_between_two_calls_is_at_least_a_millisecond() {
-    for table in TABLES {
+    for table in tables() {
         let row = &table.rows[table.cycle];
         assert_eq!((row.kind, row.role, row.min.map(number)), (Kind::Time, Role::Cycle, Some(1.0)), "{}", table.name);
     }
@@ -93,7 +105,7 @@ fn the_signals_are_inputs_and_the_settings_parameters() {
 
 #[test]
 fn what_a_response_sets_and_shows_exists_and_is_set_in_time() {
-    for table in TABLES {
+    for table in tables() {
         let response = table.response;
         assert!(!response.title.is_empty() && !response.show.is_empty(), "{}", table.name);
         assert!((60..=200).contains(&response.calls), "{}", table.name);

@@ -1,46 +1,51 @@
 //! When is the block called: integer ticks of whole milliseconds.
 //!
-//! The block is called at `t_k = start + k * CYCLE`, k = 0, 1, 2, ..., as a cyclic interrupt would, whatever the
+//! The block is called at `t_k = start + k * CYCLE`, k = 0, 1, 2, ..., as by a cyclic interrupt, whatever the
 //! communication step: a step makes every call with `tc <= t_k < tc + h`.
 //!
-//! A host comes by `tc` in one of two ways, and each asks for the opposite:
+//! Hosts compute `tc` in one of two ways, which need opposite treatment:
 //!
-//! - It adds up: `tc` is the sum of the last step's `tc` and `h`, or of the start time and all `h` so far, to the last
-//!   bit. Such a time drifts by the rounding of every addition (0.01 s added a million times is 1.7e-7 s off), and a clock
-//!   that believed it would some day make two calls in one step. So the clock keeps a time of its own, a tick counter and
-//!   the offset from that tick, to which each step adds its `h`, and goes on from there as long as rounding can explain
-//!   what lies between the two.
-//! - It computes `tc` anew for every step, and `h` may be off: rounded to 32 bits, or written with a few decimals. A
-//!   clock that added up such an `h` would some day make a call a step early. So the clock goes on from `tc`.
+//! - A host that adds up: `tc` is, to the last bit, the sum of the last step's `tc` and `h`, or of the start time and all
+//!   `h` so far. Such a time drifts by the rounding of every addition (0.01 s added a million times is off by 1.7e-7 s), and
+//!   a clock that relied on it would eventually make two calls in one step. So the clock keeps a time of its own, a tick
+//!   counter and an offset from that tick, and adds each `h` to it, as long as rounding can explain the difference from
+//!   `tc`.
+//! - A host that computes `tc` anew for every step. Its `h` may be inexact: rounded to 32 bits, or written with a few
+//!   decimals. A clock that added up such an `h` would eventually make a call one step early. So the clock continues from
+//!   `tc`.
 //!
-//! Where the host is ahead, the clock follows it and makes the calls in between.
+//! If the host is ahead, the clock follows it and makes the calls in between.
 //!
-//! How far this goes: the rounding of a double grows with |t|, a CYCLE does not.
+//! Limits: the rounding of a double grows with |t|, a CYCLE does not.
 //!
-//! - Up to |t| / CYCLE = 2^47 (4 000 years at 1 ms) every call is made, once, in the step that holds it, if the host
-//!   computes its points anew. Beyond, where a double hardly tells one call from the next, a step is refused.
-//! - At most a quarter of a CYCLE counts as rounding. A host that adds up is followed where its sum is further off, and
-//!   one step makes a call more or less than the others. From 0 on that takes 6e7 steps of CYCLE or more; at |t| / CYCLE =
-//!   1e12 (1e9 s at 1 ms) 2 000 or more.
-//! - An `h` that is off by less than the rounding of `tc` cannot be told from the step of a host that adds up. A 32-bit
-//!   `h` is told from it up to |t| / CYCLE = 1e8.
+//! - Up to |t| / CYCLE = 2^47 (4 000 years at 1 ms), every call is made exactly once, in the step that holds it, if the
+//!   host computes its points anew. Beyond that, where a double hardly distinguishes one call from the next, a step is
+//!   refused.
+//! - Accumulated drift up to CYCLE / 4 is corrected; beyond that the clock follows the host, and one step makes a call more
+//!   or less than the others. From 0 on this takes at least 6e7 steps of CYCLE; at |t| / CYCLE = 1e12 (1e9 s at 1 ms) at
+//!   least 2 000.
+//! - An `h` whose error is below the rounding of `tc` cannot be told from the step of a host that adds up. For a 32-bit `h`
+//!   this begins at |t| / CYCLE = 1e8.
 
-use crate::instance::Refusal;
+use crate::refusal::Refusal;
 use blocks::{Stored, Time};
 
-/// Two times closer than this part of a CYCLE are one.
+/// Two times that differ by less than this fraction of a CYCLE are the same.
 const SAME: f64 = 1e-6;
 
-/// How far the time of a host that adds up may have drifted from the clock's, as a part of a CYCLE: no rounding is a reason
-/// to call at another time than the host says.
+/// How far the time of a host that adds up may drift from the clock's, as a fraction of a CYCLE. Beyond it the host is
+/// followed.
 const MOST_DRIFT: f64 = 0.25;
 
-/// How many roundings of a double, beyond the accumulated ones, may stand between two times that are meant to be one:
-/// that of start, of tc, of their difference and its conversion to milliseconds.
+/// How many roundings of a double, beyond the accumulated ones, may separate two times that are meant to be the same: that
+/// of start, of tc, of their difference and of its conversion to milliseconds.
 const ROUNDINGS: f64 = 4.0;
 
-/// A unit in the last place of 1 s, in milliseconds.
-const UNIT: f64 = f64::EPSILON * 1000.0;
+/// The resolution of a double at 1 s, in milliseconds.
+const RESOLUTION: f64 = f64::EPSILON * 1000.0;
+
+/// So many steps are known to be ordinary after one look.
+const ORDINARY_STEPS: i64 = 1000;
 
 /// No step makes more calls than this: a day at 1 ms is 86 million.
 const MOST_CALLS: f64 = 4_294_967_296.0;
@@ -54,19 +59,22 @@ pub struct Clock {
     stop: f64,
     /// Time between two calls: a whole number of milliseconds.
     cycle: f64,
-    /// The reciprocal of it, so that a step needs no division.
+    /// Its reciprocal, so that a step needs no division.
     per_cycle: f64,
     /// The same in seconds.
     period: f64,
     /// Up to this time, in seconds, a step of one CYCLE can neither reach the stop time nor be beyond what a double
     /// resolves.
     horizon: f64,
+    /// Below this tick, every step of one CYCLE from where the last one ended is an ordinary one.
+    ordinary_below: i64,
     /// The number k of the next call.
     next: i64,
     /// The present time is `tick * cycle + offset`.
     tick: i64,
     offset: f64,
-    /// Where the host said the last step ends, or the furthest of them, in seconds.
+    /// The end of the last step in seconds, as the host gave it; the furthest end if the last step began a little before
+    /// it.
     end: f64,
     /// The sum of all steps since the start, in seconds, as a host would add them up.
     since: f64,
@@ -77,8 +85,8 @@ pub struct Clock {
 pub struct Calls {
     /// How many.
     pub count: u64,
-    /// From the start of the step to the first of them, in seconds; negative where the host is ahead and calls are
-    /// made up for.
+    /// From the start of the step to the first of them, in seconds; negative if the host is ahead and the step makes up
+    /// for calls.
     pub lead: f64,
 }
 
@@ -92,6 +100,7 @@ impl Clock {
             per_cycle: 0.0,
             period: 0.0,
             horizon: 0.0,
+            ordinary_below: 0,
             next: 0,
             tick: 0,
             offset: 0.0,
@@ -105,7 +114,7 @@ impl Clock {
     fn with_constants(mut self) -> Clock {
         self.per_cycle = 1.0 / self.cycle;
         self.period = self.cycle / 1000.0;
-        let resolved = 0.1 * self.cycle / (ROUNDINGS * UNIT);
+        let resolved = 0.1 * self.cycle / (ROUNDINGS * RESOLUTION);
         self.horizon =
             if self.start.abs() < resolved { resolved.min(self.stop - 2.0 * self.period) } else { f64::NEG_INFINITY };
         self
@@ -124,33 +133,64 @@ impl Clock {
     /// Goes from `tc` to `tc + h` (seconds) and says which calls lie in between.
     ///
     /// # Errors
-    /// A sentence with the numbers, and the clock stays where it is, if `tc` or `h` is no time, `tc` lies behind the
-    /// last step's end, or `tc + h` behind the stop time, by more than rounding.
-    #[inline(always)]
+    /// `tc` or `h` is not a valid time; `tc` is before the end of the last step, or `tc + h` after the stop time, by more
+    /// than rounding. The clock stays where it is.
     pub fn advance(&mut self, tc: f64, h: f64) -> Result<Calls, Refusal> {
         if !self.is_ordinary(tc, h) {
             return self.check_and_advance(tc, h);
         }
-        self.tick += 1;
-        self.next += 1;
-        self.end = tc + h;
-        self.since += h;
+        self.ordinary_below = if self.stays_ordinary(tc) { self.tick + ORDINARY_STEPS } else { 0 };
+        self.advance_by_a_tick(tc, h);
         Ok(Calls { count: 1, lead: 0.0 })
     }
 
-    /// The ordinary step goes from where the last one ended, at a tick, to the next tick: nothing that `check_and_advance`
-    /// checks can fail then, and it would come to the same.
+    /// Goes from `tc` to `tc + h` if that is known to be an ordinary step, which holds one call, and says whether it is.
     #[inline(always)]
+    pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
+        // Bits are compared faster than numbers. Where 0 stands against -0, `advance` makes the step.
+        let is_ordinary = self.tick < self.ordinary_below
+            && tc.to_bits() == self.end.to_bits()
+            && h.to_bits() == self.period.to_bits();
+        if is_ordinary {
+            debug_assert!(self.is_ordinary(tc, h));
+            self.advance_by_a_tick(tc, h);
+        }
+        is_ordinary
+    }
+
+    #[inline(always)]
+    fn advance_by_a_tick(&mut self, tc: f64, h: f64) {
+        self.tick += 1;
+        self.next = self.tick;
+        self.end = tc + h;
+        self.since += h;
+    }
+
+    /// The ordinary step goes from where the last one ended, at a tick, to the next tick: nothing that `check_and_advance`
+    /// checks can fail then, and the result is the same.
     fn is_ordinary(&self, tc: f64, h: f64) -> bool {
         tc == self.end
             && h == self.period
             && self.offset == 0.0
             && self.next == self.tick
             && tc < self.horizon
-            && ((tc - self.start) * 1000.0 - self.tick as f64 * self.cycle).abs() < MOST_DRIFT * self.cycle
+            && self.drift(tc) < MOST_DRIFT * self.cycle
     }
 
-    #[inline(never)]
+    /// How far the host's time is from the clock's tick, in milliseconds.
+    fn drift(&self, tc: f64) -> f64 {
+        ((tc - self.start) * 1000.0 - self.tick as f64 * self.cycle).abs()
+    }
+
+    /// Whether, after an ordinary step from `tc` on, the next `ORDINARY_STEPS` steps of one CYCLE are ordinary too: they
+    /// end before the horizon, and the roundings of `end` cannot add up to the drift that is allowed.
+    fn stays_ordinary(&self, tc: f64) -> bool {
+        let steps = ORDINARY_STEPS as f64 + 1.0;
+        let last = tc + steps * self.period;
+        let rounding = ROUNDINGS * RESOLUTION * tc.abs().max(last.abs()).max(self.start.abs());
+        last < self.horizon && self.drift(tc) + steps * rounding < 0.9 * MOST_DRIFT * self.cycle
+    }
+
     fn check_and_advance(&mut self, tc: f64, h: f64) -> Result<Calls, Refusal> {
         let cycle = self.cycle;
         // Written so that NaN fails.
@@ -158,16 +198,16 @@ impl Clock {
             return Err(no_time(tc, h));
         }
         let magnitude = if tc.abs() > self.start.abs() { tc.abs() } else { self.start.abs() };
-        let same = SAME * cycle + ROUNDINGS * UNIT * magnitude;
+        let same = SAME * cycle + ROUNDINGS * RESOLUTION * magnitude;
         if same > 0.125 * cycle {
             return Err(no_resolution(tc, self.period));
         }
         if (self.end - tc) * 1000.0 > same {
-            return Err(behind(tc, self.end));
+            return Err(before_end(tc, self.end));
         }
 
         let adds_up = tc == self.end || tc == self.start + self.since;
-        let rounding = if adds_up { MOST_DRIFT * cycle } else { ROUNDINGS * UNIT * magnitude };
+        let rounding = if adds_up { MOST_DRIFT * cycle } else { ROUNDINGS * RESOLUTION * magnitude };
         let (mut tick, mut offset, mut since) = (self.tick, self.offset, self.since);
         let position = (tc - self.start) * 1000.0;
         if (position - (tick as f64 * cycle + offset)).abs() > rounding {
@@ -182,7 +222,7 @@ impl Clock {
             let beyond = present + step - (self.stop - self.start) * 1000.0;
             if beyond > 0.0 {
                 if beyond.min((tc + h - self.stop) * 1000.0) > same {
-                    return Err(behind_stop(tc, h, self.stop));
+                    return Err(after_stop(tc, h, self.stop));
                 }
                 step -= beyond;
             }
@@ -190,24 +230,25 @@ impl Clock {
 
         let first = self.next;
         let lead = first as f64 * cycle - present;
-        // A long step has a rounding of its own.
+        // A long step has rounding of its own.
         let tolerance = (same + ROUNDINGS * f64::EPSILON * step) * self.per_cycle;
         let cycles = (offset + step) * self.per_cycle;
         if cycles + (tick - first) as f64 > MOST_CALLS {
             return Err(too_many_calls(tc, h, self.end, self.period));
         }
         let passed = floor(cycles + tolerance);
+        self.ordinary_below = 0;
         self.tick = tick + passed;
         self.next = (tick + ceil(cycles - tolerance)).max(first);
         self.offset = offset + step - passed as f64 * cycle;
-        // The furthest that the host has been: by steps that begin within the tolerance before it, it does not get back.
+        // The furthest end: steps that each begin within the tolerance before it must not take the host back.
         self.end = if tc + h > self.end { tc + h } else { self.end };
         self.since = since + h;
         Ok(Calls { count: (self.next - first) as u64, lead: if lead.abs() > same { lead / 1000.0 } else { 0.0 } })
     }
 }
 
-// The sentences stand apart: a step that is not refused should not carry them along.
+// The messages stand in functions of their own, so that a step that is not refused does not carry their code along.
 
 #[cold]
 fn no_time(tc: f64, h: f64) -> Refusal {
@@ -221,25 +262,25 @@ fn no_time(tc: f64, h: f64) -> Refusal {
 #[cold]
 fn no_resolution(tc: f64, cycle: f64) -> Refusal {
     format!(
-        "currentCommunicationPoint = {tc:?}: there a double no longer tells one CYCLE of {cycle} s from the next; start \
-         nearer to 0"
+        "currentCommunicationPoint = {tc:?}: this far from 0, a double no longer distinguishes one CYCLE of {cycle} s from \
+         the next; start nearer to 0"
     )
     .into()
 }
 
 #[cold]
-fn behind(tc: f64, end: f64) -> Refusal {
+fn before_end(tc: f64, end: f64) -> Refusal {
     format!(
-        "currentCommunicationPoint = {tc:?} lies behind {end:?}, where the last step ended; to go back, restore an FMU \
+        "currentCommunicationPoint = {tc:?} is before {end:?}, where the last step ended; to go back, restore an FMU \
          state"
     )
     .into()
 }
 
 #[cold]
-fn behind_stop(tc: f64, h: f64, stop: f64) -> Refusal {
+fn after_stop(tc: f64, h: f64, stop: f64) -> Refusal {
     format!(
-        "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: the step ends behind stopTime = {stop:?}"
+        "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: the step ends after stopTime = {stop:?}"
     )
     .into()
 }
@@ -247,8 +288,8 @@ fn behind_stop(tc: f64, h: f64, stop: f64) -> Refusal {
 #[cold]
 fn too_many_calls(tc: f64, h: f64, end: f64, cycle: f64) -> Refusal {
     format!(
-        "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: from {end:?} on, at one call every {cycle} s, \
-         these are more than {MOST_CALLS} calls; make the step shorter"
+        "currentCommunicationPoint = {tc:?}, communicationStepSize = {h:?}: from {end:?} on, with one call every {cycle} s, \
+         this is more than {MOST_CALLS} calls; make the step shorter"
     )
     .into()
 }
@@ -285,6 +326,7 @@ impl Stored for Clock {
             per_cycle: 0.0,
             period: 0.0,
             horizon: 0.0,
+            ordinary_below: 0,
             next: Stored::read(bytes)?,
             tick: Stored::read(bytes)?,
             offset: Stored::read(bytes)?,
@@ -296,7 +338,7 @@ impl Stored for Clock {
 }
 
 impl Clock {
-    /// Whether steps can have led here. No other state may be restored: it could ask for calls without end.
+    /// Whether a sequence of steps can lead to this state. No other state may be restored: it could ask for endless calls.
     fn is_possible(&self) -> bool {
         const LAST_TICK: i64 = 1 << 53;
         (0.0..=f64::from(i32::MAX)).contains(&self.cycle)
@@ -463,7 +505,7 @@ mod tests {
         assert_eq!(calls(&mut clock, 3.0 - 0.9e-6, 1e-12), 0);
         assert_eq!(clock.end(), 3.0, "the furthest");
         let refusal = clock.advance(3.0 - 1.8e-6, 1e-12).unwrap_err();
-        assert!(refusal.reason().contains("2.9999982 lies behind 3.0"), "{}", refusal.reason());
+        assert!(refusal.reason().contains("2.9999982 is before 3.0"), "{}", refusal.reason());
     }
 
     #[test]
@@ -519,7 +561,7 @@ mod tests {
         assert!(ordinary(|clock| clock.end += 0.2) && ordinary(|clock| clock.end -= 0.2));
         assert!(!ordinary(|clock| clock.end += 0.25) && !ordinary(|clock| clock.end -= 0.25));
         // Where a double is coarse.
-        let resolved = 100.0 / (ROUNDINGS * UNIT);
+        let resolved = 100.0 / (ROUNDINGS * RESOLUTION);
         assert!(clock(resolved * 0.99, 1000).is_ordinary(resolved * 0.99, 1.0));
         assert!(!clock(resolved, 1000).is_ordinary(resolved, 1.0));
         assert!(!clock(-resolved, 1000).is_ordinary(-resolved, 1.0));
@@ -701,7 +743,7 @@ mod tests {
         assert_eq!(calls(&mut clock(1e11, 1), 1e11, 1.0), 1000);
         for (start, tc) in [(2e11, 2e11), (0.0, 2e11), (-2e11, 0.0)] {
             let refusal = clock(start, 1).advance(tc, 1.0).unwrap_err();
-            assert!(refusal.reason().contains("no longer tells"), "from {start} at {tc}: {}", refusal.reason());
+            assert!(refusal.reason().contains("no longer distinguishes"), "from {start} at {tc}: {}", refusal.reason());
         }
     }
 
@@ -752,15 +794,34 @@ mod tests {
 
     #[test]
     fn the_ordinary_step_comes_to_the_same_as_the_checked_one() {
-        for (start, stop, cycle) in
-            [(0.0, f64::INFINITY, 1), (1234.5, 1300.0, 10), (-1e5, f64::INFINITY, 100), (1e9, f64::INFINITY, 1)]
-        {
+        let mut known_before = 0;
+        for (start, stop, cycle) in [
+            (0.0, f64::INFINITY, 1),
+            (1234.5, 1300.0, 10),
+            (-1e5, f64::INFINITY, 100),
+            (1e9, f64::INFINITY, 1),
+            // Where roundings add up to the drift that is allowed, and beyond.
+            (1e8, f64::INFINITY, 1),
+            (-2e8, f64::INFINITY, 1),
+            (3e8, 3e8 + 4.0, 1),
+        ] {
             let mut ordinary = Clock::new(start, stop, Time::ms(cycle));
             let mut checked = ordinary.clone();
-            for _ in 0..5_000 {
+            for _ in 0..20_000 {
                 let (tc, h) = (ordinary.end, ordinary.period);
-                let same = ordinary.advance(tc, h).unwrap() == checked.check_and_advance(tc, h).unwrap();
-                assert!(same, "{start} {cycle} at {tc}");
+                let expected = checked.check_and_advance(tc, h);
+                let calls = if ordinary.make_ordinary_step(tc, h) {
+                    known_before += 1;
+                    Ok(Calls { count: 1, lead: 0.0 })
+                } else {
+                    ordinary.advance(tc, h)
+                };
+                let same = match (&calls, &expected) {
+                    (Ok(calls), Ok(expected)) => calls == expected,
+                    (Err(refusal), Err(expected)) => refusal.reason() == expected.reason(),
+                    _ => false,
+                };
+                assert!(same, "{start} {cycle} at {tc}: {calls:?} and {expected:?}");
             }
             let bytes = |clock: &Clock| {
                 let mut bytes = Vec::new();
@@ -769,5 +830,34 @@ mod tests {
             };
             assert_eq!(bytes(&ordinary), bytes(&checked), "{start} {cycle}");
         }
+        assert!(known_before > 50_000, "{known_before} steps of 140 000 were known to be ordinary");
+    }
+
+    #[test]
+    fn steps_are_known_to_be_ordinary_as_long_as_the_host_makes_no_other() {
+        let mut clock = clock(0.0, 1000);
+        assert!(!clock.make_ordinary_step(0.0, 1.0), "not before the first one");
+        calls(&mut clock, 0.0, 1.0);
+        assert!(clock.make_ordinary_step(1.0, 1.0));
+        assert!(!clock.make_ordinary_step(2.5, 1.0) && !clock.make_ordinary_step(2.0, 0.5));
+        assert_eq!(calls(&mut clock, 2.0, 2.0), 2);
+        assert!(!clock.make_ordinary_step(4.0, 1.0), "it has to be looked at again");
+        calls(&mut clock, 4.0, 1.0);
+        assert!(clock.make_ordinary_step(5.0, 1.0));
+    }
+
+    #[test]
+    fn no_step_is_known_to_be_ordinary_near_the_stop_time_or_where_roundings_may_add_up_to_the_drift() {
+        let known = |clock: Clock| {
+            let mut clock = clock;
+            let (tc, h) = (clock.end, clock.period);
+            calls(&mut clock, tc, h);
+            clock.ordinary_below > clock.tick
+        };
+        assert!(known(Clock::new(0.0, 1100.0, Time::ms(1000))));
+        assert!(!known(Clock::new(0.0, 1000.0, Time::ms(1000))));
+        // 1001 steps, 4 roundings each: 4004 * 2^-52 * t = 0.225 * CYCLE at t = 2.5e8 s for 1 ms.
+        assert!(known(clock(2e8, 1)) && known(clock(-2e8, 1)));
+        assert!(!known(clock(3e8, 1)) && !known(clock(-3e8, 1)));
     }
 }

@@ -1,9 +1,9 @@
-//! What is wrong, in one sentence.
+//! Errors: one sentence each.
 
 use std::borrow::Cow;
 use std::fmt;
 
-/// A table or a model description that is refused: one sentence with the place, the value and what would be right.
+/// Why a table or a model description is refused: one sentence with the place, the value and what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error(String);
 
@@ -21,7 +21,7 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// A text that fits into a sentence: the start of a long one.
+/// A text short enough for a message: a long one is cut after 60 characters.
 pub fn shortened(text: &str) -> Cow<'_, str> {
     const MOST: usize = 60;
     match text.char_indices().nth(MOST) {

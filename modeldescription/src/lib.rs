@@ -1,26 +1,21 @@
-//! The modelDescription.xml of an FMU after FMI 2.0: made from a block's table, written, read back and checked.
+//! From a block's table, as its library exports it, to the modelDescription.xml of an FMU, and back.
 //!
-//! ```text
-//! library --JSON--> Interface --ModelDescription::of--> ModelDescription --write--> XML
-//!                                                             ^                      |
-//!                                                             +--------- read -------+
-//! ```
-//!
-//! [`ModelDescription`] is plain data. [`write()`] makes XML of it, the same bytes each time; [`read()`] takes any model
-//! description of FMI 2.0, whatever tool made it, and refuses with one sentence what is damaged or hostile; [`check()`]
-//! finds what a schema does not.
+//! The library tells its block's [`Table`] without naming a version of FMI; what depends on the version is in a module
+//! of its own, [`v2`] for FMI 2.0.
 //!
 //! ```
-//! use modeldescription::{Interface, ModelDescription, check, read, write};
+//! use modeldescription::v2::{Interface, ModelDescription, check, read, write};
 //!
 //! let json = r#"{
-//!     "name": "COUNTER", "docs": "Counts its calls.", "guid": "{0}", "cycle": 0,
-//!     "variables": [
-//!         {"name": "CYCLE", "description": "Time between two calls", "kind": "Time", "role": "Cycle",
-//!          "start": 0.1, "min": 0.001, "max": null, "unit": null},
-//!         {"name": "COUNT", "description": "Calls so far", "kind": "Int", "role": "Output",
-//!          "start": 0.0, "min": null, "max": null, "unit": null}],
-//!     "response": {"title": "Ten calls", "calls": 10, "set": [], "show": ["COUNT"]}
+//!     "table": {"name": "COUNTER", "docs": "Counts its calls.", "cycle": 0, "mean": null,
+//!         "variables": [
+//!             {"name": "CYCLE", "description": "Time between two calls", "kind": "TIME", "role": "cycle",
+//!              "start": 0.1, "min": 0.001, "max": null, "unit": null},
+//!             {"name": "COUNT", "description": "Calls so far", "kind": "INT", "role": "output",
+//!              "start": 0.0, "min": null, "max": null, "unit": null}],
+//!         "response": {"title": "Ten calls", "calls": 10, "set": [], "show": ["COUNT"]}},
+//!     "interface": {"version": "2.0", "guid": "{0}", "capabilities": {"canGetAndSetFMUstate": true},
+//!         "log_categories": [{"name": "logStatusError", "description": "Calls that were refused"}]}
 //! }"#;
 //! let description = ModelDescription::of(&Interface::parse(json)?)?;
 //! assert_eq!(check(&description), Vec::<String>::new());
@@ -28,21 +23,12 @@
 //! # Ok::<(), modeldescription::Error>(())
 //! ```
 //!
-//! The crate knows FMI and XML, and no block. It reads and writes memory only.
+//! The crate names no block, and reads and writes memory only.
 
-mod check;
-mod description;
 mod error;
-pub mod interface;
-mod lexical;
-mod mapping;
-mod read;
+mod table;
 pub mod units;
-mod write;
+pub mod v2;
 
-pub use check::{MOST_FINDINGS, check};
-pub use description::*;
 pub use error::{Error, shortened};
-pub use interface::Interface;
-pub use read::{Limits, read, read_within};
-pub use write::write;
+pub use table::{Response, Row, Table};

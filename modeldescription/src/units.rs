@@ -1,37 +1,57 @@
-//! The units that a block's table may name, and what they are in SI units.
+//! The physical units that a block's table may name, and their definitions in SI units.
 
-use crate::description::{BaseUnit, DisplayUnit, Unit};
+/// A unit in SI units: a value in SI base units is `factor` * value + `offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(non_snake_case)] // A is the ampere, K the kelvin
+pub struct Definition {
+    /// Exponent of the kilogram.
+    pub kg: i32,
+    /// Exponent of the metre.
+    pub m: i32,
+    /// Exponent of the second.
+    pub s: i32,
+    /// Exponent of the ampere.
+    pub A: i32,
+    /// Exponent of the kelvin.
+    pub K: i32,
+    /// Exponent of the radian.
+    pub rad: i32,
+    /// Multiplied with a value.
+    pub factor: f64,
+    /// Added to the product.
+    pub offset: f64,
+}
 
-/// No unit at all, as the start of a definition.
-const NONE: BaseUnit = BaseUnit { kg: 0, m: 0, s: 0, A: 0, K: 0, mol: 0, cd: 0, rad: 0, factor: 1.0, offset: 0.0 };
+/// The number 1, from which the other definitions start.
+const NONE: Definition = Definition { kg: 0, m: 0, s: 0, A: 0, K: 0, rad: 0, factor: 1.0, offset: 0.0 };
 
-const SECOND: BaseUnit = BaseUnit { s: 1, ..NONE };
-const METRE: BaseUnit = BaseUnit { m: 1, ..NONE };
-const SQUARE_METRE: BaseUnit = BaseUnit { m: 2, ..NONE };
-const CUBIC_METRE: BaseUnit = BaseUnit { m: 3, ..NONE };
-const CUBIC_METRE_PER_SECOND: BaseUnit = BaseUnit { m: 3, s: -1, ..NONE };
-const METRE_PER_SECOND: BaseUnit = BaseUnit { m: 1, s: -1, ..NONE };
-const KILOGRAM: BaseUnit = BaseUnit { kg: 1, ..NONE };
-const KILOGRAM_PER_SECOND: BaseUnit = BaseUnit { kg: 1, s: -1, ..NONE };
-const KELVIN: BaseUnit = BaseUnit { K: 1, ..NONE };
-const KELVIN_PER_SECOND: BaseUnit = BaseUnit { K: 1, s: -1, ..NONE };
-const PASCAL: BaseUnit = BaseUnit { kg: 1, m: -1, s: -2, ..NONE };
-const NEWTON: BaseUnit = BaseUnit { kg: 1, m: 1, s: -2, ..NONE };
-const JOULE: BaseUnit = BaseUnit { kg: 1, m: 2, s: -2, ..NONE };
-const WATT: BaseUnit = BaseUnit { kg: 1, m: 2, s: -3, ..NONE };
-const AMPERE: BaseUnit = BaseUnit { A: 1, ..NONE };
-const VOLT: BaseUnit = BaseUnit { kg: 1, m: 2, s: -3, A: -1, ..NONE };
-const OHM: BaseUnit = BaseUnit { kg: 1, m: 2, s: -3, A: -2, ..NONE };
-const RADIAN: BaseUnit = BaseUnit { rad: 1, ..NONE };
-const RADIAN_PER_SECOND: BaseUnit = BaseUnit { rad: 1, s: -1, ..NONE };
-const PER_SECOND: BaseUnit = BaseUnit { s: -1, ..NONE };
+const SECOND: Definition = Definition { s: 1, ..NONE };
+const METRE: Definition = Definition { m: 1, ..NONE };
+const SQUARE_METRE: Definition = Definition { m: 2, ..NONE };
+const CUBIC_METRE: Definition = Definition { m: 3, ..NONE };
+const CUBIC_METRE_PER_SECOND: Definition = Definition { m: 3, s: -1, ..NONE };
+const METRE_PER_SECOND: Definition = Definition { m: 1, s: -1, ..NONE };
+const KILOGRAM: Definition = Definition { kg: 1, ..NONE };
+const KILOGRAM_PER_SECOND: Definition = Definition { kg: 1, s: -1, ..NONE };
+const KELVIN: Definition = Definition { K: 1, ..NONE };
+const KELVIN_PER_SECOND: Definition = Definition { K: 1, s: -1, ..NONE };
+const PASCAL: Definition = Definition { kg: 1, m: -1, s: -2, ..NONE };
+const NEWTON: Definition = Definition { kg: 1, m: 1, s: -2, ..NONE };
+const JOULE: Definition = Definition { kg: 1, m: 2, s: -2, ..NONE };
+const WATT: Definition = Definition { kg: 1, m: 2, s: -3, ..NONE };
+const AMPERE: Definition = Definition { A: 1, ..NONE };
+const VOLT: Definition = Definition { kg: 1, m: 2, s: -3, A: -1, ..NONE };
+const OHM: Definition = Definition { kg: 1, m: 2, s: -3, A: -2, ..NONE };
+const RADIAN: Definition = Definition { rad: 1, ..NONE };
+const RADIAN_PER_SECOND: Definition = Definition { rad: 1, s: -1, ..NONE };
+const PER_SECOND: Definition = Definition { s: -1, ..NONE };
 
-const fn times(base: BaseUnit, factor: f64) -> BaseUnit {
-    BaseUnit { factor, ..base }
+const fn times(base: Definition, factor: f64) -> Definition {
+    Definition { factor, ..base }
 }
 
 /// The units by name.
-const UNITS: &[(&str, BaseUnit)] = &[
+const UNITS: &[(&str, Definition)] = &[
     ("1", NONE),
     ("%", times(NONE, 0.01)),
     ("%/s", times(PER_SECOND, 0.01)),
@@ -45,7 +65,7 @@ const UNITS: &[(&str, BaseUnit)] = &[
     ("mm", times(METRE, 0.001)),
     ("cm", times(METRE, 0.01)),
     ("m/s", METRE_PER_SECOND),
-    ("m/s2", BaseUnit { m: 1, s: -2, ..NONE }),
+    ("m/s2", Definition { m: 1, s: -2, ..NONE }),
     ("m2", SQUARE_METRE),
     ("cm2", times(SQUARE_METRE, 0.0001)),
     ("mm2", times(SQUARE_METRE, 0.000_001)),
@@ -58,10 +78,10 @@ const UNITS: &[(&str, BaseUnit)] = &[
     ("kg", KILOGRAM),
     ("kg/s", KILOGRAM_PER_SECOND),
     ("kg/h", times(KILOGRAM_PER_SECOND, 1.0 / 3600.0)),
-    ("kg/m3", BaseUnit { kg: 1, m: -3, ..NONE }),
-    ("kg.m2", BaseUnit { kg: 1, m: 2, ..NONE }),
+    ("kg/m3", Definition { kg: 1, m: -3, ..NONE }),
+    ("kg.m2", Definition { kg: 1, m: 2, ..NONE }),
     ("K", KELVIN),
-    ("degC", BaseUnit { K: 1, offset: 273.15, ..NONE }),
+    ("degC", Definition { K: 1, offset: 273.15, ..NONE }),
     ("K/s", KELVIN_PER_SECOND),
     ("K/min", times(KELVIN_PER_SECOND, 1.0 / 60.0)),
     ("Pa", PASCAL),
@@ -75,10 +95,10 @@ const UNITS: &[(&str, BaseUnit)] = &[
     ("kW.h", times(JOULE, 3_600_000.0)),
     ("W", WATT),
     ("kW", times(WATT, 1000.0)),
-    ("J/K", BaseUnit { K: -1, ..JOULE }),
-    ("W/K", BaseUnit { K: -1, ..WATT }),
-    ("J/(kg.K)", BaseUnit { m: 2, s: -2, K: -1, ..NONE }),
-    ("W/(m2.K)", BaseUnit { kg: 1, s: -3, K: -1, ..NONE }),
+    ("J/K", Definition { K: -1, ..JOULE }),
+    ("W/K", Definition { K: -1, ..WATT }),
+    ("J/(kg.K)", Definition { m: 2, s: -2, K: -1, ..NONE }),
+    ("W/(m2.K)", Definition { kg: 1, s: -3, K: -1, ..NONE }),
     ("A", AMPERE),
     ("mA", times(AMPERE, 0.001)),
     ("V", VOLT),
@@ -87,7 +107,7 @@ const UNITS: &[(&str, BaseUnit)] = &[
     ("rad", RADIAN),
     ("deg", times(RADIAN, std::f64::consts::PI / 180.0)),
     ("rad/s", RADIAN_PER_SECOND),
-    ("rad/s2", BaseUnit { rad: 1, s: -2, ..NONE }),
+    ("rad/s2", Definition { rad: 1, s: -2, ..NONE }),
     ("rpm", times(RADIAN_PER_SECOND, std::f64::consts::PI / 30.0)),
 ];
 
@@ -96,14 +116,9 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     UNITS.iter().map(|(name, _)| *name)
 }
 
-/// The definition of the unit of this name. The second is shown in milliseconds where a variable asks for it.
-pub fn definition(name: &str) -> Option<Unit> {
-    let (name, base_unit) = UNITS.iter().find(|(known, _)| *known == name)?;
-    let display_units = match *name {
-        "s" => vec![DisplayUnit { name: "ms".into(), factor: 1000.0, offset: 0.0 }],
-        _ => Vec::new(),
-    };
-    Some(Unit { name: (*name).into(), base_unit: Some(*base_unit), display_units })
+/// The definition of the unit of this name.
+pub fn definition(name: &str) -> Option<Definition> {
+    UNITS.iter().find(|(known, _)| *known == name).map(|(_, definition)| *definition)
 }
 
 #[cfg(test)]
@@ -112,13 +127,13 @@ mod tests {
 
     /// A value in a unit as a value in SI base units.
     fn in_si(value: f64, unit: &str) -> f64 {
-        let base = definition(unit).unwrap().base_unit.unwrap();
+        let base = definition(unit).unwrap();
         base.factor * value + base.offset
     }
 
-    fn exponents(unit: &str) -> [i32; 8] {
-        let base = definition(unit).unwrap().base_unit.unwrap();
-        [base.kg, base.m, base.s, base.A, base.K, base.mol, base.cd, base.rad]
+    fn exponents(unit: &str) -> [i32; 6] {
+        let base = definition(unit).unwrap();
+        [base.kg, base.m, base.s, base.A, base.K, base.rad]
     }
 
     #[test]
@@ -166,19 +181,19 @@ mod tests {
 
     #[test]
     fn every_unit_is_the_product_that_physics_says() {
-        // kg, m, s, A, K, mol, cd, rad
-        let product = |a: [i32; 8], b: [i32; 8], sign: i32| std::array::from_fn::<i32, 8, _>(|i| a[i] + sign * b[i]);
+        // kg, m, s, A, K, rad
+        let product = |a: [i32; 6], b: [i32; 6], sign: i32| std::array::from_fn::<i32, 6, _>(|i| a[i] + sign * b[i]);
         let times = |a, b| product(exponents(a), exponents(b), 1);
         let per = |a, b| product(exponents(a), exponents(b), -1);
         for (unit, expected) in [
-            ("1", [0; 8]),
-            ("%", [0; 8]),
-            ("s", [0, 0, 1, 0, 0, 0, 0, 0]),
-            ("m", [0, 1, 0, 0, 0, 0, 0, 0]),
-            ("kg", [1, 0, 0, 0, 0, 0, 0, 0]),
-            ("A", [0, 0, 0, 1, 0, 0, 0, 0]),
-            ("K", [0, 0, 0, 0, 1, 0, 0, 0]),
-            ("rad", [0, 0, 0, 0, 0, 0, 0, 1]),
+            ("1", [0; 6]),
+            ("%", [0; 6]),
+            ("s", [0, 0, 1, 0, 0, 0]),
+            ("m", [0, 1, 0, 0, 0, 0]),
+            ("kg", [1, 0, 0, 0, 0, 0]),
+            ("A", [0, 0, 0, 1, 0, 0]),
+            ("K", [0, 0, 0, 0, 1, 0]),
+            ("rad", [0, 0, 0, 0, 0, 1]),
             ("ms", exponents("s")),
             ("min", exponents("s")),
             ("h", exponents("s")),
@@ -238,11 +253,5 @@ mod tests {
         for (i, name) in names().enumerate() {
             assert_eq!(names().position(|other| other == name), Some(i), "{name}");
         }
-    }
-
-    #[test]
-    fn a_second_is_shown_as_1000_milliseconds() {
-        let second = definition("s").unwrap();
-        assert_eq!(second.display_units, [DisplayUnit { name: "ms".into(), factor: 1000.0, offset: 0.0 }]);
     }
 }

@@ -1,36 +1,41 @@
 //! Running other programs.
 
-use std::io::ErrorKind;
+use anyhow::{Error, Result, anyhow, bail};
+use std::io::{self, ErrorKind};
 use std::process::{Command, Stdio};
 
 /// Runs a program that talks to the user itself.
 ///
 /// # Errors
-/// It is not there, or ends with another status than 0.
-pub fn run(command: &mut Command) -> Result<(), String> {
+/// It cannot be started, or ends with another status than 0.
+pub fn run(command: &mut Command) -> Result<()> {
     let status = command.status().map_err(|error| not_started(command, &error))?;
-    if status.success() { Ok(()) } else { Err(format!("{} ended with {status}", shown(command))) }
+    if !status.success() {
+        bail!("{} ended with {status}", shown(command));
+    }
+    Ok(())
 }
 
-/// Runs a program silently and gives what it writes to standard output.
+/// Runs a program silently and returns what it writes to standard output.
 ///
 /// # Errors
 /// As [`run`], with what the program wrote.
-pub fn output(command: &mut Command) -> Result<String, String> {
+pub fn output(command: &mut Command) -> Result<String> {
     let output = command.stdin(Stdio::null()).output().map_err(|error| not_started(command, &error))?;
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     if !output.status.success() {
         let said = format!("{text}{}", String::from_utf8_lossy(&output.stderr));
-        return Err(format!("{} ended with {}:\n{}", shown(command), output.status, said.trim()));
+        bail!("{} ended with {}:\n{}", shown(command), output.status, said.trim());
     }
     Ok(text)
 }
 
-fn not_started(command: &Command, error: &std::io::Error) -> String {
+/// Why a program was not started, and what to do.
+pub fn not_started(command: &Command, error: &io::Error) -> Error {
     let program = command.get_program().to_string_lossy();
     match error.kind() {
-        ErrorKind::NotFound => format!("{program} is not there: install it, or put it on PATH"),
-        _ => format!("{program} cannot be started: {error}"),
+        ErrorKind::NotFound => anyhow!("{program} was not found: install it, or add its folder to PATH"),
+        _ => anyhow!("{program} cannot be started: {error}"),
     }
 }
 

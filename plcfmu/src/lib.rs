@@ -1,8 +1,17 @@
 //! Makes, checks, shows and runs FMUs: the library behind the command `plcfmu`.
+//!
+//! Without the feature `command`, which is on by default, only [`package`] is there, to read and write FMU files.
 
+#[cfg(feature = "command")]
 pub mod build;
+#[cfg(feature = "command")]
 pub mod command;
+#[cfg(feature = "command")]
+pub mod commands;
+#[cfg(feature = "command")]
 pub mod host;
 pub mod package;
+#[cfg(feature = "command")]
 pub mod page;
+#[cfg(feature = "command")]
 pub mod progress;

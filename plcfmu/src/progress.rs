@@ -1,4 +1,4 @@
-//! Progress on a terminal. Where standard error is none, only the lines that stay are written.
+//! Progress on standard error, if it is a terminal. Elsewhere only the lines that stay are written.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, stderr};
@@ -24,8 +24,17 @@ impl Progress {
 
     /// For `length` pieces of work.
     pub fn bar(length: usize) -> Progress {
+        Progress::styled(length, "{bar:30} {pos}/{len} {msg}")
+    }
+
+    /// For `length` steps, with the time that is left.
+    pub fn steps(length: usize) -> Progress {
+        Progress::styled(length, "{bar:30} {percent:>3} %  {pos}/{len} steps, {eta} left")
+    }
+
+    fn styled(length: usize, template: &str) -> Progress {
         let bar = ProgressBar::new(length as u64);
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}") {
+        if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }
         Progress { bar }
@@ -40,6 +49,11 @@ impl Progress {
     /// A piece of work is done.
     pub fn done(&self) {
         self.bar.inc(1);
+    }
+
+    /// So many pieces of work are done.
+    pub fn set(&self, done: usize) {
+        self.bar.set_position(done as u64);
     }
 
     /// Writes a line that stays, above the bar.

@@ -1,5 +1,8 @@
-//! What the FMI interface costs: one control cycle (set two inputs, doStep, get one output) of CONT_C through the C
-//! functions of its library, beside the bare call of the block, measured in turns in the same run.
+//! What the FMI interface costs: one control cycle of CONT_C in automatic mode with PI action (set two inputs, doStep, get
+//! one output) through the C functions of its library, as it is packed.
+//!
+//! Measured in turns in the same run: the *floor*, which is the same law behind the same C functions without any check
+//! (tests/units/floor), and the bare call of the block.
 //!
 //! `cargo bench --package tests`; `PLCFMU_BENCH_MEASUREMENTS` is the number of measurements of which the median is taken.
 
@@ -7,23 +10,82 @@
 #![allow(unsafe_code)]
 
 use blocks::{ContC, Law};
-use fmu::ffi;
-use fmu::interface::Guid;
-use std::ffi::CString;
+use fmu::v2::ffi;
+use fmu::v2::interface::Guid;
+use libloading::Library;
+use std::ffi::{CString, c_int, c_void};
 use std::hint::black_box;
 use std::ptr;
 use std::time::Instant;
-use tests::{Counting, Instance, Log, Random, fmu_of, logging_callbacks, setting};
+use tests::{Counting, Fmu, Instance, Log, Random, fmu_of, logging_callbacks, plain_library, setting};
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
 /// Cycles in one measurement.
-const CYCLES: usize = 20_000;
+const CYCLES: usize = 5_000;
 
-/// A PID controller in automatic mode.
-fn controller() -> ContC {
-    ContC { man_on: false, d_sel: true, lmn_llm: -100.0, ..ContC::default() }
+type Component = *mut c_void;
+
+/// The three functions of a control cycle, and what they are called with.
+#[derive(Clone, Copy)]
+struct Functions {
+    component: Component,
+    set_real: unsafe extern "C" fn(Component, *const u32, usize, *const f64) -> c_int,
+    do_step: unsafe extern "C" fn(Component, f64, f64, c_int) -> c_int,
+    get_real: unsafe extern "C" fn(Component, *const u32, usize, *mut f64) -> c_int,
+}
+
+/// A controller in a library, driven by a host that makes one step of CYCLE = 1 s after the other.
+struct Driven<'a> {
+    functions: Functions,
+    inputs: [u32; 2],
+    output: u32,
+    signals: &'a [[f64; 2]],
+    step: u64,
+}
+
+impl Driven<'_> {
+    fn set(&self, k: usize) -> c_int {
+        let values = &self.signals[k % self.signals.len()];
+        // SAFETY: a living component; arrays as long as counted.
+        unsafe { (self.functions.set_real)(self.functions.component, self.inputs.as_ptr(), 2, values.as_ptr()) }
+    }
+
+    fn do_step(&mut self) -> c_int {
+        let tc = self.step as f64;
+        self.step += 1;
+        // SAFETY: a living component.
+        unsafe { (self.functions.do_step)(self.functions.component, tc, 1.0, 1) }
+    }
+
+    fn get(&self, lmn: &mut f64) -> c_int {
+        // SAFETY: a living component; arrays as long as counted.
+        unsafe { (self.functions.get_real)(self.functions.component, &raw const self.output, 1, lmn) }
+    }
+
+    /// Whole control cycles; the last output.
+    fn cycles(&mut self) -> f64 {
+        let mut lmn = 0.0;
+        for k in 0..CYCLES {
+            let status = self.set(k) | self.do_step() | self.get(&mut lmn);
+            assert!(status == 0);
+            black_box(lmn);
+        }
+        lmn
+    }
+
+    /// Nanoseconds for one call of each function alone, and for the whole cycle.
+    fn measure(&mut self) -> [f64; 4] {
+        let mut lmn = 0.0;
+        let set = time(CYCLES, || (0..CYCLES).for_each(|k| assert!(self.set(k) == 0)));
+        let step = time(CYCLES, || (0..CYCLES).for_each(|_| assert!(self.do_step() == 0)));
+        let get = time(CYCLES, || (0..CYCLES).for_each(|_| assert!(black_box(self.get(&mut lmn)) == 0)));
+        let cycle = time(CYCLES, || {
+            self.cycles();
+        });
+        [set, step, get, cycle]
+    }
 }
 
 /// Nanoseconds for one of `count`.
@@ -60,63 +122,28 @@ fn bytes_of_an_instance() -> isize {
     }
 }
 
-fn main() {
-    let fmu = fmu_of("cont_c");
-    let instance = Instance::new(fmu);
-    for (name, value) in [("MAN_ON", 0.0), ("D_SEL", 1.0), ("LMN_LLM", -100.0)] {
-        instance.set(name, value);
+/// The floor's functions with an instance of it, freed by the function that comes with them.
+fn floor(library: &Library) -> (Functions, unsafe extern "C" fn(Component)) {
+    let missing = |error| panic!("the floor: {error}");
+    // SAFETY: the package `floor` gives these symbols these types.
+    unsafe {
+        let instantiate =
+            library.get::<unsafe extern "C" fn() -> Component>("floor_instantiate").unwrap_or_else(missing);
+        let functions = Functions {
+            component: instantiate(),
+            set_real: *library.get("floor_set_real").unwrap_or_else(|error| panic!("the floor: {error}")),
+            do_step: *library.get("floor_do_step").unwrap_or_else(|error| panic!("the floor: {error}")),
+            get_real: *library.get("floor_get_real").unwrap_or_else(|error| panic!("the floor: {error}")),
+        };
+        (functions, *library.get("floor_free").unwrap_or_else(|error| panic!("the floor: {error}")))
     }
-    instance.initialize(0.0, None);
-    let mut block = controller();
-    block.restart();
+}
 
-    // A slow wave with some noise, small enough that no limit is reached: the signals of a loop at work.
-    let mut random = Random::new(1);
-    let wave = |k: u32| (f64::from(k) * std::f64::consts::TAU / 1024.0).sin();
-    let signals: Vec<[f64; 2]> = (0..1024)
-        .map(|k| [1.0, 1.0 - 2.0 * wave(k) + random.between(-0.05, 0.05)].map(|signal| f64::from(signal as f32)))
-        .collect();
-    let reals: Vec<[f32; 2]> = signals.iter().map(|pair| pair.map(|signal| signal as f32)).collect();
-    let inputs = [fmu.reference("SP_INT"), fmu.reference("PV_IN")];
-    let output = fmu.reference("LMN");
-    let (library, component) = (&fmu.library, instance.component);
-
-    let (mut step, mut lmn) = (0u64, 0.0);
-    let mut interface = || {
-        for k in 0..CYCLES {
-            let values = &signals[k % signals.len()];
-            // SAFETY: a living component; arrays as long as counted.
-            let status = unsafe {
-                (library.set_real)(component, inputs.as_ptr(), 2, values.as_ptr())
-                    | (library.do_step)(component, step as f64, 1.0, 1)
-                    | (library.get_real)(component, &raw const output, 1, &raw mut lmn)
-            };
-            assert!(status == 0);
-            step += 1;
-            black_box(lmn);
-        }
-        lmn
-    };
-    let mut bare = || {
-        for k in 0..CYCLES {
-            [block.sp_int, block.pv_in] = reals[k % reals.len()];
-            black_box(&mut block).call();
-            black_box(block.lmn);
-        }
-        f64::from(block.lmn)
-    };
-
-    let (mut through_interface, mut alone) = (Vec::new(), Vec::new());
-    let measurements = setting("PLCFMU_BENCH_MEASUREMENTS", 301);
-    for _ in 0..measurements {
-        let (mut with, mut without) = (0.0, 0.0);
-        through_interface.push(time(CYCLES, || with = interface()));
-        alone.push(time(CYCLES, || without = bare()));
-        assert!(with.to_bits() == without.to_bits(), "both compute the same: {with:?} and {without:?}");
-    }
-
+/// Nanoseconds to instantiate and free once.
+fn life(fmu: &Fmu, measurements: u64) -> Measured {
     let log = Log::default();
     let callbacks = logging_callbacks(&log);
+    let library = &fmu.library;
     let lives = (0..measurements).map(|_| {
         time(1000, || {
             for _ in 0..1000 {
@@ -129,18 +156,85 @@ fn main() {
             }
         })
     });
-    let life = summary(lives.collect());
+    summary(lives.collect())
+}
 
-    let (through_interface, alone) = (summary(through_interface), summary(alone));
-    println!("one cycle of CONT_C: set 2 inputs, doStep, get 1 output; {measurements} measurements of {CYCLES} cycles");
-    println!("                              median   fastest");
-    let row = |name: &str, measured: &Measured| {
-        println!("{name:26}{:7.2} ns{:7.2} ns", measured.median, measured.fastest);
+fn main() {
+    let fmu = fmu_of("cont_c");
+    let instance = Instance::new(fmu);
+    for (name, value) in [("MAN_ON", 0.0), ("LMN_LLM", -100.0)] {
+        instance.set(name, value);
+    }
+    instance.initialize(0.0, None);
+    let mut block = ContC { man_on: false, lmn_llm: -100.0, ..ContC::default() };
+    block.restart();
+    // SAFETY: a library of ours, whose initializers are those of Rust's standard library.
+    let floor_library = unsafe { Library::new(plain_library("floor")) }.unwrap_or_else(|error| panic!("{error}"));
+    let (floor, free_floor) = floor(&floor_library);
+
+    // A slow wave with some noise, small enough that no limit is reached: the signals of a loop at work.
+    let mut random = Random::new(1);
+    let wave = |k: u32| (f64::from(k) * std::f64::consts::TAU / 1024.0).sin();
+    let signals: Vec<[f64; 2]> = (0..1024)
+        .map(|k| [1.0, 1.0 - 2.0 * wave(k) + random.between(-0.05, 0.05)].map(|signal| f64::from(signal as f32)))
+        .collect();
+    let reals: Vec<[f32; 2]> = signals.iter().map(|pair| pair.map(|signal| signal as f32)).collect();
+    let library = &fmu.library;
+    let ours = Functions {
+        component: instance.component,
+        set_real: library.set_real,
+        do_step: library.do_step,
+        get_real: library.get_real,
     };
-    row("through the C interface", &through_interface);
-    row("bare call of the block", &alone);
-    let (median, fastest) = (through_interface.median / alone.median, through_interface.fastest / alone.fastest);
-    println!("{:26}{median:7.2}   {fastest:7.2}", "ratio");
-    row("instantiate and free", &life);
-    println!("{:26}{:4} bytes", "heap of an instance", bytes_of_an_instance());
+    let inputs = [fmu.reference("SP_INT"), fmu.reference("PV_IN")];
+    let output = fmu.reference("LMN");
+    let [mut ours, mut floor] =
+        [ours, floor].map(|functions| Driven { functions, inputs, output, signals: &signals, step: 0 });
+    let mut bare = || {
+        for k in 0..CYCLES {
+            [block.sp_int, block.pv_in] = reals[k % reals.len()];
+            black_box(&mut block).call();
+            black_box(block.lmn);
+        }
+        f64::from(block.lmn)
+    };
+
+    let same = [ours.cycles(), floor.cycles(), bare()].map(f64::to_bits);
+    assert!(same == [same[0]; 3], "all three compute the same: {same:x?}");
+
+    let measurements = setting("PLCFMU_BENCH_MEASUREMENTS", 1001);
+    let (mut with, mut without, mut alone) = (Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..measurements {
+        with.push(ours.measure());
+        without.push(floor.measure());
+        alone.push(time(CYCLES, || {
+            bare();
+        }));
+    }
+    // SAFETY: a living instance, not used again.
+    unsafe { free_floor(floor.functions.component) };
+
+    println!("one cycle of CONT_C: set 2 inputs, doStep, get 1 output; {measurements} measurements of {CYCLES} cycles");
+    println!("                              median             fastest");
+    println!("                       FMU   floor  ratio    FMU   floor  ratio");
+    for (part, name) in ["set 2 inputs", "doStep", "get 1 output", "one cycle"].into_iter().enumerate() {
+        let of = |measured: &[[f64; 4]]| summary(measured.iter().map(|parts| parts[part]).collect());
+        let (ours, floor) = (of(&with), of(&without));
+        let ratios = with.iter().zip(&without).map(|(ours, floor)| ours[part] / floor[part]).collect();
+        println!(
+            "{name:18}{:6.2}ns{:6.2}ns{:6.2} {:6.2}ns{:6.2}ns{:6.2}",
+            ours.median,
+            floor.median,
+            summary(ratios).median,
+            ours.fastest,
+            floor.fastest,
+            ours.fastest / floor.fastest
+        );
+    }
+    let row = |name: &str, measured: &Measured| {
+        println!("{name:24}{:7.2} ns{:17.2} ns", measured.median, measured.fastest);
+    };
+    row("bare call of the block", &summary(alone));
+    row("instantiate and free", &life(fmu, measurements.min(301)));
+    println!("{:24}{:4} bytes", "heap of an instance", bytes_of_an_instance());
 }

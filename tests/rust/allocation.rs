@@ -6,11 +6,11 @@
 // A host calls C functions.
 #![allow(unsafe_code)]
 
-use blocks::{Block, ContC, ContS, Hlg, Law, PulsCtr, Pulsegen, Role};
-use fmu::ffi::{self, Pointer};
-use fmu::instance::Function;
-use fmu::interface::Guid;
-use fmu::value::{Boolean, FmiType};
+use blocks::{Block, ContC, EachBlock, Law, Role, for_each_block};
+use fmu::v2::ffi::{self, Pointer};
+use fmu::v2::interface::Guid;
+use fmu::v2::states::Function;
+use fmu::v2::value::{Boolean, FmiType};
 use std::ffi::{CString, c_int};
 use std::ptr;
 use tests::{Counting, Log, Random, logging_callbacks};
@@ -174,11 +174,13 @@ fn runs_without_allocation<B: Block>() {
 
 #[test]
 fn set_get_and_do_step_allocate_nothing() {
-    runs_without_allocation::<ContC>();
-    runs_without_allocation::<ContS>();
-    runs_without_allocation::<Pulsegen>();
-    runs_without_allocation::<PulsCtr>();
-    runs_without_allocation::<Hlg>();
+    struct RunsWithoutAllocation;
+    impl EachBlock for RunsWithoutAllocation {
+        fn block<B: Block>(&mut self) {
+            runs_without_allocation::<B>();
+        }
+    }
+    for_each_block(&mut RunsWithoutAllocation);
     runs_without_allocation::<Delay>();
 }
 
@@ -246,10 +248,12 @@ fn gives_everything_back<B: Block>() {
 
 #[test]
 fn an_instance_gives_everything_back_when_it_is_freed() {
-    gives_everything_back::<ContC>();
-    gives_everything_back::<ContS>();
-    gives_everything_back::<Pulsegen>();
-    gives_everything_back::<PulsCtr>();
-    gives_everything_back::<Hlg>();
+    struct GivesEverythingBack;
+    impl EachBlock for GivesEverythingBack {
+        fn block<B: Block>(&mut self) {
+            gives_everything_back::<B>();
+        }
+    }
+    for_each_block(&mut GivesEverythingBack);
     gives_everything_back::<Delay>();
 }

@@ -1,18 +1,21 @@
-//! The FMU libraries of the workspace: built, loaded, and their tables read.
+//! The FMU libraries that the tests call: built or handed in, loaded, and their tables read.
 
-use plcfmu::build::workspace::{self, Workspace};
+use modeldescription::Row;
+use modeldescription::v2::Interface;
+use plcfmu::build::compile::{Linkage, compile};
+use plcfmu::build::platform::Platform;
+use plcfmu::build::workspace::{FmuCrate, Workspace};
 use plcfmu::host::library::Library;
-use serde_json::Value;
 use std::collections::BTreeMap;
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::ffi::CString;
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
 use std::sync::{LazyLock, Mutex, PoisonError};
 
 /// A loaded FMU library with what it says of itself.
 #[derive(Debug)]
 pub struct Fmu {
-    /// The cargo package.
+    /// The cargo package, or the file name without extension of a library that was handed in.
     pub package: String,
     /// The 34 functions.
     pub library: Library,
@@ -25,44 +28,7 @@ pub struct Fmu {
     /// The value reference of the time between two calls.
     pub cycle: u32,
     /// The variables, by value reference.
-    pub variables: Vec<Variable>,
-}
-
-/// One variable, as the library's table has it.
-#[derive(Debug)]
-pub struct Variable {
-    /// Its full name.
-    pub name: String,
-    /// Its PLC type.
-    pub kind: Kind,
-    /// Who sets it, and when.
-    pub role: Role,
-    /// Its start value, as FMI has it.
-    pub start: f64,
-}
-
-/// A PLC type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)] // the PLC's names
-pub enum Kind {
-    Real,
-    LReal,
-    Time,
-    Word,
-    Int,
-    Bool,
-}
-
-/// Who sets a variable, and when.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)] // see `blocks::Role`
-pub enum Role {
-    Input,
-    Parameter,
-    Fixed,
-    Cycle,
-    Output,
-    Local,
+    pub variables: Vec<Row>,
 }
 
 impl Fmu {
@@ -76,121 +42,132 @@ impl Fmu {
     }
 }
 
-static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| Workspace::find().unwrap_or_else(|error| panic!("{error}")));
+/// The folder of libraries that are built already, for machines without cargo: `PLCFMU_LIBRARIES`.
+static PREBUILT: LazyLock<Option<PathBuf>> = LazyLock::new(|| std::env::var_os("PLCFMU_LIBRARIES").map(PathBuf::from));
+
+/// The packages in `tests/fmus`. Cargo knows them by `test-only` in their `Cargo.toml`; a folder of libraries does not.
+const TEST_ONLY: [&str; 2] = ["counter", "panicking"];
+
+static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| Workspace::find().unwrap_or_else(|error| panic!("{error:#}")));
 
 /// Loaded libraries by package; they stay to the end of the process.
 static LOADED: Mutex<BTreeMap<String, &'static Fmu>> = Mutex::new(BTreeMap::new());
 
-/// The library of one FMU package, built as it would be packed.
+/// The library of one FMU package.
 ///
 /// # Panics
 /// It does not build or load.
 pub fn fmu_of(package: &str) -> &'static Fmu {
-    load(&[package])[0]
+    load(&[package.into()])[0]
 }
 
-/// The libraries of all FMU packages of the workspace that are not there for tests only.
+/// The libraries of all FMU packages of the workspace but those in `tests/fmus`. If `PLCFMU_LIBRARIES` names a folder,
+/// those of the libraries in there, and no cargo is called.
 ///
 /// # Panics
 /// They do not build or load.
 pub fn all_fmus() -> Vec<&'static Fmu> {
-    let packages: Vec<&str> =
-        WORKSPACE.crates.iter().filter(|fmu| !fmu.test_only).map(|fmu| fmu.name.as_str()).collect();
-    assert!(!packages.is_empty(), "the workspace has no FMU packages");
+    let packages: Vec<String> = match &*PREBUILT {
+        Some(folder) => {
+            let all = prebuilt(folder).into_keys();
+            all.filter(|package| !TEST_ONLY.contains(&package.as_str())).collect()
+        }
+        None => WORKSPACE.crates.iter().filter(|fmu| !fmu.test_only).map(|fmu| fmu.name.clone()).collect(),
+    };
+    assert!(!packages.is_empty(), "there are no FMUs: the workspace, or the folder PLCFMU_LIBRARIES, has none");
     load(&packages)
 }
 
-fn load(packages: &[&str]) -> Vec<&'static Fmu> {
+fn load(packages: &[String]) -> Vec<&'static Fmu> {
     // One test may have failed here before the others.
     let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
-    let missing: Vec<&str> = packages.iter().copied().filter(|package| !loaded.contains_key(*package)).collect();
+    let missing: Vec<&String> = packages.iter().filter(|package| !loaded.contains_key(*package)).collect();
     if !missing.is_empty() {
-        let libraries = build(&missing);
+        let libraries = match &*PREBUILT {
+            Some(folder) => prebuilt(folder),
+            None => built(&missing),
+        };
         for package in missing {
-            loaded.insert(package.into(), Box::leak(Box::new(open(package, &libraries))));
+            let library = libraries.get(package);
+            let path = library.unwrap_or_else(|| panic!("there is no library of {package} in PLCFMU_LIBRARIES"));
+            loaded.insert(package.clone(), Box::leak(Box::new(open(package, path))));
         }
     }
-    packages.iter().map(|package| loaded[*package]).collect()
+    packages.iter().map(|package| loaded[package]).collect()
 }
 
-/// Builds release libraries; cargo says where they are, by the name of their target. (While cargo runs tests or
-/// benchmarks it holds no lock that a second cargo would wait for.)
-fn build(packages: &[&str]) -> BTreeMap<String, PathBuf> {
-    let mut cargo = workspace::cargo();
-    cargo.current_dir(&WORKSPACE.root).args([
-        "build",
-        "--quiet",
-        "--release",
-        "--message-format=json-render-diagnostics",
-    ]);
-    // Those of the package under test are none of the libraries'.
-    for (name, _) in std::env::vars_os() {
-        if name.to_str().is_some_and(|name| name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_")) {
-            cargo.env_remove(name);
-        }
+/// The libraries in a folder by package: `libcont_c.so`, `cont_c.so` or `cont_c.dll` is that of `cont_c`.
+fn prebuilt(folder: &Path) -> BTreeMap<String, PathBuf> {
+    let files = std::fs::read_dir(folder)
+        .unwrap_or_else(|error| panic!("PLCFMU_LIBRARIES: {} cannot be read: {error}", folder.display()));
+    files
+        .map(|file| file.unwrap_or_else(|error| panic!("PLCFMU_LIBRARIES: {error:#}")).path())
+        .filter_map(|path| {
+            let name = path.file_name()?.to_str()?.strip_suffix(DLL_SUFFIX)?;
+            Some((name.strip_prefix(DLL_PREFIX).unwrap_or(name).to_string(), path))
+        })
+        .collect()
+}
+
+fn built(packages: &[&String]) -> BTreeMap<String, PathBuf> {
+    let fmu_crate = |package: &&String| -> FmuCrate {
+        let found = WORKSPACE.crates.iter().find(|fmu| fmu.name == **package);
+        found.unwrap_or_else(|| panic!("the workspace has no FMU package {package}")).clone()
+    };
+    build(&packages.iter().map(fmu_crate).collect::<Vec<_>>())
+}
+
+/// Builds release libraries for this machine, in a folder of their own: cargo holds no lock there while it runs tests.
+fn build(crates: &[FmuCrate]) -> BTreeMap<String, PathBuf> {
+    let built = Platform::host().and_then(|host| compile(&WORKSPACE, crates, &host, &Linkage::Native));
+    built.unwrap_or_else(|error| panic!("{error:#}"))
+}
+
+/// The library of a package that is not an FMU, for example the reference of a benchmark.
+///
+/// # Panics
+/// It does not build.
+pub fn plain_library(package: &str) -> PathBuf {
+    if let Some(folder) = &*PREBUILT {
+        let library = prebuilt(folder).remove(package);
+        return library.unwrap_or_else(|| panic!("there is no library of {package} in PLCFMU_LIBRARIES"));
     }
-    for package in packages {
-        cargo.args(["--package", package]);
-    }
-    let output = cargo.stderr(Stdio::inherit()).output().unwrap_or_else(|error| panic!("cargo: {error}"));
-    assert!(output.status.success(), "cargo build of {packages:?} ended with {}", output.status);
-    String::from_utf8_lossy(&output.stdout).lines().filter_map(artifact).collect()
+    let plain = FmuCrate { name: package.into(), library: package.into(), license: None, test_only: true };
+    build(&[plain]).remove(package).unwrap_or_else(|| panic!("cargo has built no library of {package}"))
 }
 
-fn artifact(message: &str) -> Option<(String, PathBuf)> {
-    let message: Value = serde_json::from_str(message).ok()?;
-    let target = &message["target"];
-    if message["reason"] != "compiler-artifact" || !target["crate_types"].as_array()?.contains(&"cdylib".into()) {
-        return None;
-    }
-    let suffix = std::env::consts::DLL_SUFFIX;
-    let file = message["filenames"].as_array()?.iter().filter_map(Value::as_str).find(|file| file.ends_with(suffix))?;
-    Some((target["name"].as_str()?.into(), file.into()))
-}
-
-fn open(package: &str, libraries: &BTreeMap<String, PathBuf>) -> Fmu {
-    let named = WORKSPACE.crates.iter().find(|fmu| fmu.name == package);
-    let named = named.unwrap_or_else(|| panic!("the workspace has no FMU package {package}"));
-    let path = libraries.get(&named.library).unwrap_or_else(|| panic!("cargo has built no library of {package}"));
-    let library = Library::open(path).unwrap_or_else(|error| panic!("{error}"));
-    let table = library.interface().unwrap_or_else(|error| panic!("{error}"));
-    let table: Value = serde_json::from_str(&table).unwrap_or_else(|error| panic!("{package}: {error}: {table}"));
-    read(package, path, library, &table).unwrap_or_else(|| panic!("{package}: this is no table: {table}"))
-}
-
-fn read(package: &str, path: &Path, library: Library, table: &Value) -> Option<Fmu> {
-    Some(Fmu {
+fn open(package: &str, path: &Path) -> Fmu {
+    let library = Library::open(path).unwrap_or_else(|error| panic!("{error:#}"));
+    let json = library.interface().unwrap_or_else(|error| panic!("{package}: {error:#}"));
+    let interface = Interface::parse(&json).unwrap_or_else(|error| panic!("{package}: {error:#}"));
+    Fmu {
         package: package.into(),
         library,
         path: path.to_path_buf(),
-        name: table["name"].as_str()?.into(),
-        guid: CString::new(table["guid"].as_str()?).ok()?,
-        cycle: table["cycle"].as_u64()?.try_into().ok()?,
-        variables: table["variables"].as_array()?.iter().map(variable).collect::<Option<_>>()?,
-    })
+        name: interface.table.name,
+        guid: CString::new(interface.guid).unwrap_or_else(|error| panic!("{package}: {error:#}")),
+        cycle: interface.table.cycle as u32,
+        variables: interface.table.variables,
+    }
 }
 
-fn variable(row: &Value) -> Option<Variable> {
-    Some(Variable {
-        name: row["name"].as_str()?.into(),
-        kind: match row["kind"].as_str()? {
-            "Real" => Kind::Real,
-            "LReal" => Kind::LReal,
-            "Time" => Kind::Time,
-            "Word" => Kind::Word,
-            "Int" => Kind::Int,
-            "Bool" => Kind::Bool,
-            _ => return None,
-        },
-        role: match row["role"].as_str()? {
-            "Input" => Role::Input,
-            "Parameter" => Role::Parameter,
-            "Fixed" => Role::Fixed,
-            "Cycle" => Role::Cycle,
-            "Output" => Role::Output,
-            "Local" => Role::Local,
-            _ => return None,
-        },
-        start: row["start"].as_f64()?,
-    })
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_test_only_fmus_are_those_that_cargo_knows() {
+        let known: Vec<&str> =
+            WORKSPACE.crates.iter().filter(|fmu| fmu.test_only).map(|fmu| fmu.name.as_str()).collect();
+        assert_eq!(known, TEST_ONLY);
+    }
+
+    #[test]
+    fn a_library_in_a_folder_is_known_by_its_name_without_what_the_system_adds() {
+        let folder = tempfile::tempdir().unwrap();
+        for file in [format!("{DLL_PREFIX}pump{DLL_SUFFIX}"), format!("fan{DLL_SUFFIX}"), "pump.txt".into()] {
+            std::fs::write(folder.path().join(file), "").unwrap();
+        }
+        assert_eq!(prebuilt(folder.path()).into_keys().collect::<Vec<_>>(), ["fan", "pump"]);
+    }
 }

@@ -1,6 +1,7 @@
 //! An instance as a well-behaved host uses it. Tests that misbehave call the functions of the library themselves.
 
-use crate::fmu::{Fmu, Kind};
+use crate::fmu::Fmu;
+use blocks::Kind;
 use plcfmu::host::library::{CallbackFunctions, Logger, Pointer};
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_int};

@@ -1,5 +1,5 @@
-//! A host for the tests in Rust and the benchmarks: it builds the workspace's FMU libraries, loads them, and calls their
-//! C functions as a co-simulation tool does.
+//! A host for the tests in Rust and the benchmarks: it builds the workspace's FMU libraries (or takes those in the folder
+//! `PLCFMU_LIBRARIES`), loads them, and calls their C functions as a co-simulation tool does.
 
 // A host calls C functions.
 #![allow(unsafe_code)]
@@ -11,8 +11,9 @@ mod fmu;
 mod host;
 mod random;
 
+pub use blocks::{Kind, Role};
 pub use counting::Counting;
-pub use fmu::{Fmu, Kind, Role, Variable, all_fmus, fmu_of};
+pub use fmu::{Fmu, all_fmus, fmu_of, plain_library};
 pub use host::{Entry, Instance, Log, Status, call_harmlessly, logging_callbacks};
 pub use random::Random;
 

@@ -1,7 +1,8 @@
 //! `cargo xtask demo`: the closed loops of `examples/`, each a Python program of its own.
 
+use crate::python::Environment;
 use crate::test::heading;
-use plcfmu::build::python::Environment;
+use anyhow::{Context, Result, bail};
 use plcfmu::build::workspace::Workspace;
 use plcfmu::command::run;
 use plcfmu::package::pack;
@@ -17,10 +18,7 @@ pub struct Options {
 }
 
 /// Packs the FMUs and runs the loops; each prints its figures.
-///
-/// # Errors
-/// An unknown name, with those that there are; a loop that fails.
-pub fn demo(workspace: &Workspace, options: &Options) -> Result<(), String> {
+pub fn demo(workspace: &Workspace, options: &Options) -> Result<()> {
     let loops = choose(find(&workspace.root.join("examples"))?, &options.names)?;
     let environment = Environment::ready(workspace)?;
     pack::run(workspace, &pack::Options::default())?;
@@ -29,6 +27,8 @@ pub fn demo(workspace: &Workspace, options: &Options) -> Result<(), String> {
         heading(&name(&program));
         let mut python = environment.python();
         python.arg(&program).arg("--fmu").arg(workspace.fmus()).arg("--out").arg(&results);
+        // The examples import the Python package.
+        python.env("PYTHONPATH", workspace.root.join("plcfmu/python"));
         run(python.current_dir(&workspace.root))?;
     }
     println!("\nCSV and PNG files: {}", workspace.shown(&results));
@@ -36,13 +36,13 @@ pub fn demo(workspace: &Workspace, options: &Options) -> Result<(), String> {
 }
 
 /// The loops of a folder: its Python files that are programs; the others are what these share.
-fn find(folder: &Path) -> Result<Vec<PathBuf>, String> {
-    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+fn find(folder: &Path) -> Result<Vec<PathBuf>> {
+    let failed = || folder.display().to_string();
     let mut loops = Vec::new();
-    for entry in fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
+    for entry in fs::read_dir(folder).with_context(failed)? {
+        let path = entry.with_context(failed)?.path();
         if path.extension().is_some_and(|extension| extension == "py") {
-            let text = fs::read_to_string(&path).map_err(failed)?;
+            let text = fs::read_to_string(&path).with_context(failed)?;
             if text.contains("__name__ == \"__main__\"") {
                 loops.push(path);
             }
@@ -56,14 +56,14 @@ fn name(program: &Path) -> String {
     program.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-fn choose(loops: Vec<PathBuf>, names: &[String]) -> Result<Vec<PathBuf>, String> {
+fn choose(loops: Vec<PathBuf>, names: &[String]) -> Result<Vec<PathBuf>> {
     if names.is_empty() {
         return Ok(loops);
     }
     let is = |program: &Path, asked: &str| name(program).eq_ignore_ascii_case(asked.trim_end_matches(".py"));
     if let Some(unknown) = names.iter().find(|asked| !loops.iter().any(|program| is(program, asked))) {
         let known: Vec<_> = loops.iter().map(|program| name(program)).collect();
-        return Err(format!("there is no demo {unknown}: there are {}", known.join(", ")));
+        bail!("there is no demo {unknown}: there are {}", known.join(", "));
     }
     Ok(loops.into_iter().filter(|program| names.iter().any(|asked| is(program, asked))).collect())
 }
@@ -78,7 +78,10 @@ mod tests {
         assert_eq!(choose(loops(), &[]).unwrap(), loops());
         assert_eq!(choose(loops(), &["Ramp".into()]).unwrap(), loops()[1..]);
         assert_eq!(choose(loops(), &["cascade.py".into()]).unwrap(), loops()[..1]);
-        assert_eq!(choose(loops(), &["ramps".into()]).unwrap_err(), "there is no demo ramps: there are cascade, ramp");
+        assert_eq!(
+            choose(loops(), &["ramps".into()]).unwrap_err().to_string(),
+            "there is no demo ramps: there are cascade, ramp"
+        );
     }
 
     #[test]

@@ -1,12 +1,19 @@
-//! `cargo xtask`: the project's commands.
+//! `cargo xtask`: the repository's chores.
 
+mod deep;
+mod demo;
+mod python;
+mod test;
+
+use anyhow::Result;
 use clap::{Parser, Subcommand};
+use plcfmu::build::platform::Platform;
 use plcfmu::build::workspace::Workspace;
-use plcfmu::package::{check, pack};
+use plcfmu::package::pack;
+use python::Environment;
 use std::process::ExitCode;
-use xtask::{demo, test};
 
-/// The project's commands: pack PLC control blocks as FMUs, test them, show them in closed loops.
+/// The repository's chores: pack its FMUs, test them, show them in closed loops.
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask", after_help = HELP)]
 struct Arguments {
@@ -17,18 +24,16 @@ struct Arguments {
 const HELP: &str = "\
 Examples:
   cargo xtask demo                  co-simulate all closed loops, print their figures, draw them
-  cargo xtask demo cont_c_heater    only this one
+  cargo xtask demo cascade          only this one
   cargo xtask fmu                   pack all FMUs
-  cargo xtask fmu CONT_C            only this one
-  cargo xtask fmu -p my_block       the FMU of one's own package
+  cargo xtask fmu my_block          only this one
   cargo xtask test                  check everything (the first time it takes some minutes)
   cargo xtask test -- -k time       all of it, but of the Python tests only those with 'time' in their name
-  cargo xtask check some.fmu        look into an FMU that anybody has made
 
-Where things land, all below target/:
-  fmu/NAME.fmu       the packed FMUs; documentation/index.html in each says what it does
+Where the results are, below target/:
+  fmu/NAME.fmu       the packed FMUs; documentation/index.html in each describes it
   demo/              CSV and PNG files of the closed loops
-  venv/              the Python environment (made when it is first needed; packages of tests/requirements.txt)
+  venv/              the Python environment with the packages of tests/requirements.txt, made when it is first needed
   portable/, native/ the FMUs' libraries as cargo builds them
 
 Needed: Rust, a C compiler, Python 3.9 or newer. 'cargo xtask fmu --native' needs no Python.";
@@ -37,37 +42,36 @@ Needed: Rust, a C compiler, Python 3.9 or newer. 'cargo xtask fmu --native' need
 enum Command {
     /// Build, pack and check FMUs: target/fmu/NAME.fmu
     ///
-    /// Finds every package of the workspace that is an FMU (a cdylib that depends on fmu), builds the libraries, reads the
-    /// block's table out of each, writes model description, documentation, picture and reference results, and packs it.
-    /// An FMU gets its name only after it was opened again and its library has worked.
+    /// As 'plcfmu build', but with the zig of tests/requirements.txt.
     Fmu(pack::Options),
     /// Run all tests: Rust, Python, other importers
     Test(test::Options),
     /// Run closed loops of FMUs, print their figures, draw them: target/demo/
     Demo(demo::Options),
-    /// Check FMU files, whoever made them
-    ///
-    /// Reads the archive, the model description and the libraries, and says in one sentence what is wrong. No foreign code
-    /// runs, unless --run is given.
-    Check(check::Options),
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    match dispatch(arguments.command) {
+    match dispatch(Arguments::parse().command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            eprintln!("error: {error:#}");
             ExitCode::FAILURE
         }
     }
 }
 
-fn dispatch(command: Command) -> Result<(), String> {
+fn dispatch(command: Command) -> Result<()> {
+    let workspace = Workspace::find()?;
     match command {
-        Command::Fmu(options) => pack::run(&Workspace::find()?, &options),
-        Command::Test(options) => test::test(&Workspace::find()?, &options),
-        Command::Demo(options) => demo::demo(&Workspace::find()?, &options),
-        Command::Check(options) => check::check(&options),
+        Command::Fmu(options) => {
+            // First what may be wrong at once: making the environment takes its time.
+            pack::select(&workspace, &options)?;
+            if !options.native && Platform::host()?.is_linux() {
+                Environment::ready(&workspace)?;
+            }
+            pack::run(&workspace, &options)
+        }
+        Command::Test(options) => test::test(&workspace, &options),
+        Command::Demo(options) => demo::demo(&workspace, &options),
     }
 }

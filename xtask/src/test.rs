@@ -1,18 +1,20 @@
 //! `cargo xtask test`: everything that checks the project.
 
 use crate::deep;
-use plcfmu::build::python::Environment;
+use crate::python::Environment;
+use anyhow::{Context, Result};
+use plcfmu::build::compile::artifacts;
 use plcfmu::build::workspace::{self, Workspace};
 use plcfmu::command::{output, run};
 use plcfmu::package::pack;
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// How much to test.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
-    /// Also what takes half an hour more: the tests under valgrind, and far more cases of those that draw at random
+    /// Also run the tests under valgrind, and the random ones with far more cases (half an hour more)
     #[arg(long)]
     pub deep: bool,
     /// Passed on to pytest, such as -k NAME
@@ -21,10 +23,7 @@ pub struct Options {
 }
 
 /// Runs the tests.
-///
-/// # Errors
-/// The first part that fails; it has said what.
-pub fn test(workspace: &Workspace, options: &Options) -> Result<(), String> {
+pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     // First what may be missing, so that nobody waits for it.
     if options.deep {
         deep::ready()?;
@@ -44,11 +43,19 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<(), String> {
     heading("Python tests");
     let mut pytest = environment.python();
     pytest.args(["-m", "pytest", "tests"]).args(&options.pytest).current_dir(&workspace.root);
-    run(pytest.envs(libclang).envs([fmus]))?;
+    run(pytest.envs(libclang).envs([fmus]).env("PLCFMU_COMMAND", command(workspace)?))?;
     if options.deep {
         deep::test(workspace, &environment)?;
     }
     Ok(())
+}
+
+/// Builds the command `plcfmu` and returns its path.
+fn command(workspace: &Workspace) -> Result<PathBuf> {
+    let mut build = workspace::cargo();
+    build.args(["build", "--package", "plcfmu", "--bin", "plcfmu"]).current_dir(&workspace.root);
+    let command = artifacts(&mut build)?.into_iter().find_map(|artifact| artifact.executable);
+    Ok(command.context("cargo has not built the command plcfmu")?.into())
 }
 
 /// Begins a part of the output.
@@ -56,9 +63,9 @@ pub fn heading(part: &str) {
     println!("\n== {part}");
 }
 
-/// What lets bindgen find libclang, unless the user has said where it is. The package tests/importers needs it, for one of
-/// the crates that it tests with; it is none of the workspace's default members.
-fn libclang(environment: &Environment) -> Result<Vec<(&'static str, OsString)>, String> {
+/// What lets bindgen find libclang, unless the user has said where it is. One of the crates that tests/importers tests with
+/// needs it.
+fn libclang(environment: &Environment) -> Result<Vec<(&'static str, OsString)>> {
     if std::env::var_os("LIBCLANG_PATH").is_some() {
         return Ok(Vec::new());
     }

@@ -3,7 +3,7 @@
 use crate::table::{Int, Law, Response};
 
 crate::block! {
-    /// Ramp function generator: leads an integer to a set point along a ramp, with stop, set and reset (ABB HLG).
+    /// Ramp function generator: moves an integer to a set point along a ramp, with stop, set and reset (ABB HLG).
     ///
     /// ```text
     ///                                    +----------------------+
@@ -17,7 +17,7 @@ crate::block! {
     ///                                      +-------------------------+
     /// ```
     ///
-    /// The law of a call, in integers of 32 bits; the first line that holds is the call:
+    /// The law of a call, in integers of 32 bits; the first line whose condition holds applies:
     ///
     /// ```text
     /// STOP:               nothing changes
@@ -26,32 +26,33 @@ crate::block! {
     /// w = (E01 ? S1 : S0) within -32767 ... 32767,  N = (w > HLG) ? TH_TZ : TR_TZ
     /// w = 0 or w = HLG:   remainder = 0
     /// N <= 0:             HLG = w,  remainder = 0
-    /// otherwise:          remainder = 0 if w, direction or N are new
+    /// otherwise:          remainder = 0 if w, direction or N has changed
     ///                     step = (|w| + remainder) div N,  remainder = (|w| + remainder) mod N
-    ///                     HLG goes by step towards w; where that would reach or pass w, HLG = w and remainder = 0
+    ///                     HLG moves by step towards w; if that would reach or pass w, HLG = w and remainder = 0
     /// ```
     ///
-    /// 1. Slope: within TH the output rises by |set point|, within TR it falls by that (manual), both given as a number of
-    ///    program cycles: TH_TZ = TH / TZ, TR_TZ = TR / TZ (manual). From 0 the set point is reached in
-    ///    exactly N calls, because what the division leaves is carried to the next call (decided): 0, 10 and N = 4 give
+    /// 1. Slope: within TH the output rises by |set point|, within TR it falls by that (manual), both given as a number
+    ///    of program cycles: TH_TZ = TH / TZ, TR_TZ = TR / TZ (manual). From 0 the set point is reached in exactly N
+    ///    calls, because the remainder of the division is carried to the next call (decided): from 0 to 10, N = 4 gives
     ///    2, 5, 7, 10.
-    /// 2. The remainder belongs to one ramp: another set point, direction or N starts without one; so does a ramp after
-    ///    SET, R and arrival. STOP keeps it. (decided)
-    /// 3. At the set point the output stays until there is another (manual). It never passes the set point (decided).
-    /// 4. Set point 0 means slope 0: the output stays where it is. To come back to 0, ramp to a set point on the other
-    ///    side and limit the output behind the block, or use R. (manual)
+    /// 2. The remainder belongs to one ramp: another set point, direction or N starts without one, and so does a ramp
+    ///    after SET, R or reaching the set point. STOP keeps it. (decided)
+    /// 3. At the set point the output stays until the set point changes (manual). It never passes the set point
+    ///    (decided).
+    /// 4. Set point 0 means slope 0: the output stays where it is. To return to 0, ramp to a set point on the other
+    ///    side and limit the output after the block, or use R. (manual)
     /// 5. E01 selects the set point (manual): FALSE S0, TRUE S1 (decided).
     /// 6. TH_TZ or TR_TZ of 0 or less: the output jumps to the set point. (decided)
-    /// 7. STOP holds the output, SET makes it INIT, R makes it 0: in this priority, and all before the ramp. (manual)
-    /// 8. Set points reach from -32767 to 32767 (manual); -32768, of S0, S1 or INIT, counts as -32767 (decided).
+    /// 7. STOP holds the output, SET sets it to INIT, R sets it to 0, in this priority; all override the ramp. (manual)
+    /// 8. Set points range from -32767 to 32767 (manual); -32768 in S0, S1 or INIT counts as -32767 (decided).
     ///
-    /// Sampling: the ramp counts calls. TZ is the time between two calls and enters no formula; scale TH_TZ and TR_TZ to it.
-    /// The block has no restart input; at the start the output is 0.
+    /// Sampling: the ramp counts calls. TZ is the time between two calls and occurs in no formula; scale TH_TZ and
+    /// TR_TZ to it. The block has no restart input; at the start the output is 0.
     ///
-    /// Bad input: any value of any pin gives a defined output; nothing overflows.
+    /// Bad input: every value of every pin gives a defined output; nothing overflows.
     ///
-    /// Decided: clauses as marked. The library page describes setting to an initial value without naming the pins: SET and
-    /// INIT are our names. The program cycle time TZ is no pin there; here it is the parameter that every block has.
+    /// Decided: clauses as marked. The library page describes setting an initial value without naming the pins: SET and
+    /// INIT are our names. There the program cycle time TZ is not a pin; here it is the parameter that every block has.
     ///
     /// Source: ABB function block library Serie90_AC500_V10, page of HLG. No recordings.
     pub struct Hlg as "HLG" {
@@ -85,9 +86,9 @@ crate::block! {
         }
     }
     memory Memory {
-        /// What the last step's division left.
+        /// Remainder of the last step's division.
         remainder: Int;
-        /// Set point of the ramp that the remainder belongs to.
+        /// Set point of the ramp to which the remainder belongs.
         w: Int;
         /// That ramp goes upwards.
         upwards: bool;
@@ -117,6 +118,7 @@ impl Law for Hlg {
         self.clear();
     }
 
+    #[inline(always)]
     fn call(&mut self) {
         if self.stop {
             return;
@@ -155,14 +157,14 @@ impl Law for Hlg {
 }
 
 impl Hlg {
-    /// The output is where it shall be: no ramp is under way.
+    /// Sets the output; no ramp is running.
     fn arrive(&mut self, output: Int) {
         self.hlg = output;
         self.memory.remainder = 0;
     }
 }
 
-/// Set points are symmetrical: -32768 is none.
+/// Set points are symmetrical: -32768 becomes -32767.
 fn limited(value: Int) -> Int {
     value.max(-32767)
 }

@@ -20,7 +20,8 @@ crate::block! {
     ///                                                                +--> QLMN_LLM, QLMN_HLM
     /// ```
     ///
-    /// The law of a call, in this order; every operation rounds to a 32-bit REAL, `[k-1]` is the value of the last call:
+    /// The law of a call, in this order; every operation rounds to a 32-bit REAL, `[k-1]` is the value of the previous
+    /// call:
     ///
     /// ```text
     /// PV    = PVPER_ON ? ((PV_PER * 0.003616898) * PV_FAC) + PV_OFF : PV_IN
@@ -36,37 +37,38 @@ crate::block! {
     /// LMN_PER = low word of RND(LMN * 276.48)
     /// ```
     ///
-    /// 1. Restart (COM_RST): all outputs are 0 / FALSE, the integrator's memory is I_ITLVAL, all other memory 0. MAN,
-    ///    the limits, LMN_OFF and DISV play no part. I_ITLVAL counts in the first automatic call after it. The block
-    ///    does not take COM_RST back: while it is TRUE every call is a restart. (manual)
-    /// 2. Process value: PV_FAC and PV_OFF act on the analog value PV_PER alone (manual). 100/27648 is multiplied as a
-    ///    REAL; dividing would differ in the last bit for one word in five (measured).
+    /// 1. Restart (COM_RST): all outputs are 0 / FALSE, the integrator's memory is I_ITLVAL, all other memory is 0.
+    ///    MAN, the limits, LMN_OFF and DISV have no effect. I_ITLVAL takes effect in the first automatic call after the
+    ///    restart. The block does not reset COM_RST: while it is TRUE, every call is a restart. (manual)
+    /// 2. Process value: PV_FAC and PV_OFF act on the analog value PV_PER only (manual). 100/27648 is multiplied as a
+    ///    REAL; a division would differ in the last bit for one word in five (measured).
     /// 3. Dead band: ER = x + DEADB_W below -DEADB_W, x - DEADB_W above DEADB_W, else 0. (vendor)
-    /// 4. P, I and D act on e = ER * GAIN (manual). A change of GAIN while D is selected therefore kicks LMN_D once.
-    /// 5. Times have floors: TI no less than CYCLE / 2, TD than CYCLE, TM_LAG than CYCLE / 2. TI = 0 does not switch the
-    ///    I action off; I_SEL does. (vendor)
-    /// 6. Integral: trapezoids; what rounding takes off one call's sum is added in the next, so that small increments
-    ///    on a large integral are not lost (vendor). INT_HOLD stops it; so does the limit that the last call ended at,
-    ///    in its own direction, manual calls included (vendor, observed).
-    /// 7. The integral is held within LMN_LLM ... LMN_HLM, whatever P, D and DISV are. One that was put outside by
-    ///    I_ITL_ON, manual mode or I_SEL stays free until an automatic call finds it inside. (measured)
-    /// 8. I_ITL_ON sets LMN_I = I_ITLVAL, in manual mode too (vendor); I_SEL = FALSE sets it 0.
-    /// 9. Manual mode: LMN follows MAN within the limits. The integral becomes y of the *last* call - LMN_P - DISV, so
-    ///    the change to automatic is without a bump when MAN stood still for two calls (manual; that it is the last
+    /// 4. P, I and D act on e = ER * GAIN (manual). If D is selected, a change of GAIN therefore kicks LMN_D once.
+    /// 5. Times have lower bounds: TI is at least CYCLE / 2, TD at least CYCLE, TM_LAG at least CYCLE / 2. TI = 0 does
+    ///    not switch the I action off; I_SEL does. (vendor)
+    /// 6. Integral: trapezoidal rule; the round-off error of a call is added in the next one, so that small increments
+    ///    on a large integral are not lost (vendor). INT_HOLD stops it. If the previous call, manual or automatic,
+    ///    ended at a limit, the integral does not move further in that direction (anti-windup; vendor, observed).
+    /// 7. The integral is held within LMN_LLM ... LMN_HLM, whatever P, D and DISV are. If I_ITL_ON, manual mode or
+    ///    I_SEL has set it outside, it stays free until an automatic call finds it inside. (measured)
+    /// 8. I_ITL_ON sets LMN_I = I_ITLVAL, in manual mode too (vendor); I_SEL = FALSE sets it to 0.
+    /// 9. Manual mode: LMN follows MAN within the limits. The integral becomes y of the *previous* call - LMN_P - DISV,
+    ///    so the change to automatic is bumpless if MAN was constant for two calls (manual; that it is the previous
     ///    call's: measured). With I_SEL off or I_ITL_ON on nothing is matched, and the change may bump.
     /// 10. Derivative: a first-order lag TM_LAG, step height e TD / (CYCLE / 2 + TM_LAG); in manual mode or with D_SEL
-    ///     off it is 0 and follows e, so that switching it on is without a bump. (vendor, observed)
-    /// 11. Limits: at or above LMN_HLM y = LMN_HLM and QLMN_HLM alone is TRUE; else at or below LMN_LLM y = LMN_LLM and
-    ///     QLMN_LLM alone. MAN is limited too. With the defaults LMN = 0 sets QLMN_LLM. (vendor, measured)
-    /// 12. LMN_PER clips nothing: LMN above 118.5 % turns to a negative word (118.515 gives 32767, 118.52 gives -32768,
-    ///     150 gives -24064), below -118.5 % to a positive one. Keep both limits, times LMN_FAC plus LMN_OFF, within
-    ///     -118.5 ... 118.5 %. (measured)
+    ///     off it is 0 and follows e, so that switching it on is bumpless. (vendor, observed)
+    /// 11. Limits: at or above LMN_HLM, y = LMN_HLM and only QLMN_HLM is TRUE; otherwise, at or below LMN_LLM, y =
+    ///     LMN_LLM and only QLMN_LLM is TRUE. MAN is limited too. With the defaults LMN = 0 sets QLMN_LLM. (vendor,
+    ///     measured)
+    /// 12. LMN_PER is not clipped: LMN above 118.5 % wraps to a negative word (118.515 gives 32767, 118.52 gives
+    ///     -32768, 150 gives -24064), below -118.5 % to a positive one. Keep both limits, times LMN_FAC plus LMN_OFF,
+    ///     within -118.5 ... 118.5 %. (measured)
     ///
-    /// Sampling: the block computes with CYCLE and must be called that often. After a restart and constant e:
+    /// Sampling: the block computes with CYCLE and must be called that often. After a restart, with constant e:
     /// `LMN_I(k) = I_ITLVAL + (T / Ti) e (k - 1/2)`, `LMN_D(k) = e V a^(k-1)` with `a = 1 - T / (T / 2 + Tl)`.
     ///
-    /// Bad input: the block checks no parameter. An overflow inside may leave NaN in LMN; COM_RST clears it. With LMN_HLM
-    /// below LMN_LLM, LMN is one of the two, and LMN_I jumps between them.
+    /// Bad input: the block checks no parameter. An internal overflow may leave NaN in LMN; COM_RST clears it. If
+    /// LMN_HLM is below LMN_LLM, LMN is one of the two, and LMN_I jumps between them.
     ///
     /// Source: Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.1,
     /// figure 3-1, tables 3-1 and 3-2; recordings at the terminals of real blocks.
@@ -118,7 +120,7 @@ crate::block! {
             td: Time = Time::ms(10_000);
             /// Time lag of the derivative action; range: TM_LAG >= CYCLE / 2
             tm_lag: Time = Time::ms(2_000);
-            /// Dead band: half the width of the band of errors that count as none
+            /// Dead band: half the width of the band in which the error counts as 0
             deadb_w: Real = 0.0, min 0.0;
             /// High limit of the manipulated value; range: LMN_LLM ... 100 % or a physical value
             lmn_hlm: Real = 100.0;
@@ -161,19 +163,19 @@ crate::block! {
         }
     }
     memory Memory {
-        /// Error times gain of the last call.
+        /// Error times gain of the previous call.
         e: Real;
-        /// Integral of the last call.
+        /// Integral of the previous call.
         i: Real;
-        /// What rounding kept from the integral.
+        /// Round-off error of the integral.
         rest: Real;
-        /// The integral was put outside the limits on purpose and is not held within them until it has come back.
+        /// The integral was set outside the limits and is not held within them until it is back inside.
         free: bool;
-        /// Limited value of the last call, before LMN_FAC and LMN_OFF.
+        /// Limited value of the previous call, before LMN_FAC and LMN_OFF.
         y: Real;
-        /// Feedback of the derivative action: e behind the time lag.
+        /// Feedback of the derivative action: e after the time lag.
         w: Real;
-        /// What rounding kept from the feedback.
+        /// Round-off error of the feedback.
         rest_d: Real;
     }
 }
@@ -191,6 +193,7 @@ impl Law for ContC {
         self.memory.i = self.i_itlval;
     }
 
+    #[inline(always)]
     fn call(&mut self) {
         if self.com_rst {
             return self.restart();
@@ -244,7 +247,7 @@ impl ContC {
         let t = self.cycle.seconds();
         let ti = self.ti.seconds().max(t * 0.5);
         let mut q = (((t / ti) * (e + memory.e)) * 0.5) + memory.rest;
-        // The limit outputs still tell where the last call ended.
+        // The limit outputs are still those of the previous call.
         if self.int_hold || (q > 0.0 && self.qlmn_hlm) || (q < 0.0 && self.qlmn_llm) {
             q = 0.0;
         }

@@ -18,8 +18,8 @@ crate::block! {
     ///                                                                     +--- +100, 0, -100 % in MTR_TM <-----------+
     /// ```
     ///
-    /// The law of a call, in this order; every operation rounds to a 32-bit REAL, `a` is the pulse that runs since an
-    /// earlier call (+1 up, -1 down, 0 none):
+    /// The law of a call, in this order; every operation rounds to a 32-bit REAL, `a` is the pulse that has been
+    /// running since an earlier call (+1 up, -1 down, 0 none):
     ///
     /// ```text
     /// PV     = PVPER_ON ? ((PV_PER * 0.003616898) * PV_FAC) + PV_OFF : PV_IN
@@ -28,7 +28,7 @@ crate::block! {
     /// T      = CYCLE,  M = max(MTR_TM, T),  Ti = max(TI, T / 2)                                in seconds
     /// F      = 0                              with LMNS_ON
     ///          F + (((100 * a) * T) / M)      while a pulse runs
-    ///          F - ((e * T) / Te)             in the pauses,  Te = max(Ti - |(0.01 * e) * M|, 0.1 * Ti)
+    ///          F - ((e * T) / Te)             in pauses,      Te = max(Ti - |(0.01 * e) * M|, 0.1 * Ti)
     /// z      = (e - F) + DISV
     /// off    = (55 * T) / M
     /// lowest = (100 * max(PULSE_TM, CYCLE)) / M
@@ -40,47 +40,49 @@ crate::block! {
     /// QLMNUP = (a = +1),  QLMNDN = (a = -1)
     /// ```
     ///
-    /// 1. Restart (COM_RST): all outputs are FALSE / 0, and so is all memory: a running pulse is cut at once, whatever is
-    ///    left of PULSE_TM. The block does not take COM_RST back: while it is TRUE every call is a restart. (manual)
-    /// 2. Process value: PV_FAC and PV_OFF act on the analog value PV_PER alone (manual). 100/27648 is multiplied as a
+    /// 1. Restart (COM_RST): all outputs are FALSE / 0, and so is all memory: a running pulse ends at once, whatever is
+    ///    left of PULSE_TM. The block does not reset COM_RST: while it is TRUE, every call is a restart. (manual)
+    /// 2. Process value: PV_FAC and PV_OFF act on the analog value PV_PER only (manual). 100/27648 is multiplied as a
     ///    REAL (measured). Dead band: ER = x + DEADB_W below -DEADB_W, x - DEADB_W above DEADB_W, else 0. (vendor)
-    /// 3. Times have floors: MTR_TM no less than CYCLE, TI than CYCLE / 2. (vendor)
-    /// 4. One integrator F holds the assumed position of the valve and the I action (manual). While a pulse runs it goes
-    ///    with the motor, and the error is not integrated; in the pauses it takes the error with the shorter reset time
-    ///    Te, which makes up for the pulses: the mean rate is e / TI while |e| MTR_TM / 100 stays below 0.9 TI (measured).
-    ///    The I action of the time that the first pulse takes is not made up: where a pulse ends, the
-    ///    travel is e^2 MTR_TM / (100 TI) behind e (1 + t / TI), in between further. The first pulse lasts
-    ///    e MTR_TM / 100 only while |e| MTR_TM / 100 is well below TI, else longer.
-    /// 5. The pauses integrate nothing while the valve is reported at the stop that e pushes against. (measured)
+    /// 3. Times have lower bounds: MTR_TM is at least CYCLE, TI at least CYCLE / 2. (vendor)
+    /// 4. One integrator F holds both the assumed position of the valve and the I action (manual). During a pulse it
+    ///    moves with the motor, and the error is not integrated; in pauses it integrates the error with the shorter
+    ///    reset time Te, which compensates for the pulses: the mean rate is e / TI while |e| MTR_TM / 100 stays below
+    ///    0.9 TI (measured). The I action that is missed during the first pulse is not compensated: at the end of a
+    ///    pulse the travel is e^2 MTR_TM / (100 TI) behind e (1 + t / TI), and further behind between pulses. The first
+    ///    pulse lasts e MTR_TM / 100 only if |e| MTR_TM / 100 is well below TI, otherwise longer.
+    /// 5. Pauses integrate nothing while the valve is reported at the stop that e pushes against. (measured)
     /// 6. LMNS_ON holds F at 0, so the change back to automatic may bump. (vendor)
-    /// 7. TI = 0 switches the I action off. F is the position alone then, and held within 0 ... 100. (vendor; numbers
+    /// 7. TI = 0 switches the I action off. Then F is the position only, and is held within 0 ... 100. (vendor; numbers
     ///    measured)
-    /// 8. The on threshold is adapted: few long pulses while the error is large, short ones near the setpoint. It is as in
-    ///    the formula with TI above 0; with TI = 0, |e| / 2 stands for min(|e|, |F|), or 0 where PV is 0. With either stop
-    ///    reported it is `lowest`, also during a pulse; otherwise a pulse keeps the threshold it began with. It is
+    /// 8. The on threshold is adapted: few long pulses while the error is large, short ones near the setpoint. With TI
+    ///    above 0 it follows the formula; with TI = 0, |e| / 2 replaces min(|e|, |F|), or 0 if PV is 0. If either stop
+    ///    is reported, it is `lowest`, also during a pulse; otherwise a pulse keeps the threshold it began with. It is
     ///    adapted in manual mode too. (that it is adapted: vendor; numbers measured)
-    /// 9. Three-step element: on at the on threshold, off at the off threshold, with z compared as in the formula. (vendor)
-    /// 10. Manual pulses: with LMNS_ON, LMNUP alone asks for a pulse up, LMNDN alone for one down, both or neither for
-    ///     none. (manual, vendor)
-    /// 11. A demand against a reported stop counts as none, and so does one against the running pulse: between up and down
-    ///     lies at least one call with both outputs FALSE. (vendor)
-    /// 12. A pulse that nothing demands any more lasts at least PULSE_TM, and the break after it at least BREAK_TM; manual
-    ///     pulses too. Both times are counted in calls of CYCLE: a minimum of 3 s at 1 s is three calls. (manual, vendor)
-    /// 13. A pulse that runs against a reported stop ends at once, whatever is left of PULSE_TM (vendor). If something was
-    ///     left, no break has to pass after it, else BREAK_TM (measured).
-    /// 14. Never are both outputs TRUE, never does DOWN follow UP in the next call or the other way round, never does a
-    ///     pulse run against a reported stop: clauses 11 to 13 together.
-    /// 15. QLMN_MEAN is ours, not the manual's: the mean of the pulses over the last communication step, +100 % for up
-    ///     throughout, -100 % for down throughout; in a step without a call the state that the outputs hold. A Real plant
-    ///     input and steps longer than CYCLE need it, for QLMNUP and QLMNDN only show the last call. (decided)
+    /// 9. Three-step element: on at the on threshold, off at the off threshold, with z compared as in the formula.
+    ///    (vendor)
+    /// 10. Manual pulses: with LMNS_ON, LMNUP alone demands a pulse up, LMNDN alone a pulse down, both or neither
+    ///     demand none. (manual, vendor)
+    /// 11. A demand against a reported stop is ignored, and so is a demand against the running pulse: between up and
+    ///     down there is at least one call with both outputs FALSE. (vendor)
+    /// 12. A pulse lasts at least PULSE_TM even if the demand ends earlier, and the break after it at least BREAK_TM;
+    ///     this holds for manual pulses too. Both times are counted in calls: with CYCLE 1 s, 3 s are three calls.
+    ///     (manual, vendor)
+    /// 13. A pulse against a reported stop ends at once, whatever is left of PULSE_TM (vendor). If something was left,
+    ///     no break is needed after it; otherwise BREAK_TM applies (measured).
+    /// 14. It follows from clauses 11 to 13 that both outputs are never TRUE together, that up and down never follow
+    ///     each other in consecutive calls, and that no pulse runs against a reported stop.
+    /// 15. QLMN_MEAN is ours, not the manual's: the mean of the pulses over the last communication step, +100 % if up
+    ///     all the time, -100 % if down all the time; in a step without a call, the state of the outputs. A Real plant
+    ///     input and steps longer than CYCLE need it, because QLMNUP and QLMNDN show only the last call. (decided)
     ///
-    /// Sampling: the block computes with CYCLE and must be called that often. A pulse is a whole number of calls, so the
-    /// valve moves in steps of 100 CYCLE / MTR_TM percent.
+    /// Sampling: the block computes with CYCLE and must be called that often. A pulse is a whole number of calls, so
+    /// the valve moves in steps of 100 CYCLE / MTR_TM percent.
     ///
-    /// Bad input: the block checks no parameter. An overflow inside may leave the integrator infinite or NaN, of no use to
-    /// the automatic mode; COM_RST clears it, and LMNS_ON too.
+    /// Bad input: the block checks no parameter. An internal overflow may leave the integrator infinite or NaN, and the
+    /// automatic mode stops working; COM_RST or LMNS_ON clears it.
     ///
-    /// Decided: QLMN_MEAN. The manual's table says of QLMNDN that the valve is opened, a misprint: QLMNDN closes it.
+    /// Decided: QLMN_MEAN. The manual's table says that QLMNDN opens the valve; this is a misprint: QLMNDN closes it.
     ///
     /// Source: Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.2,
     /// figure 3-2, tables 3-3 and 3-4; recordings at the terminals of real blocks.
@@ -120,7 +122,7 @@ crate::block! {
             gain: Real = 2.0;
             /// Reset time of the integral action; range: TI >= CYCLE, 0 switches the integral action off
             ti: Time = Time::ms(20_000);
-            /// Dead band: half the width of the band of errors that count as none, 0 ... 100 % or a physical value
+            /// Dead band: half the width of the band in which the error counts as 0, 0 ... 100 % or a physical value
             deadb_w: Real = 1.0, min 0.0;
             /// Factor of the process value from PV_PER
             pv_fac: Real = 1.0;
@@ -130,7 +132,7 @@ crate::block! {
             pulse_tm: Time = Time::ms(3_000);
             /// Minimum length of the break between pulses; range: BREAK_TM >= CYCLE
             break_tm: Time = Time::ms(3_000);
-            /// Time that the actuator takes from limit stop to limit stop; range: MTR_TM >= CYCLE
+            /// Time the actuator needs from limit stop to limit stop; range: MTR_TM >= CYCLE
             mtr_tm: Time = Time::ms(30_000);
         }
         input {
@@ -153,15 +155,15 @@ crate::block! {
         qlmn_mean;
     }
     memory Memory {
-        /// The pulse that runs: +1 up, -1 down, 0 none.
+        /// The running pulse: +1 up, -1 down, 0 none.
         pulse: i32;
         /// The integrator: assumed valve position and I action in one.
         f: Real;
         /// The adapted on threshold.
         on: Real;
-        /// What is left of the minimum pulse time, in milliseconds.
+        /// Rest of the minimum pulse time, in milliseconds.
         pulse_left: i32;
-        /// What is left of the minimum break time, in milliseconds.
+        /// Rest of the minimum break time, in milliseconds.
         break_left: i32;
     }
 }
@@ -179,6 +181,7 @@ impl Law for ContS {
         self.clear();
     }
 
+    #[inline(always)]
     fn call(&mut self) {
         if self.com_rst {
             return self.restart();

@@ -17,7 +17,7 @@ crate::block! {
     ///                                                       +-------------+
     /// ```
     ///
-    /// The law of a call, in this order, is that of the example's statement list; sCount is the block's only memory:
+    /// The law of a call, in this order, is the example's statement list; sCount is the block's only memory:
     ///
     /// ```text
     /// sCount  = 0 with COM_RST
@@ -30,33 +30,33 @@ crate::block! {
     /// QPOS_P  = DI_PULSEGEN.QPOS_P
     /// ```
     ///
-    /// 1. Restart (COM_RST): both blocks inside run their restart, and sCount becomes RED_FAC. After it CONT_C first runs
-    ///    in call RED_FAC, and then every RED_FAC calls. While COM_RST is TRUE every call is a restart. (manual)
-    /// 2. CONT_C computes with CYCLE * RED_FAC, which is also the period of the pulses; PULSEGEN runs in every call, with
-    ///    CYCLE. (manual)
-    /// 3. LMN goes to INV in every call. CONT_C runs in the last call of a period, which is no time to synchronize, so its
-    ///    LMN is the pulse of the period that starts one call later. (follows from the manual's program)
-    /// 4. PV_PER is the process value and the controller runs automatically: DI_CONT_C.PVPER_ON starts TRUE and
-    ///    DI_CONT_C.MAN_ON FALSE. CONT_C's own defaults are the opposite; nothing in the example sets them, and it would
-    ///    give the manual value 0 for ever. (decided)
-    /// 5. What the example leaves open of both blocks inside is a parameter of this block: `DI_CONT_C.GAIN`,
-    ///    `DI_CONT_C.MAN`, `DI_PULSEGEN.P_B_TM` and so on. What it connects, and all results, can be read:
-    ///    `DI_CONT_C.LMN`, `DI_PULSEGEN.QNEG_P`. (decided)
-    /// 6. Q_MEAN is ours, not the manual's: that of the PULSEGEN inside, the mean of its pulses over the last communication
-    ///    step, +100 % for the positive one throughout, -100 % for the negative one. (decided)
+    /// 1. Restart (COM_RST): both blocks inside run their restart, and sCount becomes RED_FAC. After it CONT_C first
+    ///    runs in call RED_FAC, and then every RED_FAC calls. While COM_RST is TRUE, every call is a restart. (manual)
+    /// 2. CONT_C computes with CYCLE * RED_FAC, which is also the period of the pulses; PULSEGEN runs in every call,
+    ///    with CYCLE. (manual)
+    /// 3. LMN goes to INV in every call. CONT_C runs in the last call of a period, where PULSEGEN does not synchronize,
+    ///    so its LMN sets the pulse of the period that starts one call later. (follows from the manual's program)
+    /// 4. PV_PER is the process value and the controller starts in automatic mode: DI_CONT_C.PVPER_ON starts TRUE and
+    ///    DI_CONT_C.MAN_ON FALSE. CONT_C's own defaults are the opposite; nothing in the example sets them, so the
+    ///    output would stay at the manual value 0. (decided)
+    /// 5. Inputs of the two inner blocks that the example leaves unconnected are parameters of this block:
+    ///    `DI_CONT_C.GAIN`, `DI_CONT_C.MAN`, `DI_PULSEGEN.P_B_TM` and so on. Connected inputs and all outputs can be
+    ///    read: `DI_CONT_C.LMN`, `DI_PULSEGEN.QNEG_P`. (decided)
+    /// 6. Q_MEAN is ours, not the manual's: that of the inner PULSEGEN, the mean of its pulses over the last
+    ///    communication step, +100 % if positive all the time, -100 % if negative all the time. (decided)
     ///
-    /// Sampling: call the block every CYCLE. A pulse is a whole number of calls, so RED_FAC is the resolution of LMN: 200
-    /// calls tell 0.5 % apart. With three steps a negative LMN needs `DI_CONT_C.LMN_LLM` below 0, and the actuator
-    /// `DI_PULSEGEN.QNEG_P`.
+    /// Sampling: call the block every CYCLE. A pulse is a whole number of calls, so RED_FAC is the resolution of LMN:
+    /// 200 calls resolve 0.5 %. In three-step control a negative LMN needs `DI_CONT_C.LMN_LLM` below 0, and an actuator
+    /// on `DI_PULSEGEN.QNEG_P`.
     ///
     /// Bad input: RED_FAC below 1 and CYCLE * RED_FAC beyond the longest TIME, 2147483.647 s, are refused before the
-    /// restart (decided). Nothing else is checked. What the program does without that check is the statement list's: sCount
-    /// is an INT that wraps, RED_FAC is loaded without its sign, and the product keeps its low 32 bits.
+    /// restart (decided). Nothing else is checked. Without that check the program behaves as the statement list does:
+    /// sCount is an INT that wraps, RED_FAC is loaded without its sign, and the product keeps its low 32 bits.
     ///
     /// Decided: RED_FAC starts at 200 and CYCLE at 10 ms, the manual's 2 s and 10 ms; clauses 4 to 6.
     ///
     /// Source: Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.4,
-    /// figures 3-10 and 3-11, tables 3-7 and 3-8. The laws of the blocks inside: `CONT_C` and `PULSEGEN`.
+    /// figures 3-10 and 3-11, tables 3-7 and 3-8. For the laws of the inner blocks see `CONT_C` and `PULSEGEN`.
     pub struct PulsCtr as "PULS_CTR" {
         input {
             /// Setpoint, -100 ... 100 % or a physical value
@@ -104,8 +104,8 @@ crate::block! {
 
 impl Law for PulsCtr {
     const RESPONSE: Response = Response {
-        title: "The setpoint rises to 10: the controller answers every 20 calls, and each period's pulse is as long as LMN \
-                says",
+        title: "The setpoint rises to 10: the controller responds every 20 calls, and LMN sets the length of each \
+                period's pulse",
         calls: 160,
         set: &[(0, "RED_FAC", 20.0), (0, "DI_PULSEGEN.P_B_TM", 0.01), (0, "DI_CONT_C.TI", 0.5), (10, "SP_INT", 10.0)],
         show: &["SP_INT", "DI_CONT_C.LMN", "QPOS_P"],

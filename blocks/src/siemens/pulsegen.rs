@@ -22,11 +22,11 @@ crate::block! {
     /// ```text
     /// R <= 0:                             a period starts:
     ///     R = RND(PER_TM / CYCLE), at least 0
-    ///     w = |(((INV * k) * PER_TM) * 0.01) + b|          INV is read here and nowhere else
+    ///     w = |(((INV * k) * PER_TM) * 0.01) + b|          INV takes effect only here
     ///     w > s * (PER_TM - P_B_TM):      w = s * PER_TM
     ///     else w < s * P_B_TM:            w = 0
     ///     K = RND(w / CYCLE)
-    /// else SYN_ON, INV not that of the last call, R > 2:
+    /// else SYN_ON, INV changed since the previous call, R > 2:
     ///     R = 1                           this call is the last of the period
     /// three-step:  QPOS_P or QNEG_P = (K > 0), by the sign of INV
     /// two-step:    QPOS_P = (K > 0),  QNEG_P = not QPOS_P
@@ -41,55 +41,57 @@ crate::block! {
     /// two-step monopolar    0 and above     1                              0              1
     /// ```
     ///
-    /// 1. Restart (COM_RST): both outputs are FALSE, QNEG_P in two-step mode too; the next automatic call starts a period.
-    ///    The block does not take COM_RST back: while it is TRUE every call is a restart. (manual)
-    /// 2. A period is PER_TM / CYCLE calls long and starts with its pulse: 30 % in ten calls is three calls on, seven off.
-    ///    What INV does later in the period waits for the next (manual). The numbers of calls are rounded with halves to
-    ///    the even number: ten calls make 3, 4, 4, 4, 5 of 34, 35, 36, 45, 46 % (measured).
+    /// 1. Restart (COM_RST): both outputs are FALSE, QNEG_P in two-step mode too; the next automatic call starts a
+    ///    period. The block does not reset COM_RST: while it is TRUE, every call is a restart. (manual)
+    /// 2. A period is PER_TM / CYCLE calls long and starts with its pulse: 30 % in ten calls is three calls on, seven
+    ///    off. A later change of INV takes effect in the next period (manual). Numbers of calls are rounded, halves to
+    ///    even: in a period of ten calls, 34, 35, 36, 45, 46 % give 3, 4, 4, 4, 5 calls (measured).
     /// 3. Three-step control (STEP3_ON): a positive INV pulses QPOS_P, a negative one QNEG_P, |INV| percent of PER_TM.
     ///    (manual)
-    /// 4. A pulse that would be shorter than P_B_TM is left out; one that would leave a break shorter than P_B_TM fills
-    ///    the period. (manual)
-    /// 5. RATIOFAC below 1 shortens negative pulses to RATIOFAC times their length, above 1 positive ones to the
-    ///    RATIOFAC-th part, and the shortest pulse of that sign with them (manual). The threshold of the full pulse, and
-    ///    the full pulse itself, are scaled alike (decided). So with a RATIOFAC other than 1 a pulse may be shorter than
+    /// 4. A pulse shorter than P_B_TM is suppressed; a pulse that would leave a break shorter than P_B_TM fills the
+    ///    period. (manual)
+    /// 5. RATIOFAC below 1 multiplies the length of negative pulses by RATIOFAC; above 1 it divides that of positive
+    ///    pulses by RATIOFAC. The shortest pulse of that sign scales with them (manual), and so do the threshold of the
+    ///    full pulse and the full pulse itself (decided). So with a RATIOFAC other than 1 a pulse may be shorter than
     ///    P_B_TM.
-    /// 6. Two-step control, bipolar (ST2BI_ON): QPOS_P is on for (INV + 100) / 2 percent of PER_TM, clause 4 included;
+    /// 6. Two-step control, bipolar (ST2BI_ON): QPOS_P is on for (INV + 100) / 2 percent of PER_TM; clause 4 applies.
     ///    QNEG_P is its opposite. (manual)
-    /// 7. Two-step control, monopolar: QPOS_P is on for INV percent of PER_TM and not at all below 0, clause 4 included;
-    ///    QNEG_P is its opposite. (manual)
-    /// 8. Manual mode (MAN_ON), whatever INV is: with three steps POS_P_ON alone sets QPOS_P, NEG_P_ON alone QNEG_P, both
-    ///    or neither set nothing; with two steps QPOS_P follows POS_P_ON and QNEG_P is its opposite (manual). The next
-    ///    automatic call starts a period (decided).
-    /// 9. Synchronization (SYN_ON): a change of INV cuts the period short, but not in its first call and its last two
-    ///    (manual). The call that sees the change still belongs to the old pulse, the next starts the new period (decided).
-    /// 10. Q_MEAN is ours, not the manual's: the mean of the pulses over the last communication step, +100 % for the
-    ///     positive one throughout, -100 % for the negative one; in a step without a call the state that the outputs hold.
-    ///     With two steps there is one actuator, on QPOS_P, and QNEG_P no pulse of its own: +100 % for QPOS_P throughout,
-    ///     0 for none. A Real plant input and steps longer than CYCLE need it, for QPOS_P and QNEG_P only show the last
-    ///     call. (decided)
+    /// 7. Two-step control, monopolar: QPOS_P is on for INV percent of PER_TM, and off if INV is below 0; clause 4
+    ///    applies. QNEG_P is its opposite. (manual)
+    /// 8. Manual mode (MAN_ON), whatever INV is: in three-step control POS_P_ON alone sets QPOS_P, NEG_P_ON alone sets
+    ///    QNEG_P, both or neither set nothing; in two-step control QPOS_P follows POS_P_ON and QNEG_P is its opposite
+    ///    (manual). The next automatic call starts a period (decided).
+    /// 9. Synchronization (SYN_ON): a change of INV ends the period early, except in its first call and its last two
+    ///    (manual). The call that sees the change still belongs to the old pulse, the next starts the new period
+    ///    (decided).
+    /// 10. Q_MEAN is ours, not the manual's: the mean of the pulses over the last communication step, +100 % if
+    ///     positive all the time, -100 % if negative all the time; in a step without a call, the state of the outputs.
+    ///     In two-step control there is one actuator, on QPOS_P, and QNEG_P is no pulse: +100 % if QPOS_P is on all the
+    ///     time, 0 if it is off. A Real plant input and steps longer than CYCLE need Q_MEAN, because QPOS_P and QNEG_P
+    ///     show only the last call. (decided)
     ///
-    /// Sampling: call the block every CYCLE, and let INV change once a period. With SYN_ON and an INV that changes in
-    /// every call a period lasts two calls, and 30 % of ten calls is on all the time. A pulse is a whole number of calls,
-    /// so PER_TM / CYCLE is the resolution of INV: 20 calls tell 5 % apart, 100 calls 1 %.
+    /// Sampling: call the block every CYCLE, and change INV once a period. With SYN_ON and an INV that changes in every
+    /// call, a period lasts two calls, and 30 % of ten calls is on all the time. A pulse is a whole number of calls, so
+    /// PER_TM / CYCLE is the resolution of INV: 20 calls resolve 5 %, 100 calls 1 %.
     ///
-    /// Bad input: the block checks no parameter. P_B_TM above half of PER_TM leaves only off and fully on, P_B_TM above
-    /// PER_TM only fully on, whatever INV is (with three steps the negative pulse for INV = 0). PER_TM up to CYCLE / 2 is
-    /// rounded to no call at all and makes no pulse. The counters have 32 bits and do not wrap.
+    /// Bad input: the block checks no parameter. With P_B_TM above half of PER_TM the output is only off or fully on,
+    /// with P_B_TM above PER_TM always fully on, whatever INV is (in three-step control the negative pulse for INV =
+    /// 0). PER_TM up to CYCLE / 2 is rounded to no call at all and makes no pulse. The counters have 32 bits and do not
+    /// wrap.
     ///
-    /// Decided: the full pulse and its threshold with RATIOFAC; which call starts the synchronized period; the start of a
-    /// period after manual mode; Q_MEAN. The manual's text calls the outputs QPOS and QNEG in places, and says of POS_P_ON
-    /// and NEG_P_ON in two-step mode what its mode table says: QNEG_P is the opposite of QPOS_P.
+    /// Decided: the full pulse and its threshold with RATIOFAC; which call starts the synchronized period; the start of
+    /// a period after manual mode; Q_MEAN. The manual's text calls the outputs QPOS and QNEG in places; for POS_P_ON
+    /// and NEG_P_ON in two-step mode it agrees with its mode table: QNEG_P is the opposite of QPOS_P.
     ///
     /// Source: Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.3,
-    /// figures 3-3 to 3-9, tables 3-5 and 3-6. No recordings of pulses but those of clause 2.
+    /// figures 3-3 to 3-9, tables 3-5 and 3-6. Only the rounding of clause 2 is recorded.
     pub struct Pulsegen as "PULSEGEN" {
         input {
             /// Manipulated value to be turned into pulses
             inv: Real = 0.0, min -100.0, max 100.0, unit "%";
         }
         parameter {
-            /// Period of the pulses; the time in which INV is renewed; range: PER_TM >= 20 CYCLE
+            /// Period of the pulses, in which INV is updated once; range: PER_TM >= 20 CYCLE
             per_tm: Time = Time::ms(1000);
             /// Minimum length of a pulse and of a break; range: P_B_TM >= CYCLE
             p_b_tm: Time = Time::ms(50);
@@ -105,7 +107,7 @@ crate::block! {
             man_on: Bool = false;
             /// Manual positive pulse
             pos_p_on: Bool = false;
-            /// Manual negative pulse; without effect in two-step control
+            /// Manual negative pulse; no effect in two-step control
             neg_p_on: Bool = false;
             /// Synchronization: a change of INV starts a new period
             syn_on: Bool = true;
@@ -128,13 +130,13 @@ crate::block! {
         q_mean;
     }
     memory Memory {
-        /// INV of the last call.
+        /// INV of the previous call.
         inv: Real;
         /// R: calls left in the period.
         period_left: i32;
         /// K: calls left in the pulse.
         pulse_left: i32;
-        /// The pulse is a negative one.
+        /// The pulse is negative.
         negative: bool;
         /// What the last call made: +1 a positive pulse, -1 a negative one, 0 none.
         pulse: i32;
@@ -143,7 +145,7 @@ crate::block! {
 
 impl Law for Pulsegen {
     const RESPONSE: Response = Response {
-        title: "Periods of 20 calls: 30 %, then 75 % and -50 %, which come in the midst of a period and start a new one, \
+        title: "Periods of 20 calls: 30 %, then 75 % and -50 %, which come in the middle of a period and start a new one, \
                 then 4 %, too little for a pulse",
         calls: 160,
         set: &[
@@ -161,6 +163,7 @@ impl Law for Pulsegen {
         self.clear();
     }
 
+    #[inline(always)]
     fn call(&mut self) {
         if self.com_rst {
             return self.restart();
@@ -171,7 +174,7 @@ impl Law for Pulsegen {
             self.automatic();
         }
         self.memory.inv = self.inv;
-        // With two steps QNEG_P is the opposite of QPOS_P, no pulse.
+        // In two-step control QNEG_P is the opposite of QPOS_P and no pulse.
         self.memory.pulse = i32::from(self.qpos_p) - i32::from(self.step3_on && self.qneg_p);
     }
 

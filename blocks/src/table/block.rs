@@ -1,6 +1,6 @@
-//! The macro that makes a block of its table.
+//! The macro that makes a block from its table.
 
-/// Makes a block of its table: the struct, its start values, the table as data and the access by row number.
+/// Makes a block from its table: the struct, its start values, the table as data and the access by row number.
 ///
 /// ```text
 /// block! {
@@ -22,8 +22,8 @@
 ///
 /// The sections of variables may be repeated and stand in any order, so that the rows can keep the order of an instance
 /// data block; start, `min`, `max` and `unit` may be left out. A table has one `cycle` row. `mean`, `instances` and
-/// `memory` may be left out. Of an instance, `wired` names the terminals that the law connects: they become locals;
-/// settings and open inputs become tunable parameters, outputs locals.
+/// `memory` may be left out. In an instance, `wired` names the terminals that the law connects: they become locals;
+/// settings and unconnected inputs become tunable parameters, outputs become locals.
 #[macro_export]
 macro_rules! block {
     (
@@ -103,7 +103,7 @@ macro_rules! block {
         }
 
         impl $Block {
-            /// Outputs, locals and memory back to 0 / FALSE; the blocks inside are left alone.
+            /// Sets outputs, locals and memory to 0 / FALSE; does not touch the inner blocks.
             pub fn clear(&mut self) {
                 $($( $crate::block!(@clear $section self.$name); )*)*
                 $( self.$mean = 0.0; )?
@@ -174,6 +174,7 @@ macro_rules! block {
                     name: $NAME,
                     docs: concat!($($docs, "\n"),*),
                     rows: &ROWS,
+                    tunable_reals: &$crate::table::tunable_reals(&ROWS),
                     cycle: CYCLE,
                     mean: if MEAN.is_empty() { None } else { Some(COUNT - 1) },
                     memory: &[ $($( (stringify!($memory), stringify!($memory_type)), )*)? ],
@@ -240,6 +241,46 @@ macro_rules! block {
                     true
                 }
 
+                #[inline(always)]
+                #[allow(unused_assignments)]
+                fn real(&self, index: usize) -> Option<$crate::Real> {
+                    match index {
+                        $($( At::$name => $crate::block!(@real $kind self.$name), )*)*
+                        _ => {
+                            #[allow(unused_mut, unused_variables)]
+                            let mut index = index - OWN.len();
+                            $($(
+                                let rows = <$Instance as Block>::TABLE.inner();
+                                if index < rows {
+                                    return self.$instance.real(index);
+                                }
+                                index -= rows;
+                            )*)?
+                            None
+                        }
+                    }
+                }
+
+                #[inline(always)]
+                #[allow(unused_assignments)]
+                fn real_mut(&mut self, index: usize) -> Option<&mut $crate::Real> {
+                    match index {
+                        $($( At::$name => $crate::block!(@real_mut $kind self.$name), )*)*
+                        _ => {
+                            #[allow(unused_mut, unused_variables)]
+                            let mut index = index - OWN.len();
+                            $($(
+                                let rows = <$Instance as Block>::TABLE.inner();
+                                if index < rows {
+                                    return self.$instance.real_mut(index);
+                                }
+                                index -= rows;
+                            )*)?
+                            None
+                        }
+                    }
+                }
+
                 #[inline]
                 fn set_mean(&mut self, percent: $crate::LReal) {
                     let _ = percent;
@@ -287,6 +328,10 @@ macro_rules! block {
             "unknown section `", stringify!($other), "`: use input, parameter, fixed, cycle, output or local"
         ))
     };
+    (@real Real $field:expr) => { Some($field) };
+    (@real $other:ident $field:expr) => { None };
+    (@real_mut Real $field:expr) => { Some(&mut $field) };
+    (@real_mut $other:ident $field:expr) => { None };
     (@clear output $field:expr) => { $field = Default::default() };
     (@clear local $field:expr) => { $field = Default::default() };
     (@clear $other:ident $field:expr) => {};

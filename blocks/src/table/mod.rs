@@ -1,7 +1,7 @@
 //! What a block is: a table of variables, written once, and a law.
 //!
 //! [`block!`](crate::block!) turns the table into a struct and everything that can be computed from it ([`Block`]); the
-//! law is written by hand ([`Law`]). Somebody who adds a block writes one file:
+//! law is written by hand ([`Law`]). A new block is one file:
 //!
 //! ```
 //! use blocks::{Block, Law, Value};
@@ -50,22 +50,22 @@ mod tests;
 mod types;
 
 #[doc(hidden)]
-pub use parts::{copy, cycle_row, inner_rows, nest, text, trimmed, upper};
+pub use parts::{copy, cycle_row, inner_rows, nest, text, trimmed, tunable_reals, upper};
 pub use stored::Stored;
 pub use types::{Bool, Int, LReal, Real, Time, Word, low_word, rnd};
 
-/// What a block does when it is called: the part of a block that is written by hand.
+/// The part of a block that is written by hand: what it does when it is called.
 pub trait Law {
     /// What the documentation shows of the block and the reference results record.
     const RESPONSE: Response = Response::AT_REST;
 
-    /// The complete restart, as a PLC makes it once at power up (OB 100), with the inputs and parameters as they are.
+    /// The complete restart, which a PLC runs once at power-up (OB 100), with the present inputs and parameters.
     fn restart(&mut self);
 
     /// One call, as a cyclic interrupt makes it: reads inputs and parameters, writes outputs and memory.
     fn call(&mut self);
 
-    /// Refuses parameters with which the block cannot run; asked once, before the restart.
+    /// Refuses parameters with which the block cannot run; called once, before the restart.
     ///
     /// # Errors
     /// A sentence that names the variable, its value and the remedy.
@@ -95,6 +95,13 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
     /// another type.
     fn set(&mut self, index: usize, value: Value) -> bool;
 
+    /// The REAL in row `index`, as [`Block::get`] gives it but in fewer instructions; `None` if the row is no REAL.
+    fn real(&self, index: usize) -> Option<Real>;
+
+    /// The place of the REAL in row `index`, whatever its role, to be written in fewer instructions than by
+    /// [`Block::set`]; `None` if the row is no REAL.
+    fn real_mut(&mut self, index: usize) -> Option<&mut Real>;
+
     /// Writes the `mean` row, if there is one.
     fn set_mean(&mut self, percent: LReal);
 }
@@ -108,6 +115,8 @@ pub struct Table {
     pub docs: &'static str,
     /// All variables: the block's own, then those of the blocks inside it, then the mean.
     pub rows: &'static [Row],
+    /// Of each row, whether it is a REAL that may be set at any time: what a host does most. One byte a row.
+    pub tunable_reals: &'static [bool],
     /// The row that holds the time between two calls.
     pub cycle: usize,
     /// The row that holds the mean of the pulse, if there is one.
@@ -127,7 +136,7 @@ impl Table {
     }
 }
 
-/// How deep blocks may stand inside blocks.
+/// How deep blocks may be nested.
 pub const DEPTH: usize = 3;
 
 /// One variable.
@@ -145,16 +154,16 @@ pub struct Row {
     pub role: Role,
     /// Its value in a new block.
     pub start: Value,
-    /// The lowest value that makes sense. Nothing enforces it: the blocks check no parameter.
+    /// The lowest sensible value; not enforced: the blocks check no parameter.
     pub min: Option<Value>,
-    /// The highest value that makes sense; not enforced either.
+    /// The highest sensible value; not enforced either.
     pub max: Option<Value>,
-    /// Its unit, such as `%` or `degC`; a TIME has the unit second without saying so.
+    /// Its unit, such as `%` or `degC`; `None` for a TIME, which is in seconds.
     pub unit: Option<&'static str>,
 }
 
 impl Row {
-    /// A place in a table that is not filled yet.
+    /// A place in a table that is not yet filled.
     #[doc(hidden)]
     pub const EMPTY: Row = Row {
         path: [""; DEPTH],
@@ -177,7 +186,7 @@ impl Row {
     }
 }
 
-/// Makes an enum of which each value has one name, by which it is written everywhere.
+/// Makes an enum whose values have one name each, by which they are written everywhere.
 macro_rules! named {
     ($(#[$attribute:meta])* $Enum:ident { $( $(#[doc = $doc:literal])* $Value:ident $name:literal; )* }) => {
         $(#[$attribute])*
@@ -232,13 +241,13 @@ named! {
         Cycle "cycle";
         /// A result.
         Output "output";
-        /// A signal inside the block that can be read but is none of its terminals.
+        /// A signal inside the block, which can be read but is not one of its terminals.
         Local "local";
     }
 }
 
 impl Role {
-    /// Whether a host may set it, before the block runs at least.
+    /// Whether a host may set it, at least before the block runs.
     pub const fn is_settable(self) -> bool {
         !matches!(self, Role::Output | Role::Local)
     }
@@ -278,7 +287,7 @@ impl Value {
 /// A short run of a block that shows what it does: signals are set before given calls, and some are drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct Response {
-    /// What is to be seen, in one sentence.
+    /// What the run shows, in one sentence.
     pub title: &'static str,
     /// How many calls it lasts.
     pub calls: u32,
@@ -290,6 +299,6 @@ pub struct Response {
 }
 
 impl Response {
-    /// The block as it comes, for 60 calls, with all its inputs and outputs recorded.
+    /// The block with its defaults, for 60 calls, with all inputs and outputs recorded.
     pub const AT_REST: Response = Response { title: "At rest, with all defaults", calls: 60, set: &[], show: &[] };
 }

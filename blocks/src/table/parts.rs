@@ -3,7 +3,7 @@
 use crate::table::{DEPTH, Kind, Role, Row, Table, Value};
 
 impl Table {
-    /// How many rows the block has inside another: all but the mean, which belongs to a communication step.
+    /// How many rows an inner block has: all but the mean, which belongs to a communication step.
     #[doc(hidden)]
     pub const fn inner(&self) -> usize {
         self.rows.len() - self.mean.is_some() as usize
@@ -56,7 +56,18 @@ pub const fn copy(from: &[Row], to: &mut [Row], mut next: usize) -> usize {
     next
 }
 
-/// Copies the rows of a block inside another, with their place, role and start there.
+#[doc(hidden)]
+pub const fn tunable_reals<const N: usize>(rows: &[Row; N]) -> [bool; N] {
+    let mut tunable = [false; N];
+    let mut i = 0;
+    while i < N {
+        tunable[i] = matches!(rows[i].kind, Kind::Real) && matches!(rows[i].role, Role::Input | Role::Parameter);
+        i += 1;
+    }
+    tunable
+}
+
+/// Copies the rows of an inner block, with their place, role and start in the outer one.
 #[doc(hidden)]
 pub const fn nest(
     instance: &'static str,

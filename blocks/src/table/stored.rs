@@ -7,7 +7,7 @@ pub trait Stored: Sized {
     /// Appends the value's bytes.
     fn write(&self, bytes: &mut Vec<u8>);
 
-    /// Takes a value off the front; `None` if the bytes are none of its values, or too few.
+    /// Takes a value off the front; `None` if the bytes are too few, or no valid value.
     fn read(bytes: &mut &[u8]) -> Option<Self>;
 }
 

@@ -257,6 +257,35 @@ fn a_value_of_another_type_or_a_row_that_is_none_is_refused_and_changes_nothing(
 }
 
 #[test]
+fn a_real_is_read_and_written_as_any_value_and_no_other_row_is_one() {
+    for (index, row) in Outer::TABLE.rows.iter().enumerate() {
+        let mut block = Outer::default();
+        let before = block.get(index);
+        let is_real = row.kind == Kind::Real;
+        assert_eq!(block.real(index).map(Value::Real), before.filter(|_| is_real), "{}", row.full_name());
+        block.real_mut(index).into_iter().for_each(|real| *real = -2.5);
+        assert_eq!(block.get(index), if is_real { Some(Value::Real(-2.5)) } else { before }, "{}", row.full_name());
+    }
+    let mut block = Outermost::default();
+    let gain = Outermost::TABLE.find("DI_OUTER.GAIN").unwrap();
+    *block.real_mut(gain).unwrap() = 7.5;
+    assert_eq!((block.real(gain), block.di_outer.gain), (Some(7.5), 7.5));
+    let rows = Outermost::TABLE.rows.len();
+    assert_eq!((block.real(rows), block.real_mut(rows)), (None, None));
+}
+
+#[test]
+fn reals_that_are_inputs_or_parameters_may_be_set_at_any_time() {
+    let names = |table: &Table| -> Vec<String> {
+        let rows = table.rows.iter().zip(table.tunable_reals);
+        rows.filter(|(_, is_tunable)| **is_tunable).map(|(row, _)| row.full_name()).collect()
+    };
+    assert_eq!(names(Outer::TABLE), ["GAIN"]);
+    assert_eq!(names(Outermost::TABLE), ["DI_OUTER.GAIN"]);
+    assert!(names(Inner::TABLE).is_empty(), "it has no REAL");
+}
+
+#[test]
 fn the_mean_can_be_written() {
     let mut block = Outer::default();
     block.set_mean(12.5);

@@ -1,7 +1,7 @@
 //! What is found in a description that no schema objects to.
 
 use crate::sample::{everything, smallest, unknown, variable};
-use modeldescription::*;
+use modeldescription::v2::*;
 
 /// The findings about the sample after a change.
 fn findings(change: impl FnOnce(&mut ModelDescription)) -> Vec<String> {
@@ -95,25 +95,25 @@ fn units_types_and_display_units_that_are_not_defined() {
         let attributes = RealAttributes { unit: Some(unit.into()), ..RealAttributes::default() };
         d.model_variables[4].typed = Typed::Real(Real { attributes, start: Some(0.0), ..Real::default() });
     };
-    assert!(finding(|d| unit(d, "furlong")).contains("variable \"input\": unit = \"furlong\" is defined nowhere"));
+    assert!(finding(|d| unit(d, "furlong")).contains("variable \"input\": unit = \"furlong\" is not defined"));
     let display = finding(|d| {
         let Typed::Real(real) = &mut d.model_variables[0].typed else { panic!() };
         real.attributes.display_unit = Some("ms".into());
     });
-    assert!(display.contains("displayUnit = \"ms\" is no DisplayUnit of unit = \"odd\""), "{display}");
+    assert!(display.contains("displayUnit = \"ms\" is not a DisplayUnit of unit = \"odd\""), "{display}");
     let type_unit = finding(|d| {
         let attributes = RealAttributes { unit: Some("furlong".into()), ..RealAttributes::default() };
         d.type_definitions[0].attributes = TypeAttributes::Real(attributes);
     });
-    assert!(type_unit.contains("SimpleType \"R\": unit = \"furlong\" is defined nowhere"), "{type_unit}");
+    assert!(type_unit.contains("SimpleType \"R\": unit = \"furlong\" is not defined"), "{type_unit}");
     let declared = finding(|d| {
         d.model_variables[6].typed = Typed::String(Text { declared_type: Some("T".into()), start: Some(String::new()) })
     });
-    assert!(declared.contains("variable \"text\": declaredType = \"T\" is defined nowhere"), "{declared}");
+    assert!(declared.contains("variable \"text\": declaredType = \"T\" is not defined"), "{declared}");
     let kind = finding(|d| {
         d.model_variables[6].typed = Typed::String(Text { declared_type: Some("B".into()), start: Some(String::new()) })
     });
-    assert!(kind.contains("declaredType = \"B\" is no String"), "{kind}");
+    assert!(kind.contains("declaredType = \"B\" is not of type String"), "{kind}");
 }
 
 #[test]
@@ -129,32 +129,34 @@ fn a_display_unit_of_the_declared_types_unit_is_right() {
 #[test]
 fn names_that_are_there_twice() {
     assert!(
-        finding(|d| d.model_variables[5].name = "input".into()).contains("variable \"input\": the name is there twice")
+        finding(|d| d.model_variables[5].name = "input".into()).contains("variable \"input\": the name is used twice")
     );
     let units = findings(|d| {
         let unit = d.unit_definitions[1].clone();
         d.unit_definitions.push(unit);
     });
-    assert_eq!(units, ["Unit \"odd\" is there twice: define it once"]);
+    assert_eq!(units, ["Unit \"odd\" is defined twice: define it once"]);
     let display_units = finding(|d| {
         let display_unit = d.unit_definitions[1].display_units[0].clone();
         d.unit_definitions[1].display_units.push(display_unit);
     });
-    assert_eq!(display_units, "Unit \"odd\": DisplayUnit \"odder\" is there twice: define it once");
+    assert_eq!(display_units, "Unit \"odd\": DisplayUnit \"odder\" is defined twice: define it once");
     assert!(
         finding(|d| d.log_categories[1].name = "logStatusError".into())
-            .contains("Category \"logStatusError\" is there twice")
+            .contains("Category \"logStatusError\" is defined twice")
     );
     let types = finding(|d| {
         let simple_type = d.type_definitions[2].clone();
         d.type_definitions.push(simple_type);
     });
-    assert_eq!(types, "SimpleType \"B\" is there twice: define it once");
+    assert_eq!(types, "SimpleType \"B\" is defined twice: define it once");
     let items = finding(|d| {
-        let TypeAttributes::Enumeration { items, .. } = &mut d.type_definitions[4].attributes else { panic!() };
+        let TypeAttributes::Enumeration(EnumerationType { items, .. }) = &mut d.type_definitions[4].attributes else {
+            panic!()
+        };
         items[0].name = "green".into();
     });
-    assert_eq!(items, "SimpleType \"E\": Item \"green\" is there twice: define it once");
+    assert_eq!(items, "SimpleType \"E\": Item \"green\" is defined twice: define it once");
 }
 
 #[test]
@@ -210,7 +212,7 @@ fn a_library_that_has_another_name_than_its_model_or_one_that_c_has_not() {
             .contains("modelIdentifier = \"ALL\" differs from modelName = \"OTHER\"")
     );
     for wrong in ["", "1A", "A-B", "A.B", "Ä"] {
-        assert!(rename(wrong)[0].contains("is no C identifier"), "{wrong}");
+        assert!(rename(wrong)[0].contains("is not a C identifier"), "{wrong}");
     }
     for right in ["A", "_", "a1_B"] {
         assert_eq!(rename(right), Vec::<String>::new(), "{right}");
@@ -222,7 +224,7 @@ fn an_empty_guid_and_a_model_without_variables() {
     assert!(finding(|d| d.guid.clear()).contains("guid is empty"));
     let empty =
         ModelDescription { model_variables: Vec::new(), model_structure: ModelStructure::default(), ..smallest() };
-    assert_eq!(check(&empty), ["there are no variables: the schema asks for one"]);
+    assert_eq!(check(&empty), ["there are no variables: the schema requires at least one"]);
 }
 
 #[test]
@@ -367,7 +369,7 @@ fn only_a_real_is_continuous() {
     let found = finding(|d| {
         d.model_variables[7].variability = Variability::Continuous;
     });
-    assert!(found.contains("variable \"choice\": variability = continuous: only a Real is that"), "{found}");
+    assert!(found.contains("variable \"choice\": variability = continuous: only a Real can be continuous"), "{found}");
 }
 
 #[test]
@@ -383,8 +385,11 @@ fn a_start_that_is_no_item_of_its_enumeration() {
 fn the_model_structure_lists_exactly_the_unknowns_in_order() {
     let lists = |change: fn(&mut ModelStructure)| findings(|d| change(&mut d.model_structure));
     assert_eq!(lists(|s| drop(s.outputs.pop())), ["Outputs: variable \"constant\" (index 2) is missing: add it"]);
-    assert_eq!(lists(|s| s.outputs.push(unknown(3))), ["Outputs: variable \"x\" (index 3) is none: take it out"]);
-    assert_eq!(lists(|s| s.outputs.push(unknown(1))), ["Outputs: a variable is there twice: list it once"]);
+    assert_eq!(
+        lists(|s| s.outputs.push(unknown(3))),
+        ["Outputs: variable \"x\" (index 3) does not belong here: remove it"]
+    );
+    assert_eq!(lists(|s| s.outputs.push(unknown(1))), ["Outputs: a variable is listed twice: list it once"]);
     assert_eq!(lists(|s| s.outputs.reverse()), Vec::<String>::new());
     assert_eq!(
         lists(|s| drop(s.initial_unknowns.pop())),
@@ -396,12 +401,15 @@ fn the_model_structure_lists_exactly_the_unknowns_in_order() {
     );
     assert_eq!(
         lists(|s| s.initial_unknowns.push(unknown(10))),
-        ["InitialUnknowns: variable \"v\" (index 10) is none: take it out"]
+        ["InitialUnknowns: variable \"v\" (index 10) does not belong here: remove it"]
     );
-    assert_eq!(lists(|s| s.initial_unknowns.reverse()), ["InitialUnknowns: the indices do not ascend: sort them"]);
+    assert_eq!(
+        lists(|s| s.initial_unknowns.reverse()),
+        ["InitialUnknowns: the indices are not in ascending order: sort them"]
+    );
     assert_eq!(
         lists(|s| s.initial_unknowns.push(unknown(9))),
-        ["InitialUnknowns: a variable is there twice: list it once"]
+        ["InitialUnknowns: a variable is listed twice: list it once"]
     );
 }
 

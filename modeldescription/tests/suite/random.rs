@@ -1,7 +1,7 @@
 //! Random descriptions, random damage.
 
 use crate::sample::everything;
-use modeldescription::*;
+use modeldescription::v2::*;
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
@@ -91,9 +91,9 @@ fn types() -> impl Strategy<Value = Vec<SimpleType>> {
                 // Ranges come from the variables alone: those of a type would have to fit to each of them.
                 ("R", TypeAttributes::Real(RealAttributes { min: None, max: None, ..real })),
                 ("I", TypeAttributes::Integer(IntegerAttributes { min: None, max: None, ..integer })),
-                ("B", TypeAttributes::Boolean),
-                ("S", TypeAttributes::String),
-                ("E", TypeAttributes::Enumeration { quantity, items }),
+                ("B", TypeAttributes::Boolean(BooleanType {})),
+                ("S", TypeAttributes::String(StringType {})),
+                ("E", TypeAttributes::Enumeration(EnumerationType { quantity, items })),
             ];
             std::iter::zip(attributes, described)
                 .map(|((name, attributes), description)| SimpleType { name: name.into(), description, attributes })
@@ -169,7 +169,8 @@ fn unknown() -> impl Strategy<Value = Unknown> {
 }
 
 fn interfaces() -> impl Strategy<Value = (ModelExchange, CoSimulation)> {
-    (text(), any::<[bool; 9]>(), any::<u32>(), vec(text(), 0..3)).prop_map(|(name, flag, order, files)| {
+    let source_file = text().prop_map(|name| SourceFile { name });
+    (text(), any::<[bool; 9]>(), any::<u32>(), vec(source_file, 0..3)).prop_map(|(name, flag, order, files)| {
         let model_exchange = ModelExchange {
             model_identifier: name.clone(),
             needs_execution_tool: flag[0],
@@ -181,8 +182,7 @@ fn interfaces() -> impl Strategy<Value = (ModelExchange, CoSimulation)> {
             provides_directional_derivative: flag[6],
             source_files: files.clone(),
         };
-        let co_simulation = CoSimulation {
-            model_identifier: name,
+        let capabilities = Capabilities {
             needs_execution_tool: flag[6],
             can_handle_variable_communication_step_size: flag[5],
             can_interpolate_inputs: flag[4],
@@ -193,8 +193,8 @@ fn interfaces() -> impl Strategy<Value = (ModelExchange, CoSimulation)> {
             can_get_and_set_fmu_state: flag[0],
             can_serialize_fmu_state: flag[7],
             provides_directional_derivative: flag[8],
-            source_files: files,
         };
+        let co_simulation = CoSimulation { model_identifier: name, capabilities, source_files: files };
         (model_exchange, co_simulation)
     })
 }

@@ -1,7 +1,7 @@
 //! From XML to a model description: those of other tools too, and what is refused.
 
 use crate::sample::{everything, smallest};
-use modeldescription::*;
+use modeldescription::v2::*;
 
 /// A model description as other tools write it: with comments, in other quotes and another order, with attributes and
 /// elements that are nobody else's business.
@@ -96,7 +96,7 @@ fn the_description_of_another_tool_is_read_whole() {
     assert_eq!(description.model_identifier(), Some("Foreign_Model"));
     let model_exchange = description.model_exchange.clone().unwrap();
     assert!(model_exchange.can_get_and_set_fmu_state && !model_exchange.can_serialize_fmu_state);
-    assert_eq!(model_exchange.source_files, ["a.c", "b.c"]);
+    assert_eq!(model_exchange.source_files, ["a.c", "b.c"].map(|name| SourceFile { name: name.into() }));
     assert_eq!(description.co_simulation, None);
     let experiment = DefaultExperiment { stop_time: Some(1000.0), ..DefaultExperiment::default() };
     assert_eq!(description.default_experiment, Some(experiment));
@@ -112,7 +112,9 @@ fn the_description_of_another_tool_is_read_whole() {
         ..RealAttributes::default()
     };
     assert_eq!(level.attributes, TypeAttributes::Real(expected));
-    let TypeAttributes::Enumeration { items, .. } = &description.type_definitions[1].attributes else { panic!() };
+    let TypeAttributes::Enumeration(EnumerationType { items, .. }) = &description.type_definitions[1].attributes else {
+        panic!()
+    };
     assert_eq!((items[0].value, items[0].description.as_deref(), items[1].value), (1, Some("Stop"), -2));
     assert_eq!(description.unit_definitions[0].display_units[0].factor, 100.0);
     let names: Vec<&str> = description.model_variables.iter().map(|variable| variable.name.as_str()).collect();
@@ -207,22 +209,22 @@ fn what_is_no_model_description_of_fmi_2_0_is_refused() {
             "{nothing}"
         );
     }
-    assert_eq!(error(b"\xff\xfe<\0f\0"), "line 1: byte 0xff is no UTF-8: save the file in UTF-8");
-    assert_eq!(error(b"<a>\n\n\xc3</a>"), "line 3: byte 0xc3 is no UTF-8: save the file in UTF-8");
+    assert_eq!(error(b"\xff\xfe<\0f\0"), "line 1: byte 0xff is not UTF-8: save the file in UTF-8");
+    assert_eq!(error(b"<a>\n\n\xc3</a>"), "line 3: byte 0xc3 is not UTF-8: save the file in UTF-8");
     assert_eq!(
         error(b"\n<SystemStructureDescription/>"),
-        "line 2: SystemStructureDescription: this is no model description: that begins with <fmiModelDescription"
+        "line 2: SystemStructureDescription: this is not a model description: that begins with <fmiModelDescription"
     );
     assert_refused(
         "fmiVersion=\"2.0\"",
         "fmiVersion=\"3.0\"",
         4,
-        &["fmiModelDescription: fmiVersion = \"3.0\": only FMI 2.0 is read"],
+        &["fmiModelDescription: fmiVersion = \"3.0\": only FMI 2.0 is supported"],
     );
     assert_refused("fmiVersion=\"2.0\"", "fmiVersion=\"2.0.4\"", 4, &["fmiVersion = \"2.0.4\""]);
     assert_refused("fmiVersion=\"2.0\"", "", 4, &["fmiVersion is missing"]);
     let fmi_3 = "<fmiModelDescription fmiVersion=\"3.0\" instantiationToken=\"x\"/>";
-    assert_eq!(error(fmi_3.as_bytes()), "line 1: fmiModelDescription: fmiVersion = \"3.0\": only FMI 2.0 is read");
+    assert_eq!(error(fmi_3.as_bytes()), "line 1: fmiModelDescription: fmiVersion = \"3.0\": only FMI 2.0 is supported");
 }
 
 #[test]
@@ -233,11 +235,11 @@ fn a_name_of_any_length_makes_no_long_sentence() {
 
 #[test]
 fn what_is_no_xml_is_refused() {
-    assert_refused("</Outputs>", "</Output>", 45, &["this is no XML", "Outputs", "Output"]);
+    assert_refused("</Outputs>", "</Output>", 45, &["this is not XML", "Outputs", "Output"]);
     assert_refused("<Derivatives/>", "<Derivatives", 46, &["repair the tag"]);
     assert_refused("guid='{2}'", "guid={2}", 4, &["fmiModelDescription", "repair the tag"]);
     assert_refused("guid='{2}'", "guid", 4, &["fmiModelDescription", "repair the tag"]);
-    assert_refused("guid='{2}'", "guid='{2}' guid='{2}'", 4, &["guid = \"{2}\": the attribute is there twice"]);
+    assert_refused("guid='{2}'", "guid='{2}' guid='{2}'", 4, &["guid = \"{2}\": the attribute occurs twice"]);
     assert_refused("guid='{2}'", "guid='<2>'", 4, &["guid = \"<2>\"", "&lt;"]);
     assert_refused("guid='{2}'", "guid='&#1;'", 4, &["guid = \"&#1;\": "]);
     assert_refused("guid='{2}'", "guid='&#x110000;'", 4, &["guid = "]);
@@ -247,7 +249,7 @@ fn what_is_no_xml_is_refused() {
     assert_refused("<Derivatives/>", "<![CDATA[x]]>", 46, &["there is text inside ModelStructure"]);
     assert_refused("<!-- the end -->", "<fmiModelDescription/>", 50, &["something follows </fmiModelDescription>"]);
     assert_refused("<!-- the end -->", "the end", 50, &["something follows"]);
-    assert_refused("version='1.0'", "version='1.1'", 1, &["XML \"1.1\" is not read"]);
+    assert_refused("version='1.0'", "version='1.1'", 1, &["XML \"1.1\" is not supported"]);
     assert_refused("<!-- 1 -->", "<?xml version='1.0'?>", 26, &["the XML declaration is not at the start"]);
 }
 
@@ -259,10 +261,10 @@ fn entities_are_not_expanded_and_nothing_outside_is_opened() {
         "<!DOCTYPE a SYSTEM \"http://localhost/a.dtd\">",
         "<!DOCTYPE html>",
     ] {
-        assert_refused("<!-- made by <hand> & foot -->", declaration, 2, &["<!DOCTYPE", "not read"]);
+        assert_refused("<!-- made by <hand> & foot -->", declaration, 2, &["<!DOCTYPE", "not supported"]);
     }
-    assert_refused("guid='{2}'", "guid='&a;'", 4, &["guid = \"&a;\": after an & only"]);
-    assert_refused("text &amp;", "text &a;", 23, &["entity &a; is not read"]);
+    assert_refused("guid='{2}'", "guid='&a;'", 4, &["guid = \"&a;\": only &lt; &gt;", "may follow an &"]);
+    assert_refused("text &amp;", "text &a;", 23, &["entity &a; is not supported"]);
 }
 
 #[test]
@@ -324,51 +326,63 @@ fn elements_and_attributes_that_fmi_2_0_has_not_are_refused() {
 #[test]
 fn words_and_numbers_that_the_standard_has_not_are_refused_with_those_that_it_has() {
     let words = &[
-        "ScalarVariable: causality = \"outptu\": take one of parameter, calculatedParameter, input, output, local, independent",
+        "ScalarVariable: causality = \"outptu\": expected one of parameter, calculatedParameter, input, output, local, independent",
     ];
     assert_refused("causality=\"output\"", "causality=\"outptu\"", 27, words);
     assert_refused(
         "variability=\"fixed\"",
         "variability=\"const\"",
         31,
-        &["take one of constant, fixed, tunable, discrete, continuous"],
+        &["expected one of constant, fixed, tunable, discrete, continuous"],
     );
     assert_refused(
         "variability=\"fixed\"",
         "initial=\"Exact\"",
         31,
-        &["initial = \"Exact\": take one of exact, approx, calculated"],
+        &["initial = \"Exact\": expected one of exact, approx, calculated"],
     );
-    assert_refused("guid='{2}'", "guid='{2}' variableNamingConvention='free'", 4, &["take one of flat, structured"]);
+    assert_refused(
+        "guid='{2}'",
+        "guid='{2}' variableNamingConvention='free'",
+        4,
+        &["expected one of flat, structured"],
+    );
     assert_refused(
         "dependent  fixed",
         "dependent linear",
         43,
-        &["dependenciesKind = \"dependent linear\": take some of dependent, constant, fixed"],
+        &[
+            "dependenciesKind = \"dependent linear\": expected a list, separated by spaces, and for each item one of dependent, constant, fixed",
+        ],
     );
     assert_refused(
         "stopTime=\" 1E3 \"",
         "stopTime=\"inf\"",
         12,
-        &["DefaultExperiment: stopTime = \"inf\": this is no number"],
+        &["DefaultExperiment: stopTime = \"inf\": expected a number"],
     );
     assert_refused("factor=\"100\"", "factor=\"1,5\"", 20, &["DisplayUnit: factor = \"1,5\""]);
-    assert_refused("max=\"+5\"", "max=\"5.0\"", 37, &["Integer: max = \"5.0\": this is no whole number of 32 bits"]);
+    assert_refused(
+        "max=\"+5\"",
+        "max=\"5.0\"",
+        37,
+        &["Integer: max = \"5.0\": expected an integer from -2147483648 to 2147483647"],
+    );
     assert_refused("max=\"+5\"", "max=\"2147483648\"", 37, &["max = \"2147483648\""]);
     assert_refused(
         "4294967295",
         "4294967296",
         27,
-        &["valueReference = \"4294967296\": this is no whole number of 0 ... 4294967295"],
+        &["valueReference = \"4294967296\": expected an integer from 0 to 4294967295"],
     );
     assert_refused("4294967295", "-1", 27, &["valueReference = \"-1\""]);
     assert_refused(
         "canGetAndSetFMUstate=\"1\"",
         "canGetAndSetFMUstate=\"yes\"",
         9,
-        &["ModelExchange: canGetAndSetFMUstate = \"yes\": this is neither true nor false"],
+        &["ModelExchange: canGetAndSetFMUstate = \"yes\": expected true or false"],
     );
-    assert_refused("dependencies=\" 3", "dependencies=\" 3,", 43, &["dependencies = ", "no indices"]);
+    assert_refused("dependencies=\" 3", "dependencies=\" 3,", 43, &["dependencies = ", "expected a list"]);
 }
 
 #[test]
@@ -411,7 +425,7 @@ fn what_has_to_be_there_is_missed() {
 #[test]
 fn elements_that_may_be_there_once_are_refused_the_second_time() {
     let twice = |element: &str, line: usize| {
-        assert_refused(element, &format!("{element}\n{element}"), line + 1, &["there twice"])
+        assert_refused(element, &format!("{element}\n{element}"), line + 1, &["occurs twice"])
     };
     twice("<DefaultExperiment stopTime=\" 1E3 \"/>", 12);
     twice("<BaseUnit m=\"1\"/>", 20);
@@ -420,38 +434,38 @@ fn elements_that_may_be_there_once_are_refused_the_second_time() {
         "<Boolean start=\" 1 \"/>",
         "<Boolean start=\"1\"/><Boolean/>",
         39,
-        &["Boolean: a variable is of one type"],
+        &["Boolean: a variable has one type"],
     );
     assert_refused(
         "<Enumeration><Item name=\"red\"",
         "<Boolean/><Enumeration><Item name=\"red\"",
         17,
-        &["a SimpleType is of one type"],
+        &["a SimpleType has one type"],
     );
-    assert_refused("</Annotations>", "</Annotations><Annotations/>", 29, &["Annotations: the element is there twice"]);
-    assert_refused("</SourceFiles>", "</SourceFiles><SourceFiles/>", 10, &["SourceFiles: the element is there twice"]);
+    assert_refused("</Annotations>", "</Annotations><Annotations/>", 29, &["Annotations: the element occurs twice"]);
+    assert_refused("</SourceFiles>", "</SourceFiles><SourceFiles/>", 10, &["SourceFiles: the element occurs twice"]);
 }
 
 #[test]
 fn a_description_that_contradicts_itself_is_refused() {
-    assert_refused("name=\"text\"", "name=\"level\"", 31, &["variable \"level\": the name is there twice"]);
+    assert_refused("name=\"text\"", "name=\"level\"", 31, &["variable \"level\": the name is used twice"]);
     assert_refused(
         "Real declaredType=\"Level\" unit=\"m\"",
         "Real unit=\"mm\"",
         27,
-        &["variable \"level\": unit = \"mm\" is defined nowhere"],
+        &["variable \"level\": unit = \"mm\" is not defined"],
     );
     assert_refused(
         "declaredType=\"Level\"",
         "declaredType=\"level\"",
         27,
-        &["declaredType = \"level\" is defined nowhere"],
+        &["declaredType = \"level\" is not defined"],
     );
     assert_refused(
         "declaredType=\"Colour\"",
         "declaredType=\"Level\"",
         34,
-        &["declaredType = \"Level\" is no Enumeration"],
+        &["declaredType = \"Level\" is not of type Enumeration"],
     );
     assert_refused(
         "declaredType=\"Level\" unit=\"m\"",
@@ -474,7 +488,9 @@ fn a_description_that_contradicts_itself_is_refused() {
     );
     assert!(refused("dependencies=\" 3", "dependencies=\" 0").contains("dependencies has 0"));
     assert!(refused("dependent  fixed", "fixed").contains("dependenciesKind has 1 words for 2 dependencies"));
-    assert!(refused("<Unit name=\"m\">", "<Unit name=\"m\"/><Unit name=\"m\">").contains("Unit \"m\" is there twice"));
+    assert!(
+        refused("<Unit name=\"m\">", "<Unit name=\"m\"/><Unit name=\"m\">").contains("Unit \"m\" is defined twice")
+    );
 }
 
 #[test]
@@ -505,25 +521,30 @@ fn beyond(change: impl FnOnce(&mut Limits)) -> Option<String> {
 fn what_is_larger_than_the_limits_is_refused() {
     let size = FOREIGN.len();
     assert_eq!(beyond(|limits| limits.bytes = size), None);
-    let expected = format!("the model description has {size} bytes: at most {} are read", size - 1);
+    let expected = format!("the model description has {size} bytes: the limit is {}", size - 1);
     assert_eq!(beyond(|limits| limits.bytes = size - 1), Some(expected));
     assert_eq!(beyond(|limits| limits.variables = 6), None);
-    let expected = "line 39: ScalarVariable: there are too many variables: at most 5 are read";
+    let expected = "line 39: ScalarVariable: there are too many variables: the limit is 5";
     assert_eq!(beyond(|limits| limits.variables = 5), Some(expected.into()));
     // Each ends with /> or has an end tag.
     let elements = FOREIGN.matches("/>").count() + FOREIGN.matches("</").count();
     assert_eq!(beyond(|limits| limits.elements = elements), None);
     let found = beyond(|limits| limits.elements = elements - 1).unwrap();
-    assert!(found.starts_with("line 47: there are too many elements: at most "), "{found}");
+    assert!(found.starts_with("line 47: there are too many elements: the limit is "), "{found}");
     // Tool, x:deep, and x:deeper or y.
     assert_eq!(beyond(|limits| limits.depth = 3), None);
-    let expected = "line 22: VendorAnnotations: the elements inside are too deep: at most 2 are read";
+    let expected = "line 22: VendorAnnotations: the elements inside are nested too deeply: the limit is 2";
     assert_eq!(beyond(|limits| limits.depth = 2), Some(expected.into()));
 }
 
 #[test]
 fn elements_within_elements_without_end_are_refused_and_do_not_exhaust_the_stack() {
     let deep = "<x>".repeat(1_000_000);
-    assert_refused("<y/>", &deep, 22, &["VendorAnnotations: the elements inside are too deep: at most 64 are read"]);
+    assert_refused(
+        "<y/>",
+        &deep,
+        22,
+        &["VendorAnnotations: the elements inside are nested too deeply: the limit is 64"],
+    );
     assert_refused("<Derivatives/>", &deep, 46, &["x: FMI 2.0 has no such element inside ModelStructure"]);
 }

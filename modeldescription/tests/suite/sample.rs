@@ -1,9 +1,13 @@
 //! A model description in which everything occurs.
 
-use modeldescription::*;
+use modeldescription::v2::*;
 
 fn some(text: &str) -> Option<String> {
     Some(text.into())
+}
+
+fn source_files(names: &[&str]) -> Vec<SourceFile> {
+    names.iter().map(|name| SourceFile { name: (*name).into() }).collect()
 }
 
 /// A variable with nothing but what it needs.
@@ -66,21 +70,23 @@ pub fn everything() -> ModelDescription {
             can_get_and_set_fmu_state: true,
             can_serialize_fmu_state: true,
             provides_directional_derivative: true,
-            source_files: vec!["all.c".into()],
+            source_files: source_files(&["all.c"]),
         }),
         co_simulation: Some(CoSimulation {
             model_identifier: "ALL".into(),
-            needs_execution_tool: true,
-            can_handle_variable_communication_step_size: true,
-            can_interpolate_inputs: true,
-            max_output_derivative_order: 3,
-            can_run_asynchronuously: true,
-            can_be_instantiated_only_once_per_process: true,
-            can_not_use_memory_management_functions: true,
-            can_get_and_set_fmu_state: true,
-            can_serialize_fmu_state: true,
-            provides_directional_derivative: true,
-            source_files: vec!["all.c".into(), "sub/more.c".into()],
+            capabilities: Capabilities {
+                needs_execution_tool: true,
+                can_handle_variable_communication_step_size: true,
+                can_interpolate_inputs: true,
+                max_output_derivative_order: 3,
+                can_run_asynchronuously: true,
+                can_be_instantiated_only_once_per_process: true,
+                can_not_use_memory_management_functions: true,
+                can_get_and_set_fmu_state: true,
+                can_serialize_fmu_state: true,
+                provides_directional_derivative: true,
+            },
+            source_files: source_files(&["all.c", "sub/more.c"]),
         }),
         unit_definitions: vec![
             Unit { name: "1".into(), base_unit: None, display_units: Vec::new() },
@@ -166,17 +172,17 @@ fn types() -> Vec<SimpleType> {
                 max: Some(i32::MAX),
             }),
         ),
-        simple_type("B", TypeAttributes::Boolean),
-        simple_type("S", TypeAttributes::String),
+        simple_type("B", TypeAttributes::Boolean(BooleanType {})),
+        simple_type("S", TypeAttributes::String(StringType {})),
         simple_type(
             "E",
-            TypeAttributes::Enumeration {
+            TypeAttributes::Enumeration(EnumerationType {
                 quantity: some("Colour"),
                 items: vec![
                     Item { name: "red".into(), value: -1, description: some("Stop") },
                     Item { name: "green".into(), value: 7, description: None },
                 ],
-            },
+            }),
         ),
     ]
 }

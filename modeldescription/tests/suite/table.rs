@@ -1,6 +1,7 @@
 //! From a block's table to a model description.
 
-use modeldescription::*;
+use modeldescription::Error;
+use modeldescription::v2::*;
 
 /// A row in JSON as the `fmu` crate writes it.
 fn row(name: &str, kind: &str, role: &str, rest: &str) -> String {
@@ -18,11 +19,17 @@ fn row(name: &str, kind: &str, role: &str, rest: &str) -> String {
 
 /// A block of these rows, after a CYCLE of 10 ms.
 fn json(rows: &[String]) -> String {
-    let cycle = row("CYCLE", "Time", "Cycle", "start 0.01, min 0.001");
+    let cycle = row("CYCLE", "TIME", "cycle", "start 0.01, min 0.001");
     let rows: Vec<String> = [cycle].into_iter().chain(rows.iter().cloned()).collect();
     format!(
-        r#"{{"name":"BLOCK","docs":" Does it.\n In full.\n\n The law.\n","guid":"{{0123}}","cycle":0,"variables":[{}],
-        "response":{{"title":"t","calls":60,"set":[],"show":[]}}}}"#,
+        r#"{{"table":{{"name":"BLOCK","docs":" Does it.\n In full.\n\n The law.\n","cycle":0,"mean":null,
+        "variables":[{}],"response":{{"title":"t","calls":60,"set":[],"show":[]}}}},
+        "interface":{{"version":"2.0","guid":"{{0123}}",
+        "capabilities":{{"canHandleVariableCommunicationStepSize":true,"canInterpolateInputs":true,
+        "maxOutputDerivativeOrder":2,"canNotUseMemoryManagementFunctions":true,"canGetAndSetFMUstate":true,
+        "canSerializeFMUstate":true,"canRunAsynchronuously":false}},
+        "log_categories":[{{"name":"logStatusError","description":"Calls that were refused"}},
+        {{"name":"logAll","description":null}}]}}}}"#,
         rows.join(",")
     )
 }
@@ -60,46 +67,49 @@ fn the_model_has_the_name_the_guid_and_the_first_paragraph_of_the_block() {
 
 #[test]
 fn a_variable_has_the_description_of_its_row_and_none_if_that_is_empty() {
-    let undescribed = row("B", "Real", "Input", "").replace("About B", "");
-    let variables = of(&[row("A", "Real", "Input", ""), undescribed]).unwrap().model_variables;
+    let undescribed = row("B", "REAL", "input", "").replace("About B", "");
+    let variables = of(&[row("A", "REAL", "input", ""), undescribed]).unwrap().model_variables;
     let descriptions: Vec<_> = variables.iter().map(|variable| variable.description.as_deref()).collect();
     assert_eq!(descriptions, [Some("About CYCLE"), Some("About A"), None]);
 }
 
 #[test]
 fn what_is_made_of_a_table_reads_back_as_it_was_written() {
-    let rows = ["Real", "LReal", "Time", "Word", "Int", "Bool"].map(|kind| row(kind, kind, "Input", "start 1.0"));
+    let rows = ["REAL", "LREAL", "TIME", "WORD", "INT", "BOOL"].map(|kind| row(kind, kind, "input", "start 1.0"));
     let description = of(&rows).unwrap();
     assert_eq!(read(&write(&description)).as_ref(), Ok(&description));
 }
 
 #[test]
-fn it_is_for_co_simulation_only_and_says_what_it_can() {
+fn it_is_for_co_simulation_only_and_has_the_capabilities_of_the_library() {
     let description = of(&[]).unwrap();
     assert_eq!(description.model_exchange, None);
     let expected = CoSimulation {
         model_identifier: "BLOCK".into(),
-        needs_execution_tool: false,
-        can_handle_variable_communication_step_size: true,
-        can_interpolate_inputs: true,
-        max_output_derivative_order: 0,
-        can_run_asynchronuously: false,
-        can_be_instantiated_only_once_per_process: false,
-        can_not_use_memory_management_functions: true,
-        can_get_and_set_fmu_state: true,
-        can_serialize_fmu_state: true,
-        provides_directional_derivative: false,
+        capabilities: Capabilities {
+            needs_execution_tool: false,
+            can_handle_variable_communication_step_size: true,
+            can_interpolate_inputs: true,
+            max_output_derivative_order: 2,
+            can_run_asynchronuously: false,
+            can_be_instantiated_only_once_per_process: false,
+            can_not_use_memory_management_functions: true,
+            can_get_and_set_fmu_state: true,
+            can_serialize_fmu_state: true,
+            provides_directional_derivative: false,
+        },
         source_files: Vec::new(),
     };
     assert_eq!(description.co_simulation, Some(expected));
 }
 
 #[test]
-fn the_three_log_categories_are_declared_and_described() {
-    let categories = of(&[]).unwrap().log_categories;
-    let names: Vec<&str> = categories.iter().map(|category| category.name.as_str()).collect();
-    assert_eq!(names, ["logStatusError", "logStatusDiscard", "logStatusFatal"]);
-    assert!(categories.iter().all(|category| category.description.as_ref().is_some_and(|text| text.len() > 10)));
+fn the_log_categories_are_those_of_the_library() {
+    let expected = [
+        LogCategory { name: "logStatusError".into(), description: Some("Calls that were refused".into()) },
+        LogCategory { name: "logAll".into(), description: None },
+    ];
+    assert_eq!(of(&[]).unwrap().log_categories, expected);
 }
 
 #[test]
@@ -118,7 +128,7 @@ fn a_response_without_a_call_still_leaves_a_step_to_simulate() {
 
 #[test]
 fn the_value_reference_is_the_number_of_the_row() {
-    let rows = [row("A", "Bool", "Output", ""), row("B", "Real", "Input", ""), row("C", "Int", "Local", "")];
+    let rows = [row("A", "BOOL", "output", ""), row("B", "REAL", "input", ""), row("C", "INT", "local", "")];
     let variables = of(&rows).unwrap().model_variables;
     let references: Vec<(&str, u32)> = variables.iter().map(|v| (v.name.as_str(), v.value_reference)).collect();
     assert_eq!(references, [("CYCLE", 0), ("A", 1), ("B", 2), ("C", 3)]);
@@ -129,13 +139,13 @@ fn a_role_decides_on_causality_variability_and_start() {
     use Causality::{Input, Local, Output, Parameter};
     use Variability::{Discrete, Fixed, Tunable};
     for (role, causality, variability, initial, has_start) in [
-        ("Input", Input, Discrete, None, true),
-        ("Parameter", Parameter, Tunable, Some(Initial::Exact), true),
-        ("Fixed", Parameter, Fixed, Some(Initial::Exact), true),
-        ("Output", Output, Discrete, Some(Initial::Calculated), false),
-        ("Local", Local, Discrete, Some(Initial::Calculated), false),
+        ("input", Input, Discrete, None, true),
+        ("parameter", Parameter, Tunable, Some(Initial::Exact), true),
+        ("fixed", Parameter, Fixed, Some(Initial::Exact), true),
+        ("output", Output, Discrete, Some(Initial::Calculated), false),
+        ("local", Local, Discrete, Some(Initial::Calculated), false),
     ] {
-        for kind in ["Real", "LReal", "Time", "Word", "Int", "Bool"] {
+        for kind in ["REAL", "LREAL", "TIME", "WORD", "INT", "BOOL"] {
             let variable = one(kind, role, "");
             let found = (variable.causality, variable.variability, variable.initial, variable.typed.has_start());
             assert_eq!(found, (causality, variability, initial, has_start), "{kind} {role}");
@@ -147,16 +157,16 @@ fn a_role_decides_on_causality_variability_and_start() {
 
 #[test]
 fn a_type_decides_on_the_fmi_type() {
-    let names = ["Real", "LReal", "Time", "Word", "Int", "Bool"].map(|kind| one(kind, "Input", "").typed.name());
+    let names = ["REAL", "LREAL", "TIME", "WORD", "INT", "BOOL"].map(|kind| one(kind, "input", "").typed.name());
     assert_eq!(names, ["Real", "Real", "Real", "Integer", "Integer", "Boolean"]);
 }
 
 #[test]
 fn a_time_is_in_seconds_and_shown_in_milliseconds_and_no_other_type_is() {
-    let time = one("Time", "Parameter", "start 20.0");
+    let time = one("TIME", "parameter", "start 20.0");
     let attributes = &real(&time).attributes;
     assert_eq!((attributes.unit.as_deref(), attributes.display_unit.as_deref()), (Some("s"), Some("ms")));
-    let lreal = one("LReal", "Parameter", "start 20.0, unit \"s\"");
+    let lreal = one("LREAL", "parameter", "start 20.0, unit \"s\"");
     let attributes = &real(&lreal).attributes;
     assert_eq!((attributes.unit.as_deref(), attributes.display_unit.as_deref()), (Some("s"), None));
 }
@@ -164,34 +174,34 @@ fn a_time_is_in_seconds_and_shown_in_milliseconds_and_no_other_type_is() {
 #[test]
 fn start_and_range_are_the_tables_bit_by_bit_and_no_other_range_is_there() {
     // 0.1 as a 32-bit REAL.
-    let variable = one("Real", "Input", "start 0.10000000149011612, min -0.0, max 3.4028234663852886e38");
+    let variable = one("REAL", "input", "start 0.10000000149011612, min -0.0, max 3.4028234663852886e38");
     let found = real(&variable);
     assert_eq!(found.start.map(f64::to_bits), Some(f64::from(0.1_f32).to_bits()));
     assert_eq!(found.attributes.min.map(f64::to_bits), Some((-0.0_f64).to_bits()));
     assert_eq!(found.attributes.max, Some(f64::from(f32::MAX)));
-    for kind in ["Real", "LReal", "Time"] {
-        let attributes = &real(&one(kind, "Input", "")).attributes.clone();
+    for kind in ["REAL", "LREAL", "TIME"] {
+        let attributes = &real(&one(kind, "input", "")).attributes.clone();
         assert_eq!((attributes.min, attributes.max), (None, None), "{kind}");
     }
     for (kind, rest, expected) in [
-        ("Word", "", (None, None, Some(0))),
-        ("Int", "", (None, None, Some(0))),
-        ("Int", "start -3.0, min -32767.0, max 32767.0", (Some(-32767), Some(32767), Some(-3))),
+        ("WORD", "", (None, None, Some(0))),
+        ("INT", "", (None, None, Some(0))),
+        ("INT", "start -3.0, min -32767.0, max 32767.0", (Some(-32767), Some(32767), Some(-3))),
     ] {
-        let Typed::Integer(integer) = one(kind, "Input", rest).typed else { panic!() };
+        let Typed::Integer(integer) = one(kind, "input", rest).typed else { panic!() };
         assert_eq!((integer.attributes.min, integer.attributes.max, integer.start), expected);
     }
-    let Typed::Boolean(boolean) = one("Bool", "Input", "start 1.0").typed else { panic!() };
+    let Typed::Boolean(boolean) = one("BOOL", "input", "start 1.0").typed else { panic!() };
     assert_eq!(boolean.start, Some(true));
 }
 
 #[test]
 fn all_outputs_and_nothing_else_are_unknowns_and_depend_on_nothing() {
     let rows = [
-        row("IN", "Real", "Input", ""),
-        row("OUT", "Real", "Output", ""),
-        row("INNER", "Real", "Local", ""),
-        row("Q", "Bool", "Output", ""),
+        row("IN", "REAL", "input", ""),
+        row("OUT", "REAL", "output", ""),
+        row("INNER", "REAL", "local", ""),
+        row("Q", "BOOL", "output", ""),
     ];
     let structure = of(&rows).unwrap().model_structure;
     let unknown = |index| Unknown { index, dependencies: Some(Vec::new()), dependencies_kind: None };
@@ -203,9 +213,9 @@ fn all_outputs_and_nothing_else_are_unknowns_and_depend_on_nothing() {
 #[test]
 fn every_unit_that_is_used_is_defined_once_and_no_other_is() {
     let rows = [
-        row("A", "LReal", "Input", "unit \"degC\""),
-        row("B", "LReal", "Input", "unit \"%\""),
-        row("C", "Real", "Output", "unit \"degC\""),
+        row("A", "LREAL", "input", "unit \"degC\""),
+        row("B", "LREAL", "input", "unit \"%\""),
+        row("C", "REAL", "output", "unit \"degC\""),
     ];
     let units = of(&rows).unwrap().unit_definitions;
     assert_eq!(units.iter().map(|unit| unit.name.as_str()).collect::<Vec<_>>(), ["%", "s", "degC"]);
@@ -215,43 +225,49 @@ fn every_unit_that_is_used_is_defined_once_and_no_other_is() {
 }
 
 #[test]
+fn a_second_is_shown_as_1000_milliseconds() {
+    let second = &of(&[]).unwrap().unit_definitions[0];
+    assert_eq!(second.display_units, [DisplayUnit { name: "ms".into(), factor: 1000.0, offset: 0.0 }]);
+}
+
+#[test]
 fn an_unknown_unit_is_named_with_its_variable_and_the_known_ones() {
-    let error = refused("LReal", "Input", "unit \"furlong\"");
+    let error = refused("LREAL", "input", "unit \"furlong\"");
     assert!(error.contains("variable X") && error.contains("\"furlong\"") && error.contains("degC, K/s"), "{error}");
 }
 
 #[test]
 fn a_unit_that_fmi_cannot_express_is_refused() {
-    assert!(refused("Int", "Input", "unit \"rpm\"").contains("an FMI Integer has no unit"));
+    assert!(refused("INT", "input", "unit \"rpm\"").contains("an FMI Integer has no unit"));
     for given in ["unit \"1\"", "min 0.0", "max 1.0"] {
-        assert!(refused("Bool", "Input", given).contains("a BOOL has neither unit nor range"), "{given}");
+        assert!(refused("BOOL", "input", given).contains("a BOOL has neither unit nor range"), "{given}");
     }
-    assert!(refused("Time", "Input", "unit \"min\"").contains("unit \"min\": a TIME is in seconds"));
-    assert_eq!(real(&one("Time", "Input", "unit \"s\"")).attributes.unit.as_deref(), Some("s"));
+    assert!(refused("TIME", "input", "unit \"min\"").contains("unit \"min\": a TIME is in seconds"));
+    assert_eq!(real(&one("TIME", "input", "unit \"s\"")).attributes.unit.as_deref(), Some("s"));
 }
 
 #[test]
 fn a_value_that_its_type_does_not_have_is_refused() {
-    assert!(refused("Int", "Input", "start 0.5").contains("0.5 is no INT"));
-    assert!(refused("Int", "Parameter", "max 32768.0").contains("32768.0 is no INT"));
-    assert!(refused("Word", "Input", "start -32769.0").contains("-32769.0 is no WORD"));
-    assert!(refused("Bool", "Input", "start 2.0").contains("2.0 is no BOOL"));
+    assert!(refused("INT", "input", "start 0.5").contains("0.5 is not of type INT"));
+    assert!(refused("INT", "parameter", "max 32768.0").contains("32768.0 is not of type INT"));
+    assert!(refused("WORD", "input", "start -32769.0").contains("-32769.0 is not of type WORD"));
+    assert!(refused("BOOL", "input", "start 2.0").contains("2.0 is not of type BOOL"));
 }
 
 #[test]
 fn a_start_out_of_range_and_an_empty_range_are_refused() {
-    assert!(refused("Real", "Input", "start 5.0, max 3.0").contains("start = 5.0 is above max = 3.0"));
-    assert!(refused("Int", "Fixed", "start -1.0, min 0.0").contains("start = -1 is below min = 0"));
-    assert!(refused("LReal", "Output", "min 2.0, max 1.0").contains("min = 2.0 is above max = 1.0"));
+    assert!(refused("REAL", "input", "start 5.0, max 3.0").contains("start = 5.0 is above max = 3.0"));
+    assert!(refused("INT", "fixed", "start -1.0, min 0.0").contains("start = -1 is below min = 0"));
+    assert!(refused("LREAL", "output", "min 2.0, max 1.0").contains("min = 2.0 is above max = 1.0"));
 }
 
 #[test]
 fn names_that_no_host_can_use_are_refused() {
-    let error = of(&[row("CYCLE", "Real", "Output", "")]).unwrap_err().to_string();
-    assert!(error.contains("\"CYCLE\": the name is there twice"), "{error}");
-    let error = of(&[row("GRÖSSE", "Real", "Output", "")]).unwrap_err().to_string();
-    assert!(error.contains("\"GRÖSSE\": the name is no structured one"), "{error}");
+    let error = of(&[row("CYCLE", "REAL", "output", "")]).unwrap_err().to_string();
+    assert!(error.contains("\"CYCLE\": the name is used twice"), "{error}");
+    let error = of(&[row("GRÖSSE", "REAL", "output", "")]).unwrap_err().to_string();
+    assert!(error.contains("\"GRÖSSE\": the name is not a structured one"), "{error}");
     let interface = Interface::parse(&json(&[]).replace("\"BLOCK\"", "\"MY-BLOCK\"")).unwrap();
     let error = ModelDescription::of(&interface).unwrap_err().to_string();
-    assert!(error.contains("\"MY-BLOCK\" is no C identifier"), "{error}");
+    assert!(error.contains("\"MY-BLOCK\" is not a C identifier"), "{error}");
 }

@@ -1,7 +1,7 @@
 //! From a model description to XML.
 
 use crate::sample::{everything, smallest, variable};
-use modeldescription::*;
+use modeldescription::v2::*;
 
 fn text(description: &ModelDescription) -> String {
     String::from_utf8(write(description)).unwrap()
@@ -34,6 +34,12 @@ fn a_small_model_is_this_text() {
 </fmiModelDescription>
 "#;
     assert_eq!(text(&smallest()), expected);
+}
+
+/// Reader and writer take each name from one line, so that a misspelled name would read back as it was written.
+#[test]
+fn every_element_and_attribute_has_the_name_and_the_place_that_the_standard_gives_it() {
+    assert_eq!(text(&everything()), include_str!("everything.xml"));
 }
 
 #[test]
@@ -76,6 +82,12 @@ fn lists_without_items_are_left_out() {
         assert!(!xml.contains(list), "{list}");
     }
     assert!(xml.contains("<Unit name=\"1\"/>") && xml.contains("<ModelStructure/>"));
+}
+
+#[test]
+fn the_list_of_variables_is_written_even_if_it_is_empty() {
+    let xml = text(&ModelDescription { model_variables: Vec::new(), ..smallest() });
+    assert!(xml.contains("<ModelVariables>\n  </ModelVariables>"), "{xml}");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! From sources to libraries.
 
 pub mod compile;
-pub mod python;
+pub mod platform;
+pub mod template;
 pub mod workspace;
+pub mod zig;

@@ -1,29 +1,29 @@
-//! What cargo knows of the workspace: where things are, and which of its packages are FMUs.
+//! What cargo knows of the workspace: where things are, and which of its packages make FMUs.
 
-use crate::command::output;
-use serde_json::Value;
+use anyhow::{Context, Result, anyhow};
+use cargo_metadata::{CrateType, DependencyKind, Metadata, MetadataCommand, Package};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The workspace that `cargo xtask` is called in.
+/// The workspace of the current folder: one of several packages, or a single package.
 #[derive(Debug)]
 pub struct Workspace {
     /// Its folder.
     pub root: PathBuf,
-    /// Where cargo builds, and everything that `cargo xtask` makes lies.
+    /// Where cargo builds.
     pub target: PathBuf,
-    /// Its FMU packages, by name.
+    /// Its packages that make FMUs, sorted by name.
     pub crates: Vec<FmuCrate>,
 }
 
-/// A package that is an FMU: a `cdylib` that depends on `fmu`.
+/// A package that makes an FMU: a `cdylib` that depends on `fmu`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FmuCrate {
     /// The name of the cargo package.
     pub name: String,
     /// The name of its library target.
     pub library: String,
-    /// The package's licence, as SPDX writes it.
+    /// The package's licence, as an SPDX expression.
     pub license: Option<String>,
     /// Only packed when asked for with `-p`.
     pub test_only: bool,
@@ -33,22 +33,25 @@ impl Workspace {
     /// Asks cargo.
     ///
     /// # Errors
-    /// What cargo says, if it cannot read the workspace.
-    pub fn find() -> Result<Workspace, String> {
-        let mut metadata = cargo();
-        metadata.args(["metadata", "--format-version", "1", "--no-deps"]);
-        Workspace::parse(&output(&mut metadata)?)
+    /// What cargo says if it cannot read the workspace.
+    pub fn find() -> Result<Workspace> {
+        let metadata = MetadataCommand::new().no_deps().exec().map_err(|error| match error {
+            cargo_metadata::Error::CargoMetadata { stderr } => {
+                anyhow!("{}", stderr.trim().trim_start_matches("error: "))
+            }
+            error => anyhow!(error),
+        });
+        Ok(Workspace::of(&metadata.context("cargo cannot read the package of this folder")?))
     }
 
-    fn parse(metadata: &str) -> Result<Workspace, String> {
-        let metadata: Value =
-            serde_json::from_str(metadata).map_err(|error| format!("cargo metadata is no JSON: {error}"))?;
-        let folder = |key: &str| {
-            metadata[key].as_str().map(PathBuf::from).ok_or_else(|| format!("cargo metadata does not name the {key}"))
-        };
-        let mut crates: Vec<FmuCrate> = list(&metadata["packages"]).iter().filter_map(fmu_crate).collect();
+    fn of(metadata: &Metadata) -> Workspace {
+        let mut crates: Vec<FmuCrate> = metadata.packages.iter().filter_map(fmu_crate).collect();
         crates.sort_by(|a, b| a.name.cmp(&b.name));
-        Ok(Workspace { root: folder("workspace_root")?, target: folder("target_directory")?, crates })
+        Workspace {
+            root: metadata.workspace_root.clone().into(),
+            target: metadata.target_directory.clone().into(),
+            crates,
+        }
     }
 
     /// The folder of the packed FMUs.
@@ -56,41 +59,33 @@ impl Workspace {
         self.target.join("fmu")
     }
 
-    /// A path as the user would write it: from the folder he stands in, where it lies in there.
+    /// A path for messages: relative to the current folder if it is inside.
     pub fn shown(&self, path: &Path) -> String {
         let here = std::env::current_dir().unwrap_or_else(|_| self.root.clone());
         path.strip_prefix(here).unwrap_or(path).display().to_string()
     }
 }
 
-fn fmu_crate(package: &Value) -> Option<FmuCrate> {
-    let is_library = |target: &&Value| list(&target["crate_types"]).iter().any(|kind| kind == "cdylib");
-    let library = list(&package["targets"]).iter().find(is_library)?;
-    let is_fmu = |dependency: &Value| dependency["name"] == "fmu" && dependency["kind"].is_null();
-    if !list(&package["dependencies"]).iter().any(is_fmu) {
-        return None;
-    }
+fn fmu_crate(package: &Package) -> Option<FmuCrate> {
+    let library = package.targets.iter().find(|target| target.crate_types.contains(&CrateType::CDyLib))?;
+    package.dependencies.iter().find(|needed| needed.name == "fmu" && needed.kind == DependencyKind::Normal)?;
     Some(FmuCrate {
-        name: package["name"].as_str()?.to_string(),
-        library: library["name"].as_str()?.to_string(),
-        license: package["license"].as_str().map(str::to_string),
-        test_only: package["metadata"]["plcfmu"]["test-only"] == true,
+        name: package.name.to_string(),
+        library: library.name.clone(),
+        license: package.license.clone(),
+        test_only: package.metadata["plcfmu"]["test-only"] == true,
     })
 }
 
-fn list(value: &Value) -> &[Value] {
-    value.as_array().map_or(&[], Vec::as_slice)
-}
-
-/// The cargo that runs us, or the one on the path.
+/// The cargo that runs this program, or the one on PATH.
 pub fn cargo() -> Command {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     forget_package(&mut cargo);
     cargo
 }
 
-/// Takes what cargo told us of our own package out of a command's environment: it is none of the packages' that the
-/// command builds.
+/// Removes what a `cargo run` or `cargo test` around this program says of its own package from a command's environment.
+/// Build scripts that watch these variables would run again each time.
 pub fn forget_package(command: &mut Command) {
     for (name, _) in std::env::vars_os() {
         let name = name.to_string_lossy();
@@ -100,44 +95,38 @@ pub fn forget_package(command: &mut Command) {
     }
 }
 
-/// The processor and system that rustc builds for when it is not told, such as `x86_64-unknown-linux-gnu`.
-///
-/// # Errors
-/// rustc cannot be run.
-pub fn host() -> Result<String, String> {
-    let version = output(Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into())).arg("-vV"))?;
-    version
-        .lines()
-        .find_map(|line| line.strip_prefix("host: "))
-        .map(str::to_string)
-        .ok_or_else(|| format!("rustc -vV names no host: {version}"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::{Value, json};
 
-    const METADATA: &str = r#"{
-        "workspace_root": "/w", "target_directory": "/w/target",
-        "packages": [
-            {"name": "pump", "metadata": null, "license": "MIT",
-             "targets": [{"name": "pump_library", "crate_types": ["cdylib"]}],
-             "dependencies": [{"name": "fmu", "kind": null}]},
-            {"name": "boom", "metadata": {"plcfmu": {"test-only": true}},
-             "targets": [{"name": "boom", "crate_types": ["rlib", "cdylib"]}],
-             "dependencies": [{"name": "fmu", "kind": null}]},
-            {"name": "other_library", "metadata": null,
-             "targets": [{"name": "other_library", "crate_types": ["cdylib"]}],
-             "dependencies": [{"name": "fmu", "kind": "dev"}]},
-            {"name": "plain", "metadata": null,
-             "targets": [{"name": "plain", "crate_types": ["lib"]}],
-             "dependencies": [{"name": "fmu", "kind": null}]}
-        ]
-    }"#;
+    /// A package as cargo describes it.
+    fn package(name: &str, library: &str, crate_types: &[&str], kind: Value, rest: Value) -> Value {
+        let mut package = json!({
+            "name": name, "version": "0.1.0", "id": name, "features": {}, "manifest_path": format!("/w/{name}/Cargo.toml"),
+            "targets": [{"name": library, "kind": crate_types, "crate_types": crate_types, "src_path": "/w/lib.rs"}],
+            "dependencies": [{"name": "fmu", "req": "*", "kind": kind, "optional": false, "uses_default_features": true,
+                              "features": []}],
+        });
+        for (key, value) in rest.as_object().unwrap() {
+            package[key] = value.clone();
+        }
+        package
+    }
 
     #[test]
-    fn an_fmu_is_a_cdylib_that_depends_on_fmu() {
-        let workspace = Workspace::parse(METADATA).unwrap();
+    fn an_fmu_crate_is_a_cdylib_that_depends_on_fmu() {
+        let metadata = json!({
+            "version": 1, "workspace_root": "/w", "target_directory": "/w/target", "workspace_members": [],
+            "packages": [
+                package("pump", "pump_library", &["cdylib"], Value::Null, json!({"license": "MIT"})),
+                package("boom", "boom", &["rlib", "cdylib"], Value::Null,
+                        json!({"metadata": {"plcfmu": {"test-only": true}}})),
+                package("other", "other", &["cdylib"], json!("dev"), json!({})),
+                package("plain", "plain", &["lib"], Value::Null, json!({})),
+            ],
+        });
+        let workspace = Workspace::of(&serde_json::from_value(metadata).unwrap());
         let fmu_crate = |package: &str, library: &str, license: Option<&str>, test_only| FmuCrate {
             name: package.into(),
             library: library.into(),
@@ -149,13 +138,5 @@ mod tests {
             [fmu_crate("boom", "boom", None, true), fmu_crate("pump", "pump_library", Some("MIT"), false)]
         );
         assert_eq!(workspace.fmus(), Path::new("/w/target/fmu"));
-    }
-
-    #[test]
-    fn metadata_without_a_target_folder_is_refused() {
-        assert_eq!(
-            Workspace::parse(r#"{"workspace_root": "/w"}"#).unwrap_err(),
-            "cargo metadata does not name the target_directory"
-        );
     }
 }

@@ -1,8 +1,10 @@
-//! A library's instance, as a co-simulation master has it: safe to use, with the library's own messages as errors.
+//! An instance of an FMU: safe to use, with the messages of the FMU in the errors.
 
 #![allow(unsafe_code)]
 
 use crate::host::library::{CallbackFunctions, Library, Logger, Pointer};
+use anyhow::{Context, Result, anyhow, bail};
+use std::cell::Cell;
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr;
 use std::sync::{Mutex, PoisonError};
@@ -10,31 +12,66 @@ use std::sync::{Mutex, PoisonError};
 /// fmi2CoSimulation.
 const CO_SIMULATION: c_int = 1;
 
-/// An instance of the FMU that a library holds.
+/// The values of fmi2Status, in order.
+const STATUS: [&str; 6] = ["fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending"];
+const WARNING: c_int = 1;
+const FATAL: c_int = 4;
+
+/// So many messages are kept; later ones replace the earliest.
+const MOST_MESSAGES: usize = 100;
+
+/// An instance of an FMU for co-simulation. It is freed when it is dropped.
 #[derive(Debug)]
-pub struct Instance<'a> {
-    library: &'a Library,
+pub struct Instance {
+    library: Library,
     component: Pointer,
-    // The library may keep pointers to both: they stay where they are and go last.
+    /// After fmi2Fatal the standard allows no call at all, not even fmi2FreeInstance.
+    is_fatal: Cell<bool>,
+    /// Integers and Booleans on their way to and from the FMU; kept, so that a step allocates nothing.
+    integers: Vec<c_int>,
+    // The FMU may keep pointers to both: they stay where they are, and go after the library.
     messages: Box<Messages>,
     _callbacks: Box<CallbackFunctions>,
 }
 
-/// What the library has logged.
+/// What an FMU has logged.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Message {
+    /// Whether its status is fmi2Discard or worse.
+    pub is_error: bool,
+    /// The text. Of a text with variables only the format is known, see [`Instance::instantiate`].
+    pub text: String,
+}
+
+/// Filled by the logger, on any thread.
 #[derive(Debug, Default)]
-struct Messages(Mutex<Vec<String>>);
+struct Messages(Mutex<Vec<Message>>);
 
 impl Messages {
-    fn take(&self) -> String {
+    fn add(&self, message: Message) {
         let mut messages = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let text = messages.join("; ");
-        messages.clear();
-        text
+        if messages.len() == MOST_MESSAGES {
+            messages.remove(0);
+        }
+        messages.push(message);
+    }
+
+    fn take(&self) -> Vec<Message> {
+        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// What explains a failure: the errors, or everything if there are none.
+    fn explanation(&self) -> String {
+        let messages = self.take();
+        let has_errors = messages.iter().any(|message| message.is_error);
+        let texts = messages.iter().filter(|message| message.is_error || !has_errors);
+        let texts: Vec<&str> = texts.map(|message| message.text.as_str()).collect();
+        if texts.is_empty() { "the FMU logged no reason".into() } else { texts.join("; ") }
     }
 }
 
-/// What variables the FMI functions are asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Which of the FMI functions read and write a variable. An enumeration counts as an Integer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Type {
     /// fmi2GetReal, fmi2SetReal
     Real,
@@ -44,15 +81,33 @@ pub enum Type {
     Boolean,
 }
 
-impl<'a> Instance<'a> {
-    /// `fmi2Instantiate`, for co-simulation and with logging on. `resources` is the URI of the unpacked resources.
+impl Type {
+    /// All of them, in their order.
+    pub const ALL: [Type; 3] = [Type::Real, Type::Integer, Type::Boolean];
+
+    /// FMI's name of the type.
+    pub fn name(self) -> &'static str {
+        match self {
+            Type::Real => "Real",
+            Type::Integer => "Integer",
+            Type::Boolean => "Boolean",
+        }
+    }
+}
+
+impl Instance {
+    /// `fmi2Instantiate`, for co-simulation and with logging on. `resources` is the URI of the unpacked resources; FMUs
+    /// that need none accept `None`.
+    ///
+    /// FMI's logger is variadic, and Rust cannot read variadic arguments. A message in the form `"%s", text`, which most
+    /// FMUs use, is read in full. Of any other the format is kept as it is.
     ///
     /// # Errors
-    /// What the library has logged.
-    pub fn instantiate(library: &'a Library, guid: &str, resources: Option<&str>) -> Result<Instance<'a>, String> {
-        let no_nul = |text: &str| CString::new(text).map_err(|_| format!("{text:?} holds a NUL"));
-        let guid = no_nul(guid)?;
-        let resources = resources.map(no_nul).transpose()?;
+    /// The FMU refuses, with its messages.
+    pub fn instantiate(library: &Library, name: &str, guid: &str, resources: Option<&str>) -> Result<Instance> {
+        let text = |text: &str| CString::new(text).with_context(|| format!("{text:?} contains a NUL"));
+        let (name, guid) = (text(name)?, text(guid)?);
+        let resources = resources.map(text).transpose()?;
         let messages = Box::<Messages>::default();
         let callbacks = Box::new(CallbackFunctions {
             logger: Some(logger()),
@@ -65,7 +120,7 @@ impl<'a> Instance<'a> {
         // the instance.
         let component = unsafe {
             (library.instantiate)(
-                c"plcfmu".as_ptr(),
+                name.as_ptr(),
                 CO_SIMULATION,
                 guid.as_ptr(),
                 resources.as_ref().map_or(ptr::null(), |uri| uri.as_ptr()),
@@ -75,59 +130,79 @@ impl<'a> Instance<'a> {
             )
         };
         if component.is_null() {
-            return Err(format!("fmi2Instantiate gives no instance ({})", messages.take()));
+            bail!("fmi2Instantiate returned no instance: {}", messages.explanation());
         }
-        Ok(Instance { library, component, messages, _callbacks: callbacks })
+        let library = library.clone();
+        let is_fatal = Cell::new(false);
+        Ok(Instance { library, component, is_fatal, integers: Vec::new(), messages, _callbacks: callbacks })
     }
 
-    /// `fmi2SetupExperiment` and `fmi2EnterInitializationMode`.
+    /// `fmi2SetupExperiment`: start and, if it is known, end of the simulation in seconds.
     ///
     /// # Errors
-    /// What the library has logged.
-    pub fn enter_initialization(&mut self, start: f64) -> Result<(), String> {
+    /// The FMU refuses, with its messages.
+    pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
+        let (defined, stop) = (c_int::from(stop.is_some()), stop.unwrap_or(0.0));
         // SAFETY: the component is this instance's and lives.
-        let status = unsafe { (self.library.setup_experiment)(self.component, 0, 0.0, start, 0, 0.0) };
-        self.check("fmi2SetupExperiment", status)?;
-        // SAFETY: as above.
+        let status = unsafe { (self.library.setup_experiment)(self.component, 0, 0.0, start, defined, stop) };
+        self.check("fmi2SetupExperiment", status)
+    }
+
+    /// `fmi2EnterInitializationMode`
+    ///
+    /// # Errors
+    /// The FMU refuses, with its messages.
+    pub fn enter_initialization(&mut self) -> Result<()> {
+        // SAFETY: the component is this instance's and lives.
         let status = unsafe { (self.library.enter_initialization_mode)(self.component) };
         self.check("fmi2EnterInitializationMode", status)
     }
 
-    /// `fmi2ExitInitializationMode`.
+    /// `fmi2ExitInitializationMode`
     ///
     /// # Errors
-    /// What the library has logged.
-    pub fn exit_initialization(&mut self) -> Result<(), String> {
+    /// The FMU refuses, with its messages.
+    pub fn exit_initialization(&mut self) -> Result<()> {
         // SAFETY: the component is this instance's and lives.
         let status = unsafe { (self.library.exit_initialization_mode)(self.component) };
         self.check("fmi2ExitInitializationMode", status)
     }
 
-    /// `fmi2DoStep`.
+    /// `fmi2DoStep` from `time` to `time + size`, in seconds.
     ///
     /// # Errors
-    /// What the library has logged.
-    pub fn step(&mut self, time: f64, size: f64) -> Result<(), String> {
+    /// The FMU refuses, discards the step or answers later (fmi2Pending), with its messages.
+    pub fn step(&mut self, time: f64, size: f64) -> Result<()> {
         // SAFETY: the component is this instance's and lives.
         let status = unsafe { (self.library.do_step)(self.component, time, size, 1) };
-        self.check(&format!("fmi2DoStep at {time:?} s"), status)
+        self.check("fmi2DoStep", status).with_context(|| format!("at {time:?} s, step {size:?} s"))
     }
 
-    /// `fmi2Terminate`.
+    /// `fmi2Terminate`
     ///
     /// # Errors
-    /// What the library has logged.
-    pub fn terminate(&mut self) -> Result<(), String> {
+    /// The FMU refuses, with its messages.
+    pub fn terminate(&mut self) -> Result<()> {
         // SAFETY: the component is this instance's and lives.
         let status = unsafe { (self.library.terminate)(self.component) };
         self.check("fmi2Terminate", status)
     }
 
+    /// `fmi2Reset`: as if it had just been instantiated.
+    ///
+    /// # Errors
+    /// The FMU refuses, with its messages.
+    pub fn reset(&mut self) -> Result<()> {
+        // SAFETY: the component is this instance's and lives.
+        let status = unsafe { (self.library.reset)(self.component) };
+        self.check("fmi2Reset", status)
+    }
+
     /// A variable's value; true is 1.
     ///
     /// # Errors
-    /// What the library has logged.
-    pub fn get(&self, kind: Type, reference: u32) -> Result<f64, String> {
+    /// The FMU refuses, with its messages.
+    pub fn get(&self, kind: Type, reference: u32) -> Result<f64> {
         let (mut real, mut integer) = (0.0, 0);
         // SAFETY: the component is this instance's and lives; one reference, room for one value.
         let status = unsafe {
@@ -137,46 +212,124 @@ impl<'a> Instance<'a> {
                 Type::Boolean => (self.library.get_boolean)(self.component, &reference, 1, &mut integer),
             }
         };
-        self.check("fmi2Get", status)?;
+        self.check(getter(kind), status)?;
         Ok(if kind == Type::Real { real } else { f64::from(integer) })
     }
 
-    /// Sets a variable; not 0 is true.
+    /// Sets a variable; for a Boolean, 0 is false and anything else true.
     ///
     /// # Errors
-    /// What the library has logged; a value that an Integer cannot have.
-    pub fn set(&mut self, kind: Type, reference: u32, value: f64) -> Result<(), String> {
-        let integer = value as c_int;
-        if kind != Type::Real && f64::from(integer) != value {
-            return Err(format!("{value:?} is no integer"));
-        }
-        // SAFETY: the component is this instance's and lives; one reference, one value.
+    /// The FMU refuses, with its messages; the value is not an integer of 32 bits, but the variable is not Real.
+    pub fn set(&mut self, kind: Type, reference: u32, value: f64) -> Result<()> {
+        self.set_all(kind, &[reference], &[value])
+    }
+
+    /// The values of several variables of one type, in one call; true is 1.
+    ///
+    /// # Errors
+    /// The FMU refuses, with its messages.
+    ///
+    /// # Panics
+    /// There are not as many values as references.
+    pub fn get_all(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
+        assert_eq!(references.len(), values.len());
+        let (from, count) = (references.as_ptr(), references.len());
+        self.integers.clear();
+        self.integers.resize(count, 0);
+        let integers = self.integers.as_mut_ptr();
+        // SAFETY: the component is this instance's and lives; `count` references, and room for as many values.
         let status = unsafe {
             match kind {
-                Type::Real => (self.library.set_real)(self.component, &reference, 1, &value),
-                Type::Integer => (self.library.set_integer)(self.component, &reference, 1, &integer),
-                Type::Boolean => (self.library.set_boolean)(self.component, &reference, 1, &integer),
+                Type::Real => (self.library.get_real)(self.component, from, count, values.as_mut_ptr()),
+                Type::Integer => (self.library.get_integer)(self.component, from, count, integers),
+                Type::Boolean => (self.library.get_boolean)(self.component, from, count, integers),
             }
         };
-        self.check("fmi2Set", status)
+        self.check(getter(kind), status)?;
+        if kind != Type::Real {
+            for (value, integer) in values.iter_mut().zip(&self.integers) {
+                *value = f64::from(*integer);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets several variables of one type in one call; for a Boolean, 0 is false and anything else true.
+    ///
+    /// # Errors
+    /// As [`Instance::set`].
+    ///
+    /// # Panics
+    /// There are not as many values as references.
+    pub fn set_all(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
+        assert_eq!(references.len(), values.len());
+        self.integers.clear();
+        if kind != Type::Real {
+            for value in values {
+                let integer = *value as c_int;
+                if f64::from(integer) != *value {
+                    bail!("{value:?} is not an integer of 32 bits");
+                }
+                self.integers.push(if kind == Type::Boolean { c_int::from(integer != 0) } else { integer });
+            }
+        }
+        let (to, count) = (references.as_ptr(), references.len());
+        // SAFETY: the component is this instance's and lives; `count` references and as many values.
+        let status = unsafe {
+            match kind {
+                Type::Real => (self.library.set_real)(self.component, to, count, values.as_ptr()),
+                Type::Integer => (self.library.set_integer)(self.component, to, count, self.integers.as_ptr()),
+                Type::Boolean => (self.library.set_boolean)(self.component, to, count, self.integers.as_ptr()),
+            }
+        };
+        let function = match kind {
+            Type::Real => "fmi2SetReal",
+            Type::Integer => "fmi2SetInteger",
+            Type::Boolean => "fmi2SetBoolean",
+        };
+        self.check(function, status)
+    }
+
+    /// What the FMU has logged since the last time; the latest 100 messages, if there were more.
+    pub fn take_messages(&mut self) -> Vec<Message> {
+        self.messages.take()
     }
 
     /// fmi2OK and fmi2Warning go on.
-    fn check(&self, function: &str, status: c_int) -> Result<(), String> {
-        let messages = self.messages.take();
-        if matches!(status, 0 | 1) { Ok(()) } else { Err(format!("{function} gives status {status} ({messages})")) }
+    fn check(&self, function: &str, status: c_int) -> Result<()> {
+        if status == 0 || status == WARNING {
+            return Ok(());
+        }
+        self.is_fatal.set(self.is_fatal.get() || status == FATAL);
+        let name = usize::try_from(status).ok().and_then(|status| STATUS.get(status));
+        let name = name.map_or_else(|| format!("the unknown status {status}"), ToString::to_string);
+        let explanation = self.messages.explanation();
+        // Many FMUs begin their messages with the function.
+        let explanation =
+            explanation.strip_prefix(function).and_then(|rest| rest.strip_prefix(": ")).unwrap_or(&explanation);
+        Err(anyhow!("{function} returned {name}: {explanation}"))
     }
 }
 
-impl Drop for Instance<'_> {
+fn getter(kind: Type) -> &'static str {
+    match kind {
+        Type::Real => "fmi2GetReal",
+        Type::Integer => "fmi2GetInteger",
+        Type::Boolean => "fmi2GetBoolean",
+    }
+}
+
+impl Drop for Instance {
     fn drop(&mut self) {
-        // SAFETY: the component is this instance's, and nobody uses it afterwards.
-        unsafe { (self.library.free_instance)(self.component) }
+        if !self.is_fatal.get() {
+            // SAFETY: the component is this instance's, and nobody uses it afterwards.
+            unsafe { (self.library.free_instance)(self.component) }
+        }
     }
 }
 
-/// A logger is variadic, which Rust cannot write. Our libraries give it `"%s"` and the text, of which this one reads the
-/// text where variadic arguments travel as others do.
+/// A logger is variadic, which Rust cannot write. Most libraries give it `"%s"` and the text, of which this one reads the
+/// text where variadic arguments are passed as others are.
 fn logger() -> Logger {
     type Fixed = unsafe extern "C" fn(Pointer, *const c_char, c_int, *const c_char, *const c_char, *const c_char);
     // SAFETY: both are pointers to C functions. A variadic call passes its first arguments as any other does; the last
@@ -187,7 +340,7 @@ fn logger() -> Logger {
 unsafe extern "C" fn log(
     environment: Pointer,
     _instance: *const c_char,
-    _status: c_int,
+    status: c_int,
     _category: *const c_char,
     format: *const c_char,
     text: *const c_char,
@@ -199,19 +352,19 @@ unsafe extern "C" fn log(
     }
     // SAFETY: a C string by FMI's contract.
     let format = unsafe { CStr::from_ptr(format) };
-    // On Apple's ARM processors variadic arguments travel elsewhere.
-    let readable = !cfg!(all(target_vendor = "apple", target_arch = "aarch64"));
-    let message = if format == c"%s" && readable && !text.is_null() {
+    // Apple's ARM processors pass variadic arguments elsewhere.
+    let is_readable = !cfg!(all(target_vendor = "apple", target_arch = "aarch64"));
+    let text = if format == c"%s" && is_readable && !text.is_null() {
         // SAFETY: with "%s" it is a C string.
         unsafe { CStr::from_ptr(text) }
     } else {
         format
     };
-    let message = message.to_string_lossy().replace("##", "#");
-    messages.0.lock().unwrap_or_else(PoisonError::into_inner).push(message);
+    let text = text.to_string_lossy().trim_end().replace("##", "#");
+    messages.add(Message { is_error: status > WARNING, text });
 }
 
-// For libraries of others, which let the host manage their memory.
+// For FMUs that let the host manage their memory.
 unsafe extern "C" {
     fn calloc(count: usize, size: usize) -> Pointer;
     fn free(memory: Pointer);

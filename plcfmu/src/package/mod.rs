@@ -2,19 +2,28 @@
 
 pub mod archive;
 pub mod binary;
+#[cfg(feature = "command")]
 pub mod check;
+#[cfg(feature = "command")]
 pub mod pack;
+#[cfg(feature = "command")]
 pub mod reference;
+#[cfg(feature = "command")]
 pub mod temporary;
 
+use anyhow::{Context, Result, bail};
 use archive::Archive;
-use modeldescription::{ModelDescription, shortened};
+use modeldescription::shortened;
+use modeldescription::v2::ModelDescription;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
-/// A modelDescription.xml larger than this is none.
+/// The largest modelDescription.xml, in bytes.
 const LONGEST_DESCRIPTION: u64 = 1 << 26;
+
+/// The largest library, in bytes.
+const LARGEST_LIBRARY: u64 = 1 << 28;
 
 /// The name of the model description in every FMU.
 pub const DESCRIPTION: &str = "modelDescription.xml";
@@ -44,8 +53,8 @@ impl Package<BufReader<File>> {
     ///
     /// # Errors
     /// One sentence that says what is wrong.
-    pub fn open(path: &Path) -> Result<Self, String> {
-        let file = File::open(path).map_err(|error| format!("it cannot be opened: {error}"))?;
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = File::open(path).context("it cannot be opened")?;
         Package::read(BufReader::new(file))
     }
 }
@@ -55,24 +64,32 @@ impl<R: Read + Seek> Package<R> {
     ///
     /// # Errors
     /// One sentence that says what is wrong.
-    pub fn read(reader: R) -> Result<Package<R>, String> {
+    pub fn read(reader: R) -> Result<Package<R>> {
         let mut archive = Archive::open(reader)?;
         let xml = archive.read(DESCRIPTION, LONGEST_DESCRIPTION)?;
-        let description = modeldescription::read(&xml).map_err(|error| format!("{DESCRIPTION}: {error}"))?;
+        let description = modeldescription::v2::read(&xml).context(DESCRIPTION)?;
         let identifier = description
             .model_identifier()
-            .ok_or_else(|| format!("{DESCRIPTION} is neither for co-simulation nor for model exchange"))?;
+            .with_context(|| format!("{DESCRIPTION} is neither for co-simulation nor for model exchange"))?;
         let names = archive.entries().iter().map(|entry| entry.name.as_str());
         let libraries: Vec<LibraryFile> = names.filter_map(|name| library(name, identifier)).collect();
         if libraries.is_empty() {
             let identifier = shortened(identifier);
-            return Err(format!(
-                "it has no library: FMI asks for {:?}, {:?} or the like",
+            bail!(
+                "it has no library: FMI requires {:?}, {:?} or the like",
                 format!("binaries/linux64/{identifier}.so"),
                 format!("binaries/win64/{identifier}.dll")
-            ));
+            );
         }
         Ok(Package { archive, description, libraries })
+    }
+
+    /// The bytes of one of the libraries.
+    ///
+    /// # Errors
+    /// The library is too large or damaged.
+    pub fn library(&mut self, file: &LibraryFile) -> Result<Vec<u8>> {
+        self.archive.read(&file.path, LARGEST_LIBRARY)
     }
 
     /// The libraries' platforms, with commas between.
@@ -82,7 +99,7 @@ impl<R: Read + Seek> Package<R> {
     }
 }
 
-/// The library that a path in the archive is, if it is one: `binaries/PLATFORM/IDENTIFIER.EXTENSION`.
+/// The library at a path in the archive, if there is one: `binaries/PLATFORM/IDENTIFIER.EXTENSION`.
 fn library(path: &str, identifier: &str) -> Option<LibraryFile> {
     let (platform, file) = path.strip_prefix("binaries/")?.split_once('/')?;
     let extension = file.strip_prefix(identifier)?;
@@ -94,7 +111,7 @@ fn library(path: &str, identifier: &str) -> Option<LibraryFile> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use modeldescription::CoSimulation;
+    use modeldescription::v2::CoSimulation;
     use std::collections::BTreeMap;
     use std::io::Cursor;
 
@@ -108,7 +125,7 @@ mod tests {
             ..ModelDescription::default()
         };
         [
-            (DESCRIPTION, modeldescription::write(&description)),
+            (DESCRIPTION, modeldescription::v2::write(&description)),
             ("binaries/linux64/PUMP.so", vec![1]),
             ("binaries/linux64/libother.so", vec![2]),
             ("binaries/win64/PUMP.dll", vec![3]),
@@ -119,8 +136,13 @@ mod tests {
         .into()
     }
 
-    fn read(files: &BTreeMap<String, Vec<u8>>) -> Result<Package<Cursor<Vec<u8>>>, String> {
+    fn read(files: &BTreeMap<String, Vec<u8>>) -> Result<Package<Cursor<Vec<u8>>>> {
         Package::read(Cursor::new(archive::write(files).unwrap()))
+    }
+
+    /// The sentence that a user reads.
+    fn sentence<T>(result: Result<T>) -> String {
+        format!("{:#}", result.map(|_| ()).unwrap_err())
     }
 
     #[test]
@@ -135,7 +157,7 @@ mod tests {
     fn an_fmu_without_a_model_description_is_refused() {
         let mut files = files();
         files.remove(DESCRIPTION);
-        assert_eq!(read(&files).unwrap_err(), "modelDescription.xml is missing");
+        assert_eq!(sentence(read(&files)), "modelDescription.xml is missing");
     }
 
     #[test]
@@ -143,8 +165,8 @@ mod tests {
         let mut files = files();
         files.retain(|name, _| !name.contains("64/PUMP."));
         assert_eq!(
-            read(&files).unwrap_err(),
-            "it has no library: FMI asks for \"binaries/linux64/PUMP.so\", \"binaries/win64/PUMP.dll\" or the like"
+            sentence(read(&files)),
+            "it has no library: FMI requires \"binaries/linux64/PUMP.so\", \"binaries/win64/PUMP.dll\" or the like"
         );
     }
 
@@ -153,7 +175,7 @@ mod tests {
         for xml in ["", "hello", "<fmiModelDescription", "<other/>", "<fmiModelDescription fmiVersion=\"2.0\"/>"] {
             let mut files = files();
             files.insert(DESCRIPTION.into(), xml.into());
-            let error = read(&files).unwrap_err();
+            let error = sentence(read(&files));
             assert!(error.starts_with("modelDescription.xml: ") && !error.contains('\n'), "{xml}: {error}");
         }
     }
@@ -162,13 +184,13 @@ mod tests {
     fn a_description_for_nothing_is_refused() {
         let mut files = files();
         let nothing = ModelDescription { model_name: "PUMP".into(), guid: "{1}".into(), ..ModelDescription::default() };
-        files.insert(DESCRIPTION.into(), modeldescription::write(&nothing));
-        assert!(read(&files).unwrap_err().starts_with("modelDescription.xml"));
+        files.insert(DESCRIPTION.into(), modeldescription::v2::write(&nothing));
+        assert!(sentence(read(&files)).starts_with("modelDescription.xml"));
     }
 
     #[test]
     fn a_missing_file_is_told() {
-        let error = Package::open(Path::new("/no/such/file.fmu")).unwrap_err();
+        let error = sentence(Package::open(Path::new("/no/such/file.fmu")));
         assert!(error.starts_with("it cannot be opened: "), "{error}");
     }
 }

@@ -3,8 +3,10 @@
 
 use crate::host::instance::{Instance, Type};
 use crate::host::library::Library;
-use modeldescription::Interface;
-use modeldescription::interface::{Kind, Role, Row};
+use anyhow::{Context, Error, Result};
+use blocks::{Kind, Role};
+use modeldescription::v2::Interface;
+use modeldescription::{Row, Table};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -36,28 +38,29 @@ impl Recording {
 ///
 /// # Errors
 /// A value that the library refuses, with its reason.
-pub fn record(library: &Library, interface: &Interface) -> Result<Recording, String> {
-    let rows = &interface.variables;
-    let response = &interface.response;
+pub fn record(library: &Library, interface: &Interface) -> Result<Recording> {
+    let table = &interface.table;
+    let (rows, response) = (&table.variables, &table.response);
     let shown: Vec<usize> = if response.show.is_empty() {
         (0..rows.len()).filter(|row| matches!(rows[*row].role, Role::Input | Role::Output)).collect()
     } else {
-        response.show.iter().filter_map(|name| interface.find(name)).collect()
+        response.show.iter().filter_map(|name| table.find(name)).collect()
     };
-    let mut instance = Instance::instantiate(library, &interface.guid, None)?;
-    let failed = |error| format!("the block's response: {error}");
-    instance.enter_initialization(0.0)?;
-    set(&mut instance, interface, 0).map_err(failed)?;
+    let mut instance = Instance::instantiate(library, "plcfmu", &interface.guid, None)?;
+    let failed = |error: Error| error.context("the block's response");
+    instance.setup(0.0, None)?;
+    instance.enter_initialization()?;
+    set(&mut instance, table, 0).map_err(failed)?;
     instance.exit_initialization().map_err(failed)?;
 
-    let cycle = (instance.get(Type::Real, interface.cycle as u32)? * 1000.0).round() as u32;
-    let values = |instance: &Instance| -> Result<Vec<f64>, String> {
+    let cycle = (instance.get(Type::Real, table.cycle as u32)? * 1000.0).round() as u32;
+    let values = |instance: &Instance| -> Result<Vec<f64>> {
         shown.iter().map(|row| instance.get(fmi_type(rows[*row].kind), *row as u32)).collect()
     };
     let mut recording = Recording { cycle, restart: values(&instance)?, calls: Vec::new(), shown: shown.clone() };
     for call in 0..response.calls {
         if call > 0 {
-            set(&mut instance, interface, call).map_err(failed)?;
+            set(&mut instance, table, call).map_err(failed)?;
         }
         instance.step(recording.time(call as usize), recording.time(1)).map_err(failed)?;
         recording.calls.push(values(&instance)?);
@@ -67,12 +70,12 @@ pub fn record(library: &Library, interface: &Interface) -> Result<Recording, Str
 }
 
 /// Sets what the example sets before a call.
-fn set(instance: &mut Instance, interface: &Interface, call: u32) -> Result<(), String> {
-    for (_, name, value) in interface.response.set.iter().filter(|(before, ..)| *before == call) {
-        let row = interface.find(name).ok_or_else(|| format!("{name} is no variable of {}", interface.name))?;
+fn set(instance: &mut Instance, table: &Table, call: u32) -> Result<()> {
+    for (_, name, value) in table.response.set.iter().filter(|(before, ..)| *before == call) {
+        let row = table.find(name).with_context(|| format!("{} has no variable {name}", table.name))?;
         instance
-            .set(fmi_type(interface.variables[row].kind), row as u32, *value)
-            .map_err(|error| format!("{name} = {value:?} before call {call}: {error}"))?;
+            .set(fmi_type(table.variables[row].kind), row as u32, *value)
+            .with_context(|| format!("{name} = {value:?} before call {call}"))?;
     }
     Ok(())
 }
@@ -86,14 +89,14 @@ fn fmi_type(kind: Kind) -> Type {
 }
 
 /// The files of the layered standard, by their path in the FMU.
-pub fn files(interface: &Interface, recording: &Recording) -> BTreeMap<String, Vec<u8>> {
-    let name = &interface.name;
+pub fn files(table: &Table, recording: &Recording) -> BTreeMap<String, Vec<u8>> {
+    let name = &table.name;
     let mut files = BTreeMap::new();
     let mut add = |path: String, text: String| files.insert(path, text.into_bytes());
     add(format!("{FOLDER}/fmi-ls-manifest.xml"), manifest(name));
-    add(format!("{FOLDER}/{name}_in.csv"), input(interface, recording));
-    add(format!("{FOLDER}/{name}_out.csv"), output(interface, recording));
-    add("documentation/fmi-ls-ref.txt".into(), description(interface, recording));
+    add(format!("{FOLDER}/{name}_in.csv"), input(table, recording));
+    add(format!("{FOLDER}/{name}_out.csv"), output(table, recording));
+    add("documentation/fmi-ls-ref.txt".into(), description(table, recording));
     files
 }
 
@@ -116,59 +119,59 @@ fn manifest(name: &str) -> String {
 ///
 /// They change half a CYCLE before the call that first sees them, so that a tool whose communication points are off by
 /// rounding sets them for the same call. The instant stands in two rows, for tools that draw lines between rows.
-fn input(interface: &Interface, recording: &Recording) -> String {
-    let rows = &interface.variables;
+fn input(table: &Table, recording: &Recording) -> String {
+    let rows = &table.variables;
     let is_tuned =
-        |row: &Row| row.role == Role::Parameter && interface.response.set.iter().any(|(_, name, _)| *name == row.name);
+        |row: &Row| row.role == Role::Parameter && table.response.set.iter().any(|(_, name, _)| *name == row.name);
     let columns: Vec<usize> =
         (0..rows.len()).filter(|row| rows[*row].role == Role::Input || is_tuned(&rows[*row])).collect();
     let mut values: Vec<f64> = columns.iter().map(|row| rows[*row].start).collect();
-    let mut csv = header(interface, &columns);
+    let mut csv = header(table, &columns);
     let end = recording.time(recording.calls.len());
-    let mut calls: Vec<u32> = interface.response.set.iter().map(|(call, ..)| *call).chain([0]).collect();
+    let mut calls: Vec<u32> = table.response.set.iter().map(|(call, ..)| *call).chain([0]).collect();
     calls.sort_unstable();
     calls.dedup();
     for call in calls {
         let time = (recording.time(call as usize) - recording.time(1) / 2.0).max(0.0);
         if call > 0 {
-            line(&mut csv, interface, &columns, time, &values);
+            line(&mut csv, table, &columns, time, &values);
         }
-        for (_, name, value) in interface.response.set.iter().filter(|(before, ..)| *before == call) {
+        for (_, name, value) in table.response.set.iter().filter(|(before, ..)| *before == call) {
             for (column, row) in columns.iter().enumerate() {
                 if rows[*row].name == *name {
                     values[column] = *value;
                 }
             }
         }
-        line(&mut csv, interface, &columns, time, &values);
+        line(&mut csv, table, &columns, time, &values);
     }
-    line(&mut csv, interface, &columns, end, &values);
+    line(&mut csv, table, &columns, end, &values);
     csv
 }
 
 /// What the block has computed at every communication point: after the restart, then after each step.
-fn output(interface: &Interface, recording: &Recording) -> String {
-    let is_computed = |row: usize| matches!(interface.variables[row].role, Role::Output | Role::Local);
+fn output(table: &Table, recording: &Recording) -> String {
+    let is_computed = |row: usize| matches!(table.variables[row].role, Role::Output | Role::Local);
     let columns: Vec<usize> = recording.shown.iter().copied().filter(|row| is_computed(*row)).collect();
-    let mut csv = header(interface, &columns);
+    let mut csv = header(table, &columns);
     for (point, values) in std::iter::once(&recording.restart).chain(&recording.calls).enumerate() {
         let computed = recording.shown.iter().zip(values).filter(|(row, _)| is_computed(**row));
         let values: Vec<f64> = computed.map(|(_, value)| *value).collect();
-        line(&mut csv, interface, &columns, recording.time(point), &values);
+        line(&mut csv, table, &columns, recording.time(point), &values);
     }
     csv
 }
 
-fn header(interface: &Interface, columns: &[usize]) -> String {
-    let names = columns.iter().map(|row| format!(",{}", interface.variables[*row].name));
+fn header(table: &Table, columns: &[usize]) -> String {
+    let names = columns.iter().map(|row| format!(",{}", table.variables[*row].name));
     format!("time{}\n", names.collect::<String>())
 }
 
 /// Numbers that read back bit-equal; Booleans as 0 and 1, which every reader takes.
-fn line(csv: &mut String, interface: &Interface, columns: &[usize], time: f64, values: &[f64]) {
+fn line(csv: &mut String, table: &Table, columns: &[usize], time: f64, values: &[f64]) {
     let _ = write!(csv, "{time:?}");
     for (row, value) in columns.iter().zip(values) {
-        let _ = match interface.variables[*row].kind {
+        let _ = match table.variables[*row].kind {
             Kind::Word | Kind::Int | Kind::Bool => write!(csv, ",{value}"),
             _ => write!(csv, ",{value:?}"),
         };
@@ -176,21 +179,30 @@ fn line(csv: &mut String, interface: &Interface, columns: &[usize], time: f64, v
     csv.push('\n');
 }
 
-fn description(interface: &Interface, recording: &Recording) -> String {
-    let name = &interface.name;
+/// A value as the command line of a simulator expects it for its type: `0.5`, `20`, `true`.
+fn start_value(kind: Kind, value: f64) -> String {
+    match fmi_type(kind) {
+        Type::Real => format!("{value:?}"),
+        Type::Integer => value.to_string(),
+        Type::Boolean => (value != 0.0).to_string(),
+    }
+}
+
+fn description(table: &Table, recording: &Recording) -> String {
+    let name = &table.name;
     let (calls, cycle) = (recording.calls.len(), recording.time(1));
     let mut text = format!(
         "Reference results of {name}\n\n{title}\n\n{FOLDER}/{name}_in.csv\n  the inputs, held from row to row; they \
          change half a communication step before the call that first sees them\n{FOLDER}/{name}_out.csv\n  the outputs \
          after the initialization (first row) and after each communication step\n\nStart time 0 s, stop time {stop:?} s, \
          communication step {cycle:?} s: {calls} steps, one call of the block in each.\n",
-        title = interface.response.title,
+        title = table.response.title,
         stop = recording.time(calls),
     );
-    for (_, variable, value) in interface.response.set.iter().filter(|(before, ..)| *before == 0) {
-        let is_setting = interface.find(variable).is_some_and(|row| interface.variables[row].role != Role::Input);
-        if is_setting {
-            let _ = writeln!(text, "Set before the initialization ends: {variable} = {value:?}");
+    for (_, variable, value) in table.response.set.iter().filter(|(before, ..)| *before == 0) {
+        let row = table.find(variable).map(|row| &table.variables[row]);
+        if let Some(Row { kind, .. }) = row.filter(|row| row.role != Role::Input) {
+            let _ = writeln!(text, "Set before the initialization ends: {variable} = {}", start_value(*kind, *value));
         }
     }
     text.push_str(
@@ -209,7 +221,7 @@ pub fn links(name: &str) -> [(String, &'static str); 2] {
 ///
 /// # Errors
 /// As [`record`].
-pub fn run(library: &Path, interface: &Interface) -> Result<Recording, String> {
+pub fn run(library: &Path, interface: &Interface) -> Result<Recording> {
     record(&Library::open(library)?, interface)
 }
 
@@ -217,30 +229,33 @@ pub fn run(library: &Path, interface: &Interface) -> Result<Recording, String> {
 mod tests {
     use super::*;
 
-    fn interface() -> Interface {
-        let json = r#"{"name":"PUMP","docs":"x","guid":"{1}","cycle":2,"variables":[
-            {"name":"ON","description":"x","kind":"Bool","role":"Input","start":0.0,"min":null,"max":null,"unit":null},
-            {"name":"GAIN","description":"x","kind":"Real","role":"Parameter","start":2.0,"min":null,"max":null,"unit":null},
-            {"name":"CYCLE","description":"x","kind":"Time","role":"Cycle","start":1.0,"min":0.001,"max":null,"unit":null},
-            {"name":"SPEED","description":"x","kind":"Int","role":"Parameter","start":7.0,"min":null,"max":null,"unit":null},
-            {"name":"Q","description":"x","kind":"Bool","role":"Output","start":0.0,"min":null,"max":null,"unit":null},
-            {"name":"LEVEL","description":"x","kind":"LReal","role":"Output","start":0.0,"min":null,"max":null,"unit":"m"}],
-            "response":{"title":"It runs","calls":3,"set":[[0,"GAIN",0.5],[0,"CYCLE",0.1],[2,"ON",1.0]],
+    fn table() -> Table {
+        let json = r#"{"name":"PUMP","docs":"x","cycle":2,"variables":[
+            {"name":"ON","description":"x","kind":"BOOL","role":"input","start":0.0,"min":null,"max":null,"unit":null},
+            {"name":"GAIN","description":"x","kind":"REAL","role":"parameter","start":2.0,"min":null,"max":null,"unit":null},
+            {"name":"CYCLE","description":"x","kind":"TIME","role":"cycle","start":1.0,"min":0.001,"max":null,"unit":null},
+            {"name":"SPEED","description":"x","kind":"INT","role":"parameter","start":7.0,"min":null,"max":null,"unit":null},
+            {"name":"STEPS","description":"x","kind":"INT","role":"fixed","start":7.0,"min":null,"max":null,"unit":null},
+            {"name":"LOCKED","description":"x","kind":"BOOL","role":"fixed","start":0.0,"min":null,"max":null,"unit":null},
+            {"name":"Q","description":"x","kind":"BOOL","role":"output","start":0.0,"min":null,"max":null,"unit":null},
+            {"name":"LEVEL","description":"x","kind":"LREAL","role":"output","start":0.0,"min":null,"max":null,"unit":"m"}],
+            "response":{"title":"It runs","calls":3,
+            "set":[[0,"GAIN",0.5],[0,"CYCLE",0.1],[0,"STEPS",20.0],[0,"LOCKED",1.0],[2,"ON",1.0]],
             "show":["ON","LEVEL","Q"]}}"#;
-        Interface::parse(json).unwrap()
+        serde_json::from_str(json).unwrap()
     }
 
     fn recording() -> Recording {
         Recording {
             cycle: 100,
-            shown: vec![0, 5, 4],
+            shown: vec![0, 7, 6],
             restart: vec![0.0, 0.0, 0.0],
             calls: vec![vec![0.0, 0.1, 0.0], vec![0.0, 1e-7, 0.0], vec![1.0, 0.30000000000000004, 1.0]],
         }
     }
 
     fn file(name: &str) -> String {
-        String::from_utf8(files(&interface(), &recording()).remove(name).unwrap()).unwrap()
+        String::from_utf8(files(&table(), &recording()).remove(name).unwrap()).unwrap()
     }
 
     #[test]
@@ -275,6 +290,8 @@ mod tests {
         assert!(text.contains("stop time 0.3 s, communication step 0.1 s: 3 steps"));
         assert!(text.contains("Set before the initialization ends: GAIN = 0.5\n"));
         assert!(text.contains("Set before the initialization ends: CYCLE = 0.1\n"));
+        assert!(text.contains("Set before the initialization ends: STEPS = 20\n"));
+        assert!(text.contains("Set before the initialization ends: LOCKED = true\n"));
         assert!(!text.contains("ON = "));
     }
 }

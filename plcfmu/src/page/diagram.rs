@@ -1,11 +1,12 @@
 //! A block as a function block diagram shows it: a box with its name, inputs and settings on the left, outputs on the
 //! right.
 
-use crate::page::svg::{coordinate, escape};
+use crate::page::svg::Pixels;
 use crate::page::text;
-use modeldescription::Interface;
-use modeldescription::interface::{Kind, Role, Row};
-use std::fmt::Write;
+use askama::Template;
+use blocks::{Kind, Role};
+use modeldescription::Row;
+use modeldescription::Table;
 
 // In pixels.
 const FONT: f64 = 12.0;
@@ -16,68 +17,103 @@ const HEAD: f64 = 40.0;
 const STUB: f64 = 18.0;
 const MARGIN: f64 = 10.0;
 
+/// Its colours are those of a light page. A page's stylesheet may replace them by their classes.
+#[derive(Template)]
+#[template(path = "diagram.svg")]
+struct Diagram<'a> {
+    name: &'a str,
+    width: Pixels,
+    height: Pixels,
+    left: Pixels,
+    right: Pixels,
+    top: Pixels,
+    box_width: Pixels,
+    box_height: Pixels,
+    head: Pixels,
+    middle: Pixels,
+    title_y: Pixels,
+    font_size: Pixels,
+    terminals: Vec<Terminal<'a>>,
+}
+
+/// A wire that ends at the box, the terminal's name inside, a label outside.
+struct Terminal<'a> {
+    class: &'static str,
+    color: &'static str,
+    name: &'a str,
+    description: &'a str,
+    label: String,
+    y: Pixels,
+    text_y: Pixels,
+    wire_from: Pixels,
+    wire_to: Pixels,
+    stroke_width: u8,
+    name_x: Pixels,
+    label_x: Pixels,
+    inside: &'static str,
+    outside: &'static str,
+}
+
 /// The diagram as SVG. The settings of blocks inside the block have no terminals of their own and are left out.
-pub fn svg(interface: &Interface) -> String {
-    let of = |roles: &[Role]| -> Vec<&Row> {
-        let rows = interface.variables.iter();
-        rows.filter(|row| roles.contains(&row.role) && !row.name.contains('.')).collect()
-    };
-    let inputs = of(&[Role::Input]);
-    let parameters = of(&[Role::Parameter, Role::Fixed, Role::Cycle]);
-    let outputs = of(&[Role::Output]);
+///
+/// # Errors
+/// The template cannot be rendered.
+pub fn svg(table: &Table) -> anyhow::Result<String> {
+    let inputs = terminals_of(table, &[Role::Input]);
+    let parameters = terminals_of(table, &[Role::Parameter, Role::Fixed, Role::Cycle]);
+    let outputs = terminals_of(table, &[Role::Output]);
 
     let left_names = widest(inputs.iter().chain(&parameters).map(|row| row.name.clone()));
     let right_names = widest(outputs.iter().map(|row| row.name.clone()));
     let left_labels = widest(inputs.iter().map(|row| label(row)).chain(parameters.iter().map(|row| start(row))));
     let right_labels = widest(outputs.iter().map(|row| label(row)));
-    let title = interface.name.chars().count() as f64 * 18.0 * 0.66;
+    let title = table.name.chars().count() as f64 * 18.0 * 0.66;
 
     let gap = if parameters.is_empty() { 0.0 } else { ROW * 0.6 };
     let left_rows = (inputs.len() + parameters.len()) as f64 * ROW + gap;
     let rows = left_rows.max(outputs.len() as f64 * ROW);
     let left = MARGIN + left_labels + STUB + 6.0;
-    let box_width = (left_names + right_names + 40.0).max(title + 30.0);
+    let box_width = (left_names + right_names + 50.0).max(title + 30.0);
     let box_height = HEAD + rows + 10.0;
     let right = left + box_width;
-    let width = right + STUB + 6.0 + right_labels + MARGIN;
-    let height = box_height + 2.0 * MARGIN;
 
-    let mut svg = format!(
-        r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" role="img" aria-label="Terminals of {name}">
-<rect width="{width}" height="{height}" fill="#ffffff"/>
-<rect x="{left}" y="{MARGIN}" width="{box_width}" height="{box_height}" rx="3" fill="#f4f7fb" stroke="#1f3a5f" stroke-width="1.5"/>
-<path d="M{left} {head}H{right}" stroke="#1f3a5f"/>
-<text x="{middle}" y="{title_y}" font-family="sans-serif" font-size="18" text-anchor="middle" fill="#1f3a5f">{name}</text>
-<g font-family="monospace" font-size="{FONT}">
-"##,
-        width = coordinate(width),
-        height = coordinate(height),
-        name = escape(&interface.name),
-        left = coordinate(left),
-        right = coordinate(right),
-        box_width = coordinate(box_width),
-        box_height = coordinate(box_height),
-        head = coordinate(MARGIN + HEAD - 10.0),
-        middle = coordinate(left + box_width / 2.0),
-        title_y = coordinate(MARGIN + 21.0),
-    );
-    let mut y = MARGIN + HEAD + ROW / 2.0;
-    for row in &inputs {
-        terminal(&mut svg, row, Side::Left { x: left }, y, &label(row), "#1f3a5f");
-        y += ROW;
+    let first = MARGIN + HEAD + ROW / 2.0;
+    let first_parameter = first + inputs.len() as f64 * ROW + gap;
+    let column = |rows: &[&'_ Row], first: f64| -> Vec<f64> {
+        (0..rows.len()).map(|place| first + place as f64 * ROW).collect()
+    };
+    let mut terminals = Vec::new();
+    for (row, y) in inputs.iter().zip(column(&inputs, first)) {
+        terminals.push(terminal(row, Side::Left { x: left }, y, label(row), Wire::Signal));
     }
-    y += gap;
-    for row in &parameters {
-        terminal(&mut svg, row, Side::Left { x: left }, y, &start(row), "#8a97a8");
-        y += ROW;
+    for (row, y) in parameters.iter().zip(column(&parameters, first_parameter)) {
+        terminals.push(terminal(row, Side::Left { x: left }, y, start(row), Wire::Setting));
     }
-    y = MARGIN + HEAD + ROW / 2.0;
-    for row in &outputs {
-        terminal(&mut svg, row, Side::Right { x: right }, y, &label(row), "#1f3a5f");
-        y += ROW;
+    for (row, y) in outputs.iter().zip(column(&outputs, first)) {
+        terminals.push(terminal(row, Side::Right { x: right }, y, label(row), Wire::Signal));
     }
-    svg.push_str("</g>\n</svg>\n");
-    svg
+    let diagram = Diagram {
+        name: &table.name,
+        width: Pixels(right + STUB + 6.0 + right_labels + MARGIN),
+        height: Pixels(box_height + 2.0 * MARGIN),
+        left: Pixels(left),
+        right: Pixels(right),
+        top: Pixels(MARGIN),
+        box_width: Pixels(box_width),
+        box_height: Pixels(box_height),
+        head: Pixels(MARGIN + HEAD - 10.0),
+        middle: Pixels(left + box_width / 2.0),
+        title_y: Pixels(MARGIN + 21.0),
+        font_size: Pixels(FONT),
+        terminals,
+    };
+    Ok(diagram.render()?)
+}
+
+/// The variables of these roles that are the block's own.
+pub(crate) fn terminals_of<'a>(table: &'a Table, roles: &[Role]) -> Vec<&'a Row> {
+    let rows = table.variables.iter();
+    rows.filter(|row| roles.contains(&row.role) && !row.name.contains('.')).collect()
 }
 
 /// The edge of the box that a terminal is at.
@@ -86,27 +122,38 @@ enum Side {
     Right { x: f64 },
 }
 
-/// A wire that ends at the box, the terminal's name inside, a label outside.
-fn terminal(svg: &mut String, row: &Row, side: Side, y: f64, label: &str, color: &str) {
+/// What a wire carries.
+enum Wire {
+    Signal,
+    Setting,
+}
+
+fn terminal(row: &Row, side: Side, y: f64, label: String, wire: Wire) -> Terminal<'_> {
     let (edge, direction, inside, outside) = match side {
         Side::Left { x } => (x, -1.0, "start", "end"),
         Side::Right { x } => (x, 1.0, "end", "start"),
     };
-    let _ = writeln!(
-        svg,
-        r##"<g><title>{description}</title><path d="M{from} {y}H{edge}" stroke="{color}" stroke-width="{stroke}"/><text x="{name_x}" y="{text_y}" text-anchor="{inside}" fill="#111827">{name}</text><text x="{label_x}" y="{text_y}" text-anchor="{outside}" fill="#5b6675">{label}</text></g>"##,
-        description = escape(&row.description),
-        from = coordinate(edge + direction * STUB),
-        edge = coordinate(edge),
-        y = coordinate(y),
+    let (class, color) = match wire {
+        Wire::Signal => ("signal", "#1f3a5f"),
+        Wire::Setting => ("setting", "#8a97a8"),
+    };
+    Terminal {
+        class,
+        color,
+        name: &row.name,
+        description: &row.description,
+        label,
+        y: Pixels(y),
+        text_y: Pixels(y + FONT * 0.34),
+        wire_from: Pixels(edge + direction * STUB),
+        wire_to: Pixels(edge),
         // As in function block diagrams: a bit is a thin wire, a number a thick one.
-        stroke = if row.kind == Kind::Bool { 1 } else { 2 },
-        name_x = coordinate(edge - direction * 7.0),
-        text_y = coordinate(y + FONT * 0.34),
-        name = escape(&row.name),
-        label_x = coordinate(edge + direction * (STUB + 5.0)),
-        label = escape(label),
-    );
+        stroke_width: if row.kind == Kind::Bool { 1 } else { 2 },
+        name_x: Pixels(edge - direction * 7.0),
+        label_x: Pixels(edge + direction * (STUB + 5.0)),
+        inside,
+        outside,
+    }
 }
 
 fn widest(texts: impl Iterator<Item = String>) -> f64 {

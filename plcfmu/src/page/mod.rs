@@ -1,164 +1,126 @@
 //! `documentation/index.html`: all that a user of the FMU has to know, in one file.
 
 pub mod diagram;
+mod escape;
 pub mod picture;
 pub mod plot;
-pub mod svg;
+mod svg;
 pub mod text;
 
 use crate::package::reference::{self, Recording};
-use modeldescription::Interface;
-use modeldescription::interface::{Role, Row};
-use pulldown_cmark::{Options, Parser, html};
-use std::fmt::Write;
-use svg::escape;
+use anyhow::Context;
+use askama::Template;
+use blocks::{Kind, Role};
+use modeldescription::{Row, Table};
+use pulldown_cmark::{Options, Parser};
 
-const STYLE: &str = "
-:root { color-scheme: light; }
-body { font: 16px/1.55 system-ui, 'Segoe UI', Helvetica, Arial, sans-serif; color: #1f2937; background: #fff;
-       max-width: 66rem; margin: 2rem auto; padding: 0 1.2rem; }
-h1 { margin-bottom: 0; color: #1f3a5f; }
-h2 { margin-top: 2.4rem; padding-bottom: .2rem; border-bottom: 1px solid #d1d5db; color: #1f3a5f; }
-.summary { font-size: 1.15rem; margin-top: .4rem; }
-figure { margin: 1.5rem 0; overflow-x: auto; }
-figcaption { color: #4b5563; }
-svg { max-width: 100%; height: auto; }
-pre { background: #f4f7fb; border: 1px solid #e5e7eb; border-radius: 4px; padding: .8rem 1rem; overflow-x: auto;
-      line-height: 1.35; }
-pre code { font-size: .8rem; }
-code, pre, td.name, td.number { font-family: ui-monospace, 'DejaVu Sans Mono', Consolas, monospace; font-size: .87rem; }
-dt { font-weight: 600; float: left; clear: left; width: 12rem; }
-dd { margin: 0 0 .3rem 12.5rem; }
-.wide { overflow-x: auto; }
-table { border-collapse: collapse; font-size: .93rem; }
-th, td { text-align: left; vertical-align: top; padding: .25rem .7rem .25rem 0; border-bottom: 1px solid #e5e7eb; }
-td.number { white-space: nowrap; text-align: right; padding-left: .4rem; }
-td.name { white-space: nowrap; }
-th.number { text-align: right; }
-table { width: 100%; }
-th.group { padding-top: 1.1rem; color: #1f3a5f; }
-@media print { body { margin: 0; max-width: none; } }
-";
+/// What the template shows. `askama` checks templates at compile time, so a page cannot fail on a user's machine.
+#[derive(Template)]
+#[template(path = "index.html")]
+struct Page<'a> {
+    name: &'a str,
+    summary: String,
+    guid: &'a str,
+    /// The drawing of the terminals, SVG.
+    diagram: String,
+    has_boolean_terminals: bool,
+    /// How many variables belong to blocks inside the block; the diagram leaves them out.
+    nested: usize,
+    cycle_name: &'a str,
+    cycle_start: String,
+    /// The variable that holds the mean of the block's pulses.
+    mean: Option<&'a str>,
+    /// The block's documentation after its first paragraph, HTML; empty if there is no more.
+    law: String,
+    /// Whether the law says where its rules come from.
+    names_sources: bool,
+    /// What the response shows.
+    response: &'a str,
+    /// The drawing of the response, SVG.
+    plot: String,
+    has_dashed_lines: bool,
+    /// Seconds between two calls of the response.
+    cycle: f64,
+    /// Link and text of the files with the recorded response.
+    recordings: [(String, &'static str); 2],
+    groups: Vec<Group<'a>>,
+    license: &'a str,
+}
+
+/// Variables of the same use.
+struct Group<'a> {
+    title: &'static str,
+    variables: Vec<Variable<'a>>,
+}
+
+/// A row of the table of variables.
+struct Variable<'a> {
+    name: &'a str,
+    kind: &'static str,
+    unit: &'a str,
+    range: String,
+    range_class: &'static str,
+    start: String,
+    description: &'a str,
+    reference: usize,
+}
 
 /// The page. `license` is that of the block's package, as its `Cargo.toml` has it.
-pub fn html(interface: &Interface, recording: &Recording, license: Option<&str>) -> String {
-    let name = escape(&interface.name);
-    let summary = escape(&interface.summary());
-    let [input, output] =
-        reference::links(&interface.name).map(|(link, text)| format!(r#"<a href="{}">{text}</a>"#, escape(&link)));
-    format!(
-        r#"<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{name}</title>
-<style>{STYLE}</style>
-</head>
-<body>
-<h1>{name}</h1>
-<p class="summary">{summary}</p>
-<figure>
-{diagram}<figcaption>Terminals: signals with their type, settings with their start value. Thin wires are Booleans.{nested}</figcaption>
-</figure>
-<h2>Use</h2>
-{usage}
-<h2>Law</h2>
-{law}{sources}
-<h2>Response</h2>
-<figure>
-{plot}<figcaption>{title}. One call every {cycle} s; dashed lines are inputs. Recorded from the library of this FMU: {input}, {output}.</figcaption>
-</figure>
-<h2>Variables</h2>
-<div class="wide">
-{variables}</div>
-<p>Start values are what a block has that nobody has set. Ranges are what makes sense; unless the law says otherwise, the
-block computes with what it gets.</p>
-<h2>Licence</h2>
-<p>The block: {license}. What every FMU of this kind shares: MIT or Apache 2.0, at your choice
-(<a href="licenses/LICENSE-MIT">LICENSE-MIT</a>, <a href="licenses/LICENSE-APACHE">LICENSE-APACHE</a>). What else is in the
-library: <a href="licenses/NOTICE">NOTICE</a>.</p>
-</body>
-</html>
-"#,
-        license = escape(license.unwrap_or("its package names no licence")),
-        diagram = diagram::svg(interface),
-        nested = nested(interface),
-        usage = usage(interface),
-        law = law(interface),
-        sources = sources(interface),
-        plot = plot::svg(interface, recording),
-        title = escape(interface.response.title.trim_end_matches('.')),
-        cycle = recording.time(1),
-        variables = variables(interface),
-    )
+///
+/// # Errors
+/// A drawing or the page cannot be rendered.
+pub fn html(table: &Table, guid: &str, recording: &Recording, license: Option<&str>) -> anyhow::Result<String> {
+    let rows = &table.variables;
+    let cycle = &rows[table.cycle];
+    let chart = plot::of_recording(table, recording);
+    let terminals =
+        diagram::terminals_of(table, &[Role::Input, Role::Parameter, Role::Fixed, Role::Cycle, Role::Output]);
+    let page = Page {
+        name: &table.name,
+        summary: table.summary(),
+        guid,
+        diagram: diagram::svg(table).context("the diagram of the terminals")?,
+        has_boolean_terminals: terminals.iter().any(|row| row.kind == Kind::Bool),
+        nested: rows.iter().filter(|row| row.name.contains('.')).count(),
+        cycle_name: &cycle.name,
+        cycle_start: text::value(cycle, cycle.start),
+        mean: table.mean.map(|mean| rows[mean].name.as_str()),
+        law: law(table),
+        names_sources: names_sources(table),
+        response: table.response.title.trim_end_matches('.'),
+        plot: plot::svg(&chart).context("the plot of the response")?,
+        has_dashed_lines: chart
+            .panels
+            .iter()
+            .flat_map(|panel| &panel.curves)
+            .chain(&chart.lanes)
+            .any(|curve| curve.is_input),
+        cycle: recording.time(1),
+        recordings: reference::links(&table.name),
+        groups: groups(table),
+        license: license.unwrap_or("its package names no licence"),
+    };
+    page.render().context("the documentation page")
 }
 
-/// A sentence on the variables that the diagram leaves out.
-fn nested(interface: &Interface) -> String {
-    match interface.variables.iter().filter(|row| row.name.contains('.')).count() {
-        0 => String::new(),
-        count => format!(" The {count} variables of the blocks inside are in the table below."),
-    }
-}
-
-/// What every FMU of this kind promises, in a few lines.
-fn usage(interface: &Interface) -> String {
-    let cycle = &interface.variables[interface.cycle];
-    let (cycle_name, start) = (escape(&cycle.name), escape(&text::value(cycle, cycle.start)));
-    let mean = interface.mean.map_or(String::new(), |mean| {
-        format!(
-            "\n<dt>Pulses</dt><dd>A pulse output shows the state of the last call. Where a communication step holds more \
-             than one, <code>{}</code> is the mean over the step in percent.</dd>",
-            escape(&interface.variables[mean].name)
-        )
-    });
-    format!(
-        r#"<dl>
-<dt>Kind</dt><dd>FMI 2.0, co-simulation</dd>
-<dt>GUID</dt><dd><code>{guid}</code></dd>
-<dt>When it is called</dt><dd>At the start time and then every <code>{cycle_name}</code> (start value {start}), as by the
-cyclic interrupt of a PLC, whatever the communication step is: a step that holds several calls makes them all, one that
-holds none makes none. The calls are counted in whole milliseconds and do not drift.</dd>
-<dt>What a step does</dt><dd>Every call from the start of the step up to, but not at, its end sees the inputs as set at the
-start (extrapolated to the call if the host gives derivatives of them); the outputs are those of the last call. No output
-depends on an input of the same instant.</dd>
-<dt>Restart</dt><dd>Once, when the initialization ends (OB 100 of a PLC). From then until the first call the outputs have
-their restart values; before it they read 0.</dd>
-<dt>Numbers</dt><dd>REAL is a 32-bit floating point number, rounded when it is set, LREAL one of 64 bits; TIME is in
-seconds, rounded to a millisecond; WORD and INT are integers of 16 bits.</dd>{mean}
-<dt>Also</dt><dd>The state can be saved, restored and serialized; any number of instances, on any threads.</dd>
-</dl>"#,
-        guid = escape(&interface.guid),
-    )
-}
-
-/// The block's documentation after its first paragraph, which stands at the top of the page.
-fn law(interface: &Interface) -> String {
-    let docs = interface.docs.trim_start();
+/// The block's documentation after its first paragraph, which is at the top of the page.
+fn law(table: &Table) -> String {
+    let docs = table.docs.trim_start();
     let rest = docs.split_once("\n\n").map_or("", |(_, rest)| rest);
     let mut law = String::new();
-    html::push_html(&mut law, Parser::new_ext(rest, Options::ENABLE_TABLES));
-    law
+    pulldown_cmark::html::push_html(&mut law, Parser::new_ext(rest, Options::ENABLE_TABLES));
+    // Wide formulas scroll: so that the keyboard reaches them.
+    law.replace("<pre>", r#"<pre tabindex="0">"#)
 }
 
-/// What the words behind the clauses of a law mean, if there are such.
-fn sources(interface: &Interface) -> &'static str {
+/// Whether the clauses of the law say where they come from.
+fn names_sources(table: &Table) -> bool {
     let words = ["(manual", "(vendor", "(measured", "(observed", "(decided"];
-    if !words.iter().any(|word| interface.docs.contains(word)) {
-        return "";
-    }
-    "<p>In brackets stands where a rule comes from. <em>manual</em>: the vendor's published manual; <em>vendor</em>: later \
-     texts of the vendor on the same blocks or their sisters; <em>measured</em>: recorded at the terminals of a real block; \
-     <em>observed</em>: published descriptions of how the blocks behave; <em>decided</em>: by us, where all of these are \
-     silent.</p>"
+    words.iter().any(|word| table.docs.contains(word))
 }
 
-fn variables(interface: &Interface) -> String {
-    let mut table = String::from(
-        "<table>\n<thead><tr><th>Name</th><th>Type</th><th>Unit</th><th class=\"number\">Range</th>\
-         <th class=\"number\">Start</th><th>Meaning</th><th class=\"number\">Reference</th></tr></thead>\n",
-    );
+/// The variables by their use; a use that no variable has is left out.
+fn groups(table: &Table) -> Vec<Group<'_>> {
     let groups: [(&str, &[Role]); 5] = [
         ("Inputs", &[Role::Input]),
         ("Outputs", &[Role::Output]),
@@ -166,41 +128,37 @@ fn variables(interface: &Interface) -> String {
         ("Settings: fixed once it runs", &[Role::Fixed, Role::Cycle]),
         ("Signals inside: read only", &[Role::Local]),
     ];
-    for (title, roles) in groups {
-        let rows = interface.variables.iter().enumerate();
-        let rows: Vec<(usize, &Row)> = rows.filter(|(_, row)| roles.contains(&row.role)).collect();
-        if rows.is_empty() {
-            continue;
-        }
-        let _ = writeln!(table, "<tbody>\n<tr><th class=\"group\" colspan=\"7\">{title}</th></tr>");
-        for (reference, row) in rows {
-            variable(&mut table, reference, row);
-        }
-        table.push_str("</tbody>\n");
-    }
-    table.push_str("</table>\n");
-    table
+    let group = |(title, roles): (&'static str, &[Role])| {
+        let rows = table.variables.iter().enumerate().filter(|(_, row)| roles.contains(&row.role));
+        Group { title, variables: rows.map(|(reference, row)| variable(reference, row)).collect() }
+    };
+    groups.into_iter().map(group).filter(|group| !group.variables.is_empty()).collect()
 }
 
-fn variable(table: &mut String, reference: usize, row: &Row) {
+fn variable(reference: usize, row: &Row) -> Variable<'_> {
     let is_set = !matches!(row.role, Role::Output | Role::Local);
-    let start = if is_set { text::number(row.kind, row.start) } else { String::new() };
-    let _ = writeln!(
-        table,
-        r#"<tr><td class="name">{name}</td><td>{kind}</td><td>{unit}</td><td class="number">{range}</td><td class="number">{start}</td><td>{description}</td><td class="number">{reference}</td></tr>"#,
-        name = escape(&row.name),
-        kind = row.kind.name(),
-        unit = escape(text::unit(row).unwrap_or_default()),
-        range = escape(&text::range(row)),
-        description = escape(&row.description),
-    );
+    let (range, range_class) = match text::range_in_words(row) {
+        // Words may take several lines, numbers do not.
+        Some(range) => (range.to_string(), "range"),
+        None => (text::range(row), "number"),
+    };
+    Variable {
+        name: &row.name,
+        kind: row.kind.name(),
+        unit: text::unit(row).unwrap_or_default(),
+        range,
+        range_class,
+        start: if is_set { text::number(row.kind, row.start) } else { String::new() },
+        description: &row.description,
+        reference,
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn interface() -> Interface {
+    fn table() -> Table {
         let row = |name: &str, kind: &str, role: &str, rest: &str| {
             format!(
                 r#"{{"name":"{name}","description":"About {name} & <more>","kind":"{kind}","role":"{role}",{rest}}}"#
@@ -208,20 +166,20 @@ mod tests {
         };
         let plain = r#""start":0.0,"min":null,"max":null,"unit":null"#;
         let rows = [
-            row("FLOW", "LReal", "Input", r#""start":1.5,"min":0.0,"max":9.0,"unit":"l/min""#),
-            row("CYCLE", "Time", "Cycle", r#""start":0.1,"min":0.001,"max":null,"unit":null"#),
-            row("DI_A.GAIN", "Real", "Parameter", r#""start":2.0,"min":null,"max":null,"unit":null"#),
-            row("ON", "Bool", "Output", plain),
-            row("DUTY", "LReal", "Output", r#""start":0.0,"min":null,"max":null,"unit":"%""#),
-            row("DI_A.LMN", "Real", "Local", plain),
+            row("FLOW", "LREAL", "input", r#""start":1.5,"min":0.0,"max":9.0,"unit":"l/min""#),
+            row("CYCLE", "TIME", "cycle", r#""start":0.1,"min":0.001,"max":null,"unit":null"#),
+            row("DI_A.GAIN", "REAL", "parameter", r#""start":2.0,"min":null,"max":null,"unit":null"#),
+            row("ON", "BOOL", "output", plain),
+            row("DUTY", "LREAL", "output", r#""start":0.0,"min":null,"max":null,"unit":"%""#),
+            row("DI_A.LMN", "REAL", "local", plain),
         ];
         let docs = r"Pumps & more.\n\nThe *law*:\n\n| a | b |\n|---|---|\n| 1 | 2 |";
         let json = format!(
-            r#"{{"name":"PUMP","docs":"{docs}","guid":"{{1}}","cycle":1,"mean":4,"variables":[{}],
+            r#"{{"name":"PUMP","docs":"{docs}","cycle":1,"mean":4,"variables":[{}],
             "response":{{"title":"It runs.","calls":2,"set":[],"show":["FLOW","ON"]}}}}"#,
             rows.join(",")
         );
-        Interface::parse(&json).unwrap()
+        serde_json::from_str(&json).unwrap()
     }
 
     fn page() -> String {
@@ -231,7 +189,7 @@ mod tests {
             restart: vec![0.0, 0.0],
             calls: vec![vec![1.0, 0.0], vec![2.0, 1.0]],
         };
-        html(&interface(), &recording, Some("LicenseRef-<House>"))
+        html(&table(), "{1}", &recording, Some("LicenseRef-<House>")).unwrap()
     }
 
     #[test]
@@ -243,7 +201,7 @@ mod tests {
         assert!(page.contains(
             r#"<td class="name">CYCLE</td><td>TIME</td><td>s</td><td class="number">≥ 0.001</td><td class="number">0.1</td>"#
         ));
-        for row in &interface().variables {
+        for row in &table().variables {
             assert!(page.contains(&format!(r#"<td class="name">{}</td>"#, row.name)), "{}", row.name);
         }
     }
@@ -277,11 +235,71 @@ mod tests {
 
     #[test]
     fn the_drawing_of_the_terminals_leaves_out_what_is_inside() {
-        let drawing = diagram::svg(&interface());
+        let drawing = diagram::svg(&table()).unwrap();
         assert!(
             drawing.contains(">FLOW</text>") && drawing.contains(">ON</text>") && drawing.contains(">CYCLE</text>")
         );
         assert!(!drawing.contains("DI_A"));
         assert!(drawing.contains("LREAL l/min"));
+    }
+
+    /// The page of the table with a response of nothing but these rows.
+    fn page_of(table: &Table, shown: &[usize]) -> String {
+        let calls = vec![vec![0.0; shown.len()]; 2];
+        let recording = Recording { cycle: 100, shown: shown.to_vec(), restart: calls[0].clone(), calls };
+        html(table, "{1}", &recording, None).unwrap()
+    }
+
+    #[test]
+    fn the_page_says_before_all_else_that_ranges_are_not_enforced() {
+        let page = page();
+        let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text}"));
+        assert!(place("class=\"summary\"") < place("Ranges are not enforced"));
+        assert!(place("Ranges are not enforced") < place("aria-label=\"Terminals of PUMP\""));
+    }
+
+    #[test]
+    fn a_range_that_is_only_in_the_description_is_in_the_column_of_ranges_too() {
+        let mut table = table();
+        table.variables[2].description = "Gain; range: GAIN >= FLOW".into();
+        let page = page_of(&table, &[0]);
+        assert!(page.contains(
+            r#"<td class="range">GAIN &gt;= FLOW</td><td class="number">2</td><td>Gain; range: GAIN &gt;= FLOW</td>"#
+        ));
+    }
+
+    #[test]
+    fn a_block_without_a_law_has_no_heading_for_one() {
+        assert!(page().contains("<h2>Law</h2>"));
+        let mut table = table();
+        table.docs = "Pumps.".into();
+        assert!(!page_of(&table, &[0]).contains("<h2>Law</h2>"));
+    }
+
+    #[test]
+    fn the_page_explains_dashed_lines_where_there_are_any() {
+        let of = |shown: &[usize]| {
+            let page = page_of(&table(), shown);
+            (page.contains("dashed lines are inputs"), page.contains("stroke-dasharray"))
+        };
+        assert_eq!(of(&[0, 3]), (true, true));
+        assert_eq!(of(&[3, 4]), (false, false));
+    }
+
+    #[test]
+    fn the_stylesheet_knows_every_colour_of_the_drawings_for_the_dark() {
+        let page = page();
+        let (style, drawings) = page.split_once("</style>").unwrap();
+        let classes: Vec<&str> = drawings
+            .split("<")
+            .filter(|tag| tag.contains("color=\"") || tag.contains("fill=\"#"))
+            .map(|tag| {
+                tag.split("class=\"").nth(1).and_then(|rest| rest.split('"').next()).unwrap_or_else(|| panic!("{tag}"))
+            })
+            .collect();
+        assert!(classes.contains(&"paper") && classes.contains(&"curve-1"));
+        for class in classes {
+            assert!(style.contains(&format!("svg .{class} {{")), "{class}");
+        }
     }
 }

@@ -1,27 +1,31 @@
 //! SVG drawings as PNG pictures, with fonts that are built in: the same picture on every machine.
 
+use anyhow::Context;
 use resvg::{tiny_skia, usvg};
 use std::sync::Arc;
 
 /// How many pixels of the picture are one of the drawing.
 const SCALE: f32 = 2.0;
 
-/// Draws SVG.
+/// SVG as a PNG of twice its size. `sans-serif` and every font that is not built in are Ubuntu, `monospace` is Hack.
 ///
 /// # Errors
-/// It is no SVG, or empty.
-pub fn png(svg: &str) -> Result<Vec<u8>, String> {
+/// The text is not SVG, or the drawing is empty or too large.
+pub fn png(svg: &str) -> anyhow::Result<Vec<u8>> {
     let mut fonts = usvg::fontdb::Database::new();
     fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());
     fonts.load_font_data(epaint_default_fonts::HACK_REGULAR.to_vec());
     fonts.set_sans_serif_family("Ubuntu");
+    // Also what stands in for a font that is not here.
+    fonts.set_serif_family("Ubuntu");
     fonts.set_monospace_family("Hack");
     let options = usvg::Options { font_family: "Ubuntu".into(), fontdb: Arc::new(fonts), ..usvg::Options::default() };
-    let tree = usvg::Tree::from_str(svg, &options).map_err(|error| format!("the drawing is no SVG: {error}"))?;
-    let size = tree.size().to_int_size().scale_by(SCALE).ok_or("the drawing has no size")?;
-    let mut pixels = tiny_skia::Pixmap::new(size.width(), size.height()).ok_or("the drawing has no size")?;
+    let tree = usvg::Tree::from_str(svg, &options).context("the drawing is not SVG")?;
+    let size = tree.size().to_int_size().scale_by(SCALE).context("the drawing has no size")?;
+    let mut pixels = tiny_skia::Pixmap::new(size.width(), size.height())
+        .with_context(|| format!("{} x {} pixels are too many for a picture", size.width(), size.height()))?;
     resvg::render(&tree, tiny_skia::Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
-    pixels.encode_png().map_err(|error| format!("the picture cannot be written: {error}"))
+    pixels.encode_png().context("the picture cannot be encoded as PNG")
 }
 
 #[cfg(test)]
@@ -44,7 +48,23 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_svg_is_refused() {
-        assert!(png("hello").unwrap_err().starts_with("the drawing is no SVG: "));
+    fn what_is_not_svg_is_refused() {
+        assert!(format!("{:#}", png("hello").unwrap_err()).starts_with("the drawing is not SVG: "));
+    }
+
+    #[test]
+    fn text_in_any_font_is_drawn_with_those_that_are_built_in() {
+        let text = |font: &str, text: &str| {
+            png(&format!(
+                r#"<svg xmlns="http://www.w3.org/2000/svg" width="60" height="20"><text y="15" font-family="{font}">{text}</text></svg>"#
+            ))
+            .unwrap()
+        };
+        let expected = text("Ubuntu", "a &lt; b");
+        assert_ne!(expected, text("Ubuntu", ""));
+        assert_ne!(expected, text("monospace", "a &lt; b"));
+        for font in ["sans-serif", "serif", "No Such Font", "No Such Font, sans-serif"] {
+            assert_eq!(text(font, "a &#60; b"), expected, "{font}");
+        }
     }
 }

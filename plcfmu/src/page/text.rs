@@ -1,6 +1,7 @@
 //! Values as people read them.
 
-use modeldescription::interface::{Kind, Row};
+use blocks::Kind;
+use modeldescription::Row;
 
 /// A variable's value with its unit: `TRUE`, `20 s`, `0.1`.
 pub fn value(row: &Row, value: f64) -> String {
@@ -31,7 +32,7 @@ pub fn unit(row: &Row) -> Option<&str> {
     }
 }
 
-/// The values that make sense: `0 ... 100`, `>= 0.001`, `<= 5`.
+/// The values that make sense: `0 ... 100`, `≥ 0.001`, `≤ 5`; empty if there are no limits.
 pub fn range(row: &Row) -> String {
     let number = |value| number(row.kind, value);
     match (row.min, row.max) {
@@ -42,10 +43,19 @@ pub fn range(row: &Row) -> String {
     }
 }
 
+/// A range that two numbers cannot express, because it depends on other variables: the words after `; range: ` in the
+/// description. None if the variable has both `min` and `max`.
+pub fn range_in_words(row: &Row) -> Option<&str> {
+    match (row.min, row.max) {
+        (Some(_), Some(_)) => None,
+        _ => row.description.split_once("; range: ").map(|(_, range)| range),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use modeldescription::interface::Role;
+    use blocks::Role;
 
     fn row(kind: Kind, unit: Option<&str>) -> Row {
         Row {
@@ -82,5 +92,17 @@ mod tests {
         assert_eq!(range(&row), "0.001 ... 2");
         row.min = None;
         assert_eq!(range(&row), "\u{2264} 2");
+    }
+
+    #[test]
+    fn a_range_in_words_is_that_of_the_description() {
+        let mut row = row(Kind::Time, None);
+        assert_eq!(range_in_words(&row), None);
+        row.description = "Reset time; range: TI >= CYCLE".into();
+        assert_eq!(range_in_words(&row), Some("TI >= CYCLE"));
+        row.min = Some(0.001);
+        assert_eq!(range_in_words(&row), Some("TI >= CYCLE"));
+        row.max = Some(9.0);
+        assert_eq!(range_in_words(&row), None);
     }
 }

@@ -1,26 +1,23 @@
 //! Reads any bytes as an FMU: a sentence, or a package of which every file can be read or is refused with a sentence.
+//! Reads them as a library too.
 
 #![no_main]
 
-// The two files of `xtask` alone: all of it would take a quarter of an hour to build with the fuzzer's instruments.
-#[allow(dead_code)]
-#[path = "../../../plcfmu/src/package/archive.rs"]
-mod archive;
-#[allow(dead_code)]
-#[path = "../../../plcfmu/src/package/mod.rs"]
-mod package;
-
-use archive::Archive;
 use libfuzzer_sys::fuzz_target;
-use package::Package;
+use plcfmu::package::Package;
+use plcfmu::package::archive::Archive;
+use plcfmu::package::binary::Binary;
 use std::io::Cursor;
 
-/// More than this is not unpacked here, so that a run is short.
+/// The largest file that is unpacked here, in bytes, so that a run is short.
 const LIMIT: u64 = 1 << 20;
 
 fuzz_target!(|bytes: &[u8]| {
     if let Err(error) = Package::read(Cursor::new(bytes)) {
-        assert!(!error.is_empty());
+        assert!(!error.to_string().is_empty());
+    }
+    if let Err(error) = Binary::read(bytes) {
+        assert!(!error.to_string().is_empty());
     }
     let Ok(mut archive) = Archive::open(Cursor::new(bytes)) else { return };
     for entry in archive.entries().to_vec() {

@@ -6,10 +6,12 @@
 #![no_main]
 
 use blocks::{Block, ContC, ContS, Hlg, PulsCtr, Pulsegen};
-use fmu::ffi::{self, Pointer};
-use fmu::instance::Function;
-use fmu::interface::{Guid, checksum};
-use fmu::value::Boolean;
+use fmu::table::checksum;
+use fmu::v2::component::Component;
+use fmu::v2::ffi::{self, Pointer};
+use fmu::v2::interface::Guid;
+use fmu::v2::states::Function;
+use fmu::v2::value::Boolean;
 use libfuzzer_sys::fuzz_target;
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::ptr;
@@ -166,7 +168,7 @@ fn run<B: Block>(mut input: Bytes) {
                     let (mut period, mut end) = (0.0, 0.0);
                     ffi::get::<B, f64>(component, &Function::GET_REAL, &raw const cycle, 1, &raw mut period);
                     let real = &raw mut end;
-                    ffi::get_status::<B, f64>(component, &Function::GET_REAL_STATUS, 2, real, ffi::real_status);
+                    ffi::get_status::<B, f64>(component, &Function::GET_REAL_STATUS, 2, real, Component::real_status);
                     let h = period * [1.0, 0.1, 1.0 / 3.0, 7.0, 1e-9, 1e13][input.below(6)];
                     let (tc, h) = match input.byte() {
                         0 => (input.real(), h),
@@ -247,7 +249,7 @@ fn run<B: Block>(mut input: Bytes) {
                     let kind = c_int::from(input.byte()) - 1;
                     let mut boolean = Boolean(0);
                     let (function, value) = (&Function::GET_BOOLEAN_STATUS, &raw mut boolean);
-                    ffi::get_status::<B, _>(component, function, kind, value, ffi::boolean_status)
+                    ffi::get_status::<B, _>(component, function, kind, value, Component::boolean_status)
                 }
                 _ => ffi::strings::<B>(component, &Function::SET_STRING, vr, count),
             }

@@ -1,7 +1,7 @@
 //! DRIVE: a speed-controlled drive that trips on too fast a setpoint change, a plant for HLG.
 
-use blocks::plant::{lag, limited, seconds};
 use blocks::{Law, Response};
+use dynamics::{lag, limited, seconds};
 
 blocks::block! {
     /// Speed-controlled drive that trips where its setpoint changes faster than it can follow: counts in, speed out.
@@ -48,8 +48,8 @@ blocks::block! {
     /// For HLG: S1 20000, TH 400 calls of 10 ms bring the drive to 916 rpm in 4 s; TH 100 trips it, and so does S1 itself.
     ///
     /// Accuracy: solved in closed form for held inputs, the change from the torque limit to the lag within a CYCLE
-    /// included, so the speed depends on CYCLE only by rounding (a few parts in 10^14). The exponential function differs in
-    /// the last bits from platform to platform, and so do the results.
+    /// included, so the speed depends on CYCLE only by rounding (a few parts in 10^14).
+    /// The results are the same to the last bit on every platform.
     ///
     /// Limits: the speed control makes up for the load at once and without an error; its own dynamics are one lag.
     ///
@@ -183,7 +183,7 @@ mod tests {
     }
 
     fn run(drive: &mut Drive, seconds: f64) {
-        let calls = (seconds / blocks::plant::seconds(drive.cycle)).round() as u32;
+        let calls = (seconds / dynamics::seconds(drive.cycle)).round() as u32;
         (0..calls).for_each(|_| drive.call());
     }
 

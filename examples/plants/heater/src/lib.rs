@@ -1,7 +1,7 @@
 //! HEATER: an electrically heated furnace, a plant for CONT_C.
 
-use blocks::plant::{Delay, analog, lags, limited};
 use blocks::{Law, Response};
+use dynamics::{Delay, analog, lags, limited};
 
 blocks::block! {
     /// Electrically heated furnace with a door: heating power in, temperature out, behind two lags and a transport delay.
@@ -39,7 +39,7 @@ blocks::block! {
     /// of; opening the door by half then costs 9 K and 3 K.
     ///
     /// Accuracy: solved in closed form for held inputs, so the result depends on CYCLE only by rounding (a few parts in
-    /// 10^14). The exponential function differs in the last bits from platform to platform, and so do the results.
+    /// 10^14). The results are the same to the last bit on every platform.
     ///
     /// Limits: the loss is proportional to the temperature difference, as by conduction; radiation is not.
     ///
@@ -150,7 +150,7 @@ mod tests {
     }
 
     fn run(heater: &mut Heater, seconds: f64) {
-        let calls = (seconds / blocks::plant::seconds(heater.cycle)).round() as u32;
+        let calls = (seconds / dynamics::seconds(heater.cycle)).round() as u32;
         (0..calls).for_each(|_| heater.call());
     }
 

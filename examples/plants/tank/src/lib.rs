@@ -1,7 +1,7 @@
 //! TANK: a level with a nonlinear outflow, a plant for CONT_C.
 
-use blocks::plant::{analog, limited, seconds};
 use blocks::{Law, Response};
+use dynamics::{analog, exp, exp_m1, limited, seconds};
 
 blocks::block! {
     /// Open tank with an outflow that follows the root of its level: inflow valve in, level out.
@@ -41,8 +41,8 @@ blocks::block! {
     ///
     /// Accuracy: solved exactly for held inputs. The root of the level has a solution in closed form, which gives the time
     /// for a level; the level for a time is found from it by Newton's iteration, to the last bits. So the result
-    /// depends on CYCLE only by rounding (a few parts in 10^13). The exponential function differs in the last bits from
-    /// platform to platform, and so do the results.
+    /// depends on CYCLE only by rounding (a few parts in 10^13).
+    /// The results are the same to the last bit on every platform.
     ///
     /// Limits: the walls are upright, and the level over the opening does not vary with the flow.
     ///
@@ -157,8 +157,8 @@ fn root_after(start: f64, inflow: f64, outflow_per_root: f64, area: f64, seconds
     // The time for p, without the difference of nearly equal terms for small p. Its slope is the root itself; it bends
     // upwards while the tank fills and downwards while it empties. So Newton's iteration, started late while it fills
     // and early while it empties, comes closer from that side only, and ends where rounding stops it.
-    let time_for = |p: f64| steady * bend(p) + start * -(-p).exp_m1();
-    let root_for = |p: f64| steady * -(-p).exp_m1() + start * (-p).exp();
+    let time_for = |p: f64| steady * bend(p) + start * -exp_m1(-p);
+    let root_for = |p: f64| steady * -exp_m1(-p) + start * exp(-p);
     let fills = start < steady;
     let asymptote = (time + (steady - start)) / steady;
     let mut p = if fills {
@@ -186,7 +186,7 @@ fn root_after(start: f64, inflow: f64, outflow_per_root: f64, area: f64, seconds
 /// p + exp(-p) - 1, exact for small p too.
 fn bend(p: f64) -> f64 {
     if p > 0.5 {
-        return p + (-p).exp_m1();
+        return p + exp_m1(-p);
     }
     // p^2 / 2! - p^3 / 3! + ...: beyond the 16th power nothing is left to add.
     let (mut sum, mut term) = (0.0, -p);
@@ -211,7 +211,7 @@ mod tests {
     }
 
     fn run(tank: &mut Tank, seconds: f64) {
-        let calls = (seconds / blocks::plant::seconds(tank.cycle)).round() as u32;
+        let calls = (seconds / dynamics::seconds(tank.cycle)).round() as u32;
         (0..calls).for_each(|_| tank.call());
     }
 

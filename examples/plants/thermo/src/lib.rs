@@ -1,7 +1,7 @@
 //! THERMO: a zone that is heated and cooled, a plant for PULSEGEN and PULS_CTR.
 
-use blocks::plant::{analog, lag, lags, limited, seconds};
 use blocks::{Law, Response};
+use dynamics::{analog, lag, lags, limited, seconds};
 
 blocks::block! {
     /// Climate chamber that is heated and cooled, with different gains and time constants: pulses in, temperature out.
@@ -47,7 +47,7 @@ blocks::block! {
     /// cooled (0 to -5 degC); with RATIOFAC 1 the latter becomes 2.3 K.
     ///
     /// Accuracy: solved in closed form for held inputs, so the result depends on CYCLE only by rounding (a few parts in
-    /// 10^14). The exponential function differs in the last bits from platform to platform, and so do the results.
+    /// 10^14). The results are the same to the last bit on every platform.
     ///
     /// Limits: cooler and heater act alike at every temperature; the chamber cools as if the cooler had no lower end.
     ///
@@ -150,7 +150,7 @@ mod tests {
     }
 
     fn run(thermo: &mut Thermo, seconds: f64) {
-        let calls = (seconds / blocks::plant::seconds(thermo.cycle)).round() as u32;
+        let calls = (seconds / dynamics::seconds(thermo.cycle)).round() as u32;
         (0..calls).for_each(|_| thermo.call());
     }
 

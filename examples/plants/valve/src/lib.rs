@@ -1,7 +1,7 @@
 //! VALVE: a motor-driven valve and the heat exchanger behind it, a plant for CONT_S.
 
-use blocks::plant::{analog, lags, limited, seconds};
 use blocks::{Law, Response};
+use dynamics::{analog, exp, exp_m1, lags, limited, ln, seconds};
 
 blocks::block! {
     /// Motor-driven valve with limit switches and the heat exchanger behind it: pulses in, temperature out.
@@ -56,8 +56,8 @@ blocks::block! {
     ///
     /// Accuracy: solved in closed form for held inputs; while the stem moves the exchanger is solved by a quadrature that
     /// is exact to a few parts in 10^12 while HX_TM and SENS_TM are 0 or no less than a hundredth of CYCLE (below that,
-    /// to a percent of what the target moves in a hundredth of CYCLE). The result depends on CYCLE only by that. The
-    /// exponential function differs in the last bits from platform to platform, and so do the results.
+    /// to a percent of what the target moves in a hundredth of CYCLE). The result depends on CYCLE only by that.
+    /// The results are the same to the last bit on every platform.
     ///
     /// Limits: the temperature rises in proportion to the flow, as with steam that condenses; what is heated flows evenly.
     ///
@@ -212,7 +212,7 @@ impl Valve {
     fn flow_share(&self, position: f64) -> f64 {
         let x = position / 100.0;
         let steepness = self.steepness();
-        let characteristic = if steepness == 0.0 { x } else { (steepness * x).exp_m1() / steepness.exp_m1() };
+        let characteristic = if steepness == 0.0 { x } else { exp_m1(steepness * x) / exp_m1(steepness) };
         characteristic * self.pressure_factor()
     }
 
@@ -220,13 +220,13 @@ impl Valve {
     fn flow_share_slope(&self, position: f64) -> f64 {
         let x = position / 100.0;
         let steepness = self.steepness();
-        let slope = if steepness == 0.0 { 1.0 } else { steepness * (steepness * x).exp() / steepness.exp_m1() };
+        let slope = if steepness == 0.0 { 1.0 } else { steepness * exp(steepness * x) / exp_m1(steepness) };
         slope * self.pressure_factor() / 100.0
     }
 
     /// The natural logarithm of CURVE.
     fn steepness(&self) -> f64 {
-        if self.curve > 0.0 { self.curve.ln() } else { 0.0 }
+        if self.curve > 0.0 { ln(self.curve) } else { 0.0 }
     }
 
     fn pressure_factor(&self) -> f64 {
@@ -296,7 +296,7 @@ mod tests {
     }
 
     fn run(valve: &mut Valve, seconds: f64) {
-        let calls = (seconds / blocks::plant::seconds(valve.cycle)).round() as u32;
+        let calls = (seconds / dynamics::seconds(valve.cycle)).round() as u32;
         (0..calls).for_each(|_| valve.call());
     }
 

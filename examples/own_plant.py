@@ -1,0 +1,33 @@
+"""Your own plant in the loop: CONT_C with any FMI 2.0 co-simulation FMU.
+
+Put the path of your FMU in place of "HEATER", and the names of its manipulated and process value in place of POWER and
+TEMP.
+
+The settings are SIMC's for the furnace: lags of 120 s and 20 s, delay of 5 s, gain of 3 K/%; LAMBDA = 30 s.
+"""
+
+import plcfmu
+
+
+def run(fmus, plant="HEATER"):
+    """From rest at 20 degC to 80 degC."""
+    controller = fmus.start("CONT_C", MAN_ON=False, CYCLE=1.0, GAIN=0.95, TI=130.0)
+    plant = fmus.start(plant, name="PLANT")
+    connections = {"CONT_C.LMN": "PLANT.POWER", "PLANT.TEMP": "CONT_C.PV_IN"}
+    setpoint = {"CONT_C.SP_INT": [(0.0, 20.0), (30.0, 80.0)]}
+    return plcfmu.simulate(controller, plant, connections, inputs=setpoint, step=1.0, duration=600.0)
+
+
+def main():
+    folder, out = plcfmu.arguments(__doc__)
+    with plcfmu.Fmus(folder) as fmus:
+        result = run(fmus)
+    print(result.between(30.0, 600.0).figures("PLANT.TEMP", "CONT_C.SP_INT", start=20.0, end=80.0))
+    result.to_csv(out / "own_plant.csv")
+    panels = [["CONT_C.SP_INT", "PLANT.TEMP"], ["CONT_C.LMN"]]
+    result.plot(out / "own_plant.png", panels, title="CONT_C with a plant of your own, here HEATER: a step of 60 K")
+    print(f"  CSV and PNG: {out}")
+
+
+if __name__ == "__main__":
+    main()

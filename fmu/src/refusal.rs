@@ -1,0 +1,48 @@
+//! Why a call is refused.
+
+/// What a refused call answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// The call is wrong; it changed nothing, and the host can correct and repeat it.
+    Error,
+    /// The call asks for something that has no answer here.
+    Discard,
+    /// The block panicked; the instance is lost.
+    Fatal,
+}
+
+/// Why a call is refused. It is one pointer wide, so that it costs the calls that succeed nothing.
+#[derive(Debug)]
+pub struct Refusal(Box<(Answer, String)>);
+
+impl Refusal {
+    /// A refusal with this answer.
+    #[cold]
+    pub fn new(answer: Answer, reason: String) -> Refusal {
+        Refusal(Box::new((answer, reason)))
+    }
+
+    /// What the call answers.
+    pub fn answer(&self) -> Answer {
+        self.0.0
+    }
+
+    /// The reason: what is wrong, the value, and what to do.
+    pub fn reason(&self) -> &str {
+        &self.0.1
+    }
+}
+
+impl From<String> for Refusal {
+    #[cold]
+    fn from(reason: String) -> Refusal {
+        Refusal::new(Answer::Error, reason)
+    }
+}
+
+impl From<&str> for Refusal {
+    #[cold]
+    fn from(reason: &str) -> Refusal {
+        Refusal::new(Answer::Error, reason.into())
+    }
+}

@@ -1,0 +1,293 @@
+//! One block with its time: restart, steps, inputs that are extrapolated within a step, and the whole as bytes.
+//!
+//! What is refused changes nothing.
+
+use crate::clock::Clock;
+use crate::mean::Mean;
+use crate::number::{number, to_value};
+use crate::refusal::Refusal;
+use blocks::{Block, Kind, Role, Row, Stored};
+
+/// How many time derivatives of an input can be given.
+pub const ORDERS: usize = 4;
+
+/// One block with its clock. A clone is a saved state: there are no pointers in it, unless the block has some.
+#[derive(Clone, Debug)]
+pub struct Session<B> {
+    /// The block; its fields are the values of the rows.
+    pub block: B,
+    clock: Clock,
+    extrapolations: Vec<Extrapolation>,
+}
+
+impl<B: Block> Default for Session<B> {
+    /// A new block, not restarted yet; time stands at 0.
+    fn default() -> Self {
+        let block = B::default();
+        let clock = Clock::new(0.0, f64::INFINITY, block.cycle());
+        Session { block, clock, extrapolations: Vec::new() }
+    }
+}
+
+impl<B: Block> Session<B> {
+    /// Restarts the block with its present inputs and parameters. Time goes from `start` to `stop`, in seconds (infinite
+    /// if there is no stop time); the first call is at `start`.
+    ///
+    /// # Errors
+    /// The time between two calls is less than 1 ms, or the block itself refuses its parameters.
+    pub fn restart(&mut self, start: f64, stop: f64) -> Result<(), Refusal> {
+        let cycle = self.block.cycle();
+        if cycle.milliseconds() < 1 {
+            return Err(format!(
+                "{} = {:?} s: the time between two calls must be at least 0.001 s",
+                B::TABLE.rows[B::TABLE.cycle].name,
+                f64::from(cycle.milliseconds()) / 1000.0
+            )
+            .into());
+        }
+        self.block.check()?;
+        self.clock = Clock::new(start, stop, cycle);
+        self.block.restart();
+        self.show_mean(Mean::default());
+        Ok(())
+    }
+
+    /// Where the last step ended, in seconds; the furthest end if the last step began a little before it.
+    pub fn end(&self) -> f64 {
+        self.clock.end()
+    }
+
+    /// Makes the ordinary step, which is the one from a call to the next, and says whether it was one. If not, nothing has
+    /// happened, and [`Session::step`] makes it.
+    #[inline(always)]
+    pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
+        let is_ordinary = self.extrapolations.is_empty() && self.clock.make_ordinary_step(tc, h);
+        if is_ordinary {
+            let mut mean = Mean::default();
+            self.call(&mut mean);
+            self.show_mean(mean);
+        }
+        is_ordinary
+    }
+
+    /// Makes every call from `tc` on before `tc + h`, in seconds.
+    ///
+    /// # Errors
+    /// What the [`Clock`] refuses; an extrapolated input that may leave its range. No call is made then.
+    pub fn step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
+        let mut clock = self.clock.clone();
+        let calls = clock.advance(tc, h)?;
+        let cycle = clock.period();
+        for input in &mut self.extrapolations {
+            let row = &B::TABLE.rows[input.row as usize];
+            input.value = self.block.get(input.row as usize).map(number).unwrap_or_default();
+            // The largest magnitude that the value can reach within the step; if that fits, every value does.
+            let last = (calls.lead + calls.count as f64 * cycle).max(0.0);
+            let bound =
+                Extrapolation { value: input.value.abs(), derivatives: input.derivatives.map(f64::abs), row: 0 };
+            if let Err(range) = to_value(bound.at(last), row.kind) {
+                return Err(
+                    format!("{}, extrapolated over {last:?} s, may leave its range: {range}", row.full_name()).into()
+                );
+            }
+        }
+        self.clock = clock;
+        let mut mean = Mean::default();
+        for call in 0..calls.count {
+            let t = (calls.lead + call as f64 * cycle).max(0.0);
+            for input in &self.extrapolations {
+                write(&mut self.block, input.row, input.at(t));
+            }
+            self.call(&mut mean);
+        }
+        for input in &self.extrapolations {
+            write(&mut self.block, input.row, input.value);
+        }
+        self.show_mean(mean);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn call(&mut self, mean: &mut Mean) {
+        self.block.call();
+        if B::TABLE.mean.is_some() {
+            mean.add(self.block.pulse());
+        }
+    }
+
+    #[inline(always)]
+    fn show_mean(&mut self, mean: Mean) {
+        if B::TABLE.mean.is_some() {
+            self.block.set_mean(mean.percent(self.block.pulse()));
+        }
+    }
+
+    /// Checks one time derivative for [`Session::set_derivatives`].
+    ///
+    /// # Errors
+    /// The row is not a REAL or LREAL input, the order is not 1 to 4, the derivative is not finite.
+    pub fn check_derivative(row: &Row, order: i32, derivative: f64) -> Result<(), Refusal> {
+        if row.role != Role::Input || !matches!(row.kind, Kind::Real | Kind::LReal) {
+            return Err(format!("{} is not a Real input: only Real inputs have derivatives", row.full_name()).into());
+        }
+        if !(1..=ORDERS as i32).contains(&order) {
+            return Err(format!("{}: order {order}: derivatives go from order 1 to {ORDERS}", row.full_name()).into());
+        }
+        if !derivative.is_finite() {
+            return Err(format!("{}: derivative {derivative:?}: must be finite", row.full_name()).into());
+        }
+        Ok(())
+    }
+
+    /// Gives time derivatives of inputs as (row, order, derivative), each checked by [`Session::check_derivative`]: in the
+    /// steps from now on, the block sees the input extrapolated from the start of the step. A derivative holds until it
+    /// is changed; 0 removes it.
+    pub fn set_derivatives(&mut self, derivatives: impl Iterator<Item = (u32, i32, f64)>) {
+        for (row, order, derivative) in derivatives {
+            let place = self.extrapolations.iter().position(|known| known.row == row).unwrap_or_else(|| {
+                self.extrapolations.push(Extrapolation { row, value: 0.0, derivatives: [0.0; ORDERS] });
+                self.extrapolations.len() - 1
+            });
+            self.extrapolations[place].derivatives[order as usize - 1] = derivative;
+        }
+        self.extrapolations.retain(|known| known.derivatives != [0.0; ORDERS]);
+    }
+}
+
+impl<B: Block> Stored for Session<B> {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        self.clock.write(bytes);
+        self.extrapolations.write(bytes);
+        self.block.write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let clock = Clock::read(bytes)?;
+        let extrapolations = Vec::<Extrapolation>::read(bytes)?;
+        if extrapolations.iter().any(|input| input.row as usize >= B::TABLE.rows.len()) {
+            return None;
+        }
+        Some(Session { block: B::read(bytes)?, clock, extrapolations })
+    }
+}
+
+/// An input that is extrapolated within a step.
+#[derive(Clone, Debug)]
+struct Extrapolation {
+    row: u32,
+    /// The input's own value, while a step replaces it by the extrapolated ones; meaningless between steps.
+    value: f64,
+    /// First to fourth derivative.
+    derivatives: [f64; ORDERS],
+}
+
+impl Extrapolation {
+    /// The value `t` seconds after the start of the step.
+    fn at(&self, t: f64) -> f64 {
+        let mut sum = self.value;
+        let mut factor = 1.0;
+        for (order, derivative) in (1u32..).zip(self.derivatives) {
+            factor *= t / f64::from(order);
+            sum += derivative * factor;
+        }
+        sum
+    }
+}
+
+impl Stored for Extrapolation {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        self.row.write(bytes);
+        self.derivatives.write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        Some(Extrapolation { row: Stored::read(bytes)?, value: 0.0, derivatives: Stored::read(bytes)? })
+    }
+}
+
+fn write<B: Block>(block: &mut B, row: u32, value: f64) {
+    if let Ok(value) = to_value(value, B::TABLE.rows[row as usize].kind) {
+        block.set(row as usize, value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_block::{Sum, U, V};
+
+    fn restarted() -> Session<Sum> {
+        let mut session = Session::default();
+        session.restart(0.0, f64::INFINITY).unwrap();
+        session
+    }
+
+    fn bytes(session: &Session<Sum>) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        session.write(&mut bytes);
+        bytes
+    }
+
+    #[test]
+    fn inputs_with_derivatives_are_extrapolated_to_each_call_and_keep_their_own_value() {
+        // u(t) = 1 + 10 t, v(t) = 5 t^2 / 2 + t^3 at t = 0, 0.1, 0.2, 0.3, 0.4.
+        let mut session = restarted();
+        session.block.u = 1.0;
+        session.set_derivatives([(U, 1, 10.0), (V, 2, 5.0), (V, 3, 6.0)].into_iter());
+        session.step(0.0, 0.5).unwrap();
+        let u: f64 = 1.0 + 2.0 + 3.0 + 4.0 + 5.0;
+        let v = 2.5 * (0.01 + 0.04 + 0.09 + 0.16) + (0.001 + 0.008 + 0.027 + 0.064);
+        assert!((session.block.sum - u - v).abs() < 1e-6);
+        assert_eq!((session.block.u, session.block.v), (1.0, 0.0));
+    }
+
+    #[test]
+    fn a_derivative_of_0_takes_the_extrapolation_back() {
+        let mut session = restarted();
+        session.set_derivatives([(U, 1, 10.0)].into_iter());
+        session.set_derivatives([(U, 1, 0.0)].into_iter());
+        assert!(session.extrapolations.is_empty());
+    }
+
+    #[test]
+    fn an_extrapolation_begins_at_the_step_and_calls_made_up_for_see_its_first_value() {
+        let mut session = restarted();
+        session.step(0.0, 0.1).unwrap();
+        session.set_derivatives([(U, 1, 10.0)].into_iter());
+        // tc = 0.35: the calls at 0.1, 0.2 and 0.3 see u = 0, the one at 0.4 sees 0.5.
+        session.step(0.35, 0.1).unwrap();
+        assert_eq!(session.block.count, 5);
+        assert!((session.block.sum - 0.5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn an_extrapolation_out_of_range_is_refused_before_any_call() {
+        let mut session = restarted();
+        session.set_derivatives([(U, 1, 1e38)].into_iter());
+        session.step(0.0, 1.0).unwrap();
+        let before = bytes(&session);
+        let refusal = session.step(1.0, 100.0).unwrap_err();
+        assert!(refusal.reason().starts_with("U, extrapolated over 100.0 s, may leave its range"));
+        assert_eq!(bytes(&session), before);
+    }
+
+    #[test]
+    fn the_mean_is_that_of_the_last_step_and_the_held_state_in_a_step_without_a_call() {
+        let mut session = restarted();
+        assert_eq!(session.block.q_mean, 0.0);
+        session.step(0.0, 0.8).unwrap();
+        assert_eq!(session.block.q_mean, 25.0, "calls 1 and 5 of 8");
+        session.step(0.8, 0.15).unwrap();
+        assert_eq!(session.block.q_mean, 50.0, "call 9 of 9 and 10");
+        session.step(0.95, 0.05).unwrap();
+        assert_eq!(session.block.q_mean, 0.0, "no call; call 10 left no pulse");
+    }
+
+    #[test]
+    fn the_mean_counts_the_pulses_of_a_step_with_extrapolated_inputs_too() {
+        let mut session = restarted();
+        session.set_derivatives([(U, 1, 10.0)].into_iter());
+        session.step(0.0, 0.5).unwrap();
+        assert_eq!(session.block.q_mean, 40.0, "calls 1 and 5 of 5");
+    }
+}

@@ -1,0 +1,233 @@
+//! A block's table as text for the packer, and its fingerprint.
+
+use crate::number::number;
+use blocks::{Block, Row, Table, Value};
+use std::fmt::Write;
+use std::marker::PhantomData;
+
+/// The fingerprint of a block's table, computed while the library is compiled.
+pub struct Fingerprint<B>(PhantomData<B>);
+
+impl<B: Block> Fingerprint<B> {
+    /// A hash of everything a host relies on, and of the memory that a saved session is made of. Texts that only
+    /// describe are left out.
+    pub const BYTES: [u8; 16] = table_hash(BASIS, B::TABLE).to_be_bytes();
+}
+
+// FNV-1a with 128 bits (Fowler, Noll, Vo).
+const BASIS: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
+const PRIME: u128 = (1 << 88) + 0x13b;
+
+/// Continues the hash `hash` with `bytes`. Each step is a bijection, so that a change of any one byte changes the hash.
+const fn hash(mut hash: u128, bytes: &[u8]) -> u128 {
+    let mut i = 0;
+    while i < bytes.len() {
+        hash = (hash ^ bytes[i] as u128).wrapping_mul(PRIME);
+        i += 1;
+    }
+    hash
+}
+
+/// The hash of `bytes`: FNV-1a with 128 bits.
+pub fn checksum(bytes: &[u8]) -> u128 {
+    hash(BASIS, bytes)
+}
+
+const fn text_hash(state: u128, text: &str) -> u128 {
+    hash(hash(state, text.as_bytes()), &[0])
+}
+
+const fn value_hash(state: u128, value: Option<Value>) -> u128 {
+    match value {
+        None => hash(state, &[0]),
+        Some(Value::Real(real)) => hash(hash(state, &[1]), &real.to_bits().to_le_bytes()),
+        Some(Value::LReal(lreal)) => hash(hash(state, &[2]), &lreal.to_bits().to_le_bytes()),
+        Some(Value::Time(time)) => hash(hash(state, &[3]), &time.milliseconds().to_le_bytes()),
+        Some(Value::Word(word)) => hash(hash(state, &[4]), &word.value().to_le_bytes()),
+        Some(Value::Int(int)) => hash(hash(state, &[5]), &int.to_le_bytes()),
+        Some(Value::Bool(bool)) => hash(state, &[6, bool as u8]),
+    }
+}
+
+const fn row_hash(mut state: u128, row: &Row) -> u128 {
+    let mut i = 0;
+    while i < row.path.len() {
+        state = text_hash(state, row.path[i]);
+        i += 1;
+    }
+    state = text_hash(state, row.name);
+    state = hash(state, &[row.kind as u8, row.role as u8]);
+    state = value_hash(state, Some(row.start));
+    state = value_hash(state, row.min);
+    state = value_hash(state, row.max);
+    text_hash(state, if let Some(unit) = row.unit { unit } else { "" })
+}
+
+const fn table_hash(mut state: u128, table: &Table) -> u128 {
+    state = text_hash(state, table.name);
+    let mut i = 0;
+    while i < table.rows.len() {
+        state = row_hash(state, &table.rows[i]);
+        i += 1;
+    }
+    i = 0;
+    while i < table.memory.len() {
+        state = text_hash(text_hash(state, table.memory[i].0), table.memory[i].1);
+        i += 1;
+    }
+    i = 0;
+    while i < table.instances.len() {
+        state = table_hash(state, table.instances[i]);
+        i += 1;
+    }
+    state
+}
+
+/// The table as a JSON object: name, documentation, the row numbers of the cycle and the mean, the variables in the order
+/// of the rows, and the response. Numbers are plain: a TIME in seconds, TRUE as 1.
+pub fn json<B: Block>() -> String {
+    let table = B::TABLE;
+    let mut json = String::new();
+    let _ = write!(
+        json,
+        r#"{{"name":{},"docs":{},"cycle":{},"mean":{},"variables":["#,
+        quoted(table.name),
+        quoted(table.docs),
+        table.cycle,
+        optional(table.mean.map(|mean| mean.to_string()))
+    );
+    for (i, row) in table.rows.iter().enumerate() {
+        let _ = write!(
+            json,
+            r#"{}{{"name":{},"description":{},"kind":"{}","role":"{}","start":{:?},"min":{},"max":{},"unit":{}}}"#,
+            if i == 0 { "" } else { "," },
+            quoted(&row.full_name()),
+            quoted(row.description),
+            row.kind.name(),
+            row.role.name(),
+            number(row.start),
+            optional(row.min.map(|min| format!("{:?}", number(min).min(decimal(min))))),
+            optional(row.max.map(|max| format!("{:?}", number(max).max(decimal(max))))),
+            optional(row.unit.map(quoted)),
+        );
+    }
+    let response = &table.response;
+    let set: Vec<String> =
+        response.set.iter().map(|(call, name, value)| format!("[{call},{},{value:?}]", quoted(name))).collect();
+    let show: Vec<String> = response.show.iter().map(|name| quoted(name)).collect();
+    let _ = write!(
+        json,
+        r#"],"response":{{"title":{},"calls":{},"set":[{}],"show":[{}]}}}}"#,
+        quoted(response.title),
+        response.calls,
+        set.join(","),
+        show.join(",")
+    );
+    json
+}
+
+/// The value as it is written in decimals: 0.1 for the REAL next to it, which is a little more. A range includes both, so
+/// that neither a host that computes in doubles nor the REAL itself falls outside it.
+fn decimal(value: Value) -> f64 {
+    match value {
+        Value::Real(real) => real.to_string().parse().unwrap_or(f64::from(real)),
+        other => number(other),
+    }
+}
+
+fn optional(text: Option<String>) -> String {
+    text.unwrap_or_else(|| "null".into())
+}
+
+/// The text as a JSON string.
+pub(crate) fn quoted(text: &str) -> String {
+    let mut quoted = String::from('"');
+    for character in text.chars() {
+        match character {
+            '"' | '\\' => quoted.extend(['\\', character]),
+            control if control < ' ' => {
+                let _ = write!(quoted, "\\u{:04x}", u32::from(control));
+            }
+            other => quoted.push(other),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_block::Sum;
+
+    #[test]
+    fn the_hash_is_fnv_1a_with_128_bits() {
+        // The authors' own test vectors.
+        assert_eq!(checksum(b""), 0x6c62272e07bb014262b821756295c58d);
+        assert_eq!(checksum(b"a"), 0xd228cb696f1a8caf78912b704e4a8964);
+        assert_eq!(checksum(b"foobar"), 0x343e1662793c64bf6f0d3597ba446f18);
+    }
+
+    #[test]
+    fn everything_a_host_relies_on_is_in_the_fingerprint() {
+        let row = Sum::TABLE.rows[0];
+        let of = |row: Row| row_hash(BASIS, &row);
+        let same = of(row);
+        assert_ne!(of(Row { name: "OTHER", ..row }), same, "name");
+        assert_ne!(of(Row { path: ["A", "", ""], ..row }), same, "path");
+        assert_ne!(of(Row { role: blocks::Role::Parameter, ..row }), same, "role");
+        assert_ne!(of(Row { kind: blocks::Kind::Int, ..row }), same, "type");
+        assert_ne!(of(Row { start: Value::Bool(true), ..row }), same, "start");
+        assert_ne!(of(Row { min: Some(Value::Bool(false)), ..row }), same, "min");
+        assert_ne!(of(Row { max: Some(Value::Bool(false)), ..row }), same, "max");
+        assert_ne!(of(Row { unit: Some("s"), ..row }), same, "unit");
+        assert_eq!(of(Row { description: "in other words", ..row }), same, "its description is not");
+    }
+
+    #[test]
+    fn the_memory_that_a_state_is_made_of_is_in_the_fingerprint() {
+        let table = |memory| Table { memory, ..*Sum::TABLE };
+        assert_ne!(table_hash(BASIS, &table(&[("a", "Real")])), table_hash(BASIS, &table(&[("a", "LReal")])));
+        assert_ne!(table_hash(BASIS, &table(&[("a", "Real")])), table_hash(BASIS, &table(&[("b", "Real")])));
+    }
+
+    #[test]
+    fn the_instances_that_a_state_is_made_of_are_in_the_fingerprint() {
+        const fn table(name: &'static str, instances: &'static [&'static Table]) -> Table {
+            Table { name, instances, ..*Sum::TABLE }
+        }
+        const A: &Table = &table("A", &[]);
+        const B: &Table = &table("B", &[]);
+        let of = |instances| table_hash(BASIS, &table("X", instances));
+        let all = [of(&[]), of(&[A]), of(&[B]), of(&[A, A]), of(&[A, B]), of(&[B, A])];
+        for (i, one) in all.iter().enumerate() {
+            assert!(!all[..i].contains(one), "case {i}");
+        }
+    }
+
+    #[test]
+    fn a_limit_of_a_real_holds_its_decimal_and_itself() {
+        // The REAL next to 0.1 lies above it, the one next to 0.7 below.
+        assert_eq!((decimal(Value::Real(0.1)), number(Value::Real(0.1))), (0.1, 0.10000000149011612));
+        assert_eq!((decimal(Value::Real(0.7)), number(Value::Real(0.7))), (0.7, 0.699999988079071));
+        assert_eq!(decimal(Value::Real(f32::MAX)), 3.4028235e38);
+        assert!(json::<Sum>().contains(r#""start":1.0,"min":0.1,"max":10.0"#));
+    }
+
+    #[test]
+    fn a_variable_is_written_with_the_names_of_its_type_and_role() {
+        let json = json::<Sum>();
+        assert!(json.starts_with(r#"{"name":"SUM","docs":" Adds its input up"#), "{json}");
+        assert!(json.contains(r#""cycle":5,"mean":8,"variables":[{"name":"U","description":"Summand","kind":"REAL","#));
+        assert!(
+            json.contains(r#""name":"FIRST","description":"Refused below 0","kind":"INT","role":"fixed","start":0.0"#)
+        );
+        assert!(json.contains(r#""kind":"TIME","role":"cycle","start":0.1,"min":0.001,"max":null,"unit":null}"#));
+        assert!(json.ends_with(r#""response":{"title":"At rest, with all defaults","calls":60,"set":[],"show":[]}}"#));
+    }
+
+    #[test]
+    fn texts_are_quoted_for_json() {
+        assert_eq!(quoted("a \"b\" \\ \n°"), "\"a \\\"b\\\" \\\\ \\u000a°\"");
+    }
+}

@@ -1,0 +1,511 @@
+//! One instance of an FMU: its state, the experiment, access to variables by value reference, and its serialized form.
+//!
+//! A refused call changes nothing, not even the state: the host can correct and repeat it.
+
+use crate::refusal::Refusal;
+use crate::session::Session;
+use crate::table::{Fingerprint, checksum};
+use crate::v2::capabilities::{Capability, Setting};
+use crate::v2::states::{Function, State};
+use crate::v2::value::{FmiType, type_name};
+use blocks::{Block, Role, Row, Stored};
+use std::ffi::c_int;
+
+/// What an instance can do.
+pub const CAPABILITIES: &[Capability] = &[
+    ("canHandleVariableCommunicationStepSize", Setting::Flag(true)),
+    ("canInterpolateInputs", Setting::Flag(true)),
+    ("maxOutputDerivativeOrder", Setting::Order(0)),
+    ("providesDirectionalDerivative", Setting::Flag(false)),
+];
+
+/// One instance. A clone is a saved FMU state.
+#[derive(Clone, Debug)]
+pub struct Instance<B> {
+    session: Session<B>,
+    state: State,
+    /// Start and stop time in seconds, infinite if no stop time is defined; `None` before fmi2SetupExperiment.
+    experiment: Option<(f64, f64)>,
+}
+
+impl<B: Block> Default for Instance<B> {
+    /// As right after fmi2Instantiate.
+    fn default() -> Self {
+        Instance { session: Session::default(), state: State::Instantiated, experiment: None }
+    }
+}
+
+impl<B: Block> Instance<B> {
+    /// Whether the function may be called in the present state.
+    #[inline(always)]
+    pub fn allows(&self, function: &Function) -> bool {
+        self.state.allows(function)
+    }
+
+    /// Checks that the function may be called in the present state.
+    ///
+    /// # Errors
+    /// The state, and the states in which the function may be called.
+    pub fn may(&self, function: &Function) -> Result<(), Refusal> {
+        self.state.may(function)
+    }
+
+    /// Sets start and stop time in seconds.
+    ///
+    /// # Errors
+    /// A start time that is not finite; a stop time that is NaN or before the start.
+    pub fn setup_experiment(&mut self, start: f64, stop: Option<f64>) -> Result<(), Refusal> {
+        if !start.is_finite() {
+            return Err(format!("startTime = {start:?}: must be finite").into());
+        }
+        if let Some(stop) = stop
+            && (stop.is_nan() || stop < start)
+        {
+            return Err(format!("stopTime = {stop:?}: must not lie before startTime = {start:?}").into());
+        }
+        self.experiment = Some((start, stop.unwrap_or(f64::INFINITY)));
+        Ok(())
+    }
+
+    /// Enters Initialization Mode.
+    ///
+    /// # Errors
+    /// There is no start time yet.
+    pub fn enter_initialization_mode(&mut self) -> Result<(), Refusal> {
+        if self.experiment.is_none() {
+            return Err("the start time is unknown: call fmi2SetupExperiment first".into());
+        }
+        self.state = State::InitializationMode;
+        Ok(())
+    }
+
+    /// Restarts the block with the values that are set. The first cyclic call is at the start time.
+    ///
+    /// # Errors
+    /// CYCLE below 1 ms, or what the block itself refuses.
+    pub fn exit_initialization_mode(&mut self) -> Result<(), Refusal> {
+        let (start, stop) = self.experiment.unwrap_or((0.0, f64::INFINITY));
+        self.session.restart(start, stop)?;
+        self.state = State::StepComplete;
+        Ok(())
+    }
+
+    /// After a panic: every call but fmi2FreeInstance is refused from now on.
+    pub fn lock(&mut self) {
+        self.state = State::Locked;
+    }
+
+    /// Ends the simulation.
+    pub fn terminate(&mut self) {
+        self.state = State::Terminated;
+    }
+
+    /// The end of the last step in seconds; the furthest end if the last step began a little before it.
+    pub fn last_successful_time(&self) -> f64 {
+        self.session.end()
+    }
+
+    /// Does what [`Instance::get`] does in the most frequent case, and says whether it was that. If not, nothing has
+    /// happened.
+    #[inline(always)]
+    pub fn get_common<T: FmiType>(&self, references: &[u32], values: &mut [T]) -> bool {
+        T::get_common(&self.session.block, references, values)
+    }
+
+    /// Does what [`Instance::set`] does in the most frequent case, and says whether it was that. If not, nothing has
+    /// happened.
+    #[inline(always)]
+    pub fn set_common<T: FmiType>(&mut self, references: &[u32], values: &[T]) -> bool {
+        T::set_common(&mut self.session.block, references, values)
+    }
+
+    /// Does what [`Instance::do_step`] does in the most frequent case, and says whether it was that. If not, nothing has
+    /// happened.
+    #[inline(always)]
+    pub fn do_common_step(&mut self, tc: f64, h: f64) -> bool {
+        self.session.make_ordinary_step(tc, h)
+    }
+
+    /// Reads variables into `values`, which is as long as `references`.
+    ///
+    /// # Errors
+    /// A reference that is unknown or of another type; nothing is written then.
+    pub fn get<T: FmiType>(&self, references: &[u32], values: &mut [T]) -> Result<(), Refusal> {
+        for reference in references {
+            row::<B, T>(*reference, "Get")?;
+        }
+        for (reference, value) in references.iter().zip(values) {
+            if let Some(got) = self.session.block.get(*reference as usize).and_then(T::from_plc) {
+                *value = got;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes variables. `values` is as long as `references`.
+    ///
+    /// # Errors
+    /// A reference that is unknown, of another type or not settable now, or a value outside the range of its type;
+    /// nothing is written then.
+    pub fn set<T: FmiType>(&mut self, references: &[u32], values: &[T]) -> Result<(), Refusal> {
+        for (reference, value) in references.iter().zip(values) {
+            let row = row::<B, T>(*reference, "Set")?;
+            if !self.may_set(row.role) {
+                return Err(read_only(row));
+            }
+            if let Err(range) = value.to_plc(row.kind) {
+                return Err(format!("{} = {}: {range}", row.full_name(), value.text()).into());
+            }
+        }
+        for (reference, value) in references.iter().zip(values) {
+            let row = *reference as usize;
+            if let Ok(value) = value.to_plc(B::TABLE.rows[row].kind) {
+                self.session.block.set(row, value);
+            }
+        }
+        Ok(())
+    }
+
+    fn may_set(&self, role: Role) -> bool {
+        match role {
+            Role::Input | Role::Parameter => true,
+            Role::Fixed | Role::Cycle => self.state != State::StepComplete,
+            Role::Output | Role::Local => false,
+        }
+    }
+
+    /// Gives time derivatives of Real inputs: in the steps from now on, the block sees the input extrapolated from the
+    /// start of the step. A derivative holds until it is changed; 0 removes it. All slices have the same length.
+    ///
+    /// # Errors
+    /// A reference that is not a Real input, an order other than 1 to 4, a derivative that is not finite; nothing is
+    /// changed then.
+    pub fn set_input_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[c_int],
+        derivatives: &[f64],
+    ) -> Result<(), Refusal> {
+        let given = || references.iter().zip(orders).zip(derivatives).map(|((row, order), by)| (*row, *order, *by));
+        for (reference, order, derivative) in given() {
+            Session::<B>::check_derivative(row::<B, f64>(reference, "Set")?, order, derivative)?;
+        }
+        self.session.set_derivatives(given());
+        Ok(())
+    }
+
+    /// Makes every call from `tc` on before `tc + h`, in seconds.
+    ///
+    /// # Errors
+    /// A time that the clock refuses; an extrapolated input that may leave its range. No call is made then.
+    pub fn do_step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
+        self.session.step(tc, h)
+    }
+
+    /// The instance as bytes: magic and version, fingerprint of the table, length, content, checksum; little endian.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut content = Vec::new();
+        (self.state as u8).write(&mut content);
+        self.experiment.is_some().write(&mut content);
+        let (start, stop) = self.experiment.unwrap_or_default();
+        start.write(&mut content);
+        stop.write(&mut content);
+        self.session.write(&mut content);
+
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend_from_slice(&Fingerprint::<B>::BYTES);
+        (content.len() as u64).write(&mut bytes);
+        bytes.extend_from_slice(&content);
+        let checksum = checksum(&bytes);
+        bytes.extend_from_slice(&checksum.to_le_bytes());
+        bytes
+    }
+
+    /// The instance from which [`Instance::to_bytes`] made these bytes, here or in another process.
+    ///
+    /// # Errors
+    /// The bytes are not a serialized state, belong to another FMU, or are damaged.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Refusal> {
+        let rest = bytes.strip_prefix(MAGIC).ok_or("the bytes are not a serialized state of this format")?;
+        let rest = rest
+            .strip_prefix(&Fingerprint::<B>::BYTES)
+            .ok_or_else(|| format!("the state is of another FMU or version; this is {}", B::TABLE.name))?;
+        let damaged = || Refusal::from("the serialized state is damaged");
+        let (mut rest, checksum_bytes) = rest.split_last_chunk().ok_or_else(damaged)?;
+        if checksum(&bytes[..bytes.len() - checksum_bytes.len()]) != u128::from_le_bytes(*checksum_bytes) {
+            return Err(damaged());
+        }
+        let content = &mut rest;
+        let length = u64::read(content).ok_or_else(damaged)?;
+        if length != content.len() as u64 {
+            return Err(damaged());
+        }
+        Self::read(content).filter(|_| content.is_empty()).ok_or_else(damaged)
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let state = State::numbered(u8::read(bytes)?)?;
+        let has_experiment = bool::read(bytes)?;
+        let times = (f64::read(bytes)?, f64::read(bytes)?);
+        let experiment = has_experiment.then_some(times);
+        Some(Instance { session: Session::read(bytes)?, state, experiment })
+    }
+}
+
+/// What a serialized state begins with; the last byte is the version of the format.
+const MAGIC: &[u8] = b"plcfmu\0\x01";
+
+/// The row of the variable with a value reference, which must be of the FMI type `T`. `access` is Get or Set, for the
+/// message.
+fn row<B: Block, T: FmiType>(reference: u32, access: &str) -> Result<&'static Row, Refusal> {
+    match B::TABLE.rows.get(reference as usize) {
+        Some(row) if T::holds(row.kind) => Ok(row),
+        _ => Err(no_variable::<B>(reference, |kind| format!("fmi2{access}{kind}"))),
+    }
+}
+
+/// The refusal of a String variable: there are none.
+pub fn no_string<B: Block>(reference: u32) -> Refusal {
+    no_variable::<B>(reference, |kind| format!("fmi2Get{kind} or fmi2Set{kind}"))
+}
+
+/// The refusal of a reference that is not one of a variable of the right type; `functions` names those for another type.
+fn no_variable<B: Block>(reference: u32, functions: impl Fn(&str) -> String) -> Refusal {
+    match B::TABLE.rows.get(reference as usize) {
+        Some(row) => {
+            let (name, kind) = (row.full_name(), type_name(row.kind));
+            format!("value reference {reference} is {name}, a {kind}: use {}", functions(kind))
+        }
+        None => format!("value reference {reference} is unknown: they go from 0 to {}", B::TABLE.rows.len() - 1),
+    }
+    .into()
+}
+
+fn read_only(row: &Row) -> Refusal {
+    match row.role {
+        Role::Fixed | Role::Cycle => format!(
+            "{} is a fixed parameter: set it before fmi2ExitInitializationMode, or call fmi2Reset first",
+            row.full_name()
+        ),
+        _ => format!("{} is computed by the block and can only be read", row.full_name()),
+    }
+    .into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::refusal::Answer;
+    use crate::test_block::{COUNT, CYCLE, FACTOR, FIRST, ON, SUM, Sum, U, V};
+    use crate::v2::value::Boolean;
+    use blocks::Law;
+
+    fn initialized(setup: impl FnOnce(&mut Instance<Sum>)) -> Instance<Sum> {
+        let mut instance = Instance::default();
+        instance.setup_experiment(0.0, None).unwrap();
+        instance.enter_initialization_mode().unwrap();
+        setup(&mut instance);
+        instance.exit_initialization_mode().unwrap();
+        instance
+    }
+
+    fn real(instance: &Instance<Sum>, reference: u32) -> f64 {
+        let mut value = [f64::NAN];
+        instance.get(&[reference], &mut value).unwrap();
+        value[0]
+    }
+
+    fn integer(instance: &Instance<Sum>, reference: u32) -> c_int {
+        let mut value = [-1];
+        instance.get(&[reference], &mut value).unwrap();
+        value[0]
+    }
+
+    fn reason(result: Result<(), Refusal>) -> String {
+        result.unwrap_err().reason().to_string()
+    }
+
+    #[test]
+    fn the_restart_takes_the_values_then_set_and_the_first_call_is_at_the_start_time() {
+        let mut instance = initialized(|instance| instance.set(&[FIRST], &[5]).unwrap());
+        assert_eq!(integer(&instance, COUNT), 5);
+        instance.do_step(0.0, 0.1).unwrap();
+        assert_eq!(integer(&instance, COUNT), 6);
+    }
+
+    #[test]
+    fn a_cycle_of_0_and_what_the_block_refuses_keep_the_instance_in_initialization_mode() {
+        let mut instance = Instance::<Sum>::default();
+        instance.setup_experiment(0.0, None).unwrap();
+        instance.enter_initialization_mode().unwrap();
+        instance.set(&[CYCLE], &[0.0]).unwrap();
+        assert_eq!(
+            reason(instance.exit_initialization_mode()),
+            "CYCLE = 0.0 s: the time between two calls must be at least 0.001 s"
+        );
+        instance.set(&[CYCLE], &[0.001]).unwrap();
+        instance.set(&[FIRST], &[-1]).unwrap();
+        assert_eq!(reason(instance.exit_initialization_mode()), "FIRST = -1: must not be below 0");
+        instance.set(&[FIRST], &[0]).unwrap();
+        instance.exit_initialization_mode().unwrap();
+    }
+
+    #[test]
+    fn one_wrong_value_among_several_changes_none() {
+        let mut instance = Instance::<Sum>::default();
+        assert_eq!(
+            reason(instance.set(&[U, FACTOR, V], &[1.0, f64::NAN, 3.0])),
+            "FACTOR = NaN: a REAL takes finite numbers of at most 3.4028235e38"
+        );
+        assert_eq!([real(&instance, U), real(&instance, FACTOR), real(&instance, V)], [0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_refused_reference_is_named_with_what_to_use_instead() {
+        let mut instance = initialized(|_| ());
+        assert_eq!(reason(instance.set(&[9], &[0.0])), "value reference 9 is unknown: they go from 0 to 8");
+        assert_eq!(reason(instance.set(&[ON], &[1.0])), "value reference 2 is ON, a Boolean: use fmi2SetBoolean");
+        assert_eq!(reason(instance.get(&[U], &mut [0])), "value reference 0 is U, a Real: use fmi2GetReal");
+        assert_eq!(reason(instance.set(&[SUM], &[1.0])), "SUM is computed by the block and can only be read");
+        assert_eq!(
+            reason(instance.set(&[CYCLE], &[1.0])),
+            "CYCLE is a fixed parameter: set it before fmi2ExitInitializationMode, or call fmi2Reset first"
+        );
+        assert!(reason(instance.set(&[FIRST], &[1])).starts_with("FIRST is a fixed parameter"));
+        instance.set(&[FACTOR], &[2.0]).unwrap();
+    }
+
+    #[test]
+    fn only_real_inputs_have_derivatives_of_order_1_to_4() {
+        let mut instance = Instance::<Sum>::default();
+        assert!(reason(instance.set_input_derivatives(&[FACTOR], &[1], &[1.0])).contains("FACTOR is not a Real input"));
+        assert!(reason(instance.set_input_derivatives(&[ON], &[1], &[1.0])).contains("Boolean"));
+        for order in [0, 5, -1] {
+            assert!(reason(instance.set_input_derivatives(&[U], &[order], &[1.0])).contains(&format!("order {order}")));
+        }
+        assert!(reason(instance.set_input_derivatives(&[U], &[1], &[f64::NAN])).contains("NaN"));
+        instance.set_input_derivatives(&[U], &[4], &[1.0]).unwrap();
+    }
+
+    #[test]
+    fn a_boolean_input_takes_what_is_set() {
+        let mut instance = initialized(|_| ());
+        for (set, got) in [(1, 1), (0, 0), (-7, 1)] {
+            instance.set(&[ON], &[Boolean(set)]).unwrap();
+            let mut value = [Boolean(9)];
+            instance.get(&[ON], &mut value).unwrap();
+            assert_eq!(value, [Boolean(got)]);
+        }
+    }
+
+    #[test]
+    fn the_last_successful_time_is_the_end_of_the_last_step() {
+        let mut instance = initialized(|_| ());
+        instance.do_step(0.0, 2.5).unwrap();
+        assert_eq!(instance.last_successful_time(), 2.5);
+        instance.do_step(2.5, -1.0).unwrap_err();
+        assert_eq!(instance.last_successful_time(), 2.5, "a refused step is none");
+    }
+
+    #[test]
+    fn a_terminated_instance_makes_no_step_but_can_be_read() {
+        let mut instance = initialized(|_| ());
+        instance.terminate();
+        assert_eq!(reason(instance.may(&Function::DO_STEP)), "not allowed in state terminated, only in stepComplete");
+        instance.may(&Function::GET_REAL).unwrap();
+    }
+
+    #[test]
+    fn a_locked_instance_refuses_every_function_for_good() {
+        let mut instance = initialized(|_| ());
+        instance.lock();
+        for function in [Function::GET_REAL, Function::RESET, Function::CANCEL_STEP] {
+            let refusal = instance.may(&function).unwrap_err();
+            assert_eq!(refusal.answer(), Answer::Fatal, "{}", function.name);
+            assert!(refusal.reason().contains("locked"), "{}: {}", function.name, refusal.reason());
+        }
+    }
+
+    #[test]
+    fn reset_is_a_fresh_instance() {
+        assert_eq!(Instance::<Sum>::default().to_bytes(), Instance::<Sum>::default().to_bytes());
+        assert_ne!(initialized(|_| ()).to_bytes(), Instance::<Sum>::default().to_bytes());
+    }
+
+    #[test]
+    fn a_serialized_state_goes_on_bit_for_bit() {
+        let mut instance = initialized(|instance| {
+            instance.set(&[U], &[0.1]).unwrap();
+            instance.set_input_derivatives(&[V], &[1], &[0.3]).unwrap();
+        });
+        instance.do_step(0.0, 0.25).unwrap();
+        let mut restored = Instance::<Sum>::from_bytes(&instance.to_bytes()).unwrap();
+        for instance in [&mut instance, &mut restored] {
+            instance.do_step(0.25, 1.0).unwrap();
+        }
+        assert_eq!(real(&instance, SUM).to_bits(), real(&restored, SUM).to_bits());
+        assert_eq!(instance.to_bytes(), restored.to_bytes());
+    }
+
+    #[test]
+    fn a_serialized_state_keeps_the_state_it_was_made_in() {
+        let kept = |instance: &Instance<Sum>| Instance::<Sum>::from_bytes(&instance.to_bytes()).unwrap().state;
+        let mut instance = Instance::default();
+        assert_eq!(kept(&instance), State::Instantiated);
+        instance.setup_experiment(0.0, None).unwrap();
+        instance.enter_initialization_mode().unwrap();
+        assert_eq!(kept(&instance), State::InitializationMode);
+        instance.exit_initialization_mode().unwrap();
+        assert_eq!(kept(&instance), State::StepComplete);
+        instance.terminate();
+        assert_eq!(kept(&instance), State::Terminated);
+    }
+
+    #[test]
+    fn no_damage_to_a_serialized_state_goes_unnoticed() {
+        let bytes = initialized(|_| ()).to_bytes();
+        for place in 0..bytes.len() {
+            for bit in 0..8 {
+                let mut damaged = bytes.clone();
+                damaged[place] ^= 1 << bit;
+                assert!(Instance::<Sum>::from_bytes(&damaged).is_err(), "byte {place}, bit {bit}");
+            }
+            assert!(Instance::<Sum>::from_bytes(&bytes[..place]).is_err(), "cut to {place} bytes");
+        }
+        let longer = [&bytes[..], &[0]].concat();
+        assert!(Instance::<Sum>::from_bytes(&longer).is_err());
+    }
+
+    #[test]
+    fn a_state_of_another_fmu_is_refused_by_name() {
+        blocks::block! {
+            /// The same in all but a start value.
+            pub struct Other as "SUM" {
+                input {
+                    /// Summand
+                    u: Real = 1.0;
+                }
+                cycle {
+                    /// Time between two calls
+                    cycle: Time = Time::ms(100), min Time::ms(1);
+                }
+            }
+        }
+        impl Law for Other {
+            fn restart(&mut self) {}
+            fn call(&mut self) {}
+        }
+        let reason = Instance::<Other>::from_bytes(&initialized(|_| ()).to_bytes()).unwrap_err();
+        assert!(reason.reason().contains("another FMU"), "{}", reason.reason());
+    }
+
+    #[test]
+    fn without_a_start_time_there_is_no_initialization_mode() {
+        let mut instance = Instance::<Sum>::default();
+        assert!(reason(instance.enter_initialization_mode()).contains("fmi2SetupExperiment"));
+        for (start, stop) in [(f64::NAN, None), (f64::INFINITY, None), (1.0, Some(0.5)), (1.0, Some(f64::NAN))] {
+            assert!(instance.setup_experiment(start, stop).is_err(), "{start} {stop:?}");
+        }
+        instance.setup_experiment(1.0, Some(1.0)).unwrap();
+    }
+}

@@ -1,0 +1,107 @@
+//! What the library says of itself: its GUID, and its description for the packer.
+
+use crate::table::{self, Fingerprint, quoted};
+use crate::v2::{VERSION, capabilities, log::Category};
+use blocks::Block;
+use std::marker::PhantomData;
+
+/// The GUID of a block's FMU, computed while the library is compiled: the fingerprint of the block's table.
+pub struct Guid<B>(PhantomData<B>);
+
+impl<B: Block> Guid<B> {
+    const TEXT_BYTES: [u8; 38] = guid_text(Fingerprint::<B>::BYTES);
+
+    /// The GUID as it stands in modelDescription.xml.
+    pub const TEXT: &'static str = match std::str::from_utf8(&Self::TEXT_BYTES) {
+        Ok(text) => text,
+        Err(_) => "",
+    };
+}
+
+const fn guid_text(bytes: [u8; 16]) -> [u8; 38] {
+    const DIGITS: [u8; 16] = *b"0123456789abcdef";
+    let mut text = *b"{00000000-0000-0000-0000-000000000000}";
+    let mut place = 1;
+    let mut i = 0;
+    while i < 16 {
+        if text[place] == b'-' {
+            place += 1;
+        }
+        text[place] = DIGITS[(bytes[i] >> 4) as usize];
+        text[place + 1] = DIGITS[(bytes[i] & 15) as usize];
+        place += 2;
+        i += 1;
+    }
+    text
+}
+
+/// The description of the library as a JSON object: the block's table (see [`table::json`]) and the interface, which is
+/// the version of FMI, the GUID, the capabilities and the log categories.
+pub fn json<B: Block>() -> String {
+    let capabilities: Vec<String> =
+        capabilities::all().map(|(name, setting)| format!("{}:{}", quoted(name), setting.text())).collect();
+    let categories: Vec<String> = Category::ALL
+        .iter()
+        .map(|category| {
+            let name = quoted(&category.name.to_string_lossy());
+            format!(r#"{{"name":{name},"description":{}}}"#, quoted(category.description))
+        })
+        .collect();
+    format!(
+        r#"{{"table":{},"interface":{{"version":{},"guid":{},"capabilities":{{{}}},"log_categories":[{}]}}}}"#,
+        table::json::<B>(),
+        quoted(&VERSION.to_string_lossy()),
+        quoted(Guid::<B>::TEXT),
+        capabilities.join(","),
+        categories.join(","),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_block::Sum;
+
+    #[test]
+    fn the_guid_has_the_form_of_one() {
+        let guid = Guid::<Sum>::TEXT;
+        assert_eq!(guid.len(), 38);
+        for (place, character) in guid.char_indices() {
+            match place {
+                0 => assert_eq!(character, '{'),
+                37 => assert_eq!(character, '}'),
+                9 | 14 | 19 | 24 => assert_eq!(character, '-'),
+                _ => assert!(character.is_ascii_hexdigit(), "{guid}"),
+            }
+        }
+    }
+
+    #[test]
+    fn the_guid_is_written_byte_by_byte_in_hexadecimal_digits() {
+        let bytes = 0x0123_4567_89ab_cdef_fedc_ba98_7654_3210_u128.to_be_bytes();
+        assert_eq!(&guid_text(bytes), b"{01234567-89ab-cdef-fedc-ba9876543210}");
+    }
+
+    #[test]
+    fn the_description_has_the_table_and_the_interface_with_capabilities_and_categories() {
+        let json = json::<Sum>();
+        assert!(json.starts_with(r#"{"table":{"name":"SUM","#), "{json}");
+        let interface = json.find(r#"},"interface":{"version":"2.0","guid":"{"#).unwrap();
+        let interface = &json[interface..];
+        for part in [
+            r#""canHandleVariableCommunicationStepSize":true"#,
+            r#""canInterpolateInputs":true"#,
+            r#""maxOutputDerivativeOrder":0"#,
+            r#""canGetAndSetFMUstate":true"#,
+            r#""canSerializeFMUstate":true"#,
+            r#""canNotUseMemoryManagementFunctions":true"#,
+            r#""canRunAsynchronuously":false"#,
+            r#""canBeInstantiatedOnlyOncePerProcess":false"#,
+            r#""providesDirectionalDerivative":false"#,
+            r#""log_categories":[{"name":"logStatusError","description":"Calls that were refused"#,
+        ] {
+            assert!(interface.contains(part), "{part} is missing in {interface}");
+        }
+        assert!(interface.ends_with(r#""description":"A defect of the FMU: the instance can only be freed"}]}}"#));
+    }
+}

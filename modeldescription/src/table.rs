@@ -1,0 +1,135 @@
+//! A block's table, as its library tells it in JSON. Nothing here depends on a version of FMI.
+
+use crate::error::{Error, shortened};
+use blocks::{Kind, Role};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Deserializer};
+
+/// A block's table.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// The block's name, which the model, the library and the FMU have too.
+    pub name: String,
+    /// The block's documentation (Markdown); its first paragraph says what the block does.
+    pub docs: String,
+    /// The row that holds the time between two calls.
+    pub cycle: usize,
+    /// The row that holds the mean of the block's pulse over a communication step, if it has one.
+    pub mean: Option<usize>,
+    /// All variables; the number of the row is the value reference.
+    pub variables: Vec<Row>,
+    /// The run that the documentation shows.
+    pub response: Response,
+}
+
+/// One variable. Numbers are those of the C interface: a TIME in seconds, FALSE and TRUE as 0 and 1.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// Its name with the instances that lead to it: `GAIN`, `DI_CONT_C.GAIN`.
+    pub name: String,
+    /// A short text.
+    pub description: String,
+    /// Its PLC type.
+    #[serde(deserialize_with = "kind")]
+    pub kind: Kind,
+    /// Who sets it, and when.
+    #[serde(deserialize_with = "role")]
+    pub role: Role,
+    /// Its value in a new block.
+    pub start: f64,
+    /// The lowest value that makes sense.
+    pub min: Option<f64>,
+    /// The highest value that makes sense.
+    pub max: Option<f64>,
+    /// Its physical unit.
+    pub unit: Option<String>,
+}
+
+/// A short run of the block that shows what it does.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Response {
+    /// What the run shows, in one sentence.
+    pub title: String,
+    /// The number of calls.
+    pub calls: u32,
+    /// What is set: the number of the call before which (0 is before the restart), the variable, its value.
+    pub set: Vec<(u32, String, f64)>,
+    /// The variables that are drawn and recorded; if empty, all inputs and outputs.
+    pub show: Vec<String>,
+}
+
+impl Table {
+    /// The row of the variable with this full name.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.variables.iter().position(|row| row.name == name)
+    }
+
+    /// What the block does, in one sentence: the first paragraph of its documentation, on one line.
+    pub fn summary(&self) -> String {
+        let lines = self.docs.lines().map(str::trim).skip_while(|line| line.is_empty());
+        lines.take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Refuses a table whose parts do not fit together.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let wrong = |what: String| Err(Error::new(format!("the library's table of {}: {what}", self.name)));
+        match self.variables.get(self.cycle) {
+            Some(Row { kind: Kind::Time, role: Role::Cycle, start, .. }) if *start >= 0.001 => {}
+            Some(Row { kind: Kind::Time, role: Role::Cycle, name, start, .. }) => {
+                return wrong(format!("{name} starts at {start:?} s: a block is called every millisecond at most"));
+            }
+            Some(Row { name, kind, role, .. }) => {
+                let (kind, role) = (kind.name(), role.name());
+                return wrong(format!(
+                    "the cycle is row {name}, which is {kind} and {role}: it must be TIME and cycle"
+                ));
+            }
+            None => {
+                let rows = self.variables.len();
+                return wrong(format!("the cycle is row {}, but there are only {rows} rows", self.cycle));
+            }
+        }
+        if let Some(mean) = self.mean
+            && self.variables.get(mean).is_none_or(|row| row.role != Role::Output)
+        {
+            return wrong(format!("the mean of the pulse is row {mean}, which is not an output"));
+        }
+        let set = self.response.set.iter().map(|(_, name, _)| name);
+        if let Some(unknown) = set.chain(&self.response.show).find(|name| self.find(name).is_none()) {
+            return wrong(format!("its response names {unknown:?}: the table has no such variable"));
+        }
+        Ok(())
+    }
+}
+
+fn kind<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Kind, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    Kind::named(&name).ok_or_else(|| unknown("kind", &name, Kind::ALL.iter().map(|kind| kind.name())))
+}
+
+fn role<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Role, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    Role::named(&name).ok_or_else(|| unknown("role", &name, Role::ALL.iter().map(|role| role.name())))
+}
+
+fn unknown<E: serde::de::Error>(what: &str, name: &str, known: impl Iterator<Item = &'static str>) -> E {
+    let known = known.collect::<Vec<_>>().join(", ");
+    E::custom(format!("unknown {what} `{}`, expected one of {known}", shortened(name)))
+}
+
+/// Reads what a library tells of itself. An error says where the parser stopped and after which text.
+pub(crate) fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Error> {
+    serde_json::from_str(json).map_err(|error| {
+        let line = json.lines().nth(error.line().saturating_sub(1)).unwrap_or("");
+        let end = line.floor_char_boundary(error.column());
+        let begin = line.floor_char_boundary(end.saturating_sub(60));
+        Error::new(format!(
+            "the library's table cannot be read: {error}, after {:?}; build library and packer from the same sources, \
+             and give every start, min and max a finite number",
+            &line[begin..end]
+        ))
+    })
+}

@@ -1,0 +1,503 @@
+//! Mistakes in a model description whose XML is valid.
+
+use super::description::{
+    Causality, EnumerationType, Initial, ModelDescription, Real, RealAttributes, SimpleType, TypeAttributes, Typed,
+    Unit, Unknown, Variability, Variable, VariableNamingConvention,
+};
+use super::lexical::is_xml;
+use crate::error::shortened;
+use std::collections::{HashMap, HashSet};
+use std::fmt::Debug;
+
+/// All mistakes in a model description that a schema does not find but that mislead a host, one sentence each.
+///
+/// An FMU of this project has to meet more than [`read`](super::read()) requires of any FMU: the model and the library
+/// have the same name, which is a C identifier; names, causality, variability and start values agree with the standard's
+/// tables; the model structure lists exactly the variables that belong there.
+///
+/// If there are more than [`MOST_FINDINGS`], the last sentence counts the rest.
+pub fn check(description: &ModelDescription) -> Vec<String> {
+    let mut findings = Findings::default();
+    contradictions(description, &mut |_, sentence| findings.push(sentence));
+    check_model(description, &mut findings);
+    let definitions = Definitions::of(description);
+    let is_structured = description.variable_naming_convention == VariableNamingConvention::Structured;
+    for variable in &description.model_variables {
+        let found = &mut |sentence: String| findings.push(about(variable, &sentence));
+        if is_structured && !is_structured_name(&variable.name) {
+            found("the name is not a structured one: use identifiers with dots and [indices] between".into());
+        }
+        check_combination(variable, found);
+        check_value(variable, &definitions, found);
+    }
+    check_structure(description, &mut findings);
+    findings.sentences()
+}
+
+/// The most findings that [`check`] tells; one more sentence counts the rest.
+pub const MOST_FINDINGS: usize = 20;
+
+/// The first findings, and the number of the others.
+#[derive(Default)]
+struct Findings {
+    first: Vec<String>,
+    more: usize,
+}
+
+impl Findings {
+    fn push(&mut self, sentence: String) {
+        if self.first.len() < MOST_FINDINGS {
+            self.first.push(sentence);
+        } else {
+            self.more += 1;
+        }
+    }
+
+    fn sentences(mut self) -> Vec<String> {
+        if self.more > 0 {
+            self.first.push(format!("and {} more", self.more));
+        }
+        self.first
+    }
+}
+
+/// Where a contradiction is: at the variable with this place in the list, or elsewhere.
+pub(crate) type Place = Option<usize>;
+
+/// Units and types by name.
+struct Definitions<'a> {
+    units: HashMap<&'a str, &'a Unit>,
+    types: HashMap<&'a str, &'a TypeAttributes>,
+}
+
+impl<'a> Definitions<'a> {
+    fn of(description: &'a ModelDescription) -> Definitions<'a> {
+        let types = &description.type_definitions;
+        Definitions {
+            units: description.unit_definitions.iter().map(|unit| (unit.name.as_str(), unit)).collect(),
+            types: types.iter().map(|simple_type| (simple_type.name.as_str(), &simple_type.attributes)).collect(),
+        }
+    }
+
+    fn declared(&self, typed: &Typed) -> Option<&'a TypeAttributes> {
+        typed.declared_type().and_then(|name| self.types.get(name).copied())
+    }
+}
+
+fn about(variable: &Variable, sentence: &str) -> String {
+    format!("variable {:?}: {sentence}", shortened(&variable.name))
+}
+
+/// Mistakes that make a description useless, whoever wrote it: what is defined twice or not at all, values out of range.
+pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl FnMut(Place, String)) {
+    if description.model_exchange.is_none() && description.co_simulation.is_none() {
+        found(None, "there is neither ModelExchange nor CoSimulation: add one, or both".into());
+    }
+    for (what, repeated) in [
+        ("Unit", repeated(description.unit_definitions.iter().map(|unit| &unit.name))),
+        ("SimpleType", repeated(description.type_definitions.iter().map(|simple_type| &simple_type.name))),
+        ("Category", repeated(description.log_categories.iter().map(|category| &category.name))),
+    ] {
+        for name in repeated {
+            found(None, format!("{what} {:?} is defined twice: define it once", shortened(name)));
+        }
+    }
+    for Unit { name, display_units, .. } in &description.unit_definitions {
+        for display_unit in repeated(display_units.iter().map(|display_unit| &display_unit.name)) {
+            let (name, display_unit) = (shortened(name), shortened(display_unit));
+            found(None, format!("Unit {name:?}: DisplayUnit {display_unit:?} is defined twice: define it once"));
+        }
+    }
+    let definitions = Definitions::of(description);
+    for SimpleType { name, attributes, .. } in &description.type_definitions {
+        check_type(attributes, &definitions, &mut |sentence| {
+            found(None, format!("SimpleType {:?}: {sentence}", shortened(name)));
+        });
+    }
+
+    let count = description.model_variables.len();
+    let mut names = HashSet::with_capacity(count);
+    let mut settable = HashMap::new();
+    for (place, variable) in description.model_variables.iter().enumerate() {
+        let found = &mut |sentence: String| found(Some(place), about(variable, &sentence));
+        if !names.insert(variable.name.as_str()) {
+            found("the name is used twice: give each variable its own".into());
+        }
+        if variable.is_settable() {
+            let functions = functions(&variable.typed);
+            if let Some(other) = settable.insert((functions, variable.value_reference), &variable.name) {
+                found(format!(
+                    "valueReference = {} is that of {:?} too: give each {functions} that can be set its own",
+                    variable.value_reference,
+                    shortened(other)
+                ));
+            }
+        }
+        check_typed(&variable.typed, &definitions, count, found);
+    }
+    let structure = &description.model_structure;
+    for (list, unknowns) in [
+        ("Outputs", &structure.outputs),
+        ("Derivatives", &structure.derivatives),
+        ("InitialUnknowns", &structure.initial_unknowns),
+    ] {
+        for unknown in unknowns {
+            check_unknown(unknown, count, &mut |sentence| {
+                found(None, format!("{list}: Unknown with index = {}: {sentence}", unknown.index));
+            });
+        }
+    }
+}
+
+/// The names that occur a second time.
+fn repeated<'a>(names: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
+    let mut seen = HashSet::new();
+    names.filter(|name| !seen.insert(name.as_str())).collect()
+}
+
+/// The type whose functions get and set a value: an Enumeration is an Integer to them.
+fn functions(typed: &Typed) -> &'static str {
+    match typed {
+        Typed::Enumeration(_) => "Integer",
+        other => other.name(),
+    }
+}
+
+fn check_type(attributes: &TypeAttributes, definitions: &Definitions<'_>, found: &mut impl FnMut(String)) {
+    match attributes {
+        TypeAttributes::Real(real) => {
+            check_range(real.min, real.max, None, found);
+            check_unit(real, definitions, found);
+        }
+        TypeAttributes::Integer(integer) => check_range(integer.min, integer.max, None, found),
+        TypeAttributes::Enumeration(EnumerationType { items, .. }) => {
+            for name in repeated(items.iter().map(|item| &item.name)) {
+                found(format!("Item {:?} is defined twice: define it once", shortened(name)));
+            }
+        }
+        TypeAttributes::Boolean(_) | TypeAttributes::String(_) => {}
+    }
+}
+
+fn check_typed(typed: &Typed, definitions: &Definitions<'_>, count: usize, found: &mut impl FnMut(String)) {
+    let declared = definitions.declared(typed);
+    if let (Some(name), None) = (typed.declared_type(), declared) {
+        let name = shortened(name);
+        found(format!("declaredType = {name:?} is not defined: add the SimpleType, or leave it out"));
+    }
+    match (typed, declared) {
+        (Typed::Real(real), None | Some(TypeAttributes::Real(_))) => {
+            let (mut min, mut max) = (real.attributes.min, real.attributes.max);
+            if let Some(TypeAttributes::Real(declared)) = declared {
+                (min, max) = (min.or(declared.min), max.or(declared.max));
+            }
+            check_range(min, max, real.start, found);
+            check_unit(&real.attributes, definitions, found);
+            if let Some(index) = real.derivative.filter(|index| !is_index(*index, count)) {
+                found(format!("derivative = {index}: there is no such variable, the indices are 1 ... {count}"));
+            }
+        }
+        (Typed::Integer(integer), None | Some(TypeAttributes::Integer(_))) => {
+            let (mut min, mut max) = (integer.attributes.min, integer.attributes.max);
+            if let Some(TypeAttributes::Integer(declared)) = declared {
+                (min, max) = (min.or(declared.min), max.or(declared.max));
+            }
+            check_range(min, max, integer.start, found);
+        }
+        (Typed::Enumeration(enumeration), None | Some(TypeAttributes::Enumeration(_))) => {
+            check_range(enumeration.attributes.min, enumeration.attributes.max, enumeration.start, found);
+        }
+        (Typed::Boolean(_), None | Some(TypeAttributes::Boolean(_))) => {}
+        (Typed::String(_), None | Some(TypeAttributes::String(_))) => {}
+        (typed, Some(_)) => {
+            let declared = shortened(typed.declared_type().unwrap_or_default());
+            let name = typed.name();
+            found(format!("declaredType = {declared:?} is not of type {name}: refer to a SimpleType of the same type"));
+        }
+    }
+}
+
+fn check_unit(attributes: &RealAttributes, definitions: &Definitions<'_>, found: &mut impl FnMut(String)) {
+    if let Some(unit) = attributes.unit.as_deref().filter(|unit| !definitions.units.contains_key(unit)) {
+        found(format!("unit = {:?} is not defined: add it to UnitDefinitions", shortened(unit)));
+    }
+}
+
+/// A NaN is not in order with anything, so it is found as min, max or start if there is something to compare it with.
+fn check_range<T: PartialOrd + Debug + Copy>(
+    min: Option<T>,
+    max: Option<T>,
+    start: Option<T>,
+    found: &mut impl FnMut(String),
+) {
+    let in_order = |low: T, high: T| low <= high;
+    match (min, max) {
+        (Some(min), Some(max)) if !in_order(min, max) => {
+            return found(format!("min = {min:?} is above max = {max:?}: correct one of them"));
+        }
+        _ => {}
+    }
+    match (min, start) {
+        (Some(min), Some(start)) if !in_order(min, start) => {
+            found(format!("start = {start:?} is below min = {min:?}: correct one of them"));
+        }
+        _ => {}
+    }
+    match (start, max) {
+        (Some(start), Some(max)) if !in_order(start, max) => {
+            found(format!("start = {start:?} is above max = {max:?}: correct one of them"));
+        }
+        _ => {}
+    }
+}
+
+fn is_index(index: u32, count: usize) -> bool {
+    place(index).is_some_and(|place| place < count)
+}
+
+/// The place in the list of the variable with this index.
+fn place(index: u32) -> Option<usize> {
+    usize::try_from(index).ok()?.checked_sub(1)
+}
+
+fn check_unknown(unknown: &Unknown, count: usize, found: &mut impl FnMut(String)) {
+    if !is_index(unknown.index, count) {
+        found(format!("there is no such variable, the indices are 1 ... {count}"));
+    }
+    let mut dependencies = unknown.dependencies.iter().flatten();
+    if let Some(dependency) = dependencies.find(|dependency| !is_index(**dependency, count)) {
+        found(format!("dependencies has {dependency}: there is no such variable, the indices are 1 ... {count}"));
+    }
+    if let Some(kinds) = &unknown.dependencies_kind {
+        let (kinds, dependencies) = (kinds.len(), unknown.dependencies.as_ref().map_or(0, Vec::len));
+        if kinds != dependencies {
+            found(format!("dependenciesKind has {kinds} words for {dependencies} dependencies: give one for each"));
+        }
+    }
+}
+
+/// Names, texts and the experiment.
+fn check_model(description: &ModelDescription, findings: &mut Findings) {
+    let name = &description.model_name;
+    if let Some(identifier) = description.model_identifier() {
+        if !is_identifier(identifier) {
+            findings.push(format!(
+                "modelIdentifier = {identifier:?} is not a C identifier: use letters, digits and _, and no digit first"
+            ));
+        }
+        if identifier != name {
+            findings.push(format!(
+                "modelIdentifier = {identifier:?} differs from modelName = {name:?}: the library has the model's name"
+            ));
+        }
+    }
+    if description.guid.is_empty() {
+        findings.push("guid is empty: the library compares it with its own".into());
+    }
+    if description.model_variables.is_empty() {
+        findings.push("there are no variables: the schema requires at least one".into());
+    }
+    let texts = [("modelName", Some(name)), ("description", description.description.as_ref())];
+    for (attribute, text) in texts {
+        if let Some(character) = text.and_then(|text| text.chars().find(|character| !is_xml(*character))) {
+            findings.push(format!("{attribute}: XML cannot hold the character {character:?}: remove it"));
+        }
+    }
+    for variable in &description.model_variables {
+        let mut texts = variable.name.chars().chain(variable.description.iter().flat_map(|text| text.chars()));
+        if let Some(character) = texts.find(|character| !is_xml(*character)) {
+            let sentence = format!("XML cannot hold the character {character:?} of its name or description: remove it");
+            findings.push(about(variable, &sentence));
+        }
+    }
+    let experiment = description.default_experiment.unwrap_or_default();
+    for (attribute, value) in [("stepSize", experiment.step_size), ("tolerance", experiment.tolerance)] {
+        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+            findings.push(format!("DefaultExperiment: {attribute} = {value:?}: give a positive number"));
+        }
+    }
+    if let (Some(start), Some(stop)) = (experiment.start_time, experiment.stop_time)
+        && start.partial_cmp(&stop) != Some(std::cmp::Ordering::Less)
+    {
+        findings.push(format!("DefaultExperiment: stopTime = {stop:?}: give a later time than startTime = {start:?}"));
+    }
+}
+
+/// Whether a name is a C identifier.
+fn is_identifier(name: &str) -> bool {
+    name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+        && name.bytes().next().is_some_and(|first| !first.is_ascii_digit())
+}
+
+/// The standard's tables of which causality, variability, initial and start go together.
+fn check_combination(variable: &Variable, found: &mut impl FnMut(String)) {
+    use Causality::{CalculatedParameter, Independent, Input, Local, Output, Parameter};
+    use Variability::{Constant, Continuous, Fixed, Tunable};
+    let Variable { causality, variability, typed, .. } = variable;
+    if *variability == Continuous && !matches!(typed, Typed::Real(_)) {
+        found(format!("variability = continuous: only a Real can be continuous, {} is discrete", typed.name()));
+    }
+    if !causality.allows(*variability) {
+        found(format!("causality = {causality} and variability = {variability} are not allowed together"));
+        return;
+    }
+    let initial = variable.initial_or_default();
+    let goes_with_them = match (causality, variability) {
+        (Input | Independent, _) => initial.is_none(),
+        (Parameter, _) | (Output | Local, Constant) => initial == Some(Initial::Exact),
+        (CalculatedParameter, _) | (Local, Fixed | Tunable) => initial != Some(Initial::Exact),
+        (Output | Local, _) => true,
+    };
+    if !goes_with_them {
+        let initial = initial.map_or("", Initial::word);
+        found(format!("causality = {causality} and variability = {variability} do not allow initial = {initial}"));
+    }
+    let needs_start = *causality == Input || matches!(initial, Some(Initial::Exact | Initial::Approx));
+    match (needs_start, typed.has_start()) {
+        (true, false) => found("start is missing: add it".into()),
+        (false, true) => found("start is given, but the value is calculated: leave it out".into()),
+        _ => {}
+    }
+}
+
+fn check_value(variable: &Variable, definitions: &Definitions<'_>, found: &mut impl FnMut(String)) {
+    let declared = definitions.declared(&variable.typed);
+    match &variable.typed {
+        Typed::Real(real) => check_display_unit(real, declared, definitions, found),
+        Typed::Enumeration(enumeration) => {
+            if let (Some(start), Some(TypeAttributes::Enumeration(EnumerationType { items, .. }))) =
+                (enumeration.start, declared)
+                && !items.iter().any(|item| item.value == start)
+            {
+                found(format!("start = {start}: none of the type's items has this value"));
+            }
+        }
+        _ => {}
+    }
+}
+
+fn check_display_unit(
+    real: &Real,
+    declared: Option<&TypeAttributes>,
+    definitions: &Definitions<'_>,
+    found: &mut impl FnMut(String),
+) {
+    let Some(display_unit) = &real.attributes.display_unit else { return };
+    let unit = match (&real.attributes.unit, declared) {
+        (None, Some(TypeAttributes::Real(declared))) => declared.unit.as_deref(),
+        (unit, _) => unit.as_deref(),
+    };
+    let definition = unit.and_then(|unit| definitions.units.get(unit));
+    if !definition.is_some_and(|unit| unit.display_units.iter().any(|defined| defined.name == *display_unit)) {
+        let unit = unit.unwrap_or_default();
+        found(format!("displayUnit = {display_unit:?} is not a DisplayUnit of unit = {unit:?}: define it there"));
+    }
+}
+
+fn check_structure(description: &ModelDescription, findings: &mut Findings) {
+    let variables = &description.model_variables;
+    let structure = &description.model_structure;
+    let indexed = || (1..).zip(variables);
+    // Continuous states and their derivatives are unknowns of the initialization too.
+    let mut states = HashSet::new();
+    for derivative in &structure.derivatives {
+        let variable = place(derivative.index).and_then(|place| variables.get(place));
+        if let Some(Variable { typed: Typed::Real(Real { derivative: Some(state), .. }), .. }) = variable {
+            states.extend([derivative.index, *state]);
+        }
+    }
+    let is_initial_unknown = |index: u32, variable: &Variable| {
+        let is_found = matches!(variable.initial_or_default(), Some(Initial::Approx | Initial::Calculated));
+        match variable.causality {
+            Causality::CalculatedParameter => true,
+            Causality::Output => is_found,
+            _ => is_found && states.contains(&index),
+        }
+    };
+    let outputs = indexed().filter(|(_, variable)| variable.causality == Causality::Output);
+    let initial_unknowns = indexed().filter(|(index, variable)| is_initial_unknown(*index, variable));
+    let index = |(index, _): (u32, &Variable)| index;
+    for (list, unknowns, expected) in [
+        ("Outputs", &structure.outputs, outputs.map(index).collect::<Vec<u32>>()),
+        ("InitialUnknowns", &structure.initial_unknowns, initial_unknowns.map(index).collect()),
+    ] {
+        let mut listed: Vec<u32> = unknowns.iter().map(|unknown| unknown.index).collect();
+        let is_sorted = listed.is_sorted();
+        listed.sort_unstable();
+        listed.dedup();
+        if listed.len() < unknowns.len() {
+            findings.push(format!("{list}: a variable is listed twice: list it once"));
+        }
+        if list == "InitialUnknowns" && !is_sorted {
+            findings.push(format!("{list}: the indices are not in ascending order: sort them"));
+        }
+        let name = |index: u32| place(index).and_then(|place| variables.get(place)).map_or("", |found| &found.name);
+        for missing in expected.iter().filter(|index| listed.binary_search(index).is_err()) {
+            findings.push(format!("{list}: variable {:?} (index {missing}) is missing: add it", name(*missing)));
+        }
+        for surplus in listed.iter().filter(|index| expected.binary_search(index).is_err()) {
+            findings.push(format!(
+                "{list}: variable {:?} (index {surplus}) does not belong here: remove it",
+                name(*surplus)
+            ));
+        }
+    }
+}
+
+/// Whether a name follows the structured naming convention: `a.b[1,2].'c d'`, `der(a.b,2)`.
+fn is_structured_name(name: &str) -> bool {
+    let Some(inner) = name.strip_prefix("der(").and_then(|inner| inner.strip_suffix(')')) else {
+        return is_structured_identifier(name);
+    };
+    // An order of the derivative may follow. A comma between indices has a bracket somewhere after it.
+    match inner.rsplit_once(',') {
+        Some((identifier, order)) if is_number(order) => is_structured_identifier(identifier),
+        _ => is_structured_identifier(inner),
+    }
+}
+
+fn is_structured_identifier(name: &str) -> bool {
+    let mut rest = name;
+    loop {
+        match after_part(rest).and_then(after_indices) {
+            Some("") => return true,
+            Some(after) => match after.strip_prefix('.') {
+                Some(next) => rest = next,
+                None => return false,
+            },
+            None => return false,
+        }
+    }
+}
+
+fn is_number(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+/// What follows an identifier, or a name in quotes.
+fn after_part(text: &str) -> Option<&str> {
+    let Some(quoted) = text.strip_prefix('\'') else {
+        let end = text.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(text.len());
+        return is_identifier(&text[..end]).then(|| &text[end..]);
+    };
+    let mut characters = quoted.char_indices();
+    while let Some((place, character)) = characters.next() {
+        match character {
+            '\'' => return (place > 0).then(|| &quoted[place + 1..]),
+            '\\' => {
+                characters.next().filter(|(_, escaped)| "'\"?\\abfnrtv".contains(*escaped))?;
+            }
+            '"' | '`' => return None,
+            ' '..='~' => {}
+            _ => return None,
+        }
+    }
+    None
+}
+
+/// What follows the indices in brackets, if there are any.
+fn after_indices(text: &str) -> Option<&str> {
+    let Some(indices) = text.strip_prefix('[') else { return Some(text) };
+    let (indices, after) = indices.split_once(']')?;
+    indices.split(',').all(is_number).then_some(after)
+}

@@ -1,0 +1,527 @@
+//! What a modelDescription.xml of FMI 2.0 says, as plain data: one line for each attribute and each list.
+//!
+//! Structs and fields have the names that the standard gives to elements and attributes. If an attribute is absent, its
+//! field has the standard's default, or is `None` where the standard has no default. Annotations are not kept: only the
+//! tool that wrote them understands them.
+//!
+//! What the lines mean is said in `attributes.rs`.
+
+use super::attributes::*;
+use super::lexical::{SPACES, Value};
+use super::read::{Attribute, Document, Tag};
+use super::write::Xml;
+use crate::error::Error;
+use std::borrow::Cow;
+use std::fmt;
+
+/// The version of the standard, as every model description of FMI 2.0 and its maintenance releases states it.
+pub const FMI_VERSION: &str = "2.0";
+
+elements! {
+    /// A model description of FMI 2.0: the element `fmiModelDescription`.
+    ModelDescription "fmiModelDescription" with "fmiVersion" = FMI_VERSION {
+        /// The model's name.
+        model_name "modelName": String;
+        /// Identifies the table; `fmi2Instantiate` compares it with the library's.
+        guid "guid": String;
+        /// A short description of the model.
+        description "description": Option<String>;
+        /// The model's author.
+        author "author": Option<String>;
+        /// The model's version.
+        version "version": Option<String>;
+        /// The copyright notice.
+        copyright "copyright": Option<String>;
+        /// The licence.
+        license "license": Option<String>;
+        /// The tool that made the FMU.
+        generation_tool "generationTool": Option<String>;
+        /// When the FMU was made, as `xs:dateTime`.
+        generation_date_and_time "generationDateAndTime": Option<String>;
+        /// How the variables' names are formed.
+        variable_naming_convention "variableNamingConvention": VariableNamingConvention = VariableNamingConvention::Flat;
+        /// Model exchange only.
+        number_of_event_indicators "numberOfEventIndicators": Option<u32>;
+    }, children except "VendorAnnotations" {
+        /// What the FMU can do in model exchange, if it supports that.
+        model_exchange: Option<ModelExchange>;
+        /// What the FMU can do in co-simulation, if it supports that.
+        co_simulation: Option<CoSimulation>;
+        /// All units that are used.
+        unit_definitions in "UnitDefinitions": Vec<Unit>;
+        /// Types that variables refer to by `declaredType`.
+        type_definitions in "TypeDefinitions": Vec<SimpleType>;
+        /// The categories of the FMU's messages.
+        log_categories in "LogCategories": Vec<LogCategory>;
+        /// The simulation that the FMU proposes.
+        default_experiment: Option<DefaultExperiment>;
+        /// The variables. The model structure refers to them by their index, which starts at 1.
+        model_variables in "ModelVariables", required: Vec<Variable>;
+        /// Which variables are unknowns, and what they depend on.
+        model_structure: ModelStructure;
+    }
+
+    /// `ModelExchange`: what an FMU can do in a host that brings the solver.
+    ModelExchange "ModelExchange" {
+        /// The name of the library and prefix of its functions.
+        model_identifier "modelIdentifier": String;
+        /// The FMU only connects to a tool, which has to be installed.
+        needs_execution_tool "needsExecutionTool": bool = false;
+        /// `fmi2CompletedIntegratorStep` need not be called.
+        completed_integrator_step_not_needed "completedIntegratorStepNotNeeded": bool = false;
+        /// A process can hold only one instance.
+        can_be_instantiated_only_once_per_process "canBeInstantiatedOnlyOncePerProcess": bool = false;
+        /// The FMU does not use the host's memory functions.
+        can_not_use_memory_management_functions "canNotUseMemoryManagementFunctions": bool = false;
+        /// The FMU's state can be saved and restored.
+        can_get_and_set_fmu_state "canGetAndSetFMUstate": bool = false;
+        /// A saved state can be converted to bytes and back.
+        can_serialize_fmu_state "canSerializeFMUstate": bool = false;
+        /// `fmi2GetDirectionalDerivative` works.
+        provides_directional_derivative "providesDirectionalDerivative": bool = false;
+    }, children {
+        /// The source files, if the FMU includes them.
+        source_files in "SourceFiles": Vec<SourceFile>;
+    }
+
+    /// `CoSimulation`: what an FMU can do that brings its own solver.
+    CoSimulation "CoSimulation" {
+        /// The name of the library and prefix of its functions.
+        model_identifier "modelIdentifier": String;
+        /// What the FMU can do.
+        capabilities: Capabilities;
+    }, children {
+        /// The source files, if the FMU includes them.
+        source_files in "SourceFiles": Vec<SourceFile>;
+    }
+
+    /// The capabilities of an FMU for co-simulation: attributes of the element `CoSimulation`, and an object in the JSON
+    /// of a library.
+    #[serde(default)]
+    Capabilities and json {
+        /// The FMU only connects to a tool, which has to be installed.
+        needs_execution_tool "needsExecutionTool": bool = false;
+        /// Communication steps may differ in size.
+        can_handle_variable_communication_step_size "canHandleVariableCommunicationStepSize": bool = false;
+        /// `fmi2SetRealInputDerivatives` works.
+        can_interpolate_inputs "canInterpolateInputs": bool = false;
+        /// The highest order of derivatives that `fmi2GetRealOutputDerivatives` gives.
+        max_output_derivative_order "maxOutputDerivativeOrder": u32 = 0;
+        /// A step may continue after `fmi2DoStep` has returned. (The spelling is the standard's.)
+        can_run_asynchronuously "canRunAsynchronuously": bool = false;
+        /// A process can hold only one instance.
+        can_be_instantiated_only_once_per_process "canBeInstantiatedOnlyOncePerProcess": bool = false;
+        /// The FMU does not use the host's memory functions.
+        can_not_use_memory_management_functions "canNotUseMemoryManagementFunctions": bool = false;
+        /// The FMU's state can be saved and restored.
+        can_get_and_set_fmu_state "canGetAndSetFMUstate": bool = false;
+        /// A saved state can be converted to bytes and back.
+        can_serialize_fmu_state "canSerializeFMUstate": bool = false;
+        /// `fmi2GetDirectionalDerivative` works.
+        provides_directional_derivative "providesDirectionalDerivative": bool = false;
+    }
+
+    /// `File`: a source file.
+    SourceFile "File" {
+        /// Its path below the FMU's folder `sources`.
+        name "name": String;
+    }
+
+    /// `Unit`: a unit and its definition in SI units.
+    Unit "Unit" {
+        /// Its name, by which variables refer to it.
+        name "name": String;
+    }, children {
+        /// Its definition in SI units.
+        base_unit: Option<BaseUnit>;
+        /// Units in which its values may be displayed.
+        display_units: Vec<DisplayUnit>;
+    }
+
+    /// `BaseUnit`: a value in SI units is `factor` * value + `offset`.
+    #[derive(Copy)]
+    #[allow(non_snake_case)] // A is the ampere, K the kelvin
+    BaseUnit "BaseUnit" {
+        /// Exponent of the kilogram.
+        kg "kg": i32 = 0, omitted;
+        /// Exponent of the metre.
+        m "m": i32 = 0, omitted;
+        /// Exponent of the second.
+        s "s": i32 = 0, omitted;
+        /// Exponent of the ampere.
+        A "A": i32 = 0, omitted;
+        /// Exponent of the kelvin.
+        K "K": i32 = 0, omitted;
+        /// Exponent of the mole.
+        mol "mol": i32 = 0, omitted;
+        /// Exponent of the candela.
+        cd "cd": i32 = 0, omitted;
+        /// Exponent of the radian.
+        rad "rad": i32 = 0, omitted;
+        /// Multiplied with a value.
+        factor "factor": f64 = 1.0, omitted;
+        /// Added to the product.
+        offset "offset": f64 = 0.0, omitted;
+    }
+
+    /// `DisplayUnit`: the displayed value is `factor` * value + `offset`.
+    DisplayUnit "DisplayUnit" {
+        /// Its name, by which variables refer to it.
+        name "name": String;
+        /// Multiplied with a value.
+        factor "factor": f64 = 1.0, omitted;
+        /// Added to the product.
+        offset "offset": f64 = 0.0, omitted;
+    }
+
+    /// `SimpleType`: attributes that variables share.
+    SimpleType "SimpleType" {
+        /// Its name, by which variables refer to it.
+        name "name": String;
+        /// A short text.
+        description "description": Option<String>;
+    }, children {
+        /// Type and attributes.
+        attributes: TypeAttributes;
+    }
+
+    /// The attributes that a Real and its declared type share.
+    RealAttributes "Real" {
+        /// The physical quantity, such as `Torque`.
+        quantity "quantity": Option<String>;
+        /// The unit of the values.
+        unit "unit": Option<String>;
+        /// The unit in which the values are displayed by default.
+        display_unit "displayUnit": Option<String>;
+        /// A difference, displayed without the offset of the display unit.
+        relative_quantity "relativeQuantity": Option<bool>;
+        /// The lowest value that the model is made for.
+        min "min": Option<f64>;
+        /// The highest value that the model is made for.
+        max "max": Option<f64>;
+        /// The order of magnitude.
+        nominal "nominal": Option<f64>;
+        /// Grows without bounds, as the angle of a shaft does.
+        unbounded "unbounded": Option<bool>;
+    }
+
+    /// The attributes that an Integer or an Enumeration and its declared type share.
+    IntegerAttributes "Integer" {
+        /// The physical quantity.
+        quantity "quantity": Option<String>;
+        /// The lowest value that the model is made for.
+        min "min": Option<i32>;
+        /// The highest value that the model is made for.
+        max "max": Option<i32>;
+    }
+
+    /// A Boolean as a [`SimpleType`]: no attributes.
+    BooleanType "Boolean" {}
+
+    /// A String as a [`SimpleType`]: no attributes.
+    StringType "String" {}
+
+    /// An enumeration as a [`SimpleType`].
+    EnumerationType "Enumeration" {
+        /// The physical quantity.
+        quantity "quantity": Option<String>;
+    }, children {
+        /// The names and their numbers.
+        items: Vec<Item>;
+    }
+
+    /// `Item`: one value of an enumeration.
+    Item "Item" {
+        /// Its name.
+        name "name": String;
+        /// Its number.
+        value "value": i32;
+        /// A short text.
+        description "description": Option<String>;
+    }
+
+    /// `Category`: a category of log messages.
+    LogCategory "Category" and json {
+        /// Its name, as the host's logger receives it.
+        name "name": String;
+        /// What its messages tell.
+        description "description": Option<String>;
+    }
+
+    /// `DefaultExperiment`: the simulation that the FMU proposes.
+    #[derive(Copy)]
+    DefaultExperiment "DefaultExperiment" {
+        /// The start time in seconds.
+        start_time "startTime": Option<f64>;
+        /// The stop time in seconds.
+        stop_time "stopTime": Option<f64>;
+        /// The relative tolerance.
+        tolerance "tolerance": Option<f64>;
+        /// The communication step size in seconds.
+        step_size "stepSize": Option<f64>;
+    }
+
+    /// `ScalarVariable`: a variable.
+    Variable "ScalarVariable" {
+        /// Its name.
+        name "name": String;
+        /// Its number in the C functions. Variables of one type that share it are one variable with two names.
+        value_reference "valueReference": u32;
+        /// A short text.
+        description "description": Option<String>;
+        /// Who sets it.
+        causality "causality": Causality = Causality::Local;
+        /// When it changes.
+        variability "variability": Variability = Variability::Continuous;
+        /// How it gets its first value, if the file says so; see [`Variable::initial_or_default`].
+        initial "initial": Option<Initial>;
+        /// Model exchange only.
+        can_handle_multiple_set_per_time_instant "canHandleMultipleSetPerTimeInstant": Option<bool>;
+    }, children except "Annotations" {
+        /// Its type and the attributes of that type.
+        typed: Typed;
+    }
+
+    /// `Real`
+    Real "Real" {
+        /// The type definition that it refers to.
+        declared_type "declaredType": Option<String>;
+        /// The attributes that type definitions have too.
+        attributes: RealAttributes;
+        /// The value before initialization.
+        start "start": Option<f64>;
+        /// It is the derivative of the variable with this index.
+        derivative "derivative": Option<u32>;
+        /// Model exchange only: an event may set this state.
+        reinit "reinit": bool = false, omitted;
+    }
+
+    /// `Integer`
+    Integer "Integer" {
+        /// The type definition that it refers to.
+        declared_type "declaredType": Option<String>;
+        /// The attributes that type definitions have too.
+        attributes: IntegerAttributes;
+        /// The value before initialization.
+        start "start": Option<i32>;
+    }
+
+    /// `Boolean`
+    Boolean "Boolean" {
+        /// The type definition that it refers to.
+        declared_type "declaredType": Option<String>;
+        /// The value before initialization.
+        start "start": Option<bool>;
+    }
+
+    /// `String`
+    Text "String" {
+        /// The type definition that it refers to.
+        declared_type "declaredType": Option<String>;
+        /// The value before initialization.
+        start "start": Option<String>;
+    }
+
+    /// `Enumeration`
+    Enumeration "Enumeration" {
+        /// The type definition that it refers to.
+        declared_type "declaredType": String;
+        /// The attributes that integers have too.
+        attributes: IntegerAttributes;
+        /// The value before initialization.
+        start "start": Option<i32>;
+    }
+
+    /// `ModelStructure`: which variables are unknowns, and what they depend on.
+    ModelStructure "ModelStructure" {}, children {
+        /// All outputs.
+        outputs in "Outputs": Vec<Unknown>;
+        /// All derivatives of continuous states.
+        derivatives in "Derivatives": Vec<Unknown>;
+        /// The unknowns in Initialization Mode.
+        initial_unknowns in "InitialUnknowns": Vec<Unknown>;
+    }
+
+    /// `Unknown`: a variable that is computed from others.
+    Unknown "Unknown" {
+        /// The index of the variable, starting at 1.
+        index "index": u32;
+        /// The indices of the variables that it depends on; `None` means all.
+        dependencies "dependencies": Option<Vec<u32>>;
+        /// How it depends on each of them.
+        dependencies_kind "dependenciesKind": Option<Vec<DependencyKind>>;
+    }
+}
+
+choices! {
+    /// The type of a variable, and the attributes of that type.
+    Typed of "a variable", by default Real {
+        /// 64-bit floating point.
+        Real(Real);
+        /// 32-bit integer.
+        Integer(Integer);
+        /// True or false.
+        Boolean(Boolean);
+        /// Text.
+        String(Text);
+        /// One of several named numbers.
+        Enumeration(Enumeration);
+    }
+
+    /// The type of a [`SimpleType`], and the attributes of that type.
+    TypeAttributes of "a SimpleType", by default Real {
+        /// 64-bit floating point.
+        Real(RealAttributes);
+        /// 32-bit integer.
+        Integer(IntegerAttributes);
+        /// True or false.
+        Boolean(BooleanType);
+        /// Text.
+        String(StringType);
+        /// One of several named numbers.
+        Enumeration(EnumerationType);
+    }
+}
+
+words! {
+    /// How the variables' names are formed.
+    VariableNamingConvention {
+        /// Any text.
+        Flat "flat",
+        /// Identifiers, dots and indices.
+        Structured "structured",
+    }
+
+    /// Who sets a variable.
+    Causality {
+        /// The host, before the simulation or, if tunable, between steps.
+        Parameter "parameter",
+        /// The FMU, from parameters.
+        CalculatedParameter "calculatedParameter",
+        /// Another FMU or the host, during the simulation.
+        Input "input",
+        /// The FMU, for others.
+        Output "output",
+        /// The FMU, for itself.
+        Local "local",
+        /// Nobody: it is the time.
+        Independent "independent",
+    }
+
+    /// When a variable changes.
+    Variability {
+        /// Never.
+        Constant "constant",
+        /// Not after initialization.
+        Fixed "fixed",
+        /// Between steps, when the host sets it.
+        Tunable "tunable",
+        /// At certain instants.
+        Discrete "discrete",
+        /// At any time.
+        Continuous "continuous",
+    }
+
+    /// How a variable gets its first value.
+    Initial {
+        /// It is the start value.
+        Exact "exact",
+        /// It is found by iteration from the start value.
+        Approx "approx",
+        /// It is computed from other variables.
+        Calculated "calculated",
+    }
+
+    /// How an unknown depends on a known variable.
+    DependencyKind {
+        /// In any way.
+        Dependent "dependent",
+        /// Multiplied by a constant.
+        Constant "constant",
+        /// Multiplied by something that is fixed after initialization.
+        Fixed "fixed",
+        /// Multiplied by something tunable.
+        Tunable "tunable",
+        /// Multiplied by something discrete.
+        Discrete "discrete",
+    }
+}
+
+impl ModelDescription {
+    /// The name of the library and prefix of its functions; that of co-simulation if the FMU supports both.
+    pub fn model_identifier(&self) -> Option<&str> {
+        let co_simulation = self.co_simulation.as_ref().map(|flags| flags.model_identifier.as_str());
+        co_simulation.or(self.model_exchange.as_ref().map(|flags| flags.model_identifier.as_str()))
+    }
+
+    /// The variable with this name.
+    pub fn variable(&self, name: &str) -> Option<&Variable> {
+        self.model_variables.iter().find(|variable| variable.name == name)
+    }
+}
+
+impl Capabilities {
+    /// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema.
+    pub fn list(&self) -> Vec<(&'static str, String)> {
+        let mut list = Vec::new();
+        Attributes::write(self, &mut |name, value| list.push((name, value.to_owned())));
+        list
+    }
+}
+
+impl Causality {
+    /// Whether a variable of this causality may have this variability: the table of FMI 2.0, section 2.2.7. Importers
+    /// refuse an FMU that breaks it.
+    pub fn allows(self, variability: Variability) -> bool {
+        use Variability::{Constant, Continuous, Discrete, Fixed, Tunable};
+        match self {
+            Causality::Parameter | Causality::CalculatedParameter => matches!(variability, Fixed | Tunable),
+            Causality::Input => matches!(variability, Discrete | Continuous),
+            Causality::Output => matches!(variability, Constant | Discrete | Continuous),
+            Causality::Local => true,
+            Causality::Independent => variability == Continuous,
+        }
+    }
+}
+
+impl Variable {
+    /// How it gets its first value: `initial` or, if that is absent, the standard's default for its causality and
+    /// variability. `None` for an input and for the independent variable.
+    pub fn initial_or_default(&self) -> Option<Initial> {
+        use Causality::{CalculatedParameter, Independent, Input, Local, Output, Parameter};
+        self.initial.or(match (self.causality, self.variability) {
+            (Input | Independent, _) => None,
+            (Parameter, _) | (Output | Local, Variability::Constant) => Some(Initial::Exact),
+            (CalculatedParameter | Output | Local, _) => Some(Initial::Calculated),
+        })
+    }
+
+    /// Whether a host may set it: it is an input or a parameter, and not constant.
+    pub fn is_settable(&self) -> bool {
+        matches!(self.causality, Causality::Input | Causality::Parameter) && self.variability != Variability::Constant
+    }
+}
+
+impl Typed {
+    /// The name of the type definition that it refers to.
+    pub fn declared_type(&self) -> Option<&str> {
+        match self {
+            Typed::Real(real) => real.declared_type.as_deref(),
+            Typed::Integer(integer) => integer.declared_type.as_deref(),
+            Typed::Boolean(boolean) => boolean.declared_type.as_deref(),
+            Typed::String(text) => text.declared_type.as_deref(),
+            Typed::Enumeration(enumeration) => Some(&enumeration.declared_type),
+        }
+    }
+
+    /// Whether there is a start value.
+    pub fn has_start(&self) -> bool {
+        match self {
+            Typed::Real(real) => real.start.is_some(),
+            Typed::Integer(integer) => integer.start.is_some(),
+            Typed::Boolean(boolean) => boolean.start.is_some(),
+            Typed::String(text) => text.start.is_some(),
+            Typed::Enumeration(enumeration) => enumeration.start.is_some(),
+        }
+    }
+}

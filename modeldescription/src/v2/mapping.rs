@@ -1,0 +1,190 @@
+//! A block's table as a model description: what PLC types and roles become in FMI 2.0.
+
+use super::check::check;
+use super::description::{
+    BaseUnit, Boolean, Causality, CoSimulation, DefaultExperiment, DisplayUnit, Initial, Integer, IntegerAttributes,
+    ModelDescription, ModelStructure, Real, RealAttributes, Typed, Unit, Unknown, Variability, Variable,
+    VariableNamingConvention,
+};
+use super::interface::Interface;
+use crate::error::Error;
+use crate::table::{Row, Table};
+use crate::units;
+use blocks::{Kind, Role};
+
+impl ModelDescription {
+    /// The model description of the FMU with this library.
+    ///
+    /// Inputs become discrete inputs, settings tunable or fixed parameters, each with its start value. Outputs and locals
+    /// are discrete and calculated; they depend on no input of the same instant. REAL, LREAL and TIME become Real, WORD
+    /// and INT become Integer, BOOL becomes Boolean. Ranges are those of the table.
+    ///
+    /// # Errors
+    /// What the table says that a model description must not: an unknown unit, a start value out of range, a name twice.
+    pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
+        let table = &interface.table;
+        let mut description = ModelDescription {
+            model_name: table.name.clone(),
+            guid: interface.guid.clone(),
+            description: Some(table.summary()).filter(|summary| !summary.is_empty()),
+            generation_tool: Some(concat!("plcfmu ", env!("CARGO_PKG_VERSION")).into()),
+            variable_naming_convention: VariableNamingConvention::Structured,
+            co_simulation: Some(CoSimulation {
+                model_identifier: table.name.clone(),
+                capabilities: interface.capabilities.clone(),
+                source_files: Vec::new(),
+            }),
+            unit_definitions: used_units(table)?,
+            log_categories: interface.log_categories.clone(),
+            default_experiment: Some(default_experiment(table)),
+            ..ModelDescription::default()
+        };
+        for (value_reference, row) in (0..).zip(&table.variables) {
+            let variable = variable(row, value_reference)
+                .map_err(|reason| Error::new(format!("{}: variable {}: {reason}", table.name, row.name)))?;
+            description.model_variables.push(variable);
+        }
+        description.model_structure = structure(&description.model_variables);
+        match check(&description) {
+            findings if findings.is_empty() => Ok(description),
+            findings => Err(Error::new(format!("{}: {}", table.name, findings.join("\n")))),
+        }
+    }
+}
+
+/// From 0 to the end of the response in the documentation, with one call per step.
+fn default_experiment(table: &Table) -> DefaultExperiment {
+    let cycle = table.variables.get(table.cycle).map_or(0.0, |row| row.start);
+    // Computed in whole milliseconds, so that the stop time has no round-off: 0.3, not 0.30000000000000004.
+    let milliseconds = f64::from(table.response.calls.max(1)) * (cycle * 1000.0).round();
+    DefaultExperiment {
+        start_time: Some(0.0),
+        stop_time: Some(milliseconds / 1000.0),
+        tolerance: None,
+        step_size: Some(cycle),
+    }
+}
+
+/// The unit of a row in FMI.
+fn unit(row: &Row) -> Option<&str> {
+    match row.kind {
+        Kind::Time => Some("s"),
+        _ => row.unit.as_deref(),
+    }
+}
+
+/// The definitions of all units that are used, in the order of the dictionary.
+fn used_units(table: &Table) -> Result<Vec<Unit>, Error> {
+    let known: Vec<&str> = units::names().collect();
+    let used = |name: &str| table.variables.iter().any(|row| unit(row) == Some(name));
+    if let Some((row, unknown)) =
+        table.variables.iter().filter_map(|row| Some((row, unit(row)?))).find(|(_, unit)| !known.contains(unit))
+    {
+        return Err(Error::new(format!(
+            "{}: variable {}: unit {unknown:?} is unknown: use one of {}",
+            table.name,
+            row.name,
+            known.join(", ")
+        )));
+    }
+    Ok(known.into_iter().filter(|name| used(name)).filter_map(unit_definition).collect())
+}
+
+/// The definition of the unit of this name. The second can be displayed in milliseconds.
+fn unit_definition(name: &str) -> Option<Unit> {
+    let units::Definition { kg, m, s, A, K, rad, factor, offset } = units::definition(name)?;
+    let base_unit = BaseUnit { kg, m, s, A, K, rad, factor, offset, ..BaseUnit::default() };
+    let display_units = match name {
+        "s" => vec![DisplayUnit { name: "ms".into(), factor: 1000.0, offset: 0.0 }],
+        _ => Vec::new(),
+    };
+    Some(Unit { name: name.into(), base_unit: Some(base_unit), display_units })
+}
+
+fn variable(row: &Row, value_reference: u32) -> Result<Variable, String> {
+    let (causality, variability, initial) = match row.role {
+        Role::Input => (Causality::Input, Variability::Discrete, None),
+        Role::Parameter => (Causality::Parameter, Variability::Tunable, Some(Initial::Exact)),
+        Role::Fixed | Role::Cycle => (Causality::Parameter, Variability::Fixed, Some(Initial::Exact)),
+        Role::Output => (Causality::Output, Variability::Discrete, Some(Initial::Calculated)),
+        Role::Local => (Causality::Local, Variability::Discrete, Some(Initial::Calculated)),
+    };
+    Ok(Variable {
+        name: row.name.clone(),
+        value_reference,
+        description: Some(row.description.clone()).filter(|description| !description.is_empty()),
+        causality,
+        variability,
+        initial,
+        typed: typed(row)?,
+        ..Variable::default()
+    })
+}
+
+fn typed(row: &Row) -> Result<Typed, String> {
+    let start = row.role.is_settable().then_some(row.start);
+    match row.kind {
+        Kind::Time if row.unit.as_deref().is_some_and(|unit| unit != "s") => {
+            Err(format!("unit {:?}: a TIME is in seconds; leave out its unit", row.unit.as_deref().unwrap_or("")))
+        }
+        Kind::Real | Kind::LReal | Kind::Time => Ok(Typed::Real(Real {
+            attributes: RealAttributes {
+                unit: unit(row).map(str::to_owned),
+                display_unit: (row.kind == Kind::Time).then(|| "ms".into()),
+                min: row.min,
+                max: row.max,
+                ..RealAttributes::default()
+            },
+            start,
+            ..Real::default()
+        })),
+        Kind::Word | Kind::Int => {
+            if let Some(unit) = &row.unit {
+                return Err(format!("unit {unit:?}: an FMI Integer has no unit; put it into the description"));
+            }
+            let integer = |number: f64| integer(number, row.kind);
+            Ok(Typed::Integer(Integer {
+                attributes: IntegerAttributes {
+                    quantity: None,
+                    min: row.min.map(integer).transpose()?,
+                    max: row.max.map(integer).transpose()?,
+                },
+                start: start.map(integer).transpose()?,
+                ..Integer::default()
+            }))
+        }
+        Kind::Bool => {
+            if row.unit.is_some() || row.min.is_some() || row.max.is_some() {
+                return Err("a BOOL has neither unit nor range; remove them".into());
+            }
+            let start = start.map(boolean).transpose()?;
+            Ok(Typed::Boolean(Boolean { start, ..Boolean::default() }))
+        }
+    }
+}
+
+fn integer(number: f64, kind: Kind) -> Result<i32, String> {
+    if number.fract() == 0.0 && (-32768.0..=32767.0).contains(&number) {
+        return Ok(number as i32);
+    }
+    Err(format!("{number:?} is not of type {}: expected an integer from -32768 to 32767", kind.name()))
+}
+
+fn boolean(number: f64) -> Result<bool, String> {
+    match number {
+        0.0 => Ok(false),
+        1.0 => Ok(true),
+        _ => Err(format!("{number:?} is not of type BOOL: expected 0 or 1")),
+    }
+}
+
+/// All outputs, in the order of their indices. They depend on nothing of the same instant: outputs change only in
+/// `fmi2DoStep`, and have their restart values before.
+fn structure(variables: &[Variable]) -> ModelStructure {
+    let outputs: Vec<Unknown> = (1..)
+        .zip(variables)
+        .filter(|(_, variable)| variable.causality == Causality::Output)
+        .map(|(index, _)| Unknown { index, dependencies: Some(Vec::new()), dependencies_kind: None })
+        .collect();
+    ModelStructure { initial_unknowns: outputs.clone(), outputs, derivatives: Vec::new() }
+}

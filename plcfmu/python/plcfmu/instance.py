@@ -1,0 +1,358 @@
+"""FMUs that run: opened by name or path, their variables read and written by name."""
+
+from __future__ import annotations
+
+import contextlib
+import difflib
+import operator
+import os
+import pathlib
+import shutil
+import zipfile
+from collections.abc import Iterable, Mapping
+from types import TracebackType
+from typing import Any, Callable, NamedTuple, Optional, Union
+
+import fmpy
+from fmpy import fmi2
+from fmpy.fmi1 import FMICallException
+
+from . import find
+from .find import Path
+from .messages import LOGGER, Log, Message
+
+STATUSES = ("fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending")
+WARNING, FATAL = STATUSES.index("fmi2Warning"), STATUSES.index("fmi2Fatal")
+
+
+class FmuError(RuntimeError):
+    """An FMU cannot be used, or refused a call. The text holds what the FMU logged about it.
+
+    `function` and `status` (fmi2Error is 3) are those of the refused call, `messages` the texts that were logged.
+    """
+
+    def __init__(
+        self, text: str, function: str = "", status: Optional[int] = None, messages: Iterable[Message] = ()
+    ) -> None:
+        self.function = function
+        self.status = status
+        self.messages = [message.text for message in messages]
+        super().__init__(": ".join([text, "; ".join(self.messages)]) if self.messages else text)
+
+
+class UnknownVariableError(KeyError):
+    """An FMU has no variable of this name; says which are near, or which there are."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class Variable(NamedTuple):
+    """A variable as the model description has it."""
+
+    name: str
+    reference: int
+    type: str  # "Real", "Integer", "Boolean" or "String"
+    causality: str  # "input", "output", "parameter", "local", ...
+    unit: Optional[str]  # physical unit, such as "degC"
+    description: str
+
+
+class _Package(NamedTuple):
+    """An FMU that is unpacked."""
+
+    path: pathlib.Path
+    folder: pathlib.Path
+    guid: str
+    identifier: str
+    variables: dict[str, Variable]
+
+
+class Fmus:
+    """FMUs of a folder, and their instances, which are freed at the end of the `with` block.
+
+        with plcfmu.Fmus() as fmus:
+            furnace = fmus.start("HEATER", T_START=170.0)
+
+    Without a folder, FMUs are looked for as `plcfmu.find` says.
+    """
+
+    def __init__(self, folder: Optional[Path] = None) -> None:
+        self.folder = None if folder is None else pathlib.Path(folder)
+        self._packages: dict[pathlib.Path, _Package] = {}
+        self._instances: list[Instance] = []
+
+    def __enter__(self) -> Fmus:
+        return self
+
+    def __exit__(
+        self, kind: Optional[type[BaseException]], error: Optional[BaseException], traceback: Optional[TracebackType]
+    ) -> None:
+        self.close()
+
+    def start(
+        self,
+        fmu: Path,
+        settings: Optional[Mapping[str, Any]] = None,
+        *,
+        name: Optional[str] = None,
+        start_time: float = 0.0,
+        **more_settings: Any,
+    ) -> Instance:
+        """A new instance with these start values, initialized and ready for the first step.
+
+        `fmu` is the name of an FMU ("CONT_C") or the path of any FMI 2.0 co-simulation FMU ("plants/my_plant.fmu").
+        `name` tells instances apart; by default it is that of the file. `start_time` is in seconds. Variables whose
+        names are no Python names, or are those of parameters of this function, go into `settings`:
+        {"DI_CONT_C.GAIN": 2.0}.
+
+        Raises FmuNotFoundError, UnknownVariableError, TypeError for a value that is not of the variable's type, and
+        FmuError if the FMU cannot be used here or refuses a value.
+        """
+        given = os.fspath(fmu)
+        if given.lower().endswith(".fmu") or not isinstance(fmu, str):
+            path = pathlib.Path(given)
+            if not path.is_file():
+                raise find.FmuNotFoundError(f"there is no {path}")
+        else:
+            path = find.fmu(given, self.folder)
+        path = path.resolve()
+        if path not in self._packages:
+            self._packages[path] = _unpacked(path)
+        instance = Instance(self._packages[path], name or path.stem)
+        self._instances.append(instance)
+        instance._start({**(settings or {}), **more_settings}, start_time)
+        return instance
+
+    def close(self) -> None:
+        """Frees all instances and removes the unpacked files."""
+        for instance in self._instances:
+            instance.close()
+        for package in self._packages.values():
+            shutil.rmtree(package.folder, ignore_errors=True)
+        self._instances, self._packages = [], {}
+
+
+class Instance:
+    """One FMU that runs; made by `Fmus.start`.
+
+    `furnace["TEMP"]` reads a variable, `furnace["CYCLE"] = 0.1` writes one, and `furnace.step(t, h, POWER=50.0)`
+    sets inputs and steps. `name` is the instance's name, `variables` are its variables by name.
+    """
+
+    def __init__(self, package: _Package, name: str) -> None:
+        self.name = name
+        self.variables = package.variables
+        self._log = Log()
+        self._open = False
+        try:
+            self._slave = fmi2.FMU2Slave(
+                guid=package.guid,
+                modelIdentifier=package.identifier,
+                unzipDirectory=str(package.folder),
+                instanceName=name,
+            )
+        except Exception as error:  # FMPy has no type of its own for a library that cannot be loaded
+            raise FmuError(f"{package.path}: {error}") from error
+        self._getters: dict[str, Callable[..., list[Any]]] = {
+            "Real": self._slave.getReal,
+            "Integer": self._slave.getInteger,
+            "Boolean": self._slave.getBoolean,
+            "String": self._slave.getString,
+        }
+        self._setters: dict[str, Callable[..., None]] = {
+            "Real": self._slave.setReal,
+            "Integer": self._slave.setInteger,
+            "Boolean": self._slave.setBoolean,
+            "String": self._slave.setString,
+        }
+
+    def __repr__(self) -> str:
+        return f"<FMU instance {self.name}>"
+
+    def _start(self, settings: Mapping[str, Any], start_time: float) -> None:
+        try:
+            self._slave.instantiate(callbacks=self._log.callbacks, loggingOn=True)
+        except Exception as error:  # FMPy has no type of its own for this
+            raise FmuError(f"{self.name} cannot be instantiated", messages=self._log.take()) from error
+        self._open = True
+        self._call(self._slave.setupExperiment, startTime=start_time)
+        self.set(settings)
+        self._call(self._slave.enterInitializationMode)
+        self._call(self._slave.exitInitializationMode)
+
+    def close(self) -> None:
+        """Ends and frees the instance. Does nothing the second time."""
+        if not self._open:
+            return
+        self._open = False
+        # An FMU that has refused a step may refuse this too; it is freed all the same.
+        with contextlib.suppress(FMICallException):
+            self._slave.terminate()
+        self._slave.freeInstance()
+
+    def _call(self, function: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
+        """Calls the FMU. What it logs goes into the error, or to the logger "plcfmu" if it succeeds."""
+        try:
+            result = function(*arguments, **options)
+        except FMICallException as error:
+            if error.status == FATAL:
+                self._open = False  # nothing may be called any more, fmi2FreeInstance included
+            refused = f"{self.name}: {error.function} returned {_status(error.status)}"
+            raise FmuError(refused, error.function, error.status, self._log.take()) from None
+        if self._log.messages:
+            for message in self._log.take():
+                write = LOGGER.warning if message.status >= WARNING else LOGGER.info
+                write("%s: %s", self.name, message.text)
+        return result
+
+    def variable(self, name: str) -> Variable:
+        """A variable by name; raises UnknownVariableError, which says what is near or what there is."""
+        try:
+            return self.variables[name]
+        except KeyError:
+            near = difflib.get_close_matches(name.upper(), self.variables, 3)
+            hint = f"; did you mean {' or '.join(near)}?" if near else f"; it has {', '.join(self.variables)}"
+            raise UnknownVariableError(f"{self.name} has no variable {name}{hint}") from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.variables
+
+    def __getitem__(self, name: str) -> Any:
+        """The value of a variable: float, int, bool or str as its type says; a TIME is in seconds."""
+        variable = self.variable(name)
+        value = self._call(self._getters[variable.type], [variable.reference])[0]
+        return _from_c(variable, value)
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        self.set({name: value})
+
+    def get(self, names: Union[str, Iterable[str]]) -> dict[str, Any]:
+        """The values of several variables by name, those of one type read in one call: get("LMN LMN_P LMN_I")."""
+        chosen = [self.variable(name) for name in split(names)]
+        values: dict[str, Any] = {}
+        for type_, getter in self._getters.items():
+            group = [variable for variable in chosen if variable.type == type_]
+            if group:
+                got = self._call(getter, [variable.reference for variable in group])
+                values.update((variable.name, _from_c(variable, value)) for variable, value in zip(group, got))
+        return {variable.name: values[variable.name] for variable in chosen}
+
+    def set(self, values: Optional[Mapping[str, Any]] = None, /, **more_values: Any) -> None:
+        """Sets variables by name, those of one type in one call: set(GAIN=2.0, MAN_ON=False).
+
+        Names that are no Python names go into a mapping: set({"DI_CONT_C.GAIN": 2.0}).
+
+        Raises UnknownVariableError; TypeError for a value that is not of the variable's type; FmuError if the FMU
+        refuses a value, with its reason. If names or types are wrong, nothing is set.
+        """
+        groups: dict[str, list[tuple[int, Any]]] = {}
+        for name, value in {**(values or {}), **more_values}.items():
+            variable = self.variable(name)
+            groups.setdefault(variable.type, []).append((variable.reference, self._to_c(variable, value)))
+        for type_, group in groups.items():
+            self._call(self._setters[type_], *map(list, zip(*group)))
+
+    def step(self, t: float, h: float, /, **inputs: Any) -> None:
+        """Sets inputs and steps from `t` to `t + h`, in seconds.
+
+        Raises as `set` does, and FmuError if the FMU refuses the step.
+        """
+        if inputs:
+            self.set(inputs)
+        self._call(self._slave.doStep, t, h)
+
+    def _to_c(self, variable: Variable, value: Any) -> Any:
+        """A value as FMPy passes it; no value changes on the way but for the type of a number."""
+        try:
+            return _CONVERSIONS[variable.type](value)
+        except (TypeError, ValueError):
+            article = "an" if variable.type == "Integer" else "a"
+            raise TypeError(
+                f"{self.name}: {variable.name} is {article} {variable.type}, which cannot be {value!r}; "
+                f"give it {_TAKES[variable.type]}"
+            ) from None
+
+
+def _integer(value: Any) -> int:
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
+    return operator.index(value)
+
+
+def _boolean(value: Any) -> bool:
+    if value not in (0, 1):
+        raise ValueError
+    return bool(value)
+
+
+def _string(value: Any) -> bytes:
+    if not isinstance(value, str):
+        raise TypeError
+    return value.encode()
+
+
+_CONVERSIONS: dict[str, Callable[[Any], Any]] = {
+    "Real": float,
+    "Integer": _integer,
+    "Boolean": _boolean,
+    "String": _string,
+}
+_TAKES = {"Real": "a number", "Integer": "a whole number", "Boolean": "True or False", "String": "a str"}
+
+
+def _from_c(variable: Variable, value: Any) -> Any:
+    if variable.type == "Boolean":
+        return bool(value)
+    if variable.type == "String":
+        return value.decode() if value is not None else ""
+    return value
+
+
+def _status(status: int) -> str:
+    return STATUSES[status] if 0 <= status < len(STATUSES) else f"the status {status}"
+
+
+def split(names: Union[str, Iterable[str]]) -> list[str]:
+    """Names, given one by one or in one string with blanks between them."""
+    return names.split() if isinstance(names, str) else list(names)
+
+
+def _unpacked(path: pathlib.Path) -> _Package:
+    """Reads and unpacks an FMU; raises FmuError if it cannot run here."""
+    try:
+        # Tools write descriptions that break a rule here and there and run all the same.
+        description = fmpy.read_model_description(str(path), validate=False)
+    except (zipfile.BadZipFile, KeyError) as error:
+        raise FmuError(f"{path} is not an FMU: {error}") from error
+    except Exception as error:  # FMPy has no type of its own for a bad modelDescription.xml
+        raise FmuError(f"{path}: its modelDescription.xml cannot be read: {error}") from error
+    if description.fmiVersion != "2.0" or description.coSimulation is None:
+        kind = "co-simulation" if description.coSimulation is not None else "model exchange only"
+        raise FmuError(f"{path} is FMI {description.fmiVersion}, {kind}; export it as FMI 2.0 for co-simulation")
+    identifier = description.coSimulation.modelIdentifier
+    _check_platform(path, identifier)
+    variables = {
+        variable.name: Variable(
+            variable.name,
+            int(variable.valueReference),
+            "Integer" if variable.type == "Enumeration" else variable.type,
+            variable.causality or "local",
+            variable.unit or getattr(variable.declaredType, "unit", None),
+            variable.description or "",
+        )
+        for variable in description.modelVariables
+    }
+    folder = pathlib.Path(fmpy.extract(str(path)))
+    return _Package(path, folder, description.guid, identifier, variables)
+
+
+def _check_platform(path: pathlib.Path, identifier: str) -> None:
+    """Raises FmuError if the FMU has no library for this platform."""
+    with zipfile.ZipFile(path) as archive:
+        libraries = [name.split("/") for name in archive.namelist() if name.startswith("binaries/")]
+    if ["binaries", fmpy.platform, identifier + fmpy.sharedLibraryExtension] not in libraries:
+        platforms = sorted({parts[1] for parts in libraries if len(parts) > 2 and parts[2]})
+        raise FmuError(
+            f"{path} has no library for {fmpy.platform}; it has {', '.join(platforms) or 'no library at all'}"
+        )

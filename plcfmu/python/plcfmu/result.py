@@ -1,0 +1,170 @@
+"""Signals over time: what a run gives."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .figures import Figures, step_figures
+from .files import replacing
+from .find import Path
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Picture
+
+# Times that differ by less are the same, in seconds: they are sums of steps, and rounded.
+TOLERANCE = 1e-6
+
+
+class Signal(NamedTuple):
+    """What a picture needs to know of a signal."""
+
+    unit: Optional[str] = None  # physical unit, such as "degC"
+    is_boolean: bool = False
+    is_input: bool = False
+
+
+class Result:
+    """The time in seconds and the signals over it; numbers, FALSE and TRUE as 0 and 1.
+
+    `result["CONT_C.LMN"]` is a signal and `result.time` the time, each a numpy array with one value a row. `quality`
+    is a place for the figures that belong to the run.
+    """
+
+    def __init__(self) -> None:
+        self.quality = Figures()
+        self._rows: dict[str, list[float]] = {}
+        self._arrays: dict[str, NDArray[np.float64]] = {}
+        self._signals: dict[str, Signal] = {}
+
+    def describe(self, name: str, unit: Optional[str] = None, is_boolean: bool = False, is_input: bool = False) -> None:
+        """Says of a signal what a picture needs to know.
+
+        That is its physical unit, such as "degC"; whether it is a Boolean; and whether it is an input of the loop, such
+        as a setpoint, which is drawn dashed.
+        """
+        self._signals[name] = Signal(unit, is_boolean, is_input)
+
+    def signal(self, name: str) -> Signal:
+        """What `describe` has said of a signal."""
+        return self._signals.get(name, Signal())
+
+    def add(self, time: float, signals: Optional[Mapping[str, Any]] = None, /, **more_signals: Any) -> None:
+        """Adds a row. All rows have the same signals; ValueError if this one has not, or a value is not a number."""
+        row = {"time": time, **(signals or {}), **more_signals}
+        values = {name: float(value) for name, value in row.items()}
+        if not self._rows:
+            self._rows = {name: [] for name in values}
+        if values.keys() != self._rows.keys():
+            raise ValueError(f"a row with {', '.join(values)} does not fit rows with {', '.join(self._rows)}")
+        for name, value in values.items():
+            self._rows[name].append(value)
+        self._arrays.clear()
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the signals."""
+        return [name for name in self._rows if name != "time"]
+
+    def __len__(self) -> int:
+        """The number of rows."""
+        return len(self._rows["time"]) if self._rows else 0
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        if name not in self._arrays:
+            if name not in self._rows:
+                raise KeyError(f"there is no signal {name}; there are {', '.join(self.names)}")
+            self._arrays[name] = np.array(self._rows[name])
+        return self._arrays[name]
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """The time of each row in seconds."""
+        return self["time"]
+
+    def between(self, start: float, end: float) -> Result:
+        """The rows of start <= time < end, as a result of its own. Rounding of the times does not matter."""
+        part = Result()
+        part._signals = self._signals
+        if self._rows:
+            chosen = (self.time >= start - TOLERANCE) & (self.time < end - TOLERANCE)
+            part._rows = {name: self[name][chosen].tolist() for name in self._rows}
+        return part
+
+    def figures(
+        self,
+        pv: str,
+        sp: str,
+        start: Optional[float] = None,
+        end: Optional[float] = None,
+        *,
+        unit: str = "",
+        prefix: str = "",
+        theory: Sequence[Any] = (None,) * 4,
+    ) -> Figures:
+        """The quality figures of a setpoint step, with which the rows begin.
+
+        Rise time, overshoot, settling time and integral of the absolute error of the process value `pv`, on its way
+        from `start` to `end`; by default from its first value to the last setpoint. `unit` is that of the integral, such
+        as "K s"; `prefix` comes before each name; `theory` is what is predicted for the four.
+        """
+        start = float(self[pv][0]) if start is None else start
+        end = float(self[sp][-1]) if end is None else end
+        of_pv = self.signal(pv).unit
+        if not unit and of_pv:
+            unit = f"{'K' if of_pv == 'degC' else of_pv} s"
+        return step_figures(self.time, self[pv], self[sp], start, end, unit, prefix, theory)
+
+    def to_csv(self, path: Path, digits: Optional[int] = None) -> None:
+        """Writes the time and all signals, one row a line.
+
+        Without `digits` the numbers read back are the same bit for bit; 9 digits are enough for a REAL. The file is
+        complete or not there at all.
+        """
+        with replacing(path) as beside, open(beside, "w", newline="", encoding="utf-8") as file:
+            table = csv.writer(file, lineterminator="\n")
+            table.writerow(self._rows)
+            for row in zip(*self._rows.values()):
+                table.writerow([_text(value, digits) for value in row])
+
+    @classmethod
+    def from_csv(cls, path: Path) -> Result:
+        """Reads what `to_csv` wrote; any CSV file with numbers and the column "time" is taken."""
+        result = cls()
+        with open(path, newline="", encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                time = row.pop("time", None)
+                if time is None:
+                    raise ValueError(f"{path} has no column time")
+                result.add(float(time), row)
+        return result
+
+    def plot(
+        self, path: Optional[Path] = None, panels: Optional[Sequence[Sequence[str]]] = None, title: str = ""
+    ) -> Picture:
+        """Draws the signals over time, held from row to row, and returns the matplotlib figure.
+
+        `panels` are the names of the signals in each panel; by default signals of one unit share a panel, and so do the
+        Booleans. With a path the picture is written there, as PNG, SVG or PDF by its suffix.
+        """
+        from . import plot
+
+        return plot.draw(self, panels or self._panels(), path, title)
+
+    def _panels(self) -> list[list[str]]:
+        panels: dict[str, list[str]] = {}
+        for name in self.names:
+            signal = self.signal(name)
+            panels.setdefault("Boolean" if signal.is_boolean else signal.unit or name, []).append(name)
+        return list(panels.values())
+
+
+def _text(value: float, digits: Optional[int]) -> str:
+    if digits is not None:
+        return f"{value:.{digits}g}"
+    text = repr(value)
+    return text[:-2] if text.endswith(".0") else text

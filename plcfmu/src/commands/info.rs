@@ -1,0 +1,613 @@
+//! `plcfmu info`: what an FMU is, what it needs, and its variables.
+
+use super::check::kinds;
+use super::{LONGEST_NAME, functions, print, shown};
+use crate::package::Package;
+use crate::package::binary::Binary;
+use anyhow::{Context, Result, bail};
+use modeldescription::v2::{
+    Capabilities, CoSimulation, DefaultExperiment, FMI_VERSION, ModelDescription, ModelExchange, RealAttributes,
+    TypeAttributes, Typed, Variable,
+};
+use serde_json::{Map, Value, json};
+use std::io::{Read, Seek};
+use std::path::{Path, PathBuf};
+
+/// Show what FMUs are: platforms, capabilities, variables with unit, range and start value
+///
+/// Reads any FMU of FMI 2.0. Its code is not run.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct Options {
+    /// The FMUs
+    #[arg(value_name = "FILE.fmu", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Print a JSON list with an object for each FMU, for scripts
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How wide the text should be, in characters.
+const WIDTH: usize = 100;
+
+/// The width of the labels before the variables, in characters.
+const LABELS: usize = 14;
+
+/// The narrowest last column, in characters. Below that, lines get longer than [`WIDTH`].
+const NARROWEST: usize = 24;
+
+/// The longest description that is printed of a foreign FMU, in characters.
+const LONGEST_TEXT: usize = 1000;
+
+/// Prints what FMUs are.
+///
+/// # Errors
+/// A file cannot be read; the others have been printed.
+pub fn run(options: &Options) -> Result<()> {
+    let mut objects = Vec::new();
+    let mut unreadable = Vec::new();
+    for (place, file) in options.files.iter().enumerate() {
+        match read(file) {
+            Ok(fmu) if options.json => objects.push(fmu.json(file)),
+            Ok(fmu) => {
+                let gap = if place > 0 { "\n" } else { "" };
+                print(&format!("{gap}{}\n{}", file.display(), fmu.text()))?;
+            }
+            Err(error) => unreadable.push(format!("{}: {error:#}", file.display())),
+        }
+    }
+    if options.json {
+        print(&format!("{:#}\n", Value::from(objects)))?;
+    }
+    if unreadable.is_empty() { Ok(()) } else { bail!(unreadable.join("\n       ")) }
+}
+
+/// All that is printed of an FMU.
+#[derive(Debug)]
+struct Fmu {
+    description: ModelDescription,
+    libraries: Vec<Library>,
+}
+
+/// A library in an FMU.
+#[derive(Debug)]
+struct Library {
+    platform: String,
+    path: String,
+    /// In bytes, unpacked.
+    size: usize,
+    /// What it exports and needs, or why that cannot be read.
+    binary: Result<Binary>,
+}
+
+fn read(file: &Path) -> Result<Fmu> {
+    let mut package = Package::open(file)?;
+    let libraries = libraries(&mut package)?;
+    Ok(Fmu { description: package.description, libraries })
+}
+
+fn libraries<R: Read + Seek>(package: &mut Package<R>) -> Result<Vec<Library>> {
+    let mut libraries = Vec::new();
+    for file in package.libraries.clone() {
+        let bytes = package.library(&file).with_context(|| file.path.clone())?;
+        let binary = Binary::read(&bytes);
+        libraries.push(Library { platform: file.platform, path: file.path, size: bytes.len(), binary });
+    }
+    Ok(libraries)
+}
+
+/// What an FMU can do: the attribute's name in FMI, whether it is set, and what it means.
+type Capability = (&'static str, bool, &'static str);
+
+fn co_simulation(flags: &Capabilities) -> Vec<Capability> {
+    vec![
+        ("needsExecutionTool", flags.needs_execution_tool, "needs its tool installed to run"),
+        (
+            "canHandleVariableCommunicationStepSize",
+            flags.can_handle_variable_communication_step_size,
+            "steps may differ in size",
+        ),
+        ("canInterpolateInputs", flags.can_interpolate_inputs, "accepts derivatives of inputs"),
+        ("canRunAsynchronuously", flags.can_run_asynchronuously, "may compute a step in the background"),
+        (
+            "canBeInstantiatedOnlyOncePerProcess",
+            flags.can_be_instantiated_only_once_per_process,
+            "one instance per process",
+        ),
+        (
+            "canNotUseMemoryManagementFunctions",
+            flags.can_not_use_memory_management_functions,
+            "allocates its memory itself",
+        ),
+        ("canGetAndSetFMUstate", flags.can_get_and_set_fmu_state, "its state can be saved and restored"),
+        ("canSerializeFMUstate", flags.can_serialize_fmu_state, "a saved state can be stored as bytes"),
+        ("providesDirectionalDerivative", flags.provides_directional_derivative, "provides partial derivatives"),
+    ]
+}
+
+fn model_exchange(flags: &ModelExchange) -> Vec<Capability> {
+    vec![
+        ("needsExecutionTool", flags.needs_execution_tool, "needs its tool installed to run"),
+        (
+            "completedIntegratorStepNotNeeded",
+            flags.completed_integrator_step_not_needed,
+            "need not be told of completed integrator steps",
+        ),
+        (
+            "canBeInstantiatedOnlyOncePerProcess",
+            flags.can_be_instantiated_only_once_per_process,
+            "one instance per process",
+        ),
+        (
+            "canNotUseMemoryManagementFunctions",
+            flags.can_not_use_memory_management_functions,
+            "allocates its memory itself",
+        ),
+        ("canGetAndSetFMUstate", flags.can_get_and_set_fmu_state, "its state can be saved and restored"),
+        ("canSerializeFMUstate", flags.can_serialize_fmu_state, "a saved state can be stored as bytes"),
+        ("providesDirectionalDerivative", flags.provides_directional_derivative, "provides partial derivatives"),
+    ]
+}
+
+/// A variable's attributes, with those of its declared type where it has none of its own.
+#[derive(Debug, Default, PartialEq)]
+struct Attributes {
+    unit: Option<String>,
+    min: Option<Number>,
+    max: Option<Number>,
+    start: Option<Number>,
+}
+
+/// A value of any type.
+#[derive(Clone, Debug, PartialEq)]
+enum Number {
+    Real(f64),
+    Integer(i32),
+    Boolean(bool),
+    String(String),
+}
+
+impl Number {
+    fn text(&self) -> String {
+        match self {
+            Number::Real(real) => {
+                let text = format!("{real:?}");
+                text.strip_suffix(".0").unwrap_or(&text).to_string()
+            }
+            Number::Integer(integer) => integer.to_string(),
+            Number::Boolean(boolean) => boolean.to_string(),
+            Number::String(text) => format!("\"{}\"", shown(text, LONGEST_NAME)),
+        }
+    }
+
+    /// JSON has no infinite numbers: they become text.
+    fn json(&self) -> Value {
+        match self {
+            Number::Real(real) if !real.is_finite() => json!(real.to_string()),
+            Number::Real(real) => json!(real),
+            Number::Integer(integer) => json!(integer),
+            Number::Boolean(boolean) => json!(boolean),
+            Number::String(text) => json!(text),
+        }
+    }
+}
+
+fn attributes(variable: &Variable, description: &ModelDescription) -> Attributes {
+    let named = |name: &str| description.type_definitions.iter().find(|definition| definition.name == name);
+    let declared = variable.typed.declared_type().and_then(named).map(|definition| &definition.attributes);
+    let none = RealAttributes::default();
+    match &variable.typed {
+        Typed::Real(real) => {
+            let (own, declared) =
+                (&real.attributes, if let Some(TypeAttributes::Real(it)) = declared { it } else { &none });
+            Attributes {
+                unit: own.unit.clone().or_else(|| declared.unit.clone()),
+                min: own.min.or(declared.min).map(Number::Real),
+                max: own.max.or(declared.max).map(Number::Real),
+                start: real.start.map(Number::Real),
+            }
+        }
+        Typed::Integer(integer) => {
+            let own = &integer.attributes;
+            let (min, max) = match declared {
+                Some(TypeAttributes::Integer(declared)) => (declared.min, declared.max),
+                _ => (None, None),
+            };
+            Attributes {
+                unit: None,
+                min: own.min.or(min).map(Number::Integer),
+                max: own.max.or(max).map(Number::Integer),
+                start: integer.start.map(Number::Integer),
+            }
+        }
+        Typed::Enumeration(enumeration) => Attributes {
+            unit: None,
+            min: enumeration.attributes.min.map(Number::Integer),
+            max: enumeration.attributes.max.map(Number::Integer),
+            start: enumeration.start.map(Number::Integer),
+        },
+        Typed::Boolean(boolean) => Attributes { start: boolean.start.map(Number::Boolean), ..Attributes::default() },
+        Typed::String(text) => Attributes { start: text.start.clone().map(Number::String), ..Attributes::default() },
+    }
+}
+
+impl Fmu {
+    /// For scripts: everything, with FMI's names.
+    fn json(&self, file: &Path) -> Value {
+        let description = &self.description;
+        let mut capabilities = Map::new();
+        let flags = |flags: Vec<Capability>| -> Map<String, Value> {
+            flags.into_iter().map(|(name, is_set, _)| (name.to_string(), json!(is_set))).collect()
+        };
+        if let Some(CoSimulation { capabilities: co_simulation_flags, .. }) = &description.co_simulation {
+            let mut flags = flags(co_simulation(co_simulation_flags));
+            let order = co_simulation_flags.max_output_derivative_order;
+            flags.insert("maxOutputDerivativeOrder".into(), json!(order));
+            capabilities.insert("CoSimulation".into(), flags.into());
+        }
+        if let Some(model_exchange_flags) = &description.model_exchange {
+            capabilities.insert("ModelExchange".into(), flags(model_exchange(model_exchange_flags)).into());
+        }
+        let libraries: Vec<Value> = self.libraries.iter().map(Library::json).collect();
+        let categories = description.log_categories.iter();
+        let categories: Vec<Value> =
+            categories.map(|category| json!({"name": category.name, "description": category.description})).collect();
+        let experiment = description.default_experiment.map(|experiment| {
+            json!({
+                "startTime": experiment.start_time,
+                "stopTime": experiment.stop_time,
+                "tolerance": experiment.tolerance,
+                "stepSize": experiment.step_size,
+            })
+        });
+        let variables: Vec<Value> =
+            description.model_variables.iter().map(|variable| variable_json(variable, description)).collect();
+        json!({
+            "file": file.display().to_string(),
+            "fmiVersion": FMI_VERSION,
+            "kinds": kinds(description),
+            "modelName": description.model_name,
+            "modelIdentifier": description.model_identifier(),
+            "description": description.description,
+            "guid": description.guid,
+            "author": description.author,
+            "version": description.version,
+            "copyright": description.copyright,
+            "license": description.license,
+            "generationTool": description.generation_tool,
+            "generationDateAndTime": description.generation_date_and_time,
+            "libraries": libraries,
+            "capabilities": capabilities,
+            "defaultExperiment": experiment,
+            "logCategories": categories,
+            "variables": variables,
+        })
+    }
+
+    /// For people: a head of two columns, and a table of the variables.
+    fn text(&self) -> String {
+        let description = &self.description;
+        let optional =
+            |text: &Option<String>| -> Vec<String> { text.iter().map(|text| shown(text, LONGEST_TEXT)).collect() };
+        let made = [&description.generation_tool, &description.generation_date_and_time];
+        let made: Vec<String> = made.into_iter().flatten().map(|text| shown(text, LONGEST_TEXT)).collect();
+        let fields = [
+            ("Model", vec![shown(&description.model_name, LONGEST_NAME)]),
+            ("Description", optional(&description.description)),
+            ("Kind", vec![format!("FMI {FMI_VERSION} for {}", kinds(description).join(" and "))]),
+            ("GUID", vec![shown(&description.guid, LONGEST_NAME)]),
+            ("Made by", if made.is_empty() { Vec::new() } else { vec![made.join(", ")] }),
+            ("Author", optional(&description.author)),
+            ("Version", optional(&description.version)),
+            ("Copyright", optional(&description.copyright)),
+            ("License", optional(&description.license)),
+            ("Libraries", self.libraries.iter().map(Library::text).collect()),
+            ("Capabilities", capabilities(description)),
+            ("Experiment", description.default_experiment.iter().filter_map(experiment).collect()),
+            ("Log categories", categories(description)),
+        ];
+        let mut text = String::new();
+        for (label, values) in fields {
+            for (place, value) in values.iter().enumerate() {
+                let label = if place == 0 { label } else { "" };
+                text.push_str(&columns(&[label.to_string(), value.clone()], &[LABELS]));
+            }
+        }
+        text.push_str(&table(description));
+        text
+    }
+}
+
+impl Library {
+    fn json(&self) -> Value {
+        let mut object = json!({"platform": self.platform, "path": self.path, "size": self.size});
+        let further = match &self.binary {
+            Ok(binary) => json!({
+                "architectures": binary.architectures,
+                "functions": binary.functions,
+                "glibc": binary.glibc,
+                "needed": binary.needed,
+                "installNames": binary.install_names,
+            }),
+            Err(error) => json!({"error": format!("{error:#}")}),
+        };
+        if let (Value::Object(object), Value::Object(further)) = (&mut object, further) {
+            object.extend(further);
+        }
+        object
+    }
+
+    fn text(&self) -> String {
+        let size = self.size.div_ceil(1000);
+        let start = format!("{}: {size} kB", shown(&self.platform, LONGEST_NAME));
+        let binary = match &self.binary {
+            Ok(binary) => binary,
+            Err(error) => return format!("{start}; {error:#}"),
+        };
+        let mut parts = vec![start, binary.architectures.join(" and ")];
+        parts.push(functions(binary));
+        if let Some(glibc) = &binary.glibc {
+            parts.push(format!("needs glibc {} or newer", shown(glibc, LONGEST_NAME)));
+        }
+        if !binary.needed.is_empty() {
+            let needed: Vec<String> = binary.needed.iter().map(|name| shown(name, LONGEST_NAME)).collect();
+            parts.push(format!("loads {}", shown(&needed.join(" "), LONGEST_TEXT)));
+        }
+        for name in &binary.install_names {
+            parts.push(format!("install name {}", shown(name, LONGEST_NAME)));
+        }
+        parts.join(", ")
+    }
+}
+
+/// The capabilities that an FMU has, a line each.
+fn capabilities(description: &ModelDescription) -> Vec<String> {
+    let mut all = Vec::new();
+    if let Some(flags) = &description.co_simulation {
+        all.extend(co_simulation(&flags.capabilities));
+    }
+    for capability in description.model_exchange.iter().flat_map(model_exchange) {
+        if !all.contains(&capability) {
+            all.push(capability);
+        }
+    }
+    let mut lines: Vec<String> = all
+        .into_iter()
+        .filter(|(_, is_set, _)| *is_set)
+        .map(|(name, _, meaning)| format!("{name}: {meaning}"))
+        .collect();
+    match description.co_simulation.as_ref().map_or(0, |flags| flags.capabilities.max_output_derivative_order) {
+        0 => {}
+        order => lines.push(format!("maxOutputDerivativeOrder = {order}: provides derivatives of outputs")),
+    }
+    lines
+}
+
+/// The simulation that is proposed, in one line.
+fn experiment(experiment: &DefaultExperiment) -> Option<String> {
+    let fields = [
+        ("start", experiment.start_time, " s"),
+        ("stop", experiment.stop_time, " s"),
+        ("step", experiment.step_size, " s"),
+        ("tolerance", experiment.tolerance, ""),
+    ];
+    let fields: Vec<String> = fields
+        .into_iter()
+        .filter_map(|(name, value, unit)| Some(format!("{name} {}{unit}", Number::Real(value?).text())))
+        .collect();
+    (!fields.is_empty()).then(|| fields.join(", "))
+}
+
+fn categories(description: &ModelDescription) -> Vec<String> {
+    let line = |(name, text): (&String, &Option<String>)| match text {
+        Some(text) => format!("{}: {}", shown(name, LONGEST_NAME), shown(text, LONGEST_TEXT)),
+        None => shown(name, LONGEST_NAME),
+    };
+    description.log_categories.iter().map(|category| line((&category.name, &category.description))).collect()
+}
+
+fn variable_json(variable: &Variable, description: &ModelDescription) -> Value {
+    let Attributes { unit, min, max, start } = attributes(variable, description);
+    let json = |number: Option<Number>| number.map(|number| number.json());
+    json!({
+        "name": variable.name,
+        "valueReference": variable.value_reference,
+        "causality": variable.causality.word(),
+        "variability": variable.variability.word(),
+        "initial": variable.initial_or_default().map(|initial| initial.word()),
+        "type": variable.typed.name(),
+        "unit": unit,
+        "min": json(min),
+        "max": json(max),
+        "start": json(start),
+        "description": variable.description,
+    })
+}
+
+/// The variables, a line each.
+fn table(description: &ModelDescription) -> String {
+    let head = ["Name", "Causality", "Variability", "Type", "Unit", "Range", "Start", "Description"];
+    let mut rows = vec![head.map(str::to_string)];
+    for variable in &description.model_variables {
+        let Attributes { unit, min, max, start } = attributes(variable, description);
+        let [min, max, start] = [min, max, start].map(|number| number.map(|number| number.text()));
+        let range = match (min, max) {
+            (Some(min), Some(max)) => format!("{min} to {max}"),
+            (Some(min), None) => format!(">= {min}"),
+            (None, Some(max)) => format!("<= {max}"),
+            (None, None) => String::new(),
+        };
+        rows.push([
+            shown(&variable.name, LONGEST_NAME),
+            variable.causality.word().to_string(),
+            variable.variability.word().to_string(),
+            variable.typed.name().to_string(),
+            unit.map_or(String::new(), |unit| shown(&unit, LONGEST_NAME)),
+            range,
+            start.unwrap_or_default(),
+            shown(variable.description.as_deref().unwrap_or_default(), LONGEST_TEXT),
+        ]);
+    }
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..head.len() - 1).map(width).collect();
+    let lines: String = rows.iter().map(|row| columns(row, &widths)).collect();
+    format!("\n  {} variables\n\n{lines}", description.model_variables.len())
+}
+
+/// A row with its cells below one another's; the last cell is wrapped. `widths` are those of all others.
+fn columns(cells: &[String], widths: &[usize]) -> String {
+    let mut line = String::from(" ");
+    for (cell, width) in cells.iter().zip(widths) {
+        // An empty column needs no place.
+        if *width > 0 {
+            line.push_str(&format!(" {cell:width$} "));
+        }
+    }
+    line.push(' ');
+    let start = line.chars().count();
+    let last = cells.last().map_or("", String::as_str);
+    let mut text = String::new();
+    for (place, part) in wrapped(last, WIDTH.saturating_sub(start).max(NARROWEST)).into_iter().enumerate() {
+        let front = if place == 0 { line.clone() } else { " ".repeat(start) };
+        text.push_str(format!("{front}{part}").trim_end());
+        text.push('\n');
+    }
+    text
+}
+
+/// A text in lines of at most `width` characters, broken between words. A longer word gets a line of its own.
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        if let Some(line) = lines.last_mut() {
+            if line.is_empty() {
+                line.push_str(word);
+                continue;
+            }
+            if line.chars().count() + 1 + word.chars().count() <= width {
+                line.push(' ');
+                line.push_str(word);
+                continue;
+            }
+        }
+        lines.push(word.to_string());
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::host::library::FUNCTIONS;
+
+    const XML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="Pump&#10;  Kind" guid="{12}" generationTool="Tool 1">
+  <ModelExchange modelIdentifier="pump"/>
+  <CoSimulation modelIdentifier="pump" maxOutputDerivativeOrder="2" canInterpolateInputs="true"/>
+  <UnitDefinitions><Unit name="bar"/></UnitDefinitions>
+  <TypeDefinitions>
+    <SimpleType name="Pressure"><Real unit="bar" min="0.5" max="1e300"/></SimpleType>
+    <SimpleType name="Mode"><Enumeration><Item name="off" value="1"/><Item name="on" value="2"/></Enumeration></SimpleType>
+  </TypeDefinitions>
+  <LogCategories><Category name="logAll"/></LogCategories>
+  <DefaultExperiment startTime="0.0" stopTime="1.5"/>
+  <ModelVariables>
+    <ScalarVariable name="p" valueReference="1" causality="input" description="Pressure at the outlet, as it is measured by the sensor behind the valve">
+      <Real declaredType="Pressure" start="1" min="1"/></ScalarVariable>
+    <ScalarVariable name="mode" valueReference="2" causality="parameter" variability="fixed">
+      <Enumeration declaredType="Mode" start="2"/></ScalarVariable>
+    <ScalarVariable name="n" valueReference="3" causality="parameter" variability="fixed">
+      <Integer min="1" start="3"/></ScalarVariable>
+    <ScalarVariable name="file" valueReference="4" causality="parameter" variability="tunable">
+      <String start="a b"/></ScalarVariable>
+    <ScalarVariable name="on" valueReference="5" causality="output" variability="discrete"><Boolean/></ScalarVariable>
+    <ScalarVariable name="x" valueReference="6" causality="parameter" variability="tunable"><Real start="INF" max="INF"/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure><Outputs><Unknown index="5"/></Outputs><InitialUnknowns><Unknown index="5"/></InitialUnknowns></ModelStructure>
+</fmiModelDescription>"#;
+
+    fn fmu() -> Fmu {
+        let library = |platform: &str, binary| Library {
+            platform: platform.into(),
+            path: format!("binaries/{platform}/pump"),
+            size: 1001,
+            binary,
+        };
+        let linux = Binary {
+            architectures: vec!["x86_64".into()],
+            functions: vec![FUNCTIONS[0].into(), "fmi3DoStep".into()],
+            glibc: Some("2.17".into()),
+            needed: vec!["libc.so.6".into(), "libm.so.6".into()],
+            ..Binary::default()
+        };
+        let macos = Binary {
+            architectures: vec!["x86_64".into(), "aarch64".into()],
+            install_names: vec!["@rpath/pump.dylib".into()],
+            ..Binary::default()
+        };
+        let damaged = Err(anyhow::anyhow!("it is damaged"));
+        Fmu {
+            description: modeldescription::v2::read(XML.as_bytes()).unwrap(),
+            libraries: vec![library("linux64", Ok(linux)), library("darwin64", Ok(macos)), library("win64", damaged)],
+        }
+    }
+
+    #[test]
+    fn the_text_says_what_the_fmu_is_and_lists_its_variables_in_columns() {
+        let expected = r#"  Model           Pump\n  Kind
+  Kind            FMI 2.0 for co-simulation and model exchange
+  GUID            {12}
+  Made by         Tool 1
+  Libraries       linux64: 2 kB, x86_64, 1 functions of FMI 2.0, needs glibc 2.17 or newer, loads
+                  libc.so.6 libm.so.6
+                  darwin64: 2 kB, x86_64 and aarch64, 0 functions of FMI 2.0, install name
+                  @rpath/pump.dylib
+                  win64: 2 kB; it is damaged
+  Capabilities    canInterpolateInputs: accepts derivatives of inputs
+                  maxOutputDerivativeOrder = 2: provides derivatives of outputs
+  Experiment      start 0 s, stop 1.5 s
+  Log categories  logAll
+
+  6 variables
+
+  Name  Causality  Variability  Type         Unit  Range       Start  Description
+  p     input      continuous   Real         bar   1 to 1e300  1      Pressure at the outlet, as it
+                                                                      is measured by the sensor
+                                                                      behind the valve
+  mode  parameter  fixed        Enumeration                    2
+  n     parameter  fixed        Integer            >= 1        3
+  file  parameter  tunable      String                         "a b"
+  on    output     discrete     Boolean
+  x     parameter  tunable      Real               <= inf      inf
+"#;
+        assert_eq!(fmu().text(), expected);
+    }
+
+    #[test]
+    fn the_json_has_everything_by_the_names_of_fmi() {
+        let json = fmu().json(Path::new("pump.fmu"));
+        assert_eq!(json["file"], "pump.fmu");
+        assert_eq!(json["modelName"], "Pump\n  Kind");
+        assert_eq!(json["kinds"], json!(["co-simulation", "model exchange"]));
+        assert_eq!(json["capabilities"]["CoSimulation"]["canInterpolateInputs"], true);
+        assert_eq!(json["capabilities"]["CoSimulation"]["maxOutputDerivativeOrder"], 2);
+        assert_eq!(json["capabilities"]["ModelExchange"]["canGetAndSetFMUstate"], false);
+        assert_eq!(json["libraries"][0]["glibc"], "2.17");
+        assert_eq!(json["libraries"][2]["error"], "it is damaged");
+        assert_eq!(
+            json["variables"][0],
+            json!({
+                "name": "p", "valueReference": 1, "causality": "input", "variability": "continuous", "initial": null,
+                "type": "Real", "unit": "bar", "min": 1.0, "max": 1e300, "start": 1.0,
+                "description": "Pressure at the outlet, as it is measured by the sensor behind the valve",
+            })
+        );
+        assert_eq!(json["variables"][5]["start"], "inf");
+    }
+
+    #[test]
+    fn a_long_text_is_broken_between_words_and_a_long_word_is_not() {
+        assert_eq!(wrapped("a bc def", 4), ["a bc", "def"]);
+        assert_eq!(wrapped("abcdef g", 4), ["abcdef", "g"]);
+        assert_eq!(wrapped("", 4), [""]);
+    }
+}

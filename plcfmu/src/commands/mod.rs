@@ -1,0 +1,59 @@
+//! The commands of `plcfmu`, a module each: what the user asks for, and what is printed.
+
+pub mod build;
+pub mod check;
+pub mod info;
+pub mod new;
+pub mod run;
+
+use crate::host::library::PREFIX;
+use crate::package::binary::Binary;
+use anyhow::{Context, Result};
+use std::io::{ErrorKind, Write, stdout};
+
+/// The longest name that is printed of a foreign FMU, in characters.
+const LONGEST_NAME: usize = 60;
+
+/// Writes to standard output. A reader that has seen enough, such as `head`, is not an error.
+fn print(text: &str) -> Result<()> {
+    match stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("standard output cannot be written"),
+        _ => Ok(()),
+    }
+}
+
+/// How much of FMI 2.0 a library exports. It may export functions of other versions too.
+fn functions(binary: &Binary) -> String {
+    let count = binary.functions.iter().filter(|name| name.starts_with(PREFIX)).count();
+    format!("{count} functions of FMI 2.0")
+}
+
+/// A text from a foreign FMU as it is printed: at most `longest` characters, on one line, without control characters.
+fn shown(text: &str, longest: usize) -> String {
+    let mut shown = String::new();
+    for (place, character) in text.chars().enumerate() {
+        match character {
+            _ if place == longest => {
+                shown.push('…');
+                break;
+            }
+            '"' | '\'' => shown.push(character),
+            // What cannot be printed as an escape sequence, such as \n or \u{9b}.
+            _ => shown.extend(character.escape_debug()),
+        }
+    }
+    shown
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_foreign_text_is_printed_on_one_line_without_control_characters() {
+        assert_eq!(shown("block's \"gain\" in µm", 60), "block's \"gain\" in µm");
+        assert_eq!(shown("a\n  WRONG: b\u{9b}31m\u{202e}\\n", 60), r"a\n  WRONG: b\u{9b}31m\u{202e}\\n");
+        assert_eq!(shown(&"x".repeat(3_000_000), 3), "xxx…");
+        assert_eq!(shown("xxx", 3), "xxx");
+    }
+}

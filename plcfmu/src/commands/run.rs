@@ -1,0 +1,278 @@
+//! `plcfmu run`: runs FMUs together and records them.
+
+use crate::host::instance::Type;
+use crate::host::run::Recording;
+use crate::host::simulation::Simulation;
+use crate::host::system::{Connection, Exchange, Member, Setting, System};
+use crate::package::temporary;
+use crate::page::picture;
+use crate::page::plot::{self, Chart, Curve, Panel};
+use crate::progress::Progress;
+use anyhow::{Context, Error, Result, bail};
+use std::io::{self, BufWriter, StdoutLock, Write};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::time::Instant;
+
+/// So many messages of each FMU are shown.
+const MOST_MESSAGES: usize = 10;
+
+/// Run FMUs together, record them, draw them
+///
+/// Runs any FMUs of FMI 2.0 for co-simulation. A variable is named FMU.VARIABLE, such as PID.GAIN; `plcfmu info` lists the
+/// variables of an FMU.
+#[derive(clap::Args, Clone, Debug)]
+#[command(after_help = SHORT_HELP, after_long_help = LONG_HELP)]
+pub struct Options {
+    /// The FMUs in the order in which they are stepped: a controller before its plant
+    ///
+    /// An FMU has the name of its file. NAME= gives it another one, which is needed to run the same file twice.
+    #[arg(value_name = "[NAME=]FILE.fmu", required = true, value_parser = parse::<Member>)]
+    fmus: Vec<Member>,
+    /// Connect an output to an input
+    ///
+    /// The types have to be the same; an Integer output can also go to a Real input. If both have a unit, the units have to
+    /// be the same: values are not converted.
+    #[arg(short, long, value_name = "FMU.OUTPUT=FMU.INPUT", value_parser = parse::<Connection>)]
+    connect: Vec<Connection>,
+    /// Set an input or a parameter before the initialization, or at a time in seconds: PID.SP=60@120
+    ///
+    /// A Boolean is true or false, or 1 or 0. With a time, the value is set at the first communication point that is not
+    /// earlier. Values outside the range that the FMU declares are set nevertheless, with a warning.
+    #[arg(short, long, value_name = "FMU.VARIABLE=VALUE[@TIME]", value_parser = parse::<Setting>, allow_hyphen_values = true)]
+    set: Vec<Setting>,
+    /// Record this variable; by default, all outputs and the inputs that are connected or set
+    ///
+    /// The columns have the order in which the variables are named.
+    #[arg(short, long, value_name = "FMU.VARIABLE")]
+    record: Vec<String>,
+    /// Start time in seconds; by default, the earliest that an FMU proposes, else 0
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    start: Option<f64>,
+    /// Stop time in seconds; by default, the latest that an FMU proposes
+    ///
+    /// The run ends with the last whole step that does not go beyond it.
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    stop: Option<f64>,
+    /// Communication step in seconds; by default, the smallest that an FMU proposes
+    #[arg(long, value_name = "TIME")]
+    step: Option<f64>,
+    /// Exchange all values before any FMU steps (Jacobi)
+    ///
+    /// By default, an FMU gets what those before it computed in the same step (Gauss-Seidel).
+    #[arg(long)]
+    parallel: bool,
+    /// Write the recording as CSV; - is standard output
+    #[arg(short, long, value_name = "FILE.csv")]
+    out: Option<PathBuf>,
+    /// Draw the recording
+    #[arg(short, long, value_name = "FILE.png|FILE.svg")]
+    plot: Option<PathBuf>,
+}
+
+const SHORT_HELP: &str = "\
+Example, a furnace with its controller:
+  plcfmu run PID.fmu FURNACE.fmu \\
+    --connect PID.OUT=FURNACE.POWER --connect FURNACE.TEMP=PID.PV \\
+    --set PID.GAIN=2 --set PID.SP=60 --set PID.SP=80@300 \\
+    --stop 600 --out result.csv --plot result.png
+
+'plcfmu run --help' says when values are exchanged and what a row of the recording holds.";
+
+const LONG_HELP: &str = "\
+Example, a furnace with its controller:
+  plcfmu run PID.fmu FURNACE.fmu \\
+    --connect PID.OUT=FURNACE.POWER --connect FURNACE.TEMP=PID.PV \\
+    --set PID.GAIN=2 --set PID.SP=60 --set PID.SP=80@300 \\
+    --stop 600 --out result.csv --plot result.png
+
+Order of a step from t to t + h:
+  The FMUs are stepped in the order given. Each FMU first gets the values that are set at t, then its connected inputs,
+  and then steps to t + h. So it sees what the FMUs before it computed in this step, and what those after it computed in
+  the previous one. With the controller first, its call at t uses the process value of t, and the plant runs from t to
+  t + h with the manipulated value of that call. In the other order the loop has one more step of dead time.
+  With --parallel, all FMUs get their inputs before any of them steps: every connection delays by one step.
+  Step k begins at start + k * step: rounding errors do not add up.
+
+Initialization:
+  Each FMU gets its parameters, enters Initialization Mode and gets its inputs. The connected values then go once from
+  output to input, in the order of the FMUs. Then each FMU leaves Initialization Mode.
+
+Rows of the recording:
+  A row belongs to a step and has the time at which the step begins; the first row is that of the start time. An input
+  has the value that its FMU got for the step. An output has the value that the connected FMUs read. So a controller's
+  row is what it saw and gave in its call at that time, and a plant that is connected back to the controller shows what
+  it was at that time, before its own step. An output that no FMU reads is recorded as the other outputs of its FMU; if
+  none of them is read, all are recorded after the step.
+  Numbers in the CSV read back bit-equal; Booleans are 1 and 0.
+
+An FMU is foreign code that runs in this process: if it crashes, so does the run.";
+
+/// An argument that has a form of its own.
+fn parse<T: FromStr<Err = Error>>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|error| format!("{error:#}"))
+}
+
+/// Runs FMUs.
+///
+/// # Errors
+/// What is wrong and what to do; which FMU refused what, when, and its messages. Nothing is written then.
+pub fn run(options: &Options) -> Result<()> {
+    let is_svg = options.plot.as_deref().map(is_svg).transpose()?;
+    let to_stdout = options.out.as_deref() == Some(Path::new("-"));
+    for file in options.out.iter().filter(|_| !to_stdout).chain(&options.plot) {
+        let folder = temporary::folder(file);
+        if !folder.is_dir() {
+            bail!("{} cannot be written: {} is not a folder", file.display(), folder.display());
+        }
+    }
+    let mut simulation = Simulation::open(&system(options))?;
+    for warning in &simulation.plan.warnings {
+        eprintln!("warning: {warning}");
+    }
+
+    let steps = simulation.plan.steps;
+    let progress = Progress::steps(steps);
+    let between = (steps / 1000).max(1);
+    let began = Instant::now();
+    let result = simulation.run(|done| {
+        if done % between == 0 {
+            progress.set(done);
+        }
+    });
+    let took = began.elapsed().as_secs_f64();
+    drop(progress);
+    show_messages(&mut simulation);
+    let recording = result?;
+
+    let mut lines = vec![summary(&simulation, took)];
+    if to_stdout {
+        print(|to| recording.write_csv(to))?;
+    } else if let Some(file) = &options.out {
+        temporary::place(file, |to| Ok(recording.write_csv(to)?), |_| Ok(()))?;
+        let (rows, columns) = (recording.times.len(), recording.columns.len());
+        lines.push(format!("{}: {rows} rows of the time and {columns} variables", file.display()));
+    }
+    if let (Some(file), Some(is_svg)) = (&options.plot, is_svg) {
+        let names: Vec<_> = options.fmus.iter().map(|fmu| fmu.name.as_str()).collect();
+        let picture = draw(&recording, names.join(", "), simulation.plan.time(steps), is_svg)?;
+        temporary::place(file, |to| Ok(to.write_all(&picture)?), |_| Ok(()))?;
+        lines.push(file.display().to_string());
+    }
+    lines.push("last row:".into());
+    lines.extend(last_row(&recording));
+    let text = lines.join("\n");
+    if to_stdout {
+        eprintln!("{text}");
+        return Ok(());
+    }
+    print(|to| writeln!(to, "{text}"))
+}
+
+/// Writes to standard output. Whoever reads may stop when it has enough, as `head` does.
+fn print(content: impl FnOnce(&mut BufWriter<StdoutLock>) -> io::Result<()>) -> Result<()> {
+    let mut stdout = BufWriter::new(io::stdout().lock());
+    match content(&mut stdout).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.context("standard output"),
+    }
+}
+
+fn system(options: &Options) -> System {
+    System {
+        members: options.fmus.clone(),
+        settings: options.set.clone(),
+        connections: options.connect.clone(),
+        record: options.record.clone(),
+        start: options.start,
+        stop: options.stop,
+        step: options.step,
+        exchange: if options.parallel { Exchange::Parallel } else { Exchange::Sequential },
+    }
+}
+
+/// What the FMUs have logged, on standard error; the errors among it are part of the error already.
+fn show_messages(simulation: &mut Simulation) {
+    let messages = simulation.take_messages();
+    for member in &simulation.plan.members {
+        let own: Vec<_> = messages.iter().filter(|(name, _)| *name == member.name).collect();
+        for (name, message) in own.iter().take(MOST_MESSAGES) {
+            eprintln!("{name}: {}", message.text);
+        }
+        if own.len() > MOST_MESSAGES {
+            eprintln!("{}: {} more messages", member.name, own.len() - MOST_MESSAGES);
+        }
+    }
+}
+
+fn summary(simulation: &Simulation, took: f64) -> String {
+    let plan = &simulation.plan;
+    let (steps, step) = (plan.steps, plan.step);
+    let proposed =
+        plan.step_proposed_by.map_or_else(String::new, |member| format!(", as {} proposes", plan.members[member].name));
+    format!(
+        "{steps} steps of {step} s{proposed}, from {} s to {} s, in {took:.3} s ({:.0} steps/s)",
+        shown(plan.start),
+        shown(plan.time(steps)),
+        steps as f64 / took.max(1e-9)
+    )
+}
+
+/// A time or value for people: without the digits that a double adds to it.
+fn shown(value: f64) -> String {
+    let rounded: f64 = format!("{value:.11e}").parse().unwrap_or(value);
+    rounded.to_string()
+}
+
+fn last_row(recording: &Recording) -> Vec<String> {
+    let width = recording.columns.iter().map(|column| column.name.chars().count()).max().unwrap_or(0);
+    let Some((_, row)) = recording.rows().last() else { return Vec::new() };
+    let line = |(column, value): (&crate::host::plan::Column, &f64)| {
+        let value = match (column.kind, *value) {
+            (Type::Boolean, 0.0) => "false".into(),
+            (Type::Boolean, _) => "true".into(),
+            (_, value) => shown(value),
+        };
+        format!("  {:width$}  {value} {}", column.name, column.unit.as_deref().unwrap_or_default())
+            .trim_end()
+            .to_string()
+    };
+    recording.columns.iter().zip(row).map(line).collect()
+}
+
+fn is_svg(file: &Path) -> Result<bool> {
+    match file.extension().and_then(|extension| extension.to_str()) {
+        Some("svg") => Ok(true),
+        Some("png") => Ok(false),
+        _ => bail!("{} is neither .png nor .svg: the plot is one of them", file.display()),
+    }
+}
+
+/// Draws the recording: Reals of one unit share a panel, as do Integers; a Boolean has a lane. The last row is held until
+/// `end`, the end of its step.
+fn draw(recording: &Recording, title: String, end: f64, is_svg: bool) -> Result<Vec<u8>> {
+    let mut panels: Vec<((Type, Option<&str>), Panel)> = Vec::new();
+    let mut lanes = Vec::new();
+    for (place, column) in recording.columns.iter().enumerate() {
+        let values: Vec<f64> = recording.column(place).chain(recording.column(place).last()).collect();
+        let curve = Curve { name: column.name.clone(), values, is_input: column.is_input };
+        if column.kind == Type::Boolean {
+            lanes.push(curve);
+            continue;
+        }
+        let key = (column.kind, column.unit.as_deref());
+        let label = match column.kind {
+            Type::Real => column.unit.clone().unwrap_or_default(),
+            other => other.name().into(),
+        };
+        match panels.iter_mut().find(|(of, _)| *of == key) {
+            Some((_, panel)) => panel.curves.push(curve),
+            None => panels.push((key, Panel { label, curves: vec![curve] })),
+        }
+    }
+    let panels = panels.into_iter().map(|(_, panel)| panel).collect();
+    let time = recording.times.iter().copied().chain([end]).collect();
+    let chart = Chart { title, time, panels, lanes };
+    let svg = plot::svg(&chart)?;
+    if is_svg { Ok(svg.into_bytes()) } else { picture::png(&svg) }
+}

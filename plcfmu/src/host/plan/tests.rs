@@ -1,0 +1,343 @@
+use super::*;
+use crate::host::system::Member;
+use modeldescription::v2::{
+    Boolean, CoSimulation, DefaultExperiment, Enumeration, Integer, IntegerAttributes, Real, RealAttributes,
+    SimpleType, Text,
+};
+
+fn variable(name: &str, value_reference: u32, causality: Causality, typed: Typed) -> Variable {
+    Variable {
+        name: name.into(),
+        value_reference,
+        description: None,
+        causality,
+        variability: Variability::Tunable,
+        initial: None,
+        can_handle_multiple_set_per_time_instant: None,
+        typed,
+    }
+}
+
+fn real(unit: Option<&str>, min: Option<f64>, max: Option<f64>) -> Typed {
+    let attributes = RealAttributes { unit: unit.map(str::to_string), min, max, ..RealAttributes::default() };
+    Typed::Real(Real { attributes, ..Real::default() })
+}
+
+fn description(variables: Vec<Variable>, experiment: Option<DefaultExperiment>) -> ModelDescription {
+    ModelDescription {
+        co_simulation: Some(CoSimulation::default()),
+        default_experiment: experiment,
+        model_variables: variables,
+        ..ModelDescription::default()
+    }
+}
+
+fn experiment(start: f64, stop: f64, step: f64) -> Option<DefaultExperiment> {
+    Some(DefaultExperiment {
+        start_time: Some(start),
+        stop_time: Some(stop),
+        step_size: Some(step),
+        ..DefaultExperiment::default()
+    })
+}
+
+/// A controller: LMN and the Boolean HIGH of PV_PER, SP and GAIN.
+fn controller() -> ModelDescription {
+    use Causality::{Input, Output, Parameter};
+    let plain = || real(None, None, None);
+    let mut cycle = variable("CYCLE", 4, Parameter, real(Some("s"), Some(0.001), None));
+    cycle.variability = Variability::Fixed;
+    let variables = vec![
+        variable("SP", 0, Input, plain()),
+        variable("PV_PER", 1, Input, Typed::Integer(Integer::default())),
+        variable("ON", 2, Input, Typed::Boolean(Boolean::default())),
+        variable("GAIN", 3, Parameter, plain()),
+        cycle,
+        variable("LMN", 5, Output, plain()),
+        variable("HIGH", 6, Output, Typed::Boolean(Boolean::default())),
+        variable("STATE.SUM", 7, Causality::Local, plain()),
+    ];
+    description(variables, experiment(0.0, 60.0, 1.0))
+}
+
+/// A plant: TEMP in degC and T_PER of POWER in %.
+fn plant() -> ModelDescription {
+    use Causality::{Input, Output};
+    let mut typed = real(None, None, None);
+    if let Typed::Real(real) = &mut typed {
+        real.declared_type = Some("Percent".into());
+    }
+    let variables = vec![
+        variable("POWER", 0, Input, typed),
+        variable("MODE", 0, Input, Typed::Enumeration(Enumeration::default())),
+        variable("TEMP", 1, Output, real(Some("degC"), None, None)),
+        variable("T_PER", 2, Output, Typed::Integer(Integer::default())),
+        variable("NAME", 3, Output, Typed::String(Text::default())),
+    ];
+    let attributes =
+        RealAttributes { unit: Some("%".into()), min: Some(0.0), max: Some(100.0), ..RealAttributes::default() };
+    let percent =
+        SimpleType { name: "Percent".into(), description: None, attributes: TypeAttributes::Real(attributes) };
+    ModelDescription { type_definitions: vec![percent], ..description(variables, experiment(5.0, 90.0, 0.1)) }
+}
+
+const LOOP: [&str; 2] = ["C.LMN=P.POWER", "P.T_PER=C.PV_PER"];
+
+/// The controller C before the plant P.
+fn system(connections: &[&str], settings: &[&str]) -> System {
+    System {
+        members: ["C", "P"].map(|name| Member { name: name.into(), path: format!("{name}.fmu").into() }).into(),
+        connections: connections.iter().map(|text| text.parse().unwrap()).collect(),
+        settings: settings.iter().map(|text| text.parse().unwrap()).collect(),
+        ..System::default()
+    }
+}
+
+fn plan(system: &System) -> Result<Plan> {
+    Plan::of(system, &[&controller(), &plant()])
+}
+
+fn error(system: &System) -> String {
+    format!("{:#}", plan(system).unwrap_err())
+}
+
+#[test]
+fn the_default_recording_has_all_outputs_and_the_inputs_that_are_connected_or_set() {
+    let plan = plan(&system(&LOOP, &["C.SP=1", "C.GAIN=2"])).unwrap();
+    let names: Vec<_> = plan.columns.iter().map(|column| column.name.as_str()).collect();
+    assert_eq!(names, ["C.SP", "C.PV_PER", "C.LMN", "C.HIGH", "P.POWER", "P.TEMP", "P.T_PER"]);
+    let units: Vec<_> = plan.columns.iter().map(|column| column.unit.as_deref()).collect();
+    assert_eq!(units, [None, None, None, None, Some("%"), Some("degC"), None]);
+}
+
+#[test]
+fn a_recording_holds_what_is_asked_for_in_that_order_and_once() {
+    let mut system = system(&LOOP, &[]);
+    system.record = ["P.TEMP", "C.STATE.SUM", "C.GAIN", "P.TEMP"].map(String::from).into();
+    let plan = plan(&system).unwrap();
+    let names: Vec<_> = plan.columns.iter().map(|column| column.name.as_str()).collect();
+    assert_eq!(names, ["P.TEMP", "C.STATE.SUM", "C.GAIN"]);
+}
+
+#[test]
+fn outputs_of_the_plant_are_recorded_as_the_controller_reads_them() {
+    let before = |system: &System| -> Vec<String> {
+        let columns = plan(system).unwrap().columns.into_iter();
+        columns.filter(|column| column.is_before_step).map(|column| column.name).collect()
+    };
+    // T_PER is connected back; TEMP goes with it.
+    assert_eq!(before(&system(&LOOP, &[])), ["P.TEMP", "P.T_PER"]);
+    // Nothing reads the plant.
+    assert_eq!(before(&system(&LOOP[..1], &[])), [""; 0]);
+    // An FMU that is connected to itself reads what it was before its step.
+    assert_eq!(before(&system(&["C.LMN=C.SP"], &[])), ["C.LMN", "C.HIGH"]);
+    // Each output of one FMU as its own readers see it.
+    assert_eq!(before(&system(&["C.LMN=P.POWER", "C.HIGH=C.ON"], &[])), ["C.HIGH"]);
+    // In parallel all outputs are read before the steps.
+    let parallel = System { exchange: Exchange::Parallel, ..system(&LOOP, &[]) };
+    assert_eq!(before(&parallel), ["C.LMN", "C.HIGH", "P.TEMP", "P.T_PER"]);
+}
+
+#[test]
+fn variables_of_one_type_are_read_in_one_call_and_found_at_their_place() {
+    let plan = plan(&system(&LOOP, &[])).unwrap();
+    let plant = &plan.members[1];
+    assert_eq!(plant.observed, Block { references: vec![0, 1, 2], counts: [2, 1, 0] });
+    assert_eq!(plant.observed.groups().collect::<Vec<_>>(), [(Type::Real, 0..2), (Type::Integer, 2..3)]);
+    assert_eq!(plant.outputs, Block { references: vec![2], counts: [0, 1, 0] });
+    assert_eq!(plant.output_places, [2]);
+    // The controller's PV_PER comes from member 1, place 2.
+    assert_eq!(plan.members[0].connected, Block { references: vec![1], counts: [0, 1, 0] });
+    assert_eq!(plan.members[0].sources, [(1, 2)]);
+}
+
+#[test]
+fn start_values_go_to_where_the_standard_wants_them() {
+    let plan = plan(&system(&[], &["C.GAIN=2", "C.ON=true", "C.SP=1", "C.SP=5@30", "C.SP=4@20", "P.MODE=3"])).unwrap();
+    let controller = &plan.members[0];
+    let set = |kind, reference, value| Assignment { kind, reference, value };
+    assert_eq!(controller.parameters, [set(Type::Real, 3, 2.0)]);
+    assert_eq!(controller.inputs, [set(Type::Boolean, 2, 1.0), set(Type::Real, 0, 1.0)]);
+    assert_eq!(controller.events, [(20.0, set(Type::Real, 0, 4.0)), (30.0, set(Type::Real, 0, 5.0))]);
+    assert_eq!(plan.members[1].inputs, [set(Type::Integer, 0, 3.0)]);
+    assert_eq!(plan.warnings, [""; 0]);
+}
+
+#[test]
+fn values_outside_the_declared_range_are_set_with_a_warning() {
+    let plan = plan(&system(&[], &["P.POWER=120", "C.CYCLE=0"])).unwrap();
+    assert_eq!(
+        plan.warnings,
+        [
+            "P.POWER = 120.0 is outside of the range that the FMU declares, 0.0 to 100.0",
+            "C.CYCLE = 0.0 is outside of the range that the FMU declares, 0.001 to ..."
+        ]
+    );
+    assert_eq!(plan.members[1].inputs[0].value, 120.0);
+}
+
+#[test]
+fn a_value_that_its_type_cannot_have_is_refused() {
+    for (setting, expected) in [
+        ("C.ON=2", "C.ON cannot be set: it is Boolean, 2.0 is neither true (1) nor false (0)"),
+        ("C.SP=true", "C.SP cannot be set: it is Real, true is not a number"),
+        ("C.PV_PER=1.5", "C.PV_PER cannot be set: it is Integer, 1.5 is not an integer of 32 bits"),
+        ("C.PV_PER=3e9", "C.PV_PER cannot be set: it is Integer, 3000000000.0 is not an integer of 32 bits"),
+        ("P.NAME=1", "P.NAME is a String, which cannot be set or recorded"),
+    ] {
+        assert_eq!(error(&system(&[], &[setting])), expected);
+    }
+}
+
+#[test]
+fn only_inputs_and_parameters_can_be_set_and_only_when_they_may_change() {
+    assert!(error(&system(&[], &["C.LMN=1"])).starts_with("C.LMN cannot be set: its causality is output"));
+    assert!(error(&system(&LOOP, &["P.POWER=1"])).ends_with("it is connected to C.LMN"));
+    assert_eq!(error(&system(&[], &["C.CYCLE=1@20"])), "C.CYCLE cannot be set at 20.0 s: it is a fixed parameter");
+    assert!(plan(&system(&[], &["C.GAIN=1@20"])).is_ok());
+    assert!(error(&system(&[], &["C.SP=1@20", "C.SP=2@20"])).contains("set twice"));
+    assert!(plan(&system(&[], &["C.SP=1", "C.SP=2@20"])).is_ok());
+}
+
+#[test]
+fn a_time_has_to_be_within_the_run() {
+    let mut system = system(&[], &["C.SP=1@9"]);
+    (system.start, system.stop, system.step) = (Some(0.0), Some(10.0), Some(1.0));
+    assert!(plan(&system).is_ok());
+    for time in [-1.0, 9.5, 10.0] {
+        system.settings[0].time = Some(time);
+        let expected = format!("C.SP cannot be set at {time:?} s: the first step begins at 0.0 s, the last at 9.0 s");
+        assert_eq!(error(&system), expected);
+    }
+}
+
+#[test]
+fn an_integer_goes_to_a_real_and_nothing_else_to_another_type() {
+    assert!(plan(&system(&["P.T_PER=C.SP"], &[])).is_ok());
+    assert_eq!(
+        error(&system(&["C.HIGH=P.POWER"], &[])),
+        "C.HIGH cannot be connected to P.POWER: it is Boolean, and the input is Real: connect a Real output of the same \
+         FMU, such as a mean over the step (LMN)"
+    );
+    for connection in ["P.TEMP=C.PV_PER", "C.HIGH=C.PV_PER", "P.T_PER=C.ON", "P.TEMP=C.ON"] {
+        assert!(error(&system(&[connection], &[])).contains(", and the input is "), "{connection}");
+    }
+}
+
+#[test]
+fn units_have_to_be_the_same_where_both_ends_have_one() {
+    assert_eq!(
+        error(&system(&["P.TEMP=P.POWER"], &[])),
+        "P.TEMP cannot be connected to P.POWER: it is in degC, and the input in %: values are not converted"
+    );
+    assert!(plan(&system(&["P.TEMP=C.SP"], &[])).is_ok());
+}
+
+#[test]
+fn a_connection_goes_from_an_output_to_an_input_that_has_no_other() {
+    assert!(error(&system(&["C.GAIN=P.POWER"], &[])).contains("the causality of C.GAIN is parameter"));
+    assert!(error(&system(&["P.TEMP=C.LMN"], &[])).contains("the causality of C.LMN is output"));
+    assert_eq!(
+        error(&system(&["P.T_PER=C.SP", "C.LMN=C.SP"], &[])),
+        "C.SP has two sources, P.T_PER and C.LMN: remove one of the connections"
+    );
+}
+
+#[test]
+fn a_wrong_name_says_what_is_near() {
+    for (name, expected) in [
+        ("C.LMM", "C has no variable LMM; did you mean C.LMN?"),
+        ("C.state.sum", "C has no variable state.sum; did you mean C.STATE.SUM?"),
+        ("C.XYZXYZ", "C has no variable XYZXYZ; plcfmu info lists them"),
+        ("SP", "SP does not name its FMU: write C.SP"),
+        ("c.LMN", "c.LMN names no FMU of this run, write FMU.VARIABLE; there is C, P; did you mean C?"),
+        ("FURNACE.TEMP", "FURNACE.TEMP names no FMU of this run, write FMU.VARIABLE; there is C, P"),
+    ] {
+        let system = System { record: vec![name.into()], ..system(&[], &[]) };
+        assert_eq!(error(&system), expected);
+    }
+}
+
+#[test]
+fn the_longest_name_of_an_fmu_decides() {
+    let mut system = system(&[], &[]);
+    system.members[1].name = "C.LMN".into();
+    system.record = vec!["C.LMN.TEMP".into(), "C.LMN".into()];
+    let plan = plan(&system).unwrap();
+    let sources: Vec<_> = plan.columns.iter().map(|column| column.source.0).collect();
+    assert_eq!(sources, [1, 0]);
+}
+
+#[test]
+fn two_fmus_of_one_name_are_refused() {
+    let mut system = system(&[], &[]);
+    system.members[1].name = "C".into();
+    assert_eq!(error(&system), "two FMUs are named C: give one another name, NAME=P.fmu");
+}
+
+#[test]
+fn the_times_are_those_that_the_fmus_propose_unless_told_otherwise() {
+    let plan = |system: &System| plan(system).map(|plan| (plan.start, plan.step, plan.step_proposed_by, plan.steps));
+    let mut system = system(&[], &[]);
+    assert_eq!(plan(&system).unwrap(), (0.0, 0.1, Some(1), 900));
+    (system.start, system.stop, system.step) = (Some(-1.0), Some(1.0), Some(0.5));
+    assert_eq!(plan(&system).unwrap(), (-1.0, 0.5, None, 4));
+    // The last whole step: rounding does not count.
+    (system.start, system.stop, system.step) = (Some(0.0), Some(0.3), Some(0.1));
+    assert_eq!(plan(&system).unwrap().3, 3);
+    system.stop = Some(0.39);
+    assert_eq!(plan(&system).unwrap().3, 3);
+}
+
+#[test]
+fn times_that_make_no_run_are_refused() {
+    let mut system = system(&[], &[]);
+    for (start, stop, step, expected) in [
+        (0.0, 10.0, 0.0, "the communication step is 0.0 s"),
+        (0.0, 10.0, -1.0, "the communication step is -1.0 s"),
+        (0.0, 10.0, f64::NAN, "the communication step is NaN s"),
+        (0.0, f64::INFINITY, 1.0, "both have to be finite"),
+        (0.0, 0.5, 1.0, "there is no whole communication step of 1.0 s"),
+        (5.0, 0.0, 1.0, "there is no whole communication step of 1.0 s"),
+        (1e9, 2e9, 1e-9, "is too small for a run"),
+    ] {
+        (system.start, system.stop, system.step) = (Some(start), Some(stop), Some(step));
+        assert!(error(&system).contains(expected), "{}", error(&system));
+    }
+}
+
+#[test]
+fn an_fmu_that_proposes_no_times_asks_for_them() {
+    let silent = description(Vec::new(), None);
+    let mut system = System { members: vec!["C.fmu".parse().unwrap()], ..System::default() };
+    let error = |system: &System| format!("{:#}", Plan::of(system, &[&silent]).unwrap_err());
+    assert_eq!(error(&system), "no FMU proposes a communication step: give one with --step");
+    system.step = Some(1.0);
+    assert_eq!(error(&system), "no FMU proposes a stop time: give one with --stop");
+    system.stop = Some(1.0);
+    assert_eq!(Plan::of(&system, &[&silent]).unwrap().start, 0.0);
+}
+
+#[test]
+fn the_range_of_an_integer_is_that_of_its_type_unless_it_has_its_own() {
+    let attributes = |min, max| IntegerAttributes { min, max, ..IntegerAttributes::default() };
+    let typed = Typed::Integer(Integer {
+        declared_type: Some("Word".into()),
+        attributes: attributes(Some(0), None),
+        ..Integer::default()
+    });
+    let word = SimpleType {
+        name: "Word".into(),
+        description: None,
+        attributes: TypeAttributes::Integer(attributes(Some(-5), Some(9))),
+    };
+    let description = ModelDescription {
+        type_definitions: vec![word],
+        ..description(vec![variable("N", 0, Causality::Input, typed)], experiment(0.0, 1.0, 1.0))
+    };
+    let mut system = System { members: vec!["C.fmu".parse().unwrap()], ..System::default() };
+    for (value, is_outside) in [(0.0, false), (-1.0, true), (9.0, false), (10.0, true)] {
+        system.settings = vec![Setting { variable: "C.N".into(), value: Value::Number(value), time: None }];
+        assert_eq!(Plan::of(&system, &[&description]).unwrap().warnings.len(), usize::from(is_outside), "{value}");
+    }
+}

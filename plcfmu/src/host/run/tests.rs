@@ -1,0 +1,217 @@
+use super::*;
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// Reals by reference. A step adds `INPUT` (1) to `OUTPUT` (0); `PARAMETER` (2) is added at initialization.
+const OUTPUT: u32 = 0;
+const INPUT: u32 = 1;
+const PARAMETER: u32 = 2;
+
+/// A component that notes what is done with it.
+struct Sum {
+    name: &'static str,
+    values: [f64; 3],
+    log: Rc<RefCell<Vec<String>>>,
+    fails_at: f64,
+}
+
+impl Sum {
+    fn note(&self, what: &str) {
+        self.log.borrow_mut().push(format!("{} {what}", self.name));
+    }
+}
+
+impl Component for Sum {
+    fn setup(&mut self, start: f64, stop: f64) -> Result<()> {
+        self.note(&format!("setup {start} {stop}"));
+        Ok(())
+    }
+
+    fn enter_initialization(&mut self) -> Result<()> {
+        self.values[OUTPUT as usize] = self.values[PARAMETER as usize];
+        self.note("enter");
+        Ok(())
+    }
+
+    fn exit_initialization(&mut self) -> Result<()> {
+        self.note("exit");
+        Ok(())
+    }
+
+    fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
+        assert_eq!(kind, Type::Real);
+        for (value, reference) in values.iter_mut().zip(references) {
+            *value = self.values[*reference as usize];
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, _: Type, references: &[u32], values: &[f64]) -> Result<()> {
+        for (value, reference) in values.iter().zip(references) {
+            self.values[*reference as usize] = *value;
+            self.note(&format!("{reference} = {value}"));
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, time: f64, size: f64) -> Result<()> {
+        if time == self.fails_at {
+            bail!("fmi2DoStep returned fmi2Error: no more");
+        }
+        self.values[OUTPUT as usize] += self.values[INPUT as usize];
+        self.note(&format!("step {time} {size}"));
+        Ok(())
+    }
+
+    fn terminate(&mut self) -> Result<()> {
+        self.note("terminate");
+        Ok(())
+    }
+}
+
+fn real(reference: u32, value: f64) -> Assignment {
+    Assignment { kind: Type::Real, reference, value }
+}
+
+/// A member whose input and output are connected: its input to the output of `from`.
+fn member(name: &str, from: usize, start: f64) -> MemberPlan {
+    MemberPlan {
+        name: name.into(),
+        parameters: vec![real(PARAMETER, start)],
+        connected: Block { references: vec![INPUT], counts: [1, 0, 0] },
+        sources: vec![(from, 0)],
+        outputs: Block { references: vec![OUTPUT], counts: [1, 0, 0] },
+        output_places: vec![0],
+        observed: Block { references: vec![OUTPUT, INPUT], counts: [2, 0, 0] },
+        ..MemberPlan::default()
+    }
+}
+
+fn column(name: &str, source: (usize, usize), is_before_step: bool) -> Column {
+    Column { name: name.into(), unit: None, kind: Type::Real, is_input: false, source, is_before_step }
+}
+
+/// A and B in a ring, A first; A begins with 1 and B with 10.
+fn ring(exchange: Exchange) -> Plan {
+    Plan {
+        start: 0.0,
+        step: 0.5,
+        step_proposed_by: None,
+        steps: 2,
+        exchange,
+        members: vec![member("A", 1, 1.0), member("B", 0, 10.0)],
+        columns: vec![
+            column("A.IN", (0, 1), false),
+            column("A.OUT", (0, 0), exchange == Exchange::Parallel),
+            column("B.IN", (1, 1), false),
+            column("B.OUT", (1, 0), true),
+        ],
+        warnings: Vec::new(),
+    }
+}
+
+fn run_it(plan: &Plan, fails_at: f64) -> (Result<Recording>, Vec<String>) {
+    let log = Rc::default();
+    let component = |name| Sum { name, values: [0.0; 3], log: Rc::clone(&log), fails_at };
+    let result = run(plan, &mut [component("A"), component("B")], |_| {});
+    (result, log.take())
+}
+
+fn rows(recording: &Recording) -> Vec<(f64, Vec<f64>)> {
+    recording.rows().map(|(time, row)| (time, row.to_vec())).collect()
+}
+
+#[test]
+fn an_fmu_gets_what_those_before_it_have_given_in_the_same_step() {
+    let (recording, _) = run_it(&ring(Exchange::Sequential), f64::NAN);
+    // A: 1 + 10 = 11; B: 10 + 11 = 21. A: 11 + 21 = 32; B: 21 + 32 = 53. B's output is as A reads it.
+    let expected = [(0.0, vec![10.0, 11.0, 11.0, 10.0]), (0.5, vec![21.0, 32.0, 32.0, 21.0])];
+    assert_eq!(rows(&recording.unwrap()), expected);
+}
+
+#[test]
+fn in_parallel_all_get_what_was_given_in_the_last_step() {
+    let (recording, _) = run_it(&ring(Exchange::Parallel), f64::NAN);
+    // A: 1 + 10 = 11; B: 10 + 1 = 11. A: 11 + 11 = 22; B: 11 + 11 = 22. Both outputs are as the other reads them.
+    let expected = [(0.0, vec![10.0, 1.0, 1.0, 10.0]), (0.5, vec![11.0, 11.0, 11.0, 11.0])];
+    assert_eq!(rows(&recording.unwrap()), expected);
+}
+
+#[test]
+fn in_each_row_a_connected_input_is_the_output_that_it_is_connected_to() {
+    for exchange in [Exchange::Sequential, Exchange::Parallel] {
+        for (_, row) in run_it(&ring(exchange), f64::NAN).0.unwrap().rows() {
+            assert_eq!((row[0], row[2]), (row[3], row[1]), "{exchange:?}");
+        }
+    }
+}
+
+#[test]
+fn the_calls_come_in_the_order_of_the_standard() {
+    let mut plan = ring(Exchange::Sequential);
+    plan.steps = 1;
+    plan.members[1].inputs = vec![real(INPUT, 7.0)];
+    let (recording, log) = run_it(&plan, f64::NAN);
+    recording.unwrap();
+    let expected = "\
+A setup 0 0.5; A 2 = 1; A enter; B setup 0 0.5; B 2 = 10; B enter; B 1 = 7; A 1 = 10; B 1 = 1; A exit; B exit; \
+A 1 = 10; A step 0 0.5; B 1 = 11; B step 0 0.5; A terminate; B terminate";
+    assert_eq!(log.join("; "), expected);
+}
+
+#[test]
+fn an_event_comes_at_the_first_communication_point_that_is_not_earlier() {
+    for (at, expected) in [(0.0, "0"), (0.3, "0.5"), (0.5, "0.5"), (0.5 + 1e-9, "0.5"), (0.51, "1"), (1.5, "1.5")] {
+        let mut plan = ring(Exchange::Sequential);
+        plan.steps = 4;
+        plan.members[0].events = vec![(at, real(PARAMETER, 99.0))];
+        let (_, log) = run_it(&plan, f64::NAN);
+        let set = log.iter().position(|line| line == "A 2 = 99").unwrap();
+        let step = log[set..].iter().find(|line| line.contains("step")).unwrap();
+        assert_eq!(*step, format!("A step {expected} 0.5"), "{at}");
+    }
+}
+
+#[test]
+fn the_times_do_not_add_up() {
+    let plan = Plan { step: 0.1, steps: 1000, ..ring(Exchange::Sequential) };
+    let recording = run_it(&plan, f64::NAN).0.unwrap();
+    assert!(recording.times.iter().enumerate().all(|(step, time)| *time == step as f64 * 0.1));
+}
+
+#[test]
+fn an_error_says_which_fmu_fails() {
+    let (result, log) = run_it(&ring(Exchange::Sequential), 0.5);
+    assert_eq!(format!("{:#}", result.unwrap_err()), "A: fmi2DoStep returned fmi2Error: no more");
+    // After an error the standard allows no fmi2Terminate.
+    assert!(!log.iter().any(|line| line.contains("terminate")), "{log:?}");
+}
+
+#[test]
+fn a_recording_that_does_not_fit_into_the_memory_is_refused() {
+    let plan = Plan { steps: usize::MAX / 16, ..ring(Exchange::Sequential) };
+    let error = run_it(&plan, f64::NAN).0.unwrap_err().to_string();
+    assert!(error.ends_with("steps of 4 variables do not fit into the memory: record fewer, or make longer steps"));
+}
+
+#[test]
+fn progress_is_told_after_each_step() {
+    let log = Rc::default();
+    let component = |name| Sum { name, values: [0.0; 3], log: Rc::clone(&log), fails_at: f64::NAN };
+    let mut told = Vec::new();
+    run(&ring(Exchange::Sequential), &mut [component("A"), component("B")], |done| told.push(done)).unwrap();
+    assert_eq!(told, [1, 2]);
+}
+
+#[test]
+fn csv_reads_back_bit_equal_and_quotes_odd_names() {
+    let mut columns = vec![column("A.x,\"y\"", (0, 0), false), column("A.n", (0, 1), false)];
+    columns.push(column("A.on", (0, 2), false));
+    columns[1].kind = Type::Integer;
+    columns[2].kind = Type::Boolean;
+    let values = vec![0.1 + 0.2, -3.0, 1.0, 1e-300, 27648.0, 0.0];
+    let mut csv = Vec::new();
+    Recording { columns, times: vec![0.0, 0.1], values }.write_csv(&mut csv).unwrap();
+    let expected = "time,\"A.x,\"\"y\"\"\",A.n,A.on\n0.0,0.30000000000000004,-3,1\n0.1,1e-300,27648,0\n";
+    assert_eq!(String::from_utf8(csv).unwrap(), expected);
+}

@@ -1,0 +1,198 @@
+//! What to run: FMUs by name, what is set, what is connected, what is recorded. Plain data with the names as the user
+//! writes them; [`Plan`](crate::host::plan::Plan) checks them.
+
+use anyhow::{Context, Result, anyhow, bail};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// FMUs that run together. Variables are named `FMU.VARIABLE`, such as `PID.OUT`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct System {
+    /// The FMUs, in the order in which they are stepped.
+    pub members: Vec<Member>,
+    /// Values that are set at the start or later.
+    pub settings: Vec<Setting>,
+    /// Which output goes to which input.
+    pub connections: Vec<Connection>,
+    /// The variables to record. If there are none: all outputs, and the inputs that are connected or set.
+    pub record: Vec<String>,
+    /// The start in seconds; by default the earliest that an FMU proposes, else 0.
+    pub start: Option<f64>,
+    /// The end in seconds; by default the latest that an FMU proposes.
+    pub stop: Option<f64>,
+    /// The communication step in seconds; by default the smallest that an FMU proposes.
+    pub step: Option<f64>,
+    /// When values go from output to input.
+    pub exchange: Exchange,
+}
+
+/// An FMU in a system.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Member {
+    /// Its name, by which its variables are named. No two members have the same.
+    pub name: String,
+    /// The .fmu file.
+    pub path: PathBuf,
+}
+
+/// A value for a variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// `FMU.VARIABLE`
+    pub variable: String,
+    /// The value.
+    pub value: Value,
+    /// When it is set, in seconds: at the first communication point that is not earlier. At the start, before the
+    /// initialization, if there is no time.
+    pub time: Option<f64>,
+}
+
+/// A value as the user writes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// `true` or `false`
+    Boolean(bool),
+    /// Anything else.
+    Number(f64),
+}
+
+/// From an output to an input.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Connection {
+    /// The output, `FMU.VARIABLE`.
+    pub from: String,
+    /// The input, `FMU.VARIABLE`.
+    pub to: String,
+}
+
+/// When values go from output to input.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Exchange {
+    /// Before each FMU's step: it gets what the FMUs before it computed in this step, and what those after it computed in
+    /// the previous one (Gauss-Seidel).
+    #[default]
+    Sequential,
+    /// For all FMUs at once, before any of them steps (Jacobi).
+    Parallel,
+}
+
+impl FromStr for Member {
+    type Err = anyhow::Error;
+
+    /// `NAME=FILE.fmu`, or `FILE.fmu` for an FMU that is named as its file.
+    fn from_str(text: &str) -> Result<Member> {
+        let (name, path) = match text.split_once('=') {
+            // A file's name may contain "=".
+            Some((name, path)) if !Path::new(text).exists() => (name.to_string(), PathBuf::from(path)),
+            _ => {
+                let path = PathBuf::from(text);
+                let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+                (name, path)
+            }
+        };
+        if name.is_empty() || path.as_os_str().is_empty() {
+            bail!("{text:?} does not name an FMU: write FILE.fmu or NAME=FILE.fmu");
+        }
+        Ok(Member { name, path })
+    }
+}
+
+impl FromStr for Setting {
+    type Err = anyhow::Error;
+
+    /// `FMU.VARIABLE=VALUE`, or `FMU.VARIABLE=VALUE@SECONDS`.
+    fn from_str(text: &str) -> Result<Setting> {
+        let form = || format!("{text:?}: write FMU.VARIABLE=VALUE or FMU.VARIABLE=VALUE@SECONDS");
+        let (variable, value) = text.split_once('=').with_context(form)?;
+        let (value, time) = match value.split_once('@') {
+            None => (value, None),
+            Some((value, time)) => (value, Some(number(time).with_context(form)?)),
+        };
+        if variable.is_empty() {
+            return Err(anyhow!("no variable is named").context(form()));
+        }
+        Ok(Setting { variable: variable.into(), value: value.parse().with_context(form)?, time })
+    }
+}
+
+impl FromStr for Value {
+    type Err = anyhow::Error;
+
+    fn from_str(text: &str) -> Result<Value> {
+        match text {
+            _ if text.eq_ignore_ascii_case("true") => Ok(Value::Boolean(true)),
+            _ if text.eq_ignore_ascii_case("false") => Ok(Value::Boolean(false)),
+            _ => number(text).map(Value::Number),
+        }
+    }
+}
+
+impl FromStr for Connection {
+    type Err = anyhow::Error;
+
+    /// `FMU.OUTPUT=FMU.INPUT`
+    fn from_str(text: &str) -> Result<Connection> {
+        match text.split_once('=') {
+            Some((from, to)) if !from.is_empty() && !to.is_empty() => {
+                Ok(Connection { from: from.into(), to: to.into() })
+            }
+            _ => bail!("{text:?}: write FMU.OUTPUT=FMU.INPUT"),
+        }
+    }
+}
+
+/// A finite number.
+fn number(text: &str) -> Result<f64> {
+    match text.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => bail!("{text:?} is not a finite number (the decimal sign is a point)"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error<T: FromStr<Err = anyhow::Error> + std::fmt::Debug>(text: &str) -> String {
+        format!("{:#}", text.parse::<T>().unwrap_err())
+    }
+
+    #[test]
+    fn an_fmu_is_named_as_its_file_or_explicitly() {
+        let member = |name: &str, path: &str| Member { name: name.into(), path: path.into() };
+        assert_eq!("some/PID.fmu".parse::<Member>().unwrap(), member("PID", "some/PID.fmu"));
+        assert_eq!("inner=some/PID.fmu".parse::<Member>().unwrap(), member("inner", "some/PID.fmu"));
+        for text in ["", "A=", "=a.fmu"] {
+            assert!(error::<Member>(text).contains("write FILE.fmu or NAME=FILE.fmu"), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_setting_has_a_value_and_may_have_a_time() {
+        let setting = |text: &str| text.parse::<Setting>().unwrap();
+        let expected = |value, time| Setting { variable: "A.B.C".into(), value, time };
+        assert_eq!(setting("A.B.C=-2.5e1"), expected(Value::Number(-25.0), None));
+        assert_eq!(setting("A.B.C=60@120.5"), expected(Value::Number(60.0), Some(120.5)));
+        assert_eq!(setting("A.B.C=TRUE@0"), expected(Value::Boolean(true), Some(0.0)));
+        assert_eq!(setting("A.B.C=false"), expected(Value::Boolean(false), None));
+    }
+
+    #[test]
+    fn a_wrong_setting_says_what_is_wrong_and_how_it_is_written() {
+        assert_eq!(
+            error::<Setting>("A.B=2,5"),
+            "\"A.B=2,5\": write FMU.VARIABLE=VALUE or FMU.VARIABLE=VALUE@SECONDS: \"2,5\" is not a finite number (the \
+             decimal sign is a point)"
+        );
+        for text in ["A.B", "=1", "A.B=", "A.B=1@", "A.B=inf", "A.B=1@x", "A.B=on"] {
+            assert!(error::<Setting>(text).contains("write FMU.VARIABLE=VALUE"), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_connection_goes_from_an_output_to_an_input() {
+        let connection: Connection = "A.LMN=B.POWER".parse().unwrap();
+        assert_eq!((connection.from.as_str(), connection.to.as_str()), ("A.LMN", "B.POWER"));
+        assert_eq!(error::<Connection>("A.LMN"), "\"A.LMN\": write FMU.OUTPUT=FMU.INPUT");
+    }
+}

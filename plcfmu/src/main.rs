@@ -1,0 +1,56 @@
+//! The command `plcfmu`.
+
+use clap::{Parser, Subcommand};
+use plcfmu::commands::{build, check, info, new, run};
+use std::process::ExitCode;
+
+/// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
+#[derive(Parser)]
+#[command(name = "plcfmu", version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Info(info::Options),
+    Check(check::Options),
+    Run(run::Options),
+    /// Make a crate for a block of your own
+    ///
+    /// The crate builds as it stands: it comes with the sources that it needs.
+    New(new::Options),
+    /// Build, pack and check the FMUs of the current crate or workspace
+    ///
+    /// Links Linux libraries against an old glibc where zig and cargo-zigbuild are found: in target/venv, in the active Python
+    /// environment, on PATH, or in the environment of python3.
+    Build(build::Options),
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Info(options) => info::run(&options),
+        Command::Check(options) => check::run(&options),
+        Command::Run(options) => run::run(&options),
+        Command::New(options) => new::run(&options),
+        Command::Build(options) => build::run(&options),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_arguments_of_all_commands_are_consistent() {
+        super::Arguments::command().debug_assert();
+    }
+}

@@ -1,0 +1,310 @@
+//! The invariants in the layout table of README.md, checked by reading the sources. Comments and strings count as code does
+//! (except for the word unsafe): what a file must not know it does not mention either.
+//!
+//! Each finding is one line, `file:line contains "what"`; below the findings follows what to do.
+
+use cargo_metadata::MetadataCommand;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The product; `tests` and `examples` use it.
+const PRODUCT: [&str; 5] = ["blocks", "fmu", "modeldescription", "plcfmu", "xtask"];
+
+const MOST_LINES_OF_A_FILE: usize = 900;
+const MOST_LINES_OF_A_FUNCTION: usize = 150;
+const MOST_LINES_OF_XTASK: usize = 599;
+const MOST_WORDS_OF_README: usize = 900;
+
+/// This file says what must not occur elsewhere.
+const THIS_FILE: &str = "tests/rust/invariants.rs";
+
+#[test]
+fn blocks_know_nothing_of_fmi_xml_files_or_logging() {
+    let foreign = ["fmi", "xml", "std::fs", "std::io", "std::net", "std::env", "println!", "dbg!", "log::", "tracing"];
+    assert_none(
+        &find(&source_files("blocks/src"), |line| first_of(&foreign, &line.to_lowercase())),
+        "any Rust program can use a block: what belongs to FMUs goes to fmu/, XML to modeldescription/",
+    );
+}
+
+#[test]
+fn crates_depend_on_each_other_one_way() {
+    let metadata =
+        MetadataCommand::new().current_dir(root()).no_deps().exec().unwrap_or_else(|error| panic!("{error}"));
+    let packages = metadata.workspace_packages();
+    let ours: BTreeSet<&str> = packages.iter().map(|package| package.name.as_str()).collect();
+    let mut findings = Vec::new();
+    for package in &packages {
+        let folder = package.manifest_path.parent().unwrap().strip_prefix(root().to_str().unwrap()).unwrap();
+        let folder = folder.as_str().replace('\\', "/");
+        let allowed: &[&str] = match folder.as_str() {
+            "blocks" => &[],
+            "fmu" | "modeldescription" => &["blocks"],
+            "plcfmu" => &["blocks", "modeldescription"],
+            "xtask" => &["blocks", "modeldescription", "plcfmu"],
+            tests if tests.starts_with("tests") => continue,
+            // An FMU of ours is made as anyone's is.
+            _ => &["blocks", "fmu"],
+        };
+        for dependency in &package.dependencies {
+            if folder == "blocks" || ours.contains(&*dependency.name) && !allowed.contains(&&*dependency.name) {
+                findings.push(format!("{folder}/Cargo.toml depends on {}", dependency.name));
+            }
+        }
+    }
+    assert_none(
+        &findings,
+        "dependencies run one way: blocks <- fmu <- fmu/libraries and examples; blocks <- modeldescription <- plcfmu <- \
+         xtask; and blocks has none at all",
+    );
+}
+
+#[test]
+fn no_code_but_that_of_the_blocks_names_a_block() {
+    let names: BTreeSet<String> =
+        block_names().into_iter().flat_map(|(block, name)| [block, name.to_lowercase(), name]).collect();
+    let mut files = Vec::new();
+    for folder in ["fmu/src", "modeldescription", "plcfmu", "xtask"] {
+        // The Python package is documented with blocks.
+        files.extend(source_files(folder).into_iter().filter(|file| !file.starts_with("plcfmu/python/")));
+    }
+    assert_none(
+        &find(&files, |line| words(line).find(|word| names.contains(*word)).map(str::to_string)),
+        "fmu, modeldescription, plcfmu and xtask work for any block: say it without a block's name, PUMP for example",
+    );
+}
+
+#[test]
+fn only_the_code_for_fmi_2_0_names_fmi2() {
+    let allowed =
+        ["fmu/src/v2/", "modeldescription/src/v2/", "plcfmu/src/host/", "plcfmu/python/", "modeldescription/tests/"];
+    assert_none(
+        &find(&outside(&allowed, &product_files()), |line| first_of(&["fmi2"], &line.to_lowercase())),
+        "what holds for FMI 2.0 only goes to fmu/src/v2, modeldescription/src/v2 or plcfmu/src/host",
+    );
+}
+
+#[test]
+fn the_core_of_fmu_knows_no_fmi() {
+    let is_core = |file: &String| file.matches('/').count() == 2 && file != "fmu/src/lib.rs";
+    let core: Vec<String> = source_files("fmu/src").into_iter().filter(is_core).collect();
+    assert_none(
+        &find(&core, |line| first_of(&["fmi", "v2"], &line.to_lowercase())),
+        "the core does what a PLC does and knows no FMI version: move it to fmu/src/v2, which uses the core",
+    );
+}
+
+/// How unsafe code begins, and what allows it.
+const UNSAFE: [&str; 7] =
+    ["unsafe {", "unsafe fn", "unsafe extern", "unsafe impl", "unsafe trait", "unsafe(", "allow(unsafe_code"];
+
+#[test]
+fn unsafe_code_stands_only_at_the_c_interface() {
+    let allowed = ["fmu/src/v2/ffi.rs", "plcfmu/src/host/", "tests/"];
+    let rust: Vec<String> = all_files().into_iter().filter(|file| file.ends_with(".rs")).collect();
+    assert_none(
+        &find(&outside(&allowed, &rust), |line| first_of(&UNSAFE, line.split("//").next().unwrap_or(""))),
+        "unsafe code goes to fmu/src/v2/ffi.rs on the side of the FMU, to plcfmu/src/host on the side of the host",
+    );
+}
+
+#[test]
+fn the_library_of_an_fmu_is_one_line() {
+    let mut findings = Vec::new();
+    for file in source_files("fmu/libraries").iter().filter(|file| file.ends_with(".rs")) {
+        let text = read(file);
+        let code: Vec<&str> = text.lines().filter(|line| !line.is_empty() && !line.starts_with("//!")).collect();
+        if !matches!(code.as_slice(), [line] if line.starts_with("fmu::export!(blocks::") && line.ends_with(");")) {
+            findings.push(format!("{file}:1 has other code than one line fmu::export!(blocks::NAME);"));
+        }
+    }
+    assert_none(&findings, "a block's code goes to blocks/src, what all FMUs share to fmu/src");
+}
+
+#[test]
+fn every_block_has_a_library() {
+    let libraries: String = source_files("fmu/libraries").iter().map(|file| read(file)).collect();
+    let missing = |(block, _): &&(String, String)| !libraries.contains(&format!("fmu::export!(blocks::{block});"));
+    let blocks = block_names();
+    let findings: Vec<String> = blocks
+        .iter()
+        .filter(missing)
+        .map(|(block, name)| format!("blocks/src has {block}, which makes {name}"))
+        .collect();
+    assert_none(&findings, "add a crate to fmu/libraries, see blocks/README.md");
+}
+
+#[test]
+fn files_and_functions_are_short() {
+    let mut findings = Vec::new();
+    for file in all_files().iter().filter(|file| file.ends_with(".rs") || file.ends_with(".py")) {
+        let text = read(file);
+        let lines: Vec<&str> = text.lines().collect();
+        if lines.len() > MOST_LINES_OF_A_FILE {
+            findings.push(format!("{file}:{} is beyond {MOST_LINES_OF_A_FILE} lines", lines.len()));
+        }
+        for (start, line) in lines.iter().enumerate().filter(|(_, line)| file.ends_with(".rs") && begins_function(line))
+        {
+            // rustfmt closes a function where it began.
+            let close = format!("{}}}", &line[..line.len() - line.trim_start().len()]);
+            let length = lines[start..].iter().position(|line| *line == close).map_or(0, |end| end + 1);
+            if length > MOST_LINES_OF_A_FUNCTION && !line.ends_with(';') && !line.ends_with('}') {
+                findings.push(format!("{file}:{} begins a function of {length} lines", start + 1));
+            }
+        }
+    }
+    assert_none(
+        &findings,
+        &format!("split it: files have at most {MOST_LINES_OF_A_FILE} lines, functions {MOST_LINES_OF_A_FUNCTION}"),
+    );
+}
+
+#[test]
+fn xtask_stays_small() {
+    let files = source_files("xtask/src");
+    let lines: usize = files.iter().map(|file| read(file).lines().count()).sum();
+    assert!(
+        lines <= MOST_LINES_OF_XTASK,
+        "xtask/src has {lines} lines, {MOST_LINES_OF_XTASK} at most: what users run or what works for any block goes to \
+         plcfmu/src"
+    );
+}
+
+#[test]
+fn the_readme_is_short() {
+    let words = read("README.md").split_whitespace().count();
+    assert!(
+        words <= MOST_WORDS_OF_README,
+        "README.md has {words} words, {MOST_WORDS_OF_README} at most: details go to the README of their folder"
+    );
+}
+
+#[test]
+fn modules_are_found_by_their_place_and_nothing_outside_the_repository_is_named() {
+    let all: Vec<String> = all_files();
+    assert_none(
+        &find(&all, |line| first_of(&["#[path", "../shared"], line)),
+        "use a crate instead of a #[path] attribute; and copy what is needed into the repository",
+    );
+}
+
+#[test]
+fn examples_are_made_with_what_any_user_has() {
+    let in_examples: BTreeSet<String> = python_modules("examples");
+    let ours: BTreeSet<String> = python_modules("tests").difference(&in_examples).cloned().collect();
+    let examples: Vec<String> = source_files("examples").into_iter().filter(|file| file.ends_with(".py")).collect();
+    assert_none(
+        &find(&examples, |line| {
+            let import = line.trim_start().strip_prefix("import ").or(line.trim_start().strip_prefix("from "))?;
+            words(import).next().filter(|module| *module == "tests" || ours.contains(*module)).map(str::to_string)
+        }),
+        "an example imports packages that a user can install, and its neighbours in examples/; not the tests",
+    );
+}
+
+// How the sources are read
+
+/// Fails with all findings, and what to do about them.
+#[track_caller]
+fn assert_none(findings: &[String], remedy: &str) {
+    assert!(findings.is_empty(), "\n{}\n{remedy}\n", findings.join("\n"));
+}
+
+/// `file:line contains "what"` for each line for which `what` returns something.
+fn find(files: &[String], what: impl Fn(&str) -> Option<String>) -> Vec<String> {
+    let mut findings = Vec::new();
+    for file in files.iter().filter(|file| *file != THIS_FILE) {
+        for (number, line) in read(file).lines().enumerate() {
+            if let Some(what) = what(line) {
+                findings.push(format!("{file}:{} contains {what:?}", number + 1));
+            }
+        }
+    }
+    findings
+}
+
+fn first_of(texts: &[&str], line: &str) -> Option<String> {
+    texts.iter().find(|text| line.contains(**text)).map(ToString::to_string)
+}
+
+fn words(line: &str) -> impl Iterator<Item = &str> {
+    line.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|word| !word.is_empty())
+}
+
+/// `fn` after nothing but `pub`, `const` and the like.
+fn begins_function(line: &str) -> bool {
+    let qualifies = |word: &str| word.starts_with("pub") || ["const", "unsafe", "extern", "\"C\""].contains(&word);
+    line.split_once("fn ").is_some_and(|(before, _)| before.split_whitespace().all(qualifies))
+}
+
+/// What the blocks are called in Rust and by their vendors: `ContC` and `CONT_C`.
+fn block_names() -> Vec<(String, String)> {
+    let mut names = Vec::new();
+    for file in outside(&["blocks/src/table/"], &source_files("blocks/src")) {
+        for line in read(&file).lines() {
+            let block = line.trim().strip_prefix("pub struct ").and_then(|line| line.split_once(" as \""));
+            names.extend(block.map(|(block, rest)| (block.to_string(), rest.split('"').next().unwrap().to_string())));
+        }
+    }
+    assert!(names.len() >= 5, "blocks/src has no blocks, or they are declared in another way: {names:?}");
+    names
+}
+
+fn python_modules(folder: &str) -> BTreeSet<String> {
+    let files = source_files(folder);
+    let modules = files.iter().filter_map(|file| file.strip_prefix(folder)?.strip_prefix('/')?.strip_suffix(".py"));
+    modules.filter(|module| !module.contains('/')).map(str::to_string).collect()
+}
+
+fn outside(folders: &[&str], files: &[String]) -> Vec<String> {
+    files.iter().filter(|file| !folders.iter().any(|folder| file.starts_with(folder))).cloned().collect()
+}
+
+fn product_files() -> Vec<String> {
+    PRODUCT.iter().flat_map(|folder| source_files(folder)).collect()
+}
+
+/// All text files of the repository that are written by hand.
+fn all_files() -> Vec<String> {
+    source_files("")
+}
+
+/// The text files below one folder, as paths from the root of the repository, with `/`.
+fn source_files(folder: &str) -> Vec<String> {
+    let mut files = Vec::new();
+    collect(&root().join(folder), &mut files);
+    assert!(!files.is_empty(), "{folder} has no source files: has it moved? Then {THIS_FILE} has to know where");
+    files.sort();
+    files
+}
+
+fn collect(folder: &Path, files: &mut Vec<String>) {
+    let entries = fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    for entry in entries {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy();
+        let extension = path.extension().unwrap_or_default().to_string_lossy();
+        if path.is_dir() {
+            // Not what is built or kept by tools: target, .git, __pycache__, the fuzzer's corpus.
+            if !matches!(&*name, "target" | "__pycache__" | "corpus")
+                && (!name.starts_with('.') || matches!(&*name, ".cargo" | ".ci"))
+            {
+                collect(&path, files);
+            }
+        } else if matches!(
+            &*extension,
+            "rs" | "py" | "toml" | "md" | "html" | "css" | "js" | "svg" | "txt" | "jinja" | "j2" | ""
+        ) {
+            files.push(path.strip_prefix(root()).unwrap().to_string_lossy().replace('\\', "/"));
+        }
+    }
+}
+
+fn read(file: &str) -> String {
+    fs::read_to_string(root().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_path_buf()
+}
