@@ -3,11 +3,15 @@ library of this one.
 
 The loader runs under Wine or qemu and makes the calls that it is sent. `Slave.dll` has the 34 functions and takes
 the same ctypes arguments as a loaded library does; arrays and variables come back as the library left them.
+
+`.ci/platforms` builds the loaders and the libraries into `target/platforms`.
 """
 
 import atexit
 import ctypes
+import os
 import pathlib
+import shlex
 import struct
 import subprocess
 
@@ -56,21 +60,71 @@ NUMBERS = {name: number for number, name in enumerate(SIGNATURES)}
 NULL = b"p" + struct.pack("<Q", 0)
 
 
-class Library:
-    """A library in a loader of its own. `runner` is the command that runs the loader, such as
-    ["/usr/lib/wine/wine64", "loader.exe"]; every message is passed to `log`."""
+BUILT = pathlib.Path(__file__).resolve().parent.parent / "target" / "platforms"
 
-    def __init__(self, runner, library, log, environment=None):
+# The commands that run a program of another platform here. PLCFMU_RUNNER is that of any other one.
+RUNNERS = {
+    "win64": "/usr/lib/wine/wine64",
+    "aarch64-linux": "qemu-aarch64 -L /usr/aarch64-linux-gnu",
+}
+
+
+def run(platform, program, *arguments, **options):
+    """Starts a program of another platform: a `subprocess.Popen` with these options. Wine keeps its own files in
+    `target/platforms/wine`."""
+    runner = os.environ.get("PLCFMU_RUNNER", RUNNERS.get(platform))
+    assert runner is not None, f"PLCFMU_RUNNER must say how a program for {platform} is run here"
+    environment = {**os.environ, "WINEPREFIX": str(BUILT / "wine"), "WINEDEBUG": "-all", "LC_ALL": "C.UTF-8"}
+    command = [*shlex.split(runner), str(program), *map(str, arguments)]
+    return subprocess.Popen(command, env=environment, **options)
+
+
+def suffix(platform):
+    """How the file name of a library ends."""
+    return ".dll" if "win" in platform else ".so"
+
+
+def library(platform, guid, packed):
+    """The library of the FMU with this GUID: the one in the FMU's folder `packed`, or else the one in the folder
+    PLCFMU_LIBRARIES that has the GUID in it."""
+    inside = sorted((packed / "binaries" / platform).glob("*" + suffix(platform)))
+    if inside:
+        return inside[0]
+    folder = pathlib.Path(os.environ.get("PLCFMU_LIBRARIES", ""))
+    outside = [path for path in sorted(folder.glob("*" + suffix(platform))) if guid.encode() in path.read_bytes()]
+    assert len(outside) == 1, f"{folder} has {len(outside)} libraries for {platform} with the GUID {guid}: run .ci/platforms"
+    return outside[0]
+
+
+def named(name, platform):
+    """The library of a package in `tests/fmus`, in the folder PLCFMU_LIBRARIES."""
+    prefix = "" if "win" in platform else "lib"
+    return pathlib.Path(os.environ.get("PLCFMU_LIBRARIES", "")) / f"{prefix}{name}{suffix(platform)}"
+
+
+class Library:
+    """A library in a loader of its own; every message is passed to `log`."""
+
+    def __init__(self, platform, library, log):
+        loader = BUILT / platform / ("loader.exe" if "win" in platform else "loader")
+        assert loader.is_file(), f"there is no {loader}: run .ci/platforms"
         self.log = log
-        self.process = subprocess.Popen(
-            [*map(str, runner), str(library)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment
-        )
+        self.busy = False
+        self.abandoned = []
+        self.process = run(platform, loader, library, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         atexit.register(self.close)
 
     def close(self):
         if self.process.poll() is None:
             self.process.stdin.close()
             self.process.wait()
+
+    def free(self, component):
+        """Frees an instance that nobody has any more. Python may notice that in the middle of another call: then it
+        is freed after that."""
+        self.abandoned.append(component)
+        while self.abandoned and not self.busy and self.process.poll() is None:
+            self.call("fmi2FreeInstance", self.abandoned.pop())
 
     def __getattr__(self, function):
         if function not in NUMBERS:
@@ -83,12 +137,18 @@ class Library:
         changed = []
         packed = [pack(argument, type, changed) for argument, type in zip(arguments, types)]
         call = struct.pack("<II", NUMBERS[function], len(packed)) + b"".join(packed)
+        self.busy = True
         try:
             self.process.stdin.write(call)
             self.process.stdin.flush()
-            return self.answer(result, changed)
+            answer = self.answer(result, changed)
         except (BrokenPipeError, EOFError):
             raise RuntimeError(f"the loader ended with {self.process.wait()} in {function}") from None
+        finally:
+            self.busy = False
+        if self.abandoned:
+            self.free(self.abandoned.pop())
+        return answer
 
     def answer(self, result, changed):
         for _ in range(self.number("<I")):
@@ -174,14 +234,6 @@ class Slave:
         assert self.component, "fmi2Instantiate gives no instance"
 
     def freeInstance(self):
-        if self.component and self.dll.process.poll() is None:
-            self.dll.fmi2FreeInstance(self.component)
+        if self.component:
+            self.dll.free(self.component)
             self.component = None
-
-
-def wine(loader, folder):
-    """The command and the environment that run a loader for Windows; Wine keeps its own files in `folder`."""
-    import os
-
-    environment = dict(os.environ, WINEPREFIX=str(folder), WINEDEBUG="-all", LC_ALL="C.UTF-8")
-    return [pathlib.Path("/usr/lib/wine/wine64"), loader], environment
