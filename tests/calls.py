@@ -57,7 +57,7 @@ def arguments(instance, function):
     if function == "fmi2GetDirectionalDerivative":
         return ((c_uint * 1)(), 1, (c_uint * 1)(), 1, (c_double * 1)(1.0), (c_double * 1)())
     if function == "fmi2SetRealInputDerivatives":
-        names = [name for name in fmu.of("input", type="Real") if fmu.kinds[name] != "Time"]
+        names = [name for name in fmu.of("input", type="Real") if fmu.kinds[name] != "TIME"]
         count = len(names)
         return (host.references(fmu, names), count, (c_int * count)(*[1] * count), (c_double * count)())
     if function == "fmi2GetRealOutputDerivatives":

@@ -3,9 +3,13 @@
 `Fmu` is a packed FMU that FMPy has unpacked, `Instance` one instance of it, driven through
 FMPy's `FMU2Slave`. A call that the FMU refuses raises `Refused`, with the status and what the FMU
 logged; `Instance.call` gives the bare status instead.
+
+With PLCFMU_PLATFORM=win64 (or aarch64-linux) the instances are those of the library for that platform, in a loader
+under Wine or qemu.
 """
 
 import ctypes
+import functools
 import json
 import os
 import pathlib
@@ -19,6 +23,9 @@ from fmpy import fmi2
 from lxml import etree
 
 import plcfmu
+import pytest
+import remote
+from plcfmu import messages
 from plcfmu.messages import Log
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
@@ -41,6 +48,12 @@ FUNCTIONS = COMMON + CO_SIMULATION
 # The FMUs of the manuals' blocks, and which of them tell the mean of their pulses.
 CONTROLLERS = ("CONT_C", "CONT_S", "PULSEGEN", "PULS_CTR", "HLG")
 MEAN = {"PULSEGEN": "Q_MEAN", "PULS_CTR": "Q_MEAN", "CONT_S": "QLMN_MEAN"}
+
+# The platform whose libraries are tested; "" is this machine.
+PLATFORM = os.environ.get("PLCFMU_PLATFORM", "")
+
+# A test in which FMPy itself loads the library.
+in_fmpy = pytest.mark.skipif(PLATFORM != "", reason="FMPy loads libraries of this machine alone")
 
 C_TYPES = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
 
@@ -68,24 +81,33 @@ class Refused(Exception):
 
 
 class Fmu:
-    """A packed FMU, unpacked to `folder`."""
+    """A packed FMU, unpacked to `folder`. Its instances are those of the library for `platform`."""
 
-    def __init__(self, path, folder):
+    def __init__(self, path, folder, platform=PLATFORM):
         self.path = pathlib.Path(path)
         self.name = self.path.stem
         self.folder = pathlib.Path(folder)
+        self.platform = platform
         fmpy.extract(self.path, self.folder)
         self.description = fmpy.read_model_description(str(self.path))
         self.xml = etree.parse(self.folder / "modelDescription.xml").getroot()
         self.variables = {v.name: v for v in self.description.modelVariables}
-        self.table = self.read_table()
+        told = self.told()
+        self.table, self.interface = told["table"], told["interface"]
         self.kinds = {row["name"]: row["kind"] for row in self.table["variables"]}
         self.cycle_name = self.table["variables"][self.table["cycle"]]["name"]
 
     def __repr__(self):
         return self.name
 
+    @functools.cached_property
+    def remote(self):
+        """The library for another platform, in a loader."""
+        return remote.Library(self.platform, self.library(), messages._log)
+
     def slave(self, name="instance"):
+        if self.platform:
+            return remote.Slave(self.remote, self.description.guid, name)
         return fmi2.FMU2Slave(
             guid=self.description.guid,
             modelIdentifier=self.description.coSimulation.modelIdentifier,
@@ -94,14 +116,19 @@ class Fmu:
         )
 
     def library(self):
-        """The library for this platform."""
+        """The library's file."""
+        if self.platform:
+            return remote.library(self.platform, self.description.guid, self.folder)
         name = self.description.coSimulation.modelIdentifier + fmpy.sharedLibraryExtension
         return self.folder / "binaries" / fmpy.platform / name
 
-    def read_table(self):
-        """What the library says of its variables: it knows the PLC types, the XML only FMI's."""
-        interface = ctypes.CDLL(str(self.library())).plcfmu_interface
-        interface.restype, interface.argtypes = c_size_t, [c_char_p, c_size_t]
+    def told(self):
+        """What the library says of itself: its table has the PLC types, the XML only FMI's."""
+        if self.platform:
+            interface = self.remote.plcfmu_interface
+        else:
+            interface = ctypes.CDLL(str(self.library())).plcfmu_interface
+            interface.restype, interface.argtypes = c_size_t, [c_char_p, c_size_t]
         buffer = ctypes.create_string_buffer(interface(None, 0))
         interface(buffer, len(buffer))
         return json.loads(buffer.raw)

@@ -18,13 +18,13 @@ def draw(fmu, name, generator):
     """A value for a variable, of its type and within its range."""
     kind = fmu.kinds[name]
     variable = fmu.variables[name]
-    if kind == "Bool":
+    if kind == "BOOL":
         return int(generator.random() < 0.2)
     low = -100.0 if variable.min is None else float(variable.min)
     high = max(low, 0.0) + 100.0 if variable.max is None else float(variable.max)
-    if kind in ("Int", "Word"):
+    if kind in ("INT", "WORD"):
         return generator.randint(int(low), int(high))
-    if kind == "Time":
+    if kind == "TIME":
         return generator.randint(0, 10_000) / 1000
     return generator.uniform(low, high)
 

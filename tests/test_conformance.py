@@ -413,7 +413,7 @@ LARGEST_REAL = 3.4028234663852886e38
 HALF_A_BIT_ABOVE = 3.4028235677973366e38  # from here on a double rounds to no finite binary32
 TAKEN = {
     # kind: value set, value read
-    "Real": [
+    "REAL": [
         (0.1, binary32(0.1)),
         (-0.0, -0.0),
         (LARGEST_REAL, LARGEST_REAL),
@@ -423,8 +423,8 @@ TAKEN = {
         (1e-45, binary32(1e-45)),
         (1e-46, 0.0),
     ],
-    "LReal": [(0.1, 0.1), (-0.0, -0.0), (1e300, 1e300), (5e-324, 5e-324)],
-    "Time": [
+    "LREAL": [(0.1, 0.1), (-0.0, -0.0), (1e300, 1e300), (5e-324, 5e-324)],
+    "TIME": [
         (0.0, 0.0),
         (0.0004, 0.0),
         (0.0006, 0.001),
@@ -433,17 +433,17 @@ TAKEN = {
         (0.029, 0.029),
         (2147483.647, 2147483.647),
     ],
-    "Word": [(-32768, -32768), (32767, 32767), (32768, -32768), (65535, -1), (-1, -1)],
-    "Int": [(-32768, -32768), (32767, 32767)],
-    "Bool": [(0, 0), (1, 1), (2, 1), (-1, 1), (256, 1)],
+    "WORD": [(-32768, -32768), (32767, 32767), (32768, -32768), (65535, -1), (-1, -1)],
+    "INT": [(-32768, -32768), (32767, 32767)],
+    "BOOL": [(0, 0), (1, 1), (2, 1), (-1, 1), (256, 1)],
 }
 REFUSED = {
-    "Real": [math.nan, math.inf, -math.inf, 1e39, -1e39, HALF_A_BIT_ABOVE, 1.7e308],
-    "LReal": [math.nan, math.inf, -math.inf],
-    "Time": [math.nan, math.inf, -math.inf, -0.001, -1.0, 2147483.648, 1e30],
-    "Word": [-32769, 65536, 2**31 - 1, -(2**31)],
-    "Int": [-32769, 32768, 65535, 2**31 - 1, -(2**31)],
-    "Bool": [],
+    "REAL": [math.nan, math.inf, -math.inf, 1e39, -1e39, HALF_A_BIT_ABOVE, 1.7e308],
+    "LREAL": [math.nan, math.inf, -math.inf],
+    "TIME": [math.nan, math.inf, -math.inf, -0.001, -1.0, 2147483.648, 1e30],
+    "WORD": [-32769, 65536, 2**31 - 1, -(2**31)],
+    "INT": [-32769, 32768, 65535, 2**31 - 1, -(2**31)],
+    "BOOL": [],
 }
 
 
@@ -597,6 +597,7 @@ def test_every_other_kind_of_status_is_discarded(fmu, function, answered, value)
 # --- FMPy's own simulation --------------------------------------------------------------------------
 
 
+@host.in_fmpy
 def test_simulate_fmu_runs_with_its_own_defaults(fmu):
     """Validation, default step size and stop time; no status but fmi2OK, and every value a number."""
     calls = []

@@ -8,6 +8,7 @@ import fmpy
 import numpy as np
 import pytest
 
+import host
 from host import real
 
 
@@ -487,12 +488,14 @@ def test_lmn_per_follows_lmn_fac_and_lmn_off(start):
 # --- In FMPy, as its own functions run it -----------------------------------------------------------
 
 
+@host.in_fmpy
 def test_simulate_fmu_runs_with_its_own_defaults(open_fmu):
     result = fmpy.simulate_fmu(str(open_fmu("CONT_C").path))
     assert len(result) > 1
     assert set(result["LMN"]) == {0.0}
 
 
+@host.in_fmpy
 def test_simulate_fmu_gives_the_closed_form(open_fmu):
     """Step of the setpoint between the calls at 1 s and 2 s; the output at a point is that of the call one CYCLE
     earlier. FMPy makes a step to the event and one from there on."""
@@ -509,6 +512,7 @@ def test_simulate_fmu_gives_the_closed_form(open_fmu):
     assert [lmn[t] for t in range(7)] == real(0.0, 0.0, 0.0, 2.05, 2.15, 2.25, 2.35)
 
 
+@host.in_fmpy
 def test_simulate_fmu_with_long_steps_calls_the_block_every_cycle(open_fmu):
     result = fmpy.simulate_fmu(
         str(open_fmu("CONT_C").path),

@@ -55,7 +55,7 @@ def test_a_run_after_reset_equals_a_run_of_a_new_instance(fmu):
 
 
 def test_reset_takes_input_derivatives_back(fmu):
-    names = [name for name in fmu.of("input", type="Real") if fmu.kinds[name] != "Time"]
+    names = [name for name in fmu.of("input", type="Real") if fmu.kinds[name] != "TIME"]
     instance = fmu.start()
     count = len(names)
     instance.do(

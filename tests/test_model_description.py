@@ -13,12 +13,12 @@ import oracle
 from host import MEAN
 
 FMI_TYPE = {
-    "Real": "Real",
-    "LReal": "Real",
-    "Time": "Real",
-    "Word": "Integer",
-    "Int": "Integer",
-    "Bool": "Boolean",
+    "REAL": "Real",
+    "LREAL": "Real",
+    "TIME": "Real",
+    "WORD": "Integer",
+    "INT": "Integer",
+    "BOOL": "Boolean",
 }
 
 
@@ -146,7 +146,7 @@ def test_the_log_categories_are_declared_with_a_description(fmu):
 def test_the_guid_is_the_librarys_and_no_other_fmus(fmu, open_fmu):
     guid = fmu.xml.get("guid")
     assert re.fullmatch(r"\{[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\}", guid)
-    assert guid == fmu.table["guid"]
+    assert guid == fmu.interface["guid"]
     assert [name for name in host.names() if open_fmu(name).xml.get("guid") == guid] == [fmu.name]
 
 
@@ -164,12 +164,12 @@ def test_every_variable_of_the_library_stands_there_in_its_order(fmu):
 
 CAUSALITY = {
     # role in the library: causality, variability, initial
-    "Input": ("input", "discrete", None),
-    "Parameter": ("parameter", "tunable", "exact"),
-    "Fixed": ("parameter", "fixed", "exact"),
-    "Cycle": ("parameter", "fixed", "exact"),
-    "Output": ("output", "discrete", "calculated"),
-    "Local": ("local", "discrete", "calculated"),
+    "input": ("input", "discrete", None),
+    "parameter": ("parameter", "tunable", "exact"),
+    "fixed": ("parameter", "fixed", "exact"),
+    "cycle": ("parameter", "fixed", "exact"),
+    "output": ("output", "discrete", "calculated"),
+    "local": ("local", "discrete", "calculated"),
 }
 
 
@@ -196,7 +196,7 @@ def test_there_is_no_independent_variable(fmu):
 def test_numbers_read_back_bit_for_bit(fmu):
     """As the type that the library keeps them in."""
     for row, x in zip(fmu.table["variables"], scalar_variables(fmu)):
-        bits = "f" if row["kind"] == "Real" else "d"
+        bits = "f" if row["kind"] == "REAL" else "d"
         for attribute in ("start", "min", "max"):
             in_xml = number(typed(x), attribute)
             if in_xml is not None:
@@ -221,7 +221,7 @@ def test_every_min_and_max_can_be_set(fmu):
         for limit in (variable.min, variable.max):
             if limit is not None:
                 instance.set(**{name: type(instance[name])(limit)})
-                held = host.real(float(limit)) if fmu.kinds[name] == "Real" else float(limit)
+                held = host.real(float(limit)) if fmu.kinds[name] == "REAL" else float(limit)
                 assert instance[name] == held
 
 
@@ -245,7 +245,7 @@ def test_every_unit_is_defined_and_every_definition_is_used(fmu):
 
 def test_times_are_in_seconds_and_shown_in_milliseconds(fmu):
     for row, x in zip(fmu.table["variables"], scalar_variables(fmu)):
-        if row["kind"] == "Time":
+        if row["kind"] == "TIME":
             assert (typed(x).get("unit"), typed(x).get("displayUnit")) == ("s", "ms")
     second = fmu.xml.find("UnitDefinitions/Unit[@name='s']")
     assert dict(second.find("BaseUnit").attrib) == {"s": "1"}
@@ -302,7 +302,7 @@ RANGES = {
         "TR_TZ": (0, None),
     },
 }
-KIND = {oracle.REAL: "Real", oracle.TIME: "Time", oracle.BOOL: "Bool", oracle.INT: "Int", oracle.WORD: "Word"}
+KIND = {oracle.REAL: "REAL", oracle.TIME: "TIME", oracle.BOOL: "BOOL", oracle.INT: "INT", oracle.WORD: "WORD"}
 
 
 def terminals(block, prefix=""):
@@ -326,10 +326,10 @@ def test_a_controllers_terminals_have_the_manuals_types_and_starts(controller):
     block = getattr(oracle, controller.name)()
     for name, (data_type, _, is_input) in terminals(block).items():
         kind = controller.kinds[name]
-        assert kind == {"Word": "Word", "Int": "Int"}.get(kind, KIND[data_type]), name
+        assert kind == {"WORD": "WORD", "INT": "INT"}.get(kind, KIND[data_type]), name
         if is_input and controller.variables[name].causality != "local":
             start = block.get(name)
-            expected = start / 1000 if kind == "Time" else float(start)
+            expected = start / 1000 if kind == "TIME" else float(start)
             assert number(typed(xml_of(controller, name)), "start") == expected, name
 
 
@@ -339,11 +339,11 @@ def xml_of(fmu, name):
 
 
 def test_words_and_integers_are_told_apart(controller):
-    words = {name.split(".")[-1] for name, kind in controller.kinds.items() if kind == "Word"}
+    words = {name.split(".")[-1] for name, kind in controller.kinds.items() if kind == "WORD"}
     assert words <= {"PV_PER", "LMN_PER"}
     for name, kind in controller.kinds.items():
         if name.split(".")[-1] in ("PV_PER", "LMN_PER"):
-            assert kind == "Word"
+            assert kind == "WORD"
 
 
 def test_signals_are_inputs_and_settings_tunable_parameters(controller):
@@ -382,7 +382,7 @@ def test_only_times_and_percentages_of_pulse_blocks_have_units(controller):
     values, and a unit would stop masters that refuse a mismatch."""
     for name, variable in controller.variables.items():
         percent = name.split(".")[-1] in ("INV", "Q_MEAN", "QLMN_MEAN")
-        expected = "s" if controller.kinds[name] == "Time" else "%" if percent else None
+        expected = "s" if controller.kinds[name] == "TIME" else "%" if percent else None
         assert variable.unit == expected, name
 
 

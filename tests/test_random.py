@@ -112,7 +112,7 @@ def is_number(block):
 def as_fmi(fmu, values):
     types = {"Real": float, "Integer": int, "Boolean": int}
     return {
-        name: value / 1000 if fmu.kinds[name] == "Time" else types[fmu.variables[name].type](value)
+        name: value / 1000 if fmu.kinds[name] == "TIME" else types[fmu.variables[name].type](value)
         for name, value in values.items()
     }
 

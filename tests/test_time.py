@@ -448,7 +448,7 @@ def derivatives(instance, order, **values):
 
 
 def real_inputs(fmu):
-    return [name for name in fmu.of("input", type="Real") if fmu.kinds[name] != "Time"]
+    return [name for name in fmu.of("input", type="Real") if fmu.kinds[name] != "TIME"]
 
 
 def within(fmu, name, share):

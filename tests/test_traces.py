@@ -24,7 +24,7 @@ def values(fmu, row):
     for column, text in row.items():
         if column.startswith("in_"):
             name = column[len("in_") :]
-            scale = 1000 if fmu.kinds[name] == "Time" else 1
+            scale = 1000 if fmu.kinds[name] == "TIME" else 1
             found[name] = float(text) / scale if fmu.variables[name].type == "Real" else int(text)
     return found
 
