@@ -281,6 +281,9 @@ def settings(fmu):
 
 
 def as_typed(fmu, name, text):
+    if text in ("true", "false"):
+        assert fmu.variables[name].type == "Boolean", f"{name} = {text}"
+        return int(text == "true")
     return float(text) if fmu.variables[name].type == "Real" else int(float(text))
 
 

@@ -92,7 +92,8 @@ def test_a_packer_killed_at_any_moment_leaves_the_old_fmu_whole(clone):
     assert clone.pack().returncode == 0
     new = clone.fmu.read_bytes()
     assert new != old
-    library = max(path.stat().st_size for path in (clone.folder / "target" / "portable").rglob("release/*.so"))
+    built = (clone.folder / "target").rglob(f"release/*{fmpy.sharedLibraryExtension}")
+    library = max(path.stat().st_size for path in built)
     assert library > 1.2 * len(new)
 
     clone.fmu.write_bytes(old)

@@ -75,13 +75,17 @@ unsafe extern "C" fn logger(
 }
 
 #[cfg(all(target_vendor = "apple", target_arch = "aarch64"))]
+#[allow(clippy::too_many_arguments)]
 unsafe extern "C" fn logger(
     environment: Pointer,
     instance: *const c_char,
     status: c_int,
     category: *const c_char,
     format: *const c_char,
-    _registers: [usize; 3],
+    // What fills the last registers. An array would be passed by its address.
+    _sixth: usize,
+    _seventh: usize,
+    _eighth: usize,
     text: *const c_char,
 ) {
     // SAFETY: passed on.
