@@ -1,7 +1,7 @@
 //! The command `plcfmu`.
 
 use clap::{Parser, Subcommand};
-use plcfmu::commands::{build, check, info, new, run};
+use plcfmu::commands::{build, check, info, merge, new, run};
 use std::process::ExitCode;
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
@@ -26,6 +26,7 @@ enum Command {
     /// Links Linux libraries against an old glibc where zig and cargo-zigbuild are found: in target/venv, in the active Python
     /// environment, on PATH, or in the environment of python3.
     Build(build::Options),
+    Merge(merge::Options),
 }
 
 fn main() -> ExitCode {
@@ -35,6 +36,7 @@ fn main() -> ExitCode {
         Command::Run(options) => run::run(&options),
         Command::New(options) => new::run(&options),
         Command::Build(options) => build::run(&options),
+        Command::Merge(options) => merge::run(&options),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,39 +1,107 @@
-//! Builds the libraries of FMUs, all in one cargo call.
+//! Builds the libraries of FMUs, all of a platform in one cargo call.
 
-use crate::build::platform::Platform;
+use crate::build::platform::{self, Platform};
+use crate::build::universal;
 use crate::build::workspace::{self, FmuCrate, Workspace};
-use crate::build::zig::Zig;
-use crate::command::{not_started, shown};
-use anyhow::{Context, Result, bail};
+use crate::build::zig::{self, Zig};
+use crate::command::{not_started, output, shown};
+use crate::progress::Progress;
+use anyhow::{Context, Result, anyhow, bail};
 use cargo_metadata::camino::Utf8PathBuf;
 use cargo_metadata::{Artifact, CrateType, Message};
 use std::collections::BTreeMap;
-use std::io::BufReader;
+use std::fs::{self, File};
+use std::io::{BufReader, Read, Seek};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 /// The newest glibc that a portable library may need; every Linux since 2014 has it.
 pub const GLIBC: &str = "2.17";
 
+/// The oldest macOS that libraries for macOS run on; the first for Apple's own processors.
+const MACOS: &str = "11.0";
+
 /// How libraries are linked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Linkage {
-    /// Against glibc [`GLIBC`], so that they run on other Linux systems too.
+    /// By zig: for Linux against glibc [`GLIBC`], so that they run on other Linux systems too; for macOS on any system.
     Portable(Zig),
-    /// By the host's linker against the host's C library.
+    /// By the linker that rustc calls: for this machine against its C library, for Windows that of mingw.
     Native,
 }
 
 impl Linkage {
-    /// Portable on Linux where zig is found, unless `native` is asked for.
-    pub fn choose(workspace: &Workspace, platform: &Platform, native: bool) -> Linkage {
+    /// For this machine: portable on Linux where zig is found, unless `native` is asked for.
+    pub fn choose(workspace: &Workspace, host: &Platform, native: bool) -> Linkage {
         // Elsewhere the system's C library has one version for all.
-        let zig = (platform.is_linux() && !native).then(|| Zig::find(&workspace.target)).flatten();
+        let zig = (host.is_linux() && !native).then(|| Zig::find(&workspace.target)).flatten();
         zig.map_or(Linkage::Native, Linkage::Portable)
+    }
+
+    /// For another platform than `host`, this machine.
+    ///
+    /// # Errors
+    /// The linker is missing, with the remedy.
+    pub fn cross(workspace: &Workspace, host: &Platform, platform: &Platform) -> Result<Linkage> {
+        if platform.is_windows() && !host.is_windows() {
+            let prefix = if platform.architecture() == "i686" { "i686" } else { "x86_64" };
+            let linker = format!("{prefix}-w64-mingw32-gcc");
+            let variable = platform.target.to_uppercase().replace('-', "_");
+            if std::env::var_os(format!("CARGO_TARGET_{variable}_LINKER")).is_none() && !zig::is_on_path(&linker) {
+                bail!(
+                    "{} cannot be built here: {linker} was not found; install it (Debian, Ubuntu: 'apt install \
+                     gcc-mingw-w64-{}')",
+                    platform.folder,
+                    prefix.replace('_', "-")
+                );
+            }
+            return Ok(Linkage::Native);
+        }
+        if platform.is_windows() || platform.is_macos() && host.is_macos() {
+            return Ok(Linkage::Native);
+        }
+        let zig = Zig::find(&workspace.target).with_context(|| {
+            format!(
+                "{} cannot be built here: zig and cargo-zigbuild were not found; install them (pip install ziglang \
+                 cargo-zigbuild)",
+                platform.folder
+            )
+        })?;
+        Ok(Linkage::Portable(zig))
     }
 }
 
-/// Builds the release libraries of `crates` and returns their paths, by package.
+/// Builds the release libraries of `crates` for one of FMI's platforms and returns their paths, by package. Libraries for
+/// several processors of macOS become one file.
+///
+/// # Errors
+/// Cargo does not build them; it has said why.
+pub fn compile_joined(
+    workspace: &Workspace,
+    crates: &[FmuCrate],
+    targets: &[(Platform, Linkage)],
+) -> Result<BTreeMap<String, PathBuf>> {
+    let mut parts = Vec::new();
+    for (platform, linkage) in targets {
+        parts.push(compile(workspace, crates, platform, linkage)?);
+    }
+    let [(platform, _), _, ..] = targets else { return parts.pop().context("no target is given") };
+    let folder = workspace.target.join("platforms").join(platform.folder).join("joined");
+    fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    let join = |fmu_crate: &FmuCrate| {
+        let mut files = Vec::new();
+        for part in parts.iter().filter_map(|part| part.get(&fmu_crate.name)) {
+            files.push(fs::read(part).with_context(|| format!("{} cannot be read", part.display()))?);
+        }
+        let path = folder.join(format!("{}{}", fmu_crate.library, platform.suffix));
+        let joined = universal::join(&files).with_context(|| format!("package {}", fmu_crate.name))?;
+        fs::write(&path, joined).with_context(|| format!("{} cannot be written", path.display()))?;
+        Ok((fmu_crate.name.clone(), path))
+    };
+    crates.iter().map(join).collect()
+}
+
+/// Builds the release libraries of `crates` for one processor and returns their paths, by package.
 ///
 /// # Errors
 /// Cargo does not build them; it has said why.
@@ -43,24 +111,11 @@ pub fn compile(
     platform: &Platform,
     linkage: &Linkage,
 ) -> Result<BTreeMap<String, PathBuf>> {
-    let (mut build, target, folder) = match linkage {
-        Linkage::Portable(zig) => {
-            (zig.cargo(&workspace.target.join("portable/zig")), format!("{}.{GLIBC}", platform.target), "portable")
-        }
-        Linkage::Native => {
-            let mut build = workspace::cargo();
-            build.arg("build");
-            (build, platform.target.to_string(), "native")
-        }
-    };
-    build.current_dir(&workspace.root).args(["--release", "--target", &target]);
-    // Each linkage has its own folder: cargo does not build again what another linker has linked.
-    build.arg("--target-dir").arg(workspace.target.join(folder));
+    let mut build = cargo_build(workspace, platform, linkage)?;
     for fmu_crate in crates {
         build.args(["--package", &fmu_crate.name]);
     }
-    build.env("CARGO_ENCODED_RUSTFLAGS", flags(workspace)).env_remove("RUSTFLAGS");
-    let artifacts = artifacts(&mut build)?;
+    let artifacts = artifacts_for(&mut build, platform)?;
     let library = |fmu_crate: &FmuCrate| {
         let path = artifacts.iter().find_map(|artifact| library(artifact, &fmu_crate.library, platform.suffix));
         let path = path.with_context(|| format!("cargo has not built a library of package {}", fmu_crate.name))?;
@@ -69,13 +124,102 @@ pub fn compile(
     crates.iter().map(library).collect()
 }
 
-/// Flags that keep this machine's paths out of the libraries.
-fn flags(workspace: &Workspace) -> String {
+/// The command that builds release files for a platform; what to build is still to be added.
+///
+/// # Errors
+/// rustc cannot be asked for this machine's platform.
+pub fn cargo_build(workspace: &Workspace, platform: &Platform, linkage: &Linkage) -> Result<Command> {
+    let is_host = Platform::host()?.target == platform.target;
+    let cargo = if is_host { workspace::cargo() } else { workspace::cross_cargo() };
+    // Each linkage has its own folder: cargo does not build again what another linker has linked.
+    let folder = match linkage {
+        _ if !is_host => workspace.target.join("platforms").join(platform.folder),
+        Linkage::Portable(_) => workspace.target.join("portable"),
+        Linkage::Native => workspace.target.join("native"),
+    };
+    let mut target = platform.target.to_string();
+    let mut build = match linkage {
+        Linkage::Portable(zig) => {
+            if platform.is_linux() {
+                target = format!("{target}.{GLIBC}");
+            }
+            zig.build(&cargo, &workspace.target.join("portable/zig"))
+        }
+        Linkage::Native => {
+            let mut build = cargo;
+            build.arg("build");
+            build
+        }
+    };
+    build.current_dir(&workspace.root).args(["--release", "--target", &target, "--target-dir"]).arg(folder);
+    build.env("CARGO_ENCODED_RUSTFLAGS", flags(workspace, platform)).env_remove("RUSTFLAGS");
+    if platform.is_macos() {
+        // The linker strips (see `platform_flags`): another program's stripping would spoil the signature.
+        build.env("MACOSX_DEPLOYMENT_TARGET", MACOS).env("CARGO_PROFILE_RELEASE_STRIP", "none");
+    }
+    Ok(build)
+}
+
+/// Flags that keep this machine's paths out of the libraries, and those for the linker.
+fn flags(workspace: &Workspace, platform: &Platform) -> String {
     let home = std::env::home_dir().unwrap_or_default();
     let cargo_home = std::env::var_os("CARGO_HOME").map_or(home.join(".cargo"), PathBuf::from);
-    [(cargo_home, "/cargo"), (workspace.root.clone(), "/plcfmu")]
-        .map(|(path, name)| format!("--remap-path-prefix={}={name}", path.display()))
-        .join("\x1f")
+    let paths = [(cargo_home, "/cargo"), (workspace.root.clone(), "/plcfmu")];
+    let mut flags = paths.map(|(path, name)| format!("--remap-path-prefix={}={name}", path.display())).to_vec();
+    flags.extend(platform_flags(platform).iter().map(ToString::to_string));
+    flags.join("\x1f")
+}
+
+fn platform_flags(platform: &Platform) -> &'static [&'static str] {
+    if platform.target.ends_with("-windows-gnu") {
+        // Without the time of linking, the same sources give the same bytes.
+        &["-Clink-arg=-Wl,--no-insert-timestamp"]
+    } else if platform.target.ends_with("-windows-msvc") {
+        // With the C runtime inside: not every Windows has VCRUNTIME140.dll.
+        &["-Ctarget-feature=+crt-static", "-Clink-arg=/Brepro"]
+    } else if platform.is_macos() {
+        // rpath gives the library a name without this machine's path.
+        &["-Crpath=yes", "-Clink-arg=-Wl,-x", "-Clink-arg=-Wl,-S"]
+    } else {
+        &[]
+    }
+}
+
+/// [`artifacts`] for a platform, with the remedy if Rust's standard library is missing.
+///
+/// # Errors
+/// As [`artifacts`].
+pub fn artifacts_for(build: &mut Command, platform: &Platform) -> Result<Vec<Artifact>> {
+    let folder = output(platform::rustc().args(["--print", "target-libdir", "--target", platform.target]));
+    if folder.is_ok_and(|folder| PathBuf::from(folder.trim()).is_dir()) {
+        return artifacts(build);
+    }
+    // Cargo may be configured to build the standard library itself. If it is not, its complaints are many.
+    let _progress = Progress::spinner(&format!("building for {} ({})", platform.folder, platform.target));
+    let mut log = tempfile::tempfile().context("there is no place for cargo's messages")?;
+    let standard_error = log.try_clone().context("there is no place for cargo's messages")?;
+    artifacts(build.stderr(standard_error)).map_err(|error| match read(&mut log) {
+        Ok(messages) if messages.contains(NO_STANDARD_LIBRARY) => anyhow!(
+            "{} cannot be built here: Rust's standard library for {target} is missing; install it with 'rustup target \
+             add {target}'",
+            platform.folder,
+            target = platform.target
+        ),
+        messages => {
+            eprint!("{}", messages.unwrap_or_default());
+            error
+        }
+    })
+}
+
+/// The number of rustc's error for a crate that is not there.
+const NO_STANDARD_LIBRARY: &str = "E0463";
+
+fn read(log: &mut File) -> Result<String> {
+    let mut text = String::new();
+    log.rewind()?;
+    log.read_to_string(&mut text)?;
+    Ok(text)
 }
 
 /// Runs a cargo command that builds, and returns what it has built. Diagnostics go to standard error.

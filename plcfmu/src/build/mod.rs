@@ -3,5 +3,6 @@
 pub mod compile;
 pub mod platform;
 pub mod template;
+pub mod universal;
 pub mod workspace;
 pub mod zig;

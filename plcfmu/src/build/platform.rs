@@ -19,15 +19,18 @@ pub struct Platform {
 const PLATFORMS: [Platform; 10] = [
     Platform { folder: "linux64", target: "x86_64-unknown-linux-gnu", suffix: ".so" },
     Platform { folder: "linux32", target: "i686-unknown-linux-gnu", suffix: ".so" },
-    Platform { folder: "win64", target: "x86_64-pc-windows-msvc", suffix: ".dll" },
     Platform { folder: "win64", target: "x86_64-pc-windows-gnu", suffix: ".dll" },
-    Platform { folder: "win32", target: "i686-pc-windows-msvc", suffix: ".dll" },
+    Platform { folder: "win64", target: "x86_64-pc-windows-msvc", suffix: ".dll" },
     Platform { folder: "win32", target: "i686-pc-windows-gnu", suffix: ".dll" },
+    Platform { folder: "win32", target: "i686-pc-windows-msvc", suffix: ".dll" },
     Platform { folder: "darwin64", target: "x86_64-apple-darwin", suffix: ".dylib" },
     Platform { folder: "darwin64", target: "aarch64-apple-darwin", suffix: ".dylib" },
     Platform { folder: "aarch64-linux", target: "aarch64-unknown-linux-gnu", suffix: ".so" },
     Platform { folder: "aarch32-linux", target: "armv7-unknown-linux-gnueabihf", suffix: ".so" },
 ];
+
+/// Rust's name of a processor is better known here than FMI's.
+const ALIAS: (&str, &str) = ("armv7", "aarch32-linux");
 
 impl Platform {
     /// This machine: what rustc builds for when it is not told.
@@ -35,7 +38,7 @@ impl Platform {
     /// # Errors
     /// rustc cannot be run, or FMI has no name for this machine.
     pub fn host() -> Result<Platform> {
-        let version = output(Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into())).arg("-vV"))?;
+        let version = output(rustc().arg("-vV"))?;
         let target = version.lines().find_map(|line| line.strip_prefix("host: "));
         Platform::of(target.with_context(|| format!("rustc -vV does not name its host: {version}"))?)
     }
@@ -51,10 +54,83 @@ impl Platform {
         })
     }
 
+    /// What is built on `host` for one of FMI's folders: on macOS both processors, on Windows for one C runtime, that of
+    /// the host where the host is Windows.
+    pub fn of_folder(folder: &str, host: &Platform) -> Vec<Platform> {
+        let mut platforms: Vec<_> = PLATFORMS.into_iter().filter(|platform| platform.folder == folder).collect();
+        if platforms.iter().any(Platform::is_windows) {
+            let is_msvc = host.target.ends_with("-msvc");
+            platforms.retain(|platform| platform.target.ends_with("-msvc") == is_msvc);
+        }
+        platforms
+    }
+
     /// Whether it is Linux, where each system has a C library (glibc) of its own version.
     pub fn is_linux(&self) -> bool {
         self.target.contains("-linux-")
     }
+
+    /// Whether it is Windows.
+    pub fn is_windows(&self) -> bool {
+        self.target.contains("-windows-")
+    }
+
+    /// Whether it is macOS.
+    pub fn is_macos(&self) -> bool {
+        self.target.ends_with("-apple-darwin")
+    }
+
+    /// The processor, as [`Binary`](crate::package::binary::Binary) names it.
+    pub fn architecture(&self) -> &'static str {
+        match self.target.split('-').next() {
+            Some("armv7") => "arm",
+            Some(architecture) => architecture,
+            None => "",
+        }
+    }
+}
+
+/// FMI's name of a platform, from the name that a user gives.
+///
+/// # Errors
+/// There is no such platform.
+pub fn folder(name: &str) -> Result<&'static str> {
+    let name = if name == ALIAS.0 { ALIAS.1 } else { name };
+    let found = PLATFORMS.iter().find(|platform| platform.folder == name).map(|platform| platform.folder);
+    found.with_context(|| format!("the platforms are {}", folders().join(", ")))
+}
+
+/// The processors of a platform's libraries; none if FMI has no such platform.
+pub fn architectures(folder: &str) -> Vec<&'static str> {
+    let mut architectures: Vec<_> = of(folder).map(Platform::architecture).collect();
+    architectures.dedup();
+    architectures
+}
+
+/// The operating system of a platform, and how its libraries' names end.
+pub fn system(folder: &str) -> Option<(&'static str, &'static str)> {
+    let platform = of(folder).next()?;
+    let system = match platform {
+        _ if platform.is_linux() => "Linux",
+        _ if platform.is_windows() => "Windows",
+        _ => "macOS",
+    };
+    Some((system, platform.suffix))
+}
+
+fn of(folder: &str) -> impl Iterator<Item = &'static Platform> {
+    PLATFORMS.iter().filter(move |platform| platform.folder == folder)
+}
+
+fn folders() -> Vec<&'static str> {
+    let mut folders: Vec<_> = PLATFORMS.iter().map(|platform| platform.folder).collect();
+    folders.dedup();
+    folders
+}
+
+/// The compiler that cargo calls, if nothing else is configured.
+pub fn rustc() -> Command {
+    Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()))
 }
 
 #[cfg(test)]
@@ -72,6 +148,29 @@ mod tests {
         assert!(
             error.starts_with("FMUs cannot be built for riscv64gc-unknown-linux-gnu; they can for x86_64-"),
             "{error}"
+        );
+    }
+
+    #[test]
+    fn a_platform_has_one_name_and_the_processors_that_are_built_for_it() {
+        let targets = |folder: &str, host: &str| -> Vec<&str> {
+            let host = Platform::of(host).unwrap();
+            Platform::of_folder(folder, &host).into_iter().map(|platform| platform.target).collect()
+        };
+        let linux = "x86_64-unknown-linux-gnu";
+        assert_eq!(targets("linux64", linux), [linux]);
+        assert_eq!(targets("darwin64", linux), ["x86_64-apple-darwin", "aarch64-apple-darwin"]);
+        assert_eq!(targets("win64", linux), ["x86_64-pc-windows-gnu"]);
+        assert_eq!(targets("win64", "x86_64-pc-windows-msvc"), ["x86_64-pc-windows-msvc"]);
+        assert_eq!(targets("win32", "x86_64-pc-windows-gnu"), ["i686-pc-windows-gnu"]);
+        assert_eq!(targets(folder("armv7").unwrap(), linux), ["armv7-unknown-linux-gnueabihf"]);
+        assert_eq!(architectures("darwin64"), ["x86_64", "aarch64"]);
+        assert_eq!(architectures("win32"), ["i686"]);
+        assert_eq!(architectures("aarch32-linux"), ["arm"]);
+        assert_eq!(system("darwin64"), Some(("macOS", ".dylib")));
+        assert_eq!(
+            folder("win128").unwrap_err().to_string(),
+            "the platforms are linux64, linux32, win64, win32, darwin64, aarch64-linux, aarch32-linux"
         );
     }
 

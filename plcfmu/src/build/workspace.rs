@@ -84,6 +84,18 @@ pub fn cargo() -> Command {
     cargo
 }
 
+/// The variable that names the cargo for other platforms than this machine's. It may be a script that chooses another
+/// compiler; the libraries for this machine stay as they are.
+pub const CROSS_CARGO: &str = "PLCFMU_CROSS_CARGO";
+
+/// The cargo for other platforms than this machine's: that of the variable [`CROSS_CARGO`], or the usual one.
+pub fn cross_cargo() -> Command {
+    let Some(program) = std::env::var_os(CROSS_CARGO).filter(|cargo| !cargo.is_empty()) else { return cargo() };
+    let mut cargo = Command::new(program);
+    forget_package(&mut cargo);
+    cargo
+}
+
 /// Removes what a `cargo run` or `cargo test` around this program says of its own package from a command's environment.
 /// Build scripts that watch these variables would run again each time.
 pub fn forget_package(command: &mut Command) {

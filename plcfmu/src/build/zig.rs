@@ -1,4 +1,5 @@
-//! Finds cargo-zigbuild and zig, which link Linux libraries against an old glibc. Nothing is installed.
+//! Finds cargo-zigbuild and zig, which link libraries for Linux against an old glibc, and for other platforms. Nothing is
+//! installed.
 
 use crate::build::workspace;
 use crate::command::output;
@@ -46,11 +47,11 @@ impl Zig {
         choose(offers.into_iter().flatten())
     }
 
-    /// The command `cargo zigbuild`, which keeps what zig builds for itself in `cache`.
-    pub fn cargo(&self, cache: &Path) -> Command {
+    /// The command `cargo zigbuild`, which calls `cargo` and keeps what zig builds for itself in `cache`.
+    pub fn build(&self, cargo: &Command, cache: &Path) -> Command {
         let mut command = Command::new(&self.cargo_zigbuild);
         workspace::forget_package(&mut command);
-        command.arg("zigbuild").env(self.zig.0, &self.zig.1);
+        command.arg("zigbuild").env(self.zig.0, &self.zig.1).env("CARGO", cargo.get_program());
         for variable in ["ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR", "CARGO_ZIGBUILD_CACHE_DIR"] {
             command.env(variable, cache);
         }
@@ -88,6 +89,12 @@ fn offer(python: &Path, description: &str) -> Offer {
         cargo_zigbuild: program(&folders, "cargo-zigbuild"),
         zig: has_zig.then(|| ("CARGO_ZIGBUILD_PYTHON_PATH", python.to_path_buf())),
     }
+}
+
+/// Whether PATH has a program of this name.
+pub fn is_on_path(name: &str) -> bool {
+    let path = env::var_os("PATH").unwrap_or_default();
+    program(&env::split_paths(&path).collect::<Vec<_>>(), name).is_some()
 }
 
 /// The program of this name in the first of the folders that has one.

@@ -3,6 +3,7 @@
 pub mod build;
 pub mod check;
 pub mod info;
+pub mod merge;
 pub mod new;
 pub mod run;
 

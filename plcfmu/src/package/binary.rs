@@ -4,7 +4,7 @@
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use object::read::elf::FileHeader;
 use object::read::macho::{FatArch, LoadCommandVariant, MachHeader, MachOFatFile32, MachOFatFile64, MachOFile};
-use object::{Architecture, Endianness, File, FileKind, NameOrOrdinal, Object};
+use object::{Architecture, BinaryFormat, Endianness, File, FileKind, NameOrOrdinal, Object};
 
 /// The function that a library made with `fmu::export!` exports besides those of FMI: its table.
 const TABLE: &str = "plcfmu_interface";
@@ -15,6 +15,8 @@ const MOST_ARCHITECTURES: usize = 8;
 /// What a library exports and needs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Binary {
+    /// The operating system that it is for: `Linux`, `Windows` or `macOS`.
+    pub system: &'static str,
     /// The processors it is made for, such as `x86_64`: one, or several in a universal file of macOS.
     pub architectures: Vec<String>,
     /// The exported functions of FMI, sorted.
@@ -64,6 +66,17 @@ impl Binary {
         }
     }
 
+    /// Checks that it needs no library that would have to be installed with it.
+    ///
+    /// # Errors
+    /// The first that it needs.
+    pub fn check_needed(&self) -> Result<()> {
+        match self.needed.iter().find(|library| !is_everywhere(self.system, library)) {
+            Some(library) => Err(anyhow!("it needs {library}, which not every {} has", self.system)),
+            None => Ok(()),
+        }
+    }
+
     /// Checks that a Linux library runs where there is a glibc of this version and nothing else.
     ///
     /// # Errors
@@ -76,6 +89,22 @@ impl Binary {
             Some(library) => Err(anyhow!("it needs {library}, which not every Linux has")),
             None => Ok(()),
         }
+    }
+}
+
+/// Whether every system of this kind has the library that is needed: glibc and gcc's own on Linux, what belongs to Windows
+/// or macOS itself.
+fn is_everywhere(system: &str, needed: &str) -> bool {
+    const LINUX: [&str; 7] =
+        ["libc.so.", "libm.so.", "libdl.so.", "libpthread.so.", "librt.so.", "ld-linux", "libgcc_s.so."];
+    match system {
+        "Linux" => LINUX.iter().any(|name| needed.starts_with(name)),
+        "Windows" => {
+            let needed = needed.to_lowercase();
+            ["kernel32.dll", "msvcrt.dll", "ntdll.dll"].contains(&needed.as_str())
+                || needed.starts_with("api-ms-win-core-")
+        }
+        _ => needed == "/usr/lib/libSystem.B.dylib",
     }
 }
 
@@ -124,7 +153,12 @@ fn add(texts: &mut Vec<String>, further: Vec<String>) {
 /// Reads a library for one processor.
 fn single(bytes: &[u8]) -> object::Result<Binary> {
     let file = File::parse(bytes)?;
-    let mut binary = Binary { architectures: vec![name(file.architecture())], ..Binary::default() };
+    let system = match file.format() {
+        BinaryFormat::Elf => "Linux",
+        BinaryFormat::Pe => "Windows",
+        _ => "macOS",
+    };
+    let mut binary = Binary { system, architectures: vec![name(file.architecture())], ..Binary::default() };
     for export in file.exports()? {
         if let NameOrOrdinal::Name(name) = export?.name() {
             // macOS puts an underscore in front of C's names.
@@ -197,7 +231,7 @@ fn install_name<Mach: MachHeader>(file: &MachOFile<'_, Mach>) -> object::Result<
 pub(crate) mod tests {
     use super::*;
     use object::write::{self, Symbol, SymbolSection};
-    use object::{BinaryFormat, SymbolFlags, SymbolKind, SymbolScope};
+    use object::{SymbolFlags, SymbolKind, SymbolScope};
 
     const FUNCTIONS: [&str; 3] = ["fmiDoStep", "fmiInstantiate", "fmiReset"];
 
@@ -245,6 +279,31 @@ pub(crate) mod tests {
         assert!(binary.check_portable("2.17").is_ok());
         binary.needed.push("libgcc_s.so.1".into());
         assert_eq!(sentence(binary.check_portable("2.17")), "it needs libgcc_s.so.1, which not every Linux has");
+    }
+
+    #[test]
+    fn a_library_needs_what_belongs_to_its_system_and_nothing_else() {
+        let needed = |system, library: &str| {
+            let binary = Binary { system, needed: vec![library.into()], ..Binary::default() };
+            binary.check_needed().map_err(|error| error.to_string())
+        };
+        for (system, library) in [
+            ("Windows", "KERNEL32.dll"),
+            ("Windows", "api-ms-win-core-synch-l1-2-0.dll"),
+            ("Linux", "libm.so.6"),
+            ("Linux", "ld-linux-aarch64.so.1"),
+            ("macOS", "/usr/lib/libSystem.B.dylib"),
+        ] {
+            assert_eq!(needed(system, library), Ok(()));
+        }
+        for (system, library) in [
+            ("Windows", "VCRUNTIME140.dll"),
+            ("Windows", "libgcc_s_seh-1.dll"),
+            ("Linux", "libz.so.1"),
+            ("macOS", "/usr/lib/libiconv.2.dylib"),
+        ] {
+            assert_eq!(needed(system, library), Err(format!("it needs {library}, which not every {system} has")));
+        }
     }
 
     #[test]

@@ -2,14 +2,16 @@
 //! machine at work. Nothing is printed here.
 
 use crate::build::compile::GLIBC;
+use crate::build::platform;
 use crate::host::fmu::Fmu;
 use crate::host::instance::{Instance, Type};
 use crate::host::library::FUNCTIONS;
 use crate::package::binary::Binary;
-use crate::package::{DESCRIPTION, LibraryFile, Package};
+use crate::package::{DESCRIPTION, LibraryFile, Package, temporary};
 use anyhow::{Context, Result, bail, ensure};
+use memchr::memmem;
 use modeldescription::shortened;
-use modeldescription::v2::{ModelDescription, Typed, Variable};
+use modeldescription::v2::{Interface, ModelDescription, Typed, Variable};
 use std::io::{Read, Seek};
 use std::path::Path;
 
@@ -67,7 +69,41 @@ fn check_library<R: Read + Seek>(package: &mut Package<R>, file: &LibraryFile) -
 }
 
 fn contains(bytes: &[u8], part: &[u8]) -> bool {
-    !part.is_empty() && bytes.windows(part.len()).any(|window| window == part)
+    !part.is_empty() && memmem::find(bytes, part).is_some()
+}
+
+/// Checks a library that is to be packed for one of FMI's platforms: it is for this platform, exports FMI's functions and no
+/// other, needs nothing that is not on every such system, and holds the same table as the library that was run.
+///
+/// `is_native` says that it was linked for this machine's Linux: it may need a newer glibc than [`GLIBC`].
+///
+/// # Errors
+/// What is wrong, or differs.
+pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: bool) -> Result<()> {
+    let binary = Binary::read(bytes)?;
+    let (system, _) = platform::system(folder).with_context(|| format!("FMI has no platform {folder}"))?;
+    let processors = platform::architectures(folder);
+    ensure!(
+        binary.system == system && binary.architectures.iter().all(|own| processors.contains(&own.as_str())),
+        "it is a library of {} for {}; {folder} needs one of {system} for {}",
+        binary.system,
+        binary.architectures.join(" and "),
+        processors.join(" and ")
+    );
+    binary.check_functions(FUNCTIONS)?;
+    binary.check_needed()?;
+    if !is_native {
+        binary.check_portable(GLIBC)?;
+    }
+    // The GUID is computed from all that a host relies on; the texts are not part of it.
+    let guid = &interface.guid;
+    ensure!(contains(bytes, guid.as_bytes()), "it does not contain the GUID {guid}: it was built from other sources");
+    let table = &interface.table;
+    let descriptions = table.variables.iter().map(|row| &row.description).filter(|text| !text.is_empty());
+    if let Some(text) = descriptions.chain([&table.docs]).find(|text| !contains(bytes, text.as_bytes())) {
+        bail!("it does not contain the text {:?}: it was built from other sources", shortened(text));
+    }
+    Ok(())
 }
 
 fn contradiction(variable: &Variable) -> String {
@@ -76,22 +112,21 @@ fn contradiction(variable: &Variable) -> String {
     format!("variable {name:?}: causality = {causality} and variability = {variability} are not allowed together")
 }
 
-/// Checks an FMU that was just packed: everything that its users rely on. If it is to be portable, its Linux libraries need
-/// glibc [`GLIBC`] at most.
+/// Checks an FMU that was just packed, with libraries that [`library`] has accepted. If it has one for this
+/// machine, that is run.
 ///
 /// # Errors
 /// What is wrong.
-pub fn packed(path: &Path, description: &ModelDescription, is_portable: bool) -> Result<()> {
+pub fn packed(path: &Path, description: &ModelDescription, has_host: bool) -> Result<()> {
     let mut package = Package::open(path)?;
     ensure!(package.description == *description, "{DESCRIPTION} does not read back as it was written");
     let report = check(&mut package);
     ensure!(report.errors.is_empty(), report.errors.join("; "));
     ensure!(report.remarks.is_empty(), "{DESCRIPTION}: {}", report.remarks.join("; "));
-    for (file, binary) in &report.libraries {
-        let portable = || if is_portable { binary.check_portable(GLIBC) } else { Ok(()) };
-        binary.check_functions(FUNCTIONS).and_then(|()| portable()).with_context(|| file.path.clone())?;
+    if has_host {
+        run(&mut package, temporary::folder(path))?;
     }
-    run(&mut package, path.parent().unwrap_or(Path::new(".")))
+    Ok(())
 }
 
 /// Loads the library for this machine and runs it: it accepts its own GUID and no other, makes [`STEPS`] steps, and all its
@@ -142,15 +177,19 @@ mod tests {
     use super::*;
     use crate::package::archive;
     use crate::package::binary::tests::macos;
-    use modeldescription::v2::{Interface, Variability};
+    use modeldescription::v2::Variability;
 
-    /// The description of a small block.
-    fn description() -> ModelDescription {
+    /// What the library of a small block tells of it.
+    fn interface() -> Interface {
         let json = r#"{"table":{"name":"PUMP","docs":"Pumps.","cycle":0,"variables":[
             {"name":"CYCLE","description":"x","kind":"TIME","role":"cycle","start":1.0,"min":0.001,"max":null,"unit":null}],
             "response":{"title":"x","calls":3,"set":[],"show":[]}},
             "interface":{"version":"2.0","guid":"{1}","capabilities":{},"log_categories":[]}}"#;
-        ModelDescription::of(&Interface::parse(json).unwrap()).unwrap()
+        Interface::parse(json).unwrap()
+    }
+
+    fn description() -> ModelDescription {
+        ModelDescription::of(&interface()).unwrap()
     }
 
     /// What the check says of an FMU with this library.
@@ -162,7 +201,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("PUMP.fmu");
         std::fs::write(&path, archive::write(&files.into()).unwrap()).unwrap();
-        format!("{:#}", packed(&path, expected, false).unwrap_err())
+        format!("{:#}", packed(&path, expected, true).unwrap_err())
     }
 
     #[test]
@@ -212,6 +251,36 @@ mod tests {
         );
         // A library of another tool may compute its GUID.
         assert_eq!(report(&falsified, library(false, "{1}")).errors, [""; 0]);
+    }
+
+    #[test]
+    fn a_library_of_another_platform_or_other_sources_is_not_packed() {
+        let refusal = |library: &[u8], folder: &str| -> String {
+            format!("{:#}", super::library(library, folder, &interface(), false).unwrap_err())
+        };
+        let good = [library(true, "{1}"), b"Pumps.".to_vec()].concat();
+        super::library(&good, "darwin64", &interface(), false).unwrap();
+        assert_eq!(
+            refusal(&good, "win64"),
+            "it is a library of macOS for x86_64; win64 needs one of Windows for x86_64"
+        );
+        assert_eq!(
+            refusal(&macos(object::Architecture::Arm, FUNCTIONS), "darwin64"),
+            "it is a library of macOS for arm; darwin64 needs one of macOS for x86_64 and aarch64"
+        );
+        let more: Vec<&str> = FUNCTIONS.iter().copied().chain(["fmiOther"]).collect();
+        assert_eq!(
+            refusal(&macos(object::Architecture::X86_64, &more), "darwin64"),
+            "it exports fmiOther, which is not a function of FMI 2.0 for co-simulation"
+        );
+        assert_eq!(
+            refusal(&library(true, "{2} Pumps."), "darwin64"),
+            "it does not contain the GUID {1}: it was built from other sources"
+        );
+        assert_eq!(
+            refusal(&library(true, "{1} pumps."), "darwin64"),
+            "it does not contain the text \"Pumps.\": it was built from other sources"
+        );
     }
 
     #[test]

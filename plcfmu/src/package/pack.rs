@@ -1,14 +1,18 @@
 //! Packs FMUs: builds the libraries of a workspace's FMU crates, reads each block's table out of its library, and writes the
 //! packages. For `plcfmu build` and `cargo xtask fmu`.
+//!
+//! The table, the documentation and the recorded results come from the library for this machine, which is loaded; those for
+//! other platforms are read only, and must hold the same table.
 
-use crate::build::compile::{GLIBC, Linkage, compile};
-use crate::build::platform::Platform;
+use crate::build::compile::{GLIBC, Linkage, compile_joined};
+use crate::build::platform::{self, Platform};
 use crate::build::workspace::{FmuCrate, Workspace};
 use crate::host::library::Library;
 use crate::package::DESCRIPTION;
 use crate::package::archive;
 use crate::package::binary::{self, Binary};
 use crate::package::check;
+use crate::package::merge;
 use crate::package::reference;
 use crate::package::temporary;
 use crate::page;
@@ -31,12 +35,31 @@ pub struct Options {
     /// Packages to pack, also those that are for tests only
     #[arg(short, long = "package", value_name = "PACKAGE")]
     pub packages: Vec<String>,
+    /// Platform to build for, such as win64; may be repeated [default: this machine's]
+    ///
+    /// linux64, linux32, win64, win32, darwin64, aarch64-linux or aarch32-linux (also: armv7). For another platform than this
+    /// machine's, Rust's standard library ('rustup target add ...') and a linker are needed: mingw for Windows, zig with
+    /// cargo-zigbuild for the others. The variable PLCFMU_CROSS_CARGO names another cargo for these platforms.
+    #[arg(long = "platform", value_name = "PLATFORM", value_parser = platform::folder)]
+    pub platforms: Vec<&'static str>,
+    /// Library that was built elsewhere, for the one FMU that is packed; may be repeated
+    #[arg(long = "library", value_name = "PLATFORM=FILE", value_parser = given_library)]
+    pub libraries: Vec<(&'static str, PathBuf)>,
     /// Link against this machine's C library (needs no zig); such an FMU may not run on an older Linux
     #[arg(long)]
     pub native: bool,
     /// Folder for the FMUs [default: target/fmu]
     #[arg(short, long = "out", value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Leave platforms out that cannot be built here, and say so.
+    #[arg(skip)]
+    pub as_available: bool,
+}
+
+/// The platform and the file in an argument of `--library`.
+fn given_library(argument: &str) -> Result<(&'static str, PathBuf)> {
+    let (platform, file) = argument.split_once('=').context("give it as PLATFORM=FILE, such as win64=pump.dll")?;
+    Ok((platform::folder(platform)?, file.into()))
 }
 
 /// What a user has to be told about the library's licences.
@@ -51,9 +74,68 @@ const LICENCES: [(&str, &str); 4] = [
 #[derive(Debug)]
 struct Built {
     fmu_crate: FmuCrate,
+    /// The library that this machine can load.
+    here: PathBuf,
     interface: Interface,
-    /// Its library for each platform.
-    libraries: Vec<(Platform, PathBuf)>,
+    /// Its library for each platform, by FMI's name.
+    libraries: BTreeMap<&'static str, PathBuf>,
+}
+
+/// Where the libraries come from.
+#[derive(Debug)]
+struct Plan {
+    host: Platform,
+    /// What is built for each of FMI's platforms; first that of this machine if it is among them.
+    built: Vec<(&'static str, Vec<(Platform, Linkage)>)>,
+    given: BTreeMap<&'static str, PathBuf>,
+    /// Whether the library for this machine is packed, too, or only built for the table.
+    has_host: bool,
+    /// Whether the library for this machine is linked against this machine's C library.
+    is_host_native: bool,
+}
+
+/// Decides what is built for which platform, and how. Nothing is built or written yet.
+fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan> {
+    let host = Platform::host()?;
+    let mut given = BTreeMap::new();
+    for (folder, path) in &options.libraries {
+        if options.platforms.contains(folder) || given.insert(*folder, path.clone()).is_some() {
+            bail!("{folder} is asked for twice: build it with --platform, or give its library once with --library");
+        }
+    }
+    if !given.is_empty() && crates != 1 {
+        bail!("--library belongs to one FMU, but {crates} are to be packed: name the one, such as 'PUMP'");
+    }
+    let mut folders = options.platforms.clone();
+    if folders.is_empty() && !given.contains_key(host.folder) {
+        folders.push(host.folder);
+    }
+    let has_host = folders.contains(&host.folder) || given.contains_key(host.folder);
+    let own = Linkage::choose(workspace, &host, options.native);
+    let mut built = Vec::new();
+    if !given.contains_key(host.folder) && !options.platforms.contains(&host.folder) {
+        built.push((host.folder, vec![(host, own.clone())]));
+    }
+    // That of this machine first: where the sources do not compile, that is where it shows.
+    let is_host = |folder: &&str| *folder == host.folder;
+    let mut asked: Vec<_> = options.platforms.iter().copied().filter(is_host).take(1).collect();
+    for folder in &options.platforms {
+        if !asked.contains(folder) {
+            asked.push(folder);
+        }
+    }
+    for folder in asked {
+        let linked = |platform: Platform| {
+            let linkage = if platform == host { Ok(own.clone()) } else { Linkage::cross(workspace, &host, &platform) };
+            Ok((platform, linkage?))
+        };
+        match Platform::of_folder(folder, &host).into_iter().map(linked).collect::<Result<Vec<_>>>() {
+            Ok(targets) => built.push((folder, targets)),
+            Err(error) if options.as_available => eprintln!("note: left out: {error:#}"),
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(Plan { host, built, given, has_host, is_host_native: own == Linkage::Native })
 }
 
 /// Packs FMUs.
@@ -62,30 +144,18 @@ struct Built {
 /// What is wrong and what to do. FMUs that were packed before stay as they are.
 pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     let crates = select(workspace, options)?;
-    let host = Platform::host()?;
-    let linkage = Linkage::choose(workspace, &host, options.native);
+    let plan = plan(workspace, options, crates.len())?;
     let folder = options.out.clone().unwrap_or_else(|| workspace.fmus());
     let _lock = begin(workspace, &folder)?;
-    let mut libraries = compile(workspace, &crates, &host, &linkage)?;
-    let mut all = Vec::new();
-    for fmu_crate in crates {
-        let library = libraries.remove(&fmu_crate.name).unwrap_or_default();
-        let interface = interface(&library).with_context(|| format!("package {}", fmu_crate.name))?;
-        all.push(Built { fmu_crate, interface, libraries: vec![(host, library)] });
-    }
-    all.sort_by(|a, b| a.interface.table.name.cmp(&b.interface.table.name));
-    let made: Vec<_> =
-        all.iter().map(|built| (built.fmu_crate.name.as_str(), built.interface.table.name.as_str())).collect();
-    check_names(&made)?;
+    let all = build(workspace, options, crates, &plan)?;
     let progress = Progress::bar(all.len());
     for built in &all {
         let name = &built.interface.table.name;
         progress.begin(name);
         let folder = if built.fmu_crate.test_only { &folder.join("test-only") } else { &folder };
         let path = folder.join(format!("{name}.fmu"));
-        let size =
-            pack(built, &linkage, &path).with_context(|| format!("{name} (package {})", built.fmu_crate.name))?;
-        let platforms: Vec<_> = built.libraries.iter().map(|(platform, _)| platform.folder).collect();
+        let size = pack(built, &plan, &path).with_context(|| format!("{name} (package {})", built.fmu_crate.name))?;
+        let platforms: Vec<_> = built.libraries.keys().copied().collect();
         progress.line(&format!(
             "{name:<10} {}  {:>4} kB  {}  {}",
             platforms.join(" "),
@@ -96,17 +166,59 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
         progress.done();
     }
     drop(progress);
-    if linkage == Linkage::Native && host.is_linux() {
+    if !plan.has_host {
+        let host = plan.host.folder;
+        eprintln!("note: the library for this machine ({host}) was built for the tables only; the FMUs do not have it");
+    } else if plan.is_host_native && plan.host.is_linux() {
         note_glibc(&all, options.native)?;
     }
     Ok(())
 }
 
+/// Builds everything and checks every library. Nothing is packed yet.
+fn build(workspace: &Workspace, options: &Options, crates: Vec<FmuCrate>, plan: &Plan) -> Result<Vec<Built>> {
+    let host = plan.host.folder;
+    let mut libraries: BTreeMap<&'static str, BTreeMap<String, PathBuf>> = BTreeMap::new();
+    for (folder, targets) in &plan.built {
+        match compile_joined(workspace, &crates, targets) {
+            Ok(paths) => {
+                libraries.insert(folder, paths);
+            }
+            Err(error) if options.as_available && *folder != host => eprintln!("note: left out: {error:#}"),
+            Err(error) => return Err(error),
+        }
+    }
+    let mut all = Vec::new();
+    for fmu_crate in crates {
+        let mut own: BTreeMap<&'static str, PathBuf> = plan.given.clone();
+        for (folder, paths) in &mut libraries {
+            own.extend(paths.remove(&fmu_crate.name).map(|path| (*folder, path)));
+        }
+        let here = own.get(host).cloned().context("no library for this machine was built")?;
+        let interface = interface(&here).with_context(|| format!("package {}", fmu_crate.name))?;
+        if !plan.has_host {
+            own.remove(host);
+        }
+        for (folder, path) in &own {
+            let is_native = options.native || plan.is_host_native && *folder == host;
+            let bytes = fs::read(path).with_context(|| format!("{} cannot be read", path.display()))?;
+            check::library(&bytes, folder, &interface, is_native)
+                .with_context(|| format!("package {}: {folder}: {}", fmu_crate.name, path.display()))?;
+        }
+        all.push(Built { fmu_crate, here, interface, libraries: own });
+    }
+    all.sort_by(|a, b| a.interface.table.name.cmp(&b.interface.table.name));
+    let made: Vec<_> =
+        all.iter().map(|built| (built.fmu_crate.name.as_str(), built.interface.table.name.as_str())).collect();
+    check_names(&made)?;
+    Ok(all)
+}
+
 /// Says which glibc FMUs need that were linked against this machine's.
 fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
     let mut needed = Vec::new();
-    for (_, path) in all.iter().flat_map(|built| &built.libraries) {
-        needed.extend(Binary::read(&fs::read(path)?)?.glibc);
+    for built in all {
+        needed.extend(Binary::read(&fs::read(&built.here)?)?.glibc);
     }
     let Some(glibc) = needed.into_iter().max_by_key(|glibc| binary::version(glibc)) else { return Ok(()) };
     let remedy = if asked_for {
@@ -194,15 +306,14 @@ fn begin(workspace: &Workspace, folder: &Path) -> Result<File> {
 }
 
 /// Packs one FMU and returns its size in bytes.
-fn pack(built: &Built, linkage: &Linkage, path: &Path) -> Result<usize> {
+fn pack(built: &Built, plan: &Plan, path: &Path) -> Result<usize> {
     let mut description = ModelDescription::of(&built.interface)?;
     description.license = built.fmu_crate.license.clone();
     let bytes = archive::write(&files(built, &description)?)?;
-    let is_portable = matches!(linkage, Linkage::Portable(_));
     temporary::place(
         path,
         |file| Ok(file.write_all(&bytes)?),
-        |packed| check::packed(packed, &description, is_portable),
+        |packed| check::packed(packed, &description, plan.has_host),
     )?;
     Ok(bytes.len())
 }
@@ -214,16 +325,13 @@ fn files(built: &Built, description: &ModelDescription) -> Result<BTreeMap<Strin
     let name = &table.name;
     let mut files = BTreeMap::new();
     files.insert(DESCRIPTION.to_string(), v2::write(description));
-    for (platform, library) in libraries {
+    for (folder, library) in libraries {
         let content = fs::read(library).with_context(|| format!("{} cannot be read", library.display()))?;
-        files.insert(format!("binaries/{}/{name}{}", platform.folder, platform.suffix), content);
+        let suffix = platform::system(folder).map_or("", |(_, suffix)| suffix);
+        files.insert(format!("binaries/{folder}/{name}{suffix}"), content);
     }
-    let host = Platform::host()?;
-    let (_, library) = libraries
-        .iter()
-        .find(|(platform, _)| platform.folder == host.folder)
-        .with_context(|| format!("there is no library for this machine ({}) to record the results of", host.folder))?;
-    let recording = reference::run(library, interface)?;
+    merge::add_stand_in(&mut files);
+    let recording = reference::run(&built.here, interface)?;
     files.extend(reference::files(table, &recording));
     files.insert(
         "documentation/index.html".into(),

@@ -1,0 +1,51 @@
+//! `plcfmu merge`: one FMU for several platforms out of FMUs for one each.
+
+use super::print;
+use crate::package::merge::{self, Files};
+use crate::package::{Package, archive, check, temporary};
+use anyhow::{Context, Result, ensure};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Join FMUs that were built from the same sources on different machines into one for all their platforms
+///
+/// Their model descriptions must be the same. None of their code is run.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct Options {
+    /// The FMUs
+    #[arg(value_name = "FILE.fmu", required = true, num_args = 2..)]
+    pub files: Vec<PathBuf>,
+    /// The FMU to write; it may be one of the others
+    #[arg(short, long = "out", value_name = "FILE.fmu")]
+    pub out: PathBuf,
+}
+
+/// Merges.
+///
+/// # Errors
+/// What is wrong with an FMU, or why two do not fit. An existing file stays as it is then.
+pub fn run(options: &Options) -> Result<()> {
+    let mut packages = Vec::new();
+    for file in &options.files {
+        let files = read(file).with_context(|| file.display().to_string())?;
+        packages.push((file.display().to_string(), files));
+    }
+    let joined = merge::join_all(packages)?;
+    let bytes = archive::write(&joined)?;
+    temporary::place(
+        &options.out,
+        |file| Ok(file.write_all(&bytes)?),
+        |path| {
+            let report = check::check(&mut Package::open(path)?);
+            ensure!(report.errors.is_empty(), report.errors.join("; "));
+            Ok(())
+        },
+    )?;
+    let platforms: Vec<String> = merge::platforms(&joined).into_iter().collect();
+    let size = bytes.len().div_ceil(1000);
+    print(&format!("{}  {}  {size} kB\n", options.out.display(), platforms.join(" ")))
+}
+
+fn read(file: &Path) -> Result<Files> {
+    merge::files(&mut Package::open(file)?)
+}
