@@ -1,0 +1,163 @@
+"""The Python wheel: built, installed in an empty environment, and used as a user does: the command, the FMUs by name, a
+closed loop in ten lines."""
+
+import csv
+import importlib.util
+import io
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import sysconfig
+import venv
+import zipfile
+
+import pytest
+from elftools.elf.elffile import ELFFile
+from elftools.elf.gnuversions import GNUVerNeedSection
+
+import host
+
+ROOT = pathlib.Path(__file__).parents[1]
+BUILD = ROOT / "plcfmu" / "python" / "build_wheel.py"
+MISSING = [module for module in ("maturin", "ziglang") if importlib.util.find_spec(module) is None]
+
+pytestmark = [
+    pytest.mark.skipif(sys.platform != "linux", reason="the wheel is made for Linux only"),
+    pytest.mark.skipif(bool(MISSING), reason=f"{' and '.join(MISSING)} not installed (tests/requirements.txt)"),
+]
+
+
+def build(out, **variables):
+    command = [sys.executable, str(BUILD), "--fmus", str(host.FOLDER), "--out", str(out)]
+    built = subprocess.run(command, env={**os.environ, **variables}, capture_output=True, text=True)
+    assert built.returncode == 0, built.stderr
+    (wheel,) = out.iterdir()
+    assert built.stdout.splitlines()[-1] == str(wheel)
+    return wheel
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    return build(tmp_path_factory.mktemp("wheel"))
+
+
+class Installation:
+    """A Python environment with nothing but the wheel, and what the wheel depends on."""
+
+    def __init__(self, folder, wheel):
+        self.folder = folder
+        venv.create(folder / "venv", with_pip=False)
+        self.programs = folder / "venv" / "bin"
+        (self.packages,) = (folder / "venv" / "lib").glob("python*/site-packages")
+        # The dependencies are those of this environment, so that the test needs no connection.
+        (self.packages / "dependencies.pth").write_text(sysconfig.get_path("purelib"), encoding="utf-8")
+        pip = [sys.executable, "-m", "pip", "--python", str(self.programs / "python"), "install"]
+        subprocess.run([*pip, "--quiet", "--no-deps", "--no-index", str(wheel)], check=True)
+
+    def run(self, program, *arguments):
+        """What a program of the environment writes, started in an empty folder."""
+        here = self.folder / "somewhere"
+        here.mkdir(exist_ok=True)
+        hidden = ("PYTHONPATH", "PLCFMU_FMUS", "VIRTUAL_ENV")
+        variables = {name: value for name, value in os.environ.items() if name not in hidden}
+        command = [str(self.programs / program), *map(str, arguments)]
+        done = subprocess.run(command, cwd=here, env=variables, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    def python(self, code):
+        return self.run("python", "-c", code)
+
+
+@pytest.fixture(scope="module")
+def installed(wheel, tmp_path_factory):
+    return Installation(tmp_path_factory.mktemp("a user's"), wheel)
+
+
+def metadata(archive, name):
+    (path,) = (path for path in archive.namelist() if path.endswith(f".dist-info/{name}"))
+    return archive.read(path).decode()
+
+
+def test_the_wheel_is_for_any_python_3_on_any_linux_since_2014(wheel):
+    version, machine = re.fullmatch(
+        r"plcfmu-([0-9.]+)-py3-none-manylinux_2_17_(\w+)\.manylinux2014_\w+\.whl", wheel.name
+    ).groups()
+    assert machine == os.uname().machine
+    with zipfile.ZipFile(wheel) as archive:
+        assert f"Version: {version}\n" in metadata(archive, "METADATA")
+        assert f'\nversion = "{version}"\n' in (ROOT / "Cargo.toml").read_text(encoding="utf-8")
+        (command,) = (name for name in archive.namelist() if name.endswith("/scripts/plcfmu"))
+        elf = ELFFile(io.BytesIO(archive.read(command)))
+    needed = [
+        tuple(map(int, version.name.removeprefix("GLIBC_").split(".")))
+        for section in elf.iter_sections()
+        if isinstance(section, GNUVerNeedSection)
+        for _, versions in section.iter_versions()
+        for version in versions
+        if re.fullmatch(r"GLIBC_[0-9.]+", version.name)
+    ]
+    assert max(needed) <= (2, 17)
+
+
+def test_the_wheel_has_every_fmu_and_the_licences(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        names = [name for name in archive.namelist() if name.startswith("plcfmu/fmus/")]
+        assert names == [f"plcfmu/fmus/{name}.fmu" for name in host.names()]
+        for name in names:
+            assert archive.read(name) == (host.FOLDER / pathlib.PurePosixPath(name).name).read_bytes()
+        licenses = {pathlib.PurePosixPath(name).name for name in archive.namelist() if ".dist-info/licenses/" in name}
+    assert licenses == {"LICENSE-APACHE", "LICENSE-MIT"}
+
+
+def test_the_same_command_and_fmus_give_the_same_wheel(wheel, tmp_path):
+    assert build(tmp_path / "again", TZ="Asia/Tokyo").read_bytes() == wheel.read_bytes()
+
+
+def test_plcfmu_info_shows_an_fmu_of_the_wheel(installed):
+    fmu = installed.packages / "plcfmu" / "fmus" / "CONT_C.fmu"
+    text = installed.run("plcfmu", "info", fmu)
+    assert text.startswith(f"{fmu}\n")
+    assert "Continuous PID controller" in text
+    assert re.search(r"^\s+GAIN\s", text, re.M)
+
+
+def test_plcfmu_run_closes_a_loop_of_two_fmus_of_the_wheel(installed):
+    fmus = installed.packages / "plcfmu" / "fmus"
+    values = ["MAN_ON=false", "SP_INT=60", "PVPER_ON=true", "PV_FAC=4", "GAIN=1.4", "TI=80", "CYCLE=1"]
+    text = installed.run(
+        "plcfmu", "run", fmus / "CONT_C.fmu", fmus / "HEATER.fmu",
+        "--connect=CONT_C.LMN=HEATER.POWER", "--connect=HEATER.T_PER=CONT_C.PV_PER",
+        *(f"--set=CONT_C.{value}" for value in values),
+        "--step=1", "--stop=900", "--out=-", "--record=HEATER.TEMP", "--record=CONT_C.LMN",
+    )  # fmt: skip
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert len(rows) == 900
+    assert float(rows[0]["HEATER.TEMP"]) == 20.0
+    assert abs(float(rows[-1]["HEATER.TEMP"]) - 60.0) < 0.5
+
+
+def test_the_package_of_the_wheel_finds_the_fmus_of_the_wheel(installed):
+    lines = installed.python("import plcfmu; print(plcfmu.fmu('CONT_C'), *plcfmu.fmu_names())").split()
+    assert pathlib.Path(lines[0]) == installed.packages / "plcfmu" / "fmus" / "CONT_C.fmu"
+    assert lines[1:] == host.names()
+
+
+def test_the_ten_lines_of_the_readme_close_a_loop(installed):
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"^```python\n(.*?)^```$", readme, re.M | re.S)
+    assert code.count("\n") == 10
+    # The setpoint in the text is 60 degC.
+    assert abs(float(installed.python(code)) - 60.0) < 0.5
+
+
+def test_a_folder_without_fmus_is_refused_in_one_sentence(tmp_path):
+    command = [sys.executable, str(BUILD), "--fmus", str(tmp_path), "--out", str(tmp_path / "out")]
+    refused = subprocess.run(command, capture_output=True, text=True)
+    assert refused.returncode == 1
+    assert refused.stderr == (
+        f"error: there is no FMU in {tmp_path}: make them with `cargo xtask fmu`, or name another folder with --fmus\n"
+    )
+    assert not (tmp_path / "out").exists()
