@@ -67,6 +67,7 @@ mod tests {
             min: None,
             max: None,
             unit: unit.map(str::to_string),
+            from: Vec::new(),
         }
     }
 
