@@ -164,11 +164,21 @@ class Instance:
         self.slave = fmu.slave(name)
         # Without functions for memory: the FMUs say that they need none.
         self.log = Log(memory=False)
-        # (instance name, status, category, text) of each message
-        self.messages = self.log.messages
         self.slave.instantiate(callbacks=self.log.callbacks, loggingOn=logging_on)
         self.time = 0.0
         weakref.finalize(self, self.slave.freeInstance)
+
+    # Messages: (instance name, status, category, text) of each
+
+    @property
+    def messages(self):
+        """Those of calls that were refused."""
+        return [message for message in self.log.messages if message.category != "logAdvice"]
+
+    @property
+    def advice(self):
+        """Those of calls that were made."""
+        return [message for message in self.log.messages if message.category == "logAdvice"]
 
     # Any function
 

@@ -268,10 +268,12 @@ def debug_logging(instance, on, *categories):
     return instance.call("fmi2SetDebugLogging", on, len(categories), array)
 
 
-def test_nothing_is_logged_with_logging_off(fmu):
+def test_errors_are_logged_even_if_the_host_instantiates_with_logging_off(fmu):
+    """FMPy does so by default: its user would see that a call failed, and not why."""
     instance = fmu.instance(logging_on=False)
     instance.start()
-    assert provoke(instance) == []
+    assert provoke(instance) == ["logStatusError"]
+    assert instance.advice == []
 
 
 def test_logging_on_logs_all_categories(fmu):
@@ -284,7 +286,7 @@ def test_debug_logging_of_no_category_means_all(fmu):
     assert debug_logging(instance, 1) == OK
     assert provoke(instance) == ["logStatusError", "logStatusDiscard"]
     assert debug_logging(instance, 0) == OK
-    assert provoke(instance) == []
+    assert provoke(instance) == [], "off is off, errors included"
 
 
 def test_debug_logging_of_a_category_logs_this_one_alone(fmu):
@@ -300,6 +302,53 @@ def test_logging_off_is_off_whatever_category_is_named(fmu):
     assert provoke(instance) == []
     assert debug_logging(instance, 1, b"logStatusError") == OK
     assert provoke(instance) == ["logStatusError"]
+
+
+def advice_of(instance):
+    for name, status, category, _ in instance.advice:
+        assert (name, status, category) == ("instance", OK, "logAdvice")
+    return [text for *_, text in instance.advice]
+
+
+def test_at_the_end_of_initialization_a_block_says_what_it_will_do_with_its_settings(open_fmu):
+    instance = open_fmu("CONT_C").start(MAN=30.0, TI=0.2)
+    assert advice_of(instance) == [
+        "fmi2ExitInitializationMode: MAN_ON is TRUE: LMN follows MAN = 30 within its limits until MAN_ON is FALSE",
+        "fmi2ExitInitializationMode: TI = 0.2 s is below CYCLE / 2: the block computes with 0.5 s",
+    ]
+
+
+def test_settings_as_a_user_means_them_get_no_advice(open_fmu):
+    assert open_fmu("CONT_C").start(MAN_ON=0, SP_INT=1.0).advice == []
+    assert open_fmu("HLG").start(TH_TZ=10, TR_TZ=10).advice == []
+
+
+def test_advice_is_given_only_while_its_category_is_logged(open_fmu):
+    for categories, expected in ([(b"logStatusError",), 0], [(b"logAdvice",), 1], [(), 1]):
+        instance = open_fmu("CONT_C").instance()
+        assert debug_logging(instance, 1, *categories) == OK
+        instance.start()
+        assert len(instance.advice) == expected
+
+
+def test_a_step_far_below_cycle_gets_advice_once(fmu):
+    instance = fmu.instance()
+    instance.start(**{fmu.cycle_name: 10.0})
+    before = len(instance.advice)
+    for _ in range(3):
+        instance.step(0.01)
+    (text,) = advice_of(instance)[before:]
+    assert text.startswith("fmi2DoStep: ") and f"{fmu.cycle_name} = 10.0 s" in text and "in ms instead of s?" in text
+    assert instance.messages == []
+
+
+def test_steps_of_0_and_of_a_hundredth_of_cycle_get_no_advice(fmu):
+    instance = fmu.instance()
+    instance.start(**{fmu.cycle_name: 10.0})
+    before = len(instance.advice)
+    for h in (0.1, 0.0, 1e-16, 10.0):
+        instance.step(h)
+    assert len(instance.advice) == before
 
 
 @pytest.mark.parametrize("categories", [(b"logAll",), (b"logStatusError", b""), (b"logStatusDiscard", None)])

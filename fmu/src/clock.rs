@@ -194,8 +194,8 @@ impl Clock {
 
     fn check_and_advance(&mut self, tc: f64, h: f64) -> Result<Calls, Refusal> {
         let cycle = self.cycle;
-        // Written so that NaN fails.
-        if !(h >= 0.0 && h < f64::INFINITY && tc.abs() < f64::INFINITY) {
+        // NaN lies in no range.
+        if !((0.0..f64::INFINITY).contains(&h) && tc.abs() < f64::INFINITY) {
             return Err(no_time(tc, h));
         }
         let magnitude = if tc.abs() > self.start.abs() { tc.abs() } else { self.start.abs() };
