@@ -81,7 +81,7 @@ def run(platform, program, *arguments, **options):
 
 def suffix(platform):
     """How the file name of a library ends."""
-    return ".dll" if "win" in platform else ".so"
+    return ".dll" if platform.startswith("win") else ".so"
 
 
 def library(platform, guid, packed):
@@ -98,7 +98,7 @@ def library(platform, guid, packed):
 
 def named(name, platform):
     """The library of a package in `tests/fmus`, in the folder PLCFMU_LIBRARIES."""
-    prefix = "" if "win" in platform else "lib"
+    prefix = "" if platform.startswith("win") else "lib"
     return pathlib.Path(os.environ.get("PLCFMU_LIBRARIES", "")) / f"{prefix}{name}{suffix(platform)}"
 
 
@@ -106,7 +106,7 @@ class Library:
     """A library in a loader of its own; every message is passed to `log`."""
 
     def __init__(self, platform, library, log):
-        loader = BUILT / platform / ("loader.exe" if "win" in platform else "loader")
+        loader = BUILT / platform / ("loader.exe" if platform.startswith("win") else "loader")
         assert loader.is_file(), f"there is no {loader}: run .ci/platforms"
         self.log = log
         self.busy = False
