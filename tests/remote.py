@@ -60,6 +60,9 @@ NUMBERS = {name: number for number, name in enumerate(SIGNATURES)}
 NULL = b"p" + struct.pack("<Q", 0)
 
 
+# The loader's exit code if it cannot load the library or does not understand a call.
+CANNOT_LOAD = 2
+
 BUILT = pathlib.Path(__file__).resolve().parent.parent / "target" / "platforms"
 
 # The commands that run a program of another platform here. PLCFMU_RUNNER is that of any other one.
@@ -111,7 +114,15 @@ class Library:
         self.log = log
         self.busy = False
         self.abandoned = []
-        self.process = run(platform, loader, library, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        # On a busy machine Wine now and then fails to start a program. What fails later is the library's fault.
+        for attempt in range(3):
+            self.process = run(platform, loader, library, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+            try:
+                self.call("fmi2GetVersion")
+                break
+            except RuntimeError:
+                if attempt == 2 or self.process.returncode == CANNOT_LOAD:
+                    raise
         atexit.register(self.close)
 
     def close(self):
