@@ -60,6 +60,9 @@ NUMBERS = {name: number for number, name in enumerate(SIGNATURES)}
 NULL = b"p" + struct.pack("<Q", 0)
 
 
+# The loader's exit code if it cannot load the library or does not understand a call.
+CANNOT_LOAD = 2
+
 BUILT = pathlib.Path(__file__).resolve().parent.parent / "target" / "platforms"
 
 # The commands that run a program of another platform here. PLCFMU_RUNNER is that of any other one.
@@ -81,7 +84,7 @@ def run(platform, program, *arguments, **options):
 
 def suffix(platform):
     """How the file name of a library ends."""
-    return ".dll" if "win" in platform else ".so"
+    return ".dll" if platform.startswith("win") else ".so"
 
 
 def library(platform, guid, packed):
@@ -98,7 +101,7 @@ def library(platform, guid, packed):
 
 def named(name, platform):
     """The library of a package in `tests/fmus`, in the folder PLCFMU_LIBRARIES."""
-    prefix = "" if "win" in platform else "lib"
+    prefix = "" if platform.startswith("win") else "lib"
     return pathlib.Path(os.environ.get("PLCFMU_LIBRARIES", "")) / f"{prefix}{name}{suffix(platform)}"
 
 
@@ -106,12 +109,20 @@ class Library:
     """A library in a loader of its own; every message is passed to `log`."""
 
     def __init__(self, platform, library, log):
-        loader = BUILT / platform / ("loader.exe" if "win" in platform else "loader")
+        loader = BUILT / platform / ("loader.exe" if platform.startswith("win") else "loader")
         assert loader.is_file(), f"there is no {loader}: run .ci/platforms"
         self.log = log
         self.busy = False
         self.abandoned = []
-        self.process = run(platform, loader, library, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        # On a busy machine Wine now and then fails to start a program. What fails later is the library's fault.
+        for attempt in range(3):
+            self.process = run(platform, loader, library, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+            try:
+                self.call("fmi2GetVersion")
+                break
+            except RuntimeError:
+                if attempt == 2 or self.process.returncode == CANNOT_LOAD:
+                    raise
         atexit.register(self.close)
 
     def close(self):

@@ -5,7 +5,11 @@ PLCFMU_PLATFORM names the platform. The other tests of the C interface run with 
 
 import ctypes
 import json
+import os
 import random
+import shutil
+import subprocess
+import zipfile
 from ctypes import byref
 
 import pytest
@@ -15,6 +19,7 @@ import remote
 import signals
 from libraries import exports
 from plcfmu.messages import Log
+from test_run import CONTROLLER, LOOP, command  # noqa: F401 - command is a fixture
 
 pytestmark = pytest.mark.skipif(
     host.PLATFORM == "", reason="PLCFMU_PLATFORM is not set: `cargo xtask test --platforms` tests other platforms"
@@ -156,3 +161,56 @@ def test_a_panic_is_fatal_and_leaves_the_host_and_the_other_instances_alive(pani
     other.freeInstance()
     panicking.freeInstance()
     assert library.fmi2GetVersion() == b"2.0"
+
+
+# --- The command --------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def run_there(tmp_path):
+    """Runs the command `plcfmu` of the other platform in an empty folder; returns what it prints."""
+    program = os.environ.get("PLCFMU_OTHER_COMMAND")
+    if not program:
+        pytest.skip("PLCFMU_OTHER_COMMAND does not name a command plcfmu for this platform")
+
+    def run_there(*arguments):
+        pipe = subprocess.PIPE
+        process = remote.run(host.PLATFORM, program, *arguments, stdout=pipe, stderr=pipe, cwd=tmp_path, text=True)
+        output, errors = process.communicate()
+        assert process.returncode == 0, errors
+        return output
+
+    return run_there
+
+
+@pytest.fixture
+def with_library(open_fmu, tmp_path):
+    """A packed FMU by its name, with the library for the other platform in it."""
+
+    def with_library(name):
+        fmu = open_fmu(name)
+        packed = tmp_path / f"{name}.fmu"
+        place = f"binaries/{host.PLATFORM}/{fmu.description.coSimulation.modelIdentifier}{remote.suffix(host.PLATFORM)}"
+        shutil.copy(fmu.path, packed)
+        with zipfile.ZipFile(packed, "a", zipfile.ZIP_DEFLATED) as archive:
+            if place not in archive.namelist():
+                archive.write(fmu.library(), place)
+        return packed
+
+    return with_library
+
+
+def test_the_command_writes_the_same_file_as_here(run_there, with_library, command):
+    fmus = [with_library(name) for name in ("CONT_C", "HEATER")]
+    arguments = ["run", *(fmu.name for fmu in fmus), "--stop=100", "--step=1", "--out=-"]
+    arguments += [f"--connect={source}={target}" for source, target in LOOP.items()]
+    arguments += [f"--set=CONT_C.{name}={value}" for name, value in CONTROLLER.items()]
+    here = subprocess.run([command, *arguments], cwd=fmus[0].parent, stdout=subprocess.PIPE, check=True, text=True).stdout
+    assert here.count("\n") > 50
+    assert run_there(*arguments) == here
+
+
+def test_the_command_reads_and_checks_an_fmu(run_there, with_library):
+    fmu = with_library("CONT_C")
+    assert "CONT_C" in run_there("info", fmu.name)
+    assert "WRONG" not in run_there("check", "--run", fmu.name)
