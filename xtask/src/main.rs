@@ -9,7 +9,7 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 use plcfmu::build::platform::Platform;
 use plcfmu::build::workspace::Workspace;
-use plcfmu::package::pack;
+use plcfmu::package::{dist, pack};
 use python::Environment;
 use std::process::ExitCode;
 
@@ -26,7 +26,6 @@ Examples:
   cargo xtask demo                  co-simulate all closed loops, print their figures, draw them
   cargo xtask demo cascade          only this one
   cargo xtask fmu                   pack all FMUs
-  cargo xtask fmu my_block          only this one
   cargo xtask test                  check everything (the first time it takes some minutes)
   cargo xtask test -- -k time       all of it, but of the Python tests only those with 'time' in their name
 
@@ -34,7 +33,7 @@ Where the results are, below target/:
   fmu/NAME.fmu       the packed FMUs; documentation/index.html in each describes it
   demo/              CSV and PNG files of the closed loops
   venv/              the Python environment with the packages of tests/requirements.txt, made when it is first needed
-  portable/, native/ the FMUs' libraries as cargo builds them
+  portable/, native/, platforms/   the FMUs' libraries as cargo builds them
 
 Needed: Rust, a C compiler, Python 3.9 or newer. 'cargo xtask fmu --native' needs no Python.";
 
@@ -44,6 +43,8 @@ enum Command {
     ///
     /// As 'plcfmu build', but with the zig of tests/requirements.txt.
     Fmu(pack::Options),
+    /// Pack all FMUs for all platforms, with checksums and a table: target/dist/
+    Dist(dist::Options),
     /// Run all tests: Rust, Python, other importers
     Test(test::Options),
     /// Run closed loops of FMUs, print their figures, draw them: target/demo/
@@ -64,13 +65,14 @@ fn dispatch(command: Command) -> Result<()> {
     let workspace = Workspace::find()?;
     match command {
         Command::Fmu(options) => {
-            // First what may be wrong at once: making the environment takes its time.
+            // First what may be wrong at once.
             pack::select(&workspace, &options)?;
             if !options.native && Platform::host()?.is_linux() {
                 Environment::ready(&workspace)?;
             }
             pack::run(&workspace, &options)
         }
+        Command::Dist(options) => Environment::ready(&workspace).and_then(|_| dist::run(&workspace, &options)),
         Command::Test(options) => test::test(&workspace, &options),
         Command::Demo(options) => demo::demo(&workspace, &options),
     }

@@ -3,9 +3,10 @@
 use crate::package::{DESCRIPTION, Package, check};
 use anyhow::{Context, Result, bail, ensure};
 use modeldescription::shortened;
-use modeldescription::v2::ModelDescription;
+use modeldescription::v2::{ModelDescription, Variable};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Seek};
+use std::mem;
 
 /// The files of an FMU, by their path there.
 pub type Files = BTreeMap<String, Vec<u8>>;
@@ -132,7 +133,7 @@ fn difference_of(first: &ModelDescription, second: &ModelDescription) -> Option<
             let mut pairs = first.model_variables.iter().zip(&second.model_variables);
             let (own, other) = pairs.find(|(own, other)| own != other)?;
             Some(if own.name == other.name {
-                format!("variable {} is declared differently", quoted(&own.name))
+                format!("variable {} has another {} in one than in the other", quoted(&own.name), attribute(own, other))
             } else {
                 format!("where one has the variable {}, the other has {}", quoted(&own.name), quoted(&other.name))
             })
@@ -143,6 +144,20 @@ fn difference_of(first: &ModelDescription, second: &ModelDescription) -> Option<
         })
         .or_else(|| differ("the GUID", &first.guid, &second.guid))
         .or_else(|| differ("the license", &license(first), &license(second)))
+}
+
+/// In what two variables of one name differ.
+fn attribute(own: &Variable, other: &Variable) -> &'static str {
+    let has_equal_kind = mem::discriminant(&own.typed) == mem::discriminant(&other.typed);
+    let equal = [
+        ("description", own.description == other.description),
+        ("causality", own.causality == other.causality),
+        ("variability", own.variability == other.variability),
+        ("value reference", own.value_reference == other.value_reference),
+        ("type", has_equal_kind),
+        ("unit, range or start value", own.typed == other.typed),
+    ];
+    equal.into_iter().find(|(_, is_equal)| !is_equal).map_or("way to get its first value", |(attribute, _)| attribute)
 }
 
 fn line_difference(first: &[u8], second: &[u8]) -> String {
@@ -169,7 +184,7 @@ pub fn join_all(packages: Vec<(String, Files)>) -> Result<Files> {
 mod tests {
     use super::*;
     use crate::package::archive;
-    use modeldescription::v2::{CoSimulation, Real, Typed, Variable};
+    use modeldescription::v2::{CoSimulation, Real, Typed};
 
     fn description(change: impl FnOnce(&mut ModelDescription)) -> ModelDescription {
         let co_simulation = CoSimulation { model_identifier: "PUMP".into(), ..CoSimulation::default() };
@@ -248,6 +263,32 @@ mod tests {
         // What has no words is told by its line.
         let error = of(&|other| other.author = Some("x".into()));
         assert!(error.starts_with("their model descriptions differ: line "), "{error}");
+    }
+
+    #[test]
+    fn a_variable_that_differs_is_named_with_its_attribute() {
+        let pump = |change: &dyn Fn(&mut Real)| {
+            let mut real = Real::default();
+            change(&mut real);
+            let variable = Variable { name: "Q".into(), typed: Typed::Real(real), ..Variable::default() };
+            description(|description| description.model_variables = vec![variable])
+        };
+        let other = pump(&|real| real.start = Some(1.0));
+        assert_eq!(
+            difference_of(&pump(&|_| ()), &other),
+            Some("variable \"Q\" has another unit, range or start value in one than in the other".into())
+        );
+        let mut text = pump(&|_| ());
+        text.model_variables[0].description = Some("Flow".into());
+        assert_eq!(
+            difference_of(&pump(&|_| ()), &text),
+            Some("variable \"Q\" has another description in one than in the other".into())
+        );
+        text.model_variables[0].name = "P".into();
+        assert_eq!(
+            difference_of(&pump(&|_| ()), &text),
+            Some("where one has the variable \"Q\", the other has \"P\"".into())
+        );
     }
 
     #[test]

@@ -5,6 +5,8 @@ pub mod binary;
 #[cfg(feature = "command")]
 pub mod check;
 #[cfg(feature = "command")]
+pub mod dist;
+#[cfg(feature = "command")]
 pub mod merge;
 #[cfg(feature = "command")]
 pub mod pack;

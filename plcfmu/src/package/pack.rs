@@ -85,7 +85,7 @@ struct Built {
 #[derive(Debug)]
 struct Plan {
     host: Platform,
-    /// What is built for each of FMI's platforms; first that of this machine if it is among them.
+    /// What is built for each of FMI's platforms, that of this machine last.
     built: Vec<(&'static str, Vec<(Platform, Linkage)>)>,
     given: BTreeMap<&'static str, PathBuf>,
     /// Whether the library for this machine is packed, too, or only built for the table.
@@ -112,29 +112,29 @@ fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan>
     }
     let has_host = folders.contains(&host.folder) || given.contains_key(host.folder);
     let own = Linkage::choose(workspace, &host, options.native);
-    let mut built = Vec::new();
-    if !given.contains_key(host.folder) && !options.platforms.contains(&host.folder) {
-        built.push((host.folder, vec![(host, own.clone())]));
-    }
-    // That of this machine first: where the sources do not compile, that is where it shows.
-    let is_host = |folder: &&str| *folder == host.folder;
-    let mut asked: Vec<_> = options.platforms.iter().copied().filter(is_host).take(1).collect();
-    for folder in &options.platforms {
-        if !asked.contains(folder) {
-            asked.push(folder);
+    let mut built: Vec<(&str, Vec<(Platform, Linkage)>)> = Vec::new();
+    for folder in folders {
+        if built.iter().any(|(other, _)| *other == folder) {
+            continue;
         }
-    }
-    for folder in asked {
+        // Without being asked for, the half of a universal file that is for this machine is enough.
+        let is_asked = options.platforms.contains(&folder);
+        let platforms = if is_asked { Platform::of_folder(folder, &host) } else { vec![host] };
         let linked = |platform: Platform| {
-            let linkage = if platform == host { Ok(own.clone()) } else { Linkage::cross(workspace, &host, &platform) };
-            Ok((platform, linkage?))
+            let is_host = platform == host;
+            Ok((platform, if is_host { own.clone() } else { Linkage::cross(workspace, &host, &platform)? }))
         };
-        match Platform::of_folder(folder, &host).into_iter().map(linked).collect::<Result<Vec<_>>>() {
+        match platforms.into_iter().map(linked).collect::<Result<Vec<_>>>() {
             Ok(targets) => built.push((folder, targets)),
             Err(error) if options.as_available => eprintln!("note: left out: {error:#}"),
             Err(error) => return Err(error),
         }
     }
+    if !has_host {
+        built.push((host.folder, vec![(host, own.clone())]));
+    }
+    // That of this machine last: the others show at once if something is missing.
+    built.sort_by_key(|(folder, _)| *folder == host.folder);
     Ok(Plan { host, built, given, has_host, is_host_native: own == Linkage::Native })
 }
 
@@ -406,6 +406,43 @@ mod tests {
             error.starts_with("there is no FMU in /w: ") && error.ends_with("'plcfmu new NAME' makes one"),
             "{error}"
         );
+    }
+
+    /// What is planned for these arguments: what is built, whether the library for this machine is packed.
+    fn planned(platforms: &[&'static str], libraries: &[&str], crates: usize) -> Result<(Vec<&'static str>, bool)> {
+        let libraries = libraries.iter().map(|argument| given_library(argument)).collect::<Result<Vec<_>>>()?;
+        let options = Options { platforms: platforms.to_vec(), libraries, native: true, ..Options::default() };
+        let plan = plan(&workspace(Path::new("/w")), &options, crates)?;
+        Ok((plan.built.iter().map(|(folder, _)| *folder).collect(), plan.has_host))
+    }
+
+    #[test]
+    fn an_fmu_is_built_for_this_machine_alone_if_no_platform_is_named() {
+        let host = Platform::host().unwrap().folder;
+        assert_eq!(planned(&[], &[], 5).unwrap(), (vec![host], true));
+        assert_eq!(planned(&[host, host], &[], 5).unwrap(), (vec![host], true));
+        assert_eq!(planned(&[], &["linux32=a.so"], 1).unwrap(), (vec![host], true));
+    }
+
+    #[test]
+    fn a_library_that_was_built_elsewhere_is_not_built_again() {
+        let host = Platform::host().unwrap().folder;
+        let given = format!("{host}=pump.so");
+        assert_eq!(planned(&[], &[&given, "linux32=a=b.so"], 1).unwrap(), (vec![], true));
+        assert_eq!(given_library("linux32=a=b.so").unwrap(), ("linux32", "a=b.so".into()));
+        let refusal = |platforms: &[&'static str], libraries: &[&str], crates| -> String {
+            planned(platforms, libraries, crates).unwrap_err().to_string()
+        };
+        let twice =
+            format!("{host} is asked for twice: build it with --platform, or give its library once with --library");
+        assert_eq!(refusal(&[host], &[&given], 1), twice);
+        assert_eq!(refusal(&[], &[&given, &given], 1), twice);
+        assert_eq!(
+            refusal(&[], &[&given], 2),
+            "--library belongs to one FMU, but 2 are to be packed: name the one, such as 'PUMP'"
+        );
+        assert_eq!(refusal(&[], &["pump.so"], 1), "give it as PLATFORM=FILE, such as win64=pump.dll");
+        assert!(refusal(&[], &["win128=pump.so"], 1).starts_with("the platforms are linux64, "));
     }
 
     #[test]

@@ -1,0 +1,185 @@
+//! What is offered for download: every FMU for all platforms that can be built here, an FMU for ARM alone of each, checksums,
+//! and a table of what is in which file. For `cargo xtask dist`.
+
+use crate::build::platform;
+use crate::build::workspace::Workspace;
+use crate::package::{Package, archive, merge, pack, temporary};
+use anyhow::{Context, Result, bail};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::fs;
+use std::io::{Cursor, Write as _};
+use std::path::{Path, PathBuf};
+
+/// What is built if nothing else is asked for.
+const PLATFORMS: [&str; 4] = ["linux64", "win64", "aarch64-linux", "darwin64"];
+
+/// FMI 2.0 has no folder for Linux on ARM: FMUs for it alone are in a folder of their own, for tools that look into `linux64`.
+const ALONE: &str = "aarch64-linux";
+
+const SUMS: &str = "SHA256SUMS";
+const CONTENTS: &str = "CONTENTS.md";
+
+/// What to build.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct Options {
+    /// Platform to build for; may be repeated [default: linux64, win64, aarch64-linux and darwin64, as far as possible here]
+    #[arg(long = "platform", value_name = "PLATFORM", value_parser = platform::folder)]
+    pub platforms: Vec<&'static str>,
+    /// Folder for the files, which is replaced [default: target/dist]
+    #[arg(short, long = "out", value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+/// Builds everything and puts it into a new folder.
+///
+/// # Errors
+/// What cannot be built, or written. The folder stays as it was.
+pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
+    let folder = options.out.clone().unwrap_or_else(|| workspace.target.join("dist"));
+    check_replaceable(&folder)?;
+    let unwritable = || format!("{} cannot be written", folder.display());
+    let parent = temporary::folder(&folder);
+    fs::create_dir_all(parent).with_context(unwritable)?;
+    temporary::remove_left(parent).with_context(unwritable)?;
+    // Made beside its place, so that it is there as a whole or not at all.
+    let beside = temporary::builder().tempdir_in(parent).with_context(unwritable)?;
+    let new = beside.path().join("dist");
+    let as_available = options.platforms.is_empty();
+    let platforms = if as_available { PLATFORMS.to_vec() } else { options.platforms.clone() };
+    let packing = pack::Options { platforms, out: Some(new.clone()), as_available, ..pack::Options::default() };
+    pack::run(workspace, &packing)?;
+    finish(&new)?;
+    if folder.exists() {
+        fs::remove_dir_all(&folder).with_context(unwritable)?;
+    }
+    fs::rename(&new, &folder).with_context(unwritable)?;
+    println!("{}", workspace.shown(&folder));
+    Ok(())
+}
+
+/// Only a folder that this command has made may be replaced.
+fn check_replaceable(folder: &Path) -> Result<()> {
+    if folder.exists() && !folder.join(SUMS).is_file() {
+        bail!("{} exists and was not made by this command: choose another folder with --out", folder.display());
+    }
+    Ok(())
+}
+
+/// Adds what is made of the FMUs in a folder: those for ARM alone, the table and the checksums.
+fn finish(folder: &Path) -> Result<()> {
+    let mut files = BTreeMap::new();
+    for name in fmus(folder)? {
+        let read = || -> Result<(Vec<u8>, merge::Files)> {
+            let path = folder.join(&name);
+            Ok((fs::read(&path)?, merge::files(&mut Package::open(&path)?)?))
+        };
+        let (bytes, content) = read().with_context(|| name.clone())?;
+        if let Some(alone) = merge::only(&content, ALONE).filter(|alone| *alone != content) {
+            files.insert(format!("{ALONE}/{name}"), archive::write(&alone)?);
+        }
+        files.insert(name, bytes);
+    }
+    files.insert(CONTENTS.into(), contents(&files)?.into_bytes());
+    files.insert(SUMS.into(), sums(&files).into_bytes());
+    for (name, bytes) in &files {
+        temporary::place(&folder.join(name), |file| Ok(file.write_all(bytes)?), |_| Ok(()))?;
+    }
+    Ok(())
+}
+
+/// The names of the FMUs in a folder, sorted.
+fn fmus(folder: &Path) -> Result<Vec<String>> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let name = entry?.file_name().to_string_lossy().into_owned();
+        if name.ends_with(".fmu") {
+            names.push(name);
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// The table of the FMUs, in Markdown.
+fn contents(files: &BTreeMap<String, Vec<u8>>) -> Result<String> {
+    let mut table =
+        String::from("# What is in which file\n\n| file | libraries for | kB | what it is |\n|---|---|---|---|\n");
+    for (name, bytes) in files {
+        let package = Package::read(Cursor::new(bytes)).with_context(|| name.clone())?;
+        let description = package.description.description.as_deref().unwrap_or_default().replace('|', "\\|");
+        let _ =
+            writeln!(table, "| {name} | {} | {} | {description} |", package.platforms(), bytes.len().div_ceil(1000));
+    }
+    let _ = write!(
+        table,
+        "\nFMI 2.0 has no folder for Linux on ARM: the FMUs in {ALONE}/ have that library in linux64, too, for tools that \
+         look there.\n"
+    );
+    Ok(table)
+}
+
+/// The checksums as `sha256sum --check` reads them.
+fn sums(files: &BTreeMap<String, Vec<u8>>) -> String {
+    let mut sums = String::new();
+    for (name, bytes) in files {
+        for byte in Sha256::digest(bytes) {
+            let _ = write!(sums, "{byte:02x}");
+        }
+        let _ = writeln!(sums, "  {name}");
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::package::DESCRIPTION;
+    use modeldescription::v2::{CoSimulation, ModelDescription};
+
+    /// An FMU with these libraries: platform and content.
+    fn fmu(libraries: &[(&str, &str)]) -> Vec<u8> {
+        let co_simulation = CoSimulation { model_identifier: "PUMP".into(), ..CoSimulation::default() };
+        let description = ModelDescription {
+            model_name: "PUMP".into(),
+            guid: "{1}".into(),
+            description: Some("Pumps or not".into()),
+            co_simulation: Some(co_simulation),
+            ..ModelDescription::default()
+        };
+        let mut files = merge::Files::from([(DESCRIPTION.into(), modeldescription::v2::write(&description))]);
+        for (platform, content) in libraries {
+            files.insert(format!("binaries/{platform}/PUMP.so"), content.as_bytes().to_vec());
+        }
+        archive::write(&files).unwrap()
+    }
+
+    #[test]
+    fn the_table_names_each_file_with_its_platforms() {
+        let files = BTreeMap::from([
+            ("PUMP.fmu".to_string(), fmu(&[("aarch64-linux", "4"), ("linux64", "1")])),
+            ("aarch64-linux/PUMP.fmu".to_string(), fmu(&[("aarch64-linux", "4"), ("linux64", "4")])),
+        ]);
+        let table = contents(&files).unwrap();
+        assert!(table.contains("\n| PUMP.fmu | aarch64-linux, linux64 | 1 | Pumps or not |\n"), "{table}");
+        assert!(table.contains("\n| aarch64-linux/PUMP.fmu | aarch64-linux, linux64 | 1 |"), "{table}");
+    }
+
+    #[test]
+    fn checksums_are_those_of_sha256sum() {
+        let files = BTreeMap::from([("a.fmu".to_string(), b"abc".to_vec())]);
+        let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(sums(&files), format!("{sum}  a.fmu\n"));
+    }
+
+    #[test]
+    fn a_folder_with_anything_else_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(check_replaceable(&folder.path().join("dist")).is_ok());
+        let error = check_replaceable(folder.path()).unwrap_err().to_string();
+        assert!(error.ends_with("was not made by this command: choose another folder with --out"), "{error}");
+        fs::write(folder.path().join(SUMS), "").unwrap();
+        assert!(check_replaceable(folder.path()).is_ok());
+    }
+}
