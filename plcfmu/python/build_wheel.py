@@ -24,9 +24,6 @@ TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resol
 LICENSES = ("LICENSE-MIT", "LICENSE-APACHE")
 MANIFEST = 'manifest-path = "../Cargo.toml"'
 
-# The time of the files in the wheel, unless SOURCE_DATE_EPOCH is set: 1980-01-01, the first day that a ZIP file has.
-EPOCH = "315532800"
-
 
 def host() -> str:
     """The target that rustc builds for by itself, such as x86_64-unknown-linux-gnu."""
@@ -61,10 +58,10 @@ def stage(fmus: list[pathlib.Path], folder: pathlib.Path) -> None:
 
 
 def environment() -> dict[str, str]:
-    """The environment variables for maturin: no path and no date of this machine gets into the wheel."""
+    """The environment variables for maturin, which keep this machine's paths out of the wheel."""
     cargo_home = os.environ.get("CARGO_HOME") or pathlib.Path.home() / ".cargo"
     flags = [f"--remap-path-prefix={cargo_home}=/cargo", f"--remap-path-prefix={ROOT}=/plcfmu"]
-    variables = {"SOURCE_DATE_EPOCH": EPOCH, **os.environ, "CARGO_ENCODED_RUSTFLAGS": "\x1f".join(flags)}
+    variables = {**os.environ, "CARGO_ENCODED_RUSTFLAGS": "\x1f".join(flags)}
     variables.pop("RUSTFLAGS", None)
     cache = str(TARGET / "portable" / "zig")
     variables.update(ZIG_GLOBAL_CACHE_DIR=cache, ZIG_LOCAL_CACHE_DIR=cache, CARGO_ZIGBUILD_CACHE_DIR=cache)
