@@ -82,10 +82,10 @@ def metadata(archive, name):
 
 
 def test_the_wheel_is_for_any_python_3_on_any_linux_since_2014(wheel):
-    version, machine = re.fullmatch(
-        r"plcfmu-([0-9.]+)-py3-none-manylinux_2_17_(\w+)\.manylinux2014_\w+\.whl", wheel.name
-    ).groups()
-    assert machine == os.uname().machine
+    version, python, abi, platforms = wheel.name.removeprefix("plcfmu-").removesuffix(".whl").split("-")
+    assert (python, abi) == ("py3", "none")
+    machine = os.uname().machine
+    assert set(platforms.split(".")) == {f"manylinux_2_17_{machine}", f"manylinux2014_{machine}"}
     with zipfile.ZipFile(wheel) as archive:
         assert f"Version: {version}\n" in metadata(archive, "METADATA")
         assert f'\nversion = "{version}"\n' in (ROOT / "Cargo.toml").read_text(encoding="utf-8")
@@ -140,7 +140,7 @@ def test_plcfmu_run_closes_a_loop_of_two_fmus_of_the_wheel(installed):
 
 
 def test_the_package_of_the_wheel_finds_the_fmus_of_the_wheel(installed):
-    lines = installed.python("import plcfmu; print(plcfmu.fmu('CONT_C'), *plcfmu.fmu_names())").split()
+    lines = installed.python("import plcfmu; print(plcfmu.fmu('CONT_C'), *plcfmu.fmu_names(), sep='\\n')").splitlines()
     assert pathlib.Path(lines[0]) == installed.packages / "plcfmu" / "fmus" / "CONT_C.fmu"
     assert lines[1:] == host.names()
 
@@ -148,7 +148,7 @@ def test_the_package_of_the_wheel_finds_the_fmus_of_the_wheel(installed):
 def test_the_ten_lines_of_the_readme_close_a_loop(installed):
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     (code,) = re.findall(r"^```python\n(.*?)^```$", readme, re.M | re.S)
-    assert code.count("\n") == 10
+    assert code.count("\n") <= 10
     # The setpoint in the text is 60 degC.
     assert abs(float(installed.python(code)) - 60.0) < 0.5
 

@@ -2,8 +2,8 @@
 
     target/venv/bin/python plcfmu/python/build_wheel.py --fmus target/fmu --out target/dist
 
-Needs Rust and, in the Python that runs this program, maturin and (for Linux) ziglang. `cargo xtask fmu` installs both in
-target/venv. The same sources and FMUs give the same bytes, in any folder.
+Needs Rust and, in the Python that runs this program, maturin and (for Linux) ziglang. `cargo xtask fmu` installs both
+in target/venv. The same sources and FMUs give the same bytes, in any folder.
 """
 
 from __future__ import annotations
@@ -24,9 +24,6 @@ TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resol
 LICENSES = ("LICENSE-MIT", "LICENSE-APACHE")
 MANIFEST = 'manifest-path = "../Cargo.toml"'
 
-# The time of the files in the wheel, unless SOURCE_DATE_EPOCH is set: 1980-01-01, the first day that a ZIP file can name.
-EPOCH = "315532800"
-
 
 def host() -> str:
     """The target that rustc builds for by itself, such as x86_64-unknown-linux-gnu."""
@@ -41,7 +38,7 @@ def host() -> str:
 def stage(fmus: list[pathlib.Path], folder: pathlib.Path) -> None:
     """Puts what goes into the wheel together in a new folder.
 
-    The FMUs do not go into the sources: a package imported from the checkout would find them there and not in target/fmu.
+    The FMUs do not go into the sources: a package imported from the checkout would find them there, not in target/fmu.
     """
     if folder.exists():
         shutil.rmtree(folder)
@@ -61,10 +58,10 @@ def stage(fmus: list[pathlib.Path], folder: pathlib.Path) -> None:
 
 
 def environment() -> dict[str, str]:
-    """The environment variables for maturin: no path and no date of this machine gets into the wheel."""
+    """The environment variables for maturin, which keep this machine's paths out of the wheel."""
     cargo_home = os.environ.get("CARGO_HOME") or pathlib.Path.home() / ".cargo"
     flags = [f"--remap-path-prefix={cargo_home}=/cargo", f"--remap-path-prefix={ROOT}=/plcfmu"]
-    variables = {"SOURCE_DATE_EPOCH": EPOCH, **os.environ, "CARGO_ENCODED_RUSTFLAGS": "\x1f".join(flags)}
+    variables = {**os.environ, "CARGO_ENCODED_RUSTFLAGS": "\x1f".join(flags)}
     variables.pop("RUSTFLAGS", None)
     cache = str(TARGET / "portable" / "zig")
     variables.update(ZIG_GLOBAL_CACHE_DIR=cache, ZIG_LOCAL_CACHE_DIR=cache, CARGO_ZIGBUILD_CACHE_DIR=cache)
@@ -98,16 +95,27 @@ def build(fmus: list[pathlib.Path], out: pathlib.Path, target: str) -> pathlib.P
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument(
-        "--fmus", type=pathlib.Path, metavar="FOLDER", default=TARGET / "fmu", help="folder of the FMUs (default: %(default)s)"
+        "--fmus",
+        type=pathlib.Path,
+        metavar="FOLDER",
+        default=TARGET / "fmu",
+        help="folder of the FMUs (default: %(default)s)",
     )
     parser.add_argument(
-        "--out", type=pathlib.Path, metavar="FOLDER", default=TARGET / "dist", help="folder for the wheel (default: %(default)s)"
+        "--out",
+        type=pathlib.Path,
+        metavar="FOLDER",
+        default=TARGET / "dist",
+        help="folder for the wheel (default: %(default)s)",
     )
     parser.add_argument("--target", help="the command's Rust target (default: this machine)")
     options = parser.parse_args()
     fmus = sorted(options.fmus.glob("*.fmu"))
     if not fmus:
-        sys.exit(f"error: there is no FMU in {options.fmus}: make them with `cargo xtask fmu`, or name another folder with --fmus")
+        sys.exit(
+            f"error: there is no FMU in {options.fmus}: make them with `cargo xtask fmu`, "
+            "or name another folder with --fmus"
+        )
     target = options.target or host()
     needed = ["maturin", "ziglang"] if "-linux-" in target else ["maturin"]
     for module in needed:
