@@ -121,6 +121,8 @@ mod tests {
         assert_eq!(selected, [true, false, true, false]);
         assert!(Category::ALL.iter().all(|category| Selection::ALL.contains(category)));
         assert!(!Category::ALL.iter().any(|category| Selection::NONE.contains(category)));
+        let errors: Vec<bool> = Category::ALL.iter().map(|category| Selection::ERRORS.contains(category)).collect();
+        assert_eq!(errors, [true, false, true, false]);
     }
 
     #[test]
