@@ -3,7 +3,7 @@
     target/venv/bin/python plcfmu/python/build_wheel.py --fmus target/fmu --out target/dist
 
 Needs Rust and, in the Python that runs this program, maturin and (for Linux) ziglang. `cargo xtask fmu` installs both
-in target/venv. The same sources and FMUs give the same bytes, in any folder.
+in target/venv. The same sources and FMUs give the same bytes.
 """
 
 from __future__ import annotations
