@@ -478,7 +478,7 @@ fn a_point_behind_the_last_step_is_refused_with_both_numbers() {
 #[test]
 fn steps_that_are_no_time_are_refused_and_the_next_good_one_is_made() {
     let counter = counter(0.0, None, 1000);
-    for h in [-0.0, -1.0, -1e-300, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+    for h in [-5e-324, -1.0, -1e-300, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         refused(&counter, 0.0, h, &["communicationStepSize", &format!("{h:?}")]);
     }
     for tc in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
