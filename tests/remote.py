@@ -78,6 +78,7 @@ def run(platform, program, *arguments, **options):
     runner = os.environ.get("PLCFMU_RUNNER", RUNNERS.get(platform))
     assert runner is not None, f"PLCFMU_RUNNER must say how a program for {platform} is run here"
     environment = {**os.environ, "WINEPREFIX": str(BUILT / "wine"), "WINEDEBUG": "-all", "LC_ALL": "C.UTF-8"}
+    environment["WINEPATH"] = str(BUILT / "win64" / "dlls")
     command = [*shlex.split(runner), str(program), *map(str, arguments)]
     return subprocess.Popen(command, env=environment, **options)
 
