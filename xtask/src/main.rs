@@ -9,6 +9,7 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 use plcfmu::build::platform::Platform;
 use plcfmu::build::workspace::Workspace;
+use plcfmu::command;
 use plcfmu::package::{dist, pack};
 use python::Environment;
 use std::process::ExitCode;
@@ -24,26 +25,19 @@ struct Arguments {
 const HELP: &str = "\
 Examples:
   cargo xtask demo                  co-simulate all closed loops, print their figures, draw them
-  cargo xtask demo cascade          only this one
   cargo xtask fmu                   pack all FMUs
   cargo xtask test                  check everything (the first time it takes some minutes)
-  cargo xtask test -- -k time       all of it, but of the Python tests only those with 'time' in their name
+  cargo xtask test -- -k time       only the Python tests with 'time' in their name
 
-Where the results are, below target/:
-  fmu/NAME.fmu       the packed FMUs; documentation/index.html in each describes it
-  demo/              CSV and PNG files of the closed loops
-  venv/              the Python environment with the packages of tests/requirements.txt, made when it is first needed
-  portable/, native/, platforms/   the FMUs' libraries as cargo builds them
+Results, below target/: fmu/NAME.fmu, demo/ (CSV and PNG), dist/, venv/ (the Python environment)
 
 Needed: Rust, a C compiler, Python 3.9 or newer. 'cargo xtask fmu --native' needs no Python.";
 
 #[derive(Subcommand)]
 enum Command {
-    /// Build, pack and check FMUs: target/fmu/NAME.fmu
-    ///
-    /// As 'plcfmu build', but with the zig of tests/requirements.txt.
+    /// Build, pack and check FMUs: target/fmu/NAME.fmu. As 'plcfmu build', with the zig of tests/requirements.txt
     Fmu(pack::Options),
-    /// Pack all FMUs for all platforms, with checksums and a table: target/dist/
+    /// Pack all FMUs for all platforms and the Python wheel, with checksums and a table: target/dist/
     Dist(dist::Options),
     /// Run all tests: Rust, Python, other importers
     Test(test::Options),
@@ -72,7 +66,13 @@ fn dispatch(command: Command) -> Result<()> {
             }
             pack::run(&workspace, &options)
         }
-        Command::Dist(options) => Environment::ready(&workspace).and_then(|_| dist::run(&workspace, &options)),
+        Command::Dist(options) => {
+            let mut wheel = Environment::ready(&workspace)?.python();
+            dist::run(&workspace, &options, |folder| {
+                wheel.arg("plcfmu/python/build_wheel.py").arg("--fmus").arg(folder).arg("--out").arg(folder);
+                command::run(wheel.current_dir(&workspace.root))
+            })
+        }
         Command::Test(options) => test::test(&workspace, &options),
         Command::Demo(options) => demo::demo(&workspace, &options),
     }

@@ -1,5 +1,5 @@
 //! What is offered for download: every FMU for all platforms that can be built here, an FMU for ARM alone of each, checksums,
-//! and a table of what is in which file. For `cargo xtask dist`.
+//! a table of what is in which FMU, and what the caller adds. For `cargo xtask dist`.
 
 use crate::build::platform;
 use crate::build::workspace::Workspace;
@@ -32,11 +32,11 @@ pub struct Options {
     pub out: Option<PathBuf>,
 }
 
-/// Builds everything and puts it into a new folder.
+/// Builds everything and puts it into a new folder. `add` makes what else is offered there, of the FMUs in it.
 ///
 /// # Errors
 /// What cannot be built, or written. The folder stays as it was.
-pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
+pub fn run(workspace: &Workspace, options: &Options, add: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let folder = options.out.clone().unwrap_or_else(|| workspace.target.join("dist"));
     check_replaceable(&folder)?;
     let unwritable = || format!("{} cannot be written", folder.display());
@@ -50,6 +50,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     let platforms = if as_available { PLATFORMS.to_vec() } else { options.platforms.clone() };
     let packing = pack::Options { platforms, out: Some(new.clone()), as_available, ..pack::Options::default() };
     pack::run(workspace, &packing)?;
+    add(&new)?;
     finish(&new)?;
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(unwritable)?;
@@ -70,7 +71,7 @@ fn check_replaceable(folder: &Path) -> Result<()> {
 /// Adds what is made of the FMUs in a folder: those for ARM alone, the table and the checksums.
 fn finish(folder: &Path) -> Result<()> {
     let mut files = BTreeMap::new();
-    for name in fmus(folder)? {
+    for name in names(folder, ".fmu")? {
         let read = || -> Result<(Vec<u8>, merge::Files)> {
             let path = folder.join(&name);
             Ok((fs::read(&path)?, merge::files(&mut Package::open(&path)?)?))
@@ -82,6 +83,10 @@ fn finish(folder: &Path) -> Result<()> {
         files.insert(name, bytes);
     }
     files.insert(CONTENTS.into(), contents(&files)?.into_bytes());
+    for name in names(folder, ".whl")? {
+        let bytes = fs::read(folder.join(&name)).with_context(|| name.clone())?;
+        files.insert(name, bytes);
+    }
     files.insert(SUMS.into(), sums(&files).into_bytes());
     for (name, bytes) in &files {
         temporary::place(&folder.join(name), |file| Ok(file.write_all(bytes)?), |_| Ok(()))?;
@@ -89,12 +94,12 @@ fn finish(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The names of the FMUs in a folder, sorted.
-fn fmus(folder: &Path) -> Result<Vec<String>> {
+/// The names of the files in a folder that end with this, sorted.
+fn names(folder: &Path, end: &str) -> Result<Vec<String>> {
     let mut names = Vec::new();
     for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
         let name = entry?.file_name().to_string_lossy().into_owned();
-        if name.ends_with(".fmu") {
+        if name.ends_with(end) {
             names.push(name);
         }
     }

@@ -206,8 +206,8 @@ fn description(table: &Table, recording: &Recording) -> String {
         }
     }
     text.push_str(
-        "\nRecorded from the library in this FMU. Other machines give the same numbers to the last bit, except where a \
-         block uses functions such as exp, whose last digit differs between systems.\n",
+        "\nRecorded from the library in this FMU. A block that uses nothing but + - * / and sqrt, or the crate libm, gives the \
+         same numbers to the last bit on every platform.\n",
     );
     text
 }
