@@ -28,6 +28,7 @@ pub fn place(
     let failed = || format!("{} cannot be written", path.display());
     let folder = folder(path);
     fs::create_dir_all(folder).with_context(failed)?;
+    #[cfg_attr(not(unix), expect(unused_mut))]
     let mut builder = builder();
     // As other files: the temporary ones of this crate are their owner's alone.
     #[cfg(unix)]
