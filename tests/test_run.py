@@ -267,15 +267,22 @@ def test_a_value_outside_its_range_is_set_with_a_warning(run):
 
 
 def test_the_recording_goes_to_a_file_and_the_summary_to_standard_output(run, tmp_path):
-    done = run("CONT_C", "HEATER", connect=LOOP, stop=2, out="result.csv", plot=["result.png"])
+    automatic = {"CONT_C.MAN_ON": "false"}
+    done = run("CONT_C", "HEATER", connect=LOOP, set=automatic, stop=2, out="result.csv", plot=["result.png"])
     assert done.returncode == 0 and done.stderr == ""
     first, second, third, *_ = done.stdout.splitlines()
     assert first.startswith("20 steps of 0.1 s, as HEATER proposes, from 0 s to 2 s, in ")
-    assert second == "result.csv: 20 rows of the time and 14 variables"
+    assert second == "result.csv: 20 rows of the time and 15 variables"
     assert third == "result.png"
     assert len(rows((tmp_path / "result.csv").read_text())) == 20
     assert (tmp_path / "result.png").read_bytes().startswith(b"\x89PNG")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["result.csv", "result.png", "tmp"]
+
+
+def test_the_advice_of_an_fmu_goes_to_standard_error(run):
+    done = run("CONT_C", "HEATER", connect=LOOP, stop=2)
+    assert done.returncode == 0
+    assert "MAN_ON is TRUE: LMN follows MAN = 0 within its limits until MAN_ON is FALSE" in done.stderr
 
 
 def test_a_drawing_can_be_svg(run, tmp_path):
