@@ -460,12 +460,24 @@ impl ModelDescription {
     }
 }
 
+/// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema.
+fn list(attributes: &impl Attributes) -> Vec<(&'static str, String)> {
+    let mut list = Vec::new();
+    attributes.write(&mut |name, value| list.push((name, value.to_owned())));
+    list
+}
+
 impl Capabilities {
     /// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema.
     pub fn list(&self) -> Vec<(&'static str, String)> {
-        let mut list = Vec::new();
-        Attributes::write(self, &mut |name, value| list.push((name, value.to_owned())));
-        list
+        list(self)
+    }
+}
+
+impl ModelExchange {
+    /// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema.
+    pub fn list(&self) -> Vec<(&'static str, String)> {
+        list(self)
     }
 }
 

@@ -6,8 +6,7 @@ use crate::package::Package;
 use crate::package::binary::Binary;
 use anyhow::{Context, Result, bail};
 use modeldescription::v2::{
-    Capabilities, CoSimulation, DefaultExperiment, FMI_VERSION, ModelDescription, ModelExchange, RealAttributes,
-    TypeAttributes, Typed, Variable,
+    CoSimulation, DefaultExperiment, FMI_VERSION, ModelDescription, RealAttributes, TypeAttributes, Typed, Variable,
 };
 use serde_json::{Map, Value, json};
 use std::io::{Read, Seek};
@@ -98,54 +97,27 @@ fn libraries<R: Read + Seek>(package: &mut Package<R>) -> Result<Vec<Library>> {
 /// What an FMU can do: the attribute's name in FMI, whether it is set, and what it means.
 type Capability = (&'static str, bool, &'static str);
 
-fn co_simulation(flags: &Capabilities) -> Vec<Capability> {
-    vec![
-        ("needsExecutionTool", flags.needs_execution_tool, "needs its tool installed to run"),
-        (
-            "canHandleVariableCommunicationStepSize",
-            flags.can_handle_variable_communication_step_size,
-            "steps may differ in size",
-        ),
-        ("canInterpolateInputs", flags.can_interpolate_inputs, "accepts derivatives of inputs"),
-        ("canRunAsynchronuously", flags.can_run_asynchronuously, "may compute a step in the background"),
-        (
-            "canBeInstantiatedOnlyOncePerProcess",
-            flags.can_be_instantiated_only_once_per_process,
-            "one instance per process",
-        ),
-        (
-            "canNotUseMemoryManagementFunctions",
-            flags.can_not_use_memory_management_functions,
-            "allocates its memory itself",
-        ),
-        ("canGetAndSetFMUstate", flags.can_get_and_set_fmu_state, "its state can be saved and restored"),
-        ("canSerializeFMUstate", flags.can_serialize_fmu_state, "a saved state can be stored as bytes"),
-        ("providesDirectionalDerivative", flags.provides_directional_derivative, "provides partial derivatives"),
-    ]
-}
+/// What the flags of both kinds of FMU mean.
+const MEANINGS: [(&str, &str); 10] = [
+    ("needsExecutionTool", "needs its tool installed to run"),
+    ("canHandleVariableCommunicationStepSize", "steps may differ in size"),
+    ("canInterpolateInputs", "accepts derivatives of inputs"),
+    ("canRunAsynchronuously", "may compute a step in the background"),
+    ("completedIntegratorStepNotNeeded", "need not be told of completed integrator steps"),
+    ("canBeInstantiatedOnlyOncePerProcess", "one instance per process"),
+    ("canNotUseMemoryManagementFunctions", "allocates its memory itself"),
+    ("canGetAndSetFMUstate", "its state can be saved and restored"),
+    ("canSerializeFMUstate", "a saved state can be stored as bytes"),
+    ("providesDirectionalDerivative", "provides partial derivatives"),
+];
 
-fn model_exchange(flags: &ModelExchange) -> Vec<Capability> {
-    vec![
-        ("needsExecutionTool", flags.needs_execution_tool, "needs its tool installed to run"),
-        (
-            "completedIntegratorStepNotNeeded",
-            flags.completed_integrator_step_not_needed,
-            "need not be told of completed integrator steps",
-        ),
-        (
-            "canBeInstantiatedOnlyOncePerProcess",
-            flags.can_be_instantiated_only_once_per_process,
-            "one instance per process",
-        ),
-        (
-            "canNotUseMemoryManagementFunctions",
-            flags.can_not_use_memory_management_functions,
-            "allocates its memory itself",
-        ),
-        ("canGetAndSetFMUstate", flags.can_get_and_set_fmu_state, "its state can be saved and restored"),
-        ("canSerializeFMUstate", flags.can_serialize_fmu_state, "a saved state can be stored as bytes"),
-        ("providesDirectionalDerivative", flags.provides_directional_derivative, "provides partial derivatives"),
-    ]
+/// The flags among the attributes of an element.
+fn flags(attributes: Vec<(&'static str, String)>) -> Vec<Capability> {
+    let flag = |(name, value): (&'static str, String)| {
+        let (_, meaning) = MEANINGS.iter().find(|(flag, _)| *flag == name)?;
+        Some((name, value == "true", *meaning))
+    };
+    attributes.into_iter().filter_map(flag).collect()
 }
 
 /// A variable's attributes, with those of its declared type where it has none of its own.
@@ -235,17 +207,17 @@ impl Fmu {
     fn json(&self, file: &Path) -> Value {
         let description = &self.description;
         let mut capabilities = Map::new();
-        let flags = |flags: Vec<Capability>| -> Map<String, Value> {
-            flags.into_iter().map(|(name, is_set, _)| (name.to_string(), json!(is_set))).collect()
+        let object = |attributes| -> Map<String, Value> {
+            flags(attributes).into_iter().map(|(name, is_set, _)| (name.to_string(), json!(is_set))).collect()
         };
         if let Some(CoSimulation { capabilities: co_simulation_flags, .. }) = &description.co_simulation {
-            let mut flags = flags(co_simulation(co_simulation_flags));
+            let mut flags = object(co_simulation_flags.list());
             let order = co_simulation_flags.max_output_derivative_order;
             flags.insert("maxOutputDerivativeOrder".into(), json!(order));
             capabilities.insert("CoSimulation".into(), flags.into());
         }
         if let Some(model_exchange_flags) = &description.model_exchange {
-            capabilities.insert("ModelExchange".into(), flags(model_exchange(model_exchange_flags)).into());
+            capabilities.insert("ModelExchange".into(), object(model_exchange_flags.list()).into());
         }
         let libraries: Vec<Value> = self.libraries.iter().map(Library::json).collect();
         let categories = description.log_categories.iter();
@@ -362,10 +334,10 @@ impl Library {
 /// The capabilities that an FMU has, a line each.
 fn capabilities(description: &ModelDescription) -> Vec<String> {
     let mut all = Vec::new();
-    if let Some(flags) = &description.co_simulation {
-        all.extend(co_simulation(&flags.capabilities));
+    if let Some(co_simulation) = &description.co_simulation {
+        all.extend(flags(co_simulation.capabilities.list()));
     }
-    for capability in description.model_exchange.iter().flat_map(model_exchange) {
+    for capability in description.model_exchange.iter().flat_map(|model_exchange| flags(model_exchange.list())) {
         if !all.contains(&capability) {
             all.push(capability);
         }
