@@ -38,7 +38,7 @@
 //! `cargo xtask fmu -p PACKAGE` packs it.
 //!
 //! The core is what a PLC does around a block, without any FMI: [`clock`] says which calls fall into a step, [`session`]
-//! makes them, [`mean`] averages the pulse over them, [`number`] converts values, [`refusal`] says why a call is refused,
+//! makes them, [`mean`] averages the pulse over them, [`refusal`] says why a call is refused,
 //! and [`table`] describes the block. [`v2`] is FMI 2.0 for co-simulation over this core, all unsafe code included.
 //!
 //! Data flows one way: `v2` checks a call and passes it on to the session, the session asks the clock, and the block's law
@@ -46,7 +46,6 @@
 
 pub mod clock;
 pub mod mean;
-pub mod number;
 pub mod refusal;
 pub mod session;
 pub mod table;

@@ -4,8 +4,8 @@
 
 use crate::clock::Clock;
 use crate::mean::Mean;
-use crate::number::{number, to_value};
 use crate::refusal::Refusal;
+use blocks::table::number::{number, to_value};
 use blocks::{Block, Kind, Role, Row, Stored};
 use std::mem::ManuallyDrop;
 

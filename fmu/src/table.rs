@@ -1,6 +1,6 @@
 //! A block's table as text for the packer, and its fingerprint.
 
-use crate::number::number;
+use blocks::table::number::number;
 use blocks::{Block, Row, Table, Value};
 use std::fmt::Write;
 use std::marker::PhantomData;
@@ -98,8 +98,9 @@ pub fn json<B: Block>() -> String {
     let mut json = String::new();
     let _ = write!(
         json,
-        r#"{{"name":{},"docs":{},"cycle":{},"mean":{},"variables":["#,
+        r#"{{"name":{},"aliases":[{}],"docs":{},"cycle":{},"mean":{},"variables":["#,
         quoted(table.name),
+        table.aliases.iter().map(|alias| quoted(alias)).collect::<Vec<_>>().join(","),
         quoted(table.docs),
         table.cycle,
         optional(table.mean.map(|mean| mean.to_string()))

@@ -11,6 +11,9 @@ use serde::{Deserialize, Deserializer};
 pub struct Table {
     /// The block's name, which the model, the library and the FMU have too.
     pub name: String,
+    /// The other names by which a PLC project may call the block.
+    #[serde(default)]
+    pub aliases: Vec<String>,
     /// The block's documentation (Markdown); its first paragraph says what the block does.
     pub docs: String,
     /// The row that holds the time between two calls.

@@ -73,7 +73,7 @@ crate::block! {
     ///
     /// Source: Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.1,
     /// figure 3-1, tables 3-1 and 3-2; recordings at the terminals of real blocks.
-    pub struct ContC as "CONT_C" {
+    pub struct ContC as "CONT_C" | "FB 41" | "SFB 41" {
         input {
             /// Complete restart: TRUE runs the restart routine instead of the controller
             com_rst: Bool = false;

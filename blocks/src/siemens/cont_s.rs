@@ -87,7 +87,7 @@ crate::block! {
     ///
     /// Source: Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.2,
     /// figure 3-2, tables 3-3 and 3-4; recordings at the terminals of real blocks.
-    pub struct ContS as "CONT_S" {
+    pub struct ContS as "CONT_S" | "FB 42" | "SFB 42" {
         input {
             /// Complete restart: TRUE runs the restart routine instead of the controller
             com_rst: Bool = false;

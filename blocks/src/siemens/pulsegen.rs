@@ -86,7 +86,7 @@ crate::block! {
     ///
     /// Source: Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.3,
     /// figures 3-3 to 3-9, tables 3-5 and 3-6. Only the rounding of clause 2 is recorded.
-    pub struct Pulsegen as "PULSEGEN" {
+    pub struct Pulsegen as "PULSEGEN" | "FB 43" | "SFB 43" {
         input {
             /// Manipulated value in percent, to be turned into pulses
             inv: Real = 0.0, min -100.0, max 100.0;

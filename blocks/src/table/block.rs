@@ -5,7 +5,7 @@
 /// ```text
 /// block! {
 ///     /// What it does. The law. Clauses. Sources.
-///     pub struct Name as "NAME" {
+///     pub struct Name as "NAME" | "FB 1" {
 ///         input | parameter | fixed | cycle | output | local {
 ///             /// Short text
 ///             name: Real | LReal | Time | Word | Int | Bool = start, from p q, min a, max b, unit "u";
@@ -20,7 +20,8 @@
 /// }
 /// ```
 ///
-/// The sections of variables may be repeated and stand in any order, so that the rows can keep the order of an instance
+/// Behind `NAME` and `|` stand the other names by which a PLC project may call the block, if there are any. The sections of
+/// variables may be repeated and stand in any order, so that the rows can keep the order of an instance
 /// data block; start, `from`, `min`, `max` and `unit` may be left out. `from` names the block's own settings on which the
 /// value of an output after a restart depends; without it, the restart always gives the same value. A table has one
 /// `cycle` row. `mean`, `instances` and
@@ -30,7 +31,7 @@
 macro_rules! block {
     (
         $(#[doc = $docs:literal])*
-        pub struct $Block:ident as $NAME:literal {
+        pub struct $Block:ident as $NAME:literal $(| $alias:literal)* {
             $( $section:ident {
                 $(
                     $(#[doc = $doc:literal])*
@@ -175,6 +176,7 @@ macro_rules! block {
             impl Block for $Block {
                 const TABLE: &'static Table = &Table {
                     name: $NAME,
+                    aliases: &[$($alias),*],
                     docs: concat!($($docs, "\n"),*),
                     rows: &ROWS,
                     tunable_reals: &$crate::table::tunable_reals(&ROWS),

@@ -43,6 +43,7 @@
 //! ```
 
 mod block;
+pub mod number;
 mod parts;
 mod stored;
 #[cfg(test)]
@@ -116,6 +117,8 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
 pub struct Table {
     /// The block's name, such as `CONT_C`.
     pub name: &'static str,
+    /// The other names by which a PLC project may call the block, such as `FB 41`.
+    pub aliases: &'static [&'static str],
     /// The block's documentation (Markdown); its first paragraph says what the block does.
     pub docs: &'static str,
     /// All variables: the block's own, then those of the blocks inside it, then the mean.
@@ -279,6 +282,18 @@ pub enum Value {
 }
 
 impl Value {
+    /// Its type.
+    pub const fn kind(self) -> Kind {
+        match self {
+            Value::Real(_) => Kind::Real,
+            Value::LReal(_) => Kind::LReal,
+            Value::Time(_) => Kind::Time,
+            Value::Word(_) => Kind::Word,
+            Value::Int(_) => Kind::Int,
+            Value::Bool(_) => Kind::Bool,
+        }
+    }
+
     /// 0 or FALSE of a type.
     pub const fn zero(kind: Kind) -> Value {
         match kind {

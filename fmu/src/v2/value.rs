@@ -1,6 +1,6 @@
 //! PLC values as FMI sees them: REAL, LREAL and TIME are Real, WORD and INT Integer, BOOL Boolean.
 
-use crate::number;
+use blocks::table::number;
 use blocks::{Block, Kind, Value, Word};
 use std::ffi::c_int;
 

@@ -1,0 +1,114 @@
+//! PLC values as plain numbers, with the range of each type.
+
+use crate::table::{Kind, Time, Value, Word};
+
+/// The longest TIME in seconds.
+const LONGEST_TIME: f64 = 2_147_483.647;
+
+/// The PLC value of a number: a REAL is rounded to binary32, a TIME, given in seconds, to the nearest millisecond. The upper
+/// half of an unsigned WORD is the negative half of a signed one. A BOOL is 0 or 1.
+///
+/// # Errors
+/// The range of the type, as a text, if the number lies outside it.
+#[inline]
+pub fn to_value(number: f64, kind: Kind) -> Result<Value, &'static str> {
+    match kind {
+        Kind::Real if is_real(number) => Ok(Value::Real(number as f32)),
+        Kind::Real => Err("a REAL takes finite numbers of at most 3.4028235e38"),
+        Kind::Time if (0.0..=LONGEST_TIME).contains(&number) => {
+            Ok(Value::Time(Time::ms((number * 1000.0).round() as i32)))
+        }
+        Kind::Time => Err("a TIME takes 0 ... 2147483.647 s"),
+        Kind::LReal if number.is_finite() => Ok(Value::LReal(number)),
+        Kind::LReal => Err("an LREAL takes finite numbers"),
+        Kind::Word if (-32768.0..=65535.0).contains(&number) && number.fract() == 0.0 => {
+            Ok(Value::Word(Word::new(number as i32 as i16)))
+        }
+        Kind::Word => Err("a WORD takes -32768 ... 65535"),
+        Kind::Int if (-32768.0..=32767.0).contains(&number) && number.fract() == 0.0 => Ok(Value::Int(number as i16)),
+        Kind::Int => Err("an INT takes -32768 ... 32767"),
+        Kind::Bool if number == 0.0 || number == 1.0 => Ok(Value::Bool(number == 1.0)),
+        Kind::Bool => Err("a BOOL takes 0 and 1"),
+    }
+}
+
+/// Whether the number has a finite REAL next to it. The bound lies halfway between the largest REAL and the power of 2
+/// beyond it; from there on a number is rounded to infinity.
+#[inline(always)]
+pub fn is_real(number: f64) -> bool {
+    number.abs() < 340282356779733661637539395458142568448.0
+}
+
+/// The value as a number: a TIME in seconds, TRUE as 1.
+#[inline]
+pub fn number(value: Value) -> f64 {
+    match value {
+        Value::Real(real) => f64::from(real),
+        Value::LReal(lreal) => lreal,
+        Value::Time(time) => f64::from(time.milliseconds()) / 1000.0,
+        Value::Word(word) => f64::from(word.value()),
+        Value::Int(int) => f64::from(int),
+        Value::Bool(bool) => f64::from(u8::from(bool)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_numbers_have_16_bits_and_no_fraction() {
+        assert_eq!(to_value(65535.0, Kind::Word), Ok(Value::Word(Word::new(-1))));
+        assert_eq!(to_value(-32768.0, Kind::Word), Ok(Value::Word(Word::new(-32768))));
+        assert_eq!(to_value(32767.0, Kind::Int), Ok(Value::Int(32767)));
+        for outside in [65536.0, -32769.0, 0.5, f64::NAN, f64::INFINITY] {
+            assert_eq!(to_value(outside, Kind::Word), Err("a WORD takes -32768 ... 65535"), "{outside}");
+            assert_eq!(to_value(outside, Kind::Int), Err("an INT takes -32768 ... 32767"), "{outside}");
+        }
+        assert_eq!(to_value(32768.0, Kind::Int), Err("an INT takes -32768 ... 32767"));
+    }
+
+    #[test]
+    fn a_bool_is_0_or_1() {
+        assert_eq!(to_value(1.0, Kind::Bool), Ok(Value::Bool(true)));
+        assert_eq!(to_value(0.0, Kind::Bool), Ok(Value::Bool(false)));
+        for outside in [-1.0, 0.5, 2.0, f64::NAN] {
+            assert_eq!(to_value(outside, Kind::Bool), Err("a BOOL takes 0 and 1"), "{outside}");
+        }
+    }
+
+    #[test]
+    fn every_value_is_its_number_again() {
+        let values = [
+            Value::Real(0.1),
+            Value::LReal(0.1),
+            Value::Time(Time::ms(20_001)),
+            Value::Word(Word::new(-1)),
+            Value::Int(-7),
+            Value::Bool(true),
+        ];
+        for value in values {
+            assert_eq!(to_value(number(value), value.kind()), Ok(value));
+        }
+    }
+
+    #[test]
+    fn a_number_is_a_real_if_its_conversion_is_finite() {
+        let bound = 340282356779733661637539395458142568448.0f64;
+        for number in [
+            bound.next_down(),
+            bound,
+            bound.next_up(),
+            f64::from(f32::MAX),
+            0.0,
+            5e-324,
+            f64::MAX,
+            f64::INFINITY,
+            f64::NAN,
+        ] {
+            for number in [number, -number] {
+                assert_eq!(is_real(number), (number as f32).is_finite(), "{number:?}");
+            }
+        }
+    }
+}

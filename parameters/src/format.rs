@@ -1,0 +1,102 @@
+//! The formats of parameter files.
+
+use crate::block::Block;
+use crate::loops::Loop;
+use crate::problem::{Problems, Reading};
+use crate::source::Source;
+use crate::{dump, json, openness, ssv, step7};
+use std::sync::Arc;
+
+/// A format of parameter files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// STEP 7 source text (`.awl`, `.scl`), generated or written by hand.
+    Step7,
+    /// TIA Portal external source (`.db`).
+    Tia,
+    /// TIA Openness XML of an instance data block (`.xml`).
+    Openness,
+    /// The bytes of a data block (`.bin`, `.dump`).
+    Dump,
+    /// JSON: an object per loop (`.json`).
+    Json,
+    /// A parameter set of SSP (`.ssv`).
+    Ssv,
+}
+
+/// What the user says of a file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// The block's name or alias, where the file does not say it.
+    pub block: Option<String>,
+    /// The loop's name, where the file does not say it; by default the name of the file.
+    pub name: Option<String>,
+    /// Where the instance begins in a dump, in bytes.
+    pub offset: usize,
+}
+
+impl Format {
+    /// All formats.
+    pub const ALL: &'static [Format] =
+        &[Format::Step7, Format::Tia, Format::Openness, Format::Dump, Format::Json, Format::Ssv];
+
+    /// What the format is called in messages.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Format::Step7 => "STEP 7 source",
+            Format::Tia => "TIA Portal source",
+            Format::Openness => "TIA Openness XML",
+            Format::Dump => "data block dump",
+            Format::Json => "JSON",
+            Format::Ssv => "SSV",
+        }
+    }
+
+    /// The endings of its files, the usual one first.
+    pub const fn extensions(self) -> &'static [&'static str] {
+        match self {
+            Format::Step7 => &["awl", "scl", "stl"],
+            Format::Tia => &["db"],
+            Format::Openness => &["xml"],
+            Format::Dump => &["bin", "dump"],
+            Format::Json => &["json"],
+            Format::Ssv => &["ssv"],
+        }
+    }
+
+    /// The format of a file, by the ending of its name in any case.
+    pub fn of_file(name: &str) -> Option<Format> {
+        let extension = name.rsplit(['/', '\\']).next()?.rsplit_once('.')?.1.to_lowercase();
+        Format::ALL.iter().copied().find(|format| format.extensions().contains(&extension.as_str()))
+    }
+}
+
+/// Reads the loops of a file.
+///
+/// # Errors
+/// All that is wrong with the file. Nothing of it is used then.
+pub fn read(format: Format, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
+    match format {
+        Format::Step7 | Format::Tia => step7::read(source, blocks, options),
+        Format::Openness => openness::read(source, blocks, options),
+        Format::Dump => dump::read(source, blocks, options),
+        Format::Json => json::read(source, blocks, options),
+        Format::Ssv => ssv::read(source, blocks, options),
+    }
+}
+
+/// Writes loops as a file of this format, which reads back bit-equal. `origin` says in a comment what the file was made of, where the
+/// format has comments.
+///
+/// # Errors
+/// What the format cannot hold, in one sentence.
+pub fn write(format: Format, loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
+    match format {
+        Format::Step7 => step7::write(loops, origin).map(String::into_bytes),
+        Format::Tia => step7::write_tia(loops, origin).map(String::into_bytes),
+        Format::Openness => openness::write(loops, origin).map(String::into_bytes),
+        Format::Dump => dump::write(loops),
+        Format::Json => json::write(loops).map(String::into_bytes),
+        Format::Ssv => ssv::write(loops).map(String::into_bytes),
+    }
+}

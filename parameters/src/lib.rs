@@ -1,0 +1,30 @@
+//! PLC parameter files: read as values of control blocks, and written.
+//!
+//! A *loop* is one instance of a block, such as an instance data block of a PLC project: a name, and a value for each of the
+//! block's inputs and parameters. [`read`] gives the loops of a file in any [`Format`], [`write`] writes them in any other.
+//! Every value knows where it comes from ([`Origin`]), and a file with an error gives no loops, but all its errors
+//! ([`Problems`]).
+//!
+//! Nothing here names a block or knows what an FMU is: what blocks there are, and by which names a PLC project calls them, is
+//! in the blocks' tables ([`Block`]).
+
+mod block;
+mod format;
+mod loops;
+mod problem;
+mod source;
+
+pub mod dump;
+pub mod gains;
+pub mod json;
+pub mod layout;
+pub mod literal;
+pub mod openness;
+pub mod ssv;
+pub mod step7;
+
+pub use block::{Block, Member, Part};
+pub use format::{Format, Options, read, write};
+pub use loops::{Loop, Origin, Setting};
+pub use problem::{Place, Problem, Problems, Reading};
+pub use source::Source;
