@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn a_variable_is_written_with_the_names_of_its_type_and_role() {
         let json = json::<Sum>();
-        assert!(json.starts_with(r#"{"name":"SUM","docs":" Adds its input up"#), "{json}");
+        assert!(json.starts_with(r#"{"name":"SUM","aliases":[],"docs":" Adds its input up"#), "{json}");
         assert!(json.contains(r#""cycle":5,"mean":8,"variables":[{"name":"U","description":"Summand","kind":"REAL","#));
         assert!(
             json.contains(r#""name":"FIRST","description":"Refused below 0","kind":"INT","role":"fixed","start":0.0"#)
