@@ -12,7 +12,6 @@ mod block;
 mod format;
 mod loops;
 mod named;
-mod problem;
 mod report;
 mod source;
 
@@ -22,6 +21,7 @@ pub mod json;
 pub mod layout;
 pub mod literal;
 pub mod openness;
+pub mod problem;
 pub mod ssv;
 pub mod step7;
 
