@@ -30,6 +30,11 @@ impl<'a> Report<'a> {
         Report { source, problems: Vec::new(), remarks: Vec::new(), omitted: 0 }
     }
 
+    /// The line in which a range of the text begins.
+    pub(crate) fn line(&self, span: Range<usize>) -> usize {
+        self.source.place(span).line
+    }
+
     /// Where a value of the text comes from.
     pub(crate) fn origin(&self, span: Range<usize>) -> Origin {
         let Place { line, column, .. } = self.source.place(span);
@@ -44,6 +49,16 @@ impl<'a> Report<'a> {
         }
         let place = Some(self.source.place(span));
         self.problems.push(Problem { place, message: message.into(), help });
+    }
+
+    /// Whether a further problem would be reported, so that its text is worth the time.
+    pub(crate) fn has_room(&self) -> bool {
+        self.problems.len() < MOST_PROBLEMS
+    }
+
+    /// Whether something is wrong.
+    pub(crate) fn is_wrong(&self) -> bool {
+        !self.problems.is_empty()
     }
 
     /// Something is wrong with the file as a whole.
@@ -64,6 +79,7 @@ impl<'a> Report<'a> {
         if self.problems.is_empty() && loops.is_empty() {
             self.wrong_file("the file holds no loop", None);
         }
+        self.problems.sort_by_key(|problem| problem.place.as_ref().map_or(usize::MAX, |place| place.span.start));
         if self.omitted > 0 {
             let message = format!("{} more errors are not shown", self.omitted);
             self.problems.push(Problem { place: None, message, help: None });
