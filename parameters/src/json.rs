@@ -109,7 +109,8 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
             }
             other => {
                 let found = described(other);
-                let message = format!("{}: an object with the values of a loop is expected, {found} was found", shown(name));
+                let message =
+                    format!("{}: an object with the values of a loop is expected, {found} was found", shown(name));
                 report.wrong(span(other), message, Some("the other members of the file are loops".into()));
             }
         }

@@ -25,6 +25,8 @@ pub mod openness;
 pub mod ssv;
 pub mod step7;
 
+mod xml;
+
 pub use block::{Block, Member, Part};
 pub use format::{Format, Options, read, write};
 pub use loops::{Loop, Origin, Setting};

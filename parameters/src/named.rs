@@ -74,7 +74,15 @@ fn member(block: &Block, name: &str) -> Result<usize, (String, Option<String>)> 
         Some(index) => {
             let member = &block.members[index];
             let what = member.role.name();
-            Err((format!("{} of {} is {}: only inputs and parameters have values here", member.name, block.name, article(what)), None))
+            Err((
+                format!(
+                    "{} of {} is {}: only inputs and parameters have values here",
+                    member.name,
+                    block.name,
+                    article(what)
+                ),
+                None,
+            ))
         }
         None => {
             let settable = block.members.iter().filter(|member| member.role.is_settable());

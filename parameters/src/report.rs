@@ -72,6 +72,11 @@ impl<'a> Report<'a> {
         self.problems.push(Problem { place: None, message: message.into(), help });
     }
 
+    /// Whether something is wrong.
+    pub(crate) fn is_wrong(&self) -> bool {
+        !self.problems.is_empty()
+    }
+
     /// Something that the user should know; without a place if it concerns the file as a whole.
     pub(crate) fn remark(&mut self, span: Option<Range<usize>>, message: impl Into<String>) {
         if self.remarks.len() < MOST_PROBLEMS {
