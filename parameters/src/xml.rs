@@ -156,7 +156,10 @@ fn add(open: &mut [Element], text: &str, span: Range<usize>) -> Result<(), (usiz
             Ok(())
         }
         None if text.trim().is_empty() => Ok(()),
-        None => Err((span.start, format!("text outside of the root element: {}", quoted(text.trim())))),
+        None => Err((
+            span.end - text.trim_start().len(),
+            format!("text outside of the root element: {}", quoted(text.trim())),
+        )),
     }
 }
 
