@@ -17,7 +17,6 @@ const MOST_PROBLEMS: usize = 50;
 /// The problems and remarks of a file that is being read.
 pub(crate) struct Report<'a> {
     source: &'a Source,
-    cursor: Place,
     problems: Vec<Problem>,
     remarks: Vec<Problem>,
     omitted: usize,
@@ -25,32 +24,12 @@ pub(crate) struct Report<'a> {
 
 impl<'a> Report<'a> {
     pub(crate) fn new(source: &'a Source) -> Report<'a> {
-        let start = Place { line: 1, column: 1, span: 0..0 };
-        Report { source, cursor: start, problems: Vec::new(), remarks: Vec::new(), omitted: 0 }
-    }
-
-    /// Line and column of a range of the text. Ranges are mostly asked for in the order of the text, so that the search goes
-    /// on from the last one: a file of one long line takes no longer than any other.
-    pub(crate) fn place(&mut self, span: Range<usize>) -> Place {
-        let text = &self.source.text;
-        let start = text.floor_char_boundary(span.start);
-        if start < self.cursor.span.start {
-            self.cursor = Place { line: 1, column: 1, span: 0..0 };
-        }
-        for character in text[self.cursor.span.start..start].chars() {
-            if character == '\n' {
-                (self.cursor.line, self.cursor.column) = (self.cursor.line + 1, 1);
-            } else {
-                self.cursor.column += 1;
-            }
-        }
-        self.cursor.span = start..start;
-        Place { span, ..self.cursor.clone() }
+        Report { source, problems: Vec::new(), remarks: Vec::new(), omitted: 0 }
     }
 
     /// Where a value of the text comes from.
-    pub(crate) fn origin(&mut self, span: Range<usize>) -> Origin {
-        let Place { line, column, .. } = self.place(span);
+    pub(crate) fn origin(&self, span: Range<usize>) -> Origin {
+        let Place { line, column, .. } = self.source.place(span);
         Origin::Text { file: self.source.file.clone(), line, column }
     }
 
@@ -60,7 +39,7 @@ impl<'a> Report<'a> {
             self.omitted += 1;
             return;
         }
-        let place = Some(self.place(span));
+        let place = Some(self.source.place(span));
         self.problems.push(Problem { place, message: message.into(), help });
     }
 
@@ -77,7 +56,7 @@ impl<'a> Report<'a> {
     /// Something that the user should know; without a place if it concerns the file as a whole.
     pub(crate) fn remark(&mut self, span: Option<Range<usize>>, message: impl Into<String>) {
         if self.remarks.len() < MOST_PROBLEMS {
-            let place = span.map(|span| self.place(span));
+            let place = span.map(|span| self.source.place(span));
             self.remarks.push(Problem { place, message: message.into(), help: None });
         }
     }

@@ -34,45 +34,50 @@ fn a_document_type_definition_is_refused() {
 }
 
 #[test]
-fn a_file_above_16_mib_is_not_read() {
-    let line = vec![b' '; 100_000_000];
-    for format in Format::ALL {
-        let error = refusal(*format, &line);
-        assert!(error.ends_with("the file has 100000000 bytes: a parameter file has at most 16 MiB"), "{error}");
+fn json_and_xml_above_16_mib_are_not_read() {
+    let source = Source::new("plant", vec![b' '; 100_000_000]);
+    for format in [Format::Json, Format::Ssv, Format::Openness] {
+        let error = read(format, &source, &all(), &Options::default()).unwrap_err().to_string();
+        assert!(error.ends_with("is read up to 16 MiB"), "{error}");
     }
 }
 
 #[test]
 fn a_line_of_16_mib_is_read_in_one_pass() {
-    let entry = "\"A123456\": {\"MAN\": 1.5},";
-    let text = format!("{{{}\"B\": {{}}}}", entry.repeat((15 << 20) / entry.len()));
-    let error = refusal(Format::Json, text);
-    assert!(error.contains("is given twice") && error.ends_with("more errors are not shown"), "{error}");
-
     let loops: String = (0..9000).map(|loop_| format!("\"A{loop_}\": {{{}\"MAN\": 1.5}},", " ".repeat(1800))).collect();
     let text = format!("{{{}}}", loops.trim_end_matches(','));
-    assert!(text.len() > 15 << 20 && text.len() <= parameters::MOST_BYTES);
+    assert!(text.len() > 15 << 20);
+    let last = text.rfind("1.5").unwrap() + 1;
     let loops = reading(Format::Json, text, &Options::default()).unwrap().loops;
     assert_eq!(loops.len(), 9000);
+    assert_eq!(origin(&loops[8999], "MAN"), format!("plant.json:1:{last}"));
+}
+
+#[test]
+fn of_many_errors_the_first_are_told() {
+    let entry = "\"A\": {\"MAN\": 1.5},";
+    let error = refusal(Format::Json, format!("{{{}\"B\": {{}}}}", entry.repeat(10_000)));
+    assert!(error.contains("is given twice") && error.ends_with("more errors are not shown"), "{error}");
+    assert_eq!(error.lines().count(), 51);
 }
 
 #[test]
 fn too_many_loops_elements_and_attributes_are_refused() {
-    let loops: String = (0..20_000).map(|loop_| format!("\"A{loop_}\": {{\"MAN\": 1}},")).collect();
+    let loops: String = (0..10_001).map(|loop_| format!("\"A{loop_}\": {{\"MAN\": 1}},")).collect();
     let error = refusal(Format::Json, format!("{{{}}}", loops.trim_end_matches(',')));
     assert!(error.contains("the file has more than 10000 loops"), "{error}");
 
     let parameters: String =
-        (0..20_000).map(|loop_| format!("<Parameter name=\"A{loop_}.MAN\"><Real value=\"1\"/></Parameter>")).collect();
+        (0..10_001).map(|loop_| format!("<Parameter name=\"A{loop_}.MAN\"><Real value=\"1\"/></Parameter>")).collect();
     let error = refusal(
         Format::Ssv,
         format!("<ParameterSet version=\"1.0\"><Parameters>{parameters}</Parameters></ParameterSet>"),
     );
     assert!(error.contains("the file has more than 10000 loops"), "{error}");
 
-    let error = refusal(Format::Ssv, format!("<a>{}</a>", "<b/>".repeat(MANY)));
+    let error = refusal(Format::Ssv, format!("<a>{}</a>", "<b/>".repeat(500_001)));
     assert!(error.contains("the file has more than 500000 elements"), "{error}");
-    let attributes: String = (0..MANY).map(|number| format!(" a{number}='1'")).collect();
+    let attributes: String = (0..100_000).map(|number| format!(" a{number}='1'")).collect();
     let error = refusal(Format::Openness, format!("<a{attributes}/>"));
     assert!(error.contains("the element has more than 64 attributes"), "{error}");
 }
