@@ -2,7 +2,7 @@
 
 use crate::block::Block;
 use crate::loops::Loop;
-use crate::problem::{Problems, Reading};
+use crate::problem::{Problem, Problems, Reading};
 use crate::source::Source;
 use crate::{dump, json, openness, ssv, step7};
 use std::sync::Arc;
@@ -76,6 +76,13 @@ impl Format {
 /// # Errors
 /// All that is wrong with the file. Nothing of it is used then.
 pub fn read(format: Format, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
+    let is_tree = matches!(format, Format::Openness | Format::Json | Format::Ssv);
+    if is_tree && source.bytes.len() > LARGEST_TREE {
+        let (length, most) = (source.bytes.len(), LARGEST_TREE >> 20);
+        let message = format!("the file has {length} bytes: {} is read up to {most} MiB", format.name());
+        let problems = vec![Problem { place: None, message, help: None }];
+        return Err(Problems { file: source.file.clone(), text: String::new(), problems });
+    }
     match format {
         Format::Step7 | Format::Tia => step7::read(source, blocks, options),
         Format::Openness => openness::read(source, blocks, options),
@@ -84,6 +91,9 @@ pub fn read(format: Format, source: &Source, blocks: &[Arc<Block>], options: &Op
         Format::Ssv => ssv::read(source, blocks, options),
     }
 }
+
+/// The largest file of JSON or XML that is read, in bytes: in memory its tree is larger. Forty loops are a hundredth of it.
+const LARGEST_TREE: usize = 16 << 20;
 
 /// Writes loops as a file of this format, which reads back bit-equal. `origin` says in a comment what the file was made of, where the
 /// format has comments.

@@ -25,9 +25,11 @@ pub mod problem;
 pub mod ssv;
 pub mod step7;
 
+mod xml;
+
 pub use block::{Block, Member, Part};
 pub use format::{Format, Options, read, write};
 pub use loops::{Loop, Origin, Setting};
+pub use named::decimal;
 pub use problem::{Place, Problem, Problems, Reading};
-pub use report::MOST_BYTES;
 pub use source::Source;
