@@ -63,11 +63,6 @@ impl<'a> Report<'a> {
         self.problems.push(Problem { place: None, message: message.into(), help });
     }
 
-    /// Whether something is wrong.
-    pub(crate) fn is_wrong(&self) -> bool {
-        !self.problems.is_empty()
-    }
-
     /// Something that the user should know; without a place if it concerns the file as a whole.
     pub(crate) fn remark(&mut self, span: Option<Range<usize>>, message: impl Into<String>) {
         if self.remarks.len() < MOST_PROBLEMS {
@@ -88,7 +83,9 @@ impl<'a> Report<'a> {
         }
         let is_wrong = !self.problems.is_empty();
         let problems = if is_wrong { self.problems } else { self.remarks };
-        let problems = Problems { file: self.source.file.clone(), text: self.source.text.clone(), problems };
+        // A text without a place to draw need not be copied: it may be large.
+        let text = if problems.is_empty() { String::new() } else { self.source.text.clone() };
+        let problems = Problems { file: self.source.file.clone(), text, problems };
         if is_wrong { Err(problems) } else { Ok(Reading { loops, remarks: problems }) }
     }
 
