@@ -102,7 +102,7 @@ const LARGEST_TREE: usize = 16 << 20;
 /// What the format cannot hold, in one sentence.
 pub fn write(format: Format, loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
     match format {
-        Format::Step7 => step7::write(loops, origin).map(String::into_bytes),
+        Format::Step7 => step7::write(loops, origin),
         Format::Tia => step7::write_tia(loops, origin).map(String::into_bytes),
         Format::Openness => openness::write(loops, origin).map(String::into_bytes),
         Format::Dump => dump::write(loops),

@@ -116,6 +116,22 @@ fn underlined(text: &str, place: &Place) -> String {
     drawing + "\n"
 }
 
+/// The candidate that differs least from a name, if it is like enough to be what was meant.
+pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    /// No name of a block or a member is longer.
+    const LONGEST: usize = 60;
+    if name.len() > LONGEST {
+        return None;
+    }
+    let name = name.to_uppercase();
+    candidates
+        .into_iter()
+        .map(|candidate| (strsim::damerau_levenshtein(&name, &candidate.to_uppercase()), candidate))
+        .min_by_key(|(distance, _)| *distance)
+        .filter(|(distance, candidate)| *distance <= candidate.chars().count().min(name.chars().count()) / 3)
+        .map(|(_, candidate)| candidate)
+}
+
 /// The text in backquotes for a message: shortened, without characters that would disturb a terminal.
 pub(crate) fn quoted(text: &str) -> String {
     const MOST_CHARACTERS: usize = 40;

@@ -27,6 +27,11 @@ impl<'a> Report<'a> {
         Report { source, problems: Vec::new(), remarks: Vec::new(), omitted: 0 }
     }
 
+    /// The line in which a range of the text begins.
+    pub(crate) fn line(&self, span: Range<usize>) -> usize {
+        self.source.place(span).line
+    }
+
     /// Where a value of the text comes from.
     pub(crate) fn origin(&self, span: Range<usize>) -> Origin {
         let Place { line, column, .. } = self.source.place(span);
@@ -43,14 +48,19 @@ impl<'a> Report<'a> {
         self.problems.push(Problem { place, message: message.into(), help });
     }
 
-    /// Something is wrong with the file as a whole.
-    pub(crate) fn wrong_file(&mut self, message: impl Into<String>, help: Option<String>) {
-        self.problems.push(Problem { place: None, message: message.into(), help });
+    /// Whether a further problem would be reported, so that its text is worth the time.
+    pub(crate) fn has_room(&self) -> bool {
+        self.problems.len() < MOST_PROBLEMS
     }
 
     /// Whether something is wrong.
     pub(crate) fn is_wrong(&self) -> bool {
         !self.problems.is_empty()
+    }
+
+    /// Something is wrong with the file as a whole.
+    pub(crate) fn wrong_file(&mut self, message: impl Into<String>, help: Option<String>) {
+        self.problems.push(Problem { place: None, message: message.into(), help });
     }
 
     /// Something that the user should know; without a place if it concerns the file as a whole.
@@ -66,13 +76,16 @@ impl<'a> Report<'a> {
         if self.problems.is_empty() && loops.is_empty() {
             self.wrong_file("the file holds no loop", None);
         }
+        self.problems.sort_by_key(|problem| problem.place.as_ref().map_or(usize::MAX, |place| place.span.start));
         if self.omitted > 0 {
             let message = format!("{} more errors are not shown", self.omitted);
             self.problems.push(Problem { place: None, message, help: None });
         }
         let is_wrong = !self.problems.is_empty();
         let problems = if is_wrong { self.problems } else { self.remarks };
-        let problems = Problems { file: self.source.file.clone(), text: self.source.text.clone(), problems };
+        // A text without a place to draw need not be copied: it may be large.
+        let text = if problems.is_empty() { String::new() } else { self.source.text.clone() };
+        let problems = Problems { file: self.source.file.clone(), text, problems };
         if is_wrong { Err(problems) } else { Ok(Reading { loops, remarks: problems }) }
     }
 
