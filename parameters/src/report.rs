@@ -48,6 +48,11 @@ impl<'a> Report<'a> {
         self.problems.push(Problem { place, message: message.into(), help });
     }
 
+    /// There are so many problems more.
+    pub(crate) fn omit(&mut self, count: usize) {
+        self.omitted += count;
+    }
+
     /// Whether a further problem would be reported, so that its text is worth the time.
     pub(crate) fn has_room(&self) -> bool {
         self.problems.len() < MOST_PROBLEMS

@@ -68,10 +68,8 @@ impl Iterator for Lexer<'_> {
     fn next(&mut self) -> Option<Token> {
         let rest = self.rest();
         let (kind, length) = token(rest)?;
-        let (kind, length) = match title(rest, &rest[..length]) {
-            Some(length) if self.begins_line => (TokenKind::Title, length),
-            _ => (kind, length),
-        };
+        let title = if self.begins_line { title(rest, &rest[..length]) } else { None };
+        let (kind, length) = title.map_or((kind, length), |length| (TokenKind::Title, length));
         let span = self.at..self.at + length;
         let begins_line = self.begins_line;
         self.begins_line = match kind {

@@ -450,7 +450,7 @@ impl Parser<'_, '_, '_> {
         if self.tokens.next_is_word("STRUCT") {
             self.skip_struct();
         }
-        let kind = self.tokens.name().filter(|kind| !kind.text.eq_ignore_ascii_case("END_VAR")).map(Rc::new);
+        let kind = if self.is_inside() { self.tokens.name().map(Rc::new) } else { None };
         let mut has_initial_value = false;
         while self.is_inside() && !self.tokens.next_is_symbol(";") {
             has_initial_value |= self.tokens.next_kind() == Some(TokenKind::Assign);

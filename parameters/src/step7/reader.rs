@@ -2,7 +2,7 @@
 
 use super::instance::{Instance, find, fit, lost_name};
 use super::parser::{DataBlock, FunctionBlock, Item, Name, items};
-use super::values::{Assignment, SyntaxError, assignments};
+use super::values::{Assignment, SyntaxErrors, assignments};
 use crate::block::Block;
 use crate::format::Options;
 use crate::loops::Loop;
@@ -178,7 +178,7 @@ impl Reader<'_> {
     }
 
     /// A data block that is an instance of a known block.
-    fn instance(&mut self, name: &Name, block: Arc<Block>, (values, errors): (Vec<Assignment>, Vec<SyntaxError>)) {
+    fn instance(&mut self, name: &Name, block: Arc<Block>, (values, errors): (Vec<Assignment>, SyntaxErrors)) {
         self.wrong(errors);
         let mut instance = Instance::new(&name.text, block.clone());
         let is_lost = |name: &str| find(&block, name).is_none() && lost_name(name).is_some();
@@ -192,8 +192,9 @@ impl Reader<'_> {
         self.add(instance, None, name.span.clone());
     }
 
-    fn wrong(&mut self, errors: Vec<SyntaxError>) {
-        for error in errors {
+    fn wrong(&mut self, errors: SyntaxErrors) {
+        self.report.omit(errors.others);
+        for error in errors.first {
             self.report.wrong(error.span, error.message, error.help);
         }
     }
@@ -302,12 +303,12 @@ impl Reader<'_> {
         let names = || values.iter().map(|value| value.path.as_slice());
         let is_chosen = |block: &&Arc<Block>| !values.is_empty() && fit(block, names()).is_some();
         let block = self.chosen.as_ref().filter(is_chosen).cloned().or_else(|| self.recognized(names()));
-        if let Some(block) = block.filter(|_| errors.is_empty()) {
+        if let Some(block) = block.filter(|_| errors.first.is_empty()) {
             self.report.remark(Some(kind.span.clone()), remark(&block));
             self.instance(&db.name, block, (values, errors));
             return;
         }
-        if errors.is_empty() && self.groups(db, &values) {
+        if errors.first.is_empty() && self.groups(db, &values) {
             return;
         }
         // A slip in the name of a type must not cost a loop.

@@ -31,12 +31,30 @@ pub(super) struct SyntaxError {
     pub(super) help: Option<String>,
 }
 
+/// What is wrong with a data block.
+#[derive(Debug, Default)]
+pub(super) struct SyntaxErrors {
+    pub(super) first: Vec<SyntaxError>,
+    /// How many there are besides.
+    pub(super) others: usize,
+}
+
+impl SyntaxErrors {
+    fn push(&mut self, error: SyntaxError) {
+        if self.first.len() < MOST_ERRORS {
+            self.first.push(error);
+        } else {
+            self.others += 1;
+        }
+    }
+}
+
 /// The values of a part of a text, and what is wrong with it.
-pub(super) fn assignments(text: &str, part: Range<usize>) -> (Vec<Assignment>, Vec<SyntaxError>) {
+pub(super) fn assignments(text: &str, part: Range<usize>) -> (Vec<Assignment>, SyntaxErrors) {
     let mut tokens = Tokens::new(text, part);
     let mut assignments = Vec::new();
-    let mut errors = Vec::new();
-    while tokens.peek().is_some() && errors.len() < MOST_ERRORS {
+    let mut errors = SyntaxErrors::default();
+    while tokens.peek().is_some() {
         if tokens.next_is_symbol(";") {
             tokens.take();
             continue;
