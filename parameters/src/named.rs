@@ -126,9 +126,8 @@ fn recognize(
 ) -> Option<Arc<Block>> {
     let matches = |block: &&Arc<Block>| entries.iter().filter(|entry| is_settable(block, entry.name)).count();
     let fitting: Vec<&Arc<Block>> = blocks.iter().filter(|block| matches(block) == entries.len()).collect();
-    let complete =
-        |block: &&&Arc<Block>| block.members.iter().filter(|member| member.role.is_settable()).count() == entries.len();
-    let mut whole = fitting.iter().filter(complete);
+    let names: Vec<&str> = entries.iter().map(|entry| entry.name).collect();
+    let mut whole = fitting.iter().filter(|block| is_complete(block, &names));
     match (fitting.as_slice(), whole.next(), whole.next()) {
         ([block], ..) | (_, Some(block), None) => Some((*block).clone()),
         ([], ..) => {
@@ -147,6 +146,12 @@ fn recognize(
             None
         }
     }
+}
+
+/// Whether these are the names of all inputs and parameters of the block.
+pub(crate) fn is_complete(block: &Block, names: &[&str]) -> bool {
+    let settable = block.members.iter().filter(|member| member.role.is_settable()).count();
+    names.len() == settable && names.iter().all(|name| is_settable(block, name))
 }
 
 /// Whether the block has an input or a parameter of this name.
