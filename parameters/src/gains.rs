@@ -203,9 +203,11 @@ impl Given<'_> {
         match self.divisor("N")? {
             Some(n) => Ok(1.0 / n),
             None if derivative == 0.0 => Ok(0.0),
-            None => Err("N is missing: the filter coefficient in 1/s, which is 100 where Simulink's user does not set \
+            None => {
+                Err("N is missing: the filter coefficient in 1/s, which is 100 where Simulink's user does not set \
                          another"
-                .into()),
+                    .into())
+            }
         }
     }
 
@@ -265,7 +267,9 @@ impl Controller {
                     lag: given.coefficient_lag(derivative)?,
                 }
             }
-            Form::TwinCat => ideal(given.gain("fKp")?, given.reset_time("tTn")?, given.time("tTv")?, given.time("tTd")?),
+            Form::TwinCat => {
+                ideal(given.gain("fKp")?, given.reset_time("tTn")?, given.time("tTv")?, given.time("tTd")?)
+            }
             Form::Codesys => ideal(given.gain("KP")?, given.reset_time("TN")?, given.time("TV")?, 0.0),
         };
         controller.check()
@@ -328,7 +332,9 @@ impl Controller {
         }
         let is_filtered = derivative != 0.0 && lag > 0.0;
         if derivative != 0.0 && lag == 0.0 && matches!(form, Form::Simulink | Form::SimulinkIdeal) {
-            return Err("the D action has no filter, and Simulink's always has one: give a filter time above 0 s".into());
+            return Err(
+                "the D action has no filter, and Simulink's always has one: give a filter time above 0 s".into()
+            );
         }
         // What an action that is off would have is not a number that anyone set.
         let some = |name: &'static str, value: Option<f64>| value.map(|value| (name, value));
@@ -410,8 +416,8 @@ impl Controller {
             return Ok((gain, reset_time, derivative_time));
         };
         let discriminant = (ti - self.lag).powi(2) - 4.0 * ti * td;
-        // The square of a small difference: what is left of two equal numbers after rounding counts as 0.
-        let discriminant = if discriminant.abs() <= 1e-12 * ti * ti { 0.0 } else { discriminant };
+        // Two equal zeros may seem complex by the round-off of the computation.
+        let discriminant = if discriminant > -1e-12 * ti * ti { discriminant.max(0.0) } else { discriminant };
         if discriminant < 0.0 || self.lag >= ti {
             let bound = match self.lag {
                 0.0 => "TI >= 4 TD".to_string(),
@@ -453,6 +459,11 @@ impl Controller {
         }
         if derivative_time.is_none() {
             remarks.push("there is no D action: D_SEL = FALSE switches it off; TD = 0 does not".into());
+        }
+        if settings.derivative.is_some_and(|(_, tm_lag)| tm_lag == Time::ZERO) {
+            remarks.push(
+                "the D action has no filter: TM_LAG = 0 s is below CYCLE / 2, with which the block computes".into(),
+            );
         }
         if !settings.p_sel {
             remarks.push(format!(
