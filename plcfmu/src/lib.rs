@@ -14,6 +14,8 @@ pub mod host;
 pub mod package;
 #[cfg(feature = "command")]
 pub mod page;
+#[cfg(feature = "command")]
+pub mod parameter_file;
 #[cfg(feature = "s7")]
 pub mod plc;
 #[cfg(feature = "command")]

@@ -41,18 +41,13 @@ pub struct Address {
     pub number: u16,
 }
 
-/// Whether the text names a data block of a PLC rather than a file.
-pub fn is_address(text: &str) -> bool {
-    text.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("s7://"))
-}
-
 impl FromStr for Address {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Address> {
         const EXAMPLE: &str = "write s7://HOST/RACK/SLOT/DBn, such as s7://192.168.0.1/0/2/DB41";
-        ensure!(is_address(text), "{text:?} is not the address of a data block: {EXAMPLE}");
-        let parts: Vec<&str> = text[5..].split('/').collect();
+        let parts = text.get(..5).filter(|scheme| scheme.eq_ignore_ascii_case("s7://"));
+        let parts: Vec<&str> = parts.map(|_| text[5..].split('/').collect()).unwrap_or_default();
         let [host, rack, slot, block] = parts[..] else {
             bail!("{text:?} is not the address of a data block: {EXAMPLE}");
         };

@@ -6,6 +6,7 @@ pub mod gains;
 pub mod info;
 pub mod merge;
 pub mod new;
+pub mod params;
 pub mod run;
 
 use crate::host::library::PREFIX;
