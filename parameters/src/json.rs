@@ -53,14 +53,11 @@ pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result
 fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Vec<Loop> {
     let mut loops = Vec::new();
     let Ok(chosen) = report.chosen(blocks, options) else { return loops };
-    // A byte order mark is no JSON, but Windows writes it.
-    let text = source.text.strip_prefix('\u{feff}').unwrap_or(&source.text);
-    let skipped = source.text.len() - text.len();
     let span = |ranged: &dyn Ranged| {
         let range = ranged.range();
-        range.start + skipped..range.end + skipped
+        range.start..range.end
     };
-    let object = match parse_to_ast(text, &CollectOptions::default(), &STRICT) {
+    let object = match parse_to_ast(&source.text, &CollectOptions::default(), &STRICT) {
         Ok(parsed) => match parsed.value {
             Some(Value::Object(object)) => object,
             Some(other) => {
@@ -76,7 +73,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         Err(error) => {
             let range = error.range();
             let message = format!("this is not JSON: {}", lower_first(&error.kind().to_string()));
-            report.wrong(range.start + skipped..range.end + skipped, message, None);
+            report.wrong(range.start..range.end, message, None);
             return loops;
         }
     };

@@ -72,7 +72,7 @@ pub(crate) fn read(
 }
 
 /// The member of this name, if a user may give it a value.
-fn member(block: &Block, name: &str) -> Result<usize, (String, Option<String>)> {
+pub(crate) fn member(block: &Block, name: &str) -> Result<usize, (String, Option<String>)> {
     match block.find(name) {
         Some(index) if block.members[index].role.is_settable() => Ok(index),
         Some(index) => {
@@ -126,14 +126,14 @@ fn recognize(
             let best = blocks.iter().max_by_key(matches).filter(|block| 2 * matches(block) >= entries.len());
             if best.is_none() {
                 let help = Some(format!("name it with --block: {}", list(blocks)));
-                report.wrong(span, format!("{name}: no block has these inputs and parameters"), help);
+                report.wrong(span, format!("{}: no block has these inputs and parameters", quoted(name)), help);
             }
             best.cloned()
         }
         (several, ..) => {
             let several: Vec<Arc<Block>> = several.iter().map(|block| (*block).clone()).collect();
             let help = Some(format!("say with --block which one it is: {}", list(&several)));
-            report.wrong(span, format!("{name}: several blocks have these inputs and parameters"), help);
+            report.wrong(span, format!("{}: several blocks have these inputs and parameters", quoted(name)), help);
             None
         }
     }

@@ -16,6 +16,7 @@
 use crate::block::{Block, Member, Part};
 use crate::literal;
 use crate::loops::Loop;
+use crate::named;
 use crate::problem::quoted;
 use crate::report::{MOST_LOOPS, Report, list};
 use crate::xml::{self, Element, Xml};
@@ -127,7 +128,7 @@ impl Types<'_> {
         };
         if let Some(block) = self.chosen {
             // The user says what it is, if it has anything of it.
-            let has_any = inputs.iter().any(|(name, _)| crate::named::is_settable(block, name));
+            let has_any = inputs.iter().any(|(name, _)| named::is_settable(block, name));
             return has_any.then(|| block.clone());
         }
         self.blocks.iter().find(fits).cloned()
@@ -147,12 +148,13 @@ fn instance(report: &mut Report, block: &Arc<Block>, name: &str, sections: &Elem
     let mut is_right = true;
     for element in inputs(sections) {
         let member_name = element.attribute("Name").unwrap_or_default();
-        let found = block.find(member_name).filter(|index| block.members[*index].role.is_settable());
-        let Some(index) = found else {
-            let message = format!("{} has no input or parameter {}", block.name, quoted(member_name));
-            report.wrong(element.span.clone(), message, None);
-            is_right = false;
-            continue;
+        let index = match named::member(block, member_name) {
+            Ok(index) => index,
+            Err((message, help)) => {
+                report.wrong(element.span.clone(), message, help);
+                is_right = false;
+                continue;
+            }
         };
         let member = &block.members[index];
         let datatype = element.attribute("Datatype").unwrap_or_default();
@@ -200,7 +202,7 @@ fn is_kind(datatype: &str, kind: Kind) -> bool {
 /// # Errors
 /// A block contains other blocks, or XML cannot hold a name.
 pub fn write(loops: &[Loop], origin: &str) -> Result<String, String> {
-    crate::named::check_names(loops)?;
+    named::check_names(loops)?;
     for one in loops {
         xml::check(&one.name)?;
         if let Some(inner) = one.block.members.iter().find(|member| member.part == Part::Inner) {
