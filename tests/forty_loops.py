@@ -34,26 +34,37 @@ BLOCKS = {
     ),
 }
 
-# What a member may be in this plant: a range of milliseconds or of numbers.
+# What a member may be in this plant: a range of milliseconds or of numbers, or how often it is TRUE.
 MILLISECONDS = {
     "CYCLE": (100, 2000),
     "TI": (2_000, 600_000),
     "TD": (1_000, 60_000),
     "TM_LAG": (500, 10_000),
-    "PER_TM": (5_000, 60_000),
+    "PER_TM": (40_000, 60_000),
     "P_B_TM": (20, 500),
     "PULSE_TM": (2_000, 6_000),
     "BREAK_TM": (2_000, 6_000),
     "MTR_TM": (20_000, 120_000),
 }
 NUMBERS = {
+    "SP_INT": (10.0, 90.0),
     "GAIN": (-8.0, 8.0),
     "LMN_HLM": (80.0, 100.0),
     "LMN_LLM": (0.0, 10.0),
     "DEADB_W": (0.0, 2.0),
     "PV_FAC": (0.5, 5.0),
-    "LMN_FAC": (0.5, 1.0),
+    "LMN_FAC": (0.9, 1.0),
+    "LMN_OFF": (-5.0, 5.0),
     "RATIOFAC": (0.1, 10.0),
+}
+TRUE = {
+    "COM_RST": 0.0,
+    "MAN_ON": 0.1,
+    "LMNS_ON": 0.1,
+    "INT_HOLD": 0.05,
+    "I_ITL_ON": 0.05,
+    "P_SEL": 1.0,
+    "I_SEL": 0.95,
 }
 
 
@@ -101,8 +112,8 @@ def word(_, dice):
     return f"W#16#{value & 0xFFFF:X}", value
 
 
-def boolean(_, dice):
-    value = dice.random() < 0.4
+def boolean(member, dice):
+    value = dice.random() < TRUE.get(member, 0.4)
     return str(value).upper(), value
 
 

@@ -110,18 +110,24 @@ def test_a_loop_of_the_file_starts_as_an_fmu_with_its_values(command, monkeypatc
 # awlsim
 
 
-def source_for_awlsim(checks):
-    """The loops that have a data block of their own, their blocks' declarations, and a program that checks words."""
+def data_blocks():
+    """A source text with the loops that awlsim can read."""
+    lines = []
+    for loop in complete():
+        lines += [f"DATA_BLOCK DB {loop.number}", f"TITLE ={loop.name}", loop.type()]
+        lines += ["BEGIN", *forty_loops.assignments(loop), "END_DATA_BLOCK"]
+    return "\r\n".join(lines)
+
+
+def program(data_blocks, checks):
+    """Data blocks, what declares their members, and a program that compares them with bytes."""
     lines = []
     for kind, inputs, outputs in forty_loops.BLOCKS.values():
         lines.append(f"FUNCTION_BLOCK {kind}")
         for section, members in (("VAR_INPUT", inputs), ("VAR_OUTPUT", outputs)):
             lines += [section, *(f"  {member.replace(':', ' : ')};" for member in members.split()), "END_VAR"]
         lines += ["BEGIN", "END_FUNCTION_BLOCK"]
-    for loop in complete():
-        lines += [f"DATA_BLOCK DB {loop.number}", f"TITLE ={loop.name}", loop.type()]
-        lines += ["BEGIN", *forty_loops.assignments(loop), "END_DATA_BLOCK"]
-    lines += ["ORGANIZATION_BLOCK OB 1", "BEGIN"]
+    lines += [data_blocks, "ORGANIZATION_BLOCK OB 1", "BEGIN"]
     for loop in complete():
         if loop.number in checks:
             lines += [f"OPN DB {loop.number}", *comparisons(loop, checks[loop.number])]
@@ -163,30 +169,38 @@ def complete():
     return [loop for loop in forty_loops.loops() if loop.number != 300 and len(loop.values) == len(loop.inputs)]
 
 
-def awlsim(file):
-    run = [AWLSIM, "--no-cpu-dump", "--extended-insns", "--loglevel", "1", "--max-runtime", "60", file]
-    return subprocess.run(run, capture_output=True, text=True)
+@pytest.fixture
+def awlsim(tmp_path):
+    """Runs a source text."""
+
+    def awlsim(text):
+        file = tmp_path / "program.awl"
+        file.write_text(text, encoding="utf-8")
+        run = [AWLSIM, "--no-cpu-dump", "--extended-insns", "--loglevel", "1", "--max-runtime", "60", file]
+        return subprocess.run(run, capture_output=True, text=True)
+
+    return awlsim
 
 
-@pytest.mark.skipif(AWLSIM is None, reason="awlsim is not installed (pip install awlsim, or PLCFMU_AWLSIM)")
-def test_awlsim_reads_the_same_bytes_from_the_same_text(params, tmp_path):
+@pytest.mark.skipif(AWLSIM is None, reason="awlsim is not installed (tests/README.md)")
+def test_awlsim_reads_the_same_bytes_from_the_same_text_and_from_the_one_that_is_written(params, awlsim, tmp_path):
     loops = complete()
     assert len(loops) == 26
-    file = tmp_path / "loops.awl"
-    file.write_text(source_for_awlsim({}), encoding="utf-8")
+    file, written = tmp_path / "loops.awl", tmp_path / "written.awl"
+    file.write_text(data_blocks(), encoding="utf-8")
+    params(file, "--to", written)
     checks = {}
     for loop in loops:
         dump = tmp_path / f"{loop.name}.bin"
         params(file, "--loop", f"DB{loop.number}", "--to", dump)
         checks[loop.number] = dump.read_bytes()
-    file.write_text(source_for_awlsim(checks), encoding="utf-8")
-    done = awlsim(file)
-    assert done.returncode == 0, done.stderr
+    for text in (file, written):
+        done = awlsim(program(text.read_text(encoding="utf-8"), checks))
+        assert done.returncode == 0, f"{text.name}: {done.stderr}"
 
     # It does notice a word that is another.
     last = loops[-1].number
     checks[last] = bytes([checks[last][0] ^ 1, *checks[last][1:]])
-    file.write_text(source_for_awlsim(checks), encoding="utf-8")
-    done = awlsim(file)
+    done = awlsim(program(data_blocks(), checks))
     assert done.returncode != 0
     assert "Assertion failed" in done.stderr
