@@ -31,19 +31,29 @@ pub(crate) enum Given<'a> {
     Other(&'a str),
 }
 
+/// What the user has chosen for the loops of a file.
+#[derive(Clone, Copy)]
+pub(crate) struct Choice<'a> {
+    /// The block of loops that do not show it themselves.
+    pub(crate) block: Option<&'a Arc<Block>>,
+    /// Whether the file has one loop only: the chosen block is that of the loop then, whatever its names.
+    pub(crate) is_for_one: bool,
+}
+
 /// The loop of these values. Its block is the one that the user chose, or else the only one that has all these names; `span` is
 /// where the loop begins.
 pub(crate) fn read(
     report: &mut Report,
     blocks: &[Arc<Block>],
-    chosen: Option<&Arc<Block>>,
+    chosen: Choice,
     name: &str,
     span: Range<usize>,
     entries: &[Entry],
 ) -> Option<Loop> {
-    let block = match chosen {
-        Some(block) => block.clone(),
-        None => recognize(report, blocks, name, span, entries)?,
+    let fits = |block: &Arc<Block>| entries.iter().all(|entry| is_settable(block, entry.name));
+    let block = match chosen.block {
+        Some(block) if chosen.is_for_one || fits(block) || !blocks.iter().any(fits) => block.clone(),
+        _ => recognize(report, blocks, name, span, entries)?,
     };
     let mut one = Loop::new(name, block.clone());
     let mut given = vec![false; block.members.len()];

@@ -60,6 +60,26 @@ fn instances_inside_another_block_are_called_as_their_members() {
 }
 
 #[test]
+fn instances_of_one_name_are_told_apart_by_their_data_blocks() {
+    let block = |id: u8, name: &str| {
+        format!(
+            "<SW.Blocks.InstanceDB ID=\"{id}\"><AttributeList><InstanceOfName>Line</InstanceOfName><Name>{name}</Name>\
+             <Interface><Sections><Section Name=\"Static\"><Member Name=\"TIC\" Datatype=\"VALVE\"><Sections/></Member>\
+             </Section></Sections></Interface></AttributeList></SW.Blocks.InstanceDB>\n"
+        )
+    };
+    let names = |text: &str| -> Vec<String> {
+        loops(Format::Openness, document(text)).into_iter().map(|one| one.name).collect()
+    };
+    assert_eq!(names(&block(0, "L1")), ["TIC"]);
+    assert_eq!(names(&(block(0, "L1") + &block(1, "L2"))), ["L1.TIC", "L2.TIC"]);
+    assert_eq!(
+        refusal(Format::Openness, document(&(block(0, "L1") + &block(1, "L1")))),
+        "plant.xml:5:1: the data block `L1` is given twice"
+    );
+}
+
+#[test]
 fn a_block_under_another_name_is_known_by_its_members() {
     let member = |name: &str, datatype: &str| format!("<Member Name=\"{name}\" Datatype=\"{datatype}\"/>");
     let all = member("GAIN", "Real") + &member("TRAVEL", "Real") + &member("CYCLE", "Time");
