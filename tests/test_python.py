@@ -3,6 +3,7 @@
 import io
 import logging
 import math
+import os
 import pathlib
 import re
 import shutil
@@ -15,7 +16,7 @@ import pytest
 
 import host
 import plcfmu
-from plcfmu import figures, find, messages
+from plcfmu import figures, find, messages, parameters
 
 ROOT = pathlib.Path(__file__).parents[1]
 PACKAGE = ROOT / "plcfmu" / "python"
@@ -225,6 +226,114 @@ def test_a_start_time_is_where_the_first_step_begins(fmus):
     with pytest.raises(plcfmu.FmuError):
         controller.step(0.0, 1.0)
     controller.step(7.0, 1.0)
+
+
+# Parameters
+
+
+@pytest.fixture
+def programs(tmp_path, monkeypatch):
+    """A folder for each place in which the command is looked for, with a program that does nothing."""
+    folders = {place: tmp_path / place for place in ("variable", "installed", "checkout", "path")}
+    built = folders["checkout"] / "target" / "release"
+    for folder in (folders["variable"], folders["installed"], built, folders["path"]):
+        folder.mkdir(parents=True)
+        program = folder / parameters.PROGRAM
+        program.write_text("#!/bin/sh\n", encoding="utf-8")
+        program.chmod(0o755)
+    monkeypatch.setenv("PLCFMU_COMMAND", str(folders["variable"] / parameters.PROGRAM))
+    monkeypatch.setattr(parameters.sysconfig, "get_path", lambda _: str(folders["installed"]))
+    monkeypatch.setattr(parameters, "checkout", lambda: folders["checkout"])
+    monkeypatch.setenv("PATH", str(folders["path"]))
+    return folders
+
+
+def test_the_command_is_that_of_the_variable_then_of_the_package_then_of_the_checkout_then_of_the_path(
+    programs, monkeypatch
+):
+    program = parameters.PROGRAM
+    assert parameters.command() == programs["variable"] / program
+    monkeypatch.delenv("PLCFMU_COMMAND")
+    assert parameters.command() == programs["installed"] / program
+    (programs["installed"] / program).unlink()
+    assert parameters.command() == programs["checkout"] / "target" / "release" / program
+    (programs["checkout"] / "target" / "release" / program).unlink()
+    assert parameters.command() == programs["path"] / program
+
+
+def test_of_two_commands_in_a_checkout_the_one_that_was_built_last_is_taken(programs, monkeypatch):
+    monkeypatch.delenv("PLCFMU_COMMAND")
+    (programs["installed"] / parameters.PROGRAM).unlink()
+    old = programs["checkout"] / "target" / "release" / parameters.PROGRAM
+    new = programs["checkout"] / "target" / "debug" / parameters.PROGRAM
+    new.parent.mkdir()
+    shutil.copy(old, new)
+    os.utime(old, (1000, 1000))
+    assert parameters.command() == new
+    os.utime(old, None)
+    os.utime(new, (1000, 1000))
+    assert parameters.command() == old
+
+
+def test_without_the_command_the_error_says_how_to_get_it(programs, monkeypatch, tmp_path):
+    monkeypatch.setenv("PLCFMU_COMMAND", "/nowhere/plcfmu")
+    with pytest.raises(plcfmu.CommandNotFoundError, match="PLCFMU_COMMAND is .*plcfmu, which is no file"):
+        plcfmu.params("plant.awl")
+    monkeypatch.delenv("PLCFMU_COMMAND")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    (programs["installed"] / parameters.PROGRAM).unlink()
+    monkeypatch.setattr(parameters, "checkout", lambda: None)
+    with pytest.raises(plcfmu.CommandNotFoundError, match="the wheel of plcfmu contains it; or set PLCFMU_COMMAND"):
+        plcfmu.params("plant.awl")
+    monkeypatch.setattr(parameters, "checkout", lambda: tmp_path)
+    with pytest.raises(plcfmu.CommandNotFoundError, match="`cargo build --release -p plcfmu` in the repository"):
+        plcfmu.params("plant.awl")
+
+
+@pytest.fixture
+def source(tmp_path, command, monkeypatch):
+    """Writes a source text with one data block, and has the command found."""
+    monkeypatch.setenv("PLCFMU_COMMAND", str(command))
+
+    def source(values, name='"TIC101"'):
+        file = tmp_path / "plant.awl"
+        file.write_text(f"DATA_BLOCK {name}\n FB 41\nBEGIN\n  {values}\nEND_DATA_BLOCK\n", encoding="utf-8")
+        return file
+
+    return source
+
+
+def test_the_parameters_of_a_file_have_the_names_and_numbers_of_the_fmu(source, fmus):
+    loops = plcfmu.params(source("GAIN := 1.5; TI := T#1M20S; PV_PER := W#16#FFFF; MAN_ON := FALSE;"))
+    assert list(loops) == ["TIC101"]
+    values = loops["TIC101"]
+    assert (values["GAIN"], values["TI"], values["PV_PER"], values["MAN_ON"]) == (1.5, 80.0, -1, False)
+    assert values["LMN_HLM"] == 100.0, "what the file does not set has the block's start value"
+    controller = fmus.start("CONT_C", values, TI=90.0)
+    assert (controller["GAIN"], controller["TI"], controller["MAN_ON"]) == (1.5, 90.0, False)
+
+
+def test_block_loop_and_offset_are_those_of_the_command(source, tmp_path):
+    one = plcfmu.params(source("GAIN := 1.5;"), loop="TIC101")
+    dump = tmp_path / "db41.bin"
+    subprocess.run([parameters.command(), "params", tmp_path / "plant.awl", "--to", dump], check=True, capture_output=True)
+    dump.write_bytes(bytes(10) + dump.read_bytes())
+    assert plcfmu.params(dump, block="FB 41", loop="TIC101", offset=10) == one
+
+
+def test_an_error_has_file_line_and_column(source):
+    file = source("GAIN := 1.5;\n  TI := 20;")
+    with pytest.raises(plcfmu.ParameterError) as error:
+        plcfmu.params(file)
+    assert re.match(rf"{re.escape(str(file))}:5:\d+: ", str(error.value)), str(error.value)
+    with pytest.raises(plcfmu.ParameterError, match="nowhere.awl"):
+        plcfmu.params("nowhere.awl")
+
+
+def test_what_the_command_warns_of_is_logged(source, caplog):
+    with caplog.at_level(logging.WARNING, logger="plcfmu"):
+        plcfmu.params(source("MAN_ON := TRUE;"))
+    assert any("TIC101: MAN_ON is TRUE" in message for message in caplog.messages)
 
 
 # Loops

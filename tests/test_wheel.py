@@ -17,6 +17,7 @@ import pytest
 from elftools.elf.elffile import ELFFile
 from elftools.elf.gnuversions import GNUVerNeedSection
 
+import forty_loops
 import host
 
 ROOT = pathlib.Path(__file__).parents[1]
@@ -60,7 +61,7 @@ class Installation:
         """What a program of the environment writes, started in an empty folder."""
         here = self.folder / "somewhere"
         here.mkdir(exist_ok=True)
-        hidden = ("PYTHONPATH", "PLCFMU_FMUS", "VIRTUAL_ENV")
+        hidden = ("PYTHONPATH", "PLCFMU_COMMAND", "PLCFMU_FMUS", "VIRTUAL_ENV")
         variables = {name: value for name, value in os.environ.items() if name not in hidden}
         command = [str(self.programs / program), *map(str, arguments)]
         done = subprocess.run(command, cwd=here, env=variables, capture_output=True, text=True)
@@ -143,6 +144,14 @@ def test_the_package_of_the_wheel_finds_the_fmus_of_the_wheel(installed):
     lines = installed.python("import plcfmu; print(plcfmu.fmu('CONT_C'), *plcfmu.fmu_names(), sep='\\n')").splitlines()
     assert pathlib.Path(lines[0]) == installed.packages / "plcfmu" / "fmus" / "CONT_C.fmu"
     assert lines[1:] == host.names()
+
+
+def test_the_package_of_the_wheel_reads_parameters_with_the_command_of_the_wheel(installed):
+    code = (
+        "import plcfmu; from plcfmu import parameters; print(parameters.command());"
+        f"print(len(plcfmu.params({str(forty_loops.FILE)!r})))"
+    )
+    assert installed.python(code).splitlines() == [str(installed.programs / "plcfmu"), "40"]
 
 
 def test_the_ten_lines_of_the_readme_close_a_loop(installed):

@@ -1,6 +1,7 @@
 //! Makes, checks, shows and runs FMUs: the library behind the command `plcfmu`.
 //!
 //! Without the feature `command`, which is on by default, only [`package`] is there, to read and write FMU files.
+//! The feature `s7`, on by default too, reads data blocks of a PLC over the network.
 
 #[cfg(feature = "command")]
 pub mod build;
@@ -15,5 +16,7 @@ pub mod package;
 pub mod page;
 #[cfg(feature = "command")]
 pub mod parameter_file;
+#[cfg(feature = "s7")]
+pub mod plc;
 #[cfg(feature = "command")]
 pub mod progress;

@@ -1,7 +1,7 @@
 //! The command `plcfmu`.
 
 use clap::{Parser, Subcommand};
-use plcfmu::commands::{build, check, info, merge, new, params, run};
+use plcfmu::commands::{build, check, gains, info, merge, new, params, run};
 use std::process::ExitCode;
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
@@ -18,6 +18,7 @@ enum Command {
     Check(check::Options),
     Run(run::Options),
     Params(params::Options),
+    Gains(gains::Options),
     /// Make a crate for a block of your own
     ///
     /// The crate builds as it stands: it comes with the sources that it needs.
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
         Command::Check(options) => check::run(&options),
         Command::Run(options) => run::run(&options),
         Command::Params(options) => params::run(&options),
+        Command::Gains(options) => gains::run(&options),
         Command::New(options) => new::run(&options),
         Command::Build(options) => build::run(&options),
         Command::Merge(options) => merge::run(&options),

@@ -2,6 +2,8 @@
 
 use crate::host::fmu::Fmu;
 use crate::package::Package;
+#[cfg(feature = "s7")]
+use crate::{plc, progress::Progress};
 use anyhow::{Context, Error, Result, anyhow, bail};
 use blocks::table::number::to_value;
 use blocks::{Kind, Value};
@@ -13,9 +15,8 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Reads the loops of a file: a parameter file, whose format is that of its ending if none is given, and its
-/// encoding found out as [`Source::new`] does; or an FMU, whose start values
-/// are those of one loop.
+/// Reads the loops of a file: a parameter file, whose format is that of its ending if none is given, and its encoding found out as
+/// [`Source::new`] does; an FMU, whose start values are those of one loop; or a data block of a PLC, `s7://HOST/RACK/SLOT/DBn`.
 ///
 /// # Errors
 /// The file cannot be read, or all that is wrong with it, with file, line and column.
@@ -26,6 +27,9 @@ pub fn read(
     blocks: &[Arc<Block>],
     options: &Options,
 ) -> Result<Reading> {
+    if is_plc(name) {
+        return read_plc(name, blocks, options);
+    }
     if format.is_none() && name.to_lowercase().ends_with(".fmu") {
         return read_fmu(name, blocks, options).with_context(|| name.to_string());
     }
@@ -36,6 +40,34 @@ pub fn read(
     let source = Source::read(Path::new(name), encoding).map_err(Error::msg)?;
     parameters::read(format, &source, blocks, options)
         .map_err(|problems| Error::msg(drawn(&problems).trim_end().to_string()))
+}
+
+/// Whether this is the address of a data block of a PLC rather than a file.
+fn is_plc(name: &str) -> bool {
+    name.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("s7://"))
+}
+
+/// Reads the data block of a PLC as a dump.
+#[cfg(feature = "s7")]
+fn read_plc(name: &str, blocks: &[Arc<Block>], options: &Options) -> Result<Reading> {
+    let address: plc::Address = name.parse()?;
+    let names = || blocks.iter().map(|block| block.name.as_str()).collect::<Vec<_>>().join(", ");
+    let Some(block) = &options.block else {
+        bail!("{name}: a PLC does not say of which block a data block is: name it with --block: {}", names());
+    };
+    let block = blocks
+        .iter()
+        .find(|own| own.is_called(block))
+        .with_context(|| format!("{name}: there is no block {block:?}: the blocks are {}", names()))?;
+    let progress = Progress::spinner(&format!("reading DB{} of {}", address.number, address.host));
+    let bytes = plc::fetch(&address, block, options.offset)?;
+    drop(progress);
+    Ok(parameters::read(Format::Dump, &Source::new(name, bytes), blocks, options)?)
+}
+
+#[cfg(not(feature = "s7"))]
+fn read_plc(name: &str, _blocks: &[Arc<Block>], _options: &Options) -> Result<Reading> {
+    bail!("{name}: this plcfmu cannot read a PLC: it was built without the feature s7")
 }
 
 /// The format of a file, by the ending of its name.
@@ -126,11 +158,16 @@ fn block(table: &Table) -> Result<Block> {
     Ok(Block::new(table.name.clone(), table.aliases.clone(), members?))
 }
 
-/// Refuses to write onto a file that is read.
+/// Refuses to write onto a file that is read, or to a PLC.
 ///
 /// # Errors
-/// Both names are of one file.
+/// Both names are of one file, or the target is a PLC.
 pub fn check_target(target: &str, read: &str) -> Result<()> {
+    if is_plc(target) {
+        bail!(
+            "{target}: plcfmu never writes to a PLC: write a source text, such as plant.awl, and load it with the engineering tool"
+        );
+    }
     if let (Ok(one), Ok(other)) = (fs::canonicalize(target), fs::canonicalize(read))
         && one == other
     {

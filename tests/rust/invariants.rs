@@ -96,6 +96,15 @@ fn the_core_of_fmu_knows_no_fmi() {
     );
 }
 
+#[test]
+fn only_the_client_of_a_plc_uses_the_network() {
+    let allowed = ["plcfmu/src/plc.rs", "plcfmu/src/plc/"];
+    assert_none(
+        &find(&outside(&allowed, &product_files()), |line| first_of(&["std::net", "TcpStream", "UdpSocket"], line)),
+        "an FMU and the commands work without a network; what reads a PLC goes to plcfmu/src/plc.rs",
+    );
+}
+
 /// How unsafe code begins, and what allows it.
 const UNSAFE: [&str; 7] =
     ["unsafe {", "unsafe fn", "unsafe extern", "unsafe impl", "unsafe trait", "unsafe(", "allow(unsafe_code"];

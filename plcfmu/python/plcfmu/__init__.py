@@ -23,16 +23,19 @@ from .figures import Figure, Figures
 from .find import FmuNotFoundError, fmu, fmu_names
 from .instance import FmuError, Fmus, Instance, UnknownVariableError, Variable
 from .loop import clock, simulate
+from .parameters import CommandNotFoundError, ParameterError, params
 from .program import arguments
 from .result import Result
 
 __all__ = [
+    "CommandNotFoundError",
     "Figure",
     "Figures",
     "FmuError",
     "FmuNotFoundError",
     "Fmus",
     "Instance",
+    "ParameterError",
     "Result",
     "UnknownVariableError",
     "Variable",
@@ -42,6 +45,7 @@ __all__ = [
     "find",
     "fmu",
     "fmu_names",
+    "params",
     "plot",
     "simulate",
 ]

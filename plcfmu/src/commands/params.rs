@@ -15,9 +15,12 @@ use std::sync::Arc;
 ///
 /// Reads STEP 7 sources (.awl, .scl), TIA Portal sources (.db), TIA Openness XML (.xml), dumps of data blocks (.bin), JSON, SSV, and
 /// the start values of an FMU. A TIME is in seconds.
+///
+/// s7://HOST/RACK/SLOT/DBn in place of a file reads a data block of an S7, such as s7://192.168.0.1/0/2/DB41, with --block. Nothing
+/// is ever written to a PLC, on purpose: write a source text with --to, and load it with the engineering tool.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
-    /// The file
+    /// The file, or the address of a data block in a PLC
     #[arg(value_name = "FILE")]
     pub file: String,
     /// The block of the loops, where the file does not say it: its name, or FB 41 and the like
@@ -26,7 +29,7 @@ pub struct Options {
     /// The loop: one of several, or the name of one to which the file gives none
     #[arg(long = "loop", value_name = "NAME")]
     pub name: Option<String>,
-    /// Where the instance begins in a dump, in bytes
+    /// Where the instance begins in a dump or a PLC's data block, in bytes
     #[arg(long, default_value_t = 0)]
     pub offset: usize,
     /// The format of FILE, if its ending does not say it: awl, scl, db, xml, bin, json, ssv

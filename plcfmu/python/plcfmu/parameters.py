@@ -1,0 +1,89 @@
+"""The parameters of control loops from the files of a PLC project, read by the command `plcfmu`.
+
+The command is looked for in this order:
+
+1. the program that the environment variable PLCFMU_COMMAND names;
+2. the one that was installed with this package, in the same Python environment;
+3. what `cargo build` made last in the repository, if the package is imported from a checkout;
+4. `plcfmu` on the PATH.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sysconfig
+from typing import Optional, Union
+
+from .find import Path, checkout
+from .messages import LOGGER
+
+Value = Union[bool, int, float]
+
+VARIABLE = "PLCFMU_COMMAND"
+PROGRAM = "plcfmu.exe" if os.name == "nt" else "plcfmu"
+
+
+class CommandNotFoundError(FileNotFoundError):
+    """The command `plcfmu` is not there; says how to get it."""
+
+
+class ParameterError(ValueError):
+    """A file has no parameters that can be used. The text is what the command says, with file, line and column."""
+
+
+def params(
+    file: Path, *, block: Optional[str] = None, loop: Optional[str] = None, offset: int = 0
+) -> dict[str, dict[str, Value]]:
+    """The inputs and parameters of the loops of a file, by the names of the FMU: params("plant.awl")["TIC101"]["GAIN"].
+
+    `file` is a STEP 7 or TIA Portal source, TIA Openness XML, a dump of a data block, JSON, SSV, an FMU, or a data block of
+    a PLC ("s7://192.168.0.1/0/2/DB41"). `block` says of which block the loops are where the file does not ("CONT_C",
+    "FB 41"). `loop` names one of several loops, or the one to which the file gives no name. `offset` is the byte at which
+    the instance begins in a dump or in a PLC's data block.
+
+    A TIME is in seconds. What the file does not set has the block's start value, so each loop is complete. What the command
+    remarks or warns of goes to the logger "plcfmu".
+
+    Raises ParameterError, and CommandNotFoundError if the command `plcfmu` is not there.
+    """
+    arguments = [str(command()), "params", "--json", f"--offset={offset}"]
+    if block is not None:
+        arguments.append(f"--block={block}")
+    if loop is not None:
+        arguments.append(f"--loop={loop}")
+    done = subprocess.run(
+        [*arguments, "--", os.fspath(file)], stdin=subprocess.DEVNULL, capture_output=True, text=True, encoding="utf-8"
+    )
+    said = done.stderr.strip()
+    if done.returncode != 0:
+        raise ParameterError(said[len("error: ") :] if said.startswith("error: ") else said)
+    for line in said.splitlines():
+        LOGGER.warning("%s", line)
+    loops: dict[str, dict[str, Value]] = json.loads(done.stdout)
+    return loops
+
+
+def command() -> pathlib.Path:
+    """The program `plcfmu`. Raises CommandNotFoundError if it is in none of the places that this module names."""
+    if os.environ.get(VARIABLE):
+        given = pathlib.Path(os.environ[VARIABLE])
+        if not given.is_file():
+            raise CommandNotFoundError(f"{VARIABLE} is {given}, which is no file: set it to the program plcfmu, or unset it")
+        return given
+    installed = pathlib.Path(sysconfig.get_path("scripts")) / PROGRAM
+    if installed.is_file():
+        return installed
+    root = checkout()
+    if root is not None:
+        built = [path for path in (root / "target").glob(f"*/{PROGRAM}") if path.is_file()]
+        if built:
+            return max(built, key=lambda path: path.stat().st_mtime)
+    found = shutil.which("plcfmu")
+    if found is not None:
+        return pathlib.Path(found)
+    remedy = "`cargo build --release -p plcfmu` in the repository makes it" if root else "the wheel of plcfmu contains it"
+    raise CommandNotFoundError(f"the command plcfmu was not found: {remedy}; or set {VARIABLE} to it")
