@@ -33,3 +33,8 @@ pub use loops::{Loop, Origin, Setting};
 pub use named::decimal;
 pub use problem::{Place, Problem, Problems, Reading};
 pub use source::Source;
+
+/// The example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

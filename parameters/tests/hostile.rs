@@ -113,7 +113,8 @@ fn hostile_texts_end_in_a_sentence() {
             |number| format!("a{number}:PUMP;"),
             "\nEND_VAR\nEND_FUNCTION_BLOCK\nDATA_BLOCK DB1 FB1 BEGIN END_DATA_BLOCK",
         ),
-        "loops",
+        // With 100 kB these are 9184 loops, with more of them too many.
+        if bytes() <= 100_000 { "9184 loops" } else { "split it" },
     );
     assert_ends(
         "function blocks that double their instances",

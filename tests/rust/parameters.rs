@@ -1,7 +1,8 @@
 //! Parameter files of the manuals' blocks: the addresses of their instance data blocks, and round trips of all blocks.
 
+use blocks::{Time, Value};
 use parameters::layout::addresses;
-use parameters::{Block, Format, Loop, Options, Source, read, write};
+use parameters::{Block, Format, Loop, Options, Origin, Source, literal, read, write};
 use std::sync::Arc;
 
 fn block(name: &str) -> Arc<Block> {
@@ -76,4 +77,69 @@ fn a_dump_of_cont_c_is_recognized_as_wrong_where_it_is_one_of_cont_s() {
     let reading = read(Format::Dump, &Source::new("DB42.bin", longer), &Block::all(), &options).unwrap();
     let advice = reading.loops[0].advice().join("\n");
     assert!(advice.contains("LMN_HLM"), "{advice}");
+}
+
+fn loops_of(text: &str) -> Vec<Loop> {
+    let reading = read(Format::Step7, &Source::new("plant.awl", text.into()), &Block::all(), &Options::default());
+    reading.unwrap_or_else(|problems| panic!("{problems}")).loops
+}
+
+/// Of a loop: its name, its block and a value as the PLC writes it.
+fn value(one: &Loop, name: &str) -> (String, String, String) {
+    let value = one.get(name).unwrap_or_else(|| panic!("{name}"));
+    (one.name.clone(), one.block.name.clone(), literal::text(value))
+}
+
+#[test]
+fn blocks_are_known_by_number_by_name_and_by_their_name_after_a_migration() {
+    for (kind, block) in [
+        ("FB 41", "CONT_C"),
+        ("SFB42", "CONT_S"),
+        ("\"PULSEGEN\"", "PULSEGEN"),
+        ("\"CONT_C_1\"", "CONT_C"),
+        ("\"HLG\"", "HLG"),
+        ("PULS_CTR", "PULS_CTR"),
+    ] {
+        let loops = loops_of(&format!("DATA_BLOCK \"A\" {kind} BEGIN END_DATA_BLOCK"));
+        assert_eq!(loops[0].block.name, block, "{kind}");
+    }
+}
+
+#[test]
+fn the_settings_of_inner_blocks_stand_in_a_source_by_their_full_names() {
+    let loops = loops_of("DATA_BLOCK DB 5 \"PULS_CTR\" BEGIN DI_CONT_C.GAIN := 1.5; RED_FAC := 100; END_DATA_BLOCK");
+    assert_eq!(value(&loops[0], "DI_CONT_C.GAIN"), ("DB5".into(), "PULS_CTR".into(), "1.50000000e+000".into()));
+    let text = write(Format::Step7, &loops, "").unwrap();
+    let text = String::from_utf8(text).unwrap();
+    assert!(text.contains("   DI_CONT_C.GAIN := 1.50000000e+000;\n   DI_CONT_C.TI := T#20S;\n"), "{text}");
+    assert!(!text.contains("Q_MEAN") && !text.contains("DI_CONT_C.PV_PER"), "{text}");
+}
+
+#[test]
+fn pins_that_are_instructions_of_the_plc_are_written_in_quotes() {
+    let ramp = block("HLG");
+    let text = String::from_utf8(write(Format::Step7, &[Loop::new("RAMP", ramp)], "").unwrap()).unwrap();
+    assert!(text.contains("\n\"HLG\"\nBEGIN\n   E01 := FALSE;\n") && text.contains("   \"SET\" := FALSE;\n"), "{text}");
+    assert!(text.contains("   \"R\" := FALSE;\n"), "{text}");
+}
+
+#[test]
+fn forty_tuned_loops_return_as_sources_that_read_back_bit_equal() {
+    let block = block("CONT_C");
+    let (gain, ti) = (block.find("GAIN").unwrap(), block.find("TI").unwrap());
+    let loops: Vec<Loop> = (1..=40u16)
+        .map(|number| {
+            let mut one = Loop::new(format!("TIC{number}"), block.clone());
+            one.set(gain, Value::Real(f32::from(number) / 7.0), Origin::Default);
+            one.set(ti, Value::Time(Time::ms(1001 * i32::from(number))), Origin::Default);
+            one
+        })
+        .collect();
+    let values =
+        |loops: &[Loop]| -> Vec<_> { loops.iter().flat_map(|one| [value(one, "GAIN"), value(one, "TI")]).collect() };
+    for format in [Format::Step7, Format::Tia] {
+        let text = write(format, &loops, "plant.fmu").unwrap();
+        let reading = read(format, &Source::new("plant", text), &Block::all(), &Options::default());
+        assert_eq!(values(&reading.unwrap_or_else(|problems| panic!("{problems}")).loops), values(&loops));
+    }
 }

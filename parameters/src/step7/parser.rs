@@ -376,6 +376,10 @@ impl Parser<'_, '_, '_> {
             return;
         }
         self.tokens.take();
+        if self.tokens.next_begins_line() {
+            // A property may be empty.
+            return;
+        }
         let mut end = self.tokens.next_span().start;
         while self.tokens.next_span().start == end && self.tokens.peek().is_some() {
             end = self.tokens.next_span().end;
@@ -387,7 +391,7 @@ impl Parser<'_, '_, '_> {
     fn function_block(&mut self, name: Name, end: &str) -> FunctionBlock {
         let mut members = Vec::new();
         while self.tokens.peek().is_some() && !self.ends_header(end) {
-            if self.tokens.next_begins_line() && is_section(self.tokens.next_text()) {
+            if is_section(self.tokens.next_text()) {
                 self.section(&mut members, end);
             } else {
                 self.tokens.take();

@@ -120,7 +120,7 @@ fn the_type_is_a_number_or_a_name_before_or_after_the_properties() {
         "data_block tic101 sfb 41\nversion : 1.0",
         "DATA_BLOCK TIC101 \"PUMP\"",
         "DATA_BLOCK TIC101\nPUMP\nTITLE =x",
-        "DATA_BLOCK TIC101\nSFB41\nAUTHOR : Karl-Heinz\nNON_RETAIN",
+        "DATA_BLOCK TIC101\nSFB41\nAUTHOR : Karl-Heinz\nNAME :\nFAMILY : 'a b'\nNON_RETAIN",
     ] {
         let pump = one(&format!("{header}\nBEGIN GAIN := 1.5; END_DATA_BLOCK"));
         assert_eq!(pump.name.to_uppercase(), "TIC101", "{header}");
@@ -189,10 +189,10 @@ END_VAR
 BEGIN
    CALL #TIC;
 END_FUNCTION_BLOCK
-FUNCTION_BLOCK FB 101
-VAR
+FUNCTION_BLOCK FB 101 VAR
    QIC : PUMP;
 END_VAR
+
 END_FUNCTION_BLOCK
 DATA_BLOCK DB 100
 FB 100
@@ -231,11 +231,11 @@ fn a_member_that_the_function_block_does_not_declare_is_an_error() {
 fn instances_with_values_in_the_declaration_and_arrays_of_them_are_refused() {
     assert_refused(
         &MULTI_INSTANCE.replace("QIC : PUMP;", "QIC : PUMP := (GAIN := 3.0);"),
-        &["plant.awl:16:4: `QIC` is an instance with values in the declaration; write them in the data block"],
+        &["plant.awl:15:4: `QIC` is an instance with values in the declaration; write them in the data block"],
     );
     assert_refused(
         &MULTI_INSTANCE.replace("QIC : PUMP;", "QIC : ARRAY [1..5] OF PUMP;"),
-        &["plant.awl:16:4: `QIC` is an array of instances, which cannot be read; declare each instance by itself"],
+        &["plant.awl:15:4: `QIC` is an array of instances, which cannot be read; declare each instance by itself"],
     );
 }
 

@@ -9,8 +9,9 @@ use std::ops::Range;
 const MOST_VALUES: usize = 10_000;
 const MOST_PARTS: usize = 16;
 
-/// The most errors that are collected of a data block.
+/// The most errors that are collected of a data block, and that are counted besides. Behind them it is not read on.
 const MOST_ERRORS: usize = 50;
+const MOST_COUNTED: usize = 10_000;
 
 /// A value that the text gives to a member.
 #[derive(Debug)]
@@ -54,7 +55,7 @@ pub(super) fn assignments(text: &str, part: Range<usize>) -> (Vec<Assignment>, S
     let mut tokens = Tokens::new(text, part);
     let mut assignments = Vec::new();
     let mut errors = SyntaxErrors::default();
-    while tokens.peek().is_some() {
+    while tokens.peek().is_some() && errors.others < MOST_COUNTED {
         if tokens.next_is_symbol(";") {
             tokens.take();
             continue;
