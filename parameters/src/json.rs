@@ -15,7 +15,7 @@
 
 use crate::block::Block;
 use crate::loops::Loop;
-use crate::named::{self, Entry, Given};
+use crate::named::{self, Choice, Entry, Given};
 use crate::problem::quoted;
 use crate::report::{MOST_LOOPS, Report};
 use crate::{Options, Problems, Reading, Source};
@@ -85,9 +85,11 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         }
         let name = report.loop_name(options);
         let entries = entries(&object, &span);
-        loops.extend(named::read(report, blocks, chosen.as_ref(), &name, span(&object), &entries));
+        let choice = Choice { block: chosen.as_ref(), is_for_one: true };
+        loops.extend(named::read(report, blocks, choice, &name, span(&object), &entries));
         return loops;
     }
+    let choice = Choice { block: chosen.as_ref(), is_for_one: object.properties.len() == 1 };
     let mut names = BTreeSet::new();
     for property in &object.properties {
         let name = property.name.as_str();
@@ -103,7 +105,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         match &property.value {
             Value::Object(object) => {
                 let entries = entries(object, &span);
-                loops.extend(named::read(report, blocks, chosen.as_ref(), name, at, &entries));
+                loops.extend(named::read(report, blocks, choice, name, at, &entries));
             }
             other => {
                 let found = described(other);

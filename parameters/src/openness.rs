@@ -22,6 +22,7 @@ use crate::report::{MOST_LOOPS, Report, list};
 use crate::xml::{self, Element, Xml};
 use crate::{Options, Problems, Reading, Source};
 use blocks::Kind;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// What the elements of blocks begin with.
@@ -54,6 +55,8 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         return None;
     }
     let mut loops = Vec::new();
+    let mut names = BTreeSet::new();
+    let mut containers: Vec<String> = Vec::new();
     for block in exported {
         let text = |name: &str| block.child("AttributeList")?.child(name).map(|child| child.text().0.to_string());
         let number = text("Number").filter(|number| !number.is_empty()).map(|number| format!("DB{number}"));
@@ -64,9 +67,19 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
             report.remark(Some(block.span.clone()), format!("{} has no interface: skipped", quoted(&name)));
             continue;
         };
+        if !block.name.ends_with("DB") {
+            report.remark(Some(block.span.clone()), format!("{} is no data block: skipped", quoted(&name)));
+            continue;
+        }
         let before = loops.len();
+        if !names.insert(name.clone()) {
+            report.wrong(block.span.clone(), format!("the data block {} is given twice", quoted(&name)), None);
+            continue;
+        }
         let types = Types { blocks, chosen: chosen.as_ref() };
         types.instances(report, interface, &name, &of, &mut loops);
+        // Of the instances inside a data block, the name of the data block.
+        containers.resize(loops.len(), name.clone());
         if loops.len() == before && !report.is_wrong() {
             let of = if of.is_empty() { String::new() } else { format!(" ({})", quoted(&of)) };
             let message = format!("{}{of} is no instance of a known block: skipped", quoted(&name));
@@ -80,7 +93,21 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
     if loops.is_empty() && !report.is_wrong() {
         report.wrong_file("the file holds no instance of a known block", Some(format!("known are {}", list(blocks))));
     }
+    tell_apart(&mut loops, &containers);
     Some(loops)
+}
+
+/// Puts the name of the data block before loops that are called the same: `Line.TIC`.
+fn tell_apart(loops: &mut [Loop], containers: &[String]) {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for one in loops.iter() {
+        *counts.entry(one.name.clone()).or_default() += 1;
+    }
+    for (one, container) in loops.iter_mut().zip(containers) {
+        if counts[&one.name] > 1 && one.name != *container {
+            one.name = format!("{container}.{}", one.name);
+        }
+    }
 }
 
 /// The blocks that there are, and the one that the user chose for what has none of their names.

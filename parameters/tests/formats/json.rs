@@ -52,6 +52,16 @@ fn a_loop_whose_names_fit_several_blocks_needs_the_block() {
 }
 
 #[test]
+fn the_block_of_the_user_is_that_of_the_only_loop_and_of_several_that_of_those_which_it_fits() {
+    let alone = reading(Format::Json, r#"{"A": {"TRAVEL": 3}}"#, &of_block("PUMP")).unwrap_err().to_string();
+    assert_eq!(alone, "plant.json:1:8: PUMP has no input or parameter `TRAVEL`");
+    let several = r#"{"A": {"TRAVEL": 3}, "B": {"GAIN": 1}}"#;
+    let loops = reading(Format::Json, several, &of_block("PUMP")).unwrap().loops;
+    let blocks: Vec<_> = loops.iter().map(|one| one.block.name.as_str()).collect();
+    assert_eq!(blocks, ["VALVE", "PUMP"]);
+}
+
+#[test]
 fn of_blocks_that_have_all_names_the_one_that_misses_none_is_meant() {
     let small = Block::new("SMALL".into(), Vec::new(), vec![member("GAIN", Role::Parameter, Value::Real(1.0))]);
     let mut blocks = all();

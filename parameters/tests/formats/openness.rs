@@ -60,6 +60,26 @@ fn instances_inside_another_block_are_called_as_their_members() {
 }
 
 #[test]
+fn instances_of_one_name_are_told_apart_by_their_data_blocks() {
+    let block = |id: u8, name: &str| {
+        format!(
+            "<SW.Blocks.InstanceDB ID=\"{id}\"><AttributeList><InstanceOfName>Line</InstanceOfName><Name>{name}</Name>\
+             <Interface><Sections><Section Name=\"Static\"><Member Name=\"TIC\" Datatype=\"VALVE\"><Sections/></Member>\
+             </Section></Sections></Interface></AttributeList></SW.Blocks.InstanceDB>\n"
+        )
+    };
+    let names = |text: &str| -> Vec<String> {
+        loops(Format::Openness, document(text)).into_iter().map(|one| one.name).collect()
+    };
+    assert_eq!(names(&block(0, "L1")), ["TIC"]);
+    assert_eq!(names(&(block(0, "L1") + &block(1, "L2"))), ["L1.TIC", "L2.TIC"]);
+    assert_eq!(
+        refusal(Format::Openness, document(&(block(0, "L1") + &block(1, "L1")))),
+        "plant.xml:5:1: the data block `L1` is given twice"
+    );
+}
+
+#[test]
 fn a_block_under_another_name_is_known_by_its_members() {
     let member = |name: &str, datatype: &str| format!("<Member Name=\"{name}\" Datatype=\"{datatype}\"/>");
     let all = member("GAIN", "Real") + &member("TRAVEL", "Real") + &member("CYCLE", "Time");
@@ -86,10 +106,15 @@ fn other_blocks_are_skipped_with_a_remark() {
              <Interface><Sections/></Interface></AttributeList></SW.Blocks.InstanceDB>\n"
         )
     };
-    let text = document(&(of(0, "M1", "MOTOR") + &of(1, "P1", "PUMP")));
+    let function_block = of(2, "PUMP", "").replace("InstanceDB", "FB");
+    let text = document(&(of(0, "M1", "MOTOR") + &of(1, "P1", "PUMP") + &function_block));
     let reading = reading(Format::Openness, text, &Options::default()).unwrap();
     assert_eq!(reading.loops.len(), 1);
-    assert_eq!(reading.remarks.to_string(), "plant.xml:4:1: `M1` (`MOTOR`) is no instance of a known block: skipped");
+    assert_eq!(
+        reading.remarks.to_string(),
+        "plant.xml:4:1: `M1` (`MOTOR`) is no instance of a known block: skipped\n\
+         plant.xml:6:1: `PUMP` is no data block: skipped"
+    );
 }
 
 #[test]
