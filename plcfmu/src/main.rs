@@ -1,7 +1,7 @@
 //! The command `plcfmu`.
 
 use clap::{Parser, Subcommand};
-use plcfmu::commands::{build, check, info, merge, new, run};
+use plcfmu::commands::{build, check, info, merge, new, preset, run};
 use std::process::ExitCode;
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
@@ -27,6 +27,7 @@ enum Command {
     /// environment, on PATH, or in the environment of python3.
     Build(build::Options),
     Merge(merge::Options),
+    Preset(preset::Options),
 }
 
 fn main() -> ExitCode {
@@ -37,6 +38,7 @@ fn main() -> ExitCode {
         Command::New(options) => new::run(&options),
         Command::Build(options) => build::run(&options),
         Command::Merge(options) => merge::run(&options),
+        Command::Preset(options) => preset::run(&options),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

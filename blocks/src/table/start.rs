@@ -16,6 +16,9 @@ use super::number::{number, to_value};
 use super::{Kind, Row, Table, Value, fingerprint};
 use std::fmt;
 
+/// The name of the file with the text.
+pub const FILE: &str = "start.txt";
+
 const PRESET: &str = "preset";
 const BLOCK: &str = "block";
 const LIBRARY: &str = "library";

@@ -8,11 +8,8 @@ use crate::v2::interface::Guid;
 use crate::v2::resources;
 use blocks::Block;
 use blocks::table::fingerprint;
-use blocks::table::start::{self, Start};
+use blocks::table::start::{self, FILE, Start};
 use std::ffi::CStr;
-
-/// The name of the file with the start values.
-const FILE: &str = "start.txt";
 
 /// Its largest size, in bytes.
 const LARGEST: u64 = 1 << 20;
