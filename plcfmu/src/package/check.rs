@@ -38,11 +38,14 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
         report.errors.push(format!("{DESCRIPTION}: {}", contradiction(variable)));
     }
     let is_error = |finding: &String| report.errors.iter().any(|error| error.ends_with(finding.as_str()));
-    let mut findings = modeldescription::v2::check(&package.description);
+    let preset = preset::start(package);
+    let mut findings = match preset {
+        Ok(Some(_)) => preset::remarks(&package.description),
+        _ => modeldescription::v2::check(&package.description),
+    };
     findings.retain(|finding| !is_error(finding));
     report.remarks = findings;
     report.errors.truncate(modeldescription::v2::MOST_FINDINGS);
-    let preset = preset::start(package);
     for file in package.libraries.clone() {
         match check_library(package, &file, &preset) {
             Ok(binary) => report.libraries.push((file, binary)),

@@ -243,7 +243,7 @@ impl<R: Read + Seek> Original<R> {
         let text = start.to_string();
         let guid = guid_of(&text);
         let description = self.description(&name, &guid, values)?;
-        let remarks = modeldescription::v2::check(&description);
+        let remarks = remarks(&description);
         let mut files = BTreeMap::from([
             (DESCRIPTION.to_string(), modeldescription::v2::write(&description)),
             (path(), text.into_bytes()),
@@ -288,6 +288,13 @@ impl<R: Read + Seek> Original<R> {
         }
         Ok(description)
     }
+}
+
+/// What may surprise of a preset's model description. That the model has another name than its library is as it should be.
+pub fn remarks(description: &ModelDescription) -> Vec<String> {
+    let mut description = description.clone();
+    description.model_name = description.model_identifier().unwrap_or_default().to_string();
+    modeldescription::v2::check(&description)
 }
 
 /// A table as parameter files know it.
