@@ -1,11 +1,12 @@
 //! `plcfmu preset`: FMUs with the start values of somebody's loops.
 
-use super::print;
+use super::{params, print};
 use crate::package::preset::{Original, Preset, identifier};
 use crate::package::{Package, temporary};
+use crate::parameter_file;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use blocks::table::number::to_value;
-use parameters::{Block, Format, Loop, Origin, Source};
+use parameters::{Block, Format, Loop, Origin};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Write};
@@ -24,13 +25,22 @@ pub struct Options {
     files: Vec<PathBuf>,
     /// The file with the parameters; `plcfmu params` shows what is in it
     #[arg(long, value_name = "FILE", required_unless_present = "set")]
-    from: Option<PathBuf>,
+    from: Option<String>,
     /// Only the loop with this name; may be repeated [default: all loops of the file]
     #[arg(long = "loop", value_name = "NAME", requires = "from")]
     loops: Vec<String>,
     /// Give an input or a parameter another value, over that of the file; TIME in seconds; may be repeated
     #[arg(short, long, value_name = "VARIABLE=VALUE", value_parser = setting, allow_hyphen_values = true)]
     set: Vec<(String, f64)>,
+    /// The block of the loops, where the file does not say it: its name, or FB 41 and the like
+    #[arg(long, requires = "from")]
+    block: Option<String>,
+    /// Where the instance begins in a dump, in bytes
+    #[arg(long, default_value_t = 0)]
+    offset: usize,
+    /// The format of the file with the parameters, if its ending does not say it: awl, scl, db, xml, bin, json, ssv
+    #[arg(long, value_parser = params::format, requires = "from")]
+    format: Option<Format>,
     /// The FMU to write, for one loop
     #[arg(short, long, value_name = "FILE.fmu", conflicts_with = "out_dir")]
     out: Option<PathBuf>,
@@ -75,12 +85,8 @@ struct Made {
 /// # Errors
 /// What is wrong with the parameters or an FMU, or a loop for whose block there is no FMU. Nothing is written then.
 pub fn run(options: &Options) -> Result<()> {
-    let blocks = Block::all();
+    let mut loops = read(options, &blocks(options)?)?;
     let mut fmus = open(&options.files)?;
-    let mut loops = match &options.from {
-        Some(file) => chosen(read(file, &blocks)?, &options.loops, file)?,
-        None => vec![own(&mut fmus, options.out.as_deref(), &blocks)?],
-    };
     ensure!(
         options.out.is_none() || loops.len() == 1,
         "-o names one FMU, but there are {} loops: choose one with --loop, or give --out-dir",
@@ -94,45 +100,59 @@ pub fn run(options: &Options) -> Result<()> {
         place(preset, path)?;
         let Preset { name, guid, .. } = preset;
         print(&format!("{name}  {block}  {guid}  {}\n", path.display()))?;
-        let remarks = preset.remarks.iter().map(|remark| format!("  remark: {remark}\n"));
-        print(&advice.iter().map(|advice| format!("  {advice}\n")).chain(remarks).collect::<String>())?;
+        for warning in advice {
+            eprintln!("warning: {name}: {warning}");
+        }
     }
     Ok(())
 }
 
-/// The loops of a parameter file.
-fn read(file: &Path, blocks: &[Arc<Block>]) -> Result<Vec<Loop>> {
-    let name = file.display().to_string();
-    let format = Format::of_file(&name).with_context(|| format!("{name}: its ending names no format of parameters"))?;
-    let bytes = std::fs::read(file).with_context(|| name.clone())?;
-    let reading = parameters::read(format, &Source::new(name, bytes), blocks, &parameters::Options::default())?;
-    if !reading.remarks.problems.is_empty() {
-        eprintln!("{}", reading.remarks);
-    }
-    Ok(reading.loops)
-}
-
-/// The loops with these names, or all if none is given.
-fn chosen(loops: Vec<Loop>, names: &[String], file: &Path) -> Result<Vec<Loop>> {
-    let all: Vec<&str> = loops.iter().map(|one| one.name.as_str()).collect();
-    if let Some(missing) = names.iter().find(|name| !all.contains(&name.as_str())) {
-        bail!("{} has no loop {missing:?}: it has {}", file.display(), all.join(", "));
-    }
-    let is_chosen = |one: &Loop| names.is_empty() || names.contains(&one.name);
-    Ok(loops.into_iter().filter(is_chosen).collect())
-}
-
-/// The present start values of the one FMU, for a preset called as the file that is written.
-fn own(fmus: &mut [Fmu], out: Option<&Path>, blocks: &[Arc<Block>]) -> Result<Loop> {
-    let name =
-        out.and_then(|out| out.file_stem()).context("give the FMU to write with -o: the preset is called as it")?;
-    match fmus {
-        [fmu] => {
-            let values = fmu.original.values(&name.to_string_lossy(), blocks);
-            values.with_context(|| fmu.path.display().to_string())
+/// The blocks that a parameter file may have: those that are known, and what the FMUs that are named say of theirs.
+fn blocks(options: &Options) -> Result<Vec<Arc<Block>>> {
+    let mut blocks = Block::all();
+    for file in options.files.iter().filter(|file| !file.is_dir()) {
+        let block = Original::open(file).with_context(|| file.display().to_string())?.block;
+        if !blocks.iter().any(|known| known.name == block) {
+            let block = parameter_file::block_of_library(file).with_context(|| file.display().to_string())?;
+            blocks.push(Arc::new(block));
         }
-        _ => bail!("without --from, a preset is made of one FMU, not of {}", fmus.len()),
     }
+    Ok(blocks)
+}
+
+/// The loops that presets are made of.
+fn read(options: &Options, blocks: &[Arc<Block>]) -> Result<Vec<Loop>> {
+    let of_file = parameters::Options {
+        block: options.block.clone(),
+        name: match options.loops.as_slice() {
+            [name] => Some(name.clone()),
+            _ => None,
+        },
+        offset: options.offset,
+    };
+    let Some(from) = &options.from else { return own(options, blocks) };
+    let reading = parameter_file::read(from, options.format, blocks, &of_file)?;
+    for remark in reading.remarks.to_string().lines() {
+        eprintln!("remark: {remark}");
+    }
+    let is_called = |one: &Loop, name: &String| one.name.eq_ignore_ascii_case(name);
+    if let Some(missing) = options.loops.iter().find(|name| !reading.loops.iter().any(|one| is_called(one, name))) {
+        let all: Vec<&str> = reading.loops.iter().map(|one| one.name.as_str()).collect();
+        bail!("{from} has no loop {missing}: it has {}", all.join(", "));
+    }
+    let is_chosen = |one: &Loop| options.loops.is_empty() || options.loops.iter().any(|name| is_called(one, name));
+    Ok(reading.loops.into_iter().filter(is_chosen).collect())
+}
+
+/// The present start values of the one FMU, as a loop that is called as the file to write.
+fn own(options: &Options, blocks: &[Arc<Block>]) -> Result<Vec<Loop>> {
+    let name = options.out.as_deref().and_then(Path::file_stem);
+    let name = name.context("give the FMU to write with -o: the preset gets its name")?.to_string_lossy().into_owned();
+    let [file] = options.files.as_slice() else {
+        bail!("without --from, a preset is made of one FMU, not of {}", options.files.len());
+    };
+    let named = parameters::Options { name: Some(name), ..parameters::Options::default() };
+    Ok(parameter_file::read(&file.display().to_string(), None, blocks, &named)?.loops)
 }
 
 /// Gives variables of a loop other values.
@@ -143,7 +163,7 @@ fn set(values: &mut Loop, settings: &[(String, f64)]) -> Result<()> {
         let member = member.with_context(|| format!("{} has no input or parameter {name}", block.name))?;
         let value = to_value(*number, block.members[member].kind);
         let value = value.map_err(|why| anyhow!("{} = {number}: {why}", block.members[member].name))?;
-        values.set(member, value, Origin::Default);
+        values.set(member, value, Origin::File { file: "command line".into() });
     }
     Ok(())
 }
@@ -194,7 +214,12 @@ fn make(fmus: &mut [Fmu], loops: &[Loop], options: &Options) -> Result<Vec<Made>
         let Some(fmu) = fmus.iter_mut().find(|fmu| fmu.original.block == values.block.name) else { continue };
         let preset = fmu.original.preset(values);
         let preset = preset.with_context(|| format!("{} as preset {:?}", fmu.path.display(), values.name))?;
-        made.push(Made { preset, block: values.block.name.clone(), path, advice: values.advice() });
+        made.push(Made {
+            preset,
+            block: values.block.name.clone(),
+            path,
+            advice: values.outside().into_iter().chain(values.advice()).collect(),
+        });
     }
     Ok(made)
 }

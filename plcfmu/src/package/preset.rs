@@ -3,7 +3,6 @@
 //! The values are in modelDescription.xml, from which hosts read them, and in `resources/start.txt`, from which the library reads
 //! them. The preset's GUID is the fingerprint of that file, so that the library accepts no other values than those declared.
 
-use crate::host::library::Library;
 use crate::package::{DESCRIPTION, Package, check, reference};
 use crate::page;
 use anyhow::{Context, Result, anyhow, bail, ensure};
@@ -11,14 +10,13 @@ use blocks::table::fingerprint;
 use blocks::table::number::{number, to_value};
 use blocks::table::start::{self, Start};
 use blocks::{Kind, Value};
-use modeldescription::v2::{Causality, Interface, ModelDescription, Typed};
-use modeldescription::{Row, Table, shortened};
-use parameters::{Block, Loop, Member, Origin, Part};
+use modeldescription::shortened;
+use modeldescription::v2::{Causality, ModelDescription, Typed};
+use parameters::{Block, Loop};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
-use std::sync::Arc;
 
 /// The largest file with start values, in bytes; a library reads no larger one.
 const LARGEST: u64 = 1 << 20;
@@ -125,8 +123,6 @@ pub struct Preset {
     pub guid: String,
     /// The file.
     pub bytes: Vec<u8>,
-    /// What may surprise: values outside the declared ranges. A sentence each.
-    pub remarks: Vec<String>,
 }
 
 impl Original<BufReader<File>> {
@@ -146,38 +142,6 @@ impl<R: Read + Seek> Original<R> {
         let is_preset = start.is_some();
         let library = start.map_or_else(|| package.description.guid.clone(), |start| start.library);
         Ok(Original { package, block, library, is_preset, is_checked: false })
-    }
-
-    /// A loop with this name and the FMU's own start values. Where the block is not among those that are known, the FMU's library
-    /// says what it is: it has to be one for this machine, and its code runs.
-    ///
-    /// # Errors
-    /// It was not made by `plcfmu`, or has no library for this machine.
-    pub fn values(&mut self, name: &str, known: &[Arc<Block>]) -> Result<Loop> {
-        self.check()?;
-        let block = match known.iter().find(|block| block.name == self.block && self.fits(block).is_ok()) {
-            Some(block) => block.clone(),
-            None => Arc::new(self.load()?),
-        };
-        let mut values = Loop::new(name, block.clone());
-        for (own, text) in self::values(&self.package.description) {
-            let Some(member) = block.find(own) else { continue };
-            let value: f64 = match text.as_str() {
-                "true" => 1.0,
-                "false" => 0.0,
-                text => text.parse().with_context(|| format!("{own} = {text}"))?,
-            };
-            let value = to_value(value, block.members[member].kind).map_err(|why| anyhow!("{own} = {value}: {why}"))?;
-            values.set(member, value, Origin::Default);
-        }
-        Ok(values)
-    }
-
-    /// The block as its library for this machine describes it. This runs code of the FMU.
-    fn load(&mut self) -> Result<Block> {
-        let fmu = crate::host::fmu::Fmu::load(&mut self.package, &std::env::temp_dir())?;
-        let library: &Library = &fmu.library;
-        block(&Interface::parse(&library.interface()?)?.table)
     }
 
     /// Refuses an FMU that is damaged or of another tool.
@@ -243,7 +207,6 @@ impl<R: Read + Seek> Original<R> {
         let text = start.to_string();
         let guid = guid_of(&text);
         let description = self.description(&name, &guid, values)?;
-        let remarks = remarks(&description);
         let mut files = BTreeMap::from([
             (DESCRIPTION.to_string(), modeldescription::v2::write(&description)),
             (path(), text.into_bytes()),
@@ -256,7 +219,7 @@ impl<R: Read + Seek> Original<R> {
         }
         // The recorded results are those of the block's own start values.
         let bytes = self.package.archive.with(&files, |path| !reference::is_file(path))?;
-        Ok(Preset { name, guid, bytes, remarks })
+        Ok(Preset { name, guid, bytes })
     }
 
     /// The model description with other start values.
@@ -295,32 +258,6 @@ pub fn remarks(description: &ModelDescription) -> Vec<String> {
     let mut description = description.clone();
     description.model_name = description.model_identifier().unwrap_or_default().to_string();
     modeldescription::v2::check(&description)
-}
-
-/// A table as parameter files know it.
-fn block(table: &Table) -> Result<Block> {
-    let member = |(index, row): (usize, &Row)| {
-        let value = |number| {
-            to_value(number, row.kind).map_err(|why| anyhow!("the library's table: {} = {number:?}: {why}", row.name))
-        };
-        Ok(Member {
-            name: row.name.clone(),
-            description: row.description.clone(),
-            kind: row.kind,
-            role: row.role,
-            start: value(row.start)?,
-            min: row.min.map(value).transpose()?,
-            max: row.max.map(value).transpose()?,
-            unit: row.unit.clone(),
-            part: match () {
-                () if table.mean == Some(index) => Part::FmuOnly,
-                () if row.name.contains('.') => Part::Inner,
-                () => Part::Own,
-            },
-        })
-    };
-    let members = table.variables.iter().enumerate().map(member).collect::<Result<_>>()?;
-    Ok(Block::new(table.name.clone(), table.aliases.clone(), members))
 }
 
 /// The name as one that C and every file system accept: letters, digits and underscores.

@@ -1,10 +1,11 @@
 //! The page of a preset: that of its block, with a section on the start values at the top.
 
 use super::text;
+use crate::parameter_file::unit;
 use anyhow::Context;
 use askama::Template;
+use blocks::Value;
 use blocks::table::number::number;
-use blocks::{Kind, Value};
 use parameters::{Loop, Member, Origin};
 
 /// Comments in the page between which the section of a preset goes.
@@ -47,7 +48,7 @@ pub fn html(page: &str, name: &str, library: &str, values: &Loop) -> anyhow::Res
             unit: unit(member),
             default: shown(member, member.start),
             is_changed: setting.value != member.start,
-            origin: origin(&setting.origin, setting.value == member.start),
+            origin: origin(&setting.origin),
             description: &member.description,
         }
     });
@@ -71,29 +72,21 @@ fn shown(member: &Member, value: Value) -> String {
     text::number(member.kind, number(value))
 }
 
-fn unit(member: &Member) -> &str {
-    match member.kind {
-        Kind::Time => "s",
-        _ => member.unit.as_deref().unwrap_or_default(),
+/// Where a value comes from, with the name of the file, not the folders that lead to it.
+fn origin(origin: &Origin) -> String {
+    let name = |file: &String| file.rsplit(['/', '\\']).next().unwrap_or(file).to_string();
+    let mut origin = origin.clone();
+    match &mut origin {
+        Origin::Default => {}
+        Origin::Text { file, .. } | Origin::File { file } | Origin::Data { file, .. } => *file = name(file),
     }
-}
-
-/// Where a value comes from, with the name of the file, not the folders that lead to it. What differs from the block's start value
-/// though no file has it was given on the command line, to this preset or to the one that it was made of.
-fn origin(origin: &Origin, is_start: bool) -> String {
-    let name = |file: &str| file.rsplit(['/', '\\']).next().unwrap_or(file).to_string();
-    match origin {
-        Origin::Default if is_start => "start value".into(),
-        Origin::Default => "given by hand".into(),
-        Origin::Text { file, line, .. } => format!("{}, line {line}", name(file)),
-        Origin::Data { file, address } => format!("{}, address {address}", name(file)),
-    }
+    origin.to_string()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use blocks::Role;
+    use blocks::{Kind, Role};
     use parameters::{Block, Part};
     use std::sync::Arc;
 
@@ -124,11 +117,13 @@ mod tests {
     fn the_section_has_each_value_beside_the_blocks_own_with_its_origin() {
         let page = html(&page(), "P1", "{1}", &values()).unwrap();
         assert!(page.contains(
-            r#"<td class="number"><strong>0.1</strong></td><td>l/min</td><td class="number">1.5</td><td>plant &lt;1&gt;.awl, line 7</td><td>Flow &amp; more</td>"#
+            r#"<td class="number"><strong>0.1</strong></td><td>l/min</td><td class="number">1.5</td><td>plant &lt;1&gt;.awl:7:3</td><td>Flow &amp; more</td>"#
         ), "{page}");
-        assert!(page.contains(
-            r#"<td class="number">FALSE</td><td>l/min</td><td class="number">FALSE</td><td>start value</td>"#
-        ));
+        assert!(
+            page.contains(
+                r#"<td class="number">FALSE</td><td>l/min</td><td class="number">FALSE</td><td>default</td>"#
+            )
+        );
         assert!(page.contains("<h2>Preset P1</h2>") && page.contains("<code>{1}</code>"));
         assert!(!page.contains("<!-- recorded -->x"));
     }
