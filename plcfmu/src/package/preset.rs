@@ -280,9 +280,191 @@ pub fn identifier(name: &str) -> String {
         identifier.insert(0, '_');
     }
     let upper = identifier.to_uppercase();
-    let is_port = |port: &str| upper.strip_prefix(port).is_some_and(|rest| rest.len() == 1 && rest != "_");
+    let is_port = |port: &str| upper.strip_prefix(port).is_some_and(|rest| matches!(rest.as_bytes(), [b'0'..=b'9']));
     if DEVICES.contains(&upper.as_str()) || is_port("COM") || is_port("LPT") {
         identifier.push('_');
     }
     identifier
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::host::library::FUNCTIONS;
+    use crate::package::archive;
+    use crate::package::binary::tests::macos;
+    use blocks::{Role, Time};
+    use modeldescription::v2::Interface;
+    use parameters::{Member, Origin, Part};
+    use std::io::Cursor;
+    use std::sync::Arc;
+
+    /// What the library of a small block tells of it.
+    const TABLE: &str = r#"{"table":{"name":"PUMP","docs":"Pumps.","cycle":1,"variables":[
+        {"name":"FLOW","description":"x","kind":"REAL","role":"input","start":1.0,"min":0.0,"max":2.0,"unit":null},
+        {"name":"CYCLE","description":"x","kind":"TIME","role":"cycle","start":1.0,"min":0.001,"max":null,"unit":null}],
+        "response":{"title":"x","calls":3,"set":[],"show":[]}},
+        "interface":{"version":"2.0","guid":"{1}","capabilities":{},"log_categories":[]}}"#;
+
+    type Files = BTreeMap<String, Vec<u8>>;
+
+    fn files(has_table: bool) -> Files {
+        let description = ModelDescription::of(&Interface::parse(TABLE).unwrap()).unwrap();
+        let functions: Vec<&str> = FUNCTIONS.iter().copied().chain(has_table.then_some("plcfmu_interface")).collect();
+        let mut library = macos(object::Architecture::X86_64, &functions);
+        library.extend(b"{1}");
+        [
+            (DESCRIPTION, modeldescription::v2::write(&description)),
+            ("binaries/darwin64/PUMP.dylib", library),
+            ("extra/org.fmi-standard.fmi-ls-ref/PUMP_out.csv", b"time".to_vec()),
+            ("documentation/fmi-ls-ref.txt", b"About it".to_vec()),
+            ("documentation/licenses/NOTICE", b"Notice".to_vec()),
+        ]
+        .map(|(name, content)| (name.to_string(), content))
+        .into()
+    }
+
+    fn package(files: &Files) -> Package<Cursor<Vec<u8>>> {
+        Package::read(Cursor::new(archive::write(files).unwrap())).unwrap()
+    }
+
+    fn values(flow: f32, cycle: i32) -> Loop {
+        let member = |name: &str, kind, role, start| Member {
+            name: name.into(),
+            description: String::new(),
+            kind,
+            role,
+            start,
+            min: None,
+            max: None,
+            unit: None,
+            part: Part::Own,
+        };
+        let members = vec![
+            member("FLOW", Kind::Real, Role::Input, Value::Real(1.0)),
+            member("CYCLE", Kind::Time, Role::Cycle, Value::Time(Time::ms(1000))),
+        ];
+        let mut values = Loop::new("P 1", Arc::new(Block::new("PUMP".into(), Vec::new(), members)));
+        values.set(0, Value::Real(flow), Origin::Default);
+        values.set(1, Value::Time(Time::ms(cycle)), Origin::Default);
+        values
+    }
+
+    fn preset(flow: f32, cycle: i32) -> Result<Preset> {
+        Original::of(package(&files(true)))?.preset(&values(flow, cycle))
+    }
+
+    /// The files of a preset.
+    fn unpacked(preset: &Preset) -> Files {
+        let mut package = Package::read(Cursor::new(preset.bytes.clone())).unwrap();
+        let names: Vec<String> = package.archive.entries().iter().map(|entry| entry.name.clone()).collect();
+        names.into_iter().map(|name| (name.clone(), package.archive.read(&name, 1 << 20).unwrap())).collect()
+    }
+
+    #[test]
+    fn a_preset_declares_its_values_and_proposes_a_step_of_its_cycle() {
+        let preset = preset(0.1, 20).unwrap();
+        assert_eq!(preset.name, "P_1");
+        let package = Package::read(Cursor::new(preset.bytes.clone())).unwrap();
+        let description = &package.description;
+        assert_eq!((description.model_name.as_str(), &description.guid), ("P_1", &preset.guid));
+        assert_eq!(description.model_identifier(), Some("PUMP"));
+        assert_eq!(values_text(description), "CYCLE = 0.02, FLOW = 0.10000000149011612");
+        let experiment = description.default_experiment.unwrap();
+        assert_eq!((experiment.step_size, experiment.stop_time), (Some(0.02), Some(0.06)));
+    }
+
+    fn values_text(description: &ModelDescription) -> String {
+        let all: Vec<String> =
+            super::values(description).into_iter().map(|(name, value)| format!("{name} = {value}")).collect();
+        all.join(", ")
+    }
+
+    #[test]
+    fn a_preset_has_all_files_but_the_recorded_results() {
+        let names: Vec<String> = unpacked(&preset(0.1, 20).unwrap()).into_keys().collect();
+        assert_eq!(
+            names,
+            ["binaries/darwin64/PUMP.dylib", "documentation/licenses/NOTICE", DESCRIPTION, "resources/start.txt"]
+        );
+    }
+
+    #[test]
+    fn a_preset_passes_its_check_without_a_remark() {
+        for flow in [0.1, 7.0, -7.0] {
+            let bytes = preset(flow, 20).unwrap().bytes;
+            let report = check::check(&mut Package::read(Cursor::new(bytes)).unwrap());
+            assert_eq!((report.errors, report.remarks), (vec![], vec![]), "FLOW = {flow}");
+        }
+    }
+
+    #[test]
+    fn a_preset_whose_files_do_not_belong_together_is_wrong() {
+        let errors = |change: &dyn Fn(&mut Files)| {
+            let mut files = unpacked(&preset(0.1, 20).unwrap());
+            change(&mut files);
+            check::check(&mut package(&files)).errors.join("; ")
+        };
+        assert_eq!(errors(&|_| ()), "");
+        let replace = |files: &mut Files, name: &str, from: &str, to: &str| {
+            let text = String::from_utf8(files[name].clone()).unwrap();
+            assert!(text.contains(from), "{text}");
+            files.insert(name.into(), text.replace(from, to).into_bytes());
+        };
+        let changed = errors(&|files| replace(files, "resources/start.txt", "0.02", "0.03"));
+        assert!(changed.contains("has the start values of \"P_1\" {"), "{changed}");
+        let declared = errors(&|files| replace(files, DESCRIPTION, "start=\"0.02\"", "start=\"0.03\""));
+        assert!(declared.ends_with(
+            "CYCLE is 0.02 in resources/start.txt and 0.03 in modelDescription.xml: one of them was changed"
+        ));
+        let missing = errors(&|files| drop(files.remove("resources/start.txt")));
+        assert!(missing.ends_with("or the start values are missing"), "{missing}");
+        let exchanged = errors(&|files| {
+            files.insert(
+                "binaries/darwin64/PUMP.dylib".into(),
+                self::files(true)["binaries/darwin64/PUMP.dylib"][1..].into(),
+            );
+        });
+        assert!(!exchanged.is_empty());
+    }
+
+    #[test]
+    fn the_same_preset_has_the_same_bytes_and_one_with_another_name_another_guid() {
+        assert_eq!(preset(0.1, 20).unwrap().bytes, preset(0.1, 20).unwrap().bytes);
+        let other = Loop { name: "P2".into(), ..values(0.1, 20) };
+        let other = Original::of(package(&files(true))).unwrap().preset(&other).unwrap();
+        assert_ne!(other.guid, preset(0.1, 20).unwrap().guid);
+    }
+
+    #[test]
+    fn what_an_fmu_would_refuse_is_no_preset() {
+        let refusal = |result: Result<Preset>| format!("{:#}", result.map(|_| ()).unwrap_err());
+        assert_eq!(refusal(preset(f32::NAN, 20)), "FLOW = NaN: a REAL takes finite numbers of at most 3.4028235e38");
+        assert_eq!(refusal(preset(1.0, -1)), "CYCLE = -0.001: a TIME takes 0 ... 2147483.647 s");
+        assert_eq!(refusal(preset(1.0, 0)), "the time between two calls is 0 s: it must be at least 0.001 s");
+        let foreign = Original::of(package(&files(false))).unwrap().preset(&values(1.0, 20));
+        assert_eq!(
+            refusal(foreign),
+            "it was not made by plcfmu: its library would ignore the start values of a preset"
+        );
+        let fan = Loop::new("F", Arc::new(Block::new("FAN".into(), Vec::new(), Vec::new())));
+        let other = Original::of(package(&files(true))).unwrap().preset(&fan);
+        assert_eq!(refusal(other), "it is an FMU of PUMP, not of FAN");
+    }
+
+    #[test]
+    fn a_name_becomes_an_identifier_that_is_a_file_name_everywhere() {
+        for (name, expected) in [
+            ("TIC101", "TIC101"),
+            ("TIC 10-1/A", "TIC_10_1_A"),
+            ("41", "_41"),
+            ("Öl", "_l"),
+            ("", "_"),
+            ("nul", "nul_"),
+            ("COM1", "COM1_"),
+            ("COMB", "COMB"),
+        ] {
+            assert_eq!(identifier(name), expected);
+        }
+    }
 }
