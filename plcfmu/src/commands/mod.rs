@@ -7,6 +7,7 @@ pub mod info;
 pub mod merge;
 pub mod new;
 pub mod params;
+pub mod preset;
 pub mod run;
 
 use crate::host::library::PREFIX;
