@@ -337,7 +337,7 @@ fn the_range_of_an_integer_is_that_of_its_type_unless_it_has_its_own() {
     };
     let mut system = System { members: vec!["C.fmu".parse().unwrap()], ..System::default() };
     for (value, is_outside) in [(0.0, false), (-1.0, true), (9.0, false), (10.0, true)] {
-        system.settings = vec![Setting { variable: "C.N".into(), value: Value::Number(value), time: None }];
+        system.settings = vec![format!("C.N={value}").parse().unwrap()];
         assert_eq!(Plan::of(&system, &[&description]).unwrap().warnings.len(), usize::from(is_outside), "{value}");
     }
 }
