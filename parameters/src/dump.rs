@@ -1,13 +1,148 @@
-//! TODO
-use crate::*;
+//! The bytes of a data block that is not optimized, as a PLC has them: see [`layout`].
+//!
+//! A dump holds the exact values, but nothing in it says of which block they are. What does not look like an instance of the
+//! block that the user names is remarked.
+
+use crate::block::{Block, Part};
+use crate::layout::{self, Address};
+use crate::loops::{Loop, Origin};
+use crate::report::{Report, list};
+use crate::{Options, Problems, Reading, Source};
+use blocks::{Kind, Role, Time, Value, Word};
 use std::sync::Arc;
-/// Reads.
+
+/// Reads one instance, which begins at the byte [`Options::offset`].
+///
+/// # Errors
+/// The user names no block, or one whose instances cannot be dumped, or the dump is too short.
 pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
-    let _ = (source, blocks, options);
-    todo!()
+    let mut report = Report::new(source);
+    let Ok(chosen) = report.chosen(blocks, options) else { return report.finish(Vec::new()) };
+    let Some(block) = chosen else {
+        let help = format!("name it with --block: {}", list(blocks));
+        report.wrong_file("a dump does not say of which block it is", Some(help));
+        return report.finish(Vec::new());
+    };
+    let (addresses, size) = match whole(&block) {
+        Ok(layout) => layout,
+        Err(message) => {
+            report.wrong_file(message, None);
+            return report.finish(Vec::new());
+        }
+    };
+    let offset = options.offset;
+    if !offset.is_multiple_of(2) {
+        report.wrong_file(format!("the offset is {offset}: an instance begins at an even byte"), None);
+        return report.finish(Vec::new());
+    }
+    let Some(data) = source.bytes.get(offset..).and_then(|data| data.get(..size)) else {
+        let (name, length) = (&block.name, source.bytes.len());
+        let behind = if offset > 0 { format!(" from byte {offset} on") } else { String::new() };
+        let message = format!("{name} takes {size} bytes{behind}, but the dump has {length} bytes in all");
+        report.wrong_file(message, Some("read the whole data block, and check the block and the offset".into()));
+        return report.finish(Vec::new());
+    };
+
+    let mut one = Loop::new(report.loop_name(options), block.clone());
+    for (index, (member, address)) in block.members.iter().zip(&addresses).enumerate() {
+        let Some(address) = *address else { continue };
+        let value = value(data, address, member.kind);
+        let place = Address { byte: address.byte + offset, ..address };
+        if !is_finite(value) {
+            report.remark(None, format!("byte {place}: {} is not a finite number", member.name));
+        }
+        if member.role == Role::Cycle && matches!(value, Value::Time(cycle) if cycle <= Time::ZERO) {
+            let message = format!("byte {place}: {} is not above 0: no instance that runs has this", member.name);
+            report.remark(None, message);
+        }
+        one.set(index, value, Origin::Data { file: source.file.clone(), address: place });
+    }
+    for byte in unused(&addresses, &block, data) {
+        let message = format!(
+            "byte {}: bits are set that {} does not use: this may be another block, or another offset",
+            byte + offset,
+            block.name
+        );
+        report.remark(None, message);
+    }
+    report.finish(vec![one])
 }
-/// Writes.
+
+/// Writes one loop: inputs and parameters, with 0 for the outputs. What the block keeps behind its outputs is its memory, which
+/// its table does not know: it is not written.
+///
+/// # Errors
+/// There is not exactly one loop, or its block contains other blocks.
 pub fn write(loops: &[Loop]) -> Result<Vec<u8>, String> {
-    let _ = loops;
-    todo!()
+    let [one] = loops else {
+        return Err(format!("a dump holds one loop, not {}: choose one with --loop", loops.len()));
+    };
+    let (addresses, size) = whole(&one.block)?;
+    let mut data = vec![0; size];
+    for setting in &one.settings {
+        if let Some(address) = addresses[setting.member] {
+            put(&mut data, address, setting.value);
+        }
+    }
+    Ok(data)
+}
+
+/// The addresses of a block of which the table knows all: one without blocks inside.
+fn whole(block: &Block) -> Result<(Vec<Option<Address>>, usize), String> {
+    if let Some(inner) = block.members.iter().find(|member| member.part == Part::Inner) {
+        return Err(format!(
+            "{} contains other blocks ({}), and where a data block holds these is not known: use another format than a dump",
+            block.name, inner.name
+        ));
+    }
+    Ok(layout::addresses(block))
+}
+
+/// The bytes in which bits are set that belong to no member.
+fn unused(addresses: &[Option<Address>], block: &Block, data: &[u8]) -> Vec<usize> {
+    let mut used = vec![0u8; data.len()];
+    for (member, address) in block.members.iter().zip(addresses) {
+        match address {
+            Some(address) if address.is_bit => used[address.byte] |= 1 << address.bit,
+            Some(address) => used[address.byte..address.byte + layout::width(member.kind)].fill(0xFF),
+            None => {}
+        }
+    }
+    (0..data.len()).filter(|byte| data[*byte] & !used[*byte] != 0).collect()
+}
+
+fn is_finite(value: Value) -> bool {
+    match value {
+        Value::Real(real) => real.is_finite(),
+        Value::LReal(lreal) => lreal.is_finite(),
+        _ => true,
+    }
+}
+
+/// The value at an address that lies within the data.
+fn value(data: &[u8], address: Address, kind: Kind) -> Value {
+    match kind {
+        Kind::Bool => Value::Bool(data[address.byte] >> address.bit & 1 == 1),
+        Kind::Real => Value::Real(f32::from_be_bytes(bytes(data, address))),
+        Kind::LReal => Value::LReal(f64::from_be_bytes(bytes(data, address))),
+        Kind::Time => Value::Time(Time::ms(i32::from_be_bytes(bytes(data, address)))),
+        Kind::Word => Value::Word(Word::new(i16::from_be_bytes(bytes(data, address)))),
+        Kind::Int => Value::Int(i16::from_be_bytes(bytes(data, address))),
+    }
+}
+
+fn bytes<const N: usize>(data: &[u8], address: Address) -> [u8; N] {
+    std::array::from_fn(|place| data[address.byte + place])
+}
+
+fn put(data: &mut [u8], address: Address, value: Value) {
+    let mut put = |bytes: &[u8]| data[address.byte..address.byte + bytes.len()].copy_from_slice(bytes);
+    match value {
+        Value::Bool(bool) => data[address.byte] |= u8::from(bool) << address.bit,
+        Value::Real(real) => put(&real.to_be_bytes()),
+        Value::LReal(lreal) => put(&lreal.to_be_bytes()),
+        Value::Time(time) => put(&time.milliseconds().to_be_bytes()),
+        Value::Word(word) => put(&word.value().to_be_bytes()),
+        Value::Int(int) => put(&int.to_be_bytes()),
+    }
 }

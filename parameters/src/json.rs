@@ -1,13 +1,173 @@
-//! TODO
-use crate::*;
+//! JSON: an object for each loop, with the names and numbers of the FMU.
+//!
+//! ```json
+//! {
+//!   "TIC101": {
+//!     "ON": false,
+//!     "GAIN": 2.0,
+//!     "TI": 20.0
+//!   }
+//! }
+//! ```
+//!
+//! A TIME is in seconds. An object of numbers alone is one loop, to which the file gives no name. What an object lacks has the
+//! block's start value. The file does not say of which block a loop is: that is the one that has these names.
+
+use crate::block::Block;
+use crate::loops::Loop;
+use crate::named::{self, Entry, Given};
+use crate::report::{MOST_LOOPS, Report, shown};
+use crate::{Options, Problems, Reading, Source};
+use jsonc_parser::ast::{Object, ObjectProp, Value};
+use jsonc_parser::common::Ranged;
+use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
+use std::collections::BTreeSet;
+use std::ops::Range;
 use std::sync::Arc;
-/// Reads.
+
+/// JSON as its standard has it, without what the parser takes beyond that.
+const STRICT: ParseOptions = ParseOptions {
+    allow_comments: false,
+    allow_loose_object_property_names: false,
+    allow_trailing_commas: false,
+    allow_missing_commas: false,
+    allow_single_quoted_strings: false,
+    allow_hexadecimal_numbers: false,
+    allow_unary_plus_numbers: false,
+    allow_bare_decimal_point_numbers: false,
+    allow_non_finite_numbers: false,
+    allow_extended_string_escapes: false,
+};
+
+/// Reads the loops of a JSON file.
+///
+/// # Errors
+/// It is not such a file, or not clear of which block a loop is; then [`Options::block`] says it.
 pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
-    let _ = (source, blocks, options);
-    todo!()
+    let mut report = Report::new(source);
+    let loops = loops(&mut report, source, blocks, options);
+    report.finish(loops)
 }
-/// Writes.
+
+fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Vec<Loop> {
+    let mut loops = Vec::new();
+    let Ok(chosen) = report.chosen(blocks, options) else { return loops };
+    // A byte order mark is no JSON, but Windows writes it.
+    let text = source.text.strip_prefix('\u{feff}').unwrap_or(&source.text);
+    let skipped = source.text.len() - text.len();
+    let span = |ranged: &dyn Ranged| {
+        let range = ranged.range();
+        range.start + skipped..range.end + skipped
+    };
+    let object = match parse_to_ast(text, &CollectOptions::default(), &STRICT) {
+        Ok(parsed) => match parsed.value {
+            Some(Value::Object(object)) => object,
+            Some(other) => {
+                let message = format!("an object with loops is expected, {} was found", described(&other));
+                report.wrong(span(&other), message, None);
+                return loops;
+            }
+            None => {
+                report.wrong_file("the file is empty: a JSON object with loops is expected", None);
+                return loops;
+            }
+        },
+        Err(error) => {
+            let range = error.range();
+            let message = format!("this is not JSON: {}", lower_first(&error.kind().to_string()));
+            report.wrong(range.start + skipped..range.end + skipped, message, None);
+            return loops;
+        }
+    };
+
+    let is_loop = |property: &ObjectProp| matches!(property.value, Value::Object(_));
+    if !object.properties.iter().any(is_loop) {
+        if object.properties.is_empty() && chosen.is_none() {
+            return loops;
+        }
+        let name = report.loop_name(options);
+        let entries = entries(&object, &span);
+        loops.extend(named::read(report, blocks, chosen.as_ref(), &name, span(&object), &entries));
+        return loops;
+    }
+    let mut names = BTreeSet::new();
+    for property in &object.properties {
+        let name = property.name.as_str();
+        let at = span(&property.name);
+        if !names.insert(name) {
+            report.wrong(at, format!("the loop {} is given twice", shown(name)), None);
+            continue;
+        }
+        if names.len() > MOST_LOOPS {
+            report.wrong(at, format!("the file has more than {MOST_LOOPS} loops"), None);
+            break;
+        }
+        match &property.value {
+            Value::Object(object) => {
+                let entries = entries(object, &span);
+                loops.extend(named::read(report, blocks, chosen.as_ref(), name, at, &entries));
+            }
+            other => {
+                let found = described(other);
+                let message =
+                    format!("{}: an object with the values of a loop is expected, {found} was found", shown(name));
+                report.wrong(span(other), message, Some("the other members of the file are loops".into()));
+            }
+        }
+    }
+    loops
+}
+
+fn entries<'a>(object: &'a Object<'a>, span: &dyn Fn(&dyn Ranged) -> Range<usize>) -> Vec<Entry<'a>> {
+    let entry = |property: &'a ObjectProp<'a>| Entry {
+        name: property.name.as_str(),
+        name_span: span(&property.name),
+        given: match &property.value {
+            Value::NumberLit(number) => Given::Number(number.value),
+            Value::BooleanLit(boolean) => Given::Bool(boolean.value),
+            other => Given::Other(described(other)),
+        },
+        span: span(&property.value),
+    };
+    object.properties.iter().map(entry).collect()
+}
+
+fn described(value: &Value) -> &'static str {
+    match value {
+        Value::StringLit(_) => "a string",
+        Value::NumberLit(_) => "a number",
+        Value::BooleanLit(_) => "true or false",
+        Value::Object(_) => "an object",
+        Value::Array(_) => "an array",
+        Value::NullKeyword(_) => "null",
+    }
+}
+
+fn lower_first(text: &str) -> String {
+    let mut characters = text.chars();
+    characters.next().map_or_else(String::new, |first| first.to_lowercase().chain(characters).collect())
+}
+
+/// Writes all settings of the loops, in the order of their blocks.
+///
+/// # Errors
+/// A value is not a finite number, or two loops have one name.
 pub fn write(loops: &[Loop]) -> Result<String, String> {
-    let _ = loops;
-    todo!()
+    named::check_names(loops)?;
+    let object = |one: &Loop| {
+        let member = |setting: &crate::Setting| {
+            let name = &one.block.members[setting.member].name;
+            let value = named::text(setting.value)
+                .map_err(|value| format!("{}: {name} is {value}, but JSON has finite numbers only", one.name))?;
+            Ok(format!("    {}: {value}", quoted(name)))
+        };
+        let members: Result<Vec<String>, String> = one.settings.iter().map(member).collect();
+        Ok(format!("  {}: {{\n{}\n  }}", quoted(&one.name), members?.join(",\n")))
+    };
+    let objects: Result<Vec<String>, String> = loops.iter().map(object).collect();
+    Ok(format!("{{\n{}\n}}\n", objects?.join(",\n")))
+}
+
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
 }

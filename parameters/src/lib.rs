@@ -11,7 +11,9 @@
 mod block;
 mod format;
 mod loops;
+mod named;
 mod problem;
+mod report;
 mod source;
 
 pub mod dump;
@@ -23,8 +25,11 @@ pub mod openness;
 pub mod ssv;
 pub mod step7;
 
+mod xml;
+
 pub use block::{Block, Member, Part};
 pub use format::{Format, Options, read, write};
 pub use loops::{Loop, Origin, Setting};
 pub use problem::{Place, Problem, Problems, Reading};
+pub use report::MOST_BYTES;
 pub use source::Source;

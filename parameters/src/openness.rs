@@ -1,13 +1,258 @@
-//! TODO
-use crate::*;
+//! XML as TIA Portal Openness exports and imports instance data blocks (SimaticML).
+//!
+//! ```xml
+//! <Document>
+//!   <SW.Blocks.InstanceDB ID="0">
+//!     <AttributeList>
+//!       <InstanceOfName>PUMP</InstanceOfName>
+//!       <Interface><Sections xmlns="http://www.siemens.com/automation/Openness/SW/Interface/v5">
+//!         <Section Name="Input">
+//!           <Member Name="GAIN" Datatype="Real"><StartValue>2.0</StartValue></Member>
+//! ```
+//!
+//! A member without a start value has that of the block. The version in the namespace does not count. What is written was never
+//! imported into a TIA Portal.
+
+use crate::block::{Block, Member, Part};
+use crate::literal;
+use crate::loops::Loop;
+use crate::report::{MOST_LOOPS, Report, shown};
+use crate::xml::{self, Element, Xml};
+use crate::{Options, Problems, Reading, Source};
+use blocks::Kind;
 use std::sync::Arc;
-/// Reads.
+
+/// What the elements of blocks begin with.
+const BLOCK: &str = "SW.Blocks.";
+
+/// The namespace of the version that is written.
+const NAMESPACE: &str = "http://www.siemens.com/automation/Openness/SW/Interface/v5";
+
+/// Reads the instances in an exported document: instance data blocks, and the instances inside other blocks, which are called as
+/// their member.
+///
+/// # Errors
+/// It is not such a document, or one of its instances has a member, a type or a value that its block does not have.
 pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
-    let _ = (source, blocks, options);
-    todo!()
+    let mut report = Report::new(source);
+    let loops = loops(&mut report, source, blocks, options).unwrap_or_default();
+    report.finish(loops)
 }
-/// Writes.
+
+fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Option<Vec<Loop>> {
+    let chosen = report.chosen(blocks, options).ok()?;
+    let root = xml::read(report, source)?;
+    let mut exported = root.children.iter().filter(|child| child.name.starts_with(BLOCK)).peekable();
+    if root.name != "Document" || exported.peek().is_none() {
+        let message = format!(
+            "{} is no export of TIA Portal Openness: Document with SW.Blocks.InstanceDB is expected",
+            shown(&root.name)
+        );
+        report.wrong(root.span.clone(), message, None);
+        return None;
+    }
+    let mut loops = Vec::new();
+    for block in exported {
+        let text = |name: &str| block.child("AttributeList")?.child(name).map(|child| child.text().0.to_string());
+        let number = text("Number").filter(|number| !number.is_empty()).map(|number| format!("DB{number}"));
+        let name = text("Name").filter(|name| !name.is_empty()).or(number);
+        let name = name.unwrap_or_else(|| report.loop_name(options));
+        let of = text("InstanceOfName").unwrap_or_default();
+        let Some(interface) = block.child("AttributeList").and_then(|list| list.child("Interface")) else {
+            report.remark(Some(block.span.clone()), format!("{} has no interface: skipped", shown(&name)));
+            continue;
+        };
+        let before = loops.len();
+        let types = Types { blocks, chosen: chosen.as_ref() };
+        types.instances(report, interface, &name, &of, &mut loops);
+        if loops.len() == before && !report.is_wrong() {
+            let of = if of.is_empty() { String::new() } else { format!(" ({})", shown(&of)) };
+            let message = format!("{}{of} is no instance of a known block: skipped", shown(&name));
+            report.remark(Some(block.span.clone()), message);
+        }
+        if loops.len() > MOST_LOOPS {
+            report.wrong(block.span.clone(), format!("the file has more than {MOST_LOOPS} loops"), None);
+            break;
+        }
+    }
+    if loops.is_empty() && !report.is_wrong() {
+        report.wrong_file(
+            "the file holds no instance of a known block",
+            Some(format!("known are {}", crate::report::list(blocks))),
+        );
+    }
+    Some(loops)
+}
+
+/// The blocks that there are, and the one that the user chose for what has none of their names.
+struct Types<'a> {
+    blocks: &'a [Arc<Block>],
+    chosen: Option<&'a Arc<Block>>,
+}
+
+impl Types<'_> {
+    /// Collects the instance whose sections `parent` holds, or else those among its members.
+    fn instances(&self, report: &mut Report, parent: &Element, name: &str, of: &str, loops: &mut Vec<Loop>) {
+        let Some(sections) = parent.child("Sections") else { return };
+        if let Some(block) = self.named(of).or_else(|| self.by_members(sections)) {
+            loops.extend(instance(report, &block, name, sections));
+            return;
+        }
+        for member in sections.children("Section").flat_map(|section| section.children("Member")) {
+            let (name, of) =
+                (member.attribute("Name").unwrap_or_default(), member.attribute("Datatype").unwrap_or_default());
+            self.instances(report, member, name, of, loops);
+        }
+    }
+
+    fn named(&self, of: &str) -> Option<Arc<Block>> {
+        self.blocks.iter().find(|block| block.is_called(of)).cloned()
+    }
+
+    /// A block under another name, such as after a migration: all its inputs and parameters are there, with their types, and no
+    /// other input.
+    fn by_members(&self, sections: &Element) -> Option<Arc<Block>> {
+        let inputs: Vec<(&str, &str)> = inputs(sections)
+            .map(|member| {
+                (member.attribute("Name").unwrap_or_default(), member.attribute("Datatype").unwrap_or_default())
+            })
+            .collect();
+        let fits = |block: &&Arc<Block>| {
+            let settable: Vec<&Member> =
+                block.members.iter().filter(|member| member.role.is_settable() && member.part == Part::Own).collect();
+            let has = |member: &&Member| {
+                inputs
+                    .iter()
+                    .any(|(name, datatype)| member.name.eq_ignore_ascii_case(name) && is_kind(datatype, member.kind))
+            };
+            !settable.is_empty() && inputs.len() == settable.len() && settable.iter().all(has)
+        };
+        if let Some(block) = self.chosen {
+            // The user says what it is, if it has anything of it.
+            let has_any = inputs.iter().any(|(name, _)| crate::named::is_settable(block, name));
+            return has_any.then(|| block.clone());
+        }
+        self.blocks.iter().find(fits).cloned()
+    }
+}
+
+/// The members of the sections with inputs.
+fn inputs(sections: &Element) -> impl Iterator<Item = &Element> {
+    let is_input = |section: &&Element| matches!(section.attribute("Name"), Some("Input" | "InOut"));
+    sections.children("Section").filter(is_input).flat_map(|section| section.children("Member"))
+}
+
+/// The loop of one instance; `None` if something is wrong with it, which is reported.
+fn instance(report: &mut Report, block: &Arc<Block>, name: &str, sections: &Element) -> Option<Loop> {
+    let mut one = Loop::new(name, block.clone());
+    let mut given = vec![false; block.members.len()];
+    let mut is_right = true;
+    for element in inputs(sections) {
+        let member_name = element.attribute("Name").unwrap_or_default();
+        let found = block.find(member_name).filter(|index| block.members[*index].role.is_settable());
+        let Some(index) = found else {
+            let message = format!("{} has no input or parameter {}", block.name, shown(member_name));
+            report.wrong(element.span.clone(), message, None);
+            is_right = false;
+            continue;
+        };
+        let member = &block.members[index];
+        let datatype = element.attribute("Datatype").unwrap_or_default();
+        if !is_kind(datatype, member.kind) {
+            let message =
+                format!("{} of {} is a {}, not a {}", member.name, block.name, member.kind.name(), shown(datatype));
+            report.wrong(element.span.clone(), message, None);
+            is_right = false;
+            continue;
+        }
+        if std::mem::replace(&mut given[index], true) {
+            report.wrong(element.span.clone(), format!("{} is given twice", member.name), None);
+            is_right = false;
+            continue;
+        }
+        let Some((text, span)) = element.child("StartValue").map(Element::text).filter(|(text, _)| !text.is_empty())
+        else {
+            continue;
+        };
+        match literal::parse(text, member.kind) {
+            Ok(value) => {
+                let origin = report.origin(span);
+                one.set(index, value, origin);
+            }
+            Err(message) => {
+                report.wrong(span, format!("{}: {message}", member.name), None);
+                is_right = false;
+            }
+        }
+    }
+    is_right.then_some(one)
+}
+
+fn is_kind(datatype: &str, kind: Kind) -> bool {
+    datatype.eq_ignore_ascii_case(kind.name())
+}
+
+/// Writes an instance data block for each loop, with all inputs and parameters and without a number: TIA Portal gives it one.
+///
+/// # Errors
+/// A block contains other blocks, or XML cannot hold a name.
 pub fn write(loops: &[Loop], origin: &str) -> Result<String, String> {
-    let _ = (loops, origin);
-    todo!()
+    crate::named::check_names(loops)?;
+    for one in loops {
+        xml::check(&one.name)?;
+        if let Some(inner) = one.block.members.iter().find(|member| member.part == Part::Inner) {
+            return Err(format!(
+                "{} contains other blocks ({}), which is not written as Openness XML: use JSON or SSV",
+                one.block.name, inner.name
+            ));
+        }
+    }
+    xml::check(origin)?;
+    Ok(xml::document(|xml| {
+        xml.comment(origin);
+        xml.element("Document", &[], |xml| {
+            for (number, one) in loops.iter().enumerate() {
+                xml.element("SW.Blocks.InstanceDB", &[("ID", &format!("{number:X}"))], |xml| {
+                    xml.element("AttributeList", &[], |xml| attributes(xml, one));
+                });
+            }
+        });
+    }))
+}
+
+fn attributes(xml: &mut Xml, one: &Loop) {
+    xml.text("InstanceOfName", &one.block.name);
+    xml.text("InstanceOfType", "FB");
+    xml.element("Interface", &[], |xml| {
+        xml.element("Sections", &[("xmlns", NAMESPACE)], |xml| {
+            xml.element("Section", &[("Name", "Input")], |xml| {
+                for setting in &one.settings {
+                    let member = &one.block.members[setting.member];
+                    let attributes = [("Name", member.name.as_str()), ("Datatype", datatype(member.kind))];
+                    xml.element("Member", &attributes, |xml| xml.text("StartValue", &literal::text(setting.value)));
+                }
+            });
+            xml.element("Section", &[("Name", "Output")], |xml| {
+                let outputs = one.block.members.iter().filter(|m| m.part == Part::Own && !m.role.is_settable());
+                for member in outputs {
+                    xml.empty("Member", &[("Name", &member.name), ("Datatype", datatype(member.kind))]);
+                }
+            });
+        });
+    });
+    xml.text("MemoryLayout", "Standard");
+    xml.text("Name", &one.name);
+    xml.text("ProgrammingLanguage", "DB");
+}
+
+/// The type as TIA Portal writes it.
+fn datatype(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Real => "Real",
+        Kind::LReal => "LReal",
+        Kind::Time => "Time",
+        Kind::Word => "Word",
+        Kind::Int => "Int",
+        Kind::Bool => "Bool",
+    }
 }

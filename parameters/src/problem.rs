@@ -68,3 +68,18 @@ impl fmt::Display for Problems {
 }
 
 impl std::error::Error for Problems {}
+
+/// The text in backquotes for a message: shortened, without characters that would disturb a terminal.
+pub(crate) fn quoted(text: &str) -> String {
+    const MOST_CHARACTERS: usize = 40;
+    let mut shown: String = text.chars().take(MOST_CHARACTERS).flat_map(escaped).collect();
+    if text.chars().nth(MOST_CHARACTERS).is_some() {
+        shown.push_str("...");
+    }
+    format!("`{shown}`")
+}
+
+/// A control character as an escape sequence, any other as it is.
+fn escaped(character: char) -> Vec<char> {
+    if character.is_control() { character.escape_default().collect() } else { vec![character] }
+}

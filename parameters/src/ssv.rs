@@ -1,13 +1,184 @@
-//! TODO
-use crate::*;
+//! Parameter sets of SSP (System Structure and Parameterization), which any SSP host applies to FMUs.
+//!
+//! ```xml
+//! <ssv:ParameterSet version="1.0" name="TIC101" xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues">
+//!   <ssv:Parameters>
+//!     <ssv:Parameter name="GAIN">
+//!       <ssv:Real value="2.0"/>
+//!     </ssv:Parameter>
+//!   </ssv:Parameters>
+//! </ssv:ParameterSet>
+//! ```
+//!
+//! A set of one loop has the names of the FMU; in a set of several, the loop stands before them: `TIC101.GAIN`. A TIME is in
+//! seconds. The file does not say of which block a loop is: that is the one that has these names.
+
+use crate::block::Block;
+use crate::loops::{Loop, Setting};
+use crate::named::{self, Entry, Given};
+use crate::report::{MOST_LOOPS, Report, shown};
+use crate::xml::{self, Element, Xml};
+use crate::{Options, Problems, Reading, Source};
+use blocks::Kind;
+use std::collections::BTreeMap;
 use std::sync::Arc;
-/// Reads.
+
+/// The namespace of SSP 1.0 and of all later versions.
+const NAMESPACE: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
+
+/// Reads the loops of a parameter set.
+///
+/// # Errors
+/// It is not such a file, or not clear of which block a loop is; then [`Options::block`] says it.
 pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
-    let _ = (source, blocks, options);
-    todo!()
+    let mut report = Report::new(source);
+    let loops = loops(&mut report, source, blocks, options).unwrap_or_default();
+    report.finish(loops)
 }
-/// Writes.
+
+fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Option<Vec<Loop>> {
+    let chosen = report.chosen(blocks, options).ok()?;
+    let root = xml::read(report, source)?;
+    if root.name != "ParameterSet" {
+        let message = format!("the root element is {}, but ParameterSet is expected", shown(&root.name));
+        report.wrong(root.span, message, None);
+        return None;
+    }
+    let version = root.attribute("version").unwrap_or_default();
+    if !matches!(version, "1.0" | "2.0") {
+        let message = format!("the version of the ParameterSet is {:?}, but 1.0 or 2.0 is expected", shown(version));
+        report.wrong(root.span.clone(), message, None);
+        return None;
+    }
+
+    let mut order = Vec::new();
+    let mut groups: BTreeMap<&str, Vec<Entry>> = BTreeMap::new();
+    let parameters = root.children("Parameters").flat_map(|parameters| parameters.children("Parameter"));
+    for parameter in parameters {
+        let Some(name) = parameter.attribute("name").filter(|name| !name.is_empty()) else {
+            report.wrong(parameter.span.clone(), "a Parameter without a name", None);
+            continue;
+        };
+        let Some(entry) = entry(report, blocks, parameter, name) else { continue };
+        let group = name[..name.len() - entry.name.len()].trim_end_matches('.');
+        groups.entry(group).or_insert_with(|| {
+            order.push((group, parameter.span.clone()));
+            Vec::new()
+        });
+        groups.entry(group).or_default().push(entry);
+    }
+    if order.len() > MOST_LOOPS {
+        report.wrong(root.span, format!("the file has more than {MOST_LOOPS} loops"), None);
+        return None;
+    }
+    let mut loops = Vec::new();
+    for (group, span) in order {
+        let own = options.name.clone().or_else(|| root.attribute("name").map(str::to_string));
+        let name = match group {
+            "" => own.unwrap_or_else(|| report.loop_name(options)),
+            prefix => prefix.to_string(),
+        };
+        let Some(entries) = groups.get(group) else { continue };
+        loops.extend(named::read(report, blocks, chosen.as_ref(), &name, span, entries));
+    }
+    Some(loops)
+}
+
+/// The value of a Parameter, by its name without the loop that stands before it.
+fn entry<'a>(
+    report: &mut Report,
+    blocks: &[Arc<Block>],
+    parameter: &'a Element,
+    full_name: &'a str,
+) -> Option<Entry<'a>> {
+    let types = ["Real", "Integer", "Boolean", "Enumeration", "String", "Binary", "Float64", "Float32"];
+    let Some(value) = parameter.children.iter().find(|child| types.contains(&child.name.as_str())) else {
+        let message = format!("{}: a Real, an Integer or a Boolean is expected", shown(full_name));
+        report.wrong(parameter.span.clone(), message, None);
+        return None;
+    };
+    let text = value.attribute("value").unwrap_or_default();
+    let given = match value.name.as_str() {
+        "Real" | "Integer" | "Float64" | "Float32" => Given::Number(text),
+        "Boolean" if matches!(text, "true" | "1") => Given::Bool(true),
+        "Boolean" if matches!(text, "false" | "0") => Given::Bool(false),
+        "Boolean" => Given::Other(text),
+        _ => Given::Other(&value.name),
+    };
+    let name = member_name(blocks, full_name);
+    if let Some(unit) = value.attribute("unit") {
+        let member = blocks.iter().find_map(|block| Some(&block.members[block.find(name)?]));
+        let expected = member.and_then(|member| match member.kind {
+            Kind::Time => Some("s"),
+            _ => member.unit.as_deref(),
+        });
+        if let Some(expected) = expected.filter(|expected| *expected != unit) {
+            let message = format!("{} is given in {}, but {expected} is expected", shown(full_name), shown(unit));
+            report.wrong(value.span.clone(), message, Some("convert the value: units are not converted here".into()));
+            return None;
+        }
+    }
+    Some(Entry { name, name_span: parameter.span.clone(), given, span: value.span.clone() })
+}
+
+/// Longer names are not searched for the names of blocks' members, in bytes.
+const LONGEST: usize = 1000;
+
+/// The part of a name that is an input or a parameter of a block, the longest if there are several: `TIC101.INNER.GAIN` is
+/// `INNER.GAIN` of a loop `TIC101` if a block has that. If no block has one, all behind the last dot.
+fn member_name<'a>(blocks: &[Arc<Block>], full_name: &'a str) -> &'a str {
+    let last = full_name.rsplit('.').next().unwrap_or(full_name);
+    if full_name.len() > LONGEST {
+        return last;
+    }
+    let starts = std::iter::once(0).chain(full_name.match_indices('.').map(|(dot, _)| dot + 1));
+    let mut parts = starts.map(|start| &full_name[start..]);
+    let known = |name: &&str| blocks.iter().any(|block| named::is_settable(block, name));
+    parts.find(known).unwrap_or(last)
+}
+
+/// Writes all settings of the loops, in the order of their blocks: of one loop with the names of the FMU, of several with the
+/// loop before them.
+///
+/// # Errors
+/// A value is not a finite number, two loops have one name, or XML cannot hold a name.
 pub fn write(loops: &[Loop]) -> Result<String, String> {
-    let _ = loops;
-    todo!()
+    named::check_names(loops)?;
+    let [first, rest @ ..] = loops else { return Err("there is no loop to write".into()) };
+    let mut parameters = Vec::new();
+    for one in loops {
+        xml::check(&one.name)?;
+        for setting in &one.settings {
+            let member = &one.block.members[setting.member];
+            let name = if rest.is_empty() { member.name.clone() } else { format!("{}.{}", one.name, member.name) };
+            let value = named::text(setting.value).map_err(|value| {
+                format!("{}: {} is {value}: SSV files get finite numbers only", one.name, member.name)
+            })?;
+            parameters.push((name, element(setting), value));
+        }
+    }
+    let name = if rest.is_empty() { &first.name } else { "parameters" };
+    let attributes = [("version", "1.0"), ("name", name), ("xmlns:ssv", NAMESPACE)];
+    Ok(xml::document(|xml| {
+        xml.element("ssv:ParameterSet", &attributes, |xml| {
+            xml.element("ssv:Parameters", &[], |xml| {
+                for (name, element, value) in &parameters {
+                    parameter(xml, name, element, value);
+                }
+            });
+        });
+    }))
+}
+
+fn parameter(xml: &mut Xml, name: &str, element: &str, value: &str) {
+    xml.element("ssv:Parameter", &[("name", name)], |xml| xml.empty(element, &[("value", value)]));
+}
+
+/// The element of FMI's type for a value.
+fn element(setting: &Setting) -> &'static str {
+    match setting.value.kind() {
+        Kind::Real | Kind::LReal | Kind::Time => "ssv:Real",
+        Kind::Word | Kind::Int => "ssv:Integer",
+        Kind::Bool => "ssv:Boolean",
+    }
 }

@@ -1,0 +1,209 @@
+//! Loops given as names and numbers, as JSON and SSV have them: a TIME in seconds, as in the FMU.
+
+use crate::block::{Block, Member};
+use crate::loops::Loop;
+use crate::report::{LONGEST_NAME, Report, list, shown};
+use blocks::table::number::{number, to_value};
+use blocks::{Kind, Time, Value};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A value with its name, and their places.
+pub(crate) struct Entry<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) name_span: Range<usize>,
+    pub(crate) given: Given<'a>,
+    pub(crate) span: Range<usize>,
+}
+
+/// What a file gives as a value.
+#[derive(Clone, Copy)]
+pub(crate) enum Given<'a> {
+    /// A decimal.
+    Number(&'a str),
+    /// TRUE or FALSE.
+    Bool(bool),
+    /// Anything else: what it is, for a message.
+    Other(&'a str),
+}
+
+/// The loop of these values. Its block is the one that the user chose, or else the only one that has all these names; `span` is
+/// where the loop begins.
+pub(crate) fn read(
+    report: &mut Report,
+    blocks: &[Arc<Block>],
+    chosen: Option<&Arc<Block>>,
+    name: &str,
+    span: Range<usize>,
+    entries: &[Entry],
+) -> Option<Loop> {
+    let block = match chosen {
+        Some(block) => block.clone(),
+        None => recognize(report, blocks, name, span, entries)?,
+    };
+    let mut one = Loop::new(name, block.clone());
+    let mut given = vec![false; block.members.len()];
+    let mut is_right = true;
+    for entry in entries {
+        let result = member(&block, entry.name).and_then(|index| {
+            if std::mem::replace(&mut given[index], true) {
+                return Err((format!("{} is given twice", entry.name), None));
+            }
+            Ok((index, value(&block.members[index], entry.given).map_err(|message| (message, None))?))
+        });
+        match result {
+            Ok((index, value)) => {
+                let origin = report.origin(entry.span.clone());
+                one.set(index, value, origin);
+            }
+            Err((message, help)) => {
+                is_right = false;
+                let is_value = member(&block, entry.name).is_ok() && !message.ends_with("twice");
+                let span = if is_value { &entry.span } else { &entry.name_span };
+                report.wrong(span.clone(), message, help);
+            }
+        }
+    }
+    is_right.then_some(one)
+}
+
+/// The member of this name, if a user may give it a value.
+fn member(block: &Block, name: &str) -> Result<usize, (String, Option<String>)> {
+    match block.find(name) {
+        Some(index) if block.members[index].role.is_settable() => Ok(index),
+        Some(index) => {
+            let member = &block.members[index];
+            let what = member.role.name();
+            Err((
+                format!(
+                    "{} of {} is {}: only inputs and parameters have values here",
+                    member.name,
+                    block.name,
+                    article(what)
+                ),
+                None,
+            ))
+        }
+        None => {
+            let settable = block.members.iter().filter(|member| member.role.is_settable());
+            let nearest = settable
+                .filter(|_| name.len() <= LONGEST_NAME)
+                .map(|member| (strsim::damerau_levenshtein(&name.to_uppercase(), &member.name.to_uppercase()), member))
+                .min_by_key(|(distance, _)| *distance)
+                .filter(|(distance, member)| *distance <= 1 + member.name.len() / 4);
+            let help = nearest.map(|(_, member)| format!("did you mean {}?", member.name));
+            Err((format!("{} has no input or parameter {}", block.name, shown(name)), help))
+        }
+    }
+}
+
+fn article(noun: &str) -> String {
+    let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {noun}")
+}
+
+/// The only block that has all these names, or of several the one of which none is missing.
+fn recognize(
+    report: &mut Report,
+    blocks: &[Arc<Block>],
+    name: &str,
+    span: Range<usize>,
+    entries: &[Entry],
+) -> Option<Arc<Block>> {
+    let matches = |block: &&Arc<Block>| entries.iter().filter(|entry| is_settable(block, entry.name)).count();
+    let fitting: Vec<&Arc<Block>> = blocks.iter().filter(|block| matches(block) == entries.len()).collect();
+    let complete =
+        |block: &&&Arc<Block>| block.members.iter().filter(|member| member.role.is_settable()).count() == entries.len();
+    let mut whole = fitting.iter().filter(complete);
+    match (fitting.as_slice(), whole.next(), whole.next()) {
+        ([block], ..) | (_, Some(block), None) => Some((*block).clone()),
+        ([], ..) => {
+            // The block that fits best says what is wrong; one that fits by accident only would mislead.
+            let best = blocks.iter().max_by_key(matches).filter(|block| 2 * matches(block) >= entries.len());
+            if best.is_none() {
+                let help = Some(format!("name it with --block: {}", list(blocks)));
+                report.wrong(span, format!("{name}: no block has these inputs and parameters"), help);
+            }
+            best.cloned()
+        }
+        (several, ..) => {
+            let several: Vec<Arc<Block>> = several.iter().map(|block| (*block).clone()).collect();
+            let help = Some(format!("say with --block which one it is: {}", list(&several)));
+            report.wrong(span, format!("{name}: several blocks have these inputs and parameters"), help);
+            None
+        }
+    }
+}
+
+/// Whether the block has an input or a parameter of this name.
+pub(crate) fn is_settable(block: &Block, name: &str) -> bool {
+    block.find(name).is_some_and(|index| block.members[index].role.is_settable())
+}
+
+/// The value of a member. A member that is out of its range of sense is not wrong: the block computes with it.
+fn value(member: &Member, given: Given) -> Result<Value, String> {
+    let expected = match member.kind {
+        Kind::Bool => "true or false is expected",
+        Kind::Time => "a number of seconds is expected",
+        Kind::Word | Kind::Int => "an integer is expected",
+        Kind::Real | Kind::LReal => "a number is expected",
+    };
+    let found = match (given, member.kind) {
+        (Given::Bool(bool), Kind::Bool) => return Ok(Value::Bool(bool)),
+        (Given::Number(text), kind) if kind != Kind::Bool => {
+            return match text.parse().map(|number| from_number(number, kind)) {
+                Ok(Ok(value)) => Ok(value),
+                Ok(Err(range)) => Err(format!("{}: {text} was found, but {range}", member.name, text = shown(text))),
+                Err(_) => Err(format!("{}: {expected}, {} was found", member.name, shown(text))),
+            };
+        }
+        (Given::Number(text), _) => shown(text),
+        (Given::Bool(bool), _) => bool.to_string(),
+        (Given::Other(what), _) => what.to_string(),
+    };
+    Err(format!("{} is a {}: {expected}, {found} was found", member.name, member.kind.name()))
+}
+
+/// As the FMU makes a value of a number; a PLC has negative TIMEs, too.
+fn from_number(number: f64, kind: Kind) -> Result<Value, &'static str> {
+    const LOWEST: i32 = i32::MIN;
+    if kind == Kind::Time && number < 0.0 {
+        let milliseconds = (number * 1000.0).round();
+        return if milliseconds >= f64::from(LOWEST) {
+            Ok(Value::Time(Time::ms(milliseconds as i32)))
+        } else {
+            Err("a TIME takes -2147483.648 ... 2147483.647 s")
+        };
+    }
+    to_value(number, kind)
+}
+
+/// A value as JSON and XML write it: the shortest decimal that reads back to the same value, an integer, or true and false.
+///
+/// # Errors
+/// The value is not a finite number.
+pub(crate) fn text(value: Value) -> Result<String, String> {
+    match value {
+        Value::Real(real) if !real.is_finite() => Err(format!("{real}")),
+        Value::LReal(lreal) if !lreal.is_finite() => Err(format!("{lreal}")),
+        Value::Real(real) => {
+            let shortest = format!("{real:?}");
+            // A host reads it as binary64 and rounds that to a REAL.
+            let reads_back = shortest.parse::<f64>().is_ok_and(|number| number as f32 == real);
+            Ok(if reads_back { shortest } else { format!("{:?}", f64::from(real)) })
+        }
+        Value::LReal(_) | Value::Time(_) => Ok(format!("{:?}", number(value))),
+        Value::Word(word) => Ok(word.value().to_string()),
+        Value::Int(int) => Ok(int.to_string()),
+        Value::Bool(bool) => Ok(bool.to_string()),
+    }
+}
+
+/// Refuses two loops of one name, which the reader could not tell apart.
+pub(crate) fn check_names(loops: &[Loop]) -> Result<(), String> {
+    let mut names = std::collections::BTreeSet::new();
+    match loops.iter().find(|one| !names.insert(&one.name)) {
+        Some(one) => Err(format!("two loops are called {}: choose one with --loop, or rename one", one.name)),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,141 @@
+//! What a reader has found: problems with their places, and origins of values.
+
+use crate::block::Block;
+use crate::format::Options;
+use crate::loops::{Loop, Origin};
+use crate::problem::{Place, Problem, Problems, Reading};
+use crate::source::Source;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// The largest file that is read, in bytes. The sources of a whole plant are a hundredth of it.
+pub const MOST_BYTES: usize = 16 << 20;
+
+/// The most loops of a file, so that a hostile file cannot fill the memory.
+pub(crate) const MOST_LOOPS: usize = 10_000;
+
+/// The most problems that are reported of a file.
+const MOST_PROBLEMS: usize = 50;
+
+/// The problems and remarks of a file that is being read.
+pub(crate) struct Report<'a> {
+    source: &'a Source,
+    cursor: Place,
+    problems: Vec<Problem>,
+    remarks: Vec<Problem>,
+    omitted: usize,
+}
+
+impl<'a> Report<'a> {
+    pub(crate) fn new(source: &'a Source) -> Report<'a> {
+        let start = Place { line: 1, column: 1, span: 0..0 };
+        Report { source, cursor: start, problems: Vec::new(), remarks: Vec::new(), omitted: 0 }
+    }
+
+    /// Line and column of a range of the text. Ranges are mostly asked for in the order of the text, so that the search goes
+    /// on from the last one: a file of one long line takes no longer than any other.
+    pub(crate) fn place(&mut self, span: Range<usize>) -> Place {
+        let text = &self.source.text;
+        let start = text.floor_char_boundary(span.start);
+        if start < self.cursor.span.start {
+            self.cursor = Place { line: 1, column: 1, span: 0..0 };
+        }
+        for character in text[self.cursor.span.start..start].chars() {
+            if character == '\n' {
+                (self.cursor.line, self.cursor.column) = (self.cursor.line + 1, 1);
+            } else {
+                self.cursor.column += 1;
+            }
+        }
+        self.cursor.span = start..start;
+        Place { span, ..self.cursor.clone() }
+    }
+
+    /// Where a value of the text comes from.
+    pub(crate) fn origin(&mut self, span: Range<usize>) -> Origin {
+        let Place { line, column, .. } = self.place(span);
+        Origin::Text { file: self.source.file.clone(), line, column }
+    }
+
+    /// Something is wrong at a place of the text.
+    pub(crate) fn wrong(&mut self, span: Range<usize>, message: impl Into<String>, help: Option<String>) {
+        if self.problems.len() == MOST_PROBLEMS {
+            self.omitted += 1;
+            return;
+        }
+        let place = Some(self.place(span));
+        self.problems.push(Problem { place, message: message.into(), help });
+    }
+
+    /// Something is wrong with the file as a whole.
+    pub(crate) fn wrong_file(&mut self, message: impl Into<String>, help: Option<String>) {
+        self.problems.push(Problem { place: None, message: message.into(), help });
+    }
+
+    /// Whether something is wrong.
+    pub(crate) fn is_wrong(&self) -> bool {
+        !self.problems.is_empty()
+    }
+
+    /// Something that the user should know; without a place if it concerns the file as a whole.
+    pub(crate) fn remark(&mut self, span: Option<Range<usize>>, message: impl Into<String>) {
+        if self.remarks.len() < MOST_PROBLEMS {
+            let place = span.map(|span| self.place(span));
+            self.remarks.push(Problem { place, message: message.into(), help: None });
+        }
+    }
+
+    /// The loops, if nothing is wrong.
+    pub(crate) fn finish(mut self, loops: Vec<Loop>) -> Result<Reading, Problems> {
+        if self.problems.is_empty() && loops.is_empty() {
+            self.wrong_file("the file holds no loop", None);
+        }
+        if self.omitted > 0 {
+            let message = format!("{} more errors are not shown", self.omitted);
+            self.problems.push(Problem { place: None, message, help: None });
+        }
+        let is_wrong = !self.problems.is_empty();
+        let problems = if is_wrong { self.problems } else { self.remarks };
+        let problems = Problems { file: self.source.file.clone(), text: self.source.text.clone(), problems };
+        if is_wrong { Err(problems) } else { Ok(Reading { loops, remarks: problems }) }
+    }
+
+    /// The block that the user names, `None` if the user names none.
+    ///
+    /// # Errors
+    /// There is no such block; that is reported.
+    pub(crate) fn chosen(&mut self, blocks: &[Arc<Block>], options: &Options) -> Result<Option<Arc<Block>>, ()> {
+        let Some(name) = &options.block else { return Ok(None) };
+        if let Some(block) = blocks.iter().find(|block| block.is_called(name)) {
+            return Ok(Some(block.clone()));
+        }
+        self.wrong_file(format!("there is no block {name:?}"), Some(format!("the blocks are {}", list(blocks))));
+        Err(())
+    }
+
+    /// The name of a loop to which the file gives none: the user's, or that of the file without folder and ending.
+    pub(crate) fn loop_name(&self, options: &Options) -> String {
+        options.name.clone().unwrap_or_else(|| {
+            let file = self.source.file.trim_end_matches(['/', '\\']);
+            let file = file.rsplit(['/', '\\']).next().unwrap_or(file);
+            file.rsplit_once('.').map_or(file, |(stem, _)| stem).to_string()
+        })
+    }
+}
+
+/// The longest text of a file that a message repeats, in bytes.
+pub(crate) const LONGEST_NAME: usize = 60;
+
+/// A text of the file as messages repeat it.
+pub(crate) fn shown(text: &str) -> String {
+    match text.len() {
+        0..=LONGEST_NAME => text.escape_debug().to_string(),
+        _ => format!("{}…", text[..text.floor_char_boundary(LONGEST_NAME)].escape_debug()),
+    }
+}
+
+/// The names of blocks, for a message.
+pub(crate) fn list(blocks: &[Arc<Block>]) -> String {
+    let names: Vec<&str> = blocks.iter().map(|block| block.name.as_str()).collect();
+    names.join(", ")
+}
