@@ -25,7 +25,7 @@ const MOST_MESSAGES: usize = 10;
 #[command(after_help = SHORT_HELP, after_long_help = LONG_HELP)]
 pub struct Options {
     #[command(flatten)]
-    system: system::Options,
+    system: system::Arguments,
     /// Write the recording as CSV; - is standard output
     #[arg(short, long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
@@ -90,6 +90,9 @@ pub fn run(options: &Options) -> Result<()> {
     }
     let system = options.system.system()?;
     let mut simulation = Simulation::open(&system)?;
+    for remark in &system.remarks {
+        eprintln!("remark: {remark}");
+    }
     for warning in &simulation.plan.warnings {
         eprintln!("warning: {warning}");
     }

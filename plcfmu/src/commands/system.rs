@@ -1,7 +1,7 @@
 //! What to run or to pack, as `plcfmu run` and `plcfmu ssp` take it: FMUs, a description, or the loops of a parameter file,
 //! and options on top.
 
-use crate::host::system::{Connection, Exchange, Member, Place, Recorded, Setting, System};
+use crate::host::system::{Connection, Exchange, Member, Recorded, Setting, System};
 use crate::host::{file, parameter_file};
 use anyhow::{Context, Error, Result, bail};
 use parameters::Format;
@@ -10,7 +10,7 @@ use std::str::FromStr;
 
 /// What to run or to pack.
 #[derive(clap::Args, Clone, Debug)]
-pub struct Options {
+pub struct Arguments {
     /// FMUs in the order in which they are stepped, a controller before its plant; or a description of a loop
     ///
     /// An FMU has the name of its file. NAME= gives it another one, which is needed to use the same file twice. A description
@@ -57,7 +57,7 @@ pub struct Options {
     parallel: bool,
 }
 
-impl Options {
+impl Arguments {
     /// What the files and the options say together.
     ///
     /// # Errors
@@ -111,13 +111,13 @@ impl Options {
             format!("{shown} is a parameter file: name the folder of the FMUs of its blocks, --fmus FOLDER")
         })?;
         let reading = parameter_file::read(path, &parameters::Options::default())?;
-        let place = Place { file: shown.to_string(), line: 1, column: 1 };
+        system.remarks.extend(parameter_file::remarks(&reading));
         for of in &reading.loops {
             let fmu = folder.join(format!("{}.fmu", of.block.name));
             if !fmu.is_file() {
                 bail!("{}, a {} in {shown}, needs {}, which does not exist", of.name, of.block.name, fmu.display());
             }
-            system.settings.extend(parameter_file::settings(of, &of.name, Some(&place)));
+            system.settings.extend(parameter_file::settings(of, &of.name, None));
             system.members.push(Member { name: of.name.clone(), path: fmu });
         }
         Ok(())

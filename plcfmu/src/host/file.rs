@@ -232,9 +232,9 @@ impl Reader<'_> {
             Ok(())
         })?;
         for (name, parameters) in &content.parameters.0 {
-            let known = system.members.iter().map(|member| member.name.as_str());
-            self.known(name, known.collect())?;
-            system.settings.extend(self.parameters(name.get_ref(), parameters.get_ref())?);
+            let known: Vec<_> = system.members.iter().map(|member| member.name.as_str()).collect();
+            self.known(name, &known)?;
+            self.parameters(name.get_ref(), parameters.get_ref(), &mut system)?;
         }
         self.settings(&content.settings, None, &mut system.settings)?;
         for event in &content.events {
@@ -269,32 +269,29 @@ impl Reader<'_> {
         Ok(Member { name: name.get_ref().clone(), path })
     }
 
-    /// The values that a parameter file has for an FMU.
-    fn parameters(&self, member: &str, of: &ParametersOf) -> Result<Vec<Setting>> {
+    /// Adds the values that a parameter file has for an FMU.
+    fn parameters(&self, member: &str, of: &ParametersOf, system: &mut System) -> Result<()> {
         let here = self.place(of.file.span());
         let options = parameters::Options { block: of.block.clone(), name: None, offset: of.offset };
-        let read = parameter_file::read(&self.folder.join(of.file.get_ref()), &options);
-        let mut loops = read.with_context(|| here.to_string())?.loops;
-        let names = || loops.iter().map(|of| of.name.as_str());
-        let found = match &of.name {
-            Some(name) => {
-                self.known(name, names().collect())?;
-                loops.iter().position(|of| of.name == *name.get_ref())
-            }
-            None if loops.len() == 1 => Some(0),
-            None => bail!(
-                "{here}: {} has {} loops: write loop = \"NAME\", one of {}",
-                of.file.get_ref(),
-                loops.len(),
-                names().collect::<Vec<_>>().join(", ")
-            ),
-        };
-        let of_file = loops.swap_remove(found.context("the loop is one of the file's")?);
-        Ok(parameter_file::settings(&of_file, member, Some(&here)))
+        let path = self.folder.join(of.file.get_ref());
+        let reading = parameter_file::read(&path, &options).with_context(|| here.to_string())?;
+        let names: Vec<_> = reading.loops.iter().map(|of| of.name.as_str()).collect();
+        if let Some(name) = &of.name {
+            self.known(name, &names)?;
+        } else if names.len() != 1 {
+            let (file, count, names) = (of.file.get_ref(), names.len(), names.join(", "));
+            bail!("{here}: {file} has {count} loops: write loop = \"NAME\", one of {names}");
+        }
+        let name = of.name.as_ref().map(Spanned::get_ref);
+        for found in reading.loops.iter().filter(|of| name.is_none_or(|name| of.name == *name)) {
+            system.settings.extend(parameter_file::settings(found, member, Some(&here)));
+        }
+        system.remarks.extend(parameter_file::remarks(&reading));
+        Ok(())
     }
 
     /// An error with a suggestion, unless the name is one of those that are known.
-    fn known(&self, name: &Spanned<String>, names: Vec<&str>) -> Result<()> {
+    fn known(&self, name: &Spanned<String>, names: &[&str]) -> Result<()> {
         let wrong = name.get_ref();
         if names.contains(&wrong.as_str()) {
             return Ok(());

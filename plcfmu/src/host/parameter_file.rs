@@ -43,3 +43,8 @@ pub fn settings(of: &Loop, member: &str, place: Option<&Place>) -> Vec<Setting> 
     };
     of.settings.iter().map(setting).collect()
 }
+
+/// What the user should know of a file that was read, a sentence each.
+pub fn remarks(reading: &Reading) -> Vec<String> {
+    reading.remarks.to_string().lines().map(str::to_string).collect()
+}

@@ -26,6 +26,8 @@ pub struct System {
     pub step: Option<f64>,
     /// When values go from output to input.
     pub exchange: Exchange,
+    /// What the user should know of the files that it was read from.
+    pub remarks: Vec<String>,
 }
 
 /// An FMU in a system.
