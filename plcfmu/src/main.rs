@@ -1,7 +1,7 @@
 //! The command `plcfmu`.
 
 use clap::{Parser, Subcommand};
-use plcfmu::commands::{build, check, info, merge, new, run};
+use plcfmu::commands::{build, check, info, merge, new, run, ssp};
 use std::process::ExitCode;
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
@@ -17,6 +17,7 @@ enum Command {
     Info(info::Options),
     Check(check::Options),
     Run(run::Options),
+    Ssp(ssp::Options),
     /// Make a crate for a block of your own
     ///
     /// The crate builds as it stands: it comes with the sources that it needs.
@@ -34,6 +35,7 @@ fn main() -> ExitCode {
         Command::Info(options) => info::run(&options),
         Command::Check(options) => check::run(&options),
         Command::Run(options) => run::run(&options),
+        Command::Ssp(options) => ssp::run(&options),
         Command::New(options) => new::run(&options),
         Command::Build(options) => build::run(&options),
         Command::Merge(options) => merge::run(&options),

@@ -6,6 +6,7 @@ pub mod info;
 pub mod merge;
 pub mod new;
 pub mod run;
+pub mod ssp;
 pub mod system;
 
 use crate::host::library::PREFIX;

@@ -496,7 +496,7 @@ impl<'a> Names<'a> {
     }
 
     /// All variables of a member that have numbers.
-    pub fn all(&self, member: usize) -> impl Iterator<Item = Reference<'a>> {
+    fn all(&self, member: usize) -> impl Iterator<Item = Reference<'a>> {
         let variables = self.descriptions[member].model_variables.iter();
         variables.filter_map(move |variable| Some(Reference { member, variable, kind: kind(&variable.typed)? }))
     }
@@ -512,17 +512,22 @@ impl<'a> Names<'a> {
     }
 
     /// The type definition that a variable refers to.
-    fn declared(&self, reference: &Reference) -> Option<&'a TypeAttributes> {
-        let name = reference.variable.typed.declared_type()?;
-        let types = &self.descriptions[reference.member].type_definitions;
+    fn declared(&self, member: usize, variable: &Variable) -> Option<&'a TypeAttributes> {
+        let name = variable.typed.declared_type()?;
+        let types = &self.descriptions[member].type_definitions;
         types.iter().find(|of| of.name == name).map(|of| &of.attributes)
     }
 
     /// A variable's unit: its own, or that of its type.
-    pub fn unit(&self, reference: &Reference<'a>) -> Option<&'a str> {
-        let Typed::Real(real) = &reference.variable.typed else { return None };
+    fn unit(&self, reference: &Reference<'a>) -> Option<&'a str> {
+        self.unit_of(reference.member, reference.variable)
+    }
+
+    /// The same for a variable of any type.
+    pub fn unit_of(&self, member: usize, variable: &'a Variable) -> Option<&'a str> {
+        let Typed::Real(real) = &variable.typed else { return None };
         let own = real.attributes.unit.as_deref();
-        own.or_else(|| match self.declared(reference) {
+        own.or_else(|| match self.declared(member, variable) {
             Some(TypeAttributes::Real(attributes)) => attributes.unit.as_deref(),
             _ => None,
         })
@@ -530,7 +535,7 @@ impl<'a> Names<'a> {
 
     /// A variable's least and greatest value: its own, or those of its type.
     fn range(&self, reference: &Reference) -> (Option<f64>, Option<f64>) {
-        let declared = self.declared(reference);
+        let declared = self.declared(reference.member, reference.variable);
         match &reference.variable.typed {
             Typed::Real(real) => {
                 let (own, of_type) = (

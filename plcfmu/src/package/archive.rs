@@ -285,21 +285,26 @@ fn u32_at(record: &[u8], place: usize) -> u32 {
     u32::from(u16_at(record, place)) | u32::from(u16_at(record, place + 2)) << 16
 }
 
-/// A ZIP file with these files, by name: sorted, deflated, dated 1980, so that the same files give the same bytes.
+/// A ZIP file with these files, by name: sorted, dated 1980, so that the same files give the same bytes. All are deflated but
+/// FMUs, which are packed already.
 ///
 /// # Errors
 /// A name that [`Archive::open`] would refuse; too many bytes.
 pub fn write(files: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>> {
-    let options = zip::write::SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Deflated)
-        .compression_level(Some(9))
-        .last_modified_time(zip::DateTime::default());
+    let options = zip::write::SimpleFileOptions::default().last_modified_time(zip::DateTime::default());
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
     for (name, content) in files {
         check_name(name)?;
+        let (method, level) = match name.ends_with(".fmu") {
+            true => (CompressionMethod::Stored, None),
+            false => (CompressionMethod::Deflated, Some(9)),
+        };
         let permissions = if name.starts_with("binaries/") { 0o755 } else { 0o644 };
         archive
-            .start_file(name.as_str(), options.unix_permissions(permissions))
+            .start_file(
+                name.as_str(),
+                options.compression_method(method).compression_level(level).unix_permissions(permissions),
+            )
             .and_then(|()| Ok(archive.write_all(content)?))
             .with_context(|| format!("{name} cannot be packed"))?;
     }

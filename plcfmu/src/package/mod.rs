@@ -13,6 +13,8 @@ pub mod pack;
 #[cfg(feature = "command")]
 pub mod reference;
 #[cfg(feature = "command")]
+pub mod ssp;
+#[cfg(feature = "command")]
 pub mod temporary;
 
 use anyhow::{Context, Result, bail};
