@@ -1,6 +1,11 @@
 """Fixtures. `fmu` is every FMU that `cargo xtask fmu` has made, one after the other, so a new block is tested as soon as
 its FMU is there. `open_fmu(NAME)` is a certain one."""
 
+import json
+import os
+import pathlib
+import subprocess
+
 import pytest
 
 import host
@@ -26,6 +31,19 @@ def open_fmu(tmp_path_factory):
         return opened[name]
 
     return open_fmu
+
+
+@pytest.fixture(scope="session")
+def command():
+    """The program `plcfmu`: that of PLCFMU_COMMAND, or built."""
+    if os.environ.get("PLCFMU_COMMAND"):
+        return os.environ["PLCFMU_COMMAND"]
+    build = ["cargo", "build", "--quiet", "--package", "plcfmu", "--bin", "plcfmu"]
+    build.append("--message-format=json-render-diagnostics")
+    messages = subprocess.run(build, stdout=subprocess.PIPE, text=True, check=True, cwd=pathlib.Path(__file__).parents[1]).stdout
+    executables = [json.loads(line).get("executable") for line in messages.splitlines()]
+    (executable,) = filter(None, executables)
+    return executable
 
 
 @pytest.fixture(scope="session", params=host.names() or [NONE])

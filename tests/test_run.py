@@ -3,7 +3,6 @@ refuses in one sentence what cannot be wired, and runs FMUs that others have mad
 
 import csv
 import io
-import json
 import os
 import pathlib
 import subprocess
@@ -17,19 +16,6 @@ import host
 ROOT = pathlib.Path(__file__).parents[1]
 LOOP = {"CONT_C.LMN": "HEATER.POWER", "HEATER.T_PER": "CONT_C.PV_PER"}
 CONTROLLER = {"PVPER_ON": True, "PV_FAC": 4.0, "GAIN": 1.6, "TI": 135.0, "MAN": 50.0, "CYCLE": 1.0}
-
-
-@pytest.fixture(scope="module")
-def command():
-    """The program `plcfmu`: that of PLCFMU_COMMAND, or built."""
-    if os.environ.get("PLCFMU_COMMAND"):
-        return os.environ["PLCFMU_COMMAND"]
-    build = ["cargo", "build", "--quiet", "--package", "plcfmu", "--bin", "plcfmu"]
-    build.append("--message-format=json-render-diagnostics")
-    messages = subprocess.run(build, stdout=subprocess.PIPE, text=True, check=True, cwd=ROOT).stdout
-    executables = [json.loads(line).get("executable") for line in messages.splitlines()]
-    (executable,) = filter(None, executables)
-    return executable
 
 
 @pytest.fixture
