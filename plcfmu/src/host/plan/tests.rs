@@ -113,7 +113,7 @@ fn the_default_recording_has_all_outputs_and_the_inputs_that_are_connected_or_se
 #[test]
 fn a_recording_holds_what_is_asked_for_in_that_order_and_once() {
     let mut system = system(&LOOP, &[]);
-    system.record = ["P.TEMP", "C.STATE.SUM", "C.GAIN", "P.TEMP"].map(String::from).into();
+    system.record = ["P.TEMP", "C.STATE.SUM", "C.GAIN", "P.TEMP"].map(Recorded::from).into();
     let plan = plan(&system).unwrap();
     let names: Vec<_> = plan.columns.iter().map(|column| column.name.as_str()).collect();
     assert_eq!(names, ["P.TEMP", "C.STATE.SUM", "C.GAIN"]);
