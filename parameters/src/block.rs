@@ -14,8 +14,11 @@ pub struct Block {
     /// Its variables, in the order in which an instance data block holds them; then those of the blocks inside it, by their full names;
     /// then what only the FMU has.
     pub members: Vec<Member>,
-    advice: Option<fn(&[(usize, Value)]) -> Vec<String>>,
+    advice: Option<Advice>,
 }
+
+/// What a block does with settings, which are given by the numbers of the members.
+type Advice = fn(&[(usize, Value)]) -> Vec<String>;
 
 /// One variable of a block.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use crate::block::Block;
 use crate::loops::Loop;
-use crate::problem::{Problems, Reading};
+use crate::problem::{Problem, Problems, Reading};
 use crate::source::Source;
 use crate::{dump, json, openness, ssv, step7};
 use std::sync::Arc;
@@ -74,8 +74,14 @@ impl Format {
 /// Reads the loops of a file.
 ///
 /// # Errors
-/// All that is wrong with the file. Nothing of it is used then.
+/// All that is wrong with the file. Nothing of it is used then. A file above [`MOST_BYTES`] is not read.
 pub fn read(format: Format, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
+    if source.bytes.len() > MOST_BYTES {
+        let (length, most) = (source.bytes.len(), MOST_BYTES >> 20);
+        let message = format!("the file has {length} bytes: a parameter file has at most {most} MiB");
+        let problems = vec![Problem { place: None, message, help: None }];
+        return Err(Problems { file: source.file.clone(), text: String::new(), problems });
+    }
     match format {
         Format::Step7 | Format::Tia => step7::read(source, blocks, options),
         Format::Openness => openness::read(source, blocks, options),
@@ -84,6 +90,9 @@ pub fn read(format: Format, source: &Source, blocks: &[Arc<Block>], options: &Op
         Format::Ssv => ssv::read(source, blocks, options),
     }
 }
+
+/// The largest file that is read, in bytes. The sources of a whole plant are a hundredth of it.
+pub const MOST_BYTES: usize = 16 << 20;
 
 /// Writes loops as a file of this format, which reads back bit-equal. `origin` says in a comment what the file was made of, where the
 /// format has comments.

@@ -16,7 +16,8 @@
 use crate::block::Block;
 use crate::loops::Loop;
 use crate::named::{self, Entry, Given};
-use crate::report::{MOST_LOOPS, Report, shown};
+use crate::problem::quoted;
+use crate::report::{MOST_LOOPS, Report};
 use crate::{Options, Problems, Reading, Source};
 use jsonc_parser::ast::{Object, ObjectProp, Value};
 use jsonc_parser::common::Ranged;
@@ -63,12 +64,12 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         Ok(parsed) => match parsed.value {
             Some(Value::Object(object)) => object,
             Some(other) => {
-                let message = format!("an object with loops is expected, {} was found", described(&other));
+                let message = format!("expected an object with loops, found {}", described(&other));
                 report.wrong(span(&other), message, None);
                 return loops;
             }
             None => {
-                report.wrong_file("the file is empty: a JSON object with loops is expected", None);
+                report.wrong_file("expected a JSON object with loops, found an empty file", None);
                 return loops;
             }
         },
@@ -95,7 +96,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         let name = property.name.as_str();
         let at = span(&property.name);
         if !names.insert(name) {
-            report.wrong(at, format!("the loop {} is given twice", shown(name)), None);
+            report.wrong(at, format!("the loop {} is given twice", quoted(name)), None);
             continue;
         }
         if names.len() > MOST_LOOPS {
@@ -109,8 +110,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
             }
             other => {
                 let found = described(other);
-                let message =
-                    format!("{}: an object with the values of a loop is expected, {found} was found", shown(name));
+                let message = format!("{}: expected an object with the values of a loop, found {found}", quoted(name));
                 report.wrong(span(other), message, Some("the other members of the file are loops".into()));
             }
         }
@@ -136,7 +136,7 @@ fn described(value: &Value) -> &'static str {
     match value {
         Value::StringLit(_) => "a string",
         Value::NumberLit(_) => "a number",
-        Value::BooleanLit(_) => "true or false",
+        Value::BooleanLit(_) => "a Boolean",
         Value::Object(_) => "an object",
         Value::Array(_) => "an array",
         Value::NullKeyword(_) => "null",
@@ -159,15 +159,15 @@ pub fn write(loops: &[Loop]) -> Result<String, String> {
             let name = &one.block.members[setting.member].name;
             let value = named::text(setting.value)
                 .map_err(|value| format!("{}: {name} is {value}, but JSON has finite numbers only", one.name))?;
-            Ok(format!("    {}: {value}", quoted(name)))
+            Ok(format!("    {}: {value}", string(name)))
         };
         let members: Result<Vec<String>, String> = one.settings.iter().map(member).collect();
-        Ok(format!("  {}: {{\n{}\n  }}", quoted(&one.name), members?.join(",\n")))
+        Ok(format!("  {}: {{\n{}\n  }}", string(&one.name), members?.join(",\n")))
     };
     let objects: Result<Vec<String>, String> = loops.iter().map(object).collect();
     Ok(format!("{{\n{}\n}}\n", objects?.join(",\n")))
 }
 
-fn quoted(text: &str) -> String {
+fn string(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }

@@ -28,8 +28,8 @@ pub mod step7;
 mod xml;
 
 pub use block::{Block, Member, Part};
-pub use format::{Format, Options, read, write};
+pub use format::{Format, MOST_BYTES, Options, read, write};
 pub use loops::{Loop, Origin, Setting};
+pub use named::decimal;
 pub use problem::{Place, Problem, Problems, Reading};
-pub use report::MOST_BYTES;
 pub use source::Source;

@@ -2,7 +2,10 @@
 
 use crate::block::Block;
 use crate::layout::Address;
-use blocks::Value;
+use crate::named::decimal;
+use blocks::table::number::number;
+use blocks::{Kind, Value};
+use std::fmt;
 use std::sync::Arc;
 
 /// One instance of a block, such as an instance data block of a PLC project.
@@ -42,6 +45,11 @@ pub enum Origin {
         /// The column in characters, from 1.
         column: usize,
     },
+    /// From this file, which has no lines.
+    File {
+        /// The file's name, as the user gave it.
+        file: String,
+    },
     /// From this address of a data block.
     Data {
         /// The file's name, or the address of the PLC, as the user gave it.
@@ -49,6 +57,18 @@ pub enum Origin {
         /// Where in the data block.
         address: Address,
     },
+}
+
+impl fmt::Display for Origin {
+    /// `plant.awl:12:8`, `DB41.bin, byte 20`, `default`.
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Origin::Default => write!(formatter, "default"),
+            Origin::Text { file, line, column } => write!(formatter, "{file}:{line}:{column}"),
+            Origin::File { file } => write!(formatter, "{file}"),
+            Origin::Data { file, address } => write!(formatter, "{file}, byte {address}"),
+        }
+    }
 }
 
 impl Loop {
@@ -75,6 +95,25 @@ impl Loop {
     pub fn get(&self, name: &str) -> Option<Value> {
         let member = self.block.find(name)?;
         self.settings.iter().find(|setting| setting.member == member).map(|setting| setting.value)
+    }
+
+    /// The settings outside their range of sense, which the block does not enforce: a sentence each.
+    pub fn outside(&self) -> Vec<String> {
+        let outside = |setting: &Setting| {
+            let member = &self.block.members[setting.member];
+            let value = number(setting.value);
+            let is_low = member.min.is_some_and(|min| value < number(min));
+            let is_high = member.max.is_some_and(|max| value > number(max));
+            let unit = if member.kind == Kind::Time { " s" } else { "" };
+            let bound = match (member.min, member.max) {
+                _ if !value.is_finite() => "it is not a finite number".to_string(),
+                (Some(min), _) if is_low => format!("the lowest sensible value is {}{unit}", decimal(min)),
+                (_, Some(max)) if is_high => format!("the highest sensible value is {}{unit}", decimal(max)),
+                _ => return None,
+            };
+            Some(format!("{} = {}{unit}: {bound}", member.name, decimal(setting.value)))
+        };
+        self.settings.iter().filter_map(outside).collect()
     }
 
     /// What the block will do with the settings where a user may not expect it.

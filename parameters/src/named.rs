@@ -2,7 +2,8 @@
 
 use crate::block::{Block, Member};
 use crate::loops::Loop;
-use crate::report::{LONGEST_NAME, Report, list, shown};
+use crate::problem::quoted;
+use crate::report::{Report, list};
 use blocks::table::number::{number, to_value};
 use blocks::{Kind, Time, Value};
 use std::ops::Range;
@@ -15,6 +16,9 @@ pub(crate) struct Entry<'a> {
     pub(crate) given: Given<'a>,
     pub(crate) span: Range<usize>,
 }
+
+/// Longer names are not compared with those of members, in bytes.
+const LONGEST_NAME: usize = 60;
 
 /// What a file gives as a value.
 #[derive(Clone, Copy)]
@@ -92,7 +96,7 @@ fn member(block: &Block, name: &str) -> Result<usize, (String, Option<String>)> 
                 .min_by_key(|(distance, _)| *distance)
                 .filter(|(distance, member)| *distance <= 1 + member.name.len() / 4);
             let help = nearest.map(|(_, member)| format!("did you mean {}?", member.name));
-            Err((format!("{} has no input or parameter {}", block.name, shown(name)), help))
+            Err((format!("{} has no input or parameter {}", block.name, quoted(name)), help))
         }
     }
 }
@@ -143,25 +147,25 @@ pub(crate) fn is_settable(block: &Block, name: &str) -> bool {
 /// The value of a member. A member that is out of its range of sense is not wrong: the block computes with it.
 fn value(member: &Member, given: Given) -> Result<Value, String> {
     let expected = match member.kind {
-        Kind::Bool => "true or false is expected",
-        Kind::Time => "a number of seconds is expected",
-        Kind::Word | Kind::Int => "an integer is expected",
-        Kind::Real | Kind::LReal => "a number is expected",
+        Kind::Bool => "true or false",
+        Kind::Time => "a number of seconds",
+        Kind::Word | Kind::Int => "an integer",
+        Kind::Real | Kind::LReal => "a number",
     };
     let found = match (given, member.kind) {
         (Given::Bool(bool), Kind::Bool) => return Ok(Value::Bool(bool)),
         (Given::Number(text), kind) if kind != Kind::Bool => {
             return match text.parse().map(|number| from_number(number, kind)) {
                 Ok(Ok(value)) => Ok(value),
-                Ok(Err(range)) => Err(format!("{}: {text} was found, but {range}", member.name, text = shown(text))),
-                Err(_) => Err(format!("{}: {expected}, {} was found", member.name, shown(text))),
+                Ok(Err(range)) => Err(format!("{}: found {}, but {range}", member.name, quoted(text))),
+                Err(_) => Err(format!("{}: expected {expected}, found {}", member.name, quoted(text))),
             };
         }
-        (Given::Number(text), _) => shown(text),
+        (Given::Number(text), _) => quoted(text),
         (Given::Bool(bool), _) => bool.to_string(),
         (Given::Other(what), _) => what.to_string(),
     };
-    Err(format!("{} is a {}: {expected}, {found} was found", member.name, member.kind.name()))
+    Err(format!("{}: expected {expected}, found {found}", member.name))
 }
 
 /// As the FMU makes a value of a number; a PLC has negative TIMEs, too.
@@ -197,6 +201,12 @@ pub(crate) fn text(value: Value) -> Result<String, String> {
         Value::Int(int) => Ok(int.to_string()),
         Value::Bool(bool) => Ok(bool.to_string()),
     }
+}
+
+/// A value as text, as the FMU has it: the shortest decimal that reads back to the same value, a TIME in seconds, an integer,
+/// `true` or `false`; `NaN` and `inf` for a REAL that is not a finite number.
+pub fn decimal(value: Value) -> String {
+    text(value).unwrap_or_else(|number| number)
 }
 
 /// Refuses two loops of one name, which the reader could not tell apart.

@@ -16,7 +16,8 @@
 use crate::block::{Block, Member, Part};
 use crate::literal;
 use crate::loops::Loop;
-use crate::report::{MOST_LOOPS, Report, shown};
+use crate::problem::quoted;
+use crate::report::{MOST_LOOPS, Report, list};
 use crate::xml::{self, Element, Xml};
 use crate::{Options, Problems, Reading, Source};
 use blocks::Kind;
@@ -45,8 +46,8 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
     let mut exported = root.children.iter().filter(|child| child.name.starts_with(BLOCK)).peekable();
     if root.name != "Document" || exported.peek().is_none() {
         let message = format!(
-            "{} is no export of TIA Portal Openness: Document with SW.Blocks.InstanceDB is expected",
-            shown(&root.name)
+            "expected a Document of TIA Portal Openness with an SW.Blocks.InstanceDB, found {}",
+            quoted(&root.name)
         );
         report.wrong(root.span.clone(), message, None);
         return None;
@@ -59,15 +60,15 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         let name = name.unwrap_or_else(|| report.loop_name(options));
         let of = text("InstanceOfName").unwrap_or_default();
         let Some(interface) = block.child("AttributeList").and_then(|list| list.child("Interface")) else {
-            report.remark(Some(block.span.clone()), format!("{} has no interface: skipped", shown(&name)));
+            report.remark(Some(block.span.clone()), format!("{} has no interface: skipped", quoted(&name)));
             continue;
         };
         let before = loops.len();
         let types = Types { blocks, chosen: chosen.as_ref() };
         types.instances(report, interface, &name, &of, &mut loops);
         if loops.len() == before && !report.is_wrong() {
-            let of = if of.is_empty() { String::new() } else { format!(" ({})", shown(&of)) };
-            let message = format!("{}{of} is no instance of a known block: skipped", shown(&name));
+            let of = if of.is_empty() { String::new() } else { format!(" ({})", quoted(&of)) };
+            let message = format!("{}{of} is no instance of a known block: skipped", quoted(&name));
             report.remark(Some(block.span.clone()), message);
         }
         if loops.len() > MOST_LOOPS {
@@ -76,10 +77,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         }
     }
     if loops.is_empty() && !report.is_wrong() {
-        report.wrong_file(
-            "the file holds no instance of a known block",
-            Some(format!("known are {}", crate::report::list(blocks))),
-        );
+        report.wrong_file("the file holds no instance of a known block", Some(format!("known are {}", list(blocks))));
     }
     Some(loops)
 }
@@ -151,7 +149,7 @@ fn instance(report: &mut Report, block: &Arc<Block>, name: &str, sections: &Elem
         let member_name = element.attribute("Name").unwrap_or_default();
         let found = block.find(member_name).filter(|index| block.members[*index].role.is_settable());
         let Some(index) = found else {
-            let message = format!("{} has no input or parameter {}", block.name, shown(member_name));
+            let message = format!("{} has no input or parameter {}", block.name, quoted(member_name));
             report.wrong(element.span.clone(), message, None);
             is_right = false;
             continue;
@@ -159,8 +157,13 @@ fn instance(report: &mut Report, block: &Arc<Block>, name: &str, sections: &Elem
         let member = &block.members[index];
         let datatype = element.attribute("Datatype").unwrap_or_default();
         if !is_kind(datatype, member.kind) {
-            let message =
-                format!("{} of {} is a {}, not a {}", member.name, block.name, member.kind.name(), shown(datatype));
+            let message = format!(
+                "{} of {}: expected the type {}, found {}",
+                member.name,
+                block.name,
+                member.kind.name(),
+                quoted(datatype)
+            );
             report.wrong(element.span.clone(), message, None);
             is_right = false;
             continue;

@@ -8,9 +8,6 @@ use crate::source::Source;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The largest file that is read, in bytes. The sources of a whole plant are a hundredth of it.
-pub const MOST_BYTES: usize = 16 << 20;
-
 /// The most loops of a file, so that a hostile file cannot fill the memory.
 pub(crate) const MOST_LOOPS: usize = 10_000;
 
@@ -120,17 +117,6 @@ impl<'a> Report<'a> {
             let file = file.rsplit(['/', '\\']).next().unwrap_or(file);
             file.rsplit_once('.').map_or(file, |(stem, _)| stem).to_string()
         })
-    }
-}
-
-/// The longest text of a file that a message repeats, in bytes.
-pub(crate) const LONGEST_NAME: usize = 60;
-
-/// A text of the file as messages repeat it.
-pub(crate) fn shown(text: &str) -> String {
-    match text.len() {
-        0..=LONGEST_NAME => text.escape_debug().to_string(),
-        _ => format!("{}…", text[..text.floor_char_boundary(LONGEST_NAME)].escape_debug()),
     }
 }
 

@@ -16,7 +16,8 @@
 use crate::block::Block;
 use crate::loops::{Loop, Setting};
 use crate::named::{self, Entry, Given};
-use crate::report::{MOST_LOOPS, Report, shown};
+use crate::problem::quoted;
+use crate::report::{MOST_LOOPS, Report};
 use crate::xml::{self, Element, Xml};
 use crate::{Options, Problems, Reading, Source};
 use blocks::Kind;
@@ -40,13 +41,13 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
     let chosen = report.chosen(blocks, options).ok()?;
     let root = xml::read(report, source)?;
     if root.name != "ParameterSet" {
-        let message = format!("the root element is {}, but ParameterSet is expected", shown(&root.name));
+        let message = format!("expected the root element ParameterSet, found {}", quoted(&root.name));
         report.wrong(root.span, message, None);
         return None;
     }
     let version = root.attribute("version").unwrap_or_default();
     if !matches!(version, "1.0" | "2.0") {
-        let message = format!("the version of the ParameterSet is {:?}, but 1.0 or 2.0 is expected", shown(version));
+        let message = format!("expected a ParameterSet of version 1.0 or 2.0, found {}", quoted(version));
         report.wrong(root.span.clone(), message, None);
         return None;
     }
@@ -93,7 +94,7 @@ fn entry<'a>(
 ) -> Option<Entry<'a>> {
     let types = ["Real", "Integer", "Boolean", "Enumeration", "String", "Binary", "Float64", "Float32"];
     let Some(value) = parameter.children.iter().find(|child| types.contains(&child.name.as_str())) else {
-        let message = format!("{}: a Real, an Integer or a Boolean is expected", shown(full_name));
+        let message = format!("{}: expected a Real, an Integer or a Boolean, found none", quoted(full_name));
         report.wrong(parameter.span.clone(), message, None);
         return None;
     };
@@ -113,7 +114,7 @@ fn entry<'a>(
             _ => member.unit.as_deref(),
         });
         if let Some(expected) = expected.filter(|expected| *expected != unit) {
-            let message = format!("{} is given in {}, but {expected} is expected", shown(full_name), shown(unit));
+            let message = format!("{} is given in {}, but {expected} is expected", quoted(full_name), quoted(unit));
             report.wrong(value.span.clone(), message, Some("convert the value: units are not converted here".into()));
             return None;
         }

@@ -1,6 +1,7 @@
 //! XML as a tree with places, bounded: no DTD, and limits for depth, elements and attributes.
 
-use crate::report::{Report, shown};
+use crate::problem::quoted;
+use crate::report::Report;
 use crate::source::Source;
 use quick_xml::events::{BytesStart, BytesText, Event};
 use quick_xml::{Reader, Writer, XmlVersion};
@@ -109,7 +110,7 @@ fn tree(text: &str) -> Result<Element, (usize, String)> {
                     _ => quick_xml::escape::resolve_xml_entity(&entity).map(str::to_string),
                 };
                 let Some(text) = known else {
-                    return wrong(format!("the entity &{}; is unknown", shown(&entity)));
+                    return wrong(format!("the entity {} is unknown", quoted(&format!("&{};", &*entity))));
                 };
                 add(&mut open, &text, start..end)?;
             }
@@ -122,7 +123,7 @@ fn tree(text: &str) -> Result<Element, (usize, String)> {
         }
     }
     match (open.last(), root) {
-        (Some(open), _) => Err((open.span.start, format!("the element {} is not closed", shown(&open.name)))),
+        (Some(open), _) => Err((open.span.start, format!("the element {} is not closed", quoted(&open.name)))),
         (None, Some(root)) => Ok(root),
         (None, None) => Err((0, "the file has no XML element".into())),
     }
@@ -130,7 +131,7 @@ fn tree(text: &str) -> Result<Element, (usize, String)> {
 
 fn element(tag: &BytesStart, span: Range<usize>) -> Result<Element, (usize, String)> {
     let name = tag.local_name().as_ref().to_string();
-    let wrong = |message: String| (span.start, format!("{}: {message}", shown(&name)));
+    let wrong = |message: String| (span.start, format!("{}: {message}", quoted(&name)));
     let mut attributes = Vec::new();
     for attribute in tag.attributes() {
         let attribute = attribute.map_err(|error| wrong(error.to_string()))?;
@@ -155,7 +156,7 @@ fn add(open: &mut [Element], text: &str, span: Range<usize>) -> Result<(), (usiz
             Ok(())
         }
         None if text.trim().is_empty() => Ok(()),
-        None => Err((span.start, format!("text outside of the root element: {}", shown(text.trim())))),
+        None => Err((span.start, format!("text outside of the root element: {}", quoted(text.trim())))),
     }
 }
 
@@ -210,7 +211,7 @@ impl Xml {
 pub(crate) fn check(text: &str) -> Result<(), String> {
     let is_xml = |character: char| matches!(character, '\t' | '\n' | '\r' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..);
     match text.chars().find(|character| !is_xml(*character)) {
-        Some(character) => Err(format!("XML cannot hold the character {character:?} of {}", shown(text))),
+        Some(character) => Err(format!("XML cannot hold the character {character:?} of {}", quoted(text))),
         None => Ok(()),
     }
 }

@@ -14,4 +14,6 @@ pub mod package;
 #[cfg(feature = "command")]
 pub mod page;
 #[cfg(feature = "command")]
+pub mod parameter_file;
+#[cfg(feature = "command")]
 pub mod progress;

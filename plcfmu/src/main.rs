@@ -1,7 +1,7 @@
 //! The command `plcfmu`.
 
 use clap::{Parser, Subcommand};
-use plcfmu::commands::{build, check, info, merge, new, run, ssp};
+use plcfmu::commands::{build, check, info, merge, new, params, run, ssp};
 use std::process::ExitCode;
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
@@ -18,6 +18,7 @@ enum Command {
     Check(check::Options),
     Run(run::Options),
     Ssp(ssp::Options),
+    Params(params::Options),
     /// Make a crate for a block of your own
     ///
     /// The crate builds as it stands: it comes with the sources that it needs.
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
         Command::Check(options) => check::run(&options),
         Command::Run(options) => run::run(&options),
         Command::Ssp(options) => ssp::run(&options),
+        Command::Params(options) => params::run(&options),
         Command::New(options) => new::run(&options),
         Command::Build(options) => build::run(&options),
         Command::Merge(options) => merge::run(&options),

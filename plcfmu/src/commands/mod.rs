@@ -5,6 +5,7 @@ pub mod check;
 pub mod info;
 pub mod merge;
 pub mod new;
+pub mod params;
 pub mod run;
 pub mod ssp;
 pub mod system;

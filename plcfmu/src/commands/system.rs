@@ -1,10 +1,11 @@
 //! What to run or to pack, as `plcfmu run` and `plcfmu ssp` take it: FMUs, a description, or the loops of a parameter file,
 //! and options on top.
 
+use crate::host::file;
 use crate::host::system::{Connection, Exchange, Member, Recorded, Setting, System};
-use crate::host::{file, parameter_file};
+use crate::parameter_file;
 use anyhow::{Context, Error, Result, bail};
-use parameters::Format;
+use parameters::{Block, Format};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -110,14 +111,14 @@ impl Arguments {
         let folder = self.fmus.as_deref().with_context(|| {
             format!("{shown} is a parameter file: name the folder of the FMUs of its blocks, --fmus FOLDER")
         })?;
-        let reading = parameter_file::read(path, &parameters::Options::default())?;
+        let reading = parameter_file::read(&shown.to_string(), None, &Block::all(), &parameters::Options::default())?;
         system.remarks.extend(parameter_file::remarks(&reading));
         for of in &reading.loops {
             let fmu = folder.join(format!("{}.fmu", of.block.name));
             if !fmu.is_file() {
                 bail!("{}, a {} in {shown}, needs {}, which does not exist", of.name, of.block.name, fmu.display());
             }
-            system.settings.extend(parameter_file::settings(of, &of.name, None));
+            system.settings.extend(Setting::of_loop(of, &of.name, None));
             system.members.push(Member { name: of.name.clone(), path: fmu });
         }
         Ok(())

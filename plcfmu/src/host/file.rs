@@ -24,11 +24,11 @@
 //!
 //! Names of variables have points, and so have TOML's keys: both ways of writing give the same name.
 
-use crate::host::parameter_file;
 use crate::host::plan::near;
 use crate::host::system::{Connection, Exchange, Member, Place, Recorded, Setting, System, Value};
+use crate::parameter_file;
 use anyhow::{Context, Result, anyhow, bail};
-use parameters::Source;
+use parameters::{Block, Source};
 use serde::Deserialize;
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use std::collections::BTreeMap;
@@ -273,8 +273,8 @@ impl Reader<'_> {
     fn parameters(&self, member: &str, of: &ParametersOf, system: &mut System) -> Result<()> {
         let here = self.place(of.file.span());
         let options = parameters::Options { block: of.block.clone(), name: None, offset: of.offset };
-        let path = self.folder.join(of.file.get_ref());
-        let reading = parameter_file::read(&path, &options).with_context(|| here.to_string())?;
+        let path = self.folder.join(of.file.get_ref()).display().to_string();
+        let reading = parameter_file::read(&path, None, &Block::all(), &options).with_context(|| here.to_string())?;
         let names: Vec<_> = reading.loops.iter().map(|of| of.name.as_str()).collect();
         if let Some(name) = &of.name {
             self.known(name, &names)?;
@@ -284,7 +284,7 @@ impl Reader<'_> {
         }
         let name = of.name.as_ref().map(Spanned::get_ref);
         for found in reading.loops.iter().filter(|of| name.is_none_or(|name| of.name == *name)) {
-            system.settings.extend(parameter_file::settings(found, member, Some(&here)));
+            system.settings.extend(Setting::of_loop(found, member, Some(&here)));
         }
         system.remarks.extend(parameter_file::remarks(&reading));
         Ok(())

@@ -14,7 +14,6 @@ pub mod file;
 pub mod fmu;
 pub mod instance;
 pub mod library;
-pub mod parameter_file;
 pub mod plan;
 pub mod run;
 pub mod simulation;

@@ -2,6 +2,7 @@
 //! writes them; [`Plan`](crate::host::plan::Plan) checks them.
 
 use anyhow::{Context, Result, anyhow, bail};
+use parameters::{Loop, Origin};
 use serde::Deserialize;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -150,6 +151,30 @@ impl FromStr for Setting {
         }
         let value = value.parse().with_context(form)?;
         Ok(Setting { variable: variable.into(), value, time, is_preliminary: false, place: None })
+    }
+}
+
+impl Setting {
+    /// The values of a loop of a PLC for an FMU that is called `member`. A value without a line of its own is said to be at
+    /// `place`.
+    pub fn of_loop(one: &Loop, member: &str, place: Option<&Place>) -> Vec<Setting> {
+        let setting = |setting: &parameters::Setting| {
+            let place = match &setting.origin {
+                Origin::Text { file, line, column } => Some(Place { file: file.clone(), line: *line, column: *column }),
+                _ => place.cloned(),
+            };
+            Setting {
+                variable: format!("{member}.{}", one.block.members[setting.member].name),
+                value: match setting.value {
+                    blocks::Value::Bool(value) => Value::Boolean(value),
+                    value => Value::Number(blocks::table::number::number(value)),
+                },
+                time: None,
+                is_preliminary: true,
+                place,
+            }
+        };
+        one.settings.iter().map(setting).collect()
     }
 }
 

@@ -1,0 +1,199 @@
+//! `plcfmu params`: the values of a PLC's parameter files, shown, converted and compared.
+
+use super::print;
+use crate::package::temporary;
+use crate::parameter_file::{self, block_of_library, check_target, format_of, unit};
+use anyhow::{Context, Result, bail};
+use blocks::Value;
+use blocks::table::number::number;
+use parameters::{Block, Format, Loop, Reading, Setting, decimal};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Show, convert and compare the parameters of control loops
+///
+/// Reads STEP 7 sources (.awl, .scl), TIA Portal sources (.db), TIA Openness XML (.xml), dumps of data blocks (.bin), JSON, SSV, and
+/// the start values of an FMU. A TIME is in seconds.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct Options {
+    /// The file
+    #[arg(value_name = "FILE")]
+    pub file: String,
+    /// The block of the loops, where the file does not say it: its name, or FB 41 and the like
+    #[arg(long)]
+    pub block: Option<String>,
+    /// The loop: one of several, or the name of one to which the file gives none
+    #[arg(long = "loop", value_name = "NAME")]
+    pub name: Option<String>,
+    /// Where the instance begins in a dump, in bytes
+    #[arg(long, default_value_t = 0)]
+    pub offset: usize,
+    /// The format of FILE, if its ending does not say it: awl, scl, db, xml, bin, json, ssv
+    #[arg(long, value_parser = format)]
+    pub format: Option<Format>,
+    /// Write the loops to this file, in the format of its ending
+    #[arg(long, value_name = "FILE", conflicts_with = "diff")]
+    pub to: Option<String>,
+    /// Show only what is different in this file
+    #[arg(long, value_name = "OTHER")]
+    pub diff: Option<String>,
+    /// Print the loops as JSON, for scripts
+    #[arg(long, conflicts_with_all = ["to", "diff"])]
+    pub json: bool,
+    /// An FMU of your own whose block the file may contain; its library is loaded
+    #[arg(long, value_name = "FILE.fmu")]
+    pub fmu: Vec<PathBuf>,
+}
+
+/// The format with this ending.
+fn format(ending: &str) -> Result<Format, String> {
+    Format::of_file(&format!(".{ending}")).ok_or_else(|| {
+        let endings: Vec<&str> = Format::ALL.iter().flat_map(|format| format.extensions()).copied().collect();
+        format!("the formats are {}", endings.join(", "))
+    })
+}
+
+/// Shows, converts or compares.
+///
+/// # Errors
+/// A file cannot be read, or all that is wrong with it; or what is asked for cannot be written.
+pub fn run(options: &Options) -> Result<()> {
+    let mut blocks = Vec::new();
+    for path in &options.fmu {
+        blocks.push(Arc::new(block_of_library(path)?));
+    }
+    blocks.extend(Block::all());
+    let reading = read(&options.file, options.format, &blocks, options)?;
+    if let Some(other) = &options.diff {
+        let after = read(other, None, &blocks, options)?;
+        return print(&differences((&options.file, &reading.loops), (other, &after.loops))?);
+    }
+    if let Some(target) = &options.to {
+        write(target, options, &reading.loops)?;
+    } else if options.json {
+        let json = parameters::write(Format::Json, &reading.loops, "").map_err(|error| anyhow::anyhow!(error))?;
+        print(&String::from_utf8_lossy(&json))?;
+    } else {
+        print(&table(&reading.loops))?;
+    }
+    for one in &reading.loops {
+        for warning in one.outside().into_iter().chain(one.advice()) {
+            eprintln!("warning: {}: {warning}", one.name);
+        }
+    }
+    Ok(())
+}
+
+/// The loops of a file that the user asked for. What is to be said of the file is printed.
+fn read(file: &str, format: Option<Format>, blocks: &[Arc<Block>], options: &Options) -> Result<Reading> {
+    let of_file =
+        parameters::Options { block: options.block.clone(), name: options.name.clone(), offset: options.offset };
+    let mut reading = parameter_file::read(file, format, blocks, &of_file)?;
+    for remark in parameter_file::remarks(&reading) {
+        eprintln!("remark: {remark}");
+    }
+    if let Some(name) = &options.name {
+        let all: Vec<String> = reading.loops.iter().map(|one| one.name.clone()).collect();
+        reading.loops.retain(|one| one.name.eq_ignore_ascii_case(name));
+        if reading.loops.is_empty() {
+            bail!("{file} has no loop {name}: it has {}", all.join(", "));
+        }
+    }
+    Ok(reading)
+}
+
+/// Writes the loops beside the file's place, and renames that.
+fn write(target: &str, options: &Options, loops: &[Loop]) -> Result<()> {
+    check_target(target, &options.file)?;
+    let format = format_of(target)?;
+    let origin = format!("Made by plcfmu {} from {}", env!("CARGO_PKG_VERSION"), options.file);
+    let bytes = parameters::write(format, loops, &origin).map_err(|error| anyhow::anyhow!("{target}: {error}"))?;
+    temporary::place(Path::new(target), |file| file.write_all(&bytes).context("writing"), |_| Ok(()))?;
+    if format == Format::Dump {
+        eprintln!(
+            "remark: {target}: outputs are 0, and the memory of the block behind them is not known and not there"
+        );
+    }
+    let values: usize = loops.iter().map(|one| one.settings.len()).sum();
+    let plural = if loops.len() == 1 { "" } else { "s" };
+    print(&format!("{target}: {} loop{plural}, {values} values\n", loops.len()))
+}
+
+/// All values, a line each.
+fn table(loops: &[Loop]) -> String {
+    let head = ["Loop", "Block", "Parameter", "Value", "Unit", "Start", "Origin"];
+    let mut rows = vec![head.map(str::to_string)];
+    for one in loops {
+        for setting in &one.settings {
+            let member = &one.block.members[setting.member];
+            rows.push([
+                one.name.clone(),
+                one.block.name.clone(),
+                member.name.clone(),
+                decimal(setting.value),
+                unit(member).to_string(),
+                decimal(member.start),
+                setting.origin.to_string(),
+            ]);
+        }
+    }
+    aligned(&rows)
+}
+
+/// What is different, a line each.
+fn differences(before: (&str, &[Loop]), after: (&str, &[Loop])) -> Result<String> {
+    let mut rows = vec![["Loop", "Parameter", "Before", "After", "Unit"].map(str::to_string)];
+    let mut alone = Vec::new();
+    let mut pairs = Vec::new();
+    if let ([one], [other]) = (before.1, after.1) {
+        // A file that holds one loop may give it no name.
+        pairs.push((one, other));
+    } else {
+        let find = |loops: &'_ [Loop], name: &str| loops.iter().position(|one| one.name.eq_ignore_ascii_case(name));
+        for one in before.1 {
+            match find(after.1, &one.name) {
+                Some(other) => pairs.push((one, &after.1[other])),
+                None => alone.push(format!("{} is only in {}\n", one.name, before.0)),
+            }
+        }
+        let only_after = after.1.iter().filter(|one| find(before.1, &one.name).is_none());
+        alone.extend(only_after.map(|one| format!("{} is only in {}\n", one.name, after.0)));
+    }
+    for (one, other) in pairs {
+        if one.block != other.block {
+            let (name, block, other) = (&one.name, &one.block.name, &other.block.name);
+            bail!("{name} is a {block} in {} and a {other} in {}", before.0, after.0);
+        }
+        let changed = |(one, other): &(&Setting, &Setting)| !is_same(one.value, other.value);
+        for (was, is) in one.settings.iter().zip(&other.settings).filter(changed) {
+            let member = &one.block.members[was.member];
+            let (was, is) = (decimal(was.value), decimal(is.value));
+            rows.push([one.name.clone(), member.name.clone(), was, is, unit(member).to_string()]);
+        }
+    }
+    let table = match rows.len() {
+        1 if alone.is_empty() => "no differences\n".to_string(),
+        1 => String::new(),
+        _ => aligned(&rows),
+    };
+    Ok(table + &alone.concat())
+}
+
+/// Bit for bit.
+fn is_same(one: Value, other: Value) -> bool {
+    one.kind() == other.kind() && number(one).to_bits() == number(other).to_bits()
+}
+
+/// Rows of cells in columns as wide as their widest cell.
+fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or_default();
+    let widths: [usize; N] = std::array::from_fn(width);
+    let mut text = String::new();
+    for row in rows {
+        let cells: Vec<String> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}")).collect();
+        text.push_str(cells.join("  ").trim_end());
+        text.push('\n');
+    }
+    text
+}

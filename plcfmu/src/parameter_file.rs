@@ -1,0 +1,153 @@
+//! Parameter files of a PLC, and what else holds the values of a loop.
+
+use crate::host::fmu::Fmu;
+use crate::package::Package;
+use anyhow::{Context, Result, anyhow, bail};
+use blocks::table::number::to_value;
+use blocks::{Kind, Value};
+use modeldescription::v2::{Interface, ModelDescription, Typed, Variable};
+use modeldescription::{Row, Table};
+use parameters::{Block, Format, Loop, MOST_BYTES, Member, Options, Origin, Part, Problems, Reading, Source};
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Reads the loops of a file: a parameter file, whose format is that of its ending if none is given, or an FMU, whose start values
+/// are those of one loop.
+///
+/// # Errors
+/// The file cannot be read, or all that is wrong with it, with file, line and column.
+pub fn read(name: &str, format: Option<Format>, blocks: &[Arc<Block>], options: &Options) -> Result<Reading> {
+    if format.is_none() && name.to_lowercase().ends_with(".fmu") {
+        return read_fmu(name, blocks, options).with_context(|| name.to_string());
+    }
+    let format = match format {
+        Some(format) => format,
+        None => format_of(name)?,
+    };
+    Ok(parameters::read(format, &Source::new(name, bytes(name)?), blocks, options)?)
+}
+
+/// What is to be said of a file that was read, a sentence each.
+pub fn remarks(reading: &Reading) -> Vec<String> {
+    reading.remarks.to_string().lines().map(str::to_string).collect()
+}
+
+/// The format of a file, by the ending of its name.
+///
+/// # Errors
+/// There is none with this ending.
+pub fn format_of(name: &str) -> Result<Format> {
+    Format::of_file(name).with_context(|| {
+        let endings: Vec<String> =
+            Format::ALL.iter().flat_map(|format| format.extensions()).map(|ending| format!(".{ending}")).collect();
+        format!("{name}: the ending of the name says no format; those of parameter files are {}", endings.join(", "))
+    })
+}
+
+/// The bytes of a file, one more than are ever read if it is too large.
+fn bytes(name: &str) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(name)
+        .and_then(|file| file.take(MOST_BYTES as u64 + 1).read_to_end(&mut bytes))
+        .with_context(|| format!("{name} cannot be read"))?;
+    Ok(bytes)
+}
+
+/// The loop that an FMU is: it is called as the FMU, and has its start values.
+fn read_fmu(name: &str, blocks: &[Arc<Block>], options: &Options) -> Result<Reading> {
+    let description = Package::open(Path::new(name))?.description;
+    let identifier = description.model_identifier().unwrap_or_default();
+    let known = blocks.iter().find(|block| block.name == identifier && values(&description, block).is_ok()).cloned();
+    let block = match known {
+        Some(block) => block,
+        None => Arc::new(block_of_library(Path::new(name))?),
+    };
+    let stem = options.name.clone().unwrap_or_else(|| description.model_name.clone());
+    let mut one = Loop::new(stem, block.clone());
+    for (index, value) in values(&description, &block)? {
+        one.set(index, value, Origin::File { file: name.to_string() });
+    }
+    let remarks = Problems { file: name.to_string(), text: String::new(), problems: Vec::new() };
+    Ok(Reading { loops: vec![one], remarks })
+}
+
+/// The start values that an FMU has for the settings of a block.
+fn values(description: &ModelDescription, block: &Block) -> Result<Vec<(usize, Value)>> {
+    let mut values = Vec::new();
+    for (index, member) in block.members.iter().enumerate().filter(|(_, member)| member.role.is_settable()) {
+        let name = &member.name;
+        let variable = description.model_variables.iter().find(|variable| variable.name == *name);
+        let start = variable.and_then(start).with_context(|| format!("the FMU has no start value of {name}"))?;
+        let value = to_value(start, member.kind).map_err(|range| anyhow!("{name} starts at {start}, but {range}"))?;
+        values.push((index, value));
+    }
+    Ok(values)
+}
+
+/// The start value of a variable as a number.
+fn start(variable: &Variable) -> Option<f64> {
+    match &variable.typed {
+        Typed::Real(real) => real.start,
+        Typed::Integer(integer) => integer.start.map(f64::from),
+        Typed::Boolean(boolean) => boolean.start.map(|start| f64::from(u8::from(start))),
+        Typed::Enumeration(_) | Typed::String(_) => None,
+    }
+}
+
+/// The block of an FMU that was made with `fmu::export!`, from the table in its library for this machine. This loads the library.
+///
+/// # Errors
+/// The FMU cannot be loaded here, or was made otherwise.
+pub fn block_of_library(path: &Path) -> Result<Block> {
+    block(&Interface::parse(&Fmu::open(path)?.library.interface()?)?.table)
+}
+
+/// The block that a library's table describes.
+fn block(table: &Table) -> Result<Block> {
+    let member = |(index, row): (usize, &Row)| {
+        let value = |number: f64| {
+            to_value(number, row.kind)
+                .map_err(|range| anyhow!("the library's table: {} is {number}: {range}", row.name))
+        };
+        Ok(Member {
+            name: row.name.clone(),
+            description: row.description.clone(),
+            kind: row.kind,
+            role: row.role,
+            start: value(row.start)?,
+            min: row.min.map(value).transpose()?,
+            max: row.max.map(value).transpose()?,
+            unit: row.unit.clone(),
+            part: match () {
+                () if table.mean == Some(index) => Part::FmuOnly,
+                () if row.name.contains('.') => Part::Inner,
+                () => Part::Own,
+            },
+        })
+    };
+    let members: Result<Vec<Member>> = table.variables.iter().enumerate().map(member).collect();
+    Ok(Block::new(table.name.clone(), table.aliases.clone(), members?))
+}
+
+/// Refuses to write onto a file that is read.
+///
+/// # Errors
+/// Both names are of one file.
+pub fn check_target(target: &str, read: &str) -> Result<()> {
+    if let (Ok(one), Ok(other)) = (fs::canonicalize(target), fs::canonicalize(read))
+        && one == other
+    {
+        bail!("{target} is the file that is read: write to another one");
+    }
+    Ok(())
+}
+
+/// The physical unit of a member; a TIME is in seconds.
+pub fn unit(member: &Member) -> &str {
+    match member.kind {
+        Kind::Time => "s",
+        _ => member.unit.as_deref().unwrap_or_default(),
+    }
+}
