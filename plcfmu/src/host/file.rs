@@ -427,3 +427,6 @@ fn relative(path: &Path, folder: &Path) -> PathBuf {
     let path = absolute(path);
     path.strip_prefix(absolute(folder)).map(Path::to_path_buf).unwrap_or(path)
 }
+
+#[cfg(test)]
+mod tests;

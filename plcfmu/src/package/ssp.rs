@@ -294,7 +294,10 @@ fn identifiers(names: &[&str]) -> Result<Vec<String>> {
     for place in order {
         let own = &identifiers[place];
         let longer = std::iter::once('_').chain('A'..='Z').map(|last| format!("{own}{last}"));
-        let mut candidates = std::iter::once(own.clone()).chain(longer);
+        // Two names that were made equal.
+        let base = own.trim_end_matches('_');
+        let numbered = (2..=names.len() + 1).map(|number| format!("{base}x{number}_"));
+        let mut candidates = std::iter::once(own.clone()).chain(longer).chain(numbered);
         let is_free = |name: &String| !taken.iter().any(|other| other.starts_with(name) || name.starts_with(other));
         let Some(free) = candidates.find(is_free) else {
             bail!("{} begins the names of too many other FMUs: give it another name", names[place]);
@@ -309,4 +312,30 @@ fn identifiers(names: &[&str]) -> Result<Vec<String>> {
 pub fn system_name(file: &Path) -> String {
     let stem = plain(&file.file_stem().unwrap_or_default().to_string_lossy());
     if stem.is_empty() { "system".into() } else { stem }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elements_are_c_identifiers_of_which_none_begins_another() {
+        let changed = |names: &[&str]| identifiers(names).unwrap();
+        assert_eq!(changed(&["TIC101", "TIC102"]), ["TIC101", "TIC102"]);
+        assert_eq!(changed(&["1-2 ä", "DB4"]), ["_1_2__", "DB4"]);
+        assert_eq!(changed(&["DB4", "DB41"]), ["DB4_", "DB41"]);
+        assert_eq!(changed(&["DB4", "DB4_", "DB4"]), ["DB4A", "DB4_", "DB4B"]);
+        for names in [vec!["a", "aa", "aaa", "a_", "a-", "A"], vec!["P", "P_", "P_", "P_A", "P__", ""]] {
+            let changed = changed(&names);
+            for (place, one) in changed.iter().enumerate() {
+                let others = changed.iter().enumerate().filter(|(other, _)| *other != place);
+                assert!(others.into_iter().all(|(_, other)| !other.starts_with(one)), "{names:?}: {changed:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_system_is_called_as_its_file() {
+        assert_eq!(system_name(Path::new("a/plant 1.ssp")), "plant_1");
+    }
 }
