@@ -23,6 +23,9 @@ pub struct Arguments {
     /// The folder of the FMUs that a description or a parameter file names; by default, that of the file itself
     #[arg(long, value_name = "FOLDER")]
     fmus: Option<PathBuf>,
+    /// The block of the loops of a parameter file that does not say it: its name, or FB 41 and the like
+    #[arg(long, value_name = "BLOCK")]
+    block: Option<String>,
     /// Connect an output to an input
     ///
     /// The types have to be the same; an Integer output can also go to a Real input. If both have a unit, the units have to
@@ -111,7 +114,8 @@ impl Arguments {
         let folder = self.fmus.as_deref().with_context(|| {
             format!("{shown} is a parameter file: name the folder of the FMUs of its blocks, --fmus FOLDER")
         })?;
-        let reading = parameter_file::read(&shown.to_string(), None, &Block::all(), &parameters::Options::default())?;
+        let options = parameters::Options { block: self.block.clone(), ..Default::default() };
+        let reading = parameter_file::read(&shown.to_string(), None, &Block::all(), &options)?;
         system.remarks.extend(parameter_file::remarks(&reading));
         for of in &reading.loops {
             let fmu = folder.join(format!("{}.fmu", of.block.name));
