@@ -23,7 +23,8 @@ pub struct Options {
     version: Version,
     /// Leave out the connectors of inputs that are not connected
     ///
-    /// FMPy's master for SSP files sets an input to 0 that has a connector and no connection.
+    /// FMPy's master for SSP files needs this: it fails, or takes a wrong output, where an input has a connector and no
+    /// connection.
     #[arg(long)]
     only_connected: bool,
 }

@@ -39,7 +39,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// The largest file, in bytes.
-const LARGEST: u64 = 1 << 24;
+const LARGEST: u64 = 1 << 20;
 
 /// What the file may hold.
 #[derive(Deserialize)]
@@ -184,6 +184,15 @@ pub fn read(path: &Path, fmus: Option<&Path>) -> Result<System> {
     Reader { source: Source::new(shown, bytes), folder, fmus: fmus.unwrap_or(folder) }.system()
 }
 
+/// A value of nested tables.
+struct Entry<'a> {
+    /// The keys, joined by points.
+    name: String,
+    /// That of the last key.
+    place: Place,
+    node: &'a Spanned<Node>,
+}
+
 struct Reader<'a> {
     source: Source,
     folder: &'a Path,
@@ -213,24 +222,12 @@ impl Reader<'_> {
         if system.members.is_empty() {
             bail!("{}: [fmus] is empty: write a line NAME = \"FILE.fmu\" for each FMU", self.source.file);
         }
-        self.flatten(&content.connections, &mut |from, place, node| {
-            let mut connect = |to: &str| {
-                system.connections.push(Connection { from: from.into(), to: to.into(), place: Some(place.clone()) });
-            };
-            match node.get_ref() {
-                Node::Text(to) => connect(to),
-                Node::List(list) if !list.is_empty() => {
-                    for to in list {
-                        match to.get_ref() {
-                            Node::Text(to) => connect(to),
-                            other => bail!(self.wrong(to, "the name of an input, \"FMU.INPUT\"", other)),
-                        }
-                    }
-                }
-                other => bail!(self.wrong(node, "the name of an input, \"FMU.INPUT\", or a list of such names", other)),
+        for entry in self.flat(&content.connections) {
+            for to in self.inputs(entry.node)? {
+                let place = Some(entry.place.clone());
+                system.connections.push(Connection { from: entry.name.clone(), to, place });
             }
-            Ok(())
-        })?;
+        }
         for (name, parameters) in &content.parameters.0 {
             let known: Vec<_> = system.members.iter().map(|member| member.name.as_str()).collect();
             self.known(name, &known)?;
@@ -301,38 +298,48 @@ impl Reader<'_> {
         bail!("{}: there is no {wrong}, only {}{hint}", self.place(name.span()), names.join(", "))
     }
 
+    /// The inputs to which an output is connected.
+    fn inputs(&self, node: &Spanned<Node>) -> Result<Vec<String>> {
+        let one = |node: &Spanned<Node>, expected| match node.get_ref() {
+            Node::Text(name) => Ok(name.clone()),
+            other => Err(self.wrong(node, expected, other)),
+        };
+        match node.get_ref() {
+            Node::List(list) if !list.is_empty() => {
+                list.iter().map(|node| one(node, "the name of an input, \"FMU.INPUT\"")).collect()
+            }
+            _ => Ok(vec![one(node, "the name of an input, \"FMU.INPUT\", or a list of such names")?]),
+        }
+    }
+
     fn settings(&self, table: &Entries<Spanned<Node>>, time: Option<f64>, settings: &mut Vec<Setting>) -> Result<()> {
-        self.flatten(table, &mut |variable, place, node| {
+        for Entry { name, place, node } in self.flat(table) {
             let value = match node.get_ref() {
                 Node::Boolean(value) => Value::Boolean(*value),
                 Node::Number(number) if number.is_finite() => Value::Number(*number),
                 other => bail!(self.wrong(node, "a finite number, true or false", other)),
             };
-            let variable = variable.to_string();
-            settings.push(Setting { variable, value, time, is_preliminary: false, place: Some(place.clone()) });
-            Ok(())
-        })
-    }
-
-    /// Calls `each` for every value of a table and of those inside it, with the names joined by points.
-    fn flatten(
-        &self,
-        table: &Entries<Spanned<Node>>,
-        each: &mut dyn FnMut(&str, &Place, &Spanned<Node>) -> Result<()>,
-    ) -> Result<()> {
-        let mut open: Vec<(String, &Spanned<String>, &Spanned<Node>)> = Vec::new();
-        let name = |prefix: &str, key: &Spanned<String>| format!("{prefix}{}", key.get_ref());
-        open.extend(table.0.iter().rev().map(|(key, node)| (name("", key), key, node)));
-        while let Some((full, key, node)) = open.pop() {
-            match node.get_ref() {
-                Node::Table(inner) => {
-                    let prefix = format!("{full}.");
-                    open.extend(inner.0.iter().rev().map(|(key, node)| (name(&prefix, key), key, node)));
-                }
-                _ => each(&full, &self.place(key.span()), node)?,
-            }
+            settings.push(Setting { variable: name, value, time, is_preliminary: false, place: Some(place) });
         }
         Ok(())
+    }
+
+    /// The values of a table and of those inside it.
+    fn flat<'a>(&self, table: &'a Entries<Spanned<Node>>) -> Vec<Entry<'a>> {
+        let mut flat = Vec::new();
+        self.add(&mut flat, "", table);
+        flat
+    }
+
+    fn add<'a>(&self, flat: &mut Vec<Entry<'a>>, prefix: &str, table: &'a Entries<Spanned<Node>>) {
+        for (key, node) in &table.0 {
+            let name = format!("{prefix}{}", key.get_ref());
+            match node.get_ref() {
+                // TOML's reader limits the depth.
+                Node::Table(inner) => self.add(flat, &format!("{name}."), inner),
+                _ => flat.push(Entry { name, place: self.place(key.span()), node }),
+            }
+        }
     }
 
     fn seconds(&self, node: &Spanned<Node>) -> Result<f64> {

@@ -24,7 +24,7 @@ pub const PARAMETER_SET: &str = "start";
 pub struct Options {
     /// The version of the standard that the file states.
     pub version: Version,
-    /// Connectors for those inputs only that are connected. FMPy's master sets all others that it sees to 0.
+    /// Connectors for those inputs only that are connected: FMPy's master cannot deal with others.
     pub only_connected: bool,
 }
 
