@@ -12,7 +12,6 @@ mod block;
 mod format;
 mod loops;
 mod named;
-mod problem;
 mod report;
 mod source;
 
@@ -22,13 +21,14 @@ pub mod json;
 pub mod layout;
 pub mod literal;
 pub mod openness;
+pub mod problem;
 pub mod ssv;
 pub mod step7;
 
 mod xml;
 
 pub use block::{Block, Member, Part};
-pub use format::{Format, MOST_BYTES, Options, read, write};
+pub use format::{Format, Options, read, write};
 pub use loops::{Loop, Origin, Setting};
 pub use named::decimal;
 pub use problem::{Place, Problem, Problems, Reading};

@@ -31,19 +31,29 @@ pub(crate) enum Given<'a> {
     Other(&'a str),
 }
 
+/// What the user has chosen for the loops of a file.
+#[derive(Clone, Copy)]
+pub(crate) struct Choice<'a> {
+    /// The block of loops that do not show it themselves.
+    pub(crate) block: Option<&'a Arc<Block>>,
+    /// Whether the file has one loop only: the chosen block is that of the loop then, whatever its names.
+    pub(crate) is_for_one: bool,
+}
+
 /// The loop of these values. Its block is the one that the user chose, or else the only one that has all these names; `span` is
 /// where the loop begins.
 pub(crate) fn read(
     report: &mut Report,
     blocks: &[Arc<Block>],
-    chosen: Option<&Arc<Block>>,
+    chosen: Choice,
     name: &str,
     span: Range<usize>,
     entries: &[Entry],
 ) -> Option<Loop> {
-    let block = match chosen {
-        Some(block) => block.clone(),
-        None => recognize(report, blocks, name, span, entries)?,
+    let fits = |block: &Arc<Block>| entries.iter().all(|entry| is_settable(block, entry.name));
+    let block = match chosen.block {
+        Some(block) if chosen.is_for_one || fits(block) || !blocks.iter().any(fits) => block.clone(),
+        _ => recognize(report, blocks, name, span, entries)?,
     };
     let mut one = Loop::new(name, block.clone());
     let mut given = vec![false; block.members.len()];
@@ -72,7 +82,7 @@ pub(crate) fn read(
 }
 
 /// The member of this name, if a user may give it a value.
-fn member(block: &Block, name: &str) -> Result<usize, (String, Option<String>)> {
+pub(crate) fn member(block: &Block, name: &str) -> Result<usize, (String, Option<String>)> {
     match block.find(name) {
         Some(index) if block.members[index].role.is_settable() => Ok(index),
         Some(index) => {
@@ -126,14 +136,14 @@ fn recognize(
             let best = blocks.iter().max_by_key(matches).filter(|block| 2 * matches(block) >= entries.len());
             if best.is_none() {
                 let help = Some(format!("name it with --block: {}", list(blocks)));
-                report.wrong(span, format!("{name}: no block has these inputs and parameters"), help);
+                report.wrong(span, format!("{}: no block has these inputs and parameters", quoted(name)), help);
             }
             best.cloned()
         }
         (several, ..) => {
             let several: Vec<Arc<Block>> = several.iter().map(|block| (*block).clone()).collect();
             let help = Some(format!("say with --block which one it is: {}", list(&several)));
-            report.wrong(span, format!("{name}: several blocks have these inputs and parameters"), help);
+            report.wrong(span, format!("{}: several blocks have these inputs and parameters", quoted(name)), help);
             None
         }
     }

@@ -15,7 +15,7 @@
 
 use crate::block::Block;
 use crate::loops::{Loop, Setting};
-use crate::named::{self, Entry, Given};
+use crate::named::{self, Choice, Entry, Given};
 use crate::problem::quoted;
 use crate::report::{MOST_LOOPS, Report};
 use crate::xml::{self, Element, Xml};
@@ -72,6 +72,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         report.wrong(root.span, format!("the file has more than {MOST_LOOPS} loops"), None);
         return None;
     }
+    let choice = Choice { block: chosen.as_ref(), is_for_one: order.len() == 1 };
     let mut loops = Vec::new();
     for (group, span) in order {
         let own = options.name.clone().or_else(|| root.attribute("name").map(str::to_string));
@@ -80,7 +81,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
             prefix => prefix.to_string(),
         };
         let Some(entries) = groups.get(group) else { continue };
-        loops.extend(named::read(report, blocks, chosen.as_ref(), &name, span, entries));
+        loops.extend(named::read(report, blocks, choice, &name, span, entries));
     }
     Some(loops)
 }

@@ -115,7 +115,7 @@ impl Arguments {
             format!("{shown} is a parameter file: name the folder of the FMUs of its blocks, --fmus FOLDER")
         })?;
         let options = parameters::Options { block: self.block.clone(), ..Default::default() };
-        let reading = parameter_file::read(&shown.to_string(), None, &Block::all(), &options)?;
+        let reading = parameter_file::read(&shown.to_string(), None, None, &Block::all(), &options)?;
         system.remarks.extend(parameter_file::remarks(&reading));
         for of in &reading.loops {
             let fmu = folder.join(format!("{}.fmu", of.block.name));

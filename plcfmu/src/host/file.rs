@@ -271,7 +271,8 @@ impl Reader<'_> {
         let here = self.place(of.file.span());
         let options = parameters::Options { block: of.block.clone(), name: None, offset: of.offset };
         let path = self.folder.join(of.file.get_ref()).display().to_string();
-        let reading = parameter_file::read(&path, None, &Block::all(), &options).with_context(|| here.to_string())?;
+        let reading =
+            parameter_file::read(&path, None, None, &Block::all(), &options).with_context(|| here.to_string())?;
         let names: Vec<_> = reading.loops.iter().map(|of| of.name.as_str()).collect();
         if let Some(name) = &of.name {
             self.known(name, &names)?;
