@@ -26,6 +26,7 @@
 
 use crate::host::plan::near;
 use crate::host::system::{Connection, Exchange, Member, Place, Recorded, Setting, System, Value};
+use crate::package::temporary;
 use crate::parameter_file;
 use anyhow::{Context, Result, anyhow, bail};
 use parameters::{Block, Source};
@@ -180,7 +181,7 @@ pub fn read(path: &Path, fmus: Option<&Path>) -> Result<System> {
         bail!("{shown} has {size} bytes; at most {LARGEST} are accepted");
     }
     let bytes = fs::read(path).with_context(|| format!("{shown} cannot be read"))?;
-    let folder = crate::package::temporary::folder(path);
+    let folder = path.parent().unwrap_or(Path::new(""));
     Reader { source: Source::new(shown, bytes), folder, fmus: fmus.unwrap_or(folder) }.system()
 }
 
@@ -250,7 +251,7 @@ impl Reader<'_> {
             bail!("{}: an FMU needs a name: write NAME = \"FILE.fmu\"", self.place(name.span()));
         }
         if !path.is_file() {
-            let folder = crate::package::temporary::folder(&path);
+            let folder = temporary::folder(&path);
             let files = fs::read_dir(folder).into_iter().flatten().flatten();
             let names: Vec<String> = files
                 .map(|file| file.file_name().to_string_lossy().into_owned())
