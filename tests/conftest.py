@@ -1,5 +1,7 @@
 """Fixtures. `fmu` is every FMU that `cargo xtask fmu` has made, one after the other, so a new block is tested as soon as
-its FMU is there. `open_fmu(NAME)` is a certain one."""
+its FMU is there. `open_fmu(NAME)` is a certain one.
+
+In the modules of `PRESETS_TOO`, `fmu` is also a preset of each of them, with start values of its own."""
 
 import json
 import os
@@ -12,6 +14,9 @@ import host
 import plcfmu
 
 pytest.register_assert_rewrite("calls")
+
+PRESETS_TOO = ("test_conformance", "test_fmu_state", "test_time")
+PRESET = "preset of "
 
 NONE = "none"  # the parameter where there are no FMUs, so that every test fails and says what to do
 
@@ -33,6 +38,13 @@ def open_fmu(tmp_path_factory):
     return open_fmu
 
 
+def pytest_generate_tests(metafunc):
+    if "fmu" in metafunc.fixturenames:
+        has_presets = metafunc.module.__name__ in PRESETS_TOO
+        presets = [PRESET + name for name in host.names()] if has_presets else []
+        metafunc.parametrize("fmu", host.names() + presets or [NONE], indirect=True, scope="session")
+
+
 @pytest.fixture(scope="session")
 def command():
     """The program `plcfmu`: that of PLCFMU_COMMAND, or built."""
@@ -40,14 +52,47 @@ def command():
         return os.environ["PLCFMU_COMMAND"]
     build = ["cargo", "build", "--quiet", "--package", "plcfmu", "--bin", "plcfmu"]
     build.append("--message-format=json-render-diagnostics")
-    messages = subprocess.run(build, stdout=subprocess.PIPE, text=True, check=True, cwd=pathlib.Path(__file__).parents[1]).stdout
+    root = pathlib.Path(__file__).parents[1]
+    messages = subprocess.run(build, stdout=subprocess.PIPE, text=True, check=True, cwd=root).stdout
     executables = [json.loads(line).get("executable") for line in messages.splitlines()]
     (executable,) = filter(None, executables)
     return executable
 
 
-@pytest.fixture(scope="session", params=host.names() or [NONE])
-def fmu(request, open_fmu):
+@pytest.fixture(scope="session")
+def make_preset(command):
+    """Makes a preset of an FMU with `plcfmu preset --set`, and gives its path."""
+
+    def make_preset(fmu, path, **values):
+        settings = [f"--set={name}={value!r}" for name, value in values.items()]
+        given = [command, "preset", str(fmu.path), *settings, "--out", str(path)]
+        done = subprocess.run(given, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return path
+
+    return make_preset
+
+
+@pytest.fixture(scope="session")
+def open_preset(open_fmu, make_preset, tmp_path_factory):
+    """A preset of an FMU, given by its name, in which every number differs; made once."""
+    opened = {}
+
+    def open_preset(name):
+        if name not in opened:
+            fmu = open_fmu(name)
+            folder = tmp_path_factory.mktemp(f"preset_{name}")
+            path = make_preset(fmu, folder / f"{name}_PRESET.fmu", **host.other_values(fmu))
+            opened[name] = host.Fmu(path, folder / "unpacked")
+        return opened[name]
+
+    return open_preset
+
+
+@pytest.fixture(scope="session")
+def fmu(request, open_fmu, open_preset):
+    if request.param.startswith(PRESET):
+        return open_preset(request.param[len(PRESET):])
     if request.param == NONE:
         pytest.fail(f"there is no FMU in {host.FOLDER}: make them with `cargo xtask fmu`", pytrace=False)
     return open_fmu(request.param)

@@ -11,6 +11,7 @@ under Wine or qemu.
 import ctypes
 import functools
 import json
+import math
 import os
 import pathlib
 import struct
@@ -95,6 +96,7 @@ class Fmu:
         told = self.told()
         self.table, self.interface = told["table"], told["interface"]
         self.kinds = {row["name"]: row["kind"] for row in self.table["variables"]}
+        self.is_preset = self.interface["guid"] != self.description.guid
         self.cycle_name = self.table["variables"][self.table["cycle"]]["name"]
 
     def __repr__(self):
@@ -107,13 +109,19 @@ class Fmu:
 
     def slave(self, name="instance"):
         if self.platform:
-            return remote.Slave(self.remote, self.description.guid, name)
+            return remote.Slave(self.remote, self.description.guid, name, self.resources)
         return fmi2.FMU2Slave(
             guid=self.description.guid,
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             unzipDirectory=str(self.folder),
             instanceName=name,
         )
+
+    @property
+    def resources(self):
+        """The URI of its resources, as the library's platform has it. Wine has the root of this machine as drive Z."""
+        uri = (self.folder / "resources").as_uri()
+        return uri.replace("file:///", "file:///Z:/") if self.platform.startswith("win") else uri
 
     def library(self):
         """The library's file."""
@@ -295,6 +303,25 @@ class Instance:
         serialized = self.serialize(state)
         self.free(state)
         return serialized
+
+
+def other_values(fmu):
+    """Values for all inputs and parameters that are numbers: near the start values, and different from them. Times of pulses
+    stay in proportion."""
+    values = {}
+    for name in fmu.of("input", "parameter"):
+        variable, kind = fmu.variables[name], fmu.kinds[name]
+        if kind == "BOOL":
+            continue
+        start = float(variable.start)
+        low, high = (-math.inf if variable.min is None else float(variable.min),
+                     math.inf if variable.max is None else float(variable.max))
+        others = [2 * start] if kind == "TIME" else [start + 1, start - 1] if kind in ("INT", "WORD") else [
+            1.25 * start + 0.0625, 0.75 * start - 0.0625]
+        fitting = [other for other in others if low <= other <= high and other != start]
+        if fitting:
+            values[name] = fitting[0]
+    return values
 
 
 def references(fmu, names):

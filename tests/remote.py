@@ -224,10 +224,11 @@ def pack(argument, type, changed):
 class Slave:
     """One instance in a library that a loader has loaded."""
 
-    def __init__(self, library, guid, name):
+    def __init__(self, library, guid, name, resources=None):
         self.dll = library
         self.guid = guid
         self.name = name
+        self.resources = resources
         self.component = None
 
     def __getattr__(self, function):
@@ -241,7 +242,8 @@ class Slave:
 
     def instantiate(self, callbacks, loggingOn):
         self.component = self.dll.fmi2Instantiate(
-            self.name.encode(), 1, self.guid.encode(), None, ctypes.byref(callbacks), 0, loggingOn
+            self.name.encode(), 1, self.guid.encode(), self.resources and self.resources.encode(),
+            ctypes.byref(callbacks), 0, loggingOn,
         )
         assert self.component, "fmi2Instantiate gives no instance"
 

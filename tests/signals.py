@@ -11,7 +11,7 @@ SETTINGS = {
 
 
 def settings(fmu):
-    return dict(SETTINGS.get(fmu.name, {}))
+    return dict(SETTINGS.get(fmu.table["name"], {}))
 
 
 def draw(fmu, name, generator):

@@ -184,7 +184,7 @@ class Instantiation:
             "name": b"instance",
             "kind": 1,
             "guid": fmu.description.guid.encode(),
-            "resources": fmu.folder.as_uri().encode(),
+            "resources": fmu.resources.encode(),
             "callbacks": byref(self.callbacks),
             "visible": 0,
             "logging_on": 0,
@@ -211,7 +211,8 @@ def test_a_wrong_guid_is_refused_with_both_guids(fmu):
 
 @pytest.mark.parametrize("guid", [None, b"", b"{}"])
 def test_no_guid_is_refused(fmu, guid):
-    assert Instantiation(fmu, guid=guid).refused(fmu.description.guid)
+    expected = fmu.interface["guid"] if guid is None else fmu.description.guid
+    assert Instantiation(fmu, guid=guid).refused(expected)
 
 
 @pytest.mark.parametrize("kind", [0, 2, -1])
@@ -234,8 +235,11 @@ def test_without_a_logger_there_is_no_instance(fmu):
 
 
 @pytest.mark.parametrize("resources", [None, b"", b"http://nowhere/"])
-def test_the_resource_location_is_not_needed(fmu, resources):
+def test_the_resource_location_is_needed_by_presets_alone(fmu, resources):
     instantiation = Instantiation(fmu, resources=resources)
+    if fmu.is_preset:
+        assert instantiation.refused("fmuResourceLocation", "resources/start.txt")
+        return
     assert instantiation.component is not None
     instantiation.slave.fmi2FreeInstance(instantiation.component)
 

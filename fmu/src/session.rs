@@ -24,13 +24,17 @@ pub struct Session<B> {
 impl<B: Block> Default for Session<B> {
     /// A new block, not restarted yet; time stands at 0.
     fn default() -> Self {
-        let block = B::default();
-        let clock = Clock::new(0.0, f64::INFINITY, block.cycle());
-        Session { block, clock, extrapolations: Vec::new() }
+        Session::new(B::default())
     }
 }
 
 impl<B: Block> Session<B> {
+    /// A session with this block, not restarted yet; time stands at 0.
+    pub fn new(block: B) -> Self {
+        let clock = Clock::new(0.0, f64::INFINITY, block.cycle());
+        Session { block, clock, extrapolations: Vec::new() }
+    }
+
     /// Restarts the block with its present inputs and parameters. Time goes from `start` to `stop`, in seconds (infinite
     /// if there is no stop time); the first call is at `start`.
     ///

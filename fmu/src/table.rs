@@ -1,5 +1,6 @@
 //! A block's table as text for the packer, and its fingerprint.
 
+use blocks::table::fingerprint::{BASIS, hash};
 use blocks::table::number::number;
 use blocks::{Block, Row, Table, Value};
 use std::fmt::Write;
@@ -11,26 +12,7 @@ pub struct Fingerprint<B>(PhantomData<B>);
 impl<B: Block> Fingerprint<B> {
     /// A hash of everything a host relies on, and of the memory that a saved session is made of. Texts that only
     /// describe are left out.
-    pub const BYTES: [u8; 16] = table_hash(BASIS, B::TABLE).to_be_bytes();
-}
-
-// FNV-1a with 128 bits (Fowler, Noll, Vo).
-const BASIS: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
-const PRIME: u128 = (1 << 88) + 0x13b;
-
-/// Continues the hash `hash` with `bytes`. Each step is a bijection, so that a change of any one byte changes the hash.
-const fn hash(mut hash: u128, bytes: &[u8]) -> u128 {
-    let mut i = 0;
-    while i < bytes.len() {
-        hash = (hash ^ bytes[i] as u128).wrapping_mul(PRIME);
-        i += 1;
-    }
-    hash
-}
-
-/// The hash of `bytes`: FNV-1a with 128 bits.
-pub fn checksum(bytes: &[u8]) -> u128 {
-    hash(BASIS, bytes)
+    pub const HASH: u128 = table_hash(BASIS, B::TABLE);
 }
 
 const fn text_hash(state: u128, text: &str) -> u128 {
@@ -170,14 +152,6 @@ pub(crate) fn quoted(text: &str) -> String {
 mod tests {
     use super::*;
     use crate::test_block::Sum;
-
-    #[test]
-    fn the_hash_is_fnv_1a_with_128_bits() {
-        // The authors' own test vectors.
-        assert_eq!(checksum(b""), 0x6c62272e07bb014262b821756295c58d);
-        assert_eq!(checksum(b"a"), 0xd228cb696f1a8caf78912b704e4a8964);
-        assert_eq!(checksum(b"foobar"), 0x343e1662793c64bf6f0d3597ba446f18);
-    }
 
     #[test]
     fn everything_a_host_relies_on_is_in_the_fingerprint() {

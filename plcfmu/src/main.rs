@@ -1,7 +1,7 @@
 //! The command `plcfmu`.
 
 use clap::{Parser, Subcommand};
-use plcfmu::commands::{build, check, info, merge, new, params, run, ssp};
+use plcfmu::commands::{build, check, info, merge, new, params, preset, run, ssp};
 use std::process::ExitCode;
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
@@ -29,6 +29,7 @@ enum Command {
     /// environment, on PATH, or in the environment of python3.
     Build(build::Options),
     Merge(merge::Options),
+    Preset(preset::Options),
 }
 
 fn main() -> ExitCode {
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
         Command::New(options) => new::run(&options),
         Command::Build(options) => build::run(&options),
         Command::Merge(options) => merge::run(&options),
+        Command::Preset(options) => preset::run(&options),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

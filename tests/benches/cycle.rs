@@ -115,7 +115,7 @@ fn bytes_of_an_instance() -> isize {
     // SAFETY: both structs are fmi2CallbackFunctions; all pointers point to what the function takes.
     unsafe {
         let callbacks = (&raw const callbacks).cast();
-        let component = ffi::instantiate::<ContC>(c"CONT_C".as_ptr(), 1, guid.as_ptr(), callbacks, 1);
+        let component = ffi::instantiate::<ContC>(c"CONT_C".as_ptr(), 1, guid.as_ptr(), std::ptr::null(), callbacks, 1);
         let bytes = Counting::bytes() - before;
         ffi::free_instance::<ContC>(component);
         bytes

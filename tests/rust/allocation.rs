@@ -59,7 +59,9 @@ fn instantiate<B: Block>(log: &Log, name: &str) -> Pointer {
     let callbacks = logging_callbacks(log);
     let (name, guid) = (CString::new(name).unwrap(), CString::new(Guid::<B>::TEXT).unwrap());
     // SAFETY: both structs are fmi2CallbackFunctions; all pointers point to what the function takes.
-    let component = unsafe { ffi::instantiate::<B>(name.as_ptr(), 1, guid.as_ptr(), (&raw const callbacks).cast(), 1) };
+    let component = unsafe {
+        ffi::instantiate::<B>(name.as_ptr(), 1, guid.as_ptr(), ptr::null(), (&raw const callbacks).cast(), 1)
+    };
     assert!(!component.is_null(), "{:?}", log.take());
     component
 }
@@ -236,7 +238,10 @@ fn gives_everything_back<B: Block>() {
             ffi::free_instance::<B>(component);
             // And one that is refused.
             let callbacks = logging_callbacks(&log);
-            assert!(ffi::instantiate::<B>(c"x".as_ptr(), 1, c"?".as_ptr(), (&raw const callbacks).cast(), 1).is_null());
+            assert!(
+                ffi::instantiate::<B>(c"x".as_ptr(), 1, c"?".as_ptr(), ptr::null(), (&raw const callbacks).cast(), 1)
+                    .is_null()
+            );
             ffi::free_instance::<B>(ptr::null_mut());
         }
         log.take();

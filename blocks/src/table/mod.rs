@@ -43,8 +43,10 @@
 //! ```
 
 mod block;
+pub mod fingerprint;
 pub mod number;
 mod parts;
+pub mod start;
 mod stored;
 #[cfg(test)]
 mod tests;

@@ -1,10 +1,12 @@
 //! What a `fmi2Component` is: an instance, the log categories chosen for it, and the FMU states that it gave.
 
 use crate::refusal::{Answer, Refusal};
+use crate::table::Fingerprint;
 use crate::v2::capabilities::{Capability, Setting};
 use crate::v2::instance::{Instance, no_string};
 use crate::v2::interface::Guid;
 use crate::v2::log::{Category, Selection};
+use crate::v2::preset::Preset;
 use crate::v2::states::Function;
 use crate::v2::value::Boolean;
 use blocks::Block;
@@ -37,10 +39,13 @@ pub struct Component<B> {
     is_step_advised: bool,
     /// The states that fmi2GetFMUstate and fmi2DeSerializeFMUstate gave. They end with the component.
     saved: Vec<Box<Instance<B>>>,
+    /// The start values, unless they are those of the library.
+    preset: Option<Box<Preset<B>>>,
 }
 
 impl<B: Block> Component<B> {
-    /// A new component with logging on or off; errors are logged in any case.
+    /// A new component with logging on or off; errors are logged in any case. With another GUID than the library's, it is that
+    /// of a preset, whose start values are read from `resources`, the URI of a folder.
     ///
     /// # Errors
     /// No instance name, a type other than co-simulation, the GUID of another FMU. `None` stands for NULL.
@@ -48,6 +53,7 @@ impl<B: Block> Component<B> {
         name: Option<&CStr>,
         fmu_type: c_int,
         guid: Option<&CStr>,
+        resources: Option<&CStr>,
         logging_on: bool,
     ) -> Result<Component<B>, Refusal> {
         if name.is_none_or(CStr::is_empty) {
@@ -56,20 +62,19 @@ impl<B: Block> Component<B> {
         if fmu_type != CO_SIMULATION {
             return Err(format!("fmuType = {fmu_type}: this FMU is for co-simulation (1) only").into());
         }
-        if guid.is_none_or(|guid| guid.to_bytes() != Guid::<B>::TEXT.as_bytes()) {
-            let given = guid.map_or("NULL".into(), |guid| format!("{:?}", guid.to_string_lossy()));
-            return Err(format!(
-                "fmuGUID = {given}: this library is {}; take the modelDescription.xml that came with it",
-                Guid::<B>::TEXT
-            )
-            .into());
-        }
+        let own = Guid::<B>::TEXT;
+        let guid = guid.ok_or_else(|| {
+            format!("fmuGUID = NULL: this library is {own}; take the modelDescription.xml that came with it")
+        })?;
+        let is_preset = guid.to_bytes() != own.as_bytes();
+        let preset = if is_preset { Some(Box::new(Preset::read(guid, resources)?)) } else { None };
         Ok(Component {
-            instance: Instance::default(),
+            instance: as_instantiated(preset.as_deref()),
             logged: if logging_on { Selection::ALL } else { Selection::ERRORS },
             advice: Vec::new(),
             is_step_advised: false,
             saved: Vec::new(),
+            preset,
         })
     }
 
@@ -114,7 +119,7 @@ impl<B: Block> Component<B> {
 
     /// Resets the instance to the state after fmi2Instantiate. Log categories and saved states stay.
     pub fn reset(&mut self) {
-        self.instance = Instance::default();
+        self.instance = as_instantiated(self.preset.as_deref());
     }
 
     /// The instance and all saved states, to be dropped one by one.
@@ -165,7 +170,7 @@ impl<B: Block> Component<B> {
     /// # Errors
     /// As [`Component::get_state`].
     pub fn serialized_size(&self, state: StateAddress) -> Result<usize, Refusal> {
-        Ok(self.saved(state)?.to_bytes().len())
+        Ok(self.saved(state)?.to_bytes(self.hash()).len())
     }
 
     /// Writes a saved state to the front of `bytes`.
@@ -173,7 +178,7 @@ impl<B: Block> Component<B> {
     /// # Errors
     /// As [`Component::get_state`]; too little room.
     pub fn serialize(&self, state: StateAddress, bytes: &mut [u8]) -> Result<(), Refusal> {
-        let serialized = self.saved(state)?.to_bytes();
+        let serialized = self.saved(state)?.to_bytes(self.hash());
         let (size, length) = (bytes.len(), serialized.len());
         let room = bytes.get_mut(..length).ok_or_else(|| {
             format!("size = {size}: the state takes {length} bytes, as fmi2SerializedFMUstateSize says")
@@ -187,7 +192,12 @@ impl<B: Block> Component<B> {
     /// # Errors
     /// As [`Component::get_state`]; bytes that [`Instance::from_bytes`] refuses.
     pub fn deserialize(&mut self, bytes: &[u8], state: &mut StateAddress) -> Result<(), Refusal> {
-        self.keep(state, Instance::from_bytes(bytes)?)
+        self.keep(state, Instance::from_bytes(bytes, self.hash())?)
+    }
+
+    /// What the GUID is made of: two FMUs have the same only if they start from the same values.
+    fn hash(&self) -> u128 {
+        self.preset.as_ref().map_or(Fingerprint::<B>::HASH, |preset| preset.hash)
     }
 
     fn keep(&mut self, state: &mut StateAddress, instance: Instance<B>) -> Result<(), Refusal> {
@@ -267,6 +277,11 @@ impl<B: Block> Component<B> {
     }
 }
 
+/// An instance with the start values of a preset, or else those of the library.
+fn as_instantiated<B: Block>(preset: Option<&Preset<B>>) -> Instance<B> {
+    preset.map_or_else(Instance::default, |preset| Instance::new(preset.block.clone()))
+}
+
 fn no_answer(kind: c_int) -> Refusal {
     Refusal::new(Answer::Discard, format!("status kind {kind} has no answer here: no step is ever pending"))
 }
@@ -278,7 +293,7 @@ mod tests {
     use std::ffi::CString;
 
     fn new(name: Option<&CStr>, fmu_type: c_int, guid: Option<&CStr>) -> Result<Component<Sum>, Refusal> {
-        Component::new(name, fmu_type, guid, false)
+        Component::new(name, fmu_type, guid, None, false)
     }
 
     fn component() -> Component<Sum> {
@@ -381,7 +396,8 @@ mod tests {
         component.instance.terminate();
         component.get_state(&mut state).unwrap();
         assert_eq!((component.saved.len(), state), (1, place));
-        assert_eq!(component.saved[0].to_bytes(), component.instance.to_bytes());
+        let bytes = |instance: &Instance<Sum>| instance.to_bytes(Fingerprint::<Sum>::HASH);
+        assert_eq!(bytes(&component.saved[0]), bytes(&component.instance));
     }
 
     #[test]

@@ -15,12 +15,12 @@ macro_rules! export {
                 instance_name: *const c_char,
                 fmu_type: c_int,
                 guid: *const c_char,
-                _resource_location: *const c_char,
+                resource_location: *const c_char,
                 callbacks: *const CallbackFunctions,
                 _visible: c_int,
                 logging_on: c_int,
             ) -> Pointer {
-                ffi::instantiate::<TheBlock>(instance_name, fmu_type, guid, callbacks, logging_on)
+                ffi::instantiate::<TheBlock>(instance_name, fmu_type, guid, resource_location, callbacks, logging_on)
             }
             fn fmi2FreeInstance(c: Pointer) -> () { ffi::free_instance::<TheBlock>(c) }
             fn fmi2SetupExperiment(

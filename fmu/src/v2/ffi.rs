@@ -282,16 +282,19 @@ pub unsafe fn instantiate<B: Block>(
     instance_name: *const c_char,
     fmu_type: c_int,
     guid: *const c_char,
+    resources: *const c_char,
     callbacks: *const CallbackFunctions,
     logging_on: c_int,
 ) -> Pointer {
     // SAFETY: the host's contract.
-    let (callbacks, name, guid) = unsafe { (callbacks.as_ref().copied(), text(instance_name), text(guid)) };
+    let (callbacks, name) = unsafe { (callbacks.as_ref().copied(), text(instance_name)) };
+    // SAFETY: the host's contract.
+    let (guid, resources) = unsafe { (text(guid), text(resources)) };
     let Some((logger, environment)) = callbacks.and_then(|given| Some((given.logger?, given.environment))) else {
         return ptr::null_mut();
     };
     let host = Host { logger, environment, instance_name: name.unwrap_or(c"").to_owned() };
-    let component = catch_unwind(|| Component::<B>::new(name, fmu_type, guid, logging_on != 0))
+    let component = catch_unwind(|| Component::<B>::new(name, fmu_type, guid, resources, logging_on != 0))
         .unwrap_or_else(|panic| Err(panic_refusal(panic)));
     match component {
         Ok(component) => Box::into_raw(Box::new(Handle { component, host })).cast(),
@@ -715,7 +718,8 @@ mod tests {
         let guid = CString::new(interface::Guid::<Fragile>::TEXT).unwrap();
         // SAFETY: all pointers point to what the functions take.
         unsafe {
-            let component = instantiate::<Fragile>(c"x".as_ptr(), 1, guid.as_ptr(), &raw const callbacks, 0);
+            let component =
+                instantiate::<Fragile>(c"x".as_ptr(), 1, guid.as_ptr(), ptr::null(), &raw const callbacks, 0);
             assert_eq!(setup_experiment::<Fragile>(component, 0.0, 0, 0.0), OK);
             assert_eq!(enter_initialization_mode::<Fragile>(component), OK);
             assert_eq!(exit_initialization_mode::<Fragile>(component), OK);

@@ -4,10 +4,10 @@
 
 use crate::refusal::Refusal;
 use crate::session::Session;
-use crate::table::{Fingerprint, checksum};
 use crate::v2::capabilities::{Capability, Setting};
 use crate::v2::states::{Function, State};
 use crate::v2::value::{FmiType, type_name};
+use blocks::table::fingerprint::checksum;
 use blocks::{Block, Role, Row, Stored};
 use std::ffi::c_int;
 
@@ -31,11 +31,16 @@ pub struct Instance<B> {
 impl<B: Block> Default for Instance<B> {
     /// As right after fmi2Instantiate.
     fn default() -> Self {
-        Instance { session: Session::default(), state: State::Instantiated, experiment: None }
+        Instance::new(B::default())
     }
 }
 
 impl<B: Block> Instance<B> {
+    /// As right after fmi2Instantiate, with the start values of this block.
+    pub fn new(block: B) -> Self {
+        Instance { session: Session::new(block), state: State::Instantiated, experiment: None }
+    }
+
     /// Whether the function may be called in the present state, and does there what it does while the block runs.
     #[inline(always)]
     pub fn allows_common(&self, function: &Function) -> bool {
@@ -217,8 +222,8 @@ impl<B: Block> Instance<B> {
         self.session.step(tc, h)
     }
 
-    /// The instance as bytes: magic and version, fingerprint of the table, length, content, checksum; little endian.
-    pub fn to_bytes(&self) -> Vec<u8> {
+    /// The instance as bytes: magic and version, fingerprint of the FMU, length, content, checksum; little endian.
+    pub fn to_bytes(&self, fingerprint: u128) -> Vec<u8> {
         let mut content = Vec::new();
         (self.state as u8).write(&mut content);
         self.experiment.is_some().write(&mut content);
@@ -228,7 +233,7 @@ impl<B: Block> Instance<B> {
         self.session.write(&mut content);
 
         let mut bytes = MAGIC.to_vec();
-        bytes.extend_from_slice(&Fingerprint::<B>::BYTES);
+        bytes.extend_from_slice(&fingerprint.to_be_bytes());
         (content.len() as u64).write(&mut bytes);
         bytes.extend_from_slice(&content);
         let checksum = checksum(&bytes);
@@ -236,14 +241,15 @@ impl<B: Block> Instance<B> {
         bytes
     }
 
-    /// The instance from which [`Instance::to_bytes`] made these bytes, here or in another process.
+    /// The instance from which [`Instance::to_bytes`] made these bytes, here or in another process, for an FMU with this
+    /// fingerprint.
     ///
     /// # Errors
     /// The bytes are not a serialized state, belong to another FMU, or are damaged.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Refusal> {
+    pub fn from_bytes(bytes: &[u8], fingerprint: u128) -> Result<Self, Refusal> {
         let rest = bytes.strip_prefix(MAGIC).ok_or("the bytes are not a serialized state of this format")?;
         let rest = rest
-            .strip_prefix(&Fingerprint::<B>::BYTES)
+            .strip_prefix(&fingerprint.to_be_bytes())
             .ok_or_else(|| format!("the state is of another FMU or version; this is {}", B::TABLE.name))?;
         let damaged = || Refusal::from("the serialized state is damaged");
         let (mut rest, checksum_bytes) = rest.split_last_chunk().ok_or_else(damaged)?;
@@ -311,9 +317,12 @@ fn read_only(row: &Row) -> Refusal {
 mod tests {
     use super::*;
     use crate::refusal::Answer;
+    use crate::table::Fingerprint;
     use crate::test_block::{COUNT, CYCLE, FACTOR, FIRST, ON, SUM, Sum, U, V};
     use crate::v2::value::Boolean;
     use blocks::Law;
+
+    const HASH: u128 = Fingerprint::<Sum>::HASH;
 
     fn initialized(setup: impl FnOnce(&mut Instance<Sum>)) -> Instance<Sum> {
         let mut instance = Instance::default();
@@ -357,11 +366,11 @@ mod tests {
         instance.enter_initialization_mode().unwrap();
         assert_eq!(integer(&instance, COUNT), 5);
         instance.set(&[FIRST], &[7]).unwrap();
-        let before = instance.to_bytes();
+        let before = instance.to_bytes(HASH);
         let mut values = [0; 3];
         instance.get(&[COUNT, FIRST, COUNT], &mut values).unwrap();
         assert_eq!(values, [7, 7, 7]);
-        assert_eq!(instance.to_bytes(), before, "reading changes nothing");
+        assert_eq!(instance.to_bytes(HASH), before, "reading changes nothing");
         instance.exit_initialization_mode().unwrap();
         assert_eq!(integer(&instance, COUNT), 7);
     }
@@ -475,8 +484,8 @@ mod tests {
 
     #[test]
     fn reset_is_a_fresh_instance() {
-        assert_eq!(Instance::<Sum>::default().to_bytes(), Instance::<Sum>::default().to_bytes());
-        assert_ne!(initialized(|_| ()).to_bytes(), Instance::<Sum>::default().to_bytes());
+        assert_eq!(Instance::<Sum>::default().to_bytes(HASH), Instance::<Sum>::default().to_bytes(HASH));
+        assert_ne!(initialized(|_| ()).to_bytes(HASH), Instance::<Sum>::default().to_bytes(HASH));
     }
 
     #[test]
@@ -486,17 +495,18 @@ mod tests {
             instance.set_input_derivatives(&[V], &[1], &[0.3]).unwrap();
         });
         instance.do_step(0.0, 0.25).unwrap();
-        let mut restored = Instance::<Sum>::from_bytes(&instance.to_bytes()).unwrap();
+        let mut restored = Instance::<Sum>::from_bytes(&instance.to_bytes(HASH), HASH).unwrap();
         for instance in [&mut instance, &mut restored] {
             instance.do_step(0.25, 1.0).unwrap();
         }
         assert_eq!(real(&instance, SUM).to_bits(), real(&restored, SUM).to_bits());
-        assert_eq!(instance.to_bytes(), restored.to_bytes());
+        assert_eq!(instance.to_bytes(HASH), restored.to_bytes(HASH));
     }
 
     #[test]
     fn a_serialized_state_keeps_the_state_it_was_made_in() {
-        let kept = |instance: &Instance<Sum>| Instance::<Sum>::from_bytes(&instance.to_bytes()).unwrap().state;
+        let kept =
+            |instance: &Instance<Sum>| Instance::<Sum>::from_bytes(&instance.to_bytes(HASH), HASH).unwrap().state;
         let mut instance = Instance::default();
         assert_eq!(kept(&instance), State::Instantiated);
         instance.setup_experiment(0.0, None).unwrap();
@@ -510,17 +520,17 @@ mod tests {
 
     #[test]
     fn no_damage_to_a_serialized_state_goes_unnoticed() {
-        let bytes = initialized(|_| ()).to_bytes();
+        let bytes = initialized(|_| ()).to_bytes(HASH);
         for place in 0..bytes.len() {
             for bit in 0..8 {
                 let mut damaged = bytes.clone();
                 damaged[place] ^= 1 << bit;
-                assert!(Instance::<Sum>::from_bytes(&damaged).is_err(), "byte {place}, bit {bit}");
+                assert!(Instance::<Sum>::from_bytes(&damaged, HASH).is_err(), "byte {place}, bit {bit}");
             }
-            assert!(Instance::<Sum>::from_bytes(&bytes[..place]).is_err(), "cut to {place} bytes");
+            assert!(Instance::<Sum>::from_bytes(&bytes[..place], HASH).is_err(), "cut to {place} bytes");
         }
         let longer = [&bytes[..], &[0]].concat();
-        assert!(Instance::<Sum>::from_bytes(&longer).is_err());
+        assert!(Instance::<Sum>::from_bytes(&longer, HASH).is_err());
     }
 
     #[test]
@@ -542,7 +552,8 @@ mod tests {
             fn restart(&mut self) {}
             fn call(&mut self) {}
         }
-        let reason = Instance::<Other>::from_bytes(&initialized(|_| ()).to_bytes()).unwrap_err();
+        let reason =
+            Instance::<Other>::from_bytes(&initialized(|_| ()).to_bytes(HASH), Fingerprint::<Other>::HASH).unwrap_err();
         assert!(reason.reason().contains("another FMU"), "{}", reason.reason());
     }
 

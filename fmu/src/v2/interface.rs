@@ -3,36 +3,20 @@
 use crate::table::{self, Fingerprint, quoted};
 use crate::v2::{VERSION, capabilities, log::Category};
 use blocks::Block;
+use blocks::table::fingerprint;
 use std::marker::PhantomData;
 
 /// The GUID of a block's FMU, computed while the library is compiled: the fingerprint of the block's table.
 pub struct Guid<B>(PhantomData<B>);
 
 impl<B: Block> Guid<B> {
-    const TEXT_BYTES: [u8; 38] = guid_text(Fingerprint::<B>::BYTES);
+    const TEXT_BYTES: [u8; 38] = fingerprint::text(Fingerprint::<B>::HASH);
 
     /// The GUID as it stands in modelDescription.xml.
     pub const TEXT: &'static str = match std::str::from_utf8(&Self::TEXT_BYTES) {
         Ok(text) => text,
         Err(_) => "",
     };
-}
-
-const fn guid_text(bytes: [u8; 16]) -> [u8; 38] {
-    const DIGITS: [u8; 16] = *b"0123456789abcdef";
-    let mut text = *b"{00000000-0000-0000-0000-000000000000}";
-    let mut place = 1;
-    let mut i = 0;
-    while i < 16 {
-        if text[place] == b'-' {
-            place += 1;
-        }
-        text[place] = DIGITS[(bytes[i] >> 4) as usize];
-        text[place + 1] = DIGITS[(bytes[i] & 15) as usize];
-        place += 2;
-        i += 1;
-    }
-    text
 }
 
 /// The description of the library as a JSON object: the block's table (see [`table::json`]) and the interface, which is
@@ -74,12 +58,6 @@ mod tests {
                 _ => assert!(character.is_ascii_hexdigit(), "{guid}"),
             }
         }
-    }
-
-    #[test]
-    fn the_guid_is_written_byte_by_byte_in_hexadecimal_digits() {
-        let bytes = 0x0123_4567_89ab_cdef_fedc_ba98_7654_3210_u128.to_be_bytes();
-        assert_eq!(&guid_text(bytes), b"{01234567-89ab-cdef-fedc-ba9876543210}");
     }
 
     #[test]

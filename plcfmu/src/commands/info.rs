@@ -2,9 +2,10 @@
 
 use super::check::kinds;
 use super::{LONGEST_NAME, functions, print, shown};
-use crate::package::Package;
 use crate::package::binary::Binary;
+use crate::package::{Package, preset};
 use anyhow::{Context, Result, bail};
+use blocks::table::start::Start;
 use modeldescription::v2::{
     CoSimulation, DefaultExperiment, FMI_VERSION, ModelDescription, RealAttributes, TypeAttributes, Typed, Variable,
 };
@@ -64,6 +65,8 @@ pub fn run(options: &Options) -> Result<()> {
 #[derive(Debug)]
 struct Fmu {
     description: ModelDescription,
+    /// If it is a preset: of what, or what is wrong with its start values.
+    preset: Option<Result<Start>>,
     libraries: Vec<Library>,
 }
 
@@ -81,7 +84,10 @@ struct Library {
 fn read(file: &Path) -> Result<Fmu> {
     let mut package = Package::open(file)?;
     let libraries = libraries(&mut package)?;
-    Ok(Fmu { description: package.description, libraries })
+    // Other tools may have a file of this name.
+    let is_ours = libraries.iter().any(|library| library.binary.as_ref().is_ok_and(|binary| binary.has_table));
+    let preset = if is_ours { preset::start(&mut package).transpose() } else { None };
+    Ok(Fmu { description: package.description, preset, libraries })
 }
 
 fn libraries<R: Read + Seek>(package: &mut Package<R>) -> Result<Vec<Library>> {
@@ -92,6 +98,21 @@ fn libraries<R: Read + Seek>(package: &mut Package<R>) -> Result<Vec<Library>> {
         libraries.push(Library { platform: file.platform, path: file.path, size: bytes.len(), binary });
     }
     Ok(libraries)
+}
+
+/// Of what an FMU is a preset.
+fn preset_text(preset: &Result<Start>) -> String {
+    match preset {
+        Ok(start) => format!("of {}, {}", shown(&start.block, LONGEST_NAME), shown(&start.library, LONGEST_NAME)),
+        Err(error) => format!("damaged: {}", shown(&format!("{error:#}"), LONGEST_TEXT)),
+    }
+}
+
+fn preset_json(preset: &Result<Start>) -> Value {
+    match preset {
+        Ok(start) => json!({"block": start.block, "guid": start.library}),
+        Err(error) => json!({"error": format!("{error:#}")}),
+    }
 }
 
 /// What an FMU can do: the attribute's name in FMI, whether it is set, and what it means.
@@ -241,6 +262,7 @@ impl Fmu {
             "modelIdentifier": description.model_identifier(),
             "description": description.description,
             "guid": description.guid,
+            "preset": self.preset.as_ref().map(preset_json),
             "author": description.author,
             "version": description.version,
             "copyright": description.copyright,
@@ -267,6 +289,7 @@ impl Fmu {
             ("Description", optional(&description.description)),
             ("Kind", vec![format!("FMI {FMI_VERSION} for {}", kinds(description).join(" and "))]),
             ("GUID", vec![shown(&description.guid, LONGEST_NAME)]),
+            ("Preset", self.preset.iter().map(preset_text).collect()),
             ("Made by", if made.is_empty() { Vec::new() } else { vec![made.join(", ")] }),
             ("Author", optional(&description.author)),
             ("Version", optional(&description.version)),
@@ -518,6 +541,7 @@ mod tests {
         };
         let damaged = Err(anyhow::anyhow!("it is damaged"));
         Fmu {
+            preset: None,
             description: modeldescription::v2::read(XML.as_bytes()).unwrap(),
             libraries: vec![library("linux64", Ok(linux)), library("darwin64", Ok(macos)), library("win64", damaged)],
         }
@@ -552,6 +576,20 @@ mod tests {
   x     parameter  tunable      Real               <= inf      inf
 "#;
         assert_eq!(fmu().text(), expected);
+    }
+
+    #[test]
+    fn a_preset_is_told_with_its_block() {
+        let start = Start { preset: "P1".into(), block: "PUMP".into(), library: "{7}".into(), values: Vec::new() };
+        let preset = Fmu { preset: Some(Ok(start)), ..fmu() };
+        assert!(
+            preset.text().contains("\n  GUID            {12}\n  Preset          of PUMP, {7}\n"),
+            "{}",
+            preset.text()
+        );
+        assert_eq!(preset.json(Path::new("p.fmu"))["preset"], json!({"block": "PUMP", "guid": "{7}"}));
+        let damaged = Fmu { preset: Some(Err(anyhow::anyhow!("it is changed"))), ..fmu() };
+        assert!(damaged.text().contains("\n  Preset          damaged: it is changed\n"), "{}", damaged.text());
     }
 
     #[test]

@@ -6,6 +6,7 @@ pub mod info;
 pub mod merge;
 pub mod new;
 pub mod params;
+pub mod preset;
 pub mod run;
 pub mod ssp;
 pub mod system;

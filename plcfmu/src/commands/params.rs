@@ -50,7 +50,7 @@ pub struct Options {
 }
 
 /// The format with this ending.
-fn format(ending: &str) -> Result<Format, String> {
+pub(super) fn format(ending: &str) -> Result<Format, String> {
     Format::of_file(&format!(".{ending}")).ok_or_else(|| {
         let endings: Vec<&str> = Format::ALL.iter().flat_map(|format| format.extensions()).copied().collect();
         format!("the formats are {}", endings.join(", "))

@@ -150,6 +150,35 @@ impl<R: Read + Seek> Archive<R> {
         Ok(())
     }
 
+    /// A ZIP file with the files of this one that `is_kept` chooses, which are copied as they are packed, and with these, which
+    /// are added or take the place of others.
+    ///
+    /// # Errors
+    /// As [`write`]; a file cannot be copied.
+    pub fn with(&mut self, files: &BTreeMap<String, Vec<u8>>, is_kept: impl Fn(&str) -> bool) -> Result<Vec<u8>> {
+        let kept = self
+            .entries
+            .iter()
+            .enumerate()
+            .filter(|(_, entry)| !entry.is_folder() && !files.contains_key(&entry.name) && is_kept(&entry.name));
+        // By name, as in every archive of ours.
+        let mut sorted: BTreeMap<&str, Option<usize>> =
+            kept.map(|(index, entry)| (entry.name.as_str(), Some(index))).collect();
+        sorted.extend(files.keys().map(|name| (name.as_str(), None)));
+        let mut writer = zip::ZipWriter::new(Cursor::new(Vec::new()));
+        for (name, place) in sorted {
+            let cannot = || format!("{name} cannot be packed");
+            match place {
+                Some(index) => {
+                    let packed = self.archive.by_index_raw(index).with_context(cannot)?;
+                    writer.raw_copy_file(packed).with_context(cannot)?;
+                }
+                None => pack(&mut writer, name, &files[name])?,
+            }
+        }
+        Ok(writer.finish().context("the archive cannot be finished")?.into_inner())
+    }
+
     /// Unpacks a file; `zip` compares the checksum and stops beyond the size that the table of contents gives.
     fn unpack_entry(&mut self, entry: &Entry, to: &mut impl Write) -> Result<()> {
         let Entry { name, size } = entry;
@@ -291,24 +320,28 @@ fn u32_at(record: &[u8], place: usize) -> u32 {
 /// # Errors
 /// A name that [`Archive::open`] would refuse; too many bytes.
 pub fn write(files: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>> {
-    let options = zip::write::SimpleFileOptions::default().last_modified_time(zip::DateTime::default());
-    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let mut writer = zip::ZipWriter::new(Cursor::new(Vec::new()));
     for (name, content) in files {
-        check_name(name)?;
-        let (method, level) = match name.ends_with(".fmu") {
-            true => (CompressionMethod::Stored, None),
-            false => (CompressionMethod::Deflated, Some(9)),
-        };
-        let permissions = if name.starts_with("binaries/") { 0o755 } else { 0o644 };
-        archive
-            .start_file(
-                name.as_str(),
-                options.compression_method(method).compression_level(level).unix_permissions(permissions),
-            )
-            .and_then(|()| Ok(archive.write_all(content)?))
-            .with_context(|| format!("{name} cannot be packed"))?;
+        pack(&mut writer, name, content)?;
     }
-    Ok(archive.finish().context("the archive cannot be finished")?.into_inner())
+    Ok(writer.finish().context("the archive cannot be finished")?.into_inner())
+}
+
+fn pack(writer: &mut zip::ZipWriter<Cursor<Vec<u8>>>, name: &str, content: &[u8]) -> Result<()> {
+    check_name(name)?;
+    let (method, level) = match name.ends_with(".fmu") {
+        true => (CompressionMethod::Stored, None),
+        false => (CompressionMethod::Deflated, Some(9)),
+    };
+    let options = zip::write::SimpleFileOptions::default()
+        .compression_method(method)
+        .compression_level(level)
+        .last_modified_time(zip::DateTime::default())
+        .unix_permissions(if name.starts_with("binaries/") { 0o755 } else { 0o644 });
+    writer
+        .start_file(name, options)
+        .and_then(|()| Ok(writer.write_all(content)?))
+        .with_context(|| format!("{name} cannot be packed"))
 }
 
 #[cfg(test)]

@@ -7,8 +7,9 @@ use crate::host::fmu::Fmu;
 use crate::host::instance::{Instance, Type};
 use crate::host::library::FUNCTIONS;
 use crate::package::binary::Binary;
-use crate::package::{DESCRIPTION, LibraryFile, Package, temporary};
+use crate::package::{DESCRIPTION, LibraryFile, Package, preset, temporary};
 use anyhow::{Context, Result, bail, ensure};
+use blocks::table::start::Start;
 use memchr::memmem;
 use modeldescription::shortened;
 use modeldescription::v2::{Interface, ModelDescription, Typed, Variable};
@@ -37,12 +38,16 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
         report.errors.push(format!("{DESCRIPTION}: {}", contradiction(variable)));
     }
     let is_error = |finding: &String| report.errors.iter().any(|error| error.ends_with(finding.as_str()));
-    let mut findings = modeldescription::v2::check(&package.description);
+    let preset = preset::start(package);
+    let mut findings = match preset {
+        Ok(Some(_)) => preset::remarks(&package.description),
+        _ => modeldescription::v2::check(&package.description),
+    };
     findings.retain(|finding| !is_error(finding));
     report.remarks = findings;
     report.errors.truncate(modeldescription::v2::MOST_FINDINGS);
     for file in package.libraries.clone() {
-        match check_library(package, &file) {
+        match check_library(package, &file, &preset) {
             Ok(binary) => report.libraries.push((file, binary)),
             Err(error) => report.errors.push(format!("{}: {error:#}", file.path)),
         }
@@ -51,7 +56,11 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
 }
 
 /// Reads a library and checks that it belongs to the model description.
-fn check_library<R: Read + Seek>(package: &mut Package<R>, file: &LibraryFile) -> Result<Binary> {
+fn check_library<R: Read + Seek>(
+    package: &mut Package<R>,
+    file: &LibraryFile,
+    preset: &Result<Option<Start>>,
+) -> Result<Binary> {
     let bytes = package.library(file)?;
     let binary = Binary::read(&bytes)?;
     if package.description.co_simulation.is_some()
@@ -61,11 +70,27 @@ fn check_library<R: Read + Seek>(package: &mut Package<R>, file: &LibraryFile) -
     }
     let guid = &package.description.guid;
     // A library with a table holds its GUID as text. Others may compute theirs, or hold none.
-    if binary.has_table && !contains(&bytes, guid.as_bytes()) {
-        let guid = shortened(guid);
-        bail!("it does not contain the GUID {guid:?} of {DESCRIPTION}: the two come from different builds");
+    if !binary.has_table || contains(&bytes, guid.as_bytes()) {
+        return Ok(binary);
     }
-    Ok(binary)
+    let path = preset::path();
+    match preset {
+        Ok(Some(start)) if contains(&bytes, start.library.as_bytes()) => Ok(binary),
+        Ok(Some(start)) => {
+            let library = shortened(&start.library);
+            bail!(
+                "it does not contain the GUID {library:?}, for which {path} was made: the two come from different builds"
+            );
+        }
+        Ok(None) => {
+            let guid = shortened(guid);
+            bail!(
+                "it does not contain the GUID {guid:?} of {DESCRIPTION}, and there are no start values of a preset in {path}: \
+                 the two come from different builds, or the start values are missing"
+            );
+        }
+        Err(error) => bail!("it does not contain the GUID {:?} of {DESCRIPTION}: {error:#}", shortened(guid)),
+    }
 }
 
 fn contains(bytes: &[u8], part: &[u8]) -> bool {
@@ -245,8 +270,9 @@ mod tests {
         assert_eq!(
             report(&falsified, library(true, "{1}")).errors,
             [
-                "binaries/darwin64/PUMP.dylib: it does not contain the GUID \"{2}\" of modelDescription.xml: the two come \
-              from different builds"
+                "binaries/darwin64/PUMP.dylib: it does not contain the GUID \"{2}\" of modelDescription.xml, and there are no \
+                 start values of a preset in resources/start.txt: the two come from different builds, or the start values \
+                 are missing"
             ]
         );
         // A library of another tool may compute its GUID.

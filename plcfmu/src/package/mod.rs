@@ -11,6 +11,8 @@ pub mod merge;
 #[cfg(feature = "command")]
 pub mod pack;
 #[cfg(feature = "command")]
+pub mod preset;
+#[cfg(feature = "command")]
 pub mod reference;
 #[cfg(feature = "command")]
 pub mod ssp;

@@ -14,6 +14,14 @@ use std::path::Path;
 /// Where the layered standard has its files.
 const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
 
+/// The file that says what the reference experiment is.
+const DESCRIPTION: &str = "documentation/fmi-ls-ref.txt";
+
+/// Whether the file with this path in an FMU tells of the reference experiment.
+pub fn is_file(path: &str) -> bool {
+    path == DESCRIPTION || path.strip_prefix(FOLDER).is_some_and(|rest| rest.starts_with('/'))
+}
+
 /// What was recorded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
@@ -96,7 +104,7 @@ pub fn files(table: &Table, recording: &Recording) -> BTreeMap<String, Vec<u8>> 
     add(format!("{FOLDER}/fmi-ls-manifest.xml"), manifest(name));
     add(format!("{FOLDER}/{name}_in.csv"), input(table, recording));
     add(format!("{FOLDER}/{name}_out.csv"), output(table, recording));
-    add("documentation/fmi-ls-ref.txt".into(), description(table, recording));
+    add(DESCRIPTION.into(), description(table, recording));
     files
 }
 

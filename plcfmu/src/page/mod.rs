@@ -4,6 +4,7 @@ pub mod diagram;
 pub(crate) mod escape;
 pub mod picture;
 pub mod plot;
+pub mod preset;
 mod svg;
 pub mod text;
 
@@ -45,6 +46,9 @@ struct Page<'a> {
     recordings: [(String, &'static str); 2],
     groups: Vec<Group<'a>>,
     license: &'a str,
+    /// Where the page of a preset says what differs.
+    preset_place: (&'a str, &'a str),
+    recording_place: (&'a str, &'a str),
 }
 
 /// Variables of the same use.
@@ -99,6 +103,8 @@ pub fn html(table: &Table, guid: &str, recording: &Recording, license: Option<&s
         recordings: reference::links(&table.name),
         groups: groups(table),
         license: license.unwrap_or("its package names no licence"),
+        preset_place: preset::PRESET,
+        recording_place: preset::RECORDING,
     };
     page.render().context("the documentation page")
 }

@@ -6,7 +6,7 @@
 #![no_main]
 
 use blocks::{Block, ContC, ContS, Hlg, PulsCtr, Pulsegen};
-use fmu::table::checksum;
+use blocks::table::fingerprint::checksum;
 use fmu::v2::component::Component;
 use fmu::v2::ffi::{self, Pointer};
 use fmu::v2::interface::Guid;
@@ -82,7 +82,7 @@ fn instantiate<B: Block>() -> Slot {
     let callbacks = Callbacks { logger, others: [ptr::null(); 4] };
     let guid = CString::new(Guid::<B>::TEXT).unwrap_or_default();
     // SAFETY: all pointers point to what the function takes; a logger may leave its arguments alone.
-    let component = unsafe { ffi::instantiate::<B>(c"x".as_ptr(), 1, guid.as_ptr(), (&raw const callbacks).cast(), 1) };
+    let component = unsafe { ffi::instantiate::<B>(c"x".as_ptr(), 1, guid.as_ptr(), std::ptr::null(), (&raw const callbacks).cast(), 1) };
     assert!(!component.is_null());
     Slot { component, states: Vec::new(), probe: ptr::null_mut(), forged: false }
 }

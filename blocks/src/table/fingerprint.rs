@@ -1,0 +1,59 @@
+//! Fingerprints: hashes of 128 bits, and how they are written.
+
+/// The hash of nothing.
+pub const BASIS: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
+
+const PRIME: u128 = (1 << 88) + 0x13b;
+
+/// Continues the hash `hash` with `bytes`: FNV-1a with 128 bits (Fowler, Noll, Vo). Each step is a bijection, so that a
+/// change of any one byte changes the hash.
+pub const fn hash(mut hash: u128, bytes: &[u8]) -> u128 {
+    let mut i = 0;
+    while i < bytes.len() {
+        hash = (hash ^ bytes[i] as u128).wrapping_mul(PRIME);
+        i += 1;
+    }
+    hash
+}
+
+/// The hash of `bytes`.
+pub const fn checksum(bytes: &[u8]) -> u128 {
+    hash(BASIS, bytes)
+}
+
+/// The hash as text: hexadecimal digits in the form `{00000000-0000-0000-0000-000000000000}`.
+pub const fn text(hash: u128) -> [u8; 38] {
+    const DIGITS: [u8; 16] = *b"0123456789abcdef";
+    let bytes = hash.to_be_bytes();
+    let mut text = *b"{00000000-0000-0000-0000-000000000000}";
+    let mut place = 1;
+    let mut i = 0;
+    while i < 16 {
+        if text[place] == b'-' {
+            place += 1;
+        }
+        text[place] = DIGITS[(bytes[i] >> 4) as usize];
+        text[place + 1] = DIGITS[(bytes[i] & 15) as usize];
+        place += 2;
+        i += 1;
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_is_fnv_1a_with_128_bits() {
+        // The authors' own test vectors.
+        assert_eq!(checksum(b""), 0x6c62272e07bb014262b821756295c58d);
+        assert_eq!(checksum(b"a"), 0xd228cb696f1a8caf78912b704e4a8964);
+        assert_eq!(checksum(b"foobar"), 0x343e1662793c64bf6f0d3597ba446f18);
+    }
+
+    #[test]
+    fn a_hash_is_written_byte_by_byte_in_hexadecimal_digits() {
+        assert_eq!(&text(0x0123_4567_89ab_cdef_fedc_ba98_7654_3210), b"{01234567-89ab-cdef-fedc-ba9876543210}");
+    }
+}

@@ -1,0 +1,276 @@
+//! Presets: FMUs of the same library with start values of their own.
+//!
+//! The values are in modelDescription.xml, from which hosts read them, and in `resources/start.txt`, from which the library reads
+//! them. The preset's GUID is the fingerprint of that file, so that the library accepts no other values than those declared.
+
+use crate::package::{DESCRIPTION, Package, check, reference};
+use crate::page;
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use blocks::table::fingerprint;
+use blocks::table::number::{number, to_value};
+use blocks::table::start::{self, Start};
+use blocks::{Kind, Value};
+use modeldescription::shortened;
+use modeldescription::v2::{Causality, ModelDescription, Typed};
+use parameters::{Block, Loop};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::path::Path;
+
+/// The largest file with start values, in bytes; a library reads no larger one.
+const LARGEST: u64 = 1 << 20;
+
+/// The largest documentation page, in bytes.
+const LARGEST_PAGE: u64 = 1 << 26;
+
+const PAGE: &str = "documentation/index.html";
+
+/// Names that Windows gives to devices, whatever extension follows.
+const DEVICES: [&str; 4] = ["CON", "PRN", "AUX", "NUL"];
+
+/// The path of the start values in a preset.
+pub fn path() -> String {
+    format!("resources/{}", start::FILE)
+}
+
+/// The start values of a preset, without a check that they belong to it; `None` if there are none.
+///
+/// # Errors
+/// They are damaged.
+fn read<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<(String, Start)>> {
+    let path = path();
+    if package.archive.find(&path).is_none() {
+        return Ok(None);
+    }
+    let text = String::from_utf8(package.archive.read(&path, LARGEST)?).map_err(|_| anyhow!("{path} is not UTF-8"))?;
+    let start = Start::parse(&text).map_err(|error| anyhow!("{path}: {error}"))?;
+    Ok(Some((text, start)))
+}
+
+/// The start values of a preset, which belong to its GUID and are those of its modelDescription.xml; `None` if it has none.
+///
+/// # Errors
+/// They are damaged, or those of another FMU.
+pub fn start<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Start>> {
+    let Some((text, start)) = read(package)? else { return Ok(None) };
+    let (path, guid) = (path(), &package.description.guid);
+    let fingerprint = guid_of(&text);
+    ensure!(
+        fingerprint == *guid,
+        "{path} has the start values of {:?} {fingerprint}, but {DESCRIPTION} the GUID {:?}: one of them was changed or \
+         exchanged",
+        shortened(&start.preset),
+        shortened(guid)
+    );
+    let declared = values(&package.description);
+    for (name, value) in &start.values {
+        match declared.get(name.as_str()) {
+            Some(other) if other == value => {}
+            Some(other) => bail!("{name} is {value} in {path} and {other} in {DESCRIPTION}: one of them was changed"),
+            None => bail!("{path} has a value of {:?}, which is no setting in {DESCRIPTION}", shortened(name)),
+        }
+    }
+    if let Some(missing) = declared.keys().find(|name| !start.values.iter().any(|(own, _)| own == *name)) {
+        bail!("{path} has no value of {:?}", shortened(missing));
+    }
+    Ok(Some(start))
+}
+
+/// The GUID of a preset with these start values.
+fn guid_of(text: &str) -> String {
+    String::from_utf8_lossy(&fingerprint::text(start::fingerprint(text.as_bytes()))).into_owned()
+}
+
+/// The start values of all inputs and parameters, by name, in the form of the file.
+fn values(description: &ModelDescription) -> BTreeMap<&str, String> {
+    let settings = description
+        .model_variables
+        .iter()
+        .filter(|variable| matches!(variable.causality, Causality::Input | Causality::Parameter));
+    settings
+        .map(|variable| {
+            let value = match &variable.typed {
+                Typed::Real(real) => real.start.map(|start| format!("{start:?}")),
+                Typed::Integer(integer) => integer.start.map(|start| start.to_string()),
+                Typed::Boolean(boolean) => boolean.start.map(|start| start.to_string()),
+                Typed::String(_) | Typed::Enumeration(_) => None,
+            };
+            (variable.name.as_str(), value.unwrap_or_default())
+        })
+        .collect()
+}
+
+/// An FMU of which presets are made.
+#[derive(Debug)]
+pub struct Original<R> {
+    package: Package<R>,
+    /// The block's name.
+    pub block: String,
+    /// The GUID of the block's own FMU.
+    library: String,
+    /// Whether it is a preset itself.
+    pub is_preset: bool,
+    is_checked: bool,
+}
+
+/// An FMU with start values of its own.
+#[derive(Clone, Debug)]
+pub struct Preset {
+    /// Its name, which is an identifier.
+    pub name: String,
+    /// Its GUID.
+    pub guid: String,
+    /// The file.
+    pub bytes: Vec<u8>,
+}
+
+impl Original<BufReader<File>> {
+    /// Opens an FMU.
+    ///
+    /// # Errors
+    /// It is damaged.
+    pub fn open(path: &Path) -> Result<Self> {
+        Original::of(Package::open(path)?)
+    }
+}
+
+impl<R: Read + Seek> Original<R> {
+    fn of(mut package: Package<R>) -> Result<Self> {
+        let block = package.description.model_identifier().unwrap_or_default().to_string();
+        let start = read(&mut package)?.map(|(_, start)| start);
+        let is_preset = start.is_some();
+        let library = start.map_or_else(|| package.description.guid.clone(), |start| start.library);
+        Ok(Original { package, block, library, is_preset, is_checked: false })
+    }
+
+    /// Refuses an FMU that is damaged or of another tool.
+    fn check(&mut self) -> Result<()> {
+        if !self.is_checked {
+            let report = check::check(&mut self.package);
+            ensure!(
+                report.libraries.iter().any(|(_, binary)| binary.has_table),
+                "it was not made by plcfmu: its library would ignore the start values of a preset"
+            );
+            ensure!(report.errors.is_empty(), report.errors.join("; "));
+            self.is_checked = true;
+        }
+        Ok(())
+    }
+
+    /// Refuses a block of which this is not an FMU.
+    fn fits(&self, block: &Block) -> Result<()> {
+        ensure!(block.name == self.block, "it is an FMU of {}, not of {}", self.block, block.name);
+        let variables = &self.package.description.model_variables;
+        let other = "it was made from another version of the block";
+        ensure!(variables.len() == block.members.len(), "{other}: it has {} variables", variables.len());
+        for (variable, member) in variables.iter().zip(&block.members) {
+            let is_time = matches!(&variable.typed, Typed::Real(real) if real.attributes.unit.as_deref() == Some("s"));
+            let is_same = match member.kind {
+                Kind::Real | Kind::LReal => matches!(variable.typed, Typed::Real(_)),
+                Kind::Time => is_time,
+                Kind::Word | Kind::Int => matches!(variable.typed, Typed::Integer(_)),
+                Kind::Bool => matches!(variable.typed, Typed::Boolean(_)),
+            };
+            ensure!(
+                variable.name == member.name && is_same,
+                "{other}: where it has {:?}, the block has {} ({})",
+                shortened(&variable.name),
+                member.name,
+                member.kind.name()
+            );
+        }
+        Ok(())
+    }
+
+    /// The FMU with the values of a loop as its start values.
+    ///
+    /// # Errors
+    /// It was not made by `plcfmu`, or not of the loop's block; a value that the FMU does not take.
+    pub fn preset(&mut self, values: &Loop) -> Result<Preset> {
+        self.check()?;
+        self.fits(&values.block)?;
+        let name = identifier(&values.name);
+        let members = &values.block.members;
+        let setting = |setting: &parameters::Setting| {
+            let name = &members[setting.member].name;
+            let number = number(setting.value);
+            to_value(number, setting.value.kind()).map_err(|why| anyhow!("{name} = {number:?}: {why}"))?;
+            Ok((name.clone(), start::text(setting.value)))
+        };
+        let start = Start {
+            preset: name.clone(),
+            block: self.block.clone(),
+            library: self.library.clone(),
+            values: values.settings.iter().map(setting).collect::<Result<_>>()?,
+        };
+        let text = start.to_string();
+        let guid = guid_of(&text);
+        let description = self.description(&name, &guid, values)?;
+        let mut files = BTreeMap::from([
+            (DESCRIPTION.to_string(), modeldescription::v2::write(&description)),
+            (path(), text.into_bytes()),
+        ]);
+        if self.package.archive.find(PAGE).is_some() {
+            let page = String::from_utf8_lossy(&self.package.archive.read(PAGE, LARGEST_PAGE)?)
+                .replace(&self.package.description.guid, &guid);
+            let page = page::preset::html(&page, &name, &self.library, values).context(PAGE)?;
+            files.insert(PAGE.into(), page.into_bytes());
+        }
+        // The recorded results are those of the block's own start values.
+        let bytes = self.package.archive.with(&files, |path| !reference::is_file(path))?;
+        Ok(Preset { name, guid, bytes })
+    }
+
+    /// The model description with other start values.
+    fn description(&self, name: &str, guid: &str, values: &Loop) -> Result<ModelDescription> {
+        let mut description = self.package.description.clone();
+        description.model_name = name.into();
+        description.guid = guid.into();
+        for setting in &values.settings {
+            let number = number(setting.value);
+            match &mut description.model_variables[setting.member].typed {
+                Typed::Real(real) => real.start = Some(number),
+                Typed::Integer(integer) => integer.start = Some(number as i32),
+                Typed::Boolean(boolean) => boolean.start = Some(number != 0.0),
+                Typed::String(_) | Typed::Enumeration(_) => {}
+            }
+        }
+        let cycle =
+            values.settings.iter().find(|setting| values.block.members[setting.member].role == blocks::Role::Cycle);
+        if let (Some(Value::Time(cycle)), Some(experiment)) =
+            (cycle.map(|setting| setting.value), &mut description.default_experiment)
+        {
+            let cycle = f64::from(cycle.milliseconds());
+            ensure!(cycle >= 1.0, "the time between two calls is {} s: it must be at least 0.001 s", cycle / 1000.0);
+            // As many calls as before.
+            if let (Some(stop), Some(step)) = (experiment.stop_time, experiment.step_size) {
+                experiment.stop_time = Some((stop / step).round() * cycle / 1000.0);
+            }
+            experiment.step_size = Some(cycle / 1000.0);
+        }
+        Ok(description)
+    }
+}
+
+/// What may surprise of a preset's model description. That the model has another name than its library is as it should be.
+pub fn remarks(description: &ModelDescription) -> Vec<String> {
+    let mut description = description.clone();
+    description.model_name = description.model_identifier().unwrap_or_default().to_string();
+    modeldescription::v2::check(&description)
+}
+
+/// The name as one that C and every file system accept: letters, digits and underscores.
+pub fn identifier(name: &str) -> String {
+    let mut identifier: String =
+        name.chars().map(|character| if character.is_ascii_alphanumeric() { character } else { '_' }).collect();
+    if identifier.starts_with(|first: char| first.is_ascii_digit()) || identifier.is_empty() {
+        identifier.insert(0, '_');
+    }
+    let upper = identifier.to_uppercase();
+    let is_port = |port: &str| upper.strip_prefix(port).is_some_and(|rest| rest.len() == 1 && rest != "_");
+    if DEVICES.contains(&upper.as_str()) || is_port("COM") || is_port("LPT") {
+        identifier.push('_');
+    }
+    identifier
+}
