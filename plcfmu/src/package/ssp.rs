@@ -7,6 +7,7 @@
 use crate::host::instance::Type;
 use crate::host::plan::{Names, Plan, effective, value, wires};
 use crate::host::system::{Exchange, Setting, System, Value};
+use crate::package::preset::identifier;
 use crate::package::{Package, archive};
 use anyhow::{Context, Result, bail};
 use askama::Template;
@@ -196,8 +197,7 @@ impl Resources {
             if description.co_simulation.is_none() {
                 bail!("{}: the FMU is for model exchange only; only co-simulation is supported", shown());
             }
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            let stem = plain(&stem);
+            let stem = identifier(&path.file_stem().unwrap_or_default().to_string_lossy());
             let is_taken = |name: &str| resources.files.iter().any(|(_, other, ..)| other.eq_ignore_ascii_case(name));
             let mut name = format!("{stem}.fmu");
             let mut number = 2;
@@ -275,18 +275,9 @@ fn remarks(system: &System, plan: &Plan, elements: &[String]) -> Vec<String> {
     remarks
 }
 
-/// Letters, digits and underscores: all that remains of a name.
-fn plain(name: &str) -> String {
-    name.chars().map(|of| if of.is_ascii_alphanumeric() { of } else { '_' }).collect()
-}
-
 /// Names as C identifiers, of which none begins another one.
 fn identifiers(names: &[&str]) -> Result<Vec<String>> {
-    let plain_names = names.iter().map(|name| {
-        let plain = plain(name);
-        if plain.starts_with(|first: char| !first.is_ascii_digit()) { plain } else { format!("_{plain}") }
-    });
-    let mut identifiers: Vec<String> = plain_names.collect();
+    let mut identifiers: Vec<String> = names.iter().map(|name| identifier(name)).collect();
     // The longest first: a name that begins another one is made longer than it is.
     let mut order: Vec<usize> = (0..names.len()).collect();
     order.sort_by_key(|place| std::cmp::Reverse(identifiers[*place].len()));
@@ -310,8 +301,7 @@ fn identifiers(names: &[&str]) -> Result<Vec<String>> {
 
 /// The name of the system in a file that is called so.
 pub fn system_name(file: &Path) -> String {
-    let stem = plain(&file.file_stem().unwrap_or_default().to_string_lossy());
-    if stem.is_empty() { "system".into() } else { stem }
+    identifier(&file.file_stem().unwrap_or_default().to_string_lossy())
 }
 
 #[cfg(test)]
