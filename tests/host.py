@@ -320,7 +320,7 @@ def other_values(fmu):
             1.25 * start + 0.0625, 0.75 * start - 0.0625]
         fitting = [other for other in others if low <= other <= high and other != start]
         if fitting:
-            values[name] = fitting[0]
+            values[name] = int(fitting[0]) if variable.type == "Integer" else fitting[0]
     return values
 
 

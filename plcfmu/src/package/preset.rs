@@ -230,8 +230,14 @@ impl<R: Read + Seek> Original<R> {
         for setting in &values.settings {
             let number = number(setting.value);
             match &mut description.model_variables[setting.member].typed {
-                Typed::Real(real) => real.start = Some(number),
-                Typed::Integer(integer) => integer.start = Some(number as i32),
+                Typed::Real(real) => {
+                    real.start = Some(number);
+                    widen(&mut real.attributes.min, &mut real.attributes.max, number);
+                }
+                Typed::Integer(integer) => {
+                    integer.start = Some(number as i32);
+                    widen(&mut integer.attributes.min, &mut integer.attributes.max, number as i32);
+                }
                 Typed::Boolean(boolean) => boolean.start = Some(number != 0.0),
                 Typed::String(_) | Typed::Enumeration(_) => {}
             }
@@ -251,6 +257,12 @@ impl<R: Read + Seek> Original<R> {
         }
         Ok(description)
     }
+}
+
+/// Widens a declared range to a start value: FMI requires that the one lies within the other, but the blocks take any value.
+fn widen<T: PartialOrd + Copy>(min: &mut Option<T>, max: &mut Option<T>, start: T) {
+    *min = min.map(|min| if start < min { start } else { min });
+    *max = max.map(|max| if start > max { start } else { max });
 }
 
 /// What may surprise of a preset's model description. That the model has another name than its library is as it should be.
