@@ -1,8 +1,10 @@
 """The same closed loops run by other co-simulation masters: the recordings are equal, bit for bit.
 
+The loops are the descriptions in examples/loops. `plcfmu run` runs them, `plcfmu ssp` packs them for libcosim and Ecos.
+
 The reference is a loop in this file, which drives the FMUs by FMPy: before each step every connected input gets what the
-output has now, then all FMUs step. libcosim, Ecos and the masters made of the Rust crates `fmi` and `fmi-rs` exchange
-signals in the same order. What else they do differently does not show, and must not: libcosim counts time in whole
+output has now, then all FMUs step. `plcfmu run` with `exchange = "parallel"`, libcosim, Ecos and the masters made of the Rust
+crates `fmi` and `fmi-rs` exchange signals in the same order. What else they do differently does not show, and must not: libcosim counts time in whole
 nanoseconds, Ecos adds it up, the others multiply; libcosim and Ecos already pass on outputs in Initialization Mode, before
 the restart, and once more after it; libcosim steps on several threads.
 
@@ -15,8 +17,11 @@ Where a recording differs, a test says why:
   the pulses have been.
 """
 
+import copy
+import csv
 import functools
 import importlib
+import io
 import json
 import os
 import pathlib
@@ -31,60 +36,62 @@ import pytest
 import host
 
 
-class Loop:
-    """FMUs with their start values, which outputs go to which inputs, and how many steps of which length."""
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
-    def __init__(self, fmus, connections, step, steps):
-        self.fmus = fmus
-        self.connections = [(*output.split("."), *input.split(".")) for output, input in connections.items()]
-        self.step = step
-        self.steps = steps
+LOOPS = pathlib.Path(__file__).parents[1] / "examples" / "loops"
+
+
+class Loop:
+    """FMUs with their start values, which outputs go to which inputs, and how many steps of which length: a description in
+    examples/loops."""
+
+    def __init__(self, name):
+        self.path = LOOPS / f"{name}.toml"
+        description = tomllib.loads(self.path.read_text(encoding="utf-8"))
+        assert description["exchange"] == "parallel"
+        self.fmus = {fmu: dict(flat(description["settings"][fmu])) for fmu in description["fmus"]}
+        self.connections = [
+            (*output.split("."), *input.split(".")) for output, input in flat(description["connections"])
+        ]
+        self.step = description["step"]
+        self.steps = round(description["stop"] / self.step)
 
     def with_start(self, fmu, **values):
         """The same loop with other start values of an FMU."""
-        changed = Loop({**self.fmus, fmu: {**self.fmus[fmu], **values}}, {}, self.step, self.steps)
-        changed.connections = self.connections
+        changed = copy.copy(self)
+        changed.fmus = {**self.fmus, fmu: {**self.fmus[fmu], **values}}
         return changed
 
 
-CONT_C = {"MAN_ON": False, "SP_INT": 60.0, "PVPER_ON": True, "PV_FAC": 4.0, "GAIN": 1.4, "TI": 80.0}
-CONT_S = {"SP_INT": 50.0, "GAIN": 1.2, "TI": 6.0, "DEADB_W": 0.2, "MTR_TM": 30.0, "PULSE_TM": 0.1, "BREAK_TM": 0.1,
-          "CYCLE": 0.1}
-VALVE = {"MTR_TM": 30.0, "HX_TM": 5.0, "SENS_TM": 1.0, "CYCLE": 0.1}
-PULS_CTR = {"SP_INT": 50.0, "RED_FAC": 20, "DI_CONT_C.PV_FAC": 2.0, "DI_CONT_C.PV_OFF": -100.0, "DI_CONT_C.GAIN": 3.0,
-            "DI_CONT_C.TI": 10.0, "DI_PULSEGEN.P_B_TM": 0.01}
-THERMO = {"HEAT_TM": 1.0, "ZONE_TM": 10.0}
+def flat(table, prefix=""):
+    """The values of nested tables by their names, joined with points."""
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
 
 # Reals and analog words; pulses as they are, in steps of a call; pulses as their mean, in steps of many calls.
-LOOPS = {
-    "CONT_C with HEATER": Loop(
-        {"CONT_C": CONT_C, "HEATER": {"CYCLE": 1.0}},
-        {"CONT_C.LMN": "HEATER.POWER", "HEATER.T_PER": "CONT_C.PV_PER"},
-        step=1.0, steps=600),
-    "CONT_S with VALVE": Loop(
-        {"CONT_S": CONT_S, "VALVE": VALVE},
-        {"CONT_S.QLMNUP": "VALVE.UP", "CONT_S.QLMNDN": "VALVE.DOWN", "VALVE.TEMP": "CONT_S.PV_IN",
-         "VALVE.LMNR_HS": "CONT_S.LMNR_HS", "VALVE.LMNR_LS": "CONT_S.LMNR_LS"},
-        step=0.1, steps=600),
-    "CONT_S with VALVE by QLMN_MEAN": Loop(
-        {"CONT_S": CONT_S, "VALVE": VALVE},
-        {"CONT_S.QLMN_MEAN": "VALVE.DRIVE", "VALVE.TEMP": "CONT_S.PV_IN",
-         "VALVE.LMNR_HS": "CONT_S.LMNR_HS", "VALVE.LMNR_LS": "CONT_S.LMNR_LS"},
-        step=0.3, steps=200),
-    "PULS_CTR with THERMO": Loop(
-        {"PULS_CTR": PULS_CTR, "THERMO": THERMO},
-        {"PULS_CTR.QPOS_P": "THERMO.HEAT", "THERMO.T_PER": "PULS_CTR.PV_PER"},
-        step=0.01, steps=4000),
-    "PULS_CTR with THERMO by Q_MEAN": Loop(
-        {"PULS_CTR": PULS_CTR, "THERMO": THERMO},
-        {"PULS_CTR.Q_MEAN": "THERMO.DRIVE", "THERMO.T_PER": "PULS_CTR.PV_PER"},
-        step=0.2, steps=200),
-}
-
-
-@pytest.fixture(params=LOOPS)
+@pytest.fixture(params=["furnace", "valve", "valve_mean", "chamber", "chamber_mean"])
 def loop(request):
-    return LOOPS[request.param]
+    return Loop(request.param)
+
+
+@pytest.fixture
+def pack(command, tmp_path):
+    """Packs a loop as an SSP file, by `plcfmu ssp`."""
+
+    def pack(loop, *options):
+        path = tmp_path / f"{loop.path.stem}.ssp"
+        arguments = [command, "ssp", loop.path, "--fmus", host.FOLDER, "--out", path, *options]
+        subprocess.run(list(map(str, arguments)), check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        return path
+
+    return pack
 
 
 # The masters: each gives the outputs after every step, as a dictionary like {"CONT_C.LMN": 84.0, ...}
@@ -117,11 +124,28 @@ def by_fmpy(loop, open_fmu, in_sequence=False, begin_with_0=False):
     return rows
 
 
-def by_libcosim(loop, open_fmu, folder):
+def by_plcfmu(loop, open_fmu, pack, command):
+    # A row of `plcfmu run` has what the outputs were before the step; so the run makes one more.
+    stop = (loop.steps + 1) * loop.step
+    arguments = [command, "run", loop.path, "--fmus", host.FOLDER, "--stop", stop, "--out", "-"]
+    for name in loop.fmus:
+        arguments += [f"--record={name}.{output}" for output in open_fmu(name).of("output")]
+    run = subprocess.run(list(map(str, arguments)), check=True, stdout=subprocess.PIPE, universal_newlines=True)
+    read = {
+        f"{name}.{output}": {"Real": float, "Integer": int, "Boolean": lambda text: text == "1"}[variables[output].type]
+        for name in loop.fmus
+        for variables in [open_fmu(name).variables]
+        for output in open_fmu(name).of("output")
+    }
+    _, *rows = csv.DictReader(io.StringIO(run.stdout))
+    return [{column: read_value(row[column]) for column, read_value in read.items()} for row in rows]
+
+
+def by_libcosim(loop, open_fmu, pack, command):
     libcosimpy = package("libcosimpy", (3, 11))
     libcosimpy.CosimLogging.log_output_level(libcosimpy.CosimLogging.CosimLogLevel.ERROR)
     nanoseconds = round(loop.step * 1e9)
-    execution = libcosimpy.CosimExecution.CosimExecution.from_ssp_file(str(ssp(loop, open_fmu, folder)), nanoseconds)
+    execution = libcosimpy.CosimExecution.CosimExecution.from_ssp_file(str(pack(loop)), nanoseconds)
     observer = libcosimpy.CosimObserver.CosimObserver.create_last_value()
     assert execution.add_observer(observer)
     read = {
@@ -142,7 +166,7 @@ def by_libcosim(loop, open_fmu, folder):
     return rows
 
 
-def by_ecos(loop, open_fmu, folder):
+def by_ecos(loop, open_fmu, pack, command):
     try:
         ecospy = package("ecospy", (3, 10))
     except OSError as error:
@@ -150,8 +174,9 @@ def by_ecos(loop, open_fmu, folder):
             raise
         pytest.skip(f"Ecos needs TBB, on Debian and Ubuntu 'apt install libtbb12': {error}")
     # Unpacked, for of what Ecos unpacks itself it leaves a copy behind.
-    unpacked = folder / "unpacked"
-    with zipfile.ZipFile(ssp(loop, open_fmu, folder)) as archive:
+    path = pack(loop)
+    unpacked = path.parent / "unpacked"
+    with zipfile.ZipFile(path) as archive:
         archive.extractall(unpacked)
     with ecospy.EcosSimulation(step_size=loop.step, ssp_path=str(unpacked)) as simulation:
         read = {"Real": simulation.get_real, "Integer": simulation.get_integer, "Boolean": simulation.get_bool}
@@ -169,11 +194,11 @@ def by_ecos(loop, open_fmu, folder):
         return rows
 
 
-def by_fmi(loop, open_fmu, folder):
+def by_fmi(loop, open_fmu, pack, command):
     return by_crate("fmi", loop, open_fmu)
 
 
-def by_fmi_rs(loop, open_fmu, folder):
+def by_fmi_rs(loop, open_fmu, pack, command):
     return by_crate("fmi-rs", loop, open_fmu)
 
 
@@ -185,7 +210,7 @@ def by_crate(crate, loop, open_fmu):
     return [json.loads(line) for line in run.stdout.splitlines()]
 
 
-def by_fmpy_for_ssp(loop, open_fmu, folder):
+def by_fmpy_for_ssp(loop, open_fmu, pack):
     from fmpy.ssp.simulation import simulate_ssp
 
     # It takes start values as an argument; those in the file are not read.
@@ -195,7 +220,7 @@ def by_fmpy_for_ssp(loop, open_fmu, folder):
         for variable, value in values.items()
     ]
     table = simulate_ssp(
-        str(ssp(loop, open_fmu, folder)),
+        str(pack(loop, "--only-connected")),
         stop_time=(loop.steps - 0.5) * loop.step,  # it steps until the sum of the steps is no longer below
         step_size=loop.step,
         parameter_set=types.SimpleNamespace(parameters=start),
@@ -204,7 +229,7 @@ def by_fmpy_for_ssp(loop, open_fmu, folder):
     return [{column: row[column].item() for column in columns} for row in table]
 
 
-MASTERS = {"libcosim": by_libcosim, "Ecos": by_ecos, "fmi": by_fmi, "fmi-rs": by_fmi_rs}
+MASTERS = {"plcfmu run": by_plcfmu, "libcosim": by_libcosim, "Ecos": by_ecos, "fmi": by_fmi, "fmi-rs": by_fmi_rs}
 
 
 def package(name, oldest):
@@ -240,56 +265,6 @@ def libclang():
     return {"LIBCLANG_PATH": str(folder / "native"), "BINDGEN_EXTRA_CLANG_ARGS": f"-I{headers}"}
 
 
-def ssp(loop, open_fmu, folder):
-    """The loop as an SSP file (System Structure and Parameterization): its FMUs, start values and connections."""
-
-    def type(name, variable):
-        return open_fmu(name).variables[variable].type
-
-    def connector(name, variable, kind):
-        return f'<ssd:Connector name="{variable}" kind="{kind}"><ssc:{type(name, variable)}/></ssd:Connector>'
-
-    def parameter(name, variable, value):
-        value = json.dumps(value)  # as XML writes it too: 1.0, 20, true
-        return f'<ssv:Parameter name="{variable}"><ssv:{type(name, variable)} value="{value}"/></ssv:Parameter>'
-
-    def component(name, start):
-        inputs = [input for _, _, target, input in loop.connections if target == name]
-        connectors = [connector(name, variable, "input") for variable in inputs]
-        connectors += [connector(name, variable, "output") for variable in open_fmu(name).of("output")]
-        parameters = [parameter(name, *value) for value in start.items()]
-        return f"""
-      <ssd:Component name="{name}" type="application/x-fmu-sharedlibrary" source="resources/{name}.fmu">
-        <ssd:Connectors>{"".join(connectors)}</ssd:Connectors>
-        <ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues>
-          <ssv:ParameterSet version="1.0" name="start"><ssv:Parameters>{"".join(parameters)}</ssv:Parameters></ssv:ParameterSet>
-        </ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>
-      </ssd:Component>"""
-
-    def connection(source, output, target, input):
-        return f"""
-      <ssd:Connection startElement="{source}" startConnector="{output}" endElement="{target}" endConnector="{input}"/>"""
-
-    path = folder / "loop.ssp"
-    with zipfile.ZipFile(path, "w") as archive:
-        for name in loop.fmus:
-            archive.write(open_fmu(name).path, f"resources/{name}.fmu")
-        archive.writestr("SystemStructure.ssd", f"""<?xml version="1.0" encoding="UTF-8"?>
-<ssd:SystemStructureDescription version="1.0" name="loop"
-    xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"
-    xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"
-    xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues">
-  <ssd:System name="loop">
-    <ssd:Elements>{"".join(component(*fmu) for fmu in loop.fmus.items())}
-    </ssd:Elements>
-    <ssd:Connections>{"".join(connection(*each) for each in loop.connections)}
-    </ssd:Connections>
-  </ssd:System>
-</ssd:SystemStructureDescription>
-""")
-    return path
-
-
 def assert_equal(recorded, expected):
     """Equal to the last bit: 0.0 and -0.0 differ."""
     assert len(recorded) == len(expected)
@@ -298,8 +273,10 @@ def assert_equal(recorded, expected):
 
 
 @pytest.mark.parametrize("master", MASTERS)
-def test_a_master_that_exchanges_all_signals_between_the_steps_records_the_same_bits(loop, master, open_fmu, tmp_path):
-    assert_equal(MASTERS[master](loop, open_fmu, tmp_path), by_fmpy(loop, open_fmu))
+def test_a_master_that_exchanges_all_signals_between_the_steps_records_the_same_bits(
+    loop, master, open_fmu, pack, command
+):
+    assert_equal(MASTERS[master](loop, open_fmu, pack, command), by_fmpy(loop, open_fmu))
 
 
 def test_each_loop_brings_its_temperature_to_the_setpoint(loop, open_fmu):
@@ -310,19 +287,19 @@ def test_each_loop_brings_its_temperature_to_the_setpoint(loop, open_fmu):
     assert temperature[-1] == pytest.approx(setpoint, abs=0.2)
 
 
-def test_fmpys_master_for_ssp_files_begins_with_0_on_every_connection(loop, open_fmu, tmp_path):
-    assert_equal(by_fmpy_for_ssp(loop, open_fmu, tmp_path), by_fmpy(loop, open_fmu, begin_with_0=True))
+def test_fmpys_master_for_ssp_files_begins_with_0_on_every_connection(loop, open_fmu, pack):
+    assert_equal(by_fmpy_for_ssp(loop, open_fmu, pack), by_fmpy(loop, open_fmu, begin_with_0=True))
 
 
-def test_the_first_call_of_cont_c_tells_whether_a_master_passes_on_the_outputs_of_the_restart(open_fmu, tmp_path):
+def test_the_first_call_of_cont_c_tells_whether_a_master_passes_on_the_outputs_of_the_restart(open_fmu, pack):
     # T_PER is 27648 * 20 / 400 = 1382 after the restart, and PV = 4 * 1382 / 276.48 = 19.994; LMN_P = 1.4 * (60 - PV).
-    loop = LOOPS["CONT_C with HEATER"]
+    loop = Loop("furnace")
     assert by_fmpy(loop, open_fmu)[0]["CONT_C.LMN_P"] == pytest.approx(56.008, abs=1e-3)
-    assert by_fmpy_for_ssp(loop, open_fmu, tmp_path)[0]["CONT_C.LMN_P"] == host.real(84.0)
+    assert by_fmpy_for_ssp(loop, open_fmu, pack)[0]["CONT_C.LMN_P"] == host.real(84.0)
 
 
 def test_in_sequence_a_loop_is_the_same_with_a_step_less_of_dead_time(open_fmu):
-    loop = LOOPS["CONT_C with HEATER"]
+    loop = Loop("furnace")
     at_once = by_fmpy(loop.with_start("HEATER", DELAY_TM=5.0), open_fmu)
     assert_equal(by_fmpy(loop.with_start("HEATER", DELAY_TM=6.0), open_fmu, in_sequence=True), at_once)
 
@@ -332,21 +309,37 @@ def test_in_sequence_a_loop_is_the_same_with_a_step_less_of_dead_time(open_fmu):
     assert [row["HEATER.T_FURN"] > 20.0 for row in at_once[:7]] == [False] * 6 + [True]
 
 
-# SP_INT = 50 keeps QLMNUP on for two seconds, and VALVE travels 100 % in 30 s.
-BOOLEAN_TO_REAL = Loop({"CONT_S": CONT_S, "VALVE": VALVE}, {"CONT_S.QLMNUP": "VALVE.DRIVE"}, step=0.1, steps=20)
+@pytest.fixture
+def pack_boolean_to_real(pack):
+    """Packs valve_mean with QLMNUP on VALVE.DRIVE, which `plcfmu ssp` refuses."""
+
+    def pack_changed(loop, *options):
+        path = pack(loop, *options)
+        changed = path.with_name("changed.ssp")
+        with zipfile.ZipFile(path) as old, zipfile.ZipFile(changed, "w") as new:
+            for name in old.namelist():
+                content = old.read(name)
+                new.writestr(name, content.replace(b'startConnector="QLMN_MEAN"', b'startConnector="QLMNUP"'))
+        return changed
+
+    return pack_changed
 
 
 @pytest.mark.parametrize(
     "master, refusal", [("libcosim", "Unable to create execution"), ("Ecos", "Incompatible connector types")]
 )
-def test_libcosim_and_ecos_connect_no_boolean_to_a_real(master, refusal, open_fmu, tmp_path):
+def test_libcosim_and_ecos_connect_no_boolean_to_a_real(master, refusal, open_fmu, pack_boolean_to_real, command):
     with pytest.raises(Exception, match=refusal):
-        MASTERS[master](BOOLEAN_TO_REAL, open_fmu, tmp_path)
+        MASTERS[master](Loop("valve_mean"), open_fmu, pack_boolean_to_real, command)
 
 
-def test_fmpys_master_for_ssp_files_makes_1_of_true_where_the_mean_is_100_percent(open_fmu, tmp_path):
-    mean = Loop(BOOLEAN_TO_REAL.fmus, {"CONT_S.QLMN_MEAN": "VALVE.DRIVE"}, BOOLEAN_TO_REAL.step, BOOLEAN_TO_REAL.steps)
-    true, full = (by_fmpy_for_ssp(loop, open_fmu, tmp_path)[-1] for loop in (BOOLEAN_TO_REAL, mean))
+def test_fmpys_master_for_ssp_files_makes_1_of_true_where_the_mean_is_100_percent(
+    open_fmu, pack, pack_boolean_to_real
+):
+    # SP_INT = 50 keeps QLMNUP on for two seconds, and VALVE travels 100 % in 30 s.
+    loop = Loop("valve_mean")
+    loop.step, loop.steps = 0.1, 20
+    mean, true = (by_fmpy_for_ssp(loop, open_fmu, packed)[-1] for packed in (pack, pack_boolean_to_real))
     # The valve has moved in 19 steps of 0.1 s: in the first one QLMNUP was not yet there.
     assert true["VALVE.LMNR"] == pytest.approx(0.01 * 100.0 * 1.9 / 30.0)
-    assert full["VALVE.LMNR"] == pytest.approx(100.0 * 1.9 / 30.0)
+    assert mean["VALVE.LMNR"] == pytest.approx(100.0 * 1.9 / 30.0)

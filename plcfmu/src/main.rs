@@ -1,7 +1,7 @@
 //! The command `plcfmu`.
 
 use clap::{Parser, Subcommand};
-use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, run};
+use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, run, ssp};
 use std::process::ExitCode;
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
@@ -17,6 +17,7 @@ enum Command {
     Info(info::Options),
     Check(check::Options),
     Run(run::Options),
+    Ssp(ssp::Options),
     Params(params::Options),
     Gains(gains::Options),
     /// Make a crate for a block of your own
@@ -37,6 +38,7 @@ fn main() -> ExitCode {
         Command::Info(options) => info::run(&options),
         Command::Check(options) => check::run(&options),
         Command::Run(options) => run::run(&options),
+        Command::Ssp(options) => ssp::run(&options),
         Command::Params(options) => params::run(&options),
         Command::Gains(options) => gains::run(&options),
         Command::New(options) => new::run(&options),

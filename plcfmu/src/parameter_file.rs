@@ -70,6 +70,11 @@ fn read_plc(name: &str, _blocks: &[Arc<Block>], _options: &Options) -> Result<Re
     bail!("{name}: this plcfmu cannot read a PLC: it was built without the feature s7")
 }
 
+/// What is to be said of a file that was read, a sentence each.
+pub fn remarks(reading: &Reading) -> Vec<String> {
+    reading.remarks.to_string().lines().map(str::to_string).collect()
+}
+
 /// The format of a file, by the ending of its name.
 ///
 /// # Errors

@@ -474,6 +474,14 @@ impl Capabilities {
     }
 }
 
+impl BaseUnit {
+    /// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema, without
+    /// those that have their defaults.
+    pub fn list(&self) -> Vec<(&'static str, String)> {
+        list(self)
+    }
+}
+
 impl ModelExchange {
     /// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema.
     pub fn list(&self) -> Vec<(&'static str, String)> {

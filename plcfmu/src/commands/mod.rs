@@ -9,6 +9,8 @@ pub mod new;
 pub mod params;
 pub mod preset;
 pub mod run;
+pub mod ssp;
+pub mod system;
 
 use crate::host::library::PREFIX;
 use crate::package::binary::Binary;

@@ -96,7 +96,7 @@ fn read(file: &str, format: Option<Format>, blocks: &[Arc<Block>], options: &Opt
     let of_file =
         parameters::Options { block: options.block.clone(), name: options.name.clone(), offset: options.offset };
     let mut reading = parameter_file::read(file, format, options.encoding.as_deref(), blocks, &of_file)?;
-    for remark in reading.remarks.to_string().lines() {
+    for remark in parameter_file::remarks(&reading) {
         eprintln!("remark: {remark}");
     }
     if let Some(name) = &options.name {

@@ -131,7 +131,7 @@ fn read(options: &Options, blocks: &[Arc<Block>]) -> Result<Vec<Loop>> {
         offset: options.offset,
     };
     let Some(from) = &options.from else { return own(options, blocks) };
-    let reading = parameter_file::read(from, options.format, blocks, &of_file)?;
+    let reading = parameter_file::read(from, options.format, None, blocks, &of_file)?;
     for remark in reading.remarks.to_string().lines() {
         eprintln!("remark: {remark}");
     }
@@ -152,7 +152,7 @@ fn own(options: &Options, blocks: &[Arc<Block>]) -> Result<Vec<Loop>> {
         bail!("without --from, a preset is made of one FMU, not of {}", options.files.len());
     };
     let named = parameters::Options { name: Some(name), ..parameters::Options::default() };
-    Ok(parameter_file::read(&file.display().to_string(), None, blocks, &named)?.loops)
+    Ok(parameter_file::read(&file.display().to_string(), None, None, blocks, &named)?.loops)
 }
 
 /// Gives variables of a loop other values.

@@ -1,17 +1,17 @@
 //! `plcfmu run`: runs FMUs together and records them.
 
+use crate::commands::system;
+use crate::host::file;
 use crate::host::instance::Type;
 use crate::host::run::Recording;
 use crate::host::simulation::Simulation;
-use crate::host::system::{Connection, Exchange, Member, Setting, System};
 use crate::package::temporary;
 use crate::page::picture;
 use crate::page::plot::{self, Chart, Curve, Panel};
 use crate::progress::Progress;
-use anyhow::{Context, Error, Result, bail};
+use anyhow::{Context, Result, bail};
 use std::io::{self, BufWriter, StdoutLock, Write};
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 use std::time::Instant;
 
 /// So many messages of each FMU are shown.
@@ -24,50 +24,17 @@ const MOST_MESSAGES: usize = 10;
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = SHORT_HELP, after_long_help = LONG_HELP)]
 pub struct Options {
-    /// The FMUs in the order in which they are stepped: a controller before its plant
-    ///
-    /// An FMU has the name of its file. NAME= gives it another one, which is needed to run the same file twice.
-    #[arg(value_name = "[NAME=]FILE.fmu", required = true, value_parser = parse::<Member>)]
-    fmus: Vec<Member>,
-    /// Connect an output to an input
-    ///
-    /// The types have to be the same; an Integer output can also go to a Real input. If both have a unit, the units have to
-    /// be the same: values are not converted.
-    #[arg(short, long, value_name = "FMU.OUTPUT=FMU.INPUT", value_parser = parse::<Connection>)]
-    connect: Vec<Connection>,
-    /// Set an input or a parameter before the initialization, or at a time in seconds: PID.SP=60@120
-    ///
-    /// A Boolean is true or false, or 1 or 0. With a time, the value is set at the first communication point that is not
-    /// earlier. Values outside the range that the FMU declares are set nevertheless, with a warning.
-    #[arg(short, long, value_name = "FMU.VARIABLE=VALUE[@TIME]", value_parser = parse::<Setting>, allow_hyphen_values = true)]
-    set: Vec<Setting>,
-    /// Record this variable; by default, all outputs and the inputs that are connected or set
-    ///
-    /// The columns have the order in which the variables are named.
-    #[arg(short, long, value_name = "FMU.VARIABLE")]
-    record: Vec<String>,
-    /// Start time in seconds; by default, the earliest that an FMU proposes, else 0
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
-    start: Option<f64>,
-    /// Stop time in seconds; by default, the latest that an FMU proposes
-    ///
-    /// The run ends with the last whole step that does not go beyond it.
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
-    stop: Option<f64>,
-    /// Communication step in seconds; by default, the smallest that an FMU proposes
-    #[arg(long, value_name = "TIME")]
-    step: Option<f64>,
-    /// Exchange all values before any FMU steps (Jacobi)
-    ///
-    /// By default, an FMU gets what those before it computed in the same step (Gauss-Seidel).
-    #[arg(long)]
-    parallel: bool,
+    #[command(flatten)]
+    system: system::Arguments,
     /// Write the recording as CSV; - is standard output
     #[arg(short, long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
     /// Draw the recording
     #[arg(short, long, value_name = "FILE.png|FILE.svg")]
     plot: Option<PathBuf>,
+    /// Write what is run as a description that `plcfmu run FILE.toml` runs again
+    #[arg(long, value_name = "FILE.toml")]
+    save: Option<PathBuf>,
 }
 
 const SHORT_HELP: &str = "\
@@ -108,11 +75,6 @@ Rows of the recording:
 
 An FMU is foreign code that runs in this process: if it crashes, so does the run.";
 
-/// An argument that has a form of its own.
-fn parse<T: FromStr<Err = Error>>(text: &str) -> Result<T, String> {
-    text.parse().map_err(|error| format!("{error:#}"))
-}
-
 /// Runs FMUs.
 ///
 /// # Errors
@@ -120,13 +82,17 @@ fn parse<T: FromStr<Err = Error>>(text: &str) -> Result<T, String> {
 pub fn run(options: &Options) -> Result<()> {
     let is_svg = options.plot.as_deref().map(is_svg).transpose()?;
     let to_stdout = options.out.as_deref() == Some(Path::new("-"));
-    for file in options.out.iter().filter(|_| !to_stdout).chain(&options.plot) {
+    for file in options.out.iter().filter(|_| !to_stdout).chain(&options.plot).chain(&options.save) {
         let folder = temporary::folder(file);
         if !folder.is_dir() {
             bail!("{} cannot be written: {} is not a folder", file.display(), folder.display());
         }
     }
-    let mut simulation = Simulation::open(&system(options))?;
+    let system = options.system.system()?;
+    let mut simulation = Simulation::open(&system)?;
+    for remark in &system.remarks {
+        eprintln!("remark: {remark}");
+    }
     for warning in &simulation.plan.warnings {
         eprintln!("warning: {warning}");
     }
@@ -154,10 +120,15 @@ pub fn run(options: &Options) -> Result<()> {
         lines.push(format!("{}: {rows} rows of the time and {columns} variables", file.display()));
     }
     if let (Some(file), Some(is_svg)) = (&options.plot, is_svg) {
-        let names: Vec<_> = options.fmus.iter().map(|fmu| fmu.name.as_str()).collect();
+        let names: Vec<_> = system.members.iter().map(|fmu| fmu.name.as_str()).collect();
         let picture = draw(&recording, names.join(", "), simulation.plan.time(steps), is_svg)?;
         temporary::place(file, |to| Ok(to.write_all(&picture)?), |_| Ok(()))?;
         lines.push(file.display().to_string());
+    }
+    if let Some(path) = &options.save {
+        let text = file::write(&system, temporary::folder(path))?;
+        temporary::place(path, |to| Ok(to.write_all(text.as_bytes())?), |_| Ok(()))?;
+        lines.push(path.display().to_string());
     }
     lines.push("last row:".into());
     lines.extend(last_row(&recording));
@@ -175,19 +146,6 @@ fn print(content: impl FnOnce(&mut BufWriter<StdoutLock>) -> io::Result<()>) -> 
     match content(&mut stdout).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         written => written.context("standard output"),
-    }
-}
-
-fn system(options: &Options) -> System {
-    System {
-        members: options.fmus.clone(),
-        settings: options.set.clone(),
-        connections: options.connect.clone(),
-        record: options.record.clone(),
-        start: options.start,
-        stop: options.stop,
-        step: options.step,
-        exchange: if options.parallel { Exchange::Parallel } else { Exchange::Sequential },
     }
 }
 

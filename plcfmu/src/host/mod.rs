@@ -10,6 +10,7 @@
 //! An FMU is foreign code in this process. What it reports as an error becomes an error here. A crash of an FMU, or one that
 //! never returns, ends or stops the whole process: nothing here can catch that.
 
+pub mod file;
 pub mod fmu;
 pub mod instance;
 pub mod library;

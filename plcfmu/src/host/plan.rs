@@ -1,7 +1,7 @@
 //! A system whose names are resolved and checked: what [`run`](crate::host::run::run) needs in every step, by position.
 
 use crate::host::instance::Type;
-use crate::host::system::{Connection, Exchange, Setting, System, Value};
+use crate::host::system::{Connection, Exchange, Place, Recorded, Setting, System, Value};
 use anyhow::{Context, Result, bail};
 use modeldescription::v2::{Causality, ModelDescription, TypeAttributes, Typed, Variability, Variable};
 
@@ -122,17 +122,24 @@ pub struct Column {
 }
 
 /// A connection whose ends are known: member and variable.
-struct Wire<'a> {
-    from: Reference<'a>,
-    to: Reference<'a>,
+pub(crate) struct Wire<'a> {
+    pub from: Reference<'a>,
+    pub to: Reference<'a>,
 }
 
 /// A variable of a member.
 #[derive(Clone, Copy)]
-struct Reference<'a> {
-    member: usize,
-    variable: &'a Variable,
-    kind: Type,
+pub(crate) struct Reference<'a> {
+    pub member: usize,
+    pub variable: &'a Variable,
+    pub kind: Type,
+}
+
+impl Wire<'_> {
+    /// Whether it ends at this variable: two names of one value reference are one input.
+    fn is_to(&self, reference: &Reference) -> bool {
+        self.to.member == reference.member && self.to.key() == reference.key()
+    }
 }
 
 impl Reference<'_> {
@@ -188,62 +195,70 @@ impl Plan {
         self.start + step as f64 * self.step
     }
 
-    /// Sorts the settings by when they are made, and gives the inputs among the variables.
+    /// Sorts the settings by when they are made, and gives the inputs that the user sets.
     fn set<'a>(&mut self, names: &Names<'a>, settings: &[Setting], wires: &[Wire]) -> Result<Vec<Reference<'a>>> {
         let mut inputs = Vec::new();
-        for (number, setting) in settings.iter().enumerate() {
-            let name = &setting.variable;
-            let reference = names.find(name)?;
-            let variable = reference.variable;
-            let is_it = |wire: &&Wire| wire.to.member == reference.member && wire.to.key() == reference.key();
-            if let Some(wire) = wires.iter().find(is_it) {
-                bail!("{name} cannot be set: it is connected to {}", names.full(&wire.from));
-            }
-            if !variable.is_settable() {
-                let what = variable.causality;
-                bail!("{name} cannot be set: its causality is {what}; only inputs and parameters can be set");
-            }
-            if settings[..number].iter().any(|other| other.variable == *name && other.time == setting.time) {
-                bail!("{name} is set twice at the same time: remove one of the settings");
-            }
-            let value = value(reference.kind, setting.value).with_context(|| format!("{name} cannot be set"))?;
-            let (min, max) = names.range(&reference);
-            if min.is_some_and(|min| value < min) || max.is_some_and(|max| value > max) {
-                let show = |bound: Option<f64>| bound.map_or("...".into(), |bound| format!("{bound:?}"));
-                self.warnings.push(format!(
-                    "{name} = {value:?} is outside of the range that the FMU declares, {} to {}",
-                    show(min),
-                    show(max)
-                ));
-            }
-            let assignment = Assignment { kind: reference.kind, reference: variable.value_reference, value };
-            let is_input = variable.causality == Causality::Input;
-            let member = &mut self.members[reference.member];
-            match setting.time {
-                None if is_input => member.inputs.push(assignment),
-                None => member.parameters.push(assignment),
-                Some(time) => {
-                    if !is_input && variable.variability != Variability::Tunable {
-                        bail!("{name} cannot be set at {time:?} s: it is a {} parameter", variable.variability);
-                    }
-                    let last = self.start + (self.steps - 1) as f64 * self.step;
-                    if time < self.start || time > last + ROUNDING * self.step {
-                        bail!(
-                            "{name} cannot be set at {time:?} s: the first step begins at {:?} s, the last at {last:?} s",
-                            self.start
-                        );
-                    }
-                    member.events.push((time, assignment));
+        let effective = effective(names, settings, wires)?;
+        for (number, (setting, reference)) in effective.iter().enumerate() {
+            let is_set_twice =
+                effective[..number].iter().any(|(other, of)| of.is(reference) && other.time == setting.time);
+            let mut set = || {
+                if is_set_twice {
+                    bail!("{} is set twice at the same time: remove one of the settings", setting.variable);
                 }
-            }
-            if is_input {
-                inputs.push(reference);
+                self.set_one(names, setting, reference, wires)
+            };
+            located(setting.place.as_ref(), set())?;
+            if reference.variable.causality == Causality::Input && !setting.is_preliminary {
+                inputs.push(*reference);
             }
         }
         for member in &mut self.members {
             member.events.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         }
         Ok(inputs)
+    }
+
+    fn set_one(&mut self, names: &Names, setting: &Setting, reference: &Reference, wires: &[Wire]) -> Result<()> {
+        let (name, variable) = (&setting.variable, reference.variable);
+        if let Some(wire) = wires.iter().find(|wire| wire.is_to(reference)) {
+            bail!("{name} cannot be set: it is connected to {}", names.full(&wire.from));
+        }
+        if !variable.is_settable() {
+            let what = variable.causality;
+            bail!("{name} cannot be set: its causality is {what}; only inputs and parameters can be set");
+        }
+        let value = value(reference.kind, setting.value).with_context(|| format!("{name} cannot be set"))?;
+        let (min, max) = names.range(reference);
+        if min.is_some_and(|min| value < min) || max.is_some_and(|max| value > max) {
+            let show = |bound: Option<f64>| bound.map_or("...".into(), |bound| format!("{bound:?}"));
+            self.warnings.push(format!(
+                "{name} = {value:?} is outside of the range that the FMU declares, {} to {}",
+                show(min),
+                show(max)
+            ));
+        }
+        let assignment = Assignment { kind: reference.kind, reference: variable.value_reference, value };
+        let is_input = variable.causality == Causality::Input;
+        let member = &mut self.members[reference.member];
+        match setting.time {
+            None if is_input => member.inputs.push(assignment),
+            None => member.parameters.push(assignment),
+            Some(time) => {
+                if !is_input && variable.variability != Variability::Tunable {
+                    bail!("{name} cannot be set at {time:?} s: it is a {} parameter", variable.variability);
+                }
+                let last = self.start + (self.steps - 1) as f64 * self.step;
+                if time < self.start || time > last + ROUNDING * self.step {
+                    bail!(
+                        "{name} cannot be set at {time:?} s: the first step begins at {:?} s, the last at {last:?} s",
+                        self.start
+                    );
+                }
+                member.events.push((time, assignment));
+            }
+        }
+        Ok(())
     }
 
     /// Tells each connected input where its value is.
@@ -305,17 +320,43 @@ fn times(system: &System, descriptions: &[&ModelDescription]) -> Result<(f64, (f
     Ok((start, (step, proposed_by), steps as usize))
 }
 
-fn wires<'a>(names: &Names<'a>, connections: &[Connection]) -> Result<Vec<Wire<'a>>> {
+/// The settings that take effect, with their variables: a preliminary one gives way to a connection and to another setting.
+pub(crate) fn effective<'a, 's>(
+    names: &Names<'a>,
+    settings: &'s [Setting],
+    wires: &[Wire],
+) -> Result<Vec<(&'s Setting, Reference<'a>)>> {
+    let find = |setting: &'s Setting| Ok((setting, located(setting.place.as_ref(), names.find(&setting.variable))?));
+    let mut effective = settings.iter().map(find).collect::<Result<Vec<_>>>()?;
+    let firm: Vec<_> = effective.iter().filter(|(of, _)| !of.is_preliminary && of.time.is_none()).copied().collect();
+    effective.retain(|(setting, reference)| {
+        let is_overridden = || firm.iter().any(|(_, other)| other.is(reference));
+        !setting.is_preliminary || !(is_overridden() || wires.iter().any(|wire| wire.is_to(reference)))
+    });
+    Ok(effective)
+}
+
+/// The result with the place in a file that it concerns.
+fn located<T>(place: Option<&Place>, result: Result<T>) -> Result<T> {
+    match place {
+        Some(place) => result.with_context(|| place.to_string()),
+        None => result,
+    }
+}
+
+pub(crate) fn wires<'a>(names: &Names<'a>, connections: &[Connection]) -> Result<Vec<Wire<'a>>> {
     let mut wires: Vec<Wire> = Vec::new();
     for connection in connections {
-        let wire = wire(names, connection)
-            .with_context(|| format!("{} cannot be connected to {}", connection.from, connection.to))?;
-        // Two names of one value reference are one input.
-        let is_taken = |other: &&Wire| other.to.member == wire.to.member && other.to.key() == wire.to.key();
-        if let Some(other) = wires.iter().find(is_taken) {
-            let (to, from) = (names.full(&wire.to), names.full(&other.from));
-            bail!("{to} has two sources, {from} and {}: remove one of the connections", connection.from);
-        }
+        let wire = || {
+            let wire = wire(names, connection)
+                .with_context(|| format!("{} cannot be connected to {}", connection.from, connection.to))?;
+            if let Some(other) = wires.iter().find(|other| other.is_to(&wire.to)) {
+                let (to, from) = (names.full(&wire.to), names.full(&other.from));
+                bail!("{to} has two sources, {from} and {}: remove one of the connections", connection.from);
+            }
+            Ok(wire)
+        };
+        let wire = located(connection.place.as_ref(), wire())?;
         wires.push(wire);
     }
     Ok(wires)
@@ -353,10 +394,15 @@ fn wire<'a>(names: &Names<'a>, connection: &Connection) -> Result<Wire<'a>> {
 }
 
 /// The variables to record, each once.
-fn recorded<'a>(names: &Names<'a>, wanted: &[String], wires: &[Wire], set: &[Reference]) -> Result<Vec<Reference<'a>>> {
+fn recorded<'a>(
+    names: &Names<'a>,
+    wanted: &[Recorded],
+    wires: &[Wire],
+    set: &[Reference],
+) -> Result<Vec<Reference<'a>>> {
     let mut recorded: Vec<Reference> = Vec::new();
-    for name in wanted {
-        let reference = names.find(name)?;
+    for Recorded { variable, place } in wanted {
+        let reference = located(place.as_ref(), names.find(variable))?;
         if !recorded.iter().any(|other| other.is(&reference)) {
             recorded.push(reference);
         }
@@ -376,7 +422,7 @@ fn recorded<'a>(names: &Names<'a>, wanted: &[String], wires: &[Wire], set: &[Ref
 }
 
 /// A value as the variable has it.
-fn value(kind: Type, value: Value) -> Result<f64> {
+pub(crate) fn value(kind: Type, value: Value) -> Result<f64> {
     match (kind, value) {
         (Type::Boolean, Value::Boolean(value)) => Ok(f64::from(u8::from(value))),
         (Type::Boolean, Value::Number(value)) if value == 0.0 || value == 1.0 => Ok(value),
@@ -389,14 +435,14 @@ fn value(kind: Type, value: Value) -> Result<f64> {
 }
 
 /// The names of a system.
-struct Names<'a> {
+pub(crate) struct Names<'a> {
     /// The members' names.
     members: Vec<&'a str>,
     descriptions: &'a [&'a ModelDescription],
 }
 
 impl<'a> Names<'a> {
-    fn of(system: &'a System, descriptions: &'a [&'a ModelDescription]) -> Result<Names<'a>> {
+    pub fn of(system: &'a System, descriptions: &'a [&'a ModelDescription]) -> Result<Names<'a>> {
         let members: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
         assert_eq!(members.len(), descriptions.len(), "each member has a description");
         if members.is_empty() {
@@ -466,17 +512,22 @@ impl<'a> Names<'a> {
     }
 
     /// The type definition that a variable refers to.
-    fn declared(&self, reference: &Reference) -> Option<&'a TypeAttributes> {
-        let name = reference.variable.typed.declared_type()?;
-        let types = &self.descriptions[reference.member].type_definitions;
+    fn declared(&self, member: usize, variable: &Variable) -> Option<&'a TypeAttributes> {
+        let name = variable.typed.declared_type()?;
+        let types = &self.descriptions[member].type_definitions;
         types.iter().find(|of| of.name == name).map(|of| &of.attributes)
     }
 
     /// A variable's unit: its own, or that of its type.
     fn unit(&self, reference: &Reference<'a>) -> Option<&'a str> {
-        let Typed::Real(real) = &reference.variable.typed else { return None };
+        self.unit_of(reference.member, reference.variable)
+    }
+
+    /// The same for a variable of any type.
+    pub fn unit_of(&self, member: usize, variable: &'a Variable) -> Option<&'a str> {
+        let Typed::Real(real) = &variable.typed else { return None };
         let own = real.attributes.unit.as_deref();
-        own.or_else(|| match self.declared(reference) {
+        own.or_else(|| match self.declared(member, variable) {
             Some(TypeAttributes::Real(attributes)) => attributes.unit.as_deref(),
             _ => None,
         })
@@ -484,7 +535,7 @@ impl<'a> Names<'a> {
 
     /// A variable's least and greatest value: its own, or those of its type.
     fn range(&self, reference: &Reference) -> (Option<f64>, Option<f64>) {
-        let declared = self.declared(reference);
+        let declared = self.declared(reference.member, reference.variable);
         match &reference.variable.typed {
             Typed::Real(real) => {
                 let (own, of_type) = (
@@ -523,7 +574,7 @@ fn kind(typed: &Typed) -> Option<Type> {
 }
 
 /// The name that is most like a wrong one, if there is one that is like it at all. Capitals do not matter.
-fn near<'a>(wrong: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn near<'a>(wrong: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let wrong = wrong.to_lowercase();
     let likeness = |name: &str| strsim::normalized_damerau_levenshtein(&wrong, &name.to_lowercase());
     let rated = names.map(|name| (likeness(name), name)).filter(|(likeness, _)| *likeness >= 0.5);

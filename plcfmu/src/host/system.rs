@@ -2,6 +2,9 @@
 //! writes them; [`Plan`](crate::host::plan::Plan) checks them.
 
 use anyhow::{Context, Result, anyhow, bail};
+use parameters::{Loop, Origin};
+use serde::Deserialize;
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -15,7 +18,7 @@ pub struct System {
     /// Which output goes to which input.
     pub connections: Vec<Connection>,
     /// The variables to record. If there are none: all outputs, and the inputs that are connected or set.
-    pub record: Vec<String>,
+    pub record: Vec<Recorded>,
     /// The start in seconds; by default the earliest that an FMU proposes, else 0.
     pub start: Option<f64>,
     /// The end in seconds; by default the latest that an FMU proposes.
@@ -24,6 +27,8 @@ pub struct System {
     pub step: Option<f64>,
     /// When values go from output to input.
     pub exchange: Exchange,
+    /// What the user should know of the files that it was read from.
+    pub remarks: Vec<String>,
 }
 
 /// An FMU in a system.
@@ -45,6 +50,19 @@ pub struct Setting {
     /// When it is set, in seconds: at the first communication point that is not earlier. At the start, before the
     /// initialization, if there is no time.
     pub time: Option<f64>,
+    /// The value of a parameter file: a connection to the variable and another setting of it take precedence.
+    pub is_preliminary: bool,
+    /// Where it is written, if it is in a file.
+    pub place: Option<Place>,
+}
+
+/// A variable that is recorded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recorded {
+    /// `FMU.VARIABLE`
+    pub variable: String,
+    /// Where it is written, if it is in a file.
+    pub place: Option<Place>,
 }
 
 /// A value as the user writes it.
@@ -63,10 +81,30 @@ pub struct Connection {
     pub from: String,
     /// The input, `FMU.VARIABLE`.
     pub to: String,
+    /// Where it is written, if it is in a file.
+    pub place: Option<Place>,
+}
+
+/// A place in a file, shown as `FILE:LINE:COLUMN`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file, as the user gave it.
+    pub file: String,
+    /// The line, from 1.
+    pub line: usize,
+    /// The column in characters, from 1.
+    pub column: usize,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        write!(formatter, "{}:{}:{}", self.file, self.line, self.column)
+    }
 }
 
 /// When values go from output to input.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Exchange {
     /// Before each FMU's step: it gets what the FMUs before it computed in this step, and what those after it computed in
     /// the previous one (Gauss-Seidel).
@@ -111,7 +149,32 @@ impl FromStr for Setting {
         if variable.is_empty() {
             return Err(anyhow!("no variable is named").context(form()));
         }
-        Ok(Setting { variable: variable.into(), value: value.parse().with_context(form)?, time })
+        let value = value.parse().with_context(form)?;
+        Ok(Setting { variable: variable.into(), value, time, is_preliminary: false, place: None })
+    }
+}
+
+impl Setting {
+    /// The values of a loop of a PLC for an FMU that is called `member`. A value without a line of its own is said to be at
+    /// `place`.
+    pub fn of_loop(one: &Loop, member: &str, place: Option<&Place>) -> Vec<Setting> {
+        let setting = |setting: &parameters::Setting| {
+            let place = match &setting.origin {
+                Origin::Text { file, line, column } => Some(Place { file: file.clone(), line: *line, column: *column }),
+                _ => place.cloned(),
+            };
+            Setting {
+                variable: format!("{member}.{}", one.block.members[setting.member].name),
+                value: match setting.value {
+                    blocks::Value::Bool(value) => Value::Boolean(value),
+                    value => Value::Number(blocks::table::number::number(value)),
+                },
+                time: None,
+                is_preliminary: true,
+                place,
+            }
+        };
+        one.settings.iter().map(setting).collect()
     }
 }
 
@@ -134,10 +197,16 @@ impl FromStr for Connection {
     fn from_str(text: &str) -> Result<Connection> {
         match text.split_once('=') {
             Some((from, to)) if !from.is_empty() && !to.is_empty() => {
-                Ok(Connection { from: from.into(), to: to.into() })
+                Ok(Connection { from: from.into(), to: to.into(), place: None })
             }
             _ => bail!("{text:?}: write FMU.OUTPUT=FMU.INPUT"),
         }
+    }
+}
+
+impl From<&str> for Recorded {
+    fn from(variable: &str) -> Recorded {
+        Recorded { variable: variable.into(), place: None }
     }
 }
 
@@ -170,7 +239,8 @@ mod tests {
     #[test]
     fn a_setting_has_a_value_and_may_have_a_time() {
         let setting = |text: &str| text.parse::<Setting>().unwrap();
-        let expected = |value, time| Setting { variable: "A.B.C".into(), value, time };
+        let expected =
+            |value, time| Setting { variable: "A.B.C".into(), value, time, is_preliminary: false, place: None };
         assert_eq!(setting("A.B.C=-2.5e1"), expected(Value::Number(-25.0), None));
         assert_eq!(setting("A.B.C=60@120.5"), expected(Value::Number(60.0), Some(120.5)));
         assert_eq!(setting("A.B.C=TRUE@0"), expected(Value::Boolean(true), Some(0.0)));

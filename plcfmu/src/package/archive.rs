@@ -314,7 +314,8 @@ fn u32_at(record: &[u8], place: usize) -> u32 {
     u32::from(u16_at(record, place)) | u32::from(u16_at(record, place + 2)) << 16
 }
 
-/// A ZIP file with these files, by name: sorted, deflated, dated 1980, so that the same files give the same bytes.
+/// A ZIP file with these files, by name: sorted, dated 1980, so that the same files give the same bytes. All are deflated but
+/// FMUs, which are packed already.
 ///
 /// # Errors
 /// A name that [`Archive::open`] would refuse; too many bytes.
@@ -328,9 +329,13 @@ pub fn write(files: &BTreeMap<String, Vec<u8>>) -> Result<Vec<u8>> {
 
 fn pack(writer: &mut zip::ZipWriter<Cursor<Vec<u8>>>, name: &str, content: &[u8]) -> Result<()> {
     check_name(name)?;
+    let (method, level) = match name.ends_with(".fmu") {
+        true => (CompressionMethod::Stored, None),
+        false => (CompressionMethod::Deflated, Some(9)),
+    };
     let options = zip::write::SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Deflated)
-        .compression_level(Some(9))
+        .compression_method(method)
+        .compression_level(level)
         .last_modified_time(zip::DateTime::default())
         .unix_permissions(if name.starts_with("binaries/") { 0o755 } else { 0o644 });
     writer

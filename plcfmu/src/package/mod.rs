@@ -15,6 +15,8 @@ pub mod preset;
 #[cfg(feature = "command")]
 pub mod reference;
 #[cfg(feature = "command")]
+pub mod ssp;
+#[cfg(feature = "command")]
 pub mod temporary;
 
 use anyhow::{Context, Result, bail};

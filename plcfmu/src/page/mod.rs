@@ -1,7 +1,7 @@
 //! `documentation/index.html`: all that a user of the FMU has to know, in one file.
 
 pub mod diagram;
-mod escape;
+pub(crate) mod escape;
 pub mod picture;
 pub mod plot;
 pub mod preset;

@@ -113,7 +113,7 @@ fn the_default_recording_has_all_outputs_and_the_inputs_that_are_connected_or_se
 #[test]
 fn a_recording_holds_what_is_asked_for_in_that_order_and_once() {
     let mut system = system(&LOOP, &[]);
-    system.record = ["P.TEMP", "C.STATE.SUM", "C.GAIN", "P.TEMP"].map(String::from).into();
+    system.record = ["P.TEMP", "C.STATE.SUM", "C.GAIN", "P.TEMP"].map(Recorded::from).into();
     let plan = plan(&system).unwrap();
     let names: Vec<_> = plan.columns.iter().map(|column| column.name.as_str()).collect();
     assert_eq!(names, ["P.TEMP", "C.STATE.SUM", "C.GAIN"]);
@@ -337,7 +337,34 @@ fn the_range_of_an_integer_is_that_of_its_type_unless_it_has_its_own() {
     };
     let mut system = System { members: vec!["C.fmu".parse().unwrap()], ..System::default() };
     for (value, is_outside) in [(0.0, false), (-1.0, true), (9.0, false), (10.0, true)] {
-        system.settings = vec![Setting { variable: "C.N".into(), value: Value::Number(value), time: None }];
+        system.settings = vec![format!("C.N={value}").parse().unwrap()];
         assert_eq!(Plan::of(&system, &[&description]).unwrap().warnings.len(), usize::from(is_outside), "{value}");
     }
+}
+
+#[test]
+fn a_value_of_a_parameter_file_gives_way_to_a_connection_and_to_a_setting() {
+    let mut system = system(&LOOP, &["C.GAIN=2", "C.GAIN=3", "C.PV_PER=5", "C.SP=1"]);
+    for place in [0, 2, 3] {
+        system.settings[place].is_preliminary = true;
+    }
+    let plan = plan(&system).unwrap();
+    assert_eq!(plan.members[0].parameters.iter().map(|of| of.value).collect::<Vec<_>>(), [3.0]);
+    assert_eq!(plan.members[0].inputs.iter().map(|of| of.value).collect::<Vec<_>>(), [1.0]);
+    // A file has a value of every input; that does not make a column of each.
+    assert!(!plan.columns.iter().any(|column| column.name == "C.SP"));
+}
+
+#[test]
+fn an_error_names_the_place_in_the_file() {
+    let place = |line| Some(Place { file: "loop.toml".into(), line, column: 3 });
+    let mut wrong = system(&LOOP, &["C.GAIM=2"]);
+    wrong.settings[0].place = place(7);
+    assert_eq!(error(&wrong), "loop.toml:7:3: C has no variable GAIM; did you mean C.GAIN?");
+    let mut wrong = system(&["C.HIGH=P.POWER"], &[]);
+    wrong.connections[0].place = place(8);
+    assert!(error(&wrong).starts_with("loop.toml:8:3: C.HIGH cannot be connected to P.POWER: it is Boolean"));
+    let mut wrong = system(&[], &[]);
+    wrong.record = vec![Recorded { variable: "C.X".into(), place: place(9) }];
+    assert!(error(&wrong).starts_with("loop.toml:9:3: C has no variable X"));
 }

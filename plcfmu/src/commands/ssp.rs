@@ -1,0 +1,57 @@
+//! `plcfmu ssp`: packs FMUs, their values and connections as an SSP file.
+
+use super::{print, system};
+use crate::package::ssp::{self, Version};
+use crate::package::temporary;
+use anyhow::{Result, bail};
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Pack FMUs with their values and connections as an SSP file
+///
+/// Tools that run systems of FMUs read SSP files (System Structure and Parameterization), for example libcosim, Ecos, FMPy and
+/// OMSimulator. The arguments are those of `plcfmu run`; the FMUs are not run.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Options {
+    #[command(flatten)]
+    system: system::Arguments,
+    /// The file to write
+    #[arg(short, long, value_name = "FILE.ssp")]
+    out: PathBuf,
+    /// The version of the SSP standard
+    #[arg(long, value_name = "VERSION", default_value = "1.0")]
+    version: Version,
+    /// Leave out the connectors of inputs that are not connected
+    ///
+    /// FMPy's master for SSP files needs this: it fails, or takes a wrong output, where an input has a connector and no
+    /// connection.
+    #[arg(long)]
+    only_connected: bool,
+}
+
+/// Writes the SSP file.
+///
+/// # Errors
+/// What is wrong and what to do. Nothing is written then.
+pub fn run(options: &Options) -> Result<()> {
+    let out = &options.out;
+    if out.extension().is_none_or(|extension| extension != "ssp") {
+        bail!("{} should end with .ssp", out.display());
+    }
+    let system = options.system.system()?;
+    let name = ssp::system_name(out);
+    let format = ssp::Options { version: options.version, only_connected: options.only_connected };
+    let ssp = ssp::write(&system, &name, format)?;
+    for remark in system.remarks.iter().chain(&ssp.remarks) {
+        eprintln!("remark: {remark}");
+    }
+    temporary::place(out, |to| Ok(to.write_all(&ssp.bytes)?), |_| Ok(()))?;
+    print(&format!(
+        "{}: {} components with {} connectors, {} connections, {} FMUs\n",
+        out.display(),
+        system.members.len(),
+        ssp.connectors,
+        system.connections.len(),
+        ssp.fmus
+    ))
+}

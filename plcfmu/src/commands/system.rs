@@ -1,0 +1,135 @@
+//! What to run or to pack, as `plcfmu run` and `plcfmu ssp` take it: FMUs, a description, or the loops of a parameter file,
+//! and options on top.
+
+use crate::host::file;
+use crate::host::system::{Connection, Exchange, Member, Recorded, Setting, System};
+use crate::parameter_file;
+use anyhow::{Context, Error, Result, bail};
+use parameters::{Block, Format};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// What to run or to pack.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Arguments {
+    /// FMUs in the order in which they are stepped, a controller before its plant; or a description of a loop
+    ///
+    /// An FMU has the name of its file. NAME= gives it another one, which is needed to use the same file twice. A description
+    /// (.toml) names FMUs, connections, values and times; options come on top. A parameter file of a PLC (.awl, .scl, .db,
+    /// .xml, .json) stands for one FMU for each of its loops, with the loop's name and values; --fmus names the folder of the
+    /// FMUs.
+    #[arg(value_name = "[NAME=]FILE.fmu|FILE.toml", required = true)]
+    files: Vec<String>,
+    /// The folder of the FMUs that a description or a parameter file names; by default, that of the file itself
+    #[arg(long, value_name = "FOLDER")]
+    fmus: Option<PathBuf>,
+    /// The block of the loops of a parameter file that does not say it: its name, or FB 41 and the like
+    #[arg(long, value_name = "BLOCK")]
+    block: Option<String>,
+    /// Connect an output to an input
+    ///
+    /// The types have to be the same; an Integer output can also go to a Real input. If both have a unit, the units have to
+    /// be the same: values are not converted.
+    #[arg(short, long, value_name = "FMU.OUTPUT=FMU.INPUT", value_parser = parse::<Connection>)]
+    connect: Vec<Connection>,
+    /// Set an input or a parameter before the initialization, or at a time in seconds: PID.SP=60@120
+    ///
+    /// A Boolean is true or false, or 1 or 0. With a time, the value is set at the first communication point that is not
+    /// earlier. Values outside the range that the FMU declares are set nevertheless, with a warning.
+    #[arg(short, long, value_name = "FMU.VARIABLE=VALUE[@TIME]", value_parser = parse::<Setting>, allow_hyphen_values = true)]
+    set: Vec<Setting>,
+    /// Record this variable; by default, all outputs and the inputs that are connected or set
+    ///
+    /// The columns have the order in which the variables are named.
+    #[arg(short, long, value_name = "FMU.VARIABLE")]
+    record: Vec<String>,
+    /// Start time in seconds; by default, the earliest that an FMU proposes, else 0
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    start: Option<f64>,
+    /// Stop time in seconds; by default, the latest that an FMU proposes
+    ///
+    /// The run ends with the last whole step that does not go beyond it.
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    stop: Option<f64>,
+    /// Communication step in seconds; by default, the smallest that an FMU proposes
+    #[arg(long, value_name = "TIME")]
+    step: Option<f64>,
+    /// Exchange all values before any FMU steps (Jacobi)
+    ///
+    /// By default, an FMU gets what those before it computed in the same step (Gauss-Seidel).
+    #[arg(long)]
+    parallel: bool,
+}
+
+impl Arguments {
+    /// What the files and the options say together.
+    ///
+    /// # Errors
+    /// A file cannot be read, or what is wrong with it, with line and column.
+    pub fn system(&self) -> Result<System> {
+        let mut system = System::default();
+        let mut has_description = false;
+        for file in &self.files {
+            let path = Path::new(file);
+            let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
+            if extension.is_some_and(|extension| extension == "toml") {
+                if has_description {
+                    bail!("{file} is a second description: name one only, and FMUs beside it");
+                }
+                has_description = true;
+                let members = std::mem::take(&mut system.members);
+                let settings = std::mem::take(&mut system.settings);
+                system = file::read(path, self.fmus.as_deref())?;
+                system.members.splice(0..0, members);
+                system.settings.splice(0..0, settings);
+            } else if Format::of_file(file).is_some() {
+                self.add_loops(path, &mut system)?;
+            } else {
+                system.members.push(file.parse()?);
+            }
+        }
+        system.connections.extend(self.connect.iter().cloned());
+        for setting in &self.set {
+            let is_replaced = |other: &Setting| {
+                other.place.is_some() && other.variable == setting.variable && other.time == setting.time
+            };
+            system.settings.retain(|other| other.is_preliminary || !is_replaced(other));
+        }
+        system.settings.extend(self.set.iter().cloned());
+        if !self.record.is_empty() {
+            system.record = self.record.iter().map(|name| Recorded::from(name.as_str())).collect();
+        }
+        system.start = self.start.or(system.start);
+        system.stop = self.stop.or(system.stop);
+        system.step = self.step.or(system.step);
+        if self.parallel {
+            system.exchange = Exchange::Parallel;
+        }
+        Ok(system)
+    }
+
+    /// Adds an FMU for each loop of a parameter file.
+    fn add_loops(&self, path: &Path, system: &mut System) -> Result<()> {
+        let shown = path.display();
+        let folder = self.fmus.as_deref().with_context(|| {
+            format!("{shown} is a parameter file: name the folder of the FMUs of its blocks, --fmus FOLDER")
+        })?;
+        let options = parameters::Options { block: self.block.clone(), ..Default::default() };
+        let reading = parameter_file::read(&shown.to_string(), None, None, &Block::all(), &options)?;
+        system.remarks.extend(parameter_file::remarks(&reading));
+        for of in &reading.loops {
+            let fmu = folder.join(format!("{}.fmu", of.block.name));
+            if !fmu.is_file() {
+                bail!("{}, a {} in {shown}, needs {}, which does not exist", of.name, of.block.name, fmu.display());
+            }
+            system.settings.extend(Setting::of_loop(of, &of.name, None));
+            system.members.push(Member { name: of.name.clone(), path: fmu });
+        }
+        Ok(())
+    }
+}
+
+/// An argument that has a form of its own.
+fn parse<T: FromStr<Err = Error>>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|error| format!("{error:#}"))
+}

@@ -1,0 +1,331 @@
+//! A system as an SSP file (System Structure and Parameterization): the FMUs, which values they start with, and which output
+//! goes to which input. Tools that run systems of FMUs read it.
+//!
+//! Names of the elements are C identifiers, and none begins another one: OMSimulator refuses other characters, and FMPy's
+//! master takes the parameters of `P10` for those of `P1`.
+
+use crate::host::instance::Type;
+use crate::host::plan::{Names, Plan, effective, value, wires};
+use crate::host::system::{Exchange, Setting, System, Value};
+use crate::package::preset::identifier;
+use crate::package::{Package, archive};
+use anyhow::{Context, Result, bail};
+use askama::Template;
+use modeldescription::v2::{Causality, ModelDescription, Typed, Unit};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+/// What each set of start values is called. Ecos applies the set that it is asked for by name.
+pub const PARAMETER_SET: &str = "start";
+
+/// How an SSP file is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// The version of the standard that the file states.
+    pub version: Version,
+    /// Connectors for those inputs only that are connected: FMPy's master cannot deal with others.
+    pub only_connected: bool,
+}
+
+/// A version of the SSP standard.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Version {
+    /// SSP 1.0, which all tools read.
+    #[default]
+    #[value(name = "1.0")]
+    V1,
+    /// SSP 2.0.
+    #[value(name = "2.0")]
+    V2,
+}
+
+/// An SSP file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ssp {
+    /// Its content. The same system and FMUs give the same bytes.
+    pub bytes: Vec<u8>,
+    /// How many FMUs are in it; a file that several components use is there once.
+    pub fmus: usize,
+    /// How many connectors there are.
+    pub connectors: usize,
+    /// What the user should know: names that had to be changed, and what an SSP file does not hold.
+    pub remarks: Vec<String>,
+}
+
+#[derive(Template)]
+#[template(path = "SystemStructure.xml")]
+struct Structure<'a> {
+    version: &'static str,
+    name: &'a str,
+    parameter_set: &'static str,
+    components: Vec<Component<'a>>,
+    connections: Vec<Connection<'a>>,
+    units: Vec<UnitDefinition<'a>>,
+    start: f64,
+    stop: f64,
+}
+
+struct Component<'a> {
+    name: &'a str,
+    source: String,
+    connectors: Vec<Connector<'a>>,
+    parameters: Vec<Parameter<'a>>,
+}
+
+struct Connector<'a> {
+    name: &'a str,
+    kind: &'static str,
+    /// None for an enumeration: the type is that of the FMU's variable then.
+    type_name: Option<&'static str>,
+    unit: Option<&'a str>,
+}
+
+struct Parameter<'a> {
+    name: &'a str,
+    type_name: &'static str,
+    value: String,
+}
+
+/// Element and connector of both ends.
+struct Connection<'a> {
+    from: (&'a str, &'a str),
+    to: (&'a str, &'a str),
+}
+
+struct UnitDefinition<'a> {
+    name: &'a str,
+    attributes: Vec<(&'static str, String)>,
+}
+
+/// The FMUs of a system, each file once.
+struct Resources {
+    /// Canonical path, name in the SSP file, content, description.
+    files: Vec<(PathBuf, String, Vec<u8>, ModelDescription)>,
+    /// Which file each member of the system has.
+    of: Vec<usize>,
+}
+
+/// Makes an SSP file that is called `name` of a system. The libraries of its FMUs are not run.
+///
+/// # Errors
+/// What is wrong with which FMU, name, value or connection, and what to do.
+pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
+    let resources = Resources::open(system)?;
+    let descriptions: Vec<&ModelDescription> = resources.of.iter().map(|of| &resources.files[*of].3).collect();
+    let plan = Plan::of(system, &descriptions)?;
+    let names = Names::of(system, &descriptions)?;
+    let wires = wires(&names, &system.connections)?;
+    let settings = effective(&names, &system.settings, &wires)?;
+    let elements = identifiers(&system.members.iter().map(|member| member.name.as_str()).collect::<Vec<_>>())?;
+
+    let mut components = Vec::new();
+    for (member, description) in descriptions.iter().enumerate() {
+        let is_connected =
+            |name: &str| wires.iter().any(|wire| wire.to.member == member && wire.to.variable.name == name);
+        let connectors = description.model_variables.iter().filter_map(|variable| {
+            let kind = match variable.causality {
+                Causality::Input if options.only_connected && !is_connected(&variable.name) => return None,
+                Causality::Input => "input",
+                Causality::Output => "output",
+                _ => return None,
+            };
+            let type_name = type_name(&variable.typed);
+            Some(Connector { name: &variable.name, kind, type_name, unit: names.unit_of(member, variable) })
+        });
+        let mut parameters = Vec::new();
+        for (setting, reference) in
+            settings.iter().filter(|(of, reference)| reference.member == member && of.time.is_none())
+        {
+            let number = value(reference.kind, setting.value)?;
+            let (type_name, value) = match reference.kind {
+                Type::Real => ("Real", format!("{number:?}")),
+                Type::Integer => ("Integer", number.to_string()),
+                Type::Boolean => ("Boolean", (number == 1.0).to_string()),
+            };
+            parameters.push(Parameter { name: &reference.variable.name, type_name, value });
+        }
+        components.push(Component {
+            name: &elements[member],
+            source: format!("resources/{}", resources.files[resources.of[member]].1),
+            connectors: connectors.collect(),
+            parameters,
+        });
+    }
+    let connections = wires.iter().map(|wire| Connection {
+        from: (&elements[wire.from.member], &wire.from.variable.name),
+        to: (&elements[wire.to.member], &wire.to.variable.name),
+    });
+    let units = units(&components, &resources)?;
+    let connectors = components.iter().map(|component| component.connectors.len()).sum();
+    let structure = Structure {
+        version: match options.version {
+            Version::V1 => "1.0",
+            Version::V2 => "2.0",
+        },
+        name,
+        parameter_set: PARAMETER_SET,
+        connections: connections.collect(),
+        units,
+        components,
+        start: plan.start,
+        stop: plan.time(plan.steps),
+    };
+    let mut files = BTreeMap::from([("SystemStructure.ssd".to_string(), structure.render()?.into_bytes())]);
+    let fmus = resources.files.len();
+    let remarks = remarks(system, &plan, &elements);
+    drop(structure);
+    for (_, name, content, _) in resources.files {
+        files.insert(format!("resources/{name}"), content);
+    }
+    Ok(Ssp { bytes: archive::write(&files)?, fmus, connectors, remarks })
+}
+
+impl Resources {
+    fn open(system: &System) -> Result<Resources> {
+        let mut resources = Resources { files: Vec::new(), of: Vec::new() };
+        for member in &system.members {
+            let shown = || member.path.display().to_string();
+            let path = fs::canonicalize(&member.path).with_context(shown)?;
+            if let Some(place) = resources.files.iter().position(|(other, ..)| *other == path) {
+                resources.of.push(place);
+                continue;
+            }
+            let content = fs::read(&path).with_context(shown)?;
+            let description = Package::read(Cursor::new(&content)).with_context(shown)?.description;
+            if description.co_simulation.is_none() {
+                bail!("{}: the FMU is for model exchange only; only co-simulation is supported", shown());
+            }
+            let stem = identifier(&path.file_stem().unwrap_or_default().to_string_lossy());
+            let is_taken = |name: &str| resources.files.iter().any(|(_, other, ..)| other.eq_ignore_ascii_case(name));
+            let mut name = format!("{stem}.fmu");
+            let mut number = 2;
+            while is_taken(&name) {
+                name = format!("{stem}_{number}.fmu");
+                number += 1;
+            }
+            resources.of.push(resources.files.len());
+            resources.files.push((path, name, content, description));
+        }
+        Ok(resources)
+    }
+}
+
+/// The name of a type in SSP.
+fn type_name(typed: &Typed) -> Option<&'static str> {
+    match typed {
+        Typed::Real(_) => Some("Real"),
+        Typed::Integer(_) => Some("Integer"),
+        Typed::Boolean(_) => Some("Boolean"),
+        Typed::String(_) => Some("String"),
+        Typed::Enumeration(_) => None,
+    }
+}
+
+/// The definitions of all units of the connectors. A file has one definition of a unit's name.
+fn units<'a>(components: &[Component], resources: &'a Resources) -> Result<Vec<UnitDefinition<'a>>> {
+    let mut used: Vec<&str> = components.iter().flat_map(|of| &of.connectors).filter_map(|of| of.unit).collect();
+    used.sort_unstable();
+    used.dedup();
+    let mut definitions = Vec::new();
+    for name in used {
+        let of_files = resources.files.iter().filter_map(|(.., file, _, description)| {
+            let unit = description.unit_definitions.iter().find(|unit| unit.name == name)?;
+            Some((file, unit))
+        });
+        let mut of_files = of_files.peekable();
+        let Some((file, unit)) = of_files.next() else {
+            bail!("no FMU defines the unit {name}, although one uses it");
+        };
+        if let Some((other, _)) = of_files.find(|(_, other)| other.base_unit != unit.base_unit) {
+            bail!("{file} and {other} define the unit {name} differently: one SSP file cannot hold both");
+        }
+        let Unit { name, base_unit, .. } = unit;
+        definitions.push(UnitDefinition { name, attributes: base_unit.unwrap_or_default().list() });
+    }
+    Ok(definitions)
+}
+
+/// What an SSP file does not hold of this system, and the names that were changed.
+fn remarks(system: &System, plan: &Plan, elements: &[String]) -> Vec<String> {
+    let mut remarks = Vec::new();
+    for (member, element) in system.members.iter().zip(elements).filter(|(member, element)| member.name != **element) {
+        remarks.push(format!("{} is called {element} in the SSP file", member.name));
+    }
+    let event = |setting: &Setting| {
+        let value = match setting.value {
+            Value::Boolean(value) => value.to_string(),
+            Value::Number(number) => number.to_string(),
+        };
+        Some(format!("{} = {value} at {} s", setting.variable, setting.time?))
+    };
+    let events: Vec<_> = system.settings.iter().filter_map(event).collect();
+    if !events.is_empty() {
+        remarks.push(format!("an SSP file has no values that are set at a time: {} left out", events.join(", ")));
+    }
+    if system.exchange == Exchange::Sequential && !system.connections.is_empty() {
+        remarks.push(
+            "an SSP file does not say in which order FMUs are stepped: libcosim and Ecos exchange all values at once, as \
+             plcfmu run --parallel does"
+                .into(),
+        );
+    }
+    remarks.push(format!("an SSP file has no communication step: set {} s in the tool that runs it", plan.step));
+    remarks
+}
+
+/// Names as C identifiers, of which none begins another one.
+fn identifiers(names: &[&str]) -> Result<Vec<String>> {
+    let mut identifiers: Vec<String> = names.iter().map(|name| identifier(name)).collect();
+    // The longest first: a name that begins another one is made longer than it is.
+    let mut order: Vec<usize> = (0..names.len()).collect();
+    order.sort_by_key(|place| std::cmp::Reverse(identifiers[*place].len()));
+    let mut taken: Vec<String> = Vec::new();
+    for place in order {
+        let own = &identifiers[place];
+        let longer = std::iter::once('_').chain('A'..='Z').map(|last| format!("{own}{last}"));
+        // Two names that were made equal.
+        let base = own.trim_end_matches('_');
+        let numbered = (2..=names.len() + 1).map(|number| format!("{base}x{number}_"));
+        let mut candidates = std::iter::once(own.clone()).chain(longer).chain(numbered);
+        let is_free = |name: &String| !taken.iter().any(|other| other.starts_with(name) || name.starts_with(other));
+        let Some(free) = candidates.find(is_free) else {
+            bail!("{} begins the names of too many other FMUs: give it another name", names[place]);
+        };
+        taken.push(free.clone());
+        identifiers[place] = free;
+    }
+    Ok(identifiers)
+}
+
+/// The name of the system in a file that is called so.
+pub fn system_name(file: &Path) -> String {
+    identifier(&file.file_stem().unwrap_or_default().to_string_lossy())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elements_are_c_identifiers_of_which_none_begins_another() {
+        let changed = |names: &[&str]| identifiers(names).unwrap();
+        assert_eq!(changed(&["TIC101", "TIC102"]), ["TIC101", "TIC102"]);
+        assert_eq!(changed(&["1-2 ä", "DB4"]), ["_1_2__", "DB4"]);
+        assert_eq!(changed(&["DB4", "DB41"]), ["DB4_", "DB41"]);
+        assert_eq!(changed(&["DB4", "DB4_", "DB4"]), ["DB4A", "DB4_", "DB4B"]);
+        for names in [vec!["a", "aa", "aaa", "a_", "a-", "A"], vec!["P", "P_", "P_", "P_A", "P__", ""]] {
+            let changed = changed(&names);
+            for (place, one) in changed.iter().enumerate() {
+                let others = changed.iter().enumerate().filter(|(other, _)| *other != place);
+                assert!(others.into_iter().all(|(_, other)| !other.starts_with(one)), "{names:?}: {changed:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_system_is_called_as_its_file() {
+        assert_eq!(system_name(Path::new("a/plant 1.ssp")), "plant_1");
+    }
+}
