@@ -167,7 +167,9 @@ def run_there(tmp_path):
     """Runs the command `plcfmu` for Windows, out of its archive, in an empty folder; returns what it prints."""
     if host.PLATFORM != "win64":
         pytest.skip("the command is built for Windows and for this machine")
-    (packed,) = (remote.BUILT / "win64" / "wheel").glob("plcfmu-*-win64.zip")
+    packed = next((remote.BUILT / "win64" / "wheel").glob("plcfmu-*-win64.zip"), None)
+    if not packed:
+        pytest.skip("there is no archive of the command: `.ci/platforms build` makes it")
     with zipfile.ZipFile(packed) as archive:
         archive.extractall(tmp_path)
     program = tmp_path / packed.stem / "plcfmu.exe"
