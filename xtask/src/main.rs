@@ -70,13 +70,9 @@ fn dispatch(command: Command) -> Result<()> {
         Command::Dist(options) => {
             let mut wheel = Environment::ready(&workspace)?.python();
             dist::run(&workspace, &options, |folder, targets| {
-                wheel
-                    .args(["plcfmu/python/build_wheel.py", "--archive", "--fmus"])
-                    .arg(folder)
-                    .arg("--out")
-                    .arg(folder);
-                wheel.args(targets.iter().map(|target| format!("--target={target}")));
-                command::run(wheel.current_dir(&workspace.root))
+                wheel.arg(workspace.root.join("plcfmu/python/build_wheel.py"));
+                wheel.args(["--archive", "--fmus=.", "--out=."]).current_dir(folder);
+                command::run(wheel.args(targets.iter().map(|target| format!("--target={target}"))))
             })
         }
         Command::Test(options) => test::test(&workspace, &options),
