@@ -126,7 +126,7 @@ class Fmu:
     def library(self):
         """The library's file."""
         if self.platform:
-            return remote.library(self.platform, self.description.guid, self.folder)
+            return remote.library(self.platform, self.folder)
         name = self.description.coSimulation.modelIdentifier + fmpy.sharedLibraryExtension
         return self.folder / "binaries" / fmpy.platform / name
 

@@ -4,7 +4,7 @@ library of this one.
 The loader runs under Wine or qemu and makes the calls that it is sent. `Slave.dll` has the 34 functions and takes
 the same ctypes arguments as a loaded library does; arrays and variables come back as the library left them.
 
-`.ci/platforms` builds the loaders and the libraries into `target/platforms`.
+`.ci/platforms` builds the loaders into `target/platforms`, and the FMUs with these libraries into `target/platforms/fmu`.
 """
 
 import atexit
@@ -88,22 +88,11 @@ def suffix(platform):
     return ".dll" if platform.startswith("win") else ".so"
 
 
-def library(platform, guid, packed):
-    """The library of the FMU with this GUID: the one in the FMU's folder `packed`, or else the one in the folder
-    PLCFMU_LIBRARIES that has the GUID in it."""
+def library(platform, packed):
+    """The library for a platform in the FMU's folder `packed`."""
     inside = sorted((packed / "binaries" / platform).glob("*" + suffix(platform)))
-    if inside:
-        return inside[0]
-    folder = pathlib.Path(os.environ.get("PLCFMU_LIBRARIES", ""))
-    outside = [path for path in sorted(folder.glob("*" + suffix(platform))) if guid.encode() in path.read_bytes()]
-    assert len(outside) == 1, f"{folder} has {len(outside)} libraries for {platform} with the GUID {guid}: run .ci/platforms"
-    return outside[0]
-
-
-def named(name, platform):
-    """The library of a package in `tests/fmus`, in the folder PLCFMU_LIBRARIES."""
-    prefix = "" if platform.startswith("win") else "lib"
-    return pathlib.Path(os.environ.get("PLCFMU_LIBRARIES", "")) / f"{prefix}{name}{suffix(platform)}"
+    assert len(inside) == 1, f"{packed} has no library for {platform}: use the FMUs of .ci/platforms"
+    return inside[0]
 
 
 class Library:

@@ -4,8 +4,7 @@ PLCFMU_PLATFORM names the platform. The other tests of the C interface run with 
 """
 
 import ctypes
-import json
-import os
+import pathlib
 import random
 import shutil
 import subprocess
@@ -123,19 +122,16 @@ def test_most_tapes_are_played_and_not_refused(fmu, here):
 
 
 @pytest.fixture
-def panicking():
-    """The library of tests/fmus/panicking, in a loader, and an instance of it that steps."""
+def panicking(tmp_path):
+    """The FMU of tests/fmus/panicking, and an instance of it that steps."""
     log = Log(memory=False)
-    library = remote.Library(host.PLATFORM, remote.named("panicking", host.PLATFORM), host.messages._log)
-    buffer = ctypes.create_string_buffer(library.plcfmu_interface(None, 0))
-    library.plcfmu_interface(buffer, len(buffer))
-    told = json.loads(buffer.raw)
-    slave = remote.Slave(library, told["interface"]["guid"], "instance")
+    fmu = host.Fmu(host.FOLDER / "test-only" / "PANICKING.fmu", tmp_path)
+    slave = fmu.slave()
     slave.instantiate(log.callbacks, True)
-    slave.references = {row["name"]: number for number, row in enumerate(told["table"]["variables"])}
+    slave.references = {name: variable.valueReference for name, variable in fmu.variables.items()}
     slave.log = log
     yield slave
-    library.close()
+    fmu.remote.close()
 
 
 def test_a_panic_is_fatal_and_leaves_the_host_and_the_other_instances_alive(panicking):
@@ -168,10 +164,15 @@ def test_a_panic_is_fatal_and_leaves_the_host_and_the_other_instances_alive(pani
 
 @pytest.fixture
 def run_there(tmp_path):
-    """Runs the command `plcfmu` of the other platform in an empty folder; returns what it prints."""
-    program = os.environ.get("PLCFMU_OTHER_COMMAND")
-    if not program:
-        pytest.skip("PLCFMU_OTHER_COMMAND does not name a command plcfmu for this platform")
+    """Runs the command `plcfmu` for Windows, out of its archive, in an empty folder; returns what it prints."""
+    if host.PLATFORM != "win64":
+        pytest.skip("the command is built for Windows and for this machine")
+    packed = next((remote.BUILT / "win64" / "wheel").glob("plcfmu-*-win64.zip"), None)
+    if not packed:
+        pytest.skip("there is no archive of the command: `.ci/platforms build` makes it")
+    with zipfile.ZipFile(packed) as archive:
+        archive.extractall(tmp_path)
+    program = tmp_path / packed.stem / "plcfmu.exe"
 
     def run_there(*arguments):
         pipe = subprocess.PIPE
@@ -184,24 +185,13 @@ def run_there(tmp_path):
 
 
 @pytest.fixture
-def with_library(open_fmu, tmp_path):
-    """A packed FMU by its name, with the library for the other platform in it."""
-
-    def with_library(name):
-        fmu = open_fmu(name)
-        packed = tmp_path / f"{name}.fmu"
-        place = f"binaries/{host.PLATFORM}/{fmu.description.coSimulation.modelIdentifier}{remote.suffix(host.PLATFORM)}"
-        shutil.copy(fmu.path, packed)
-        with zipfile.ZipFile(packed, "a", zipfile.ZIP_DEFLATED) as archive:
-            if place not in archive.namelist():
-                archive.write(fmu.library(), place)
-        return packed
-
-    return with_library
+def copied(open_fmu, tmp_path):
+    """A copy of a packed FMU by its name, in the folder where `run_there` runs."""
+    return lambda name: pathlib.Path(shutil.copy(open_fmu(name).path, tmp_path))
 
 
-def test_the_command_writes_the_same_file_as_here(run_there, with_library, command):
-    fmus = [with_library(name) for name in ("CONT_C", "HEATER")]
+def test_the_command_writes_the_same_file_as_here(run_there, copied, command):
+    fmus = [copied(name) for name in ("CONT_C", "HEATER")]
     arguments = ["run", *(fmu.name for fmu in fmus), "--stop=100", "--step=1", "--out=-"]
     arguments += [f"--connect={source}={target}" for source, target in LOOP.items()]
     arguments += [f"--set=CONT_C.{name}={value}" for name, value in CONTROLLER.items()]
@@ -210,7 +200,7 @@ def test_the_command_writes_the_same_file_as_here(run_there, with_library, comma
     assert run_there(*arguments) == here
 
 
-def test_the_command_reads_and_checks_an_fmu(run_there, with_library):
-    fmu = with_library("CONT_C")
+def test_the_command_reads_and_checks_an_fmu(run_there, copied):
+    fmu = copied("CONT_C")
     assert "CONT_C" in run_there("info", fmu.name)
     assert "WRONG" not in run_there("check", "--run", fmu.name)

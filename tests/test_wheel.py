@@ -1,5 +1,5 @@
 """The Python wheel: built, installed in an empty environment, and used as a user does: the command, the FMUs by name, a
-closed loop in ten lines."""
+closed loop in ten lines. And the archive with the command alone."""
 
 import csv
 import importlib.util
@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 import sysconfig
+import tarfile
 import venv
 import zipfile
 
@@ -31,17 +32,23 @@ pytestmark = [
 
 
 def build(out, **variables):
-    command = [sys.executable, str(BUILD), "--fmus", str(host.FOLDER), "--out", str(out)]
+    """The wheel and the archive."""
+    command = [sys.executable, str(BUILD), "--fmus", str(host.FOLDER), "--out", str(out), "--archive"]
     built = subprocess.run(command, env={**os.environ, **variables}, capture_output=True, text=True)
     assert built.returncode == 0, built.stderr
-    (wheel,) = out.iterdir()
-    assert built.stdout.splitlines()[-1] == str(wheel)
-    return wheel
+    wheel, archive = map(pathlib.Path, built.stdout.splitlines()[-2:])
+    assert {wheel, archive} == set(out.iterdir())
+    return wheel, archive
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
+def files(tmp_path_factory):
     return build(tmp_path_factory.mktemp("wheel"))
+
+
+@pytest.fixture(scope="module")
+def wheel(files):
+    return files[0]
 
 
 class Installation:
@@ -110,11 +117,36 @@ def test_the_wheel_has_every_fmu_and_the_licences(wheel):
         for name in names:
             assert archive.read(name) == (host.FOLDER / pathlib.PurePosixPath(name).name).read_bytes()
         licenses = {pathlib.PurePosixPath(name).name for name in archive.namelist() if ".dist-info/licenses/" in name}
-    assert licenses == {"LICENSE-APACHE", "LICENSE-MIT"}
+        notice = archive.read(next(name for name in archive.namelist() if name.endswith("/licenses/NOTICE.txt"))).decode()
+    assert licenses == {"LICENSE-APACHE", "LICENSE-MIT", "NOTICE.txt"}
+    # Crates that are linked, also through others, and what is no crate; but not what tests and build scripts need.
+    for crate in ("clap_builder", "epaint_default_fonts", "libloading", "usvg"):
+        assert re.search(rf"^- {crate} [0-9.]+: .", notice, re.M), crate
+    for text in ("ISC License", "UBUNTU FONT LICENCE", "UNICODE LICENSE V3", "Rust standard library"):
+        assert text in notice, text
+    for crate in ("bindgen", "clap_derive", "plcfmu", "proc-macro2"):
+        assert not re.search(rf"^- {crate} ", notice, re.M), crate
 
 
-def test_the_same_command_and_fmus_give_the_same_wheel(wheel, tmp_path):
-    assert build(tmp_path / "again", TZ="Asia/Tokyo").read_bytes() == wheel.read_bytes()
+def test_the_same_command_and_fmus_give_the_same_wheel_and_archive(files, tmp_path):
+    again = build(tmp_path / "again", TZ="Asia/Tokyo")
+    assert [path.read_bytes() for path in again] == [path.read_bytes() for path in files]
+
+
+def test_the_archive_has_the_command_of_the_wheel_and_the_licences(files, tmp_path):
+    wheel, packed = files
+    version = wheel.name.split("-")[1]
+    with tarfile.open(packed) as archive:
+        archive.extractall(tmp_path)
+    (folder,) = tmp_path.iterdir()
+    assert folder.name.startswith(f"plcfmu-{version}-") and packed.name == f"{folder.name}.tar.gz"
+    names = {"LICENSE-APACHE", "LICENSE-MIT", "NOTICE.txt", "README.md", "plcfmu"}
+    assert {path.name for path in folder.iterdir()} == names
+    shown = subprocess.run([folder / "plcfmu", "--version"], stdout=subprocess.PIPE, text=True, check=True)
+    assert shown.stdout == f"plcfmu {version}\n"
+    with zipfile.ZipFile(wheel) as archive:
+        (command,) = (name for name in archive.namelist() if name.endswith("/scripts/plcfmu"))
+        assert archive.read(command) == (folder / "plcfmu").read_bytes()
 
 
 def test_plcfmu_info_shows_an_fmu_of_the_wheel(installed):

@@ -1,20 +1,27 @@
-"""Builds the Python wheel of plcfmu: the command, the FMUs and the Python package.
+"""Builds the Python wheel of plcfmu: the command, the FMUs and the Python package; and archives of the command alone.
 
-    target/venv/bin/python plcfmu/python/build_wheel.py --fmus target/fmu --out target/dist
+    target/venv/bin/python plcfmu/python/build_wheel.py --fmus target/fmu --out target/dist --archive
 
 Needs Rust and, in the Python that runs this program, maturin and (for Linux) ziglang. `cargo xtask fmu` installs both
-in target/venv. The same sources and FMUs give the same bytes.
+in target/venv. For another target than this machine, PLCFMU_CROSS_CARGO may name another cargo. The same sources and
+FMUs give the same bytes.
 """
 
 from __future__ import annotations
 
 import argparse
+import gzip
 import importlib.util
+import io
 import os
 import pathlib
 import shutil
 import subprocess
 import sys
+import tarfile
+import zipfile
+
+import notices
 
 PYTHON = pathlib.Path(__file__).resolve().parent
 ROOT = PYTHON.parents[1]
@@ -23,6 +30,16 @@ TARGET = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resol
 # What the wheel contains beside the FMUs and the command.
 LICENSES = ("LICENSE-MIT", "LICENSE-APACHE")
 MANIFEST = 'manifest-path = "../Cargo.toml"'
+
+# FMI's names of the platforms that the command is built for, by Rust target.
+PLATFORMS = {
+    "x86_64-unknown-linux-gnu": "linux64",
+    "aarch64-unknown-linux-gnu": "aarch64-linux",
+    "x86_64-pc-windows-gnu": "win64",
+    "x86_64-pc-windows-msvc": "win64",
+    "x86_64-apple-darwin": "darwin64",
+    "aarch64-apple-darwin": "aarch64-darwin",
+}
 
 
 def host() -> str:
@@ -35,7 +52,7 @@ def host() -> str:
     return next(line.partition(" ")[2] for line in version.splitlines() if line.startswith("host: "))
 
 
-def stage(fmus: list[pathlib.Path], folder: pathlib.Path) -> None:
+def stage(fmus: list[pathlib.Path], folder: pathlib.Path, target: str) -> None:
     """Puts what goes into the wheel together in a new folder.
 
     The FMUs do not go into the sources: a package imported from the checkout would find them there, not in target/fmu.
@@ -50,6 +67,7 @@ def stage(fmus: list[pathlib.Path], folder: pathlib.Path) -> None:
     shutil.copyfile(PYTHON / "README.md", folder / "README.md")
     for license in LICENSES:
         shutil.copyfile(ROOT / license, folder / license)
+    (folder / notices.NAME).write_text(notices.notices(target), encoding="utf-8", newline="\n")
     project = (PYTHON / "pyproject.toml").read_text(encoding="utf-8")
     if MANIFEST not in project:
         sys.exit(f"error: {PYTHON / 'pyproject.toml'} has no line {MANIFEST}")
@@ -57,15 +75,20 @@ def stage(fmus: list[pathlib.Path], folder: pathlib.Path) -> None:
     (folder / "pyproject.toml").write_text(project.replace(MANIFEST, manifest), encoding="utf-8")
 
 
-def environment() -> dict[str, str]:
-    """The environment variables for maturin, which keep this machine's paths out of the wheel."""
+def environment(target: str) -> dict[str, str]:
+    """The environment variables for maturin, which keep this machine's paths and the time out of the wheel."""
     cargo_home = os.environ.get("CARGO_HOME") or pathlib.Path.home() / ".cargo"
     flags = [f"--remap-path-prefix={cargo_home}=/cargo", f"--remap-path-prefix={ROOT}=/plcfmu"]
+    if target.endswith("-windows-gnu"):
+        flags.append("-Clink-arg=-Wl,--no-insert-timestamp")
     variables = {**os.environ, "CARGO_ENCODED_RUSTFLAGS": "\x1f".join(flags)}
     variables.pop("RUSTFLAGS", None)
     cache = str(TARGET / "portable" / "zig")
     variables.update(ZIG_GLOBAL_CACHE_DIR=cache, ZIG_LOCAL_CACHE_DIR=cache, CARGO_ZIGBUILD_CACHE_DIR=cache)
     variables["CARGO_ZIGBUILD_PYTHON_PATH"] = sys.executable
+    cross_cargo = os.environ.get("PLCFMU_CROSS_CARGO")
+    if cross_cargo and target != host():
+        variables["CARGO"] = cross_cargo
     return variables
 
 
@@ -73,23 +96,52 @@ def build(fmus: list[pathlib.Path], out: pathlib.Path, target: str) -> pathlib.P
     """Builds the wheel in the folder `out` and returns its path."""
     staged = TARGET / "wheel" / "source"
     built = TARGET / "wheel" / "built"
-    stage(fmus, staged)
+    stage(fmus, staged, target)
     if built.exists():
         shutil.rmtree(built)
     command = [sys.executable, "-m", "maturin", "build", "--target", target, "--out", str(built)]
-    command += ["--target-dir", str(TARGET / "portable")]
+    own = TARGET / "portable" if target == host() else TARGET / "platforms" / PLATFORMS[target]
+    command += ["--target-dir", str(own)]
     if "-linux-" in target:
         # Runs with glibc 2.17 or newer, as the FMUs do.
         command += ["--zig", "--compatibility", "manylinux2014"]
-    done = subprocess.run(command, cwd=staged, env=environment())
+    done = subprocess.run(command, cwd=staged, env=environment(target))
     if done.returncode != 0:
         sys.exit(f"error: maturin ended with status {done.returncode}")
     (wheel,) = built.glob("*.whl")
-    out.mkdir(parents=True, exist_ok=True)
-    # Renamed when it is whole, so that a wheel in `out` is never half written.
-    part = out / f"{wheel.name}.part"
-    shutil.copyfile(wheel, part)
-    return part.replace(out / wheel.name)
+    return place(wheel.read_bytes(), out / wheel.name)
+
+
+def place(content: bytes, path: pathlib.Path) -> pathlib.Path:
+    """Writes a file, which is renamed when it is whole, so that it is never there half written."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f"{path.name}.part")
+    part.write_bytes(content)
+    return part.replace(path)
+
+
+def archive(wheel: pathlib.Path, target: str) -> pathlib.Path:
+    """Puts the command of a wheel, with its licences, into an archive beside the wheel: .zip for Windows, else .tar.gz."""
+    folder = f"plcfmu-{wheel.name.split('-')[1]}-{PLATFORMS[target]}"
+    files = {f"{folder}/README.md": (ROOT / "plcfmu" / "README.md").read_bytes()}
+    with zipfile.ZipFile(wheel) as packed:
+        for name in packed.namelist():
+            if ".data/scripts/" in name or ".dist-info/licenses/" in name:
+                files[f"{folder}/{pathlib.PurePosixPath(name).name}"] = packed.read(name)
+    buffer = io.BytesIO()
+    if "-windows-" in target:
+        with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as zipped:
+            for name, content in sorted(files.items()):
+                # An entry without a time: it would differ each time.
+                zipped.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)
+        return place(buffer.getvalue(), wheel.with_name(f"{folder}.zip"))
+    with gzip.GzipFile(fileobj=buffer, mode="wb", mtime=0) as zipped, tarfile.open(fileobj=zipped, mode="w") as packed:
+        for name, content in sorted(files.items()):
+            entry = tarfile.TarInfo(name)
+            entry.size = len(content)
+            entry.mode = 0o755 if name == f"{folder}/plcfmu" else 0o644
+            packed.addfile(entry, io.BytesIO(content))
+    return place(buffer.getvalue(), wheel.with_name(f"{folder}.tar.gz"))
 
 
 def main() -> None:
@@ -108,7 +160,13 @@ def main() -> None:
         default=TARGET / "dist",
         help="folder for the wheel (default: %(default)s)",
     )
-    parser.add_argument("--target", help="the command's Rust target (default: this machine)")
+    parser.add_argument(
+        "--target",
+        action="append",
+        choices=PLATFORMS,
+        help="Rust target to build the command for; may be repeated (default: this machine)",
+    )
+    parser.add_argument("--archive", action="store_true", help="also write an archive with the command alone")
     options = parser.parse_args()
     fmus = sorted(options.fmus.glob("*.fmu"))
     if not fmus:
@@ -116,12 +174,16 @@ def main() -> None:
             f"error: there is no FMU in {options.fmus}: make them with `cargo xtask fmu`, "
             "or name another folder with --fmus"
         )
-    target = options.target or host()
-    needed = ["maturin", "ziglang"] if "-linux-" in target else ["maturin"]
+    targets = options.target or [host()]
+    needed = ["maturin", "ziglang"] if any("-linux-" in target for target in targets) else ["maturin"]
     for module in needed:
         if importlib.util.find_spec(module) is None:
             sys.exit(f"error: {sys.executable} has no {module}: install it (pip install {module})")
-    print(build(fmus, options.out.resolve(), target))
+    for target in targets:
+        wheel = build(fmus, options.out.resolve(), target)
+        print(wheel)
+        if options.archive:
+            print(archive(wheel, target))
 
 
 if __name__ == "__main__":

@@ -28,6 +28,7 @@ Examples:
   cargo xtask fmu                   pack all FMUs
   cargo xtask test                  check everything (the first time it takes some minutes)
   cargo xtask test -- -k time       only the Python tests with 'time' in their name
+  cargo xtask test --platforms      also the libraries for Windows and ARM, under Wine and qemu
 
 Results, below target/: fmu/NAME.fmu, demo/ (CSV and PNG), dist/, venv/ (the Python environment)
 
@@ -37,7 +38,7 @@ Needed: Rust, a C compiler, Python 3.9 or newer. 'cargo xtask fmu --native' need
 enum Command {
     /// Build, pack and check FMUs: target/fmu/NAME.fmu. As 'plcfmu build', with the zig of tests/requirements.txt
     Fmu(pack::Options),
-    /// Pack all FMUs for all platforms and the Python wheel, with checksums and a table: target/dist/
+    /// Pack all FMUs for all platforms, the Python wheels and the command, with checksums and a table: target/dist/
     Dist(dist::Options),
     /// Run all tests: Rust, Python, other importers
     Test(test::Options),
@@ -68,9 +69,10 @@ fn dispatch(command: Command) -> Result<()> {
         }
         Command::Dist(options) => {
             let mut wheel = Environment::ready(&workspace)?.python();
-            dist::run(&workspace, &options, |folder| {
-                wheel.arg("plcfmu/python/build_wheel.py").arg("--fmus").arg(folder).arg("--out").arg(folder);
-                command::run(wheel.current_dir(&workspace.root))
+            dist::run(&workspace, &options, |folder, targets| {
+                wheel.arg(workspace.root.join("plcfmu/python/build_wheel.py"));
+                wheel.args(["--archive", "--fmus=.", "--out=."]).current_dir(folder);
+                command::run(wheel.args(targets.iter().map(|target| format!("--target={target}"))))
             })
         }
         Command::Test(options) => test::test(&workspace, &options),

@@ -2,13 +2,12 @@
 
 use crate::deep;
 use crate::python::Environment;
-use anyhow::{Context, Result};
-use plcfmu::build::compile::artifacts;
+use anyhow::Result;
 use plcfmu::build::workspace::{self, Workspace};
 use plcfmu::command::{output, run};
 use plcfmu::package::pack;
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 /// How much to test.
@@ -17,6 +16,9 @@ pub struct Options {
     /// Also run the tests under valgrind, and the random ones with far more cases (half an hour more)
     #[arg(long)]
     pub deep: bool,
+    /// Also run tests on the libraries for other platforms, under Wine and qemu: .ci/platforms (an hour more)
+    #[arg(long)]
+    pub platforms: bool,
     /// Passed on to pytest, such as -k NAME
     #[arg(last = true, value_name = "PYTEST ARGUMENTS")]
     pub pytest: Vec<OsString>,
@@ -43,19 +45,15 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     heading("Python tests");
     let mut pytest = environment.python();
     pytest.args(["-m", "pytest", "tests"]).args(&options.pytest).current_dir(&workspace.root);
-    run(pytest.envs(libclang).envs([fmus]).env("PLCFMU_COMMAND", command(workspace)?))?;
+    run(pytest.envs(libclang).envs([fmus]))?;
     if options.deep {
         deep::test(workspace, &environment)?;
     }
+    if options.platforms {
+        heading("other platforms");
+        run(Command::new(workspace.root.join(".ci/platforms")).current_dir(&workspace.root))?;
+    }
     Ok(())
-}
-
-/// Builds the command `plcfmu` and returns its path.
-fn command(workspace: &Workspace) -> Result<PathBuf> {
-    let mut build = workspace::cargo();
-    build.args(["build", "--package", "plcfmu", "--bin", "plcfmu"]).current_dir(&workspace.root);
-    let command = artifacts(&mut build)?.into_iter().find_map(|artifact| artifact.executable);
-    Ok(command.context("cargo has not built the command plcfmu")?.into())
 }
 
 /// Begins a part of the output.

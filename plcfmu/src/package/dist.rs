@@ -1,7 +1,7 @@
-//! What is offered for download: every FMU for all platforms that can be built here, an FMU for ARM alone of each, checksums,
-//! a table of what is in which FMU, and what the caller adds. For `cargo xtask dist`.
+//! What is offered for download: every FMU for all platforms that can be built here, an FMU for ARM alone of each, the command
+//! as the caller builds it, checksums, and a table of what is in which file. For `cargo xtask dist`.
 
-use crate::build::platform;
+use crate::build::platform::{self, Platform};
 use crate::build::workspace::Workspace;
 use crate::package::{Package, archive, merge, pack, temporary};
 use anyhow::{Context, Result, bail};
@@ -18,6 +18,16 @@ const PLATFORMS: [&str; 4] = ["linux64", "win64", "aarch64-linux", "darwin64"];
 /// FMI 2.0 has no folder for Linux on ARM: FMUs for it alone are in a folder of their own, for tools that look into `linux64`.
 const ALONE: &str = "aarch64-linux";
 
+/// The command is built for this platform, too, if the FMUs are; otherwise for this machine's only.
+const COMMAND: &str = "win64";
+
+/// What the caller may add: how its files end, and what they are.
+const ADDED: [(&str, &str); 3] = [
+    (".tar.gz", "The command plcfmu"),
+    (".zip", "The command plcfmu"),
+    (".whl", "For pip: the command plcfmu, the Python package plcfmu, and all FMUs"),
+];
+
 const SUMS: &str = "SHA256SUMS";
 const CONTENTS: &str = "CONTENTS.md";
 
@@ -32,11 +42,16 @@ pub struct Options {
     pub out: Option<PathBuf>,
 }
 
-/// Builds everything and puts it into a new folder. `add` makes what else is offered there, of the FMUs in it.
+/// Builds everything and puts it into a new folder. `add` gets this folder, with the FMUs in it, and the Rust targets to build
+/// the command for, and adds wheels and archives.
 ///
 /// # Errors
 /// What cannot be built, or written. The folder stays as it was.
-pub fn run(workspace: &Workspace, options: &Options, add: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+pub fn run(
+    workspace: &Workspace,
+    options: &Options,
+    add: impl FnOnce(&Path, &[&'static str]) -> Result<()>,
+) -> Result<()> {
     let folder = options.out.clone().unwrap_or_else(|| workspace.target.join("dist"));
     check_replaceable(&folder)?;
     let unwritable = || format!("{} cannot be written", folder.display());
@@ -50,7 +65,7 @@ pub fn run(workspace: &Workspace, options: &Options, add: impl FnOnce(&Path) -> 
     let platforms = if as_available { PLATFORMS.to_vec() } else { options.platforms.clone() };
     let packing = pack::Options { platforms, out: Some(new.clone()), as_available, ..pack::Options::default() };
     pack::run(workspace, &packing)?;
-    add(&new)?;
+    add(&new, &targets(&new, &Platform::host()?)?)?;
     finish(&new)?;
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(unwritable)?;
@@ -68,7 +83,20 @@ fn check_replaceable(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Adds what is made of the FMUs in a folder: those for ARM alone, the table and the checksums.
+/// The Rust targets to build the command for, by the platforms of the FMUs in a folder.
+fn targets(folder: &Path, host: &Platform) -> Result<Vec<&'static str>> {
+    let mut targets = vec![host.target];
+    for name in names(folder, ".fmu")?.iter().take(1) {
+        let package = Package::open(&folder.join(name)).with_context(|| name.clone())?;
+        if package.libraries.iter().any(|library| library.platform == COMMAND) {
+            targets.extend(Platform::of_folder(COMMAND, host).iter().map(|platform| platform.target));
+        }
+    }
+    targets.dedup();
+    Ok(targets)
+}
+
+/// Adds what is made of the files in a folder: the FMUs for ARM alone, the table and the checksums.
 fn finish(folder: &Path) -> Result<()> {
     let mut files = BTreeMap::new();
     for name in names(folder, ".fmu")? {
@@ -82,11 +110,13 @@ fn finish(folder: &Path) -> Result<()> {
         }
         files.insert(name, bytes);
     }
-    files.insert(CONTENTS.into(), contents(&files)?.into_bytes());
-    for name in names(folder, ".whl")? {
-        let bytes = fs::read(folder.join(&name)).with_context(|| name.clone())?;
-        files.insert(name, bytes);
+    for (end, _) in ADDED {
+        for name in names(folder, end)? {
+            let bytes = fs::read(folder.join(&name)).with_context(|| name.clone())?;
+            files.insert(name, bytes);
+        }
     }
+    files.insert(CONTENTS.into(), contents(&files)?.into_bytes());
     files.insert(SUMS.into(), sums(&files).into_bytes());
     for (name, bytes) in &files {
         temporary::place(&folder.join(name), |file| Ok(file.write_all(bytes)?), |_| Ok(()))?;
@@ -107,15 +137,20 @@ fn names(folder: &Path, end: &str) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// The table of the FMUs, in Markdown.
+/// The table of all files, in Markdown.
 fn contents(files: &BTreeMap<String, Vec<u8>>) -> Result<String> {
-    let mut table =
-        String::from("# What is in which file\n\n| file | libraries for | kB | what it is |\n|---|---|---|---|\n");
+    let mut table = String::from("# What is in which file\n\n| file | for | kB | what it is |\n|---|---|---|---|\n");
     for (name, bytes) in files {
-        let package = Package::read(Cursor::new(bytes)).with_context(|| name.clone())?;
-        let description = package.description.description.as_deref().unwrap_or_default().replace('|', "\\|");
-        let _ =
-            writeln!(table, "| {name} | {} | {} | {description} |", package.platforms(), bytes.len().div_ceil(1000));
+        let (platforms, what) = match ADDED.iter().find_map(|(end, what)| Some((name.strip_suffix(end)?, what))) {
+            // The last part of its name.
+            Some((stem, what)) => (stem.rsplit('-').next().unwrap_or_default().to_string(), (*what).to_string()),
+            None => {
+                let package = Package::read(Cursor::new(bytes)).with_context(|| name.clone())?;
+                (package.platforms(), package.description.description.clone().unwrap_or_default())
+            }
+        };
+        let what = what.replace('|', "\\|");
+        let _ = writeln!(table, "| {name} | {platforms} | {} | {what} |", bytes.len().div_ceil(1000));
     }
     let _ = write!(
         table,
@@ -169,6 +204,23 @@ mod tests {
         let table = contents(&files).unwrap();
         assert!(table.contains("\n| PUMP.fmu | aarch64-linux, linux64 | 1 | Pumps or not |\n"), "{table}");
         assert!(table.contains("\n| aarch64-linux/PUMP.fmu | aarch64-linux, linux64 | 1 |"), "{table}");
+        let files = ["plcfmu-0.1.0-linux64.tar.gz", "plcfmu-0.1.0-py3-none-win_amd64.whl"];
+        let table = contents(&files.map(|name| (name.to_string(), vec![0; 2345])).into()).unwrap();
+        assert!(table.contains("\n| plcfmu-0.1.0-linux64.tar.gz | linux64 | 3 | The command plcfmu |\n"), "{table}");
+        assert!(table.contains("\n| plcfmu-0.1.0-py3-none-win_amd64.whl | win_amd64 | 3 | For pip: "), "{table}");
+    }
+
+    #[test]
+    fn the_command_is_built_for_this_machine_and_for_windows_if_the_fmus_are() {
+        let host = Platform::of("x86_64-unknown-linux-gnu").unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("PUMP.fmu");
+        fs::write(&path, fmu(&[("linux64", "1"), ("aarch64-linux", "2")])).unwrap();
+        assert_eq!(targets(folder.path(), &host).unwrap(), ["x86_64-unknown-linux-gnu"]);
+        fs::write(&path, fmu(&[("linux64", "1"), ("win64", "2")])).unwrap();
+        assert_eq!(targets(folder.path(), &host).unwrap(), ["x86_64-unknown-linux-gnu", "x86_64-pc-windows-gnu"]);
+        let windows = Platform::of("x86_64-pc-windows-msvc").unwrap();
+        assert_eq!(targets(folder.path(), &windows).unwrap(), ["x86_64-pc-windows-msvc"]);
     }
 
     #[test]

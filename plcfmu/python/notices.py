@@ -1,0 +1,76 @@
+"""The licences of what the command `plcfmu` is linked from: the file NOTICE.txt in the wheel and the archives.
+
+The crates and their licence texts are those that cargo has built it from.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+from typing import Any
+
+PLCFMU = pathlib.Path(__file__).resolve().parents[1]
+
+NAME = "NOTICE.txt"
+
+# How the names of licence files begin, in capitals.
+BEGINNINGS = ("LICENSE", "LICENCE", "UNLICENSE", "COPYING", "COPYRIGHT", "NOTICE")
+
+INTRODUCTION = """\
+The command plcfmu is made of the plcfmu project's sources (MIT OR Apache-2.0) and of the crates below. It also contains the
+Rust standard library and what that consists of, as do the libraries in the FMUs: see the end of this file.
+"""
+
+
+def cargo(*arguments: str) -> str:
+    command = [os.environ.get("CARGO", "cargo"), *arguments, "--locked", "--manifest-path", str(PLCFMU / "Cargo.toml")]
+    done = subprocess.run(command, stdout=subprocess.PIPE, encoding="utf-8")
+    if done.returncode != 0:
+        sys.exit(f"error: {' '.join(command)} ended with status {done.returncode}")
+    return done.stdout
+
+
+def crates(target: str) -> dict[str, dict[str, Any]]:
+    """The crates of others that are linked into the command, by `name version`, as cargo describes them."""
+    options = ["--package", "plcfmu", "--edges", "normal,no-proc-macro", "--target", target, "--no-dedupe"]
+    lines = cargo("tree", *options, "--prefix", "none", "--format", "{p}").splitlines()
+    linked = {" ".join(line.split()[:2]) for line in lines}
+    metadata = json.loads(cargo("metadata", "--format-version", "1", "--filter-platform", target))
+    found = {}
+    for package in metadata["packages"]:
+        if package["source"] and f"{package['name']} v{package['version']}" in linked:
+            found[f"{package['name']} {package['version']}"] = package
+    return dict(sorted(found.items()))
+
+
+def texts(folder: pathlib.Path) -> list[str]:
+    """The licence texts in the folder of a crate's sources."""
+    files = [path for path in folder.iterdir() if path.is_file() and path.name.upper().startswith(BEGINNINGS)]
+    # A crate that consists of fonts has their licences beside them.
+    files += folder.glob("fonts/*.txt")
+    return [path.read_text(encoding="utf-8", errors="replace").strip() for path in sorted(files)]
+
+
+def notices(target: str) -> str:
+    """Everything that has to be said about the licences of the command for a Rust target."""
+    linked = crates(target)
+    # Copies of the same text differ in their white space.
+    different: dict[str, tuple[str, list[str]]] = {}
+    for crate, package in linked.items():
+        folder = pathlib.Path(package["manifest_path"]).parent
+        its = texts(folder)
+        if not its:
+            sys.exit(f"error: {folder} has no licence text, which {NAME} needs: choose another version of {crate}")
+        for text in its:
+            different.setdefault(" ".join(text.split()), (text, []))[1].append(crate)
+    rule = "-" * 100
+    parts = [INTRODUCTION]
+    parts += [f"- {crate}: {package['license'] or package['license_file']}" for crate, package in linked.items()]
+    for text, its_crates in different.values():
+        parts += ["", rule, f"{', '.join(its_crates)}:", "", text]
+    for heading, file in (("The notice in each FMU", "NOTICE"), ("The Unicode licence", "LICENSE-UNICODE")):
+        parts += ["", rule, f"{heading}:", "", (PLCFMU / file).read_text(encoding="utf-8").strip()]
+    return "\n".join(parts) + "\n"
