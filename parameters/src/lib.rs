@@ -1,7 +1,7 @@
 //! PLC parameter files: read as values of control blocks, and written.
 //!
 //! A *loop* is one instance of a block, such as an instance data block of a PLC project: a name, and a value for each of the
-//! block's inputs and parameters. [`read`] gives the loops of a file in any [`Format`], [`write()`] writes them in any other.
+//! block's inputs and parameters. [`read()`] gives the loops of a file in any [`Format`], [`write()`] writes them in any other.
 //! Every value knows where it comes from ([`Origin`]), and a file with an error gives no loops, but all its errors
 //! ([`Problems`]).
 //!

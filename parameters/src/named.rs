@@ -59,23 +59,22 @@ pub(crate) fn read(
     let mut given = vec![false; block.members.len()];
     let mut is_right = true;
     for entry in entries {
-        let result = member(&block, entry.name).and_then(|index| {
-            if std::mem::replace(&mut given[index], true) {
-                return Err((format!("{} is given twice", entry.name), None));
+        let wrong = match member(&block, entry.name) {
+            Err((message, help)) => Some((&entry.name_span, message, help)),
+            Ok(index) if std::mem::replace(&mut given[index], true) => {
+                Some((&entry.name_span, format!("{} is given twice", block.members[index].name), None))
             }
-            Ok((index, value(&block.members[index], entry.given).map_err(|message| (message, None))?))
-        });
-        match result {
-            Ok((index, value)) => {
-                let origin = report.origin(entry.span.clone());
-                one.set(index, value, origin);
-            }
-            Err((message, help)) => {
-                is_right = false;
-                let is_value = member(&block, entry.name).is_ok() && !message.ends_with("twice");
-                let span = if is_value { &entry.span } else { &entry.name_span };
-                report.wrong(span.clone(), message, help);
-            }
+            Ok(index) => match value(&block.members[index], entry.given) {
+                Err(message) => Some((&entry.span, message, None)),
+                Ok(value) => {
+                    one.set(index, value, report.origin(entry.span.clone()));
+                    None
+                }
+            },
+        };
+        if let Some((span, message, help)) = wrong {
+            is_right = false;
+            report.wrong(span.clone(), message, help);
         }
     }
     is_right.then_some(one)
@@ -126,9 +125,8 @@ fn recognize(
 ) -> Option<Arc<Block>> {
     let matches = |block: &&Arc<Block>| entries.iter().filter(|entry| is_settable(block, entry.name)).count();
     let fitting: Vec<&Arc<Block>> = blocks.iter().filter(|block| matches(block) == entries.len()).collect();
-    let complete =
-        |block: &&&Arc<Block>| block.members.iter().filter(|member| member.role.is_settable()).count() == entries.len();
-    let mut whole = fitting.iter().filter(complete);
+    let names: Vec<&str> = entries.iter().map(|entry| entry.name).collect();
+    let mut whole = fitting.iter().filter(|block| is_complete(block, &names));
     match (fitting.as_slice(), whole.next(), whole.next()) {
         ([block], ..) | (_, Some(block), None) => Some((*block).clone()),
         ([], ..) => {
@@ -147,6 +145,12 @@ fn recognize(
             None
         }
     }
+}
+
+/// Whether these are the names of all inputs and parameters of the block.
+pub(crate) fn is_complete(block: &Block, names: &[&str]) -> bool {
+    let settable = block.members.iter().filter(|member| member.role.is_settable()).count();
+    names.len() == settable && names.iter().all(|name| is_settable(block, name))
 }
 
 /// Whether the block has an input or a parameter of this name.

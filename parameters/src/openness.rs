@@ -67,6 +67,10 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
             report.remark(Some(block.span.clone()), format!("{} has no interface: skipped", quoted(&name)));
             continue;
         };
+        if !block.name.ends_with("DB") {
+            report.remark(Some(block.span.clone()), format!("{} is no data block: skipped", quoted(&name)));
+            continue;
+        }
         let before = loops.len();
         if !names.insert(name.clone()) {
             report.wrong(block.span.clone(), format!("the data block {} is given twice", quoted(&name)), None);

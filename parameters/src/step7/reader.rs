@@ -121,7 +121,7 @@ impl Skipped {
     fn add(&mut self, name: String) {
         const MOST: usize = 10;
         if self.first.len() < MOST {
-            self.first.push(name.chars().take(40).collect());
+            self.first.push(name.chars().filter(|c| !c.is_control()).take(60).collect());
         } else {
             self.others += 1;
         }
@@ -169,7 +169,13 @@ impl Reader<'_> {
         let functions = self.functions;
         if let Some(block) = known(self.blocks, kind) {
             let values = assignments(self.text, db.body.clone());
-            self.instance(&db.name, block, values);
+            // A project may have given the number to a block of its own: then no member is one of the known block.
+            let is_number = !kind.text.eq_ignore_ascii_case(&block.name);
+            if is_number && !values.0.is_empty() && values.0.iter().take(20).all(|value| is_strange(&block, value)) {
+                self.skip(db, kind);
+            } else {
+                self.instance(&db.name, block, values);
+            }
         } else if let Some(function) = functions.get(&key(kind)) {
             self.multi_instance(db, function);
         } else {
@@ -316,15 +322,21 @@ impl Reader<'_> {
             |block: &Block| values.iter().filter(|value| find(block, &value.path.join(".")).is_some()).count();
         let meant = nearest(&kind.text, self.blocks.iter().map(|block| block.name.as_str()));
         let meant = meant.and_then(|name| self.blocks.iter().find(|block| block.name == name));
-        if let Some(block) = meant.filter(|block| 2 * is_member(block) >= values.len()) {
+        if let Some(block) = meant.filter(|block| !values.is_empty() && 2 * is_member(block) >= values.len()) {
             let message = format!("{} is not a known block", quoted(&kind.text));
             self.report.wrong(kind.span.clone(), message, Some(format!("did you mean {}?", block.name)));
             return;
         }
-        if self.unknown.len() < 20 {
+        self.skip(db, kind);
+    }
+
+    /// Passes over a data block that is an instance of another block.
+    fn skip(&mut self, db: &DataBlock, kind: &Name) {
+        const MOST: usize = 20;
+        if self.unknown.len() < MOST {
             self.unknown.push((db.name.text.clone(), kind.clone()));
         }
-        self.skipped.add(format!("{} ({})", db.name.text, kind.text.chars().take(40).collect::<String>()));
+        self.skipped.add(format!("{} ({})", db.name.text, kind.text));
     }
 
     /// The only block that has all these members, if they are enough.
@@ -374,10 +386,14 @@ impl Reader<'_> {
 
     fn finish(mut self) -> Result<Reading, Problems> {
         if self.found.is_empty() && !self.report.is_wrong() {
-            let known: Vec<String> = self.blocks.iter().map(|block| names(block)).collect();
-            let help = format!("the known blocks are {}", known.join(", "));
+            let described: Vec<String> = self.blocks.iter().map(|block| names(block)).collect();
+            let help = format!("the known blocks are {}", described.join(", "));
             for (name, kind) in std::mem::take(&mut self.unknown) {
-                let message = format!("{name} is an instance of {}, which is not a known block", quoted(&kind.text));
+                let what = match known(self.blocks, &kind) {
+                    Some(block) => format!("but has no member of {}", block.name),
+                    None => "which is not a known block".to_string(),
+                };
+                let message = format!("{name} is an instance of {}, {what}", quoted(&kind.text));
                 self.report.wrong(kind.span, message, Some(help.clone()));
             }
         }
@@ -419,6 +435,13 @@ impl Reader<'_> {
         }
         found.into_iter().map(|found| found.one).collect()
     }
+}
+
+/// Whether the name is not like one of a member of the block.
+fn is_strange(block: &Block, value: &Assignment) -> bool {
+    let name = value.path.join(".");
+    let members = block.members.iter().map(|member| member.name.as_str());
+    find(block, &name).is_none() && lost_name(&name).is_none() && nearest(&name, members).is_none()
 }
 
 /// The path in a form that does not depend on case.

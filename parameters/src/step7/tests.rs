@@ -169,6 +169,30 @@ fn other_blocks_are_skipped_by_name() {
 }
 
 #[test]
+fn a_block_of_the_project_under_the_number_of_a_known_block_is_skipped() {
+    let text = format!("{PUMP}DATA_BLOCK DB 9 FB 41 BEGIN speed := 5; ramp := T#5S; END_DATA_BLOCK");
+    assert_eq!(one(&text).name, "DB41");
+    assert_eq!(remarks(&text), "plant.awl: skipped DB9 (FB41): not instances of the known blocks");
+    assert_refused(
+        "DATA_BLOCK DB 9 FB 41 BEGIN speed := 5; END_DATA_BLOCK",
+        &[
+            "plant.awl:1:17: DB9 is an instance of `FB41`, but has no member of PUMP; the known blocks are PUMP (FB 41, SFB \
+           41), FAN, STATION, MIXER",
+        ],
+    );
+    assert_refused(
+        "DATA_BLOCK DB 9 FB 41 BEGIN gian := 5.0; END_DATA_BLOCK",
+        &["plant.awl:1:29: PUMP has no member `gian`; did you mean GAIN?"],
+    );
+}
+
+#[test]
+fn an_empty_data_block_of_a_type_with_a_similar_name_is_skipped() {
+    let text = format!("{PUMP}DATA_BLOCK DB 9 PUMA BEGIN END_DATA_BLOCK");
+    assert_eq!(remarks(&text), "plant.awl: skipped DB9 (PUMA): not instances of the known blocks");
+}
+
+#[test]
 fn several_data_blocks_are_several_loops() {
     let text = format!("{PUMP}\nDATA_BLOCK \"RAMP\" \"FAN\" BEGIN \"TH_TZ\" := 5; END_DATA_BLOCK");
     let names: Vec<String> = loops(&text).into_iter().map(|one| one.name).collect();

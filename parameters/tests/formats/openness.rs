@@ -106,10 +106,15 @@ fn other_blocks_are_skipped_with_a_remark() {
              <Interface><Sections/></Interface></AttributeList></SW.Blocks.InstanceDB>\n"
         )
     };
-    let text = document(&(of(0, "M1", "MOTOR") + &of(1, "P1", "PUMP")));
+    let function_block = of(2, "PUMP", "").replace("InstanceDB", "FB");
+    let text = document(&(of(0, "M1", "MOTOR") + &of(1, "P1", "PUMP") + &function_block));
     let reading = reading(Format::Openness, text, &Options::default()).unwrap();
     assert_eq!(reading.loops.len(), 1);
-    assert_eq!(reading.remarks.to_string(), "plant.xml:4:1: `M1` (`MOTOR`) is no instance of a known block: skipped");
+    assert_eq!(
+        reading.remarks.to_string(),
+        "plant.xml:4:1: `M1` (`MOTOR`) is no instance of a known block: skipped\n\
+         plant.xml:6:1: `PUMP` is no data block: skipped"
+    );
 }
 
 #[test]

@@ -72,6 +72,12 @@ proptest! {
         check(Format::Ssv, &[one.clone(), Loop::new("T", station())], &Options::default());
     }
 
+    /// The multi-instances of a station that is the PLC's own block, not one of ours.
+    #[test]
+    fn loops_called_as_an_instance_inside_a_block_read_back(one in instance("DI_PUMP", pump()), other in instance("L.DI_PUMP", valve())) {
+        check(Format::Ssv, &[one, other], &Options::default());
+    }
+
     #[test]
     fn a_dump_reads_back(one in instance("plant", pump()), bits in any::<u32>()) {
         let mut one = one;
