@@ -81,10 +81,12 @@ pub enum Form {
     Simulink,
     /// The same with the form Ideal.
     SimulinkIdeal,
-    /// FB_CTRL_PID of TwinCAT's controller toolbox, and FB_BasicPID. The page names fTn the integral action time, fTv the
-    /// derivative action time and fTd the damping time of the D-T1 element, all in seconds.
+    /// FB_CTRL_PID of TwinCAT's controller toolbox, and FB_BasicPID. In the pages' texts Tn is the integral action time, Tv the
+    /// derivative action time and Td the damping time of the derivative (a D-T1 element), of a PID controller in additive form; the
+    /// transfer function itself is a picture there. FB_CTRL_PID has TIMEs, which are in seconds here.
     ///
-    /// <https://infosys.beckhoff.com/content/1033/tcplclib_tc2_utilities/34976395.html>
+    /// <https://infosys.beckhoff.com/content/1033/tcplclib_tc2_utilities/34976395.html>,
+    /// <https://infosys.beckhoff.com/content/1033/tcplclibcontrollertoolbox/11282668683.html>
     TwinCat,
     /// PID and PID_FIXCYCLE of CODESYS's library Util: proportional gain, reset time and rate time in seconds, no filter.
     ///
@@ -159,7 +161,11 @@ impl Given<'_> {
     }
 
     fn gain(&self, name: &str) -> Result<f64, String> {
-        self.find(name).ok_or_else(|| format!("{name} is missing: {} needs it", self.form.name()))
+        match self.find(name) {
+            None => Err(format!("{name} is missing: {} needs it", self.form.name())),
+            Some(0.0) => Err(format!("{name} = 0 switches P, I and D off together: give another gain")),
+            Some(gain) => Ok(gain),
+        }
     }
 
     /// A time that divides; `None` if the action is off.
@@ -203,11 +209,7 @@ impl Given<'_> {
         match self.divisor("N")? {
             Some(n) => Ok(1.0 / n),
             None if derivative == 0.0 => Ok(0.0),
-            None => {
-                Err("N is missing: the filter coefficient in 1/s, which is 100 where Simulink's user does not set \
-                         another"
-                    .into())
-            }
+            None => Err("N is missing: give the filter coefficient in 1/s; Simulink's default is 100".into()),
         }
     }
 
@@ -278,13 +280,6 @@ impl Controller {
     /// The controller, unless no block computes it.
     fn check(self) -> Result<Controller, String> {
         let Controller { proportional, integral, derivative, lag } = self;
-        if lag < 0.0 {
-            return Err(format!(
-                "the filter of the D action has the time constant {} s, but it cannot be negative: check the sign of N \
-                 and of the gains",
-                shown(lag)
-            ));
-        }
         if [proportional, integral, derivative, lag].iter().any(|number| !number.is_finite()) {
             return Err("the gains are too large to compute with".into());
         }

@@ -3,8 +3,8 @@
 //! S7 communication over ISO on TCP (RFC 1006), reading only: one request, so that the bytes belong together. There is no
 //! function that writes to a PLC, on purpose: values go back as a source text that an engineer loads.
 //!
-//! Crates for this exist, but they keep two of the PLC's answers apart and drop the codes of the others; the code is what
-//! tells a user which setting of the PLC to change.
+//! The crate `rust7` can read data blocks too, but it reports only two of the PLC's error codes, and the code tells a user which
+//! setting of the PLC to change; and it takes an answer that arrives in two pieces for a refusal.
 
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use parameters::{Block, layout};
@@ -66,7 +66,9 @@ impl FromStr for Address {
             .and_then(|_| block[2..].trim_start().parse().ok())
             .filter(|number| *number > 0);
         let number = number.with_context(|| {
-            format!("{text:?}: {block:?} is not a data block such as DB41; a symbolic name is not known to the PLC's interface")
+            format!(
+                "{text:?}: {block:?} is not a data block such as DB41; a PLC knows data blocks by number, not by symbol"
+            )
         })?;
         Ok(Address { host: host.into(), port, rack: small("rack", rack, 7)?, slot: small("slot", slot, 31)?, number })
     }
@@ -104,7 +106,7 @@ fn connect(address: &Address) -> Result<TcpStream> {
         place.with_context(|| format!("the name {host} is not known: check it, or use the PLC's IP address"))?;
     let stream = TcpStream::connect_timeout(&place, PATIENCE).map_err(|error| match error.kind() {
         ErrorKind::ConnectionRefused => {
-            anyhow!("{host} refuses connections to port {port}: it is no S7, or a firewall is between")
+            anyhow!("{host} refuses connections to port {port}: it is not an S7, or a firewall blocks the port")
         }
         ErrorKind::TimedOut => anyhow!(
             "{host} does not answer within {} s: check the address, the cable, and that port {port} passes the firewalls",

@@ -177,7 +177,13 @@ fn what_no_block_computes_is_refused_with_its_reason() {
     let refused = |form, numbers: &[(&str, f64)]| refusal(controller(form, numbers));
     let signs = refused(Form::Parallel, &[("Kp", 2.0), ("Ki", -0.1)]);
     assert!(signs.starts_with("the gains 2, -0.1 and 0 of P, I and D have different signs"), "{signs}");
+    let signs = refused(Form::Parallel, &[("Kp", -2.0), ("Kd", 4.0), ("N", 10.0)]);
+    assert!(signs.contains("different signs"), "{signs}");
     assert_eq!(refused(Form::Ideal, &[("Ti", 20.0)]), "Kp is missing: ideal needs it");
+    assert_eq!(
+        refused(Form::TwinCat, &[("fKp", 0.0), ("tTn", 20.0)]),
+        "fKp = 0 switches P, I and D off together: give another gain"
+    );
     assert_eq!(
         refused(Form::Ideal, &[("Kp", 2.0), ("Ti", 0.0)]),
         "Ti = 0 is not above 0 s: leave Ti out if there is no I action"
