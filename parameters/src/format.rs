@@ -74,11 +74,12 @@ impl Format {
 /// Reads the loops of a file.
 ///
 /// # Errors
-/// All that is wrong with the file. Nothing of it is used then. A file above [`MOST_BYTES`] is not read.
+/// All that is wrong with the file. Nothing of it is used then.
 pub fn read(format: Format, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
-    if source.bytes.len() > MOST_BYTES {
-        let (length, most) = (source.bytes.len(), MOST_BYTES >> 20);
-        let message = format!("the file has {length} bytes: a parameter file has at most {most} MiB");
+    let is_tree = matches!(format, Format::Openness | Format::Json | Format::Ssv);
+    if is_tree && source.bytes.len() > LARGEST_TREE {
+        let (length, most) = (source.bytes.len(), LARGEST_TREE >> 20);
+        let message = format!("the file has {length} bytes: {} is read up to {most} MiB", format.name());
         let problems = vec![Problem { place: None, message, help: None }];
         return Err(Problems { file: source.file.clone(), text: String::new(), problems });
     }
@@ -91,8 +92,8 @@ pub fn read(format: Format, source: &Source, blocks: &[Arc<Block>], options: &Op
     }
 }
 
-/// The largest file that is read, in bytes. The sources of a whole plant are a hundredth of it.
-pub const MOST_BYTES: usize = 16 << 20;
+/// The largest file of JSON or XML that is read, in bytes: in memory its tree is larger. Forty loops are a hundredth of it.
+const LARGEST_TREE: usize = 16 << 20;
 
 /// Writes loops as a file of this format, which reads back bit-equal. `origin` says in a comment what the file was made of, where the
 /// format has comments.
@@ -101,7 +102,7 @@ pub const MOST_BYTES: usize = 16 << 20;
 /// What the format cannot hold, in one sentence.
 pub fn write(format: Format, loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
     match format {
-        Format::Step7 => step7::write(loops, origin).map(String::into_bytes),
+        Format::Step7 => step7::write(loops, origin),
         Format::Tia => step7::write_tia(loops, origin).map(String::into_bytes),
         Format::Openness => openness::write(loops, origin).map(String::into_bytes),
         Format::Dump => dump::write(loops),

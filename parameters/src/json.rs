@@ -15,7 +15,7 @@
 
 use crate::block::Block;
 use crate::loops::Loop;
-use crate::named::{self, Entry, Given};
+use crate::named::{self, Choice, Entry, Given};
 use crate::problem::quoted;
 use crate::report::{MOST_LOOPS, Report};
 use crate::{Options, Problems, Reading, Source};
@@ -53,14 +53,11 @@ pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result
 fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Vec<Loop> {
     let mut loops = Vec::new();
     let Ok(chosen) = report.chosen(blocks, options) else { return loops };
-    // A byte order mark is no JSON, but Windows writes it.
-    let text = source.text.strip_prefix('\u{feff}').unwrap_or(&source.text);
-    let skipped = source.text.len() - text.len();
     let span = |ranged: &dyn Ranged| {
         let range = ranged.range();
-        range.start + skipped..range.end + skipped
+        range.start..range.end
     };
-    let object = match parse_to_ast(text, &CollectOptions::default(), &STRICT) {
+    let object = match parse_to_ast(&source.text, &CollectOptions::default(), &STRICT) {
         Ok(parsed) => match parsed.value {
             Some(Value::Object(object)) => object,
             Some(other) => {
@@ -76,7 +73,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         Err(error) => {
             let range = error.range();
             let message = format!("this is not JSON: {}", lower_first(&error.kind().to_string()));
-            report.wrong(range.start + skipped..range.end + skipped, message, None);
+            report.wrong(range.start..range.end, message, None);
             return loops;
         }
     };
@@ -88,9 +85,11 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         }
         let name = report.loop_name(options);
         let entries = entries(&object, &span);
-        loops.extend(named::read(report, blocks, chosen.as_ref(), &name, span(&object), &entries));
+        let choice = Choice { block: chosen.as_ref(), is_for_one: true };
+        loops.extend(named::read(report, blocks, choice, &name, span(&object), &entries));
         return loops;
     }
+    let choice = Choice { block: chosen.as_ref(), is_for_one: object.properties.len() == 1 };
     let mut names = BTreeSet::new();
     for property in &object.properties {
         let name = property.name.as_str();
@@ -106,7 +105,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         match &property.value {
             Value::Object(object) => {
                 let entries = entries(object, &span);
-                loops.extend(named::read(report, blocks, chosen.as_ref(), name, at, &entries));
+                loops.extend(named::read(report, blocks, choice, name, at, &entries));
             }
             other => {
                 let found = described(other);

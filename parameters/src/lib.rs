@@ -1,7 +1,7 @@
 //! PLC parameter files: read as values of control blocks, and written.
 //!
 //! A *loop* is one instance of a block, such as an instance data block of a PLC project: a name, and a value for each of the
-//! block's inputs and parameters. [`read`] gives the loops of a file in any [`Format`], [`write`] writes them in any other.
+//! block's inputs and parameters. [`read()`] gives the loops of a file in any [`Format`], [`write()`] writes them in any other.
 //! Every value knows where it comes from ([`Origin`]), and a file with an error gives no loops, but all its errors
 //! ([`Problems`]).
 //!
@@ -12,7 +12,6 @@ mod block;
 mod format;
 mod loops;
 mod named;
-mod problem;
 mod report;
 mod source;
 
@@ -22,14 +21,20 @@ pub mod json;
 pub mod layout;
 pub mod literal;
 pub mod openness;
+pub mod problem;
 pub mod ssv;
 pub mod step7;
 
 mod xml;
 
 pub use block::{Block, Member, Part};
-pub use format::{Format, MOST_BYTES, Options, read, write};
+pub use format::{Format, Options, read, write};
 pub use loops::{Loop, Origin, Setting};
 pub use named::decimal;
 pub use problem::{Place, Problem, Problems, Reading};
 pub use source::Source;
+
+/// The example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -31,48 +31,57 @@ pub(crate) enum Given<'a> {
     Other(&'a str),
 }
 
+/// What the user has chosen for the loops of a file.
+#[derive(Clone, Copy)]
+pub(crate) struct Choice<'a> {
+    /// The block of loops that do not show it themselves.
+    pub(crate) block: Option<&'a Arc<Block>>,
+    /// Whether the file has one loop only: the chosen block is that of the loop then, whatever its names.
+    pub(crate) is_for_one: bool,
+}
+
 /// The loop of these values. Its block is the one that the user chose, or else the only one that has all these names; `span` is
 /// where the loop begins.
 pub(crate) fn read(
     report: &mut Report,
     blocks: &[Arc<Block>],
-    chosen: Option<&Arc<Block>>,
+    chosen: Choice,
     name: &str,
     span: Range<usize>,
     entries: &[Entry],
 ) -> Option<Loop> {
-    let block = match chosen {
-        Some(block) => block.clone(),
-        None => recognize(report, blocks, name, span, entries)?,
+    let fits = |block: &Arc<Block>| entries.iter().all(|entry| is_settable(block, entry.name));
+    let block = match chosen.block {
+        Some(block) if chosen.is_for_one || fits(block) || !blocks.iter().any(fits) => block.clone(),
+        _ => recognize(report, blocks, name, span, entries)?,
     };
     let mut one = Loop::new(name, block.clone());
     let mut given = vec![false; block.members.len()];
     let mut is_right = true;
     for entry in entries {
-        let result = member(&block, entry.name).and_then(|index| {
-            if std::mem::replace(&mut given[index], true) {
-                return Err((format!("{} is given twice", entry.name), None));
+        let wrong = match member(&block, entry.name) {
+            Err((message, help)) => Some((&entry.name_span, message, help)),
+            Ok(index) if std::mem::replace(&mut given[index], true) => {
+                Some((&entry.name_span, format!("{} is given twice", block.members[index].name), None))
             }
-            Ok((index, value(&block.members[index], entry.given).map_err(|message| (message, None))?))
-        });
-        match result {
-            Ok((index, value)) => {
-                let origin = report.origin(entry.span.clone());
-                one.set(index, value, origin);
-            }
-            Err((message, help)) => {
-                is_right = false;
-                let is_value = member(&block, entry.name).is_ok() && !message.ends_with("twice");
-                let span = if is_value { &entry.span } else { &entry.name_span };
-                report.wrong(span.clone(), message, help);
-            }
+            Ok(index) => match value(&block.members[index], entry.given) {
+                Err(message) => Some((&entry.span, message, None)),
+                Ok(value) => {
+                    one.set(index, value, report.origin(entry.span.clone()));
+                    None
+                }
+            },
+        };
+        if let Some((span, message, help)) = wrong {
+            is_right = false;
+            report.wrong(span.clone(), message, help);
         }
     }
     is_right.then_some(one)
 }
 
 /// The member of this name, if a user may give it a value.
-fn member(block: &Block, name: &str) -> Result<usize, (String, Option<String>)> {
+pub(crate) fn member(block: &Block, name: &str) -> Result<usize, (String, Option<String>)> {
     match block.find(name) {
         Some(index) if block.members[index].role.is_settable() => Ok(index),
         Some(index) => {
@@ -116,9 +125,8 @@ fn recognize(
 ) -> Option<Arc<Block>> {
     let matches = |block: &&Arc<Block>| entries.iter().filter(|entry| is_settable(block, entry.name)).count();
     let fitting: Vec<&Arc<Block>> = blocks.iter().filter(|block| matches(block) == entries.len()).collect();
-    let complete =
-        |block: &&&Arc<Block>| block.members.iter().filter(|member| member.role.is_settable()).count() == entries.len();
-    let mut whole = fitting.iter().filter(complete);
+    let names: Vec<&str> = entries.iter().map(|entry| entry.name).collect();
+    let mut whole = fitting.iter().filter(|block| is_complete(block, &names));
     match (fitting.as_slice(), whole.next(), whole.next()) {
         ([block], ..) | (_, Some(block), None) => Some((*block).clone()),
         ([], ..) => {
@@ -126,17 +134,23 @@ fn recognize(
             let best = blocks.iter().max_by_key(matches).filter(|block| 2 * matches(block) >= entries.len());
             if best.is_none() {
                 let help = Some(format!("name it with --block: {}", list(blocks)));
-                report.wrong(span, format!("{name}: no block has these inputs and parameters"), help);
+                report.wrong(span, format!("{}: no block has these inputs and parameters", quoted(name)), help);
             }
             best.cloned()
         }
         (several, ..) => {
             let several: Vec<Arc<Block>> = several.iter().map(|block| (*block).clone()).collect();
             let help = Some(format!("say with --block which one it is: {}", list(&several)));
-            report.wrong(span, format!("{name}: several blocks have these inputs and parameters"), help);
+            report.wrong(span, format!("{}: several blocks have these inputs and parameters", quoted(name)), help);
             None
         }
     }
+}
+
+/// Whether these are the names of all inputs and parameters of the block.
+pub(crate) fn is_complete(block: &Block, names: &[&str]) -> bool {
+    let settable = block.members.iter().filter(|member| member.role.is_settable()).count();
+    names.len() == settable && names.iter().all(|name| is_settable(block, name))
 }
 
 /// Whether the block has an input or a parameter of this name.

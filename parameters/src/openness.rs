@@ -16,11 +16,13 @@
 use crate::block::{Block, Member, Part};
 use crate::literal;
 use crate::loops::Loop;
+use crate::named;
 use crate::problem::quoted;
 use crate::report::{MOST_LOOPS, Report, list};
 use crate::xml::{self, Element, Xml};
 use crate::{Options, Problems, Reading, Source};
 use blocks::Kind;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// What the elements of blocks begin with.
@@ -53,6 +55,8 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         return None;
     }
     let mut loops = Vec::new();
+    let mut names = BTreeSet::new();
+    let mut containers: Vec<String> = Vec::new();
     for block in exported {
         let text = |name: &str| block.child("AttributeList")?.child(name).map(|child| child.text().0.to_string());
         let number = text("Number").filter(|number| !number.is_empty()).map(|number| format!("DB{number}"));
@@ -63,9 +67,19 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
             report.remark(Some(block.span.clone()), format!("{} has no interface: skipped", quoted(&name)));
             continue;
         };
+        if !block.name.ends_with("DB") {
+            report.remark(Some(block.span.clone()), format!("{} is no data block: skipped", quoted(&name)));
+            continue;
+        }
         let before = loops.len();
+        if !names.insert(name.clone()) {
+            report.wrong(block.span.clone(), format!("the data block {} is given twice", quoted(&name)), None);
+            continue;
+        }
         let types = Types { blocks, chosen: chosen.as_ref() };
         types.instances(report, interface, &name, &of, &mut loops);
+        // Of the instances inside a data block, the name of the data block.
+        containers.resize(loops.len(), name.clone());
         if loops.len() == before && !report.is_wrong() {
             let of = if of.is_empty() { String::new() } else { format!(" ({})", quoted(&of)) };
             let message = format!("{}{of} is no instance of a known block: skipped", quoted(&name));
@@ -79,7 +93,21 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
     if loops.is_empty() && !report.is_wrong() {
         report.wrong_file("the file holds no instance of a known block", Some(format!("known are {}", list(blocks))));
     }
+    tell_apart(&mut loops, &containers);
     Some(loops)
+}
+
+/// Puts the name of the data block before loops that are called the same: `Line.TIC`.
+fn tell_apart(loops: &mut [Loop], containers: &[String]) {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for one in loops.iter() {
+        *counts.entry(one.name.clone()).or_default() += 1;
+    }
+    for (one, container) in loops.iter_mut().zip(containers) {
+        if counts[&one.name] > 1 && one.name != *container {
+            one.name = format!("{container}.{}", one.name);
+        }
+    }
 }
 
 /// The blocks that there are, and the one that the user chose for what has none of their names.
@@ -127,7 +155,7 @@ impl Types<'_> {
         };
         if let Some(block) = self.chosen {
             // The user says what it is, if it has anything of it.
-            let has_any = inputs.iter().any(|(name, _)| crate::named::is_settable(block, name));
+            let has_any = inputs.iter().any(|(name, _)| named::is_settable(block, name));
             return has_any.then(|| block.clone());
         }
         self.blocks.iter().find(fits).cloned()
@@ -147,12 +175,13 @@ fn instance(report: &mut Report, block: &Arc<Block>, name: &str, sections: &Elem
     let mut is_right = true;
     for element in inputs(sections) {
         let member_name = element.attribute("Name").unwrap_or_default();
-        let found = block.find(member_name).filter(|index| block.members[*index].role.is_settable());
-        let Some(index) = found else {
-            let message = format!("{} has no input or parameter {}", block.name, quoted(member_name));
-            report.wrong(element.span.clone(), message, None);
-            is_right = false;
-            continue;
+        let index = match named::member(block, member_name) {
+            Ok(index) => index,
+            Err((message, help)) => {
+                report.wrong(element.span.clone(), message, help);
+                is_right = false;
+                continue;
+            }
         };
         let member = &block.members[index];
         let datatype = element.attribute("Datatype").unwrap_or_default();
@@ -200,7 +229,7 @@ fn is_kind(datatype: &str, kind: Kind) -> bool {
 /// # Errors
 /// A block contains other blocks, or XML cannot hold a name.
 pub fn write(loops: &[Loop], origin: &str) -> Result<String, String> {
-    crate::named::check_names(loops)?;
+    named::check_names(loops)?;
     for one in loops {
         xml::check(&one.name)?;
         if let Some(inner) = one.block.members.iter().find(|member| member.part == Part::Inner) {

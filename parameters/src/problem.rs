@@ -1,6 +1,7 @@
 //! What is wrong with a file, and where.
 
 use crate::loops::Loop;
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use std::fmt;
 use std::ops::Range;
 
@@ -47,27 +48,89 @@ pub struct Reading {
     pub remarks: Problems,
 }
 
+impl Problems {
+    /// One of the problems as a line, `FILE:LINE:COLUMN: message; help`.
+    fn line(&self, problem: &Problem) -> String {
+        let place = match problem.place {
+            Some(Place { line, column, .. }) => format!("{line}:{column}:"),
+            None => String::new(),
+        };
+        let help = problem.help.as_ref().map_or_else(String::new, |help| format!("; {help}"));
+        format!("{}:{place} {}{help}", self.file, problem.message)
+    }
+}
+
 impl fmt::Display for Problems {
     /// A line for each problem, `FILE:LINE:COLUMN: message`.
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        for (number, problem) in self.problems.iter().enumerate() {
-            if number > 0 {
-                writeln!(formatter)?;
-            }
-            write!(formatter, "{}:", self.file)?;
-            if let Some(Place { line, column, .. }) = problem.place {
-                write!(formatter, "{line}:{column}:")?;
-            }
-            write!(formatter, " {}", problem.message)?;
-            if let Some(help) = &problem.help {
-                write!(formatter, "; {help}")?;
-            }
-        }
-        Ok(())
+        let lines: Vec<String> = self.problems.iter().map(|problem| self.line(problem)).collect();
+        formatter.write_str(&lines.join("\n"))
     }
 }
 
 impl std::error::Error for Problems {}
+
+/// The problems for a terminal: the line of each as [`Problems`] displays it, and below it the line of the file, with the place
+/// underlined.
+///
+/// ```
+/// # use parameters::{Problem, Problems, Source, problem};
+/// let source = Source::new("plant.awl", b"BEGIN\n  GAIN := T#20S;\n".to_vec());
+/// let message = "GAIN: expected a REAL, found `T#20S`".to_string();
+/// let problem = Problem { place: Some(source.place(16..21)), message, help: None };
+/// let problems = Problems { file: source.file, text: source.text, problems: vec![problem] };
+/// assert_eq!(problem::drawn(&problems), "\
+/// plant.awl:2:11: GAIN: expected a REAL, found `T#20S`
+///   |
+/// 2 |   GAIN := T#20S;
+///   |           ^^^^^
+/// ");
+/// ```
+pub fn drawn(problems: &Problems) -> String {
+    let mut drawing = String::new();
+    for problem in &problems.problems {
+        drawing.push_str(&problems.line(problem));
+        drawing.push('\n');
+        if let Some(place) = problem.place.as_ref().filter(|_| !problems.text.is_empty()) {
+            drawing.push_str(&underlined(&problems.text, place));
+        }
+    }
+    drawing
+}
+
+/// The line of a place, with the place underlined.
+fn underlined(text: &str, place: &Place) -> String {
+    /// Of a long line only what is around the place is drawn: so many bytes before and behind its start.
+    const AROUND: usize = 60;
+    let start = text.floor_char_boundary(place.span.start);
+    let end = text.floor_char_boundary(place.span.end);
+    // Only so far is the text searched for the ends of the line: a line may have 100 MB.
+    let first = text.floor_char_boundary(start.saturating_sub(AROUND));
+    let last = text.ceil_char_boundary(start + AROUND);
+    let from = text[first..start].rfind('\n').map_or(first, |newline| first + newline + 1);
+    let to = text[start..last].find('\n').map_or(last, |newline| start + newline);
+    let line = text[from..to].trim_end_matches('\r');
+    let span = start - from..(end.clamp(start, to) - from).min(line.len()).max(start - from);
+    let snippet = Snippet::source(line).line_start(place.line).annotation(AnnotationKind::Primary.span(span));
+    let drawing = Renderer::plain().render(&[Group::with_level(Level::ERROR).element(snippet)]);
+    drawing + "\n"
+}
+
+/// The candidate that differs least from a name, if it is like enough to be what was meant.
+pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    /// No name of a block or a member is longer.
+    const LONGEST: usize = 60;
+    if name.len() > LONGEST {
+        return None;
+    }
+    let name = name.to_uppercase();
+    candidates
+        .into_iter()
+        .map(|candidate| (strsim::damerau_levenshtein(&name, &candidate.to_uppercase()), candidate))
+        .min_by_key(|(distance, _)| *distance)
+        .filter(|(distance, candidate)| *distance <= candidate.chars().count().min(name.chars().count()) / 3)
+        .map(|(_, candidate)| candidate)
+}
 
 /// The text in backquotes for a message: shortened, without characters that would disturb a terminal.
 pub(crate) fn quoted(text: &str) -> String {
@@ -82,4 +145,52 @@ pub(crate) fn quoted(text: &str) -> String {
 /// A control character as an escape sequence, any other as it is.
 fn escaped(character: char) -> Vec<char> {
     if character.is_control() { character.escape_default().collect() } else { vec![character] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Source;
+
+    fn problems(text: &str, span: Range<usize>) -> Problems {
+        let source = Source::new("a.awl", text.into());
+        let problem =
+            Problem { place: Some(source.place(span)), message: "wrong".into(), help: Some("mend it".into()) };
+        Problems { file: source.file, text: source.text, problems: vec![problem] }
+    }
+
+    #[test]
+    fn every_problem_has_a_line_with_file_line_and_column() {
+        let mut problems = problems("ä\n  x", 5..6);
+        problems.problems.push(Problem { place: None, message: "no loops".into(), help: None });
+        assert_eq!(problems.to_string(), "a.awl:2:3: wrong; mend it\na.awl: no loops");
+    }
+
+    #[test]
+    fn the_line_of_the_file_is_drawn_below_the_message() {
+        let drawing = drawn(&problems("first\r\n\tGäIN = 5;\r\nlast", 14..15));
+        assert_eq!(drawing, "a.awl:2:7: wrong; mend it\n  |\n2 |     GäIN = 5;\n  |          ^\n");
+    }
+
+    #[test]
+    fn a_place_at_the_end_of_the_file_or_beyond_its_line_is_drawn() {
+        assert!(drawn(&problems("a\nb", 3..3)).ends_with("2 | b\n  |  ^\n"));
+        assert!(drawn(&problems("ab\ncd", 0..5)).ends_with("1 | ab\n  | ^^\n"));
+        assert!(drawn(&problems("ab\r\ncd", 3..4)).contains("1 | ab\n"));
+    }
+
+    #[test]
+    fn of_a_long_line_only_the_part_around_the_place_is_drawn() {
+        let text = "x".repeat(100_000);
+        let drawing = drawn(&problems(&text, 50_000..50_100));
+        assert!(drawing.starts_with("a.awl:1:50001: "), "{drawing}");
+        assert!(drawing.len() < 500, "{drawing}");
+    }
+
+    #[test]
+    fn a_drawing_has_no_control_characters_of_the_file() {
+        let drawing = drawn(&problems("\u{1b}[31mGAIN\u{7}\u{202e}", 5..9));
+        assert!(!drawing.contains(['\u{1b}', '\u{7}', '\u{202e}']), "{drawing:?}");
+        assert_eq!(quoted("\u{1b}[31m"), "`\\u{1b}[31m`");
+    }
 }

@@ -17,7 +17,6 @@ const MOST_PROBLEMS: usize = 50;
 /// The problems and remarks of a file that is being read.
 pub(crate) struct Report<'a> {
     source: &'a Source,
-    cursor: Place,
     problems: Vec<Problem>,
     remarks: Vec<Problem>,
     omitted: usize,
@@ -25,32 +24,17 @@ pub(crate) struct Report<'a> {
 
 impl<'a> Report<'a> {
     pub(crate) fn new(source: &'a Source) -> Report<'a> {
-        let start = Place { line: 1, column: 1, span: 0..0 };
-        Report { source, cursor: start, problems: Vec::new(), remarks: Vec::new(), omitted: 0 }
+        Report { source, problems: Vec::new(), remarks: Vec::new(), omitted: 0 }
     }
 
-    /// Line and column of a range of the text. Ranges are mostly asked for in the order of the text, so that the search goes
-    /// on from the last one: a file of one long line takes no longer than any other.
-    pub(crate) fn place(&mut self, span: Range<usize>) -> Place {
-        let text = &self.source.text;
-        let start = text.floor_char_boundary(span.start);
-        if start < self.cursor.span.start {
-            self.cursor = Place { line: 1, column: 1, span: 0..0 };
-        }
-        for character in text[self.cursor.span.start..start].chars() {
-            if character == '\n' {
-                (self.cursor.line, self.cursor.column) = (self.cursor.line + 1, 1);
-            } else {
-                self.cursor.column += 1;
-            }
-        }
-        self.cursor.span = start..start;
-        Place { span, ..self.cursor.clone() }
+    /// The line in which a range of the text begins.
+    pub(crate) fn line(&self, span: Range<usize>) -> usize {
+        self.source.place(span).line
     }
 
     /// Where a value of the text comes from.
-    pub(crate) fn origin(&mut self, span: Range<usize>) -> Origin {
-        let Place { line, column, .. } = self.place(span);
+    pub(crate) fn origin(&self, span: Range<usize>) -> Origin {
+        let Place { line, column, .. } = self.source.place(span);
         Origin::Text { file: self.source.file.clone(), line, column }
     }
 
@@ -60,13 +44,18 @@ impl<'a> Report<'a> {
             self.omitted += 1;
             return;
         }
-        let place = Some(self.place(span));
+        let place = Some(self.source.place(span));
         self.problems.push(Problem { place, message: message.into(), help });
     }
 
-    /// Something is wrong with the file as a whole.
-    pub(crate) fn wrong_file(&mut self, message: impl Into<String>, help: Option<String>) {
-        self.problems.push(Problem { place: None, message: message.into(), help });
+    /// There are so many problems more.
+    pub(crate) fn omit(&mut self, count: usize) {
+        self.omitted += count;
+    }
+
+    /// Whether a further problem would be reported, so that its text is worth the time.
+    pub(crate) fn has_room(&self) -> bool {
+        self.problems.len() < MOST_PROBLEMS
     }
 
     /// Whether something is wrong.
@@ -74,10 +63,15 @@ impl<'a> Report<'a> {
         !self.problems.is_empty()
     }
 
+    /// Something is wrong with the file as a whole.
+    pub(crate) fn wrong_file(&mut self, message: impl Into<String>, help: Option<String>) {
+        self.problems.push(Problem { place: None, message: message.into(), help });
+    }
+
     /// Something that the user should know; without a place if it concerns the file as a whole.
     pub(crate) fn remark(&mut self, span: Option<Range<usize>>, message: impl Into<String>) {
         if self.remarks.len() < MOST_PROBLEMS {
-            let place = span.map(|span| self.place(span));
+            let place = span.map(|span| self.source.place(span));
             self.remarks.push(Problem { place, message: message.into(), help: None });
         }
     }
@@ -87,13 +81,16 @@ impl<'a> Report<'a> {
         if self.problems.is_empty() && loops.is_empty() {
             self.wrong_file("the file holds no loop", None);
         }
+        self.problems.sort_by_key(|problem| problem.place.as_ref().map_or(usize::MAX, |place| place.span.start));
         if self.omitted > 0 {
             let message = format!("{} more errors are not shown", self.omitted);
             self.problems.push(Problem { place: None, message, help: None });
         }
         let is_wrong = !self.problems.is_empty();
         let problems = if is_wrong { self.problems } else { self.remarks };
-        let problems = Problems { file: self.source.file.clone(), text: self.source.text.clone(), problems };
+        // A text without a place to draw need not be copied: it may be large.
+        let text = if problems.is_empty() { String::new() } else { self.source.text.clone() };
+        let problems = Problems { file: self.source.file.clone(), text, problems };
         if is_wrong { Err(problems) } else { Ok(Reading { loops, remarks: problems }) }
     }
 

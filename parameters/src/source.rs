@@ -1,7 +1,11 @@
 //! A file as it was read.
 
 use crate::problem::Place;
+use encoding_rs::{Encoding, UTF_8, WINDOWS_1252};
+use std::fs::File;
+use std::io::Read;
 use std::ops::Range;
+use std::path::Path;
 
 /// A file: its name as the user gave it, its bytes and its text.
 #[derive(Clone, Debug)]
@@ -10,22 +14,159 @@ pub struct Source {
     pub file: String,
     /// Its content.
     pub bytes: Vec<u8>,
-    /// Its text; empty if it is a format of bytes.
+    /// Its text, without a byte order mark; without a meaning if it is a format of bytes.
     pub text: String,
+    /// The place of the first character in each stretch of [`STRETCH`] bytes of the text.
+    stretches: Vec<Place>,
 }
 
+/// So far a place is counted from the start of a stretch, in bytes.
+const STRETCH: usize = 1024;
+
 impl Source {
-    /// A file whose text is UTF-8. What is not is replaced by U+FFFD.
+    /// The largest file that is read, in bytes. The sources of a whole plant are a hundredth of it.
+    pub const LARGEST: u64 = 256 << 20;
+
+    /// A file. Its text is in UTF-8 or UTF-16 if it begins with their byte order mark, in UTF-8 if it is valid in it, and else
+    /// in Windows-1252, in which STEP 7 writes.
     pub fn new(file: impl Into<String>, bytes: Vec<u8>) -> Source {
-        let text = String::from_utf8_lossy(&bytes).into_owned();
-        Source { file: file.into(), bytes, text }
+        let (encoding, start) = Encoding::for_bom(&bytes).unwrap_or_else(|| {
+            let is_utf_8 = std::str::from_utf8(&bytes).is_ok();
+            (if is_utf_8 { UTF_8 } else { WINDOWS_1252 }, 0)
+        });
+        let text = decoded(&bytes[start..], encoding);
+        Source::of_text(file.into(), bytes, text)
     }
 
-    /// Line and column of a range of the text.
+    /// A file in a certain encoding, unless it begins with the byte order mark of another. Its name is one of those that
+    /// browsers know: `windows-1251`, `shift_jis`.
+    ///
+    /// # Errors
+    /// There is no encoding of this name.
+    pub fn encoded(file: impl Into<String>, bytes: Vec<u8>, encoding: &str) -> Result<Source, String> {
+        let Some(chosen) = Encoding::for_label(encoding.as_bytes()) else {
+            return Err(format!(
+                "{encoding:?} is no encoding; say utf-8, utf-16le, windows-1252 or windows-1251, for example"
+            ));
+        };
+        let (encoding, start) = Encoding::for_bom(&bytes).unwrap_or((chosen, 0));
+        let text = decoded(&bytes[start..], encoding);
+        Ok(Source::of_text(file.into(), bytes, text))
+    }
+
+    /// Reads a file, of which the user may name the encoding.
+    ///
+    /// # Errors
+    /// It cannot be read, or is larger than [`Source::LARGEST`], or there is no such encoding: a sentence with the file's name.
+    pub fn read(path: &Path, encoding: Option<&str>) -> Result<Source, String> {
+        let name = path.display().to_string();
+        let mut bytes = Vec::new();
+        File::open(path)
+            // One byte more shows that the file is too large, even if it is no regular file and has no size.
+            .and_then(|file| file.take(Source::LARGEST + 1).read_to_end(&mut bytes))
+            .map_err(|error| format!("{name} cannot be read: {error}"))?;
+        if bytes.len() as u64 > Source::LARGEST {
+            return Err(format!("{name} is larger than {} MB; split it", Source::LARGEST >> 20));
+        }
+        match encoding {
+            Some(encoding) => Source::encoded(name, bytes, encoding),
+            None => Ok(Source::new(name, bytes)),
+        }
+    }
+
+    fn of_text(file: String, bytes: Vec<u8>, text: String) -> Source {
+        let mut stretches = vec![Place { line: 1, column: 1, span: 0..0 }];
+        let mut place = stretches[0].clone();
+        while place.span.start + STRETCH < text.len() {
+            place = advanced(&text, &place, text.floor_char_boundary(place.span.start + STRETCH));
+            stretches.push(place.clone());
+        }
+        Source { file, bytes, text, stretches }
+    }
+
+    /// Line and column of a range of the text. It takes no longer in a large file, or in a file of one long line.
     pub fn place(&self, span: Range<usize>) -> Place {
-        let before = &self.text[..self.text.floor_char_boundary(span.start)];
-        let line = before.matches('\n').count() + 1;
-        let column = before[before.rfind('\n').map_or(0, |end| end + 1)..].chars().count() + 1;
-        Place { line, column, span }
+        let start = self.text.floor_char_boundary(span.start);
+        let before = self.stretches.partition_point(|place| place.span.start <= start);
+        let stretch = &self.stretches[before.saturating_sub(1)];
+        Place { span, ..advanced(&self.text, stretch, start) }
+    }
+}
+
+/// The place of the character at byte `to`, counted from an earlier place.
+fn advanced(text: &str, from: &Place, to: usize) -> Place {
+    let between = &text[from.span.start..to];
+    let lines = between.bytes().filter(|byte| *byte == b'\n').count();
+    let column = match between.rfind('\n') {
+        Some(end) => between[end + 1..].chars().count() + 1,
+        None => from.column + between.chars().count(),
+    };
+    Place { line: from.line + lines, column, span: to..to }
+}
+
+/// The text of the bytes; what has no meaning in the encoding becomes U+FFFD.
+fn decoded(bytes: &[u8], encoding: &'static Encoding) -> String {
+    encoding.decode_without_bom_handling(bytes).0.into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const TEXT: &str = "Füllstand\n";
+
+    #[test]
+    fn a_byte_order_mark_says_the_encoding() {
+        let utf_8 = ["\u{feff}", TEXT].concat().into_bytes();
+        let little = "\u{feff}Füllstand\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
+        let big = "\u{feff}Füllstand\n".encode_utf16().flat_map(u16::to_be_bytes).collect();
+        for bytes in [utf_8, little, big] {
+            assert_eq!(Source::new("a.awl", bytes).text, TEXT);
+        }
+    }
+
+    #[test]
+    fn without_a_mark_a_text_is_utf_8_if_it_can_be_and_else_windows_1252() {
+        assert_eq!(Source::new("a.awl", TEXT.into()).text, TEXT);
+        assert_eq!(Source::new("a.awl", b"F\xFCllstand\n".to_vec()).text, TEXT);
+        assert_eq!(Source::new("a.awl", b"\x80".to_vec()).text, "€");
+    }
+
+    #[test]
+    fn another_encoding_can_be_named() {
+        let cyrillic = Source::encoded("a.awl", b"\xcf\xc8\xc4".to_vec(), "windows-1251").unwrap();
+        assert_eq!(cyrillic.text, "ПИД");
+        let error = Source::encoded("a.awl", Vec::new(), "klingon").unwrap_err();
+        assert!(error.contains("\"klingon\" is no encoding"), "{error}");
+    }
+
+    #[test]
+    fn a_column_counts_characters() {
+        let source = Source::new("a.awl", "ä := 1;\n  öß := 2;".into());
+        let at = source.text.find(":= 2").unwrap();
+        let place = source.place(at..at + 2);
+        assert_eq!((place.line, place.column, place.span), (2, 6, at..at + 2));
+        assert_eq!(source.place(0..0).column, 1);
+        assert_eq!(source.place(source.text.len()..source.text.len()).column, 11);
+    }
+
+    #[test]
+    fn a_file_that_is_not_there_is_named() {
+        let error = Source::read(Path::new("no/such.awl"), None).unwrap_err();
+        assert!(error.starts_with("no/such.awl cannot be read: "), "{error}");
+    }
+
+    proptest! {
+        #[test]
+        fn places_are_those_that_counting_from_the_start_gives(lines in prop::collection::vec("[aä€𝄞]{0,700}", 1..20), at: prop::sample::Index) {
+            let source = Source::new("a.awl", lines.join("\n").into_bytes());
+            let start = source.text.floor_char_boundary(at.index(source.text.len() + 1));
+            let before = &source.text[..start];
+            let line = before.matches('\n').count() + 1;
+            let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+            let place = source.place(start..start);
+            prop_assert_eq!((place.line, place.column), (line, column));
+        }
     }
 }

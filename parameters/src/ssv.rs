@@ -15,7 +15,7 @@
 
 use crate::block::Block;
 use crate::loops::{Loop, Setting};
-use crate::named::{self, Entry, Given};
+use crate::named::{self, Choice, Entry, Given};
 use crate::problem::quoted;
 use crate::report::{MOST_LOOPS, Report};
 use crate::xml::{self, Element, Xml};
@@ -52,16 +52,20 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         return None;
     }
 
+    let mut named = Vec::new();
+    for parameter in root.children("Parameters").flat_map(|parameters| parameters.children("Parameter")) {
+        match parameter.attribute("name").filter(|name| !name.is_empty()) {
+            Some(name) => named.push((name, parameter)),
+            None => report.wrong(parameter.span.clone(), "a Parameter without a name", None),
+        }
+    }
+    let is_listed = is_listed(blocks, named.iter().map(|(name, _)| *name));
     let mut order = Vec::new();
     let mut groups: BTreeMap<&str, Vec<Entry>> = BTreeMap::new();
-    let parameters = root.children("Parameters").flat_map(|parameters| parameters.children("Parameter"));
-    for parameter in parameters {
-        let Some(name) = parameter.attribute("name").filter(|name| !name.is_empty()) else {
-            report.wrong(parameter.span.clone(), "a Parameter without a name", None);
-            continue;
-        };
-        let Some(entry) = entry(report, blocks, parameter, name) else { continue };
-        let group = name[..name.len() - entry.name.len()].trim_end_matches('.');
+    for (name, parameter) in named {
+        let own = if is_listed { last(name) } else { member_name(blocks, name) };
+        let Some(entry) = entry(report, blocks, parameter, own) else { continue };
+        let group = name[..name.len() - own.len()].trim_end_matches('.');
         groups.entry(group).or_insert_with(|| {
             order.push((group, parameter.span.clone()));
             Vec::new()
@@ -72,6 +76,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         report.wrong(root.span, format!("the file has more than {MOST_LOOPS} loops"), None);
         return None;
     }
+    let choice = Choice { block: chosen.as_ref(), is_for_one: order.len() == 1 };
     let mut loops = Vec::new();
     for (group, span) in order {
         let own = options.name.clone().or_else(|| root.attribute("name").map(str::to_string));
@@ -80,21 +85,16 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
             prefix => prefix.to_string(),
         };
         let Some(entries) = groups.get(group) else { continue };
-        loops.extend(named::read(report, blocks, chosen.as_ref(), &name, span, entries));
+        loops.extend(named::read(report, blocks, choice, &name, span, entries));
     }
     Some(loops)
 }
 
 /// The value of a Parameter, by its name without the loop that stands before it.
-fn entry<'a>(
-    report: &mut Report,
-    blocks: &[Arc<Block>],
-    parameter: &'a Element,
-    full_name: &'a str,
-) -> Option<Entry<'a>> {
+fn entry<'a>(report: &mut Report, blocks: &[Arc<Block>], parameter: &'a Element, name: &'a str) -> Option<Entry<'a>> {
     let types = ["Real", "Integer", "Boolean", "Enumeration", "String", "Binary", "Float64", "Float32"];
     let Some(value) = parameter.children.iter().find(|child| types.contains(&child.name.as_str())) else {
-        let message = format!("{}: expected a Real, an Integer or a Boolean, found none", quoted(full_name));
+        let message = format!("{}: expected a Real, an Integer or a Boolean, found none", quoted(name));
         report.wrong(parameter.span.clone(), message, None);
         return None;
     };
@@ -106,7 +106,6 @@ fn entry<'a>(
         "Boolean" => Given::Other(text),
         _ => Given::Other(&value.name),
     };
-    let name = member_name(blocks, full_name);
     if let Some(unit) = value.attribute("unit") {
         let member = blocks.iter().find_map(|block| Some(&block.members[block.find(name)?]));
         let expected = member.and_then(|member| match member.kind {
@@ -114,7 +113,7 @@ fn entry<'a>(
             _ => member.unit.as_deref(),
         });
         if let Some(expected) = expected.filter(|expected| *expected != unit) {
-            let message = format!("{} is given in {}, but {expected} is expected", quoted(full_name), quoted(unit));
+            let message = format!("{} is given in {}, but {expected} is expected", quoted(name), quoted(unit));
             report.wrong(value.span.clone(), message, Some("convert the value: units are not converted here".into()));
             return None;
         }
@@ -125,17 +124,32 @@ fn entry<'a>(
 /// Longer names are not searched for the names of blocks' members, in bytes.
 const LONGEST: usize = 1000;
 
+/// All behind the last dot of a name.
+fn last(full_name: &str) -> &str {
+    full_name.rsplit('.').next().unwrap_or(full_name)
+}
+
+/// Whether the names, taken as loops with all that stands before the last dot, are complete blocks. Then they are that: a loop may
+/// be called as an instance inside another block is.
+fn is_listed<'a>(blocks: &[Arc<Block>], names: impl Iterator<Item = &'a str>) -> bool {
+    let mut groups: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for name in names {
+        let own = last(name);
+        groups.entry(&name[..name.len() - own.len()]).or_default().push(own);
+    }
+    groups.values().all(|names| blocks.iter().any(|block| named::is_complete(block, names)))
+}
+
 /// The part of a name that is an input or a parameter of a block, the longest if there are several: `TIC101.INNER.GAIN` is
 /// `INNER.GAIN` of a loop `TIC101` if a block has that. If no block has one, all behind the last dot.
 fn member_name<'a>(blocks: &[Arc<Block>], full_name: &'a str) -> &'a str {
-    let last = full_name.rsplit('.').next().unwrap_or(full_name);
     if full_name.len() > LONGEST {
-        return last;
+        return last(full_name);
     }
     let starts = std::iter::once(0).chain(full_name.match_indices('.').map(|(dot, _)| dot + 1));
     let mut parts = starts.map(|start| &full_name[start..]);
     let known = |name: &&str| blocks.iter().any(|block| named::is_settable(block, name));
-    parts.find(known).unwrap_or(last)
+    parts.find(known).unwrap_or(last(full_name))
 }
 
 /// Writes all settings of the loops, in the order of their blocks: of one loop with the names of the FMU, of several with the

@@ -62,13 +62,11 @@ pub(crate) fn read(report: &mut Report, source: &Source) -> Option<Element> {
 }
 
 fn tree(text: &str) -> Result<Element, (usize, String)> {
-    // A byte order mark.
-    let skipped = text.len() - text.trim_start_matches('\u{feff}').len();
-    let mut reader = Reader::from_str(&text[skipped..]);
+    let mut reader = Reader::from_str(text);
     let mut open: Vec<Element> = Vec::new();
     let mut root = None;
     let mut elements = 0;
-    let at = |position: u64| skipped + usize::try_from(position).unwrap_or(usize::MAX - skipped);
+    let at = |position: u64| usize::try_from(position).unwrap_or(usize::MAX);
     loop {
         let start = at(reader.buffer_position());
         let event =
@@ -156,7 +154,10 @@ fn add(open: &mut [Element], text: &str, span: Range<usize>) -> Result<(), (usiz
             Ok(())
         }
         None if text.trim().is_empty() => Ok(()),
-        None => Err((span.start, format!("text outside of the root element: {}", quoted(text.trim())))),
+        None => Err((
+            span.end - text.trim_start().len(),
+            format!("text outside of the root element: {}", quoted(text.trim())),
+        )),
     }
 }
 

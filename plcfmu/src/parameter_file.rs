@@ -2,23 +2,30 @@
 
 use crate::host::fmu::Fmu;
 use crate::package::Package;
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Error, Result, anyhow, bail};
 use blocks::table::number::to_value;
 use blocks::{Kind, Value};
 use modeldescription::v2::{Interface, ModelDescription, Typed, Variable};
 use modeldescription::{Row, Table};
-use parameters::{Block, Format, Loop, MOST_BYTES, Member, Options, Origin, Part, Problems, Reading, Source};
-use std::fs::{self, File};
-use std::io::Read;
+use parameters::problem::drawn;
+use parameters::{Block, Format, Loop, Member, Options, Origin, Part, Problems, Reading, Source};
+use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Reads the loops of a file: a parameter file, whose format is that of its ending if none is given, or an FMU, whose start values
+/// Reads the loops of a file: a parameter file, whose format is that of its ending if none is given, and its
+/// encoding found out as [`Source::new`] does; or an FMU, whose start values
 /// are those of one loop.
 ///
 /// # Errors
 /// The file cannot be read, or all that is wrong with it, with file, line and column.
-pub fn read(name: &str, format: Option<Format>, blocks: &[Arc<Block>], options: &Options) -> Result<Reading> {
+pub fn read(
+    name: &str,
+    format: Option<Format>,
+    encoding: Option<&str>,
+    blocks: &[Arc<Block>],
+    options: &Options,
+) -> Result<Reading> {
     if format.is_none() && name.to_lowercase().ends_with(".fmu") {
         return read_fmu(name, blocks, options).with_context(|| name.to_string());
     }
@@ -26,7 +33,9 @@ pub fn read(name: &str, format: Option<Format>, blocks: &[Arc<Block>], options: 
         Some(format) => format,
         None => format_of(name)?,
     };
-    Ok(parameters::read(format, &Source::new(name, bytes(name)?), blocks, options)?)
+    let source = Source::read(Path::new(name), encoding).map_err(Error::msg)?;
+    parameters::read(format, &source, blocks, options)
+        .map_err(|problems| Error::msg(drawn(&problems).trim_end().to_string()))
 }
 
 /// The format of a file, by the ending of its name.
@@ -39,15 +48,6 @@ pub fn format_of(name: &str) -> Result<Format> {
             Format::ALL.iter().flat_map(|format| format.extensions()).map(|ending| format!(".{ending}")).collect();
         format!("{name}: the ending of the name says no format; those of parameter files are {}", endings.join(", "))
     })
-}
-
-/// The bytes of a file, one more than are ever read if it is too large.
-fn bytes(name: &str) -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    File::open(name)
-        .and_then(|file| file.take(MOST_BYTES as u64 + 1).read_to_end(&mut bytes))
-        .with_context(|| format!("{name} cannot be read"))?;
-    Ok(bytes)
 }
 
 /// The loop that an FMU is: it is called as the FMU, and has its start values.

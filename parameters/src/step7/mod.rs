@@ -1,18 +1,16 @@
-//! TODO
-use crate::*;
-use std::sync::Arc;
-/// Reads.
-pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
-    let _ = (source, blocks, options);
-    todo!()
-}
-/// Writes.
-pub fn write(loops: &[Loop], origin: &str) -> Result<String, String> {
-    let _ = (loops, origin);
-    todo!()
-}
-/// Writes.
-pub fn write_tia(loops: &[Loop], origin: &str) -> Result<String, String> {
-    let _ = (loops, origin);
-    todo!()
-}
+//! PLC source text: AWL and SCL sources of STEP 7, and external sources of TIA Portal.
+//!
+//! A text holds blocks. Its instance data blocks of known block types become loops, and so do the instances that a function
+//! block declares and a data block gives values to. Other blocks are skipped.
+
+mod instance;
+mod lexer;
+mod parser;
+mod reader;
+#[cfg(test)]
+mod tests;
+mod values;
+mod writer;
+
+pub use reader::read;
+pub use writer::{write, write_tia};

@@ -32,6 +32,9 @@ pub struct Options {
     /// The format of FILE, if its ending does not say it: awl, scl, db, xml, bin, json, ssv
     #[arg(long, value_parser = format)]
     pub format: Option<Format>,
+    /// The encoding of a text, such as windows-1251, if it is neither UTF-8 nor UTF-16 nor windows-1252
+    #[arg(long)]
+    pub encoding: Option<String>,
     /// Write the loops to this file, in the format of its ending
     #[arg(long, value_name = "FILE", conflicts_with = "diff")]
     pub to: Option<String>,
@@ -89,7 +92,7 @@ pub fn run(options: &Options) -> Result<()> {
 fn read(file: &str, format: Option<Format>, blocks: &[Arc<Block>], options: &Options) -> Result<Reading> {
     let of_file =
         parameters::Options { block: options.block.clone(), name: options.name.clone(), offset: options.offset };
-    let mut reading = parameter_file::read(file, format, blocks, &of_file)?;
+    let mut reading = parameter_file::read(file, format, options.encoding.as_deref(), blocks, &of_file)?;
     for remark in reading.remarks.to_string().lines() {
         eprintln!("remark: {remark}");
     }

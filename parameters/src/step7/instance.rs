@@ -1,0 +1,207 @@
+//! The values of one instance.
+
+use super::parser::Name;
+use super::values::Assignment;
+use crate::block::{Block, Part};
+use crate::literal;
+use crate::loops::Loop;
+use crate::problem::{nearest, quoted};
+use crate::report::Report;
+use blocks::Kind;
+use std::collections::HashSet;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// The most variables of a block's memory. The blocks of Siemens have nine.
+const MOST_MEMORY: usize = 100;
+
+/// An instance whose values are being read.
+pub(super) struct Instance {
+    pub(super) one: Loop,
+    /// Of each member, where the text gives it its value.
+    given: Vec<Option<Range<usize>>>,
+    /// Paths to the instances whose last member was given: what follows there is the block's memory.
+    complete: HashSet<String>,
+    /// The number of variables of the block's memory that were given.
+    memory: usize,
+    /// Where a REAL with seven digits stands: the first one.
+    pub(super) seven_digits: Option<Range<usize>>,
+}
+
+impl Instance {
+    pub(super) fn new(name: &str, block: Arc<Block>) -> Instance {
+        let given = vec![None; block.members.len()];
+        Instance { one: Loop::new(name, block), given, complete: HashSet::new(), memory: 0, seven_digits: None }
+    }
+
+    /// Gives a member its value; `path` is its name below the instance. What the block computes itself, its outputs and its
+    /// memory, is left alone.
+    pub(super) fn assign(&mut self, path: &[String], assignment: &Assignment, report: &mut Report) {
+        let name = path.join(".");
+        let block = self.one.block.clone();
+        let prefix = name.rsplit_once('.').map_or("", |(prefix, _)| prefix).to_uppercase();
+        let Some(index) = find(&block, &name) else {
+            if self.is_memory(&prefix, &name) {
+                return;
+            }
+            // A suggestion takes time, which a problem that is only counted is not worth.
+            let help = if report.has_room() { self.suggestion(&name) } else { None };
+            let message = format!("{} has no member {}", block.name, quoted(&name));
+            report.wrong(assignment.path_span.clone(), message, help);
+            return;
+        };
+        if is_last(&block, index) {
+            self.complete.insert(prefix);
+        }
+        self.set(index, assignment, report);
+    }
+
+    /// Gives the value to the member of this index.
+    pub(super) fn set(&mut self, index: usize, assignment: &Assignment, report: &mut Report) {
+        let member = &self.one.block.members[index];
+        if let Some(first) = self.given[index].replace(assignment.path_span.clone()) {
+            let line = report.line(first);
+            let message = format!("{} is assigned twice; the first assignment is in line {line}", member.name);
+            report.wrong(assignment.path_span.clone(), message, None);
+            return;
+        }
+        if !member.role.is_settable() {
+            return;
+        }
+        match literal::parse(&assignment.literal, member.kind) {
+            Ok(value) => {
+                if member.kind == Kind::Real && self.seven_digits.is_none() && has_seven_digits(&assignment.literal) {
+                    self.seven_digits = Some(assignment.literal_span.clone());
+                }
+                let origin = report.origin(assignment.literal_span.clone());
+                self.one.set(index, value, origin);
+            }
+            Err(message) => {
+                let message = format!("{}: {message}", member.name);
+                report.wrong(assignment.literal_span.clone(), message, None);
+            }
+        }
+    }
+
+    /// Gives all members their values by position, for a block that was uploaded without its names: `IN0`, `IN7`, `OUT22`.
+    pub(super) fn assign_by_position(&mut self, db: &Name, assignments: &[Assignment], report: &mut Report) {
+        let block = self.one.block.clone();
+        let own: Vec<usize> =
+            (0..block.members.len()).filter(|index| block.members[*index].part == Part::Own).collect();
+        let needed = own.iter().rposition(|index| block.members[*index].role.is_settable()).map_or(0, |last| last + 1);
+        let mut previous = None;
+        for (position, assignment) in assignments.iter().enumerate() {
+            let name = assignment.path.join(".");
+            let lost = lost_name(&name).filter(|(_, number)| previous.is_none_or(|previous| previous < *number));
+            let member = own.get(position).map(|index| &block.members[*index]);
+            let fits = match (lost, member) {
+                (Some(("STAT", _)), None) => continue,
+                (Some(("IN", _)), Some(member)) => {
+                    member.role.is_settable() && has_form(&assignment.literal, member.kind)
+                }
+                (Some(("OUT", _)), Some(member)) => {
+                    !member.role.is_settable() && has_form(&assignment.literal, member.kind)
+                }
+                _ => false,
+            };
+            if !fits {
+                let expected = match member {
+                    Some(member) => format!("{} ({}) is expected at this position", member.name, member.kind.name()),
+                    None => "nothing but memory (STAT) is expected at this position".to_string(),
+                };
+                let found = format!("{} := {}", quoted(&name), quoted(&assignment.literal));
+                let message =
+                    format!("the names of the members are lost, and of {} {expected}, found {found}", block.name);
+                report.wrong(assignment.path_span.clone(), message, None);
+                return;
+            }
+            previous = lost.map(|(_, number)| number);
+            self.set(own[position], assignment, report);
+        }
+        if assignments.len() < needed {
+            let message = format!(
+                "the names of the members are lost, and {} has {} inputs and parameters, found {} values",
+                block.name,
+                needed,
+                assignments.len()
+            );
+            report.wrong(db.span.clone(), message, None);
+            return;
+        }
+        let message = format!("{}: the names of the members are lost; the values were taken by position", db.text);
+        report.remark(Some(db.span.clone()), message);
+    }
+
+    /// Whether a member that the table does not have belongs to the block's memory, which stands behind all other members. A
+    /// name that is like that of a member without a value is a slip.
+    fn is_memory(&mut self, prefix: &str, name: &str) -> bool {
+        self.memory += usize::from(self.complete.contains(prefix));
+        self.complete.contains(prefix) && self.memory <= MOST_MEMORY && self.suggestion(name).is_none()
+    }
+
+    /// The member without a value that has nearly this name.
+    fn suggestion(&self, name: &str) -> Option<String> {
+        let members = self.one.block.members.iter().enumerate();
+        let free = members.filter(|(index, member)| member.role.is_settable() && self.given[*index].is_none());
+        let nearest = nearest(name, free.map(|(_, member)| member.name.as_str()))?;
+        Some(format!("did you mean {nearest}?"))
+    }
+}
+
+/// Whether the names can be those of an instance of the block: each is a member, none is there twice, and behind the last member
+/// stands its memory. Gives the number of those that are inputs and parameters.
+pub(super) fn fit<'a>(block: &Block, names: impl IntoIterator<Item = &'a [String]>) -> Option<usize> {
+    let mut given = vec![false; block.members.len()];
+    let mut memory = 0;
+    let mut is_complete = false;
+    for name in names {
+        match find(block, &name.join(".")) {
+            Some(index) if std::mem::replace(&mut given[index], true) => return None,
+            Some(index) => is_complete |= is_last(block, index),
+            None if is_complete && memory < MOST_MEMORY => memory += 1,
+            None => return None,
+        }
+    }
+    Some((0..given.len()).filter(|index| given[*index] && block.members[*index].role.is_settable()).count())
+}
+
+/// The member of this name, if the PLC has it.
+pub(super) fn find(block: &Block, name: &str) -> Option<usize> {
+    block.find(name).filter(|index| block.members[*index].part != Part::FmuOnly)
+}
+
+/// Whether the member is the last one of its instance.
+fn is_last(block: &Block, index: usize) -> bool {
+    let path = |index: usize| block.members[index].name.rsplit_once('.').map(|(path, _)| path);
+    let is_of_instance = |other: &usize| block.members[*other].part != Part::FmuOnly && path(*other) == path(index);
+    !(index + 1..block.members.len()).any(|other| is_of_instance(&other))
+}
+
+/// Whether the number has an exponent and seven digits, as STEP 7 generates it. It may be one of two REALs then.
+fn has_seven_digits(literal: &str) -> bool {
+    match literal.split_once(['e', 'E']) {
+        Some((mantissa, _)) => mantissa.bytes().filter(u8::is_ascii_digit).count() == 7,
+        None => false,
+    }
+}
+
+/// The section and the number of a name that a PLC gives to a member whose own name is lost.
+pub(super) fn lost_name(name: &str) -> Option<(&'static str, u32)> {
+    let section = ["IN", "OUT", "STAT"].into_iter().find(|section| {
+        name.get(..section.len()).is_some_and(|start| start.eq_ignore_ascii_case(section))
+            && name[section.len()..].starts_with(|c: char| c.is_ascii_digit())
+    })?;
+    Some((section, name[section.len()..].parse().ok()?))
+}
+
+/// Whether the PLC would write a value of this type so.
+fn has_form(literal: &str, kind: Kind) -> bool {
+    let has_type = literal.contains('#');
+    match kind {
+        Kind::Real | Kind::LReal => !has_type && literal.contains(['.', 'e', 'E']),
+        Kind::Time => literal::parse(literal, kind).is_ok(),
+        Kind::Word => has_type && literal::parse(literal, kind).is_ok(),
+        Kind::Int => !has_type && literal::parse(literal, kind).is_ok(),
+        Kind::Bool => literal.eq_ignore_ascii_case("TRUE") || literal.eq_ignore_ascii_case("FALSE"),
+    }
+}

@@ -1,0 +1,464 @@
+//! From the blocks of a text to loops.
+
+use super::instance::{Instance, find, fit, lost_name};
+use super::parser::{DataBlock, FunctionBlock, Item, Name, items};
+use super::values::{Assignment, SyntaxErrors, assignments};
+use crate::block::Block;
+use crate::format::Options;
+use crate::loops::Loop;
+use crate::problem::{Problems, Reading, nearest, quoted};
+use crate::report::{MOST_LOOPS, Report};
+use crate::source::Source;
+use std::collections::{HashMap, HashSet};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// How deep function blocks are nested; an S7 takes eight.
+const DEPTH: usize = 8;
+
+/// So many names of members are enough to recognize a block.
+const ENOUGH_NAMES: usize = 3;
+
+/// Reads the loops of a source text. [`Options::block`] is the block of those data blocks whose type is unknown, if they have its
+/// members.
+///
+/// # Errors
+/// All that is wrong with the text, at most some 50 places.
+pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
+    let mut report = Report::new(source);
+    let Ok(chosen) = report.chosen(blocks, options) else { return report.finish(Vec::new()) };
+    let items = items(&source.text, &mut report);
+    let functions = functions(&items, blocks);
+    let mut reader = Reader {
+        text: &source.text,
+        blocks,
+        chosen,
+        functions: &functions,
+        report,
+        found: Vec::new(),
+        skipped: Skipped::default(),
+        unknown: Vec::new(),
+        refused: HashSet::new(),
+        seven_digits: None,
+    };
+    for item in &items {
+        if reader.found.len() > MOST_LOOPS {
+            let message = format!("the file has more than {MOST_LOOPS} loops");
+            reader.report.wrong_file(message, Some("split it".to_string()));
+            break;
+        }
+        match item {
+            Item::DataBlock(block) => reader.data_block(block),
+            Item::FunctionBlock(function) if functions[&key(&function.name)].leads.is_empty() => {
+                reader.skipped.add(function.name.text.clone());
+            }
+            Item::FunctionBlock(_) => {}
+            Item::Other(name) => reader.skipped.add(name.text.clone()),
+        }
+    }
+    reader.finish()
+}
+
+/// A function block that the text declares.
+struct Function<'a> {
+    block: &'a FunctionBlock,
+    /// The members that are instances of known blocks, or of function blocks that have such.
+    leads: Vec<usize>,
+    /// The names of all members, in capitals.
+    names: HashSet<String>,
+}
+
+type Functions<'a> = HashMap<String, Function<'a>>;
+
+fn key(name: &Name) -> String {
+    name.text.to_uppercase()
+}
+
+fn known(blocks: &[Arc<Block>], name: &Name) -> Option<Arc<Block>> {
+    blocks.iter().find(|block| block.is_called(&name.text)).cloned()
+}
+
+/// The function blocks of the text, by their names.
+fn functions<'a>(items: &'a [Item], blocks: &[Arc<Block>]) -> Functions<'a> {
+    let mut functions = Functions::new();
+    for item in items {
+        if let Item::FunctionBlock(block) = item {
+            let names = block.members.iter().map(|member| key(&member.name)).collect();
+            functions.insert(key(&block.name), Function { block, leads: Vec::new(), names });
+        }
+    }
+    // Each round finds the function blocks that are nested one deeper.
+    let mut leading: HashSet<String> = HashSet::new();
+    for _ in 0..DEPTH {
+        let mut found = HashSet::new();
+        for (name, function) in &mut functions {
+            let members = function.block.members.iter().enumerate();
+            let leads = members.filter_map(|(index, member)| {
+                let kind = member.kind.as_ref()?;
+                (known(blocks, kind).is_some() || leading.contains(&key(kind))).then_some(index)
+            });
+            function.leads = leads.collect();
+            if !function.leads.is_empty() {
+                found.insert(name.clone());
+            }
+        }
+        if found == leading {
+            break;
+        }
+        leading = found;
+    }
+    functions
+}
+
+/// Blocks that are no loops.
+#[derive(Default)]
+struct Skipped {
+    first: Vec<String>,
+    others: usize,
+}
+
+impl Skipped {
+    fn add(&mut self, name: String) {
+        const MOST: usize = 10;
+        if self.first.len() < MOST {
+            self.first.push(name.chars().filter(|c| !c.is_control()).take(60).collect());
+        } else {
+            self.others += 1;
+        }
+    }
+
+    /// What was skipped, as a sentence.
+    fn sentence(&self) -> Option<String> {
+        if self.first.is_empty() {
+            return None;
+        }
+        let others = if self.others > 0 { format!(" and {} others", self.others) } else { String::new() };
+        Some(format!("skipped {}{others}: not instances of the known blocks", self.first.join(", ")))
+    }
+}
+
+/// A loop that was read.
+struct Found {
+    one: Loop,
+    /// Of a multi-instance: its name with the names of data block and instances.
+    qualified: Option<String>,
+    span: Range<usize>,
+}
+
+struct Reader<'a> {
+    text: &'a str,
+    blocks: &'a [Arc<Block>],
+    chosen: Option<Arc<Block>>,
+    functions: &'a Functions<'a>,
+    report: Report<'a>,
+    found: Vec<Found>,
+    skipped: Skipped,
+    /// The first data blocks of unknown types: their names and types.
+    unknown: Vec<(String, Name)>,
+    /// The declarations of which it was said already that they cannot be read.
+    refused: HashSet<usize>,
+    seven_digits: Option<Range<usize>>,
+}
+
+impl Reader<'_> {
+    fn data_block(&mut self, db: &DataBlock) {
+        let Some(kind) = &db.block else {
+            self.skipped.add(db.name.text.clone());
+            return;
+        };
+        let functions = self.functions;
+        if let Some(block) = known(self.blocks, kind) {
+            let values = assignments(self.text, db.body.clone());
+            // A project may have given the number to a block of its own: then no member is one of the known block.
+            let is_number = !kind.text.eq_ignore_ascii_case(&block.name);
+            if is_number && !values.0.is_empty() && values.0.iter().take(20).all(|value| is_strange(&block, value)) {
+                self.skip(db, kind);
+            } else {
+                self.instance(&db.name, block, values);
+            }
+        } else if let Some(function) = functions.get(&key(kind)) {
+            self.multi_instance(db, function);
+        } else {
+            self.unknown(db, kind);
+        }
+    }
+
+    /// A data block that is an instance of a known block.
+    fn instance(&mut self, name: &Name, block: Arc<Block>, (values, errors): (Vec<Assignment>, SyntaxErrors)) {
+        self.wrong(errors);
+        let mut instance = Instance::new(&name.text, block.clone());
+        let is_lost = |name: &str| find(&block, name).is_none() && lost_name(name).is_some();
+        if values.first().is_some_and(|first| first.path.len() == 1 && is_lost(&first.path[0])) {
+            instance.assign_by_position(name, &values, &mut self.report);
+        } else {
+            for assignment in &values {
+                instance.assign(&assignment.path, assignment, &mut self.report);
+            }
+        }
+        self.add(instance, None, name.span.clone());
+    }
+
+    fn wrong(&mut self, errors: SyntaxErrors) {
+        self.report.omit(errors.others);
+        for error in errors.first {
+            self.report.wrong(error.span, error.message, error.help);
+        }
+    }
+
+    fn add(&mut self, instance: Instance, qualified: Option<String>, span: Range<usize>) {
+        self.seven_digits = self.seven_digits.take().or(instance.seven_digits);
+        self.found.push(Found { one: instance.one, qualified, span });
+    }
+
+    /// A data block of a function block that the text declares: its members that are instances of known blocks.
+    fn multi_instance(&mut self, db: &DataBlock, function: &Function) {
+        let mut instances = Vec::new();
+        if !self.expand(function, &mut Vec::new(), &mut instances) {
+            return;
+        }
+        if instances.is_empty() {
+            self.skipped.add(db.name.text.clone());
+            return;
+        }
+        let (values, errors) = assignments(self.text, db.body.clone());
+        self.wrong(errors);
+        let by_path: HashMap<String, usize> =
+            instances.iter().enumerate().map(|(index, (path, _))| (path_key(path), index)).collect();
+        let mut read: Vec<Instance> = instances
+            .iter()
+            .map(|(path, block)| Instance::new(path.last().map_or("", String::as_str), block.clone()))
+            .collect();
+        for assignment in &values {
+            let path = &assignment.path;
+            let owner =
+                (1..path.len()).rev().find_map(|length| Some((*by_path.get(&path_key(&path[..length]))?, length)));
+            match owner {
+                Some((index, length)) => read[index].assign(&path[length..], assignment, &mut self.report),
+                None if function.names.contains(&path[0].to_uppercase()) => {}
+                None => {
+                    let message = format!("{} has no member {}", function.block.name.text, quoted(&path[0]));
+                    let names = function.names.iter().map(String::as_str);
+                    let help = if self.report.has_room() && function.names.len() < 1000 {
+                        nearest(&path[0], names)
+                    } else {
+                        None
+                    };
+                    let help = help.map(|name| format!("did you mean {name}?"));
+                    self.report.wrong(assignment.path_span.clone(), message, help);
+                }
+            }
+        }
+        for (instance, (path, _)) in read.into_iter().zip(&instances) {
+            let qualified = format!("{}.{}", db.name.text, path.join("."));
+            self.add(instance, Some(qualified), db.name.span.clone());
+        }
+    }
+
+    /// The instances of known blocks in a function block, with the names that lead to them; false if that is refused.
+    fn expand(
+        &mut self,
+        function: &Function,
+        path: &mut Vec<String>,
+        instances: &mut Vec<(Vec<String>, Arc<Block>)>,
+    ) -> bool {
+        for index in &function.leads {
+            let member = &function.block.members[*index];
+            let Some(kind) = &member.kind else { continue };
+            let name = &member.name;
+            let refusal = if member.is_array {
+                Some("is an array of instances, which cannot be read; declare each instance by itself".to_string())
+            } else if member.has_initial_value {
+                Some("is an instance with values in the declaration; write them in the data block".to_string())
+            } else if path.len() == DEPTH && known(self.blocks, kind).is_none() {
+                Some(format!("is nested more than {DEPTH} deep, or in itself"))
+            } else if self.found.len() + instances.len() > MOST_LOOPS {
+                Some(format!("is beyond the {MOST_LOOPS} loops that a file can have; split it"))
+            } else {
+                None
+            };
+            if let Some(refusal) = refusal {
+                if self.refused.insert(name.span.start) {
+                    self.report.wrong(name.span.clone(), format!("{} {refusal}", quoted(&name.text)), None);
+                }
+                return false;
+            }
+            path.push(name.text.clone());
+            let functions = self.functions;
+            if let Some(block) = known(self.blocks, kind) {
+                instances.push((path.clone(), block));
+            } else if let Some(inner) = functions.get(&key(kind))
+                && !self.expand(inner, path, instances)
+            {
+                return false;
+            }
+            path.pop();
+        }
+        true
+    }
+
+    /// A data block whose type is not known: of which block it is, its members say.
+    fn unknown(&mut self, db: &DataBlock, kind: &Name) {
+        let (values, errors) = assignments(self.text, db.body.clone());
+        let remark = |block: &Block| format!("{}: {} is taken as {}", db.name.text, quoted(&kind.text), block.name);
+        if let Some(block) = without_number(&kind.text).and_then(|name| self.blocks.iter().find(|b| b.is_called(name)))
+        {
+            self.report.remark(Some(kind.span.clone()), remark(block));
+            self.instance(&db.name, block.clone(), (values, errors));
+            return;
+        }
+        let names = || values.iter().map(|value| value.path.as_slice());
+        let is_chosen = |block: &&Arc<Block>| !values.is_empty() && fit(block, names()).is_some();
+        let block = self.chosen.as_ref().filter(is_chosen).cloned().or_else(|| self.recognized(names()));
+        if let Some(block) = block.filter(|_| errors.first.is_empty()) {
+            self.report.remark(Some(kind.span.clone()), remark(&block));
+            self.instance(&db.name, block, (values, errors));
+            return;
+        }
+        if errors.first.is_empty() && self.groups(db, &values) {
+            return;
+        }
+        // A slip in the name of a type must not cost a loop.
+        let is_member =
+            |block: &Block| values.iter().filter(|value| find(block, &value.path.join(".")).is_some()).count();
+        let meant = nearest(&kind.text, self.blocks.iter().map(|block| block.name.as_str()));
+        let meant = meant.and_then(|name| self.blocks.iter().find(|block| block.name == name));
+        if let Some(block) = meant.filter(|block| !values.is_empty() && 2 * is_member(block) >= values.len()) {
+            let message = format!("{} is not a known block", quoted(&kind.text));
+            self.report.wrong(kind.span.clone(), message, Some(format!("did you mean {}?", block.name)));
+            return;
+        }
+        self.skip(db, kind);
+    }
+
+    /// Passes over a data block that is an instance of another block.
+    fn skip(&mut self, db: &DataBlock, kind: &Name) {
+        const MOST: usize = 20;
+        if self.unknown.len() < MOST {
+            self.unknown.push((db.name.text.clone(), kind.clone()));
+        }
+        self.skipped.add(format!("{} ({})", db.name.text, kind.text));
+    }
+
+    /// The only block that has all these members, if they are enough.
+    fn recognized<'n>(&self, names: impl Iterator<Item = &'n [String]> + Clone) -> Option<Arc<Block>> {
+        let fits = |block: &&Arc<Block>| fit(block, names.clone()).is_some_and(|count| count >= ENOUGH_NAMES);
+        let mut fitting = self.blocks.iter().filter(fits);
+        fitting.next().filter(|_| fitting.next().is_none()).cloned()
+    }
+
+    /// The multi-instances in a data block whose function block is not in the text, recognized by their members. Whether
+    /// there are any.
+    fn groups(&mut self, db: &DataBlock, values: &[Assignment]) -> bool {
+        let mut groups: HashMap<String, Vec<usize>> = HashMap::new();
+        let mut order = Vec::new();
+        for (index, value) in values.iter().enumerate() {
+            for length in 1..value.path.len() {
+                let group = groups.entry(path_key(&value.path[..length])).or_default();
+                if group.is_empty() {
+                    order.push((index, length));
+                }
+                group.push(index);
+            }
+        }
+        // What leads to a block is not looked into: its inner blocks are its own.
+        let mut taken: Vec<String> = Vec::new();
+        for (first, length) in order {
+            let path = &values[first].path[..length];
+            if (1..length).any(|outer| taken.contains(&path_key(&path[..outer]))) {
+                continue;
+            }
+            let members = &groups[&path_key(path)];
+            let Some(block) = self.recognized(members.iter().map(|index| &values[*index].path[length..])) else {
+                continue;
+            };
+            let mut instance = Instance::new(&path[length - 1], block.clone());
+            for index in members {
+                instance.assign(&values[*index].path[length..], &values[*index], &mut self.report);
+            }
+            let name = path.join(".");
+            let message = format!("{}: {} is recognized as {} by its members", db.name.text, quoted(&name), block.name);
+            self.report.remark(Some(db.name.span.clone()), message);
+            self.add(instance, Some(format!("{}.{name}", db.name.text)), db.name.span.clone());
+            taken.push(path_key(path));
+        }
+        !taken.is_empty()
+    }
+
+    fn finish(mut self) -> Result<Reading, Problems> {
+        if self.found.is_empty() && !self.report.is_wrong() {
+            let described: Vec<String> = self.blocks.iter().map(|block| names(block)).collect();
+            let help = format!("the known blocks are {}", described.join(", "));
+            for (name, kind) in std::mem::take(&mut self.unknown) {
+                let what = match known(self.blocks, &kind) {
+                    Some(block) => format!("but has no member of {}", block.name),
+                    None => "which is not a known block".to_string(),
+                };
+                let message = format!("{name} is an instance of {}, {what}", quoted(&kind.text));
+                self.report.wrong(kind.span, message, Some(help.clone()));
+            }
+        }
+        if self.found.is_empty() && !self.report.is_wrong() {
+            let help = "expected DATA_BLOCK ... END_DATA_BLOCK with the name of a block before BEGIN".to_string();
+            self.report.wrong_file("the file holds no instance data block", Some(help));
+        }
+        if let Some(sentence) = self.skipped.sentence() {
+            self.report.remark(None, sentence);
+        }
+        if let Some(span) = self.seven_digits.take() {
+            let message = "REALs with seven digits, as here, may lie one bit beside the values of the PLC; a dump of the data \
+                           block is exact";
+            self.report.remark(Some(span), message);
+        }
+        let loops = self.named();
+        self.report.finish(loops)
+    }
+
+    /// The loops, each with a name of its own.
+    fn named(&mut self) -> Vec<Loop> {
+        let mut found = std::mem::take(&mut self.found);
+        let mut count: HashMap<String, usize> = HashMap::new();
+        for Found { one, .. } in &found {
+            *count.entry(one.name.to_uppercase()).or_default() += 1;
+        }
+        for Found { one, qualified, .. } in &mut found {
+            if let Some(qualified) = qualified.take().filter(|_| count[&one.name.to_uppercase()] > 1) {
+                one.name = qualified;
+            }
+        }
+        let mut first: HashMap<String, Range<usize>> = HashMap::new();
+        for Found { one, span, .. } in &found {
+            if let Some(first) = first.insert(one.name.to_uppercase(), span.clone()) {
+                let message =
+                    format!("{} is there twice; the first is in line {}", quoted(&one.name), self.report.line(first));
+                self.report.wrong(span.clone(), message, None);
+            }
+        }
+        found.into_iter().map(|found| found.one).collect()
+    }
+}
+
+/// Whether the name is not like one of a member of the block.
+fn is_strange(block: &Block, value: &Assignment) -> bool {
+    let name = value.path.join(".");
+    let members = block.members.iter().map(|member| member.name.as_str());
+    find(block, &name).is_none() && lost_name(&name).is_none() && nearest(&name, members).is_none()
+}
+
+/// The path in a form that does not depend on case.
+fn path_key(path: &[String]) -> String {
+    path.join("\n").to_uppercase()
+}
+
+/// The name of a type without the number that a migration to TIA Portal appends: `PUMP_1`.
+fn without_number(name: &str) -> Option<&str> {
+    let (name, number) = name.rsplit_once('_')?;
+    (!number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())).then_some(name)
+}
+
+/// A block with its other names.
+fn names(block: &Block) -> String {
+    match block.aliases.as_slice() {
+        [] => block.name.clone(),
+        aliases => format!("{} ({})", block.name, aliases.join(", ")),
+    }
+}

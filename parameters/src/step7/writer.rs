@@ -1,0 +1,155 @@
+//! Source texts with the values of loops.
+
+use crate::block::Part;
+use crate::literal;
+use crate::loops::Loop;
+use crate::problem::quoted;
+use blocks::{Kind, Value};
+use encoding_rs::WINDOWS_1252;
+use std::collections::HashSet;
+
+/// The longest name of a data block in the symbol table of STEP 7, in characters.
+const LONGEST_SYMBOL: usize = 24;
+
+/// The longest name of a data block in TIA Portal, in characters.
+const LONGEST_NAME: usize = 125;
+
+/// Names that mean something else in AWL or SCL, as far as a block could have such members.
+const RESERVED: [&str; 40] = [
+    "A", "AN", "AND", "AR", "BEGIN", "CALL", "CASE", "CLR", "D", "DI", "DIV", "DO", "EXIT", "F", "FALSE", "FOR", "FP",
+    "I", "IF", "L", "M", "MOD", "NOT", "O", "ON", "OR", "Q", "R", "RETURN", "S", "SET", "STOP", "T", "TAR", "TITLE",
+    "TRUE", "U", "UN", "X", "XOR",
+];
+
+/// An AWL source for STEP 7: an instance data block for each loop, with all its inputs and parameters, in Windows-1252. `origin`
+/// says in a comment what it was made of.
+///
+/// # Errors
+/// What STEP 7 cannot hold, in one sentence.
+pub fn write(loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
+    check(loops, LONGEST_SYMBOL, "STEP 7")?;
+    let mut text = comment(origin);
+    for one in loops {
+        if let Some(member) = one.block.members.iter().find(|member| member.kind == Kind::LReal && is_written(member)) {
+            let (name, member) = (&one.name, &member.name);
+            return Err(format!(
+                "{name}: {member} is an LREAL, which STEP 7 does not have; write a source for TIA Portal"
+            ));
+        }
+        let block = one.block.aliases.iter().find(|alias| alias.starts_with("FB "));
+        let block = block.cloned().unwrap_or_else(|| format!("\"{}\"", one.block.name));
+        let name = match one.name.strip_prefix("DB") {
+            Some(number) if is_number(number) => format!("DB {number}"),
+            _ => format!("\"{}\"", one.name),
+        };
+        data_block(&mut text, one, &name, &["TITLE =", "VERSION : 0.1"], &block)?;
+    }
+    // Comments may have any character, names only those of the encoding.
+    let (bytes, _, is_replaced) = WINDOWS_1252.encode(&text);
+    if is_replaced {
+        return Err(
+            "a name has characters that STEP 7 does not have: rename the loop, or write a source for TIA Portal".into(),
+        );
+    }
+    if !text.is_ascii() && std::str::from_utf8(&bytes).is_ok() {
+        return Err("the names would be read as UTF-8: rename the loops, or write a source for TIA Portal".into());
+    }
+    Ok(bytes.into_owned())
+}
+
+/// An external source for TIA Portal: an instance data block for each loop, with all its inputs and parameters. The text begins with
+/// a byte order mark, by which TIA Portal knows UTF-8.
+///
+/// # Errors
+/// What TIA Portal cannot hold, in one sentence.
+pub fn write_tia(loops: &[Loop], origin: &str) -> Result<String, String> {
+    check(loops, LONGEST_NAME, "TIA Portal")?;
+    let mut text = format!("\u{feff}{}", comment(origin));
+    for one in loops {
+        // A block with a number is one of the system, other blocks are the user's.
+        let block = match one.block.aliases.as_slice() {
+            [] => format!("\"{}\"", one.block.name),
+            _ => one.block.name.clone(),
+        };
+        let header = ["{ S7_Optimized_Access := 'FALSE' }", "VERSION : 0.1", "NON_RETAIN"];
+        data_block(&mut text, one, &format!("\"{}\"", one.name), &header, &block)?;
+    }
+    Ok(text)
+}
+
+/// Refuses names that a source cannot hold.
+fn check(loops: &[Loop], longest: usize, tool: &str) -> Result<(), String> {
+    let mut names = HashSet::new();
+    for Loop { name, .. } in loops {
+        let shown = quoted(name);
+        if name.is_empty() || name.contains(|c: char| c.is_control() || c == '"') {
+            return Err(format!(
+                "{shown} is no name of a data block: it is empty, or has a quote or a control character"
+            ));
+        }
+        if name.chars().count() > longest {
+            return Err(format!("{shown} is too long: {tool} takes names of at most {longest} characters"));
+        }
+        if !names.insert(name.to_uppercase()) {
+            return Err(format!("there are two loops {shown}, which {tool} takes for one name"));
+        }
+    }
+    Ok(())
+}
+
+fn data_block(text: &mut String, one: &Loop, name: &str, header: &[&str], block: &str) -> Result<(), String> {
+    text.push_str(&format!("\nDATA_BLOCK {name}\n"));
+    for line in header {
+        text.push_str(line);
+        text.push('\n');
+    }
+    text.push_str(&format!("{block}\nBEGIN\n"));
+    for setting in &one.settings {
+        let member = &one.block.members[setting.member];
+        if !is_written(member) {
+            continue;
+        }
+        let is_finite = match setting.value {
+            Value::Real(real) => real.is_finite(),
+            Value::LReal(real) => real.is_finite(),
+            _ => true,
+        };
+        if !is_finite {
+            let value = literal::text(setting.value);
+            return Err(format!("{}: {} is {value}, which a source text cannot hold", one.name, member.name));
+        }
+        text.push_str(&format!("   {} := {};\n", path(&member.name), literal::text(setting.value)));
+    }
+    text.push_str("END_DATA_BLOCK\n");
+    Ok(())
+}
+
+/// Whether the PLC has the member, and takes its value from a text.
+fn is_written(member: &crate::block::Member) -> bool {
+    member.role.is_settable() && member.part != Part::FmuOnly
+}
+
+/// The name of a member, with quotes where they are needed.
+fn path(name: &str) -> String {
+    let part = |part: &str| {
+        let is_plain = part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+            && !part.starts_with(|c: char| c.is_ascii_digit())
+            && !RESERVED.contains(&part.to_ascii_uppercase().as_str());
+        if is_plain { part.to_string() } else { format!("\"{part}\"") }
+    };
+    name.split('.').map(part).collect::<Vec<_>>().join(".")
+}
+
+/// Whether a data block has this number, written as STEP 7 does.
+fn is_number(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit()) && (text == "0" || !text.starts_with('0'))
+}
+
+/// The lines of a text as a comment.
+fn comment(origin: &str) -> String {
+    let is_held = |c: &char| !WINDOWS_1252.encode(c.encode_utf8(&mut [0; 4])).2;
+    let plain = |line: &str| -> String {
+        line.chars().filter(|c| !c.is_control()).map(|c| if is_held(&c) { c } else { '?' }).collect()
+    };
+    origin.lines().map(|line| format!("// {}\n", plain(line).trim_end())).collect()
+}

@@ -1,0 +1,137 @@
+//! The formats that hold numbers: dumps, JSON, SSV and Openness XML.
+
+mod dump;
+mod hostile;
+mod json;
+mod openness;
+mod round_trip;
+mod ssv;
+
+use blocks::{Kind, Role, Time, Value, Word};
+use parameters::{Block, Format, Loop, Member, Options, Origin, Part, Problems, Reading, Source, read};
+use std::sync::Arc;
+
+/// A block with a member of every type.
+fn pump() -> Arc<Block> {
+    let members = vec![
+        member("ON", Role::Input, Value::Bool(false)),
+        member("MAN_ON", Role::Input, Value::Bool(true)),
+        Member {
+            unit: Some("%".into()),
+            max: Some(Value::Real(100.0)),
+            ..member("MAN", Role::Input, Value::Real(5.0))
+        },
+        member("PV_PER", Role::Input, Value::Word(Word::new(0))),
+        member("COUNT", Role::Fixed, Value::Int(3)),
+        member("GAIN", Role::Parameter, Value::Real(2.0)),
+        member("SUM", Role::Parameter, Value::LReal(0.1)),
+        member("TI", Role::Parameter, Value::Time(Time::ms(20_000))),
+        member("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
+        member("LMN", Role::Output, Value::Real(0.0)),
+        member("QMIN", Role::Output, Value::Bool(false)),
+    ];
+    Arc::new(Block::new("PUMP".into(), vec!["FB 410".into()], members))
+}
+
+/// A block that has some names in common with [`pump`].
+fn valve() -> Arc<Block> {
+    let members = vec![
+        member("GAIN", Role::Parameter, Value::Real(1.0)),
+        member("TRAVEL", Role::Parameter, Value::Real(1.0)),
+        member("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
+        member("POSITION", Role::Output, Value::Real(0.0)),
+    ];
+    Arc::new(Block::new("VALVE".into(), Vec::new(), members))
+}
+
+/// A block with another one inside.
+fn station() -> Arc<Block> {
+    let members = vec![
+        member("STROKE", Role::Parameter, Value::Real(1.0)),
+        member("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
+        Member { part: Part::Inner, ..member("DI_PUMP.GAIN", Role::Parameter, Value::Real(1.0)) },
+    ];
+    Arc::new(Block::new("STATION".into(), Vec::new(), members))
+}
+
+fn member(name: &str, role: Role, start: Value) -> Member {
+    Member {
+        name: name.into(),
+        description: String::new(),
+        kind: start.kind(),
+        role,
+        start,
+        min: None,
+        max: None,
+        unit: None,
+        part: Part::Own,
+    }
+}
+
+fn all() -> Vec<Arc<Block>> {
+    vec![pump(), valve(), station()]
+}
+
+fn of_block(name: &str) -> Options {
+    Options { block: Some(name.into()), ..Options::default() }
+}
+
+fn reading(format: Format, text: impl AsRef<[u8]>, options: &Options) -> Result<Reading, Problems> {
+    let file = format!("plant.{}", format.extensions()[0]);
+    read(format, &Source::new(file, text.as_ref().to_vec()), &all(), options)
+}
+
+/// The loops of a file that is right.
+#[track_caller]
+fn loops(format: Format, text: impl AsRef<[u8]>) -> Vec<Loop> {
+    reading(format, text, &Options::default()).unwrap_or_else(|problems| panic!("{problems}")).loops
+}
+
+/// What is said of a file that is wrong.
+#[track_caller]
+fn refusal(format: Format, text: impl AsRef<[u8]>) -> String {
+    reading(format, text, &Options::default()).unwrap_err().to_string()
+}
+
+/// Where the value of a loop comes from: `plant.json:2:3`.
+fn origin(one: &Loop, name: &str) -> String {
+    let member = one.block.find(name).unwrap();
+    one.settings.iter().find(|setting| setting.member == member).unwrap().origin.to_string()
+}
+
+/// The names of the settings that the file gives.
+fn given(one: &Loop) -> Vec<&str> {
+    let given = one.settings.iter().filter(|setting| setting.origin != Origin::Default);
+    given.map(|setting| one.block.members[setting.member].name.as_str()).collect()
+}
+
+#[test]
+fn a_value_out_of_its_range_of_sense_is_named_with_the_range() {
+    let mut one = Loop::new("P1", pump());
+    assert_eq!(one.outside(), Vec::<String>::new());
+    one.set(2, Value::Real(100.1), Origin::Default);
+    one.set(5, Value::Real(f32::NAN), Origin::Default);
+    assert_eq!(
+        one.outside(),
+        ["MAN = 100.1: the highest sensible value is 100.0", "GAIN = NaN: it is not a finite number"]
+    );
+}
+
+#[test]
+fn the_format_of_a_file_is_that_of_its_ending_in_any_case() {
+    assert_eq!(Format::of_file("C:\\plant\\TIC.XML"), Some(Format::Openness));
+    assert_eq!(Format::of_file("a.json/b"), None);
+    assert_eq!(Format::of_file("ssv"), None);
+}
+
+#[test]
+fn a_block_that_does_not_exist_is_refused_in_every_format() {
+    for format in [Format::Dump, Format::Json, Format::Ssv, Format::Openness] {
+        let problems = reading(format, "", &of_block("MOTOR")).unwrap_err();
+        let expected = format!(
+            "plant.{}: there is no block \"MOTOR\"; the blocks are PUMP, VALVE, STATION",
+            format.extensions()[0]
+        );
+        assert_eq!(problems.to_string(), expected);
+    }
+}

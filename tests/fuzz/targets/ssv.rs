@@ -1,0 +1,10 @@
+//! Reads any bytes as an SSV.
+
+#![no_main]
+
+mod round_trip;
+
+use libfuzzer_sys::fuzz_target;
+use parameters::{Format, Options};
+
+fuzz_target!(|bytes: &[u8]| round_trip::check(Format::Ssv, bytes, &Options::default()));

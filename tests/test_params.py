@@ -1,0 +1,268 @@
+"""`plcfmu params` over files of every format. The files in `parameters/` are synthetic: made for these tests, not taken from a
+plant or from a PLC tool. `right/` covers what the formats can hold; of each file in `wrong/` a sentence is expected."""
+
+import json
+import pathlib
+import struct
+import subprocess
+
+import fmpy
+import lxml.etree
+import pytest
+
+import host
+
+FILES = pathlib.Path(__file__).parent / "parameters"
+DUMPS = {"DB41.bin": ["--block=FB 41"], "multi.bin": ["--block=CONT_C", "--offset=20"]}
+
+# What each file gives, as far as it is not the start value of the block.
+TIC101 = {"GAIN": 2.5, "TI": 60.0, "MAN_ON": False, "PV_PER": 27648}
+RIGHT = {
+    "generated.awl": {"TIC101": {"MAN_ON": False, "CYCLE": 0.1, "GAIN": 2.5, "TI": 90.0, "PV_PER": 27648}},
+    "number.awl": {"DB41": {"GAIN": 3.0}},
+    "by_hand.scl": {"TIC1": {"GAIN": -42.0, "TI": 90.0, "MAN_ON": False}, "PULSE1": {"PER_TM": 2.5}},
+    "literals.awl": {
+        "TIC101": {
+            "SP_INT": 100.0,
+            "PV_IN": 1000.5,
+            "GAIN": 0.001,
+            "PV_PER": 255,
+            "MAN_ON": False,
+            "CYCLE": 0.5,
+            "TI": 86400 + 2 * 3600 + 3 * 60 + 4.005,
+            "TD": 1.5,
+            "TM_LAG": 2147483.647,
+        }
+    },
+    "lost_names.awl": {"TIC101": {"MAN_ON": False, "GAIN": 7.5}},
+    "utf16.awl": {"GRÖSSE": {"GAIN": 4.0}},
+    "multi_instance.awl": {"TIC_A": {"GAIN": 1.5}, "TIC_B": {"MTR_TM": 40.0}},
+    "tia.db": {"TIC201": {"GAIN": 1.25, "TI": 12.0}, "TIC202": {}},
+    "openness.xml": {"TIC101": TIC101},
+    "openness_v2.xml": {"TIC101": TIC101},
+    "openness_multi.xml": {"TIC_A": TIC101},
+    "DB41.bin": {"DB41": {"GAIN": 2.5, "MAN_ON": False, "PV_PER": 27648}},
+    "multi.bin": {"multi": {"GAIN": 0.1, "MAN_ON": False, "PV_PER": 27648}},
+    "loops.json": {"TIC101": {"GAIN": 2.5, "MAN_ON": False, "PV_PER": -1}, "YC1": {"PER_TM": 2.5}},
+    "flat.json": {"flat": {"GAIN": 0.1, "LMN_HLM": 80.0}},
+    "one.ssv": {"TIC101": {"GAIN": 2.5, "MAN_ON": False, "LMN_HLM": 80.0, "PV_PER": -1}},
+    "two.ssv": {
+        "A": {"MAN_ON": False, "GAIN": 3.0, "TD": 1.0},
+        "B": {"DI_CONT_C.GAIN": 4.0, "RED_FAC": 20},
+    },
+}
+
+WRONG = {
+    "below_1ms.awl": "4:9: TI: expected a TIME of whole milliseconds, found `T#0.5MS`",
+    "deep.json": "1:513: this is not JSON: maximum nesting depth exceeded",
+    "empty.awl": " the file holds no instance data block",
+    "entity.ssv": "1:1: a document type definition (DTD) is not read: remove it",
+    "enumeration.ssv": "5:30: TD: expected a number of seconds, found Enumeration",
+    "no_instance.xml": " the file holds no instance of a known block; known are CONT_C, CONT_S",
+    "no_semicolon.awl": "4:14: expected `;` after this value",
+    "none.json": " the file holds no loop",
+    "not_closed.awl": "1:12: `TIC101` has no END_DATA_BLOCK",
+    "not_closed.xml": "3:1: the element `Document` is not closed",
+    "not_json.json": "1:11: this is not JSON: trailing commas are not allowed",
+    "other.ssv": "1:1: expected the root element ParameterSet, found `SystemStructureDescription`",
+    "output.json": "1:22: LMN of CONT_C is an output: only inputs and parameters have values here",
+    "s5time.awl": "4:9: TI: expected a TIME such as T#20S or T#1M30S500MS, with units in falling order, found `S5T#20S`, "
+    "which is an S5TIME; write T# instead of S5T#",
+    "short.bin": " CONT_C takes 100 bytes, but the dump has 90 bytes in all",
+    "too_large.awl": "4:11: GAIN: expected a REAL of at most 3.4028235e38, found `1.0e39`",
+    "too_long.awl": "4:9: TI: expected a TIME of T#-24D20H31M23S648MS ... T#24D20H31M23S647MS, found",
+    "twice.json": "1:22: TD is given twice",
+    "twice_a_unit.awl": "4:9: TI: expected a TIME such as T#20S",
+    "types.json": "1:19: TI: expected a number of seconds, found a string",
+    "unit.ssv": "5:30: `TD` is given in `ms`, but s is expected",
+    "unknown.json": "1:13: CONT_C has no input or parameter `GAINN`; did you mean GAIN?",
+    "unknown_member.awl": "4:3: CONT_C has no member `GAINN`; did you mean GAIN?",
+    "unknown_member.xml": "11:9: CONT_C has no input or parameter `GAINN`; did you mean GAIN?",
+    "unknown_type.awl": "2:1: TIC101 is an instance of `FB99`, which is not a known block; the known blocks are CONT_C (FB 41",
+    "version.ssv": "3:1: expected a ParameterSet of version 1.0 or 2.0, found `3.0`",
+    "which_block.json": "1:2: `TIC101`: several blocks have these inputs and parameters; say with --block which one it is: "
+    "CONT_C, CONT_S",
+    "wrong_type.awl": "4:11: GAIN: expected a REAL such as 2.5 or 1.0e-3, found `T#20S`, which is a TIME",
+    "wrong_type.xml": "11:9: GAIN of CONT_C: expected the type REAL, found `LReal`",
+    "wrong_value.xml": "11:55: TI: expected a TIME such as T#20S",
+}
+
+
+@pytest.fixture
+def params(command, tmp_path):
+    """Runs `plcfmu params` in an empty folder."""
+
+    def params(*arguments):
+        arguments = [command, "params", *map(str, arguments)]
+        return subprocess.run(arguments, cwd=tmp_path, capture_output=True, text=True, encoding="utf-8")
+
+    return params
+
+
+@pytest.fixture
+def values(params):
+    """The values of a file's loops, by loop and name."""
+
+    def values(*arguments):
+        done = params(*arguments, "--json")
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)
+
+    return values
+
+
+def rows(table):
+    """The lines of a table as dictionaries: columns begin where their heads do."""
+    head, *lines = table.splitlines()
+    names = head.split()
+    starts = [head.index(name) for name in names] + [None]
+    cells = [[line[start:end].strip() for start, end in zip(starts, starts[1:])] for line in lines]
+    return [dict(zip(names, line)) for line in cells]
+
+
+def test_every_file_has_an_expectation():
+    assert {file.name for file in (FILES / "right").iterdir()} == RIGHT.keys()
+    assert {file.name for file in (FILES / "wrong").iterdir()} == WRONG.keys()
+
+
+@pytest.mark.parametrize("file", RIGHT)
+def test_a_right_file_gives_its_values_and_else_the_start_values_of_the_block(params, values, file):
+    arguments = [FILES / "right" / file, *DUMPS.get(file, [])]
+    found = values(*arguments)
+    assert list(found) == list(RIGHT[file])
+    table = rows(params(*arguments).stdout)
+    for loop, expected in RIGHT[file].items():
+        assert {name: found[loop][name] for name in expected} == expected
+        starts = {row["Parameter"]: row["Start"] for row in table if row["Loop"] == loop}
+        assert list(starts) == list(found[loop])
+        for name in found[loop].keys() - expected.keys():
+            assert json.loads(starts[name]) == found[loop][name], name
+
+
+@pytest.mark.parametrize("file", WRONG)
+def test_a_wrong_file_is_refused_with_its_sentence_and_nothing_is_written(params, tmp_path, file):
+    path = FILES / "wrong" / file
+    block = ["--block=CONT_C"] if file.endswith(".bin") else []
+    done = params(path, *block, "--to", "out.json")
+    assert (done.returncode, done.stdout) == (1, "")
+    sentences = [line for line in done.stderr.removeprefix("error: ").splitlines() if line.startswith(f"{path}:")]
+    assert sentences[0].startswith(f"{path}:{WRONG[file]}"), done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_all_errors_of_a_file_are_told_with_their_lines(params):
+    path = FILES / "wrong" / "types.json"
+    lines = params(path).stderr.removeprefix("error: ").splitlines()
+    assert [line for line in lines if line.startswith(str(path))] == [
+        f"{path}:1:19: TI: expected a number of seconds, found a string",
+        f"{path}:1:37: MAN_ON: expected true or false, found `1`",
+        f"{path}:1:50: PV_PER: found `0.5`, but a WORD takes -32768 ... 65535",
+        f"{path}:1:61: TD: found `-3e9`, but a TIME takes -2147483.648 ... 2147483.647 s",
+    ]
+    assert any(line.startswith("1 | {\"TIC101\"") for line in lines)
+
+
+@pytest.mark.parametrize("ending", ["awl", "scl", "db", "xml", "json", "ssv", "bin"])
+def test_a_loop_converted_to_any_format_reads_back_the_same(params, values, tmp_path, ending):
+    given = [FILES / "right" / "two.ssv", "--loop", "A"]
+    done = params(*given, "--to", f"A.{ending}")
+    assert (done.returncode, done.stdout) == (0, f"A.{ending}: 1 loop, 26 values\n"), done.stderr
+    block = ["--block=CONT_C"] if ending == "bin" else []
+    assert values(f"A.{ending}", *block) == values(*given)
+    assert params(*given, "--diff", f"A.{ending}", *block).stdout == "no differences\n"
+
+
+def test_origins_units_and_start_values_stand_in_the_table(params):
+    table = rows(params(FILES / "right" / "one.ssv").stdout)
+    ti = next(row for row in table if row["Parameter"] == "TI")
+    assert ti["Origin"].endswith("one.ssv:8:30")
+    assert {key: ti[key] for key in ("Loop", "Block", "Value", "Unit", "Start")} == {
+        "Loop": "TIC101", "Block": "CONT_C", "Value": "20.0", "Unit": "s", "Start": "20.0"
+    }
+    assert next(row for row in table if row["Parameter"] == "TD")["Origin"] == "default"
+    dump = rows(params(FILES / "right" / "multi.bin", *DUMPS["multi.bin"]).stdout)
+    assert next(row for row in dump if row["Parameter"] == "GAIN")["Origin"].endswith("multi.bin, byte 40")
+
+
+def test_what_the_block_will_do_with_the_values_is_said(params, tmp_path):
+    loop = {"GAIN": 0, "TI": 0.1, "TD": 1, "LMN_HLM": -5, "LMN_FAC": 30}
+    (tmp_path / "a.json").write_text(json.dumps({"TIC101": loop, "YC1": {"PER_TM": 0.05, "CYCLE": 0.01}}))
+    warnings = params("a.json").stderr.splitlines()
+    for sentence in [
+        "TIC101: GAIN = 0: the output does not respond to the error",
+        "TIC101: TI = 0.1 s is below CYCLE / 2: the block computes with 0.5 s",
+        "TIC101: MAN_ON is TRUE",
+        "TIC101: LMN_HLM = -5 is not above LMN_LLM = 0",
+        "TIC101: LMN can reach -150",
+        "YC1: PER_TM = 0.05 s is 5 times CYCLE: the pulses change in steps of 20 %",
+    ]:
+        assert any(line.startswith(f"warning: {sentence}") for line in warnings), (sentence, warnings)
+
+
+def test_a_dump_that_does_not_look_like_the_block_is_remarked(params, tmp_path):
+    data = bytearray((FILES / "right" / "DB41.bin").read_bytes())
+    data[1] = 4
+    struct.pack_into(">i", data, 2, 0)
+    struct.pack_into(">f", data, 20, float("nan"))
+    (tmp_path / "DB41.bin").write_bytes(data)
+    done = params("DB41.bin", "--block=FB41")
+    for sentence in ["byte 20: GAIN is not a finite number", "byte 2: CYCLE is not above 0", "byte 1: bits are set"]:
+        assert f"remark: DB41.bin: {sentence}" in done.stderr
+    refused = params("DB41.bin", "--block=FB41", "--to", "a.json")
+    assert refused.stderr.endswith("error: a.json: DB41: GAIN is NaN, but JSON has finite numbers only\n")
+    assert not (tmp_path / "a.json").exists()
+
+
+def test_differences_are_told_by_loop_and_parameter(params, tmp_path):
+    params(FILES / "right" / "two.ssv", "--to", "before.awl", "--loop", "A")
+    after = {"A": {"MAN_ON": False, "GAIN": 3.5, "TD": 1, "TI": 25}, "NEW": {"PER_TM": 1}}
+    (tmp_path / "after.json").write_text(json.dumps(after))
+    done = params("before.awl", "--diff", "after.json")
+    assert done.returncode == 0
+    table = done.stdout.replace("NEW is only in after.json\n", "")
+    assert table != done.stdout
+    assert [list(row.values()) for row in rows(table)] == [["A", "GAIN", "3.0", "3.5", ""], ["A", "TI", "20.0", "25.0", "s"]]
+
+
+def test_a_loop_that_the_file_does_not_have_is_refused_with_those_that_it_has(params):
+    done = params(FILES / "right" / "loops.json", "--loop", "TIC999")
+    assert done.stderr.endswith("loops.json has no loop TIC999: it has TIC101, YC1\n")
+
+
+def test_the_input_is_not_overwritten_and_an_unknown_ending_is_refused(params, tmp_path):
+    text = (FILES / "right" / "loops.json").read_bytes()
+    (tmp_path / "a.json").write_bytes(text)
+    assert params("a.json", "--to", "./a.json").stderr.endswith(
+        "error: ./a.json is the file that is read: write to another one\n"
+    )
+    assert (tmp_path / "a.json").read_bytes() == text
+    assert "a.txt: the ending of the name says no format; those of parameter files are .awl" in params("a.txt").stderr
+    (tmp_path / "a.txt").write_bytes(text)
+    assert params("a.txt", "--format", "json").returncode == 0
+
+
+def test_a_written_ssv_is_valid_by_the_public_schema(params, tmp_path):
+    schema = lxml.etree.XMLSchema(file=pathlib.Path(fmpy.__file__).parent / "ssp/schema/SystemStructureParameterValues.xsd")
+    for arguments in [["two.ssv"], ["two.ssv", "--loop", "B"], ["loops.json"]]:
+        file, *loop = arguments
+        assert params(FILES / "right" / file, *loop, "--to", "out.ssv").returncode == 0
+        schema.assertValid(lxml.etree.parse(tmp_path / "out.ssv"))
+
+
+def test_json_of_an_fmu_goes_into_fmpy_as_start_values(open_fmu, values):
+    path = open_fmu("CONT_C").path
+    ((name, start),) = values(path, "--loop=TIC101").items()
+    assert name == "TIC101"
+    start = {**start, "MAN": 37.5}
+    result = fmpy.simulate_fmu(str(path), start_values=start, stop_time=2, output_interval=1, output=["LMN"])
+    assert result["LMN"][-1] == 37.5
+
+
+def test_the_block_of_somebody_s_fmu_is_known_by_its_table(params, values, open_fmu, tmp_path):
+    path = open_fmu("HEATER").path
+    (tmp_path / "a.json").write_text('{"FURNACE": {"RISE": 250, "T_AMB": 18}}')
+    assert "no block has these inputs" in params("a.json").stderr
+    loop = values("a.json", "--fmu", path)["FURNACE"]
+    assert (loop["RISE"], loop["T_AMB"], loop["FURN_TM"]) == (250.0, 18.0, 120.0)
+    own = values(path)
+    assert list(own) == ["HEATER"] and own["HEATER"]["T_PER_100"] == 400.0
