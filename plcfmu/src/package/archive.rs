@@ -154,7 +154,7 @@ impl<R: Read + Seek> Archive<R> {
     /// are added or take the place of others.
     ///
     /// # Errors
-    /// As [`write`]; a file cannot be copied.
+    /// As [`write()`]; a file cannot be copied.
     pub fn with(&mut self, files: &BTreeMap<String, Vec<u8>>, is_kept: impl Fn(&str) -> bool) -> Result<Vec<u8>> {
         let kept = self
             .entries
