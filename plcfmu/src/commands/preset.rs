@@ -41,6 +41,9 @@ pub struct Options {
     /// The format of the file with the parameters, if its ending does not say it: awl, scl, db, xml, bin, json, ssv
     #[arg(long, value_parser = params::format, requires = "from")]
     format: Option<Format>,
+    /// The encoding of a text, such as windows-1251, if it is neither UTF-8 nor UTF-16 nor windows-1252
+    #[arg(long, requires = "from")]
+    encoding: Option<String>,
     /// The FMU to write, for one loop
     #[arg(short, long, value_name = "FILE.fmu", conflicts_with = "out_dir")]
     out: Option<PathBuf>,
@@ -131,7 +134,7 @@ fn read(options: &Options, blocks: &[Arc<Block>]) -> Result<Vec<Loop>> {
         offset: options.offset,
     };
     let Some(from) = &options.from else { return own(options, blocks) };
-    let reading = parameter_file::read(from, options.format, None, blocks, &of_file)?;
+    let reading = parameter_file::read(from, options.format, options.encoding.as_deref(), blocks, &of_file)?;
     for remark in reading.remarks.to_string().lines() {
         eprintln!("remark: {remark}");
     }
