@@ -122,7 +122,7 @@ def test_the_wheel_has_every_fmu_and_the_licences(wheel):
     # Crates that are linked, also through others, and what is no crate; but not what tests and build scripts need.
     for crate in ("clap_builder", "epaint_default_fonts", "libloading", "usvg"):
         assert re.search(rf"^- {crate} [0-9.]+: .", notice, re.M), crate
-    for text in ("ISC License", "UBUNTU FONT LICENCE", "UNICODE LICENSE V3", "Rust standard library"):
+    for text in ("Copyright © 2015, Simonas Kazlauskas", "UBUNTU FONT LICENCE", "UNICODE LICENSE V3", "Rust standard library"):
         assert text in notice, text
     for crate in ("bindgen", "clap_derive", "plcfmu", "proc-macro2"):
         assert not re.search(rf"^- {crate} ", notice, re.M), crate
