@@ -18,6 +18,7 @@ import pytest
 import host
 import signals
 import test_masters
+from test_masters import pack  # noqa: F401, a fixture
 from calls import refused
 from host import ERROR
 
@@ -250,25 +251,28 @@ def test_fmpy_runs_a_preset(preset):
 @pytest.mark.parametrize("master", test_masters.MASTERS)
 @host.in_fmpy
 def test_a_closed_loop_of_presets_runs_in_every_master_with_nothing_set(
-    master, open_fmu, make_preset, tmp_path, monkeypatch
+    master, open_fmu, make_preset, pack, command, tmp_path, monkeypatch
 ):
     """The same bits as the originals with the values set by hand."""
-    name = "CONT_C with HEATER"
-    loop = test_masters.LOOPS[name]
+    loop = test_masters.Loop(test_masters.LOOPS / "furnace.toml")
     folder = tmp_path / "Prüfstand 2"
     presets = {}
     for fmu, start in loop.fmus.items():
         path = make_preset(open_fmu(fmu), folder / f"{fmu}_1.fmu", **start)
         presets[f"{fmu}_1"] = host.Fmu(path, folder / fmu)
-    called = {f"{source}_1.{output}": f"{target}_1.{input}" for source, output, target, input in loop.connections}
-    untouched = test_masters.Loop(dict.fromkeys(presets, {}), called, loop.step, 50)
-    monkeypatch.setattr(host, "FOLDER", folder)
-    recorded = test_masters.MASTERS[master](untouched, presets.__getitem__, tmp_path)
-    loop = test_masters.Loop(loop.fmus, dict(zip(
-        [f"{source}.{output}" for source, output, _, _ in loop.connections],
-        [f"{target}.{input}" for _, _, target, input in loop.connections])), loop.step, 50)
+    description = tmp_path / "untouched.toml"
+    description.write_text("\n".join(
+        ['exchange = "parallel"', f"step = {loop.step}", f"stop = {50 * loop.step}", "[fmus]"]
+        + [f'{fmu}_1 = "{fmu}_1.fmu"' for fmu in loop.fmus]
+        + ["[connections]"]
+        + [f'{source}_1.{output} = "{target}_1.{input}"' for source, output, target, input in loop.connections]
+        + ["[settings]"]
+    ), encoding="utf-8")
     expected = [{name.replace(".", "_1.", 1): value for name, value in row.items()}
-                for row in test_masters.by_fmpy(loop, open_fmu)]
+                for row in test_masters.by_fmpy(loop, open_fmu)[:50]]
+    monkeypatch.setattr(host, "FOLDER", folder)
+    untouched = test_masters.Loop(description)
+    recorded = test_masters.MASTERS[master](untouched, presets.__getitem__, pack, command)
     test_masters.assert_equal(recorded, expected)
 
 
