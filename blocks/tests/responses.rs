@@ -1,10 +1,11 @@
 //! The run that each block shows in its documentation does what its title says.
 
-use blocks::{Block, ContC, ContS, Hlg, Kind, PulsCtr, Pulsegen, Time, Value, Word};
+use blocks::table::number::{number, to_value};
+use blocks::{Block, ContC, ContS, Hlg, PulsCtr, Pulsegen};
 
 /// Runs the block's response and returns the rows of the variables that it shows, a value for each call.
 fn run<B: Block>() -> Vec<(&'static str, Vec<f64>)> {
-    let response = B::TABLE.response;
+    let response = B::TABLE.responses[0];
     let mut block = B::default();
     let mut shown: Vec<_> = response.show.iter().map(|name| (*name, Vec::new())).collect();
     set::<B>(&mut block, 0);
@@ -20,17 +21,10 @@ fn run<B: Block>() -> Vec<(&'static str, Vec<f64>)> {
 }
 
 fn set<B: Block>(block: &mut B, call: u32) {
-    for (at, name, value) in B::TABLE.response.set {
+    for (at, name, value) in B::TABLE.responses[0].set {
         if *at == call {
             let row = row::<B>(name);
-            let value = match B::TABLE.rows[row].kind {
-                Kind::Real => Value::Real(*value as f32),
-                Kind::LReal => Value::LReal(*value),
-                Kind::Time => Value::Time(Time::ms((*value * 1000.0).round() as i32)),
-                Kind::Word => Value::Word(Word::new(*value as i16)),
-                Kind::Int => Value::Int(*value as i16),
-                Kind::Bool => Value::Bool(*value != 0.0),
-            };
+            let value = to_value(*value, B::TABLE.rows[row].kind).unwrap();
             assert!(block.set(row, value));
         }
     }
@@ -38,17 +32,6 @@ fn set<B: Block>(block: &mut B, call: u32) {
 
 fn row<B: Block>(name: &str) -> usize {
     B::TABLE.find(name).unwrap_or_else(|| panic!("{} has no {name}", B::TABLE.name))
-}
-
-fn number(value: Value) -> f64 {
-    match value {
-        Value::Real(value) => value.into(),
-        Value::LReal(value) => value,
-        Value::Time(value) => value.milliseconds().into(),
-        Value::Word(value) => value.value().into(),
-        Value::Int(value) => value.into(),
-        Value::Bool(value) => u8::from(value).into(),
-    }
 }
 
 fn values(shown: &[(&'static str, Vec<f64>)], name: &str) -> Vec<f64> {

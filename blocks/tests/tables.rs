@@ -106,17 +106,18 @@ fn the_signals_are_inputs_and_the_settings_parameters() {
 #[test]
 fn what_a_response_sets_and_shows_exists_and_is_set_in_time() {
     for table in tables() {
-        let response = table.response;
-        assert!(!response.title.is_empty() && !response.show.is_empty(), "{}", table.name);
-        assert!((60..=200).contains(&response.calls), "{}", table.name);
-        for name in response.show {
-            assert!(table.find(name).is_some(), "{} has no {name}", table.name);
-        }
-        for (call, name, _) in response.set {
-            let row = table.find(name).unwrap_or_else(|| panic!("{} has no {name}", table.name));
-            assert!(*call < response.calls, "{name} of {} is set too late", table.name);
-            let may_change = matches!(table.rows[row].role, Role::Input | Role::Parameter);
-            assert!(may_change || *call == 0, "{name} of {} cannot be set in a run", table.name);
+        for response in table.responses {
+            assert!(!response.title.is_empty() && !response.show.is_empty(), "{}", table.name);
+            assert!((60..=200).contains(&response.calls), "{}", table.name);
+            for name in response.show {
+                assert!(table.find(name).is_some(), "{} has no {name}", table.name);
+            }
+            for (call, name, _) in response.set {
+                let row = table.find(name).unwrap_or_else(|| panic!("{} has no {name}", table.name));
+                assert!(*call < response.calls, "{name} of {} is set too late", table.name);
+                let may_change = matches!(table.rows[row].role, Role::Input | Role::Parameter);
+                assert!(may_change || *call == 0, "{name} of {} cannot be set in a run", table.name);
+            }
         }
     }
 }

@@ -98,7 +98,7 @@ crate::block! {
 }
 
 impl Law for Hlg {
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "Up to 1000 in 40 calls, stopped for 10 of them; down to -500 at 500 in 20 calls; reset",
         calls: 140,
         set: &[
@@ -112,7 +112,7 @@ impl Law for Hlg {
             (130, "R", 1.0),
         ],
         show: &["HLG", "STOP", "E01", "R"],
-    };
+    }];
 
     fn restart(&mut self) {
         self.clear();

@@ -182,12 +182,12 @@ crate::block! {
 }
 
 impl Law for ContC {
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "Setpoint step to 5, P, I and D action; the derivative time is 1 s, its lag 2 s",
         calls: 60,
         set: &[(0, "MAN_ON", 0.0), (0, "D_SEL", 1.0), (0, "TD", 1.0), (5, "SP_INT", 5.0), (40, "SP_INT", 0.0)],
         show: &["SP_INT", "LMN", "LMN_P", "LMN_I", "LMN_D"],
-    };
+    }];
 
     fn restart(&mut self) {
         self.clear();

@@ -170,13 +170,13 @@ crate::block! {
 }
 
 impl Law for ContS {
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "Setpoint 11: a long pulse for the P action, then short ones for the I action; back at 0 the P action is \
                 taken back and the I action stays; at -6 the I action moves down",
         calls: 140,
         set: &[(5, "SP_INT", 11.0), (48, "SP_INT", 0.0), (70, "SP_INT", -6.0)],
         show: &["SP_INT", "ER", "QLMNUP", "QLMNDN"],
-    };
+    }];
 
     fn restart(&mut self) {
         self.clear();

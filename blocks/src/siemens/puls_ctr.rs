@@ -104,13 +104,13 @@ crate::block! {
 }
 
 impl Law for PulsCtr {
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "The setpoint rises to 10: the controller responds every 20 calls, and LMN sets the length of each \
                 period's pulse",
         calls: 160,
         set: &[(0, "RED_FAC", 20.0), (0, "DI_PULSEGEN.P_B_TM", 0.01), (0, "DI_CONT_C.TI", 0.5), (10, "SP_INT", 10.0)],
         show: &["SP_INT", "DI_CONT_C.LMN", "QPOS_P"],
-    };
+    }];
 
     fn restart(&mut self) {
         self.program(true);

@@ -145,7 +145,7 @@ crate::block! {
 }
 
 impl Law for Pulsegen {
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "Periods of 20 calls: 30 %, then 75 % and -50 %, which come in the middle of a period and start a new one, \
                 then 4 %, too little for a pulse",
         calls: 160,
@@ -158,7 +158,7 @@ impl Law for Pulsegen {
             (136, "INV", 4.0),
         ],
         show: &["INV", "QPOS_P", "QNEG_P"],
-    };
+    }];
 
     fn restart(&mut self) {
         self.clear();

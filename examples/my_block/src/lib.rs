@@ -77,7 +77,7 @@ blocks::block! {
 
 impl Law for TwoPoint {
     // What the FMU's documentation page draws and its reference results record.
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "The process value falls below the band of 2 around 50, rises above it, and comes back into it",
         calls: 60,
         set: &[
@@ -90,7 +90,7 @@ impl Law for TwoPoint {
             (40, "PV", 49.5),
         ],
         show: &["SP", "PV", "Q"],
-    };
+    }];
 
     fn restart(&mut self) {
         // All outputs and the memory to 0 and FALSE.

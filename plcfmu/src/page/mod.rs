@@ -7,11 +7,11 @@ pub mod plot;
 mod svg;
 pub mod text;
 
-use crate::package::reference::{self, Recording};
+use crate::package::reference::{self, Recording, Recordings};
 use anyhow::Context;
 use askama::Template;
 use blocks::{Kind, Role};
-use modeldescription::{Row, Table};
+use modeldescription::{Response, Row, Table};
 use pulldown_cmark::{Options, Parser};
 
 /// What the template shows. `askama` checks templates at compile time, so a page cannot fail on a user's machine.
@@ -34,17 +34,22 @@ struct Page<'a> {
     law: String,
     /// Whether the law says where its rules come from.
     names_sources: bool,
-    /// What the response shows.
-    response: &'a str,
-    /// The drawing of the response, SVG.
-    plot: String,
-    has_dashed_lines: bool,
-    /// Seconds between two calls of the response.
-    cycle: f64,
+    responses: Vec<Drawing<'a>>,
     /// Link and text of the files with the recorded response.
     recordings: [(String, &'static str); 2],
     groups: Vec<Group<'a>>,
     license: &'a str,
+}
+
+/// The drawing of a response.
+struct Drawing<'a> {
+    /// What it shows.
+    title: &'a str,
+    /// SVG.
+    plot: String,
+    has_dashed_lines: bool,
+    /// Seconds between two calls.
+    cycle: f64,
 }
 
 /// Variables of the same use.
@@ -62,6 +67,8 @@ struct Variable<'a> {
     range_class: &'static str,
     start: String,
     description: &'a str,
+    /// HTML; empty if there is no help.
+    help: String,
     reference: usize,
 }
 
@@ -69,10 +76,9 @@ struct Variable<'a> {
 ///
 /// # Errors
 /// A drawing or the page cannot be rendered.
-pub fn html(table: &Table, guid: &str, recording: &Recording, license: Option<&str>) -> anyhow::Result<String> {
+pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<&str>) -> anyhow::Result<String> {
     let rows = &table.variables;
     let cycle = &rows[table.cycle];
-    let chart = plot::of_recording(table, recording);
     let terminals =
         diagram::terminals_of(table, &[Role::Input, Role::Parameter, Role::Fixed, Role::Cycle, Role::Output]);
     let page = Page {
@@ -87,15 +93,12 @@ pub fn html(table: &Table, guid: &str, recording: &Recording, license: Option<&s
         mean: table.mean.map(|mean| rows[mean].name.as_str()),
         law: law(table),
         names_sources: names_sources(table),
-        response: table.response.title.trim_end_matches('.'),
-        plot: plot::svg(&chart).context("the plot of the response")?,
-        has_dashed_lines: chart
-            .panels
+        responses: table
+            .responses
             .iter()
-            .flat_map(|panel| &panel.curves)
-            .chain(&chart.lanes)
-            .any(|curve| curve.is_input),
-        cycle: recording.time(1),
+            .zip(&recordings.responses)
+            .map(|(response, recording)| drawing(table, response, recording))
+            .collect::<anyhow::Result<_>>()?,
         recordings: reference::links(&table.name),
         groups: groups(table),
         license: license.unwrap_or("its package names no licence"),
@@ -103,14 +106,29 @@ pub fn html(table: &Table, guid: &str, recording: &Recording, license: Option<&s
     page.render().context("the documentation page")
 }
 
+fn drawing<'a>(table: &Table, response: &'a Response, recording: &Recording) -> anyhow::Result<Drawing<'a>> {
+    let chart = plot::of_recording(table, recording);
+    let curves = chart.panels.iter().flat_map(|panel| &panel.curves).chain(&chart.lanes);
+    Ok(Drawing {
+        title: response.title.trim_end_matches('.'),
+        has_dashed_lines: curves.into_iter().any(|curve| curve.is_input),
+        plot: plot::svg(&chart).context("the plot of a response")?,
+        cycle: recording.time(1),
+    })
+}
+
 /// The block's documentation after its first paragraph, which is at the top of the page.
 fn law(table: &Table) -> String {
     let docs = table.docs.trim_start();
     let rest = docs.split_once("\n\n").map_or("", |(_, rest)| rest);
-    let mut law = String::new();
-    pulldown_cmark::html::push_html(&mut law, Parser::new_ext(rest, Options::ENABLE_TABLES));
     // Wide formulas scroll: so that the keyboard reaches them.
-    law.replace("<pre>", r#"<pre tabindex="0">"#)
+    markdown(rest).replace("<pre>", r#"<pre tabindex="0">"#)
+}
+
+fn markdown(text: &str) -> String {
+    let mut html = String::new();
+    pulldown_cmark::html::push_html(&mut html, Parser::new_ext(text, Options::ENABLE_TABLES));
+    html
 }
 
 /// Whether the clauses of the law say where they come from.
@@ -150,6 +168,7 @@ fn variable(reference: usize, row: &Row) -> Variable<'_> {
         range_class,
         start: if is_set { text::number(row.kind, row.start) } else { String::new() },
         description: &row.description,
+        help: markdown(&row.help),
         reference,
     }
 }
@@ -176,10 +195,14 @@ mod tests {
         let docs = r"Pumps & more.\n\nThe *law*:\n\n| a | b |\n|---|---|\n| 1 | 2 |";
         let json = format!(
             r#"{{"name":"PUMP","docs":"{docs}","cycle":1,"mean":4,"variables":[{}],
-            "response":{{"title":"It runs.","calls":2,"set":[],"show":["FLOW","ON"]}}}}"#,
+            "responses":[{{"title":"It runs.","calls":2,"set":[],"show":["FLOW","ON"]}}]}}"#,
             rows.join(",")
         );
         serde_json::from_str(&json).unwrap()
+    }
+
+    fn recordings(recording: Recording) -> Recordings {
+        Recordings { responses: vec![recording], characteristics: Vec::new() }
     }
 
     fn page() -> String {
@@ -189,7 +212,7 @@ mod tests {
             restart: vec![0.0, 0.0],
             calls: vec![vec![1.0, 0.0], vec![2.0, 1.0]],
         };
-        html(&table(), "{1}", &recording, Some("LicenseRef-<House>")).unwrap()
+        html(&table(), "{1}", &recordings(recording), Some("LicenseRef-<House>")).unwrap()
     }
 
     #[test]
@@ -247,7 +270,7 @@ mod tests {
     fn page_of(table: &Table, shown: &[usize]) -> String {
         let calls = vec![vec![0.0; shown.len()]; 2];
         let recording = Recording { cycle: 100, shown: shown.to_vec(), restart: calls[0].clone(), calls };
-        html(table, "{1}", &recording, None).unwrap()
+        html(table, "{1}", &recordings(recording), None).unwrap()
     }
 
     #[test]

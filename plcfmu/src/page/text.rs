@@ -60,6 +60,7 @@ mod tests {
     fn row(kind: Kind, unit: Option<&str>) -> Row {
         Row {
             name: "X".into(),
+            help: String::new(),
             description: "".into(),
             kind,
             role: Role::Input,

@@ -102,7 +102,7 @@ blocks::block! {
 }
 
 impl Law for Drive {
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "Small setpoint steps with and without load, then one that is too large, then a reset",
         calls: 600,
         set: &[
@@ -115,7 +115,7 @@ impl Law for Drive {
             (520, "SP", 1600.0),
         ],
         show: &["SP_RPM", "SPEED", "TORQUE", "TRIP"],
-    };
+    }];
 
     fn restart(&mut self) {
         self.clear();

@@ -97,12 +97,12 @@ blocks::block! {
 }
 
 impl Law for Heater {
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "Full power for four minutes, then 50 %; from minute 15 on the door is open",
         calls: 1500,
         set: &[(0, "CYCLE", 1.0), (0, "POWER", 100.0), (240, "POWER", 50.0), (900, "DOOR", 100.0)],
         show: &["POWER", "DOOR", "TEMP", "T_FURN"],
-    };
+    }];
 
     fn check(&self) -> Result<(), String> {
         Delay::check("DELAY_TM", self.delay_tm, self.cycle)?;

@@ -103,12 +103,12 @@ const LITRE_PER_MINUTE: f64 = 1.0 / 60_000.0;
 const G: f64 = 9.81;
 
 impl Law for Tank {
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "The inflow valve opens to 35 % and closes again; then the tank runs empty",
         calls: 1500,
         set: &[(0, "CYCLE", 2.0), (30, "VALVE", 35.0), (1000, "VALVE", 0.0)],
         show: &["VALVE", "LEVEL", "INFLOW", "OUTFLOW"],
-    };
+    }];
 
     fn restart(&mut self) {
         self.clear();

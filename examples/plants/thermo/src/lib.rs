@@ -101,12 +101,12 @@ blocks::block! {
 }
 
 impl Law for Thermo {
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "40 % heating from second 20 on, 40 % cooling from second 400 on: twice as far",
         calls: 800,
         set: &[(0, "CYCLE", 1.0), (20, "DRIVE", 40.0), (400, "DRIVE", -40.0)],
         show: &["DRIVE", "HEATING", "COOLING", "TEMP"],
-    };
+    }];
 
     fn restart(&mut self) {
         self.clear();

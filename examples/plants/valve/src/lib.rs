@@ -134,7 +134,7 @@ blocks::block! {
 }
 
 impl Law for Valve {
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "An opening pulse of 18 s, a closing one of 9 s, both with 10 % backlash; then the pressure drops",
         calls: 400,
         set: &[
@@ -147,7 +147,7 @@ impl Law for Valve {
             (280, "PRES", 2.0),
         ],
         show: &["LMNR", "FLOW", "TEMP"],
-    };
+    }];
 
     fn restart(&mut self) {
         self.clear();

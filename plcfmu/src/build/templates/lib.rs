@@ -44,12 +44,12 @@ blocks::block! {
 
 impl Law for MyBlock {
     // The experiment that the documentation page draws and the reference results record.
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "The input steps from 0 to 1 and back",
         calls: 80,
         set: &[(10, "U", 1.0), (50, "U", 0.0)],
         show: &["U", "Y"],
-    };
+    }];
 
     fn restart(&mut self) {
         // All outputs to 0 and FALSE.
