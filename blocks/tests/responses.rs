@@ -1,17 +1,17 @@
-//! The run that each block shows in its documentation does what its title says.
+//! The runs and characteristics that each block shows in its documentation do what their titles say.
 
 use blocks::table::number::{number, to_value};
-use blocks::{Block, ContC, ContS, Hlg, PulsCtr, Pulsegen};
+use blocks::{Block, ContC, ContS, Hlg, Law, PulsCtr, Pulsegen};
 
-/// Runs the block's response and returns the rows of the variables that it shows, a value for each call.
-fn run<B: Block>() -> Vec<(&'static str, Vec<f64>)> {
-    let response = B::TABLE.responses[0];
+/// Runs the block's response of this number and returns the rows of the variables that it shows, a value for each call.
+fn run<B: Block>(number_of_response: usize) -> Vec<(&'static str, Vec<f64>)> {
+    let response = B::TABLE.responses[number_of_response];
     let mut block = B::default();
     let mut shown: Vec<_> = response.show.iter().map(|name| (*name, Vec::new())).collect();
-    set::<B>(&mut block, 0);
+    set(&mut block, response.set, 0);
     block.restart();
     for call in 1..=response.calls {
-        set::<B>(&mut block, call);
+        set(&mut block, response.set, call);
         block.call();
         for (name, values) in &mut shown {
             values.push(number(block.get(row::<B>(name)).unwrap()));
@@ -20,14 +20,30 @@ fn run<B: Block>() -> Vec<(&'static str, Vec<f64>)> {
     shown
 }
 
-fn set<B: Block>(block: &mut B, call: u32) {
-    for (at, name, value) in B::TABLE.responses[0].set {
+fn set<B: Block>(block: &mut B, what: &[(u32, &str, f64)], call: u32) {
+    for (at, name, value) in what {
         if *at == call {
             let row = row::<B>(name);
             let value = to_value(*value, B::TABLE.rows[row].kind).unwrap();
             assert!(block.set(row, value));
         }
     }
+}
+
+/// The block's characteristic of this number: the mean of a variable that it shows at this value of its variable.
+fn mean<B: Block>(number_of_characteristic: usize, at: f64, name: &str) -> f64 {
+    let characteristic = B::TABLE.characteristics[number_of_characteristic];
+    assert!(characteristic.show.contains(&name), "{name} is not shown");
+    let mut block = B::default();
+    for (name, value) in characteristic.set.iter().chain(&[(characteristic.variable, at)]) {
+        set(&mut block, &[(0, *name, *value)], 0);
+    }
+    block.restart();
+    let calls = (0..characteristic.calls).map(|_| {
+        block.call();
+        number(block.get(row::<B>(name)).unwrap())
+    });
+    calls.sum::<f64>() / f64::from(characteristic.calls)
 }
 
 fn row<B: Block>(name: &str) -> usize {
@@ -45,7 +61,7 @@ fn bits(shown: &[(&'static str, Vec<f64>)], name: &str) -> String {
 
 #[test]
 fn cont_c_answers_a_setpoint_step_with_p_i_and_d() {
-    let shown = run::<ContC>();
+    let shown = run::<ContC>(0);
     let at = |name, call: usize| values(&shown, name)[call - 1];
     // e = 10: P at once, I by (1 / 20) * 10 a call after half of it, D = 10 * 1 / 2.5.
     assert_eq!([at("LMN", 4), at("LMN_P", 5), at("LMN_I", 5), at("LMN_D", 5)], [0.0, 10.0, 0.25, 4.0]);
@@ -57,7 +73,7 @@ fn cont_c_answers_a_setpoint_step_with_p_i_and_d() {
 
 #[test]
 fn cont_s_makes_a_long_pulse_and_short_ones_and_takes_the_long_one_back() {
-    let shown = run::<ContS>();
+    let shown = run::<ContS>(0);
     let up = "....######......###.......###.......###.......###.";
     let down = "....................................................######...........###.................###.................###";
     assert_eq!(bits(&shown, "QLMNUP").trim_end_matches('.'), up.trim_end_matches('.'));
@@ -66,7 +82,7 @@ fn cont_s_makes_a_long_pulse_and_short_ones_and_takes_the_long_one_back() {
 
 #[test]
 fn pulsegen_synchronizes_to_a_new_value_in_the_middle_of_a_period() {
-    let shown = run::<Pulsegen>();
+    let shown = run::<Pulsegen>(0);
     let positive = "######..............######..............######....###############.....###############.....#####";
     assert_eq!(bits(&shown, "QPOS_P").trim_end_matches('.'), positive);
     let negative = format!("{}##########..........##########", ".".repeat(95));
@@ -75,7 +91,7 @@ fn pulsegen_synchronizes_to_a_new_value_in_the_middle_of_a_period() {
 
 #[test]
 fn puls_ctr_makes_pulses_as_long_as_the_manipulated_value_of_their_period() {
-    let shown = run::<PulsCtr>();
+    let shown = run::<PulsCtr>(0);
     let lmn = values(&shown, "DI_CONT_C.LMN");
     let pulses = bits(&shown, "QPOS_P");
     for (period, calls) in [(1, 5), (2, 6), (3, 8), (4, 10), (5, 11), (6, 13), (7, 14)] {
@@ -88,11 +104,121 @@ fn puls_ctr_makes_pulses_as_long_as_the_manipulated_value_of_their_period() {
 
 #[test]
 fn hlg_goes_up_stops_goes_down_at_another_slope_and_is_reset() {
-    let output = values(&run::<Hlg>(), "HLG");
+    let output = values(&run::<Hlg>(0), "HLG");
     let at = |call: usize| output[call - 1];
     assert_eq!(
         [at(4), at(5), at(24), at(34), at(35), at(54), at(59)],
         [0.0, 25.0, 500.0, 500.0, 525.0, 1000.0, 1000.0]
     );
     assert_eq!([at(60), at(119), at(129), at(130), at(140)], [975.0, -500.0, -500.0, 0.0, 0.0]);
+}
+
+#[test]
+fn cont_s_with_the_p_action_alone_makes_six_calls_up_and_three_down() {
+    let shown = run::<ContS>(1);
+    // 20 % are 6 calls of 100 / 30 %.
+    assert_eq!(bits(&shown, "QLMNUP").trim_end_matches('.'), "....######");
+    assert_eq!(bits(&shown, "QLMNDN").trim_end_matches('.'), format!("{}###", ".".repeat(29)));
+}
+
+#[test]
+fn cont_s_by_hand_makes_pulses_of_at_least_pulse_tm() {
+    let shown = run::<ContS>(2);
+    assert_eq!(bits(&shown, "QLMNUP").trim_end_matches('.'), "....######");
+    assert_eq!(bits(&shown, "QLMNDN").trim_end_matches('.'), format!("{}###", ".".repeat(24)));
+}
+
+#[test]
+fn cont_s_ends_a_pulse_at_the_stop_and_goes_down_freely() {
+    let shown = run::<ContS>(3);
+    let (up, down) = (bits(&shown, "QLMNUP"), bits(&shown, "QLMNDN"));
+    assert_eq!(up.trim_end_matches('.'), "....##########");
+    assert_eq!(down.find('#'), Some(29));
+}
+
+#[test]
+fn pulsegen_in_two_steps_bipolar_is_half_on_at_0() {
+    let shown = run::<Pulsegen>(1);
+    let (on, off) = (bits(&shown, "QPOS_P"), bits(&shown, "QNEG_P"));
+    assert_eq!([on[..20].matches('#').count(), on[60..80].matches('#').count()], [10, 4]);
+    assert_eq!(on[100..], "#".repeat(20));
+    assert!(on.chars().zip(off.chars()).all(|(on, off)| on != off));
+}
+
+#[test]
+fn pulsegen_with_half_a_ratio_makes_negative_pulses_half_as_long() {
+    let shown = run::<Pulsegen>(2);
+    assert_eq!(bits(&shown, "QPOS_P")[20..40], format!("{}{}", "#".repeat(10), ".".repeat(10)));
+    assert_eq!(bits(&shown, "QNEG_P")[60..80].matches('#').count(), 5);
+}
+
+#[test]
+fn pulsegen_leaves_out_pulses_and_breaks_below_the_minimum() {
+    let on = bits(&run::<Pulsegen>(3), "QPOS_P");
+    assert_eq!([on[..40].matches('#').count(), on[60..80].matches('#').count()], [0, 5]);
+    assert_eq!(on[100..], "#".repeat(20));
+}
+
+#[test]
+fn pulsegen_by_hand_follows_the_commands_and_starts_a_period_afterwards() {
+    let shown = run::<Pulsegen>(4);
+    let (positive, negative) = (bits(&shown, "QPOS_P"), bits(&shown, "QNEG_P"));
+    assert_eq!(positive[9..44], format!(".....##{}", ".".repeat(28)));
+    assert_eq!(negative[9..44], format!("{}#####.....#####.....", ".".repeat(15)));
+    assert_eq!(positive[44..64], format!("######{}", ".".repeat(14)));
+}
+
+#[test]
+fn the_characteristics_of_pulsegen_are_those_of_the_manuals_figures() {
+    let share = |number, inv, name| mean::<Pulsegen>(number, inv, name);
+    let three_step = |number, inv| (share(number, inv, "QPOS_P"), share(number, inv, "QNEG_P"));
+    for (inv, positive) in [(4.0, 0.0), (5.0, 0.05), (50.0, 0.5), (95.0, 0.95), (96.0, 1.0)] {
+        assert_eq!((three_step(0, inv), three_step(0, -inv)), ((positive, 0.0), (0.0, positive)), "{inv}");
+    }
+    assert_eq!((three_step(1, 50.0), three_step(1, -50.0)), ((0.5, 0.0), (0.0, 0.25)));
+    assert_eq!((three_step(1, -100.0), three_step(1, -4.0)), ((0.0, 0.5), (0.0, 0.0)));
+    for (inv, on) in [(-100.0, 0.0), (-50.0, 0.25), (0.0, 0.5), (50.0, 0.75), (100.0, 1.0)] {
+        assert_eq!(three_step(2, inv), (on, 1.0 - on), "bipolar {inv}");
+    }
+    for (inv, on) in [(-50.0, 0.0), (0.0, 0.0), (50.0, 0.5), (100.0, 1.0)] {
+        assert_eq!(three_step(3, inv), (on, 1.0 - on), "monopolar {inv}");
+    }
+}
+
+#[test]
+fn hlg_falls_from_init_by_50_a_call_and_stays_at_set_point_0() {
+    let output = values(&run::<Hlg>(1), "HLG");
+    // Up to 500 by 25 a call.
+    assert_eq!(
+        [output[0], output[14], output[23], output[24], output[25], output[59]],
+        [25.0, 600.0, 600.0, 550.0, 500.0, 500.0]
+    );
+}
+
+#[test]
+fn hlg_carries_the_remainder_on_and_jumps_without_a_return_time() {
+    let output = values(&run::<Hlg>(2), "HLG");
+    assert_eq!(
+        [output[0], output[1], output[2], output[3], output[18], output[19]],
+        [2.0, 5.0, 7.0, 10.0, 10.0, -10.0]
+    );
+}
+
+#[test]
+fn what_the_help_of_cont_s_claims_of_its_pulses_is_so() {
+    // LMNUP for 6 s is 6 calls; an error of 8 beyond the dead band of 1 demands 16 % after manual mode.
+    let mut block = ContS { lmns_on: true, sp_int: 9.0, ..ContS::default() };
+    block.restart();
+    block.call();
+    assert!(!block.qlmnup && !block.qlmndn);
+    block.lmns_on = false;
+    block.call();
+    assert!(block.qlmnup);
+    // With GAIN = 2 an error of 5 beyond the dead band makes a pulse, less does not at once.
+    for (sp_int, pulses) in [(6.0, true), (5.9, false)] {
+        let mut block = ContS { sp_int, ti: blocks::Time::ms(2_000_000), ..ContS::default() };
+        block.restart();
+        block.call();
+        assert_eq!(block.qlmnup, pulses, "SP_INT = {sp_int}");
+    }
 }
