@@ -39,7 +39,7 @@ crate::block! {
     /// own:
     ///
     /// ```math
-    /// \left|\frac{d\,\mathrm{HLG}}{dt}\right| = \frac{|w|}{N\,\mathrm{TZ}}, \qquad N = \begin{cases} \mathrm{TH\_TZ} & w > \mathrm{HLG} \\ \mathrm{TR\_TZ} & w < \mathrm{HLG} \end{cases}
+    /// \left|\frac{d\,\text{HLG}}{dt}\right| = \frac{|w|}{N\,\text{TZ}}, \qquad N = \begin{cases} \text{TH_TZ} & w > \text{HLG} \\ \text{TR_TZ} & w < \text{HLG} \end{cases}
     /// ```
     ///
     /// The law of a call, in integers of 32 bits; the first line whose condition holds applies:

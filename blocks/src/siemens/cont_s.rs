@@ -44,13 +44,13 @@ crate::block! {
     /// Seen over many pulses the valve follows a PI controller with the feedforward DISV:
     ///
     /// ```math
-    /// \text{travel} = \mathrm{GAIN}\left(\mathrm{ER} + \frac{1}{\mathrm{TI}}\int \mathrm{ER}\,dt\right) + \mathrm{DISV}
+    /// \text{travel} = \text{GAIN}\left(\text{ER} + \frac{1}{\text{TI}}\int \text{ER}\,dt\right) + \text{DISV}
     /// ```
     ///
     /// A pulse begins when the demand exceeds the on threshold, and ends at the off threshold:
     ///
     /// ```math
-    /// z \ge \max\left(\min(|e|, |F|, 10),\ \frac{100\,\mathrm{PULSE\_TM}}{\mathrm{MTR\_TM}}\right), \qquad z \le \frac{55\,\mathrm{CYCLE}}{\mathrm{MTR\_TM}}, \qquad z = e - F + \mathrm{DISV}
+    /// z \ge \max\left(\min(|e|, |F|, 10),\ \frac{100\,\text{PULSE_TM}}{\text{MTR_TM}}\right), \qquad z \le \frac{55\,\text{CYCLE}}{\text{MTR_TM}}, \qquad z = e - F + \text{DISV}
     /// ```
     ///
     /// The law of a call, in this order; every operation rounds to a 32-bit REAL, `a` is the pulse that has been

@@ -41,13 +41,13 @@ crate::block! {
     /// The share of a period that the pulse is on, in three-step control, bipolar and monopolar two-step control:
     ///
     /// ```math
-    /// \frac{|\mathrm{INV}|}{100\,\%}, \qquad \frac{\mathrm{INV} + 100\,\%}{200\,\%}, \qquad \frac{\mathrm{INV}}{100\,\%}
+    /// \frac{|\text{INV}|}{100\,\%}, \qquad \frac{\text{INV} + 100\,\%}{200\,\%}, \qquad \frac{\text{INV}}{100\,\%}
     /// ```
     ///
     /// Pulses and breaks that would be shorter than the minimum time are left out:
     ///
     /// ```math
-    /// w = \begin{cases} 0 & w < \mathrm{P\_B\_TM} \\ \mathrm{PER\_TM} & w > \mathrm{PER\_TM} - \mathrm{P\_B\_TM} \end{cases}
+    /// w = \begin{cases} 0 & w < \text{P_B_TM} \\ \text{PER_TM} & w > \text{PER_TM} - \text{P_B_TM} \end{cases}
     /// ```
     ///
     /// The law of a call, in this order; every operation rounds to a 32-bit REAL, times are in milliseconds, R is the

@@ -39,7 +39,7 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// \frac{d\,\mathrm{SPEED}}{dt} = \frac{\mathrm{SP\_RPM} - \mathrm{SPEED}}{\mathrm{CTRL\_TM}} \quad \text{within} \quad \pm\frac{\mathrm{N\_MAX}}{\mathrm{ACC\_TM}}\,\frac{\mathrm{M\_MAX} \mp \mathrm{LOAD}}{100\,\%}
+    /// \frac{d\,\text{SPEED}}{dt} = \frac{\text{SP_RPM} - \text{SPEED}}{\text{CTRL_TM}} \quad \text{within} \quad \pm\frac{\text{N_MAX}}{\text{ACC_TM}}\,\frac{\text{M_MAX} \mp \text{LOAD}}{100\,\%}
     /// ```
     ///
     /// The law of a call:

@@ -35,7 +35,7 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// \mathrm{FURN\_TM}\,\frac{d\,\mathrm{T\_FURN}}{dt} = \mathrm{RISE}\,p(t - \mathrm{DELAY\_TM}) - L\,(\mathrm{T\_FURN} - \mathrm{T\_AMB}), \qquad \mathrm{SENS\_TM}\,\frac{d\,\mathrm{TEMP}}{dt} = \mathrm{T\_FURN} - \mathrm{TEMP}
+    /// \text{FURN_TM}\,\frac{d\,\text{T_FURN}}{dt} = \text{RISE}\,p(t - \text{DELAY_TM}) - L\,(\text{T_FURN} - \text{T_AMB}), \qquad \text{SENS_TM}\,\frac{d\,\text{TEMP}}{dt} = \text{T_FURN} - \text{TEMP}
     /// ```
     ///
     /// The law, `p` being POWER within 0 ... 100 % as it was DELAY_TM ago:

@@ -38,7 +38,7 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// \mathrm{AREA}\,\frac{d\,\mathrm{LEVEL}}{dt} = \mathrm{FLOW\_MAX}\,\frac{\mathrm{VALVE}}{100\,\%} - \mathrm{CD}\,\mathrm{A\_OUT}\,\frac{\mathrm{DRAIN}}{100\,\%}\,\sqrt{2\,g\,\mathrm{LEVEL}}
+    /// \text{AREA}\,\frac{d\,\text{LEVEL}}{dt} = \text{FLOW_MAX}\,\frac{\text{VALVE}}{100\,\%} - \text{CD}\,\text{A_OUT}\,\frac{\text{DRAIN}}{100\,\%}\,\sqrt{2\,g\,\text{LEVEL}}
     /// ```
     ///
     /// The law:

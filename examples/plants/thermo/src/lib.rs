@@ -38,7 +38,7 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// \mathrm{ZONE\_TM}\,\frac{d\,\mathrm{TEMP}}{dt} = \mathrm{T\_AMB} + \mathrm{LOAD} + \mathrm{RISE}\,\frac{\mathrm{HEATING}}{100\,\%} - \mathrm{DROP}\,\frac{\mathrm{COOLING}}{100\,\%} - \mathrm{TEMP}
+    /// \text{ZONE_TM}\,\frac{d\,\text{TEMP}}{dt} = \text{T_AMB} + \text{LOAD} + \text{RISE}\,\frac{\text{HEATING}}{100\,\%} - \text{DROP}\,\frac{\text{COOLING}}{100\,\%} - \text{TEMP}
     /// ```
     ///
     /// The law:

@@ -37,7 +37,7 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// \mathrm{FLOW} = \mathrm{FLOW\_MAX}\,f(x)\,\sqrt{\frac{\mathrm{PRES}}{\mathrm{PRES\_NOM}}}, \qquad f(x) = \frac{\mathrm{CURVE}^x - 1}{\mathrm{CURVE} - 1}, \qquad \mathrm{HX\_TM}\,\frac{d\,\mathrm{T\_HX}}{dt} = \mathrm{T\_IN} + \mathrm{RISE}\,F - \mathrm{T\_HX}
+    /// \text{FLOW} = \text{FLOW_MAX}\,f(x)\,\sqrt{\frac{\text{PRES}}{\text{PRES_NOM}}}, \qquad f(x) = \frac{\text{CURVE}^x - 1}{\text{CURVE} - 1}, \qquad \text{HX_TM}\,\frac{d\,\text{T_HX}}{dt} = \text{T_IN} + \text{RISE}\,F - \text{T_HX}
     /// ```
     ///
     /// The law:
