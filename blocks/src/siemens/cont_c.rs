@@ -49,17 +49,17 @@ crate::block! {
     ///
     /// ```math
     /// \begin{aligned}
-    /// u(t) &= \mathrm{GAIN} \left( \mathrm{ER}(t) + \frac{1}{\mathrm{TI}} \int_0^t \mathrm{ER}(\tau) \, d\tau
-    ///     + \mathrm{TD} \, \frac{d}{dt} \, \mathrm{ER}_\mathrm{lag}(t) \right) + \mathrm{DISV}(t) \\
-    /// \mathrm{ER}(t) &= \mathrm{ER}_\mathrm{lag}(t) + \mathrm{TM\_LAG} \, \frac{d}{dt} \, \mathrm{ER}_\mathrm{lag}(t)
+    /// u(t) &= \text{GAIN} \left( \text{ER}(t) + \dfrac{1}{\text{TI}} \int_0^t \text{ER}(\tau) \, d\tau
+    ///     + \text{TD} \, \dfrac{d}{dt} \, \text{ER}_\text{lag}(t) \right) + \text{DISV}(t) \\
+    /// \text{ER}(t) &= \text{ER}_\text{lag}(t) + \text{TM_LAG} \, \dfrac{d}{dt} \, \text{ER}_\text{lag}(t)
     /// \end{aligned}
     /// ```
     ///
     /// As a transfer function:
     ///
     /// ```math
-    /// u(s) = \mathrm{GAIN} \left( 1 + \frac{1}{\mathrm{TI} \, s}
-    ///     + \frac{\mathrm{TD} \, s}{1 + \mathrm{TM\_LAG} \, s} \right) \mathrm{ER}(s) + \mathrm{DISV}(s)
+    /// u(s) = \text{GAIN} \left( 1 + \dfrac{1}{\text{TI} \, s}
+    ///     + \dfrac{\text{TD} \, s}{1 + \text{TM_LAG} \, s} \right) \text{ER}(s) + \text{DISV}(s)
     /// ```
     ///
     /// The block computes it call by call, with `T` = CYCLE. The integral is a sum of trapezoids, and the derivative follows
@@ -67,22 +67,22 @@ crate::block! {
     ///
     /// ```math
     /// \begin{aligned}
-    /// \mathrm{PV} &= \frac{100}{27648} \, \mathrm{PV\_PER} \cdot \mathrm{PV\_FAC} + \mathrm{PV\_OFF}
-    ///     \quad \text{or} \quad \mathrm{PV} = \mathrm{PV\_IN} \\
-    /// x &= \mathrm{SP\_INT} - \mathrm{PV}, \qquad \mathrm{ER} = \begin{cases}
-    ///     x + \mathrm{DEADB\_W} & x < -\mathrm{DEADB\_W} \\
-    ///     0 & |x| \le \mathrm{DEADB\_W} \\
-    ///     x - \mathrm{DEADB\_W} & x > \mathrm{DEADB\_W} \end{cases} \\
-    /// e_k &= \mathrm{GAIN} \cdot \mathrm{ER}_k \\
-    /// \mathrm{LMN\_P}_k &= e_k \\
-    /// \mathrm{LMN\_I}_k &= \mathrm{LMN\_I}_{k-1} + \frac{T}{\mathrm{TI}} \cdot \frac{e_k + e_{k-1}}{2} \\
-    /// \mathrm{LMN\_D}_k &= \frac{\mathrm{TD}}{T / 2 + \mathrm{TM\_LAG}} ( e_k - w_{k-1} ),
-    ///     \qquad w_k = w_{k-1} + \frac{T}{\mathrm{TD}} \, \mathrm{LMN\_D}_k \\
-    /// u_k &= \mathrm{LMN\_P}_k + \mathrm{LMN\_I}_k + \mathrm{LMN\_D}_k + \mathrm{DISV}_k
-    ///     \quad \text{or, in manual mode,} \quad u_k = \mathrm{MAN}_k \\
-    /// y_k &= \min ( \max ( u_k, \mathrm{LMN\_LLM} ), \mathrm{LMN\_HLM} ) \\
-    /// \mathrm{LMN}_k &= \mathrm{LMN\_FAC} \cdot y_k + \mathrm{LMN\_OFF},
-    ///     \qquad \mathrm{LMN\_PER}_k = \frac{27648}{100} \, \mathrm{LMN}_k
+    /// \text{PV} &= \dfrac{100}{27648} \, \text{PV_PER} \cdot \text{PV_FAC} + \text{PV_OFF}
+    ///     \quad \text{or} \quad \text{PV} = \text{PV_IN} \\
+    /// x &= \text{SP_INT} - \text{PV}, \qquad \text{ER} = \begin{cases}
+    ///     x + \text{DEADB_W} & x < -\text{DEADB_W} \\
+    ///     0 & |x| \le \text{DEADB_W} \\
+    ///     x - \text{DEADB_W} & x > \text{DEADB_W} \end{cases} \\
+    /// e_k &= \text{GAIN} \cdot \text{ER}_k \\
+    /// \text{LMN_P}_k &= e_k \\
+    /// \text{LMN_I}_k &= \text{LMN_I}_{k-1} + \dfrac{T}{\text{TI}} \cdot \dfrac{e_k + e_{k-1}}{2} \\
+    /// \text{LMN_D}_k &= \dfrac{\text{TD}}{T / 2 + \text{TM_LAG}} ( e_k - w_{k-1} ),
+    ///     \qquad w_k = w_{k-1} + \dfrac{T}{\text{TD}} \, \text{LMN_D}_k \\
+    /// u_k &= \text{LMN_P}_k + \text{LMN_I}_k + \text{LMN_D}_k + \text{DISV}_k
+    ///     \quad \text{or, in manual mode,} \quad u_k = \text{MAN}_k \\
+    /// y_k &= \min ( \max ( u_k, \text{LMN_LLM} ), \text{LMN_HLM} ) \\
+    /// \text{LMN}_k &= \text{LMN_FAC} \cdot y_k + \text{LMN_OFF},
+    ///     \qquad \text{LMN_PER}_k = \dfrac{27648}{100} \, \text{LMN}_k
     /// \end{aligned}
     /// ```
     ///

@@ -7,6 +7,29 @@ use crate::{ContC, Pulsegen};
 crate::block! {
     /// Continuous PID controller with a pulse output: CONT_C and PULSEGEN in one block, at two rates.
     ///
+    /// # Purpose
+    ///
+    /// PULS_CTR holds a process value at its setpoint with an actuator that is only switched: CONT_C computes a
+    /// manipulated value in percent, and PULSEGEN switches the output on for that share of a period. It is used for
+    /// heaters, solenoid valves and cooling machines behind a relay or contactor, with a period so short against the
+    /// plant's time constant that the plant smooths the pulses. It leaves setpoint ramps, filters and supervision to
+    /// others, as CONT_C does, and it has no output of its own for negative pulses: these are DI_PULSEGEN.QNEG_P.
+    ///
+    /// # Quick start
+    ///
+    /// 1. Calls: CYCLE is the time between two calls, 10 ms for a solid-state relay.
+    /// 2. Period: RED_FAC so that CYCLE * RED_FAC is at most a tenth of the plant's time constant, and at least 100 for
+    ///    a resolution of 1 %. 200 gives 2 s, which suits a plant of 20 s and more.
+    /// 3. Process value: connect PV_PER, and set DI_CONT_C.PV_FAC and DI_CONT_C.PV_OFF: 4 and 0 for a transmitter of 0
+    ///    ... 400 degC.
+    /// 4. Tuning as for CONT_C, DI_CONT_C.GAIN = T / (2 K L) and DI_CONT_C.TI the smaller one of T and 8 L, but with one
+    ///    CYCLE * RED_FAC more in L, half of it for the sampling and half for the pulses: GAIN = 1.04 and TI = 96 s for K = 4
+    ///    degC per percent, T = 100 s and a dead time of 10 s, so L = 12 s.
+    /// 5. Shortest pulse: DI_PULSEGEN.P_B_TM as the actuator needs it, 50 ms for a solenoid valve, 0.2 s and more for a
+    ///    contactor. Then set SP_INT; the controller starts in automatic mode.
+    ///
+    /// # Diagram
+    ///
     /// ```text
     /// every RED_FAC calls                                   every call
     ///                    +-----------+                      +-------------+
@@ -18,7 +41,23 @@ crate::block! {
     ///                                                       +-------------+
     /// ```
     ///
-    /// The law of a call, in this order, is the example's statement list; sCount is the block's only memory:
+    /// # Law
+    ///
+    /// The pulse of a period is as long as the manipulated value demands, in whole calls:
+    ///
+    /// ```math
+    /// \begin{aligned}
+    /// T &= \text{CYCLE} \cdot \text{RED_FAC} \\
+    /// K &= \text{RND} \left( \dfrac{\text{LMN}}{100} \cdot \dfrac{T}{\text{CYCLE}} \right) \\
+    /// \dfrac{K}{\text{RED_FAC}} &\approx \dfrac{\text{LMN}}{100}
+    /// \end{aligned}
+    /// ```
+    ///
+    /// `T` is the sampling time of CONT_C and the period of the pulses, `K` the number of calls, at the beginning of a period
+    /// of RED_FAC calls, in which QPOS_P is TRUE. This holds for 0 ... 100 % if pulse and break are not shorter than
+    /// DI_PULSEGEN.P_B_TM. LMN follows the law of CONT_C.
+    ///
+    /// The exact order of operations of a call is the example's statement list; sCount is the block's only memory:
     ///
     /// ```text
     /// sCount  = 0 with COM_RST
@@ -30,6 +69,8 @@ crate::block! {
     /// DI_PULSEGEN(INV = DI_CONT_C.LMN, PER_TM = tCycCtr, COM_RST, CYCLE)
     /// QPOS_P  = DI_PULSEGEN.QPOS_P
     /// ```
+    ///
+    /// # Clauses
     ///
     /// 1. Restart (COM_RST): both blocks inside run their restart, and sCount becomes RED_FAC. After it CONT_C first
     ///    runs in call RED_FAC, and then every RED_FAC calls. While COM_RST is TRUE, every call is a restart. (manual)
@@ -46,44 +87,95 @@ crate::block! {
     /// 6. Q_MEAN is ours, not the manual's: that of the inner PULSEGEN, the mean of its pulses over the last
     ///    communication step, +100 % if positive all the time, -100 % if negative all the time. (decided)
     ///
-    /// Sampling: call the block every CYCLE. A pulse is a whole number of calls, so RED_FAC is the resolution of LMN:
-    /// 200 calls resolve 0.5 %. In three-step control a negative LMN needs `DI_CONT_C.LMN_LLM` below 0, and an actuator
-    /// on `DI_PULSEGEN.QNEG_P`.
+    /// # Sampling
+    ///
+    /// Call the block every CYCLE. A pulse is a whole number of calls, so RED_FAC is the resolution of LMN: 200 calls
+    /// resolve 0.5 %.
+    ///
+    /// If a host steps ten times CYCLE, the block makes ten calls in that step with the same SP_INT and PV_PER. The
+    /// controller is hardly affected, because it runs only every RED_FAC calls, but the host sees QPOS_P of the last of
+    /// the ten calls: a pulse of 3 calls may be missed or seem to last for 10. Connect Q_MEAN instead, the mean of the
+    /// step. If a host steps a tenth of CYCLE, one step of ten makes a call.
+    ///
+    /// # Limits of use
     ///
     /// Bad input: RED_FAC below 1 and CYCLE * RED_FAC beyond the longest TIME, 2147483.647 s, are refused before the
     /// restart (decided). Nothing else is checked. Without that check the program behaves as the statement list does:
     /// sCount is an INT that wraps, RED_FAC is loaded without its sign, and the product keeps its low 32 bits.
     ///
-    /// Decided: RED_FAC starts at 200 and CYCLE at 10 ms, the manual's 2 s and 10 ms; clauses 4 to 6.
+    /// Negative manipulated values need `DI_CONT_C.LMN_LLM` below 0 and an actuator on `DI_PULSEGEN.QNEG_P`. SP_INT and
+    /// PV_PER act only when the controller runs, so a disturbance may go unseen for up to CYCLE * RED_FAC. LMN_PER of the
+    /// controller is not used here, so its wrap beyond 118.5 % does no harm. For everything else see the limits of use of
+    /// CONT_C and PULSEGEN.
     ///
-    /// Source: Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.4,
-    /// figures 3-10 and 3-11, tables 3-7 and 3-8. For the laws of the inner blocks see `CONT_C` and `PULSEGEN`.
+    /// # Sources
+    ///
+    /// Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.4, figures 3-10
+    /// and 3-11, tables 3-7 and 3-8. For the laws of the inner blocks see `CONT_C` and `PULSEGEN`.
+    ///
+    /// Decided: RED_FAC starts at 200 and CYCLE at 10 ms, the manual's 2 s and 10 ms; clauses 4 to 6.
     pub struct PulsCtr as "PULS_CTR" {
         input {
             /// Setpoint, -100 ... 100 % or a physical value
+            ///
+            /// The setpoint of the controller inside, in the unit of its process value: percent with the start values,
+            /// degC with DI_CONT_C.PV_FAC = 4 for a transmitter of 0 ... 400 degC. It is read only when the controller
+            /// runs, every 2 s with RED_FAC 200 and CYCLE 10 ms. A step of 10 moves DI_CONT_C.LMN_P by 20 with GAIN 2,
+            /// and the length of the next pulse by 20 % of the period.
             sp_int: Real = 0.0;
             /// Process value as an analog input word: 27648 is 100 %
+            ///
+            /// The word that the analog input gives; DI_CONT_C.PV_FAC and DI_CONT_C.PV_OFF scale it: 13824 (50 %) is
+            /// 200 with PV_FAC 4 and PV_OFF 0. It is read only when the controller runs. A simulated plant that gives
+            /// degC needs a conversion before it, times 27648 / 400 for 0 ... 400 degC. The block does not detect a
+            /// broken wire: 32767 is 118.51 %.
             pv_per: Word = Word::new(0);
         }
         fixed {
             /// Calls from one call of the controller to the next
+            ///
+            /// The controller runs in one call of RED_FAC, with the sampling time CYCLE * RED_FAC, which is also the
+            /// period of the pulses: 2 s with 200 and 10 ms. It is the number of steps in which a pulse can be long as
+            /// well: 200 resolve 0.5 % of LMN, 20 resolve 5 %. Choose CYCLE * RED_FAC at most a tenth of the plant's
+            /// time constant, and RED_FAC 100 or more; shorten CYCLE if both do not go together. After a restart the
+            /// first pulse comes after RED_FAC calls.
             red_fac: Int = 200, min 1;
         }
         input {
             /// Complete restart: TRUE runs the restart routine instead of the controller
+            ///
+            /// While it is TRUE, every call restarts both blocks inside: a pulse ends at once, LMN is 0, and the
+            /// integral becomes DI_CONT_C.I_ITLVAL. When it falls, the controller first runs after RED_FAC calls, so
+            /// there is no pulse for 2 s with RED_FAC 200 and CYCLE 10 ms. The block does not reset COM_RST. Every run
+            /// begins with a restart; set it for another one during the run.
             com_rst: Bool = false;
         }
         cycle {
             /// Sampling time: the time between two calls
+            ///
+            /// The unit in which the pulses are long: 10 ms is a half-wave of 50 Hz and suits a solid-state relay; a
+            /// contactor needs a longer DI_PULSEGEN.P_B_TM, not a longer CYCLE. The controller does not compute with it
+            /// but with CYCLE * RED_FAC, so twice the CYCLE with half the RED_FAC leaves the controller as it is and
+            /// makes the pulses coarser.
             cycle: Time = Time::ms(10), min Time::ms(1);
         }
         output {
             /// Positive pulse
+            ///
+            /// TRUE in the first LMN percent of each period: with LMN = 30 and RED_FAC = 200 in 60 calls, then FALSE in
+            /// 140. A pulse or break shorter than DI_PULSEGEN.P_B_TM is left out: with 50 ms of 2 s, LMN below 2.5
+            /// gives no pulse and above 97.5 no break. For a negative LMN it stays FALSE; DI_PULSEGEN.QNEG_P has the
+            /// pulses then. It shows the last call, so take Q_MEAN if the communication step is longer than CYCLE.
             qpos_p: Bool;
         }
     }
     mean {
         /// Mean of the pulses over the last communication step in percent, negative ones negative (not in the manual)
+        ///
+        /// With a communication step of one period it is LMN, to 100 / RED_FAC: 30 for LMN = 30. In a step of one CYCLE
+        /// it is 100, 0 or -100; steps that are no multiple of the period make it fluctuate. Connect it to a plant with
+        /// a Real input, a heater's power for example. In two-step control (DI_PULSEGEN.STEP3_ON = FALSE) it is between
+        /// 0 and 100, because only QPOS_P counts.
         q_mean;
     }
     instances {
