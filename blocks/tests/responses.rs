@@ -1,17 +1,29 @@
-//! The run that each block shows in its documentation does what its title says.
+//! The runs and characteristics that each block shows in its documentation do what their titles say.
 
 use blocks::table::number::{number, to_value};
-use blocks::{Block, ContC, ContS, Hlg, PulsCtr, Pulsegen};
+use blocks::{Block, Characteristic, ContC, ContS, Hlg, PulsCtr, Pulsegen, Response};
 
-/// Runs the block's response and returns the rows of the variables that it shows, a value for each call.
-fn run<B: Block>() -> Vec<(&'static str, Vec<f64>)> {
-    let response = B::TABLE.responses[0];
+/// The rows of the variables that a run shows, a value for each call.
+type Shown = Vec<(&'static str, Vec<f64>)>;
+
+/// Runs the block's first response.
+fn run<B: Block>() -> Shown {
+    record::<B>(&B::TABLE.responses[0])
+}
+
+/// Runs the response whose title begins so.
+fn run_titled<B: Block>(beginning: &str) -> Shown {
+    let titled = B::TABLE.responses.iter().find(|response| response.title.starts_with(beginning));
+    record::<B>(titled.unwrap_or_else(|| panic!("no response of {} begins with {beginning}", B::TABLE.name)))
+}
+
+fn record<B: Block>(response: &Response) -> Shown {
     let mut block = B::default();
     let mut shown: Vec<_> = response.show.iter().map(|name| (*name, Vec::new())).collect();
-    set::<B>(&mut block, 0);
+    set::<B>(&mut block, response, 0);
     block.restart();
     for call in 1..=response.calls {
-        set::<B>(&mut block, call);
+        set::<B>(&mut block, response, call);
         block.call();
         for (name, values) in &mut shown {
             values.push(number(block.get(row::<B>(name)).unwrap()));
@@ -20,14 +32,38 @@ fn run<B: Block>() -> Vec<(&'static str, Vec<f64>)> {
     shown
 }
 
-fn set<B: Block>(block: &mut B, call: u32) {
-    for (at, name, value) in B::TABLE.responses[0].set {
-        if *at == call {
-            let row = row::<B>(name);
-            let value = to_value(*value, B::TABLE.rows[row].kind).unwrap();
-            assert!(block.set(row, value));
-        }
+fn set<B: Block>(block: &mut B, response: &Response, call: u32) {
+    for (_, name, value) in response.set.iter().filter(|(at, ..)| *at == call) {
+        put::<B>(block, name, *value);
     }
+}
+
+fn put<B: Block>(block: &mut B, name: &str, value: f64) {
+    let row = row::<B>(name);
+    let value = to_value(value, B::TABLE.rows[row].kind).unwrap();
+    assert!(block.set(row, value));
+}
+
+/// The characteristic whose title begins so: the values of its variable, each with the mean of its only shown one.
+fn sweep<B: Block>(beginning: &str) -> Vec<(f64, f64)> {
+    let titled = B::TABLE.characteristics.iter().find(|one| one.title.starts_with(beginning));
+    let Characteristic { variable, range, points, calls, set, show, .. } =
+        titled.unwrap_or_else(|| panic!("no characteristic of {} begins with {beginning}", B::TABLE.name));
+    let point = |point: u32| {
+        let value = range.0 + (range.1 - range.0) * f64::from(point) / f64::from(points - 1);
+        let mut block = B::default();
+        for (name, value) in set.iter().chain([&(*variable, value)]) {
+            put::<B>(&mut block, name, *value);
+        }
+        block.restart();
+        let mut sum = 0.0;
+        for _ in 0..*calls {
+            block.call();
+            sum += number(block.get(row::<B>(show[0])).unwrap());
+        }
+        (value, sum / f64::from(*calls))
+    };
+    (0..*points).map(point).collect()
 }
 
 fn row<B: Block>(name: &str) -> usize {
@@ -53,6 +89,92 @@ fn cont_c_answers_a_setpoint_step_with_p_i_and_d() {
     // Back at 0: P gone, D downwards, I as it was but for the last half step.
     assert_eq!([at("LMN_P", 40), at("LMN_I", 40), at("LMN_I", 60)], [0.0, 17.5, 17.5]);
     assert!((at("LMN_D", 40) + 4.0).abs() < 1e-3);
+}
+
+#[test]
+fn cont_c_with_p_action_alone_is_proportional_to_the_error() {
+    let lmn = values(&run_titled::<ContC>("P action alone"), "LMN");
+    assert_eq!([lmn[3], lmn[4], lmn[23], lmn[24], lmn[43], lmn[44]], [0.0, 20.0, 20.0, 40.0, 40.0, 0.0]);
+}
+
+#[test]
+fn cont_c_integrates_a_constant_error_and_keeps_the_integral_without_one() {
+    let shown = run_titled::<ContC>("P and I action");
+    let (p, i) = (values(&shown, "LMN_P"), values(&shown, "LMN_I"));
+    assert_eq!((p[4], i[24] - i[4], i[44] - i[24]), (20.0, 20.0, 19.5));
+    assert_eq!((p[44], i[44], i[59]), (0.0, 40.0, 40.0));
+}
+
+#[test]
+fn cont_c_applies_gain_to_all_three_parts() {
+    let shown = run_titled::<ContC>("GAIN rises from 1 to 2");
+    let [p, i, d] = ["LMN_P", "LMN_I", "LMN_D"].map(|name| values(&shown, name));
+    assert_eq!((p[28], p[29]), (10.0, 20.0));
+    assert_eq!((i[27] - i[26], i[40] - i[39]), (0.5, 1.0));
+    assert!(d[28].abs() < 1e-3 && (d[29] - 20.0).abs() < 1e-3 && d[59].abs() < 1e-3, "{d:?}");
+}
+
+#[test]
+fn cont_c_at_a_limit_stops_the_integral_and_leaves_the_limit_with_the_error() {
+    let shown = run_titled::<ContC>("P, I and D action at a limit");
+    let [lmn, i] = ["LMN", "LMN_I"].map(|name| values(&shown, name));
+    assert!(lmn[11..39].iter().all(|lmn| *lmn == 100.0) && i[11..39].iter().all(|i| *i == 22.0));
+    assert!(bits(&shown, "QLMN_HLM")[11..40].contains("############################."));
+    assert_eq!((i[10], lmn[39]), (18.0, 0.0));
+    assert!(lmn[42..65].iter().all(|lmn| (0.0..10.0).contains(lmn)), "{lmn:?}");
+}
+
+#[test]
+fn cont_c_changes_to_automatic_mode_without_a_jump() {
+    let shown = run_titled::<ContC>("MAN_ON falls after 20 s");
+    let [lmn, p, i] = ["LMN", "LMN_P", "LMN_I"].map(|name| values(&shown, name));
+    assert_eq!(bits(&shown, "MAN_ON"), format!("{}{}", "#".repeat(19), ".".repeat(41)));
+    assert_eq!((p[18], i[18]), (10.0, 30.0));
+    assert_eq!([lmn[18], lmn[19], lmn[20]], [40.0, 40.5, 41.0]);
+}
+
+#[test]
+fn cont_c_jumps_back_if_the_manual_value_changed_in_the_last_manual_call() {
+    let shown = run_titled::<ContC>("MAN jumps from 40 to 60");
+    let [lmn, i] = ["LMN", "LMN_I"].map(|name| values(&shown, name));
+    assert_eq!([lmn[17], lmn[18], lmn[19]], [40.0, 60.0, 40.5]);
+    assert_eq!([i[17], i[18], i[19]], [30.0, 30.0, 30.5]);
+    assert_eq!([lmn[38], lmn[39]], [50.0, 60.0]);
+}
+
+#[test]
+fn cont_c_holds_and_sets_the_integral() {
+    let i = values(&run_titled::<ContC>("INT_HOLD stops LMN_I"), "LMN_I");
+    assert_eq!([i[13], i[14], i[28], i[29]], [46.75, 46.75, 46.75, 47.25]);
+    assert_eq!([i[43], i[44], i[48], i[49]], [54.25, 40.0, 40.0, 40.5]);
+}
+
+#[test]
+fn cont_c_takes_the_dead_band_off_the_error() {
+    let er = values(&run_titled::<ContC>("Dead band DEADB_W = 2"), "ER");
+    assert_eq!([er[4], er[14], er[24], er[39], er[49]], [0.0, 0.0, 3.0, -3.0, 0.0]);
+    for (difference, er) in sweep::<ContC>("Dead band DEADB_W = 10") {
+        let expected = difference.signum() * (difference.abs() - 10.0).max(0.0);
+        assert_eq!(er, expected, "difference {difference}");
+    }
+}
+
+#[test]
+fn cont_c_limits_before_it_scales() {
+    for (man, lmn) in sweep::<ContC>("Limits 0 and 80") {
+        assert_eq!(lmn, man.clamp(0.0, 80.0) * 0.5 + 10.0, "MAN {man}");
+    }
+}
+
+#[test]
+fn cont_c_wraps_its_analog_word_beyond_118_5_percent() {
+    let words = values(&run_titled::<ContC>("LMN_PER is 27648"), "LMN_PER");
+    let expected = [13824.0, 27648.0, 32625.0, -32358.0, -24064.0, 32358.0];
+    assert_eq!([words[5], words[10], words[20], words[30], words[40], words[50]], expected);
+    for (man, word) in sweep::<ContC>("LMN_PER rises") {
+        let wrapped = if man > 118.515 { 65536.0 } else { 0.0 } - if man < -118.515 { 65536.0 } else { 0.0 };
+        assert!((word - (man * 276.48 - wrapped)).abs() <= 0.51, "MAN {man}: {word}");
+    }
 }
 
 #[test]
@@ -84,6 +206,32 @@ fn puls_ctr_makes_pulses_as_long_as_the_manipulated_value_of_their_period() {
         assert_eq!(pulses[first..first + 20], format!("{}{}", "#".repeat(calls), ".".repeat(20 - calls)));
     }
     assert_eq!(pulses[..20], ".".repeat(20));
+}
+
+#[test]
+fn puls_ctr_changes_from_positive_to_negative_pulses_when_the_controller_has_run() {
+    let shown = run_titled::<PulsCtr>("The setpoint goes from 30 to -60");
+    let period = |calls: usize| format!("{}{}", "#".repeat(calls), ".".repeat(20 - calls));
+    let none = ".".repeat(20);
+    let positive = [none.clone(), period(6).repeat(3), none.repeat(4)].concat();
+    assert_eq!(bits(&shown, "QPOS_P"), positive);
+    assert_eq!(bits(&shown, "DI_PULSEGEN.QNEG_P"), [none.repeat(4), period(12).repeat(4)].concat());
+    let lmn = values(&shown, "DI_CONT_C.LMN");
+    assert_eq!([lmn[18], lmn[19], lmn[78], lmn[79]], [0.0, 30.0, 30.0, -60.0]);
+}
+
+#[test]
+fn puls_ctr_leaves_out_pulses_and_breaks_that_are_too_short() {
+    let shown = run_titled::<PulsCtr>("Periods of 0.2 s");
+    let lmn = values(&shown, "DI_CONT_C.LMN");
+    let pulses = bits(&shown, "QPOS_P");
+    for (period, value, calls) in
+        [(1, 50.0, 10), (2, 25.0, 5), (3, 15.0, 0), (4, 75.0, 15), (5, 85.0, 20), (6, 50.0, 10)]
+    {
+        let first = 20 * period;
+        assert_eq!(lmn[first - 1], value, "LMN of period {period}");
+        assert_eq!(pulses[first..first + 20], format!("{}{}", "#".repeat(calls), ".".repeat(20 - calls)));
+    }
 }
 
 #[test]

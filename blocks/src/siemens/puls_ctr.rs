@@ -196,13 +196,51 @@ crate::block! {
 }
 
 impl Law for PulsCtr {
-    const RESPONSES: &'static [Response] = &[Response {
-        title: "The setpoint rises to 10: the controller responds every 20 calls, and LMN sets the length of each \
-                period's pulse",
-        calls: 160,
-        set: &[(0, "RED_FAC", 20.0), (0, "DI_PULSEGEN.P_B_TM", 0.01), (0, "DI_CONT_C.TI", 0.5), (10, "SP_INT", 10.0)],
-        show: &["SP_INT", "DI_CONT_C.LMN", "QPOS_P"],
-    }];
+    const RESPONSES: &'static [Response] = &[
+        Response {
+            title: "The setpoint rises to 10: the controller responds every 20 calls, and LMN sets the length of each \
+                    period's pulse",
+            calls: 160,
+            set: &[
+                (0, "RED_FAC", 20.0),
+                (0, "DI_PULSEGEN.P_B_TM", 0.01),
+                (0, "DI_CONT_C.TI", 0.5),
+                (10, "SP_INT", 10.0),
+            ],
+            show: &["SP_INT", "DI_CONT_C.LMN", "QPOS_P"],
+        },
+        Response {
+            title: "The setpoint goes from 30 to -60, P action with GAIN 1 and LMN_LLM = -100: the pulses change from QPOS_P \
+                    to QNEG_P when the controller has run",
+            calls: 160,
+            set: &[
+                (0, "RED_FAC", 20.0),
+                (0, "DI_PULSEGEN.P_B_TM", 0.01),
+                (0, "DI_CONT_C.I_SEL", 0.0),
+                (0, "DI_CONT_C.GAIN", 1.0),
+                (0, "DI_CONT_C.LMN_LLM", -100.0),
+                (0, "SP_INT", 30.0),
+                (70, "SP_INT", -60.0),
+            ],
+            show: &["SP_INT", "DI_CONT_C.LMN", "QPOS_P", "DI_PULSEGEN.QNEG_P"],
+        },
+        Response {
+            title: "Periods of 0.2 s with P_B_TM = 0.04 s: an LMN below 20 % gives no pulse, one above 80 % no break",
+            calls: 140,
+            set: &[
+                (0, "RED_FAC", 20.0),
+                (0, "DI_PULSEGEN.P_B_TM", 0.04),
+                (0, "DI_CONT_C.MAN_ON", 1.0),
+                (0, "DI_CONT_C.MAN", 50.0),
+                (30, "DI_CONT_C.MAN", 25.0),
+                (50, "DI_CONT_C.MAN", 15.0),
+                (70, "DI_CONT_C.MAN", 75.0),
+                (90, "DI_CONT_C.MAN", 85.0),
+                (110, "DI_CONT_C.MAN", 50.0),
+            ],
+            show: &["DI_CONT_C.LMN", "QPOS_P"],
+        },
+    ];
 
     fn restart(&mut self) {
         self.program(true);
@@ -494,5 +532,68 @@ mod tests {
         assert_eq!(block.di_cont_c.lmn, 0.0);
         block.call();
         assert_eq!(block.di_cont_c.lmn, 1.0);
+    }
+
+    // The numbers in the help of the variables and in the documentation.
+
+    #[test]
+    fn the_loop_of_the_quick_start_settles_with_little_overshoot() {
+        // A lag of 100 s with 4 degC per percent behind a dead time of 10 s.
+        let mut block = PulsCtr { sp_int: 200.0, ..PulsCtr::default() };
+        block.di_cont_c.gain = 1.04;
+        block.di_cont_c.ti = Time::ms(96_000);
+        block.di_cont_c.pv_fac = 4.0;
+        let mut block = restarted(block);
+        let mut delayed = std::collections::VecDeque::from([0.0; 1000]);
+        let (mut temperature, mut highest) = (0.0, 0.0);
+        for call in 1..=60_000 {
+            block.pv_per = Word::new((temperature * 276.48 / 4.0) as Int);
+            block.call();
+            delayed.push_back(if block.qpos_p { 400.0 } else { 0.0 });
+            temperature += (delayed.pop_front().unwrap() - temperature) * (0.01 / 100.0);
+            highest = f64::max(highest, temperature);
+            assert!(call < 30_000 || (temperature - 200.0).abs() < 4.0, "{temperature} in call {call}");
+        }
+        assert!(highest < 204.0, "{highest}");
+    }
+
+    /// In how many of the 200 calls of the second period the output is on, with this manual value and the start values.
+    fn calls_on(man: f32) -> usize {
+        let mut block = PulsCtr::default();
+        (block.di_cont_c.man_on, block.di_cont_c.man) = (true, man);
+        let pulses = pulses_with(&mut restarted(block), 400, |_, _| ());
+        assert_eq!(pulses[..200], ".".repeat(200), "the first pulse comes after RED_FAC calls");
+        pulses[200..].matches('+').count()
+    }
+
+    #[test]
+    fn help_of_qpos_p_30_percent_are_60_of_200_calls_and_less_than_2_5_percent_none() {
+        assert_eq!(calls_on(30.0), 60);
+        assert_eq!([calls_on(2.4), calls_on(2.5), calls_on(97.5), calls_on(97.6)], [0, 5, 195, 200]);
+    }
+
+    #[test]
+    fn help_of_sp_int_and_pv_per_they_are_read_when_the_controller_runs_and_scaled_by_pv_fac() {
+        let mut block = PulsCtr { sp_int: 210.0, pv_per: Word::new(13824), ..PulsCtr::default() };
+        block.di_cont_c.pv_fac = 4.0;
+        let mut block = restarted(block);
+        pulses_with(&mut block, 199, |_, _| ());
+        assert_eq!((block.di_cont_c.pv, block.di_cont_c.lmn_p), (0.0, 0.0));
+        block.call();
+        assert_eq!((block.di_cont_c.pv, block.di_cont_c.lmn_p), (200.0, 20.0));
+        assert_eq!(block.di_cont_c.cycle, Time::ms(2_000));
+    }
+
+    #[test]
+    fn help_of_cycle_twice_the_cycle_with_half_the_red_fac_leaves_the_controller_as_it_is() {
+        let inside = |cycle, red_fac| {
+            let mut block = PulsCtr { cycle: Time::ms(cycle), red_fac, sp_int: 10.0, ..PulsCtr::default() };
+            block.di_cont_c.pvper_on = false;
+            let mut block = restarted(block);
+            pulses_with(&mut block, 3 * red_fac.cast_unsigned() as usize, |_, _| ());
+            block.di_cont_c.lmn
+        };
+        assert_eq!(inside(10, 200), inside(20, 100));
+        assert!(inside(10, 200) > 20.0);
     }
 }

@@ -516,3 +516,240 @@ fn constant_error_follows_the_closed_forms() {
         assert!((f64::from(d) - derivative).abs() < 1e-5, "LMN_D in call {k}: {d}, not {derivative}");
     }
 }
+
+// The numbers in the help of the variables and in the documentation, beyond those that the clauses above have tested.
+
+/// A lag of 100 s with gain 2 behind a dead time of 10 s, in steps of 1 s.
+struct Plant {
+    pv: f64,
+    delayed: std::collections::VecDeque<f64>,
+}
+
+impl Plant {
+    fn at_rest() -> Plant {
+        Plant { pv: 0.0, delayed: [0.0; 10].into() }
+    }
+
+    fn step(&mut self, lmn: f64) {
+        self.delayed.push_back(lmn);
+        let a = f64::exp(-1.0 / 100.0);
+        self.pv = a * self.pv + (1.0 - a) * 2.0 * self.delayed.pop_front().unwrap();
+    }
+}
+
+/// The loop of the quick start with setpoint 50: the highest PV, and when PV was last off by more than 1. A host that
+/// makes `calls` calls a step sets PV_IN once in a step; `at_once` says whether the plant sees LMN in the same step.
+fn quick_start(calls: usize, at_once: bool) -> (f64, usize) {
+    let mut block = restarted(ContC { gain: 2.5, ti: Time::ms(80_000), sp_int: 50.0, ..automatic() });
+    let mut plant = Plant::at_rest();
+    let (mut highest, mut settled) = (0.0, 0);
+    for step in 0..600 / calls {
+        block.pv_in = plant.pv as Real;
+        let former = block.lmn;
+        (0..calls).for_each(|_| block.call());
+        for second in 0..calls {
+            plant.step(f64::from(if at_once { block.lmn } else { former }));
+            highest = f64::max(highest, plant.pv);
+            if (plant.pv - 50.0).abs() > 1.0 {
+                settled = step * calls + second;
+            }
+        }
+    }
+    (highest, settled)
+}
+
+#[test]
+fn the_loop_of_the_quick_start_settles_without_overshoot() {
+    let (highest, settled) = quick_start(1, true);
+    assert!(highest < 50.001 && settled < 160, "{highest} {settled}");
+}
+
+#[test]
+fn the_loop_of_the_quick_start_overshoots_at_steps_of_ten_calls() {
+    let overshoot = |at_once| (quick_start(10, at_once).0 / 50.0 - 1.0) * 100.0;
+    assert_eq!((overshoot(true).round(), overshoot(false).round()), (8.0, 33.0));
+}
+
+#[test]
+fn help_of_com_rst_a_restart_gives_0_below_the_low_limit() {
+    assert_eq!(restarted(ContC { lmn_llm: 20.0, ..automatic() }).lmn, 0.0);
+    assert_eq!(after_one_call(ContC { com_rst: true, lmn_llm: 20.0, ..automatic() }, |block| block.lmn), 0.0);
+}
+
+/// 20 manual calls at 40 with an error of 10, then an automatic one before which something changes.
+fn lmn_after_manual_mode(change: impl Fn(&mut ContC)) -> Real {
+    let mut block = restarted(ContC { man_on: true, man: 40.0, sp_int: 10.0, ..automatic() });
+    calls(&mut block, 20, |_| ());
+    block.man_on = false;
+    change(&mut block);
+    calls(&mut block, 1, |block| block.lmn)[0]
+}
+
+#[test]
+fn help_of_man_on_the_first_automatic_call_adds_one_step_of_the_integral() {
+    assert_eq!(lmn_after_manual_mode(|_| ()), 41.0);
+}
+
+#[test]
+fn help_of_man_on_lmn_jumps_with_what_changes_in_the_call_in_which_it_falls() {
+    let jump = |change: fn(&mut ContC)| lmn_after_manual_mode(change) - 41.0;
+    assert_eq!(jump(|block| block.sp_int = 20.0), 20.5);
+    assert_eq!(jump(|block| block.pv_in = -10.0), 20.5);
+    assert_eq!(jump(|block| block.disv = 7.0), 7.0);
+    assert_eq!(jump(|block| block.gain = 4.0), 20.5);
+    assert_eq!(jump(|block| block.i_sel = false), 20.0 - 41.0);
+    assert_eq!(jump(|block| (block.i_itl_on, block.i_itlval) = (true, 3.0)), 23.0 - 41.0);
+}
+
+#[test]
+fn help_of_pvper_on_and_pv_off_a_process_value_that_differs_moves_lmn_p() {
+    let mut block = restarted(ContC { pv_in: 10.0, pv_per: Word::new(13824), pv_off: -45.0, ..automatic() });
+    let lmn_p = |block: &mut ContC| calls(block, 1, |block| block.lmn_p)[0];
+    let before = lmn_p(&mut block);
+    block.pvper_on = true;
+    assert_eq!(lmn_p(&mut block) - before, 10.0);
+    block.pv_off = -46.0;
+    assert_eq!(lmn_p(&mut block) - before, 12.0);
+}
+
+#[test]
+fn help_of_p_sel_the_integral_alone_moves_lmn_by_1_per_second() {
+    let mut block = restarted(ContC { p_sel: false, sp_int: 10.0, ..automatic() });
+    assert_eq!(calls(&mut block, 3, |block| block.lmn), [0.5, 1.5, 2.5]);
+}
+
+#[test]
+fn help_of_i_sel_without_it_a_plant_of_gain_1_stops_at_two_thirds_of_the_setpoint() {
+    let mut block = restarted(ContC { i_sel: false, sp_int: 60.0, ..automatic() });
+    for _ in 0..5_000 {
+        block.pv_in += (block.lmn - block.pv_in) * 0.01;
+        block.call();
+    }
+    assert!((block.pv - 40.0).abs() < 1e-3, "{}", block.pv);
+    block.i_sel = true;
+    // One step of the integral from 0: (1 / 20) * 40.
+    assert!((calls(&mut block, 1, |block| block.lmn_i)[0] - 2.0).abs() < 1e-3, "{}", block.lmn_i);
+}
+
+#[test]
+fn help_of_gain_doubling_it_doubles_all_three_parts() {
+    let parts = |gain| {
+        let mut block = restarted(ContC { gain, sp_int: 10.0, d_sel: true, lmn_hlm: 1000.0, ..automatic() });
+        let rows = calls(&mut block, 2, |block| (block.lmn_p, block.lmn_i, block.lmn_d));
+        (rows[0].0, rows[1].1 - rows[0].1, rows[0].2)
+    };
+    assert_eq!(parts(2.0), (20.0, 1.0, 80.0));
+    assert_eq!(parts(4.0), (40.0, 2.0, 160.0));
+}
+
+#[test]
+fn help_of_gain_changing_it_moves_p_and_kicks_d_and_leaves_i() {
+    let mut block = restarted(ContC { gain: 1.0, sp_int: 10.0, d_sel: true, ..automatic() });
+    let before = calls(&mut block, 50, |block| (block.lmn_p, block.lmn_i, block.lmn_d))[49];
+    block.gain = 2.0;
+    let after = calls(&mut block, 1, |block| (block.lmn_p, block.lmn_i, block.lmn_d))[0];
+    assert_eq!((after.0 - before.0, after.1 - before.1), (10.0, 0.75));
+    assert!(before.2.abs() < 1e-3 && (after.2 - 40.0).abs() < 1e-3, "{before:?} {after:?}");
+}
+
+#[test]
+fn help_of_ti_changing_it_does_not_make_lmn_jump() {
+    let lmn = |ti| {
+        let mut block = restarted(ContC { sp_int: 10.0, ..automatic() });
+        calls(&mut block, 20, |_| ());
+        block.ti = ti;
+        calls(&mut block, 1, |block| block.lmn)[0]
+    };
+    assert_eq!((lmn(Time::ms(20_000)), lmn(Time::ms(40_000))), (40.5, 40.0));
+}
+
+#[test]
+fn help_of_ti_the_integral_grows_by_lmn_p_in_ti() {
+    let mut block = restarted(ContC { sp_int: 10.0, ..automatic() });
+    let integral = calls(&mut block, 21, |block| block.lmn_i);
+    assert_eq!((block.lmn_p, integral[20] - integral[0]), (20.0, 20.0));
+}
+
+#[test]
+fn help_of_td_the_derivative_of_a_ramp_settles_at_td_times_its_slope() {
+    let mut block = restarted(ContC { gain: 1.0, d_sel: true, ..automatic() });
+    for second in 0..100_u8 {
+        block.sp_int = 0.5 * Real::from(second);
+        block.call();
+    }
+    assert!((block.lmn_d - 5.0).abs() < 1e-4, "{}", block.lmn_d);
+}
+
+#[test]
+fn help_of_lmn_hlm_lmn_leaves_the_limit_as_soon_as_lmn_p_falls() {
+    let mut block = restarted(ContC { sp_int: 40.0, ..automatic() });
+    calls(&mut block, 100, |_| ());
+    assert_eq!((block.lmn, block.lmn_p, block.lmn_i), (100.0, 80.0, 22.0));
+    block.sp_int = 35.0;
+    assert_eq!(calls(&mut block, 1, |block| block.lmn), [92.0]);
+    block.lmn_hlm = 10.0;
+    assert_eq!(calls(&mut block, 1, |block| (block.lmn, block.lmn_i)), [(10.0, 10.0)]);
+}
+
+#[test]
+fn help_of_pv_fac_and_pv_off_a_word_becomes_a_temperature() {
+    let pv = |pv_fac, pv_off| {
+        let block = ContC { pvper_on: true, pv_per: Word::new(13824), pv_fac, pv_off, ..automatic() };
+        after_one_call(restarted(block), |block| block.pv)
+    };
+    assert_eq!((pv(4.0, 0.0), pv(2.0, -50.0)), (200.0, 50.0));
+}
+
+#[test]
+fn help_of_lmn_fac_and_lmn_off_the_examples_hold() {
+    let lmn = |man, lmn_fac, lmn_off| {
+        let block = ContC { man, lmn_fac, lmn_off, lmn_llm: -100.0, ..ContC::default() };
+        after_one_call(restarted(block), |block| (block.lmn, block.lmn_per.value()))
+    };
+    assert_eq!(lmn(30.0, -1.0, 100.0).0, 70.0);
+    assert_eq!(lmn(40.0, 1.0, 10.0).0, 50.0);
+    assert_eq!((lmn(-100.0, 0.5, 50.0).0, lmn(100.0, 0.5, 50.0).0), (0.0, 100.0));
+    assert_eq!(lmn(100.0, 1.0, 20.0), (120.0, -32358));
+    assert!(lmn(7.9, 15.0, 0.0).1 > 0 && lmn(7.91, 15.0, 0.0).1 < 0);
+}
+
+#[test]
+fn help_of_i_itlval_the_first_automatic_call_adds_half_a_step() {
+    let block = ContC { i_itlval: 40.0, sp_int: 10.0, ..automatic() };
+    assert_eq!(after_one_call(restarted(block.clone()), |block| block.lmn_i), 40.5);
+    let mut manual = restarted(ContC { man_on: true, ..block });
+    manual.call();
+    manual.man_on = false;
+    assert_eq!(calls(&mut manual, 1, |block| block.lmn_i), [-19.0], "a manual call discards it");
+}
+
+#[test]
+fn help_of_disv_lmn_rises_by_as_much_in_the_same_call() {
+    let mut block = restarted(ContC { sp_int: 0.0, i_itlval: 30.0, ..automatic() });
+    assert_eq!(calls(&mut block, 1, |block| block.lmn), [30.0]);
+    block.disv = 10.0;
+    assert_eq!(calls(&mut block, 1, |block| (block.lmn, block.er)), [(40.0, 0.0)]);
+}
+
+#[test]
+fn help_of_lmn_per_150_percent_reads_as_minus_87() {
+    assert_eq!((f32::from(word_of(150.0)) / 276.48).round(), -87.0);
+}
+
+#[test]
+fn help_of_lmn_p_it_is_not_limited() {
+    let block = restarted(ContC { sp_int: 80.0, ..automatic() });
+    assert_eq!(after_one_call(block, |block| (block.lmn_p, block.lmn)), (160.0, 100.0));
+}
+
+#[test]
+fn help_of_lmn_i_in_manual_mode_it_is_what_is_left_of_man() {
+    let mut block = restarted(ContC { man_on: true, man: 40.0, sp_int: 10.0, ..automatic() });
+    assert_eq!(calls(&mut block, 2, |block| block.lmn_i), [-20.0, 20.0]);
+}
+
+#[test]
+fn help_of_er_the_dead_band_is_off_it() {
+    let er = |sp_int| after_one_call(ContC { sp_int, deadb_w: 1.0, ..automatic() }, |block| block.er);
+    assert_eq!((er(3.0), er(0.5)), (2.0, 0.0));
+}
