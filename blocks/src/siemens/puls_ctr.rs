@@ -22,9 +22,11 @@ crate::block! {
     ///    a resolution of 1 %. 200 gives 2 s, which suits a plant of 20 s and more.
     /// 3. Process value: connect PV_PER, and set DI_CONT_C.PV_FAC and DI_CONT_C.PV_OFF: 4 and 0 for a transmitter of 0
     ///    ... 400 degC.
-    /// 4. Tuning as for CONT_C, DI_CONT_C.GAIN = T / (2 K L) and DI_CONT_C.TI the smaller one of T and 8 L, but with one
-    ///    CYCLE * RED_FAC more in L, half of it for the sampling and half for the pulses: GAIN = 1.04 and TI = 96 s for K = 4
-    ///    degC per percent, T = 100 s and a dead time of 10 s, so L = 12 s.
+    /// 4. Tuning: in manual mode (DI_CONT_C.MAN_ON), change DI_CONT_C.MAN and watch PV. K is the change of PV divided by
+    ///    that of MAN, L the time until PV begins to move plus CYCLE * RED_FAC (half of it for the sampling, half for the
+    ///    pulses), T the time from there to 63 % of the change. Set DI_CONT_C.GAIN = T / (2 K L) and DI_CONT_C.TI to the
+    ///    smaller one of T and 8 L: GAIN = 1.04 and TI = 96 s for K = 4 degC per percent, T = 100 s and a dead time of 10
+    ///    s, so L = 12 s.
     /// 5. Shortest pulse: DI_PULSEGEN.P_B_TM as the actuator needs it, 50 ms for a solenoid valve, 0.2 s and more for a
     ///    contactor. Then set SP_INT; the controller starts in automatic mode.
     ///
@@ -55,7 +57,12 @@ crate::block! {
     ///
     /// `T` is the sampling time of CONT_C and the period of the pulses, `K` the number of calls, at the beginning of a period
     /// of RED_FAC calls, in which QPOS_P is TRUE. This holds for 0 ... 100 % if pulse and break are not shorter than
-    /// DI_PULSEGEN.P_B_TM. LMN follows the law of CONT_C.
+    /// DI_PULSEGEN.P_B_TM. LMN follows the law of CONT_C, which is in automatic mode and between the limits
+    ///
+    /// ```math
+    /// \text{LMN}(s) = \text{GAIN} \left( 1 + \dfrac{1}{\text{TI} \, s}
+    ///     + \dfrac{\text{TD} \, s}{1 + \text{TM_LAG} \, s} \right) \text{ER}(s) + \text{DISV}(s)
+    /// ```
     ///
     /// The exact order of operations of a call is the example's statement list; sCount is the block's only memory:
     ///
@@ -105,8 +112,9 @@ crate::block! {
     ///
     /// Negative manipulated values need `DI_CONT_C.LMN_LLM` below 0 and an actuator on `DI_PULSEGEN.QNEG_P`. SP_INT and
     /// PV_PER act only when the controller runs, so a disturbance may go unseen for up to CYCLE * RED_FAC. LMN_PER of the
-    /// controller is not used here, so its wrap beyond 118.5 % does no harm. For everything else see the limits of use of
-    /// CONT_C and PULSEGEN.
+    /// controller is not used here, so its wrap beyond 118.5 % does no harm. The controller inside does not know a broken
+    /// wire (32767 is 118.51 %), and its change from automatic to manual mode is not bumpless. With DI_PULSEGEN.P_B_TM above
+    /// half of the period the output is only off or fully on.
     ///
     /// # Sources
     ///
