@@ -213,9 +213,10 @@ crate::block! {
             /// Holds the integral action
             ///
             /// While it is TRUE, LMN_I keeps its value and P and D action go on; afterwards the integral continues from
-            /// there. Use it while the plant cannot follow for a reason that the block does not see: a closed gate, or
-            /// a secondary controller that is at its limit or in manual mode. I_SEL = FALSE, I_ITL_ON and MAN_ON take
-            /// precedence and set LMN_I. So do the limits: if LMN_HLM falls to 10, an LMN_I held at 30 becomes 10.
+            /// there. Use it while LMN has no effect for a reason that the block does not see: a closed gate, or, in
+            /// the primary controller of a cascade, a secondary controller in manual mode. I_SEL = FALSE, I_ITL_ON and
+            /// MAN_ON take precedence and set LMN_I. So do the limits: if LMN_HLM falls to 10, an LMN_I held at 30
+            /// becomes 10.
             int_hold: Bool = false;
             /// Sets the integral action to I_ITLVAL
             ///
@@ -322,8 +323,9 @@ crate::block! {
             /// The manipulated value is held at or below it, in manual mode too, before LMN_FAC and LMN_OFF. Once LMN
             /// is there, QLMN_HLM is TRUE and the integral does not rise further (anti-windup): LMN leaves the limit as
             /// soon as LMN_P or LMN_D falls, and not only after a grown integral has been worked off. LMN_I alone does
-            /// not exceed it either. If it is lowered during a run, LMN and LMN_I go down with it at once. Keep it
-            /// above LMN_LLM, and with LMN_PER keep LMN_HLM * LMN_FAC + LMN_OFF within 118.5 %.
+            /// not exceed it either, unless manual mode or I_ITL_ON has set it there. If LMN_HLM is lowered during a
+            /// run, to 10 for example, LMN and LMN_I go down to 10 at once. Keep it above LMN_LLM, and if LMN_PER is
+            /// used, keep LMN_HLM * LMN_FAC + LMN_OFF within 118.5 %.
             lmn_hlm: Real = 100.0;
             /// Low limit of the manipulated value; range: -100 % ... LMN_HLM or a physical value
             ///
@@ -395,9 +397,9 @@ crate::block! {
             /// The manipulated value is at its high limit
             ///
             /// TRUE if the value to be limited, MAN in manual mode, is LMN_HLM or more; the integral then does not rise
-            /// in the next call. In a cascade, connect QLMN_HLM of the secondary controller to INT_HOLD of the primary
-            /// one, together with QLMN_LLM by an OR. The comparison comes before LMN_FAC and LMN_OFF. QLMN_LLM is never
-            /// TRUE at the same time, even if LMN_HLM is 10 and LMN_LLM 90.
+            /// in the next call. If it stays TRUE in automatic mode, the actuator is too weak for the setpoint or the
+            /// limit too low. The comparison comes before LMN_FAC and LMN_OFF. QLMN_LLM is never TRUE at the same time,
+            /// even if LMN_HLM is 10 and LMN_LLM 90.
             qlmn_hlm: Bool;
             /// The manipulated value is at its low limit
             ///
