@@ -57,7 +57,7 @@ crate::block! {
     ///
     /// `T` is the sampling time of CONT_C and the period of the pulses, `K` the number of calls, at the beginning of a period
     /// of RED_FAC calls, in which QPOS_P is TRUE. This holds for 0 ... 100 % if pulse and break are not shorter than
-    /// DI_PULSEGEN.P_B_TM. LMN follows the law of CONT_C, which is in automatic mode and between the limits
+    /// DI_PULSEGEN.P_B_TM. LMN follows the law of CONT_C; in automatic mode and between the limits:
     ///
     /// ```math
     /// \text{LMN}(s) = \text{GAIN} \left( 1 + \dfrac{1}{\text{TI} \, s}
@@ -143,10 +143,10 @@ crate::block! {
             /// Calls from one call of the controller to the next
             ///
             /// The controller runs in one call of RED_FAC, with the sampling time CYCLE * RED_FAC, which is also the
-            /// period of the pulses: 2 s with 200 and 10 ms. It is the number of steps in which a pulse can be long as
-            /// well: 200 resolve 0.5 % of LMN, 20 resolve 5 %. Choose CYCLE * RED_FAC at most a tenth of the plant's
-            /// time constant, and RED_FAC 100 or more; shorten CYCLE if both do not go together. After a restart the
-            /// first pulse comes after RED_FAC calls.
+            /// period of the pulses: 2 s with 200 and 10 ms. It also sets the resolution of the pulses: 200 resolve 0.5 %
+            /// of LMN, 20 resolve 5 %. Choose CYCLE * RED_FAC at most a tenth of the plant's time constant, and RED_FAC
+            /// 100 or more; shorten CYCLE if the two do not go together. After a restart the first pulse comes after
+            /// RED_FAC calls.
             red_fac: Int = 200, min 1;
         }
         input {
@@ -161,7 +161,7 @@ crate::block! {
         cycle {
             /// Sampling time: the time between two calls
             ///
-            /// The unit in which the pulses are long: 10 ms is a half-wave of 50 Hz and suits a solid-state relay; a
+            /// A pulse is a whole number of CYCLE long. 10 ms, a half-wave of 50 Hz, suits a solid-state relay; a
             /// contactor needs a longer DI_PULSEGEN.P_B_TM, not a longer CYCLE. The controller does not compute with it
             /// but with CYCLE * RED_FAC, so twice the CYCLE with half the RED_FAC leaves the controller as it is and
             /// makes the pulses coarser.
