@@ -5,10 +5,12 @@ The site is a folder of files. Nothing in it is loaded from elsewhere, and the s
 
 import argparse
 import html
+import importlib
 import os
 import re
 import shutil
 import sys
+import warnings
 import zipfile
 from collections import namedtuple
 from pathlib import Path
@@ -56,6 +58,8 @@ class Site:
     def write(self):
         """Writes everything."""
         if self.out.exists():
+            if any(self.out.iterdir()) and not (self.out / "site.css").is_file():
+                raise FileExistsError(f"{self.out} is neither empty nor a site: choose another folder")
             shutil.rmtree(self.out)
         self.out.mkdir(parents=True)
         self.place("site.css", style())
@@ -142,7 +146,9 @@ class Site:
     def reference(self):
         """The reference of the Python package, from its docstrings."""
         sys.path.insert(0, str(ROOT / "plcfmu" / "python"))
-        package = pdoc.doc.Module(__import__("plcfmu"))
+        # pdoc looks for the types of named tuples in the wrong module, says so, and shows them as they are written.
+        warnings.filterwarnings("ignore", "Error parsing type annotation", module="pdoc")
+        package = pdoc.doc.Module(importlib.import_module("plcfmu"))
 
         def public(owner):
             members = owner.members.values() if owner.kind == "module" else owner.own_members
@@ -154,9 +160,7 @@ class Site:
         def anchor(member):
             return member.fullname.removeprefix("plcfmu.")
 
-        members = public(package)
-        modules = [member for member in members if member.kind == "module"]
-        members = [member for member in members if member.kind != "module"]
+        members, modules = public(package), package.submodules
         headings = [Heading(2, anchor(member), member.name) for member in members + modules]
         self.render(
             "reference.html",
@@ -271,17 +275,17 @@ def highlighted(code, language):
 
 
 def style():
-    """The stylesheet: that of the FMUs' pages, that of the site, and the colours of programs."""
+    """The stylesheet: that of the FMUs' pages, that of the site, and the colours of programs.
+
+    These two of Pygments' styles are the ones with enough contrast on the panels.
+    """
     pages = (ROOT / "plcfmu" / "src" / "page" / "templates" / "style.css").read_text("utf-8")
     light, dark = (
         pygments.formatters.HtmlFormatter(style=name, nobackground=True).get_style_defs(".source")
-        for name in ("default", "github-dark")
+        for name in ("xcode", "lightbulb")
     )
-    return "\n".join([pages, (HERE / "site.css").read_text("utf-8"), light, dark_only(dark)])
-
-
-def dark_only(rules):
-    return f"@media screen and (prefers-color-scheme: dark) {{\n{rules}\n}}\n"
+    dark = f"@media screen and (prefers-color-scheme: dark) {{\n{dark}\n}}\n"
+    return "\n".join([pages, (HERE / "site.css").read_text("utf-8"), light, dark])
 
 
 def main():
@@ -291,7 +295,7 @@ def main():
     arguments = parser.parse_args()
     try:
         Site(arguments.fmus, arguments.out).write()
-    except (BrokenLinkError, FileNotFoundError) as error:
+    except (BrokenLinkError, FileExistsError, FileNotFoundError) as error:
         sys.exit(f"error: {error}")
     print(Path(arguments.out) / "index.html")
 
