@@ -12,6 +12,7 @@ import pytest
 
 import host
 import plcfmu
+import site_pages
 
 pytest.register_assert_rewrite("calls")
 
@@ -102,3 +103,10 @@ def fmu(request, open_fmu, open_preset):
 def controller(request, open_fmu):
     """The FMUs of the manuals' blocks, one after the other."""
     return open_fmu(request.param)
+
+
+@pytest.fixture(scope="session")
+def site():
+    """The folder of the project's site, made anew."""
+    site_pages.write(site_pages.SITE)
+    return site_pages.SITE

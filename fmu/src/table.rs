@@ -82,7 +82,7 @@ pub fn json<B: Block>() -> String {
         json,
         r#"{{"name":{},"aliases":[{}],"docs":{},"cycle":{},"mean":{},"variables":["#,
         quoted(table.name),
-        table.aliases.iter().map(|alias| quoted(alias)).collect::<Vec<_>>().join(","),
+        list(table.aliases, |alias| quoted(alias)),
         quoted(table.docs),
         table.cycle,
         optional(table.mean.map(|mean| mean.to_string()))
@@ -91,10 +91,11 @@ pub fn json<B: Block>() -> String {
         let from: Vec<String> = row.from.iter().map(|setting| quoted(&table.rows[*setting].full_name())).collect();
         let _ = write!(
             json,
-            r#"{}{{"name":{},"description":{},"kind":"{}","role":"{}","start":{:?},"min":{},"max":{},"unit":{}{}}}"#,
+            r#"{}{{"name":{},"description":{}{},"kind":"{}","role":"{}","start":{:?},"min":{},"max":{},"unit":{}{}}}"#,
             if i == 0 { "" } else { "," },
             quoted(&row.full_name()),
             quoted(row.description),
+            if row.help.is_empty() { String::new() } else { format!(r#","help":{}"#, quoted(row.help)) },
             row.kind.name(),
             row.role.name(),
             number(row.start),
@@ -104,19 +105,33 @@ pub fn json<B: Block>() -> String {
             if from.is_empty() { String::new() } else { format!(r#","from":[{}]"#, from.join(",")) },
         );
     }
-    let response = &table.response;
-    let set: Vec<String> =
-        response.set.iter().map(|(call, name, value)| format!("[{call},{},{value:?}]", quoted(name))).collect();
-    let show: Vec<String> = response.show.iter().map(|name| quoted(name)).collect();
-    let _ = write!(
-        json,
-        r#"],"response":{{"title":{},"calls":{},"set":[{}],"show":[{}]}}}}"#,
-        quoted(response.title),
-        response.calls,
-        set.join(","),
-        show.join(",")
-    );
+    let responses = list(table.responses, |response| {
+        format!(
+            r#"{{"title":{},"calls":{},"set":[{}],"show":[{}]}}"#,
+            quoted(response.title),
+            response.calls,
+            list(response.set, |(call, name, value)| format!("[{call},{},{value:?}]", quoted(name))),
+            list(response.show, |name| quoted(name)),
+        )
+    });
+    let characteristics = list(table.characteristics, |characteristic| {
+        let (from, to) = characteristic.range;
+        format!(
+            r#"{{"title":{},"variable":{},"range":[{from:?},{to:?}],"points":{},"calls":{},"set":[{}],"show":[{}]}}"#,
+            quoted(characteristic.title),
+            quoted(characteristic.variable),
+            characteristic.points,
+            characteristic.calls,
+            list(characteristic.set, |(name, value)| format!("[{},{value:?}]", quoted(name))),
+            list(characteristic.show, |name| quoted(name)),
+        )
+    });
+    let _ = write!(json, r#"],"responses":[{responses}],"characteristics":[{characteristics}]}}"#);
     json
+}
+
+fn list<T>(items: &[T], text: impl Fn(&T) -> String) -> String {
+    items.iter().map(text).collect::<Vec<_>>().join(",")
 }
 
 /// The value as it is written in decimals: 0.1 for the REAL next to it, which is a little more. A range includes both, so
@@ -214,7 +229,9 @@ mod tests {
             json.contains(r#""name":"COUNT","description":"Calls since the restart","kind":"INT","role":"output","#)
         );
         assert!(json.contains(r#""unit":null,"from":["FIRST"]},{"name":"Q_MEAN""#), "{json}");
-        assert!(json.ends_with(r#""response":{"title":"At rest, with all defaults","calls":60,"set":[],"show":[]}}"#));
+        assert!(json.ends_with(
+            r#""responses":[{"title":"At rest, with all defaults","calls":60,"set":[],"show":[]}],"characteristics":[]}"#
+        ));
     }
 
     #[test]

@@ -13,7 +13,7 @@
 //!              "start": 0.1, "min": 0.001, "max": null, "unit": null},
 //!             {"name": "COUNT", "description": "Calls so far", "kind": "INT", "role": "output",
 //!              "start": 0.0, "min": null, "max": null, "unit": null}],
-//!         "response": {"title": "Ten calls", "calls": 10, "set": [], "show": ["COUNT"]}},
+//!         "responses":[{"title": "Ten calls", "calls": 10, "set": [], "show": ["COUNT"]}]},
 //!     "interface": {"version": "2.0", "guid": "{0}", "capabilities": {"canGetAndSetFMUstate": true},
 //!         "log_categories": [{"name": "logStatusError", "description": "Calls that were refused"}]}
 //! }"#;
@@ -31,4 +31,4 @@ pub mod units;
 pub mod v2;
 
 pub use error::{Error, shortened};
-pub use table::{Response, Row, Table};
+pub use table::{Characteristic, Response, Row, Table};

@@ -22,8 +22,11 @@ pub struct Table {
     pub mean: Option<usize>,
     /// All variables; the number of the row is the value reference.
     pub variables: Vec<Row>,
-    /// The run that the documentation shows.
-    pub response: Response,
+    /// The runs that the documentation shows; there is at least one, which the reference results record.
+    pub responses: Vec<Response>,
+    /// The characteristics that the documentation shows.
+    #[serde(default)]
+    pub characteristics: Vec<Characteristic>,
 }
 
 /// One variable. Numbers are those of the C interface: a TIME in seconds, FALSE and TRUE as 0 and 1.
@@ -32,8 +35,11 @@ pub struct Table {
 pub struct Row {
     /// Its name with the instances that lead to it: `GAIN`, `DI_CONT_C.GAIN`.
     pub name: String,
-    /// A short text.
+    /// A short text, on one line.
     pub description: String,
+    /// What one has to know to use it (Markdown); may be empty.
+    #[serde(default)]
+    pub help: String,
     /// Its PLC type.
     #[serde(deserialize_with = "kind")]
     pub kind: Kind,
@@ -64,6 +70,27 @@ pub struct Response {
     /// What is set: the number of the call before which (0 is before the restart), the variable, its value.
     pub set: Vec<(u32, String, f64)>,
     /// The variables that are drawn and recorded; if empty, all inputs and outputs.
+    pub show: Vec<String>,
+}
+
+/// What the block does at each value of a variable: for each of `points` values a new instance makes `calls` calls, and the mean
+/// of each shown variable over these calls is drawn.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Characteristic {
+    /// What it shows, in one sentence.
+    pub title: String,
+    /// The variable of the horizontal axis.
+    pub variable: String,
+    /// Its lowest and its highest value.
+    pub range: (f64, f64),
+    /// How many values it takes, both ends included.
+    pub points: u32,
+    /// The calls for each value.
+    pub calls: u32,
+    /// What is set before the restart.
+    pub set: Vec<(String, f64)>,
+    /// The variables that are drawn.
     pub show: Vec<String>,
 }
 
@@ -116,9 +143,27 @@ impl Table {
                 ));
             }
         }
-        let set = self.response.set.iter().map(|(_, name, _)| name);
-        if let Some(unknown) = set.chain(&self.response.show).find(|name| self.find(name).is_none()) {
-            return wrong(format!("its response names {unknown:?}: the table has no such variable"));
+        if self.responses.is_empty() {
+            return wrong("it has no response: RESPONSES needs at least one, such as Response::AT_REST".into());
+        }
+        for response in &self.responses {
+            let set = response.set.iter().map(|(_, name, _)| name);
+            if let Some(unknown) = set.chain(&response.show).find(|name| self.find(name).is_none()) {
+                return wrong(format!("its response names {unknown:?}: the table has no such variable"));
+            }
+        }
+        for characteristic in &self.characteristics {
+            let set = characteristic.set.iter().map(|(name, _)| name).chain([&characteristic.variable]);
+            if let Some(unknown) = set.chain(&characteristic.show).find(|name| self.find(name).is_none()) {
+                return wrong(format!("its characteristic names {unknown:?}: the table has no such variable"));
+            }
+            let (from, to) = characteristic.range;
+            if !(from < to && characteristic.points >= 2 && characteristic.calls >= 1) {
+                return wrong(format!(
+                    "its characteristic over {} needs a range that rises, at least 2 points and 1 call",
+                    characteristic.variable
+                ));
+            }
         }
         Ok(())
     }

@@ -5,6 +5,22 @@ use crate::table::{Int, Law, Response};
 crate::block! {
     /// Ramp function generator: moves an integer to a set point along a ramp, with stop, set and reset (ABB HLG).
     ///
+    /// # Purpose
+    ///
+    /// The block leads the set point of a drive or a controller along a ramp, so that speed or temperature change no
+    /// faster than the machine bears. Start up and return have slopes of their own. It is an integer block: scale
+    /// physical values to whole numbers, with as many digits as you need.
+    ///
+    /// # Quick start
+    ///
+    /// 1. TZ: the time between two calls, the program cycle of the PLC; 10 ms by default.
+    /// 2. S0, and S1 for a second set point with E01: whole numbers from -32767 to 32767, not 0.
+    /// 3. TH_TZ = TH / TZ: the calls from 0 up to the set point; 4 s at 10 ms are 400.
+    /// 4. TR_TZ = TR / TZ: the same for falling. With 0 the output jumps.
+    /// 5. HLG to the drive, or, scaled, to SP_INT of a controller.
+    ///
+    /// # Diagram
+    ///
     /// ```text
     ///                                    +----------------------+
     /// S0 --+                             | ramp, |w| in N calls |
@@ -15,6 +31,15 @@ crate::block! {
     ///                                      |  SET:  INIT             |
     ///                                      |  R:    0                |
     ///                                      +-------------------------+
+    /// ```
+    ///
+    /// # Law
+    ///
+    /// The output moves towards the set point w by the same amount in each call, rising and falling at slopes of their
+    /// own:
+    ///
+    /// ```math
+    /// \left|\frac{d\,\text{HLG}}{dt}\right| = \frac{|w|}{N\,\text{TZ}}, \qquad N = \begin{cases} \text{TH_TZ} & w > \text{HLG} \\ \text{TR_TZ} & w < \text{HLG} \end{cases}
     /// ```
     ///
     /// The law of a call, in integers of 32 bits; the first line whose condition holds applies:
@@ -31,6 +56,8 @@ crate::block! {
     ///                     HLG moves by step towards w; if that would reach or pass w, HLG = w and remainder = 0
     /// ```
     ///
+    /// # Clauses
+    ///
     /// 1. Slope: within TH the output rises by |set point|, within TR it falls by that (manual), both given as a number
     ///    of program cycles: TH_TZ = TH / TZ, TR_TZ = TR / TZ (manual). From 0 the set point is reached in exactly N
     ///    calls, because the remainder of the division is carried to the next call (decided): from 0 to 10, N = 4 gives
@@ -46,42 +73,89 @@ crate::block! {
     /// 7. STOP holds the output, SET sets it to INIT, R sets it to 0, in this priority; all override the ramp. (manual)
     /// 8. Set points range from -32767 to 32767 (manual); -32768 in S0, S1 or INIT counts as -32767 (decided).
     ///
-    /// Sampling: the ramp counts calls. TZ is the time between two calls and occurs in no formula; scale TH_TZ and
-    /// TR_TZ to it. The block has no restart input; at the start the output is 0.
+    /// # Sampling
     ///
-    /// Bad input: every value of every pin gives a defined output; nothing overflows.
+    /// The ramp counts calls. TZ is the time between two calls and occurs in no formula; scale TH_TZ and TR_TZ to it.
+    /// The block has no restart input; at the start the output is 0.
+    ///
+    /// A communication step of ten times TZ makes ten calls, so the ramp has the same slope and the host sees every
+    /// tenth value.
+    ///
+    /// # Limits of use
+    ///
+    /// Every value of every pin gives a defined output; nothing overflows.
+    ///
+    /// # Sources
     ///
     /// Decided: clauses as marked. The library page describes setting an initial value without naming the pins: SET and
     /// INIT are our names. There the program cycle time TZ is not a pin; here it is the parameter that every block has.
     ///
-    /// Source: ABB function block library Serie90_AC500_V10, page of HLG. No recordings.
+    /// ABB function block library Serie90_AC500_V10, page of HLG. No recordings.
     pub struct Hlg as "HLG" {
         input {
             /// Selects the set point: S0 (FALSE) or S1 (TRUE)
+            ///
+            /// FALSE ramps to S0, TRUE to S1. It may change at any time: the ramp goes on from the present output
+            /// towards the other set point, with the slope of that set point.
             e01: Bool = false;
             /// Set point 0
+            ///
+            /// The target while E01 is FALSE, and the slope too: the output moves by |S0| in TH_TZ or TR_TZ calls, so a
+            /// target of 1000 is reached from 0 in the same time as one of 100. 0 is no target: the output stays where
+            /// it is. -32768 counts as -32767.
             s0: Int = 0, min -32767, max 32767;
             /// Set point 1
+            ///
+            /// The target while E01 is TRUE, and the slope too: the output moves by |S1| in TH_TZ or TR_TZ calls. 0 is
+            /// no target: to return to 0, ramp to a set point beyond it, such as -1000, and limit the output behind the
+            /// block, or use R.
             s1: Int = 0, min -32767, max 32767;
             /// Start up time TH as a number of program cycles: calls in which the output rises by |set point|
+            ///
+            /// The time from 0 to a positive set point, divided by TZ: 4 s at TZ = 10 ms are 400. It is used whenever
+            /// the output rises, also from a negative output. The steps are whole numbers, and the remainder is carried
+            /// on: from 0 to 10 in 4 calls gives 2, 5, 7, 10. With 0, the start value, the output jumps in one call.
             th_tz: Int = 0, min 0;
             /// Return time TR as a number of program cycles: calls in which the output falls by |set point|
+            ///
+            /// The time from a set point back by its own amount, divided by TZ; used whenever the output falls. With S0
+            /// = -500 and 20 the output falls by 25 a call. 0, the start value, jumps in one call.
             tr_tz: Int = 0, min 0;
             /// Holds the output
+            ///
+            /// While it is TRUE nothing changes, whatever SET and R are; the ramp goes on afterwards as if no time had
+            /// passed, with the remainder of its division kept. A drive that has to wait on its way up sets it.
             stop: Bool = false;
             /// Sets the output to INIT (pin name ours)
+            ///
+            /// While it is TRUE the output is INIT, also above or below both set points; when it becomes FALSE, the
+            /// ramp starts from there. Use it to start a ramp at the present speed of a drive. STOP has priority over
+            /// it, and it has priority over R.
             set: Bool = false;
             /// Initial value for SET (pin name ours)
+            ///
+            /// The output while SET is TRUE. It may be beyond the set points: 600 with S0 = 500 and TR_TZ = 10 falls to
+            /// 500 in two calls. -32768 counts as -32767.
             init: Int = 0;
             /// Resets the output to 0
+            ///
+            /// While it is TRUE the output is 0 at once, without a ramp. It is the only way to exactly 0, because a set
+            /// point of 0 means to stay. STOP and SET have priority.
             r: Bool = false;
         }
         cycle {
             /// Program cycle time: the time between two calls (no pin of the original)
+            ///
+            /// The block's law counts calls and does not contain TZ; the FMU calls it every TZ, whatever the
+            /// communication step is. When you change TZ, scale TH_TZ and TR_TZ: half of TZ needs twice the number. The
+            /// PLC calls the original once a program cycle, 10 ms is typical.
             tz: Time = Time::ms(10), min Time::ms(1);
         }
         output {
             /// Output of the ramp
+            ///
+            /// A whole number between -32767 and 32767. It never passes the set point, and stays on it until the set
+            /// point changes. After a restart it is 0.
             hlg: Int;
         }
     }
@@ -98,21 +172,44 @@ crate::block! {
 }
 
 impl Law for Hlg {
-    const RESPONSE: Response = Response {
-        title: "Up to 1000 in 40 calls, stopped for 10 of them; down to -500 at 500 in 20 calls; reset",
-        calls: 140,
-        set: &[
-            (0, "TH_TZ", 40.0),
-            (0, "TR_TZ", 20.0),
-            (0, "S1", -500.0),
-            (5, "S0", 1000.0),
-            (25, "STOP", 1.0),
-            (35, "STOP", 0.0),
-            (60, "E01", 1.0),
-            (130, "R", 1.0),
-        ],
-        show: &["HLG", "STOP", "E01", "R"],
-    };
+    const RESPONSES: &'static [Response] = &[
+        Response {
+            title: "Up to 1000 in 40 calls, stopped for 10 of them; down to -500 at 500 in 20 calls; reset",
+            calls: 140,
+            set: &[
+                (0, "TH_TZ", 40.0),
+                (0, "TR_TZ", 20.0),
+                (0, "S1", -500.0),
+                (5, "S0", 1000.0),
+                (25, "STOP", 1.0),
+                (35, "STOP", 0.0),
+                (60, "E01", 1.0),
+                (130, "R", 1.0),
+            ],
+            show: &["HLG", "STOP", "E01", "R"],
+        },
+        Response {
+            title: "SET to 600, then down to the set point 500 in 2 calls of 50; set point 0 holds the output",
+            calls: 60,
+            set: &[
+                (0, "S0", 500.0),
+                (0, "TH_TZ", 20.0),
+                (0, "TR_TZ", 10.0),
+                (0, "INIT", 600.0),
+                (15, "SET", 1.0),
+                (25, "SET", 0.0),
+                (40, "S0", 0.0),
+            ],
+            show: &["HLG", "SET"],
+        },
+        Response {
+            title: "10 in 4 calls: 2, 5, 7, 10, because the remainder of the division is carried on; with TR_TZ = 0 the way back is \
+                a jump",
+            calls: 60,
+            set: &[(0, "TH_TZ", 4.0), (0, "S0", 10.0), (0, "S1", -10.0), (20, "E01", 1.0)],
+            show: &["HLG", "E01"],
+        },
+    ];
 
     fn restart(&mut self) {
         self.clear();

@@ -7,6 +7,26 @@ use crate::table::{Law, Real, Response, Time};
 crate::block! {
     /// PI step controller for a motor-driven actuator without position feedback, with manual pulses (FB 42).
     ///
+    /// # Purpose
+    ///
+    /// The block controls a process value with a valve, damper or other actuator that a motor opens and closes, such as
+    /// a mixing valve or a gas flap. It needs neither a position feedback nor an analog output: it computes from the
+    /// time of its pulses where the valve should be. It is no controller for heating by pulses; that is CONT_C with
+    /// PULSEGEN, or PULS_CTR.
+    ///
+    /// # Quick start
+    ///
+    /// 1. MTR_TM: the time of the actuator from stop to stop, from its data sheet; 30 s by default.
+    /// 2. CYCLE, PULSE_TM and BREAK_TM: 100 ms, and what motor and contactors need, for example 0.5 s each. The
+    ///    shortest pulse moves the valve by 100 PULSE_TM / MTR_TM percent.
+    /// 3. GAIN and TI: GAIN = T / (2 K L) and TI = T, at most 8 L, for a plant with gain K, time constant T and dead
+    ///    time L.
+    /// 4. DEADB_W: at least K 50 PULSE_TM / MTR_TM, so that the loop comes to rest.
+    /// 5. PV_IN from the plant, or PVPER_ON = TRUE with PV_FAC and PV_OFF for an analog word; SP_INT. Connect
+    ///    QLMN_MEAN, or QLMNUP and QLMNDN, to the valve.
+    ///
+    /// # Diagram
+    ///
     /// ```text
     /// SP_INT ------------>(+)--> dead band --ER--> x GAIN --e--+-->(+)-->(+)--z--> three-step --> manual --> pulse --+--> QLMNUP
     ///                     -^     DEADB_W                       |   -^     ^        element        LMNS_ON    stage   |
@@ -17,6 +37,20 @@ crate::block! {
     ///            (PVPER_ON)                                         TI    ^                                LMNR_LS   |
     ///                                                                     |                                          |
     ///                                                                     +--- +100, 0, -100 % in MTR_TM <-----------+
+    /// ```
+    ///
+    /// # Law
+    ///
+    /// Seen over many pulses the valve follows a PI controller with the feedforward DISV:
+    ///
+    /// ```math
+    /// \text{travel} = \text{GAIN}\left(\text{ER} + \frac{1}{\text{TI}}\int \text{ER}\,dt\right) + \text{DISV}
+    /// ```
+    ///
+    /// A pulse begins when the demand exceeds the on threshold, and ends at the off threshold:
+    ///
+    /// ```math
+    /// z \ge \max\left(\min(|e|, |F|, 10),\ \frac{100\,\text{PULSE_TM}}{\text{MTR_TM}}\right), \qquad z \le \frac{55\,\text{CYCLE}}{\text{MTR_TM}}, \qquad z = e - F + \text{DISV}
     /// ```
     ///
     /// The law of a call, in this order; every operation rounds to a 32-bit REAL, `a` is the pulse that has been
@@ -40,6 +74,8 @@ crate::block! {
     /// a      = demand, as far as the stops, PULSE_TM and BREAK_TM allow
     /// QLMNUP = (a = +1),  QLMNDN = (a = -1)
     /// ```
+    ///
+    /// # Clauses
     ///
     /// 1. Restart (COM_RST): all outputs are FALSE / 0, and so is all memory: a running pulse ends at once, whatever is
     ///    left of PULSE_TM. The block does not reset COM_RST: while it is TRUE, every call is a restart. (manual)
@@ -77,82 +113,207 @@ crate::block! {
     ///     all the time, -100 % if down all the time; in a step without a call, the state of the outputs. A Real plant
     ///     input and steps longer than CYCLE need it, because QLMNUP and QLMNDN show only the last call. (decided)
     ///
-    /// Sampling: the block computes with CYCLE and must be called that often. A pulse is a whole number of calls, so
-    /// the valve moves in steps of 100 CYCLE / MTR_TM percent.
+    /// # Sampling
     ///
-    /// Bad input: the block checks no parameter. An internal overflow may leave the integrator infinite or NaN, and the
-    /// automatic mode stops working; COM_RST or LMNS_ON clears it.
+    /// The block computes with CYCLE and must be called that often. A pulse is a whole number of calls, so the valve
+    /// moves in steps of 100 CYCLE / MTR_TM percent.
+    ///
+    /// A communication step of ten times CYCLE makes ten calls with the inputs of its start, so the loop reacts up to
+    /// ten CYCLE later: a dead time that a tuned loop has to bear. A step of CYCLE / 10 makes a call in one step of ten
+    /// and none in the others.
+    ///
+    /// # Limits of use
+    ///
+    /// The block checks no parameter. An internal overflow may leave the integrator infinite or NaN, and the automatic
+    /// mode stops working; COM_RST or LMNS_ON clears it.
+    ///
+    /// The block does not know the position of the valve. A valve that is slower than MTR_TM says, or that a hand
+    /// moves, is found again by the I action alone; with TI = 0 it is lost until it reaches a stop that LMNR_HS or
+    /// LMNR_LS reports. There is no D action.
+    ///
+    /// # Sources
     ///
     /// Decided: QLMN_MEAN. The manual's table says that QLMNDN opens the valve; this is a misprint: QLMNDN closes it.
     ///
-    /// Source: Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.2,
+    /// Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.2,
     /// figure 3-2, tables 3-3 and 3-4; recordings at the terminals of real blocks.
     pub struct ContS as "CONT_S" | "FB 42" | "SFB 42" {
         input {
             /// Complete restart: TRUE runs the restart routine instead of the controller
+            ///
+            /// While it is TRUE, every call is a restart: both pulses end at once, even within PULSE_TM, the outputs
+            /// are 0 and the integrator is empty. The block does not reset it. Nothing has to be set at the start of a
+            /// simulation, because the FMU restarts the block when the initialization ends; a pulse of one call is the
+            /// remedy after a NaN has reached the integrator.
             com_rst: Bool = false;
             /// The actuator is at its upper limit stop
+            ///
+            /// TRUE blocks QLMNUP: a pulse up ends at once, and pauses no longer integrate an error that pushes
+            /// upwards. Wire it to the limit switch of the valve, or to that of a simulated one. Without limit switches
+            /// leave it FALSE: the block then goes on pulsing against the stop, because it has no position feedback,
+            /// and finds its way back without harm. While either stop is reported, the on threshold is at its lowest,
+            /// 100 PULSE_TM / MTR_TM percent.
             lmnr_hs: Bool = false;
             /// The actuator is at its lower limit stop
+            ///
+            /// TRUE blocks QLMNDN: a pulse down ends at once, and pauses no longer integrate an error that pushes
+            /// downwards. It is the counterpart of LMNR_HS. Both TRUE at the same time block every pulse, which is a
+            /// wiring fault in most plants.
             lmnr_ls: Bool = false;
             /// Manual mode: LMNUP and LMNDN make the pulses
+            ///
+            /// While it is TRUE, only LMNUP and LMNDN move the valve, within PULSE_TM, BREAK_TM and the limit stops;
+            /// setpoint and error are ignored. The integrator is held at 0. When it becomes FALSE, the controller
+            /// begins with F = 0 and acts on the error as after a restart: with GAIN = 2, an error of 8 beyond the dead
+            /// band demands 16 % of travel at once. For a smooth change let the setpoint be near the process value.
+            /// Unlike CONT_C, the block starts in automatic mode.
             lmns_on: Bool = false;
             /// Manual pulse up
+            ///
+            /// Acts only with LMNS_ON = TRUE. The pulse lasts as long as LMNUP is TRUE, but at least PULSE_TM and in
+            /// whole calls: with MTR_TM = 30 s, LMNUP for 6 s opens the valve by 20 %. Together with LMNDN it demands
+            /// nothing. LMNR_HS stops it.
             lmnup: Bool = false;
             /// Manual pulse down
+            ///
+            /// Acts only with LMNS_ON = TRUE. The pulse lasts as long as LMNDN is TRUE, but at least PULSE_TM and in
+            /// whole calls. Together with LMNUP it demands nothing. LMNR_LS stops it.
             lmndn: Bool = false;
         }
         parameter {
             /// The process value comes from PV_PER (TRUE) or PV_IN (FALSE)
+            ///
+            /// FALSE takes PV_IN as it is, in percent or in a physical unit. TRUE takes the analog word PV_PER, where
+            /// 27648 is 100, times PV_FAC plus PV_OFF. Setpoint, dead band and PV always have the unit of the process
+            /// value that is chosen here.
             pvper_on: Bool = false;
         }
         cycle {
             /// Sampling time: the time between two calls
+            ///
+            /// The block computes with this time and the FMU calls it that often, whatever the communication step is. A
+            /// pulse is a whole number of calls, so the valve moves in steps of 100 CYCLE / MTR_TM percent: 3.3 % with
+            /// the start values of 1 s and 30 s, 0.33 % with 0.1 s. Choose CYCLE at most PULSE_TM, a tenth of the
+            /// plant's dominant time constant, and as in the PLC. 100 ms is usual.
             cycle: Time = Time::ms(1000), min Time::ms(1);
         }
         input {
             /// Setpoint, -100 ... 100 % or a physical value
+            ///
+            /// Has the unit of PV. A step of the setpoint acts on the P action at once: a step of 10 with GAIN = 2 and
+            /// no dead band demands 20 % of travel, which is a pulse of 6 s with MTR_TM = 30 s and TI = 0. If that is
+            /// too rough, ramp the setpoint before the block.
             sp_int: Real = 0.0;
             /// Process value as a floating point number, -100 ... 100 % or a physical value
+            ///
+            /// Used while PVPER_ON is FALSE. Connect the output of the plant here if it is a Real in percent or in a
+            /// physical unit. It is not limited and not filtered: noise larger than DEADB_W makes the valve work.
             pv_in: Real = 0.0;
             /// Process value as an analog input word: 27648 is 100 %
+            ///
+            /// Used while PVPER_ON is TRUE: what an analog input module gives for 0 ... 100 % is 0 ... 27648; overflow
+            /// of the module ends at 32511, which is 117.6 %. Words from 32768 on are negative: 65535 is -1. Scale with
+            /// PV_FAC and PV_OFF.
             pv_per: Word = Word::new(0);
         }
         parameter {
             /// Proportional gain
+            ///
+            /// Percent of valve travel for each unit of the error, and for the I action as well: GAIN acts on P and I
+            /// together. With GAIN = 2 an error of 5 beyond the dead band demands 10 % of travel, which is the smallest
+            /// demand that makes a pulse with the start values. A negative GAIN is for plants in which opening the
+            /// valve lowers the process value. Begin with the SIMC rule GAIN = T / (K 2 L), at most, for a plant with
+            /// gain K, time constant T and dead time L: K = 2, T = 60 s, L = 10 s give 1.5. GAIN = 0 makes no pulses
+            /// from the error.
             gain: Real = 2.0;
             /// Reset time of the integral action; range: TI >= CYCLE, 0 switches the integral action off
+            ///
+            /// The I action repeats the travel of the P action every TI while the error stays: with GAIN = 2 and an
+            /// error of 10 it adds 20 % of travel in each TI. Begin with the plant's time constant, but not more than 8
+            /// times its dead time. A TI far below the time that the valve takes for the P action, |e| MTR_TM / 100, is
+            /// not reached: the effective reset time is not shortened below a tenth of TI. 0 switches the I action off,
+            /// unlike in CONT_C; the valve then follows GAIN times the error, with a permanent error. Between 0 and
+            /// CYCLE / 2 the block uses CYCLE / 2.
             ti: Time = Time::ms(20_000);
             /// Dead band: half the width of the band in which the error counts as 0, 0 ... 100 % or a physical value
+            ///
+            /// Within SP_INT - DEADB_W ... SP_INT + DEADB_W the error is 0 and the valve rests; beyond it the error is
+            /// counted from the edge of the band. It spares the motor. Choose it larger than the noise of PV and at
+            /// least half as large as the change of PV that the shortest pulse causes: K 100 PULSE_TM / MTR_TM with the
+            /// plant's gain K, else the loop hunts. The start value is 1, not 0 as in CONT_C. A negative value widens
+            /// the error instead.
             deadb_w: Real = 1.0, min 0.0;
             /// Factor of the process value from PV_PER
+            ///
+            /// Acts on PV_PER only: PV = PV_PER * 100 / 27648 * PV_FAC + PV_OFF. For a transmitter of 0 ... 400 degC
+            /// set 4 and PV_OFF = 0; then setpoint and dead band are in degC. With PV_IN it has no effect.
             pv_fac: Real = 1.0;
             /// Offset of the process value from PV_PER
+            ///
+            /// Acts on PV_PER only, behind PV_FAC: for a transmitter of -50 ... 150 degC set PV_FAC = 2 and PV_OFF =
+            /// -50. With PV_IN it has no effect.
             pv_off: Real = 0.0;
             /// Minimum length of a pulse; range: PULSE_TM >= CYCLE
+            ///
+            /// No pulse is shorter, manual ones included; only a limit stop or a restart ends it earlier. It is counted
+            /// in calls and rounded up: 3 s are 3 calls of 1 s. It sets the smallest move of the valve and the lowest
+            /// on threshold, 100 PULSE_TM / MTR_TM percent: 10 % with the start values, which is coarse. For a
+            /// contactor or a motor with run-up take what its data sheet asks for, often 0.1 ... 1 s. Below CYCLE it is
+            /// CYCLE.
             pulse_tm: Time = Time::ms(3_000);
             /// Minimum length of the break between pulses; range: BREAK_TM >= CYCLE
+            ///
+            /// The rest between two pulses, in any direction, so that the motor can stop and the contactors can release
+            /// before it reverses. It is counted in calls; even with 0 there is one call without a pulse between up and
+            /// down. A long break slows the loop: with PULSE_TM = BREAK_TM and short pulses the valve moves half of the
+            /// time. After a pulse that a limit stop has cut within PULSE_TM, no break is needed.
             break_tm: Time = Time::ms(3_000);
             /// Time the actuator needs from limit stop to limit stop; range: MTR_TM >= CYCLE
+            ///
+            /// From the data sheet of the actuator, or measured with a stop watch from closed to open. The block has no
+            /// position feedback: it computes the travel from the time of its pulses, 100 CYCLE / MTR_TM percent a
+            /// call. If the true time is 30 % longer, each pulse moves 30 % / 1.3 = 23 % less than the block assumes,
+            /// and the I action makes up for it more slowly. Below CYCLE it is CYCLE.
             mtr_tm: Time = Time::ms(30_000);
         }
         input {
             /// Disturbance variable for feedforward, -100 ... 100 % or a physical value
+            ///
+            /// Added to the demanded travel, behind GAIN and the dead band: a change of DISV by 10 moves the valve by
+            /// 10 % without waiting for an error. Connect a measured disturbance, scaled by how much valve it needs. It
+            /// acts in automatic mode only.
             disv: Real = 0.0;
         }
         output {
             /// Pulse up: opens the valve
+            ///
+            /// TRUE while the motor has to open the valve. It shows the last call of the communication step: for steps
+            /// longer than CYCLE and for a plant with a Real input use QLMN_MEAN. Never TRUE together with QLMNDN, and
+            /// between up and down there is at least one call with both FALSE.
             qlmnup: Bool;
             /// Pulse down: closes the valve
+            ///
+            /// TRUE while the motor has to close the valve. It shows the last call of the communication step: for steps
+            /// longer than CYCLE and for a plant with a Real input use QLMN_MEAN.
             qlmndn: Bool;
             /// Process value in use
+            ///
+            /// The process value that the last call used: PV_IN, or PV_PER scaled by PV_FAC and PV_OFF. It is 0 until
+            /// the first call.
             pv: Real;
             /// Error after the dead band
+            ///
+            /// SP_INT - PV behind the dead band: 0 within it, otherwise smaller by DEADB_W than the true error. With
+            /// SP_INT = 11, PV = 0 and DEADB_W = 1 it is 10. It is not multiplied by GAIN.
             er: Real;
         }
     }
     mean {
         /// Mean of the pulses over the last communication step in percent, up positive (not in the manual)
+        ///
+        /// Connects the pulses to a plant with one Real input for the motor. 100 means up in every call of the step,
+        /// -100 down in every call; a step of ten calls with four calls up gives 40. A valve that integrates QLMN_MEAN
+        /// / MTR_TM moves exactly as far as the pulses say, at any communication step.
         qlmn_mean;
     }
     memory Memory {
@@ -170,13 +331,45 @@ crate::block! {
 }
 
 impl Law for ContS {
-    const RESPONSE: Response = Response {
-        title: "Setpoint 11: a long pulse for the P action, then short ones for the I action; back at 0 the P action is \
+    const RESPONSES: &'static [Response] = &[
+        Response {
+            title: "Setpoint 11: a long pulse for the P action, then short ones for the I action; back at 0 the P action is \
                 taken back and the I action stays; at -6 the I action moves down",
-        calls: 140,
-        set: &[(5, "SP_INT", 11.0), (48, "SP_INT", 0.0), (70, "SP_INT", -6.0)],
-        show: &["SP_INT", "ER", "QLMNUP", "QLMNDN"],
-    };
+            calls: 140,
+            set: &[(5, "SP_INT", 11.0), (48, "SP_INT", 0.0), (70, "SP_INT", -6.0)],
+            show: &["SP_INT", "ER", "QLMNUP", "QLMNDN"],
+        },
+        Response {
+            title: "P action alone (TI = 0, no dead band): an error of 10 opens the valve by 20 %, 6 calls of 3.3 %; half of the \
+                error takes half of it back",
+            calls: 60,
+            set: &[(0, "TI", 0.0), (0, "DEADB_W", 0.0), (5, "SP_INT", 10.0), (30, "SP_INT", 5.0)],
+            show: &["SP_INT", "ER", "QLMNUP", "QLMNDN"],
+        },
+        Response {
+            title: "By hand: LMNUP for 6 calls makes a pulse of 6, LMNDN for one call makes one of PULSE_TM = 3 s; both together \
+                make none",
+            calls: 60,
+            set: &[
+                (0, "LMNS_ON", 1.0),
+                (5, "LMNUP", 1.0),
+                (11, "LMNUP", 0.0),
+                (25, "LMNDN", 1.0),
+                (26, "LMNDN", 0.0),
+                (40, "LMNUP", 1.0),
+                (40, "LMNDN", 1.0),
+                (50, "LMNUP", 0.0),
+                (50, "LMNDN", 0.0),
+            ],
+            show: &["LMNUP", "LMNDN", "QLMNUP", "QLMNDN"],
+        },
+        Response {
+            title: "The upper stop cuts a pulse at once; the way down is free",
+            calls: 60,
+            set: &[(5, "SP_INT", 40.0), (15, "LMNR_HS", 1.0), (30, "SP_INT", -40.0), (34, "LMNR_HS", 0.0)],
+            show: &["ER", "LMNR_HS", "QLMNUP", "QLMNDN"],
+        },
+    ];
 
     fn restart(&mut self) {
         self.clear();
@@ -293,572 +486,4 @@ impl ContS {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::table::{Block, Word};
-
-    fn restarted(mut block: ContS) -> ContS {
-        block.restart();
-        block
-    }
-
-    /// The pulse of the last call as a letter: Up, Down or none.
-    fn letter(block: &ContS) -> char {
-        match (block.qlmnup, block.qlmndn) {
-            (true, true) => '!',
-            (true, false) => 'U',
-            (false, true) => 'D',
-            (false, false) => '.',
-        }
-    }
-
-    /// One letter a call; `before` is shown the number of each call, from 1 on, and may set inputs.
-    fn pulses_with(block: &mut ContS, calls: usize, before: impl Fn(usize, &mut ContS)) -> String {
-        let call = |number| {
-            before(number, block);
-            block.call();
-            letter(block)
-        };
-        (1..=calls).map(call).collect()
-    }
-
-    fn pulses(block: &mut ContS, calls: usize) -> String {
-        pulses_with(block, calls, |_, _| ())
-    }
-
-    /// Without I action, minimum times of a call, 10 % a call: the valve follows e.
-    fn position_only() -> ContS {
-        ContS {
-            gain: 1.0,
-            deadb_w: 0.0,
-            ti: Time::ms(0),
-            mtr_tm: Time::ms(10_000),
-            pulse_tm: Time::ms(1_000),
-            break_tm: Time::ms(1_000),
-            ..ContS::default()
-        }
-    }
-
-    /// As above, but 1 % a call and with thresholds from 1 % on.
-    fn slow_motor() -> ContS {
-        ContS { mtr_tm: Time::ms(100_000), ..position_only() }
-    }
-
-    /// Fine pulses: 0.1 s of 30 s.
-    fn pi(e: Real) -> ContS {
-        ContS {
-            gain: 1.0,
-            deadb_w: 0.0,
-            cycle: Time::ms(100),
-            pulse_tm: Time::ms(100),
-            break_tm: Time::ms(100),
-            sp_int: e,
-            ..ContS::default()
-        }
-    }
-
-    fn manual() -> ContS {
-        ContS { lmns_on: true, ..ContS::default() }
-    }
-
-    #[test]
-    fn clause_1_a_restart_cuts_a_pulse_at_once_and_clears_all_outputs() {
-        let mut block = restarted(ContS { sp_int: 11.0, pv_in: -3.0, ..ContS::default() });
-        assert_eq!(pulses(&mut block, 1), "U");
-        block.com_rst = true;
-        block.call();
-        assert_eq!((block.qlmnup, block.qlmndn, block.pv, block.er), (false, false, 0.0, 0.0));
-        assert_eq!(block.memory.pulse_left, 0);
-    }
-
-    #[test]
-    fn clause_1_after_a_restart_no_break_has_to_pass() {
-        let run = |calls_before| {
-            let mut block = ContS { sp_int: 11.0, ..ContS::default() };
-            pulses(&mut block, calls_before);
-            block.restart();
-            pulses(&mut block, 60)
-        };
-        assert_eq!(run(8), run(0));
-    }
-
-    #[test]
-    fn clause_1_while_com_rst_is_true_every_call_is_a_restart() {
-        let mut block = restarted(ContS { sp_int: 11.0, com_rst: true, ..ContS::default() });
-        assert_eq!(pulses(&mut block, 3), "...");
-        assert!(block.com_rst);
-    }
-
-    #[test]
-    fn clause_2_process_value_and_error_are_made_as_in_cont_c() {
-        let mut block = ContS { pv_in: 7.0, pv_per: Word::new(13824), pv_fac: 4.0, pv_off: -50.0, ..ContS::default() };
-        block.call();
-        assert_eq!((block.pv, block.er), (7.0, -6.0));
-        block.pvper_on = true;
-        block.call();
-        assert_eq!((block.pv, block.er), (150.0, -149.0));
-    }
-
-    #[test]
-    fn clause_3_a_motor_time_below_a_cycle_counts_as_a_cycle() {
-        // The valve moves 100 % a call; 55 % is the off threshold.
-        let travel = |mtr_tm| {
-            let block = ContS { sp_int: 160.0, mtr_tm: Time::ms(mtr_tm), ti: Time::ms(1_000_000), ..position_only() };
-            pulses(&mut restarted(block), 5)
-        };
-        assert_eq!(travel(1_000), "UU...");
-        assert_eq!(travel(0), "UU...");
-    }
-
-    #[test]
-    fn clause_3_a_reset_time_below_half_a_cycle_counts_as_half_a_cycle() {
-        let integral = |ti| {
-            let mut block = restarted(ContS { sp_int: 0.1, ti: Time::ms(ti), ..slow_motor() });
-            block.call();
-            block.memory.f
-        };
-        assert_eq!(integral(1), integral(500));
-        // Te = 0.5 s - 0.01 * 0.1 * 100 s
-        assert!((integral(500) + 0.1 / 0.4).abs() < 1e-6);
-    }
-
-    #[test]
-    fn clause_4_the_first_pulse_takes_the_valve_as_far_as_the_p_action_asks() {
-        // e % of 30 s in calls of 0.1 s
-        for (e, calls) in [(1.0, 3), (5.0, 15), (20.0, 60)] {
-            let first = pulses(&mut restarted(pi(e)), 100);
-            assert_eq!(first.find('.'), Some(calls), "e {e}: {first}");
-        }
-    }
-
-    #[test]
-    fn clause_4_between_pulses_the_valve_moves_at_the_rate_of_the_i_action() {
-        for e in [1.0, 5.0, 20.0, -5.0] {
-            let run = pulses(&mut restarted(pi(e)), 400_000);
-            let up = |letter: &u8| *letter != b'.';
-            let letters = run.as_bytes();
-            let starts: Vec<_> = (1..letters.len()).filter(|&k| up(&letters[k]) && !up(&letters[k - 1])).collect();
-            let (first, last) = (starts[0], starts[starts.len() - 1]);
-            let travel = letters[first..last].iter().filter(|letter| up(letter)).count() as f64 * (100.0 * 0.1 / 30.0);
-            let rate = travel / ((last - first) as f64 * 0.1);
-            let ideal = f64::from(e).abs() / 20.0;
-            assert!((rate / ideal - 1.0).abs() < 2e-4, "e {e}: {rate} % a second, not {ideal}");
-        }
-    }
-
-    #[test]
-    fn clause_4_the_time_of_the_first_pulse_is_not_made_up() {
-        // e^2 MTR_TM / (100 TI) = 6 % behind 20 (1 + t / 20), give or take a pulse.
-        let calls = 400_000;
-        let run = pulses(&mut restarted(pi(20.0)), calls);
-        let travel = run.matches('U').count() as f64 * (100.0 * 0.1 / 30.0);
-        let behind = 20.0 * (1.0 + calls as f64 * 0.1 / 20.0) - travel;
-        assert!((behind - 6.0).abs() < 10.0, "{behind} %");
-    }
-
-    #[test]
-    fn clause_4_the_defaults_with_a_setpoint_of_11() {
-        let run = pulses(&mut restarted(ContS { sp_int: 11.0, ..ContS::default() }), 60);
-        assert_eq!(run, "UUUUUU......UUU.......UUU.......UUU.......UUU.......UUU.....");
-    }
-
-    #[test]
-    fn clause_4_the_defaults_with_a_setpoint_of_minus_6() {
-        let run = pulses(&mut restarted(ContS { sp_int: -6.0, ..ContS::default() }), 40);
-        assert_eq!(run, "DDD................DDD.................D");
-    }
-
-    #[test]
-    fn clause_4_a_large_error_shortens_the_reset_time_to_a_tenth_at_most() {
-        // 0.01 * 50 * 30 s leaves 5 s of 20; 0.01 * 500 * 30 s would leave less than nothing.
-        let slope = |e: Real| {
-            let mut block = restarted(ContS { lmnr_hs: true, sp_int: -e, ..pi(0.0) });
-            block.call();
-            block.memory.f
-        };
-        assert!((slope(50.0) - 50.0 * 0.1 / 5.0).abs() < 1e-5);
-        assert!((slope(500.0) - 500.0 * 0.1 / 2.0).abs() < 1e-4);
-    }
-
-    #[test]
-    fn clause_4_every_operation_rounds_in_the_order_of_the_formulas() {
-        // In another order the last digit is another: -0.35275745, and 0.043478258 for the pulse.
-        let (cycle, mtr_tm, ti) = (Time::ms(700), Time::ms(41_000), Time::ms(17_000));
-        let mut block = restarted(ContS { cycle, mtr_tm, ti, ..pi(7.1) });
-        block.call();
-        assert_eq!(block.memory.f, -0.35275742);
-
-        for ti in [0, 20_000] {
-            let (cycle, mtr_tm, ti) = (Time::ms(10), Time::ms(23_000), Time::ms(ti));
-            let mut block = restarted(ContS { cycle, mtr_tm, ti, lmnup: true, ..manual() });
-            block.call();
-            block.lmns_on = false;
-            block.call();
-            assert_eq!(block.memory.f, 0.04347826);
-        }
-    }
-
-    #[test]
-    fn clause_5_the_error_is_not_integrated_against_a_reported_stop() {
-        let integral = |sp_int, lmnr_hs, lmnr_ls| {
-            let mut block = restarted(ContS { sp_int, lmnr_hs, lmnr_ls, ..pi(0.0) });
-            block.call();
-            block.memory.f
-        };
-        assert_eq!(integral(5.0, true, false), 0.0);
-        assert_eq!(integral(-5.0, false, true), 0.0);
-        assert!(integral(5.0, false, true) < 0.0);
-        assert!(integral(-5.0, true, false) > 0.0);
-    }
-
-    #[test]
-    fn clause_6_manual_mode_holds_the_integrator_at_0_so_that_the_change_back_bumps() {
-        let mut block = restarted(ContS { sp_int: 11.0, ..ContS::default() });
-        assert_eq!(pulses(&mut block, 12), "UUUUUU......");
-        let automatic = pulses(&mut block.clone(), 1);
-        block.lmns_on = true;
-        block.call();
-        assert_eq!(block.memory.f, 0.0);
-        block.lmns_on = false;
-        // At rest it would have made one short pulse; now it goes all the way again.
-        assert_eq!((automatic.as_str(), pulses(&mut block, 8).as_str()), ("U", "UUUUUU.."));
-    }
-
-    #[test]
-    fn clause_7_without_i_action_the_valve_goes_to_e_and_rests() {
-        let run = pulses(&mut restarted(ContS { sp_int: 40.0, ..position_only() }), 30);
-        assert_eq!(run, "UUUU..........................");
-    }
-
-    #[test]
-    fn clause_7_without_i_action_the_assumed_position_stays_within_0_and_100_percent() {
-        // From 0 it cannot go down, and at 100 it does not reach 150: the pulse lasts until a stop is reported.
-        for (setpoint, letter) in [(-40.0, "D"), (150.0, "U")] {
-            let mut block = restarted(ContS { sp_int: setpoint, ..position_only() });
-            assert_eq!(pulses(&mut block, 40), letter.repeat(40));
-        }
-    }
-
-    #[test]
-    fn clause_7_a_negative_position_becomes_0_when_the_i_action_is_switched_off() {
-        let mut block = restarted(ContS { sp_int: 3.0, ti: Time::ms(1_000), lmns_on: false, ..slow_motor() });
-        block.lmnr_hs = false;
-        block.call();
-        assert!(block.memory.f < 0.0);
-        block.ti = Time::ms(0);
-        block.sp_int = 0.0;
-        block.lmnr_hs = true;
-        block.call();
-        assert!(block.memory.f >= 0.0);
-    }
-
-    #[test]
-    fn clause_8_the_on_threshold_is_capped_at_10() {
-        // After 20 % up, F falls by 20 / (1000 - 0.2 * 100) a call; 10 % take 490 calls, 1 % would take 49.
-        let mut block = restarted(ContS { sp_int: 20.0, ti: Time::ms(1_000_000), ..slow_motor() });
-        let run = pulses(&mut block, 600);
-        let rest = &run[20..];
-        assert!(run.starts_with(&"U".repeat(20)) && rest.starts_with('.'), "{run}");
-        let pause = rest.find('U').unwrap();
-        assert!((480..=500).contains(&pause), "{pause} calls");
-    }
-
-    #[test]
-    fn clause_8_below_10_the_on_threshold_is_the_smaller_of_error_and_integrator() {
-        let threshold = |e, f| {
-            let mut block = restarted(ContS { sp_int: e, ti: Time::ms(1_000_000_000), ..slow_motor() });
-            block.memory.f = f;
-            block.call();
-            block.memory.on
-        };
-        assert!((threshold(6.0, 8.0) - 6.0).abs() < 1e-5);
-        assert!((threshold(-6.0, -8.0) - 6.0).abs() < 1e-5);
-        assert!((threshold(8.0, 6.0) - 6.0).abs() < 1e-5);
-        assert!((threshold(8.0, -6.0) - 6.0).abs() < 1e-5);
-        assert_eq!(threshold(0.5, 8.0), 1.0);
-    }
-
-    #[test]
-    fn clause_8_the_lowest_threshold_is_the_way_of_the_shortest_pulse() {
-        let threshold = |pulse_tm| {
-            let mut block = restarted(ContS { pulse_tm: Time::ms(pulse_tm), ..slow_motor() });
-            block.call();
-            block.memory.on
-        };
-        assert_eq!((threshold(4_000), threshold(1_000), threshold(0)), (4.0, 1.0, 1.0));
-        // The lowest threshold may lie above the cap.
-        assert_eq!(threshold(20_000), 20.0);
-        let (cycle, mtr_tm) = (Time::ms(10), Time::ms(23_000));
-        let mut block = restarted(ContS { cycle, mtr_tm, pulse_tm: cycle, ..slow_motor() });
-        block.call();
-        assert_eq!(block.memory.on, 0.04347826);
-    }
-
-    #[test]
-    fn clause_8_a_reported_stop_sets_the_lowest_threshold_also_during_a_pulse() {
-        for (lmnr_hs, lmnr_ls) in [(true, false), (false, true)] {
-            let mut block = restarted(ContS { sp_int: 8.0, pv_in: -8.0, lmnr_hs, lmnr_ls, ..slow_motor() });
-            block.call();
-            assert_eq!(block.memory.on, 1.0);
-        }
-        let mut block = restarted(ContS { sp_int: 8.0, pv_in: -8.0, ..slow_motor() });
-        assert_eq!(pulses(&mut block, 2), "UU");
-        assert_eq!(block.memory.on, 8.0);
-        block.lmnr_ls = true;
-        assert_eq!(pulses(&mut block, 1), "U");
-        assert_eq!(block.memory.on, 1.0);
-        block.lmnr_ls = false;
-        assert_eq!(pulses(&mut block, 1), "U");
-        assert_eq!(block.memory.on, 1.0);
-    }
-
-    #[test]
-    fn clause_8_a_pulse_keeps_the_threshold_it_began_with() {
-        let mut block = restarted(ContS { sp_int: 8.0, pv_in: -8.0, ..slow_motor() });
-        block.call();
-        block.sp_int = 4.0;
-        block.call();
-        assert_eq!((letter(&block), block.memory.on), ('U', 8.0));
-    }
-
-    #[test]
-    fn clause_8_without_i_action_the_threshold_is_half_the_error_or_the_lowest_at_a_process_value_of_0() {
-        let first = |sp_int, pv_in| {
-            let mut block = restarted(ContS { sp_int, pv_in, disv: -5.0, ..slow_motor() });
-            (pulses(&mut block, 1), block.memory.on)
-        };
-        // e = 8, so z = 3: below 4, above 1.
-        assert_eq!(first(10.0, 2.0), (".".into(), 4.0));
-        assert_eq!(first(8.0, 0.0), ("U".into(), 1.0));
-    }
-
-    #[test]
-    fn clause_8_the_threshold_is_adapted_in_manual_mode_too() {
-        let mut block = restarted(ContS { sp_int: 8.0, pv_in: -8.0, lmns_on: true, ..slow_motor() });
-        block.call();
-        assert_eq!(block.memory.on, 8.0);
-    }
-
-    #[test]
-    fn clause_9_a_pulse_starts_at_the_on_threshold_and_not_below() {
-        let first = |sp_int| pulses(&mut restarted(ContS { sp_int, ..position_only() }), 1);
-        assert_eq!([first(10.0), first(9.99), first(-10.0), first(-9.99)], ["U", ".", "D", "."]);
-    }
-
-    #[test]
-    fn clause_9_a_pulse_ends_at_the_off_threshold() {
-        // 55 % of a call's way, 5.5 %, of what is left after four calls; exactly there it ends.
-        let run = |sp_int| pulses(&mut restarted(ContS { sp_int, ..position_only() }), 8);
-        assert_eq!([run(44.0), run(45.5), run(46.0)], ["UUUU....", "UUUU....", "UUUUU..."]);
-    }
-
-    #[test]
-    fn clause_9_the_off_threshold_is_55_percent_of_what_the_valve_moves_in_a_call() {
-        // Half a second is 5 % here: 2.75 %.
-        let run = |sp_int| {
-            let block = ContS { sp_int, cycle: Time::ms(500), pulse_tm: Time::ms(500), ..position_only() };
-            pulses(&mut restarted(block), 12)
-        };
-        assert_eq!([run(42.5), run(43.0)], ["UUUUUUUU....", "UUUUUUUUU..."]);
-    }
-
-    #[test]
-    fn clause_9_a_pulse_down_ends_at_the_off_threshold() {
-        let run = |target| {
-            let mut block = restarted(ContS { sp_int: 100.0, ..position_only() });
-            assert_eq!(pulses(&mut block, 12), "UUUUUUUUUU..");
-            block.sp_int = target;
-            pulses(&mut block, 8)
-        };
-        assert_eq!([run(56.0), run(54.5), run(54.0)], ["DDDD....", "DDDD....", "DDDDD..."]);
-    }
-
-    #[test]
-    fn clause_9_the_disturbance_variable_is_fed_forward() {
-        let run = |disv| pulses(&mut restarted(ContS { disv, sp_int: 40.0, ..position_only() }), 8);
-        assert_eq!([run(20.0), run(-20.0)], ["UUUUUU..", "UU......"]);
-    }
-
-    #[test]
-    fn clause_9_the_integrator_is_subtracted_before_the_disturbance_variable_is_added() {
-        // (1e8 - 50) - 1e8 is -48 in a REAL, within +-49; (1e8 - 1e8) - 50 would be beyond.
-        let block = ContS { sp_int: 1e8, disv: -1e8, pulse_tm: Time::ms(49_000), ..slow_motor() };
-        let mut block = restarted(block);
-        block.memory.f = 50.0;
-        assert_eq!(pulses(&mut block, 1), ".");
-        assert_eq!((block.memory.f, block.memory.on), (50.0, 49.0));
-    }
-
-    #[test]
-    fn clause_10_one_manual_signal_makes_a_pulse_both_or_neither_none() {
-        let pulse = |lmnup, lmndn| pulses(&mut restarted(ContS { lmnup, lmndn, sp_int: 50.0, ..manual() }), 2);
-        assert_eq!(pulse(true, false), "UU");
-        assert_eq!(pulse(false, true), "DD");
-        assert_eq!(pulse(true, true), "..");
-        assert_eq!(pulse(false, false), "..");
-    }
-
-    #[test]
-    fn clause_10_manual_signals_count_with_lmns_on_only() {
-        assert_eq!(pulses(&mut restarted(ContS { lmnup: true, ..ContS::default() }), 3), "...");
-    }
-
-    #[test]
-    fn clause_11_a_demand_against_a_reported_stop_starts_no_pulse() {
-        let pulse = |sp_int, lmnr_hs, lmnr_ls| {
-            pulses(&mut restarted(ContS { sp_int, lmnr_hs, lmnr_ls, ..ContS::default() }), 2)
-        };
-        assert_eq!(pulse(21.0, true, false), "..");
-        assert_eq!(pulse(-21.0, false, true), "..");
-        assert_eq!(pulse(21.0, false, true), "UU");
-        assert_eq!(pulse(-21.0, true, false), "DD");
-    }
-
-    #[test]
-    fn clause_11_between_up_and_down_lies_a_call_without_a_pulse() {
-        let mut block = restarted(ContS { lmnup: true, pulse_tm: Time::ms(0), break_tm: Time::ms(0), ..manual() });
-        let run = pulses_with(&mut block, 8, |number, block| {
-            block.lmnup = number <= 3 || number > 6;
-            block.lmndn = !block.lmnup;
-        });
-        assert_eq!(run, "UUU.DD.U");
-    }
-
-    #[test]
-    fn clause_12_manual_pulses_keep_the_minimum_pulse_and_break() {
-        let run = pulses_with(&mut restarted(manual()), 16, |number, block| {
-            block.lmnup = number == 2;
-            block.lmndn = (4..=12).contains(&number);
-        });
-        assert_eq!(run, ".UUU...DDDDD....");
-    }
-
-    #[test]
-    fn clause_12_the_minimum_times_are_counted_in_calls() {
-        let run = |pulse_tm, break_tm| {
-            let mut block = ContS { pulse_tm: Time::ms(pulse_tm), break_tm: Time::ms(break_tm), ..manual() };
-            pulses_with(&mut block, 12, |number, block| block.lmnup = number == 1 || number > 5)
-        };
-        assert_eq!(run(3_000, 3_000), "UUU...UUUUUU");
-        assert_eq!(run(3_000, 4_000), "UUU....UUUUU");
-        assert_eq!(run(2_500, 3_500), "UUU....UUUUU");
-        assert_eq!(run(1_000, 8_000), "U........UUU");
-        assert_eq!(run(0, 0), "U....UUUUUUU");
-    }
-
-    #[test]
-    fn clause_12_the_pulse_of_the_automatic_mode_ends_as_a_manual_one() {
-        let mut block = restarted(ContS { sp_int: 11.0, ..ContS::default() });
-        assert_eq!(pulses(&mut block, 1), "U");
-        block.lmns_on = true;
-        assert_eq!(pulses(&mut block, 4), "UU..");
-    }
-
-    #[test]
-    fn clause_13_a_stop_in_a_minimum_pulse_ends_it_and_asks_for_no_break() {
-        let run = pulses_with(&mut restarted(manual()), 16, |number, block| {
-            block.lmnup = number >= 2;
-            block.lmnr_hs = number == 3 || number == 4;
-        });
-        assert_eq!(run, ".U..UUUUUUUUUUUU");
-    }
-
-    #[test]
-    fn clause_13_a_stop_after_the_minimum_pulse_asks_for_the_break() {
-        let run = pulses_with(&mut restarted(manual()), 12, |number, block| {
-            block.lmndn = true;
-            block.lmnr_ls = number == 5;
-        });
-        assert_eq!(run, "DDDD...DDDDD");
-    }
-
-    #[test]
-    fn clause_13_the_stop_of_the_other_direction_ends_nothing() {
-        let run = pulses_with(&mut restarted(manual()), 6, |number, block| {
-            block.lmnup = true;
-            block.lmnr_ls = number >= 3;
-        });
-        assert_eq!(run, "UUUUUU");
-    }
-
-    #[test]
-    fn clause_13_a_stop_in_the_pulses_of_the_automatic_mode() {
-        let mut block = restarted(ContS { sp_int: 21.0, ..ContS::default() });
-        let run = pulses_with(&mut block, 24, |number, block| block.lmnr_hs = (8..=12).contains(&number));
-        assert_eq!(run, "UUUUUUU.....UUUUUUUU...U");
-    }
-
-    #[test]
-    fn clause_14_whatever_is_set_the_pulses_stay_safe() {
-        let mut random = Random(0x2545_F491_4F6C_DD1D);
-        let mut block = restarted(ContS::default());
-        let mut last = '.';
-        let mut seen = String::new();
-        for call in 0..300_000 {
-            if call % 500 == 0 {
-                block.cycle = Time::ms(random.between(1, 2_000));
-                block.ti = Time::ms(random.between(0, 2) * random.between(0, 40_000));
-                block.pulse_tm = Time::ms(random.between(0, 5_000));
-                block.break_tm = Time::ms(random.between(0, 5_000));
-                block.mtr_tm = Time::ms(random.between(0, 60_000));
-                block.gain = random.between(-30, 30) as Real / 10.0;
-                block.deadb_w = random.between(0, 20) as Real / 10.0;
-            }
-            if random.one_in(10) {
-                block.sp_int = random.between(-1_000, 1_000) as Real / 10.0;
-                block.disv = random.between(-100, 100) as Real / 10.0;
-                block.lmns_on = random.one_in(3);
-            }
-            block.lmnup = random.one_in(3);
-            block.lmndn = random.one_in(3);
-            block.lmnr_hs = random.one_in(12);
-            block.lmnr_ls = random.one_in(12);
-            block.com_rst = random.one_in(2_000);
-            block.call();
-
-            let pulse = letter(&block);
-            assert_ne!(pulse, '!', "both outputs in call {call}");
-            assert!(!matches!((last, pulse), ('U', 'D') | ('D', 'U')), "{last}{pulse} in call {call}");
-            assert!(!(pulse == 'U' && block.lmnr_hs || pulse == 'D' && block.lmnr_ls), "against a stop in call {call}");
-            assert_eq!(block.pulse(), i32::from(block.qlmnup) - i32::from(block.qlmndn));
-            last = pulse;
-            seen.push(pulse);
-        }
-        for change in ["U.", "D.", ".U", ".D", "UUU", "DDD", "U.D", "D.U"] {
-            assert!(seen.contains(change), "the drive never made {change}");
-        }
-    }
-
-    /// Xorshift: numbers without pattern, the same in every run.
-    struct Random(u64);
-
-    impl Random {
-        fn next(&mut self) -> u64 {
-            self.0 ^= self.0 << 13;
-            self.0 ^= self.0 >> 7;
-            self.0 ^= self.0 << 17;
-            self.0
-        }
-
-        fn between(&mut self, lowest: i32, highest: i32) -> i32 {
-            let count = i64::from(highest) - i64::from(lowest) + 1;
-            (i64::from(lowest) + (self.next() >> 33) as i64 % count) as i32
-        }
-
-        fn one_in(&mut self, count: u64) -> bool {
-            (self.next() >> 33).is_multiple_of(count)
-        }
-    }
-
-    #[test]
-    fn clause_15_the_mean_row_counts_up_positive_and_down_negative() {
-        let pulse = |lmnup, lmndn| {
-            let mut block = restarted(ContS { lmnup, lmndn, ..manual() });
-            block.call();
-            block.pulse()
-        };
-        assert_eq!([pulse(true, false), pulse(false, true), pulse(false, false)], [1, -1, 0]);
-        let mean = ContS::TABLE.mean.map(|row| ContS::TABLE.rows[row].full_name());
-        assert_eq!(mean.as_deref(), Some("QLMN_MEAN"));
-    }
-}
+mod tests;

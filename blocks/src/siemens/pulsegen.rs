@@ -3,10 +3,29 @@
 use std::cmp::Ordering;
 
 use crate::siemens::advice;
-use crate::table::{Law, Real, Response, rnd};
+use crate::table::{Characteristic, Law, Real, Response, rnd};
 
 crate::block! {
     /// Pulse duration modulation of a manipulated value for proportional actuators, in three or two steps (FB 43).
+    ///
+    /// # Purpose
+    ///
+    /// The block switches an actuator on and off so that its mean is a manipulated value: a heater by a relay, heating
+    /// and cooling by two valves. It stands behind a continuous controller such as CONT_C. It does no control of its
+    /// own and knows nothing of the actuator but its shortest switching time.
+    ///
+    /// # Quick start
+    ///
+    /// 1. STEP3_ON and ST2BI_ON: two actuators (three-step), or one for -100 ... 100 % (bipolar) or 0 ... 100 %
+    ///    (monopolar).
+    /// 2. PER_TM: a tenth of the plant's time constant or less; 1 s for solid state relays, 10 s and more for
+    ///    contactors.
+    /// 3. CYCLE: PER_TM / 100 for a resolution of 1 %, PER_TM / 20 at most.
+    /// 4. P_B_TM: the shortest time for which the actuator may be switched.
+    /// 5. INV from LMN of the controller; QPOS_P and QNEG_P, or Q_MEAN, to the plant. Call the controller once a
+    ///    period, or set SYN_ON = FALSE.
+    ///
+    /// # Diagram
     ///
     /// ```text
     ///         +------------------------+      +-------------------+      +-----------------+
@@ -15,6 +34,20 @@ crate::block! {
     ///         | RATIOFAC, P_B_TM       |      | PER_TM, SYN_ON    |      | POS_P_ON        |----> QNEG_P
     ///         +------------------------+      +-------------------+      | NEG_P_ON        |
     ///                                                                    +-----------------+
+    /// ```
+    ///
+    /// # Law
+    ///
+    /// The share of a period that the pulse is on, in three-step control, bipolar and monopolar two-step control:
+    ///
+    /// ```math
+    /// \frac{|\text{INV}|}{100\,\%}, \qquad \frac{\text{INV} + 100\,\%}{200\,\%}, \qquad \frac{\text{INV}}{100\,\%}
+    /// ```
+    ///
+    /// Pulses and breaks that would be shorter than the minimum time are left out:
+    ///
+    /// ```math
+    /// w = \begin{cases} 0 & w < \text{P_B_TM} \\ \text{PER_TM} & w > \text{PER_TM} - \text{P_B_TM} \end{cases}
     /// ```
     ///
     /// The law of a call, in this order; every operation rounds to a 32-bit REAL, times are in milliseconds, R is the
@@ -41,6 +74,8 @@ crate::block! {
     /// two-step monopolar    below 0         0                              0              1
     /// two-step monopolar    0 and above     1                              0              1
     /// ```
+    ///
+    /// # Clauses
     ///
     /// 1. Restart (COM_RST): both outputs are FALSE, QNEG_P in two-step mode too; the next automatic call starts a
     ///    period. The block does not reset COM_RST: while it is TRUE, every call is a restart. (manual)
@@ -71,63 +106,139 @@ crate::block! {
     ///     time, 0 if it is off. A Real plant input and steps longer than CYCLE need Q_MEAN, because QPOS_P and QNEG_P
     ///     show only the last call. (decided)
     ///
-    /// Sampling: call the block every CYCLE, and change INV once a period. With SYN_ON and an INV that changes in every
-    /// call, a period lasts two calls, and 30 % of ten calls is on all the time. A pulse is a whole number of calls, so
-    /// PER_TM / CYCLE is the resolution of INV: 20 calls resolve 5 %, 100 calls 1 %.
+    /// # Sampling
     ///
-    /// Bad input: the block checks no parameter. With P_B_TM above half of PER_TM the output is only off or fully on,
-    /// with P_B_TM above PER_TM always fully on, whatever INV is (in three-step control the negative pulse for INV =
-    /// 0). PER_TM up to CYCLE / 2 is rounded to no call at all and makes no pulse. The counters have 32 bits and do not
-    /// wrap.
+    /// Call the block every CYCLE, and change INV once a period. With SYN_ON and an INV that changes in every call, a
+    /// period lasts two calls, and 30 % of ten calls is on all the time. A pulse is a whole number of calls, so PER_TM
+    /// / CYCLE is the resolution of INV: 20 calls resolve 5 %, 100 calls 1 %.
+    ///
+    /// A communication step of ten times CYCLE makes ten calls with the inputs of its start, and INV is that of the
+    /// start for all of them; the outputs show the last call only, Q_MEAN the mean of the ten. A step of CYCLE / 10
+    /// makes a call in one step of ten and none in the others.
+    ///
+    /// # Limits of use
+    ///
+    /// The block checks no parameter. With P_B_TM above half of PER_TM the output is only off or fully on, with P_B_TM
+    /// above PER_TM always fully on, whatever INV is (in three-step control the negative pulse for INV = 0). PER_TM up
+    /// to CYCLE / 2 is rounded to no call at all and makes no pulse. The counters have 32 bits and do not wrap.
+    ///
+    /// # Sources
     ///
     /// Decided: the full pulse and its threshold with RATIOFAC; which call starts the synchronized period; the start of
     /// a period after manual mode; Q_MEAN. The manual's text calls the outputs QPOS and QNEG in places; for POS_P_ON
     /// and NEG_P_ON in two-step mode it agrees with its mode table: QNEG_P is the opposite of QPOS_P.
     ///
-    /// Source: Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.3,
+    /// Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.3,
     /// figures 3-3 to 3-9, tables 3-5 and 3-6. Only the rounding of clause 2 is recorded.
     pub struct Pulsegen as "PULSEGEN" | "FB 43" | "SFB 43" {
         input {
             /// Manipulated value in percent, to be turned into pulses
+            ///
+            /// Connect LMN of CONT_C here. It is read at the start of a period, or at any call with SYN_ON, and held to
+            /// the end of the period. In three-step control its sign chooses the output: 30 with PER_TM = 1 s is a
+            /// positive pulse of 0.3 s. Bipolar two-step control maps -100 ... 100 to 0 ... 100 % on time, monopolar 0
+            /// ... 100 to the same. Values beyond the range give a full pulse in their direction; in two-step control
+            /// below it none. Limit LMN of the controller to the range that the actuator has.
             inv: Real = 0.0, min -100.0, max 100.0;
         }
         parameter {
             /// Period of the pulses, in which INV is updated once; range: PER_TM >= 20 CYCLE
+            ///
+            /// The mean of the pulses over a period is INV, so the plant must not follow single pulses: choose PER_TM
+            /// well below its dominant time constant, a tenth or less, and long enough for the wear of the relay. 1 s
+            /// is for solid state relays, 10 ... 60 s for contactors and heating valves. PER_TM / CYCLE is the
+            /// resolution: the start values, 1 s and 10 ms, give 100 calls and 1 %; below 20 calls it is coarser than 5
+            /// %. It acts on the loop as a dead time of about PER_TM / 2. It is rounded to whole calls and takes effect
+            /// with the next period.
             per_tm: Time = Time::ms(1000);
             /// Minimum length of a pulse and of a break; range: P_B_TM >= CYCLE
+            ///
+            /// Pulses shorter than this are left out, and breaks shorter than this are filled, so that the actuator is
+            /// never switched for less time than it takes. With PER_TM = 1 s and 0.05 s, INV below 5 % gives nothing
+            /// and above 95 % a full pulse: the characteristic jumps there. Take the shortest sensible on time of the
+            /// relay or valve. Above PER_TM / 2 there is only off and fully on, above PER_TM only fully on.
             p_b_tm: Time = Time::ms(50);
             /// Ratio of the length of negative to positive pulses
+            ///
+            /// Makes up for a process that reacts differently to cooling and heating, in three-step control only. If
+            /// cooling is twice as strong as heating, set 0.5: negative pulses are half as long, INV = -50 gives 25 %.
+            /// Above 1 the positive pulses are divided by it: with 2, INV = 50 gives 25 %. The minimum time scales with
+            /// the pulses of that sign, so that they may be shorter than P_B_TM. 1 is symmetrical.
             ratiofac: Real = 1.0, min 0.1, max 10.0;
             /// Three-step control: positive and negative pulses; otherwise two-step control
+            ///
+            /// TRUE: QPOS_P and QNEG_P drive two actuators, such as heating and cooling, or open and close. FALSE:
+            /// QPOS_P drives one actuator and QNEG_P is its opposite; ST2BI_ON then says which range INV has. A change
+            /// takes effect with the next period, for the pulse width, and at once for the outputs.
             step3_on: Bool = true;
             /// Two-step control is bipolar, -100 ... 100 % (TRUE), or monopolar, 0 ... 100 % (FALSE)
+            ///
+            /// Only with STEP3_ON = FALSE. TRUE: INV = -100 is off, 0 is half on, 100 is on; for a controller whose
+            /// output goes from -100 to 100. FALSE: 0 is off, 100 is on, and below 0 it stays off; for a controller
+            /// with LMN_LLM = 0. Choosing the wrong one halves or doubles the gain of the loop.
             st2bi_on: Bool = false;
         }
         input {
             /// Manual mode: POS_P_ON and NEG_P_ON set the outputs
+            ///
+            /// While it is TRUE, POS_P_ON and NEG_P_ON switch the outputs in the same call, without period and without
+            /// minimum time. When it becomes FALSE, the next call starts a new period with the INV of that call.
             man_on: Bool = false;
             /// Manual positive pulse
+            ///
+            /// Acts with MAN_ON = TRUE. In three-step control it sets QPOS_P unless NEG_P_ON is TRUE as well; in
+            /// two-step control QPOS_P follows it, and QNEG_P is the opposite. P_B_TM is not observed: a short command
+            /// makes a short pulse.
             pos_p_on: Bool = false;
             /// Manual negative pulse; no effect in two-step control
+            ///
+            /// Acts with MAN_ON = TRUE in three-step control: it sets QNEG_P unless POS_P_ON is TRUE as well. In
+            /// two-step control it has no effect, because QNEG_P is the opposite of QPOS_P.
             neg_p_on: Bool = false;
             /// Synchronization: a change of INV starts a new period
+            ///
+            /// TRUE: a new INV ends the running period and starts a new one with the next call, except in the first
+            /// call and in the last two of a period. It saves the wait of up to a PER_TM and fits a controller that
+            /// computes INV once a period. With an INV that changes in every call it defeats the modulation: a period
+            /// then lasts two calls, and 30 % of ten calls is on all the time. Set FALSE there, or call the controller
+            /// once a period as PULS_CTR does.
             syn_on: Bool = true;
             /// Complete restart: TRUE runs the restart routine instead of the generator
+            ///
+            /// While it is TRUE, every call is a restart: both outputs are FALSE, QNEG_P in two-step control too. The
+            /// first call after it starts a period. The block does not reset it; at the start of a simulation the FMU
+            /// restarts the block itself.
             com_rst: Bool = false;
         }
         cycle {
             /// Sampling time: the time between two calls
+            ///
+            /// The time base of the pulses: the FMU calls the block that often, whatever the communication step is.
+            /// Pulses and periods are whole numbers of calls. Choose PER_TM / 100 for a resolution of 1 %, as the start
+            /// values have it, and call the controller before it less often: its CYCLE may be PER_TM.
             cycle: Time = Time::ms(10), min Time::ms(1);
         }
         output {
             /// Positive pulse
+            ///
+            /// TRUE while the actuator for positive values is on. It shows the last call of the communication step:
+            /// with a step of PER_TM it always shows the same call of the period. Use Q_MEAN for longer steps and for a
+            /// plant with a Real input.
             qpos_p: Bool;
             /// Negative pulse; in two-step control the opposite of QPOS_P
+            ///
+            /// In three-step control TRUE while the actuator for negative values is on. In two-step control it is TRUE
+            /// whenever QPOS_P is FALSE, but not after a restart, when both are FALSE. Do not connect it to a second
+            /// actuator there.
             qneg_p: Bool;
         }
     }
     mean {
         /// Mean of the pulses over the last communication step in percent, negative ones negative (not in the manual)
+        ///
+        /// Connects the pulses to a plant with a Real input. With a communication step of one period it is INV itself,
+        /// rounded to whole calls: 34 in a period of ten calls gives 30. In steps of one CYCLE it is 100, 0 or -100. In
+        /// two-step control it counts QPOS_P only, 0 ... 100.
         q_mean;
     }
     memory Memory {
@@ -144,21 +255,102 @@ crate::block! {
     }
 }
 
+/// The share of a period of 100 calls in which the outputs are TRUE, in steps of 1 %.
+const SHARE_OVER_INV: Characteristic = Characteristic {
+    title: "",
+    variable: "INV",
+    range: (-100.0, 100.0),
+    points: 201,
+    calls: 100,
+    set: &[],
+    show: &["QPOS_P", "QNEG_P"],
+};
+
 impl Law for Pulsegen {
-    const RESPONSE: Response = Response {
-        title: "Periods of 20 calls: 30 %, then 75 % and -50 %, which come in the middle of a period and start a new one, \
+    const RESPONSES: &'static [Response] = &[
+        Response {
+            title: "Periods of 20 calls: 30 %, then 75 % and -50 %, which come in the middle of a period and start a new one, \
                 then 4 %, too little for a pulse",
-        calls: 160,
-        set: &[
-            (0, "PER_TM", 0.2),
-            (0, "P_B_TM", 0.01),
-            (0, "INV", 30.0),
-            (50, "INV", 75.0),
-            (95, "INV", -50.0),
-            (136, "INV", 4.0),
-        ],
-        show: &["INV", "QPOS_P", "QNEG_P"],
-    };
+            calls: 160,
+            set: &[
+                (0, "PER_TM", 0.2),
+                (0, "P_B_TM", 0.01),
+                (0, "INV", 30.0),
+                (50, "INV", 75.0),
+                (95, "INV", -50.0),
+                (136, "INV", 4.0),
+            ],
+            show: &["INV", "QPOS_P", "QNEG_P"],
+        },
+        Response {
+            title: "Two-step control, bipolar: 0 % is on for half of the period, -60 % for a fifth, 100 % throughout; QNEG_P is the \
+                opposite",
+            calls: 120,
+            set: &[
+                (0, "STEP3_ON", 0.0),
+                (0, "ST2BI_ON", 1.0),
+                (0, "PER_TM", 0.2),
+                (0, "P_B_TM", 0.01),
+                (41, "INV", -60.0),
+                (81, "INV", 100.0),
+            ],
+            show: &["INV", "QPOS_P", "QNEG_P"],
+        },
+        Response {
+            title: "RATIOFAC = 0.5: 50 % is 10 calls of 20 on QPOS_P, -50 % only 5 on QNEG_P",
+            calls: 80,
+            set: &[(0, "RATIOFAC", 0.5), (0, "PER_TM", 0.2), (0, "P_B_TM", 0.01), (0, "INV", 50.0), (41, "INV", -50.0)],
+            show: &["INV", "QPOS_P", "QNEG_P"],
+        },
+        Response {
+            title: "P_B_TM = 40 ms, 4 calls: 15 % of 20 calls would be 3 and is left out, 25 % is 5, 85 % would leave a break of 3 \
+                and is on throughout",
+            calls: 120,
+            set: &[(0, "PER_TM", 0.2), (0, "P_B_TM", 0.04), (0, "INV", 15.0), (41, "INV", 25.0), (81, "INV", 85.0)],
+            show: &["INV", "QPOS_P", "QNEG_P"],
+        },
+        Response {
+            title: "MAN_ON: the outputs follow POS_P_ON and NEG_P_ON call by call; afterwards a period starts with INV = 30 %",
+            calls: 80,
+            set: &[
+                (0, "PER_TM", 0.2),
+                (0, "P_B_TM", 0.01),
+                (0, "INV", 30.0),
+                (10, "MAN_ON", 1.0),
+                (15, "POS_P_ON", 1.0),
+                (17, "POS_P_ON", 0.0),
+                (25, "NEG_P_ON", 1.0),
+                (30, "POS_P_ON", 1.0),
+                (35, "POS_P_ON", 0.0),
+                (40, "NEG_P_ON", 0.0),
+                (45, "MAN_ON", 0.0),
+            ],
+            show: &["MAN_ON", "POS_P_ON", "NEG_P_ON", "QPOS_P", "QNEG_P"],
+        },
+    ];
+
+    const CHARACTERISTICS: &'static [Characteristic] = &[
+        Characteristic {
+            title: "Three-step control: below P_B_TM, 5 % of the period, there is no pulse, above 95 % no break",
+            set: &[],
+            ..SHARE_OVER_INV
+        },
+        Characteristic {
+            title: "Three-step control, RATIOFAC = 0.5: negative pulses, and their shortest and longest one, are half as long",
+            set: &[("RATIOFAC", 0.5)],
+            ..SHARE_OVER_INV
+        },
+        Characteristic {
+            title: "Two-step control, bipolar: half of the period at 0 %; QNEG_P is the opposite",
+            set: &[("STEP3_ON", 0.0), ("ST2BI_ON", 1.0)],
+            ..SHARE_OVER_INV
+        },
+        Characteristic {
+            title: "Two-step control, monopolar: off below 0 %; QNEG_P is the opposite",
+            set: &[("STEP3_ON", 0.0)],
+            ..SHARE_OVER_INV
+        },
+    ];
 
     fn restart(&mut self) {
         self.clear();

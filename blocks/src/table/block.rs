@@ -7,7 +7,9 @@
 ///     /// What it does. The law. Clauses. Sources.
 ///     pub struct Name as "NAME" | "FB 1" {
 ///         input | parameter | fixed | cycle | output | local {
-///             /// Short text
+///             /// Short text, on one line
+///             ///
+///             /// Help: what it acts on, what happens at the edges, how to choose it.
 ///             name: Real | LReal | Time | Word | Int | Bool = start, from p q, min a, max b, unit "u";
 ///         }
 ///     }
@@ -122,7 +124,8 @@ macro_rules! block {
             const OWN: &[Row] = &[ $($( Row {
                 path: [""; $crate::table::DEPTH],
                 name: $crate::block!(@upper $name),
-                description: $crate::table::trimmed(concat!($($doc),*)),
+                description: $crate::table::short_text(concat!($($doc, "\n"),*)),
+                help: $crate::table::help(concat!($($doc, "\n"),*)),
                 kind: Kind::$kind,
                 role: $crate::block!(@role $section),
                 start: $crate::block!(@value $kind $($start)?),
@@ -134,7 +137,8 @@ macro_rules! block {
 
             const MEAN: &[Row] = &[ $( Row {
                 name: $crate::block!(@upper $mean),
-                description: $crate::table::trimmed(concat!($($mean_doc),*)),
+                description: $crate::table::short_text(concat!($($mean_doc, "\n"),*)),
+                help: $crate::table::help(concat!($($mean_doc, "\n"),*)),
                 kind: Kind::LReal,
                 role: Role::Output,
                 start: Value::LReal(0.0),
@@ -184,7 +188,8 @@ macro_rules! block {
                     mean: if MEAN.is_empty() { None } else { Some(COUNT - 1) },
                     memory: &[ $($( (stringify!($memory), stringify!($memory_type)), )*)? ],
                     instances: INSTANCES,
-                    response: <$Block as Law>::RESPONSE,
+                    responses: <$Block as Law>::RESPONSES,
+                    characteristics: <$Block as Law>::CHARACTERISTICS,
                 };
 
                 #[inline]

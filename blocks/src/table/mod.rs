@@ -53,14 +53,19 @@ mod tests;
 mod types;
 
 #[doc(hidden)]
-pub use parts::{check_restart_values, copy, cycle_row, inner_rows, nest, text, trimmed, tunable_reals, upper};
+pub use parts::{
+    check_restart_values, copy, cycle_row, help, inner_rows, nest, short_text, text, tunable_reals, upper,
+};
 pub use stored::Stored;
 pub use types::{Bool, Int, LReal, Real, Time, Word, low_word, rnd};
 
 /// The part of a block that is written by hand: what it does when it is called.
 pub trait Law {
-    /// What the documentation shows of the block and the reference results record.
-    const RESPONSE: Response = Response::AT_REST;
+    /// The runs that the documentation shows. The reference results of the FMU record the first one.
+    const RESPONSES: &'static [Response] = &[Response::AT_REST];
+
+    /// The characteristics that the documentation shows.
+    const CHARACTERISTICS: &'static [Characteristic] = &[];
 
     /// The complete restart, which a PLC runs once at power-up (OB 100), with the present inputs and parameters.
     fn restart(&mut self);
@@ -135,8 +140,10 @@ pub struct Table {
     pub memory: &'static [(&'static str, &'static str)],
     /// The tables of the blocks inside it.
     pub instances: &'static [&'static Table],
-    /// What the documentation shows of the block.
-    pub response: Response,
+    /// The runs that the documentation shows; there is at least one.
+    pub responses: &'static [Response],
+    /// The characteristics that the documentation shows.
+    pub characteristics: &'static [Characteristic],
 }
 
 impl Table {
@@ -156,8 +163,10 @@ pub struct Row {
     pub path: [&'static str; DEPTH],
     /// Its name, in capitals.
     pub name: &'static str,
-    /// A short text.
+    /// A short text, on one line.
     pub description: &'static str,
+    /// What one has to know to use it (Markdown): what it acts on, what happens at the edges, how to choose it. May be empty.
+    pub help: &'static str,
     /// Its PLC type.
     pub kind: Kind,
     /// Who sets it, and when.
@@ -181,6 +190,7 @@ impl Row {
         path: [""; DEPTH],
         name: "",
         description: "",
+        help: "",
         kind: Kind::Bool,
         role: Role::Local,
         start: Value::Bool(false),
@@ -326,4 +336,24 @@ pub struct Response {
 impl Response {
     /// The block with its defaults, for 60 calls, with all inputs and outputs recorded.
     pub const AT_REST: Response = Response { title: "At rest, with all defaults", calls: 60, set: &[], show: &[] };
+}
+
+/// What a block does at each value of a variable: for each of `points` values, evenly spaced, a new block makes `calls` calls,
+/// and the mean of each shown variable over these calls is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Characteristic {
+    /// What it shows, in one sentence.
+    pub title: &'static str,
+    /// The variable of the horizontal axis, a number.
+    pub variable: &'static str,
+    /// Its lowest and its highest value.
+    pub range: (f64, f64),
+    /// How many values it takes, both ends included.
+    pub points: u32,
+    /// The calls for each value.
+    pub calls: u32,
+    /// What is set before the restart, as in a [`Response`].
+    pub set: &'static [(&'static str, f64)],
+    /// The variables that are drawn; a BOOL as the share of the calls in which it was TRUE, 0 ... 1.
+    pub show: &'static [&'static str],
 }

@@ -29,9 +29,33 @@ pub const fn text(bytes: &[u8]) -> &str {
     }
 }
 
+/// The first line of a variable's documentation.
 #[doc(hidden)]
-pub const fn trimmed(doc: &str) -> &str {
-    text(doc.as_bytes().trim_ascii())
+pub const fn short_text(doc: &str) -> &str {
+    let (first, rest) = first_line(doc.as_bytes().trim_ascii());
+    assert!(
+        rest.is_empty() || first_line(rest).0.trim_ascii().is_empty(),
+        "a variable's short text is one line; its help begins after an empty line"
+    );
+    text(first.trim_ascii())
+}
+
+/// What follows the first line of a variable's documentation.
+#[doc(hidden)]
+pub const fn help(doc: &str) -> &str {
+    text(first_line(doc.as_bytes().trim_ascii()).1.trim_ascii())
+}
+
+const fn first_line(bytes: &[u8]) -> (&[u8], &[u8]) {
+    let mut end = 0;
+    while end < bytes.len() {
+        if bytes[end] == b'\n' {
+            let (line, rest) = bytes.split_at(end);
+            return (line, rest.split_at(1).1);
+        }
+        end += 1;
+    }
+    (bytes, &[])
 }
 
 #[doc(hidden)]

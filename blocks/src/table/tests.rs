@@ -52,6 +52,11 @@ crate::block! {
     pub struct Outer as "OUTER" {
         parameter {
             /// A number
+            ///
+            /// Twice as much makes twice
+            /// as much of it.
+            ///
+            /// 1.5 is a good beginning.
             gain: Real = 1.5, min 0.0, max 10.0, unit "degC";
         }
         cycle {
@@ -133,6 +138,14 @@ impl Law for Outermost {
 
 fn row(name: &str) -> usize {
     Outer::TABLE.find(name).unwrap_or_else(|| panic!("no row {name}"))
+}
+
+#[test]
+fn the_first_line_of_a_variables_documentation_is_its_short_text_and_the_rest_its_help() {
+    let gain = Outer::TABLE.rows[0];
+    assert_eq!(gain.description, "A number");
+    assert_eq!(gain.help, "Twice as much makes twice\n as much of it.\n\n 1.5 is a good beginning.");
+    assert_eq!(Outer::TABLE.rows[1].help, "");
 }
 
 #[test]

@@ -10,12 +10,28 @@ use blocks::{Law, Response};
 blocks::block! {
     /// Two-point controller with hysteresis: switches on below the setpoint and off above it.
     ///
+    /// # Purpose
+    ///
+    /// A thermostat or a level switch: one output, on or off. It is the smallest complete example of a block of one's
+    /// own. For a proportional behaviour take a continuous controller with a pulse generator.
+    ///
+    /// # Quick start
+    ///
+    /// 1. SP and PV, in the same unit.
+    /// 2. HYS: the band in which PV may swing, and MIN_TM: what the contactor bears.
+    /// 3. CYCLE: a tenth of the time that PV takes through the band.
+    /// 4. Q, or Q_MEAN for a Real input, to the plant.
+    ///
+    /// # Diagram
+    ///
     /// ```text
     ///           ER
     /// SP --->(+)---> hysteresis ---> minimum time ---> Q
     ///         -^     HYS             MIN_TM            Q_MEAN
     /// PV ------+
     /// ```
+    ///
+    /// # Law
     ///
     /// The law of a call, in this order; w is the time that Q has to stay as it is:
     ///
@@ -27,6 +43,8 @@ blocks::block! {
     /// w    = w - CYCLE, at least 0
     /// ```
     ///
+    /// # Clauses
+    ///
     /// 1. Restart: Q is FALSE, and may switch at once.
     /// 2. Between SP - HYS / 2 and SP + HYS / 2 nothing switches. HYS = 0 leaves no such band: Q then changes with the sign
     ///    of ER.
@@ -34,39 +52,67 @@ blocks::block! {
     /// 4. After a change Q stays as it is for MIN_TM, in manual mode too: contactors last longer.
     /// 5. Q_MEAN is the mean of Q over the last communication step, 0 or 100 % where it did not switch.
     ///
-    /// Sampling: call it every CYCLE; PV can pass the band by what it does in one CYCLE.
+    /// # Sampling
     ///
-    /// Bad input: with a HYS below 0 the limits change places, and the upper one is asked first.
+    /// Call it every CYCLE; PV can pass the band by what it does in one CYCLE.
+    ///
+    /// # Limits of use
+    ///
+    /// With a HYS below 0 the limits change places, and the upper one is asked first.
     pub struct TwoPoint as "TWO_POINT" {
         input {
             /// Setpoint
+            ///
+            /// The output switches on when PV is more than HYS / 2 below it, and off when PV is more than HYS / 2 above
+            /// it.
             sp: Real = 0.0;
             /// Process value, in the unit of the setpoint
+            ///
+            /// Connect the measured value, in the unit of SP.
             pv: Real = 0.0;
             /// Manual mode: MAN sets the output
+            ///
+            /// While it is TRUE the output follows MAN, whatever PV is. MIN_TM still holds.
             man_on: Bool = false;
             /// Manual value
+            ///
+            /// The output with MAN_ON = TRUE.
             man: Bool = false;
         }
         parameter {
             /// Hysteresis: the width of the band around the setpoint in which nothing switches
+            ///
+            /// The wider the band, the less often the output switches, and the further PV moves away from SP: with 4 it
+            /// is 2 to either side, and what the plant adds while it reacts. Larger than the noise of PV, at least.
             hys: Real = 1.0, min 0.0;
             /// Minimum time between two changes of the output
+            ///
+            /// After each change the output stays as it is for so long. Contactors and compressors need it: 0 for a
+            /// solid state relay, minutes for a compressor.
             min_tm: Time = Time::ms(0);
         }
         cycle {
             /// Sampling time: the time between two calls
+            ///
+            /// The output can change once in a CYCLE. A tenth of the time that PV takes through the band, or less.
             cycle: Time = Time::ms(100), min Time::ms(1);
         }
         output {
             /// Actuating signal
+            ///
+            /// TRUE while PV has to rise. It shows the last call; for a plant with a Real input use Q_MEAN.
             q: Bool;
             /// Error: setpoint minus process value
+            ///
+            /// SP - PV, positive while PV is too low.
             er: Real;
         }
     }
     mean {
         /// Mean of the actuating signal over the last communication step in percent
+        ///
+        /// For a plant with a Real input: 100 if the output was on throughout the communication step, 40 if for four of
+        /// ten calls.
         q_mean;
     }
     memory Memory {
@@ -77,7 +123,7 @@ blocks::block! {
 
 impl Law for TwoPoint {
     // What the FMU's documentation page draws and its reference results record.
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "The process value falls below the band of 2 around 50, rises above it, and comes back into it",
         calls: 60,
         set: &[
@@ -90,7 +136,7 @@ impl Law for TwoPoint {
             (40, "PV", 49.5),
         ],
         show: &["SP", "PV", "Q"],
-    };
+    }];
 
     fn restart(&mut self) {
         // All outputs and the memory to 0 and FALSE.

@@ -68,7 +68,7 @@ mod tests {
         {"name":"ENABLE","description":"Counts","kind":"BOOL","role":"input","start":1.0,"min":null,"max":null,"unit":null},
         {"name":"CYCLE","description":"Cycle","kind":"TIME","role":"cycle","start":0.1,"min":0.001,"max":null,"unit":null},
         {"name":"COUNT","description":"","kind":"INT","role":"output","start":0.0,"min":null,"max":null,"unit":null}],
-        "response":{"title":"t","calls":60,"set":[[3,"ENABLE",0.0]],"show":["COUNT"]}},
+        "responses":[{"title":"t","calls":60,"set":[[3,"ENABLE",0.0]],"show":["COUNT"]}]},
         "interface":{"version":"2.0","guid":"{1}","capabilities":{"canInterpolateInputs":true},
         "log_categories":[{"name":"logAll","description":"All of it"}]}}"#;
 
@@ -104,7 +104,7 @@ mod tests {
             (row.kind, row.role, row.start, row.min, row.max),
             (Kind::Time, Role::Cycle, 0.1, Some(0.001), None)
         );
-        assert_eq!(table.response.set, [(3, "ENABLE".to_string(), 0.0)]);
+        assert_eq!(table.responses[0].set, [(3, "ENABLE".to_string(), 0.0)]);
     }
 
     #[test]

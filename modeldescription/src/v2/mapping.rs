@@ -57,7 +57,8 @@ impl ModelDescription {
 fn default_experiment(table: &Table) -> DefaultExperiment {
     let cycle = table.variables.get(table.cycle).map_or(0.0, |row| row.start);
     // Computed in whole milliseconds, so that the stop time has no round-off: 0.3, not 0.30000000000000004.
-    let milliseconds = f64::from(table.response.calls.max(1)) * (cycle * 1000.0).round();
+    let milliseconds =
+        f64::from(table.responses.first().map_or(1, |response| response.calls.max(1))) * (cycle * 1000.0).round();
     DefaultExperiment {
         start_time: Some(0.0),
         stop_time: Some(milliseconds / 1000.0),

@@ -23,7 +23,7 @@ fn json(rows: &[String]) -> String {
     let rows: Vec<String> = [cycle].into_iter().chain(rows.iter().cloned()).collect();
     format!(
         r#"{{"table":{{"name":"BLOCK","docs":" Does it.\n In full.\n\n The law.\n","cycle":0,"mean":null,
-        "variables":[{}],"response":{{"title":"t","calls":60,"set":[],"show":[]}}}},
+        "variables":[{}],"responses":[{{"title":"t","calls":60,"set":[],"show":[]}}]}},
         "interface":{{"version":"2.0","guid":"{{0123}}",
         "capabilities":{{"canHandleVariableCommunicationStepSize":true,"canInterpolateInputs":true,
         "maxOutputDerivativeOrder":2,"canNotUseMemoryManagementFunctions":true,"canGetAndSetFMUstate":true,

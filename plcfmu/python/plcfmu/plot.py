@@ -2,9 +2,9 @@
 
 matplotlib is loaded with the first picture.
 
-with plot.picture("loop.png", "Furnace with CONT_C", ["temperature in °C", "LMN in %"]) as axes:
-    axes[0].plot(result.time, result["PV"], label="PV", **plot.PROCESS_VALUE)
-    axes[1].plot(result.time, result["LMN"], label="LMN", **plot.MANIPULATED)
+    with plot.picture("loop.png", "Furnace with CONT_C", ["temperature in °C", "LMN in %"]) as axes:
+        axes[0].plot(result.time, result["PV"], label="PV", **plot.PROCESS_VALUE)
+        axes[1].plot(result.time, result["LMN"], label="LMN", **plot.MANIPULATED)
 """
 
 from __future__ import annotations

@@ -230,7 +230,7 @@ fn draw(recording: &Recording, title: String, end: f64, is_svg: bool) -> Result<
     }
     let panels = panels.into_iter().map(|(_, panel)| panel).collect();
     let time = recording.times.iter().copied().chain([end]).collect();
-    let chart = Chart { title, time, panels, lanes };
+    let chart = Chart { title, time, over: None, panels, lanes };
     let svg = plot::svg(&chart)?;
     if is_svg { Ok(svg.into_bytes()) } else { picture::png(&svg) }
 }

@@ -124,7 +124,8 @@ pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: boo
     let guid = &interface.guid;
     ensure!(contains(bytes, guid.as_bytes()), "it does not contain the GUID {guid}: it was built from other sources");
     let table = &interface.table;
-    let descriptions = table.variables.iter().map(|row| &row.description).filter(|text| !text.is_empty());
+    let descriptions =
+        table.variables.iter().flat_map(|row| [&row.description, &row.help]).filter(|text| !text.is_empty());
     if let Some(text) = descriptions.chain([&table.docs]).find(|text| !contains(bytes, text.as_bytes())) {
         bail!("it does not contain the text {:?}: it was built from other sources", shortened(text));
     }
@@ -208,7 +209,7 @@ mod tests {
     fn interface() -> Interface {
         let json = r#"{"table":{"name":"PUMP","docs":"Pumps.","cycle":0,"variables":[
             {"name":"CYCLE","description":"x","kind":"TIME","role":"cycle","start":1.0,"min":0.001,"max":null,"unit":null}],
-            "response":{"title":"x","calls":3,"set":[],"show":[]}},
+            "responses":[{"title":"x","calls":3,"set":[],"show":[]}]},
             "interface":{"version":"2.0","guid":"{1}","capabilities":{},"log_categories":[]}}"#;
         Interface::parse(json).unwrap()
     }

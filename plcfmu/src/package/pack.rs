@@ -331,11 +331,11 @@ fn files(built: &Built, description: &ModelDescription) -> Result<BTreeMap<Strin
         files.insert(format!("binaries/{folder}/{name}{suffix}"), content);
     }
     merge::add_stand_in(&mut files);
-    let recording = reference::run(&built.here, interface)?;
-    files.extend(reference::files(table, &recording));
+    let recordings = reference::run(&built.here, interface)?;
+    files.extend(reference::files(table, &recordings.responses[0]));
     files.insert(
         "documentation/index.html".into(),
-        page::html(table, &interface.guid, &recording, description.license.as_deref())?.into_bytes(),
+        page::html(table, &interface.guid, &recordings, description.license.as_deref())?.into_bytes(),
     );
     for (licence, text) in LICENCES {
         files.insert(format!("documentation/licenses/{licence}"), text.into());

@@ -6,7 +6,7 @@ use crate::host::library::Library;
 use anyhow::{Context, Error, Result};
 use blocks::{Kind, Role};
 use modeldescription::v2::Interface;
-use modeldescription::{Row, Table};
+use modeldescription::{Characteristic, Response, Row, Table};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -42,13 +42,13 @@ impl Recording {
     }
 }
 
-/// Lets the library run the block's example: one communication step for every call.
+/// Lets the library run one of the block's examples: one communication step for every call.
 ///
 /// # Errors
 /// A value that the library refuses, with its reason.
-pub fn record(library: &Library, interface: &Interface) -> Result<Recording> {
+pub fn record(library: &Library, interface: &Interface, response: &Response) -> Result<Recording> {
     let table = &interface.table;
-    let (rows, response) = (&table.variables, &table.response);
+    let rows = &table.variables;
     let shown: Vec<usize> = if response.show.is_empty() {
         (0..rows.len()).filter(|row| matches!(rows[*row].role, Role::Input | Role::Output)).collect()
     } else {
@@ -58,7 +58,7 @@ pub fn record(library: &Library, interface: &Interface) -> Result<Recording> {
     let failed = |error: Error| error.context("the block's response");
     instance.setup(0.0, None)?;
     instance.enter_initialization()?;
-    set(&mut instance, table, 0).map_err(failed)?;
+    set(&mut instance, table, response, 0).map_err(failed)?;
     instance.exit_initialization().map_err(failed)?;
 
     let cycle = (instance.get(Type::Real, table.cycle as u32)? * 1000.0).round() as u32;
@@ -68,7 +68,7 @@ pub fn record(library: &Library, interface: &Interface) -> Result<Recording> {
     let mut recording = Recording { cycle, restart: values(&instance)?, calls: Vec::new(), shown: shown.clone() };
     for call in 0..response.calls {
         if call > 0 {
-            set(&mut instance, table, call).map_err(failed)?;
+            set(&mut instance, table, response, call).map_err(failed)?;
         }
         instance.step(recording.time(call as usize), recording.time(1)).map_err(failed)?;
         recording.calls.push(values(&instance)?);
@@ -78,8 +78,8 @@ pub fn record(library: &Library, interface: &Interface) -> Result<Recording> {
 }
 
 /// Sets what the example sets before a call.
-fn set(instance: &mut Instance, table: &Table, call: u32) -> Result<()> {
-    for (_, name, value) in table.response.set.iter().filter(|(before, ..)| *before == call) {
+fn set(instance: &mut Instance, table: &Table, response: &Response, call: u32) -> Result<()> {
+    for (_, name, value) in response.set.iter().filter(|(before, ..)| *before == call) {
         let row = table.find(name).with_context(|| format!("{} has no variable {name}", table.name))?;
         instance
             .set(fmi_type(table.variables[row].kind), row as u32, *value)
@@ -94,6 +94,51 @@ fn fmi_type(kind: Kind) -> Type {
         Kind::Word | Kind::Int => Type::Integer,
         Kind::Bool => Type::Boolean,
     }
+}
+
+/// A characteristic, as it was recorded: the values of its variable, and the mean of each shown variable at each of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sweep {
+    /// The values of the variable.
+    pub over: Vec<f64>,
+    /// The shown variables, by row, and their means.
+    pub means: Vec<(usize, Vec<f64>)>,
+}
+
+/// Lets the library run one of the block's characteristics: a new instance for every point.
+///
+/// # Errors
+/// A value that the library refuses, with its reason.
+pub fn sweep(library: &Library, interface: &Interface, characteristic: &Characteristic) -> Result<Sweep> {
+    let (table, (from, to)) = (&interface.table, characteristic.range);
+    let last = f64::from(characteristic.points - 1);
+    let over: Vec<f64> = (0..characteristic.points).map(|point| from + (to - from) * f64::from(point) / last).collect();
+    let mut means: Vec<(usize, Vec<f64>)> =
+        characteristic.show.iter().filter_map(|name| table.find(name)).map(|row| (row, Vec::new())).collect();
+    for value in &over {
+        let set = characteristic.set.iter().map(|(name, value)| (0, name.clone(), *value));
+        let response = Response {
+            title: characteristic.title.clone(),
+            calls: characteristic.calls,
+            set: set.chain([(0, characteristic.variable.clone(), *value)]).collect(),
+            show: characteristic.show.clone(),
+        };
+        let recording = record(library, interface, &response)?;
+        for (column, (_, means)) in means.iter_mut().enumerate() {
+            let sum: f64 = recording.calls.iter().map(|values| values[column]).sum();
+            means.push(sum / f64::from(characteristic.calls));
+        }
+    }
+    Ok(Sweep { over, means })
+}
+
+/// What a library was recorded doing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recordings {
+    /// One of each response of the table; the first one is the reference.
+    pub responses: Vec<Recording>,
+    /// One of each characteristic.
+    pub characteristics: Vec<Sweep>,
 }
 
 /// The files of the layered standard, by their path in the FMU.
@@ -130,13 +175,13 @@ fn manifest(name: &str) -> String {
 fn input(table: &Table, recording: &Recording) -> String {
     let rows = &table.variables;
     let is_tuned =
-        |row: &Row| row.role == Role::Parameter && table.response.set.iter().any(|(_, name, _)| *name == row.name);
+        |row: &Row| row.role == Role::Parameter && table.responses[0].set.iter().any(|(_, name, _)| *name == row.name);
     let columns: Vec<usize> =
         (0..rows.len()).filter(|row| rows[*row].role == Role::Input || is_tuned(&rows[*row])).collect();
     let mut values: Vec<f64> = columns.iter().map(|row| rows[*row].start).collect();
     let mut csv = header(table, &columns);
     let end = recording.time(recording.calls.len());
-    let mut calls: Vec<u32> = table.response.set.iter().map(|(call, ..)| *call).chain([0]).collect();
+    let mut calls: Vec<u32> = table.responses[0].set.iter().map(|(call, ..)| *call).chain([0]).collect();
     calls.sort_unstable();
     calls.dedup();
     for call in calls {
@@ -144,7 +189,7 @@ fn input(table: &Table, recording: &Recording) -> String {
         if call > 0 {
             line(&mut csv, table, &columns, time, &values);
         }
-        for (_, name, value) in table.response.set.iter().filter(|(before, ..)| *before == call) {
+        for (_, name, value) in table.responses[0].set.iter().filter(|(before, ..)| *before == call) {
             for (column, row) in columns.iter().enumerate() {
                 if rows[*row].name == *name {
                     values[column] = *value;
@@ -204,10 +249,10 @@ fn description(table: &Table, recording: &Recording) -> String {
          change half a communication step before the call that first sees them\n{FOLDER}/{name}_out.csv\n  the outputs \
          after the initialization (first row) and after each communication step\n\nStart time 0 s, stop time {stop:?} s, \
          communication step {cycle:?} s: {calls} steps, one call of the block in each.\n",
-        title = table.response.title,
+        title = table.responses[0].title,
         stop = recording.time(calls),
     );
-    for (_, variable, value) in table.response.set.iter().filter(|(before, ..)| *before == 0) {
+    for (_, variable, value) in table.responses[0].set.iter().filter(|(before, ..)| *before == 0) {
         let row = table.find(variable).map(|row| &table.variables[row]);
         if let Some(Row { kind, .. }) = row.filter(|row| row.role != Role::Input) {
             let _ = writeln!(text, "Set before the initialization ends: {variable} = {}", start_value(*kind, *value));
@@ -225,12 +270,20 @@ pub fn links(name: &str) -> [(String, &'static str); 2] {
     [(format!("../{FOLDER}/{name}_in.csv"), "inputs"), (format!("../{FOLDER}/{name}_out.csv"), "recorded results")]
 }
 
-/// Loads the library and records.
+/// Loads the library and records all that its documentation shows.
 ///
 /// # Errors
 /// As [`record`].
-pub fn run(library: &Path, interface: &Interface) -> Result<Recording> {
-    record(&Library::open(library)?, interface)
+pub fn run(library: &Path, interface: &Interface) -> Result<Recordings> {
+    let (library, table) = (&Library::open(library)?, &interface.table);
+    Ok(Recordings {
+        responses: table.responses.iter().map(|one| record(library, interface, one)).collect::<Result<_>>()?,
+        characteristics: table
+            .characteristics
+            .iter()
+            .map(|one| sweep(library, interface, one))
+            .collect::<Result<_>>()?,
+    })
 }
 
 #[cfg(test)]
@@ -247,9 +300,9 @@ mod tests {
             {"name":"LOCKED","description":"x","kind":"BOOL","role":"fixed","start":0.0,"min":null,"max":null,"unit":null},
             {"name":"Q","description":"x","kind":"BOOL","role":"output","start":0.0,"min":null,"max":null,"unit":null},
             {"name":"LEVEL","description":"x","kind":"LREAL","role":"output","start":0.0,"min":null,"max":null,"unit":"m"}],
-            "response":{"title":"It runs","calls":3,
+            "responses":[{"title":"It runs","calls":3,
             "set":[[0,"GAIN",0.5],[0,"CYCLE",0.1],[0,"STEPS",20.0],[0,"LOCKED",1.0],[2,"ON",1.0]],
-            "show":["ON","LEVEL","Q"]}}"#;
+            "show":["ON","LEVEL","Q"]}]}"#;
         serde_json::from_str(json).unwrap()
     }
 

@@ -2,18 +2,19 @@
 
 pub mod diagram;
 pub(crate) mod escape;
+mod markdown;
 pub mod picture;
 pub mod plot;
 pub mod preset;
 mod svg;
 pub mod text;
 
-use crate::package::reference::{self, Recording};
+use crate::package::reference::{self, Recording, Recordings, Sweep};
 use anyhow::Context;
 use askama::Template;
 use blocks::{Kind, Role};
-use modeldescription::{Row, Table};
-use pulldown_cmark::{Options, Parser};
+use markdown::Sections;
+use modeldescription::{Characteristic, Response, Row, Table};
 
 /// What the template shows. `askama` checks templates at compile time, so a page cannot fail on a user's machine.
 #[derive(Template)]
@@ -22,7 +23,7 @@ struct Page<'a> {
     name: &'a str,
     summary: String,
     guid: &'a str,
-    /// The drawing of the terminals, SVG.
+    /// The drawing of the block, SVG.
     diagram: String,
     has_boolean_terminals: bool,
     /// How many variables belong to blocks inside the block; the diagram leaves them out.
@@ -31,17 +32,15 @@ struct Page<'a> {
     cycle_start: String,
     /// The variable that holds the mean of the block's pulses.
     mean: Option<&'a str>,
-    /// The block's documentation after its first paragraph, HTML; empty if there is no more.
-    law: String,
-    /// Whether the law says where its rules come from.
+    /// Sections of the block's documentation, HTML, under the title that they have on the page.
+    before_use: Vec<Section>,
+    sampling: String,
+    law: Vec<Section>,
+    after_responses: Vec<Section>,
+    /// Whether the documentation says where its rules come from.
     names_sources: bool,
-    /// What the response shows.
-    response: &'a str,
-    /// The drawing of the response, SVG.
-    plot: String,
-    has_dashed_lines: bool,
-    /// Seconds between two calls of the response.
-    cycle: f64,
+    responses: Vec<Drawing<'a>>,
+    characteristics: Vec<Drawing<'a>>,
     /// Link and text of the files with the recorded response.
     recordings: [(String, &'static str); 2],
     groups: Vec<Group<'a>>,
@@ -49,6 +48,26 @@ struct Page<'a> {
     /// Where the page of a preset says what differs.
     preset_place: (&'a str, &'a str),
     recording_place: (&'a str, &'a str),
+}
+
+/// A section of the documentation.
+struct Section {
+    /// Its anchor.
+    id: String,
+    title: String,
+    /// HTML.
+    text: String,
+}
+
+/// A response or a characteristic.
+struct Drawing<'a> {
+    /// What it shows.
+    title: &'a str,
+    /// SVG.
+    plot: String,
+    has_dashed_lines: bool,
+    /// Seconds between two calls.
+    cycle: f64,
 }
 
 /// Variables of the same use.
@@ -66,19 +85,37 @@ struct Variable<'a> {
     range_class: &'static str,
     start: String,
     description: &'a str,
+    /// HTML; empty if there is no help.
+    help: String,
     reference: usize,
 }
 
 /// The page. `license` is that of the block's package, as its `Cargo.toml` has it.
 ///
 /// # Errors
-/// A drawing or the page cannot be rendered.
-pub fn html(table: &Table, guid: &str, recording: &Recording, license: Option<&str>) -> anyhow::Result<String> {
+/// A drawing, a formula or the page cannot be rendered.
+pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<&str>) -> anyhow::Result<String> {
     let rows = &table.variables;
     let cycle = &rows[table.cycle];
-    let chart = plot::of_recording(table, recording);
     let terminals =
         diagram::terminals_of(table, &[Role::Input, Role::Parameter, Role::Fixed, Role::Cycle, Role::Output]);
+    let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
+    let docs = table.docs.trim_start().split_once("\n\n").map_or("", |(_, rest)| rest);
+    let mut sections = Sections::of(docs);
+    // Only a diagram stands there, which is drawn.
+    sections.take("Diagram");
+    let mut take = |titles: &[(&str, &str)]| -> anyhow::Result<Vec<Section>> {
+        let taken = titles.iter().filter_map(|(heading, title)| Some((*title, sections.take(heading)?)));
+        taken.map(|(title, text)| section(title, text, &names)).collect()
+    };
+    let before_use = take(&[("Purpose", "Purpose"), ("Quick start", "Quick start")])?;
+    let sampling = take(&[("Sampling", "")])?.pop().map(|section| section.text).unwrap_or_default();
+    // A documentation without headings is the law.
+    let law = take(&[("Law", "Law"), ("", "Law"), ("Clauses", "Clauses")])?;
+    let mut after_responses = take(&[("Limits of use", "Limits of use"), ("Sources", "Sources")])?;
+    for (title, text) in sections.take_all() {
+        after_responses.push(section(title, text, &names)?);
+    }
     let page = Page {
         name: &table.name,
         summary: table.summary(),
@@ -89,19 +126,25 @@ pub fn html(table: &Table, guid: &str, recording: &Recording, license: Option<&s
         cycle_name: &cycle.name,
         cycle_start: text::value(cycle, cycle.start),
         mean: table.mean.map(|mean| rows[mean].name.as_str()),
-        law: law(table),
+        before_use,
+        sampling,
+        law,
+        after_responses,
         names_sources: names_sources(table),
-        response: table.response.title.trim_end_matches('.'),
-        plot: plot::svg(&chart).context("the plot of the response")?,
-        has_dashed_lines: chart
-            .panels
+        responses: table
+            .responses
             .iter()
-            .flat_map(|panel| &panel.curves)
-            .chain(&chart.lanes)
-            .any(|curve| curve.is_input),
-        cycle: recording.time(1),
+            .zip(&recordings.responses)
+            .map(|(response, recording)| drawing(table, response, recording))
+            .collect::<anyhow::Result<_>>()?,
+        characteristics: table
+            .characteristics
+            .iter()
+            .zip(&recordings.characteristics)
+            .map(|(characteristic, sweep)| characteristic_drawing(table, characteristic, sweep))
+            .collect::<anyhow::Result<_>>()?,
         recordings: reference::links(&table.name),
-        groups: groups(table),
+        groups: groups(table, &names)?,
         license: license.unwrap_or("its package names no licence"),
         preset_place: preset::PRESET,
         recording_place: preset::RECORDING,
@@ -109,55 +152,83 @@ pub fn html(table: &Table, guid: &str, recording: &Recording, license: Option<&s
     page.render().context("the documentation page")
 }
 
-/// The block's documentation after its first paragraph, which is at the top of the page.
-fn law(table: &Table) -> String {
-    let docs = table.docs.trim_start();
-    let rest = docs.split_once("\n\n").map_or("", |(_, rest)| rest);
-    let mut law = String::new();
-    pulldown_cmark::html::push_html(&mut law, Parser::new_ext(rest, Options::ENABLE_TABLES));
-    // Wide formulas scroll: so that the keyboard reaches them.
-    law.replace("<pre>", r#"<pre tabindex="0">"#)
+fn section(title: &str, text: &str, names: &[&str]) -> anyhow::Result<Section> {
+    let text = markdown::html(text, names).with_context(|| format!("the section {title:?} of the documentation"))?;
+    Ok(Section { id: title.to_lowercase().replace(' ', "-"), title: title.to_string(), text })
 }
 
-/// Whether the clauses of the law say where they come from.
+fn drawing<'a>(table: &Table, response: &'a Response, recording: &Recording) -> anyhow::Result<Drawing<'a>> {
+    let chart = plot::of_recording(table, recording);
+    let curves = chart.panels.iter().flat_map(|panel| &panel.curves).chain(&chart.lanes);
+    Ok(Drawing {
+        title: response.title.trim_end_matches('.'),
+        has_dashed_lines: curves.into_iter().any(|curve| curve.is_input),
+        plot: plot::svg(&chart).context("the plot of a response")?,
+        cycle: recording.time(1),
+    })
+}
+
+fn characteristic_drawing<'a>(
+    table: &Table,
+    characteristic: &'a Characteristic,
+    sweep: &Sweep,
+) -> anyhow::Result<Drawing<'a>> {
+    let chart = plot::of_sweep(table, characteristic, sweep);
+    Ok(Drawing {
+        title: characteristic.title.trim_end_matches('.'),
+        has_dashed_lines: false,
+        plot: plot::svg(&chart).context("the plot of a characteristic")?,
+        cycle: 0.0,
+    })
+}
+
+/// Whether the documentation says where its rules come from.
 fn names_sources(table: &Table) -> bool {
     let words = ["(manual", "(vendor", "(measured", "(observed", "(decided"];
     words.iter().any(|word| table.docs.contains(word))
 }
 
 /// The variables by their use; a use that no variable has is left out.
-fn groups(table: &Table) -> Vec<Group<'_>> {
-    let groups: [(&str, &[Role]); 5] = [
+fn groups<'a>(table: &'a Table, names: &[&str]) -> anyhow::Result<Vec<Group<'a>>> {
+    let titles: [(&str, &[Role]); 5] = [
         ("Inputs", &[Role::Input]),
         ("Outputs", &[Role::Output]),
         ("Settings: tunable while it runs", &[Role::Parameter]),
         ("Settings: fixed once it runs", &[Role::Fixed, Role::Cycle]),
         ("Signals inside: read only", &[Role::Local]),
     ];
-    let group = |(title, roles): (&'static str, &[Role])| {
+    let mut groups = Vec::new();
+    for (title, roles) in titles {
         let rows = table.variables.iter().enumerate().filter(|(_, row)| roles.contains(&row.role));
-        Group { title, variables: rows.map(|(reference, row)| variable(reference, row)).collect() }
-    };
-    groups.into_iter().map(group).filter(|group| !group.variables.is_empty()).collect()
+        let variables =
+            rows.map(|(reference, row)| variable(reference, row, names)).collect::<anyhow::Result<Vec<_>>>()?;
+        if !variables.is_empty() {
+            groups.push(Group { title, variables });
+        }
+    }
+    Ok(groups)
 }
 
-fn variable(reference: usize, row: &Row) -> Variable<'_> {
+fn variable<'a>(reference: usize, row: &'a Row, names: &[&str]) -> anyhow::Result<Variable<'a>> {
     let is_set = !matches!(row.role, Role::Output | Role::Local);
-    let (range, range_class) = match text::range_in_words(row) {
+    let (range, range_class, description) = match text::range_in_words(row) {
         // Words may take several lines, numbers do not.
-        Some(range) => (range.to_string(), "range"),
-        None => (text::range(row), "number"),
+        Some((description, range)) => (range.to_string(), "range", description),
+        None => (text::range(row), "number", row.description.as_str()),
     };
-    Variable {
+    // A variable does not link to itself.
+    let others: Vec<&str> = names.iter().copied().filter(|name| *name != row.name).collect();
+    Ok(Variable {
         name: &row.name,
         kind: row.kind.name(),
         unit: text::unit(row).unwrap_or_default(),
         range,
         range_class,
         start: if is_set { text::number(row.kind, row.start) } else { String::new() },
-        description: &row.description,
+        description,
+        help: markdown::html(&row.help, &others).with_context(|| format!("the help of {}", row.name))?,
         reference,
-    }
+    })
 }
 
 #[cfg(test)]
@@ -182,10 +253,14 @@ mod tests {
         let docs = r"Pumps & more.\n\nThe *law*:\n\n| a | b |\n|---|---|\n| 1 | 2 |";
         let json = format!(
             r#"{{"name":"PUMP","docs":"{docs}","cycle":1,"mean":4,"variables":[{}],
-            "response":{{"title":"It runs.","calls":2,"set":[],"show":["FLOW","ON"]}}}}"#,
+            "responses":[{{"title":"It runs.","calls":2,"set":[],"show":["FLOW","ON"]}}]}}"#,
             rows.join(",")
         );
         serde_json::from_str(&json).unwrap()
+    }
+
+    fn recordings(recording: Recording) -> Recordings {
+        Recordings { responses: vec![recording], characteristics: Vec::new() }
     }
 
     fn page() -> String {
@@ -195,20 +270,20 @@ mod tests {
             restart: vec![0.0, 0.0],
             calls: vec![vec![1.0, 0.0], vec![2.0, 1.0]],
         };
-        html(&table(), "{1}", &recording, Some("LicenseRef-<House>")).unwrap()
+        html(&table(), "{1}", &recordings(recording), Some("LicenseRef-<House>")).unwrap()
     }
 
     #[test]
     fn every_variable_is_on_the_page_with_all_that_is_known_of_it() {
         let page = page();
         assert!(page.contains(
-            r#"<td class="name">FLOW</td><td>LREAL</td><td>l/min</td><td class="number">0 ... 9</td><td class="number">1.5</td><td>About FLOW &amp; &lt;more&gt;</td><td class="number">0</td>"#
+            r##"<td class="name"><a href="#FLOW">FLOW</a></td><td>LREAL</td><td>l/min</td><td class="number">0 ... 9</td><td class="number">1.5</td><td><span class="short">About FLOW &amp; &lt;more&gt;</span></td><td class="number">0</td>"##
         ));
         assert!(page.contains(
-            r#"<td class="name">CYCLE</td><td>TIME</td><td>s</td><td class="number">≥ 0.001</td><td class="number">0.1</td>"#
+            r##"<td class="name"><a href="#CYCLE">CYCLE</a></td><td>TIME</td><td>s</td><td class="number">≥ 0.001</td><td class="number">0.1</td>"##
         ));
         for row in &table().variables {
-            assert!(page.contains(&format!(r#"<td class="name">{}</td>"#, row.name)), "{}", row.name);
+            assert!(page.contains(&format!(r#"<tr id="{}">"#, row.name)), "{}", row.name);
         }
     }
 
@@ -253,7 +328,7 @@ mod tests {
     fn page_of(table: &Table, shown: &[usize]) -> String {
         let calls = vec![vec![0.0; shown.len()]; 2];
         let recording = Recording { cycle: 100, shown: shown.to_vec(), restart: calls[0].clone(), calls };
-        html(table, "{1}", &recording, None).unwrap()
+        html(table, "{1}", &recordings(recording), None).unwrap()
     }
 
     #[test]
@@ -265,21 +340,21 @@ mod tests {
     }
 
     #[test]
-    fn a_range_that_is_only_in_the_description_is_in_the_column_of_ranges_too() {
+    fn a_range_that_is_only_in_the_description_goes_to_the_column_of_ranges() {
         let mut table = table();
         table.variables[2].description = "Gain; range: GAIN >= FLOW".into();
         let page = page_of(&table, &[0]);
         assert!(page.contains(
-            r#"<td class="range">GAIN &gt;= FLOW</td><td class="number">2</td><td>Gain; range: GAIN &gt;= FLOW</td>"#
+            r#"<td class="range">GAIN &gt;= FLOW</td><td class="number">2</td><td><span class="short">Gain</span></td>"#
         ));
     }
 
     #[test]
     fn a_block_without_a_law_has_no_heading_for_one() {
-        assert!(page().contains("<h2>Law</h2>"));
+        assert!(page().contains("<h2 id=\"law\">Law</h2>"));
         let mut table = table();
         table.docs = "Pumps.".into();
-        assert!(!page_of(&table, &[0]).contains("<h2>Law</h2>"));
+        assert!(!page_of(&table, &[0]).contains("Law</h2>"));
     }
 
     #[test]

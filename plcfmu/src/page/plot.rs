@@ -1,16 +1,16 @@
 //! Signals over time as a drawing: numbers of one unit share a panel, Booleans have a lane each. Values are held from
-//! point to point, so curves are stairs.
+//! point to point, so curves are stairs. Characteristics are drawn over a variable, with lines from point to point.
 //!
 //! Drawn here and not by `plotters`, which rounds to whole pixels, writes every dash as an element of its own, and gives
 //! curves no class by which a page could recolour them in dark mode.
 
-use crate::package::reference::Recording;
+use crate::package::reference::{Recording, Sweep};
 use crate::page::svg::Pixels;
 use crate::page::text;
 use anyhow::bail;
 use askama::Template;
 use blocks::{Kind, Role};
-use modeldescription::Table;
+use modeldescription::{Characteristic, Row, Table};
 use std::fmt::Write;
 
 // In pixels.
@@ -45,6 +45,9 @@ pub struct Chart {
     pub title: String,
     /// The points in seconds, in ascending order; the last one ends the drawing.
     pub time: Vec<f64>,
+    /// Where the points are those of a variable and not of time: its name and unit. Curves are lines from point to point
+    /// then.
+    pub over: Option<String>,
     /// The panels, from the top.
     pub panels: Vec<Panel>,
     /// Booleans: 0 is FALSE, anything else TRUE.
@@ -84,21 +87,51 @@ pub fn of_recording(table: &Table, recording: &Recording) -> Chart {
             lanes.push(curve);
             continue;
         }
-        let unit = match row.kind {
-            Kind::Word | Kind::Int => row.kind.name(),
-            _ => text::unit(row).unwrap_or_default(),
-        };
-        match panels.iter_mut().find(|(of, _)| of == unit) {
-            Some((_, panel)) => panel.curves.push(curve),
-            None => panels.push((unit.to_string(), Panel { label: unit.to_string(), curves: vec![curve] })),
-        }
+        add(&mut panels, unit(row), curve);
     }
     let time = match recording.calls.len() {
         0 => Vec::new(),
         calls => (0..=calls).map(|call| recording.time(call)).collect(),
     };
     let panels = panels.into_iter().map(|(_, panel)| panel.labelled()).collect();
-    Chart { title: format!("Response of {}", table.name), time, panels, lanes }
+    Chart { title: format!("Response of {}", table.name), time, over: None, panels, lanes }
+}
+
+/// A block's characteristic, as a library has answered it. A BOOL is drawn as the share of calls in which it was TRUE.
+pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep) -> Chart {
+    let mut panels: Vec<(String, Panel)> = Vec::new();
+    for (row, means) in &sweep.means {
+        let row = &table.variables[*row];
+        let curve = Curve { name: row.name.clone(), values: means.clone(), is_input: false };
+        add(&mut panels, if row.kind == Kind::Bool { "share of the calls" } else { unit(row) }, curve);
+    }
+    let row = table.find(&characteristic.variable).map(|row| &table.variables[row]);
+    let over = match row.and_then(text::unit) {
+        Some(unit) => format!("{} in {unit}", characteristic.variable),
+        None => characteristic.variable.clone(),
+    };
+    Chart {
+        title: format!("Characteristic of {}", table.name),
+        time: sweep.over.clone(),
+        over: Some(over),
+        panels: panels.into_iter().map(|(_, panel)| panel.labelled()).collect(),
+        lanes: Vec::new(),
+    }
+}
+
+/// What a panel is named by: curves with the same unit share one.
+fn unit(row: &Row) -> &str {
+    match row.kind {
+        Kind::Word | Kind::Int => row.kind.name(),
+        _ => text::unit(row).unwrap_or_default(),
+    }
+}
+
+fn add(panels: &mut Vec<(String, Panel)>, unit: &str, curve: Curve) {
+    match panels.iter_mut().find(|(of, _)| of == unit) {
+        Some((_, panel)) => panel.curves.push(curve),
+        None => panels.push((unit.to_string(), Panel { label: unit.to_string(), curves: vec![curve] })),
+    }
 }
 
 impl Panel {
@@ -131,7 +164,7 @@ pub fn svg(chart: &Chart) -> anyhow::Result<String> {
         }
         let legend_top = top;
         top += legend_height(&panel.curves);
-        panels.push(draw_panel(panel, &pens, &chart.time, &time, legend_top, top));
+        panels.push(draw_panel(panel, &pens, chart, &time, legend_top, top));
         top += PANEL;
     }
     let mut lanes = Vec::new();
@@ -167,6 +200,7 @@ pub fn svg(chart: &Chart) -> anyhow::Result<String> {
         tick_x: Pixels(LEFT - 8.0),
         axis: Pixels(top),
         time_y: Pixels(top + 34.0),
+        over: chart.over.as_deref().unwrap_or("time in s"),
         times: times.collect(),
         panels,
         lanes,
@@ -216,6 +250,8 @@ struct Drawing<'a> {
     /// The time axis, from the top.
     axis: Pixels,
     time_y: Pixels,
+    /// What the horizontal axis shows.
+    over: &'a str,
     times: Vec<Tick>,
     panels: Vec<DrawnPanel<'a>>,
     lanes: Vec<DrawnLane<'a>>,
@@ -286,7 +322,7 @@ fn pens() -> impl FnMut(bool) -> Pen {
 fn draw_panel<'a>(
     panel: &'a Panel,
     pens: &[Pen],
-    times: &[f64],
+    chart: &Chart,
     time: &Scale,
     legend_top: f64,
     top: f64,
@@ -308,9 +344,10 @@ fn draw_panel<'a>(
         let y = scale.y(tick, top);
         Tick { at: Pixels(y), text_y: Pixels(y + 4.0), label: tick_label(tick) }
     });
+    let path = if chart.over.is_some() { lines } else { stairs };
     let curves = panel.curves.iter().zip(pens).map(|(curve, pen)| DrawnCurve {
         pen: *pen,
-        path: stairs(&points(times, &curve.values, time), time, |value| scale.y(value, top)),
+        path: path(&points(&chart.time, &curve.values, time), time, &|value| scale.y(value, top)),
     });
     DrawnPanel {
         label: &panel.label,
@@ -326,7 +363,7 @@ fn draw_panel<'a>(
 fn draw_lane<'a>(lane: &'a Curve, pen: Pen, times: &[f64], time: &Scale, top: f64) -> DrawnLane<'a> {
     let bottom = top + LANE;
     let points = points(times, &lane.values, time);
-    let path = stairs(&points, time, |value| if value == 0.0 { bottom } else { top });
+    let path = stairs(&points, time, &|value| if value == 0.0 { bottom } else { top });
     // A gap in the line ends an area.
     let area = |line: &str| {
         let start = line.split(' ').next().unwrap_or_default();
@@ -438,7 +475,7 @@ fn points(times: &[f64], values: &[f64], time: &Scale) -> Vec<(f64, f64)> {
 }
 
 /// A path that holds each value until the next point.
-fn stairs(points: &[(f64, f64)], time: &Scale, y: impl Fn(f64) -> f64) -> String {
+fn stairs(points: &[(f64, f64)], time: &Scale, y: &dyn Fn(f64) -> f64) -> String {
     let mut path = String::new();
     let mut last = None;
     for (place, (from, value)) in points.iter().enumerate() {
@@ -467,6 +504,19 @@ fn stairs(points: &[(f64, f64)], time: &Scale, y: impl Fn(f64) -> f64) -> String
     path
 }
 
+/// A path straight from point to point.
+fn lines(points: &[(f64, f64)], over: &Scale, y: &dyn Fn(f64) -> f64) -> String {
+    let mut path = String::new();
+    let mut is_gap = true;
+    for (at, value) in points {
+        if is_drawn(*value) {
+            let _ = write!(path, "{}{} {}", if is_gap { 'M' } else { 'L' }, Pixels(over.x(*at)), Pixels(y(*value)));
+        }
+        is_gap = !is_drawn(*value);
+    }
+    path
+}
+
 /// A round number without the digits that a double adds to it.
 fn tick_label(tick: f64) -> String {
     let rounded: f64 = format!("{tick:.9e}").parse().unwrap_or(tick);
@@ -484,7 +534,7 @@ mod tests {
     fn chart(values: &[f64]) -> Chart {
         let time = (0..values.len()).map(|point| point as f64).collect();
         let panels = vec![Panel { label: "l/min".into(), curves: vec![curve("FLOW", values)] }];
-        Chart { title: "A <pump>".into(), time, panels, lanes: vec![curve("ON", values)] }
+        Chart { title: "A <pump>".into(), time, over: None, panels, lanes: vec![curve("ON", values)] }
     }
 
     #[test]
@@ -522,7 +572,7 @@ mod tests {
         let at = |seconds| Pixels(time.x(seconds));
         let path = |values: [f64; 5]| {
             let points: Vec<(f64, f64)> = (0..5).map(f64::from).zip(values).collect();
-            stairs(&points, &time, |value| value)
+            stairs(&points, &time, &|value| value)
         };
         assert_eq!(path([1.0, 1.0, 2.0, 2.0, 2.0]), format!("M{} 1H{}V2H{}", at(0.0), at(2.0), at(4.0)));
         assert_eq!(
@@ -530,6 +580,18 @@ mod tests {
             format!("M{} 1H{}M{} 2H{}", at(0.0), at(1.0), at(2.0), at(4.0))
         );
         assert_eq!(path([1.0, 1.0, 1.0, 1.0, 3.0]), format!("M{} 1H{}V3", at(0.0), at(4.0)));
+    }
+
+    #[test]
+    fn a_characteristic_is_a_line_over_its_variable() {
+        let over = Scale { from: -1.0, to: 1.0 };
+        let points = [(-1.0, 5.0), (0.0, 7.0), (0.5, f64::NAN), (1.0, 9.0)];
+        let at = |value| Pixels(over.x(value));
+        assert_eq!(lines(&points, &over, &|value| value), format!("M{} 5L{} 7M{} 9", at(-1.0), at(0.0), at(1.0)));
+        let mut chart = chart(&[0.0, 1.0]);
+        chart.over = Some("VALVE in %".into());
+        let drawing = svg(&chart).unwrap();
+        assert!(drawing.contains(">VALVE in %</text>") && !drawing.contains("time in s"));
     }
 
     #[test]

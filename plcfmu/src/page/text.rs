@@ -43,12 +43,12 @@ pub fn range(row: &Row) -> String {
     }
 }
 
-/// A range that two numbers cannot express, because it depends on other variables: the words after `; range: ` in the
-/// description. None if the variable has both `min` and `max`.
-pub fn range_in_words(row: &Row) -> Option<&str> {
+/// A range that two numbers cannot express, because it depends on other variables: the words before and after `; range: ` in
+/// the description. None if the variable has both `min` and `max`.
+pub fn range_in_words(row: &Row) -> Option<(&str, &str)> {
     match (row.min, row.max) {
         (Some(_), Some(_)) => None,
-        _ => row.description.split_once("; range: ").map(|(_, range)| range),
+        _ => row.description.split_once("; range: "),
     }
 }
 
@@ -60,6 +60,7 @@ mod tests {
     fn row(kind: Kind, unit: Option<&str>) -> Row {
         Row {
             name: "X".into(),
+            help: String::new(),
             description: "".into(),
             kind,
             role: Role::Input,
@@ -100,9 +101,9 @@ mod tests {
         let mut row = row(Kind::Time, None);
         assert_eq!(range_in_words(&row), None);
         row.description = "Reset time; range: TI >= CYCLE".into();
-        assert_eq!(range_in_words(&row), Some("TI >= CYCLE"));
+        assert_eq!(range_in_words(&row), Some(("Reset time", "TI >= CYCLE")));
         row.min = Some(0.001);
-        assert_eq!(range_in_words(&row), Some("TI >= CYCLE"));
+        assert_eq!(range_in_words(&row), Some(("Reset time", "TI >= CYCLE")));
         row.max = Some(9.0);
         assert_eq!(range_in_words(&row), None);
     }

@@ -6,6 +6,24 @@ use dynamics::{lag, limited, seconds};
 blocks::block! {
     /// Speed-controlled drive that trips where its setpoint changes faster than it can follow: counts in, speed out.
     ///
+    /// # Purpose
+    ///
+    /// A speed-controlled drive that trips where its setpoint changes faster than it can follow, so that it needs a
+    /// ramp generator: the plant for HLG. Inertia, torque limit and monitoring are those of an inverter, as simple as
+    /// they can be.
+    ///
+    /// # Quick start
+    ///
+    /// 1. Connect HLG to SP; N_ACT to INIT and a reset button to SET of HLG and to RESET.
+    /// 2. CYCLE: TZ of the ramp generator.
+    /// 3. TH_TZ and TR_TZ of HLG so that the ramp stays below ERR_MAX / CTRL_TM, 750 rpm a second with the start
+    ///    values; LOAD for a disturbance.
+    ///
+    /// For HLG: S1 20000, TH 400 calls of 10 ms bring the drive to 916 rpm in 4 s; TH 100 trips it, and so does S1
+    /// itself.
+    ///
+    /// # Diagram
+    ///
     /// ```text
     /// SP --> x N_MAX / 32767 --+--SP_RPM-->(+)--> speed control --> torque limit --> inertia --+--> SPEED
     ///                          |           -^     CTRL_TM           M_MAX | ^        ACC_TM    |
@@ -16,6 +34,12 @@ blocks::block! {
     ///                          v                                                               |
     /// RESET --> monitor: |SP_RPM - SPEED| > ERR_MAX <------------------------------------------+
     ///                          +--> TRIP: no torque, the drive coasts (COAST_TM)
+    /// ```
+    ///
+    /// # Law
+    ///
+    /// ```math
+    /// \frac{d\,\text{SPEED}}{dt} = \frac{\text{SP_RPM} - \text{SPEED}}{\text{CTRL_TM}} \quad \text{within} \quad \pm\frac{\text{N_MAX}}{\text{ACC_TM}}\,\frac{\text{M_MAX} \mp \text{LOAD}}{100\,\%}
     /// ```
     ///
     /// The law of a call:
@@ -29,6 +53,8 @@ blocks::block! {
     /// N_ACT  = 32767 SPEED / N_MAX, rounded
     /// tripped:  dSPEED/dt = -SPEED / COAST_TM,  TORQUE = 0
     /// ```
+    ///
+    /// # Clauses
     ///
     /// 1. Call k stands for the time from k to k + 1 times CYCLE, with the inputs held: after it the outputs are those
     ///    at its end. So step it by CYCLE or a multiple of it; in shorter steps the outputs run ahead by part of a CYCLE.
@@ -45,53 +71,91 @@ blocks::block! {
     ///    and INIT, or R, of HLG).
     /// 6. LOAD is limited to the torque limit: a load does not drive the drive, it may only keep it from accelerating.
     ///
-    /// For HLG: S1 20000, TH 400 calls of 10 ms bring the drive to 916 rpm in 4 s; TH 100 trips it, and so does S1 itself.
+    /// # Limits of use
     ///
-    /// Accuracy: solved in closed form for held inputs, the change from the torque limit to the lag within a CYCLE
+    /// Solved in closed form for held inputs, the change from the torque limit to the lag within a CYCLE
     /// included, so the speed depends on CYCLE only by rounding (a few parts in 10^14).
     /// The results are the same to the last bit on every platform.
     ///
-    /// Limits: the speed control makes up for the load at once and without an error; its own dynamics are one lag.
+    /// The speed control makes up for the load at once and without an error; its own dynamics are one lag.
     ///
     /// Bad input: CTRL_TM not above 0 follows as fast as the torque allows, ACC_TM not above 0 has no inertia, COAST_TM
     /// not above 0 stops at once; M_MAX or ERR_MAX below 0 counts as 0, a negative N_MAX turns the direction.
     pub struct Drive as "DRIVE" {
         input {
             /// Speed setpoint in counts, 32767 is N_MAX
+            ///
+            /// Connect HLG, the ramp, here: 20000 counts are 916 rpm with the start value of N_MAX. A jump of more than
+            /// ERR_MAX trips the drive in the same call: 75 rpm are 1638 counts.
             sp: Int = 0, min -32767, max 32767;
             /// Rising edge: goes on after a trip
+            ///
+            /// A change from FALSE to TRUE ends the trip, if setpoint and speed are near enough by then. Bring the
+            /// setpoint to N_ACT first, with SET and INIT of HLG.
             reset: Bool = false;
             /// Disturbance: load torque in percent of the rated torque
+            ///
+            /// The speed control makes up for it as far as the torque limit allows: 130 % with M_MAX = 150 % leaves 20
+            /// % for acceleration, so that a fast ramp trips the drive.
             load: LReal = 0.0, unit "%";
         }
         parameter {
             /// Speed at 32767 counts
+            ///
+            /// Scales counts to speed. A negative one turns the direction.
             n_max: LReal = 1500.0, unit "rpm";
             /// Time constant of the speed control; 0: none
+            ///
+            /// On a ramp of r rpm a second the speed stays r CTRL_TM behind: 500 rpm/s and 0.1 s are 50 rpm. ERR_MAX
+            /// has to be larger.
             ctrl_tm: LReal = 0.1, min 0.0, unit "s";
             /// Inertia: time in which the rated torque accelerates the drive from rest to N_MAX
+            ///
+            /// With the rated torque the drive needs so long from rest to N_MAX; with 150 % torque two thirds of it. It
+            /// limits the slope of a ramp.
             acc_tm: LReal = 2.0, min 0.0, unit "s";
             /// Torque limit in percent of the rated torque
+            ///
+            /// What the inverter gives for a while. Torque that the load takes is not there for acceleration.
             m_max: LReal = 150.0, min 0.0, unit "%";
             /// Largest allowed difference of setpoint and speed
+            ///
+            /// The monitoring that makes a ramp generator necessary: setpoint and speed further apart than this, and
+            /// the drive trips. Divided by CTRL_TM it is the steepest ramp, 750 rpm a second with the start values.
             err_max: LReal = 75.0, min 0.0, unit "rpm";
             /// Time constant of coasting to rest after a trip
+            ///
+            /// Tripped, the drive has no torque: its speed falls to 37 % in this time.
             coast_tm: LReal = 2.0, min 0.0, unit "s";
         }
         cycle {
             /// Time by which a call advances the drive
+            ///
+            /// The drive is solved exactly between two calls; the monitoring looks once a call. Make it the cycle of
+            /// the ramp generator, 10 ms.
             cycle: Time = Time::ms(10), min Time::ms(1);
         }
         output {
             /// Speed
+            ///
+            /// Actual speed in rpm. It follows SP_RPM with CTRL_TM, as far as the torque allows.
             speed: LReal, unit "rpm";
             /// Speed in counts, 32767 is N_MAX; for INIT of HLG
+            ///
+            /// For INIT of HLG: with SET it takes the ramp to the present speed, so that a reset does not trip again.
             n_act: Int;
             /// Tripped: setpoint and speed were too far apart
+            ///
+            /// TRUE from the call in which setpoint and speed are more than ERR_MAX apart until a rising edge of RESET.
+            /// The drive coasts meanwhile.
             trip: Bool;
             /// Speed setpoint
+            ///
+            /// The setpoint in rpm, for a picture together with SPEED.
             sp_rpm: LReal, unit "rpm";
             /// Torque in percent of the rated torque
+            ///
+            /// Load plus acceleration, within M_MAX. At M_MAX the speed falls behind the ramp.
             torque: LReal, unit "%";
         }
     }
@@ -102,7 +166,7 @@ blocks::block! {
 }
 
 impl Law for Drive {
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "Small setpoint steps with and without load, then one that is too large, then a reset",
         calls: 600,
         set: &[
@@ -115,7 +179,7 @@ impl Law for Drive {
             (520, "SP", 1600.0),
         ],
         show: &["SP_RPM", "SPEED", "TORQUE", "TRIP"],
-    };
+    }];
 
     fn restart(&mut self) {
         self.clear();

@@ -6,11 +6,36 @@ use dynamics::{Delay, analog, lags, limited};
 blocks::block! {
     /// Electrically heated furnace with a door: heating power in, temperature out, behind two lags and a transport delay.
     ///
+    /// # Purpose
+    ///
+    /// A furnace to close a loop with: slow, with a dead time, and with a door as the disturbance. It is a plant for
+    /// CONT_C and PULS_CTR with the usual difficulty of temperature loops. Its numbers are round, so that one can check
+    /// them by hand.
+    ///
+    /// # Quick start
+    ///
+    /// 1. Connect LMN of the controller to POWER, and TEMP to PV_IN, or T_PER to PV_PER with PVPER_ON = TRUE and PV_FAC
+    ///    = 4.
+    /// 2. CYCLE: as the controller's. Step the controller first, then the furnace.
+    /// 3. Set DOOR during the run for a disturbance.
+    ///
+    /// For CONT_C: with degC for setpoint and process value and CYCLE 1 s, PI with GAIN 1.4, TI 80 s brings it from 20
+    /// to 200 degC in five minutes, PID with GAIN 4, TI 80 s, TD 16 s, TM_LAG 3 s in three, both without overshoot to
+    /// speak of; opening the door by half then costs 9 K and 3 K.
+    ///
+    /// # Diagram
+    ///
     /// ```text
     /// POWER --> 0 ... 100 % --> delay --> x RISE --> furnace ---- T_FURN ---> sensor ---+--> TEMP
     ///                          DELAY_TM              FURN_TM                  SENS_TM   |
     /// DOOR ---> 0 ... 100 % --> x DOOR_LOSS ------------^ more loss                     +--> analog input --> T_PER
     /// T_AMB --------------------------------------------^                                    T_PER_0, T_PER_100
+    /// ```
+    ///
+    /// # Law
+    ///
+    /// ```math
+    /// \text{FURN_TM}\,\frac{d\,\text{T_FURN}}{dt} = \text{RISE}\,p(t - \text{DELAY_TM}) - L\,(\text{T_FURN} - \text{T_AMB}), \qquad \text{SENS_TM}\,\frac{d\,\text{TEMP}}{dt} = \text{T_FURN} - \text{TEMP}
     /// ```
     ///
     /// The law, `p` being POWER within 0 ... 100 % as it was DELAY_TM ago:
@@ -21,6 +46,8 @@ blocks::block! {
     /// SENS_TM dTEMP/dt   = T_FURN - TEMP
     /// T_PER = 27648 (TEMP - T_PER_0) / (T_PER_100 - T_PER_0), rounded, within 0 ... 27648
     /// ```
+    ///
+    /// # Clauses
     ///
     /// 1. Call k stands for the time from k to k + 1 times CYCLE, with the inputs held: after it the outputs are those
     ///    at its end. So step it by CYCLE or a multiple of it; in shorter steps the outputs run ahead by part of a CYCLE.
@@ -34,59 +61,106 @@ blocks::block! {
     /// 7. All parameters but DELAY_MAX may be tuned while the furnace runs. DELAY_TM counts up to DELAY_MAX, or to its
     ///    own value at the start where that is longer.
     ///
-    /// For CONT_C: with degC for setpoint and process value and CYCLE 1 s, PI with GAIN 1.4, TI 80 s brings it from 20 to
-    /// 200 degC in five minutes, PID with GAIN 4, TI 80 s, TD 16 s, TM_LAG 3 s in three, both without overshoot to speak
-    /// of; opening the door by half then costs 9 K and 3 K.
+    /// # Limits of use
     ///
-    /// Accuracy: solved in closed form for held inputs, so the result depends on CYCLE only by rounding (a few parts in
+    /// Solved in closed form for held inputs, so the result depends on CYCLE only by rounding (a few parts in
     /// 10^14). The results are the same to the last bit on every platform.
     ///
-    /// Limits: the loss is proportional to the temperature difference, as by conduction; radiation is not.
+    /// The loss is proportional to the temperature difference, as by conduction; radiation is not.
     ///
     /// Bad input: a time that is 0 or negative means no lag, or no delay. DOOR_LOSS below 0 counts as 0.
     pub struct Heater as "HEATER" {
         input {
             /// Heating power
+            ///
+            /// Connect LMN of the controller. It is limited to 0 ... 100 %, and acts DELAY_TM later. 50 % holds 170
+            /// degC with the start values: T_AMB + RISE / 2.
             power: LReal = 0.0, min 0.0, max 100.0, unit "%";
             /// Disturbance: how far the door is open
+            ///
+            /// An open door loses heat: at 100 % the loss is DOOR_LOSS percent larger, so that 50 % power holds 120
+            /// degC instead of 170. It acts at once and makes the furnace faster, too. Set it during a run to see how
+            /// the loop recovers.
             door: LReal = 0.0, min 0.0, max 100.0, unit "%";
         }
         parameter {
             /// Temperature of the surroundings
+            ///
+            /// What the furnace cools down to without power. A change while it runs acts as a disturbance with the time
+            /// constant FURN_TM.
             t_amb: LReal = 20.0, min -273.15, unit "degC";
             /// Temperature of furnace and sensor at the start
+            ///
+            /// Furnace and sensor have had it for a while, and the power that holds it is still on its way through the
+            /// delay. With T_START = T_AMB the run is a cold start.
             t_start: LReal = 20.0, min -273.15, unit "degC";
             /// Temperature above the surroundings that full power holds with the door closed
+            ///
+            /// The gain of the plant: RISE / 100 is K for each percent, 3 with the start value. A tuning rule needs it
+            /// together with FURN_TM and DELAY_TM.
             rise: LReal = 300.0, unit "K";
             /// Time constant of the furnace with the door closed; 0: none
+            ///
+            /// After a step of the power the furnace has moved 63 % of the way after this time. It is the dominant time
+            /// constant for a tuning rule; an open door makes it shorter.
             furn_tm: LReal = 120.0, min 0.0, unit "s";
             /// Time constant of the sensor; 0: none
+            ///
+            /// TEMP follows T_FURN with it. It adds to the dead time that a controller sees: take half of it as dead
+            /// time and half as time constant in a tuning rule.
             sens_tm: LReal = 20.0, min 0.0, unit "s";
             /// Transport delay from the heating power to the furnace; range: 0 ... DELAY_MAX
+            ///
+            /// A dead time: after a change of POWER nothing happens for so long. The larger its share of FURN_TM, the
+            /// less gain the loop bears. It may be tuned during a run, up to DELAY_MAX.
             delay_tm: LReal = 5.0, min 0.0, unit "s";
         }
         fixed {
             /// Longest DELAY_TM that may be tuned while running
+            ///
+            /// Reserves memory for the power on its way, 8 bytes for each CYCLE. Raise it before the start if DELAY_TM
+            /// is to be tuned beyond 60 s.
             delay_max: LReal = 60.0, min 0.0, unit "s";
         }
         parameter {
             /// Additional heat loss with the door fully open, in percent of the loss with it closed
+            ///
+            /// How strong the disturbance DOOR is: with 50 a fully open door needs half as much power again for the
+            /// same temperature.
             door_loss: LReal = 50.0, min 0.0, unit "%";
             /// Temperature at which T_PER is 0
+            ///
+            /// One end of the analog input's range: this temperature and anything below is 0 in T_PER. PV_OFF of the
+            /// controller is the same number.
             t_per_0: LReal = 0.0, unit "degC";
             /// Temperature at which T_PER is 27648
+            ///
+            /// The other end of the range: this temperature and anything above is 27648 in T_PER. PV_FAC of the
+            /// controller is a hundredth of the span, 4 with the start values.
             t_per_100: LReal = 400.0, unit "degC";
         }
         cycle {
             /// Time by which a call advances the furnace
+            ///
+            /// The plant is solved exactly between two calls, so this time changes the result by rounding only. Make it
+            /// the controller's CYCLE or a part of it, and step the FMU by it or by a multiple of it.
             cycle: Time = Time::ms(100), min Time::ms(1);
         }
         output {
             /// Temperature that the sensor shows, for PV_IN
+            ///
+            /// Connect it to PV_IN of the controller for a process value in degC. It lags behind T_FURN by SENS_TM.
             temp: LReal, from t_start, unit "degC";
             /// Temperature that the sensor shows as an analog input word, for PV_PER
+            ///
+            /// Connect it to PV_PER of the controller, with PVPER_ON = TRUE, PV_FAC = 4 and PV_OFF = 0: what a module
+            /// for 0 ... 400 degC measures, in steps of 0.014 K. It saturates at the ends of the range, as a real
+            /// module nearly does.
             t_per: Word, from t_start t_per_0 t_per_100;
             /// Temperature of the furnace itself
+            ///
+            /// What no controller sees: the furnace without its sensor. In a fast heat-up it is above TEMP, by SENS_TM
+            /// times the slope.
             t_furn: LReal, from t_start, unit "degC";
         }
     }
@@ -97,12 +171,20 @@ blocks::block! {
 }
 
 impl Law for Heater {
-    const RESPONSE: Response = Response {
-        title: "Full power for four minutes, then 50 %; from minute 15 on the door is open",
-        calls: 1500,
-        set: &[(0, "CYCLE", 1.0), (0, "POWER", 100.0), (240, "POWER", 50.0), (900, "DOOR", 100.0)],
-        show: &["POWER", "DOOR", "TEMP", "T_FURN"],
-    };
+    const RESPONSES: &'static [Response] = &[
+        Response {
+            title: "Full power for four minutes, then 50 %; from minute 15 on the door is open",
+            calls: 1500,
+            set: &[(0, "CYCLE", 1.0), (0, "POWER", 100.0), (240, "POWER", 50.0), (900, "DOOR", 100.0)],
+            show: &["POWER", "DOOR", "TEMP", "T_FURN"],
+        },
+        Response {
+            title: "A step to 50 %: nothing for 5 s, then two lags, 170 degC in the end",
+            calls: 900,
+            set: &[(0, "CYCLE", 1.0), (10, "POWER", 50.0)],
+            show: &["POWER", "TEMP", "T_FURN"],
+        },
+    ];
 
     fn check(&self) -> Result<(), String> {
         Delay::check("DELAY_TM", self.delay_tm, self.cycle)?;

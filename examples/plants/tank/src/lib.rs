@@ -6,6 +6,24 @@ use dynamics::{analog, exp, exp_m1, limited, seconds};
 blocks::block! {
     /// Open tank with an outflow that follows the root of its level: inflow valve in, level out.
     ///
+    /// # Purpose
+    ///
+    /// A tank with inflow and outflow valve, for level loops: an integrating plant, made a little self-regulating by
+    /// its outflow. Its gain depends on the level, it can overflow and run empty. The consumers' valve is the
+    /// disturbance.
+    ///
+    /// # Quick start
+    ///
+    /// 1. Connect LMN of the controller to VALVE and LEVEL to PV_IN, in m, or L_PER to PV_PER with PVPER_ON = TRUE and
+    ///    PV_FAC = 0.02.
+    /// 2. CYCLE: as the controller's. Step the controller first, then the tank.
+    /// 3. DRAIN during the run for a disturbance.
+    ///
+    /// For CONT_C: with m for setpoint and process value and CYCLE 1 s, GAIN 400, TI 100 s bring it from 0.5 to 1 m
+    /// within 1 cm in 140 s; opening DRAIN from 50 to 100 % then costs 6 cm for a while.
+    ///
+    /// # Diagram
+    ///
     /// ```text
     /// VALVE --> 0 ... 100 % --> x FLOW_MAX --INFLOW--+
     ///                                                v
@@ -17,6 +35,12 @@ blocks::block! {
     /// DRAIN --> 0 ... 100 % --> opening A_OUT -------+--OUTFLOW-->
     /// ```
     ///
+    /// # Law
+    ///
+    /// ```math
+    /// \text{AREA}\,\frac{d\,\text{LEVEL}}{dt} = \text{FLOW_MAX}\,\frac{\text{VALVE}}{100\,\%} - \text{CD}\,\text{A_OUT}\,\frac{\text{DRAIN}}{100\,\%}\,\sqrt{2\,g\,\text{LEVEL}}
+    /// ```
+    ///
     /// The law:
     ///
     /// ```text
@@ -25,6 +49,8 @@ blocks::block! {
     /// AREA dLEVEL/dt = INFLOW - OUTFLOW                         0 <= LEVEL <= HEIGHT
     /// L_PER = 27648 (LEVEL - L_PER_0) / (L_PER_100 - L_PER_0), rounded, within 0 ... 27648
     /// ```
+    ///
+    /// # Clauses
     ///
     /// 1. Call k stands for the time from k to k + 1 times CYCLE, with the inputs held: after it the outputs are those
     ///    at its end. So step it by CYCLE or a multiple of it; in shorter steps the outputs run ahead by part of a CYCLE.
@@ -36,57 +62,95 @@ blocks::block! {
     /// 6. DRAIN, the opening of the outflow valve, is the disturbance. VALVE and DRAIN are limited to 0 ... 100 %.
     /// 7. L_PER is what an analog input module makes of LEVEL, for PV_PER; it saturates at the ends of its range.
     ///
-    /// For CONT_C: with m for setpoint and process value and CYCLE 1 s, GAIN 400, TI 100 s bring it from 0.5 to 1 m within
-    /// 1 cm in 140 s; opening DRAIN from 50 to 100 % then costs 6 cm for a while.
+    /// # Limits of use
     ///
-    /// Accuracy: solved exactly for held inputs. The root of the level has a solution in closed form, which gives the time
+    /// Solved exactly for held inputs. The root of the level has a solution in closed form, which gives the time
     /// for a level; the level for a time is found from it by Newton's iteration, to the last bits. So the result
     /// depends on CYCLE only by rounding (a few parts in 10^13).
     /// The results are the same to the last bit on every platform.
     ///
-    /// Limits: the walls are upright, and the level over the opening does not vary with the flow.
+    /// The walls are upright, and the level over the opening does not vary with the flow.
     ///
     /// Bad input: AREA not above 0 has no volume and is at its steady state at once; FLOW_MAX, CD, A_OUT or HEIGHT below 0
     /// count as 0.
     pub struct Tank as "TANK" {
         input {
             /// Opening of the inflow valve
+            ///
+            /// Connect LMN of the controller, limited to 0 ... 100 %. 35 % is 35 l/min, which holds 1.2 m with DRAIN =
+            /// 50 %.
             valve: LReal = 0.0, min 0.0, max 100.0, unit "%";
             /// Disturbance: opening of the outflow valve
+            ///
+            /// What the consumers take: a step from 50 to 100 % doubles the outflow at the same level.
             drain: LReal = 50.0, min 0.0, max 100.0, unit "%";
         }
         parameter {
             /// Level at the start
+            ///
+            /// Level before the first call, at most HEIGHT.
             l_start: LReal = 0.5, min 0.0, unit "m";
             /// Height of the wall, at which the tank overflows
+            ///
+            /// More than this flows over the edge and FULL is TRUE. A controller does not notice: its process value
+            /// stays.
             height: LReal = 2.0, min 0.0, unit "m";
             /// Base area
+            ///
+            /// A wider tank is slower: the level rises by inflow minus outflow, divided by AREA. 0.2 m2 and 10 l/min
+            /// too much are 5 cm a minute.
             area: LReal = 0.2, min 0.0, unit "m2";
             /// Inflow with the inflow valve open
+            ///
+            /// The gain of the inflow: 1 l/min for each percent of VALVE with the start value.
             flow_max: LReal = 100.0, min 0.0, unit "l/min";
             /// Cross section of the outflow valve when open
+            ///
+            /// With CD it says how fast the tank runs empty. The outflow goes with the root of the level, so that the
+            /// gain of the plant is larger at a high level.
             a_out: LReal = 0.0004, min 0.0, unit "m2";
             /// Discharge coefficient of the outflow
+            ///
+            /// The jet is narrower than the opening: 0.6 for a sharp edge, up to 1 for a rounded one.
             cd: LReal = 0.6, min 0.0, max 1.0;
             /// Level at which L_PER is 0
+            ///
+            /// One end of the analog input's range: this level and anything below is 0 in L_PER. PV_OFF of the
+            /// controller is the same number.
             l_per_0: LReal = 0.0, unit "m";
             /// Level at which L_PER is 27648
+            ///
+            /// The other end of the range: this level and anything above is 27648 in L_PER. PV_FAC of the controller is
+            /// a hundredth of the span, 0.02 with the start values.
             l_per_100: LReal = 2.0, unit "m";
         }
         cycle {
             /// Time by which a call advances the tank
+            ///
+            /// The plant is solved exactly between two calls, so this time changes the result by rounding only. Make it
+            /// the controller's CYCLE or a part of it, and step the FMU by it or by a multiple of it.
             cycle: Time = Time::ms(100), min Time::ms(1);
         }
         output {
             /// Level, for PV_IN
+            ///
+            /// Connect it to PV_IN of the controller for a process value in m. It lies between 0 and HEIGHT.
             level: LReal, from l_start height, unit "m";
             /// Level as an analog input word, for PV_PER
+            ///
+            /// Connect it to PV_PER of the controller, with PVPER_ON = TRUE. It saturates at the ends of its range.
             l_per: Word, from l_start height l_per_0 l_per_100;
             /// Flow into the tank
+            ///
+            /// FLOW_MAX times VALVE; 0 before the first step, because it depends on an input.
             inflow: LReal, unit "l/min";
             /// Flow out of the tank through the outflow valve
+            ///
+            /// Goes with the root of the level: four times the level is twice the outflow. 0 before the first step.
             outflow: LReal, unit "l/min";
             /// The tank overflows
+            ///
+            /// TRUE while more comes in than flows out at the full level. Use it for an interlock that closes VALVE.
             full: Bool;
         }
     }
@@ -103,12 +167,20 @@ const LITRE_PER_MINUTE: f64 = 1.0 / 60_000.0;
 const G: f64 = 9.81;
 
 impl Law for Tank {
-    const RESPONSE: Response = Response {
-        title: "The inflow valve opens to 35 % and closes again; then the tank runs empty",
-        calls: 1500,
-        set: &[(0, "CYCLE", 2.0), (30, "VALVE", 35.0), (1000, "VALVE", 0.0)],
-        show: &["VALVE", "LEVEL", "INFLOW", "OUTFLOW"],
-    };
+    const RESPONSES: &'static [Response] = &[
+        Response {
+            title: "The inflow valve opens to 35 % and closes again; then the tank runs empty",
+            calls: 1500,
+            set: &[(0, "CYCLE", 2.0), (30, "VALVE", 35.0), (1000, "VALVE", 0.0)],
+            show: &["VALVE", "LEVEL", "INFLOW", "OUTFLOW"],
+        },
+        Response {
+            title: "DRAIN from 50 to 100 %: the outflow doubles at once, and the level falls to a quarter, from 1.2 to 0.3 m",
+            calls: 600,
+            set: &[(0, "CYCLE", 2.0), (0, "VALVE", 35.0), (0, "L_START", 1.2044), (60, "DRAIN", 100.0)],
+            show: &["DRAIN", "LEVEL", "INFLOW", "OUTFLOW"],
+        },
+    ];
 
     fn restart(&mut self) {
         self.clear();

@@ -6,6 +6,26 @@ use dynamics::{analog, lag, lags, limited, seconds};
 blocks::block! {
     /// Climate chamber that is heated and cooled, with different gains and time constants: pulses in, temperature out.
     ///
+    /// # Purpose
+    ///
+    /// A climate chamber with a heater and a cooler of different strength, for loops whose manipulated value goes from
+    /// -100 to 100 %. It takes the pulses of PULSEGEN and PULS_CTR as they are, or their mean. RATIOFAC shows its use
+    /// here.
+    ///
+    /// # Quick start
+    ///
+    /// 1. Connect QPOS_P to HEAT and QNEG_P to COOL, with a step of PULSEGEN's CYCLE; or Q_MEAN to DRIVE, with any
+    ///    step.
+    /// 2. Connect TEMP to PV_IN, or T_PER to PV_PER with PVPER_ON = TRUE, PV_FAC = 2 and PV_OFF = -100.
+    /// 3. LMN_LLM = -100 in the controller; RATIOFAC = RISE / DROP = 0.5 in the pulse generator.
+    ///
+    /// For CONT_C with PULSEGEN: with degC for setpoint and process value, CYCLE and PER_TM 2 s, PULSEGEN's CYCLE 10
+    /// ms, LMN_LLM -100, GAIN 15, TI 80 s and RATIOFAC 0.5 the chamber goes from 20 to 50 degC in 155 s without
+    /// overshoot. A setpoint step of 5 K then overshoots by less than 0.5 K where it is heated (50 to 55 degC) and by 1
+    /// K where it is cooled (0 to -5 degC); with RATIOFAC 1 the latter becomes 2.3 K.
+    ///
+    /// # Diagram
+    ///
     /// ```text
     /// HEAT --------+--> 0 ... 100 % --> heater ---HEATING--> x RISE --+(+)
     ///      DRIVE --|                    HEAT_TM                       |
@@ -13,6 +33,12 @@ blocks::block! {
     ///                                   COOL_TM                       |       ZONE_TM   |
     /// T_AMB ----------------------------------------------------------+(+)              +--> analog input --> T_PER
     /// LOAD -----------------------------------------------------------+(+)                   T_PER_0, T_PER_100
+    /// ```
+    ///
+    /// # Law
+    ///
+    /// ```math
+    /// \text{ZONE_TM}\,\frac{d\,\text{TEMP}}{dt} = \text{T_AMB} + \text{LOAD} + \text{RISE}\,\frac{\text{HEATING}}{100\,\%} - \text{DROP}\,\frac{\text{COOLING}}{100\,\%} - \text{TEMP}
     /// ```
     ///
     /// The law:
@@ -25,6 +51,8 @@ blocks::block! {
     /// ZONE_TM dTEMP/dt = T_AMB + LOAD + RISE (HEATING / 100 %) - DROP (COOLING / 100 %) - TEMP
     /// T_PER = 27648 (TEMP - T_PER_0) / (T_PER_100 - T_PER_0), rounded, within 0 ... 27648
     /// ```
+    ///
+    /// # Clauses
     ///
     /// 1. Call k stands for the time from k to k + 1 times CYCLE, with the inputs held: after it the outputs are those
     ///    at its end. So step it by CYCLE or a multiple of it; in shorter steps the outputs run ahead by part of a CYCLE.
@@ -41,72 +69,118 @@ blocks::block! {
     /// 7. T_PER is what an analog input module makes of TEMP, for PV_PER; it saturates at the ends of its range. With
     ///    PVPER_ON, PV_FAC = (T_PER_100 - T_PER_0) / 100 and PV_OFF = T_PER_0 make degC of it again.
     ///
-    /// For CONT_C with PULSEGEN: with degC for setpoint and process value, CYCLE and PER_TM 2 s, PULSEGEN's CYCLE 10 ms,
-    /// LMN_LLM -100, GAIN 15, TI 80 s and RATIOFAC 0.5 the chamber goes from 20 to 50 degC in 155 s without overshoot. A
-    /// setpoint step of 5 K then overshoots by less than 0.5 K where it is heated (50 to 55 degC) and by 1 K where it is
-    /// cooled (0 to -5 degC); with RATIOFAC 1 the latter becomes 2.3 K.
+    /// # Limits of use
     ///
-    /// Accuracy: solved in closed form for held inputs, so the result depends on CYCLE only by rounding (a few parts in
+    /// Solved in closed form for held inputs, so the result depends on CYCLE only by rounding (a few parts in
     /// 10^14). The results are the same to the last bit on every platform.
     ///
-    /// Limits: cooler and heater act alike at every temperature; the chamber cools as if the cooler had no lower end.
+    /// Cooler and heater act alike at every temperature; the chamber cools as if the cooler had no lower end.
     ///
     /// Bad input: a time that is not above 0 is no lag.
     pub struct Thermo as "THERMO" {
         input {
             /// Heats with full power
+            ///
+            /// Connect QPOS_P of PULSEGEN or PULS_CTR. It is sampled at the start of a communication step: step by
+            /// PULSEGEN's CYCLE, or use DRIVE for longer steps.
             heat: Bool = false;
             /// Cools with full power
+            ///
+            /// Connect QNEG_P. In two-step control leave it open, because QNEG_P is TRUE there whenever QPOS_P is
+            /// FALSE.
             cool: Bool = false;
             /// Heating, or cooling where negative
+            ///
+            /// For a manipulated value instead of pulses: LMN of a controller, or Q_MEAN. 40 heats to 24 K above the
+            /// surroundings, -40 cools to 48 K below. It adds to HEAT and COOL.
             drive: LReal = 0.0, min -100.0, max 100.0, unit "%";
             /// Disturbance: temperature of the surroundings
+            ///
+            /// The chamber drifts towards it with ZONE_TM. A change during the run is a slow disturbance that the I
+            /// action takes up.
             t_amb: LReal = 20.0, min -273.15, unit "degC";
             /// Disturbance: temperature rise that what is in the chamber causes
+            ///
+            /// Heat that the things in the chamber give off, as the rise that they would cause in the end: 10 needs 17
+            /// % less heating or 8 % more cooling.
             load: LReal = 0.0, unit "K";
         }
         parameter {
             /// Temperature of the chamber at the start
+            ///
+            /// Temperature before the first call. Heater and cooler are cold then.
             t_start: LReal = 20.0, min -273.15, unit "degC";
             /// Temperature above the surroundings that full heating holds
+            ///
+            /// The gain of heating: RISE / 100 is 0.6 K for each percent. RATIOFAC = RISE / DROP makes the loop alike
+            /// for both directions.
             rise: LReal = 60.0, unit "K";
             /// Temperature below the surroundings that full cooling holds
+            ///
+            /// The gain of cooling: 1.2 K for each percent, twice as strong as heating with the start values.
             drop: LReal = 120.0, unit "K";
             /// Time constant of the heater; 0: none
+            ///
+            /// The heater's own lag before its heat reaches the chamber. Pulses shorter than it are smoothed.
             heat_tm: LReal = 10.0, min 0.0, unit "s";
             /// Time constant of the cooler; 0: none
+            ///
+            /// The cooler's own lag. It is longer than that of the heater, so that a loop tuned by heating is less
+            /// damped when it cools.
             cool_tm: LReal = 15.0, min 0.0, unit "s";
             /// Time constant of the chamber; 0: none
+            ///
+            /// The dominant time constant for a tuning rule: 63 % of a step after this time. PER_TM of the pulses
+            /// should be a tenth of it or less.
             zone_tm: LReal = 100.0, min 0.0, unit "s";
             /// Temperature at which T_PER is 0
+            ///
+            /// One end of the analog input's range: this temperature and anything below is 0 in T_PER. PV_OFF of the
+            /// controller is the same number.
             t_per_0: LReal = -100.0, unit "degC";
             /// Temperature at which T_PER is 27648
+            ///
+            /// The other end of the range: this temperature and anything above is 27648 in T_PER. PV_FAC of the
+            /// controller is a hundredth of the span, 2 with the start values.
             t_per_100: LReal = 100.0, unit "degC";
         }
         cycle {
             /// Time by which a call advances the chamber
+            ///
+            /// The plant is solved exactly between two calls, so this time changes the result by rounding only. Make it
+            /// the controller's CYCLE or a part of it, and step the FMU by it or by a multiple of it.
             cycle: Time = Time::ms(10), min Time::ms(1);
         }
         output {
             /// Temperature of the chamber, for PV_IN
+            ///
+            /// Connect it to PV_IN of the controller for a process value in degC.
             temp: LReal, from t_start, unit "degC";
             /// Temperature of the chamber as an analog input word, for PV_PER
+            ///
+            /// Connect it to PV_PER of the controller, with PVPER_ON = TRUE, PV_FAC = 2 and PV_OFF = -100. It saturates
+            /// at the ends of its range.
             t_per: Word, from t_start t_per_0 t_per_100;
             /// What the heater gives off, behind its lag
+            ///
+            /// 0 ... 100 %, the mean of the heating pulses behind HEAT_TM: shows how much of the pulses is left when it
+            /// reaches the chamber.
             heating: LReal, unit "%";
             /// What the cooler takes up, behind its lag
+            ///
+            /// 0 ... 100 %, the mean of the cooling pulses behind COOL_TM.
             cooling: LReal, unit "%";
         }
     }
 }
 
 impl Law for Thermo {
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "40 % heating from second 20 on, 40 % cooling from second 400 on: twice as far",
         calls: 800,
         set: &[(0, "CYCLE", 1.0), (20, "DRIVE", 40.0), (400, "DRIVE", -40.0)],
         show: &["DRIVE", "HEATING", "COOLING", "TEMP"],
-    };
+    }];
 
     fn restart(&mut self) {
         self.clear();

@@ -1,10 +1,29 @@
 //! VALVE: a motor-driven valve and the heat exchanger behind it, a plant for CONT_S.
 
-use blocks::{Law, Response};
+use blocks::{Characteristic, Law, Response};
 use dynamics::{analog, exp, exp_m1, lags, limited, ln, seconds};
 
 blocks::block! {
     /// Motor-driven valve with limit switches and the heat exchanger behind it: pulses in, temperature out.
+    ///
+    /// # Purpose
+    ///
+    /// A valve with a motor, limit switches, backlash and a fault, and the heat exchanger that it feeds: the plant for
+    /// CONT_S. With a positioner it serves a continuous controller. It shows what a step controller does that has no
+    /// position feedback.
+    ///
+    /// # Quick start
+    ///
+    /// 1. Connect QLMN_MEAN of CONT_S to DRIVE, or QLMNUP and QLMNDN to UP and DOWN with a step of the controller's
+    ///    CYCLE; TEMP to PV_IN; LMNR_HS and LMNR_LS to the inputs of the same names.
+    /// 2. MTR_TM: the same in both, in seconds.
+    /// 3. PRES or T_IN during the run for a disturbance; BACKLASH and STUCK for a bad valve.
+    ///
+    /// For CONT_S: with degC for setpoint and process value, CYCLE 100 ms, PULSE_TM and BREAK_TM 300 ms (a pulse of 300
+    /// ms moves the valve by 1 %, which is 0.8 K) its defaults GAIN 2, TI 20 s, DEADB_W 1 and MTR_TM 30 s bring it from
+    /// 20 to 60 degC in 90 s with some ten pulses, and make up for a pressure drop to 3 bar with some five in 70 s.
+    ///
+    /// # Diagram
     ///
     /// ```text
     /// UP, DOWN --+                                +--> LMNR_HS, LMNR_LS
@@ -13,6 +32,12 @@ blocks::block! {
     ///                 POS_ON                                     FLOW_MAX |  +-> FLOW      |                     +--> T_PER
     /// PRES ---------------------------------------------------------------+         RISE   |
     /// T_IN --------------------------------------------------------------------------------+
+    /// ```
+    ///
+    /// # Law
+    ///
+    /// ```math
+    /// \text{FLOW} = \text{FLOW_MAX}\,f(x)\,\sqrt{\frac{\text{PRES}}{\text{PRES_NOM}}}, \qquad f(x) = \frac{\text{CURVE}^x - 1}{\text{CURVE} - 1}, \qquad \text{HX_TM}\,\frac{d\,\text{T_HX}}{dt} = \text{T_IN} + \text{RISE}\,F - \text{T_HX}
     /// ```
     ///
     /// The law:
@@ -28,6 +53,8 @@ blocks::block! {
     /// SENS_TM dTEMP/dt = T_HX - TEMP
     /// T_PER = 27648 (TEMP - T_PER_0) / (T_PER_100 - T_PER_0), rounded, within 0 ... 27648
     /// ```
+    ///
+    /// # Clauses
     ///
     /// 1. Call k stands for the time from k to k + 1 times CYCLE, with the inputs held: after it the outputs are those
     ///    at its end. So step it by CYCLE or a multiple of it; in shorter steps the outputs run ahead by part of a CYCLE.
@@ -50,80 +77,151 @@ blocks::block! {
     ///     opens quickly.
     /// 11. T_PER is what an analog input module makes of TEMP, for PV_PER; it saturates at the ends of its range.
     ///
-    /// For CONT_S: with degC for setpoint and process value, CYCLE 100 ms, PULSE_TM and BREAK_TM 300 ms (a pulse of 300 ms
-    /// moves the valve by 1 %, which is 0.8 K) its defaults GAIN 2, TI 20 s, DEADB_W 1 and MTR_TM 30 s bring it from 20 to
-    /// 60 degC in 90 s with some ten pulses, and make up for a pressure drop to 3 bar with some five in 70 s.
+    /// # Limits of use
     ///
-    /// Accuracy: solved in closed form for held inputs; while the stem moves the exchanger is solved by a quadrature that
+    /// Solved in closed form for held inputs; while the stem moves the exchanger is solved by a quadrature that
     /// is exact to a few parts in 10^12 while HX_TM and SENS_TM are 0 or no less than a hundredth of CYCLE (below that,
     /// to a percent of what the target moves in a hundredth of CYCLE). The result depends on CYCLE only by that.
     /// The results are the same to the last bit on every platform.
     ///
-    /// Limits: the temperature rises in proportion to the flow, as with steam that condenses; what is heated flows evenly.
+    /// The temperature rises in proportion to the flow, as with steam that condenses; what is heated flows evenly.
     ///
     /// Bad input: HX_TM or SENS_TM not above 0 is no lag; MTR_TM not above 0 moves the valve at once; CURVE not above 0
     /// counts as 1, PRES below 0 as 0, BACKLASH below 0 as 0, PRES_NOM not above 0 as no influence of the pressure.
     pub struct Valve as "VALVE" {
         input {
             /// Opens the valve
+            ///
+            /// Connect QLMNUP of CONT_S. While it is TRUE the motor runs up: with MTR_TM = 30 s one second opens the
+            /// valve by 3.3 %. Sampled at the start of a communication step, so step by the controller's CYCLE, or use
+            /// DRIVE.
             up: Bool = false;
             /// Closes the valve
+            ///
+            /// Connect QLMNDN of CONT_S. Together with UP the motor stands still.
             down: Bool = false;
             /// Speed of the motor, positive opens; with POS_ON the position asked for
+            ///
+            /// Connect QLMN_MEAN of CONT_S: 30 for a step travels as far as pulses that are on for 30 % of it. With
+            /// POS_ON = TRUE it is the position asked for, 0 ... 100 %: connect LMN of CONT_C.
             drive: LReal = 0.0, min -100.0, max 100.0, unit "%";
             /// Disturbance: pressure of the heating medium
+            ///
+            /// The flow goes with the square root of PRES / PRES_NOM: a drop from 4 to 1 bar halves it. The usual
+            /// disturbance of a valve loop.
             pres: LReal = 4.0, min 0.0, unit "bar";
             /// Disturbance: temperature of what flows into the heat exchanger to be heated
+            ///
+            /// What has to be heated: TEMP is T_IN plus the rise by the flow. A step of it reaches TEMP through HX_TM
+            /// and SENS_TM.
             t_in: LReal = 20.0, min -273.15, unit "degC";
         }
         parameter {
             /// The valve has a positioner: DRIVE is the position asked for
+            ///
+            /// FALSE is a valve with a bare motor, for CONT_S. TRUE is one with a positioner, for a continuous
+            /// controller: it drives the stem to DRIVE with full speed, and backlash no longer matters.
             pos_on: Bool = false;
             /// Fault: the valve is stuck
+            ///
+            /// Set it during a run to see what the controller makes of a valve that does not move: no limit switch
+            /// tells of it, and a step controller goes on pulsing.
             stuck: Bool = false;
             /// Motor actuating time: how long the valve takes from stop to stop
+            ///
+            /// Set MTR_TM of CONT_S to the same number, or to another one to see what a wrong data sheet does. 0 moves
+            /// the valve at once.
             mtr_tm: LReal = 30.0, min 0.0, unit "s";
             /// Idle travel of the motor after a reversal
+            ///
+            /// After a reversal the motor runs so many percent of the stroke before the stem follows: 5 with MTR_TM =
+            /// 30 s are 1.5 s without effect. A dead band in the controller keeps it from hunting about it.
             backlash: LReal = 0.0, min 0.0, max 100.0, unit "%";
             /// Position at the start
+            ///
+            /// The stem before the first call. At 0 LMNR_LS is TRUE, at 100 LMNR_HS. It was closed last, so that
+            /// opening first takes up the whole backlash.
             pos_start: LReal = 0.0, min 0.0, max 100.0, unit "%";
             /// Temperature of heat exchanger and sensor at the start
+            ///
+            /// Temperature before the first call, of the heat exchanger and of its sensor.
             t_start: LReal = 20.0, min -273.15, unit "degC";
             /// Characteristic of the valve: how much steeper it is when open than when closed; 1: linear
+            ///
+            /// 1 is linear: half open is half of the flow. 30 ... 50 is equal percentage and closes tight: with 30 half
+            /// open is 15 % of the flow, so that the gain of the loop depends on the position. Below 1 it opens
+            /// quickly.
             curve: LReal = 1.0, min 0.0;
             /// Flow of the heating medium with the valve open, at the pressure PRES_NOM
+            ///
+            /// Scales FLOW only; the temperature follows from RISE.
             flow_max: LReal = 40.0, unit "l/min";
             /// Pressure for which FLOW_MAX and RISE hold
+            ///
+            /// The pressure at which the open valve gives FLOW_MAX and RISE. At PRES = PRES_NOM the pressure has no
+            /// influence.
             pres_nom: LReal = 4.0, min 0.0, unit "bar";
             /// Temperature rise with the valve open, at the pressure PRES_NOM
+            ///
+            /// The gain of the plant: RISE / 100 is 0.8 K for each percent of position, with a linear characteristic.
             rise: LReal = 80.0, unit "K";
             /// Time constant of the heat exchanger; 0: none
+            ///
+            /// The dominant time constant for a tuning rule: TI of CONT_S begins there, 20 s.
             hx_tm: LReal = 20.0, min 0.0, unit "s";
             /// Time constant of the sensor; 0: none
+            ///
+            /// TEMP follows T_HX with it. It adds to the dead time that the controller sees.
             sens_tm: LReal = 5.0, min 0.0, unit "s";
             /// Temperature at which T_PER is 0
+            ///
+            /// One end of the analog input's range: this temperature and anything below is 0 in T_PER. PV_OFF of the
+            /// controller is the same number.
             t_per_0: LReal = 0.0, unit "degC";
             /// Temperature at which T_PER is 27648
+            ///
+            /// The other end of the range: this temperature and anything above is 27648 in T_PER. PV_FAC of the
+            /// controller is a hundredth of the span, 1 with the start values.
             t_per_100: LReal = 100.0, unit "degC";
         }
         cycle {
             /// Time by which a call advances valve and heat exchanger
+            ///
+            /// The plant is solved exactly between two calls, so this time changes the result by rounding only. Make it
+            /// the controller's CYCLE or a part of it, and step the FMU by it or by a multiple of it.
             cycle: Time = Time::ms(100), min Time::ms(1);
         }
         output {
             /// Position of the valve: 100 % is open
+            ///
+            /// What a position transmitter would show. CONT_S does not need it; compare it with the travel that the
+            /// block assumes.
             lmnr: LReal, from pos_start, unit "%";
             /// High limit switch: the valve stands at its upper stop
+            ///
+            /// Connect it to LMNR_HS of CONT_S, which then makes no pulse up.
             lmnr_hs: Bool, from pos_start;
             /// Low limit switch: the valve stands at its lower stop
+            ///
+            /// Connect it to LMNR_LS of CONT_S, which then makes no pulse down. With the start values the valve is
+            /// closed and it is TRUE.
             lmnr_ls: Bool, from pos_start;
             /// Flow of the heating medium
+            ///
+            /// FLOW_MAX times characteristic times root of the pressure; 0 before the first step, because it depends on
+            /// an input.
             flow: LReal, unit "l/min";
             /// Temperature that the sensor shows, for PV_IN
+            ///
+            /// Connect it to PV_IN of the controller for a process value in degC.
             temp: LReal, from t_start, unit "degC";
             /// Temperature that the sensor shows as an analog input word, for PV_PER
+            ///
+            /// Connect it to PV_PER of the controller, with PVPER_ON = TRUE; PV_FAC = 1 and PV_OFF = 0 make degC of it.
             t_per: Word, from t_start t_per_0 t_per_100;
             /// Temperature at the outlet of the heat exchanger itself
+            ///
+            /// The temperature before the sensor: what no controller sees.
             t_hx: LReal, from t_start, unit "degC";
         }
     }
@@ -133,21 +231,49 @@ blocks::block! {
     }
 }
 
+/// The flow at rest, in steps of 1 %.
+const FLOW_OVER_POSITION: Characteristic = Characteristic {
+    title: "",
+    variable: "POS_START",
+    range: (0.0, 100.0),
+    points: 101,
+    calls: 1,
+    set: &[],
+    show: &["FLOW"],
+};
+
 impl Law for Valve {
-    const RESPONSE: Response = Response {
-        title: "An opening pulse of 18 s, a closing one of 9 s, both with 10 % backlash; then the pressure drops",
-        calls: 400,
-        set: &[
-            (0, "CYCLE", 1.0),
-            (0, "BACKLASH", 10.0),
-            (10, "UP", 1.0),
-            (28, "UP", 0.0),
-            (150, "DOWN", 1.0),
-            (159, "DOWN", 0.0),
-            (280, "PRES", 2.0),
-        ],
-        show: &["LMNR", "FLOW", "TEMP"],
-    };
+    const RESPONSES: &'static [Response] = &[
+        Response {
+            title: "An opening pulse of 18 s, a closing one of 9 s, both with 10 % backlash; then the pressure drops",
+            calls: 400,
+            set: &[
+                (0, "CYCLE", 1.0),
+                (0, "BACKLASH", 10.0),
+                (10, "UP", 1.0),
+                (28, "UP", 0.0),
+                (150, "DOWN", 1.0),
+                (159, "DOWN", 0.0),
+                (280, "PRES", 2.0),
+            ],
+            show: &["LMNR", "FLOW", "TEMP"],
+        },
+        Response {
+            title: "Full stroke in MTR_TM = 30 s with an equal percentage characteristic: half open is 15 % of the flow",
+            calls: 60,
+            set: &[(0, "CYCLE", 1.0), (0, "CURVE", 30.0), (10, "UP", 1.0)],
+            show: &["UP", "LMNR", "LMNR_HS", "FLOW"],
+        },
+    ];
+
+    const CHARACTERISTICS: &'static [Characteristic] = &[
+        Characteristic { title: "Linear characteristic, CURVE = 1", set: &[], ..FLOW_OVER_POSITION },
+        Characteristic {
+            title: "Equal percentage characteristic, CURVE = 30: half open is 15 % of the flow",
+            set: &[("CURVE", 30.0)],
+            ..FLOW_OVER_POSITION
+        },
+    ];
 
     fn restart(&mut self) {
         self.clear();

@@ -23,20 +23,30 @@ blocks::block! {
     pub struct MyBlock as "MY_BLOCK" {
         input {
             /// Input value
+            ///
+            /// The output follows it: after a step, 63 % of the way in T1.
             u: Real = 0.0;
         }
         parameter {
             /// Gain
+            ///
+            /// What the output is for a constant input of 1.
             gain: Real = 1.0;
             /// Time constant
+            ///
+            /// The larger, the slower. 0: no lag.
             t1: Time = Time::ms(1000), min Time::ms(0);
         }
         cycle {
             /// Time between two calls
+            ///
+            /// Much less than T1, a tenth or so: the lag is computed once a CYCLE.
             cycle: Time = Time::ms(100), min Time::ms(1);
         }
         output {
             /// Output value
+            ///
+            /// GAIN * U in the end.
             y: Real;
         }
     }
@@ -44,12 +54,12 @@ blocks::block! {
 
 impl Law for MyBlock {
     // The experiment that the documentation page draws and the reference results record.
-    const RESPONSE: Response = Response {
+    const RESPONSES: &'static [Response] = &[Response {
         title: "The input steps from 0 to 1 and back",
         calls: 80,
         set: &[(10, "U", 1.0), (50, "U", 0.0)],
         show: &["U", "Y"],
-    };
+    }];
 
     fn restart(&mut self) {
         // All outputs to 0 and FALSE.

@@ -1,0 +1,157 @@
+//! A block's documentation, Markdown, as HTML. Formulas in LaTeX become MathML.
+
+use anyhow::{Context, Result, anyhow};
+use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
+use pulldown_latex::config::{DisplayMode, RenderConfig};
+use pulldown_latex::{Storage, mathml};
+
+/// The fence of a formula: LaTeX.
+const FORMULA: &str = "math";
+
+/// The fence of a block diagram, which is drawn elsewhere on the page.
+const DIAGRAM: &str = "diagram";
+
+/// The documentation of a block, taken apart at its headings.
+#[derive(Debug, Default, PartialEq)]
+pub struct Sections<'a> {
+    /// Heading and text, in order. The text before the first heading has an empty one.
+    sections: Vec<(&'a str, &'a str)>,
+}
+
+impl<'a> Sections<'a> {
+    /// Takes Markdown apart at the headings of the first level.
+    pub fn of(docs: &'a str) -> Sections<'a> {
+        let mut sections = Vec::new();
+        let (mut heading, mut begin, mut place, mut is_fenced) = ("", 0, 0, false);
+        for line in docs.split_inclusive('\n') {
+            let text = line.trim();
+            is_fenced ^= text.starts_with("```");
+            if let Some(title) = text.strip_prefix("# ").filter(|_| !is_fenced) {
+                sections.push((heading, docs[begin..place].trim_matches('\n')));
+                (heading, begin) = (title.trim(), place + line.len());
+            }
+            place += line.len();
+        }
+        sections.push((heading, docs[begin..].trim_matches('\n')));
+        sections.retain(|(heading, text)| !heading.is_empty() || !text.is_empty());
+        Sections { sections }
+    }
+
+    /// Removes the section with this heading and gives its text.
+    pub fn take(&mut self, heading: &str) -> Option<&'a str> {
+        let place = self.sections.iter().position(|(own, _)| *own == heading)?;
+        Some(self.sections.remove(place).1)
+    }
+
+    /// Removes all sections that are still there.
+    pub fn take_all(&mut self) -> Vec<(&'a str, &'a str)> {
+        std::mem::take(&mut self.sections)
+    }
+}
+
+/// Markdown as HTML. Words that are names of variables in `linked` become links to their anchors.
+///
+/// # Errors
+/// A formula is not LaTeX as it is understood here.
+pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
+    let mut events = Vec::new();
+    let mut fence: Option<(String, String)> = None;
+    let mut is_linked = !linked.is_empty();
+    for event in Parser::new_ext(markdown, Options::ENABLE_TABLES) {
+        match event {
+            Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(ref language)))
+                if [FORMULA, DIAGRAM].contains(&&**language) =>
+            {
+                fence = Some((language.to_string(), String::new()));
+            }
+            Event::Text(ref text) if fence.is_some() => fence.iter_mut().for_each(|(_, code)| code.push_str(text)),
+            Event::End(TagEnd::CodeBlock) if fence.is_some() => {
+                if let Some((_, code)) = fence.take().filter(|(language, _)| language == FORMULA) {
+                    events.push(Event::Html(formula(&code)?.into()));
+                }
+            }
+            Event::Start(Tag::CodeBlock(_) | Tag::Link { .. }) | Event::End(TagEnd::CodeBlock | TagEnd::Link) => {
+                is_linked = matches!(event, Event::End(_)) && !linked.is_empty();
+                events.push(event);
+            }
+            Event::Text(ref text) if is_linked => events.extend(with_links(text, linked)),
+            other => events.push(other),
+        }
+    }
+    let mut html = String::new();
+    pulldown_cmark::html::push_html(&mut html, events.into_iter());
+    // Wide lines scroll: so that the keyboard reaches them.
+    Ok(html.replace("<pre>", r#"<pre tabindex="0">"#))
+}
+
+/// A text whose words are links where they are the names of variables.
+fn with_links(text: &str, linked: &[&str]) -> Vec<Event<'static>> {
+    let is_in_name = |character: char| character.is_ascii_alphanumeric() || "_.".contains(character);
+    let mut events = Vec::new();
+    for piece in text.split_inclusive(|character| !is_in_name(character)) {
+        // A dot that ends a sentence is not part of a name.
+        let name = piece.trim_end_matches(|character| !is_in_name(character) || character == '.');
+        if linked.contains(&name) {
+            events.push(Event::InlineHtml(format!(r##"<a class="variable" href="#{name}">{name}</a>"##).into()));
+            events.push(Event::Text(piece[name.len()..].to_string().into()));
+        } else {
+            events.push(Event::Text(piece.to_string().into()));
+        }
+    }
+    events
+}
+
+/// A formula as MathML that scrolls where it is too wide.
+fn formula(latex: &str) -> Result<String> {
+    let latex = latex.split_whitespace().collect::<Vec<_>>().join(" ");
+    let storage = Storage::new();
+    let config = RenderConfig { display_mode: DisplayMode::Block, ..RenderConfig::default() };
+    let mut events = Vec::new();
+    for event in pulldown_latex::Parser::new(&latex, &storage) {
+        events.push(event.map_err(|error| anyhow!("the formula {latex:?} is not LaTeX: {error}"))?);
+    }
+    let mut mathml = String::new();
+    let events = events.into_iter().map(Ok::<_, std::convert::Infallible>);
+    mathml::push_mathml(&mut mathml, events, config).with_context(|| format!("the formula {latex:?}"))?;
+    Ok(format!("<div class=\"formula\" tabindex=\"0\" role=\"group\" aria-label=\"Formula\">{mathml}</div>\n"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn documentation_is_taken_apart_at_its_headings() {
+        let docs = " First.\n\n # Law\n\n ```text\n # no heading\n ```\n\n # Limits of use\n\n None.\n";
+        let mut sections = Sections::of(docs);
+        assert_eq!(sections.take("Law"), Some(" ```text\n # no heading\n ```"));
+        assert_eq!(sections.take("Law"), None);
+        assert_eq!(sections.take_all(), [("", " First."), ("Limits of use", " None.")]);
+    }
+
+    #[test]
+    fn a_formula_is_mathml() {
+        let html = html("```math\n\\frac{\\text{MTR_TM}}{2}\n```", &[]).unwrap();
+        assert!(html.contains("<math") && html.contains("<mfrac>") && html.contains("MTR_TM"), "{html}");
+    }
+
+    #[test]
+    fn a_formula_that_is_wrong_is_named() {
+        let error = html("```math\n\\frac{1}{\n```", &[]).unwrap_err();
+        assert!(format!("{error:#}").starts_with(r#"the formula "\\frac{1}{" is not LaTeX: "#), "{error:#}");
+    }
+
+    #[test]
+    fn diagrams_are_left_out_and_other_code_stays() {
+        let html = html("a\n\n```diagram\nbox\n```\n\n```text\nPV = 1 < 2\n```", &["PV"]).unwrap();
+        assert!(!html.contains("box"), "{html}");
+        assert!(html.contains("<pre tabindex=\"0\"><code class=\"language-text\">PV = 1 &lt; 2"), "{html}");
+    }
+
+    #[test]
+    fn names_of_variables_are_links() {
+        let html = html("Above TI, as PI.GAIN. Not TITLE, TI.", &["TI", "PI.GAIN"]).unwrap();
+        let link = |name: &str| format!(r##"<a class="variable" href="#{name}">{name}</a>"##);
+        assert_eq!(html, format!("<p>Above {}, as {}. Not TITLE, {}.</p>\n", link("TI"), link("PI.GAIN"), link("TI")));
+    }
+}

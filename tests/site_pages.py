@@ -1,0 +1,25 @@
+"""The project's site, for tests."""
+
+import importlib.util
+import pathlib
+
+import host
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+FOLDER = ROOT / "docs" / "site"
+
+# Where `cargo xtask docs` writes it.
+SITE = ROOT / "target" / "docs"
+
+
+def build():
+    """The module that writes the site."""
+    specification = importlib.util.spec_from_file_location("site_build", FOLDER / "build.py")
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
+def write(out):
+    """Writes the site."""
+    build().Site(host.FOLDER, out).write()

@@ -1,0 +1,166 @@
+"""The pages of the FMUs and of the site as a browser shows them: Debian's chromium, driven by Playwright.
+
+Screenshots of the pages are in target/docs/screenshots afterwards.
+"""
+
+import importlib.util
+import shutil
+
+import pytest
+
+import host
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+PACKAGES = ("playwright", "axe_playwright_python")
+MISSING = [package for package in PACKAGES if importlib.util.find_spec(package) is None]
+
+pytestmark = [
+    pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed (tests/requirements.txt)"),
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian and Ubuntu 'apt install chromium'"),
+]
+
+FMU_PAGES = [f"fmu/{name}/documentation/index.html" for name in host.names()]
+# One of each kind of the site's own pages, and the longest ones.
+PAGES = [
+    "index.html", "README.html", "docs/import.html", "examples/README.html", "blocks/README.html", "fmu/README.html",
+    "plcfmu/README.html", "tests/README.html", "python/index.html", "examples/cascade.py.html", "examples/plants/index.html",
+    *FMU_PAGES,
+]  # fmt: skip
+SHOWN = ["index.html", "examples/README.html", "python/index.html", *FMU_PAGES]
+
+DESKTOP, PHONE = 1280, 390
+# A4 less the margins of the browser, at 96 pixels an inch.
+PAPER = 718
+
+
+@pytest.fixture(scope="module")
+def windows(site):
+    """Opens a page at a width in a colour scheme; and what the browser has said meanwhile. Windows are used again."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        # axe reads stylesheets, which a browser keeps files from.
+        arguments = ["--no-sandbox", "--allow-file-access-from-files"]
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
+        opened, messages = {}, []
+
+        def window(width, scheme):
+            if (width, scheme) not in opened:
+                page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+                page.on("console", lambda message: messages.append(message.text))
+                page.on("pageerror", lambda error: messages.append(str(error)))
+                page.on("requestfailed", lambda request: messages.append(f"{request.url} cannot be loaded"))
+                page.on("request", lambda request: messages.append(request.url) if is_outside(request.url) else None)
+                opened[width, scheme] = page
+            return opened[width, scheme]
+
+        yield window, messages
+        browser.close()
+
+
+@pytest.fixture
+def show(windows, site):
+    """Opens a page. Any message of the browser, and any request to elsewhere, is a failure."""
+    window, messages = windows
+    messages.clear()
+
+    def show(name, width=DESKTOP, scheme="light"):
+        page = window(width, scheme)
+        page.emulate_media(media="screen", color_scheme=scheme)
+        if page.url != (site / name).as_uri():
+            page.goto((site / name).as_uri())
+        return page
+
+    yield show
+    assert messages == []
+
+
+def is_outside(url):
+    return not url.startswith(("file:", "data:"))
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_is_as_wide_as_its_window_and_shows_its_pictures(show, name):
+    for width in (DESKTOP, PHONE):
+        page = show(name, width)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert page.evaluate("[...document.images].filter(image => !image.naturalWidth).map(image => image.src)") == []
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_axe_finds_nothing_on_a_page(show, name):
+    for scheme, options in [("light", None), ("dark", {"runOnly": ["color-contrast"]})]:
+        findings = axe(show(name, scheme=scheme), options)
+        nodes = [(one["id"], node["html"][:120], node["failureSummary"]) for one in findings for node in one["nodes"]]
+        assert nodes == [], scheme
+
+
+def test_axe_finds_what_is_wrong(show):
+    page = show("index.html")
+    page.evaluate("document.querySelector('img').removeAttribute('alt')")
+    assert [finding["id"] for finding in axe(page, None)] == ["image-alt"]
+    page.goto("about:blank")
+
+
+def axe(page, options):
+    """What axe finds on a page, by its rules."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    return Axe().run(page, options=options).response["violations"]
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_the_dark_scheme_is_dark_everywhere(show, name):
+    page = show(name, scheme="dark")
+    brightness = "element => Math.max(...getComputedStyle(element).backgroundColor.match(/[0-9.]+/g).slice(0, 3))"
+    assert page.eval_on_selector("body", brightness) < 64
+    papers = "papers => papers.map(paper => Math.max(...getComputedStyle(paper).fill.match(/[0-9.]+/g)))"
+    assert all(paper < 64 for paper in page.eval_on_selector_all("svg .paper", papers))
+
+
+@pytest.mark.parametrize("name", FMU_PAGES)
+def test_drawings_and_formulas_are_shown(show, name):
+    page = show(name)
+    large = "elements => elements.map(one => one.getBoundingClientRect()).filter(box => box.width > 20 && box.height > 10).length"
+    drawings = page.locator("svg").count()
+    assert drawings >= 2, "a diagram and a response"
+    assert page.eval_on_selector_all("svg", large) == drawings
+    formulas = page.locator("math").count()
+    assert page.eval_on_selector_all("math", large) == formulas
+    assert formulas > 0 or "class=\"formula\"" not in page.content()
+    assert page.locator("merror").count() == 0
+
+
+@pytest.mark.parametrize("name", FMU_PAGES)
+def test_an_anchor_opens_the_help_of_a_variable(show, name):
+    page = show(name)
+    variable = page.locator("tr[id]").last.get_attribute("id")
+    page.goto(f"{page.url}#{variable}")
+    assert page.locator(f'tr[id="{variable}"]').evaluate("row => row.getBoundingClientRect().top < innerHeight")
+
+
+@pytest.mark.parametrize("name", FMU_PAGES)
+def test_print_cuts_nothing(show, name):
+    page = show(name, PAPER)
+    page.emulate_media(media="print")
+    beyond = """elements => elements.filter(one => one.getBoundingClientRect().right > innerWidth + 1 ||
+        one.scrollWidth > one.clientWidth + 1 && getComputedStyle(one).overflowX != "visible")
+        .map(one => one.outerHTML.slice(0, 200))"""
+    assert page.eval_on_selector_all("svg, math, pre, table, figure, dl, p", beyond) == []
+    # The height of a page less its margins, in pixels.
+    high = "elements => elements.filter(one => one.getBoundingClientRect().height > 1040).length"
+    assert page.eval_on_selector_all("svg", high) == 0
+    assert page.pdf(format="A4").startswith(b"%PDF")
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_screenshots_are_there_to_be_looked_at(show, site, name):
+    folder = site / "screenshots"
+    folder.mkdir(exist_ok=True)
+    title = name.replace("/documentation/index.html", "").removesuffix(".html").replace("/", "-").removesuffix("-index")
+    for width in (DESKTOP, PHONE):
+        for scheme in ("light", "dark"):
+            page = show(name, width, scheme)
+            path = folder / f"{title}-{width}-{scheme}.png"
+            page.screenshot(path=path, full_page=True, clip={"x": 0, "y": 0, "width": width, "height": 2000})
+            assert path.stat().st_size > 10_000
