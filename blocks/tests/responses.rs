@@ -72,6 +72,90 @@ fn cont_c_answers_a_setpoint_step_with_p_i_and_d() {
 }
 
 #[test]
+fn cont_c_with_p_action_alone_is_proportional_to_the_error() {
+    let lmn = values(&run::<ContC>(1), "LMN");
+    assert_eq!([lmn[3], lmn[4], lmn[23], lmn[24], lmn[43], lmn[44]], [0.0, 20.0, 20.0, 40.0, 40.0, 0.0]);
+}
+
+#[test]
+fn cont_c_integrates_a_constant_error_and_keeps_the_integral_without_one() {
+    let shown = run::<ContC>(2);
+    let (p, i) = (values(&shown, "LMN_P"), values(&shown, "LMN_I"));
+    assert_eq!((p[4], i[24] - i[4], i[44] - i[24]), (20.0, 20.0, 19.5));
+    assert_eq!((p[44], i[44], i[59]), (0.0, 40.0, 40.0));
+}
+
+#[test]
+fn cont_c_applies_gain_to_all_three_parts() {
+    let shown = run::<ContC>(3);
+    let [p, i, d] = ["LMN_P", "LMN_I", "LMN_D"].map(|name| values(&shown, name));
+    assert_eq!((p[28], p[29]), (10.0, 20.0));
+    assert_eq!((i[27] - i[26], i[40] - i[39]), (0.5, 1.0));
+    assert!(d[28].abs() < 1e-3 && (d[29] - 20.0).abs() < 1e-3 && d[59].abs() < 1e-3, "{d:?}");
+}
+
+#[test]
+fn cont_c_at_a_limit_stops_the_integral_and_leaves_the_limit_with_the_error() {
+    let shown = run::<ContC>(4);
+    let [lmn, i] = ["LMN", "LMN_I"].map(|name| values(&shown, name));
+    assert!(lmn[11..39].iter().all(|lmn| *lmn == 100.0) && i[11..39].iter().all(|i| *i == 22.0));
+    assert!(bits(&shown, "QLMN_HLM")[11..40].contains("############################."));
+    assert_eq!((i[10], lmn[39]), (18.0, 0.0));
+    assert!(lmn[42..65].iter().all(|lmn| (0.0..10.0).contains(lmn)), "{lmn:?}");
+}
+
+#[test]
+fn cont_c_changes_to_automatic_mode_without_a_jump() {
+    let shown = run::<ContC>(5);
+    let [lmn, p, i] = ["LMN", "LMN_P", "LMN_I"].map(|name| values(&shown, name));
+    assert_eq!(bits(&shown, "MAN_ON"), format!("{}{}", "#".repeat(19), ".".repeat(41)));
+    assert_eq!((p[18], i[18]), (10.0, 30.0));
+    assert_eq!([lmn[18], lmn[19], lmn[20]], [40.0, 40.5, 41.0]);
+}
+
+#[test]
+fn cont_c_jumps_back_if_the_manual_value_changed_in_the_last_manual_call() {
+    let shown = run::<ContC>(6);
+    let [lmn, i] = ["LMN", "LMN_I"].map(|name| values(&shown, name));
+    assert_eq!([lmn[17], lmn[18], lmn[19]], [40.0, 60.0, 40.5]);
+    assert_eq!([i[17], i[18], i[19]], [30.0, 30.0, 30.5]);
+    assert_eq!([lmn[38], lmn[39]], [50.0, 60.0]);
+}
+
+#[test]
+fn cont_c_holds_and_sets_the_integral() {
+    let i = values(&run::<ContC>(7), "LMN_I");
+    assert_eq!([i[13], i[14], i[28], i[29]], [46.75, 46.75, 46.75, 47.25]);
+    assert_eq!([i[43], i[44], i[48], i[49]], [54.25, 40.0, 40.0, 40.5]);
+}
+
+#[test]
+fn cont_c_takes_the_dead_band_off_the_error() {
+    let er = values(&run::<ContC>(8), "ER");
+    assert_eq!([er[4], er[14], er[24], er[39], er[49]], [0.0, 0.0, 3.0, -3.0, 0.0]);
+    for (difference, er) in [(-50.0, -40.0), (-11.0, -1.0), (-10.0, 0.0), (5.0, 0.0), (10.0, 0.0), (12.0, 2.0)] {
+        assert_eq!(mean::<ContC>(0, difference, "ER"), er, "difference {difference}");
+    }
+}
+
+#[test]
+fn cont_c_limits_before_it_scales() {
+    for (man, lmn) in [(-50.0, 10.0), (0.0, 10.0), (40.0, 30.0), (80.0, 50.0), (150.0, 50.0)] {
+        assert_eq!(mean::<ContC>(1, man, "LMN"), lmn, "MAN {man}");
+    }
+}
+
+#[test]
+fn cont_c_wraps_its_analog_word_beyond_118_5_percent() {
+    let words = values(&run::<ContC>(9), "LMN_PER");
+    let expected = [13824.0, 27648.0, 32625.0, -32358.0, -24064.0, 32358.0];
+    assert_eq!([words[5], words[10], words[20], words[30], words[40], words[50]], expected);
+    for (man, word) in [(-150.0, 24064.0), (-118.5, -32763.0), (0.0, 0.0), (118.5, 32763.0), (119.0, -32635.0)] {
+        assert_eq!(mean::<ContC>(2, man, "LMN_PER"), word, "MAN {man}");
+    }
+}
+
+#[test]
 fn cont_s_makes_a_long_pulse_and_short_ones_and_takes_the_long_one_back() {
     let shown = run::<ContS>(0);
     let up = "....######......###.......###.......###.......###.";
@@ -100,6 +184,32 @@ fn puls_ctr_makes_pulses_as_long_as_the_manipulated_value_of_their_period() {
         assert_eq!(pulses[first..first + 20], format!("{}{}", "#".repeat(calls), ".".repeat(20 - calls)));
     }
     assert_eq!(pulses[..20], ".".repeat(20));
+}
+
+#[test]
+fn puls_ctr_changes_from_positive_to_negative_pulses_when_the_controller_has_run() {
+    let shown = run::<PulsCtr>(1);
+    let period = |calls: usize| format!("{}{}", "#".repeat(calls), ".".repeat(20 - calls));
+    let none = ".".repeat(20);
+    let positive = [none.clone(), period(6).repeat(3), none.repeat(4)].concat();
+    assert_eq!(bits(&shown, "QPOS_P"), positive);
+    assert_eq!(bits(&shown, "DI_PULSEGEN.QNEG_P"), [none.repeat(4), period(12).repeat(4)].concat());
+    let lmn = values(&shown, "DI_CONT_C.LMN");
+    assert_eq!([lmn[18], lmn[19], lmn[78], lmn[79]], [0.0, 30.0, 30.0, -60.0]);
+}
+
+#[test]
+fn puls_ctr_leaves_out_pulses_and_breaks_that_are_too_short() {
+    let shown = run::<PulsCtr>(2);
+    let lmn = values(&shown, "DI_CONT_C.LMN");
+    let pulses = bits(&shown, "QPOS_P");
+    for (period, value, calls) in
+        [(1, 50.0, 10), (2, 25.0, 5), (3, 15.0, 0), (4, 75.0, 15), (5, 85.0, 20), (6, 50.0, 10)]
+    {
+        let first = 20 * period;
+        assert_eq!(lmn[first - 1], value, "LMN of period {period}");
+        assert_eq!(pulses[first..first + 20], format!("{}{}", "#".repeat(calls), ".".repeat(20 - calls)));
+    }
 }
 
 #[test]

@@ -1,6 +1,9 @@
 //! What holds for the table of every block, and the layout of the instance data blocks in the manual.
 
-use blocks::{Block, ContC, ContS, EachBlock, Hlg, Kind, PulsCtr, Pulsegen, Role, Row, Table, Value, for_each_block};
+use blocks::{
+    Block, Characteristic, ContC, ContS, EachBlock, Hlg, Kind, PulsCtr, Pulsegen, Role, Row, Table, Value,
+    for_each_block,
+};
 
 /// The tables of all blocks.
 fn tables() -> Vec<&'static Table> {
@@ -49,6 +52,25 @@ fn every_variable_has_a_description_of_one_line_without_a_full_stop() {
             assert!(!text.is_empty() && !text.contains('\n') && !text.ends_with('.'), "{}: {text}", row.full_name());
         }
     }
+}
+
+#[test]
+fn every_variable_has_help_that_says_more_than_its_description() {
+    let words = |text: &str| text.split_whitespace().map(str::to_lowercase).collect::<Vec<_>>();
+    let mut findings = Vec::new();
+    for table in tables() {
+        for row in table.rows {
+            let (name, help) = (row.full_name(), row.help);
+            if help.chars().count() < 80 {
+                findings.push(format!("{} of {}: the help has less than 80 characters: {help:?}", name, table.name));
+            } else if words(help).starts_with(&words(row.description)) {
+                findings.push(format!("{} of {}: the help begins with the description", name, table.name));
+            } else if !help.ends_with('.') {
+                findings.push(format!("{} of {}: the help does not end with a sentence: {help:?}", name, table.name));
+            }
+        }
+    }
+    assert!(findings.is_empty(), "\n{}", findings.join("\n"));
 }
 
 #[test]
@@ -117,6 +139,26 @@ fn what_a_response_sets_and_shows_exists_and_is_set_in_time() {
                 assert!(*call < response.calls, "{name} of {} is set too late", table.name);
                 let may_change = matches!(table.rows[row].role, Role::Input | Role::Parameter);
                 assert!(may_change || *call == 0, "{name} of {} cannot be set in a run", table.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_a_characteristic_sets_and_shows_exists() {
+    for table in tables() {
+        for characteristic in table.characteristics {
+            let row =
+                |name: &str| &table.rows[table.find(name).unwrap_or_else(|| panic!("{} has no {name}", table.name))];
+            let Characteristic { title, variable, range, points, calls, set, show } = characteristic;
+            assert!(!title.is_empty() && !show.is_empty() && *points > 1 && *calls > 0, "{}: {title}", table.name);
+            assert!(range.0 < range.1, "{}: {title}", table.name);
+            assert_ne!(row(variable).kind, Kind::Bool, "{variable} of {} is no number", table.name);
+            for name in set.iter().map(|(name, _)| name).chain([variable]) {
+                assert!(row(name).role.is_settable(), "{name} of {} cannot be set", table.name);
+            }
+            for name in *show {
+                assert_ne!(row(name).role, Role::Cycle, "{name} of {} does not change", table.name);
             }
         }
     }

@@ -7,6 +7,31 @@ use crate::{ContC, Pulsegen};
 crate::block! {
     /// Continuous PID controller with a pulse output: CONT_C and PULSEGEN in one block, at two rates.
     ///
+    /// # Purpose
+    ///
+    /// PULS_CTR holds a process value at its setpoint with an actuator that is only switched: CONT_C computes a
+    /// manipulated value in percent, and PULSEGEN switches the output on for that share of a period. It is used for
+    /// heaters, solenoid valves and cooling machines behind a relay or contactor, with a period so short against the
+    /// plant's time constant that the plant smooths the pulses. It leaves setpoint ramps, filters and supervision to
+    /// others, as CONT_C does, and it has no output of its own for negative pulses: these are DI_PULSEGEN.QNEG_P.
+    ///
+    /// # Quick start
+    ///
+    /// 1. Calls: CYCLE is the time between two calls, 10 ms for a solid-state relay.
+    /// 2. Period: RED_FAC so that CYCLE * RED_FAC is at most a tenth of the plant's time constant, and at least 100 for
+    ///    a resolution of 1 %. 200 gives 2 s, which suits a plant of 20 s and more.
+    /// 3. Process value: connect PV_PER, and set DI_CONT_C.PV_FAC and DI_CONT_C.PV_OFF: 4 and 0 for a transmitter of 0
+    ///    ... 400 degC.
+    /// 4. Tuning: in manual mode (DI_CONT_C.MAN_ON), change DI_CONT_C.MAN and watch PV. K is the change of PV divided by
+    ///    that of MAN, L the time until PV begins to move plus CYCLE * RED_FAC (half of it for the sampling, half for the
+    ///    pulses), T the time from there to 63 % of the change. Set DI_CONT_C.GAIN = T / (2 K L) and DI_CONT_C.TI to the
+    ///    smaller one of T and 8 L: GAIN = 1.04 and TI = 96 s for K = 4 degC per percent, T = 100 s and a dead time of 10
+    ///    s, so L = 12 s.
+    /// 5. Shortest pulse: DI_PULSEGEN.P_B_TM as the actuator needs it, 50 ms for a solenoid valve, 0.2 s and more for a
+    ///    contactor. Then set SP_INT; the controller starts in automatic mode.
+    ///
+    /// # Diagram
+    ///
     /// ```text
     /// every RED_FAC calls                                   every call
     ///                    +-----------+                      +-------------+
@@ -18,7 +43,28 @@ crate::block! {
     ///                                                       +-------------+
     /// ```
     ///
-    /// The law of a call, in this order, is the example's statement list; sCount is the block's only memory:
+    /// # Law
+    ///
+    /// The pulse of a period is as long as the manipulated value demands, in whole calls:
+    ///
+    /// ```math
+    /// \begin{aligned}
+    /// T &= \text{CYCLE} \cdot \text{RED_FAC} \\
+    /// K &= \text{RND} \left( \dfrac{\text{LMN}}{100} \cdot \dfrac{T}{\text{CYCLE}} \right) \\
+    /// \dfrac{K}{\text{RED_FAC}} &\approx \dfrac{\text{LMN}}{100}
+    /// \end{aligned}
+    /// ```
+    ///
+    /// `T` is the sampling time of CONT_C and the period of the pulses, `K` the number of calls, at the beginning of a period
+    /// of RED_FAC calls, in which QPOS_P is TRUE. This holds for 0 ... 100 % if pulse and break are not shorter than
+    /// DI_PULSEGEN.P_B_TM. LMN follows the law of CONT_C; in automatic mode and between the limits:
+    ///
+    /// ```math
+    /// \text{LMN}(s) = \text{GAIN} \left( 1 + \dfrac{1}{\text{TI} \, s}
+    ///     + \dfrac{\text{TD} \, s}{1 + \text{TM_LAG} \, s} \right) \text{ER}(s) + \text{DISV}(s)
+    /// ```
+    ///
+    /// The exact order of operations of a call is the example's statement list; sCount is the block's only memory:
     ///
     /// ```text
     /// sCount  = 0 with COM_RST
@@ -30,6 +76,8 @@ crate::block! {
     /// DI_PULSEGEN(INV = DI_CONT_C.LMN, PER_TM = tCycCtr, COM_RST, CYCLE)
     /// QPOS_P  = DI_PULSEGEN.QPOS_P
     /// ```
+    ///
+    /// # Clauses
     ///
     /// 1. Restart (COM_RST): both blocks inside run their restart, and sCount becomes RED_FAC. After it CONT_C first
     ///    runs in call RED_FAC, and then every RED_FAC calls. While COM_RST is TRUE, every call is a restart. (manual)
@@ -46,44 +94,96 @@ crate::block! {
     /// 6. Q_MEAN is ours, not the manual's: that of the inner PULSEGEN, the mean of its pulses over the last
     ///    communication step, +100 % if positive all the time, -100 % if negative all the time. (decided)
     ///
-    /// Sampling: call the block every CYCLE. A pulse is a whole number of calls, so RED_FAC is the resolution of LMN:
-    /// 200 calls resolve 0.5 %. In three-step control a negative LMN needs `DI_CONT_C.LMN_LLM` below 0, and an actuator
-    /// on `DI_PULSEGEN.QNEG_P`.
+    /// # Sampling
+    ///
+    /// Call the block every CYCLE. A pulse is a whole number of calls, so RED_FAC is the resolution of LMN: 200 calls
+    /// resolve 0.5 %.
+    ///
+    /// If a host steps ten times CYCLE, the block makes ten calls in that step with the same SP_INT and PV_PER. The
+    /// controller is hardly affected, because it runs only every RED_FAC calls, but the host sees QPOS_P of the last of
+    /// the ten calls: a pulse of 3 calls may be missed or seem to last for 10. Connect Q_MEAN instead, the mean of the
+    /// step. If a host steps a tenth of CYCLE, one step of ten makes a call.
+    ///
+    /// # Limits of use
     ///
     /// Bad input: RED_FAC below 1 and CYCLE * RED_FAC beyond the longest TIME, 2147483.647 s, are refused before the
     /// restart (decided). Nothing else is checked. Without that check the program behaves as the statement list does:
     /// sCount is an INT that wraps, RED_FAC is loaded without its sign, and the product keeps its low 32 bits.
     ///
-    /// Decided: RED_FAC starts at 200 and CYCLE at 10 ms, the manual's 2 s and 10 ms; clauses 4 to 6.
+    /// Negative manipulated values need `DI_CONT_C.LMN_LLM` below 0 and an actuator on `DI_PULSEGEN.QNEG_P`. SP_INT and
+    /// PV_PER act only when the controller runs, so a disturbance may go unseen for up to CYCLE * RED_FAC. LMN_PER of the
+    /// controller is not used here, so its wrap beyond 118.5 % does no harm. The controller inside does not know a broken
+    /// wire (32767 is 118.51 %), and its change from automatic to manual mode is not bumpless. With DI_PULSEGEN.P_B_TM above
+    /// half of the period the output is only off or fully on.
     ///
-    /// Source: Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.4,
-    /// figures 3-10 and 3-11, tables 3-7 and 3-8. For the laws of the inner blocks see `CONT_C` and `PULSEGEN`.
+    /// # Sources
+    ///
+    /// Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.4, figures 3-10
+    /// and 3-11, tables 3-7 and 3-8. For the laws of the inner blocks see `CONT_C` and `PULSEGEN`.
+    ///
+    /// Decided: RED_FAC starts at 200 and CYCLE at 10 ms, the manual's 2 s and 10 ms; clauses 4 to 6.
     pub struct PulsCtr as "PULS_CTR" {
         input {
             /// Setpoint, -100 ... 100 % or a physical value
+            ///
+            /// The setpoint of the controller inside, in the unit of its process value: percent with the start values,
+            /// degC with DI_CONT_C.PV_FAC = 4 for a transmitter of 0 ... 400 degC. It is read only when the controller
+            /// runs, every 2 s with RED_FAC 200 and CYCLE 10 ms. A step of 10 moves DI_CONT_C.LMN_P by 20 with GAIN 2,
+            /// and the length of the next pulse by 20 % of the period.
             sp_int: Real = 0.0;
             /// Process value as an analog input word: 27648 is 100 %
+            ///
+            /// The word that the analog input gives; DI_CONT_C.PV_FAC and DI_CONT_C.PV_OFF scale it: 13824 (50 %) is
+            /// 200 with PV_FAC 4 and PV_OFF 0. It is read only when the controller runs. A simulated plant that gives
+            /// degC needs a conversion before it, times 27648 / 400 for 0 ... 400 degC. The block does not detect a
+            /// broken wire: 32767 is 118.51 %.
             pv_per: Word = Word::new(0);
         }
         fixed {
             /// Calls from one call of the controller to the next
+            ///
+            /// The controller runs in one call of RED_FAC, with the sampling time CYCLE * RED_FAC, which is also the
+            /// period of the pulses: 2 s with 200 and 10 ms. It also sets the resolution of the pulses: 200 resolve 0.5 %
+            /// of LMN, 20 resolve 5 %. Choose CYCLE * RED_FAC at most a tenth of the plant's time constant, and RED_FAC
+            /// 100 or more; shorten CYCLE if the two do not go together. After a restart the first pulse comes after
+            /// RED_FAC calls.
             red_fac: Int = 200, min 1;
         }
         input {
             /// Complete restart: TRUE runs the restart routine instead of the controller
+            ///
+            /// While it is TRUE, every call restarts both blocks inside: a pulse ends at once, LMN is 0, and the
+            /// integral becomes DI_CONT_C.I_ITLVAL. When it falls, the controller first runs after RED_FAC calls, so
+            /// there is no pulse for 2 s with RED_FAC 200 and CYCLE 10 ms. The block does not reset COM_RST. Every run
+            /// begins with a restart; set it for another one during the run.
             com_rst: Bool = false;
         }
         cycle {
             /// Sampling time: the time between two calls
+            ///
+            /// A pulse is a whole number of CYCLE long. 10 ms, a half-wave of 50 Hz, suits a solid-state relay; a
+            /// contactor needs a longer DI_PULSEGEN.P_B_TM, not a longer CYCLE. The controller does not compute with it
+            /// but with CYCLE * RED_FAC, so twice the CYCLE with half the RED_FAC leaves the controller as it is and
+            /// makes the pulses coarser.
             cycle: Time = Time::ms(10), min Time::ms(1);
         }
         output {
             /// Positive pulse
+            ///
+            /// TRUE in the first LMN percent of each period: with LMN = 30 and RED_FAC = 200 in 60 calls, then FALSE in
+            /// 140. A pulse or break shorter than DI_PULSEGEN.P_B_TM is left out: with 50 ms of 2 s, LMN below 2.5
+            /// gives no pulse and above 97.5 no break. For a negative LMN it stays FALSE; DI_PULSEGEN.QNEG_P has the
+            /// pulses then. It shows the last call, so take Q_MEAN if the communication step is longer than CYCLE.
             qpos_p: Bool;
         }
     }
     mean {
         /// Mean of the pulses over the last communication step in percent, negative ones negative (not in the manual)
+        ///
+        /// With a communication step of one period it is LMN, to 100 / RED_FAC: 30 for LMN = 30. In a step of one CYCLE
+        /// it is 100, 0 or -100; steps that are no multiple of the period make it fluctuate. Connect it to a plant with
+        /// a Real input, a heater's power for example. In two-step control (DI_PULSEGEN.STEP3_ON = FALSE) it is between
+        /// 0 and 100, because only QPOS_P counts.
         q_mean;
     }
     instances {
@@ -104,13 +204,51 @@ crate::block! {
 }
 
 impl Law for PulsCtr {
-    const RESPONSES: &'static [Response] = &[Response {
-        title: "The setpoint rises to 10: the controller responds every 20 calls, and LMN sets the length of each \
-                period's pulse",
-        calls: 160,
-        set: &[(0, "RED_FAC", 20.0), (0, "DI_PULSEGEN.P_B_TM", 0.01), (0, "DI_CONT_C.TI", 0.5), (10, "SP_INT", 10.0)],
-        show: &["SP_INT", "DI_CONT_C.LMN", "QPOS_P"],
-    }];
+    const RESPONSES: &'static [Response] = &[
+        Response {
+            title: "The setpoint rises to 10: the controller responds every 20 calls, and LMN sets the length of each \
+                    period's pulse",
+            calls: 160,
+            set: &[
+                (0, "RED_FAC", 20.0),
+                (0, "DI_PULSEGEN.P_B_TM", 0.01),
+                (0, "DI_CONT_C.TI", 0.5),
+                (10, "SP_INT", 10.0),
+            ],
+            show: &["SP_INT", "DI_CONT_C.LMN", "QPOS_P"],
+        },
+        Response {
+            title: "The setpoint goes from 30 to -60, P action with GAIN 1 and LMN_LLM = -100: the pulses change from QPOS_P \
+                    to QNEG_P when the controller has run",
+            calls: 160,
+            set: &[
+                (0, "RED_FAC", 20.0),
+                (0, "DI_PULSEGEN.P_B_TM", 0.01),
+                (0, "DI_CONT_C.I_SEL", 0.0),
+                (0, "DI_CONT_C.GAIN", 1.0),
+                (0, "DI_CONT_C.LMN_LLM", -100.0),
+                (0, "SP_INT", 30.0),
+                (70, "SP_INT", -60.0),
+            ],
+            show: &["SP_INT", "DI_CONT_C.LMN", "QPOS_P", "DI_PULSEGEN.QNEG_P"],
+        },
+        Response {
+            title: "Periods of 0.2 s with P_B_TM = 0.04 s: an LMN below 20 % gives no pulse, one above 80 % no break",
+            calls: 140,
+            set: &[
+                (0, "RED_FAC", 20.0),
+                (0, "DI_PULSEGEN.P_B_TM", 0.04),
+                (0, "DI_CONT_C.MAN_ON", 1.0),
+                (0, "DI_CONT_C.MAN", 50.0),
+                (30, "DI_CONT_C.MAN", 25.0),
+                (50, "DI_CONT_C.MAN", 15.0),
+                (70, "DI_CONT_C.MAN", 75.0),
+                (90, "DI_CONT_C.MAN", 85.0),
+                (110, "DI_CONT_C.MAN", 50.0),
+            ],
+            show: &["DI_CONT_C.LMN", "QPOS_P"],
+        },
+    ];
 
     fn restart(&mut self) {
         self.program(true);
@@ -402,5 +540,68 @@ mod tests {
         assert_eq!(block.di_cont_c.lmn, 0.0);
         block.call();
         assert_eq!(block.di_cont_c.lmn, 1.0);
+    }
+
+    // The numbers in the help of the variables and in the documentation.
+
+    #[test]
+    fn the_loop_of_the_quick_start_settles_with_little_overshoot() {
+        // A lag of 100 s with 4 degC per percent behind a dead time of 10 s.
+        let mut block = PulsCtr { sp_int: 200.0, ..PulsCtr::default() };
+        block.di_cont_c.gain = 1.04;
+        block.di_cont_c.ti = Time::ms(96_000);
+        block.di_cont_c.pv_fac = 4.0;
+        let mut block = restarted(block);
+        let mut delayed = std::collections::VecDeque::from([0.0; 1000]);
+        let (mut temperature, mut highest) = (0.0, 0.0);
+        for call in 1..=60_000 {
+            block.pv_per = Word::new((temperature * 276.48 / 4.0) as Int);
+            block.call();
+            delayed.push_back(if block.qpos_p { 400.0 } else { 0.0 });
+            temperature += (delayed.pop_front().unwrap() - temperature) * (0.01 / 100.0);
+            highest = f64::max(highest, temperature);
+            assert!(call < 30_000 || (temperature - 200.0).abs() < 4.0, "{temperature} in call {call}");
+        }
+        assert!(highest < 204.0, "{highest}");
+    }
+
+    /// In how many of the 200 calls of the second period the output is on, with this manual value and the start values.
+    fn calls_on(man: f32) -> usize {
+        let mut block = PulsCtr::default();
+        (block.di_cont_c.man_on, block.di_cont_c.man) = (true, man);
+        let pulses = pulses_with(&mut restarted(block), 400, |_, _| ());
+        assert_eq!(pulses[..200], ".".repeat(200), "the first pulse comes after RED_FAC calls");
+        pulses[200..].matches('+').count()
+    }
+
+    #[test]
+    fn help_of_qpos_p_30_percent_are_60_of_200_calls_and_less_than_2_5_percent_none() {
+        assert_eq!(calls_on(30.0), 60);
+        assert_eq!([calls_on(2.4), calls_on(2.5), calls_on(97.5), calls_on(97.6)], [0, 5, 195, 200]);
+    }
+
+    #[test]
+    fn help_of_sp_int_and_pv_per_they_are_read_when_the_controller_runs_and_scaled_by_pv_fac() {
+        let mut block = PulsCtr { sp_int: 210.0, pv_per: Word::new(13824), ..PulsCtr::default() };
+        block.di_cont_c.pv_fac = 4.0;
+        let mut block = restarted(block);
+        pulses_with(&mut block, 199, |_, _| ());
+        assert_eq!((block.di_cont_c.pv, block.di_cont_c.lmn_p), (0.0, 0.0));
+        block.call();
+        assert_eq!((block.di_cont_c.pv, block.di_cont_c.lmn_p), (200.0, 20.0));
+        assert_eq!(block.di_cont_c.cycle, Time::ms(2_000));
+    }
+
+    #[test]
+    fn help_of_cycle_twice_the_cycle_with_half_the_red_fac_leaves_the_controller_as_it_is() {
+        let inside = |cycle, red_fac| {
+            let mut block = PulsCtr { cycle: Time::ms(cycle), red_fac, sp_int: 10.0, ..PulsCtr::default() };
+            block.di_cont_c.pvper_on = false;
+            let mut block = restarted(block);
+            pulses_with(&mut block, 3 * red_fac.cast_unsigned() as usize, |_, _| ());
+            block.di_cont_c.lmn
+        };
+        assert_eq!(inside(10, 200), inside(20, 100));
+        assert!(inside(10, 200) > 20.0);
     }
 }
