@@ -10,8 +10,10 @@ fn run<B: Block>(number_of_response: usize) -> Vec<(&'static str, Vec<f64>)> {
     let mut shown: Vec<_> = response.show.iter().map(|name| (*name, Vec::new())).collect();
     set(&mut block, response.set, 0);
     block.restart();
-    for call in 1..=response.calls {
-        set(&mut block, response.set, call);
+    for call in 0..response.calls {
+        if call > 0 {
+            set(&mut block, response.set, call);
+        }
         block.call();
         for (name, values) in &mut shown {
             values.push(number(block.get(row::<B>(name)).unwrap()));
@@ -62,77 +64,77 @@ fn bits(shown: &[(&'static str, Vec<f64>)], name: &str) -> String {
 #[test]
 fn cont_c_answers_a_setpoint_step_with_p_i_and_d() {
     let shown = run::<ContC>(0);
-    let at = |name, call: usize| values(&shown, name)[call - 1];
+    let at = |name, call: usize| values(&shown, name)[call];
     // e = 10: P at once, I by (1 / 20) * 10 a call after half of it, D = 10 * 1 / 2.5.
     assert_eq!([at("LMN", 4), at("LMN_P", 5), at("LMN_I", 5), at("LMN_D", 5)], [0.0, 10.0, 0.25, 4.0]);
     assert_eq!(at("LMN_I", 6), 0.75);
     // Back at 0: P gone, D downwards, I as it was but for the last half step.
-    assert_eq!([at("LMN_P", 40), at("LMN_I", 40), at("LMN_I", 60)], [0.0, 17.5, 17.5]);
+    assert_eq!([at("LMN_P", 40), at("LMN_I", 40), at("LMN_I", 59)], [0.0, 17.5, 17.5]);
     assert!((at("LMN_D", 40) + 4.0).abs() < 1e-3);
 }
 
 #[test]
 fn cont_c_with_p_action_alone_is_proportional_to_the_error() {
     let lmn = values(&run::<ContC>(1), "LMN");
-    assert_eq!([lmn[3], lmn[4], lmn[23], lmn[24], lmn[43], lmn[44]], [0.0, 20.0, 20.0, 40.0, 40.0, 0.0]);
+    assert_eq!([lmn[4], lmn[5], lmn[24], lmn[25], lmn[44], lmn[45]], [0.0, 20.0, 20.0, 40.0, 40.0, 0.0]);
 }
 
 #[test]
 fn cont_c_integrates_a_constant_error_and_keeps_the_integral_without_one() {
     let shown = run::<ContC>(2);
     let (p, i) = (values(&shown, "LMN_P"), values(&shown, "LMN_I"));
-    assert_eq!((p[4], i[24] - i[4], i[44] - i[24]), (20.0, 20.0, 19.5));
-    assert_eq!((p[44], i[44], i[59]), (0.0, 40.0, 40.0));
+    assert_eq!((p[5], i[25] - i[5], i[45] - i[25]), (20.0, 20.0, 19.5));
+    assert_eq!((p[45], i[45], i[59]), (0.0, 40.0, 40.0));
 }
 
 #[test]
 fn cont_c_applies_gain_to_all_three_parts() {
     let shown = run::<ContC>(3);
     let [p, i, d] = ["LMN_P", "LMN_I", "LMN_D"].map(|name| values(&shown, name));
-    assert_eq!((p[28], p[29]), (10.0, 20.0));
-    assert_eq!((i[27] - i[26], i[40] - i[39]), (0.5, 1.0));
-    assert!(d[28].abs() < 1e-3 && (d[29] - 20.0).abs() < 1e-3 && d[59].abs() < 1e-3, "{d:?}");
+    assert_eq!((p[29], p[30]), (10.0, 20.0));
+    assert_eq!((i[28] - i[27], i[41] - i[40]), (0.5, 1.0));
+    assert!(d[29].abs() < 1e-3 && (d[30] - 20.0).abs() < 1e-3 && d[59].abs() < 1e-3, "{d:?}");
 }
 
 #[test]
 fn cont_c_at_a_limit_stops_the_integral_and_leaves_the_limit_with_the_error() {
     let shown = run::<ContC>(4);
     let [lmn, i] = ["LMN", "LMN_I"].map(|name| values(&shown, name));
-    assert!(lmn[11..39].iter().all(|lmn| *lmn == 100.0) && i[11..39].iter().all(|i| *i == 22.0));
-    assert!(bits(&shown, "QLMN_HLM")[11..40].contains("############################."));
-    assert_eq!((i[10], lmn[39]), (18.0, 0.0));
-    assert!(lmn[42..65].iter().all(|lmn| (0.0..10.0).contains(lmn)), "{lmn:?}");
+    assert!(lmn[12..40].iter().all(|lmn| *lmn == 100.0) && i[12..40].iter().all(|i| *i == 22.0));
+    assert!(bits(&shown, "QLMN_HLM")[12..41].contains("############################."));
+    assert_eq!((i[11], lmn[40]), (18.0, 0.0));
+    assert!(lmn[43..66].iter().all(|lmn| (0.0..10.0).contains(lmn)), "{lmn:?}");
 }
 
 #[test]
 fn cont_c_changes_to_automatic_mode_without_a_jump() {
     let shown = run::<ContC>(5);
     let [lmn, p, i] = ["LMN", "LMN_P", "LMN_I"].map(|name| values(&shown, name));
-    assert_eq!(bits(&shown, "MAN_ON"), format!("{}{}", "#".repeat(19), ".".repeat(41)));
-    assert_eq!((p[18], i[18]), (10.0, 30.0));
-    assert_eq!([lmn[18], lmn[19], lmn[20]], [40.0, 40.5, 41.0]);
+    assert_eq!(bits(&shown, "MAN_ON"), format!("{}{}", "#".repeat(20), ".".repeat(40)));
+    assert_eq!((p[19], i[19]), (10.0, 30.0));
+    assert_eq!([lmn[19], lmn[20], lmn[21]], [40.0, 40.5, 41.0]);
 }
 
 #[test]
 fn cont_c_jumps_back_if_the_manual_value_changed_in_the_last_manual_call() {
     let shown = run::<ContC>(6);
     let [lmn, i] = ["LMN", "LMN_I"].map(|name| values(&shown, name));
-    assert_eq!([lmn[17], lmn[18], lmn[19]], [40.0, 60.0, 40.5]);
-    assert_eq!([i[17], i[18], i[19]], [30.0, 30.0, 30.5]);
-    assert_eq!([lmn[38], lmn[39]], [50.0, 60.0]);
+    assert_eq!([lmn[18], lmn[19], lmn[20]], [40.0, 60.0, 40.5]);
+    assert_eq!([i[18], i[19], i[20]], [30.0, 30.0, 30.5]);
+    assert_eq!([lmn[39], lmn[40]], [50.0, 60.0]);
 }
 
 #[test]
 fn cont_c_holds_and_sets_the_integral() {
     let i = values(&run::<ContC>(7), "LMN_I");
-    assert_eq!([i[13], i[14], i[28], i[29]], [46.75, 46.75, 46.75, 47.25]);
-    assert_eq!([i[43], i[44], i[48], i[49]], [54.25, 40.0, 40.0, 40.5]);
+    assert_eq!([i[14], i[15], i[29], i[30]], [47.25, 47.25, 47.25, 47.75]);
+    assert_eq!([i[44], i[45], i[49], i[50]], [54.75, 40.0, 40.0, 40.5]);
 }
 
 #[test]
 fn cont_c_takes_the_dead_band_off_the_error() {
     let er = values(&run::<ContC>(8), "ER");
-    assert_eq!([er[4], er[14], er[24], er[39], er[49]], [0.0, 0.0, 3.0, -3.0, 0.0]);
+    assert_eq!([er[5], er[15], er[25], er[40], er[50]], [0.0, 0.0, 3.0, -3.0, 0.0]);
     for (difference, er) in [(-50.0, -40.0), (-11.0, -1.0), (-10.0, 0.0), (5.0, 0.0), (10.0, 0.0), (12.0, 2.0)] {
         assert_eq!(mean::<ContC>(0, difference, "ER"), er, "difference {difference}");
     }
@@ -158,8 +160,8 @@ fn cont_c_wraps_its_analog_word_beyond_118_5_percent() {
 #[test]
 fn cont_s_makes_a_long_pulse_and_short_ones_and_takes_the_long_one_back() {
     let shown = run::<ContS>(0);
-    let up = "....######......###.......###.......###.......###.";
-    let down = "....................................................######...........###.................###.................###";
+    let up = ".....######......###.......###.......###.......###.";
+    let down = ".....................................................######...........###.................###.................###";
     assert_eq!(bits(&shown, "QLMNUP").trim_end_matches('.'), up.trim_end_matches('.'));
     assert!(bits(&shown, "QLMNDN").starts_with(down), "{}", bits(&shown, "QLMNDN"));
 }
@@ -167,9 +169,9 @@ fn cont_s_makes_a_long_pulse_and_short_ones_and_takes_the_long_one_back() {
 #[test]
 fn pulsegen_synchronizes_to_a_new_value_in_the_middle_of_a_period() {
     let shown = run::<Pulsegen>(0);
-    let positive = "######..............######..............######....###############.....###############.....#####";
+    let positive = "######..............######..............######.....###############.....###############.....#####";
     assert_eq!(bits(&shown, "QPOS_P").trim_end_matches('.'), positive);
-    let negative = format!("{}##########..........##########", ".".repeat(95));
+    let negative = format!("{}##########..........##########", ".".repeat(96));
     assert_eq!(bits(&shown, "QNEG_P").trim_end_matches('.'), negative);
 }
 
@@ -215,35 +217,35 @@ fn puls_ctr_leaves_out_pulses_and_breaks_that_are_too_short() {
 #[test]
 fn hlg_goes_up_stops_goes_down_at_another_slope_and_is_reset() {
     let output = values(&run::<Hlg>(0), "HLG");
-    let at = |call: usize| output[call - 1];
+    let at = |call: usize| output[call];
     assert_eq!(
         [at(4), at(5), at(24), at(34), at(35), at(54), at(59)],
         [0.0, 25.0, 500.0, 500.0, 525.0, 1000.0, 1000.0]
     );
-    assert_eq!([at(60), at(119), at(129), at(130), at(140)], [975.0, -500.0, -500.0, 0.0, 0.0]);
+    assert_eq!([at(60), at(119), at(129), at(130), at(139)], [975.0, -500.0, -500.0, 0.0, 0.0]);
 }
 
 #[test]
 fn cont_s_with_the_p_action_alone_makes_six_calls_up_and_three_down() {
     let shown = run::<ContS>(1);
     // 20 % are 6 calls of 100 / 30 %.
-    assert_eq!(bits(&shown, "QLMNUP").trim_end_matches('.'), "....######");
-    assert_eq!(bits(&shown, "QLMNDN").trim_end_matches('.'), format!("{}###", ".".repeat(29)));
+    assert_eq!(bits(&shown, "QLMNUP").trim_end_matches('.'), ".....######");
+    assert_eq!(bits(&shown, "QLMNDN").trim_end_matches('.'), format!("{}###", ".".repeat(30)));
 }
 
 #[test]
 fn cont_s_by_hand_makes_pulses_of_at_least_pulse_tm() {
     let shown = run::<ContS>(2);
-    assert_eq!(bits(&shown, "QLMNUP").trim_end_matches('.'), "....######");
-    assert_eq!(bits(&shown, "QLMNDN").trim_end_matches('.'), format!("{}###", ".".repeat(24)));
+    assert_eq!(bits(&shown, "QLMNUP").trim_end_matches('.'), ".....######");
+    assert_eq!(bits(&shown, "QLMNDN").trim_end_matches('.'), format!("{}###", ".".repeat(25)));
 }
 
 #[test]
 fn cont_s_ends_a_pulse_at_the_stop_and_goes_down_freely() {
     let shown = run::<ContS>(3);
     let (up, down) = (bits(&shown, "QLMNUP"), bits(&shown, "QLMNDN"));
-    assert_eq!(up.trim_end_matches('.'), "....##########");
-    assert_eq!(down.find('#'), Some(29));
+    assert_eq!(up.trim_end_matches('.'), ".....##########");
+    assert_eq!(down.find('#'), Some(30));
 }
 
 #[test]
@@ -273,9 +275,9 @@ fn pulsegen_leaves_out_pulses_and_breaks_below_the_minimum() {
 fn pulsegen_by_hand_follows_the_commands_and_starts_a_period_afterwards() {
     let shown = run::<Pulsegen>(4);
     let (positive, negative) = (bits(&shown, "QPOS_P"), bits(&shown, "QNEG_P"));
-    assert_eq!(positive[9..44], format!(".....##{}", ".".repeat(28)));
-    assert_eq!(negative[9..44], format!("{}#####.....#####.....", ".".repeat(15)));
-    assert_eq!(positive[44..64], format!("######{}", ".".repeat(14)));
+    assert_eq!(positive[10..45], format!(".....##{}", ".".repeat(28)));
+    assert_eq!(negative[10..45], format!("{}#####.....#####.....", ".".repeat(15)));
+    assert_eq!(positive[45..65], format!("######{}", ".".repeat(14)));
 }
 
 #[test]
@@ -300,7 +302,7 @@ fn hlg_falls_from_init_by_50_a_call_and_stays_at_set_point_0() {
     let output = values(&run::<Hlg>(1), "HLG");
     // Up to 500 by 25 a call.
     assert_eq!(
-        [output[0], output[14], output[23], output[24], output[25], output[59]],
+        [output[0], output[15], output[24], output[25], output[26], output[59]],
         [25.0, 600.0, 600.0, 550.0, 500.0, 500.0]
     );
 }
@@ -309,7 +311,7 @@ fn hlg_falls_from_init_by_50_a_call_and_stays_at_set_point_0() {
 fn hlg_carries_the_remainder_on_and_jumps_without_a_return_time() {
     let output = values(&run::<Hlg>(2), "HLG");
     assert_eq!(
-        [output[0], output[1], output[2], output[3], output[18], output[19]],
+        [output[0], output[1], output[2], output[3], output[19], output[20]],
         [2.0, 5.0, 7.0, 10.0, 10.0, -10.0]
     );
 }

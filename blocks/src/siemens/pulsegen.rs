@@ -291,22 +291,22 @@ impl Law for Pulsegen {
                 (0, "ST2BI_ON", 1.0),
                 (0, "PER_TM", 0.2),
                 (0, "P_B_TM", 0.01),
-                (41, "INV", -60.0),
-                (81, "INV", 100.0),
+                (40, "INV", -60.0),
+                (80, "INV", 100.0),
             ],
             show: &["INV", "QPOS_P", "QNEG_P"],
         },
         Response {
             title: "RATIOFAC = 0.5: 50 % is 10 calls of 20 on QPOS_P, -50 % only 5 on QNEG_P",
             calls: 80,
-            set: &[(0, "RATIOFAC", 0.5), (0, "PER_TM", 0.2), (0, "P_B_TM", 0.01), (0, "INV", 50.0), (41, "INV", -50.0)],
+            set: &[(0, "RATIOFAC", 0.5), (0, "PER_TM", 0.2), (0, "P_B_TM", 0.01), (0, "INV", 50.0), (40, "INV", -50.0)],
             show: &["INV", "QPOS_P", "QNEG_P"],
         },
         Response {
             title: "P_B_TM = 40 ms, 4 calls: 15 % of 20 calls would be 3 and is left out, 25 % is 5, 85 % would leave a break of 3 \
                 and is on throughout",
             calls: 120,
-            set: &[(0, "PER_TM", 0.2), (0, "P_B_TM", 0.04), (0, "INV", 15.0), (41, "INV", 25.0), (81, "INV", 85.0)],
+            set: &[(0, "PER_TM", 0.2), (0, "P_B_TM", 0.04), (0, "INV", 15.0), (40, "INV", 25.0), (80, "INV", 85.0)],
             show: &["INV", "QPOS_P", "QNEG_P"],
         },
         Response {

@@ -326,8 +326,8 @@ pub struct Response {
     pub title: &'static str,
     /// How many calls it lasts.
     pub calls: u32,
-    /// What is set: the number of the call before which (0 is before the restart), the variable, its value (a TIME in
-    /// seconds, a BOOL as 0 or 1).
+    /// What is set: the number of the call before which, from 0 on (0 is before the restart), the variable, its value (a TIME
+    /// in seconds, a BOOL as 0 or 1).
     pub set: &'static [(u32, &'static str, f64)],
     /// The variables that are drawn and recorded.
     pub show: &'static [&'static str],
