@@ -49,6 +49,12 @@ fn pulsegen_has_the_addresses_of_its_instance_data_block() {
 }
 
 #[test]
+fn puls_ctr_has_the_addresses_of_the_manuals_table() {
+    // The instances inside lie behind these.
+    assert_layout("PULS_CTR", "0 SP_INT, 4 PV_PER, 6 RED_FAC, 8.0 COM_RST, 10 CYCLE, 14.0 QPOS_P", 16);
+}
+
+#[test]
 fn the_loops_of_all_blocks_are_recognized_in_one_file_of_json_and_of_ssv() {
     let loops: Vec<Loop> =
         Block::all().into_iter().map(|block| Loop::new(format!("DB_{}", block.name), block)).collect();
