@@ -21,8 +21,10 @@ struct Page<'a> {
     name: &'a str,
     summary: String,
     guid: &'a str,
-    /// The drawing of the terminals, SVG.
+    /// The block diagram or the drawing of the terminals, SVG.
     diagram: String,
+    /// Whether it is a block diagram.
+    has_diagram: bool,
     has_boolean_terminals: bool,
     /// How many variables belong to blocks inside the block; the diagram leaves them out.
     nested: usize,
@@ -85,7 +87,8 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
         name: &table.name,
         summary: table.summary(),
         guid,
-        diagram: diagram::svg(table).context("the diagram of the terminals")?,
+        diagram: diagram::svg(table).context("the diagram of the block")?,
+        has_diagram: diagram::find(&table.docs).is_some(),
         has_boolean_terminals: terminals.iter().any(|row| row.kind == Kind::Bool),
         nested: rows.iter().filter(|row| row.name.contains('.')).count(),
         cycle_name: &cycle.name,
@@ -119,7 +122,7 @@ fn drawing<'a>(table: &Table, response: &'a Response, recording: &Recording) -> 
 
 /// The block's documentation after its first paragraph, which is at the top of the page.
 fn law(table: &Table) -> String {
-    let docs = table.docs.trim_start();
+    let docs = diagram::without(table.docs.trim_start());
     let rest = docs.split_once("\n\n").map_or("", |(_, rest)| rest);
     // Wide formulas scroll: so that the keyboard reaches them.
     markdown(rest).replace("<pre>", r#"<pre tabindex="0">"#)
