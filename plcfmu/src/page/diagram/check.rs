@@ -16,19 +16,11 @@ pub struct Checked<'a> {
 }
 
 impl<'a> Checked<'a> {
-    /// Checks a diagram, whose description is `source`, and takes the start values and the names of the signals from the table.
+    /// Checks a diagram, whose description is `source`, and names its signals.
     ///
     /// # Errors
     /// The diagram lacks a terminal, shows what is none, or parts of it overlap. The error names line and remedy.
     pub fn of(mut diagram: Diagram, source: &str, table: &'a Table) -> Result<Checked<'a>> {
-        for element in &mut diagram.elements {
-            let Shape::Box { settings, .. } = &mut element.shape else { continue };
-            for setting in settings {
-                if let Some(row) = row(table, &setting.name).filter(|row| is_setting(row)) {
-                    setting.start = text::value(row, row.start);
-                }
-            }
-        }
         name_signals(&mut diagram);
         let checked = Checked { diagram, table };
         let at = |(line, what): (usize, String)| {
@@ -68,14 +60,16 @@ impl<'a> Checked<'a> {
             let is_output = matches!(row.role, Role::Output | Role::Local);
             if is_output != matches!(element.shape, Shape::Output) {
                 let role = row.role.name();
-                let as_what = if is_output { "in a line of its own, output NAME 12,7" } else { "as an input or in a box" };
+                let as_what =
+                    if is_output { "in a line of its own, output NAME 12,7" } else { "as an input or in a box" };
                 return Err((element.line, format!("shows {name}, which is {role} in the table: show it {as_what}")));
             }
         }
         let values = self.diagram.elements.iter().filter(|element| matches!(element.shape, Shape::Value));
         for element in values {
             if self.row(&element.name).is_none() {
-                let what = format!("shows the value of {}, which {table} does not have: correct or remove it", element.name);
+                let what =
+                    format!("shows the value of {}, which {table} does not have: correct or remove it", element.name);
                 return Err((element.line, what));
             }
         }
@@ -118,7 +112,10 @@ impl<'a> Checked<'a> {
                 && first.at.x != element.at.x
             {
                 let (line, x) = (first.line, first.at.x / GRID);
-                return Err((element.line, format!("is thrown by {variable}, as that of line {line}: put it at x = {x}, too")));
+                return Err((
+                    element.line,
+                    format!("is thrown by {variable}, as that of line {line}: put it at x = {x}, too"),
+                ));
             }
         }
         Ok(())
@@ -146,7 +143,8 @@ impl<'a> Checked<'a> {
             for element in elements {
                 let covered = |area: &Area| wire.points.windows(2).any(|ends| area.overlaps(&line(ends[0], ends[1])));
                 if element.areas().iter().any(covered) {
-                    let what = format!("leads through {} of line {}: add corners around it", called(element), element.line);
+                    let what =
+                        format!("leads through {} of line {}: add corners around it", called(element), element.line);
                     return Err((wire.line, what));
                 }
             }
@@ -166,9 +164,12 @@ fn row<'a>(table: &'a Table, name: &str) -> Option<&'a Row> {
     table.find(name).map(|row| &table.variables[row])
 }
 
-/// Whether a variable keeps the value that one gives it.
-fn is_setting(row: &Row) -> bool {
-    matches!(row.role, Role::Parameter | Role::Fixed | Role::Cycle)
+/// What the diagram shows of a variable's start value: that of a setting; a signal has none.
+pub fn start(table: &Table, name: &str) -> String {
+    match row(table, name) {
+        Some(row) if matches!(row.role, Role::Parameter | Role::Fixed | Role::Cycle) => text::value(row, row.start),
+        _ => String::new(),
+    }
 }
 
 fn called(element: &Element) -> String {

@@ -2,8 +2,8 @@
 
 use super::check::Checked;
 use super::model::{
-    Anchor, Area, CONTACT, Content, Control, Element, HALF_SYMBOL, LINE, PIN, Point, RADIUS, SETTING, Shape, Side, Sign,
-    TERMINAL, TITLE,
+    self, Anchor, Area, CONTACT, Content, Control, Element, HALF_SYMBOL, LINE, PIN, Point, RADIUS, SETTING, Shape,
+    Side, Sign, TERMINAL, TITLE,
 };
 use super::symbol::Symbol;
 use super::wire::{Wire, passes};
@@ -171,11 +171,7 @@ pub fn svg(checked: &Checked, prefix: &str) -> anyhow::Result<String> {
                 let middle = Point { x: x + width / 2.0, y };
                 drawing.terminals.push(terminal(checked, &element.name, middle, flag(x, y, width), true));
             }
-            Shape::Box { content, settings } => {
-                drawing.boxes.push(function(element, content));
-                let rows = settings.iter().enumerate().map(|(row, setting)| self::setting(checked, element, row, setting));
-                drawing.boxes.last_mut().expect("it was pushed").settings = rows.collect();
-            }
+            Shape::Box { content, settings } => drawing.boxes.push(function(checked, element, content, settings)),
             Shape::Sum { signs } => drawing.sums.push(sum(element.at, signs)),
             Shape::Switch { .. } => {
                 drawing.switches.push(switch(checked, element));
@@ -321,10 +317,15 @@ fn draw_wire(signal: &mut Signal, wire: &Wire, to: &Element) {
     }
 }
 
-fn function<'a>(element: &'a Element, content: &'a Content) -> Function<'a> {
+fn function<'a>(
+    checked: &Checked,
+    element: &'a Element,
+    content: &'a Content,
+    settings: &'a [model::Setting],
+) -> Function<'a> {
     let Point { x, y } = element.at;
     let area = element.body();
-    let title = area.top + TITLE;
+    let head = area.top + TITLE;
     let (half, symbol, words) = match content {
         Content::Symbol(symbol) => (HALF_SYMBOL, Some(*symbol), Vec::new()),
         Content::Lines(lines) => {
@@ -333,24 +334,36 @@ fn function<'a>(element: &'a Element, content: &'a Content) -> Function<'a> {
                 let y = Pixels(first + row as f64 * LINE);
                 Word { x: Pixels(x), y, anchor: "middle", text }
             };
-            (y - title, None, lines.iter().enumerate().map(line).collect())
+            (y - head, None, lines.iter().enumerate().map(line).collect())
         }
         Content::Pins { inputs, outputs } => {
             let pins = |names: &'a [String], x: f64, anchor: &'static str| {
                 let first = element.first_pin() + 4.0;
-                let pin = move |(row, text): (usize, &'a String)| {
-                    Word { x: Pixels(x), y: Pixels(first + row as f64 * PIN), anchor, text }
+                let pin = move |(row, text): (usize, &'a String)| Word {
+                    x: Pixels(x),
+                    y: Pixels(first + row as f64 * PIN),
+                    anchor,
+                    text,
                 };
                 names.iter().enumerate().map(pin)
             };
             let words = pins(inputs, area.left + 5.0, "start").chain(pins(outputs, area.right - 5.0, "end"));
-            (y - title, None, words.collect())
+            (y - head, None, words.collect())
         }
     };
-    let mut lines = format!("M{} {}H{}", Pixels(area.left), Pixels(title), Pixels(area.right));
+    let mut lines = format!("M{} {}H{}", Pixels(area.left), Pixels(head), Pixels(area.right));
     if area.bottom - (y + half) > 1.0 {
         let _ = write!(lines, "M{} {}H{}", Pixels(area.left), Pixels(y + half), Pixels(area.right));
     }
+    let first_setting = area.bottom - settings.len() as f64 * SETTING + 10.0;
+    let setting = |(row, setting): (usize, &'a model::Setting)| Setting {
+        name: &setting.name,
+        title: title(checked, &setting.name),
+        start: &setting.start,
+        name_x: Pixels(area.left + 6.0),
+        value_x: Pixels(area.right - 6.0),
+        y: Pixels(first_setting + row as f64 * SETTING),
+    };
     Function {
         name: &element.name,
         meaning: symbol.map_or("", |symbol| symbol.meaning),
@@ -361,26 +374,7 @@ fn function<'a>(element: &'a Element, content: &'a Content) -> Function<'a> {
         lines,
         symbol,
         words,
-        settings: Vec::new(),
-    }
-}
-
-fn setting<'a>(
-    checked: &Checked,
-    element: &Element,
-    row: usize,
-    setting: &'a super::model::Setting,
-) -> Setting<'a> {
-    let area = element.body();
-    let Shape::Box { settings, .. } = &element.shape else { unreachable!("only boxes have settings") };
-    let first = area.bottom - settings.len() as f64 * SETTING - 1.0;
-    Setting {
-        name: &setting.name,
-        title: title(checked, &setting.name),
-        start: &setting.start,
-        name_x: Pixels(area.left + 6.0),
-        value_x: Pixels(area.right - 6.0),
-        y: Pixels(first + row as f64 * SETTING + 11.0),
+        settings: settings.iter().enumerate().map(setting).collect(),
     }
 }
 
@@ -405,24 +399,29 @@ fn switch<'a>(checked: &'a Checked, element: &'a Element) -> Switch<'a> {
     let is_on = checked.row(variable).is_some_and(|row| row.start != 0.0);
     let (left, right) = (x - CONTACT.0 + 3.0, x + CONTACT.0 - 3.0);
     let contact = |is_true: bool| element.contact(is_true).unwrap_or(y);
-    let blade = |is_true: bool| format!("M{} {}L{} {}", Pixels(right), Pixels(y), Pixels(left), Pixels(contact(is_true)));
+    let blade =
+        |is_true: bool| format!("M{} {}L{} {}", Pixels(right), Pixels(y), Pixels(left), Pixels(contact(is_true)));
     let label = |is_true: bool| {
         let at = contact(is_true);
         let text = if is_true { "1" } else { "0" };
-        (Pixels(left + 1.0), Pixels(if at < y { at - 5.0 } else { at + 12.0 }), text)
+        (Pixels(left + 1.0), Pixels(if at < y { at - 5.0 } else { at + 12.5 }), text)
     };
     let end = match control {
         Control::Above => element.control().map(|at| at.y + TERMINAL / 2.0),
         Control::Below => element.control().map(|at| at.y - TERMINAL / 2.0),
         Control::Elsewhere => {
             let elements = checked.diagram.elements.iter().filter(|other| other.line < element.line);
-            elements.filter(|other| other.variable() == Some(variable)).last().map(|other| other.at.y)
+            elements.filter(|other| other.variable() == Some(variable)).next_back().map(|other| other.at.y)
         }
     };
     Switch {
         name: variable,
         id: if *control == Control::Elsewhere { element.name.clone() } else { variable.to_string() },
-        title: format!("{}. TRUE: {} contact.", title(checked, variable), if *true_is_upper { "upper" } else { "lower" }),
+        title: format!(
+            "{}. TRUE: {} contact.",
+            title(checked, variable),
+            if *true_is_upper { "upper" } else { "lower" }
+        ),
         blades: [("FALSE", blade(false), !is_on), ("TRUE", blade(true), is_on)],
         contacts: [
             (Pixels(left), Pixels(contact(false))),
@@ -430,9 +429,9 @@ fn switch<'a>(checked: &'a Checked, element: &'a Element) -> Switch<'a> {
             (Pixels(right), Pixels(y)),
         ],
         labels: [label(false), label(true)],
-        constant: constant.as_ref().map(|(is_true, text)| {
-            (Pixels(x - CONTACT.0 - 4.0), Pixels(contact(*is_true) + 4.0), text.as_str())
-        }),
+        constant: constant
+            .as_ref()
+            .map(|(is_true, text)| (Pixels(x - CONTACT.0 - 4.0), Pixels(contact(*is_true) + 4.0), text.as_str())),
         control: end.map_or_else(String::new, |end| format!("M{} {}V{}", Pixels(x), Pixels(end), Pixels(y))),
     }
 }

@@ -60,6 +60,8 @@ mod model;
 mod parse;
 pub mod pins;
 pub mod symbol;
+#[cfg(test)]
+mod tests;
 mod wire;
 
 use anyhow::{Context, Result};
@@ -94,7 +96,7 @@ pub fn svg_with(table: &Table, prefix: &str) -> Result<String> {
 /// The diagram in the block's documentation, if it has one.
 fn read(table: &Table) -> Result<Option<Checked<'_>>> {
     let Some(text) = text(&table.docs) else { return Ok(None) };
-    let diagram = parse::parse(&text).with_context(|| format!("{}", table.name))?;
+    let diagram = parse::parse(&text, |name| check::start(table, name)).with_context(|| table.name.clone())?;
     Checked::of(diagram, &text, table).with_context(|| table.name.clone()).map(Some)
 }
 

@@ -122,7 +122,10 @@ pub enum Content {
     Symbol(&'static Symbol),
     Lines(Vec<String>),
     /// The inputs and the outputs of a block inside the block; wires meet them by their names.
-    Pins { inputs: Vec<String>, outputs: Vec<String> },
+    Pins {
+        inputs: Vec<String>,
+        outputs: Vec<String>,
+    },
 }
 
 /// A variable that acts on a box.
@@ -244,7 +247,8 @@ impl Element {
                 (widest, (lines.len() as f64 * LINE / 2.0 + 4.0).max(HALF_SYMBOL))
             }
             Content::Pins { inputs, outputs } => {
-                let widest = |names: &[String]| names.iter().map(|name| width(name, SMALL_CHARACTER)).fold(0.0, f64::max);
+                let widest =
+                    |names: &[String]| names.iter().map(|name| width(name, SMALL_CHARACTER)).fold(0.0, f64::max);
                 (widest(inputs) + widest(outputs) + 24.0, inputs.len().max(outputs.len()) as f64 * PIN / 2.0)
             }
         };
@@ -257,6 +261,11 @@ impl Element {
             right: self.at.x + half_width,
             bottom: self.at.y + half + below,
         }
+    }
+
+    /// Whether a wire can begin or end there.
+    pub fn has_wires(&self) -> bool {
+        !matches!(self.shape, Shape::Text { .. } | Shape::Value | Shape::Frame { .. })
     }
 
     /// The variable that throws a switch.
@@ -348,7 +357,6 @@ impl Diagram {
 
     /// The place of the element that wires call so.
     pub fn find(&self, name: &str) -> Option<usize> {
-        let has_wires = |element: &Element| !matches!(element.shape, Shape::Text { .. } | Shape::Value | Shape::Frame { .. });
-        self.elements.iter().position(|element| has_wires(element) && element.name == name)
+        self.elements.iter().position(|element| element.has_wires() && element.name == name)
     }
 }

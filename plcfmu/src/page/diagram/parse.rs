@@ -8,12 +8,12 @@ use anyhow::{Context, Result, anyhow, bail};
 /// What a line may begin with.
 const KEYWORDS: [&str; 9] = ["icon", "input", "output", "box", "sum", "switch", "text", "value", "frame"];
 
-/// The diagram that a text describes.
+/// The diagram that a text describes. `start` tells the start value of a variable: boxes are as wide as their values.
 ///
 /// # Errors
 /// A line is not one of the language, names an unknown element, or a wire does not fit. The error names the line, its
 /// text and a remedy.
-pub fn parse(text: &str) -> Result<Diagram> {
+pub fn parse(text: &str, start: impl Fn(&str) -> String) -> Result<Diagram> {
     let mut diagram = Diagram::default();
     let mut wires = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
@@ -27,8 +27,16 @@ pub fn parse(text: &str) -> Result<Diagram> {
         } else if line.contains('>') {
             wires.push((number, line));
         } else {
-            let error = anyhow!("begins with {keyword:?}: a line is a wire such as SP > SUM, or begins with {}", KEYWORDS.join(", "));
+            let error = anyhow!(
+                "begins with {keyword:?}: a line is a wire such as SP > SUM, or begins with {}",
+                KEYWORDS.join(", ")
+            );
             return Err(wrong(number, line, &error));
+        }
+    }
+    for element in &mut diagram.elements {
+        if let Shape::Box { settings, .. } = &mut element.shape {
+            settings.iter_mut().for_each(|setting| setting.start = start(&setting.name));
         }
     }
     for (number, line) in wires {
@@ -133,7 +141,9 @@ impl Diagram {
                     let is_true = match words.need(WHAT)? {
                         "TRUE" => true,
                         "FALSE" => false,
-                        other => bail!("has {other:?} behind 'constant': write the contact, TRUE or FALSE, and the value"),
+                        other => {
+                            bail!("has {other:?} behind 'constant': write the contact, TRUE or FALSE, and the value")
+                        }
                     };
                     constant = Some((is_true, words.need(WHAT)?.to_string()));
                 }

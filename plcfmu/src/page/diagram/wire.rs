@@ -127,7 +127,9 @@ impl Diagram {
         if let Word::Branch(at) = word {
             let wire = self.wires.iter().find(|wire| passes(&wire.points, *at)).with_context(|| {
                 let (x, y) = (at.x / GRID, at.y / GRID);
-                format!("begins at {x},{y}, where no wire of a line above passes: correct the point, or move the line down")
+                format!(
+                    "begins at {x},{y}, where no wire of a line above passes: correct the point, or move the line down"
+                )
             })?;
             return Ok((*at, None, wire.signal));
         }
@@ -186,8 +188,8 @@ impl Diagram {
         {
             return Ok((element, Some(Place::Pin(pin))));
         }
-        let names = self.elements.iter().map(|element| element.name.as_str());
-        let names: Vec<&str> = names.filter(|name| !name.is_empty()).collect();
+        let ends = self.elements.iter().filter(|element| element.has_wires());
+        let names: Vec<&str> = ends.map(|element| element.name.as_str()).collect();
         bail!("names {name:?}, which no line describes: there are {}", names.join(", "))
     }
 
