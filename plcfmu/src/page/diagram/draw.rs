@@ -410,8 +410,8 @@ fn switch<'a>(checked: &'a Checked, element: &'a Element) -> Switch<'a> {
         Control::Above => element.control().map(|at| at.y + TERMINAL / 2.0),
         Control::Below => element.control().map(|at| at.y - TERMINAL / 2.0),
         Control::Elsewhere => {
-            let elements = checked.diagram.elements.iter().filter(|other| other.line < element.line);
-            elements.filter(|other| other.variable() == Some(variable)).next_back().map(|other| other.at.y)
+            let is_before = |other: &&Element| other.line < element.line && other.variable() == Some(variable);
+            checked.diagram.elements.iter().rfind(is_before).map(|other| other.at.y)
         }
     };
     Switch {

@@ -24,7 +24,11 @@ struct Drawing<'a> {
     lines: Vec<(Pixels, &'a str)>,
     font_size: Pixels,
     symbol: Option<&'static Symbol>,
+    /// Where the middle of the symbol is, and by how much it is enlarged.
+    symbol_y: Pixels,
+    scale: f64,
     text: &'a str,
+    text_y: Pixels,
     text_size: Pixels,
 }
 
@@ -41,15 +45,19 @@ pub fn svg(table: &Table) -> Result<String> {
     };
     let lines = lines(&table.name);
     let longest = lines.iter().map(|line| line.chars().count()).max().unwrap_or(1);
-    let font_size = size(longest, 27.0);
-    let first = if lines.len() == 1 { 109.0 } else { 93.0 };
+    // Two lines leave less room for the symbol.
+    let (first, most, symbol_y, scale) =
+        if lines.len() == 1 { (109.0, 27.0, 45.0, 2.3) } else { (91.0, 24.0, 39.0, 2.0) };
     let drawing = Drawing {
         name: &table.name,
-        lines: lines.iter().enumerate().map(|(row, line)| (Pixels(first + row as f64 * 24.0), *line)).collect(),
-        font_size: Pixels(font_size),
+        lines: lines.iter().enumerate().map(|(row, line)| (Pixels(first + row as f64 * 22.0), *line)).collect(),
+        font_size: Pixels(size(longest, most)),
         symbol,
+        symbol_y: Pixels(symbol_y),
+        scale,
         text: &text,
-        text_size: Pixels(size(text.chars().count(), 48.0)),
+        text_y: Pixels(symbol_y + 17.0),
+        text_size: Pixels(size(text.chars().count(), 20.0 * scale)),
     };
     Ok(drawing.render()?)
 }
