@@ -1,6 +1,6 @@
 //! A checked diagram as SVG.
 
-use super::check::Checked;
+use super::check::{self, Checked};
 use super::model::{
     self, Anchor, Area, CONTACT, Content, Control, Element, HALF_SYMBOL, LINE, PIN, Point, RADIUS, SETTING, Shape,
     Side, Sign, TERMINAL, TITLE,
@@ -123,6 +123,8 @@ struct Terminal<'a> {
     x: Pixels,
     y: Pixels,
     value_y: Option<Pixels>,
+    /// The start value of a setting.
+    start: String,
 }
 
 struct Text<'a> {
@@ -447,6 +449,7 @@ fn terminal<'a>(checked: &Checked, name: &'a str, middle: Point, path: String, h
         x: Pixels(middle.x - if has_value { TIP / 2.0 } else { 0.0 }),
         y: Pixels(middle.y + 4.0),
         value_y: has_value.then_some(Pixels(middle.y + TERMINAL / 2.0 + 11.0)),
+        start: check::start(checked.table, name),
     }
 }
 

@@ -47,10 +47,10 @@ pub fn svg(table: &Table) -> Result<String> {
     let longest = lines.iter().map(|line| line.chars().count()).max().unwrap_or(1);
     // Two lines leave less room for the symbol.
     let (first, most, symbol_y, scale) =
-        if lines.len() == 1 { (109.0, 27.0, 45.0, 2.3) } else { (91.0, 24.0, 39.0, 2.0) };
+        if lines.len() == 1 { (109.0, 27.0, 45.0, 2.3) } else { (86.0, 24.0, 36.0, 2.0) };
     let drawing = Drawing {
         name: &table.name,
-        lines: lines.iter().enumerate().map(|(row, line)| (Pixels(first + row as f64 * 22.0), *line)).collect(),
+        lines: lines.iter().enumerate().map(|(row, line)| (Pixels(first + row as f64 * 27.0), *line)).collect(),
         font_size: Pixels(size(longest, most)),
         symbol,
         symbol_y: Pixels(symbol_y),

@@ -100,6 +100,9 @@ fn settings_show_their_start_value_and_signals_leave_room_for_theirs() {
         text.split_once('>').unwrap().1.split_once('<').unwrap().0.to_string()
     };
     assert_eq!([value("GAIN"), value("CYCLE"), value("SP"), value("LMN")], ["2.5", "0.1 s", "", ""]);
+    let mut table = documented(PUMP);
+    table.variables[0].role = Role::Parameter;
+    assert!(svg(&table).unwrap().contains(r##"fill="#0b5394">0</text>"##));
 }
 
 #[test]
