@@ -21,16 +21,33 @@ crate::block! {
     ///
     /// # Diagram
     ///
-    /// ```text
-    ///                                    +----------------------+
-    /// S0 --+                             | ramp, |w| in N calls |
-    ///      +--(E01)--> +-32767 --w------>| N = TH_TZ upwards    |----+----> HLG
-    /// S1 --+                             |     TR_TZ downwards  |    |
-    ///                                    +----------------------+    |
-    ///                                      ^  STOP: hold             |
-    ///                                      |  SET:  INIT             |
-    ///                                      |  R:    0                |
-    ///                                      +-------------------------+
+    /// ```diagram
+    /// icon ramp
+    /// input S0 0,4
+    /// input S1 0,10
+    /// switch E01 12,7 TRUE lower
+    /// box LIMIT 21,7 limit
+    /// box RAMP 33,7 ramp with TH_TZ TR_TZ
+    /// switch R 45,8 TRUE lower constant TRUE 0
+    /// switch SET 55,9 TRUE lower
+    /// switch STOP 65,10 TRUE lower
+    /// input INIT 38,16
+    /// output HLG 73,10
+    /// box LAST 60,24 "HLG of the" "last call"
+    /// S0 > x8 > E01.FALSE
+    /// S1 > x8 > E01.TRUE
+    /// E01 > LIMIT > RAMP > R.FALSE
+    /// R > SET.FALSE
+    /// INIT > x51 > SET.TRUE
+    /// SET > STOP.FALSE
+    /// STOP > HLG
+    /// 70,10 > y24 > LAST.right
+    /// LAST.left > RAMP.bottom
+    /// 52,24 > y19 > x61 > STOP.TRUE
+    /// text 26,6 "w"
+    /// text 21,10 "±32767" middle
+    /// text 45,15.2 "±32767"
+    /// box CALL 12,21 "every TZ" with TZ
     /// ```
     ///
     /// # Law

@@ -29,18 +29,71 @@ crate::block! {
     ///
     /// # Diagram
     ///
-    /// ```text
-    /// SP_INT ---------->(+)--> dead band --ER--> x GAIN --e--+--> P, P_SEL ---------------- LMN_P --+
-    ///                   -^     DEADB_W                       |                                      |
-    /// PV_IN ------+      |                                   +--> I, I_SEL, TI, I_ITLVAL - LMN_I --(+)<-- DISV
-    ///             +--PV--+                                   |                                      |
-    /// PV_PER --> x 100/27648                                 +--> D, D_SEL, TD, TM_LAG --- LMN_D ---+
-    ///            x PV_FAC + PV_OFF                                                                  |
-    ///            (PVPER_ON)                                                                         v
-    ///                                                              MAN (instead, with MAN_ON) ----> u
-    ///                                                                                               |
-    /// LMN_PER <-- x 276.48 <-- LMN <----- x LMN_FAC + LMN_OFF <--y-- limits LMN_LLM ... LMN_HLM <---+
-    ///                                                                +--> QLMN_LLM, QLMN_HLM
+    /// ```diagram
+    /// icon "PID"
+    /// input SP_INT 0,3
+    /// input PV_IN 0,8
+    /// input PV_PER 0,13
+    /// box CRP_IN 11,13 analog_input
+    /// box PV_NORM 21,13 normalize with PV_FAC PV_OFF
+    /// switch PVPER_ON 31,9 TRUE lower
+    /// sum E 37,3 left + bottom -
+    /// box DEADBAND 45,3 dead_band with DEADB_W
+    /// box GAIN 58,3 multiply with GAIN
+    /// output PV 40,9
+    /// output ER 54,9
+    /// SP_INT > E > DEADBAND
+    /// PV_IN > PVPER_ON.FALSE
+    /// PV_PER > CRP_IN > PV_NORM > x28 > PVPER_ON.TRUE
+    /// PV: PVPER_ON > E.bottom
+    /// 37,9 > PV
+    /// ER: DEADBAND > GAIN
+    /// 52,3 > y9 > ER
+    /// text 63,2.2 "e"
+    ///
+    /// // e goes to the three actions
+    /// GAIN > x65 > y19.5 > x2 > y24 > P_SEL.TRUE
+    /// 2,24 > y33 > INT > I_SEL.TRUE
+    /// 2,33 > y48 > DIF > D_SEL.TRUE
+    /// text 3,23.2 "e"
+    /// switch P_SEL 20,25 TRUE upper constant FALSE 0.0
+    /// box INT 9.5,33 integrate with TI INT_HOLD I_ITL_ON I_ITLVAL
+    /// switch I_SEL 20,34 TRUE upper constant FALSE 0.0
+    /// box DIF 9.5,48 differentiate with TD TM_LAG
+    /// switch D_SEL 20,49 TRUE upper constant FALSE 0.0
+    /// output LMN_P 25.5,22
+    /// output LMN_I 25.5,31
+    /// output LMN_D 25.5,46
+    /// sum PID 32.5,34 top + left + bottom +
+    /// LMN_P: P_SEL > PID.top
+    /// LMN_I: I_SEL > PID
+    /// LMN_D: D_SEL > PID.bottom
+    /// 24,25 > y22 > LMN_P
+    /// 24,34 > y31 > LMN_I
+    /// 24,49 > y46 > LMN_D
+    ///
+    /// input DISV 33.5,28
+    /// sum FF 40,34 left + top +
+    /// input MAN 35,40
+    /// switch MAN_ON 46,35 TRUE lower
+    /// box LMNLIMIT 55,35 limit with LMN_HLM LMN_LLM
+    /// box LMN_NORM 67,35 normalize with LMN_FAC LMN_OFF
+    /// box CRP_OUT 67,46 analog_output
+    /// output QLMN_HLM 57,27
+    /// output QLMN_LLM 53,45
+    /// output LMN 75.5,35
+    /// output LMN_PER 69,52
+    /// DISV > FF.top
+    /// PID > FF > MAN_ON.FALSE
+    /// MAN > x42 > MAN_ON.TRUE
+    /// MAN_ON > LMNLIMIT > LMN_NORM > LMN
+    /// LMNLIMIT.top > y27 > QLMN_HLM
+    /// LMNLIMIT.bottom-3.5 > y45 > QLMN_LLM
+    /// 73.5,35 > y46 > CRP_OUT.right
+    /// CRP_OUT.bottom > y52 > LMN_PER
+    ///
+    /// box RESTART 74,3 "outputs = 0" "INT = I_ITLVAL" with COM_RST
+    /// box CALL 74,13 "every CYCLE" with CYCLE
     /// ```
     ///
     /// # Law

@@ -27,16 +27,76 @@ crate::block! {
     ///
     /// # Diagram
     ///
-    /// ```text
-    /// SP_INT ------------>(+)--> dead band --ER--> x GAIN --e--+-->(+)-->(+)--z--> three-step --> manual --> pulse --+--> QLMNUP
-    ///                     -^     DEADB_W                       |   -^     ^        element        LMNS_ON    stage   |
-    /// PV_IN --------+      |                                   |    |     |        on, off        LMNUP              +--> QLMNDN
-    ///               +--PV--+                                   |    F    DISV                     LMNDN    PULSE_TM  |
-    /// PV_PER --> x 100/27648                                   |    |                                      BREAK_TM  |
-    ///            x PV_FAC + PV_OFF                             +--> integrator                             LMNR_HS   |
-    ///            (PVPER_ON)                                         TI    ^                                LMNR_LS   |
-    ///                                                                     |                                          |
-    ///                                                                     +--- +100, 0, -100 % in MTR_TM <-----------+
+    /// ```diagram
+    /// icon three_step
+    /// input SP_INT 0,3
+    /// input PV_IN 0,8
+    /// input PV_PER 0,13
+    /// box CRP_IN 11,13 analog_input
+    /// box PV_NORM 21,13 normalize with PV_FAC PV_OFF
+    /// switch PVPER_ON 31,9 TRUE lower
+    /// sum E 37,3 left + bottom -
+    /// box DEADBAND 45,3 dead_band with DEADB_W
+    /// box GAIN 58,3 multiply with GAIN
+    /// output PV 40,9
+    /// output ER 54,9
+    /// SP_INT > E > DEADBAND
+    /// PV_IN > PVPER_ON.FALSE
+    /// PV_PER > CRP_IN > PV_NORM > x28 > PVPER_ON.TRUE
+    /// PV: PVPER_ON > E.bottom
+    /// 37,9 > PV
+    /// ER: DEADBAND > GAIN
+    /// 52,3 > y9 > ER
+    /// text 63,2.2 "e"
+    ///
+    /// // e, minus position and I action, plus DISV, to the pulses
+    /// GAIN > x65 > y19.5 > x2 > y29 > STEP
+    /// text 3,28.2 "e"
+    /// sum STEP 10,29 left + bottom -
+    /// input DISV 8,24
+    /// sum FF 16,29 left + top +
+    /// box THREE_ST 24,29 three_step
+    /// text 17.7,28.2 "z"
+    /// switch LMNS_ON 40,25 TRUE lower
+    /// switch DOWN 40,34 TRUE lower by LMNS_ON
+    /// input LMNUP 31,26
+    /// input LMNDN 31,35
+    /// box PULSEOUT 52,29 pulses with PULSE_TM BREAK_TM LMNR_HS LMNR_LS
+    /// output QLMNUP 66,26
+    /// output QLMNDN 66,32
+    /// DISV > FF.top
+    /// STEP > FF > THREE_ST
+    /// THREE_ST.right-1 > x29 > LMNS_ON.FALSE
+    /// THREE_ST.right+1 > x29 > DOWN.FALSE
+    /// LMNUP > LMNS_ON.TRUE
+    /// LMNDN > DOWN.TRUE
+    /// LMNS_ON > x44 > PULSEOUT.left-1
+    /// DOWN > x44 > PULSEOUT.left+1
+    /// PULSEOUT.right-1 > x60 > QLMNUP
+    /// PULSEOUT.right+1 > x60 > QLMNDN
+    ///
+    /// // the pulses back: the assumed travel of the valve
+    /// box MEAN 69,40 mean
+    /// output QLMN_MEAN 73,40
+    /// box MOTOR 52,46 "+100, 0, -100 %" with MTR_TM
+    /// sum RATE 36,46 right + bottom -
+    /// box INT 22,46 integrate
+    /// box PAUSE 22,55 "e / Te," "in pauses" with TI
+    /// 63,26 > y39.5 > MEAN.left-0.5
+    /// 62,32 > y40.5 > MEAN.left+0.5
+    /// MEAN > QLMN_MEAN
+    /// 63,39.5 > y45.5 > MOTOR.right-0.5
+    /// 62,40.5 > y46.5 > MOTOR.right+0.5
+    /// MOTOR.left > RATE.right
+    /// RATE.left > INT.right
+    /// INT.left > STEP.bottom
+    /// 2,29 > y55 > PAUSE
+    /// PAUSE > RATE.bottom
+    /// text 11,45.2 "F"
+    /// text 22,48.8 "F = 0 with LMNS_ON" middle
+    ///
+    /// box RESTART 75,3 "outputs = 0" "memory = 0" with COM_RST
+    /// box CALL 75,13 "every CYCLE" with CYCLE
     /// ```
     ///
     /// # Law

@@ -32,15 +32,33 @@ crate::block! {
     ///
     /// # Diagram
     ///
-    /// ```text
-    /// every RED_FAC calls                                   every call
-    ///                    +-----------+                      +-------------+
-    /// SP_INT ----------->| DI_CONT_C |---- LMN ----> INV ---| DI_PULSEGEN |----> QPOS_P
-    /// PV_PER ----------->|           |                      |             |
-    /// CYCLE * RED_FAC -->| CYCLE     |     CYCLE * RED_FAC->| PER_TM      |
-    /// COM_RST ---------->|           |           COM_RST -->|             |
-    ///                    +-----------+             CYCLE -->| CYCLE       |
-    ///                                                       +-------------+
+    /// ```diagram
+    /// icon pulses
+    /// frame 25,-1 16,17 "every RED_FAC calls"
+    /// frame 55,-1 18,17 "every call"
+    /// input SP_INT 0,5.5
+    /// input PV_PER 0,9.5
+    /// input RED_FAC 0,14
+    /// input CYCLE 0,19
+    /// input COM_RST 0,24
+    /// box tCycCtr 15,15.5 multiply
+    /// box DI_CONT_C 33,8.5 in SP_INT PV_PER CYCLE COM_RST out LMN
+    /// box DI_PULSEGEN 64,8.5 in INV PER_TM CYCLE COM_RST out QPOS_P QNEG_P Q_MEAN
+    /// value DI_CONT_C.LMN 42,5.5
+    /// output QPOS_P 76,5.5
+    /// output Q_MEAN 76,13
+    /// SP_INT > DI_CONT_C.SP_INT
+    /// PV_PER > x20.5 > DI_CONT_C.PV_PER
+    /// RED_FAC > x10 > tCycCtr.left-0.5
+    /// CYCLE > x10 > tCycCtr.left+0.5
+    /// tCycCtr > x22 > DI_CONT_C.CYCLE
+    /// COM_RST > x23.5 > DI_CONT_C.COM_RST
+    /// DI_CONT_C.LMN: DI_CONT_C.LMN > DI_PULSEGEN.INV
+    /// 22,15.5 > y20 > x51.2 > DI_PULSEGEN.PER_TM
+    /// 8,19 > y22 > x52.5 > DI_PULSEGEN.CYCLE
+    /// 23.5,24 > x53.8 > DI_PULSEGEN.COM_RST
+    /// DI_PULSEGEN.QPOS_P > QPOS_P
+    /// DI_PULSEGEN.Q_MEAN > x74.5 > Q_MEAN
     /// ```
     ///
     /// # Law

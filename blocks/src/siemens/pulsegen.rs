@@ -27,13 +27,31 @@ crate::block! {
     ///
     /// # Diagram
     ///
-    /// ```text
-    ///         +------------------------+      +-------------------+      +-----------------+
-    /// INV --->| characteristic         |--w-->| pulse of K calls  |----->| manual mode     |----> QPOS_P
-    ///         | STEP3_ON, ST2BI_ON     |      | in a period of R  |      | MAN_ON          |
-    ///         | RATIOFAC, P_B_TM       |      | PER_TM, SYN_ON    |      | POS_P_ON        |----> QNEG_P
-    ///         +------------------------+      +-------------------+      | NEG_P_ON        |
-    ///                                                                    +-----------------+
+    /// ```diagram
+    /// icon pulses
+    /// input INV 0,8
+    /// box WIDTH 15,8 characteristic with STEP3_ON ST2BI_ON RATIOFAC P_B_TM
+    /// box PERIOD 36,8 pulses with PER_TM SYN_ON
+    /// switch MAN_ON 55,7 TRUE lower
+    /// switch NEG 55,17 TRUE lower by MAN_ON
+    /// box MANUAL 36,24 "outputs set" "by hand" with POS_P_ON NEG_P_ON
+    /// output QPOS_P 66,7
+    /// output QNEG_P 66,17
+    /// box MEAN 68,27 mean
+    /// output Q_MEAN 73,27
+    /// INV > WIDTH > PERIOD
+    /// text 24,7.2 "width"
+    /// PERIOD.right-1 > x44 > MAN_ON.FALSE
+    /// PERIOD.right+1 > x44 > NEG.FALSE
+    /// MANUAL.right-1 > x46 > MAN_ON.TRUE
+    /// MANUAL.right+1 > x48 > NEG.TRUE
+    /// MAN_ON > QPOS_P
+    /// NEG > QNEG_P
+    /// 62,7 > y26.5 > MEAN.left-0.5
+    /// 60,17 > y27.5 > MEAN.left+0.5
+    /// MEAN > Q_MEAN
+    /// box RESTART 9,25 "outputs = FALSE," "new period" with COM_RST
+    /// box CALL 22,25 "every CYCLE" with CYCLE
     /// ```
     ///
     /// # Law

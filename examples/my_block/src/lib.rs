@@ -24,11 +24,29 @@ blocks::block! {
     ///
     /// # Diagram
     ///
-    /// ```text
-    ///           ER
-    /// SP --->(+)---> hysteresis ---> minimum time ---> Q
-    ///         -^     HYS             MIN_TM            Q_MEAN
-    /// PV ------+
+    /// ```diagram
+    /// icon two_step
+    /// input SP 0,3
+    /// input PV 0,9
+    /// sum DIFF 9,3 left + bottom -
+    /// box HYSTERESIS 20,3 two_step with HYS
+    /// switch MAN_ON 32,4 TRUE lower
+    /// input MAN 22,11
+    /// box MIN_TIME 43,4 "stays for" with MIN_TM
+    /// output ER 14,11
+    /// output Q 54,4
+    /// box MEAN 56,12 mean
+    /// output Q_MEAN 61,12
+    /// box CALL 37,13 "every CYCLE" with CYCLE
+    /// SP > DIFF
+    /// PV > DIFF.bottom
+    /// ER: DIFF > HYSTERESIS
+    /// 12,3 > y11 > ER
+    /// HYSTERESIS > MAN_ON.FALSE
+    /// MAN > x29 > MAN_ON.TRUE
+    /// MAN_ON > MIN_TIME > Q
+    /// 51,4 > y12 > MEAN
+    /// MEAN > Q_MEAN
     /// ```
     ///
     /// # Law

@@ -340,7 +340,7 @@ fn files(built: &Built, description: &ModelDescription) -> Result<BTreeMap<Strin
     for (licence, text) in LICENCES {
         files.insert(format!("documentation/licenses/{licence}"), text.into());
     }
-    files.insert("model.png".into(), picture::png(&diagram::svg(table)?)?);
+    files.insert("model.png".into(), picture::png(&diagram::icon::svg(table)?)?);
     Ok(files)
 }
 

@@ -23,8 +23,10 @@ struct Page<'a> {
     name: &'a str,
     summary: String,
     guid: &'a str,
-    /// The drawing of the block, SVG.
+    /// The block diagram or the drawing of the terminals, SVG.
     diagram: String,
+    /// Whether it is a block diagram.
+    has_diagram: bool,
     has_boolean_terminals: bool,
     /// How many variables belong to blocks inside the block; the diagram leaves them out.
     nested: usize,
@@ -34,6 +36,7 @@ struct Page<'a> {
     mean: Option<&'a str>,
     /// Sections of the block's documentation, HTML, under the title that they have on the page.
     before_use: Vec<Section>,
+    about_diagram: String,
     sampling: String,
     law: Vec<Section>,
     after_responses: Vec<Section>,
@@ -102,14 +105,15 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
     let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
     let docs = table.docs.trim_start().split_once("\n\n").map_or("", |(_, rest)| rest);
     let mut sections = Sections::of(docs);
-    // Only a diagram stands there, which is drawn.
-    sections.take("Diagram");
     let mut take = |titles: &[(&str, &str)]| -> anyhow::Result<Vec<Section>> {
         let taken = titles.iter().filter_map(|(heading, title)| Some((*title, sections.take(heading)?)));
         taken.map(|(title, text)| section(title, text, &names)).collect()
     };
     let before_use = take(&[("Purpose", "Purpose"), ("Quick start", "Quick start")])?;
-    let sampling = take(&[("Sampling", "")])?.pop().map(|section| section.text).unwrap_or_default();
+    let mut text =
+        |heading| anyhow::Ok(take(&[(heading, heading)])?.pop().map_or(String::new(), |section| section.text));
+    // What stands there beside the diagram.
+    let (about_diagram, sampling) = (text("Diagram")?, text("Sampling")?);
     // A documentation without headings is the law.
     let law = take(&[("Law", "Law"), ("", "Law"), ("Clauses", "Clauses")])?;
     let mut after_responses = take(&[("Limits of use", "Limits of use"), ("Sources", "Sources")])?;
@@ -120,13 +124,15 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
         name: &table.name,
         summary: table.summary(),
         guid,
-        diagram: diagram::svg(table).context("the diagram of the terminals")?,
+        diagram: diagram::svg(table).context("the diagram of the block")?,
+        has_diagram: diagram::find(&table.docs).is_some(),
         has_boolean_terminals: terminals.iter().any(|row| row.kind == Kind::Bool),
         nested: rows.iter().filter(|row| row.name.contains('.')).count(),
         cycle_name: &cycle.name,
         cycle_start: text::value(cycle, cycle.start),
         mean: table.mean.map(|mean| rows[mean].name.as_str()),
         before_use,
+        about_diagram,
         sampling,
         law,
         after_responses,

@@ -24,16 +24,36 @@ blocks::block! {
     ///
     /// # Diagram
     ///
-    /// ```text
-    /// SP --> x N_MAX / 32767 --+--SP_RPM-->(+)--> speed control --> torque limit --> inertia --+--> SPEED
-    ///                          |           -^     CTRL_TM           M_MAX | ^        ACC_TM    |
-    ///                          |            |                             | |                  +--> N_ACT
-    /// LOAD --------------------|------------|-----------------------------|-+                  |
-    ///                          |            |                             +--> TORQUE          |
-    ///                          |            +--------------------------------------------------+
-    ///                          v                                                               |
-    /// RESET --> monitor: |SP_RPM - SPEED| > ERR_MAX <------------------------------------------+
-    ///                          +--> TRIP: no torque, the drive coasts (COAST_TM)
+    /// ```diagram
+    /// icon "M"
+    /// input SP 0,8
+    /// box SCALE 13,8 "x N_MAX /" "32767" with N_MAX
+    /// sum ER 26,8 left + bottom -
+    /// box CONTROL 36,8 proportional with CTRL_TM
+    /// input LOAD 38,15
+    /// box LIMIT 50,8 limit with M_MAX
+    /// box INERTIA 66,8 integrate with ACC_TM COAST_TM
+    /// output SP_RPM 23,2
+    /// output TORQUE 58,2
+    /// output SPEED 79,8
+    /// box COUNTS 76,25 "32767 /" "N_MAX"
+    /// output N_ACT 82,25
+    /// input RESET 0,28
+    /// box MONITOR 41,27 "|SP_RPM - SPEED|" "> ERR_MAX" with ERR_MAX
+    /// output TRIP 52,27
+    /// text 52,30 "TRIP: no torque"
+    /// box CALL 12,19 "every CYCLE" with CYCLE
+    /// SP > SCALE > ER > CONTROL > LIMIT > INERTIA > SPEED
+    /// LOAD > LIMIT.bottom
+    /// 20.5,8 > y2 > SP_RPM
+    /// 56,8 > y2 > TORQUE
+    /// 74,8 > y18 > ER.bottom
+    /// 76,8 > COUNTS.top
+    /// COUNTS > N_ACT
+    /// 22.5,8 > y26 > MONITOR.left-1
+    /// 41,18 > MONITOR.top
+    /// RESET > MONITOR.left+1
+    /// MONITOR > TRIP
     /// ```
     ///
     /// # Law

@@ -25,11 +25,31 @@ blocks::block! {
     ///
     /// # Diagram
     ///
-    /// ```text
-    /// POWER --> 0 ... 100 % --> delay --> x RISE --> furnace ---- T_FURN ---> sensor ---+--> TEMP
-    ///                          DELAY_TM              FURN_TM                  SENS_TM   |
-    /// DOOR ---> 0 ... 100 % --> x DOOR_LOSS ------------^ more loss                     +--> analog input --> T_PER
-    /// T_AMB --------------------------------------------^                                    T_PER_0, T_PER_100
+    /// ```diagram
+    /// icon lag
+    /// input POWER 0,14
+    /// input DOOR 27,3
+    /// box LIMIT 12,14 limit
+    /// box DELAY 23,14 delay with DELAY_TM DELAY_MAX
+    /// box RISE 36,14 multiply with RISE
+    /// box LOSS 43,3 "1 + loss" "by the door" with DOOR_LOSS
+    /// input T_AMB 35,22
+    /// sum TARGET 44.5,14 left + bottom +
+    /// box FURNACE 54,14 lag with FURN_TM T_START
+    /// box SENSOR 69,14 lag with SENS_TM
+    /// box ANALOG 69,27 "0 ... 27648" with T_PER_0 T_PER_100
+    /// output T_FURN 63,7
+    /// output TEMP 77,14
+    /// output T_PER 79,27
+    /// box CALL 22,26 "every CYCLE" with CYCLE
+    /// text 12,17 "0 ... 100 %" middle
+    /// POWER > LIMIT > DELAY > RISE > TARGET
+    /// T_AMB > TARGET.bottom
+    /// TARGET > FURNACE > SENSOR > TEMP
+    /// DOOR > LOSS > FURNACE.top
+    /// 61.5,14 > y7 > T_FURN
+    /// 75.5,14 > y20 > x59 > y27 > ANALOG
+    /// ANALOG > T_PER
     /// ```
     ///
     /// # Law

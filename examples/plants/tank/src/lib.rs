@@ -24,15 +24,33 @@ blocks::block! {
     ///
     /// # Diagram
     ///
-    /// ```text
-    /// VALVE --> 0 ... 100 % --> x FLOW_MAX --INFLOW--+
-    ///                                                v
-    ///                                            |~~~~~~~|  HEIGHT: it overflows, FULL
-    ///                                            |       |
-    ///                                            | AREA  |--> LEVEL --> analog input --> L_PER
-    ///                                            |_______|              L_PER_0, L_PER_100
-    ///                                                |
-    /// DRAIN --> 0 ... 100 % --> opening A_OUT -------+--OUTFLOW-->
+    /// ```diagram
+    /// icon root
+    /// input VALVE 0,10
+    /// input DRAIN 0,26
+    /// box LIMIT 12,10 limit
+    /// box LIMIT_D 12,26 limit
+    /// text 12,13 "0 ... 100 %" middle
+    /// text 12,29 "0 ... 100 %" middle
+    /// box INLET 24,10 multiply with FLOW_MAX
+    /// sum NET 38,10 left + bottom -
+    /// box TANK 48,10 integrate with AREA L_START HEIGHT
+    /// box OUTLET 38,26 root with CD A_OUT
+    /// box ANALOG 67,18 "0 ... 27648" with L_PER_0 L_PER_100
+    /// output INFLOW 35,4
+    /// output OUTFLOW 40,19
+    /// output FULL 50,3
+    /// output LEVEL 62,10
+    /// output L_PER 76,18
+    /// box CALL 67,30 "every CYCLE" with CYCLE
+    /// VALVE > LIMIT > INLET > NET > TANK > LEVEL
+    /// 33,10 > y4 > INFLOW
+    /// TANK.top > y3 > FULL
+    /// 57,10 > y26 > OUTLET.right
+    /// 59,10 > y18 > ANALOG > L_PER
+    /// DRAIN > LIMIT_D > OUTLET
+    /// OUTLET.top > NET.bottom
+    /// 38,19 > OUTFLOW
     /// ```
     ///
     /// # Law

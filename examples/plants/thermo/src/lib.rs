@@ -26,13 +26,39 @@ blocks::block! {
     ///
     /// # Diagram
     ///
-    /// ```text
-    /// HEAT --------+--> 0 ... 100 % --> heater ---HEATING--> x RISE --+(+)
-    ///      DRIVE --|                    HEAT_TM                       |
-    /// COOL --------+--> 0 ... 100 % --> cooler ---COOLING--> x DROP --+(-)--> chamber --+--> TEMP
-    ///                                   COOL_TM                       |       ZONE_TM   |
-    /// T_AMB ----------------------------------------------------------+(+)              +--> analog input --> T_PER
-    /// LOAD -----------------------------------------------------------+(+)                   T_PER_0, T_PER_100
+    /// ```diagram
+    /// icon "°C"
+    /// input HEAT 0,4.5
+    /// input DRIVE 0,11
+    /// input COOL 0,17.5
+    /// box DEMAND 20,5 "HEAT ? 100 : 0," "+ DRIVE if > 0"
+    /// box DEMAND_C 20,17 "COOL ? 100 : 0," "- DRIVE if < 0"
+    /// box HEATER 33,5 lag with HEAT_TM
+    /// box COOLER 33,17 lag with COOL_TM
+    /// box RISE 47,5 multiply with RISE
+    /// box DROP 47,17 multiply with DROP
+    /// input T_AMB 30,11
+    /// input LOAD 53,-1
+    /// sum DUTY 56,11 top + left + bottom -
+    /// sum REST 61,11 left + top +
+    /// box CHAMBER 71,11 lag with ZONE_TM T_START
+    /// box ANALOG 70,28 "0 ... 27648" with T_PER_0 T_PER_100
+    /// output HEATING 41,-1
+    /// output COOLING 41,23
+    /// output TEMP 81,11
+    /// output T_PER 80,28
+    /// box CALL 20,29 "every CYCLE" with CYCLE
+    /// HEAT > DEMAND.left-0.5
+    /// DRIVE > x10 > DEMAND.left+0.5
+    /// COOL > DEMAND_C.left+0.5
+    /// 10,11 > y16.5 > DEMAND_C.left-0.5
+    /// DEMAND > HEATER > RISE > DUTY.top
+    /// DEMAND_C > COOLER > DROP > DUTY.bottom
+    /// 39.5,5 > y-1 > HEATING
+    /// 39.5,17 > y23 > COOLING
+    /// T_AMB > DUTY > REST > CHAMBER > TEMP
+    /// LOAD > REST.top
+    /// 79,11 > y20 > x59.5 > y28 > ANALOG > T_PER
     /// ```
     ///
     /// # Law

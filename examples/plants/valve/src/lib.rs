@@ -25,13 +25,46 @@ blocks::block! {
     ///
     /// # Diagram
     ///
-    /// ```text
-    /// UP, DOWN --+                                +--> LMNR_HS, LMNR_LS
-    ///            +--> motor --> backlash --> stem +--> LMNR --> characteristic --> exchanger --T_HX--> sensor --+--> TEMP
-    /// DRIVE -----+    MTR_TM    BACKLASH     STUCK               CURVE    ^  |      HX_TM  ^            SENS_TM  |
-    ///                 POS_ON                                     FLOW_MAX |  +-> FLOW      |                     +--> T_PER
-    /// PRES ---------------------------------------------------------------+         RISE   |
-    /// T_IN --------------------------------------------------------------------------------+
+    /// ```diagram
+    /// icon curve
+    /// input UP 0,5
+    /// input DOWN 0,9
+    /// input DRIVE 0,13
+    /// box MOTOR 18,9 in UP DOWN DRIVE out TRAVEL with MTR_TM POS_ON
+    /// box STEM 33,7 "0 ... 100 %" with BACKLASH POS_START STUCK
+    /// output LMNR_HS 35,-4
+    /// output LMNR_LS 35,17
+    /// output LMNR 43,0
+    /// box CURVE 50,7 curve with CURVE
+    /// box FLOW_F 65,7 "x sqrt(PRES /" "PRES_NOM)" with FLOW_MAX PRES_NOM
+    /// input PRES 53,17
+    /// output FLOW 76,1
+    /// UP > x9 > MOTOR.UP
+    /// DOWN > MOTOR.DOWN
+    /// DRIVE > x9 > MOTOR.DRIVE
+    /// MOTOR.TRAVEL > STEM > CURVE > FLOW_F
+    /// STEM.top > y-4 > LMNR_HS
+    /// STEM.bottom > y17 > LMNR_LS
+    /// 41,7 > y0 > LMNR
+    /// PRES > FLOW_F.bottom
+    ///
+    /// // the heat exchanger
+    /// FLOW_F > x74 > y22 > x4 > y28 > RISE
+    /// 74,7 > y1 > FLOW
+    /// box RISE 12,28 multiply with RISE
+    /// input T_IN 10,36
+    /// sum TARGET 21,28 left + bottom +
+    /// box EXCHANGER 32,28 lag with HX_TM T_START
+    /// box SENSOR 50,28 lag with SENS_TM
+    /// box ANALOG 68,28 "0 ... 27648" with T_PER_0 T_PER_100
+    /// output T_HX 42,35
+    /// output TEMP 60,36
+    /// output T_PER 78,28
+    /// box CALL 32,39 "every CYCLE" with CYCLE
+    /// RISE > TARGET > EXCHANGER > SENSOR > ANALOG > T_PER
+    /// T_IN > TARGET.bottom
+    /// 40,28 > y35 > T_HX
+    /// 58,28 > y36 > TEMP
     /// ```
     ///
     /// # Law

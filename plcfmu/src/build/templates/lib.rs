@@ -10,16 +10,36 @@ use blocks::{Law, Response, Time};
 blocks::block! {
     /// First-order lag: the output follows the input with a time constant.
     ///
+    /// # Diagram
+    ///
+    /// ```diagram
+    /// icon lag
+    /// input U 0,3
+    /// box GAIN 11,3 multiply with GAIN
+    /// box LAG 23,3 lag with T1
+    /// output Y 32,3
+    /// box CALL 42,3 "every CYCLE" with CYCLE
+    /// U > GAIN > LAG > Y
+    /// ```
+    ///
+    /// # Law
+    ///
     /// ```text
     /// Y = Y + (GAIN * U - Y) * CYCLE / (T1 + CYCLE)
     /// ```
     ///
+    /// # Clauses
+    ///
     /// 1. Restart: Y is 0.
     /// 2. T1 = 0: Y is GAIN * U in every call.
     ///
-    /// Sampling: call it every CYCLE.
+    /// # Sampling
     ///
-    /// Bad input: a negative T1 counts as 0.
+    /// Call it every CYCLE.
+    ///
+    /// # Limits of use
+    ///
+    /// A negative T1 counts as 0.
     pub struct MyBlock as "MY_BLOCK" {
         input {
             /// Input value

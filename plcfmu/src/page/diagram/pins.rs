@@ -1,6 +1,6 @@
-//! A block as a function block diagram shows it: a box with its name, inputs and settings on the left, outputs on the
-//! right.
+//! A block whose documentation has no diagram: a box with its name, inputs and settings on the left, outputs on the right.
 
+use super::terminals_of;
 use crate::page::svg::Pixels;
 use crate::page::text;
 use askama::Template;
@@ -19,8 +19,8 @@ const MARGIN: f64 = 10.0;
 
 /// Its colours are those of a light page. A page's stylesheet may replace them by their classes.
 #[derive(Template)]
-#[template(path = "diagram.svg")]
-struct Diagram<'a> {
+#[template(path = "pins.svg")]
+struct Pins<'a> {
     name: &'a str,
     width: Pixels,
     height: Pixels,
@@ -92,7 +92,7 @@ pub fn svg(table: &Table) -> anyhow::Result<String> {
     for (row, y) in outputs.iter().zip(column(&outputs, first)) {
         terminals.push(terminal(row, Side::Right { x: right }, y, label(row), Wire::Signal));
     }
-    let diagram = Diagram {
+    let pins = Pins {
         name: &table.name,
         width: Pixels(right + STUB + 6.0 + right_labels + MARGIN),
         height: Pixels(box_height + 2.0 * MARGIN),
@@ -107,13 +107,7 @@ pub fn svg(table: &Table) -> anyhow::Result<String> {
         font_size: Pixels(FONT),
         terminals,
     };
-    Ok(diagram.render()?)
-}
-
-/// The variables of these roles that are the block's own.
-pub(crate) fn terminals_of<'a>(table: &'a Table, roles: &[Role]) -> Vec<&'a Row> {
-    let rows = table.variables.iter();
-    rows.filter(|row| roles.contains(&row.role) && !row.name.contains('.')).collect()
+    Ok(pins.render()?)
 }
 
 /// The edge of the box that a terminal is at.

@@ -1,0 +1,362 @@
+//! A block diagram as it is laid out: elements with their places and sizes, and the wires between them.
+
+use super::symbol::Symbol;
+use super::wire::Wire;
+
+/// Pixels of a unit of the grid.
+pub const GRID: f64 = 10.0;
+/// Width of a character of the monospaced font of 12 pixels that terminals and titles have.
+pub const CHARACTER: f64 = 12.0 * 0.602;
+/// The same for the 11 pixels of settings, labels and values.
+pub const SMALL_CHARACTER: f64 = 11.0 * 0.602;
+/// Height of a terminal.
+pub const TERMINAL: f64 = 18.0;
+/// Space below a terminal for its value.
+pub const VALUE: f64 = 12.0;
+/// Height of the title of a box.
+pub const TITLE: f64 = 18.0;
+/// Half the height of the part of a box that has the symbol.
+pub const HALF_SYMBOL: f64 = 17.0;
+/// Height of a setting in a box.
+pub const SETTING: f64 = 16.0;
+/// Characters that the value of a setting has room for.
+pub const LEAST_VALUE: usize = 5;
+/// Height of a line of text in a box.
+pub const LINE: f64 = 14.0;
+/// From a pin of a block inside to the next.
+pub const PIN: f64 = 20.0;
+/// Radius of a summing point.
+pub const RADIUS: f64 = 9.0;
+/// From a switch to its contacts, and from it to its control terminal.
+pub const CONTACT: (f64, f64) = (20.0, 10.0);
+pub const CONTROL: f64 = 36.0;
+
+/// A place in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    pub x: f64,
+    pub y: f64,
+}
+
+/// A part of the drawing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Area {
+    pub left: f64,
+    pub top: f64,
+    pub right: f64,
+    pub bottom: f64,
+}
+
+impl Area {
+    pub fn around(at: Point, width: f64, height: f64) -> Area {
+        Area {
+            left: at.x - width / 2.0,
+            top: at.y - height / 2.0,
+            right: at.x + width / 2.0,
+            bottom: at.y + height / 2.0,
+        }
+    }
+
+    /// Whether they have more than a border in common.
+    pub fn overlaps(&self, other: &Area) -> bool {
+        const BORDER: f64 = 0.6;
+        self.left + BORDER < other.right
+            && other.left + BORDER < self.right
+            && self.top + BORDER < other.bottom
+            && other.top + BORDER < self.bottom
+    }
+}
+
+/// What is drawn.
+#[derive(Debug, Default, PartialEq)]
+pub struct Diagram {
+    pub icon: Option<Icon>,
+    pub elements: Vec<Element>,
+    pub wires: Vec<Wire>,
+    /// The names of the signals that the wires carry; empty if it is not named.
+    pub signals: Vec<String>,
+}
+
+/// What stands for the block where there is room for little.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Icon {
+    Symbol(&'static Symbol),
+    Text(String),
+}
+
+/// An element of the drawing; where `at` lies in it depends on the shape.
+#[derive(Debug, PartialEq)]
+pub struct Element {
+    /// Its line in the description, from 1 on.
+    pub line: usize,
+    /// By which wires refer to it; empty if they cannot.
+    pub name: String,
+    pub at: Point,
+    pub shape: Shape,
+}
+
+/// What an element is.
+#[derive(Debug, PartialEq)]
+pub enum Shape {
+    /// A terminal into the block; `at` is the middle of its left edge.
+    Input,
+    /// A terminal out of the block; `at` is the middle of its left edge.
+    Output,
+    /// A function; `at` is the middle of its symbol.
+    Box { content: Content, settings: Vec<Setting> },
+    /// A summing point with the sign at each of its sides; `at` is its middle.
+    Sum { signs: Vec<(Side, Sign)> },
+    /// A switch; `at` is the middle between its contacts.
+    Switch { variable: String, true_is_upper: bool, constant: Option<(bool, String)>, control: Control },
+    /// Words; `at` is the middle of the line at its beginning, its middle or its end.
+    Text { text: String, anchor: Anchor },
+    /// The name and the value of a variable that is not a terminal; `at` is its left end.
+    Value,
+    /// A border around others; `at` is its upper left corner.
+    Frame { width: f64, height: f64, title: String },
+}
+
+/// What stands in a box.
+#[derive(Debug, PartialEq)]
+pub enum Content {
+    Symbol(&'static Symbol),
+    Lines(Vec<String>),
+    /// The inputs and the outputs of a block inside the block; wires meet them by their names.
+    Pins {
+        inputs: Vec<String>,
+        outputs: Vec<String>,
+    },
+}
+
+/// A variable that acts on a box.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    pub name: String,
+    /// Its start value, once the table is known.
+    pub start: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Side {
+    Left,
+    Right,
+    Top,
+    Bottom,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sign {
+    Plus,
+    Minus,
+}
+
+/// Where the terminal is that throws a switch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Control {
+    Above,
+    Below,
+    /// Another switch of the variable has the terminal.
+    Elsewhere,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+impl Side {
+    pub const ALL: [(&'static str, Side); 4] =
+        [("left", Side::Left), ("right", Side::Right), ("top", Side::Top), ("bottom", Side::Bottom)];
+}
+
+/// Width of some monospaced text.
+pub fn width(text: &str, character: f64) -> f64 {
+    text.chars().count() as f64 * character
+}
+
+fn even(width: f64) -> f64 {
+    (width / GRID).ceil() * GRID
+}
+
+impl Element {
+    /// The width of the terminal of the variable.
+    pub fn terminal_width(name: &str) -> f64 {
+        even(width(name, CHARACTER) + 15.0)
+    }
+
+    /// The parts of the drawing that belong to this element alone.
+    pub fn areas(&self) -> Vec<Area> {
+        let Point { x, y } = self.at;
+        match &self.shape {
+            Shape::Input | Shape::Output => vec![Area {
+                left: x,
+                top: y - TERMINAL / 2.0,
+                right: x + Self::terminal_width(&self.name),
+                bottom: y + TERMINAL / 2.0 + VALUE,
+            }],
+            Shape::Box { .. } => vec![self.body()],
+            Shape::Sum { .. } => vec![Area::around(self.at, 2.0 * RADIUS, 2.0 * RADIUS)],
+            Shape::Switch { constant, .. } => {
+                let mut areas = vec![Area::around(self.at, 2.0 * CONTACT.0, 2.0 * CONTACT.1 + 6.0)];
+                areas.extend(self.control().map(|at| {
+                    let name = self.variable().unwrap_or_default();
+                    Area::around(at, Self::terminal_width(name), TERMINAL)
+                }));
+                if let Some((is_true, text)) = constant {
+                    let contact = self.contact(*is_true).unwrap_or(y);
+                    let right = x - CONTACT.0;
+                    let left = right - width(text, SMALL_CHARACTER) - 5.0;
+                    areas.push(Area { left, top: contact - 6.0, right, bottom: contact + 6.0 });
+                }
+                areas
+            }
+            Shape::Text { text, anchor } => {
+                let width = width(text, SMALL_CHARACTER);
+                let left = match anchor {
+                    Anchor::Start => x,
+                    Anchor::Middle => x - width / 2.0,
+                    Anchor::End => x - width,
+                };
+                vec![Area { left, top: y - 6.0, right: left + width, bottom: y + 6.0 }]
+            }
+            Shape::Value => {
+                // The wire whose value it is may pass between the name and the value.
+                let right = x + width(&self.name, SMALL_CHARACTER);
+                vec![
+                    Area { left: x, top: y - 15.0, right, bottom: y - 3.0 },
+                    Area { left: x, top: y + 3.0, right, bottom: y + 15.0 },
+                ]
+            }
+            Shape::Frame { .. } => Vec::new(),
+        }
+    }
+
+    /// The rectangle of a box, or the part around `at` of anything else.
+    pub fn body(&self) -> Area {
+        let Shape::Box { content, settings } = &self.shape else { return Area::around(self.at, 0.0, 0.0) };
+        let row = |setting: &Setting| {
+            let value = setting.start.chars().count().max(LEAST_VALUE) + 1;
+            width(&setting.name, SMALL_CHARACTER) + value as f64 * SMALL_CHARACTER
+        };
+        let (inside, half) = match content {
+            Content::Symbol(_) => (42.0, HALF_SYMBOL),
+            Content::Lines(lines) => {
+                let widest = lines.iter().map(|line| width(line, SMALL_CHARACTER)).fold(0.0, f64::max);
+                (widest, (lines.len() as f64 * LINE / 2.0 + 4.0).max(HALF_SYMBOL))
+            }
+            Content::Pins { inputs, outputs } => {
+                let widest =
+                    |names: &[String]| names.iter().map(|name| width(name, SMALL_CHARACTER)).fold(0.0, f64::max);
+                (widest(inputs) + widest(outputs) + 24.0, inputs.len().max(outputs.len()) as f64 * PIN / 2.0)
+            }
+        };
+        let widest = settings.iter().map(row).fold(inside, f64::max).max(width(&self.name, CHARACTER));
+        let half_width = even(widest + 12.0) / 2.0;
+        let below = if settings.is_empty() { 0.0 } else { settings.len() as f64 * SETTING + 4.0 };
+        Area {
+            left: self.at.x - half_width,
+            top: self.at.y - half - TITLE,
+            right: self.at.x + half_width,
+            bottom: self.at.y + half + below,
+        }
+    }
+
+    /// Whether a wire can begin or end there.
+    pub fn has_wires(&self) -> bool {
+        !matches!(self.shape, Shape::Text { .. } | Shape::Value | Shape::Frame { .. })
+    }
+
+    /// The variable that throws a switch.
+    pub fn variable(&self) -> Option<&str> {
+        match &self.shape {
+            Shape::Switch { variable, .. } => Some(variable),
+            _ => None,
+        }
+    }
+
+    /// The height of a switch's contact: the one that FALSE or that TRUE takes.
+    pub fn contact(&self, is_true: bool) -> Option<f64> {
+        match &self.shape {
+            Shape::Switch { true_is_upper, .. } => {
+                Some(self.at.y + if is_true == *true_is_upper { -CONTACT.1 } else { CONTACT.1 })
+            }
+            _ => None,
+        }
+    }
+
+    /// The middle of the terminal that throws a switch.
+    pub fn control(&self) -> Option<Point> {
+        let Shape::Switch { control, .. } = &self.shape else { return None };
+        let away = match control {
+            Control::Above => -CONTROL,
+            Control::Below => CONTROL,
+            Control::Elsewhere => return None,
+        };
+        Some(Point { x: self.at.x, y: self.at.y + away })
+    }
+
+    /// Where a wire meets a pin of a block inside the block.
+    pub fn pin(&self, name: &str) -> Option<Point> {
+        let Shape::Box { content: Content::Pins { inputs, outputs }, .. } = &self.shape else { return None };
+        let area = self.body();
+        let place = |names: &[String], x: f64| {
+            let row = names.iter().position(|pin| pin == name)?;
+            Some(Point { x, y: self.first_pin() + row as f64 * PIN })
+        };
+        place(inputs, area.left).or_else(|| place(outputs, area.right))
+    }
+
+    /// The height of the uppermost pins.
+    pub fn first_pin(&self) -> f64 {
+        self.body().top + TITLE + PIN / 2.0
+    }
+
+    /// Where a wire meets this side of the element, `offset` pixels to the right of its middle or below it.
+    pub fn side(&self, side: Side, offset: f64) -> Option<Point> {
+        let Point { x, y } = self.at;
+        let area = match &self.shape {
+            Shape::Box { .. } => self.body(),
+            Shape::Sum { .. } => Area::around(self.at, 2.0 * RADIUS, 2.0 * RADIUS),
+            Shape::Input if side == Side::Right && offset == 0.0 => {
+                return Some(Point { x: x + Self::terminal_width(&self.name), y });
+            }
+            Shape::Output if side == Side::Left && offset == 0.0 => return Some(self.at),
+            Shape::Switch { .. } if side == Side::Right && offset == 0.0 => return Some(Point { x: x + CONTACT.0, y }),
+            _ => return None,
+        };
+        Some(match side {
+            Side::Left => Point { x: area.left, y: y + offset },
+            Side::Right => Point { x: area.right, y: y + offset },
+            Side::Top => Point { x: x + offset, y: area.top },
+            Side::Bottom => Point { x: x + offset, y: area.bottom },
+        })
+    }
+}
+
+impl Diagram {
+    /// The variables that the diagram shows, with the element of each; a variable that throws several switches is shown
+    /// once.
+    pub fn terminals(&self) -> Vec<(&str, &Element)> {
+        let mut terminals = Vec::new();
+        for element in &self.elements {
+            match &element.shape {
+                Shape::Input | Shape::Output => terminals.push((element.name.as_str(), element)),
+                Shape::Box { settings, .. } => {
+                    terminals.extend(settings.iter().map(|setting| (setting.name.as_str(), element)));
+                }
+                Shape::Switch { variable, control, .. } if *control != Control::Elsewhere => {
+                    terminals.push((variable, element));
+                }
+                _ => {}
+            }
+        }
+        terminals
+    }
+
+    /// The place of the element that wires call so.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.elements.iter().position(|element| element.has_wires() && element.name == name)
+    }
+}
