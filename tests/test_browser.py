@@ -162,5 +162,7 @@ def test_screenshots_are_there_to_be_looked_at(show, site, name):
         for scheme in ("light", "dark"):
             page = show(name, width, scheme)
             path = folder / f"{title}-{width}-{scheme}.png"
-            page.screenshot(path=path, full_page=True, clip={"x": 0, "y": 0, "width": width, "height": 2000})
+            page.set_viewport_size({"width": width, "height": 2000})
+            page.screenshot(path=path)
+            page.set_viewport_size({"width": width, "height": 900})
             assert path.stat().st_size > 10_000
