@@ -152,10 +152,12 @@ class Site:
 
         def public(owner):
             members = owner.members.values() if owner.kind == "module" else owner.own_members
-            return [one for one in members if not one.name.startswith("_")]
+            named = [one for one in members if not one.name.startswith("_")]
+            # A variable of which nothing is said is in its class' signature.
+            return [one for one in named if one.kind != "variable" or said_of(one)]
 
         def docs(member):
-            return self.html(member.docstring, "plcfmu/python/README.md", "python/index.html", code="python")[0]
+            return self.html(said_of(member), "plcfmu/python/README.md", "python/index.html", code="python")[0]
 
         def anchor(member):
             return member.fullname.removeprefix("plcfmu.")
@@ -173,6 +175,7 @@ class Site:
             public=public,
             docs=docs,
             anchor=anchor,
+            signature=signature,
         )
 
     def html(self, markdown, source, target, code=""):
@@ -253,6 +256,31 @@ def kind(name):
     if (ROOT / "fmu" / "libraries" / name.lower()).is_dir():
         return "block"
     return "plant" if (ROOT / "examples" / "plants" / name.lower()).is_dir() else "own"
+
+
+def said_of(member):
+    """The docstring of a member of the Python package, without what Python says of the fields of every named tuple."""
+    return "" if member.docstring.startswith("Alias for field number") else member.docstring
+
+
+def signature(member):
+    """How a member of the Python package is used: its parameters with their types; empty if it has none."""
+    if member.kind == "variable":
+        text = member.annotation_str
+    elif member.kind == "class":
+        made_by = member.members.get("__init__")
+        text = str(made_by.signature_without_self) if made_by else ""
+        # Such a class is made by the package, or as any exception is.
+        if "._" in text or "*args" in text:
+            text = ""
+    else:
+        is_method = "." in member.qualname and not (member.is_classmethod or member.is_staticmethod)
+        text = str(member.signature_without_self if is_method else member.signature)
+    text = re.sub(r"ForwardRef\('(.*?)'\)", r"\1", " ".join(text.split()))
+    text = re.sub(r"plcfmu\.\w+\.(?=[A-Z])", "", text)
+    text = text.replace("ndarray[tuple[typing.Any, ...], numpy.dtype[numpy.float64]]", "ndarray")
+    text = text.replace("typing.", "").replace("( ", "(").replace(" )", ")").replace("NoneType", "None")
+    return text and member.name + text
 
 
 def slug(heading):

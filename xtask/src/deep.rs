@@ -13,8 +13,7 @@ use std::process::Command;
 /// The tests in Python that call every function, in every state.
 const CONFORMANCE: [&str; 2] = ["tests/test_conformance.py", "tests/test_fmu_state.py"];
 
-/// How much each test tries under valgrind, which takes fifty times as long, and without: 25 to 100 times as much as the test
-/// command.
+/// How much each test tries under valgrind, which takes fifty times as long, and without: 25 to 100 times the usual.
 const CASES: [(&str, &str, &str); 6] = [
     ("PLCFMU_HOSTILE_SEED", "1", "2"),
     ("PLCFMU_HOSTILE_CALLS", "60000", "30000000"),
@@ -58,8 +57,7 @@ fn valgrind() -> Command {
     valgrind
 }
 
-/// Python and its packages have leaks of their own, different ones in every version. Only the reports count in which the
-/// library of an FMU occurs.
+/// Python and its packages leak, differently in every version: only the reports count in which an FMU's library occurs.
 fn conformance(workspace: &Workspace, environment: &Environment) -> Result<()> {
     let log = workspace.target.join("valgrind.log");
     let mut valgrind = valgrind();

@@ -14,7 +14,7 @@ use plcfmu::package::{dist, pack};
 use python::Environment;
 use std::process::ExitCode;
 
-/// The repository's chores: pack its FMUs, test them, show them in closed loops.
+/// The repository's chores: pack its FMUs, test them, show them in closed loops, write the site.
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask", after_help = HELP)]
 struct Arguments {
@@ -30,8 +30,7 @@ Examples:
   cargo xtask test -- -k time       only the Python tests with 'time' in their name
   cargo xtask test --platforms      also the libraries for Windows and ARM, under Wine and qemu
 
-Results, below target/: fmu/NAME.fmu, demo/ (CSV and PNG), dist/, venv/ (the Python environment)
-
+Results, below target/: fmu/NAME.fmu, demo/ (CSV and PNG), dist/, docs/, venv/ (the Python environment)
 Needed: Rust, a C compiler, Python 3.9 or newer. 'cargo xtask fmu --native' needs no Python.";
 
 #[derive(Subcommand)]
@@ -44,6 +43,8 @@ enum Command {
     Test(test::Options),
     /// Run closed loops of FMUs, print their figures, draw them: target/demo/
     Demo(demo::Options),
+    /// Write the site, with the pages of all FMUs: target/docs/index.html
+    Docs,
 }
 
 fn main() -> ExitCode {
@@ -77,5 +78,11 @@ fn dispatch(command: Command) -> Result<()> {
         }
         Command::Test(options) => test::test(&workspace, &options),
         Command::Demo(options) => demo::demo(&workspace, &options),
+        Command::Docs => {
+            let mut python = Environment::ready(&workspace)?.python();
+            pack::run(&workspace, &pack::Options::default())?;
+            python.arg("docs/site/build.py").arg("--fmus").arg(workspace.fmus());
+            command::run(python.arg("--out").arg(workspace.target.join("docs")).current_dir(&workspace.root))
+        }
     }
 }

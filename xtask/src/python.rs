@@ -16,8 +16,7 @@ const OLDEST: (u32, u32) = (3, 9);
 const CANDIDATES: &[&str] =
     &["python3", "python", "python3.13", "python3.12", "python3.11", "python3.10", "python3.9", "python3.14"];
 
-/// Prints a Python's version and path, if it can make environments. In an environment, that is the Python that the environment
-/// was made with.
+/// Prints a Python's version and path, if it can make environments; in an environment, those of the Python that made it.
 const DESCRIBE: &str = "import os, sys, venv, ensurepip
 print(sys.version_info[0], sys.version_info[1])
 print(sys.version.split()[0])

@@ -61,24 +61,20 @@ pub fn heading(part: &str) {
     println!("\n== {part}");
 }
 
-/// What lets bindgen find libclang, unless the user has said where it is. One of the crates that tests/importers tests with
-/// needs it.
+/// What lets bindgen, which tests/importers needs, find libclang, unless the user has said where it is.
 fn libclang(environment: &Environment) -> Result<Vec<(&'static str, OsString)>> {
     if std::env::var_os("LIBCLANG_PATH").is_some() {
         return Ok(Vec::new());
     }
     let mut variables = vec![("LIBCLANG_PATH", environment.package("clang")?.join("native").into_os_string())];
     // The libclang from PyPI comes without a compiler's own headers.
-    if let Some(include) = compiler_headers() {
-        variables.push(("BINDGEN_EXTRA_CLANG_ARGS", format!("-I{include}").into()));
-    }
+    variables.extend(compiler_headers().map(|include| ("BINDGEN_EXTRA_CLANG_ARGS", format!("-I{include}").into())));
     Ok(variables)
 }
 
 /// Where the C compiler has stddef.h, if it is like gcc.
 fn compiler_headers() -> Option<String> {
     let compiler = std::env::var_os("CC").unwrap_or_else(|| "cc".into());
-    let include = output(Command::new(compiler).arg("-print-file-name=include")).ok()?;
-    let include = include.trim();
-    Path::new(include).join("stddef.h").is_file().then(|| include.to_string())
+    let include = output(Command::new(compiler).arg("-print-file-name=include")).ok()?.trim().to_string();
+    Path::new(&include).join("stddef.h").is_file().then_some(include)
 }

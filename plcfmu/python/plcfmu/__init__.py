@@ -1,5 +1,7 @@
 """Closed loops of PLC control blocks and plants, each an FMI 2.0 co-simulation FMU.
 
+A furnace, controlled:
+
     import plcfmu
 
     with plcfmu.Fmus() as fmus:

@@ -364,6 +364,33 @@ mod tests {
     }
 
     #[test]
+    fn sections_of_the_documentation_stand_where_a_reader_looks_for_them() {
+        let mut table = table();
+        table.docs = "Pumps.\n\n# Sources\n\nA book.\n\n# Law\n\n```math\nq = n\n```\n\n# Our own\n\nMore.\n\n\
+                      # Purpose\n\nIt pumps, see FLOW.\n\n# Sampling\n\nOften."
+            .into();
+        let page = page_of(&table, &[0]);
+        let places: Vec<usize> = [
+            "<h2 id=\"purpose\">Purpose</h2>\n<p>It pumps, see <a class=\"variable\" href=\"#FLOW\">FLOW</a>.</p>",
+            "<h2 id=\"diagram\">",
+            "<p>Often.</p>",
+            "<h2 id=\"variables\">",
+            "<h2 id=\"law\">Law</h2>\n<div class=\"formula\"",
+            "<h2 id=\"responses\">",
+            "<h2 id=\"sources\">Sources</h2>\n<p>A book.</p>",
+            "<h2 id=\"our-own\">Our own</h2>\n<p>More.</p>",
+            "<h2 id=\"host\">",
+        ]
+        .map(|text| page.find(text).unwrap_or_else(|| panic!("{text}")))
+        .to_vec();
+        assert!(places.is_sorted(), "{places:?}");
+        // The contents lead to every heading.
+        for link in page.split("<li><a href=\"#").skip(1).map(|rest| rest.split('"').next().unwrap()) {
+            assert!(page.contains(&format!("<h2 id=\"{link}\">")), "{link}");
+        }
+    }
+
+    #[test]
     fn the_page_explains_dashed_lines_where_there_are_any() {
         let of = |shown: &[usize]| {
             let page = page_of(&table(), shown);

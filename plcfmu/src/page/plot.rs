@@ -656,4 +656,34 @@ mod tests {
         back.time[2] = f64::INFINITY;
         assert_eq!(error(&back), "the chart's time has the value inf; every point of time must be a finite number");
     }
+
+    #[test]
+    fn a_characteristic_has_straight_lines_over_its_variable_with_its_unit() {
+        let row = |name: &str, kind: &str, unit: &str| {
+            format!(
+                r#"{{"name":"{name}","description":"","kind":"{kind}","role":"input","start":0.0,"min":null,"max":null,
+                "unit":{unit}}}"#
+            )
+        };
+        let rows = [row("SPEED", "LREAL", "\"1/min\""), row("FLOW", "LREAL", "\"l/min\""), row("ON", "BOOL", "null")];
+        let table: Table = serde_json::from_str(&format!(
+            r#"{{"name":"PUMP","docs":"","cycle":0,"mean":null,"responses":[],"variables":[{}],"characteristics":[
+            {{"title":"Flow","variable":"SPEED","range":[0.0,9.0],"points":3,"calls":1,"set":[],"show":["FLOW","ON"]}}]}}"#,
+            rows.join(",")
+        ))
+        .unwrap();
+        let means = vec![(1, vec![0.0, 2.0, 6.0]), (2, vec![0.0, 0.5, 1.0])];
+        let sweep = Sweep { over: vec![0.0, 4.5, 9.0], means };
+        let chart = of_sweep(&table, &table.characteristics[0], &sweep);
+        assert_eq!(chart.over.as_deref(), Some("SPEED in 1/min"));
+        let labels: Vec<_> = chart.panels.iter().map(|panel| panel.label.as_str()).collect();
+        assert_eq!(labels, ["l/min", "share of the calls"]);
+        let svg = svg(&chart).unwrap();
+        assert!(svg.contains(">SPEED in 1/min</text>") && !svg.contains("time in s"));
+        // From the left end by the middle to the right end, and no stairs.
+        let flow =
+            svg.split("class=\"curve-1\"").last().unwrap().split('"').find(|part| part.starts_with('M')).unwrap();
+        assert_eq!(flow.matches('L').count(), 2, "{flow}");
+        assert!(!flow.contains('H') && !flow.contains('V'), "{flow}");
+    }
 }
