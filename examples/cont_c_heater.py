@@ -123,7 +123,7 @@ def cold_start(fmus, by_hand):
 def draw(result, path):
     quality = result.quality
     title = (
-        f"10 K more in {quality['rise time, 10 ... 90 %']:.0f} s, with {quality['overshoot']:.1f} % overshoot; "
+        f"The furnace rises by 10 K in {quality['rise time, 10 ... 90 %']:.0f} s, with {quality['overshoot']:.1f} % overshoot; "
         f"the open door costs {quality['door: largest deviation']:.1f} K"
     )
     labels = ["temperature in °C", "manipulated value in %", "parts of the manipulated value in %"]
@@ -135,11 +135,11 @@ def draw(result, path):
         axes[2].plot(time, result["LMN_P"], label="LMN_P", drawstyle="steps-post", **plot.P_PART)
         axes[2].plot(time, result["LMN_I"], label="LMN_I", drawstyle="steps-post", **plot.I_PART)
         axes[2].plot(time, result["LMN_D"], label="LMN_D", drawstyle="steps-post", **plot.D_PART)
-        axes[0].set_ylim(168, 184)
+        axes[0].set_ylim(168, 188)
         axes[1].set_ylim(40, 105)
         plot.mark(axes, 0.0, AUTOMATIC, "manual", plot.MANUAL)
-        plot.event(axes, STEP, "setpoint + 10 K", 0.42)
-        plot.event(axes, DOOR, "door half open", 0.42)
+        plot.event(axes, STEP, "setpoint + 10 K")
+        plot.event(axes, DOOR, "door half open")
         for each in axes:
             plot.legend(each)
 
@@ -160,14 +160,14 @@ def draw_cold_start(automatic, by_hand, path):
             each.plot(time, result["LMN"], label="LMN", drawstyle="steps-post", **plot.MANIPULATED)
             each.plot(time, result["LMN_I"], label="LMN_I", drawstyle="steps-post", **plot.I_PART)
         axes[0].set_ylim(0, 220)
-        axes[1].set_ylim(-8, 115)
-        axes[2].set_ylim(-185, 130)
+        axes[1].set_ylim(-8, 150)
+        axes[2].set_ylim(-290, 130)
         limited = time[automatic["QLMN_HLM"] == 1]
         text = "shaded: LMN at its limit, the integrator stands still"
         plot.mark([axes[1]], limited[0], limited[-1] + CYCLE, text, at=(limited[-1] + CYCLE, 1.0))
         manual = time[by_hand["MAN_ON"] == 1]
         text = "shaded: manual, MAN = 100 %; LMN_I follows as MAN - LMN_P"
-        plot.mark([axes[2]], manual[0], manual[-1] + CYCLE, text, plot.MANUAL, at=(manual[-1] + CYCLE, 0.35))
+        plot.mark([axes[2]], manual[0], manual[-1] + CYCLE, text, plot.MANUAL, at=(manual[-1] + CYCLE, 0.4))
         for each in axes:
             plot.legend(each)
 

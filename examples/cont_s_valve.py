@@ -126,7 +126,7 @@ def draw(result, path):
         plot.event(axes, STEP, "setpoint + 10 K")
         plot.event(axes, DROP, "pressure\n4 → 3 bar")
         plot.mark(axes, MANUAL, AUTOMATIC, "manual\n(LMNS_ON)", plot.MANUAL)
-        plot.event(axes, TOO_HIGH, "out of reach")
+        plot.event(axes, TOO_HIGH, "too high")
         plot.event(axes, BACK, "setpoint back")
         for each in axes:
             plot.legend(each)

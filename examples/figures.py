@@ -128,20 +128,22 @@ def draw_synchronization(results, path):
             each.grid(axis="y", visible=False)
             each.axvline(0, color="#666666", linewidth=0.8)
             each.axvline(CALLS, color="#666666", linewidth=0.8, linestyle=(0, (4, 3)))
-            each.barh([], 1, color=plot.COMPARED["color"], label="pulses for 30 %")
-            each.barh([], 1, color=plot.PULSE["color"], label="pulses for 80 %")
+            each.barh(-5, 1, color=plot.COMPARED["color"], label="pulses for 30 %")
+            each.barh(-5, 1, color=plot.PULSE["color"], label="pulses for 80 %")
             each.plot([], [], color="black", linewidth=2.0, label="INV changes")
         handles, labels = axes[0, 0].get_legend_handles_labels()
         axes[0, 0].figure.legend(handles, labels, loc="outside lower center", ncol=3)
 
 
 def draw_characteristics(results, path):
-    sizes = abs(results["3-6"]["PULSE"])
-    shortest, longest = min(sizes[sizes > 0]), max(sizes[sizes < 100])
+    def limits(pulse):
+        return min(pulse[pulse > 0]), max(pulse[pulse < max(pulse)])
+
+    positive, negative = limits(results["3-6"]["PULSE"]), limits(-results["3-7"]["PULSE"])
     title = (
-        f"Figures 3-6 to 3-9: with P_B_TM = {100 * P_B_TM / PER_TM:.0f} % of PER_TM there is no pulse "
-        f"below {shortest:.0f} %\nand no break above {longest:.0f} %; half of that for the negative pulse of figure 3-7"
-    )
+        "Figures 3-6 to 3-9: P_B_TM = {:.0f} % drops pulses below {:.0f} % and fills the period above {:.0f} %;\n"
+        "for negative pulses with RATIOFAC 0.5 it is below {:.0f} % and above {:.0f} %"
+    ).format(100 * P_B_TM / PER_TM, *positive, *negative)
     with plot.picture(path, title, ["", ""], [1, 0.7], columns=2) as axes:
         for each, (number, (name, _)) in zip(axes.flat, CHARACTERISTICS.items()):
             result = results[number]
@@ -149,18 +151,19 @@ def draw_characteristics(results, path):
             for chosen, color, label in (
                 (pulse > 0, plot.PULSE["color"], "QPOS_P"),
                 (pulse < 0, plot.OPPOSITE_PULSE["color"], "QNEG_P"),
-                (pulse == 0, plot.COMPARED["color"], "none"),
+                (pulse == 0, plot.COMPARED["color"], "no pulse"),
             ):
                 if chosen.any():
                     style = {"linestyle": "none", "marker": ".", "markersize": 3, "color": color}
                     each.plot(inv[chosen], pulse[chosen], label=label, **style)
-            plot.label(each, f"{number}, {name}: pulse in %")
+            plot.label(each, f"{number}, {name}: pulse in % of PER_TM")
             each.set_xlim(-115, 115)
             each.set_ylim(-108 if "three-step" in name else -8, 108)
             each.axhline(0, color="#666666", linewidth=0.8)
             each.axvline(0, color="#666666", linewidth=0.8)
-            plot.legend(each, markerscale=3, handlelength=0.8, columnspacing=0.8)
             each.set_xlabel("INV in %" if number in ("3-8", "3-9") else "")
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        axes[0, 0].figure.legend(handles, labels, loc="outside lower center", ncol=3, markerscale=3)
 
 
 def main():

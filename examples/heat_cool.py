@@ -113,7 +113,7 @@ def draw(whole, half, path):
                 (result["HEAT"], plot.PULSE, "QPOS_P"),
                 (-result["COOL"], plot.OPPOSITE_PULSE, "QNEG_P"),
             ):
-                bottom.fill_between(result.time, 0, pulse, step="post", label=label, **style)
+                bottom.fill_between(result.time, 0, pulse, step="post", label=label, **{**style, "linewidth": 0})
             for each in (top, middle, bottom):
                 plot.legend(each)
 

@@ -129,8 +129,8 @@ def draw_furnace(ramp, step, path):
     behind = ramp.quality["furnace, ramp: behind the setpoint at its end"]
     largest = [result.quality[f"furnace, {way}: largest LMN"] for result, way in ((ramp, "ramp"), (step, "step"))]
     title = (
-        f"On HLG's ramp the furnace stays {behind:.0f} K behind, and LMN at {largest[0]:.0f} % or less; "
-        f"at once takes {largest[1]:.0f} %"
+        f"On HLG's ramp the furnace stays {behind:.0f} K behind, with {largest[0]:.0f} % power at most; "
+        f"a step takes {largest[1]:.0f} %"
     )
     with plot.picture(path, title, ["temperature in °C", "LMN in %"], [1.3, 1]) as axes:
         axes[0].plot(ramp.time, ramp["SP_INT"], label="SP_INT from HLG", **plot.SETPOINT)

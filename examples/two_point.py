@@ -73,6 +73,7 @@ def draw(result, path):
         axes[0].axhspan(SETPOINT - HYS / 2, SETPOINT + HYS / 2, zorder=0, label="band HYS", **plot.SPAN)
         axes[0].plot(time, result["SP"], label="SP", **plot.SETPOINT)
         axes[0].plot(time, result["PV"], label="PV", **plot.PROCESS_VALUE)
+        axes[0].set_yticks(range(170, 191, 5))
         plot.pulses(axes[1], time, result["Q"], **plot.PULSE)
         axes[1].set_yticks([0, 1], ["off", "on"])
         plot.legend(axes[0])

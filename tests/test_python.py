@@ -521,7 +521,7 @@ def test_a_result_draws_itself_with_booleans_as_lanes(tmp_path):
     both.describe("DOWN", is_boolean=True)
     figure = both.plot(tmp_path / "a.png", title="A lag")
     temperature, pulses = figure.axes
-    assert temperature.get_ylabel() == "in degC" and pulses.get_xlabel() == "time in s"
+    assert temperature.get_ylabel() == "in °C" and pulses.get_xlabel() == "time in s"
     assert [line.get_label() for line in temperature.lines] == ["SP", "PV"]
     assert [label.get_text() for label in pulses.get_yticklabels()] == ["UP", "DOWN"]
     assert (tmp_path / "a.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"

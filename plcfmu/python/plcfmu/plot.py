@@ -167,7 +167,7 @@ def event(axes: Iterable[Any], time: float, text: str, height: float = 1.0) -> N
     """
     axes = list(axes)
     for each in axes:
-        each.axvline(time, zorder=0.5, color="#666666", linewidth=0.9, linestyle=(0, (1, 1.5)))
+        each.axvline(time, zorder=1, color=TEXT_COLOR, linewidth=0.9, linestyle=(0, (1, 1.5)))
     _name(axes[0], text, (time, height))
 
 
@@ -254,4 +254,4 @@ def _label(result: Result, names: Sequence[str]) -> str:
     if all(result.signal(name).is_boolean for name in names):
         return ""
     units = {result.signal(name).unit for name in names} - {None}
-    return f"in {units.pop()}" if len(units) == 1 else ", ".join(name.split(".")[-1] for name in names)
+    return f"in {units.pop()}".replace("degC", "°C") if len(units) == 1 else ", ".join(name.split(".")[-1] for name in names)
