@@ -29,7 +29,7 @@ Examples:
   cargo xtask test                  check everything (the first time it takes some minutes)
   cargo xtask test -- -k time       only the Python tests with 'time' in their name
 
-Results, below target/: fmu/NAME.fmu, demo/ (CSV and PNG), dist/, venv/ (the Python environment)
+Results, below target/: fmu/NAME.fmu, demo/ (CSV, PNG and SVG), dist/, venv/ (the Python environment)
 
 Needed: Rust, a C compiler, Python 3.9 or newer. 'cargo xtask fmu --native' needs no Python.";
 
