@@ -95,7 +95,8 @@ def run(fmus, ratiofac):
 
 def draw(whole, half, path):
     over_whole, over_half = (
-        result.quality[f"RATIOFAC {ratiofac}, cooling: overshoot"] for result, ratiofac in ((whole, "1.0"), (half, "0.5"))
+        result.quality[f"RATIOFAC {ratiofac}, cooling: overshoot"]
+        for result, ratiofac in ((whole, "1.0"), (half, "0.5"))
     )
     title = (
         "Cooling twice as strong as heating overshoots "

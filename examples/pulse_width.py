@@ -126,7 +126,9 @@ def draw(result, path):
         for start in periods:
             of_period = result.between(start, start + PERIOD)
             share = 100.0 * float(np.mean(of_period["QPOS_P"]))
-            axes[2].annotate(f"{share:.1f} %", (start + PERIOD / 2, 2.4), ha="center", fontsize=8, color=plot.TEXT_COLOR)
+            axes[2].annotate(
+                f"{share:.1f} %", (start + PERIOD / 2, 2.4), ha="center", fontsize=8, color=plot.TEXT_COLOR
+            )
         axes[2].set_xticks(np.append(periods, closely[1]))
         axes[2].set_yticks([0.5, 1.8], ["PULS_CTR", "PULSEGEN"])
         axes[2].set_xlim(*closely)

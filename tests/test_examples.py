@@ -234,7 +234,9 @@ def test_no_text_of_a_picture_is_clipped_or_covers_a_curve_or_another_text(again
                 assert not path.intersects_bbox(text.get_window_extent(), filled=False), f"{picture}: {text}"
         for one, other in itertools.combinations(texts, 2):
             # The boxes of two lines of text may touch.
-            assert not one.get_window_extent().padded(-2).overlaps(other.get_window_extent()), f"{picture}: {one} {other}"
+            assert not one.get_window_extent().padded(-2).overlaps(other.get_window_extent()), (
+                f"{picture}: {one} {other}"
+            )
 
 
 def curves(axes):

@@ -177,7 +177,12 @@ def _name(axes: Any, text: str, at: tuple[float, float]) -> None:
 
 
 def pulses(
-    axes: Any, time: NDArray[np.float64], signal: NDArray[np.float64], base: float = 0.0, height: float = 1.0, **style: Any
+    axes: Any,
+    time: NDArray[np.float64],
+    signal: NDArray[np.float64],
+    base: float = 0.0,
+    height: float = 1.0,
+    **style: Any,
 ) -> None:
     """Draws a Boolean signal as bars from `base`, `height` high; each value is held until the next time."""
     is_on = np.concatenate([[False], np.asarray(signal) > 0.5, [False]])
@@ -210,7 +215,10 @@ def save(figure: Picture, path: Path) -> None:
 
 
 def draw(
-    result: Result, panels: Union[Sequence[Sequence[str]], Mapping[str, Sequence[str]]], path: Optional[Path], title: str
+    result: Result,
+    panels: Union[Sequence[Sequence[str]], Mapping[str, Sequence[str]]],
+    path: Optional[Path],
+    title: str,
 ) -> Picture:
     """Draws signals over time, held from row to row, one panel under the other; Booleans as lanes.
 
@@ -254,4 +262,8 @@ def _label(result: Result, names: Sequence[str]) -> str:
     if all(result.signal(name).is_boolean for name in names):
         return ""
     units = {result.signal(name).unit for name in names} - {None}
-    return f"in {units.pop()}".replace("degC", "°C") if len(units) == 1 else ", ".join(name.split(".")[-1] for name in names)
+    return (
+        f"in {units.pop()}".replace("degC", "°C")
+        if len(units) == 1
+        else ", ".join(name.split(".")[-1] for name in names)
+    )
