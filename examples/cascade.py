@@ -119,24 +119,23 @@ def largest_of_two_lags(t1, t2):
 
 
 def draw(cascade, single, path):
-    with plot.picture(
-        path,
-        "Temperature over flow: the cascade meets a pressure drop before the temperature feels it",
-        ["temperature in °C", "flow in l/min", "valve position\nin %"],
-        [1.3, 1, 1],
-    ) as axes:
-        grey = plot.COMPARED
+    of_cascade, of_single = (
+        result.quality[f"{way}: pressure drop, largest deviation"]
+        for result, way in ((cascade, "cascade"), (single, "single"))
+    )
+    title = f"The pressure drop costs the cascade {of_cascade:.1f} K, the single controller {of_single:.1f} K"
+    with plot.picture(path, title, ["temperature in °C", "flow in l/min", "valve position in %"], [1.3, 1, 1]) as axes:
         axes[0].plot(cascade.time, cascade["SP_INT"], label="setpoint", drawstyle="steps-post", **plot.SETPOINT)
-        axes[0].plot(single.time, single["TEMP"], label="single controller", **grey)
-        axes[0].plot(cascade.time, cascade["TEMP"], label="cascade", **plot.PROCESS_VALUE)
+        axes[0].plot(single.time, single["TEMP"], label="temperature, single", **plot.COMPARED)
+        axes[0].plot(cascade.time, cascade["TEMP"], label="temperature, cascade", **plot.PROCESS_VALUE)
         axes[1].plot(
             cascade.time, cascade["FLOW_SP"], label="flow setpoint, cascade", drawstyle="steps-post", **plot.SETPOINT
         )
-        axes[1].plot(single.time, single["FLOW"], label="flow, single", **grey)
+        axes[1].plot(single.time, single["FLOW"], label="flow, single", **plot.COMPARED)
         axes[1].plot(cascade.time, cascade["FLOW"], label="flow, cascade", **plot.PROCESS_VALUE)
-        axes[2].plot(single.time, single["POSITION"], label="single controller", drawstyle="steps-post", **grey)
-        axes[2].plot(cascade.time, cascade["POSITION"], label="cascade", drawstyle="steps-post", **plot.MANIPULATED)
-        plot.mark(axes, DROP, END, "disturbance: pressure 4 → 2.5 bar", at=(DROP, 0.16))
+        for result, style, way in ((single, plot.COMPARED, "single"), (cascade, plot.MANIPULATED, "cascade")):
+            axes[2].plot(result.time, result["POSITION"], label=f"position, {way}", drawstyle="steps-post", **style)
+        plot.event(axes, DROP, f"pressure {PRESSURE:g} → {LOW_PRESSURE:g} bar", 0.3)
         for each in axes:
             plot.legend(each)
 
@@ -153,8 +152,8 @@ def main():
         print(single.quality)
         cascade.to_csv(out / "cascade.csv", digits=9)
         single.to_csv(out / "cascade_single.csv", digits=9)
-        draw(cascade, single, out / "cascade.png")
-    print(f"  CSV and PNG: {out}")
+        draw(cascade, single, out / "cascade")
+    print(f"  CSV, PNG and SVG: {out}")
 
 
 if __name__ == "__main__":

@@ -106,40 +106,28 @@ def pulses(signal):
 
 
 def draw(result, path):
-    with plot.picture(
-        path,
-        "Valve with CONT_S: pulses, by hand to the limit stop, and a setpoint that cannot be reached",
-        ["temperature in °C", "valve in %", "pulses"],
-        [1.3, 1, 0.75],
-    ) as axes:
+    title = (
+        f"{result.quality['pulses for the setpoint step']} pulses make the step of 10 K and "
+        f"{result.quality['pulses for the pressure drop']} make up for the pressure; "
+        f"{result.quality['calls with a pulse against a stop']} calls drive against a stop"
+    )
+    with plot.picture(path, title, ["temperature in °C", "valve position in %", "pulses"], [1.3, 1, 0.75]) as axes:
         time = result.time
         axes[0].plot(time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **plot.SETPOINT)
         axes[0].plot(time, result["PV"], label="PV", **plot.PROCESS_VALUE)
-        axes[1].plot(time, result["LMNR"], label="position LMNR", **plot.MANIPULATED)
-        axes[1].fill_between(
-            time,
-            0,
-            100,
-            where=result["LMNR_HS"] == 1,
-            step="post",
-            color="#c8102e",
-            alpha=0.16,
-            linewidth=0,
-            label="limit switch LMNR_HS",
-        )
-        axes[2].fill_between(
-            time, 0, result["QLMNUP"], step="post", color=plot.MANIPULATED["color"], linewidth=0.4, label="QLMNUP"
-        )
-        axes[2].fill_between(
-            time, 0, -result["QLMNDN"], step="post", color=plot.PROCESS_VALUE["color"], linewidth=0.4, label="QLMNDN"
-        )
-        axes[0].set_ylim(55, 103)
-        axes[1].set_ylim(40, 105)
+        axes[1].plot(time, result["LMNR"], label="LMNR", **plot.MANIPULATED)
+        plot.pulses(axes[1], time, result["LMNR_HS"], 40, 70, label="at the limit stop, LMNR_HS", zorder=0, **plot.SPAN)
+        plot.pulses(axes[2], time, result["QLMNUP"], label="QLMNUP", **plot.PULSE)
+        plot.pulses(axes[2], time, result["QLMNDN"], height=-1.0, label="QLMNDN", **plot.OPPOSITE_PULSE)
+        axes[0].set_ylim(55, 112)
+        axes[1].set_ylim(40, 110)
         axes[2].set_yticks([-1, 0, 1], ["down", "", "up"])
         axes[2].set_ylim(-1.2, 1.2)
-        plot.mark(axes, DROP, MANUAL, "disturbance:\npressure 4 → 3 bar")
+        plot.event(axes, STEP, "setpoint + 10 K")
+        plot.event(axes, DROP, "pressure\n4 → 3 bar")
         plot.mark(axes, MANUAL, AUTOMATIC, "manual\n(LMNS_ON)", plot.MANUAL)
-        plot.mark(axes, AUTOMATIC, END, "")
+        plot.event(axes, TOO_HIGH, "too high")
+        plot.event(axes, BACK, "setpoint back")
         for each in axes:
             plot.legend(each)
 
@@ -151,8 +139,8 @@ def main():
         result = run(fmus)
         print(result.quality)
         result.to_csv(out / "cont_s_valve.csv", digits=9)
-        draw(result, out / "cont_s_valve.png")
-    print(f"  CSV and PNG: {out}")
+        draw(result, out / "cont_s_valve")
+    print(f"  CSV, PNG and SVG: {out}")
 
 
 if __name__ == "__main__":

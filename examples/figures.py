@@ -83,46 +83,43 @@ def characteristic(fmus, settings):
 
 
 def draw_modulation(result, path):
-    with plot.picture(
-        path,
-        "Figure 3-3: INV in percent of ten calls is the number of calls with a pulse",
-        ["INV in %", "QPOS_P"],
-        [1, 0.6],
-        size=(9.0, 3.4),
-    ) as axes:
-        edges = np.append(result.time, 3.0)
-        axes[0].stairs(result["INV"], edges, baseline=None, **plot.SETPOINT)
-        axes[1].stairs(result["QPOS_P"], edges, fill=True, color=plot.MANIPULATED["color"])
+    pulses = [int(sum(result["QPOS_P"][CALLS * period : CALLS * (period + 1)])) for period in range(3)]
+    title = "Figure 3-3: INV of 30, 60 and 90 % gives {}, {} and {} calls of ten with a pulse".format(*pulses)
+    with plot.picture(path, title, ["INV in %", "QPOS_P"], [1, 0.6]) as axes:
+        end = 3 * CALLS * SHORT_CYCLE
+        axes[0].stairs(result["INV"], np.append(result.time, end), baseline=None, label="INV", **plot.SETPOINT)
+        for call in np.flatnonzero(result["QPOS_P"]):
+            axes[1].broken_barh([(call * SHORT_CYCLE, SHORT_CYCLE)], (0, 1), **plot.PULSE)
         axes[0].set_ylim(0, 105)
+        axes[1].set_xlim(0, end)
         axes[1].set_yticks([0, 1], ["FALSE", "TRUE"])
-        axes[1].set_xticks(np.arange(0, 3.01, 0.1), minor=True)
+        axes[1].set_xticks(np.arange(0, end + 0.01, SHORT_CYCLE), minor=True)
         axes[1].grid(which="minor", axis="x", color="#eeeeee")
-        for period, text in enumerate(("30 %: 3 calls on, 7 off", "60 %: 6 on, 4 off", "90 %: 9 on, 1 off")):
-            axes[0].annotate(text, (period, 0), xytext=(5, 6), textcoords="offset points", fontsize=9, color="#3c5573")
+        for period, on in enumerate(pulses):
+            plot.event(axes, period * CALLS * SHORT_CYCLE, f"{on} calls on, {CALLS - on} off", 0.12)
+        plot.legend(axes[0])
 
 
 def draw_synchronization(results, path):
-    with plot.picture(
-        path,
-        "Figure 3-5: when the pulse for a new INV begins, by the call in which INV changes",
-        ["INV changes in call"],
-        size=(9.0, 4.6),
-        columns=2,
-    ) as axes:
+    latest = {
+        syn_on: max(new_period(results[syn_on, call]) - call for call in range(CALLS)) for syn_on in (True, False)
+    }
+    title = (
+        f"Figure 3-5: the pulse for a new INV begins {latest[True]} calls later at most with SYN_ON, "
+        f"{latest[False]} without"
+    )
+    with plot.picture(path, title, ["INV changes in call"], columns=2) as axes:
         for each, syn_on in zip(axes[0], (True, False)):
+            plot.label(each, f"SYN_ON = {'TRUE' if syn_on else 'FALSE'}: INV changes in call")
             for changes_at in range(CALLS):
                 result = results[syn_on, changes_at]
                 start = new_period(result)
                 calls = np.arange(-CALLS, 2 * CALLS)
                 pulse = result["QPOS_P"][: 3 * CALLS]
-                for call, on in zip(calls, pulse):
-                    if on:
-                        color = plot.MANIPULATED["color"] if call >= start else plot.COMPARED["color"]
-                        each.barh(changes_at, 1, left=call, height=0.62, color=color, linewidth=0)
-                each.plot(
-                    [changes_at, changes_at], [changes_at - 0.45, changes_at + 0.45], color="black", linewidth=2.2
-                )
-            each.set_title(f"SYN_ON = {'TRUE' if syn_on else 'FALSE'}", loc="left", fontsize=10)
+                for call in calls[pulse == 1]:
+                    color = plot.PULSE["color"] if call >= start else plot.COMPARED["color"]
+                    each.barh(changes_at, 1, left=call, height=0.62, color=color, linewidth=0)
+                each.plot([changes_at] * 2, [changes_at - 0.45, changes_at + 0.45], color="black", linewidth=2.0)
             each.set_xlim(-CALLS, 2 * CALLS)
             each.set_ylim(CALLS - 0.4, -0.6)
             each.set_yticks(range(CALLS))
@@ -132,40 +129,41 @@ def draw_synchronization(results, path):
             each.axvline(0, color="#666666", linewidth=0.8)
             each.axvline(CALLS, color="#666666", linewidth=0.8, linestyle=(0, (4, 3)))
             each.barh(-5, 1, color=plot.COMPARED["color"], label="pulses for 30 %")
-            each.barh(-5, 1, color=plot.MANIPULATED["color"], label="pulses for 80 %")
-            each.plot([-50], [-5], color="black", linewidth=2.2, label="INV changes")
+            each.barh(-5, 1, color=plot.PULSE["color"], label="pulses for 80 %")
+            each.plot([], [], color="black", linewidth=2.0, label="INV changes")
         handles, labels = axes[0, 0].get_legend_handles_labels()
-        axes[0, 0].figure.legend(handles, labels, loc="outside lower center", ncol=3, fontsize=9)
+        axes[0, 0].figure.legend(handles, labels, loc="outside lower center", ncol=3)
 
 
 def draw_characteristics(results, path):
-    with plot.picture(
-        path,
-        "Figures 3-6 to 3-9: the pulse over INV, with P_B_TM 10 % of PER_TM",
-        ["pulse in % of PER_TM", "pulse in % of PER_TM"],
-        [1, 0.7],
-        size=(9.0, 6.4),
-        columns=2,
-    ) as axes:
+    def limits(pulse):
+        return min(pulse[pulse > 0]), max(pulse[pulse < max(pulse)])
+
+    positive, negative = limits(results["3-6"]["PULSE"]), limits(-results["3-7"]["PULSE"])
+    title = (
+        "Figures 3-6 to 3-9: P_B_TM = {:.0f} % drops pulses below {:.0f} % and fills the period above {:.0f} %;\n"
+        "for negative pulses with RATIOFAC 0.5 it is below {:.0f} % and above {:.0f} %"
+    ).format(100 * P_B_TM / PER_TM, *positive, *negative)
+    with plot.picture(path, title, ["", ""], [1, 0.7], columns=2) as axes:
         for each, (number, (name, _)) in zip(axes.flat, CHARACTERISTICS.items()):
             result = results[number]
             inv, pulse = result["INV"], result["PULSE"]
             for chosen, color, label in (
-                (pulse > 0, plot.MANIPULATED["color"], "QPOS_P"),
-                (pulse < 0, plot.PROCESS_VALUE["color"], "QNEG_P"),
-                (pulse == 0, "#777777", "no pulse"),
+                (pulse > 0, plot.PULSE["color"], "QPOS_P"),
+                (pulse < 0, plot.OPPOSITE_PULSE["color"], "QNEG_P"),
+                (pulse == 0, plot.COMPARED["color"], "no pulse"),
             ):
                 if chosen.any():
-                    each.plot(
-                        inv[chosen], pulse[chosen], linestyle="none", marker=".", markersize=3, color=color, label=label
-                    )
-            each.set_title(f"{number}: {name}", loc="left", fontsize=10)
+                    style = {"linestyle": "none", "marker": ".", "markersize": 3, "color": color}
+                    each.plot(inv[chosen], pulse[chosen], label=label, **style)
+            plot.label(each, f"{number}, {name}: pulse in % of PER_TM")
             each.set_xlim(-115, 115)
             each.set_ylim(-108 if "three-step" in name else -8, 108)
             each.axhline(0, color="#666666", linewidth=0.8)
             each.axvline(0, color="#666666", linewidth=0.8)
-            each.legend(loc="upper left", fontsize=9, markerscale=3)
             each.set_xlabel("INV in %" if number in ("3-8", "3-9") else "")
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        axes[0, 0].figure.legend(handles, labels, loc="outside lower center", ncol=3, markerscale=3)
 
 
 def main():
@@ -193,10 +191,10 @@ def main():
         together.to_csv(out / "figure_3_5.csv", digits=9)
         for number, result in of_the_others.items():
             result.to_csv(out / f"figure_{number.replace('-', '_')}.csv", digits=9)
-        draw_modulation(of_3_3, out / "figure_3_3.png")
-        draw_synchronization(of_3_5, out / "figure_3_5.png")
-        draw_characteristics(of_the_others, out / "figures_3_6_to_3_9.png")
-    print(f"  CSV and PNG: {out}")
+        draw_modulation(of_3_3, out / "figure_3_3")
+        draw_synchronization(of_3_5, out / "figure_3_5")
+        draw_characteristics(of_the_others, out / "figures_3_6_to_3_9")
+    print(f"  CSV, PNG and SVG: {out}")
 
 
 if __name__ == "__main__":

@@ -94,37 +94,27 @@ def run(fmus, ratiofac):
 
 
 def draw(whole, half, path):
-    with plot.picture(
-        path,
-        "Heating and cooling: with RATIOFAC 0.5 both ways are alike, with 1 cooling swings",
-        ["temperature in °C", "LMN in %", "pulse in %\nof the period"],
-        [1.4, 1, 1],
-        columns=2,
-    ) as axes:
+    over_whole, over_half = (
+        result.quality[f"RATIOFAC {ratiofac}, cooling: overshoot"]
+        for result, ratiofac in ((whole, "1.0"), (half, "0.5"))
+    )
+    title = (
+        "Cooling twice as strong as heating overshoots "
+        f"by {over_whole:.0f} % with RATIOFAC 1, by {over_half:.0f} % with 0.5"
+    )
+    labels = ["temperature in °C", "LMN in %", "pulse in % of the period"]
+    with plot.picture(path, title, labels, [1.4, 1, 1], columns=2) as axes:
         for column, (result, ratiofac) in enumerate(((whole, "1"), (half, "0.5"))):
             top, middle, bottom = axes[:, column]
-            top.set_title(f"RATIOFAC = {ratiofac}", loc="left", fontsize=10)
+            plot.label(top, f"RATIOFAC {ratiofac}: temperature in °C")
             top.plot(result.time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **plot.SETPOINT)
             top.plot(result.time, result["PV"], label="PV", **plot.PROCESS_VALUE)
             middle.plot(result.time, result["LMN"], label="LMN", drawstyle="steps-post", **plot.MANIPULATED)
-            bottom.fill_between(
-                result.time,
-                0,
-                result["HEAT"],
-                step="post",
-                color=plot.MANIPULATED["color"],
-                linewidth=0,
-                label="QPOS_P: heat",
-            )
-            bottom.fill_between(
-                result.time,
-                0,
-                -result["COOL"],
-                step="post",
-                color=plot.PROCESS_VALUE["color"],
-                linewidth=0,
-                label="QNEG_P: cool",
-            )
+            for pulse, style, label in (
+                (result["HEAT"], plot.PULSE, "QPOS_P"),
+                (-result["COOL"], plot.OPPOSITE_PULSE, "QNEG_P"),
+            ):
+                bottom.fill_between(result.time, 0, pulse, step="post", label=label, **{**style, "linewidth": 0})
             for each in (top, middle, bottom):
                 plot.legend(each)
 
@@ -138,8 +128,8 @@ def main():
             print(each.quality)
         half.to_csv(out / "heat_cool.csv", digits=9)
         whole.to_csv(out / "heat_cool_1.csv", digits=9)
-        draw(whole, half, out / "heat_cool.png")
-    print(f"  CSV and PNG: {out}")
+        draw(whole, half, out / "heat_cool")
+    print(f"  CSV, PNG and SVG: {out}")
 
 
 if __name__ == "__main__":

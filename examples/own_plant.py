@@ -22,11 +22,14 @@ def main():
     folder, out = plcfmu.arguments(__doc__)
     with plcfmu.Fmus(folder) as fmus:
         result = run(fmus)
-    print(result.between(30.0, 600.0).figures("PLANT.TEMP", "CONT_C.SP_INT", start=20.0, end=80.0))
+    quality = result.between(30.0, 600.0).figures("PLANT.TEMP", "CONT_C.SP_INT", start=20.0, end=80.0)
+    print(quality)
     result.to_csv(out / "own_plant.csv")
-    panels = [["CONT_C.SP_INT", "PLANT.TEMP"], ["CONT_C.LMN"]]
-    result.plot(out / "own_plant.png", panels, title="CONT_C with a plant of your own, here HEATER: a step of 60 K")
-    print(f"  CSV and PNG: {out}")
+    title = "Your plant, here HEATER: 60 K more in {:.0f} s, with {:.0f} % overshoot"
+    title = title.format(quality["rise time, 10 ... 90 %"], quality["overshoot"])
+    panels = {"temperature in °C": ["CONT_C.SP_INT", "PLANT.TEMP"], "LMN in %": ["CONT_C.LMN"]}
+    result.plot(out / "own_plant", panels, title)
+    print(f"  CSV, PNG and SVG: {out}")
 
 
 if __name__ == "__main__":

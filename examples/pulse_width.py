@@ -105,14 +105,10 @@ def run(fmus, end=END):
 
 
 def draw(result, path):
-    with plot.picture(
-        path,
-        "CONT_C every 2 s, PULSEGEN every 10 ms; PULS_CTR makes the same pulses",
-        ["temperature in °C", "LMN in %", "pulses, seen closely"],
-        [1.2, 0.9, 1.2],
-        size=(9.0, 6.6),
-        same_time=False,
-    ) as axes:
+    different = result.quality[f"calls of {len(result)} with another QPOS_P in PULS_CTR"]
+    title = f"PULS_CTR makes the pulses of CONT_C with PULSEGEN: {different} of {len(result)} calls differ"
+    labels = ["temperature in °C", "LMN in %", "pulses of the shaded time, and their share of the period"]
+    with plot.picture(path, title, labels, [1.2, 0.8, 1.2], same_time=False) as axes:
         time = result.time
         axes[0].plot(time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **plot.SETPOINT)
         axes[0].plot(time, result["TEMP"], label="temperature", **plot.PROCESS_VALUE)
@@ -122,35 +118,21 @@ def draw(result, path):
         axes[0].set_xlabel("")
 
         closely = STEP - PERIOD, STEP + 8 * PERIOD
-        for each in axes[:2]:
-            each.axvspan(*closely, zorder=0, **plot.MANUAL)
-        axes[1].annotate(
-            "the time that is shown below",
-            (closely[1], 1.0),
-            xycoords=("data", "axes fraction"),
-            xytext=(4, -4),
-            va="top",
-            textcoords="offset points",
-            fontsize=8.5,
-            color="#3c5573",
-        )
+        plot.mark(axes[:2], *closely, "")
         part = result.between(closely[0], closely[1] + CYCLE)
-        for signal, base, style, label in (
-            ("QPOS_P", 1.3, plot.MANIPULATED, "CONT_C and PULSEGEN"),
-            ("PULS_CTR_QPOS_P", 0.0, plot.PROCESS_VALUE, "PULS_CTR"),
-        ):
-            axes[2].fill_between(
-                part.time, base, base + part[signal], step="post", color=style["color"], linewidth=0, label=label
-            )
+        plot.pulses(axes[2], part.time, part["QPOS_P"], 1.3, **plot.PULSE)
+        plot.pulses(axes[2], part.time, part["PULS_CTR_QPOS_P"], **plot.PULSE)
         periods = np.arange(closely[0], closely[1], PERIOD)
         for start in periods:
             of_period = result.between(start, start + PERIOD)
             share = 100.0 * float(np.mean(of_period["QPOS_P"]))
-            axes[2].annotate(f"{share:.1f} %", (start, 2.42), fontsize=8, color="#555555")
+            axes[2].annotate(
+                f"{share:.1f} %", (start + PERIOD / 2, 2.4), ha="center", fontsize=8, color=plot.TEXT_COLOR
+            )
         axes[2].set_xticks(np.append(periods, closely[1]))
         axes[2].set_yticks([0.5, 1.8], ["PULS_CTR", "PULSEGEN"])
         axes[2].set_xlim(*closely)
-        axes[2].set_ylim(-0.1, 2.8)
+        axes[2].set_ylim(-0.1, 3.0)
         axes[2].grid(axis="y", visible=False)
         for each in axes[:2]:
             plot.legend(each)
@@ -163,8 +145,8 @@ def main():
         result = run(fmus)
         print(result.quality)
         result.to_csv(out / "pulse_width.csv", digits=9)
-        draw(result, out / "pulse_width.png")
-    print(f"  CSV and PNG: {out}")
+        draw(result, out / "pulse_width")
+    print(f"  CSV, PNG and SVG: {out}")
 
 
 if __name__ == "__main__":

@@ -126,17 +126,19 @@ def drive(fmus, th_tz):
 
 
 def draw_furnace(ramp, step, path):
-    with plot.picture(
-        path,
-        "Furnace: with HLG's setpoint ramp the temperature follows, and the power stays within its limit",
-        ["temperature in °C", "LMN in %"],
-        [1.3, 1],
-    ) as axes:
+    behind = ramp.quality["furnace, ramp: behind the setpoint at its end"]
+    largest = [result.quality[f"furnace, {way}: largest LMN"] for result, way in ((ramp, "ramp"), (step, "step"))]
+    title = (
+        f"On HLG's ramp the furnace stays {behind:.0f} K behind, with {largest[0]:.0f} % power at most; "
+        f"a step takes {largest[1]:.0f} %"
+    )
+    with plot.picture(path, title, ["temperature in °C", "LMN in %"], [1.3, 1]) as axes:
         axes[0].plot(ramp.time, ramp["SP_INT"], label="SP_INT from HLG", **plot.SETPOINT)
         axes[0].plot(step.time, step["PV"], label="PV, setpoint at once", **plot.COMPARED)
         axes[0].plot(ramp.time, ramp["PV"], label="PV, ramp", **plot.PROCESS_VALUE)
         axes[1].plot(step.time, step["LMN"], label="LMN, setpoint at once", drawstyle="steps-post", **plot.COMPARED)
         axes[1].plot(ramp.time, ramp["LMN"], label="LMN, ramp", drawstyle="steps-post", **plot.MANIPULATED)
+        axes[0].set_ylim(92, 215)
         axes[1].set_ylim(0, 106)
         plot.mark(axes, STEP, STEP + (HOT - COLD) / SLOPE, "HLG runs up")
         for each in axes:
@@ -144,26 +146,23 @@ def draw_furnace(ramp, step, path):
 
 
 def draw_drive(ramp, steep, path):
-    with plot.picture(
-        path,
-        "Drive: it follows HLG's ramp of 400 calls, but trips on the one of 100 calls",
-        ["speed in rpm\nTH_TZ = 400", "speed in rpm\nTH_TZ = 100", "torque in %"],
-        [1, 1, 0.9],
-    ) as axes:
+    title = (
+        f"The ramp of {DRIVE_TH_TZ} calls leaves the speed "
+        f"{ramp.quality[f'drive, TH_TZ {DRIVE_TH_TZ}: behind the setpoint']:.0f} rpm behind; "
+        f"that of {STEEP_TH_TZ} calls trips after {steep.quality[f'drive, TH_TZ {STEEP_TH_TZ}: tripped after']:.2f} s"
+    )
+    ways = f"TH_TZ = {DRIVE_TH_TZ}", f"TH_TZ = {STEEP_TH_TZ}"
+    labels = [f"{ways[0]}: speed in rpm", f"{ways[1]}: speed in rpm", "torque in %"]
+    with plot.picture(path, title, labels, [1, 1, 0.9]) as axes:
         for each, result in ((axes[0], ramp), (axes[1], steep)):
             each.plot(result.time, result["SP_RPM"], label="setpoint from HLG", drawstyle="steps-post", **plot.SETPOINT)
             each.plot(result.time, result["SPEED"], label="speed", **plot.PROCESS_VALUE)
             each.set_ylim(-40, 1050)
-        axes[2].plot(steep.time, steep["TORQUE"], label="TH_TZ = 100", drawstyle="steps-post", **plot.COMPARED)
-        axes[2].plot(ramp.time, ramp["TORQUE"], label="TH_TZ = 400", drawstyle="steps-post", **plot.MANIPULATED)
+        for result, way, style in ((steep, ways[1], plot.COMPARED), (ramp, ways[0], plot.MANIPULATED)):
+            axes[2].plot(result.time, result["TORQUE"], label=f"torque, {way}", drawstyle="steps-post", **style)
         tripped = steep.time[steep["TRIP"] == 1]
-        plot.mark(
-            [axes[1]],
-            tripped[0],
-            DRIVE_END,
-            "TRIP: speed more than 75 rpm behind the setpoint; the drive coasts",
-            at=(1.6, 0.6),
-        )
+        text = f"TRIP: speed more than {ERR_MAX:.0f} rpm behind the setpoint; the drive coasts"
+        plot.mark([axes[1]], tripped[0], DRIVE_END, text, at=(1.6, 0.6))
         for each in axes:
             plot.legend(each)
 
@@ -180,9 +179,9 @@ def main():
         step.to_csv(out / "ramp_none.csv", digits=9)
         drive_ramp.to_csv(out / "ramp_drive.csv", digits=9)
         drive_steep.to_csv(out / "ramp_drive_steep.csv", digits=9)
-        draw_furnace(ramp, step, out / "ramp.png")
-        draw_drive(drive_ramp, drive_steep, out / "ramp_drive.png")
-    print(f"  CSV and PNG: {out}")
+        draw_furnace(ramp, step, out / "ramp")
+        draw_drive(drive_ramp, drive_steep, out / "ramp_drive")
+    print(f"  CSV, PNG and SVG: {out}")
 
 
 if __name__ == "__main__":

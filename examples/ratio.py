@@ -109,24 +109,24 @@ def run(fmus):
 
 
 def draw(result, path):
-    with plot.picture(
-        path,
-        "Ratio control: flow B follows flow A at half, later at 0.6 of it",
-        ["flow in l/min", "ratio B : A", "valve B in %"],
-        [1.4, 1, 0.8],
-    ) as axes:
+    title = (
+        f"Flow B stays {result.quality['flow A rises: flow B is behind']:.1f} l/min behind while flow A rises, "
+        f"and takes a new ratio in {result.quality['new ratio: rise time, 10 ... 90 %']:.1f} s"
+    )
+    with plot.picture(path, title, ["flow in l/min", "flow B in % of flow A", "valve B in %"], [1.5, 1, 0.8]) as axes:
         time = result.time
         axes[0].plot(time, result["FLOW_A"], label="flow A", **plot.COMPARED)
         axes[0].plot(time, result["SP_INT"], label="SP_INT", **plot.SETPOINT)
         axes[0].plot(time, result["FLOW_B"], label="flow B", **plot.PROCESS_VALUE)
-        axes[1].plot(time, result["RATIO_SET"], label="ratio asked for", drawstyle="steps-post", **plot.SETPOINT)
-        axes[1].plot(time, result["RATIO"], label="ratio", **plot.PROCESS_VALUE)
+        axes[1].plot(time, 100.0 * result["RATIO_SET"], label="ratio wanted", drawstyle="steps-post", **plot.SETPOINT)
+        axes[1].plot(time, 100.0 * result["RATIO"], label="ratio", **plot.PROCESS_VALUE)
         axes[2].plot(time, result["LMN"], label="LMN", drawstyle="steps-post", **plot.MANIPULATED)
-        axes[0].set_ylim(0, 33)
+        axes[0].set_ylim(0, 40)
         plot.mark(axes, OPENS, STOPS, "valve A opens")
-        plot.mark(axes, DROP_A, DROP_A + 0.4, "  pressure of A\n  4 → 2.5 bar")
-        plot.mark(axes, NEW_RATIO, NEW_RATIO + 0.4, "  new ratio", plot.MANUAL)
-        plot.mark(axes, DROP_B, DROP_B + 0.4, "  pressure of B\n  4 → 2.5 bar")
+        drop = f"{PRESSURE:g} → {LOW_PRESSURE:g} bar"
+        plot.event(axes, DROP_A, f"pressure A\n{drop}")
+        plot.event(axes, NEW_RATIO, "new ratio")
+        plot.event(axes, DROP_B, f"pressure B\n{drop}")
         for each in axes:
             plot.legend(each)
 
@@ -138,8 +138,8 @@ def main():
         result = run(fmus)
         print(result.quality)
         result.to_csv(out / "ratio.csv", digits=9)
-        draw(result, out / "ratio.png")
-    print(f"  CSV and PNG: {out}")
+        draw(result, out / "ratio")
+    print(f"  CSV, PNG and SVG: {out}")
 
 
 if __name__ == "__main__":

@@ -90,18 +90,20 @@ def run(fmus, ti):
 
 
 def draw(slow, fast, path):
-    with plot.picture(
-        path,
-        "Level control: TI as long as the tank's time constant, or as short as the loop allows",
-        ["level in m", "inflow valve, LMN in %"],
-        [1.4, 1],
-    ) as axes:
+    fast_name, slow_name = f"TI {FAST_TI:.0f} s", f"TI {T:.0f} s"
+    drained = "drain, integral of the error"
+    share = fast.quality[f"{fast_name}: {drained}"] / slow.quality[f"{slow_name}: {drained}"]
+    title = (
+        f"{fast_name} instead of {T:.0f} s leaves {100.0 * share:.0f} % of the drain's error, "
+        f"but overshoots by {fast.quality[f'{fast_name}: overshoot']:.0f} %"
+    )
+    with plot.picture(path, title, ["level in m", "inflow valve in %"], [1.4, 1]) as axes:
         axes[0].plot(fast.time, fast["SP_INT"], label="SP_INT", drawstyle="steps-post", **plot.SETPOINT)
-        axes[0].plot(slow.time, slow["LEVEL"], label=f"TI {T:.0f} s", **plot.COMPARED)
-        axes[0].plot(fast.time, fast["LEVEL"], label=f"TI {FAST_TI:.0f} s", **plot.PROCESS_VALUE)
-        axes[1].plot(slow.time, slow["LMN"], label=f"TI {T:.0f} s", drawstyle="steps-post", **plot.COMPARED)
-        axes[1].plot(fast.time, fast["LMN"], label=f"TI {FAST_TI:.0f} s", drawstyle="steps-post", **plot.MANIPULATED)
-        plot.mark(axes, DRAINS, END, "disturbance: drain 50 → 65 % open", at=(DRAINS, 0.16))
+        axes[0].plot(slow.time, slow["LEVEL"], label=f"level, {slow_name}", **plot.COMPARED)
+        axes[0].plot(fast.time, fast["LEVEL"], label=f"level, {fast_name}", **plot.PROCESS_VALUE)
+        axes[1].plot(slow.time, slow["LMN"], label=f"LMN, {slow_name}", drawstyle="steps-post", **plot.COMPARED)
+        axes[1].plot(fast.time, fast["LMN"], label=f"LMN, {fast_name}", drawstyle="steps-post", **plot.MANIPULATED)
+        plot.event(axes, DRAINS, f"drain {100.0 * DRAIN:.0f} → {MORE_DRAIN:.0f} % open", 0.3)
         for each in axes:
             plot.legend(each)
 
@@ -115,8 +117,8 @@ def main():
             print(each.quality)
         fast.to_csv(out / "tank.csv", digits=9)
         slow.to_csv(out / "tank_slow.csv", digits=9)
-        draw(slow, fast, out / "tank.png")
-    print(f"  CSV and PNG: {out}")
+        draw(slow, fast, out / "tank")
+    print(f"  CSV, PNG and SVG: {out}")
 
 
 if __name__ == "__main__":

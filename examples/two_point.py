@@ -64,18 +64,17 @@ def run(fmus):
 
 
 def draw(result, path):
-    with plot.picture(
-        path,
-        "One's own block: a two-point controller with a band of 4 K around the setpoint",
-        ["temperature in °C", "Q"],
-        [1.6, 0.5],
-        size=(9.0, 4.2),
-    ) as axes:
+    title = (
+        f"The temperature swings by {result.quality['swing of the temperature']:.0f} K around a band of {HYS:.0f} K, "
+        f"once in {result.quality['period']:.0f} s"
+    )
+    with plot.picture(path, title, ["temperature in °C", "output Q"], [1.6, 0.5]) as axes:
         time = result.time
-        axes[0].axhspan(SETPOINT - HYS / 2, SETPOINT + HYS / 2, zorder=0, label="band HYS", **plot.MANUAL)
+        axes[0].axhspan(SETPOINT - HYS / 2, SETPOINT + HYS / 2, zorder=0, label="band HYS", **plot.SPAN)
         axes[0].plot(time, result["SP"], label="SP", **plot.SETPOINT)
         axes[0].plot(time, result["PV"], label="PV", **plot.PROCESS_VALUE)
-        axes[1].fill_between(time, 0, result["Q"], step="post", color=plot.MANIPULATED["color"], linewidth=0)
+        axes[0].set_yticks(range(170, 191, 5))
+        plot.pulses(axes[1], time, result["Q"], **plot.PULSE)
         axes[1].set_yticks([0, 1], ["off", "on"])
         plot.legend(axes[0])
 
@@ -87,8 +86,8 @@ def main():
         result = run(fmus)
         print(result.quality)
         result.to_csv(out / "two_point.csv", digits=9)
-        draw(result, out / "two_point.png")
-    print(f"  CSV and PNG: {out}")
+        draw(result, out / "two_point")
+    print(f"  CSV, PNG and SVG: {out}")
 
 
 if __name__ == "__main__":

@@ -4,8 +4,11 @@ say is so. The numbers stand here once more, worked out by hand from the plants'
 The first part holds for every file of examples/, and a new one is taken up as soon as it is there.
 """
 
+import contextlib
 import csv
 import importlib.util
+import io
+import itertools
 import math
 import pathlib
 import re
@@ -13,6 +16,7 @@ import shutil
 import struct
 import subprocess
 import sys
+import xml.etree.ElementTree
 
 import numpy as np
 import pytest
@@ -89,6 +93,35 @@ def started(name, folder):
     return process.stdout, folder / "demo"
 
 
+@pytest.fixture(scope="module")
+def again(tmp_path_factory):
+    """What an example prints when it runs once more, in this process, its folder, and its pictures by name; once."""
+    runs = {}
+
+    def again(name):
+        if name not in runs:
+            runs[name] = run_here(name, tmp_path_factory.mktemp(f"{name}_again"))
+        return runs[name]
+
+    return again
+
+
+def run_here(name, folder):
+    drawn = {}
+    save = plcfmu.plot.save
+
+    def keep(figure, path):
+        save(figure, path)
+        drawn[pathlib.Path(path).stem] = figure
+
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(io.StringIO()) as printed:
+        patch.chdir(folder)
+        patch.setattr(sys, "argv", [f"{name}.py", "--fmu", str(host.FOLDER), "--out", "demo"])
+        patch.setattr(plcfmu.plot, "save", keep)
+        load(name).main()
+    return printed.getvalue(), folder / "demo", drawn
+
+
 def near(value, expected, share):
     """Is it the expected value within this share of it?"""
     return abs(value - expected) <= share * abs(expected)
@@ -98,11 +131,11 @@ def near(value, expected, share):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_an_example_prints_its_figures_and_writes_csv_and_png(program, name):
+def test_an_example_prints_its_figures_and_writes_csv_png_and_svg(program, name):
     printed, folder = program(name)
     assert re.search(r"^  \S.*\d", printed, re.MULTILINE)
     suffixes = {path.suffix for path in folder.iterdir()}
-    assert suffixes == {".csv", ".png"}
+    assert suffixes == {".csv", ".png", ".svg"}
     for path in folder.glob("*.csv"):
         with open(path, newline="", encoding="utf-8") as file:
             names, *rows = csv.reader(file)
@@ -110,14 +143,17 @@ def test_an_example_prints_its_figures_and_writes_csv_and_png(program, name):
         assert all(len(row) == len(names) for row in rows)
         assert np.isfinite(np.array(rows, dtype=float)).all()
     for path in folder.glob("*.png"):
-        assert png_width(path) == 900
+        assert png_size(path) == (1600, 900) and path.with_suffix(".svg").exists()
+    for path in folder.glob("*.svg"):
+        svg = xml.etree.ElementTree.parse(path).getroot()
+        assert (svg.get("width"), svg.get("height")) == ("576pt", "324pt") and path.with_suffix(".png").exists()
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_an_example_prints_and_writes_the_same_bytes_each_time(program, name, tmp_path):
-    (printed, folder), (printed_again, again) = program(name), started(name, tmp_path)
+def test_an_example_prints_and_writes_the_same_bytes_each_time(program, again, name):
+    (printed, folder), (printed_again, folder_again, _) = program(name), again(name)
     assert printed_again == printed
-    assert contents(again) == contents(folder)
+    assert contents(folder_again) == contents(folder)
 
 
 def contents(folder):
@@ -157,13 +193,86 @@ def test_every_example_that_the_page_links_to_is_there():
     assert set(re.findall(r"\((\w+)\.py\)", page())) <= set(NAMES)
 
 
-def png_width(path):
-    return struct.unpack(">I", path.read_bytes()[16:20])[0]
+def png_size(path):
+    return struct.unpack(">II", path.read_bytes()[16:24])
 
 
-def test_the_pictures_on_the_page_are_900_pixels_wide_and_small():
-    for path in (EXAMPLES / "pictures").glob("*.png"):
-        assert png_width(path) == 900 and path.stat().st_size < 120_000, path.name
+def test_the_pictures_on_the_page_are_16_by_9_at_200_dpi_and_small():
+    for path in (EXAMPLES / "pictures").iterdir():
+        assert path.suffix == ".png", f"{path.name}: the page shows PNG, and the demos write SVG"
+        assert png_size(path) == (1600, 900) and path.stat().st_size < 150_000, path.name
+
+
+def title(figure):
+    return figure.get_suptitle().replace("\n", " ")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_title_of_a_picture_is_a_finding_with_a_number_and_stands_on_the_page(again, name):
+    on_page = {picture: text for text, picture in re.findall(r"!\[(.*)\]\(pictures/(.*)\.png\)", page())}
+    for picture, figure in again(name)[2].items():
+        assert re.search(r"\d", title(figure)), title(figure)
+        assert on_page.get(picture, title(figure)) == title(figure)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_text_of_a_picture_is_clipped_or_covers_a_curve_or_another_text(again, name):
+    for picture, figure in again(name)[2].items():
+        figure.draw_without_rendering()
+        size, drawn = figure.get_size_inches(), figure.get_tightbbox()
+        assert 0 <= drawn.x0 and 0 <= drawn.y0 and drawn.x1 <= size[0] and drawn.y1 <= size[1], picture
+
+        legends = [each.get_legend() for each in figure.axes if each.get_legend()] + figure.legends
+        for legend, axes in itertools.product(legends, figure.axes):
+            assert not legend.get_window_extent().overlaps(axes.bbox), f"{picture}: a legend covers curves"
+        texts = [figure._suptitle, *legends]
+        for axes in figure.axes:
+            notes = [text for text in axes.texts if text.get_text()]
+            texts += notes + [label for label in (axes.xaxis.label, axes.yaxis.label) if label.get_text()]
+            for text, line in itertools.product(notes, curves(axes)):
+                path = line.get_transform().transform_path(line.get_path())
+                assert not path.intersects_bbox(text.get_window_extent(), filled=False), f"{picture}: {text}"
+        for one, other in itertools.combinations(texts, 2):
+            # The boxes of two lines of text may touch.
+            assert not one.get_window_extent().padded(-2).overlaps(other.get_window_extent()), (
+                f"{picture}: {one} {other}"
+            )
+
+
+def curves(axes):
+    """The signals of a panel, without the lines that mark a time or a level."""
+    return [line for line in axes.lines if line.get_transform() == axes.transData and len(line.get_xdata())]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_curve_of_a_picture_is_within_its_panel_and_every_panel_has_its_units(again, name):
+    unit = re.compile(r"\bin (%|°C|s|m|l/min|rpm|call)(?!\w)")
+    for picture, figure in again(name)[2].items():
+        for axes in figure.axes:
+            for line in curves(axes):
+                for data, limits in ((line.get_xdata(), axes.get_xlim()), (line.get_ydata(), axes.get_ylim())):
+                    assert min(limits) <= min(data) and max(data) <= max(limits), f"{picture}: {line.get_label()}"
+            place = axes.get_subplotspec()
+            named = any(re.search("[a-zA-Z]", tick.get_text()) for tick in axes.get_yticklabels())
+            if place.is_first_col() and not named:
+                assert unit.search(axes.get_ylabel()), f"{picture}: {axes.get_ylabel()}"
+            if place.is_last_row():
+                assert unit.search(axes.get_xlabel()) or "call, counted" in axes.get_xlabel(), picture
+
+
+def test_a_signal_has_the_same_colour_in_all_pictures(again):
+    from matplotlib.colors import to_hex
+
+    colors = {}
+    for name in NAMES:
+        for figure in again(name)[2].values():
+            for axes in figure.axes:
+                handles, labels = axes.get_legend_handles_labels()
+                for handle, label in zip(handles, labels):
+                    color = handle.get_color() if hasattr(handle, "get_color") else handle.get_facecolor()[0]
+                    colors.setdefault(label.split(".")[-1], set()).add(to_hex(color))
+    assert {"SP_INT", "PV", "LMN", "QPOS_P", "QNEG_P"} <= colors.keys()
+    assert {label: found for label, found in colors.items() if len(found) > 1} == {}
 
 
 ADDED = '''
@@ -185,7 +294,8 @@ def main():
         result = plcfmu.simulate(controller, [], {}, inputs=inputs, record="CONT_C.LMN", step=1.0, duration=5)
     print(f"  LMN in the end: {result['CONT_C.LMN'][-1]} %")
     result.to_csv(out / "added.csv")
-    result.plot(out / "added.png")
+    title = f"LMN rises to {result['CONT_C.LMN'][-1]} %"
+    result.plot(out / "added", {"LMN in %": ["CONT_C.LMN"]}, title)
 
 
 if __name__ == "__main__":
@@ -202,7 +312,7 @@ def test_a_new_file_is_taken_up_without_an_edit_elsewhere(tmp_path):
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "added", "tests/test_examples.py"]
     process = subprocess.run(command, cwd=tmp_path, env=host.environment(), capture_output=True, text=True)
     assert process.returncode == 0, process.stdout
-    assert "4 passed" in process.stdout
+    assert "7 passed" in process.stdout
 
 
 # What the loops stand on
@@ -229,9 +339,9 @@ def test_the_heater_example_prints_its_figures_and_keeps_every_signal(program):
     for figure in ("rise time", "overshoot", "settling time", "integral of the absolute error"):
         assert figure in printed
     names = {path.name for path in folder.iterdir()}
-    shown = {"cont_c_heater.csv", "cont_c_heater.png", "cont_c_heater_cold_start.png"}
-    cold_starts = {"cont_c_heater_cold_start.csv", "cont_c_heater_cold_start_by_hand.csv"}
-    assert names == shown | cold_starts
+    pictures = {f"cont_c_heater{way}.{suffix}" for way in ("", "_cold_start") for suffix in ("png", "svg")}
+    signals = {f"cont_c_heater{way}.csv" for way in ("", "_cold_start", "_cold_start_by_hand")}
+    assert names == pictures | signals
     with open(folder / "cont_c_heater.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 720

@@ -7,6 +7,7 @@ import os
 import pathlib
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import zipfile
@@ -630,13 +631,36 @@ def test_a_result_draws_itself_with_booleans_as_lanes(tmp_path):
     both.describe("DOWN", is_boolean=True)
     figure = both.plot(tmp_path / "a.png", title="A lag")
     temperature, pulses = figure.axes
-    assert temperature.get_ylabel() == "in degC" and pulses.get_xlabel() == "time in s"
+    assert temperature.get_ylabel() == "in °C" and pulses.get_xlabel() == "time in s"
     assert [line.get_label() for line in temperature.lines] == ["SP", "PV"]
     assert [label.get_text() for label in pulses.get_yticklabels()] == ["UP", "DOWN"]
     assert (tmp_path / "a.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     for path in (tmp_path / "a.svg", tmp_path / "a.pdf"):
         both.plot(path, [["PV"], ["SP", "UP"]])
         assert path.stat().st_size > 1000
+
+
+def test_a_picture_without_a_suffix_is_png_and_svg_fit_for_a_report_and_the_same_each_time(tmp_path):
+    result = recorded(end=2.0)
+    for name in ("a", "b"):
+        figure = result.plot(tmp_path / name, {"temperature in °C": ["SP", "PV"]}, "A lag")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "a.svg", "b.png", "b.svg"]
+    assert figure.axes[0].get_ylabel() == "temperature in °C"
+    for suffix in ("png", "svg"):
+        assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()
+    # 8 x 4.5 inches at 200 dpi
+    assert struct.unpack(">II", (tmp_path / "a.png").read_bytes()[16:24]) == (1600, 900)
+    assert "A lag" in (tmp_path / "a.svg").read_text(encoding="utf-8")
+
+
+def test_pulses_are_bars_from_the_rise_to_the_fall_and_the_last_row_ends_them():
+    time, signal = np.array([0.0, 0.5, 1.0, 1.5, 2.0]), np.array([0, 1, 0, 1, 1])
+    with plcfmu.plot.picture(None, "Pulses", ["Q"]) as axes:
+        plcfmu.plot.pulses(axes[0], time, signal, base=1.0, height=2.0, **plcfmu.plot.PULSE)
+        plcfmu.plot.pulses(axes[0], time, np.zeros(5), **plcfmu.plot.PULSE)
+    (bars, none) = axes[0].collections
+    corners = [path.get_extents().extents.tolist() for path in bars.get_paths()]
+    assert corners == [[0.5, 1.0, 1.0, 3.0], [1.5, 1.0, 2.0, 3.0]] and not none.get_paths()
 
 
 def test_drawing_leaves_matplotlibs_settings_alone(tmp_path):

@@ -31,7 +31,7 @@ pub fn demo(workspace: &Workspace, options: &Options) -> Result<()> {
         python.env("PYTHONPATH", workspace.root.join("plcfmu/python"));
         run(python.current_dir(&workspace.root))?;
     }
-    println!("\nCSV and PNG files: {}", workspace.shown(&results));
+    println!("\nCSV, PNG and SVG files: {}", workspace.shown(&results));
     Ok(())
 }
 

@@ -30,7 +30,7 @@ Examples:
   cargo xtask test -- -k time       only the Python tests with 'time' in their name
   cargo xtask test --platforms      also the libraries for Windows and ARM, under Wine and qemu
 
-Results, below target/: fmu/NAME.fmu, demo/ (CSV and PNG), dist/, docs/, venv/ (the Python environment)
+Results, below target/: fmu/NAME.fmu, demo/ (CSV, PNG, SVG), dist/, docs/, venv/ (the Python environment)
 Needed: Rust, a C compiler, Python 3.9 or newer. 'cargo xtask fmu --native' needs no Python.";
 
 #[derive(Subcommand)]

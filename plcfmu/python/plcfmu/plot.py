@@ -1,10 +1,12 @@
-"""Pictures of loops: the same colour for the same thing in all of them.
+"""Pictures of loops, fit for a report: the same colour for the same thing in all of them.
 
 matplotlib is loaded with the first picture.
 
-    with plot.picture("loop.png", "Furnace with CONT_C", ["temperature in °C", "LMN in %"]) as axes:
+    with plot.picture("loop", "The furnace settles in 76 s", ["temperature in °C", "LMN in %"]) as axes:
         axes[0].plot(result.time, result["PV"], label="PV", **plot.PROCESS_VALUE)
         axes[1].plot(result.time, result["LMN"], label="LMN", **plot.MANIPULATED)
+        for each in axes:
+            plot.legend(each)
 """
 
 from __future__ import annotations
@@ -12,41 +14,67 @@ from __future__ import annotations
 import contextlib
 import itertools
 import pathlib
-from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Optional
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Optional, Union
+
+import numpy as np
 
 from .files import replacing
 from .find import Path
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
+    from numpy.typing import NDArray
 
     from .result import Result
 
-# How the signals of a loop are drawn: arguments of matplotlib's plot(), or of axvspan() for spans of time.
-SETPOINT: dict[str, Any] = {"color": "#333333", "linestyle": (0, (5, 2)), "linewidth": 1.3}
-PROCESS_VALUE: dict[str, Any] = {"color": "#0b62a4", "linewidth": 1.8}
-MANIPULATED: dict[str, Any] = {"color": "#c8102e", "linewidth": 1.6}
-P_PART: dict[str, Any] = {"color": "#e08a00", "linewidth": 1.1}
-I_PART: dict[str, Any] = {"color": "#2e8b57", "linewidth": 1.1}
-D_PART: dict[str, Any] = {"color": "#8a5fbf", "linewidth": 1.1}
-COMPARED: dict[str, Any] = {"color": "#9a9a9a", "linewidth": 1.4}
-DISTURBANCE: dict[str, Any] = {"color": "#faf0da", "linewidth": 0}
-MANUAL: dict[str, Any] = {"color": "#e6edf5", "linewidth": 0}
+# How the signals of a loop are drawn: arguments of matplotlib's plot(). The colours are those of Okabe and Ito, which
+# people with any kind of colour blindness can tell apart.
+SETPOINT: dict[str, Any] = {"color": "#333333", "linestyle": (0, (4, 2)), "linewidth": 1.1}
+PROCESS_VALUE: dict[str, Any] = {"color": "#0072b2", "linewidth": 1.6}
+MANIPULATED: dict[str, Any] = {"color": "#d55e00", "linewidth": 1.4}
+P_PART: dict[str, Any] = {"color": "#e69f00", "linewidth": 1.2}
+I_PART: dict[str, Any] = {"color": "#009e73", "linewidth": 1.2}
+D_PART: dict[str, Any] = {"color": "#cc79a7", "linewidth": 1.2}
+# What the signal is compared with, such as the same loop with other settings.
+COMPARED: dict[str, Any] = {"color": "#8c8c8c", "linewidth": 1.2}
+
+# How pulses are drawn: arguments of pulses() and fill_between(). The second one is for the pulses that act against the
+# first: cooling against heating, closing against opening.
+PULSE: dict[str, Any] = {"color": MANIPULATED["color"], "linewidth": 0.3}
+OPPOSITE_PULSE: dict[str, Any] = {"color": "#56b4e9", "linewidth": 0.3}
+
+# How spans of time are shaded: arguments of mark().
+SPAN: dict[str, Any] = {"color": "#f6eedb", "linewidth": 0}
+MANUAL: dict[str, Any] = {"color": "#e3ecf5", "linewidth": 0}
+
+# The size in inches, 16:9, and the pixels to the inch.
+SIZE = (8.0, 4.5)
+DOTS_PER_INCH = 200
 
 # Matplotlib's settings while a picture is drawn.
 STYLE: Any = {
-    "font.size": 9.5,
+    "font.family": "DejaVu Sans",
+    "font.size": 9.0,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
     "grid.color": "#e4e4e4",
-    "grid.linewidth": 0.7,
+    "grid.linewidth": 0.6,
     "axes.axisbelow": True,
     "legend.frameon": False,
+    "legend.fontsize": 9.0,
     "axes.edgecolor": "#666666",
     "axes.xmargin": 0.0,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "figure.constrained_layout.h_pad": 0.05,
+    "figure.constrained_layout.w_pad": 0.06,
+    "figure.dpi": DOTS_PER_INCH,
+    # The same picture gives the same bytes.
+    "svg.hashsalt": "plcfmu",
 }
+TEXT_COLOR = "#4d4d4d"
 
 
 @contextlib.contextmanager
@@ -55,15 +83,16 @@ def picture(
     title: str,
     labels: Sequence[str],
     heights: Optional[Sequence[float]] = None,
-    size: tuple[float, float] = (9.0, 6.0),
+    size: tuple[float, float] = SIZE,
     columns: int = 1,
     same_time: bool = True,
 ) -> Iterator[Any]:
     """Gives one set of axes under the other to draw on, and writes the picture to `path` at the end.
 
-    `labels` are those of the vertical axes, `heights` their shares of the height; the horizontal axis is the time in
-    seconds, shared by all unless `same_time` is False. `size` is in units of 100 pixels. With more than one column the
-    axes are an array of rows and columns. The format is that of the suffix, such as .png; None writes no file.
+    `title` says what one sees. `labels` are those of the vertical axes, with their units; they stand above the axes.
+    `heights` are the shares of the height. The horizontal axis is the time in seconds, shared by all unless `same_time`
+    is False. `size` is in inches. With more than one column the axes are an array of rows and columns, and a label is
+    that of a row. The formats are those of `save`; None writes no file.
     """
     import matplotlib
     from matplotlib.figure import Figure
@@ -78,9 +107,9 @@ def picture(
             squeeze=False,
             gridspec_kw={"height_ratios": heights or [1] * len(labels)},
         )
-        figure.suptitle(title, x=0.01, ha="left", fontsize=11.5, fontweight="bold")
-        for row, label in zip(axes, labels):
-            row[0].set_ylabel(label)
+        figure.suptitle(title, x=0.012, ha="left", fontsize=10.5, fontweight="bold")
+        for row, text in zip(axes, labels):
+            label(row[0], text)
         for bottom in axes[-1] if same_time else axes.flat:
             bottom.set_xlabel("time in s")
         yield axes[:, 0] if columns == 1 else axes
@@ -88,21 +117,28 @@ def picture(
             save(figure, path)
 
 
+def label(axes: Any, text: str) -> None:
+    """Names the vertical axis, above it, where the text has room and need not be turned to be read."""
+    from matplotlib.transforms import ScaledTranslation
+
+    above = axes.transAxes + ScaledTranslation(0.0, 3.5 / 72.0, axes.figure.dpi_scale_trans)
+    axes.set_ylabel(text, rotation=0, ha="left", va="bottom")
+    axes.yaxis.set_label_coords(0.0, 1.0, transform=above)
+
+
 def legend(axes: Any, **options: Any) -> None:
-    """A legend above the axes, where it covers no curve."""
+    """A legend above the axes at the right, where it covers no curve."""
     handles, labels = axes.get_legend_handles_labels()
-    axes.legend(
-        handles,
-        labels,
-        loc="lower right",
-        bbox_to_anchor=(1.005, 1.0),
-        ncol=len(labels),
-        handlelength=1.8,
-        columnspacing=1.4,
-        borderaxespad=0.1,
-        fontsize=9,
-        **options,
-    )
+    settings = {
+        "loc": "lower right",
+        "bbox_to_anchor": (1.0, 1.0),
+        "ncol": len(labels),
+        "handlelength": 1.8,
+        "columnspacing": 1.4,
+        "borderpad": 0.0,
+        "borderaxespad": 0.35,
+    }
+    axes.legend(handles, labels, **{**settings, **options})
 
 
 def mark(
@@ -113,43 +149,90 @@ def mark(
     style: Optional[dict[str, Any]] = None,
     at: Optional[tuple[float, float]] = None,
 ) -> None:
-    """Shades a span of time, such as that of a disturbance, in all axes, and names it in the first one.
+    """Shades a span of time, such as that of manual mode, in all axes, and names it in the first one.
 
-    The text is at the upper left corner of the span, or at (time, share of the height). `style` is DISTURBANCE by
-    default, or MANUAL.
+    The text is at the upper left corner of the span, or at (time, share of the height). `style` is SPAN by default, or
+    MANUAL.
     """
     axes = list(axes)
-    style = style or DISTURBANCE
     for each in axes:
-        each.axvspan(start, end, zorder=0, **style)
-    axes[0].annotate(
-        text,
-        at or (start, 1.0),
-        xycoords=("data", "axes fraction"),
-        xytext=(4, -4),
-        va="top",
-        textcoords="offset points",
-        fontsize=8.5,
-        color="#5a4a20" if style is DISTURBANCE else "#3c5573",
-    )
+        each.axvspan(start, end, zorder=0, **(style or SPAN))
+    _name(axes[0], text, at or (start, 1.0))
+
+
+def event(axes: Iterable[Any], time: float, text: str, height: float = 1.0) -> None:
+    """A line in all axes at the time of an event, such as a disturbance, and its name in the first one.
+
+    The text is at the right of the line; `height` is that of its upper edge, as a share of the axes' height.
+    """
+    axes = list(axes)
+    for each in axes:
+        each.axvline(time, zorder=1, color=TEXT_COLOR, linewidth=0.9, linestyle=(0, (1, 1.5)))
+    _name(axes[0], text, (time, height))
+
+
+def _name(axes: Any, text: str, at: tuple[float, float]) -> None:
+    place = {"xycoords": ("data", "axes fraction"), "xytext": (4, -3), "textcoords": "offset points"}
+    axes.annotate(text, at, va="top", fontsize=8.5, linespacing=1.1, color=TEXT_COLOR, **place)
+
+
+def pulses(
+    axes: Any,
+    time: NDArray[np.float64],
+    signal: NDArray[np.float64],
+    base: float = 0.0,
+    height: float = 1.0,
+    **style: Any,
+) -> None:
+    """Draws a Boolean signal as bars from `base`, `height` high; each value is held until the next time."""
+    is_on = np.concatenate([[False], np.asarray(signal) > 0.5, [False]])
+    starts, ends = np.flatnonzero(np.diff(is_on)).reshape(-1, 2).T
+    # The last value is held for no time.
+    until = np.append(time, time[-1:])
+    spans = np.column_stack([time[starts], until[ends] - time[starts]])
+    axes.broken_barh(spans, (base, height), **style)
 
 
 def save(figure: Picture, path: Path) -> None:
-    """Writes a picture, 100 pixels to the inch, complete or not at all; the same picture gives the same bytes."""
-    options: dict[str, Any] = {}
-    if pathlib.Path(path).suffix == ".png":
-        options = {"metadata": {"Software": None}, "pil_kwargs": {"optimize": True}}
-    with replacing(path) as beside:
-        figure.savefig(beside, dpi=100, **options)
+    """Writes a picture in the format of the path's suffix; without a suffix, as .png and as .svg.
+
+    A PNG has 200 pixels to the inch. Each file is complete or not there at all, and the same picture gives the same
+    bytes.
+    """
+    import matplotlib
+
+    path = pathlib.Path(path)
+    for each in [path] if path.suffix else [path.with_suffix(".png"), path.with_suffix(".svg")]:
+        options: dict[str, Any] = {}
+        if each.suffix == ".png":
+            options = {"metadata": {"Software": None}, "pil_kwargs": {"optimize": True}}
+        elif each.suffix == ".svg":
+            options = {"metadata": {"Date": None, "Creator": None, "Title": figure.get_suptitle().replace("\n", " ")}}
+        elif each.suffix == ".pdf":
+            options = {"metadata": {"CreationDate": None}}
+        with replacing(each) as beside, matplotlib.rc_context(STYLE):
+            figure.savefig(beside, dpi=DOTS_PER_INCH, **options)
 
 
-def draw(result: Result, panels: Sequence[Sequence[str]], path: Optional[Path], title: str) -> Picture:
-    """Draws signals over time, held from row to row, one panel under the other; Booleans as lanes."""
+def draw(
+    result: Result,
+    panels: Union[Sequence[Sequence[str]], Mapping[str, Sequence[str]]],
+    path: Optional[Path],
+    title: str,
+) -> Picture:
+    """Draws signals over time, held from row to row, one panel under the other; Booleans as lanes.
+
+    `panels` are the signals of each panel, or a mapping from its label to them.
+    """
     colors = itertools.cycle(style["color"] for style in (PROCESS_VALUE, MANIPULATED, I_PART, P_PART, D_PART, COMPARED))
+    if isinstance(panels, Mapping):
+        labels, panels = list(panels), list(panels.values())
+    else:
+        labels = [_label(result, names) for names in panels]
     lanes = [all(result.signal(name).is_boolean for name in names) for names in panels]
-    labels = ["" if is_lanes else _label(result, names) for is_lanes, names in zip(lanes, panels)]
     heights = [0.2 + 0.15 * len(names) if is_lanes else 1.0 for is_lanes, names in zip(lanes, panels)]
-    size = 9.0, max(2.5, 0.7 + 2.0 * sum(heights))
+    # More than three panels need more height than 16:9 gives them.
+    size = SIZE[0], max(SIZE[1], 0.9 + 1.2 * sum(heights))
     with picture(path, title, labels, heights, size) as axes:
         for each, names, is_lanes in zip(axes, panels, lanes):
             if is_lanes:
@@ -166,14 +249,21 @@ def draw(result: Result, panels: Sequence[Sequence[str]], path: Optional[Path], 
 def _draw_lanes(axes: Any, result: Result, names: Sequence[str]) -> None:
     bases = [-1.3 * number for number in range(len(names))]
     for base, name in zip(bases, names):
-        color = COMPARED["color"] if result.signal(name).is_input else MANIPULATED["color"]
-        axes.fill_between(result.time, base, base + result[name], step="post", color=color, linewidth=0)
+        style = {**PULSE, "color": COMPARED["color"]} if result.signal(name).is_input else PULSE
+        pulses(axes, result.time, result[name], base, **style)
     axes.set_yticks([base + 0.5 for base in bases], names)
     axes.set_ylim(bases[-1] - 0.2, 1.2)
+    axes.set_xlim(result.time[0], result.time[-1])
     axes.grid(axis="y", visible=False)
 
 
 def _label(result: Result, names: Sequence[str]) -> str:
-    """The label of an axis: the unit, if the signals have one in common, else their names."""
+    """The label of an axis: the unit, if the signals have one in common, else their names; none for Booleans."""
+    if all(result.signal(name).is_boolean for name in names):
+        return ""
     units = {result.signal(name).unit for name in names} - {None}
-    return f"in {units.pop()}" if len(units) == 1 else ", ".join(name.split(".")[-1] for name in names)
+    return (
+        f"in {units.pop()}".replace("degC", "°C")
+        if len(units) == 1
+        else ", ".join(name.split(".")[-1] for name in names)
+    )

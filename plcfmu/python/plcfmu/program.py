@@ -25,7 +25,7 @@ def arguments(description: str) -> tuple[Optional[pathlib.Path], pathlib.Path]:
         type=pathlib.Path,
         metavar="FOLDER",
         default=root / "target" / "demo" if root else pathlib.Path("results"),
-        help="folder for CSV and PNG (default: %(default)s)",
+        help="folder for CSV, PNG and SVG (default: %(default)s)",
     )
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)

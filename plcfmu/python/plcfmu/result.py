@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Optional
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -144,12 +144,16 @@ class Result:
         return result
 
     def plot(
-        self, path: Optional[Path] = None, panels: Optional[Sequence[Sequence[str]]] = None, title: str = ""
+        self,
+        path: Optional[Path] = None,
+        panels: Union[None, Sequence[Sequence[str]], Mapping[str, Sequence[str]]] = None,
+        title: str = "",
     ) -> Picture:
         """Draws the signals over time, held from row to row, and returns the matplotlib figure.
 
-        `panels` are the names of the signals in each panel; by default signals of one unit share a panel, and so do the
-        Booleans. With a path the picture is written there, as PNG, SVG or PDF by its suffix.
+        `panels` are the names of the signals in each panel, or a mapping from the panel's label to them; by default
+        signals of one unit share a panel, and so do the Booleans. With a path the picture is written there, as PNG, SVG
+        or PDF by its suffix; without a suffix, as PNG and SVG.
         """
         from . import plot
 
