@@ -222,10 +222,9 @@ def test_no_text_of_a_picture_is_clipped_or_covers_a_curve_or_another_text(again
         size, drawn = figure.get_size_inches(), figure.get_tightbbox()
         assert 0 <= drawn.x0 and 0 <= drawn.y0 and drawn.x1 <= size[0] and drawn.y1 <= size[1], picture
 
-        legends = [each.get_legend() for each in figure.axes if each.get_legend()] + figure.legends
-        for legend, axes in itertools.product(legends, figure.axes):
+        for legend, axes in itertools.product(legends(figure), figure.axes):
             assert not legend.get_window_extent().overlaps(axes.bbox), f"{picture}: a legend covers curves"
-        texts = [figure._suptitle, *legends]
+        texts = [figure._suptitle, *legends(figure)]
         for axes in figure.axes:
             notes = [text for text in axes.texts if text.get_text()]
             texts += notes + [label for label in (axes.xaxis.label, axes.yaxis.label) if label.get_text()]
@@ -237,6 +236,10 @@ def test_no_text_of_a_picture_is_clipped_or_covers_a_curve_or_another_text(again
             assert not one.get_window_extent().padded(-2).overlaps(other.get_window_extent()), (
                 f"{picture}: {one} {other}"
             )
+
+
+def legends(figure):
+    return [axes.get_legend() for axes in figure.axes if axes.get_legend()] + figure.legends
 
 
 def curves(axes):
@@ -266,11 +269,10 @@ def test_a_signal_has_the_same_colour_in_all_pictures(again):
     colors = {}
     for name in NAMES:
         for figure in again(name)[2].values():
-            for axes in figure.axes:
-                handles, labels = axes.get_legend_handles_labels()
-                for handle, label in zip(handles, labels):
-                    color = handle.get_color() if hasattr(handle, "get_color") else handle.get_facecolor()[0]
-                    colors.setdefault(label.split(".")[-1], set()).add(to_hex(color))
+            for legend in legends(figure):
+                for handle, text in zip(legend.legend_handles, legend.get_texts()):
+                    color = handle.get_color() if hasattr(handle, "get_color") else handle.get_facecolor()
+                    colors.setdefault(text.get_text().split(".")[-1], set()).add(to_hex(color))
     assert {"SP_INT", "PV", "LMN", "QPOS_P", "QNEG_P"} <= colors.keys()
     assert {label: found for label, found in colors.items() if len(found) > 1} == {}
 

@@ -210,8 +210,26 @@ def save(figure: Picture, path: Path) -> None:
             options = {"metadata": {"Date": None, "Creator": None, "Title": figure.get_suptitle().replace("\n", " ")}}
         elif each.suffix == ".pdf":
             options = {"metadata": {"CreationDate": None}}
-        with replacing(each) as beside, matplotlib.rc_context(STYLE):
+        with replacing(each) as beside, matplotlib.rc_context(STYLE), _settled(figure):
             figure.savefig(beside, dpi=DOTS_PER_INCH, **options)
+
+
+@contextlib.contextmanager
+def _settled(figure: Picture) -> Iterator[None]:
+    """Rounds the places of the axes for the time of a drawing.
+
+    What the layout computes differs in the last bits from run to run, and the names in an SVG would differ with it.
+    """
+    engine = figure.get_layout_engine()
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        axes.set_position(tuple(round(number, 6) for number in axes.get_position().bounds))
+        axes.set_in_layout(True)
+    try:
+        yield
+    finally:
+        figure.set_layout_engine(engine)
 
 
 def draw(
