@@ -22,10 +22,13 @@ pytestmark = [
 FMU_PAGES = [f"fmu/{name}/documentation/index.html" for name in host.names()]
 # One of each kind of the site's own pages, and the longest ones.
 PAGES = [
-    "index.html", "README.html", "docs/import.html", "examples/README.html", "blocks/README.html", "fmu/README.html",
-    "plcfmu/README.html", "tests/README.html", "python/index.html", "examples/cascade.py.html", "examples/plants/index.html",
+    "index.html",
+    *(f"{name}.html" for name in ("README", "docs/import", "python/index")),
+    *(f"{folder}/README.html" for folder in ("blocks", "examples", "fmu", "plcfmu", "tests")),
+    "examples/cascade.py.html",
+    "examples/plants/index.html",
     *FMU_PAGES,
-]  # fmt: skip
+]
 SHOWN = ["index.html", "examples/README.html", "python/index.html", *FMU_PAGES]
 
 DESKTOP, PHONE = 1280, 390
@@ -121,7 +124,8 @@ def test_the_dark_scheme_is_dark_everywhere(show, name):
 @pytest.mark.parametrize("name", FMU_PAGES)
 def test_drawings_and_formulas_are_shown(show, name):
     page = show(name)
-    large = "elements => elements.map(one => one.getBoundingClientRect()).filter(box => box.width > 20 && box.height > 10).length"
+    large = """elements => elements.map(one => one.getBoundingClientRect())
+        .filter(box => box.width > 20 && box.height > 10).length"""
     drawings = page.locator("svg").count()
     assert drawings >= 2, "a diagram and a response"
     assert page.eval_on_selector_all("svg", large) == drawings

@@ -1,4 +1,4 @@
-"""Writes the project's site: the pages of the FMUs, the documents of the repository, the reference of the Python package.
+"""Writes the project's site: the FMUs' pages, the repository's documents, the reference of the Python package.
 
 The site is a folder of files. Nothing in it is loaded from elsewhere, and the same sources give the same bytes.
 """
@@ -35,7 +35,10 @@ Loop = namedtuple("Loop", "title picture id")
 Guide = namedtuple("Guide", "title id state")
 
 ESCAPED = jinja2.Environment(
-    loader=jinja2.FileSystemLoader(HERE / "templates"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
+    loader=jinja2.FileSystemLoader(HERE / "templates"),
+    autoescape=True,
+    undefined=jinja2.StrictUndefined,
+    trim_blocks=True,
 )
 
 
@@ -183,8 +186,9 @@ class Site:
 
         `code` is the language of indented code.
         """
-        parser = markdown_it.MarkdownIt("commonmark", {"highlight": lambda code, language, _: highlighted(code, language)})
-        tokens = parser.enable("table").parse(markdown)
+        options = {"highlight": lambda text, language, _: highlighted(text, language)}
+        parser = markdown_it.MarkdownIt("commonmark", options).enable("table")
+        tokens = parser.parse(markdown)
         headings = []
         for place, token in enumerate(tokens):
             if token.type == "heading_open":
