@@ -116,7 +116,9 @@ def draw(result, path):
         axes[0].plot(time, result["SP_INT"], label="SP_INT", drawstyle="steps-post", **plot.SETPOINT)
         axes[0].plot(time, result["PV"], label="PV", **plot.PROCESS_VALUE)
         axes[1].plot(time, result["LMNR"], label="LMNR", **plot.MANIPULATED)
-        plot.pulses(axes[1], time, result["LMNR_HS"], 40, 70, label="at the limit stop, LMNR_HS", zorder=0, **plot.SPAN)
+        plot.pulses(
+            axes[1], time, result["LMNR_HS"], 40, 70, label="at the limit stop, LMNR_HS", zorder=0.1, **plot.SPAN
+        )
         plot.pulses(axes[2], time, result["QLMNUP"], label="QLMNUP", **plot.PULSE)
         plot.pulses(axes[2], time, result["QLMNDN"], height=-1.0, label="QLMNDN", **plot.OPPOSITE_PULSE)
         axes[0].set_ylim(55, 112)
