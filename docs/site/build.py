@@ -215,6 +215,8 @@ class Site:
                         child.children = [markdown_it.token.Token("text", "", 0, content=headings[-1].text)]
         text = parser.renderer.render(tokens, parser.options, {})
         text = text.replace("<table>", '<div class="scroll" tabindex="0"><table>').replace("</table>", "</table></div>")
+        # The corner of a table may be empty, but is no heading then.
+        text = text.replace("<th></th>", "<td></td>")
         return text.replace("<pre>", '<pre tabindex="0">'), headings
 
     def link(self, href, source, target):
