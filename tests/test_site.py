@@ -85,7 +85,7 @@ def test_the_same_sources_give_the_same_bytes(site, tmp_path):
 def test_a_link_of_a_document_to_what_does_not_exist_stops_the_build(tmp_path):
     build = site_pages.build()
     site = build.Site(host.FOLDER, tmp_path / "site")
-    with pytest.raises(build.BrokenLinkError, match=r"^README.md links to no/such.md, but there is no no/such.md"):
+    with pytest.raises(build.SourceError, match=r"^README.md links to no/such.md, but there is no no/such.md"):
         site.html("[x](no/such.md)", "README.md", "README.html")
 
 

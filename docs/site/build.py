@@ -28,6 +28,8 @@ import pygments.util
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 PICTURES = {".png", ".svg"}
+# A picture in Markdown: its text and its file.
+PICTURE = re.compile(r"!\[(.*?)\]\((.*?)\)", re.DOTALL)
 
 Heading = namedtuple("Heading", "level id text")
 Fmu = namedtuple("Fmu", "name description kind")
@@ -42,8 +44,8 @@ ESCAPED = jinja2.Environment(
 )
 
 
-class BrokenLinkError(Exception):
-    """A document links to what does not exist."""
+class SourceError(Exception):
+    """A document of the repository cannot be shown as it is."""
 
 
 class Site:
@@ -87,18 +89,24 @@ class Site:
             sections((ROOT / name).read_text("utf-8")) for name in ("README.md", "examples/README.md", "docs/import.md")
         )
 
-        def of_readme(title):
-            return self.html(readme[title], "README.md", "index.html")[0]
+        def of_readme(word):
+            """The section with this word in its heading."""
+            titles = [title for title in readme if word in title]
+            if len(titles) != 1:
+                raise SourceError(f"README.md has {len(titles)} headings with {word!r}: the front page shows the one")
+            return titles[0], self.html(readme[titles[0]], "README.md", "index.html")[0]
 
+        alternative, picture = PICTURE.search(readme[""]).groups()
         page = {
             "intro": self.html(readme[""].split("\n\n")[1], "README.md", "index.html")[0],
-            "promises": of_readme("What an FMU promises"),
-            "surprises": of_readme("Three things that surprise everyone"),
+            "picture": (alternative, self.link(picture, "README.md", "index.html")),
+            "promises": of_readme("promises"),
+            "surprises": of_readme("surprise"),
             "fmus": fmus,
             "loops": [
-                Loop(title, self.link(picture[1], "examples/README.md", "index.html"), slug(title))
+                Loop(title, self.link(found[2], "examples/README.md", "index.html"), slug(title))
                 for title, text in examples.items()
-                if (picture := re.search(r"!\[.*?\]\((.*?)\)", text))
+                if (found := PICTURE.search(text))
             ],
             "guides": [
                 Guide(title, slug(title), re.split(r"[.:](?:\s|$)", text.strip())[0])
@@ -207,6 +215,8 @@ class Site:
                         child.children = [markdown_it.token.Token("text", "", 0, content=headings[-1].text)]
         text = parser.renderer.render(tokens, parser.options, {})
         text = text.replace("<table>", '<div class="scroll" tabindex="0"><table>').replace("</table>", "</table></div>")
+        # The corner of a table may be empty, but is no heading then.
+        text = text.replace("<th></th>", "<td></td>")
         return text.replace("<pre>", '<pre tabindex="0">'), headings
 
     def link(self, href, source, target):
@@ -216,7 +226,7 @@ class Site:
             return href
         path = os.path.normpath(os.path.join(os.path.dirname(source), parts.path)).replace(os.sep, "/")
         if not (ROOT / path).exists():
-            raise BrokenLinkError(f"{source} links to {href}, but there is no {path}: correct the link")
+            raise SourceError(f"{source} links to {href}, but there is no {path}: correct the link")
         page = self.need(path)
         link = os.path.relpath(page, os.path.dirname(target) or ".").replace(os.sep, "/")
         return f"{link}#{parts.fragment}" if parts.fragment else link
@@ -327,7 +337,7 @@ def main():
     arguments = parser.parse_args()
     try:
         Site(arguments.fmus, arguments.out).write()
-    except (BrokenLinkError, FileExistsError, FileNotFoundError) as error:
+    except (SourceError, FileExistsError, FileNotFoundError) as error:
         sys.exit(f"error: {error}")
     print(Path(arguments.out) / "index.html")
 
