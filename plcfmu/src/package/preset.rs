@@ -303,7 +303,7 @@ mod tests {
     const TABLE: &str = r#"{"table":{"name":"PUMP","docs":"Pumps.","cycle":1,"variables":[
         {"name":"FLOW","description":"x","kind":"REAL","role":"input","start":1.0,"min":0.0,"max":2.0,"unit":null},
         {"name":"CYCLE","description":"x","kind":"TIME","role":"cycle","start":1.0,"min":0.001,"max":null,"unit":null}],
-        "response":{"title":"x","calls":3,"set":[],"show":[]}},
+        "responses":[{"title":"x","calls":3,"set":[],"show":[]}]},
         "interface":{"version":"2.0","guid":"{1}","capabilities":{},"log_categories":[]}}"#;
 
     type Files = BTreeMap<String, Vec<u8>>;
