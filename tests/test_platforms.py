@@ -18,7 +18,7 @@ import remote
 import signals
 from libraries import exports
 from plcfmu.messages import Log
-from test_run import CONTROLLER, LOOP, command  # noqa: F401 - command is a fixture
+from test_run import CONTROLLER, LOOP
 
 pytestmark = pytest.mark.skipif(
     host.PLATFORM == "", reason="PLCFMU_PLATFORM is not set: `cargo xtask test --platforms` tests other platforms"
