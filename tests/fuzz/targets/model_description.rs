@@ -4,7 +4,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use modeldescription::{check, read, write};
+use modeldescription::v2::{check, read, write};
 
 fuzz_target!(|bytes: &[u8]| {
     match read(bytes) {
