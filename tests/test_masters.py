@@ -166,13 +166,18 @@ def by_libcosim(loop, open_fmu, pack, command):
     return rows
 
 
-def by_ecos(loop, open_fmu, pack, command):
+def ecos():
+    """The package of Ecos, which loads TBB."""
     try:
-        ecospy = package("ecospy", (3, 10))
+        return package("ecospy", (3, 10))
     except OSError as error:
         if "libtbb" not in str(error):
             raise
         pytest.skip(f"Ecos needs TBB, on Debian and Ubuntu 'apt install libtbb12': {error}")
+
+
+def by_ecos(loop, open_fmu, pack, command):
+    ecospy = ecos()
     # Unpacked, for of what Ecos unpacks itself it leaves a copy behind.
     path = pack(loop)
     unpacked = path.parent / "unpacked"

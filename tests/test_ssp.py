@@ -12,7 +12,7 @@ from fmpy.ssp.ssd import get_connections, read_ssd
 from lxml import etree
 
 import host
-from test_masters import package
+from test_masters import ecos, package
 
 LOOPS = sorted((pathlib.Path(__file__).parents[1] / "examples" / "loops").glob("*.toml"))
 SCHEMA = pathlib.Path(fmpy.__file__).parent / "ssp" / "schema"
@@ -172,12 +172,7 @@ def test_libcosim_runs_the_plant_with_the_values_of_the_file(command, packed, tm
 
 
 def test_ecos_runs_the_plant_with_the_values_of_the_file(command, packed, tmp_path):
-    try:
-        ecospy = package("ecospy", (3, 10))
-    except OSError as error:
-        if "libtbb" not in str(error):
-            raise
-        pytest.skip(f"Ecos needs TBB, on Debian and Ubuntu 'apt install libtbb12': {error}")
+    ecospy = ecos()
     path, loops = plant(tmp_path)
     names = [name for name in loops if name != "FEED"]
     with zipfile.ZipFile(packed(path)[0]) as archive:

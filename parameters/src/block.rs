@@ -43,6 +43,31 @@ pub struct Member {
     pub part: Part,
 }
 
+impl Member {
+    /// A variable of the block itself, of the type of its start value, without text, range and unit.
+    pub fn new(name: impl Into<String>, role: Role, start: Value) -> Member {
+        Member {
+            name: name.into(),
+            description: String::new(),
+            kind: start.kind(),
+            role,
+            start,
+            min: None,
+            max: None,
+            unit: None,
+            part: Part::Own,
+        }
+    }
+
+    /// The unit in which people read its values: its own, and seconds of a TIME.
+    pub fn shown_unit(&self) -> Option<&str> {
+        match self.kind {
+            Kind::Time => Some("s"),
+            _ => self.unit.as_deref(),
+        }
+    }
+}
+
 /// To what a variable belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {

@@ -116,6 +116,11 @@ impl Loop {
         self.settings.iter().filter_map(outside).collect()
     }
 
+    /// What a user should know of the settings before he uses them: a sentence each.
+    pub fn warnings(&self) -> Vec<String> {
+        [self.outside(), self.advice()].concat()
+    }
+
     /// What the block will do with the settings where a user may not expect it.
     pub fn advice(&self) -> Vec<String> {
         let settings: Vec<_> = self.settings.iter().map(|setting| (setting.member, setting.value)).collect();

@@ -108,10 +108,7 @@ fn entry<'a>(report: &mut Report, blocks: &[Arc<Block>], parameter: &'a Element,
     };
     if let Some(unit) = value.attribute("unit") {
         let member = blocks.iter().find_map(|block| Some(&block.members[block.find(name)?]));
-        let expected = member.and_then(|member| match member.kind {
-            Kind::Time => Some("s"),
-            _ => member.unit.as_deref(),
-        });
+        let expected = member.and_then(|member| member.shown_unit());
         if let Some(expected) = expected.filter(|expected| *expected != unit) {
             let message = format!("{} is given in {}, but {expected} is expected", quoted(name), quoted(unit));
             report.wrong(value.span.clone(), message, Some("convert the value: units are not converted here".into()));

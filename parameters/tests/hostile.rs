@@ -4,27 +4,16 @@
 //!     PLCFMU_HOSTILE_MEGABYTES=100 cargo test --release --package parameters --test hostile -- --nocapture
 
 use blocks::{Kind, Role, Time, Value};
-use parameters::{Block, Format, Member, Options, Part, Source, problem, read};
+use parameters::{Block, Format, Member, Options, Source, problem, read};
 use std::fs;
 use std::sync::Arc;
 use std::time::Instant;
 
 fn pump() -> Arc<Block> {
-    let member = |name: &str, role, start: Value| Member {
-        name: name.into(),
-        description: String::new(),
-        kind: start.kind(),
-        role,
-        start,
-        min: None,
-        max: None,
-        unit: None,
-        part: Part::Own,
-    };
     let members = vec![
-        member("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
-        member("GAIN", Role::Parameter, Value::zero(Kind::Real)),
-        member("LMN", Role::Output, Value::zero(Kind::Real)),
+        Member::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
+        Member::new("GAIN", Role::Parameter, Value::zero(Kind::Real)),
+        Member::new("LMN", Role::Output, Value::zero(Kind::Real)),
     ];
     Arc::new(Block::new("PUMP".into(), vec!["FB 41".into()], members))
 }

@@ -5,8 +5,8 @@ use crate::package::Package;
 #[cfg(feature = "s7")]
 use crate::{plc, progress::Progress};
 use anyhow::{Context, Error, Result, anyhow, bail};
+use blocks::Value;
 use blocks::table::number::to_value;
-use blocks::{Kind, Value};
 use modeldescription::v2::{Interface, ModelDescription, Typed, Variable};
 use modeldescription::{Row, Table};
 use parameters::problem::drawn;
@@ -179,12 +179,4 @@ pub fn check_target(target: &str, read: &str) -> Result<()> {
         bail!("{target} is the file that is read: write to another one");
     }
     Ok(())
-}
-
-/// The physical unit of a member; a TIME is in seconds.
-pub fn unit(member: &Member) -> &str {
-    match member.kind {
-        Kind::Time => "s",
-        _ => member.unit.as_deref().unwrap_or_default(),
-    }
 }

@@ -19,6 +19,9 @@ use std::fmt;
 /// The name of the file with the text.
 pub const FILE: &str = "start.txt";
 
+/// The largest such file that is read, in bytes.
+pub const LARGEST: u64 = 1 << 20;
+
 const PRESET: &str = "preset";
 const BLOCK: &str = "block";
 const LIBRARY: &str = "library";

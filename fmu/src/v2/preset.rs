@@ -8,11 +8,8 @@ use crate::v2::interface::Guid;
 use crate::v2::resources;
 use blocks::Block;
 use blocks::table::fingerprint;
-use blocks::table::start::{self, FILE, Start};
+use blocks::table::start::{self, FILE, LARGEST, Start};
 use std::ffi::CStr;
-
-/// Its largest size, in bytes.
-const LARGEST: u64 = 1 << 20;
 
 /// What an instance of a preset starts from.
 #[derive(Debug)]

@@ -14,21 +14,21 @@ use std::sync::Arc;
 /// A block with a member of every type.
 fn pump() -> Arc<Block> {
     let members = vec![
-        member("ON", Role::Input, Value::Bool(false)),
-        member("MAN_ON", Role::Input, Value::Bool(true)),
+        Member::new("ON", Role::Input, Value::Bool(false)),
+        Member::new("MAN_ON", Role::Input, Value::Bool(true)),
         Member {
             unit: Some("%".into()),
             max: Some(Value::Real(100.0)),
-            ..member("MAN", Role::Input, Value::Real(5.0))
+            ..Member::new("MAN", Role::Input, Value::Real(5.0))
         },
-        member("PV_PER", Role::Input, Value::Word(Word::new(0))),
-        member("COUNT", Role::Fixed, Value::Int(3)),
-        member("GAIN", Role::Parameter, Value::Real(2.0)),
-        member("SUM", Role::Parameter, Value::LReal(0.1)),
-        member("TI", Role::Parameter, Value::Time(Time::ms(20_000))),
-        member("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
-        member("LMN", Role::Output, Value::Real(0.0)),
-        member("QMIN", Role::Output, Value::Bool(false)),
+        Member::new("PV_PER", Role::Input, Value::Word(Word::new(0))),
+        Member::new("COUNT", Role::Fixed, Value::Int(3)),
+        Member::new("GAIN", Role::Parameter, Value::Real(2.0)),
+        Member::new("SUM", Role::Parameter, Value::LReal(0.1)),
+        Member::new("TI", Role::Parameter, Value::Time(Time::ms(20_000))),
+        Member::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
+        Member::new("LMN", Role::Output, Value::Real(0.0)),
+        Member::new("QMIN", Role::Output, Value::Bool(false)),
     ];
     Arc::new(Block::new("PUMP".into(), vec!["FB 410".into()], members))
 }
@@ -36,10 +36,10 @@ fn pump() -> Arc<Block> {
 /// A block that has some names in common with [`pump`].
 fn valve() -> Arc<Block> {
     let members = vec![
-        member("GAIN", Role::Parameter, Value::Real(1.0)),
-        member("TRAVEL", Role::Parameter, Value::Real(1.0)),
-        member("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
-        member("POSITION", Role::Output, Value::Real(0.0)),
+        Member::new("GAIN", Role::Parameter, Value::Real(1.0)),
+        Member::new("TRAVEL", Role::Parameter, Value::Real(1.0)),
+        Member::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
+        Member::new("POSITION", Role::Output, Value::Real(0.0)),
     ];
     Arc::new(Block::new("VALVE".into(), Vec::new(), members))
 }
@@ -47,25 +47,11 @@ fn valve() -> Arc<Block> {
 /// A block with another one inside.
 fn station() -> Arc<Block> {
     let members = vec![
-        member("STROKE", Role::Parameter, Value::Real(1.0)),
-        member("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
-        Member { part: Part::Inner, ..member("DI_PUMP.GAIN", Role::Parameter, Value::Real(1.0)) },
+        Member::new("STROKE", Role::Parameter, Value::Real(1.0)),
+        Member::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
+        Member { part: Part::Inner, ..Member::new("DI_PUMP.GAIN", Role::Parameter, Value::Real(1.0)) },
     ];
     Arc::new(Block::new("STATION".into(), Vec::new(), members))
-}
-
-fn member(name: &str, role: Role, start: Value) -> Member {
-    Member {
-        name: name.into(),
-        description: String::new(),
-        kind: start.kind(),
-        role,
-        start,
-        min: None,
-        max: None,
-        unit: None,
-        part: Part::Own,
-    }
 }
 
 fn all() -> Vec<Arc<Block>> {

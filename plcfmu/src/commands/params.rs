@@ -2,11 +2,11 @@
 
 use super::print;
 use crate::package::temporary;
-use crate::parameter_file::{self, block_of_library, check_target, format_of, unit};
+use crate::parameter_file::{self, block_of_library, check_target, format_of};
 use anyhow::{Context, Result, bail};
 use blocks::Value;
 use blocks::table::number::number;
-use parameters::{Block, Format, Loop, Reading, Setting, decimal};
+use parameters::{Block, Format, Loop, Setting, decimal};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -70,43 +70,55 @@ pub fn run(options: &Options) -> Result<()> {
         blocks.push(Arc::new(block_of_library(path)?));
     }
     blocks.extend(Block::all());
-    let reading = read(&options.file, options.format, &blocks, options)?;
+    let loops = read(&options.file, options.format, &blocks, options)?;
     if let Some(other) = &options.diff {
         let after = read(other, None, &blocks, options)?;
-        return print(&differences((&options.file, &reading.loops), (other, &after.loops))?);
+        return print(&differences((&options.file, &loops), (other, &after))?);
     }
     if let Some(target) = &options.to {
-        write(target, options, &reading.loops)?;
+        write(target, options, &loops)?;
     } else if options.json {
-        let json = parameters::write(Format::Json, &reading.loops, "").map_err(|error| anyhow::anyhow!(error))?;
+        let json = parameters::write(Format::Json, &loops, "").map_err(|error| anyhow::anyhow!(error))?;
         print(&String::from_utf8_lossy(&json))?;
     } else {
-        print(&table(&reading.loops))?;
+        print(&table(&loops))?;
     }
-    for one in &reading.loops {
-        for warning in one.outside().into_iter().chain(one.advice()) {
+    for one in &loops {
+        for warning in one.warnings() {
             eprintln!("warning: {}: {warning}", one.name);
         }
     }
     Ok(())
 }
 
-/// The loops of a file that the user asked for. What is to be said of the file is printed.
-fn read(file: &str, format: Option<Format>, blocks: &[Arc<Block>], options: &Options) -> Result<Reading> {
+/// The loops of a file that the user asked for.
+fn read(file: &str, format: Option<Format>, blocks: &[Arc<Block>], options: &Options) -> Result<Vec<Loop>> {
     let of_file =
         parameters::Options { block: options.block.clone(), name: options.name.clone(), offset: options.offset };
-    let mut reading = parameter_file::read(file, format, options.encoding.as_deref(), blocks, &of_file)?;
+    let encoding = options.encoding.as_deref();
+    loops(file, format, encoding, blocks, &of_file, options.name.as_slice())
+}
+
+/// The loops of a file that have one of these names; all if there are no names. What is to be said of the file is printed.
+pub(super) fn loops(
+    file: &str,
+    format: Option<Format>,
+    encoding: Option<&str>,
+    blocks: &[Arc<Block>],
+    options: &parameters::Options,
+    names: &[String],
+) -> Result<Vec<Loop>> {
+    let mut reading = parameter_file::read(file, format, encoding, blocks, options)?;
     for remark in parameter_file::remarks(&reading) {
         eprintln!("remark: {remark}");
     }
-    if let Some(name) = &options.name {
-        let all: Vec<String> = reading.loops.iter().map(|one| one.name.clone()).collect();
-        reading.loops.retain(|one| one.name.eq_ignore_ascii_case(name));
-        if reading.loops.is_empty() {
-            bail!("{file} has no loop {name}: it has {}", all.join(", "));
-        }
+    let is_called = |one: &Loop, name: &String| one.name.eq_ignore_ascii_case(name);
+    if let Some(missing) = names.iter().find(|name| !reading.loops.iter().any(|one| is_called(one, name))) {
+        let all: Vec<&str> = reading.loops.iter().map(|one| one.name.as_str()).collect();
+        bail!("{file} has no loop {missing}: it has {}", all.join(", "));
     }
-    Ok(reading)
+    reading.loops.retain(|one| names.is_empty() || names.iter().any(|name| is_called(one, name)));
+    Ok(reading.loops)
 }
 
 /// Writes the loops beside the file's place, and renames that.
@@ -138,7 +150,7 @@ fn table(loops: &[Loop]) -> String {
                 one.block.name.clone(),
                 member.name.clone(),
                 decimal(setting.value),
-                unit(member).to_string(),
+                member.shown_unit().unwrap_or_default().to_string(),
                 decimal(member.start),
                 setting.origin.to_string(),
             ]);
@@ -175,7 +187,13 @@ fn differences(before: (&str, &[Loop]), after: (&str, &[Loop])) -> Result<String
         for (was, is) in one.settings.iter().zip(&other.settings).filter(changed) {
             let member = &one.block.members[was.member];
             let (was, is) = (decimal(was.value), decimal(is.value));
-            rows.push([one.name.clone(), member.name.clone(), was, is, unit(member).to_string()]);
+            rows.push([
+                one.name.clone(),
+                member.name.clone(),
+                was,
+                is,
+                member.shown_unit().unwrap_or_default().to_string(),
+            ]);
         }
     }
     let table = match rows.len() {

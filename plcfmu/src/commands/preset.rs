@@ -134,17 +134,7 @@ fn read(options: &Options, blocks: &[Arc<Block>]) -> Result<Vec<Loop>> {
         offset: options.offset,
     };
     let Some(from) = &options.from else { return own(options, blocks) };
-    let reading = parameter_file::read(from, options.format, options.encoding.as_deref(), blocks, &of_file)?;
-    for remark in reading.remarks.to_string().lines() {
-        eprintln!("remark: {remark}");
-    }
-    let is_called = |one: &Loop, name: &String| one.name.eq_ignore_ascii_case(name);
-    if let Some(missing) = options.loops.iter().find(|name| !reading.loops.iter().any(|one| is_called(one, name))) {
-        let all: Vec<&str> = reading.loops.iter().map(|one| one.name.as_str()).collect();
-        bail!("{from} has no loop {missing}: it has {}", all.join(", "));
-    }
-    let is_chosen = |one: &Loop| options.loops.is_empty() || options.loops.iter().any(|name| is_called(one, name));
-    Ok(reading.loops.into_iter().filter(is_chosen).collect())
+    params::loops(from, options.format, options.encoding.as_deref(), blocks, &of_file, &options.loops)
 }
 
 /// The present start values of the one FMU, as a loop that is called as the file to write.
@@ -217,12 +207,7 @@ fn make(fmus: &mut [Fmu], loops: &[Loop], options: &Options) -> Result<Vec<Made>
         let Some(fmu) = fmus.iter_mut().find(|fmu| fmu.original.block == values.block.name) else { continue };
         let preset = fmu.original.preset(values);
         let preset = preset.with_context(|| format!("{} as preset {:?}", fmu.path.display(), values.name))?;
-        made.push(Made {
-            preset,
-            block: values.block.name.clone(),
-            path,
-            advice: values.outside().into_iter().chain(values.advice()).collect(),
-        });
+        made.push(Made { preset, block: values.block.name.clone(), path, advice: values.warnings() });
     }
     Ok(made)
 }

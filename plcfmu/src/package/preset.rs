@@ -18,9 +18,6 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
-/// The largest file with start values, in bytes; a library reads no larger one.
-const LARGEST: u64 = 1 << 20;
-
 /// The largest documentation page, in bytes.
 const LARGEST_PAGE: u64 = 1 << 26;
 
@@ -43,7 +40,8 @@ fn read<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<(String, Star
     if package.archive.find(&path).is_none() {
         return Ok(None);
     }
-    let text = String::from_utf8(package.archive.read(&path, LARGEST)?).map_err(|_| anyhow!("{path} is not UTF-8"))?;
+    let text =
+        String::from_utf8(package.archive.read(&path, start::LARGEST)?).map_err(|_| anyhow!("{path} is not UTF-8"))?;
     let start = Start::parse(&text).map_err(|error| anyhow!("{path}: {error}"))?;
     Ok(Some((text, start)))
 }
@@ -295,7 +293,7 @@ mod tests {
     use crate::package::binary::tests::macos;
     use blocks::{Role, Time};
     use modeldescription::v2::Interface;
-    use parameters::{Member, Origin, Part};
+    use parameters::{Member, Origin};
     use std::io::Cursor;
     use std::sync::Arc;
 
@@ -329,20 +327,9 @@ mod tests {
     }
 
     fn values(flow: f32, cycle: i32) -> Loop {
-        let member = |name: &str, kind, role, start| Member {
-            name: name.into(),
-            description: String::new(),
-            kind,
-            role,
-            start,
-            min: None,
-            max: None,
-            unit: None,
-            part: Part::Own,
-        };
         let members = vec![
-            member("FLOW", Kind::Real, Role::Input, Value::Real(1.0)),
-            member("CYCLE", Kind::Time, Role::Cycle, Value::Time(Time::ms(1000))),
+            Member::new("FLOW", Role::Input, Value::Real(1.0)),
+            Member::new("CYCLE", Role::Cycle, Value::Time(Time::ms(1000))),
         ];
         let mut values = Loop::new("P 1", Arc::new(Block::new("PUMP".into(), Vec::new(), members)));
         values.set(0, Value::Real(flow), Origin::Default);

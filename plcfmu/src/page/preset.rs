@@ -1,7 +1,6 @@
 //! The page of a preset: that of its block, with a section on the start values at the top.
 
 use super::text;
-use crate::parameter_file::unit;
 use anyhow::Context;
 use askama::Template;
 use blocks::Value;
@@ -45,7 +44,7 @@ pub fn html(page: &str, name: &str, library: &str, values: &Loop) -> anyhow::Res
         Setting {
             name: &member.name,
             value: shown(member, setting.value),
-            unit: unit(member),
+            unit: member.shown_unit().unwrap_or_default(),
             default: shown(member, member.start),
             is_changed: setting.value != member.start,
             origin: origin(&setting.origin),
