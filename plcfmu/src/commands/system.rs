@@ -2,9 +2,9 @@
 //! and options on top.
 
 use crate::host::file;
-use crate::host::system::{Connection, Exchange, Member, Recorded, Setting, System};
 use crate::parameter_file;
 use anyhow::{Context, Error, Result, bail};
+use engine::system::{Connection, Exchange, Member, Recorded, Setting, System};
 use parameters::{Block, Format};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -85,7 +85,7 @@ impl Arguments {
             } else if Format::of_file(file).is_some() {
                 self.add_loops(path, &mut system)?;
             } else {
-                system.members.push(file.parse()?);
+                system.members.push(member(file)?);
             }
         }
         system.connections.extend(self.connect.iter().cloned());
@@ -132,4 +132,36 @@ impl Arguments {
 /// An argument that has a form of its own.
 fn parse<T: FromStr<Err = Error>>(text: &str) -> Result<T, String> {
     text.parse().map_err(|error| format!("{error:#}"))
+}
+
+/// The FMU of an argument: `NAME=FILE.fmu`, or `FILE.fmu` for an FMU that is named as its file.
+fn member(text: &str) -> Result<Member> {
+    let (name, path) = match text.split_once('=') {
+        // A file's name may contain "=".
+        Some((name, path)) if !Path::new(text).exists() => (name.to_string(), PathBuf::from(path)),
+        _ => {
+            let path = PathBuf::from(text);
+            let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+            (name, path)
+        }
+    };
+    if name.is_empty() || path.as_os_str().is_empty() {
+        bail!("{text:?} does not name an FMU: write FILE.fmu or NAME=FILE.fmu");
+    }
+    Ok(Member { name, path })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_fmu_is_named_as_its_file_or_explicitly() {
+        let named = |name: &str, path: &str| Member { name: name.into(), path: path.into() };
+        assert_eq!(member("some/PID.fmu").unwrap(), named("PID", "some/PID.fmu"));
+        assert_eq!(member("inner=some/PID.fmu").unwrap(), named("inner", "some/PID.fmu"));
+        for text in ["", "A=", "=a.fmu"] {
+            assert!(member(text).unwrap_err().to_string().contains("write FILE.fmu or NAME=FILE.fmu"), "{text}");
+        }
+    }
 }

@@ -24,11 +24,11 @@
 //!
 //! Names of variables have points, and so have TOML's keys: both ways of writing give the same name.
 
-use crate::host::plan::near;
-use crate::host::system::{Connection, Exchange, Member, Place, Recorded, Setting, System, Value};
 use crate::package::temporary;
 use crate::parameter_file;
 use anyhow::{Context, Result, anyhow, bail};
+use engine::plan::near;
+use engine::system::{Connection, Exchange, Member, Place, Recorded, Setting, System, Value};
 use parameters::{Block, Source};
 use serde::Deserialize;
 use serde::de::{self, MapAccess, SeqAccess, Visitor};

@@ -4,6 +4,8 @@
 
 use crate::host::library::{CallbackFunctions, Library, Logger, Pointer};
 use anyhow::{Context, Result, anyhow, bail};
+use engine::component::Component;
+pub use engine::component::Type;
 use std::cell::Cell;
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr;
@@ -67,31 +69,6 @@ impl Messages {
         let texts = messages.iter().filter(|message| message.is_error || !has_errors);
         let texts: Vec<&str> = texts.map(|message| message.text.as_str()).collect();
         if texts.is_empty() { "the FMU logged no reason".into() } else { texts.join("; ") }
-    }
-}
-
-/// Which of the FMI functions read and write a variable. An enumeration counts as an Integer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Type {
-    /// fmi2GetReal, fmi2SetReal
-    Real,
-    /// fmi2GetInteger, fmi2SetInteger
-    Integer,
-    /// fmi2GetBoolean, fmi2SetBoolean
-    Boolean,
-}
-
-impl Type {
-    /// All of them, in their order.
-    pub const ALL: [Type; 3] = [Type::Real, Type::Integer, Type::Boolean];
-
-    /// FMI's name of the type.
-    pub fn name(self) -> &'static str {
-        match self {
-            Type::Real => "Real",
-            Type::Integer => "Integer",
-            Type::Boolean => "Boolean",
-        }
     }
 }
 
@@ -368,4 +345,34 @@ unsafe extern "C" fn log(
 unsafe extern "C" {
     fn calloc(count: usize, size: usize) -> Pointer;
     fn free(memory: Pointer);
+}
+
+impl Component for Instance {
+    fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
+        Instance::setup(self, start, stop)
+    }
+
+    fn enter_initialization(&mut self) -> Result<()> {
+        Instance::enter_initialization(self)
+    }
+
+    fn exit_initialization(&mut self) -> Result<()> {
+        Instance::exit_initialization(self)
+    }
+
+    fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
+        self.get_all(kind, references, values)
+    }
+
+    fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
+        self.set_all(kind, references, values)
+    }
+
+    fn step(&mut self, time: f64, size: f64) -> Result<()> {
+        Instance::step(self, time, size)
+    }
+
+    fn terminate(&mut self) -> Result<()> {
+        Instance::terminate(self)
+    }
 }

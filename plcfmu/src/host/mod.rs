@@ -14,7 +14,4 @@ pub mod file;
 pub mod fmu;
 pub mod instance;
 pub mod library;
-pub mod plan;
-pub mod run;
 pub mod simulation;
-pub mod system;

@@ -2,10 +2,10 @@
 //!
 //! ```no_run
 //! use plcfmu::host::simulation::Simulation;
-//! use plcfmu::host::system::System;
+//! use engine::system::{Member, System};
 //!
 //! let system = System {
-//!     members: vec!["PID.fmu".parse()?, "FURNACE.fmu".parse()?],
+//!     members: [("PID", "PID.fmu"), ("FURNACE", "FURNACE.fmu")].map(|(name, path)| Member { name: name.into(), path: path.into() }).into(),
 //!     connections: vec!["PID.OUT=FURNACE.POWER".parse()?, "FURNACE.TEMP=PID.PV".parse()?],
 //!     settings: vec!["PID.GAIN=2".parse()?, "PID.SP=60@120".parse()?],
 //!     stop: Some(600.0),
@@ -18,10 +18,10 @@
 
 use crate::host::fmu::Fmu;
 use crate::host::instance::{Instance, Message};
-use crate::host::plan::Plan;
-use crate::host::run::{self, Recording};
-use crate::host::system::System;
 use anyhow::{Context, Result, bail};
+use engine::plan::Plan;
+use engine::run::{self, Recording};
+use engine::system::System;
 use std::fs;
 use std::path::PathBuf;
 

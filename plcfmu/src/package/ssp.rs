@@ -5,12 +5,12 @@
 //! master takes the parameters of `P10` for those of `P1`.
 
 use crate::host::instance::Type;
-use crate::host::plan::{Names, Plan, effective, value, wires};
-use crate::host::system::{Exchange, Setting, System, Value};
 use crate::package::preset::identifier;
 use crate::package::{Package, archive};
 use anyhow::{Context, Result, bail};
 use askama::Template;
+use engine::plan::{Names, Plan, effective, value, wires};
+use engine::system::{Exchange, Setting, System, Value};
 use modeldescription::v2::{Causality, ModelDescription, Typed, Unit};
 use std::collections::BTreeMap;
 use std::fs;

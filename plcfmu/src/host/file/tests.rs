@@ -1,5 +1,5 @@
 use super::*;
-use crate::host::system::Setting;
+use engine::system::Setting;
 
 /// A folder with the files of FMUs, which need no content to be named, and a description.
 fn folder(text: &str) -> (tempfile::TempDir, PathBuf) {

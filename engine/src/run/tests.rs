@@ -22,8 +22,8 @@ impl Sum {
 }
 
 impl Component for Sum {
-    fn setup(&mut self, start: f64, stop: f64) -> Result<()> {
-        self.note(&format!("setup {start} {stop}"));
+    fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
+        self.note(&format!("setup {start} {}", stop.unwrap()));
         Ok(())
     }
 

@@ -1,11 +1,11 @@
 //! What to run: FMUs by name, what is set, what is connected, what is recorded. Plain data with the names as the user
-//! writes them; [`Plan`](crate::host::plan::Plan) checks them.
+//! writes them; [`Plan`](crate::plan::Plan) checks them.
 
 use anyhow::{Context, Result, anyhow, bail};
 use parameters::{Loop, Origin};
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 /// FMUs that run together. Variables are named `FMU.VARIABLE`, such as `PID.OUT`.
@@ -103,7 +103,7 @@ impl fmt::Display for Place {
 }
 
 /// When values go from output to input.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Exchange {
     /// Before each FMU's step: it gets what the FMUs before it computed in this step, and what those after it computed in
@@ -112,27 +112,6 @@ pub enum Exchange {
     Sequential,
     /// For all FMUs at once, before any of them steps (Jacobi).
     Parallel,
-}
-
-impl FromStr for Member {
-    type Err = anyhow::Error;
-
-    /// `NAME=FILE.fmu`, or `FILE.fmu` for an FMU that is named as its file.
-    fn from_str(text: &str) -> Result<Member> {
-        let (name, path) = match text.split_once('=') {
-            // A file's name may contain "=".
-            Some((name, path)) if !Path::new(text).exists() => (name.to_string(), PathBuf::from(path)),
-            _ => {
-                let path = PathBuf::from(text);
-                let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-                (name, path)
-            }
-        };
-        if name.is_empty() || path.as_os_str().is_empty() {
-            bail!("{text:?} does not name an FMU: write FILE.fmu or NAME=FILE.fmu");
-        }
-        Ok(Member { name, path })
-    }
 }
 
 impl FromStr for Setting {
@@ -190,6 +169,37 @@ impl FromStr for Value {
     }
 }
 
+impl Serialize for Value {
+    /// `true`, `2.5`; a number that is not finite as `"NaN"`, `"inf"` or `"-inf"`.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Value::Boolean(value) => serializer.serialize_bool(*value),
+            Value::Number(value) if value.is_finite() => serializer.serialize_f64(*value),
+            Value::Number(value) => serializer.collect_str(value),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Value {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Value, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged)]
+        enum Given {
+            Boolean(bool),
+            Number(f64),
+            Text(String),
+        }
+        match Given::deserialize(deserializer)? {
+            Given::Boolean(value) => Ok(Value::Boolean(value)),
+            Given::Number(value) => Ok(Value::Number(value)),
+            Given::Text(text) => match text.as_str() {
+                "NaN" | "inf" | "-inf" => Ok(Value::Number(text.parse().map_err(de::Error::custom)?)),
+                _ => Err(de::Error::custom(format!("{text:?} is neither true nor false nor a number"))),
+            },
+        }
+    }
+}
+
 impl FromStr for Connection {
     type Err = anyhow::Error;
 
@@ -224,16 +234,6 @@ mod tests {
 
     fn error<T: FromStr<Err = anyhow::Error> + std::fmt::Debug>(text: &str) -> String {
         format!("{:#}", text.parse::<T>().unwrap_err())
-    }
-
-    #[test]
-    fn an_fmu_is_named_as_its_file_or_explicitly() {
-        let member = |name: &str, path: &str| Member { name: name.into(), path: path.into() };
-        assert_eq!("some/PID.fmu".parse::<Member>().unwrap(), member("PID", "some/PID.fmu"));
-        assert_eq!("inner=some/PID.fmu".parse::<Member>().unwrap(), member("inner", "some/PID.fmu"));
-        for text in ["", "A=", "=a.fmu"] {
-            assert!(error::<Member>(text).contains("write FILE.fmu or NAME=FILE.fmu"), "{text}");
-        }
     }
 
     #[test]

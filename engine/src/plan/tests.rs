@@ -1,5 +1,5 @@
 use super::*;
-use crate::host::system::Member;
+use crate::system::Member;
 use modeldescription::v2::{
     Boolean, CoSimulation, DefaultExperiment, Enumeration, Integer, IntegerAttributes, Real, RealAttributes,
     SimpleType, Text,
@@ -309,7 +309,7 @@ fn times_that_make_no_run_are_refused() {
 #[test]
 fn an_fmu_that_proposes_no_times_asks_for_them() {
     let silent = description(Vec::new(), None);
-    let mut system = System { members: vec!["C.fmu".parse().unwrap()], ..System::default() };
+    let mut system = System { members: vec![Member { name: "C".into(), path: "C.fmu".into() }], ..System::default() };
     let error = |system: &System| format!("{:#}", Plan::of(system, &[&silent]).unwrap_err());
     assert_eq!(error(&system), "no FMU proposes a communication step: give one with --step");
     system.step = Some(1.0);
@@ -335,7 +335,7 @@ fn the_range_of_an_integer_is_that_of_its_type_unless_it_has_its_own() {
         type_definitions: vec![word],
         ..description(vec![variable("N", 0, Causality::Input, typed)], experiment(0.0, 1.0, 1.0))
     };
-    let mut system = System { members: vec!["C.fmu".parse().unwrap()], ..System::default() };
+    let mut system = System { members: vec![Member { name: "C".into(), path: "C.fmu".into() }], ..System::default() };
     for (value, is_outside) in [(0.0, false), (-1.0, true), (9.0, false), (10.0, true)] {
         system.settings = vec![format!("C.N={value}").parse().unwrap()];
         assert_eq!(Plan::of(&system, &[&description]).unwrap().warnings.len(), usize::from(is_outside), "{value}");

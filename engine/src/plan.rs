@@ -1,7 +1,7 @@
-//! A system whose names are resolved and checked: what [`run`](crate::host::run::run) needs in every step, by position.
+//! A system whose names are resolved and checked: what [`run`](crate::run::run) needs in every step, by position.
 
-use crate::host::instance::Type;
-use crate::host::system::{Connection, Exchange, Place, Recorded, Setting, System, Value};
+use crate::component::Type;
+use crate::system::{Connection, Exchange, Place, Recorded, Setting, System, Value};
 use anyhow::{Context, Result, bail};
 use modeldescription::v2::{Causality, ModelDescription, TypeAttributes, Typed, Variability, Variable};
 
@@ -122,16 +122,21 @@ pub struct Column {
 }
 
 /// A connection whose ends are known: member and variable.
-pub(crate) struct Wire<'a> {
+pub struct Wire<'a> {
+    /// The output.
     pub from: Reference<'a>,
+    /// The input.
     pub to: Reference<'a>,
 }
 
 /// A variable of a member.
 #[derive(Clone, Copy)]
-pub(crate) struct Reference<'a> {
+pub struct Reference<'a> {
+    /// The number of the member.
     pub member: usize,
+    /// Its variable.
     pub variable: &'a Variable,
+    /// How that is read and written.
     pub kind: Type,
 }
 
@@ -321,7 +326,7 @@ fn times(system: &System, descriptions: &[&ModelDescription]) -> Result<(f64, (f
 }
 
 /// The settings that take effect, with their variables: a preliminary one gives way to a connection and to another setting.
-pub(crate) fn effective<'a, 's>(
+pub fn effective<'a, 's>(
     names: &Names<'a>,
     settings: &'s [Setting],
     wires: &[Wire],
@@ -344,7 +349,11 @@ fn located<T>(place: Option<&Place>, result: Result<T>) -> Result<T> {
     }
 }
 
-pub(crate) fn wires<'a>(names: &Names<'a>, connections: &[Connection]) -> Result<Vec<Wire<'a>>> {
+/// The connections with their ends.
+///
+/// # Errors
+/// An end that does not exist, or that does not fit the other.
+pub fn wires<'a>(names: &Names<'a>, connections: &[Connection]) -> Result<Vec<Wire<'a>>> {
     let mut wires: Vec<Wire> = Vec::new();
     for connection in connections {
         let wire = || {
@@ -422,7 +431,7 @@ fn recorded<'a>(
 }
 
 /// A value as the variable has it.
-pub(crate) fn value(kind: Type, value: Value) -> Result<f64> {
+pub fn value(kind: Type, value: Value) -> Result<f64> {
     match (kind, value) {
         (Type::Boolean, Value::Boolean(value)) => Ok(f64::from(u8::from(value))),
         (Type::Boolean, Value::Number(value)) if value == 0.0 || value == 1.0 => Ok(value),
@@ -435,13 +444,17 @@ pub(crate) fn value(kind: Type, value: Value) -> Result<f64> {
 }
 
 /// The names of a system.
-pub(crate) struct Names<'a> {
+pub struct Names<'a> {
     /// The members' names.
     members: Vec<&'a str>,
     descriptions: &'a [&'a ModelDescription],
 }
 
 impl<'a> Names<'a> {
+    /// The names of a system, whose members have these descriptions.
+    ///
+    /// # Errors
+    /// There is no member, or two have one name.
     pub fn of(system: &'a System, descriptions: &'a [&'a ModelDescription]) -> Result<Names<'a>> {
         let members: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
         assert_eq!(members.len(), descriptions.len(), "each member has a description");
@@ -574,7 +587,7 @@ fn kind(typed: &Typed) -> Option<Type> {
 }
 
 /// The name that is most like a wrong one, if there is one that is like it at all. Capitals do not matter.
-pub(crate) fn near<'a>(wrong: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+pub fn near<'a>(wrong: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let wrong = wrong.to_lowercase();
     let likeness = |name: &str| strsim::normalized_damerau_levenshtein(&wrong, &name.to_lowercase());
     let rated = names.map(|name| (likeness(name), name)).filter(|(likeness, _)| *likeness >= 0.5);

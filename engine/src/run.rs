@@ -1,0 +1,312 @@
+//! Runs a plan and records it.
+//!
+//! Initialization: every FMU gets its parameters, enters Initialization Mode and gets its inputs; then the connected values
+//! go once from output to input, in the order of the FMUs; then every FMU leaves Initialization Mode.
+//!
+//! Step k goes from `start + k step` to `start + (k + 1) step`. Each FMU in turn gets the values that are set at that time,
+//! then its connected inputs, and steps. With [`Exchange::Parallel`], all get their inputs before any of them steps.
+//!
+//! A row of the recording belongs to a step and has the time at which the step begins. An input has the value that its FMU
+//! got for the step. An output has the value that the connected FMUs read. So the row of a controller is what it saw and
+//! gave in its call at that time, and a plant that is connected back to the controller shows what it was at that time,
+//! before its own step. An output that no FMU reads is recorded as the other outputs of its FMU; if none of them is read, all
+//! are recorded after the step.
+
+use crate::component::{Component, Type};
+use crate::plan::{Assignment, Block, Column, MemberPlan, Plan, ROUNDING};
+use crate::system::Exchange;
+use anyhow::{Context, Result, bail};
+use std::io::{self, Write};
+
+/// What a run has recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// What the values of a row are.
+    pub columns: Vec<Column>,
+    /// The time of each row in seconds.
+    pub times: Vec<f64>,
+    /// The rows, one behind the other.
+    values: Vec<f64>,
+}
+
+impl Recording {
+    /// An empty one, with room for the whole run.
+    fn of(plan: &Plan) -> Result<Recording> {
+        let (mut times, mut values) = (Vec::new(), Vec::new());
+        let width = plan.columns.len();
+        let has_room = plan.steps.checked_mul(width).is_some_and(|count| {
+            times.try_reserve_exact(plan.steps).is_ok() && values.try_reserve_exact(count).is_ok()
+        });
+        if !has_room {
+            let steps = plan.steps;
+            bail!("{steps} steps of {width} variables do not fit into the memory: record fewer, or make longer steps");
+        }
+        Ok(Recording { columns: plan.columns.clone(), times, values })
+    }
+
+    /// The rows, in the order of time; true is 1.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = (f64, &[f64])> {
+        let width = self.columns.len();
+        self.times.iter().enumerate().map(move |(row, time)| (*time, &self.values[row * width..(row + 1) * width]))
+    }
+
+    /// The values of a column over time; true is 1.
+    pub fn column(&self, column: usize) -> impl Iterator<Item = f64> {
+        self.rows().map(move |(_, row)| row[column])
+    }
+
+    /// Writes CSV: the header `time,FMU.VARIABLE,...`, then a row for every step. A number is the shortest that reads back
+    /// bit-equal; true is 1.
+    ///
+    /// # Errors
+    /// Those of `to`.
+    pub fn write_csv(&self, to: &mut impl Write) -> io::Result<()> {
+        write!(to, "time")?;
+        for column in &self.columns {
+            write!(to, ",{}", field(&column.name))?;
+        }
+        writeln!(to)?;
+        for (time, row) in self.rows() {
+            write!(to, "{time:?}")?;
+            for (value, column) in row.iter().zip(&self.columns) {
+                match column.kind {
+                    Type::Real => write!(to, ",{value:?}")?,
+                    Type::Integer | Type::Boolean => write!(to, ",{value}")?,
+                }
+            }
+            writeln!(to)?;
+        }
+        Ok(())
+    }
+}
+
+/// A text as a field of CSV (RFC 4180).
+fn field(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
+}
+
+/// Runs the plan with one component for each of its members. `progress` gets the number of steps that are made, after each.
+///
+/// # Errors
+/// Which FMU refused what, when, and its messages.
+///
+/// # Panics
+/// There are not as many components as members.
+pub fn run<C: Component>(plan: &Plan, components: &mut [C], mut progress: impl FnMut(usize)) -> Result<Recording> {
+    let stop = plan.time(plan.steps).max(plan.time(plan.steps - 1) + plan.step);
+    let mut run = Run::begin(plan, components.iter_mut().collect(), Some(stop))?;
+    let mut recording = Recording::of(plan)?;
+    for step in 0..plan.steps {
+        run.step(plan)?;
+        recording.times.push(run.time());
+        recording.values.extend_from_slice(run.row());
+        progress(step + 1);
+    }
+    run.terminate(plan)?;
+    Ok(recording)
+}
+
+/// A run in progress, step by step. It needs its [`Plan`] with each call and does not know an end.
+#[derive(Debug)]
+pub struct Run<C> {
+    members: Vec<Running<C>>,
+    /// How many steps have been made.
+    steps: usize,
+    /// When the last step began, in seconds.
+    time: f64,
+    /// What the last step recorded, for each column of the plan; true is 1.
+    row: Vec<f64>,
+}
+
+/// A member at work.
+#[derive(Debug)]
+struct Running<C> {
+    component: C,
+    /// The values of `plan.observed`.
+    values: Vec<f64>,
+    /// The values of `plan.connected`.
+    inputs: Vec<f64>,
+    /// How many of `plan.events` have been.
+    events: usize,
+    /// What is set in the next step, after the plan's events.
+    pending: Vec<Assignment>,
+}
+
+impl<C: Component> Run<C> {
+    /// Initializes the components, one for each member of the plan. `stop` is the end in seconds, if it is known.
+    ///
+    /// # Errors
+    /// Which FMU refused what, and its messages.
+    ///
+    /// # Panics
+    /// There are not as many components as members.
+    pub fn begin(plan: &Plan, components: Vec<C>, stop: Option<f64>) -> Result<Run<C>> {
+        assert_eq!(components.len(), plan.members.len(), "each member has a component");
+        let members = plan.members.iter().zip(components).map(|(plan, component)| Running {
+            component,
+            values: vec![0.0; plan.observed.references.len()],
+            inputs: vec![0.0; plan.connected.references.len()],
+            events: 0,
+            pending: Vec::new(),
+        });
+        let members = members.collect();
+        let row = vec![0.0; plan.columns.len()];
+        let mut run = Run { members, steps: 0, time: plan.start, row };
+        run.initialize(plan, stop)?;
+        Ok(run)
+    }
+
+    /// Makes one step.
+    ///
+    /// # Errors
+    /// Which FMU refused what, when, and its messages. The run is over then.
+    pub fn step(&mut self, plan: &Plan) -> Result<()> {
+        let time = plan.time(self.steps);
+        self.time = time;
+        for (value, column) in self.row.iter_mut().zip(&plan.columns) {
+            *value = self.members[column.source.0].values[column.source.1];
+        }
+        if plan.exchange == Exchange::Parallel {
+            for member in 0..self.members.len() {
+                self.prepare(plan, member)?;
+            }
+        }
+        for member in 0..self.members.len() {
+            if plan.exchange == Exchange::Sequential {
+                self.prepare(plan, member)?;
+            }
+            let (own, name) = (&plan.members[member], || plan.members[member].name.clone());
+            let of = &mut self.members[member];
+            of.component.step(time, plan.step).with_context(name)?;
+            of.observe(own).with_context(|| format!("{} after the step at {time:?} s", own.name))?;
+        }
+        for (value, column) in self.row.iter_mut().zip(&plan.columns) {
+            if !column.is_before_step {
+                *value = self.members[column.source.0].values[column.source.1];
+            }
+        }
+        self.steps += 1;
+        Ok(())
+    }
+
+    /// Sets a variable of a member in the next step, after what the plan sets then.
+    pub fn set(&mut self, member: usize, assignment: Assignment) {
+        self.members[member].pending.push(assignment);
+    }
+
+    /// How many steps have been made.
+    pub fn steps(&self) -> usize {
+        self.steps
+    }
+
+    /// When the last step began, in seconds.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// What the last step recorded, for each column of the plan; true is 1.
+    pub fn row(&self) -> &[f64] {
+        &self.row
+    }
+
+    /// Ends the simulation.
+    ///
+    /// # Errors
+    /// Which FMU refused, and its messages.
+    pub fn terminate(&mut self, plan: &Plan) -> Result<()> {
+        for (of, plan) in self.members.iter_mut().zip(&plan.members) {
+            of.component.terminate().with_context(|| plan.name.clone())?;
+        }
+        Ok(())
+    }
+
+    /// Up to the first step.
+    fn initialize(&mut self, plan: &Plan, stop: Option<f64>) -> Result<()> {
+        let at = |of: &MemberPlan| format!("{} before the first step", of.name);
+        for (of, own) in self.members.iter_mut().zip(&plan.members) {
+            of.component.setup(plan.start, stop).with_context(|| at(own))?;
+            of.assign(&own.parameters).with_context(|| at(own))?;
+            of.component.enter_initialization().with_context(|| at(own))?;
+            of.assign(&own.inputs).with_context(|| at(own))?;
+            of.observe_outputs(own).with_context(|| at(own))?;
+        }
+        for (member, own) in plan.members.iter().enumerate() {
+            self.gather(own, member);
+            let of = &mut self.members[member];
+            of.write_inputs(own).with_context(|| at(own))?;
+            if plan.exchange == Exchange::Sequential {
+                of.observe_outputs(own).with_context(|| at(own))?;
+            }
+        }
+        for (of, own) in self.members.iter_mut().zip(&plan.members) {
+            of.component.exit_initialization().with_context(|| at(own))?;
+            of.observe(own).with_context(|| at(own))?;
+        }
+        Ok(())
+    }
+
+    /// Gives a member what is set at this time, and its connected inputs.
+    fn prepare(&mut self, plan: &Plan, member: usize) -> Result<()> {
+        let (own, time) = (&plan.members[member], self.time);
+        self.gather(own, member);
+        let of = &mut self.members[member];
+        while let Some((at, assignment)) = own.events.get(of.events)
+            && *at <= time + ROUNDING * plan.step
+        {
+            of.events += 1;
+            of.assign([assignment]).with_context(|| format!("{} at {time:?} s", own.name))?;
+        }
+        let pending = std::mem::take(&mut of.pending);
+        of.assign(&pending).with_context(|| format!("{} at {time:?} s", own.name))?;
+        of.write_inputs(own).with_context(|| format!("{} at {time:?} s", own.name))
+    }
+
+    /// Fetches the values of a member's connected inputs from where they are.
+    fn gather(&mut self, plan: &MemberPlan, member: usize) {
+        for (place, (from, source)) in plan.sources.iter().enumerate() {
+            self.members[member].inputs[place] = self.members[*from].values[*source];
+        }
+    }
+}
+
+impl<C: Component> Running<C> {
+    fn assign<'a>(&mut self, assignments: impl IntoIterator<Item = &'a Assignment>) -> Result<()> {
+        for assignment in assignments {
+            self.component.write(assignment.kind, &[assignment.reference], &[assignment.value])?;
+        }
+        Ok(())
+    }
+
+    /// Writes the connected inputs.
+    fn write_inputs(&mut self, plan: &MemberPlan) -> Result<()> {
+        for (kind, range) in plan.connected.groups() {
+            self.component.write(kind, &plan.connected.references[range.clone()], &self.inputs[range])?;
+        }
+        Ok(())
+    }
+
+    /// Reads everything that others need or that is recorded.
+    fn observe(&mut self, plan: &MemberPlan) -> Result<()> {
+        read(&mut self.component, &plan.observed, &mut self.values)
+    }
+
+    /// Reads the connected outputs alone: in Initialization Mode the standard allows no more.
+    fn observe_outputs(&mut self, plan: &MemberPlan) -> Result<()> {
+        let mut outputs = vec![0.0; plan.outputs.references.len()];
+        read(&mut self.component, &plan.outputs, &mut outputs)?;
+        for (place, output) in plan.output_places.iter().zip(outputs) {
+            self.values[*place] = output;
+        }
+        Ok(())
+    }
+}
+
+fn read(component: &mut impl Component, block: &Block, values: &mut [f64]) -> Result<()> {
+    for (kind, range) in block.groups() {
+        component.read(kind, &block.references[range.clone()], &mut values[range])?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;
