@@ -16,6 +16,7 @@ pub mod identify;
 pub mod margins;
 pub mod message;
 pub mod plan;
+pub mod process;
 pub mod replay;
 pub mod rules;
 pub mod run;
