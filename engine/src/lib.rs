@@ -21,6 +21,8 @@ pub mod replay;
 pub mod run;
 pub mod session;
 pub mod system;
+#[cfg(test)]
+mod test_home;
 pub mod trace;
 pub mod tune;
 
