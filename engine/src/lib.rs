@@ -7,6 +7,8 @@
 
 pub mod characteristic;
 pub mod component;
+pub mod connect;
+pub mod describe;
 pub mod dialog;
 mod engine;
 pub mod export;
@@ -20,7 +22,11 @@ pub mod process;
 pub mod replay;
 pub mod rules;
 pub mod run;
+pub mod session;
 pub mod system;
+#[cfg(test)]
+mod test_home;
+pub mod trace;
 pub mod tune;
 
 pub use engine::Engine;
