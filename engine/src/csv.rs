@@ -354,9 +354,11 @@ pub(crate) struct Cells {
     values: Vec<f64>,
     /// Date and time of day; as many as values, or none.
     stamps: Vec<clock::Stamp>,
-    /// How many cells were numbers or words for true and false, words among them, dates, and none of these.
+    /// How many cells were numbers or words for true and false, words among them, literals of TIME among them, dates, and none
+    /// of these.
     numbers: usize,
     words: usize,
+    literals: usize,
     dates: usize,
     texts: usize,
     /// The first cell that is neither number nor date: line and text.
@@ -381,6 +383,11 @@ impl Cells {
             value = f64::from(u8::from(word));
             self.numbers += 1;
             self.words += 1;
+        } else if let Some(seconds) = number::literal(cell) {
+            value = seconds;
+            self.numbers += 1;
+            self.literals += 1;
+            self.decimals = 3;
         } else if let Some(found) = clock::parse(cell, style.is_month_first) {
             stamp = found;
             self.dates += 1;
@@ -424,7 +431,7 @@ impl Cells {
         }
         Ok(Some(Column {
             name,
-            unit: header.unit,
+            unit: header.unit.or_else(|| (self.literals > 0).then(|| "s".to_string())),
             values: self.values,
             is_clock,
             is_boolean: self.words > 0,

@@ -218,9 +218,17 @@ pub(super) fn boolean(cell: &str) -> Option<bool> {
     WORDS.iter().chain(&MORE).find_map(|(yes, no)| if is(yes) { Some(true) } else { is(no).then_some(false) })
 }
 
+/// The seconds of a TIME as a PLC program writes it: `T#20S`.
+pub(super) fn literal(cell: &str) -> Option<f64> {
+    if !cell.starts_with(['T', 't']) {
+        return None;
+    }
+    parameters::literal::parse(cell, blocks::Kind::Time).ok().map(blocks::table::number::number)
+}
+
 /// Whether a cell is a number, true or false in any style.
 pub(super) fn is_value(cell: &str) -> bool {
     let cell = cell.trim();
     let in_style = |is_comma| Style { is_comma, ..Style::default() }.number(cell).is_some();
-    boolean(cell).is_some() || in_style(false) || in_style(true)
+    boolean(cell).is_some() || literal(cell).is_some() || in_style(false) || in_style(true)
 }
