@@ -8,6 +8,8 @@
 pub mod characteristic;
 pub mod component;
 pub mod csv;
+pub mod connect;
+pub mod describe;
 pub mod dialog;
 mod engine;
 pub mod export;
@@ -18,7 +20,9 @@ pub mod message;
 pub mod plan;
 pub mod replay;
 pub mod run;
+pub mod session;
 pub mod system;
+pub mod trace;
 pub mod tune;
 
 pub use engine::Engine;
