@@ -7,6 +7,7 @@
 
 pub mod characteristic;
 pub mod component;
+pub mod csv;
 pub mod connect;
 pub mod describe;
 pub mod dialog;
