@@ -108,7 +108,10 @@ mod tests {
     fn a_lag_with_dead_time_does_63_percent_of_its_way_in_a_time_constant() {
         let model = Model { gain: 1.5, time_constant: 10.0, dead_time: 0.25, ..Model::default() };
         let at = |time: f64| 3.0 * (1.0 - (-(time - 0.25_f64).max(0.0) / 10.0).exp());
-        assert_close(&step(model, &[0.1, 0.2, 0.3, 10.25, 40.0]), &[0.0, 0.0, at(0.3), 3.0 * 0.632_120_558_828_557_7, at(40.0)]);
+        assert_close(
+            &step(model, &[0.1, 0.2, 0.3, 10.25, 40.0]),
+            &[0.0, 0.0, at(0.3), 3.0 * 0.632_120_558_828_557_7, at(40.0)],
+        );
     }
 
     #[test]
