@@ -19,6 +19,7 @@ pub mod identify;
 pub mod margins;
 pub mod message;
 pub mod plan;
+mod predict;
 pub mod process;
 pub mod replay;
 pub mod rules;
