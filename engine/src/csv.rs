@@ -6,6 +6,8 @@
 mod clock;
 mod number;
 
+pub(crate) use clock::seconds_of_unit;
+
 use anyhow::{Context, Result, bail};
 use number::Style;
 
@@ -122,7 +124,7 @@ impl Table {
         };
         let by_unit = || {
             let first = self.columns.first()?;
-            first.unit.as_deref().and_then(clock::seconds_of_unit).map(|_| 0)
+            first.unit.as_deref().and_then(seconds_of_unit).map(|_| 0)
         };
         let dated = self.columns.iter().position(|column| column.is_clock && named(column));
         let dated = dated.or_else(|| self.columns.iter().position(named));

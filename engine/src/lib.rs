@@ -7,8 +7,8 @@
 
 pub mod characteristic;
 pub mod component;
-pub mod csv;
 pub mod connect;
+pub mod csv;
 pub mod describe;
 pub mod dialog;
 mod engine;

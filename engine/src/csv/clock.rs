@@ -178,7 +178,7 @@ pub(super) fn seconds(stamps: &[Stamp]) -> Vec<f64> {
 }
 
 /// The seconds of a unit of time.
-pub(super) fn seconds_of_unit(unit: &str) -> Option<f64> {
+pub(crate) fn seconds_of_unit(unit: &str) -> Option<f64> {
     Some(match unit.trim().to_lowercase().as_str() {
         "s" | "sec" | "second" | "seconds" | "sek" | "sekunden" => 1.0,
         "ms" | "msec" | "millisecond" | "milliseconds" | "millisekunden" => 1e-3,
