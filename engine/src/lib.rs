@@ -22,6 +22,8 @@ pub mod replay;
 pub mod run;
 pub mod session;
 pub mod system;
+#[cfg(test)]
+mod test_home;
 pub mod trace;
 pub mod tune;
 
