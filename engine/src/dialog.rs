@@ -19,6 +19,8 @@
 //!
 //! A block without the fence has a group for its inputs and one for its parameters, and no roles.
 
+use crate::message::Part;
+use blocks::Role;
 use modeldescription::Table;
 use serde::{Deserialize, Serialize};
 
@@ -75,4 +77,30 @@ pub struct Field {
 pub fn of(table: &Table) -> anyhow::Result<(Roles, Vec<Group>)> {
     let _ = table;
     Ok((Roles::default(), Vec::new()))
+}
+
+impl Roles {
+    /// What the FMU is in a loop.
+    pub fn part(&self, table: &Table) -> Part {
+        let is = |name: &Option<String>, role: Role| {
+            let row = name.as_ref().and_then(|name| table.find(name));
+            row.is_some_and(|row| table.variables[row].role == role)
+        };
+        let has_pulses = |role: Role| is(&self.pulses.first().cloned(), role);
+        if self.setpoint.is_some() || is(&self.manipulated_value, Role::Output) || has_pulses(Role::Output) {
+            Part::Controller
+        } else if is(&self.manipulated_value, Role::Input) || is(&self.process_value, Role::Output) || has_pulses(Role::Input) {
+            Part::Plant
+        } else {
+            Part::Other
+        }
+    }
+}
+
+impl Field {
+    /// Whether it has an effect, with these switches.
+    pub fn is_used(&self, is_on: impl Fn(&str) -> bool) -> bool {
+        self.used_if.is_empty()
+            || self.used_if.iter().any(|all| all.iter().all(|(name, wanted)| is_on(name) == *wanted))
+    }
 }

@@ -117,6 +117,8 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
     // A documentation without headings is the law.
     let law = take(&[("Law", "Law"), ("", "Law"), ("Clauses", "Clauses")])?;
     let mut after_responses = take(&[("Limits of use", "Limits of use"), ("Sources", "Sources")])?;
+    // Only programs read it.
+    sections.take("Dialog");
     for (title, text) in sections.take_all() {
         after_responses.push(section(title, text, &names)?);
     }
@@ -413,6 +415,23 @@ mod tests {
         // The contents lead to every heading.
         for link in page.split("<li><a href=\"#").skip(1).map(|rest| rest.split('"').next().unwrap()) {
             assert!(page.contains(&format!("<h2 id=\"{link}\">")), "{link}");
+        }
+    }
+
+    #[test]
+    fn the_page_does_not_show_what_the_documentation_says_of_the_dialog() {
+        let mut table = table();
+        let page = |docs: &str, table: &mut Table| {
+            table.docs = docs.into();
+            page_of(table, &[0])
+        };
+        let without = page("Pumps.\n\n# Purpose\n\nIt pumps.", &mut table);
+        let fence = "```dialog\nsetpoint: FLOW\n\n[Process value]\nFLOW\n```";
+        for docs in [
+            format!("Pumps.\n\n# Purpose\n\nIt pumps.\n\n# Dialog\n\n{fence}"),
+            format!("Pumps.\n\n# Purpose\n\nIt pumps.\n\n{fence}"),
+        ] {
+            assert_eq!(page(&docs, &mut table), without);
         }
     }
 
