@@ -48,15 +48,16 @@ blocks::block! {
     /// 4,23 > y30 > INT
     /// switch INTEG 28,24 TRUE lower
     /// INT > x24 > INTEG.TRUE
-    /// input PV_0 33,31
+    /// input PV_0 31,31
     /// sum POINT 38,24 left + bottom +
-    /// output PV 56,20
-    /// box ANALOG 51,24 "0 ... 27648" with PV_PER_0 PV_PER_100
-    /// output PV_PER 61,24
-    /// box CALL 71,27 "every CYCLE" with CYCLE
-    /// INTEG > POINT > ANALOG > PV_PER
+    /// output PV 46,24
+    /// box ANALOG 52,31 "0 ... 27648" with PV_PER_0 PV_PER_100
+    /// output PV_PER 62,31
+    /// box CALL 66,24 "every CYCLE" with CYCLE
+    /// INTEG > POINT > PV
     /// PV_0 > POINT.bottom
-    /// 42,24 > y20 > PV
+    /// 42,24 > y31 > ANALOG
+    /// ANALOG > PV_PER
     /// ```
     ///
     /// # Dialog
