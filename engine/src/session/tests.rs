@@ -1,7 +1,7 @@
 use super::*;
 use crate::message::Member;
 use crate::run::{self, Recording};
-use crate::test_home::{FOREIGN, TestHome};
+use crate::test_home::{TestHome};
 
 fn values(given: &[(&str, f64)]) -> Values {
     given.iter().map(|(name, value)| (name.to_string(), Value::Number(*value))).collect()
