@@ -44,8 +44,8 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     run(importers.envs(libclang.clone()).envs([fmus.clone()]))?;
     heading("Python tests");
     let mut pytest = environment.python();
-    pytest.args(["-m", "pytest", "tests"]).args(&options.pytest).current_dir(&workspace.root);
-    run(pytest.envs(libclang).envs([fmus]))?;
+    pytest.args(["-m", "pytest", "tests", "-nauto", "--dist=loadfile"]).args(&options.pytest);
+    run(pytest.envs(libclang).envs([fmus]).current_dir(&workspace.root))?;
     if options.deep {
         deep::test(workspace, &environment)?;
     }
