@@ -352,7 +352,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
         let Some(row) = block.row(role.as_ref()).filter(|row| !pairs.iter().any(|(_, other)| other == row)) else {
             continue;
         };
-        // The process value may be an output of the same name too: the column goes to both.
+        // The process value may be an output of that name too; what a recorder calls PV is what the block was given.
         let is_called = |column: usize| {
             let short = ends(&csv.columns[column].name).last().unwrap_or_default().to_uppercase();
             names.contains(&short.as_str())
@@ -369,6 +369,8 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
             && block.named("PV_PER").is_some_and(|row| pairs.iter().any(|(_, other)| *other == row));
         if let Some(column) = candidate.filter(|_| !has_word) {
             left.retain(|other| *other != column);
+            // What is set cannot be compared with itself.
+            pairs.retain(|(other, _)| *other != column);
             pairs.push((column, row));
         }
     }

@@ -165,7 +165,15 @@ impl<'a> Block<'a> {
             };
             if is_called && !variant.skipped.contains(&row) {
                 let context = || format!("line {} of the recording", recording.lines[row]);
-                if variant.doubled.contains(&row) {
+                if row > 0 && variant.doubled.contains(&row) {
+                    // Nobody has written what was measured then: something between the rows.
+                    for (number, of) in recording.inputs.iter().enumerate().filter(|(_, of)| of.is_measured) {
+                        let share = jitter.map_or(0.5, |seed| 0.5 + 0.5 * sign(seed, row, number));
+                        let (before, after) = (input(number, row - 1), input(number, row));
+                        if !variant.values.contains_key(&of.row) {
+                            calls.set(of.row, before + share * (after - before)).with_context(context)?;
+                        }
+                    }
                     calls.step().with_context(context)?;
                 }
                 for (number, of) in recording.inputs.iter().enumerate() {
