@@ -8,6 +8,7 @@
 pub mod characteristic;
 pub mod component;
 pub mod connect;
+pub mod csv;
 pub mod describe;
 pub mod dialog;
 mod engine;

@@ -11,6 +11,7 @@ use plcfmu::build::platform::Platform;
 use plcfmu::build::workspace::Workspace;
 use plcfmu::command;
 use plcfmu::package::{dist, pack};
+use plcfmu::tool::make;
 use python::Environment;
 use std::process::ExitCode;
 
@@ -39,6 +40,8 @@ enum Command {
     Fmu(pack::Options),
     /// Pack all FMUs for all platforms, the Python wheels and the command, with checksums and a table: target/dist/
     Dist(dist::Options),
+    /// Make the parameter tool, one HTML file that runs by itself: target/tool/plcfmu-tool.html
+    Tool(make::Options),
     /// Run all tests: Rust, Python, other importers
     Test(test::Options),
     /// Run closed loops of FMUs, print their figures, draw them: target/demo/
@@ -75,6 +78,14 @@ fn dispatch(command: Command) -> Result<()> {
                 wheel.args(["--archive", "--fmus=.", "--out=."]).current_dir(folder);
                 command::run(wheel.args(targets.iter().map(|target| format!("--target={target}"))))
             })
+        }
+        Command::Tool(options) => {
+            if options.fmus.is_none() {
+                Environment::ready(&workspace)?;
+                pack::run(&workspace, &pack::Options::default())?;
+            }
+            let fmus = options.fmus.unwrap_or_else(|| workspace.fmus());
+            make::run(&workspace, &fmus, &workspace.target.join("tool"))
         }
         Command::Test(options) => test::test(&workspace, &options),
         Command::Demo(options) => demo::demo(&workspace, &options),

@@ -50,6 +50,28 @@ crate::block! {
     /// box CALL 12,21 "every TZ" with TZ
     /// ```
     ///
+    /// # Dialog
+    ///
+    /// ```dialog
+    /// setpoint: S0
+    /// manipulated value: HLG
+    /// signal actual value: INIT
+    ///
+    /// [Setpoint]
+    /// E01
+    /// S0 if not E01
+    /// S1 if E01
+    /// [Ramp]
+    /// TH_TZ, TR_TZ
+    /// [Stop, set and reset]
+    /// STOP
+    /// SET if not STOP
+    /// INIT if SET and not STOP
+    /// R if not SET and not STOP
+    /// [Sampling]
+    /// TZ
+    /// ```
+    ///
     /// # Law
     ///
     /// The output moves towards the set point w by the same amount in each call, rising and falling at slopes of their

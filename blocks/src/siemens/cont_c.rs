@@ -96,6 +96,47 @@ crate::block! {
     /// box CALL 74,13 "every CYCLE" with CYCLE
     /// ```
     ///
+    /// # Dialog
+    ///
+    /// ```dialog
+    /// setpoint: SP_INT
+    /// process value: PV_IN, PV
+    /// manipulated value: LMN
+    /// manual: MAN_ON, MAN
+    /// controller: GAIN, TI, TD, TM_LAG
+    /// structure: P_SEL, I_SEL, D_SEL
+    /// signal process value peripheral: PV_PER
+    ///
+    /// [Setpoint]
+    /// SP_INT
+    /// [Process value]
+    /// PVPER_ON
+    /// PV_IN if not PVPER_ON
+    /// PV_PER, PV_FAC, PV_OFF if PVPER_ON
+    /// [Dead band]
+    /// DEADB_W
+    /// [Structure]
+    /// P_SEL, I_SEL, D_SEL
+    /// [Gain and times]
+    /// GAIN if P_SEL or I_SEL or D_SEL
+    /// TI if I_SEL and not INT_HOLD and not I_ITL_ON
+    /// TD, TM_LAG if D_SEL
+    /// [Manual]
+    /// MAN_ON
+    /// MAN if MAN_ON
+    /// [Limits]
+    /// LMN_HLM, LMN_LLM
+    /// [Normalization]
+    /// LMN_FAC, LMN_OFF
+    /// [Integral action]
+    /// INT_HOLD if I_SEL and not I_ITL_ON
+    /// I_ITL_ON, I_ITLVAL if I_SEL
+    /// [Disturbance]
+    /// DISV
+    /// [Sampling]
+    /// CYCLE, COM_RST
+    /// ```
+    ///
     /// # Law
     ///
     /// In automatic mode and between the limits, GAIN multiplies all three parts:

@@ -99,6 +99,40 @@ crate::block! {
     /// box CALL 75,13 "every CYCLE" with CYCLE
     /// ```
     ///
+    /// # Dialog
+    ///
+    /// ```dialog
+    /// setpoint: SP_INT
+    /// process value: PV_IN, PV
+    /// controller: GAIN, TI
+    /// pulses: QLMNUP, QLMNDN
+    /// signal process value peripheral: PV_PER
+    /// signal high stop: LMNR_HS
+    /// signal low stop: LMNR_LS
+    ///
+    /// [Setpoint]
+    /// SP_INT
+    /// [Process value]
+    /// PVPER_ON
+    /// PV_IN if not PVPER_ON
+    /// PV_PER, PV_FAC, PV_OFF if PVPER_ON
+    /// [Dead band]
+    /// DEADB_W
+    /// [Gain and times]
+    /// GAIN, TI
+    /// [Manual]
+    /// LMNS_ON
+    /// LMNUP, LMNDN if LMNS_ON
+    /// [Actuator]
+    /// MTR_TM, LMNR_HS, LMNR_LS
+    /// [Pulse former]
+    /// PULSE_TM, BREAK_TM
+    /// [Disturbance]
+    /// DISV
+    /// [Sampling]
+    /// CYCLE, COM_RST
+    /// ```
+    ///
     /// # Law
     ///
     /// Seen over many pulses the valve follows a PI controller with the feedforward DISV:

@@ -61,6 +61,59 @@ crate::block! {
     /// DI_PULSEGEN.Q_MEAN > x74.5 > Q_MEAN
     /// ```
     ///
+    /// # Dialog
+    ///
+    /// ```dialog
+    /// setpoint: SP_INT
+    /// process value: PV_PER, DI_CONT_C.PV
+    /// manipulated value: Q_MEAN
+    /// manual: DI_CONT_C.MAN_ON, DI_CONT_C.MAN
+    /// controller: DI_CONT_C.GAIN, DI_CONT_C.TI, DI_CONT_C.TD, DI_CONT_C.TM_LAG
+    /// structure: DI_CONT_C.P_SEL, DI_CONT_C.I_SEL, DI_CONT_C.D_SEL
+    /// pulses: QPOS_P, DI_PULSEGEN.QNEG_P
+    /// pulse former: RED_FAC, DI_PULSEGEN.P_B_TM, DI_PULSEGEN.RATIOFAC
+    /// signal process value peripheral: PV_PER
+    ///
+    /// [Setpoint]
+    /// SP_INT
+    /// [Process value]
+    /// DI_CONT_C.PVPER_ON
+    /// DI_CONT_C.PV_IN if not DI_CONT_C.PVPER_ON
+    /// PV_PER, DI_CONT_C.PV_FAC, DI_CONT_C.PV_OFF if DI_CONT_C.PVPER_ON
+    /// [Dead band]
+    /// DI_CONT_C.DEADB_W
+    /// [Structure]
+    /// DI_CONT_C.P_SEL, DI_CONT_C.I_SEL, DI_CONT_C.D_SEL
+    /// [Gain and times]
+    /// DI_CONT_C.GAIN if DI_CONT_C.P_SEL or DI_CONT_C.I_SEL or DI_CONT_C.D_SEL
+    /// DI_CONT_C.TI if DI_CONT_C.I_SEL and not DI_CONT_C.INT_HOLD and not DI_CONT_C.I_ITL_ON
+    /// DI_CONT_C.TD, DI_CONT_C.TM_LAG if DI_CONT_C.D_SEL
+    /// [Manual]
+    /// DI_CONT_C.MAN_ON
+    /// DI_CONT_C.MAN if DI_CONT_C.MAN_ON
+    /// [Limits]
+    /// DI_CONT_C.LMN_HLM, DI_CONT_C.LMN_LLM
+    /// [Normalization]
+    /// DI_CONT_C.LMN_FAC, DI_CONT_C.LMN_OFF
+    /// [Integral action]
+    /// DI_CONT_C.INT_HOLD if DI_CONT_C.I_SEL and not DI_CONT_C.I_ITL_ON
+    /// DI_CONT_C.I_ITL_ON, DI_CONT_C.I_ITLVAL if DI_CONT_C.I_SEL
+    /// [Disturbance]
+    /// DI_CONT_C.DISV
+    /// [Pulse former]
+    /// RED_FAC, DI_PULSEGEN.P_B_TM
+    /// DI_PULSEGEN.STEP3_ON
+    /// DI_PULSEGEN.ST2BI_ON if not DI_PULSEGEN.STEP3_ON
+    /// DI_PULSEGEN.RATIOFAC if DI_PULSEGEN.STEP3_ON
+    /// DI_PULSEGEN.SYN_ON
+    /// [Manual pulses]
+    /// DI_PULSEGEN.MAN_ON
+    /// DI_PULSEGEN.POS_P_ON if DI_PULSEGEN.MAN_ON
+    /// DI_PULSEGEN.NEG_P_ON if DI_PULSEGEN.MAN_ON and DI_PULSEGEN.STEP3_ON
+    /// [Sampling]
+    /// CYCLE, COM_RST
+    /// ```
+    ///
     /// # Law
     ///
     /// The pulse of a period is as long as the manipulated value demands, in whole calls:

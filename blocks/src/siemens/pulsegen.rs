@@ -54,6 +54,30 @@ crate::block! {
     /// box CALL 22,25 "every CYCLE" with CYCLE
     /// ```
     ///
+    /// # Dialog
+    ///
+    /// ```dialog
+    /// manipulated value: INV
+    /// pulses: QPOS_P, QNEG_P
+    /// pulse former: PER_TM, P_B_TM, RATIOFAC
+    ///
+    /// [Manipulated value]
+    /// INV
+    /// [Structure]
+    /// STEP3_ON
+    /// ST2BI_ON if not STEP3_ON
+    /// [Pulse former]
+    /// PER_TM, P_B_TM
+    /// RATIOFAC if STEP3_ON
+    /// SYN_ON
+    /// [Manual]
+    /// MAN_ON
+    /// POS_P_ON if MAN_ON
+    /// NEG_P_ON if MAN_ON and STEP3_ON
+    /// [Sampling]
+    /// CYCLE, COM_RST
+    /// ```
+    ///
     /// # Law
     ///
     /// The share of a period that the pulse is on, in three-step control, bipolar and monopolar two-step control:

@@ -49,6 +49,28 @@ blocks::block! {
     /// MEAN > Q_MEAN
     /// ```
     ///
+    /// # Dialog
+    ///
+    /// ```dialog
+    /// setpoint: SP
+    /// process value: PV, PV
+    /// manipulated value: Q_MEAN
+    /// manual: MAN_ON, MAN
+    ///
+    /// [Setpoint]
+    /// SP
+    /// [Process value]
+    /// PV
+    /// [Hysteresis and time]
+    /// HYS if not MAN_ON
+    /// MIN_TM
+    /// [Manual]
+    /// MAN_ON
+    /// MAN if MAN_ON
+    /// [Sampling]
+    /// CYCLE
+    /// ```
+    ///
     /// # Law
     ///
     /// The law of a call, in this order; w is the time that Q has to stay as it is:

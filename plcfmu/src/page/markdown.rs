@@ -11,6 +11,9 @@ const FORMULA: &str = "math";
 /// The fence of a block diagram, which is drawn elsewhere on the page.
 const DIAGRAM: &str = "diagram";
 
+/// The fence of what programs read about the block's dialog.
+const DIALOG: &str = "dialog";
+
 /// The documentation of a block, taken apart at its headings.
 #[derive(Debug, Default, PartialEq)]
 pub struct Sections<'a> {
@@ -60,7 +63,7 @@ pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
     for event in Parser::new_ext(markdown, Options::ENABLE_TABLES) {
         match event {
             Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(ref language)))
-                if [FORMULA, DIAGRAM].contains(&&**language) =>
+                if [FORMULA, DIAGRAM, DIALOG].contains(&&**language) =>
             {
                 fence = Some((language.to_string(), String::new()));
             }

@@ -56,6 +56,26 @@ blocks::block! {
     /// MONITOR > TRIP
     /// ```
     ///
+    /// # Dialog
+    ///
+    /// ```dialog
+    /// process value: SPEED
+    /// manipulated value: SP
+    /// disturbances: LOAD
+    /// signal actual value: N_ACT
+    ///
+    /// [Setpoint]
+    /// SP
+    /// [Disturbance]
+    /// LOAD
+    /// [Drive]
+    /// N_MAX, CTRL_TM, ACC_TM, M_MAX
+    /// [Monitoring]
+    /// ERR_MAX, COAST_TM, RESET
+    /// [Sampling]
+    /// CYCLE
+    /// ```
+    ///
     /// # Law
     ///
     /// ```math

@@ -52,6 +52,28 @@ blocks::block! {
     /// ANALOG > T_PER
     /// ```
     ///
+    /// # Dialog
+    ///
+    /// ```dialog
+    /// process value: TEMP
+    /// manipulated value: POWER
+    /// disturbances: DOOR, T_AMB
+    /// signal process value peripheral: T_PER
+    ///
+    /// [Manipulated value]
+    /// POWER
+    /// [Disturbance]
+    /// DOOR, DOOR_LOSS, T_AMB
+    /// [Gain and times]
+    /// RISE, FURN_TM, SENS_TM, DELAY_TM, DELAY_MAX
+    /// [Start]
+    /// T_START
+    /// [Peripheral process value]
+    /// T_PER_0, T_PER_100
+    /// [Sampling]
+    /// CYCLE
+    /// ```
+    ///
     /// # Law
     ///
     /// ```math

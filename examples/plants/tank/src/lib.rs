@@ -53,6 +53,28 @@ blocks::block! {
     /// 38,19 > OUTFLOW
     /// ```
     ///
+    /// # Dialog
+    ///
+    /// ```dialog
+    /// process value: LEVEL
+    /// manipulated value: VALVE
+    /// disturbances: DRAIN
+    /// signal process value peripheral: L_PER
+    ///
+    /// [Manipulated value]
+    /// VALVE
+    /// [Disturbance]
+    /// DRAIN
+    /// [Tank]
+    /// AREA, HEIGHT, FLOW_MAX, A_OUT, CD
+    /// [Start]
+    /// L_START
+    /// [Peripheral process value]
+    /// L_PER_0, L_PER_100
+    /// [Sampling]
+    /// CYCLE
+    /// ```
+    ///
     /// # Law
     ///
     /// ```math

@@ -61,6 +61,29 @@ blocks::block! {
     /// 79,11 > y20 > x59.5 > y28 > ANALOG > T_PER
     /// ```
     ///
+    /// # Dialog
+    ///
+    /// ```dialog
+    /// process value: TEMP
+    /// manipulated value: DRIVE
+    /// pulses: HEAT, COOL
+    /// disturbances: T_AMB, LOAD
+    /// signal process value peripheral: T_PER
+    ///
+    /// [Manipulated value]
+    /// HEAT, COOL, DRIVE
+    /// [Disturbance]
+    /// T_AMB, LOAD
+    /// [Gain and times]
+    /// RISE, DROP, HEAT_TM, COOL_TM, ZONE_TM
+    /// [Start]
+    /// T_START
+    /// [Peripheral process value]
+    /// T_PER_0, T_PER_100
+    /// [Sampling]
+    /// CYCLE
+    /// ```
+    ///
     /// # Law
     ///
     /// ```math

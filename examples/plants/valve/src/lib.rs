@@ -67,6 +67,35 @@ blocks::block! {
     /// 58,28 > y36 > TEMP
     /// ```
     ///
+    /// # Dialog
+    ///
+    /// ```dialog
+    /// process value: TEMP
+    /// manipulated value: DRIVE
+    /// pulses: UP, DOWN
+    /// disturbances: PRES, T_IN
+    /// signal process value peripheral: T_PER
+    /// signal high stop: LMNR_HS
+    /// signal low stop: LMNR_LS
+    ///
+    /// [Manipulated value]
+    /// POS_ON
+    /// UP, DOWN if not POS_ON
+    /// DRIVE
+    /// [Disturbance]
+    /// PRES, T_IN
+    /// [Valve]
+    /// MTR_TM, BACKLASH, STUCK, CURVE, FLOW_MAX, PRES_NOM
+    /// [Heat exchanger]
+    /// RISE, HX_TM, SENS_TM
+    /// [Start]
+    /// POS_START, T_START
+    /// [Peripheral process value]
+    /// T_PER_0, T_PER_100
+    /// [Sampling]
+    /// CYCLE
+    /// ```
+    ///
     /// # Law
     ///
     /// ```math
