@@ -24,6 +24,7 @@ pub mod replay;
 pub mod rules;
 pub mod run;
 pub mod session;
+pub mod signals;
 pub mod system;
 #[cfg(test)]
 mod test_home;
