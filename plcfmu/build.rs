@@ -37,8 +37,7 @@ fn write(name: &str, root: &Path, mut files: Vec<PathBuf>) -> io::Result<()> {
     let mut list = String::from("&[\n");
     for file in files {
         // A path in a crate is written with `/` on every system.
-        let path: Vec<_> =
-            file.strip_prefix(root).unwrap_or(&file).iter().map(|part| part.to_string_lossy()).collect();
+        let path: Vec<_> = file.strip_prefix(root).unwrap_or(&file).iter().map(|part| part.to_string_lossy()).collect();
         let _ = writeln!(list, "    ({:?}, include_str!({:?})),", path.join("/"), file.display().to_string());
     }
     list.push_str("]\n");

@@ -166,7 +166,8 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
 /// A formula cannot be rendered.
 pub fn help(table: &Table, row: &Row) -> anyhow::Result<String> {
     // A variable does not link to itself.
-    let others: Vec<&str> = table.variables.iter().map(|of| of.name.as_str()).filter(|name| *name != row.name).collect();
+    let others: Vec<&str> =
+        table.variables.iter().map(|of| of.name.as_str()).filter(|name| *name != row.name).collect();
     markdown::html(&row.help, &others).with_context(|| format!("the help of {}", row.name))
 }
 

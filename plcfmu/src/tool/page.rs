@@ -94,10 +94,7 @@ pub fn assemble(sources: &Sources, content: &Content) -> Result<String> {
     page.replace("</body>", &format!("{}</body>", licences(sources)?))?;
     let charset = r#"<meta charset="utf-8">"#;
     let policy = policy(&page.scripts, content.home);
-    page.replace(
-        charset,
-        &format!("{charset}\n<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">"),
-    )?;
+    page.replace(charset, &format!("{charset}\n<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">"))?;
     Ok(page.html)
 }
 
@@ -180,7 +177,10 @@ fn licences(sources: &Sources) -> Result<String> {
 /// Packed by gzip, in Base64. The same bytes always give the same text.
 fn packed(bytes: &[u8]) -> String {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
-    encoder.write_all(bytes).and_then(|()| encoder.finish()).map_or_else(|_| String::new(), |gzip| STANDARD.encode(gzip))
+    encoder
+        .write_all(bytes)
+        .and_then(|()| encoder.finish())
+        .map_or_else(|_| String::new(), |gzip| STANDARD.encode(gzip))
 }
 
 /// The content security policy: these scripts, modules of the import map, and WebAssembly; nothing from elsewhere.
