@@ -13,7 +13,10 @@ const { memory, room, message, answer } = new WebAssembly.Instance(engine).expor
 
 for await (const line of createInterface({ input: process.stdin })) {
   const request = Buffer.from(line);
-  new Uint8Array(memory.buffer, room(request.length), request.length).set(request);
+  // The memory may be another one after any call.
+  const place = room(request.length);
+  new Uint8Array(memory.buffer, place, request.length).set(request);
   const length = message();
-  process.stdout.write(`${Buffer.from(memory.buffer, answer(), length)}\n`);
+  const text = answer();
+  process.stdout.write(`${Buffer.from(memory.buffer, text, length)}\n`);
 }

@@ -7,7 +7,7 @@ use engine::home::Home;
 use engine::message::{Entry, KnownLoop, Part};
 use engine::{dialog, known};
 use fmu::v2::interface;
-use modeldescription::Table;
+use modeldescription::{Table, shortened};
 use modeldescription::v2::{Interface, ModelDescription};
 use parameters::{Block, Loop};
 use std::sync::Arc;
@@ -76,9 +76,8 @@ impl Linked {
     }
 
     fn find(&self, name: &str) -> Result<&Fmu> {
-        let names = || self.fmus.iter().map(|fmu| fmu.table.name.as_str()).collect::<Vec<_>>().join(", ");
         let found = self.fmus.iter().find(|fmu| fmu.table.name == name);
-        found.with_context(|| format!("there is no FMU {name:?} in this page: there are {}", names()))
+        found.with_context(|| format!("there is no FMU {:?}", shortened(name)))
     }
 }
 
