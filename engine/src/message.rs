@@ -281,6 +281,12 @@ pub struct Proposal {
     pub others: Vec<Wire>,
     /// Settings that go with the proposed connections, by `MEMBER.VARIABLE`.
     pub values: Values,
+    /// The communication step that goes with them; the controller's cycle without it.
+    #[serde(default)]
+    pub step: Option<f64>,
+    /// When values go from output to input, in the known loop that this is taken from.
+    #[serde(default)]
+    pub exchange: Exchange,
     /// What the user should know, a sentence each.
     pub remarks: Vec<String>,
 }
