@@ -16,6 +16,7 @@ pub mod export;
 pub mod figures;
 pub mod home;
 pub mod identify;
+pub mod known;
 pub mod margins;
 pub mod message;
 pub mod plan;
