@@ -1,20 +1,22 @@
 //! From a request to an answer.
 
 use crate::home::Home;
-use crate::message::{Answer, Catalogue, Error, Request};
+use crate::message::{Answer, Error, Request};
+use crate::session::Session;
+use crate::{connect, describe};
 use anyhow::{Result, bail};
 use serde::Serialize;
 
 /// The engine of one page.
-#[derive(Debug)]
 pub struct Engine<H> {
     home: H,
+    session: Session,
 }
 
 impl<H: Home> Engine<H> {
     /// A new one, with nothing opened.
     pub fn new(home: H) -> Engine<H> {
-        Engine { home }
+        Engine { home, session: Session::default() }
     }
 
     /// Answers a request, both as JSON. It always gives an answer.
@@ -32,8 +34,22 @@ impl<H: Home> Engine<H> {
     /// # Errors
     /// What is wrong, with name and value, and what to do.
     pub fn answer(&mut self, request: Request) -> Result<serde_json::Value> {
+        let (home, session): (&dyn Home, _) = (&self.home, &mut self.session);
         match request {
-            Request::Catalogue => json(Catalogue { fmus: self.home.entries(), loops: self.home.known_loops() }),
+            Request::Catalogue => json(describe::catalogue(home)),
+            Request::Describe { fmu } => json(describe::describe(home, &fmu)?),
+            Request::Read(file) => json(describe::read(home, &file)?),
+            Request::Check { fmu, values } => json(describe::check(home, &fmu, &values)?),
+            Request::Propose { controller, plant } => json(connect::propose(home, &controller, &plant)?),
+            Request::Start(setup) => json(session.start(home, setup)?),
+            Request::State => json(session.state()?),
+            Request::Send { values } => json(session.send(&values)?),
+            Request::Ramp { variable, to, seconds } => json(session.ramp(&variable, to, seconds)?),
+            Request::Run { calls } => json(session.run(calls)?),
+            Request::Exchange { members, connections } => json(session.exchange(home, members, connections)?),
+            Request::View(view) => json(session.view(&view)?),
+            Request::Events { run } => json(session.record(run)?.events()),
+            Request::Again => json(session.again(home)?),
             other => bail!("not there yet: {other:?}"),
         }
     }

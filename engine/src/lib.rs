@@ -7,6 +7,8 @@
 
 pub mod characteristic;
 pub mod component;
+pub mod connect;
+pub mod describe;
 pub mod dialog;
 mod engine;
 pub mod export;
@@ -17,7 +19,11 @@ pub mod message;
 pub mod plan;
 pub mod replay;
 pub mod run;
+pub mod session;
 pub mod system;
+#[cfg(test)]
+mod test_home;
+pub mod trace;
 pub mod tune;
 
 pub use engine::Engine;

@@ -44,6 +44,8 @@ pub enum Request {
     },
     /// Begins a run; one that is there is kept as an earlier run. Answer: [`State`].
     Start(Setup),
+    /// Where the present run is, as after a reload of the page. Answer: [`State`].
+    State,
     /// Sets variables before the next call. Answer: [`State`].
     Send {
         /// The values, by `MEMBER.VARIABLE`.
@@ -279,6 +281,12 @@ pub struct Proposal {
     pub others: Vec<Wire>,
     /// Settings that go with the proposed connections, by `MEMBER.VARIABLE`.
     pub values: Values,
+    /// The communication step that goes with them; the controller's cycle without it.
+    #[serde(default)]
+    pub step: Option<f64>,
+    /// When values go from output to input, in the known loop that this is taken from.
+    #[serde(default)]
+    pub exchange: Exchange,
     /// What the user should know, a sentence each.
     pub remarks: Vec<String>,
 }
@@ -358,7 +366,8 @@ pub struct View {
     pub points: usize,
 }
 
-/// Curves: each row is a call, or the lowest and the highest value of several, each at its time.
+/// Curves: each row is a call. If they are not exact, each two rows are a group of calls, at the times of its first and its
+/// last one, with the lowest and the highest value of each variable in the group, in the order in which they occur.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 pub struct Curves {
     /// The times in seconds.

@@ -142,7 +142,7 @@ pub struct Reference<'a> {
 
 impl Wire<'_> {
     /// Whether it ends at this variable: two names of one value reference are one input.
-    fn is_to(&self, reference: &Reference) -> bool {
+    pub(crate) fn is_to(&self, reference: &Reference) -> bool {
         self.to.member == reference.member && self.to.key() == reference.key()
     }
 }
@@ -473,7 +473,7 @@ impl<'a> Names<'a> {
     }
 
     /// The variable of the name `FMU.VARIABLE`.
-    fn find(&self, name: &str) -> Result<Reference<'a>> {
+    pub(crate) fn find(&self, name: &str) -> Result<Reference<'a>> {
         // Both parts may contain points: the longest name of an FMU decides.
         let rest = |member: usize| name.strip_prefix(self.members[member]).and_then(|rest| rest.strip_prefix('.'));
         let member = (0..self.members.len())
@@ -520,7 +520,7 @@ impl<'a> Names<'a> {
         self.all(member).filter(of_type).take(6).map(|output| output.variable.name.clone()).collect()
     }
 
-    fn full(&self, reference: &Reference) -> String {
+    pub(crate) fn full(&self, reference: &Reference) -> String {
         format!("{}.{}", self.members[reference.member], reference.variable.name)
     }
 
@@ -547,7 +547,7 @@ impl<'a> Names<'a> {
     }
 
     /// A variable's least and greatest value: its own, or those of its type.
-    fn range(&self, reference: &Reference) -> (Option<f64>, Option<f64>) {
+    pub(crate) fn range(&self, reference: &Reference) -> (Option<f64>, Option<f64>) {
         let declared = self.declared(reference.member, reference.variable);
         match &reference.variable.typed {
             Typed::Real(real) => {
@@ -577,7 +577,8 @@ impl<'a> Names<'a> {
     }
 }
 
-fn kind(typed: &Typed) -> Option<Type> {
+/// How a variable is read and written; a String is not.
+pub fn kind(typed: &Typed) -> Option<Type> {
     match typed {
         Typed::Real(_) => Some(Type::Real),
         Typed::Integer(_) | Typed::Enumeration(_) => Some(Type::Integer),

@@ -112,6 +112,10 @@ pub struct Run<C> {
     members: Vec<Running<C>>,
     /// How many steps have been made.
     steps: usize,
+    /// How many members have made the present step.
+    stepped: usize,
+    /// Which member works.
+    at: usize,
     /// When the last step began, in seconds.
     time: f64,
     /// What the last step recorded, for each column of the plan; true is 1.
@@ -142,17 +146,10 @@ impl<C: Component> Run<C> {
     /// There are not as many components as members.
     pub fn begin(plan: &Plan, components: Vec<C>, stop: Option<f64>) -> Result<Run<C>> {
         assert_eq!(components.len(), plan.members.len(), "each member has a component");
-        let members = plan.members.iter().zip(components).map(|(plan, component)| Running {
-            component,
-            values: vec![0.0; plan.observed.references.len()],
-            inputs: vec![0.0; plan.connected.references.len()],
-            events: 0,
-            pending: Vec::new(),
-        });
-        let members = members.collect();
+        let members = plan.members.iter().zip(components).map(|(plan, component)| Running::of(plan, component)).collect();
         let row = vec![0.0; plan.columns.len()];
-        let mut run = Run { members, steps: 0, time: plan.start, row };
-        run.initialize(plan, stop)?;
+        let mut run = Run { members, steps: 0, stepped: 0, at: 0, time: plan.start, row };
+        run.initialize(plan, 0, plan.start, stop)?;
         Ok(run)
     }
 
@@ -163,6 +160,7 @@ impl<C: Component> Run<C> {
     pub fn step(&mut self, plan: &Plan) -> Result<()> {
         let time = plan.time(self.steps);
         self.time = time;
+        self.stepped = 0;
         for (value, column) in self.row.iter_mut().zip(&plan.columns) {
             *value = self.members[column.source.0].values[column.source.1];
         }
@@ -175,18 +173,72 @@ impl<C: Component> Run<C> {
             if plan.exchange == Exchange::Sequential {
                 self.prepare(plan, member)?;
             }
+            self.at = member;
             let (own, name) = (&plan.members[member], || plan.members[member].name.clone());
             let of = &mut self.members[member];
             of.component.step(time, plan.step).with_context(name)?;
+            self.stepped = member + 1;
             of.observe(own).with_context(|| format!("{} after the step at {time:?} s", own.name))?;
         }
+        self.end_step(plan);
+        Ok(())
+    }
+
+    /// Ends a step.
+    fn end_step(&mut self, plan: &Plan) {
         for (value, column) in self.row.iter_mut().zip(&plan.columns) {
             if !column.is_before_step {
                 *value = self.members[column.source.0].values[column.source.1];
             }
         }
         self.steps += 1;
-        Ok(())
+    }
+
+    /// After an error of [`Run::step`]: if the first member has made the step, the step counts, and its row has the last
+    /// known values of the others. Says whether it counts.
+    pub fn abandon_step(&mut self, plan: &Plan) -> bool {
+        let counts = self.stepped > 0;
+        if counts {
+            self.end_step(plan);
+        }
+        counts
+    }
+
+    /// Replaces all members but the first, which goes on. The new ones begin at the time of the next step; `plan` is theirs,
+    /// with the old start and step, and observes the same variables of the first member.
+    ///
+    /// # Errors
+    /// Which of the new FMUs refused what, and its messages. Nothing is replaced then.
+    ///
+    /// # Panics
+    /// There are not as many components as other members, or something else is observed of the first.
+    pub fn exchange(&mut self, plan: &Plan, others: Vec<C>) -> Result<()> {
+        assert_eq!(others.len() + 1, plan.members.len(), "each member has a component");
+        assert_eq!(self.members[0].values.len(), plan.members[0].observed.references.len(), "the same is observed");
+        let before = self.members.split_off(1);
+        let inputs = vec![0.0; plan.members[0].connected.references.len()];
+        let inputs = std::mem::replace(&mut self.members[0].inputs, inputs);
+        self.members.extend(plan.members[1..].iter().zip(others).map(|(plan, component)| Running::of(plan, component)));
+        let exchanged = self.initialize(plan, 1, plan.time(self.steps), None);
+        if exchanged.is_err() {
+            self.members.truncate(1);
+            self.members.extend(before);
+            self.members[0].inputs = inputs;
+        } else {
+            self.row = vec![0.0; plan.columns.len()];
+        }
+        exchanged
+    }
+
+    /// Which member worked last: after an error of [`Run::step`], the one that failed.
+    pub fn at(&self) -> usize {
+        self.at
+    }
+
+    /// What was last read, for each column of the plan; true is 1. Before the first step these are the values after the
+    /// initialization.
+    pub fn values(&self, plan: &Plan) -> Vec<f64> {
+        plan.columns.iter().map(|column| self.members[column.source.0].values[column.source.1]).collect()
     }
 
     /// Sets a variable of a member in the next step, after what the plan sets then.
@@ -220,17 +272,17 @@ impl<C: Component> Run<C> {
         Ok(())
     }
 
-    /// Up to the first step.
-    fn initialize(&mut self, plan: &Plan, stop: Option<f64>) -> Result<()> {
+    /// Initializes the members from number `first` on, at `start` seconds.
+    fn initialize(&mut self, plan: &Plan, first: usize, start: f64, stop: Option<f64>) -> Result<()> {
         let at = |of: &MemberPlan| format!("{} before the first step", of.name);
-        for (of, own) in self.members.iter_mut().zip(&plan.members) {
-            of.component.setup(plan.start, stop).with_context(|| at(own))?;
+        for (of, own) in self.members.iter_mut().zip(&plan.members).skip(first) {
+            of.component.setup(start, stop).with_context(|| at(own))?;
             of.assign(&own.parameters).with_context(|| at(own))?;
             of.component.enter_initialization().with_context(|| at(own))?;
             of.assign(&own.inputs).with_context(|| at(own))?;
             of.observe_outputs(own).with_context(|| at(own))?;
         }
-        for (member, own) in plan.members.iter().enumerate() {
+        for (member, own) in plan.members.iter().enumerate().skip(first) {
             self.gather(own, member);
             let of = &mut self.members[member];
             of.write_inputs(own).with_context(|| at(own))?;
@@ -238,7 +290,7 @@ impl<C: Component> Run<C> {
                 of.observe_outputs(own).with_context(|| at(own))?;
             }
         }
-        for (of, own) in self.members.iter_mut().zip(&plan.members) {
+        for (of, own) in self.members.iter_mut().zip(&plan.members).skip(first) {
             of.component.exit_initialization().with_context(|| at(own))?;
             of.observe(own).with_context(|| at(own))?;
         }
@@ -247,6 +299,7 @@ impl<C: Component> Run<C> {
 
     /// Gives a member what is set at this time, and its connected inputs.
     fn prepare(&mut self, plan: &Plan, member: usize) -> Result<()> {
+        self.at = member;
         let (own, time) = (&plan.members[member], self.time);
         self.gather(own, member);
         let of = &mut self.members[member];
@@ -270,6 +323,16 @@ impl<C: Component> Run<C> {
 }
 
 impl<C: Component> Running<C> {
+    fn of(plan: &MemberPlan, component: C) -> Running<C> {
+        Running {
+            component,
+            values: vec![0.0; plan.observed.references.len()],
+            inputs: vec![0.0; plan.connected.references.len()],
+            events: 0,
+            pending: Vec::new(),
+        }
+    }
+
     fn assign<'a>(&mut self, assignments: impl IntoIterator<Item = &'a Assignment>) -> Result<()> {
         for assignment in assignments {
             self.component.write(assignment.kind, &[assignment.reference], &[assignment.value])?;
