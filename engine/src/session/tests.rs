@@ -1,7 +1,7 @@
 use super::*;
 use crate::message::Member;
 use crate::run::{self, Recording};
-use crate::test_home::{TestHome};
+use crate::test_home::TestHome;
 
 fn values(given: &[(&str, f64)]) -> Values {
     given.iter().map(|(name, value)| (name.to_string(), Value::Number(*value))).collect()
@@ -43,9 +43,10 @@ fn described(home: &TestHome, record: &Record) -> Recording {
     let descriptions: Vec<_> = setup.members.iter().map(|of| home.description(&of.fmu).unwrap()).collect();
     let setting = |variable: String, value, time| Setting { variable, value, time, is_preliminary: false, place: None };
     let is_connected = |name: &str| setup.connections.iter().any(|(_, to)| to == name);
-    let of_members = setup.members.iter().flat_map(|of| {
-        of.values.iter().map(|(name, value)| setting(format!("{}.{name}", of.name), *value, None))
-    });
+    let of_members = setup
+        .members
+        .iter()
+        .flat_map(|of| of.values.iter().map(|(name, value)| setting(format!("{}.{name}", of.name), *value, None)));
     let events = record.events().events.into_iter().map(|event| setting(event.variable, event.value, Some(event.time)));
     let system = System {
         members: setup.members.iter().map(|of| system::Member { name: of.name.clone(), path: "".into() }).collect(),
@@ -63,8 +64,7 @@ fn described(home: &TestHome, record: &Record) -> Recording {
     };
     let borrowed: Vec<_> = descriptions.iter().map(|of| &**of).collect();
     let plan = Plan::of(&system, &borrowed).unwrap();
-    let mut components: Vec<_> =
-        setup.members.iter().map(|of| home.instantiate(&of.fmu, &of.name).unwrap()).collect();
+    let mut components: Vec<_> = setup.members.iter().map(|of| home.instantiate(&of.fmu, &of.name).unwrap()).collect();
     run::run(&plan, &mut components, |_| {}).unwrap()
 }
 
@@ -94,7 +94,9 @@ fn a_session_has_the_bits_of_its_description() {
         session.send(&values(&[("C.MAN_ON", 1.0), ("C.MAN", 12.3), ("C.TI", 4.5)])).unwrap();
         session.run(20).unwrap();
         let record = session.record(None).unwrap();
-        assert!(record.columns().iter().any(|column| column.name == "P.TEMP" && column.unit.as_deref() == Some("degC")));
+        assert!(
+            record.columns().iter().any(|column| column.name == "P.TEMP" && column.unit.as_deref() == Some("degC"))
+        );
         assert_is(record, &described(&home, record));
     }
 }
