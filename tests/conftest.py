@@ -106,7 +106,8 @@ def controller(request, open_fmu):
 
 
 @pytest.fixture(scope="session")
-def site():
+def site(tmp_path_factory):
     """The folder of the project's site, made anew."""
-    site_pages.write(site_pages.SITE)
-    return site_pages.SITE
+    folder = tmp_path_factory.mktemp("site")
+    site_pages.write(folder)
+    return folder

@@ -9,6 +9,7 @@ import shutil
 import pytest
 
 import host
+import site_pages
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 PACKAGES = ("playwright", "axe_playwright_python")
@@ -158,9 +159,9 @@ def test_print_cuts_nothing(show, name):
 
 
 @pytest.mark.parametrize("name", SHOWN)
-def test_screenshots_are_there_to_be_looked_at(show, site, name):
-    folder = site / "screenshots"
-    folder.mkdir(exist_ok=True)
+def test_screenshots_are_there_to_be_looked_at(show, name):
+    folder = site_pages.SITE / "screenshots"
+    folder.mkdir(parents=True, exist_ok=True)
     title = name.replace("/documentation/index.html", "").removesuffix(".html").replace("/", "-").removesuffix("-index")
     for width in (DESKTOP, PHONE):
         for scheme in ("light", "dark"):

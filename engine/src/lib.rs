@@ -15,6 +15,7 @@ pub mod export;
 pub mod figures;
 pub mod home;
 pub mod identify;
+pub mod known;
 pub mod message;
 pub mod plan;
 pub mod replay;

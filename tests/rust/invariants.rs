@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The product; `tests` and `examples` use it.
-const PRODUCT: [&str; 6] = ["blocks", "fmu", "modeldescription", "parameters", "plcfmu", "xtask"];
+const PRODUCT: [&str; 7] = ["blocks", "engine", "fmu", "modeldescription", "parameters", "plcfmu", "xtask"];
 
 const MOST_LINES_OF_A_FILE: usize = 900;
 const MOST_LINES_OF_A_FUNCTION: usize = 150;
@@ -41,7 +41,10 @@ fn crates_depend_on_each_other_one_way() {
         let allowed: &[&str] = match folder.as_str() {
             "blocks" => &[],
             "fmu" | "modeldescription" | "parameters" => &["blocks"],
-            "plcfmu" => &["blocks", "modeldescription", "parameters"],
+            "engine" => &["blocks", "modeldescription", "parameters"],
+            // It links everything into one program, on which nothing depends.
+            "engine/wasm" => continue,
+            "plcfmu" => &["blocks", "engine", "modeldescription", "parameters"],
             "xtask" => &["blocks", "modeldescription", "parameters", "plcfmu"],
             tests if tests.starts_with("tests") => continue,
             plants if plants.starts_with("examples/plants/") => &["blocks", "fmu", "dynamics"],
@@ -57,7 +60,7 @@ fn crates_depend_on_each_other_one_way() {
     assert_none(
         &findings,
         "dependencies run one way: blocks <- fmu <- fmu/libraries and examples; blocks <- modeldescription, parameters <- \
-         plcfmu <- xtask; and blocks has none at all",
+         engine <- plcfmu <- xtask; and blocks has none at all",
     );
 }
 
@@ -66,13 +69,13 @@ fn no_code_but_that_of_the_blocks_names_a_block() {
     let names: BTreeSet<String> =
         block_names().into_iter().flat_map(|(block, name)| [block, name.to_lowercase(), name]).collect();
     let mut files = Vec::new();
-    for folder in ["fmu/src", "modeldescription", "parameters", "plcfmu", "xtask"] {
+    for folder in ["engine/src", "fmu/src", "modeldescription", "parameters", "plcfmu", "xtask"] {
         // The Python package is documented with blocks.
         files.extend(source_files(folder).into_iter().filter(|file| !file.starts_with("plcfmu/python/")));
     }
     assert_none(
         &find(&files, |line| words(line).find(|word| names.contains(*word)).map(str::to_string)),
-        "fmu, modeldescription, plcfmu and xtask work for any block: say it without a block's name, PUMP for example",
+        "engine, fmu, modeldescription, plcfmu and xtask work for any block: say it without a block's name, PUMP for example",
     );
 }
 
@@ -97,11 +100,14 @@ fn the_core_of_fmu_knows_no_fmi() {
 }
 
 #[test]
-fn only_the_client_of_a_plc_uses_the_network() {
-    let allowed = ["plcfmu/src/plc.rs", "plcfmu/src/plc/"];
+fn only_the_client_of_a_plc_and_the_server_of_the_tool_use_the_network() {
+    let allowed = ["plcfmu/src/plc.rs", "plcfmu/src/plc/", "plcfmu/src/tool/server.rs"];
     assert_none(
-        &find(&outside(&allowed, &product_files()), |line| first_of(&["std::net", "TcpStream", "UdpSocket"], line)),
-        "an FMU and the commands work without a network; what reads a PLC goes to plcfmu/src/plc.rs",
+        &find(&outside(&allowed, &product_files()), |line| {
+            first_of(&["std::net", "tokio::net", "TcpStream", "UdpSocket"], line)
+        }),
+        "an FMU and the commands work without a network; what reads a PLC goes to plcfmu/src/plc.rs, what a page asks of this \
+         machine to plcfmu/src/tool/server.rs",
     );
 }
 
@@ -111,7 +117,8 @@ const UNSAFE: [&str; 7] =
 
 #[test]
 fn unsafe_code_stands_only_at_the_c_interface() {
-    let allowed = ["fmu/src/v2/ffi.rs", "plcfmu/src/host/", "tests/"];
+    // In engine/wasm the names of the exported functions, no more.
+    let allowed = ["fmu/src/v2/ffi.rs", "plcfmu/src/host/", "engine/wasm/src/lib.rs", "tests/"];
     let rust: Vec<String> = all_files().into_iter().filter(|file| file.ends_with(".rs")).collect();
     assert_none(
         &find(&outside(&allowed, &rust), |line| first_of(&UNSAFE, line.split("//").next().unwrap_or(""))),
@@ -143,6 +150,39 @@ fn every_block_has_a_library() {
         .map(|(block, name)| format!("blocks/src has {block}, which makes {name}"))
         .collect();
     assert_none(&findings, "add a crate to fmu/libraries, see blocks/README.md");
+}
+
+#[test]
+fn every_block_and_every_plant_is_in_the_page_of_the_parameter_tool() {
+    let home = read("engine/wasm/src/home.rs");
+    let mut findings = Vec::new();
+    for folder in ["fmu/libraries", "examples/plants"] {
+        for file in source_files(folder).iter().filter(|file| file.ends_with("/src/lib.rs")) {
+            let crate_name = file.trim_end_matches("/src/lib.rs").rsplit('/').next().unwrap();
+            let text = read(file);
+            let exported = text.lines().find_map(|line| line.strip_prefix("fmu::export!(")?.strip_suffix(");"));
+            let Some(block) = exported else { continue };
+            let path = if block.contains("::") { block.to_string() } else { format!("{crate_name}::{block}") };
+            if !home.contains(&format!("$each!({path});")) {
+                findings.push(format!("{file} exports {path}"));
+            }
+        }
+    }
+    assert_none(&findings, "add it to the list in engine/wasm/src/home.rs; a plant to the dependencies there, too");
+}
+
+#[test]
+fn exported_names_are_all_that_is_unsafe_in_the_engine_of_the_page() {
+    let files = source_files("engine/wasm/src");
+    let unsafe_lines = find(&files, |line| first_of(&["unsafe"], line.split("//").next().unwrap_or("")));
+    let allowed = ["unsafe(no_mangle)", "allow(unsafe_code)"];
+    let is_allowed = |finding: &&String| {
+        let (file, rest) = finding.split_once(':').unwrap();
+        let number: usize = rest.split(' ').next().unwrap().parse().unwrap();
+        first_of(&allowed, read(file).lines().nth(number - 1).unwrap()).is_some()
+    };
+    let findings: Vec<String> = unsafe_lines.iter().filter(|finding| !is_allowed(finding)).cloned().collect();
+    assert_none(&findings, "the page reads and writes the memory; Rust gives addresses only");
 }
 
 #[test]
@@ -296,8 +336,8 @@ fn collect(folder: &Path, files: &mut Vec<String>) {
         let name = path.file_name().unwrap().to_string_lossy();
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         if path.is_dir() {
-            // Not what is built or kept by tools: target, .git, __pycache__, the fuzzer's corpus.
-            if !matches!(&*name, "target" | "__pycache__" | "corpus")
+            // Not what is built or kept by tools: target, .git, __pycache__, node_modules, the fuzzer's corpus.
+            if !matches!(&*name, "target" | "__pycache__" | "corpus" | "node_modules")
                 && (!name.starts_with('.') || matches!(&*name, ".cargo" | ".ci"))
             {
                 collect(&path, files);

@@ -1,0 +1,124 @@
+//! The home of the engine in the page: the FMUs that are linked in.
+
+use crate::component::Instance;
+use anyhow::{Context, Result, bail};
+use engine::component::Component;
+use engine::home::Home;
+use engine::message::{Entry, KnownLoop, Part};
+use engine::{dialog, known};
+use fmu::v2::interface;
+use modeldescription::{Table, shortened};
+use modeldescription::v2::{Interface, ModelDescription};
+use parameters::{Block, Loop};
+use std::sync::Arc;
+
+/// Blocks and plants, in the order in which they are shown: one line for each FMU.
+macro_rules! for_each_fmu {
+    ($each:ident) => {
+        $each!(blocks::ContC);
+        $each!(blocks::ContS);
+        $each!(blocks::Pulsegen);
+        $each!(blocks::PulsCtr);
+        $each!(blocks::Hlg);
+        #[cfg(target_family = "wasm")]
+        {
+            $each!(process::Process);
+            $each!(heater::Heater);
+            $each!(valve::Valve);
+            $each!(thermo::Thermo);
+            $each!(tank::Tank);
+            $each!(drive::Drive);
+            $each!(sensor::Sensor);
+        }
+    };
+}
+
+/// The FMUs that are linked in.
+pub struct Linked {
+    fmus: Vec<Fmu>,
+    blocks: Vec<Arc<Block>>,
+}
+
+/// An FMU that is linked in.
+struct Fmu {
+    part: Part,
+    table: Arc<Table>,
+    description: Arc<ModelDescription>,
+    instantiate: fn(&str) -> Result<Box<dyn Component>>,
+}
+
+impl Fmu {
+    /// As the packer reads it from the FMU's library.
+    fn of<B: blocks::Block + 'static>() -> Result<Fmu> {
+        let interface = Interface::parse(&interface::json::<B>())?;
+        let description = Arc::new(ModelDescription::of(&interface)?);
+        let instantiate = |name: &str| Ok(Box::new(Instance::<B>::new(name)?) as Box<dyn Component>);
+        let (roles, _) = dialog::of(&interface.table)?;
+        Ok(Fmu { part: roles.part(&interface.table), table: Arc::new(interface.table), description, instantiate })
+    }
+}
+
+impl Linked {
+    /// All of them.
+    ///
+    /// # Panics
+    /// The table of a block is faulty; then it has no FMU either.
+    pub fn new() -> Linked {
+        let (mut fmus, mut blocks) = (Vec::new(), Vec::new());
+        macro_rules! add {
+            ($Block:ty) => {
+                fmus.push(Fmu::of::<$Block>().expect("the packer accepts the table"));
+                blocks.push(Arc::new(Block::of::<$Block>()));
+            };
+        }
+        for_each_fmu!(add);
+        Linked { fmus, blocks }
+    }
+
+    fn find(&self, name: &str) -> Result<&Fmu> {
+        let found = self.fmus.iter().find(|fmu| fmu.table.name == name);
+        found.with_context(|| format!("there is no FMU {:?}", shortened(name)))
+    }
+}
+
+impl Default for Linked {
+    fn default() -> Linked {
+        Linked::new()
+    }
+}
+
+impl Home for Linked {
+    fn entries(&self) -> Vec<Entry> {
+        let entry = |fmu: &Fmu| Entry {
+            name: fmu.table.name.clone(),
+            summary: fmu.table.summary(),
+            part: fmu.part,
+            is_foreign: false,
+        };
+        self.fmus.iter().map(entry).collect()
+    }
+
+    fn known_loops(&self) -> Vec<KnownLoop> {
+        known::loops(|name| self.find(name).is_ok())
+    }
+
+    fn description(&self, fmu: &str) -> Result<Arc<ModelDescription>> {
+        Ok(self.find(fmu)?.description.clone())
+    }
+
+    fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>> {
+        Ok(Some(self.find(fmu)?.table.clone()))
+    }
+
+    fn blocks(&self) -> Vec<Arc<Block>> {
+        self.blocks.clone()
+    }
+
+    fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>> {
+        (self.find(fmu)?.instantiate)(name)
+    }
+
+    fn preset(&self, of: &Loop, _fmu: Option<Vec<u8>>) -> Result<Vec<u8>> {
+        bail!("{}: the page cannot make a preset; take the parameters away as a file and run 'plcfmu preset'", of.name)
+    }
+}
