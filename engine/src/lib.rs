@@ -16,6 +16,7 @@ pub mod export;
 pub mod figures;
 pub mod home;
 pub mod identify;
+pub mod known;
 pub mod margins;
 pub mod message;
 pub mod plan;
@@ -25,6 +26,7 @@ pub mod replay;
 pub mod rules;
 pub mod run;
 pub mod session;
+pub mod signals;
 pub mod system;
 #[cfg(test)]
 mod test_home;

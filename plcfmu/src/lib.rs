@@ -20,3 +20,5 @@ pub mod parameter_file;
 pub mod plc;
 #[cfg(feature = "command")]
 pub mod progress;
+#[cfg(feature = "command")]
+pub mod tool;

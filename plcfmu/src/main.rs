@@ -1,7 +1,11 @@
 //! The command `plcfmu`.
 
 use clap::{Parser, Subcommand};
+#[cfg(feature = "tool")]
+use plcfmu::commands::tool;
 use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, run, ssp};
+#[cfg(feature = "tool")]
+use plcfmu::tool::child;
 use std::process::ExitCode;
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
@@ -31,6 +35,12 @@ enum Command {
     Build(build::Options),
     Merge(merge::Options),
     Preset(preset::Options),
+    #[cfg(feature = "tool")]
+    Tool(tool::Options),
+    /// Run a foreign FMU for `plcfmu tool`
+    #[cfg(feature = "tool")]
+    #[command(name = child::COMMAND, hide = true)]
+    ToolChild(child::Options),
 }
 
 fn main() -> ExitCode {
@@ -45,6 +55,10 @@ fn main() -> ExitCode {
         Command::Build(options) => build::run(&options),
         Command::Merge(options) => merge::run(&options),
         Command::Preset(options) => preset::run(&options),
+        #[cfg(feature = "tool")]
+        Command::Tool(options) => tool::run(&options),
+        #[cfg(feature = "tool")]
+        Command::ToolChild(options) => child::run(&options),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

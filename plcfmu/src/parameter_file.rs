@@ -90,19 +90,32 @@ pub fn format_of(name: &str) -> Result<Format> {
 /// The loop that an FMU is: it is called as the FMU, and has its start values.
 fn read_fmu(name: &str, blocks: &[Arc<Block>], options: &Options) -> Result<Reading> {
     let description = Package::open(Path::new(name))?.description;
-    let identifier = description.model_identifier().unwrap_or_default();
-    let known = blocks.iter().find(|block| block.name == identifier && values(&description, block).is_ok()).cloned();
-    let block = match known {
-        Some(block) => block,
-        None => Arc::new(block_of_library(Path::new(name))?),
+    let called = options.name.as_deref().unwrap_or(&description.model_name);
+    let of_block = |block: &Arc<Block>| start_values(&description, block, called, name);
+    let known = blocks.iter().filter(|block| is_of(&description, block)).find_map(|block| of_block(block).ok());
+    let one = match known {
+        Some(one) => one,
+        None => of_block(&Arc::new(block_of_library(Path::new(name))?))?,
     };
-    let stem = options.name.clone().unwrap_or_else(|| description.model_name.clone());
-    let mut one = Loop::new(stem, block.clone());
-    for (index, value) in values(&description, &block)? {
-        one.set(index, value, Origin::File { file: name.to_string() });
-    }
     let remarks = Problems { file: name.to_string(), text: String::new(), problems: Vec::new() };
     Ok(Reading { loops: vec![one], remarks })
+}
+
+/// Whether an FMU is named as one of this block.
+pub(crate) fn is_of(description: &ModelDescription, block: &Block) -> bool {
+    description.model_identifier() == Some(&block.name)
+}
+
+/// The start values of an FMU of a block, as a loop that is read from `file`.
+///
+/// # Errors
+/// The FMU lacks a start value, or the block cannot have it.
+pub(crate) fn start_values(description: &ModelDescription, block: &Arc<Block>, name: &str, file: &str) -> Result<Loop> {
+    let mut one = Loop::new(name, block.clone());
+    for (index, value) in values(description, block)? {
+        one.set(index, value, Origin::File { file: file.to_string() });
+    }
+    Ok(one)
 }
 
 /// The start values that an FMU has for the settings of a block.
@@ -137,7 +150,7 @@ pub fn block_of_library(path: &Path) -> Result<Block> {
 }
 
 /// The block that a library's table describes.
-fn block(table: &Table) -> Result<Block> {
+pub(crate) fn block(table: &Table) -> Result<Block> {
     let member = |(index, row): (usize, &Row)| {
         let value = |number: f64| {
             to_value(number, row.kind)

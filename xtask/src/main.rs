@@ -11,6 +11,7 @@ use plcfmu::build::platform::Platform;
 use plcfmu::build::workspace::Workspace;
 use plcfmu::command;
 use plcfmu::package::{dist, pack};
+use plcfmu::tool::make;
 use python::Environment;
 use std::process::ExitCode;
 
@@ -30,7 +31,7 @@ Examples:
   cargo xtask test -- -k time       only the Python tests with 'time' in their name
   cargo xtask test --platforms      also the libraries for Windows and ARM, under Wine and qemu
 
-Results, below target/: fmu/NAME.fmu, demo/ (CSV, PNG, SVG), dist/, docs/, venv/ (the Python environment)
+Results, below target/: fmu/NAME.fmu, demo/ (CSV, PNG, SVG), dist/, docs/, tool/, venv/ (the Python environment)
 Needed: Rust, a C compiler, Python 3.9 or newer. 'cargo xtask fmu --native' needs no Python.";
 
 #[derive(Subcommand)]
@@ -39,6 +40,8 @@ enum Command {
     Fmu(pack::Options),
     /// Pack all FMUs for all platforms, the Python wheels and the command, with checksums and a table: target/dist/
     Dist(dist::Options),
+    /// Make the parameter tool, one HTML file that runs by itself: target/tool/plcfmu-tool.html
+    Tool(make::Options),
     /// Run all tests: Rust, Python, other importers
     Test(test::Options),
     /// Run closed loops of FMUs, print their figures, draw them: target/demo/
@@ -68,13 +71,12 @@ fn dispatch(command: Command) -> Result<()> {
             }
             pack::run(&workspace, &options)
         }
-        Command::Dist(options) => {
-            let mut wheel = Environment::ready(&workspace)?.python();
-            dist::run(&workspace, &options, |folder, targets| {
-                wheel.arg(workspace.root.join("plcfmu/python/build_wheel.py"));
-                wheel.args(["--archive", "--fmus=.", "--out=."]).current_dir(folder);
-                command::run(wheel.args(targets.iter().map(|target| format!("--target={target}"))))
-            })
+        Command::Dist(options) => dist::run(&workspace, &options, Environment::ready(&workspace)?.python()),
+        Command::Tool(options) => {
+            if options.fmus.is_none() {
+                Environment::ready(&workspace)?;
+            }
+            make::run(&workspace, &options)
         }
         Command::Test(options) => test::test(&workspace, &options),
         Command::Demo(options) => demo::demo(&workspace, &options),

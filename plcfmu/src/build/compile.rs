@@ -161,7 +161,7 @@ pub fn cargo_build(workspace: &Workspace, platform: &Platform, linkage: &Linkage
 }
 
 /// Flags that keep this machine's paths out of the libraries, and those for the linker.
-fn flags(workspace: &Workspace, platform: &Platform) -> String {
+pub fn flags(workspace: &Workspace, platform: &Platform) -> String {
     let home = std::env::home_dir().unwrap_or_default();
     let cargo_home = std::env::var_os("CARGO_HOME").map_or(home.join(".cargo"), PathBuf::from);
     let paths = [(cargo_home, "/cargo"), (workspace.root.clone(), "/plcfmu")];
@@ -245,7 +245,7 @@ pub fn artifacts(build: &mut Command) -> Result<Vec<Artifact>> {
 }
 
 /// The library file of the artifact if it is the `cdylib` of this name.
-fn library<'a>(artifact: &'a Artifact, name: &str, suffix: &str) -> Option<&'a Utf8PathBuf> {
+pub fn library<'a>(artifact: &'a Artifact, name: &str, suffix: &str) -> Option<&'a Utf8PathBuf> {
     let is_library = artifact.target.name == name && artifact.target.crate_types.contains(&CrateType::CDyLib);
     artifact.filenames.iter().find(|file| is_library && file.as_str().ends_with(suffix))
 }

@@ -11,6 +11,8 @@ pub mod preset;
 pub mod run;
 pub mod ssp;
 pub mod system;
+#[cfg(feature = "tool")]
+pub mod tool;
 
 use crate::host::library::PREFIX;
 use crate::package::binary::Binary;

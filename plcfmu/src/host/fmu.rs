@@ -2,8 +2,8 @@
 
 use crate::host::instance::Instance;
 use crate::host::library::Library;
-use crate::package::Package;
 use crate::package::temporary;
+use crate::package::{LibraryFile, Package};
 use anyhow::{Context, Result, bail};
 use modeldescription::v2::{Capabilities, ModelDescription};
 use std::env::consts::{ARCH, OS};
@@ -37,18 +37,7 @@ impl Fmu {
     /// # Errors
     /// As [`Fmu::open`].
     pub fn load<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<Fmu> {
-        if package.description.co_simulation.is_none() {
-            bail!("the FMU is for model exchange only: a simulator with a solver can run it, this one cannot");
-        }
-        let platforms = platforms(OS, ARCH);
-        let file = platforms.iter().find_map(|name| package.libraries.iter().find(|file| file.platform == *name));
-        let Some(file) = file.cloned() else {
-            bail!(
-                "the FMU has no library for this platform ({}), only for {}: get or build it for {0}",
-                platforms.first().map_or_else(|| format!("{OS} on {ARCH}"), ToString::to_string),
-                package.platforms()
-            );
-        };
+        let file = library(package)?.clone();
         let folder =
             temporary::builder().tempdir_in(place).with_context(|| format!("no folder in {}", place.display()))?;
         package.archive.unpack(folder.path())?;
@@ -69,6 +58,25 @@ impl Fmu {
     pub fn capabilities(&self) -> Capabilities {
         self.description.co_simulation.as_ref().map(|flags| flags.capabilities.clone()).unwrap_or_default()
     }
+}
+
+/// The library that is loaded on this platform. This reads the package and runs none of its code.
+///
+/// # Errors
+/// The FMU is not for co-simulation, or has no library for this platform.
+pub fn library<R: Read + Seek>(package: &Package<R>) -> Result<&LibraryFile> {
+    if package.description.co_simulation.is_none() {
+        bail!("the FMU is for model exchange only: a simulator with a solver can run it, this one cannot");
+    }
+    let platforms = platforms(OS, ARCH);
+    let file = platforms.iter().find_map(|name| package.libraries.iter().find(|file| file.platform == *name));
+    file.with_context(|| {
+        format!(
+            "the FMU has no library for this platform ({}), only for {}: get or build it for {0}",
+            platforms.first().map_or_else(|| format!("{OS} on {ARCH}"), ToString::to_string),
+            package.platforms()
+        )
+    })
 }
 
 /// FMI's folders for a platform, the best first. FMI 2.0 has none for Linux on ARM; both of these are in use.

@@ -15,3 +15,4 @@ pub mod fmu;
 pub mod instance;
 pub mod library;
 pub mod simulation;
+pub mod standard_output;

@@ -134,7 +134,11 @@ impl Original<BufReader<File>> {
 }
 
 impl<R: Read + Seek> Original<R> {
-    fn of(mut package: Package<R>) -> Result<Self> {
+    /// The same for a package that is open.
+    ///
+    /// # Errors
+    /// Its start values are damaged.
+    pub fn of(mut package: Package<R>) -> Result<Self> {
         let block = package.description.model_identifier().unwrap_or_default().to_string();
         let start = read(&mut package)?.map(|(_, start)| start);
         let is_preset = start.is_some();

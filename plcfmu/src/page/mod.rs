@@ -117,7 +117,8 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
     // A documentation without headings is the law.
     let law = take(&[("Law", "Law"), ("", "Law"), ("Clauses", "Clauses")])?;
     let mut after_responses = take(&[("Limits of use", "Limits of use"), ("Sources", "Sources")])?;
-    // Only programs read it.
+    // Only programs read it; here it has to be right.
+    engine::dialog::of(table).context("the dialog of the block")?;
     sections.take("Dialog");
     for (title, text) in sections.take_all() {
         after_responses.push(section(title, text, &names)?);
@@ -152,12 +153,40 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
             .map(|(characteristic, sweep)| characteristic_drawing(table, characteristic, sweep))
             .collect::<anyhow::Result<_>>()?,
         recordings: reference::links(&table.name),
-        groups: groups(table, &names)?,
+        groups: groups(table)?,
         license: license.unwrap_or("its package names no licence"),
         preset_place: preset::PRESET,
         recording_place: preset::RECORDING,
     };
     page.render().context("the documentation page")
+}
+
+/// The help of a variable as HTML, in which the names of other variables are links.
+///
+/// # Errors
+/// A formula cannot be rendered.
+pub fn help(table: &Table, row: &Row) -> anyhow::Result<String> {
+    // A variable does not link to itself.
+    let others: Vec<&str> =
+        table.variables.iter().map(|of| of.name.as_str()).filter(|name| *name != row.name).collect();
+    markdown::html(&row.help, &others).with_context(|| format!("the help of {}", row.name))
+}
+
+/// Sections of a block's documentation as HTML, those of these titles that there are.
+///
+/// # Errors
+/// A formula cannot be rendered.
+pub fn sections(table: &Table, titles: &[&str]) -> anyhow::Result<String> {
+    let names: Vec<&str> = table.variables.iter().map(|row| row.name.as_str()).collect();
+    let mut sections = Sections::of(&table.docs);
+    let mut html = String::new();
+    for title in titles {
+        if let Some(text) = sections.take(title) {
+            let Section { title, text, .. } = section(title, text, &names)?;
+            html.push_str(&format!("<h3>{title}</h3>\n{text}"));
+        }
+    }
+    Ok(html)
 }
 
 fn section(title: &str, text: &str, names: &[&str]) -> anyhow::Result<Section> {
@@ -197,7 +226,7 @@ fn names_sources(table: &Table) -> bool {
 }
 
 /// The variables by their use; a use that no variable has is left out.
-fn groups<'a>(table: &'a Table, names: &[&str]) -> anyhow::Result<Vec<Group<'a>>> {
+fn groups<'a>(table: &'a Table) -> anyhow::Result<Vec<Group<'a>>> {
     let titles: [(&str, &[Role]); 5] = [
         ("Inputs", &[Role::Input]),
         ("Outputs", &[Role::Output]),
@@ -209,7 +238,7 @@ fn groups<'a>(table: &'a Table, names: &[&str]) -> anyhow::Result<Vec<Group<'a>>
     for (title, roles) in titles {
         let rows = table.variables.iter().enumerate().filter(|(_, row)| roles.contains(&row.role));
         let variables =
-            rows.map(|(reference, row)| variable(reference, row, names)).collect::<anyhow::Result<Vec<_>>>()?;
+            rows.map(|(reference, row)| variable(table, reference, row)).collect::<anyhow::Result<Vec<_>>>()?;
         if !variables.is_empty() {
             groups.push(Group { title, variables });
         }
@@ -217,15 +246,13 @@ fn groups<'a>(table: &'a Table, names: &[&str]) -> anyhow::Result<Vec<Group<'a>>
     Ok(groups)
 }
 
-fn variable<'a>(reference: usize, row: &'a Row, names: &[&str]) -> anyhow::Result<Variable<'a>> {
+fn variable<'a>(table: &Table, reference: usize, row: &'a Row) -> anyhow::Result<Variable<'a>> {
     let is_set = !matches!(row.role, Role::Output | Role::Local);
     let (range, range_class, description) = match text::range_in_words(row) {
         // Words may take several lines, numbers do not.
         Some((description, range)) => (range.to_string(), "range", description),
         None => (text::range(row), "number", row.description.as_str()),
     };
-    // A variable does not link to itself.
-    let others: Vec<&str> = names.iter().copied().filter(|name| *name != row.name).collect();
     Ok(Variable {
         name: &row.name,
         kind: row.kind.name(),
@@ -234,7 +261,7 @@ fn variable<'a>(reference: usize, row: &'a Row, names: &[&str]) -> anyhow::Resul
         range_class,
         start: if is_set { text::number(row.kind, row.start) } else { String::new() },
         description,
-        help: markdown::html(&row.help, &others).with_context(|| format!("the help of {}", row.name))?,
+        help: help(table, row)?,
         reference,
     })
 }
@@ -400,13 +427,31 @@ mod tests {
             page_of(table, &[0])
         };
         let without = page("Pumps.\n\n# Purpose\n\nIt pumps.", &mut table);
-        let fence = "```dialog\nsetpoint: FLOW\n\n[Process value]\nFLOW\n```";
+        let fence = "```dialog\nsetpoint: FLOW\n\n[Process value]\nFLOW, DI_A.GAIN, CYCLE\n```";
         for docs in [
             format!("Pumps.\n\n# Purpose\n\nIt pumps.\n\n# Dialog\n\n{fence}"),
             format!("Pumps.\n\n# Purpose\n\nIt pumps.\n\n{fence}"),
         ] {
             assert_eq!(page(&docs, &mut table), without);
         }
+    }
+
+    #[test]
+    fn a_dialog_that_does_not_fit_the_table_is_refused_with_the_remedy() {
+        let refusal = |lines: &str| {
+            let table = Table { docs: format!("Pumps.\n\n```dialog\n{lines}\n```"), ..table() };
+            let recordings = Recordings { responses: Vec::new(), characteristics: Vec::new() };
+            format!("{:#}", html(&table, "{1}", &recordings, None).unwrap_err())
+        };
+        assert_eq!(
+            refusal("[Process value]\nFLOW\nCYCLE"),
+            "the dialog of the block: PUMP: DI_A.GAIN is in no group of its dialog: add it to one"
+        );
+        assert_eq!(
+            refusal("setpoint: FLOWS"),
+            "the dialog of the block: PUMP: the line \"setpoint: FLOWS\" of its dialog: there is no variable \"FLOWS\"; did \
+             you mean FLOW?"
+        );
     }
 
     #[test]

@@ -1,0 +1,253 @@
+//! `plcfmu tool`: the parameter tool in the browser, with FMUs.
+
+use super::print;
+use crate::page::escape::Named;
+use crate::tool::assets;
+use crate::tool::child::{Processes, Starter};
+use crate::tool::home::{Collection, File, Known};
+use crate::tool::page::{self, Content, Home};
+use crate::tool::server::Server;
+use anyhow::{Context, Result, bail, ensure};
+use askama::filters::Escaper as _;
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use parameters::Format;
+use std::env;
+use std::fmt::Write as _;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// The largest parameter file, in bytes; its Base64 has to fit into a request.
+const LARGEST_FILE: u64 = 40 << 20;
+
+/// The environment variable that names the folder of the FMUs; the Python package has the same.
+const FMUS: &str = "PLCFMU_FMUS";
+
+/// Set, run and tune control loops on a page in the browser
+///
+/// Opens loops of a parameter file or new ones, runs them against a plant, records, tunes and compares them, and writes presets and
+/// parameter files. The page is served to this machine alone, at an address that nobody can guess.
+#[derive(clap::Args, Clone, Debug)]
+#[command(after_help = HELP)]
+pub struct Options {
+    /// Parameter files to open (.awl, .scl, .db, .xml, .json, .ssv), and FMUs of blocks
+    #[arg(value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// An FMU to control, from any tool; it runs in a process of its own
+    #[arg(long, value_name = "FILE.fmu")]
+    plant: Option<PathBuf>,
+    /// The folder of the FMUs [default: PLCFMU_FMUS, those installed with plcfmu, or target/fmu]
+    #[arg(long, value_name = "FOLDER")]
+    fmus: Option<PathBuf>,
+    /// The port on 127.0.0.1; by default any that is free
+    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    port: u16,
+    /// Print the address only
+    #[arg(long)]
+    no_browser: bool,
+    /// How long a call of a foreign FMU may take, in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds)]
+    time_limit: f64,
+}
+
+const HELP: &str = "\
+Examples:
+  plcfmu tool plant.awl
+  plcfmu tool --plant BOILER.fmu plant.awl";
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if (0.1..=86_400.0).contains(&seconds) => Ok(seconds),
+        _ => Err("a time from 0.1 s to 86400 s is needed".into()),
+    }
+}
+
+/// Serves the tool until it is interrupted.
+///
+/// # Errors
+/// There are no FMUs, a file cannot be opened, or the port is taken.
+pub fn run(options: &Options) -> Result<()> {
+    let processes = Processes::default();
+    let starter = Starter {
+        program: env::current_exe().context("the program plcfmu does not find itself")?,
+        limit: Duration::from_secs_f64(options.time_limit),
+        processes: processes.clone(),
+    };
+    let Opened { collection, start } = open(options, starter)?;
+    let server = Server::bind(options.port)?;
+    let url = server.url();
+    let page = start.put_into(&page(&collection)?)?;
+    server.run(page, collection, &processes, || {
+        // A closed standard output is no reason to end.
+        let _ = print(&format!("{url}\n"));
+        eprintln!("Ctrl-C ends it.");
+        if !options.no_browser && open::that_detached(&url).is_err() {
+            eprintln!("remark: no browser could be opened: open the address above in one");
+        }
+    })
+}
+
+/// The FMUs that there are, and what the page begins with.
+struct Opened {
+    collection: Collection,
+    start: Start,
+}
+
+/// What the page begins with.
+#[derive(Debug, Default)]
+struct Start {
+    /// Parameter files to open.
+    files: Vec<File>,
+    /// The FMU of which there is a new loop.
+    block: Option<String>,
+    /// The FMU that is the plant of every new loop.
+    plant: Option<String>,
+}
+
+fn open(options: &Options, starter: Starter) -> Result<Opened> {
+    let mut fmus: Vec<Known> = Vec::new();
+    let (mut start, mut presets) = (Start::default(), Vec::new());
+    for path in &options.files {
+        let shown = || path.display().to_string();
+        let is_fmu = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu"));
+        if !is_fmu {
+            start.files.push(parameter_file(path)?);
+        } else if is_preset(path).with_context(shown)? {
+            presets.push(path);
+        } else {
+            let known = Known::open(path).with_context(shown)?;
+            if !known.is_foreign() {
+                start.block.get_or_insert_with(|| known.name.clone());
+            }
+            add(&mut fmus, known)?;
+        }
+    }
+    if let Some(path) = &options.plant {
+        let known = Known::open(path).with_context(|| path.display().to_string())?.into_plant();
+        start.plant = Some(known.name.clone());
+        add(&mut fmus, known)?;
+    }
+    let folder = folder(options.fmus.as_deref(), has_fmus);
+    if let Some(folder) = &folder {
+        add_folder(&mut fmus, folder)?;
+    }
+    ensure!(
+        fmus.iter().any(|known| !known.is_foreign()),
+        "there are no FMUs of blocks{}: name their folder with --fmus, or set {FMUS} to it",
+        folder.map_or_else(String::new, |folder| format!(" in {}", folder.display()))
+    );
+    let collection = Collection::of(fmus, Vec::new(), starter)?;
+    for path in presets {
+        let shown = || path.display().to_string();
+        let file = collection.preset(path).with_context(shown)?;
+        start.files.push(file.with_context(|| format!("{}: there is no FMU of its block", path.display()))?);
+    }
+    Ok(Opened { collection, start })
+}
+
+fn is_preset(path: &Path) -> Result<bool> {
+    Ok(crate::package::preset::Original::open(path)?.is_preset)
+}
+
+fn add(fmus: &mut Vec<Known>, known: Known) -> Result<()> {
+    if fmus.iter().any(|other| other.name == known.name) {
+        bail!("two FMUs are named {}: rename the file of one of them", known.name);
+    }
+    fmus.push(known);
+    Ok(())
+}
+
+/// Adds the FMUs of a folder that are ours. Those that have been named before take precedence; presets are passed over.
+fn add_folder(fmus: &mut Vec<Known>, folder: &Path) -> Result<()> {
+    for path in paths(folder).with_context(|| folder.display().to_string())? {
+        let is_named = |known: &Known| path.file_stem().is_some_and(|stem| stem.to_string_lossy() == *known.name);
+        if fmus.iter().any(is_named) {
+            continue;
+        }
+        match is_preset(&path).and_then(|is_preset| if is_preset { Ok(None) } else { Known::open(&path).map(Some) }) {
+            Ok(Some(known)) if known.is_foreign() => {
+                eprintln!("remark: {}: it is a foreign FMU: name it to use it", path.display());
+            }
+            Ok(known) => fmus.extend(known),
+            Err(error) => eprintln!("warning: {}: {error:#}", path.display()),
+        }
+    }
+    Ok(())
+}
+
+/// The paths of the FMUs in a folder, in order.
+fn paths(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let entries = fs::read_dir(folder)?.collect::<std::io::Result<Vec<_>>>()?;
+    let mut paths: Vec<_> = entries.into_iter().map(|entry| entry.path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu")));
+    paths.sort();
+    Ok(paths)
+}
+
+fn has_fmus(folder: &Path) -> bool {
+    paths(folder).is_ok_and(|paths| !paths.is_empty())
+}
+
+/// The folder of the FMUs: that of the option or of the environment, or else the first of the usual ones that has FMUs.
+fn folder(given: Option<&Path>, has_fmus: impl Fn(&Path) -> bool) -> Option<PathBuf> {
+    if let Some(folder) = given {
+        return Some(folder.into());
+    }
+    if let Some(folder) = env::var_os(FMUS).filter(|folder| !folder.is_empty()) {
+        return Some(folder.into());
+    }
+    let program = env::current_exe().and_then(fs::canonicalize).unwrap_or_default();
+    let beside = program.parent().unwrap_or(Path::new("."));
+    // A wheel's program is in bin (on Windows: Scripts), its package in lib/python3.x/site-packages (Lib\site-packages).
+    let environment = beside.parent().unwrap_or(beside);
+    let versions = fs::read_dir(environment.join("lib")).into_iter().flatten().flatten();
+    let mut libraries: Vec<_> = versions.map(|entry| entry.path()).collect();
+    libraries.sort();
+    libraries.push(environment.join("Lib"));
+    let packages = libraries.into_iter().map(|library| library.join("site-packages").join("plcfmu").join("fmus"));
+    let mut usual =
+        [beside.join("fmus"), beside.into()].into_iter().chain(packages).chain([PathBuf::from("target/fmu")]);
+    usual.find(|folder| has_fmus(folder))
+}
+
+/// A parameter file for the page to read.
+fn parameter_file(path: &Path) -> Result<File> {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let is_known = Format::of_file(&name).is_some() || path.extension().is_some_and(|extension| extension == "csv");
+    ensure!(is_known, "{}: it is neither a parameter file nor a recording (.csv) nor an FMU", path.display());
+    let read = || -> Result<File> {
+        let size = fs::metadata(path)?.len();
+        ensure!(size <= LARGEST_FILE, "it has {size} bytes; at most {LARGEST_FILE} are accepted");
+        Ok(File::of(name, &fs::read(path)?))
+    };
+    read().with_context(|| path.display().to_string())
+}
+
+impl Start {
+    /// The page with this in its head.
+    fn put_into(&self, page: &str) -> Result<String> {
+        let mut packed = GzEncoder::new(Vec::new(), Compression::default());
+        packed.write_all(serde_json::to_string(&self.files)?.as_bytes())?;
+        let files = BASE64_STANDARD.encode(packed.finish()?);
+        let mut own = format!("<script type=\"text/plain\" id=\"files\">{files}</script>\n");
+        for (name, content) in [("plcfmu-open", &self.block), ("plcfmu-plant", &self.plant)] {
+            if let Some(content) = content {
+                write!(own, "<meta name=\"{name}\" content=\"")?;
+                Named.write_escaped_str(&mut own, content)?;
+                own.push_str("\">\n");
+            }
+        }
+        let (head, rest) = page.split_once("</head>").context("the page has no head")?;
+        Ok(format!("{head}{own}</head>{rest}"))
+    }
+}
+
+/// The page without what the server adds.
+fn page(collection: &Collection) -> Result<String> {
+    let assets = assets::json(collection.tables())?;
+    page::assemble(&page::embedded(), &Content { home: Home::Server, data: &[("assets", &assets)] })
+}

@@ -1,0 +1,348 @@
+//! The home of the engine behind `plcfmu tool`: FMUs, ours in this process and foreign ones in processes of their own.
+
+use crate::host::fmu::{self, Fmu};
+use crate::package::binary::Binary;
+use crate::package::preset::Original;
+use crate::package::{Package, temporary};
+use crate::parameter_file;
+use crate::tool::child::Starter;
+use anyhow::{Context, Result, bail, ensure};
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use engine::component::Component;
+use engine::home::Home;
+use engine::message::{Entry, KnownLoop, Part};
+use modeldescription::v2::{Interface, ModelDescription};
+use modeldescription::{Table, shortened};
+use parameters::{Block, Format, Loop};
+use serde::Serialize;
+use std::cell::RefCell;
+use std::io::{Cursor, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::Arc;
+use tempfile::TempPath;
+
+/// So many FMUs may a page upload.
+const MOST_UPLOADS: usize = 100;
+
+/// An FMU, and where its instances are.
+#[derive(Debug)]
+pub struct Known {
+    /// Its name in the catalogue.
+    pub name: String,
+    description: Arc<ModelDescription>,
+    /// What an FMU that was made with `fmu::export!` tells of its block.
+    table: Option<Arc<Table>>,
+    part: Part,
+    source: Source,
+}
+
+#[derive(Debug)]
+enum Source {
+    /// In this process.
+    Loaded(Box<Fmu>, PathBuf),
+    /// Each in a process of its own.
+    Foreign(PathBuf),
+    /// The same for an FMU that a page has sent; its file goes with it.
+    Uploaded(TempPath),
+}
+
+impl Known {
+    /// Opens an FMU. One that was made with `fmu::export!` is loaded, which runs code of it.
+    ///
+    /// # Errors
+    /// It is damaged, or has no library for this platform.
+    pub fn open(path: &Path) -> Result<Known> {
+        let mut package = Package::open(path)?;
+        let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        let description = Arc::new(package.description.clone());
+        if !has_table(&mut package)? {
+            return Ok(Known {
+                name,
+                description,
+                table: None,
+                part: Part::Other,
+                source: Source::Foreign(path.into()),
+            });
+        }
+        let fmu = Fmu::load(&mut package, &std::env::temp_dir())?;
+        let table = Interface::parse(&fmu.library.interface()?)?.table;
+        let part = part(&table);
+        let source = Source::Loaded(Box::new(fmu), path.into());
+        Ok(Known { name, description, table: Some(Arc::new(table)), part, source })
+    }
+
+    /// Says that it is a plant, if it does not say itself what it is.
+    pub fn into_plant(mut self) -> Known {
+        if self.part == Part::Other {
+            self.part = Part::Plant;
+        }
+        self
+    }
+
+    /// Whether it was not made with `fmu::export!`.
+    pub fn is_foreign(&self) -> bool {
+        self.table.is_none()
+    }
+
+    /// Its line in the catalogue.
+    fn entry(&self) -> Entry {
+        Entry {
+            name: self.name.clone(),
+            summary: self.description.description.as_deref().map(short).unwrap_or_default(),
+            part: self.part,
+            is_foreign: !matches!(self.source, Source::Loaded(..)),
+        }
+    }
+}
+
+/// Whether the library for this platform has a block's table. None of its code runs.
+fn has_table<R: Read + Seek>(package: &mut Package<R>) -> Result<bool> {
+    let file = fmu::library(package)?.clone();
+    let bytes = package.library(&file)?;
+    Ok(Binary::read(&bytes).with_context(|| file.path.clone())?.has_table)
+}
+
+/// What an FMU is in a loop, by what its documentation says of its dialog.
+fn part(table: &Table) -> Part {
+    engine::dialog::of(table).map_or(Part::Other, |(roles, _)| roles.part(table))
+}
+
+/// A text of a foreign FMU, short enough to be shown.
+fn short(text: &str) -> String {
+    const MOST: usize = 400;
+    text.chars().take(MOST).collect()
+}
+
+/// What all pages of a server share.
+#[derive(Debug)]
+pub struct Collection {
+    fmus: Vec<Arc<Known>>,
+    blocks: Vec<Arc<Block>>,
+    loops: Vec<KnownLoop>,
+    starter: Starter,
+}
+
+impl Collection {
+    /// Sorts the FMUs: controllers, plants, others, by name.
+    ///
+    /// # Errors
+    /// A library's table is damaged.
+    pub fn of(mut fmus: Vec<Known>, loops: Vec<KnownLoop>, starter: Starter) -> Result<Collection> {
+        let rank = |part: Part| [Part::Controller, Part::Plant, Part::Other].iter().position(|other| *other == part);
+        fmus.sort_by(|a, b| (rank(a.part), &a.name).cmp(&(rank(b.part), &b.name)));
+        let mut blocks = Block::all();
+        for (known, table) in fmus.iter().filter_map(|known| Some((known, known.table.as_ref()?))) {
+            if !blocks.iter().any(|block| block.name == table.name) {
+                blocks.push(Arc::new(parameter_file::block(table).with_context(|| known.name.clone())?));
+            }
+        }
+        Ok(Collection { fmus: fmus.into_iter().map(Arc::new).collect(), blocks, loops, starter })
+    }
+
+    /// The tables of those that have one.
+    pub fn tables(&self) -> impl Iterator<Item = &Table> {
+        self.fmus.iter().filter_map(|known| known.table.as_deref())
+    }
+
+    /// The start values of an FMU of a known block, as a parameter file; `None` for any other FMU.
+    fn parameters(&self, description: &ModelDescription, name: &str) -> Option<File> {
+        let of_block = |block: &Arc<Block>| parameter_file::start_values(description, block, name, name).ok();
+        let mut blocks = self.blocks.iter().filter(|block| parameter_file::is_of(description, block));
+        let one = blocks.find_map(of_block)?;
+        let content = parameters::write(Format::Json, &[one], name).ok()?;
+        Some(File::of(format!("{name}.json"), &content))
+    }
+
+    /// The start values of a preset at `path`, as a parameter file; `None` for any other FMU.
+    ///
+    /// # Errors
+    /// The FMU is damaged.
+    pub fn preset(&self, path: &Path) -> Result<Option<File>> {
+        let original = Original::open(path)?;
+        let description = Package::open(path)?.description;
+        Ok(self.parameters(&description, &description.model_name).filter(|_| original.is_preset))
+    }
+}
+
+/// A file for the page to open.
+#[derive(Clone, Debug, Serialize)]
+pub struct File {
+    file: String,
+    /// Base64
+    content: String,
+}
+
+impl File {
+    /// A file with this name and content.
+    pub fn of(file: String, content: &[u8]) -> File {
+        File { file, content: BASE64_STANDARD.encode(content) }
+    }
+}
+
+/// What a page is told of an FMU that it has sent. No code of it has run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Inspected {
+    name: String,
+    model: String,
+    summary: String,
+    tool: Option<String>,
+    author: Option<String>,
+    platforms: Vec<String>,
+    /// Why it cannot run here.
+    problem: Option<String>,
+    /// The start values of an FMU of a known block.
+    parameters: Option<File>,
+}
+
+/// The home of one page's engine. The clones are the same home.
+#[derive(Clone, Debug)]
+pub struct FmuHome {
+    collection: Arc<Collection>,
+    uploads: Rc<RefCell<Uploads>>,
+}
+
+#[derive(Debug, Default)]
+struct Uploads {
+    /// Those that the user has not accepted.
+    waiting: Vec<(String, TempPath)>,
+    accepted: Vec<Arc<Known>>,
+}
+
+impl FmuHome {
+    /// The home of a new page.
+    pub fn new(collection: Arc<Collection>) -> FmuHome {
+        FmuHome { collection, uploads: Rc::default() }
+    }
+
+    /// Takes an FMU that the page sends, and reads it. It is not used before it is accepted.
+    ///
+    /// # Errors
+    /// It is damaged or no FMU, or there are too many.
+    pub fn upload(&self, file: &str, bytes: &[u8]) -> Result<Inspected> {
+        let name = Path::new(file).file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let shown = || short(&name);
+        let mut package = Package::read(Cursor::new(bytes)).with_context(shown)?;
+        let name = self.free_name(name.strip_suffix(".fmu").unwrap_or(&name));
+        let problem = has_table(&mut package).err().map(|error| format!("{error:#}"));
+        let description = &package.description;
+        let inspected = Inspected {
+            model: shortened(&description.model_name).into_owned(),
+            summary: description.description.as_deref().map(short).unwrap_or_default(),
+            tool: description.generation_tool.as_deref().map(short),
+            author: description.author.as_deref().map(short),
+            platforms: package.libraries.iter().map(|library| short(&library.platform)).collect(),
+            problem,
+            parameters: self.collection.parameters(description, &description.model_name),
+            name,
+        };
+        let uploads = &mut *self.uploads.borrow_mut();
+        uploads.waiting.retain(|(other, _)| *other != inspected.name);
+        ensure!(
+            uploads.waiting.len() + uploads.accepted.len() < MOST_UPLOADS,
+            "a page can send {MOST_UPLOADS} FMUs at most: reload it to begin anew"
+        );
+        let mut beside = temporary::builder().tempfile().context("there is no room for a temporary file")?;
+        beside.write_all(bytes).context("there is no room for the FMU")?;
+        uploads.waiting.push((inspected.name.clone(), beside.into_temp_path()));
+        Ok(inspected)
+    }
+
+    /// The user agrees that code of an FMU runs which the page has sent.
+    ///
+    /// # Errors
+    /// The page has sent none of this name, or it cannot be loaded here.
+    pub fn accept(&self, name: &str) -> Result<Entry> {
+        let uploads = &mut *self.uploads.borrow_mut();
+        if let Some(known) = uploads.accepted.iter().find(|known| known.name == name) {
+            return Ok(known.entry());
+        }
+        let place = uploads.waiting.iter().position(|(other, _)| other == name);
+        let place = place.with_context(|| format!("no FMU {:?} has been sent", shortened(name)))?;
+        let path = &uploads.waiting[place].1;
+        let mut package = Package::open(path)?;
+        let mut table = None;
+        if has_table(&mut package)? {
+            table = Some(Arc::new(Interface::parse(&self.collection.starter.interface(path)?)?.table));
+        }
+        let (name, path) = uploads.waiting.remove(place);
+        let known = Known {
+            name,
+            description: Arc::new(package.description),
+            part: table.as_deref().map_or(Part::Other, part),
+            table,
+            source: Source::Uploaded(path),
+        };
+        let entry = known.entry();
+        uploads.accepted.push(Arc::new(known));
+        Ok(entry)
+    }
+
+    /// The name, with a number if another FMU has it. An upload that is not accepted gives way.
+    fn free_name(&self, name: &str) -> String {
+        let name = shortened(if name.is_empty() { "FMU" } else { name }).replace(|c: char| c.is_control(), "");
+        let is_taken = |name: &String| self.known(name).is_ok();
+        let numbered = (2..).map(|number| format!("{name}_{number}"));
+        std::iter::once(name.clone()).chain(numbered).find(|name| !is_taken(name)).unwrap_or(name)
+    }
+
+    fn known(&self, name: &str) -> Result<Arc<Known>> {
+        let uploads = self.uploads.borrow();
+        let mut all = self.collection.fmus.iter().chain(&uploads.accepted);
+        match all.find(|known| known.name == name) {
+            Some(known) => Ok(known.clone()),
+            None if uploads.waiting.iter().any(|(other, _)| other == name) => {
+                bail!("{} is native code that nobody has agreed to run", shortened(name))
+            }
+            None => bail!("there is no FMU {:?}", shortened(name)),
+        }
+    }
+}
+
+impl Home for FmuHome {
+    fn entries(&self) -> Vec<Entry> {
+        self.collection.fmus.iter().chain(&self.uploads.borrow().accepted).map(|known| known.entry()).collect()
+    }
+
+    fn known_loops(&self) -> Vec<KnownLoop> {
+        self.collection.loops.clone()
+    }
+
+    fn description(&self, fmu: &str) -> Result<Arc<ModelDescription>> {
+        Ok(self.known(fmu)?.description.clone())
+    }
+
+    fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>> {
+        Ok(self.known(fmu)?.table.clone())
+    }
+
+    fn blocks(&self) -> Vec<Arc<Block>> {
+        self.collection.blocks.clone()
+    }
+
+    fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>> {
+        let known = self.known(fmu)?;
+        let starter = &self.collection.starter;
+        Ok(match &known.source {
+            Source::Loaded(fmu, _) => Box::new(fmu.instantiate(name)?),
+            Source::Foreign(path) => Box::new(starter.instantiate(path, name)?),
+            Source::Uploaded(path) => Box::new(starter.instantiate(path, name)?),
+        })
+    }
+
+    fn preset(&self, of: &Loop, fmu: Option<Vec<u8>>) -> Result<Vec<u8>> {
+        let block = &of.block.name;
+        if let Some(bytes) = fmu {
+            let package = Package::read(Cursor::new(bytes)).context("the FMU")?;
+            return Ok(Original::of(package)?.preset(of)?.bytes);
+        }
+        let is_of_block = |known: &&Arc<Known>| known.table.as_ref().is_some_and(|table| table.name == *block);
+        let known = self.collection.fmus.iter().find(is_of_block).map(|known| &known.source);
+        let Some(Source::Loaded(_, path)) = known else {
+            bail!("there is no FMU of {block}: name it, or its folder with --fmus, when plcfmu tool is started")
+        };
+        let preset = Original::open(path).and_then(|mut original| original.preset(of));
+        Ok(preset.with_context(|| path.display().to_string())?.bytes)
+    }
+}

@@ -1,0 +1,271 @@
+//! The page of the parameter tool as one HTML file, which loads nothing: `web/index.html` with everything that it names.
+//!
+//! Modules import each other as `tool/NAME.js`. Each becomes a data URL in an import map, so that the page needs no bundler and
+//! works from a file. A content security policy allows these scripts and no others.
+
+use anyhow::{Context, Result, bail, ensure};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+
+/// The files of `web`: path and text.
+pub type Sources = BTreeMap<String, String>;
+
+/// Those that this program was built with.
+const EMBEDDED: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/web.rs"));
+
+/// Where the engine is that the page asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Home {
+    /// In the page itself, as WebAssembly.
+    Page,
+    /// In the server that the page comes from.
+    Server,
+}
+
+/// What the page is filled with.
+#[derive(Clone, Debug)]
+pub struct Content<'a> {
+    /// Which engine it asks.
+    pub home: Home,
+    /// The content of the elements `<script type="text/plain" id="...">` by their id: `assets`, `engine` (WebAssembly). Packed by
+    /// gzip and written in Base64. An element that is not named stays empty.
+    pub data: &'a [(&'a str, &'a [u8])],
+}
+
+/// The files of `web` that this program was built with.
+pub fn embedded() -> Sources {
+    EMBEDDED.iter().map(|(path, text)| (path.to_string(), text.to_string())).collect()
+}
+
+/// The files of a folder `web`.
+///
+/// # Errors
+/// One of them cannot be read.
+pub fn read(folder: &Path) -> Result<Sources> {
+    let mut sources = Sources::new();
+    for part in ["", "src", "vendor"] {
+        let folder = folder.join(part);
+        for entry in fs::read_dir(&folder).with_context(|| folder.display().to_string())? {
+            let path = entry?.path();
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            if path.is_file() && is_source(&name) {
+                let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+                sources.insert(if part.is_empty() { name } else { format!("{part}/{name}") }, text);
+            }
+        }
+    }
+    Ok(sources)
+}
+
+/// Whether a file is part of the page. `build.rs` says the same.
+fn is_source(name: &str) -> bool {
+    [".html", ".css", ".js"].iter().any(|end| name.ends_with(end)) || name == "LICENSE"
+}
+
+/// The page.
+///
+/// # Errors
+/// A file that the page names is missing, or cannot be part of an HTML file.
+pub fn assemble(sources: &Sources, content: &Content) -> Result<String> {
+    let html = source(sources, "index.html")?;
+    let mut page = Page { html: html.clone(), scripts: Vec::new() };
+    page.embed(r#"<link rel="stylesheet" href=""#, r#"">"#, |_, file| element(sources, "style", file))?;
+    page.embed(r#"<script src=""#, r#""></script>"#, |scripts, file| {
+        scripts.push(source(sources, file)?.clone());
+        element(sources, "script", file)
+    })?;
+    page.add_modules(sources)?;
+    for (id, bytes) in content.data {
+        let empty = format!(r#"<script type="text/plain" id="{id}"></script>"#);
+        let full = empty.replace("><", &format!(">{}<", packed(bytes)));
+        page.replace(&empty, &full)?;
+    }
+    if content.home == Home::Server {
+        let home = |home: &str| format!(r#"<meta name="plcfmu-home" content="{home}">"#);
+        page.replace(&home("page"), &home("server"))?;
+    }
+    page.replace("</body>", &format!("{}</body>", licences(sources)?))?;
+    let charset = r#"<meta charset="utf-8">"#;
+    let policy = policy(&page.scripts, content.home);
+    page.replace(charset, &format!("{charset}\n<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">"))?;
+    Ok(page.html)
+}
+
+struct Page {
+    html: String,
+    /// The scripts that are written in the page, for its policy.
+    scripts: Vec<String>,
+}
+
+impl Page {
+    /// Puts what is made of a file in the place of each element that names it.
+    fn embed(
+        &mut self,
+        begin: &str,
+        end: &str,
+        element: impl Fn(&mut Vec<String>, &str) -> Result<String>,
+    ) -> Result<()> {
+        let mut html = String::new();
+        let mut rest = self.html.as_str();
+        while let Some((before, after)) = rest.split_once(begin) {
+            let (file, after) = after.split_once(end).with_context(|| format!("index.html: {begin} has no end"))?;
+            html.push_str(before);
+            html.push_str(&element(&mut self.scripts, file)?);
+            rest = after;
+        }
+        html.push_str(rest);
+        self.html = html;
+        Ok(())
+    }
+
+    /// Puts the import map before the script that begins with a module.
+    fn add_modules(&mut self, sources: &Sources) -> Result<()> {
+        let modules = sources.iter().filter_map(|(path, text)| Some((path.strip_prefix("src/")?, text)));
+        let entries = modules.map(|(name, text)| {
+            // So that error messages name the module.
+            let text = format!("{text}\n//# sourceURL=tool/{name}\n");
+            format!(r#""tool/{name}":"data:text/javascript;charset=utf-8;base64,{}""#, STANDARD.encode(text))
+        });
+        let map = format!(r#"{{"imports":{{{}}}}}"#, entries.collect::<Vec<_>>().join(",\n"));
+        let begin = r#"<script type="module">"#;
+        let main = self.html.split_once(begin).and_then(|(_, rest)| Some(rest.split_once("</script>")?.0.to_string()));
+        self.scripts.push(main.context("index.html has no script that begins")?);
+        self.replace(begin, &format!("<script type=\"importmap\">{map}</script>\n{begin}"))?;
+        self.scripts.push(map);
+        Ok(())
+    }
+
+    /// Replaces what the page has once.
+    fn replace(&mut self, from: &str, to: &str) -> Result<()> {
+        let count = self.html.matches(from).count();
+        ensure!(count == 1, "index.html has {from} {count} times: write it once");
+        self.html = self.html.replacen(from, to, 1);
+        Ok(())
+    }
+}
+
+fn source<'a>(sources: &'a Sources, file: &str) -> Result<&'a String> {
+    sources.get(file).with_context(|| format!("there is no file {file} for the page"))
+}
+
+/// A style or script that is written in the page.
+fn element(sources: &Sources, name: &str, file: &str) -> Result<String> {
+    let text = source(sources, file)?;
+    if text.to_ascii_lowercase().contains(&format!("</{name}")) || text.contains("<!--") {
+        bail!("{file} contains </{name} or <!--, which ends an element of HTML");
+    }
+    Ok(format!("<{name}>{text}</{name}>"))
+}
+
+/// The licences of what the page consists of, to be read in its source.
+fn licences(sources: &Sources) -> Result<String> {
+    let text = format!(
+        "plcfmu: MIT OR Apache-2.0\n\n{}\nuPlot: MIT\n\n{}",
+        include_str!("../../../LICENSE-MIT"),
+        source(sources, "vendor/LICENSE")?
+    );
+    Ok(format!("<script type=\"text/plain\" id=\"licences\">\n{text}</script>\n"))
+}
+
+/// Packed by gzip, in Base64. The same bytes always give the same text.
+fn packed(bytes: &[u8]) -> String {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+    encoder
+        .write_all(bytes)
+        .and_then(|()| encoder.finish())
+        .map_or_else(|_| String::new(), |gzip| STANDARD.encode(gzip))
+}
+
+/// The content security policy: these scripts, modules of the import map, and WebAssembly; nothing from elsewhere.
+fn policy(scripts: &[String], home: Home) -> String {
+    let hash = |script: &String| format!("'sha256-{}'", STANDARD.encode(Sha256::digest(script)));
+    let hashes: Vec<String> = scripts.iter().map(hash).collect();
+    let connect = if home == Home::Server { "'self'" } else { "'none'" };
+    format!(
+        "default-src 'none'; script-src {} data: 'wasm-unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; \
+         connect-src {connect}; base-uri 'none'; form-action 'none'",
+        hashes.join(" ")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sources() -> Sources {
+        let html = r#"<!DOCTYPE html><head><meta charset="utf-8"><meta name="plcfmu-home" content="page">
+            <link rel="stylesheet" href="style.css"></head><body><script type="text/plain" id="assets"></script>
+            <script type="text/plain" id="engine"></script><script src="vendor/plot.js"></script>
+            <script type="module">import "tool/main.js";</script></body>"#;
+        [
+            ("index.html", html),
+            ("style.css", "p { color: red }"),
+            ("vendor/plot.js", "var plot = 1;"),
+            ("vendor/LICENSE", "As is."),
+            ("src/main.js", "import \"tool/é.js\";"),
+            ("src/é.js", "export {};"),
+        ]
+        .map(|(path, text)| (path.to_string(), text.to_string()))
+        .into()
+    }
+
+    fn page(home: Home, data: &[(&str, &[u8])]) -> Result<String> {
+        assemble(&sources(), &Content { home, data })
+    }
+
+    #[test]
+    fn the_page_has_all_files_and_names_none() {
+        let page = page(Home::Page, &[("assets", b"{}")]).unwrap();
+        assert!(page.contains("<style>p { color: red }</style>") && page.contains("<script>var plot = 1;</script>"));
+        assert!(page.contains("As is.") && page.contains("Permission is hereby granted"));
+        assert!(!page.contains(" src=") && !page.contains(" href="), "{page}");
+        assert!(page.contains(r#""tool/é.js":"data:text/javascript;charset=utf-8;base64,"#));
+        assert!(page.contains(r#"id="assets">H4sI"#) && page.contains(r#"id="engine"></script>"#));
+    }
+
+    #[test]
+    fn the_policy_allows_what_is_written_in_the_page_and_nothing_else() {
+        let page = page(Home::Page, &[]).unwrap();
+        let policy = page.split("Content-Security-Policy\" content=\"").nth(1).unwrap().split('"').next().unwrap();
+        for script in ["var plot = 1;", "import \"tool/main.js\";"] {
+            assert!(policy.contains(&STANDARD.encode(Sha256::digest(script))), "{script}");
+        }
+        let map = page.split("importmap\">").nth(1).unwrap().split("</script>").next().unwrap();
+        assert!(policy.contains(&STANDARD.encode(Sha256::digest(map))));
+        assert!(policy.starts_with("default-src 'none'; ") && policy.contains("connect-src 'none'"));
+        assert_eq!(policy.matches("sha256-").count(), 3);
+    }
+
+    #[test]
+    fn the_page_of_a_server_asks_the_server() {
+        let page = page(Home::Server, &[]).unwrap();
+        assert!(page.contains(r#"<meta name="plcfmu-home" content="server">"#) && page.contains("connect-src 'self'"));
+    }
+
+    #[test]
+    fn a_file_that_is_missing_or_would_end_its_element_is_named() {
+        let refusal = |change: &dyn Fn(&mut Sources)| {
+            let mut sources = sources();
+            change(&mut sources);
+            assemble(&sources, &Content { home: Home::Page, data: &[] }).unwrap_err().to_string()
+        };
+        assert_eq!(refusal(&|of| drop(of.remove("style.css"))), "there is no file style.css for the page");
+        let ends = refusal(&|of| drop(of.insert("vendor/plot.js".into(), "'</SCRIPT>'".into())));
+        assert_eq!(ends, "vendor/plot.js contains </script or <!--, which ends an element of HTML");
+        let other = |html: &str| refusal(&|of| drop(of.insert("index.html".into(), html.into())));
+        assert!(other("<body></body>").contains("index.html has no script that begins"));
+    }
+
+    #[test]
+    fn the_sources_of_this_program_make_a_page() {
+        let page = assemble(&embedded(), &Content { home: Home::Server, data: &[("assets", b"{}")] }).unwrap();
+        assert!(page.starts_with("<!DOCTYPE html>"));
+    }
+}

@@ -1,0 +1,402 @@
+//! The server of the parameter tool: the page, and an engine for each tab that shows it.
+//!
+//! It is meant for one user on this machine. It listens on 127.0.0.1 alone. All addresses begin with a random token, which is
+//! printed and handed to the browser. The header `Host` has to name this server, so that a name of somebody else that leads
+//! here does not help; `Origin`, if there is one, has to be that of the page; and what changes anything is a POST of a type, and
+//! with a header, that a page from elsewhere may not send without being asked, which it never is.
+
+use crate::tool::child::Processes;
+use crate::tool::home::{Collection, FmuHome};
+use anyhow::{Context, Result, anyhow, ensure};
+use axum::Router;
+use axum::body::{Bytes, to_bytes};
+use axum::extract::{Query, Request, State};
+use axum::http::header::{
+    CACHE_CONTROL, CONTENT_LENGTH, CONTENT_TYPE, HOST, HeaderName, HeaderValue, ORIGIN, REFERRER_POLICY,
+    X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
+};
+use axum::http::request::Parts;
+use axum::http::{HeaderMap, StatusCode};
+use axum::middleware::{self, Next};
+use axum::response::{Html, IntoResponse, Response};
+use axum::routing::{get, post};
+use engine::Engine;
+use serde::{Deserialize, Serialize};
+use std::io;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+use tokio::net::TcpListener;
+use tokio::runtime::{Builder, Runtime};
+use tokio::sync::oneshot;
+
+/// The longest request to an engine, in bytes: a file of parameters or a recording in Base64.
+const LONGEST_MESSAGE: usize = 64 << 20;
+
+/// The largest FMU, in bytes.
+const LARGEST_FMU: usize = 256 << 20;
+
+/// So many tabs have an engine.
+const MOST_TABS: usize = 16;
+
+/// How long the engines may take to end.
+const FAREWELL: Duration = Duration::from_secs(5);
+
+/// The header by which a tab is known, and that by which it knows its engine.
+const TAB: HeaderName = HeaderName::from_static("x-page");
+const ENGINE: HeaderName = HeaderName::from_static("x-engine");
+
+/// A server that has its port.
+#[derive(Debug)]
+pub struct Server {
+    runtime: Runtime,
+    listener: TcpListener,
+    token: String,
+    port: u16,
+}
+
+/// What all requests share.
+struct Shared {
+    /// The header `Host` of a request that means this server.
+    hosts: [String; 2],
+    page: String,
+    collection: Arc<Collection>,
+    tabs: Mutex<Tabs>,
+}
+
+/// The tabs that have an engine.
+struct Tabs {
+    tabs: Vec<Tab>,
+    /// How many engines there have been.
+    engines: usize,
+    /// Each engine has a clone: when they are all gone, the receiver learns it.
+    alive: Sender<()>,
+}
+
+/// A tab with its engine, which is on a thread of its own.
+struct Tab {
+    id: String,
+    /// The number of the engine.
+    number: usize,
+    jobs: Sender<Job>,
+    /// Held by every request that the engine has not answered.
+    at_work: Arc<()>,
+}
+
+/// What an engine is to do.
+type Job = Box<dyn FnOnce(&mut Engine<FmuHome>, &FmuHome) + Send>;
+
+impl Server {
+    /// Takes a port of this machine, any free one for 0.
+    ///
+    /// # Errors
+    /// The port is taken or not allowed.
+    pub fn bind(port: u16) -> Result<Server> {
+        let mut random = [0; 16];
+        getrandom::fill(&mut random).map_err(|error| anyhow!("there are no random numbers: {error}"))?;
+        let token = random.iter().map(|byte| format!("{byte:02x}")).collect();
+        let runtime = Builder::new_current_thread().enable_io().build().context("the server cannot start")?;
+        let bound = runtime.block_on(TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port))));
+        let listener = bound.map_err(|error| match error.kind() {
+            io::ErrorKind::AddrInUse => {
+                anyhow!("port {port} is taken by another program: choose another with --port, or leave --port out")
+            }
+            _ => anyhow!("port {port} cannot be used: {error}: choose another with --port, or leave --port out"),
+        })?;
+        let port = listener.local_addr().context("the server has no address")?.port();
+        Ok(Server { runtime, listener, token, port })
+    }
+
+    /// The address of the page.
+    pub fn url(&self) -> String {
+        format!("http://127.0.0.1:{}/{}/", self.port, self.token)
+    }
+
+    /// Serves the page, calls `ready`, and goes on until the user interrupts it. The engines and the processes of foreign FMUs
+    /// end with it.
+    ///
+    /// # Errors
+    /// The system cannot tell when the user interrupts it.
+    pub fn run(self, page: String, collection: Collection, processes: &Processes, ready: impl FnOnce()) -> Result<()> {
+        let Server { runtime, listener, token, port } = self;
+        let (alive, are_over) = mpsc::channel();
+        let shared = Arc::new(Shared {
+            hosts: [format!("127.0.0.1:{port}"), format!("localhost:{port}")],
+            page,
+            collection: Arc::new(collection),
+            tabs: Mutex::new(Tabs { tabs: Vec::new(), engines: 0, alive }),
+        });
+        let routes = routes(&token, shared.clone());
+        runtime.block_on(async {
+            let interrupted = interrupted()?;
+            tokio::spawn(async { axum::serve(listener, routes).await });
+            ready();
+            interrupted.await;
+            anyhow::Ok(())
+        })?;
+        // No more requests, then no more calls of foreign FMUs, then no more engines.
+        drop(runtime);
+        processes.kill();
+        drop(shared);
+        wait(&are_over);
+        Ok(())
+    }
+}
+
+/// Waits until no engine is left. One whose FMU does not return is left to the end of the process.
+fn wait(are_over: &Receiver<()>) {
+    let _ = are_over.recv_timeout(FAREWELL);
+}
+
+/// Ends when the user interrupts the command, or the system ends it.
+#[cfg(unix)]
+fn interrupted() -> Result<impl Future<Output = ()>> {
+    use std::task::Poll;
+    use tokio::signal::unix::{SignalKind, signal};
+    let listen = |kind| signal(kind).context("the signals of the system cannot be received");
+    let mut signals = [listen(SignalKind::interrupt())?, listen(SignalKind::terminate())?];
+    Ok(std::future::poll_fn(move |context| {
+        let is_there = signals.iter_mut().any(|signal| signal.poll_recv(context).is_ready());
+        if is_there { Poll::Ready(()) } else { Poll::Pending }
+    }))
+}
+
+/// Ends when the user interrupts the command.
+#[cfg(windows)]
+fn interrupted() -> Result<impl Future<Output = ()>> {
+    let mut interrupts = tokio::signal::windows::ctrl_c().context("the system does not tell of Ctrl-C")?;
+    Ok(async move {
+        interrupts.recv().await;
+    })
+}
+
+fn routes(token: &str, shared: Arc<Shared>) -> Router {
+    Router::new()
+        .route(&format!("/{token}/"), get(page))
+        .route(&format!("/{token}/message"), post(message))
+        .route(&format!("/{token}/upload"), post(upload))
+        .route(&format!("/{token}/accept"), post(accept))
+        .layer(middleware::from_fn_with_state(shared.clone(), guard))
+        .with_state(shared)
+}
+
+/// Lets pass what is meant for this server and comes from its own page or from nowhere.
+async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
+    let mut response =
+        if shared.allows(request.headers()) { next.run(request).await } else { StatusCode::FORBIDDEN.into_response() };
+    let headers = response.headers_mut();
+    for (name, value) in [
+        (CACHE_CONTROL, "no-store"),
+        (REFERRER_POLICY, "no-referrer"),
+        (X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (X_FRAME_OPTIONS, "DENY"),
+        (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+        (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+async fn page(State(shared): State<Arc<Shared>>) -> Html<String> {
+    Html(shared.page.clone())
+}
+
+/// A request to the engine.
+async fn message(State(shared): State<Arc<Shared>>, request: Request) -> Result<Response, Refusal> {
+    let (headers, body) = text(request).await?;
+    let (answer, number) = shared.ask(&headers, move |engine, _| engine.message(&body)).await?;
+    Ok(json(number, answer))
+}
+
+/// The name of an FMU that a page sends.
+#[derive(Deserialize)]
+struct Upload {
+    file: String,
+}
+
+/// An FMU of the user, which is read and not run.
+async fn upload(
+    State(shared): State<Arc<Shared>>,
+    Query(Upload { file }): Query<Upload>,
+    request: Request,
+) -> Result<Response, Refusal> {
+    let (headers, body) = bytes(request, "application/octet-stream", LARGEST_FMU).await?;
+    let (inspected, number) = shared.ask(&headers, move |_, home| home.upload(&file, &body)).await?;
+    Ok(json(number, answer(inspected)))
+}
+
+/// That the user lets code of an FMU run.
+#[derive(Deserialize)]
+struct Accept {
+    fmu: String,
+}
+
+async fn accept(State(shared): State<Arc<Shared>>, request: Request) -> Result<Response, Refusal> {
+    let (headers, body) = text(request).await?;
+    let accepted: Accept = serde_json::from_str(&body).map_err(|error| Refusal::bad(error.to_string()))?;
+    let (entry, number) = shared.ask(&headers, move |_, home| home.accept(&accepted.fmu)).await?;
+    Ok(json(number, answer(entry)))
+}
+
+/// The headers and the body of a request that has to be JSON.
+async fn text(request: Request) -> Result<(HeaderMap, String), Refusal> {
+    let (headers, body) = bytes(request, "application/json", LONGEST_MESSAGE).await?;
+    let text = String::from_utf8(body.into()).map_err(|_| Refusal::bad("the request is not UTF-8"))?;
+    Ok((headers, text))
+}
+
+/// The headers and the body of a request that has to be of this type and at most so long. What is refused is not read.
+async fn bytes(request: Request, kind: &str, most: usize) -> Result<(HeaderMap, Bytes), Refusal> {
+    let (Parts { headers, .. }, body) = request.into_parts();
+    if headers.get(CONTENT_TYPE).is_none_or(|given| given.as_bytes() != kind.as_bytes()) {
+        let message = format!("the request has to be of the type {kind}");
+        return Err(Refusal { status: StatusCode::UNSUPPORTED_MEDIA_TYPE, message });
+    }
+    let too_large = || Refusal {
+        status: StatusCode::PAYLOAD_TOO_LARGE,
+        message: format!("this is larger than {} MiB, the most that the server takes", most >> 20),
+    };
+    let length = headers.get(CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
+    if length.is_some_and(|length| length > most as u64) {
+        return Err(too_large());
+    }
+    // It also fails if the page is gone: then nobody reads why.
+    let body = to_bytes(body, most).await.map_err(|_| too_large())?;
+    Ok((headers, body))
+}
+
+/// `{"ok": ...}` or `{"error": {"message": ...}}`, as the engine answers.
+fn answer(result: anyhow::Result<impl Serialize>) -> String {
+    match result {
+        Ok(content) => serde_json::json!({ "ok": content }),
+        Err(error) => serde_json::json!({ "error": { "message": format!("{error:#}") } }),
+    }
+    .to_string()
+}
+
+fn json(engine: usize, content: String) -> Response {
+    ([(CONTENT_TYPE, HeaderValue::from_static("application/json")), (ENGINE, HeaderValue::from(engine))], content)
+        .into_response()
+}
+
+/// Why a request is not answered.
+struct Refusal {
+    status: StatusCode,
+    message: String,
+}
+
+impl Refusal {
+    fn bad(message: impl Into<String>) -> Refusal {
+        Refusal { status: StatusCode::BAD_REQUEST, message: message.into() }
+    }
+}
+
+impl IntoResponse for Refusal {
+    fn into_response(self) -> Response {
+        let content = serde_json::json!({ "error": { "message": self.message } }).to_string();
+        (self.status, [(CONTENT_TYPE, HeaderValue::from_static("application/json"))], content).into_response()
+    }
+}
+
+impl Shared {
+    /// Whether a request is meant for this server and comes from its own page or from no page.
+    fn allows(&self, headers: &HeaderMap) -> bool {
+        let header = |name| headers.get(name).map(HeaderValue::as_bytes);
+        let is_host = |host: &[u8]| self.hosts.iter().any(|own| own.as_bytes() == host);
+        let is_ours = |origin: &[u8]| origin.strip_prefix(b"http://").is_some_and(is_host);
+        header(HOST).is_some_and(is_host) && header(ORIGIN).is_none_or(is_ours)
+    }
+
+    /// What the engine of the tab that asks makes of `act`, and the engine's number.
+    async fn ask<T: Send + 'static>(
+        &self,
+        headers: &HeaderMap,
+        act: impl FnOnce(&mut Engine<FmuHome>, &FmuHome) -> T + Send + 'static,
+    ) -> Result<(T, usize), Refusal> {
+        let id = headers.get(TAB).and_then(|id| id.to_str().ok()).filter(|id| is_identifier(id));
+        let id =
+            id.ok_or_else(|| Refusal::bad("the header X-Page has to name the tab: letters, digits and -, 64 at most"))?;
+        let (reply, answer) = oneshot::channel();
+        let number = {
+            let mut tabs = self.tabs.lock().unwrap_or_else(PoisonError::into_inner);
+            let tab = tabs.of(id, &self.collection)?;
+            let is_at_work = tab.at_work.clone();
+            let job: Job = Box::new(move |engine, home| {
+                // Nobody waits for it if the tab has been closed.
+                let _ = reply.send(act(engine, home));
+                drop(is_at_work);
+            });
+            // An engine that is gone drops the job, so that there is no answer.
+            let _ = tab.jobs.send(job);
+            tab.number
+        };
+        match answer.await {
+            Ok(answer) => Ok((answer, number)),
+            Err(_) => {
+                let mut tabs = self.tabs.lock().unwrap_or_else(PoisonError::into_inner);
+                tabs.tabs.retain(|tab| tab.number != number);
+                let message =
+                    "the engine of this page has ended in an error of its own: open the loop anew".to_string();
+                Err(Refusal { status: StatusCode::INTERNAL_SERVER_ERROR, message })
+            }
+        }
+    }
+}
+
+fn is_identifier(id: &str) -> bool {
+    (1..=64).contains(&id.len()) && id.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-')
+}
+
+impl Tabs {
+    /// The tab of this name; a new one has a new engine. The one that has been used last is at the end.
+    fn of(&mut self, id: &str, collection: &Arc<Collection>) -> Result<&Tab, Refusal> {
+        let tab = match self.tabs.iter().position(|tab| tab.id == id) {
+            Some(place) => self.tabs.remove(place),
+            None => self
+                .open(id, collection)
+                .map_err(|error| Refusal { status: StatusCode::SERVICE_UNAVAILABLE, message: format!("{error:#}") })?,
+        };
+        self.tabs.push(tab);
+        let last = self.tabs.len() - 1;
+        Ok(&self.tabs[last])
+    }
+
+    /// A new tab. If there are too many, the one that has been idle for the longest time loses its engine.
+    fn open(&mut self, id: &str, collection: &Arc<Collection>) -> Result<Tab> {
+        if self.tabs.len() >= MOST_TABS {
+            let idle = self.tabs.iter().position(|tab| Arc::strong_count(&tab.at_work) == 1);
+            ensure!(idle.is_some(), "{MOST_TABS} pages are at work: close one of them, or wait");
+            idle.map(|place| self.tabs.remove(place));
+        }
+        self.engines += 1;
+        let (jobs, to_do) = mpsc::channel::<Job>();
+        let (collection, alive) = (collection.clone(), self.alive.clone());
+        thread::Builder::new().name(format!("engine {}", self.engines)).spawn(move || {
+            let home = FmuHome::new(collection);
+            let mut engine = Engine::new(home.clone());
+            for job in to_do {
+                job(&mut engine, &home);
+            }
+            drop(engine);
+            drop(home);
+            drop(alive);
+        })?;
+        Ok(Tab { id: id.into(), number: self.engines, jobs, at_work: Arc::new(()) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tab_is_named_by_letters_digits_and_dashes() {
+        assert!(is_identifier("0f-A9"));
+        for id in ["", "a b", "a/b", "ä", &"x".repeat(65)] {
+            assert!(!is_identifier(id), "{id}");
+        }
+    }
+}

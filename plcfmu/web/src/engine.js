@@ -1,0 +1,189 @@
+/**
+ * The engine: in the page as WebAssembly, or behind `plcfmu tool`. Both answer the same requests.
+ *
+ * @typedef {import("./messages").Dialogue} Dialogue
+ */
+
+/** A request that the engine refused. The message is a sentence that says what is wrong and what to do. */
+export class EngineError extends Error {
+  name = "EngineError";
+}
+
+/** The server does not answer. All that is shown stays. */
+export class ServerLost extends EngineError {
+  name = "ServerLost";
+}
+
+/** @typedef {"page" | "server"} Home */
+
+/** @type {Home} */
+let home = document.querySelector('meta[name="plcfmu-home"]')?.getAttribute("content") === "server" ? "server" : "page";
+
+/** @type {Promise<(request: string) => string> | undefined} */
+let inPage;
+
+/** One request after the other: the server's engine must get them in the order in which they were made. */
+/** @type {Promise<unknown>} */
+let last = Promise.resolve();
+
+/** A tab has an engine of its own. */
+const tab = [...crypto.getRandomValues(new Uint8Array(16))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+
+/** Where the engine is. */
+export function whereIsTheEngine() {
+  return home;
+}
+
+/** Whether the page has an engine of its own. */
+export function hasEngineInPage() {
+  return packed("engine") !== "";
+}
+
+/** From now on the engine in the page answers, which knows nothing of what the server's knew. */
+export function goOnInThePage() {
+  home = "page";
+}
+
+/**
+ * Asks the engine. Requests are answered in the order in which they are asked.
+ *
+ * @template {keyof Dialogue} Do
+ * @param {Dialogue[Do]["request"] & { do: Do }} request
+ * @returns {Promise<Dialogue[Do]["answer"]>}
+ * @throws {EngineError} what is wrong, in a sentence
+ */
+export function ask(request) {
+  const answer = last.then(() => askNow(JSON.stringify(request)));
+  last = answer.catch(() => {});
+  return answer;
+}
+
+/**
+ * Uploads an FMU to the engine's home, which has to be the server.
+ *
+ * @param {File} file
+ * @returns {Promise<any>}
+ */
+export async function upload(file) {
+  const answer = await post(`upload?file=${encodeURIComponent(file.name)}`, "application/octet-stream", file);
+  return content(answer);
+}
+
+/**
+ * How many bytes of memory the engine in the page has, 0 of another.
+ *
+ * @returns {number}
+ */
+export function memory() {
+  return exported?.memory.buffer.byteLength ?? 0;
+}
+
+/**
+ * The content of an element that holds gzip in Base64.
+ *
+ * @param {string} id
+ * @returns {Promise<Uint8Array<ArrayBuffer>>}
+ */
+export async function unpacked(id) {
+  const bytes = fromBase64(packed(id));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/**
+ * @param {string} text
+ * @returns {Uint8Array<ArrayBuffer>}
+ */
+export function fromBase64(text) {
+  return Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
+}
+
+/**
+ * @param {Uint8Array} bytes
+ * @returns {string}
+ */
+export function toBase64(bytes) {
+  const parts = [];
+  // A call takes some ten thousand arguments at most.
+  for (let at = 0; at < bytes.length; at += 0x6000) parts.push(String.fromCharCode(...bytes.subarray(at, at + 0x6000)));
+  return btoa(parts.join(""));
+}
+
+/** @param {string} request */
+async function askNow(request) {
+  if (home === "server") return content(await post("message", "application/json", request));
+  inPage ??= open();
+  const message = await inPage;
+  return content(message(request));
+}
+
+/** @param {string} answer */
+function content(answer) {
+  const read = JSON.parse(answer);
+  if (read.error) throw new EngineError(read.error.message);
+  return read.ok;
+}
+
+/**
+ * @param {string} where
+ * @param {string} type
+ * @param {BodyInit} body
+ */
+async function post(where, type, body) {
+  const lost = "plcfmu tool does not answer any more. What is shown is kept; start it again and open its new address.";
+  let response;
+  try {
+    response = await fetch(where, { method: "POST", headers: { "Content-Type": type, "X-Page": tab }, body });
+  } catch {
+    throw new ServerLost(lost);
+  }
+  const answer = await response.text();
+  if (response.ok || answer.startsWith('{"error"')) return answer;
+  if (response.status >= 500) throw new ServerLost(lost);
+  throw new EngineError(answer || `plcfmu tool refuses with status ${response.status}.`);
+}
+
+/** @param {string} id */
+function packed(id) {
+  return document.getElementById(id)?.textContent?.trim() ?? "";
+}
+
+/**
+ * What the engine in the page offers.
+ *
+ * @typedef {object} Exported
+ * @property {WebAssembly.Memory} memory
+ * @property {(length: number) => number} room where a request of so many bytes is to be written
+ * @property {() => number} message how long the answer is
+ * @property {() => number} answer where it is
+ */
+
+/** @type {Exported | undefined} */
+let exported;
+
+async function open() {
+  if (!hasEngineInPage()) throw new EngineError("This page has no engine of its own; open it with plcfmu tool.");
+  const { instance } = await WebAssembly.instantiate(await unpacked("engine"), {});
+  const engine = /** @type {Exported} */ (/** @type {unknown} */ (instance.exports));
+  exported = engine;
+  const encoder = new TextEncoder();
+  const decoder = new TextDecoder();
+  /** @param {string} request */
+  return (request) => {
+    const bytes = encoder.encode(request);
+    const at = engine.room(bytes.length) >>> 0;
+    // The memory may be another one after any call.
+    new Uint8Array(engine.memory.buffer, at, bytes.length).set(bytes);
+    let length;
+    try {
+      length = engine.message();
+    } catch (error) {
+      // What a panic leaves behind cannot be trusted.
+      inPage = undefined;
+      exported = undefined;
+      throw new EngineError(`The engine has stopped (${error}). Start the run again; please report what you did.`);
+    }
+    const answer = engine.answer() >>> 0;
+    return decoder.decode(new Uint8Array(engine.memory.buffer, answer, length));
+  };
+}

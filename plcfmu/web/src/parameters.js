@@ -1,0 +1,2 @@
+/** @param {HTMLElement} _content */
+export function mount(_content) {}

@@ -1,0 +1,637 @@
+/**
+ * The state of the page, and all that changes it. Panels show what is here, call its functions, and listen to what changes.
+ *
+ * # For the panels
+ *
+ * - `store.loop` is the {@link Work} that is shown, `store.loops` are all under work. A Work has its settings by name, each with
+ *   the start value of the block, the value of the file, the value in force (`sent`) and the one in the field (`value`); it is
+ *   *edited* as long as these two differ, and `store.send()` puts the edited ones in force: in the engine's run too, if this
+ *   loop runs there. `loop.members` are the other FMUs of the loop (plant, sensor), `loop.connections` the wires between them,
+ *   both as `start` takes them; change them with `store.connect(...)`.
+ * - The controller's member is named as the loop, made plain: `loop.member`. Its variables in the engine are
+ *   `variable(loop, "GAIN")` = `TIC101.GAIN`.
+ * - A run: `store.begin()` starts (Setup from the loop), `store.calls(n)` makes calls, `store.again()` repeats, `store.now(values)`
+ *   sets live values at once (setpoint, MAN, disturbances), `store.ramp(...)`. Each resolves to the State and is `store.state`
+ *   from then on. `store.isLive()` says whether the engine's present run is that of the shown loop. `loop.runs` are the
+ *   numbers of its runs in the engine, the last one last.
+ * - Requests of a panel's own go through `ask` of engine.js; show an error with `store.say(error)` or beside what caused it.
+ *
+ * # Events: `store.on(what, function)`; it returns a function that ends the listening
+ *
+ * | what | when |
+ * |---|---|
+ * | `catalogue` | the catalogue is there |
+ * | `files` | a file has been opened or closed |
+ * | `loops` | the loops under work are others |
+ * | `loop` | another loop is shown, or none |
+ * | `settings` | values of the shown loop were edited, sent, undone; detail: the names |
+ * | `checked` | the engine has checked the settings of the shown loop |
+ * | `plant` | members, connections or settings of members are others |
+ * | `run` | a run has begun; earlier ones are in `loop.runs` |
+ * | `state` | calls were made or values set: `store.state` is new (many times a second; draw at most once a frame) |
+ * | `failure` | the run has ended by itself: `store.state.failure` |
+ * | `say` | a sentence for the user; detail: {@link Said} |
+ * | `home` | the engine is lost, or is another one |
+ * | `csv` | a CSV file was dropped; detail: `{name, text}` |
+ * | `prediction` | a predicted curve is there or gone: `store.prediction` |
+ * | `key-run`, `key-call`, `key-manual`, `key-left`, `key-right`, `key-home`, `key-end`, `key-zoom-in`, `key-zoom-out` | a key outside of fields |
+ * | `show` | go to a panel; detail: its id (`takeaway`, `compare`, `help` ...) |
+ *
+ * @typedef {import("./messages").Value} Value
+ * @typedef {import("./messages").Values} Values
+ * @typedef {import("./messages").Description} Description
+ * @typedef {import("./messages").Variable} Variable
+ * @typedef {import("./messages").Member} Member
+ * @typedef {import("./messages").Checked} Checked
+ * @typedef {import("./messages").State} State
+ *
+ * @typedef {object} Setting
+ * @property {Variable} variable
+ * @property {Value} start the block's start value
+ * @property {Value | undefined} file the value of the file, if the file has one
+ * @property {string | undefined} origin where it stands in the file, `plant.awl:12:8`
+ * @property {Value} sent the value in force
+ * @property {Value} value the last good value of the field
+ * @property {string | undefined} wrong a text of the field that is no value
+ * @property {string | undefined} why what is wrong with it
+ *
+ * @typedef {object} Work
+ * @property {number} id
+ * @property {string} name the name in the file, or the user's
+ * @property {string} member the name in the engine
+ * @property {string | undefined} file the file that it comes from
+ * @property {string[]} warnings
+ * @property {Description} description
+ * @property {Record<string, Setting>} settings in the order of the table
+ * @property {Checked | undefined} checked what the block does with the present values
+ * @property {Member[]} members the other FMUs: the plant, ...
+ * @property {[string, string][]} connections
+ * @property {Record<string, any>} notes what a panel keeps with a loop, by the panel's name; plain data
+ * @property {number[]} runs
+ * @property {Change[]} undo
+ * @property {Change[]} redo
+ *
+ * @typedef {{ name: string, before: Value, after: Value }[]} Change
+ *
+ * @typedef {object} OpenFile
+ * @property {string} name
+ * @property {import("./messages").Loop[]} loops
+ * @property {import("./messages").Problem[]} problems
+ * @property {boolean} isRefused
+ *
+ * @typedef {object} Said
+ * @property {string} text
+ * @property {boolean} isError
+ *
+ * @typedef {object} Prediction
+ * @property {string} title
+ * @property {import("./messages").Predicted} curves
+ */
+
+import { ask, EngineError, ServerLost } from "tool/engine.js";
+import { same } from "tool/values.js";
+
+/** @type {Map<string, Set<(detail: any) => void>>} */
+const listeners = new Map();
+
+let lastId = 0;
+/** Checks that are under way are outdated by later ones. */
+let checks = 0;
+
+export const store = {
+  /** @type {import("./messages").Catalogue} */
+  catalogue: { fmus: [], loops: [] },
+  /** @type {OpenFile[]} */
+  files: [],
+  /** @type {Work[]} */
+  loops: [],
+  /** @type {Work | undefined} */
+  loop: undefined,
+  /** @type {State | undefined} */
+  state: undefined,
+  /** The loop whose run is the engine's present one. @type {Work | undefined} */
+  live: undefined,
+  /** @type {Prediction | undefined} */
+  prediction: undefined,
+  /** Whether the server does not answer any more. */
+  isLost: false,
+
+  /**
+   * @param {string} what
+   * @param {(detail: any) => void} listener
+   */
+  on(what, listener) {
+    if (!listeners.has(what)) listeners.set(what, new Set());
+    listeners.get(what)?.add(listener);
+    return () => listeners.get(what)?.delete(listener);
+  },
+
+  /**
+   * @param {string} what
+   * @param {any} [detail]
+   */
+  emit(what, detail) {
+    for (const listener of listeners.get(what) ?? []) listener(detail);
+  },
+
+  /**
+   * Tells the user something.
+   *
+   * @param {string | Error | unknown} what
+   */
+  say(what) {
+    if (what instanceof ServerLost && !store.isLost) {
+      store.isLost = true;
+      store.emit("home");
+    }
+    const isError = what instanceof Error;
+    const text = isError ? what.message : String(what);
+    if (isError && !(what instanceof EngineError)) console.error(what);
+    store.emit("say", { text, isError });
+  },
+
+  /** @type {Map<string, Promise<Description>>} */
+  descriptions: new Map(),
+
+  /**
+   * The description of an FMU of the catalogue.
+   *
+   * @param {string} fmu
+   * @returns {Promise<Description>}
+   */
+  describe(fmu) {
+    let description = store.descriptions.get(fmu);
+    if (!description) {
+      description = ask({ do: "describe", fmu });
+      description.catch(() => store.descriptions.delete(fmu));
+      store.descriptions.set(fmu, description);
+    }
+    return description;
+  },
+
+  /**
+   * Takes a loop under work and shows it.
+   *
+   * @param {string} name
+   * @param {string} fmu the FMU's name in the catalogue
+   * @param {import("./messages").Loop} [of] the loop of a file
+   * @param {string} [file] the file's name
+   * @returns {Promise<Work>}
+   */
+  async add(name, fmu, of, file) {
+    const description = await store.describe(fmu);
+    const given = new Map(of?.settings.filter((setting) => setting.origin !== null).map((one) => [one.name, one]));
+    /** @type {Record<string, Setting>} */
+    const settings = {};
+    for (const variable of description.variables) {
+      if (!isSettable(variable)) continue;
+      const found = given.get(variable.name);
+      const value = found?.value ?? variable.start;
+      const origin = found?.origin ?? undefined;
+      settings[variable.name] = {
+        ...{ variable, start: variable.start, file: found?.value, origin, sent: value, value },
+        ...{ wrong: undefined, why: undefined },
+      };
+    }
+    lastId += 1;
+    const taken = new Set(["PLANT", "SENSOR", ...store.loops.map((loop) => loop.member)]);
+    /** @type {Work} */
+    const loop = {
+      ...{ id: lastId, name, member: plainName(name, description.block, taken), file, warnings: of?.warnings ?? [] },
+      ...{ description, settings, checked: undefined, members: [], connections: [], notes: {} },
+      ...{ runs: [], undo: [], redo: [] },
+    };
+    store.loops.push(loop);
+    store.emit("loops");
+    store.show(loop);
+    return loop;
+  },
+
+  /**
+   * Shows a loop that is under work.
+   *
+   * @param {Work | undefined} loop
+   */
+  show(loop) {
+    if (store.loop === loop) return;
+    store.loop = loop;
+    store.prediction = undefined;
+    store.emit("loop");
+    if (loop && !loop.checked) store.check();
+  },
+
+  /**
+   * Puts a loop away.
+   *
+   * @param {Work} loop
+   */
+  remove(loop) {
+    const at = store.loops.indexOf(loop);
+    store.loops.splice(at, 1);
+    if (store.live === loop) store.live = store.state = undefined;
+    store.emit("loops");
+    if (store.loop === loop) store.show(store.loops[Math.min(at, store.loops.length - 1)]);
+  },
+
+  /**
+   * Edits values of the shown loop: they are in the fields, not yet in force.
+   *
+   * @param {Values} values
+   */
+  edit(values) {
+    const loop = store.loop;
+    if (!loop) return;
+    /** @type {Change} */
+    const change = [];
+    for (const [name, after] of Object.entries(values)) {
+      const setting = loop.settings[name];
+      if (!setting) continue;
+      setting.wrong = setting.why = undefined;
+      if (!same(setting.variable.kind, setting.value, after)) change.push({ name, before: setting.value, after });
+      setting.value = after;
+    }
+    if (change.length > 0) {
+      loop.undo.push(change);
+      loop.redo = [];
+    }
+    store.emit("settings", Object.keys(values));
+    store.check();
+  },
+
+  /**
+   * Keeps a text that is no value in its field. The last good value stays.
+   *
+   * @param {string} name
+   * @param {string | undefined} wrong
+   * @param {string | undefined} why
+   */
+  reject(name, wrong, why) {
+    const setting = store.loop?.settings[name];
+    if (!setting) return;
+    setting.wrong = wrong;
+    setting.why = why;
+    store.emit("settings", [name]);
+  },
+
+  /**
+   * Takes edited values back to those in force.
+   *
+   * @param {string[]} names
+   */
+  takeBack(names) {
+    const loop = store.loop;
+    if (!loop) return;
+    store.edit(Object.fromEntries(names.map((name) => [name, loop.settings[name].sent])));
+  },
+
+  /** The names of the shown loop's edited settings. */
+  edited() {
+    const settings = Object.entries(store.loop?.settings ?? {});
+    return settings.filter(([, one]) => isEdited(one)).map(([name]) => name);
+  },
+
+  /**
+   * Puts edited values in force, in the run too.
+   *
+   * @param {string[]} [names] all without it
+   * @returns {Promise<boolean>} whether the engine has taken them
+   */
+  async send(names = store.edited()) {
+    const loop = store.loop;
+    if (!loop || names.length === 0) return true;
+    const values = Object.fromEntries(names.map((name) => [name, loop.settings[name].value]));
+    try {
+      if (store.isLive()) await store.take(ask({ do: "send", values: named(loop, values) }));
+    } catch (error) {
+      store.say(error);
+      return false;
+    }
+    for (const [name, value] of Object.entries(values)) loop.settings[name].sent = value;
+    store.emit("settings", names);
+    store.emit("loops");
+    return true;
+  },
+
+  /** Takes the last edit back; what was sent meanwhile is edited then. */
+  undo() {
+    const change = store.loop?.undo.pop();
+    if (!store.loop || !change) return;
+    store.loop.redo.push(change);
+    store.restore(change.map(({ name, before }) => ({ name, value: before })));
+  },
+
+  /** Makes the edit again that was taken back. */
+  redo() {
+    const change = store.loop?.redo.pop();
+    if (!store.loop || !change) return;
+    store.loop.undo.push(change);
+    store.restore(change.map(({ name, after }) => ({ name, value: after })));
+  },
+
+  /** @param {{ name: string, value: Value }[]} values */
+  restore(values) {
+    for (const { name, value } of values) {
+      const setting = store.loop?.settings[name];
+      if (!setting) continue;
+      setting.value = value;
+      setting.wrong = setting.why = undefined;
+    }
+    store.emit(
+      "settings",
+      values.map(({ name }) => name),
+    );
+    store.check();
+  },
+
+  /** Asks the engine what the block does with the values in the fields. */
+  async check() {
+    const loop = store.loop;
+    if (!loop) return;
+    checks += 1;
+    const mine = checks;
+    try {
+      const checked = await ask({ do: "check", fmu: loop.description.name, values: valuesOf(loop) });
+      if (mine !== checks) return;
+      loop.checked = checked;
+      store.emit("checked");
+    } catch (error) {
+      store.say(error);
+    }
+  },
+
+  /**
+   * Sets the other members of the shown loop and all its connections. A run goes on with the present controller, if `exchange`.
+   *
+   * @param {Member[]} members
+   * @param {[string, string][]} connections
+   * @param {boolean} [exchange]
+   */
+  async connect(members, connections, exchange = false) {
+    const loop = store.loop;
+    if (!loop) return;
+    loop.members = members;
+    loop.connections = connections;
+    try {
+      if (exchange && store.isLive()) await store.take(ask({ do: "exchange", members, connections }));
+    } catch (error) {
+      store.say(error);
+    }
+    store.emit("plant");
+  },
+
+  /** Whether the engine's present run is that of the shown loop. */
+  isLive() {
+    return store.loop !== undefined && store.live === store.loop;
+  },
+
+  /** What `start` takes for the shown loop: the values in force. */
+  setup() {
+    const loop = store.loop;
+    if (!loop) return { members: [], connections: [] };
+    const controller = { name: loop.member, fmu: loop.description.name, values: valuesOf(loop, "sent") };
+    return { members: [controller, ...loop.members], connections: loop.connections };
+  },
+
+  /** Begins a run of the shown loop with the values in force. */
+  async begin() {
+    const loop = store.loop;
+    if (!loop) throw new EngineError("Open or make a loop first.");
+    const setup = store.setup();
+    const state = await ask({ do: "start", ...setup });
+    store.live = loop;
+    loop.runs.push(state.run);
+    await store.take(Promise.resolve(state));
+    store.emit("run");
+    return state;
+  },
+
+  /** Begins again with the same setup and the same events. */
+  async again() {
+    const state = await ask({ do: "again" });
+    store.live?.runs.push(state.run);
+    await store.take(Promise.resolve(state));
+    store.emit("run");
+    return state;
+  },
+
+  /**
+   * Makes calls; a run is begun if there is none of the shown loop.
+   *
+   * @param {number} calls
+   */
+  async calls(calls) {
+    if (!store.isLive()) await store.begin();
+    return store.take(ask({ do: "run", calls }));
+  },
+
+  /**
+   * Sets values at once, in the field, in force and in the run: by the controller's names, `MEMBER.VARIABLE` of the others.
+   *
+   * @param {Values} values
+   */
+  async now(values) {
+    const loop = store.loop;
+    if (!loop) return undefined;
+    const full = named(loop, values);
+    const state = store.isLive() ? await store.take(ask({ do: "send", values: full })) : undefined;
+    /** @type {Values} */
+    const own = {};
+    for (const [name, value] of Object.entries(full)) {
+      const [member, variable] = split(name);
+      const other = loop.members.find((one) => one.name === member);
+      if (other) other.values = { ...other.values, [variable]: value };
+      else if (loop.settings[variable]) {
+        loop.settings[variable].sent = value;
+        own[variable] = value;
+      }
+    }
+    store.edit(own);
+    if (Object.keys(own).length < Object.keys(full).length) store.emit("plant");
+    return state;
+  },
+
+  /**
+   * Moves a variable evenly to a value, call by call.
+   *
+   * @param {string} name of the controller, or `MEMBER.VARIABLE`
+   * @param {number} to
+   * @param {number} seconds
+   */
+  async ramp(name, to, seconds) {
+    const loop = store.loop;
+    if (!loop) return undefined;
+    if (!store.isLive()) await store.begin();
+    const [variable] = Object.keys(named(loop, { [name]: to }));
+    return store.take(ask({ do: "ramp", variable, to, seconds }));
+  },
+
+  /**
+   * Takes a State that the engine answers: fields that are not edited show what the run has.
+   *
+   * @param {Promise<State>} answer
+   * @returns {Promise<State>}
+   */
+  async take(answer) {
+    const before = store.state;
+    const state = await answer;
+    store.state = state;
+    const moved = follow(store.live, state);
+    if (moved.length > 0 && store.isLive()) store.emit("settings", moved);
+    store.emit("state");
+    for (const remark of state.remarks) store.say(remark);
+    if (state.failure && state.failure !== before?.failure) store.emit("failure");
+    return state;
+  },
+
+  /** @param {Prediction | undefined} prediction */
+  predict(prediction) {
+    store.prediction = prediction;
+    store.emit("prediction");
+  },
+};
+
+/**
+ * Whether a user may set a variable.
+ *
+ * @param {Variable} variable
+ */
+export function isSettable(variable) {
+  return variable.role !== "output" && variable.role !== "local";
+}
+
+/** @param {Setting} setting */
+export function isEdited(setting) {
+  return setting.wrong !== undefined || !same(setting.variable.kind, setting.value, setting.sent);
+}
+
+/**
+ * Where the value in the field comes from.
+ *
+ * @param {Setting} setting
+ * @returns {"start" | "file" | "changed"}
+ */
+export function source(setting) {
+  const { kind } = setting.variable;
+  if (setting.file !== undefined && same(kind, setting.value, setting.file)) return "file";
+  return setting.file === undefined && same(kind, setting.value, setting.start) ? "start" : "changed";
+}
+
+/**
+ * The settings of a loop that differ from the block's start values or stand in its file, as the engine takes them.
+ *
+ * @param {Work} loop
+ * @param {"value" | "sent"} which those in the fields, or those in force
+ * @returns {Values}
+ */
+export function valuesOf(loop, which = "value") {
+  const settings = Object.entries(loop.settings);
+  const given = settings.filter(
+    ([, one]) => one.file !== undefined || !same(one.variable.kind, one[which], one.start),
+  );
+  return Object.fromEntries(given.map(([name, one]) => [name, one[which]]));
+}
+
+/**
+ * A loop as `export` takes it.
+ *
+ * @param {Work} loop
+ * @returns {import("./messages").Loop}
+ */
+export function asLoop(loop) {
+  const cycle = loop.description.cycle ? loop.settings[loop.description.cycle]?.sent : undefined;
+  const settings = Object.entries(loop.settings).map(([name, one]) => ({
+    ...{ name, value: one.sent },
+    origin: one.origin ?? (same(one.variable.kind, one.sent, one.start) ? null : "the parameter tool"),
+  }));
+  const block = loop.description.block;
+  return { name: loop.name, block, cycle: typeof cycle === "number" ? cycle : null, settings, warnings: loop.warnings };
+}
+
+/**
+ * The engine's name of a controller's variable.
+ *
+ * @param {Work} loop
+ * @param {string} name
+ */
+export function variable(loop, name) {
+  return `${loop.member}.${name}`;
+}
+
+/**
+ * The value of a controller's variable in the run, if the loop runs.
+ *
+ * @param {Work} loop
+ * @param {string} name
+ * @returns {Value | undefined}
+ */
+export function runValue(loop, name) {
+  return store.live === loop ? store.state?.values[variable(loop, name)] : undefined;
+}
+
+/**
+ * The output that a controller's input is connected to, `PLANT.T`.
+ *
+ * @param {Work} loop
+ * @param {string} name
+ */
+export function wiredTo(loop, name) {
+  return loop.connections.find(([, to]) => to === variable(loop, name))?.[0];
+}
+
+/**
+ * @param {Work} loop
+ * @param {Values} values
+ * @returns {Values}
+ */
+function named(loop, values) {
+  const members = new Set(loop.members.map((member) => member.name));
+  const full = Object.entries(values).map(([name, value]) => [
+    name in loop.settings || !members.has(split(name)[0]) ? variable(loop, name) : name,
+    value,
+  ]);
+  return Object.fromEntries(full);
+}
+
+/**
+ * Member and variable. A variable may have a point in its name, a member has none.
+ *
+ * @param {string} name
+ * @returns {[string, string]}
+ */
+export function split(name) {
+  const at = name.indexOf(".");
+  return at < 0 ? ["", name] : [name.slice(0, at), name.slice(at + 1)];
+}
+
+/**
+ * What has moved in the run by a ramp: names of settings.
+ *
+ * @param {Work | undefined} loop
+ * @param {State} state
+ */
+function follow(loop, state) {
+  const moved = [];
+  for (const [name, setting] of Object.entries(loop?.settings ?? {})) {
+    const now = loop && state.values[variable(loop, name)];
+    if (!loop || now === undefined || isEdited(setting) || wiredTo(loop, name)) continue;
+    if (same(setting.variable.kind, now, setting.sent)) continue;
+    setting.sent = setting.value = now;
+    moved.push(name);
+  }
+  return moved;
+}
+
+/**
+ * A name for the engine: letters, digits and underscores, like a variable of a program.
+ *
+ * @param {string} name
+ * @param {string} block
+ * @param {Set<string>} taken
+ */
+function plainName(name, block, taken) {
+  const plain = name.replace(/[^A-Za-z0-9_]/g, "_").slice(0, 32);
+  const first = /^[A-Za-z]/.test(plain) ? plain : `${block}_${plain}`.replace(/[^A-Za-z0-9_]/g, "_");
+  let made = first;
+  for (let number = 2; taken.has(made); number += 1) made = `${first}_${number}`;
+  return made;
+}
