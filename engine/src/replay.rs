@@ -18,6 +18,7 @@ mod suspects;
 
 use crate::csv::Table as Csv;
 use crate::dialog::{self, Roles};
+use crate::digits::short;
 use crate::home::Home;
 use crate::message::{Member, Values};
 use anyhow::{Context, Result, bail};
@@ -230,14 +231,14 @@ fn verdict(comparison: &Comparison, base: &compare::Outcome, suspects: &[Suspect
     let unit = recording.outputs[output].unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
     let by = match recording.outputs[output].is_boolean {
         true => format!("in {} of {calls} calls", of.different),
-        false => format!("by up to {}{unit} ({} of {calls} calls)", compare::short(of.largest), of.different),
+        false => format!("by up to {}{unit} ({} of {calls} calls)", short(of.largest), of.different),
     };
     let others: Vec<usize> = different.iter().copied().filter(|other| *other != output).collect();
     let others = if others.is_empty() { String::new() } else { format!(", as do {}", names(&others)) };
     let difference = format!(
         "{} differs from call {row} ({} s) on, {by}{others}",
         recording.outputs[output].name,
-        compare::short(recording.times[row])
+        short(recording.times[row])
     );
     match suspects.iter().find(|suspect| suspect.fits) {
         Some(suspect) => format!("{difference}; nothing differs any more when {}.", suspect.text.trim_end_matches('.')),

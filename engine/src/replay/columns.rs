@@ -2,6 +2,7 @@
 
 use super::instance::Block;
 use crate::csv::{Column, Table as Csv};
+use crate::digits::short;
 use crate::plan::near;
 use anyhow::{Context, Result, bail};
 use blocks::table::number::to_value;
@@ -300,8 +301,8 @@ impl Recording {
             if (spacing / cycle - 1.0).abs() > 0.02 {
                 remarks.push(format!(
                     "Most rows are {} s apart, and the block is called every {} s: each row counts as one call.",
-                    super::compare::short(spacing),
-                    super::compare::short(cycle)
+                    short(spacing),
+                    short(cycle)
                 ));
             }
             let gap = self.times.windows(2).position(|pair| pair[1] - pair[0] > 1.6 * spacing);
@@ -311,7 +312,7 @@ impl Recording {
                     "{gaps} {} longer than the others, the first after line {} ({} s): rows are missing, or calls.",
                     if gaps == 1 { "step of the time is" } else { "steps of the time are" },
                     self.lines[row],
-                    super::compare::short(self.times[row])
+                    short(self.times[row])
                 ));
             }
         }

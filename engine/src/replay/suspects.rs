@@ -2,8 +2,9 @@
 
 use super::Suspect;
 use super::columns::Signal;
-use super::compare::{Comparison, Outcome, rank, short};
+use super::compare::{Comparison, Outcome, rank};
 use super::instance::Variant;
+use crate::digits::short;
 use crate::message::Values;
 use crate::system::Value;
 use anyhow::Result;
