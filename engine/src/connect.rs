@@ -144,10 +144,15 @@ fn known(home: &dyn Home, controller: &End, plant: &End) -> Option<Known> {
 
 impl Known {
     /// The connections between the two: an output of one, an input of the other.
-    fn wires<'a>(&self, controller: &'a End<'a>, plant: &'a End<'a>) -> Vec<(&'a End<'a>, String, &'a End<'a>, String)> {
+    fn wires<'a>(
+        &self,
+        controller: &'a End<'a>,
+        plant: &'a End<'a>,
+    ) -> Vec<(&'a End<'a>, String, &'a End<'a>, String)> {
         let members = &self.of.setup.members;
         let end = |name: &str| {
-            let of = |place: usize| Some(name.strip_prefix(members[place].name.as_str())?.strip_prefix('.')?.to_string());
+            let of =
+                |place: usize| Some(name.strip_prefix(members[place].name.as_str())?.strip_prefix('.')?.to_string());
             let own = of(self.controller).map(|variable| (controller, variable));
             own.or_else(|| of(self.plant).map(|variable| (plant, variable)))
         };
@@ -271,21 +276,26 @@ fn remarks(controller: &End, plant: &End, proposal: &mut Proposal) {
         open.push(controller.full(input));
     }
     let driven = of_plant.manipulated_value.iter().chain(&of_plant.pulses).find(|name| plant.has_input(name));
-    if let Some(input) = driven.filter(|_| !proposal.connections.iter().any(|wire| wire.from.starts_with(&from_controller))) {
+    if let Some(input) =
+        driven.filter(|_| !proposal.connections.iter().any(|wire| wire.from.starts_with(&from_controller)))
+    {
         open.push(plant.full(input));
     }
     let signals = own.signals.iter().map(|(_, name)| name).filter(|name| controller.has_input(name));
     open.extend(signals.map(|name| controller.full(name)).filter(|full| !is_connected(full)));
     let unused = proposal.connections.iter().filter_map(|wire| {
         let input = wire.to.strip_prefix(&from_controller)?;
-        (!controller.is_used(input)).then(|| format!("{} has no effect with the controller's present settings", wire.to))
+        (!controller.is_used(input))
+            .then(|| format!("{} has no effect with the controller's present settings", wire.to))
     });
     let unused: Vec<String> = unused.collect();
     let nothing = open.into_iter().map(|full| format!("nothing is connected to {full}"));
     let remarks: Vec<String> = nothing.chain(unused).collect();
     if proposal.connections.is_empty() {
         let (controller, plant) = (&controller.member.name, &plant.member.name);
-        proposal.remarks.push(format!("no output of {controller} or {plant} clearly belongs to an input of the other: choose"));
+        proposal
+            .remarks
+            .push(format!("no output of {controller} or {plant} clearly belongs to an input of the other: choose"));
     }
     proposal.remarks.extend(remarks);
     if plant.description.part == Part::Controller {
@@ -303,7 +313,9 @@ fn others(controller: &End, plant: &End, proposal: &mut Proposal) {
                     continue;
                 }
                 if proposal.others.len() == MOST_OTHERS {
-                    proposal.remarks.push(format!("more than {MOST_OTHERS} connections are possible: not all are listed"));
+                    proposal
+                        .remarks
+                        .push(format!("more than {MOST_OTHERS} connections are possible: not all are listed"));
                     return;
                 }
                 let reason = match (&output.unit, &input.unit) {

@@ -109,7 +109,8 @@ fn variable(row: &Row, description: &ModelDescription) -> Variable {
 }
 
 fn foreign_variables(description: &ModelDescription) -> Vec<Variable> {
-    let system = System { members: vec![crate::system::Member { name: "FMU".into(), path: "".into() }], ..System::default() };
+    let system =
+        System { members: vec![crate::system::Member { name: "FMU".into(), path: "".into() }], ..System::default() };
     let descriptions = [description];
     let Ok(names) = Names::of(&system, &descriptions) else { return Vec::new() };
     let variable = |of: &modeldescription::v2::Variable| {
@@ -130,7 +131,11 @@ fn foreign_variables(description: &ModelDescription) -> Vec<Variable> {
             kind: kind.name().into(),
             role: role.into(),
             is_tunable: matches!(role, "input" | "parameter"),
-            start: if kind == crate::component::Type::Boolean { Value::Boolean(start != 0.0) } else { Value::Number(start) },
+            start: if kind == crate::component::Type::Boolean {
+                Value::Boolean(start != 0.0)
+            } else {
+                Value::Number(start)
+            },
             min,
             max,
             unit: names.unit_of(0, of).map(str::to_string),
@@ -144,7 +149,9 @@ fn foreign_groups(description: &ModelDescription) -> (Roles, Vec<Group>) {
     let fields = |causality: Causality| {
         let variables = description.model_variables.iter();
         let settable = variables.filter(move |of| of.causality == causality && of.is_settable());
-        settable.filter(|of| kind(&of.typed).is_some()).map(|of| dialog::Field { name: of.name.clone(), used_if: Vec::new() })
+        settable
+            .filter(|of| kind(&of.typed).is_some())
+            .map(|of| dialog::Field { name: of.name.clone(), used_if: Vec::new() })
     };
     let groups = [("Inputs", Causality::Input), ("Parameters", Causality::Parameter)];
     let groups = groups.map(|(title, causality)| Group { title: title.into(), fields: fields(causality).collect() });
@@ -159,7 +166,8 @@ pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
     if file.content.len() / 4 * 3 > LARGEST {
         bail!("{} is larger than {} MiB: split it", file.file, LARGEST >> 20);
     }
-    let bytes = STANDARD.decode(&file.content).with_context(|| format!("the content of {} is not Base64", file.file))?;
+    let bytes =
+        STANDARD.decode(&file.content).with_context(|| format!("the content of {} is not Base64", file.file))?;
     let refused = |message: String, help: Option<String>| Loops {
         loops: Vec::new(),
         problems: vec![Problem { place: None, message, help }],
@@ -290,7 +298,9 @@ fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Va
     }
     let is_boolean = matches!(variable.start, Value::Boolean(_));
     let given = match value {
-        Value::Boolean(value) if !is_boolean => return Err(format!("{name} is {}, {value} is not a number", variable.kind)),
+        Value::Boolean(value) if !is_boolean => {
+            return Err(format!("{name} is {}, {value} is not a number", variable.kind));
+        }
         value => number_of(value),
     };
     if !given.is_finite() {
@@ -298,8 +308,12 @@ fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Va
     }
     let Some(row) = row else {
         return match variable.kind.as_str() {
-            "Integer" if f64::from(given as i32) != given => Err(format!("{name} = {given:?}: it is not an integer of 32 bits")),
-            "Boolean" if given != 0.0 && given != 1.0 => Err(format!("{name} = {given:?}: it is neither true nor false")),
+            "Integer" if f64::from(given as i32) != given => {
+                Err(format!("{name} = {given:?}: it is not an integer of 32 bits"))
+            }
+            "Boolean" if given != 0.0 && given != 1.0 => {
+                Err(format!("{name} = {given:?}: it is neither true nor false"))
+            }
             _ => Ok(given),
         };
     };

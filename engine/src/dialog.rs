@@ -252,7 +252,10 @@ impl Roles {
         let has_pulses = |role: Role| is(&self.pulses.first().cloned(), role);
         if self.setpoint.is_some() || is(&self.manipulated_value, Role::Output) || has_pulses(Role::Output) {
             Part::Controller
-        } else if is(&self.manipulated_value, Role::Input) || is(&self.process_value, Role::Output) || has_pulses(Role::Input) {
+        } else if is(&self.manipulated_value, Role::Input)
+            || is(&self.process_value, Role::Output)
+            || has_pulses(Role::Input)
+        {
             Part::Plant
         } else {
             Part::Other

@@ -2,8 +2,11 @@
 
 /// A number with at most six digits.
 pub fn short(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{}", value.abs());
+    if value == 0.0 {
+        return "0".into();
+    }
+    if !value.is_finite() {
+        return format!("{value}");
     }
     let exponent = value.abs().log10().floor() as i32;
     if !(-5..=8).contains(&exponent) {

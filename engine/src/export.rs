@@ -1,7 +1,7 @@
 //! What a user takes away: files as text or bytes.
 
 use crate::describe::as_loop;
-use crate::figures::Figures;
+use crate::figures::{self, Figures, Signals};
 use crate::home::Home;
 use crate::message::{Loop, Values};
 use crate::report::{self, Report};
@@ -116,7 +116,7 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
                 Some(run) => Some(session.record(Some(*run))?),
                 None => session.record(None).ok(),
             };
-            let figures = record.and_then(|record| figures(home, record));
+            let figures = record.and_then(|record| figures_of(home, record));
             let report = Report {
                 of,
                 before,
@@ -302,7 +302,7 @@ fn csv(record: &Record, variables: &[String]) -> Result<(Vec<u8>, Vec<String>)> 
 }
 
 /// The figures of a run's first member, if it is a controller whose roles are known.
-fn figures(home: &dyn Home, record: &Record) -> Option<Figures> {
+fn figures_of(home: &dyn Home, record: &Record) -> Option<Figures> {
     let controller = record.setup().members.first()?;
     let table = home.table(&controller.fmu).ok()??;
     let (roles, _) = crate::dialog::of(&table).ok()?;
@@ -322,9 +322,17 @@ fn figures(home: &dyn Home, record: &Record) -> Option<Figures> {
         .filter_map(|pulse| column(&Some(pulse.clone())))
         .map(|(values, _)| values.into_iter().map(|value| value == 1.0).collect())
         .collect();
-    let times: Vec<f64> = calls.clone().map(|call| record.time(call)).collect();
-    let _ = (times, setpoint, process_value, manipulated_value, pulses, unit, travel_unit);
-    None
+    let times: Vec<f64> = calls.map(|call| record.time(call)).collect();
+    let signals = Signals {
+        times: &times,
+        setpoint: &setpoint,
+        process_value: &process_value,
+        manipulated_value: &manipulated_value,
+        pulses: &pulses,
+        unit: unit.as_deref(),
+        travel_unit: travel_unit.as_deref(),
+    };
+    Some(figures::of(&signals, &figures::Request::default()))
 }
 
 #[cfg(test)]

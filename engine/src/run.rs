@@ -158,7 +158,8 @@ impl<C: Component> Run<C> {
     /// There are not as many components as members.
     pub fn begin(plan: &Plan, components: Vec<C>, stop: Option<f64>) -> Result<Run<C>> {
         assert_eq!(components.len(), plan.members.len(), "each member has a component");
-        let members = plan.members.iter().zip(components).map(|(plan, component)| Running::of(plan, component)).collect();
+        let members =
+            plan.members.iter().zip(components).map(|(plan, component)| Running::of(plan, component)).collect();
         let row = vec![0.0; plan.columns.len()];
         let mut run = Run { members, steps: 0, stepped: 0, at: 0, time: plan.start, row };
         run.initialize(plan, 0, plan.start, stop)?;

@@ -211,7 +211,7 @@ impl Record {
     pub fn calls_between(&self, from: Option<f64>, to: Option<f64>) -> std::ops::Range<usize> {
         let place = |time: f64| (time - self.start) / self.step;
         let first = from.map_or(0, |from| (place(from) - plan::ROUNDING).ceil().max(0.0) as usize);
-        let end = to.map_or(self.calls(), |to| (place(to) + plan::ROUNDING).floor().max(-1.0) as isize as usize + 1);
+        let end = to.map_or(self.calls(), |to| ((place(to) + plan::ROUNDING).floor() + 1.0).max(0.0) as usize);
         let end = end.min(self.calls());
         first.min(end)..end
     }
@@ -294,9 +294,8 @@ impl Session {
             return present.context("nothing runs: start a loop first");
         };
         let mut all = self.earlier.iter().chain(present);
-        all.find(|record| record.number == run).with_context(|| {
-            format!("there is no run {run}: the present one and the {EARLIER} before it are kept")
-        })
+        all.find(|record| record.number == run)
+            .with_context(|| format!("there is no run {run}: the present one and the {EARLIER} before it are kept"))
     }
 
     /// Sets variables before the next call.
@@ -580,10 +579,7 @@ enum Begin {
     /// With the run, with this communication step.
     New(Option<f64>),
     /// While it runs.
-    Later {
-        start: f64,
-        step: f64,
-    },
+    Later { start: f64, step: f64 },
 }
 
 impl Wired {
@@ -615,7 +611,8 @@ impl Wired {
                 && step / cycle.max(0.001) > MOST_CALLS_OF_STEP
             {
                 bail!(
-                    "{} is called every {cycle:?} s, which is more than {MOST_CALLS_OF_STEP} times in a communication                      step of {step:?} s: make the step shorter",
+                    "{} is called every {cycle:?} s, which is more than {MOST_CALLS_OF_STEP} times in a communication \
+                     step of {step:?} s: make the step shorter",
                     member.name
                 );
             }
@@ -623,10 +620,10 @@ impl Wired {
         let mut record = Vec::new();
         for ((member, description), table) in members.iter().zip(&borrowed).zip(&tables) {
             let most = if table.is_some() { usize::MAX } else { MOST_RECORDED };
-            record.extend(recorded(description, most).map(|variable| Recorded {
-                variable: format!("{}.{variable}", member.name),
-                place: None,
-            }));
+            record.extend(
+                recorded(description, most)
+                    .map(|variable| Recorded { variable: format!("{}.{variable}", member.name), place: None }),
+            );
         }
         let setting = |member: &message::Member, (name, value): (&String, &Value)| Setting {
             variable: format!("{}.{name}", member.name),
@@ -682,14 +679,19 @@ impl Wired {
         let reference = names.find(name)?;
         let variable = reference.variable;
         if !variable.is_settable() {
-            bail!("{name} cannot be set: its causality is {}; only inputs and parameters can be set", variable.causality);
+            bail!(
+                "{name} cannot be set: its causality is {}; only inputs and parameters can be set",
+                variable.causality
+            );
         }
         let wires = plan::wires(&names, &self.system.connections)?;
         if let Some(wire) = wires.iter().find(|wire| wire.is_to(&reference)) {
             bail!("{name} cannot be set: it is connected to {}", names.full(&wire.from));
         }
         if variable.causality == Causality::Parameter && variable.variability != Variability::Tunable {
-            bail!("{name} cannot be changed while the loop runs, because it is a fixed parameter: restart with the new value");
+            bail!(
+                "{name} cannot be changed while the loop runs, because it is a fixed parameter: restart with the new value"
+            );
         }
         let value = fitting(self.tables[reference.member].as_deref(), &reference, name, value)?;
         let (min, max) = names.range(&reference);
@@ -738,8 +740,10 @@ fn cycle(member: &message::Member, description: &ModelDescription, table: Option
 
 /// What to record of an FMU: at most so many variables, inputs and outputs first.
 fn recorded(description: &ModelDescription, most: usize) -> impl Iterator<Item = &str> {
-    let variables = || description.model_variables.iter().filter(|of| !matches!(of.typed, modeldescription::v2::Typed::String(_)));
-    let is_terminal = |of: &&modeldescription::v2::Variable| matches!(of.causality, Causality::Input | Causality::Output);
+    let variables =
+        || description.model_variables.iter().filter(|of| !matches!(of.typed, modeldescription::v2::Typed::String(_)));
+    let is_terminal =
+        |of: &&modeldescription::v2::Variable| matches!(of.causality, Causality::Input | Causality::Output);
     let has_room = variables().count() <= most;
     let all = variables().filter(move |_| has_room);
     let terminals = variables().filter(move |of| !has_room && is_terminal(of));
@@ -758,7 +762,11 @@ fn check_names(members: &[message::Member]) -> Result<()> {
     for (number, member) in members.iter().enumerate() {
         let name = &member.name;
         if name.is_empty() || name.chars().count() > LONGEST_NAME {
-            bail!("the name of member {} has {} characters: 1 to {LONGEST_NAME} are allowed", number + 1, name.chars().count());
+            bail!(
+                "the name of member {} has {} characters: 1 to {LONGEST_NAME} are allowed",
+                number + 1,
+                name.chars().count()
+            );
         }
         for other in &members[..number] {
             if *name == other.name {
@@ -766,7 +774,10 @@ fn check_names(members: &[message::Member]) -> Result<()> {
             }
             let is_before = |a: &str, b: &str| b.strip_prefix(a).is_some_and(|rest| rest.starts_with('.'));
             if is_before(name, &other.name) || is_before(&other.name, name) {
-                bail!("the members {} and {name} cannot be told apart: one name must not begin with the other and a point", other.name);
+                bail!(
+                    "the members {} and {name} cannot be told apart: one name must not begin with the other and a point",
+                    other.name
+                );
             }
         }
     }

@@ -128,7 +128,8 @@ impl Law for Pid {
 
     fn advice(&self) -> Vec<String> {
         let is_short = self.ti.milliseconds() * 2 < self.cycle.milliseconds();
-        let raised = || format!("TI = {:?} s is raised to CYCLE/2 = {:?} s.", self.ti.seconds(), self.cycle.seconds() / 2.0);
+        let raised =
+            || format!("TI = {:?} s is raised to CYCLE/2 = {:?} s.", self.ti.seconds(), self.cycle.seconds() / 2.0);
         is_short.then(raised).into_iter().collect()
     }
 }
@@ -253,11 +254,7 @@ fn table<B: Block>() -> Table {
 impl Home for TestHome {
     fn entries(&self) -> Vec<Entry> {
         let entry = |name: &str, part, is_foreign| Entry { name: name.into(), summary: name.into(), part, is_foreign };
-        vec![
-            entry("PID", Part::Controller, false),
-            entry("LAG", Part::Plant, false),
-            entry(FOREIGN, Part::Plant, true),
-        ]
+        vec![entry("PID", Part::Controller, false), entry("LAG", Part::Plant, false), entry(FOREIGN, Part::Plant, true)]
     }
 
     fn known_loops(&self) -> Vec<KnownLoop> {
@@ -363,7 +360,8 @@ impl<B: Block> Component for Linked<B> {
         for (value, reference) in values.iter().zip(references) {
             let row = *reference as usize;
             let kind = B::TABLE.rows[row].kind;
-            let own = to_value(*value, kind).map_err(|range| anyhow::anyhow!("fmi2SetReal returned fmi2Error: {range}"))?;
+            let own =
+                to_value(*value, kind).map_err(|range| anyhow::anyhow!("fmi2SetReal returned fmi2Error: {range}"))?;
             assert!(self.block.set(row, own));
         }
         Ok(())

@@ -232,6 +232,22 @@ impl Trace {
         }
     }
 
+    /// How many bytes it holds, free room included.
+    #[cfg(test)]
+    pub fn capacity(&self) -> usize {
+        let of = |packed: &Packed| match packed {
+            Packed::Constant(_) => 0,
+            Packed::Flags(values) => values.len(),
+            Packed::Single(values) => 4 * values.len(),
+            Packed::Double(values) => 8 * values.len(),
+        };
+        let chunks = self.chunks.iter().flat_map(|chunk| &chunk.columns).map(of).sum::<usize>();
+        let columns = self.chunks.iter().map(|chunk| chunk.columns.capacity() * size_of::<Packed>()).sum::<usize>();
+        let overview =
+            self.overview.columns.iter().map(|column| column.capacity() * size_of::<Extremes>()).sum::<usize>();
+        8 * self.rows.capacity() + self.chunks.capacity() * size_of::<Chunk>() + chunks + columns + overview
+    }
+
     /// The value of a variable in a call; not a number if the call is no longer held exactly.
     pub fn get(&self, column: usize, call: usize) -> f64 {
         if call >= self.packed() {

@@ -35,7 +35,11 @@ fn of_a_foreign_fmu_only_names_and_units_are_known() {
     let proposal = propose(&TestHome::default(), &member("C", "PID"), &member("P", FOREIGN)).unwrap();
     // OUT could go to POWER and to LOAD, TEMP to SP and to PV_IN: nothing is clear.
     assert_eq!(shown(&proposal), Vec::<String>::new());
-    assert!(proposal.remarks[0].ends_with("clearly belongs to an input of the other: choose"), "{:?}", proposal.remarks);
+    assert!(
+        proposal.remarks[0].ends_with("clearly belongs to an input of the other: choose"),
+        "{:?}",
+        proposal.remarks
+    );
     assert!(proposal.remarks.contains(&"nothing is connected to C.PV_IN".into()));
     assert!(proposal.others.iter().any(|wire| wire.from == "C.OUT" && wire.to == "P.LOAD"));
     assert!(proposal.values.is_empty(), "a foreign FMU has no cycle");
@@ -55,10 +59,8 @@ fn a_known_loop_is_taken_with_the_settings_of_its_plant() {
     };
     home.loops.push(KnownLoop { title: "A lag".into(), setup: setup.clone() });
     let proposal = propose(&home, &member("C", "PID"), &member("P", "LAG")).unwrap();
-    let expected = [
-        "C.OUT -> P.POWER: as in the known loop \"A lag\"",
-        "P.TEMP -> C.PV_IN: as in the known loop \"A lag\"",
-    ];
+    let expected =
+        ["C.OUT -> P.POWER: as in the known loop \"A lag\"", "P.TEMP -> C.PV_IN: as in the known loop \"A lag\""];
     assert_eq!(shown(&proposal), expected);
     assert_eq!(proposal.exchange, Exchange::Parallel);
     assert_eq!(proposal.step, None, "0.5 s is the controller's cycle");
