@@ -59,3 +59,6 @@ impl<H: Home> Engine<H> {
 fn json(content: impl Serialize) -> Result<serde_json::Value> {
     Ok(serde_json::to_value(content)?)
 }
+
+#[cfg(test)]
+mod tests;

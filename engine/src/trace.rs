@@ -159,11 +159,10 @@ impl Overview {
 impl Trace {
     /// An empty one of so many variables.
     pub fn new(width: usize) -> Trace {
-        let column = || Vec::with_capacity(BUCKETS);
         Trace {
             width,
             calls: 0,
-            overview: Overview { calls: 0, bucket: FIRST_WIDTH, columns: (0..width).map(|_| column()).collect() },
+            overview: Overview { calls: 0, bucket: FIRST_WIDTH, columns: vec![Vec::new(); width] },
             chunks: VecDeque::with_capacity(EXACT / CHUNK + 2),
             rows: Vec::with_capacity(CHUNK * width),
         }
@@ -198,9 +197,7 @@ impl Trace {
         self.width += count;
         let buckets = self.overview.calls.div_ceil(self.overview.bucket);
         for _ in 0..count {
-            let mut column = Vec::with_capacity(BUCKETS);
-            column.resize(buckets, Extremes::NONE);
-            self.overview.columns.push(column);
+            self.overview.columns.push(vec![Extremes::NONE; buckets]);
         }
         for chunk in &mut self.chunks {
             chunk.columns.extend((0..count).map(|_| Packed::Constant(f64::NAN)));

@@ -21,7 +21,10 @@ fn file(name: &str, text: &str) -> ReadFile {
 fn an_fmu_has_its_variables_groups_and_roles() {
     let description = describe(&TestHome::default(), "PID").unwrap();
     assert_eq!((description.block.as_str(), description.summary.as_str()), ("PID", "A PI controller."));
-    assert_eq!((description.aliases.as_slice(), description.cycle.as_deref()), (["FB 7".to_string()].as_slice(), Some("CYCLE")));
+    assert_eq!(
+        (description.aliases.as_slice(), description.cycle.as_deref()),
+        (["FB 7".to_string()].as_slice(), Some("CYCLE"))
+    );
     let of = |name: &str| description.variables.iter().find(|of| of.name == name).unwrap();
     let sp = Variable {
         name: "SP".into(),
@@ -81,10 +84,8 @@ fn values_that_the_type_does_not_hold_are_errors_and_others_are_rounded() {
         ("HIGH", Value::Number(0.5)),
         ("SP", Value::Number(101.0)),
     ]);
-    let rounded = Values::from([
-        ("GAIN".into(), Value::Number(f64::from(0.1f32))),
-        ("TI".into(), Value::Number(1.235)),
-    ]);
+    let rounded =
+        Values::from([("GAIN".into(), Value::Number(f64::from(0.1f32))), ("TI".into(), Value::Number(1.235))]);
     assert_eq!(checked.rounded, rounded);
     assert_eq!(texts(&checked), [("SP = 101 degC: the highest sensible value is 100 degC", false)]);
     let cases = [
@@ -117,9 +118,10 @@ const JSON: &str = r#"{"TIC101": {"block": "PID", "values": {"GAIN": 3.5, "TI": 
 
 #[test]
 fn a_file_is_read_with_the_origin_of_each_value_and_what_the_block_will_do() {
-    let source = parameters::write(Format::Json, &[parameters::Loop::new("TIC101", TestHome::default().blocks().remove(0))], "")
-        .map(|bytes| String::from_utf8(bytes).unwrap())
-        .unwrap();
+    let source =
+        parameters::write(Format::Json, &[parameters::Loop::new("TIC101", TestHome::default().blocks().remove(0))], "")
+            .map(|bytes| String::from_utf8(bytes).unwrap())
+            .unwrap();
     let loops = read(&TestHome::default(), &file("plant.JSON", &source.replace("20.0", "0.02"))).unwrap();
     assert!(!loops.is_refused && loops.problems.is_empty(), "{loops:?} {JSON}");
     let one = &loops.loops[0];
@@ -130,7 +132,10 @@ fn a_file_is_read_with_the_origin_of_each_value_and_what_the_block_will_do() {
     assert_eq!(one.warnings, ["TI = 0.02 s is raised to CYCLE/2 = 0.25 s."]);
 
     let back = as_loop(&TestHome::default(), one).unwrap();
-    assert_eq!(as_message(&back).settings.iter().map(|of| of.value).collect::<Vec<_>>(), one.settings.iter().map(|of| of.value).collect::<Vec<_>>());
+    assert_eq!(
+        as_message(&back).settings.iter().map(|of| of.value).collect::<Vec<_>>(),
+        one.settings.iter().map(|of| of.value).collect::<Vec<_>>()
+    );
 }
 
 #[test]
@@ -145,13 +150,16 @@ fn a_file_that_cannot_be_used_says_where_and_what_to_do() {
         assert!(wrong.problems[0].help.as_ref().unwrap().contains(".awl"));
     }
     let not_base64 = ReadFile { content: "?".into(), ..file("plant.awl", "") };
-    assert!(format!("{:#}", read(&home, &not_base64).unwrap_err()).starts_with("the content of plant.awl is not Base64"));
+    assert!(
+        format!("{:#}", read(&home, &not_base64).unwrap_err()).starts_with("the content of plant.awl is not Base64")
+    );
 }
 
 #[test]
 fn a_loop_of_an_unknown_block_or_with_an_unknown_setting_is_refused() {
     let setting = |name: &str, value| Setting { name: name.into(), value: Value::Number(value), origin: None };
-    let one = |block: &str, settings| Loop { name: "A".into(), block: block.into(), cycle: None, settings, warnings: vec![] };
+    let one =
+        |block: &str, settings| Loop { name: "A".into(), block: block.into(), cycle: None, settings, warnings: vec![] };
     let error = |one: &Loop| format!("{:#}", as_loop(&TestHome::default(), one).unwrap_err());
     assert_eq!(error(&one("PUMP", vec![])), "A: there is no block \"PUMP\" here");
     assert_eq!(error(&one("fb7", vec![setting("OUT", 1.0)])), "A: PID has no setting \"OUT\"");

@@ -372,11 +372,11 @@ fn an_fmu_that_fails_ends_the_run_and_the_controller_goes_on_with_another_plant(
     session.run(4).unwrap();
     session.send(&values(&[("C.SP", 30.0)])).unwrap();
     let state = session.run(100).unwrap();
-    assert_eq!(state.failure.as_deref(), Some("P: fmi2DoStep returned fmi2Error: it is enough"));
+    assert_eq!(state.failure.as_deref(), Some("P: the step returned an error: it is enough"));
     // The controller has made its call at 5 s before the plant failed.
     assert_eq!((state.calls, state.time), (11, 5.0));
     assert_eq!(session.view(&view("C.OUT", 100)).unwrap().times.len(), 11);
-    assert!(error(session.run(1)).contains("the run has ended (P: fmi2DoStep returned fmi2Error: it is enough)"));
+    assert!(error(session.run(1)).contains("the run has ended (P: the step returned an error: it is enough)"));
     assert!(error(session.send(&values(&[("C.SP", 1.0)]))).starts_with("the run has ended"));
 
     let other = member("Q", "LAG", &[("CYCLE", 0.5)]);
@@ -422,7 +422,7 @@ fn an_exchange_that_cannot_be_leaves_everything_as_it_was() {
     let exchange = |session: &mut Session, members: Vec<Member>| error(session.exchange(&home, members, wires()));
     assert_eq!(
         exchange(&mut session, vec![member("P", FOREIGN, &[])]),
-        "P before the first step: fmi2ExitInitializationMode returned fmi2Error: not today"
+        "P before the first step: the initialization returned an error: not today"
     );
     assert!(exchange(&mut session, vec![member("C", "LAG", &[])]).contains("two members are named C"));
     assert!(exchange(&mut session, vec![]).contains("P.POWER names no FMU of this run"));
@@ -445,7 +445,7 @@ fn a_controller_that_fails_itself_has_to_begin_again() {
     assert_eq!(error(session.exchange(&home, vec![], vec![])), "F itself has failed: start again");
     session.start(&home, setup("LAG")).unwrap();
     assert_eq!(session.run(9).unwrap().failure, None);
-    assert_eq!(session.record(Some(0)).unwrap().failure(), Some("F: fmi2DoStep returned fmi2Error: it is enough"));
+    assert_eq!(session.record(Some(0)).unwrap().failure(), Some("F: the step returned an error: it is enough"));
 }
 
 #[test]
