@@ -57,9 +57,9 @@ impl Signal {
 }
 
 /// Other names of roles, in capital letters.
-const SETPOINTS: [&str; 5] = ["SP", "SETPOINT", "SET POINT", "SOLLWERT", "W"];
-const PROCESS_VALUES: [&str; 6] = ["PV", "PV_IN", "PROCESS VALUE", "PROCESS VARIABLE", "ISTWERT", "X"];
-const MANIPULATED_VALUES: [&str; 9] = ["LMN", "MV", "OUT", "OUTPUT", "CO", "OP", "MANIPULATED VALUE", "STELLWERT", "Y"];
+const SETPOINTS: [&str; 4] = ["SP", "SETPOINT", "SET POINT", "SOLLWERT"];
+const PROCESS_VALUES: [&str; 5] = ["PV", "PV_IN", "PROCESS VALUE", "PROCESS VARIABLE", "ISTWERT"];
+const MANIPULATED_VALUES: [&str; 8] = ["LMN", "MV", "OUT", "OUTPUT", "CO", "OP", "MANIPULATED VALUE", "STELLWERT"];
 const MANUAL: [&str; 5] = ["MAN_ON", "MANUAL", "HAND", "MANUAL MODE", "MAN_MODE"];
 
 impl Recording {

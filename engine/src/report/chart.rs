@@ -169,6 +169,7 @@ impl Chart<'_> {
         colour: &str,
         y: impl Fn(f64) -> f64,
     ) -> fmt::Result {
+        let end = self.times.last().copied().unwrap_or(0.0);
         let is_lane = curve.axis == Axis::Lane;
         let mut path = String::new();
         let (mut is_drawing, mut last) = (false, 0.0);
@@ -181,8 +182,9 @@ impl Chart<'_> {
             let y = y(*value);
             match is_drawing {
                 false => write!(path, "M{x:.1} {y:.1}")?,
-                // A switch stays until the next call.
+                // A switch stays until the next call; where it does not change, nothing needs to be said.
                 true if is_lane && y != last => write!(path, "H{x:.1}V{y:.1}")?,
+                true if is_lane && *time < end => {}
                 true => write!(path, "L{x:.1} {y:.1}")?,
             }
             (is_drawing, last) = (true, y);
