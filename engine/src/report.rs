@@ -234,15 +234,28 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
     }
     writeln!(page, "<th class=\"number\">Start</th><th>From</th><th>Meaning</th></tr></thead>\n<tbody>")?;
     let width = if has_before { 7 } else { 6 };
+    let is_start = |variable: &Variable, value: Value| shown(variable, value) == shown(variable, variable.start);
+    let is_shown = |name: &str| {
+        let set = report.of.settings.iter().find(|setting| setting.name == name);
+        let variable = description.variables.iter().find(|variable| variable.name == name);
+        let is_at_start = set.zip(variable).is_none_or(|(set, variable)| is_start(variable, set.value));
+        let was_at_start = !report.before.iter().any(|setting| setting.name == name);
+        !(unused.iter().any(|unused| unused == name) && is_at_start && was_at_start)
+    };
     for group in &description.groups {
+        if !group.fields.iter().any(|field| is_shown(&field.name)) {
+            continue;
+        }
         writeln!(page, "<tr><th colspan=\"{width}\" scope=\"rowgroup\">{}</th></tr>", Text(&group.title))?;
-        for field in &group.fields {
+        for field in group.fields.iter().filter(|field| is_shown(&field.name)) {
             let Some(variable) = description.variables.iter().find(|variable| variable.name == field.name) else {
                 continue;
             };
             let set = report.of.settings.iter().find(|setting| setting.name == field.name);
             let value = set.map_or(variable.start, |setting| setting.value);
             let before = report.before.iter().find(|setting| setting.name == field.name).map(|setting| setting.value);
+            // What was not given before had its start value.
+            let before = before.or_else(|| has_before.then_some(variable.start));
             let reference = before.unwrap_or(variable.start);
             let is_changed = shown(variable, value) != shown(variable, reference);
             let is_unused = unused.contains(&field.name);
@@ -254,7 +267,7 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
             let mut from = match set.and_then(|setting| setting.origin.as_deref()) {
                 _ if is_changed && before.is_some() => "changed".to_string(),
                 Some(origin) => origin.to_string(),
-                None if shown(variable, value) == shown(variable, variable.start) => "start value".into(),
+                None if is_start(variable, value) => "start value".into(),
                 None => "set".into(),
             };
             if is_unused {
@@ -262,7 +275,7 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
             }
             write!(
                 page,
-                "<tr{class}><td>{}</td><td class=\"number\">{}</td><td>{}</td>",
+                "<tr{class}><td class=\"name\">{}</td><td class=\"number\">{}</td><td>{}</td>",
                 Text(&field.name),
                 Text(&shown(variable, value)),
                 Text(variable.unit.as_deref().unwrap_or(""))
@@ -273,7 +286,7 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
             }
             writeln!(
                 page,
-                "<td class=\"number\">{}</td><td>{}</td><td>{}</td></tr>",
+                "<td class=\"number\">{}</td><td class=\"from\">{}</td><td>{}</td></tr>",
                 Text(&shown(variable, variable.start)),
                 Text(&from),
                 Text(&variable.description)
@@ -281,6 +294,12 @@ fn settings(page: &mut String, report: &Report, description: &Description, unuse
         }
     }
     writeln!(page, "</tbody>\n</table>")?;
+    let fields = description.groups.iter().flat_map(|group| &group.fields).map(|field| field.name.as_str());
+    let rest: Vec<_> = fields.filter(|name| !is_shown(name)).collect();
+    if !rest.is_empty() {
+        let are = if rest.len() == 1 { "its start value" } else { "their start values" };
+        writeln!(page, "<p class=\"rest\">Without effect, and at {are}: {}.</p>", Text(&rest.join(", ")))?;
+    }
     Ok(())
 }
 

@@ -362,9 +362,8 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
         let is_shown = |column: usize| {
             *role == roles.process_value && pairs.iter().any(|pair| Some(pair.1) == shown && pair.0 == column)
         };
-        let candidates = (0..csv.columns.len()).filter(|column| Some(*column) != time);
-        let candidate =
-            candidates.filter(|column| left.contains(column) && is_called(*column) || is_shown(*column)).next();
+        let mut candidates = (0..csv.columns.len()).filter(|column| Some(*column) != time);
+        let candidate = candidates.find(|column| left.contains(column) && is_called(*column) || is_shown(*column));
         // A word of the periphery in the file takes precedence over the number.
         let has_word = *role == roles.process_value
             && block.named("PV_PER").is_some_and(|row| pairs.iter().any(|(_, other)| *other == row));

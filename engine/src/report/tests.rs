@@ -50,11 +50,11 @@ fn a_report_has_settings_with_what_was_changed_and_where_they_come_from() {
         "<title>TIC101</title>",
         "<p class=\"about\">22 November 2026</p>",
         "<th colspan=\"7\" scope=\"rowgroup\">Gain and time</th>",
-        "<tr class=\"changed\"><td>GAIN</td><td class=\"number\">3.5</td><td></td><td class=\"number\">2.5</td><td class=\"number\">2</td><td>changed</td>",
+        "<tr class=\"changed\"><td class=\"name\">GAIN</td><td class=\"number\">3.5</td><td></td><td class=\"number\">2.5</td><td class=\"number\">2</td><td class=\"from\">changed</td>",
         "CYCLE 0.5 s.",
         // What the block says of its settings.
         "is raised to CYCLE/2",
-        "<td>start value, no effect</td>",
+        "<p class=\"rest\">Without effect, and at its start value: MAN.</p>",
     ] {
         assert!(page.contains(part), "{part}\n{page}");
     }
