@@ -101,3 +101,43 @@ fn numbers_go_through_the_messages_with_all_bits() {
         assert_eq!(state["values"]["P.LOAD"].as_f64().unwrap().to_bits(), f64::to_bits(value), "{value}");
     }
 }
+
+#[test]
+fn each_request_is_answered_by_the_part_that_computes_it() {
+    let mut engine = engine();
+    let controller = json!({"name": "C", "fmu": "PID", "values": {"MAN_ON": true, "CYCLE": 0.1}});
+    let plant = json!({"name": "P", "fmu": "LAG", "values": {"CYCLE": 0.1}});
+    let wires = json!([["C.OUT", "P.POWER"], ["P.TEMP", "C.PV_IN"]]);
+    ask(&mut engine, json!({"do": "start", "members": [controller, plant], "connections": wires}));
+    ask(&mut engine, json!({"do": "run", "calls": 50}));
+    ask(&mut engine, json!({"do": "send", "values": {"C.MAN": 40, "C.SP": 60}}));
+    ask(&mut engine, json!({"do": "run", "calls": 1000}));
+
+    assert_eq!(ask(&mut engine, json!({"do": "figures"}))["from"], 5.0);
+    let identified = ask(&mut engine, json!({"do": "identify", "data": {"run": {}}, "method": "least_squares"}));
+    assert!(identified["fit"].as_f64().unwrap() > 99.0, "{identified}");
+    let mut model = identified["model"].clone();
+    // A plant without dead time has no finite gain by the rules.
+    model["dead_time"] = json!(1.0);
+    let tune = json!({"do": "tune", "model": model, "rule": "simc", "structure": "pi", "controller": controller});
+    let tuned = ask(&mut engine, tune);
+    assert!(tuned["values"]["GAIN"].as_f64().unwrap() > 0.0, "{tuned}");
+    assert!(!tuned["predicted"]["times"].as_array().unwrap().is_empty());
+    let ratio = ask(&mut engine, json!({"do": "ratio", "heating": model, "cooling": model}));
+    assert_eq!(ratio["ratio"], 1.0);
+
+    let file = |engine: &mut Engine<TestHome>, request: Value| {
+        use base64::Engine as _;
+        let content = ask(engine, request)["content"].as_str().unwrap().to_string();
+        String::from_utf8(base64::engine::general_purpose::STANDARD.decode(content).unwrap()).unwrap()
+    };
+    let description = file(&mut engine, json!({"do": "export", "what": "description"}));
+    assert!(description.contains("[[events]]"), "{description}");
+    let csv = file(
+        &mut engine,
+        json!({"do": "export", "what": "csv", "variables": ["C.SP", "C.PV_IN", "C.MAN_ON", "C.MAN", "C.OUT"]}),
+    );
+    assert_eq!(csv.lines().count(), 1051);
+    let replayed = ask(&mut engine, json!({"do": "replay", "controller": controller, "text": csv}));
+    assert_eq!(replayed["outputs"][0]["different"], 0, "{}", replayed["verdict"]);
+}
