@@ -22,7 +22,7 @@ use crate::predict;
 use crate::rules::{self, Settings};
 use crate::system::Value;
 use anyhow::{Context, Result, bail};
-use blocks::Kind;
+use blocks::{Kind, Role};
 use modeldescription::Table;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -201,6 +201,11 @@ impl Controller {
     /// The PLC type of a variable.
     pub fn kind(&self, name: &str) -> Option<Kind> {
         self.table.find(name).map(|row| self.table.variables[row].kind)
+    }
+
+    /// Who sets a variable, and when.
+    pub fn role(&self, name: &str) -> Option<Role> {
+        self.table.find(name).map(|row| self.table.variables[row].role)
     }
 
     /// The time between two calls in seconds.
