@@ -181,10 +181,17 @@ struct Schedule {
 }
 
 impl Schedule {
-    fn of(controller: &Controller, request: &Request, dead_time: f64, values: &Values) -> Schedule {
+    /// # Errors
+    /// The pulses are too long to be simulated.
+    fn of(controller: &Controller, request: &Request, dead_time: f64, values: &Values) -> Result<Schedule> {
         let cycle = controller.cycle();
         let calls = |time: f64| (time / cycle).ceil() as usize;
         let period = request.pulse_period.or(controller.own_period()).unwrap_or(cycle).max(controller.sampling());
+        if period > cycle * MOST_CALLS as f64 / 10.0 {
+            bail!(
+                "the pulses have a period of {period} s and the block a CYCLE of {cycle} s: that takes too many calls"
+            );
+        }
         let rest = 2 * calls(period).max(1);
         let ti = controller.roles.controller.get(1).and_then(|name| values.get(name));
         let lag = request.model.time_constant + request.model.second_time_constant;
@@ -196,7 +203,7 @@ impl Schedule {
         let duration = slow + 15.0 * dead_time + 2.0 * motor_time + 10.0 * period;
         let step = rest + rest.max(5);
         let wanted = if duration / cycle < MOST_CALLS as f64 { calls(duration) } else { MOST_CALLS };
-        Schedule { cycle, automatic: rest, step, calls: step + wanted.max(20) }
+        Ok(Schedule { cycle, automatic: rest, step, calls: step + wanted.max(20) })
     }
 
     fn time(&self, call: usize) -> f64 {
@@ -222,13 +229,13 @@ pub(crate) fn predict(
     let setpoint = controller.roles.setpoint.as_ref().context("its setpoint is not known")?;
     let drawn = controller.roles.manipulated_value.as_ref();
     let terminal = Terminal::of(controller)?;
+    let dead_time = request.model.dead_time + controller.cycle() / 2.0;
+    let schedule = Schedule::of(controller, request, dead_time, values)?;
     let scaling = if terminal.is_word { Some(word_scaling(home, controller, &terminal)?) } else { None };
     let motor_time = motor_time(controller, request);
     if controller.is_step_controller() && motor_time.is_none() {
         bail!("the motor time of the actuator is not known; give it");
     }
-    let dead_time = request.model.dead_time + controller.cycle() / 2.0;
-    let schedule = Schedule::of(controller, request, dead_time, values);
     let gain = controller.roles.controller.first().and_then(|name| values.get(name));
     let height = step_height(request, gain)?;
     let level = controller.value(setpoint);

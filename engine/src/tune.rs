@@ -186,7 +186,12 @@ impl Controller {
         if let Some(unknown) = member.values.keys().find(|name| table.find(name).is_none()) {
             bail!("{fmu} has no variable {unknown}");
         }
-        Ok(Controller { member: member.clone(), table, roles, groups })
+        let controller = Controller { member: member.clone(), table, roles, groups };
+        let cycle = controller.cycle();
+        if !(cycle >= 0.001 && cycle <= LONGEST) {
+            bail!("the time between two calls is {cycle} s: it has to be a millisecond at least");
+        }
+        Ok(controller)
     }
 
     /// The value of a variable: as it is set, else its start value; true is 1.

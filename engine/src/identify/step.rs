@@ -139,10 +139,14 @@ impl Step {
         if half == 0 || self.noise < 1e-3 * self.end().abs() {
             return self.values.clone();
         }
+        let mut sums = vec![0.0];
+        sums.extend(self.values.iter().scan(0.0, |sum, value| {
+            *sum += value;
+            Some(*sum)
+        }));
         let mean = |at: usize| {
             let reach = half.min(at).min(self.values.len() - 1 - at);
-            let around = &self.values[at - reach..=at + reach];
-            around.iter().sum::<f64>() / around.len() as f64
+            (sums[at + reach + 1] - sums[at - reach]) / (2 * reach + 1) as f64
         };
         (0..self.values.len()).map(mean).collect()
     }

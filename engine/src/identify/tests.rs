@@ -426,6 +426,15 @@ fn a_long_record_is_drawn_with_few_points() {
 }
 
 #[test]
+fn a_noisy_record_of_100_000_samples_is_identified_by_every_method() {
+    let model = lag(2.0, 10.0, 3.0);
+    let record = Record::new(model, 10.0, 0.001, 100.0).with_noise(0.2);
+    for method in METHODS {
+        assert_found(&record.identify(method, false).unwrap(), &model, 0.1, &format!("{method:?}"));
+    }
+}
+
+#[test]
 fn a_csv_file_of_the_plant_is_read_by_its_columns() {
     let record = Record::new(lag(2.0, 10.0, 3.0), 10.0, 0.5, 80.0);
     let mut text = String::from("Zeit [s];Ventil [%];Temperatur [degC]\n");
