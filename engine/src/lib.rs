@@ -17,15 +17,18 @@ pub mod export;
 pub mod figures;
 pub mod home;
 pub mod identify;
+pub mod known;
 pub mod margins;
 pub mod message;
 pub mod plan;
+mod predict;
 pub mod process;
 pub mod replay;
 mod report;
 pub mod rules;
 pub mod run;
 pub mod session;
+pub mod signals;
 pub mod system;
 #[cfg(test)]
 mod test_home;

@@ -4,6 +4,11 @@ use anyhow::{Error, Result, anyhow, bail};
 use std::io::{self, ErrorKind};
 use std::process::{Command, Stdio};
 
+/// Begins a part of the output, before the programs that follow write theirs.
+pub fn heading(part: &str) {
+    println!("\n== {part}");
+}
+
 /// Runs a program that talks to the user itself.
 ///
 /// # Errors

@@ -42,6 +42,8 @@ fn crates_depend_on_each_other_one_way() {
             "blocks" => &[],
             "fmu" | "modeldescription" | "parameters" => &["blocks"],
             "engine" => &["blocks", "modeldescription", "parameters"],
+            // It links everything into one program, on which nothing depends.
+            "engine/wasm" => continue,
             "plcfmu" => &["blocks", "engine", "modeldescription", "parameters"],
             "xtask" => &["blocks", "modeldescription", "parameters", "plcfmu"],
             tests if tests.starts_with("tests") => continue,
@@ -101,7 +103,9 @@ fn the_core_of_fmu_knows_no_fmi() {
 fn only_the_client_of_a_plc_and_the_server_of_the_tool_use_the_network() {
     let allowed = ["plcfmu/src/plc.rs", "plcfmu/src/plc/", "plcfmu/src/tool/server.rs"];
     assert_none(
-        &find(&outside(&allowed, &product_files()), |line| first_of(&["std::net", "tokio::net", "TcpStream", "UdpSocket"], line)),
+        &find(&outside(&allowed, &product_files()), |line| {
+            first_of(&["std::net", "tokio::net", "TcpStream", "UdpSocket"], line)
+        }),
         "an FMU and the commands work without a network; what reads a PLC goes to plcfmu/src/plc.rs, what a page asks of this \
          machine to plcfmu/src/tool/server.rs",
     );
@@ -113,7 +117,8 @@ const UNSAFE: [&str; 7] =
 
 #[test]
 fn unsafe_code_stands_only_at_the_c_interface() {
-    let allowed = ["fmu/src/v2/ffi.rs", "plcfmu/src/host/", "tests/"];
+    // In engine/wasm the names of the exported functions, no more.
+    let allowed = ["fmu/src/v2/ffi.rs", "plcfmu/src/host/", "engine/wasm/src/lib.rs", "tests/"];
     let rust: Vec<String> = all_files().into_iter().filter(|file| file.ends_with(".rs")).collect();
     assert_none(
         &find(&outside(&allowed, &rust), |line| first_of(&UNSAFE, line.split("//").next().unwrap_or(""))),
@@ -145,6 +150,39 @@ fn every_block_has_a_library() {
         .map(|(block, name)| format!("blocks/src has {block}, which makes {name}"))
         .collect();
     assert_none(&findings, "add a crate to fmu/libraries, see blocks/README.md");
+}
+
+#[test]
+fn every_block_and_every_plant_is_in_the_page_of_the_parameter_tool() {
+    let home = read("engine/wasm/src/home.rs");
+    let mut findings = Vec::new();
+    for folder in ["fmu/libraries", "examples/plants"] {
+        for file in source_files(folder).iter().filter(|file| file.ends_with("/src/lib.rs")) {
+            let crate_name = file.trim_end_matches("/src/lib.rs").rsplit('/').next().unwrap();
+            let text = read(file);
+            let exported = text.lines().find_map(|line| line.strip_prefix("fmu::export!(")?.strip_suffix(");"));
+            let Some(block) = exported else { continue };
+            let path = if block.contains("::") { block.to_string() } else { format!("{crate_name}::{block}") };
+            if !home.contains(&format!("$each!({path});")) {
+                findings.push(format!("{file} exports {path}"));
+            }
+        }
+    }
+    assert_none(&findings, "add it to the list in engine/wasm/src/home.rs; a plant to the dependencies there, too");
+}
+
+#[test]
+fn exported_names_are_all_that_is_unsafe_in_the_engine_of_the_page() {
+    let files = source_files("engine/wasm/src");
+    let unsafe_lines = find(&files, |line| first_of(&["unsafe"], line.split("//").next().unwrap_or("")));
+    let allowed = ["unsafe(no_mangle)", "allow(unsafe_code)"];
+    let is_allowed = |finding: &&String| {
+        let (file, rest) = finding.split_once(':').unwrap();
+        let number: usize = rest.split(' ').next().unwrap().parse().unwrap();
+        first_of(&allowed, read(file).lines().nth(number - 1).unwrap()).is_some()
+    };
+    let findings: Vec<String> = unsafe_lines.iter().filter(|finding| !is_allowed(finding)).cloned().collect();
+    assert_none(&findings, "the page reads and writes the memory; Rust gives addresses only");
 }
 
 #[test]
@@ -298,8 +336,8 @@ fn collect(folder: &Path, files: &mut Vec<String>) {
         let name = path.file_name().unwrap().to_string_lossy();
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         if path.is_dir() {
-            // Not what is built or kept by tools: target, .git, __pycache__, the fuzzer's corpus.
-            if !matches!(&*name, "target" | "__pycache__" | "corpus")
+            // Not what is built or kept by tools: target, .git, __pycache__, node_modules, the fuzzer's corpus.
+            if !matches!(&*name, "target" | "__pycache__" | "corpus" | "node_modules")
                 && (!name.starts_with('.') || matches!(&*name, ".cargo" | ".ci"))
             {
                 collect(&path, files);

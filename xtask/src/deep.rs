@@ -2,11 +2,10 @@
 //! valgrind, which watches every read and write and counts every leak; and those in Rust with far more cases.
 
 use crate::python::Environment;
-use crate::test::heading;
 use anyhow::{Context, Result, bail};
 use plcfmu::build::compile::artifacts;
 use plcfmu::build::workspace::{self, Workspace};
-use plcfmu::command::{output, run};
+use plcfmu::command::{heading, output, run};
 use std::fs;
 use std::process::Command;
 

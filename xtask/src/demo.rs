@@ -1,10 +1,9 @@
 //! `cargo xtask demo`: the closed loops of `examples/`, each a Python program of its own.
 
 use crate::python::Environment;
-use crate::test::heading;
 use anyhow::{Context, Result, bail};
 use plcfmu::build::workspace::Workspace;
-use plcfmu::command::run;
+use plcfmu::command::{heading, run};
 use plcfmu::package::pack;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -41,11 +40,9 @@ fn find(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut loops = Vec::new();
     for entry in fs::read_dir(folder).with_context(failed)? {
         let path = entry.with_context(failed)?.path();
-        if path.extension().is_some_and(|extension| extension == "py") {
-            let text = fs::read_to_string(&path).with_context(failed)?;
-            if text.contains("__name__ == \"__main__\"") {
-                loops.push(path);
-            }
+        let is_python = path.extension().is_some_and(|extension| extension == "py");
+        if is_python && fs::read_to_string(&path).with_context(failed)?.contains("__name__ == \"__main__\"") {
+            loops.push(path);
         }
     }
     loops.sort();

@@ -31,7 +31,7 @@ Examples:
   cargo xtask test -- -k time       only the Python tests with 'time' in their name
   cargo xtask test --platforms      also the libraries for Windows and ARM, under Wine and qemu
 
-Results, below target/: fmu/NAME.fmu, demo/ (CSV, PNG, SVG), dist/, docs/, venv/ (the Python environment)
+Results, below target/: fmu/NAME.fmu, demo/ (CSV, PNG, SVG), dist/, docs/, tool/, venv/ (the Python environment)
 Needed: Rust, a C compiler, Python 3.9 or newer. 'cargo xtask fmu --native' needs no Python.";
 
 #[derive(Subcommand)]
@@ -71,21 +71,12 @@ fn dispatch(command: Command) -> Result<()> {
             }
             pack::run(&workspace, &options)
         }
-        Command::Dist(options) => {
-            let mut wheel = Environment::ready(&workspace)?.python();
-            dist::run(&workspace, &options, |folder, targets| {
-                wheel.arg(workspace.root.join("plcfmu/python/build_wheel.py"));
-                wheel.args(["--archive", "--fmus=.", "--out=."]).current_dir(folder);
-                command::run(wheel.args(targets.iter().map(|target| format!("--target={target}"))))
-            })
-        }
+        Command::Dist(options) => dist::run(&workspace, &options, Environment::ready(&workspace)?.python()),
         Command::Tool(options) => {
             if options.fmus.is_none() {
                 Environment::ready(&workspace)?;
-                pack::run(&workspace, &pack::Options::default())?;
             }
-            let fmus = options.fmus.unwrap_or_else(|| workspace.fmus());
-            make::run(&workspace, &fmus, &workspace.target.join("tool"))
+            make::run(&workspace, &options)
         }
         Command::Test(options) => test::test(&workspace, &options),
         Command::Demo(options) => demo::demo(&workspace, &options),

@@ -4,8 +4,9 @@ use crate::deep;
 use crate::python::Environment;
 use anyhow::Result;
 use plcfmu::build::workspace::{self, Workspace};
-use plcfmu::command::{output, run};
+use plcfmu::command::{heading, output, run};
 use plcfmu::package::pack;
+use plcfmu::tool::make;
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::Command;
@@ -37,15 +38,17 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     // Every package, also one that somebody has added; but the importers need libclang.
     run(workspace::cargo().args(["test", "--workspace", "--exclude", "importers"]).current_dir(&workspace.root))?;
     let libclang = libclang(&environment)?;
-    let fmus = ("PLCFMU_FMUS", workspace.fmus());
+    heading("the parameter tool");
+    let files = [("PLCFMU_FMUS", workspace.fmus()), ("PLCFMU_TOOL", make::place(workspace))];
+    make::run(workspace, &make::Options { fmus: Some(workspace.fmus()), ..make::Options::default() })?;
     heading("other importers in Rust");
     let mut importers = workspace::cargo();
     importers.args(["test", "--manifest-path", "tests/importers/Cargo.toml"]).current_dir(&workspace.root);
-    run(importers.envs(libclang.clone()).envs([fmus.clone()]))?;
+    run(importers.envs(libclang.clone()).envs(files.clone()))?;
     heading("Python tests");
     let mut pytest = environment.python();
     pytest.args(["-m", "pytest", "tests", "-nauto", "--dist=loadfile"]).args(&options.pytest);
-    run(pytest.envs(libclang).envs([fmus]).current_dir(&workspace.root))?;
+    run(pytest.envs(libclang).envs(files).current_dir(&workspace.root))?;
     if options.deep {
         deep::test(workspace, &environment)?;
     }
@@ -54,11 +57,6 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
         run(Command::new(workspace.root.join(".ci/platforms")).current_dir(&workspace.root))?;
     }
     Ok(())
-}
-
-/// Begins a part of the output.
-pub fn heading(part: &str) {
-    println!("\n== {part}");
 }
 
 /// What lets bindgen, which tests/importers needs, find libclang, unless the user has said where it is.

@@ -7,6 +7,7 @@ use engine::component::{Component, Type};
 use fmu::refusal::Refusal;
 use fmu::v2::component as v2;
 use fmu::v2::interface::Guid;
+use fmu::v2::log::status_name;
 use fmu::v2::states::Function;
 use fmu::v2::value::{Boolean, FmiType};
 use std::ffi::{CString, c_int};
@@ -42,7 +43,10 @@ impl<B: Block> Instance<B> {
         body: impl FnOnce(&mut v2::Component<B>) -> Result<(), Refusal>,
     ) -> Result<()> {
         let done = self.component.instance.may(function).and_then(|()| body(&mut self.component));
-        done.map_err(|refusal| anyhow!("{}: {}", function.name, refusal.reason()))
+        // The words of a host that is told so through the C interface.
+        done.map_err(|refusal| {
+            anyhow!("{} returned {}: {}", function.name, status_name(refusal.answer()), refusal.reason())
+        })
     }
 }
 

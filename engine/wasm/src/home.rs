@@ -5,8 +5,9 @@ use anyhow::{Context, Result, bail};
 use engine::component::Component;
 use engine::home::Home;
 use engine::message::{Entry, KnownLoop, Part};
+use engine::{dialog, known};
 use fmu::v2::interface;
-use modeldescription::Table;
+use modeldescription::{Table, shortened};
 use modeldescription::v2::{Interface, ModelDescription};
 use parameters::{Block, Loop};
 use std::sync::Arc;
@@ -21,11 +22,13 @@ macro_rules! for_each_fmu {
         $each!(blocks::Hlg);
         #[cfg(target_family = "wasm")]
         {
+            $each!(process::Process);
             $each!(heater::Heater);
             $each!(valve::Valve);
             $each!(thermo::Thermo);
             $each!(tank::Tank);
             $each!(drive::Drive);
+            $each!(sensor::Sensor);
         }
     };
 }
@@ -38,6 +41,7 @@ pub struct Linked {
 
 /// An FMU that is linked in.
 struct Fmu {
+    part: Part,
     table: Arc<Table>,
     description: Arc<ModelDescription>,
     instantiate: fn(&str) -> Result<Box<dyn Component>>,
@@ -49,7 +53,8 @@ impl Fmu {
         let interface = Interface::parse(&interface::json::<B>())?;
         let description = Arc::new(ModelDescription::of(&interface)?);
         let instantiate = |name: &str| Ok(Box::new(Instance::<B>::new(name)?) as Box<dyn Component>);
-        Ok(Fmu { table: Arc::new(interface.table), description, instantiate })
+        let (roles, _) = dialog::of(&interface.table)?;
+        Ok(Fmu { part: roles.part(&interface.table), table: Arc::new(interface.table), description, instantiate })
     }
 }
 
@@ -71,9 +76,8 @@ impl Linked {
     }
 
     fn find(&self, name: &str) -> Result<&Fmu> {
-        let names = || self.fmus.iter().map(|fmu| fmu.table.name.as_str()).collect::<Vec<_>>().join(", ");
         let found = self.fmus.iter().find(|fmu| fmu.table.name == name);
-        found.with_context(|| format!("there is no FMU {name:?} in this page: there are {}", names()))
+        found.with_context(|| format!("there is no FMU {:?}", shortened(name)))
     }
 }
 
@@ -88,14 +92,14 @@ impl Home for Linked {
         let entry = |fmu: &Fmu| Entry {
             name: fmu.table.name.clone(),
             summary: fmu.table.summary(),
-            part: Part::Other,
+            part: fmu.part,
             is_foreign: false,
         };
         self.fmus.iter().map(entry).collect()
     }
 
     fn known_loops(&self) -> Vec<KnownLoop> {
-        Vec::new()
+        known::loops(|name| self.find(name).is_ok())
     }
 
     fn description(&self, fmu: &str) -> Result<Arc<ModelDescription>> {

@@ -57,6 +57,15 @@ impl Category {
     }
 }
 
+/// What the standard calls the status of a refused call.
+pub fn status_name(answer: Answer) -> &'static str {
+    match answer {
+        Answer::Error => "fmi2Error",
+        Answer::Discard => "fmi2Discard",
+        Answer::Fatal => "fmi2Fatal",
+    }
+}
+
 /// The categories that are logged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Selection(u8);

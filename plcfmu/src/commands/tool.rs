@@ -2,8 +2,10 @@
 
 use super::print;
 use crate::page::escape::Named;
+use crate::tool::assets;
 use crate::tool::child::{Processes, Starter};
 use crate::tool::home::{Collection, File, Known};
+use crate::tool::page::{self, Content, Home};
 use crate::tool::server::Server;
 use anyhow::{Context, Result, bail, ensure};
 use askama::filters::Escaper as _;
@@ -78,7 +80,7 @@ pub fn run(options: &Options) -> Result<()> {
     let Opened { collection, start } = open(options, starter)?;
     let server = Server::bind(options.port)?;
     let url = server.url();
-    let page = start.put_into(&page())?;
+    let page = start.put_into(&page(&collection)?)?;
     server.run(page, collection, &processes, || {
         // A closed standard output is no reason to end.
         let _ = print(&format!("{url}\n"));
@@ -245,8 +247,7 @@ impl Start {
 }
 
 /// The page without what the server adds.
-fn page() -> String {
-    "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"plcfmu-home\" content=\"server\">\n\
-     <title>plcfmu: parameter tool</title>\n</head>\n<body></body>\n</html>\n"
-        .into()
+fn page(collection: &Collection) -> Result<String> {
+    let assets = assets::json(collection.tables())?;
+    page::assemble(&page::embedded(), &Content { home: Home::Server, data: &[("assets", &assets)] })
 }

@@ -1,9 +1,11 @@
-//! What is offered for download: every FMU for all platforms that can be built here, an FMU for ARM alone of each, the command
-//! as the caller builds it, checksums, and a table of what is in which file. For `cargo xtask dist`.
+//! What is offered for download: every FMU for all platforms that can be built here, an FMU for ARM alone of each, the parameter
+//! tool, the command as the caller builds it, checksums, and a table of what is in which file. For `cargo xtask dist`.
 
 use crate::build::platform::{self, Platform};
 use crate::build::workspace::Workspace;
+use crate::command;
 use crate::package::{Package, archive, merge, pack, temporary};
+use crate::tool::make;
 use anyhow::{Context, Result, bail};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -11,6 +13,7 @@ use std::fmt::Write;
 use std::fs;
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// What is built if nothing else is asked for.
 const PLATFORMS: [&str; 4] = ["linux64", "win64", "aarch64-linux", "darwin64"];
@@ -21,10 +24,11 @@ const ALONE: &str = "aarch64-linux";
 /// The command is built for this platform, too, if the FMUs are; otherwise for this machine's only.
 const COMMAND: &str = "win64";
 
-/// What the caller may add: how its files end, and what they are.
-const ADDED: [(&str, &str); 3] = [
+/// What is added to the FMUs: how the files end, and what they are.
+const ADDED: [(&str, &str); 4] = [
     (".tar.gz", "The command plcfmu"),
     (".zip", "The command plcfmu"),
+    (".html", "The parameter tool: a page that runs by itself, from a disk or a web server"),
     (".whl", "For pip: the command plcfmu, the Python package plcfmu, and all FMUs"),
 ];
 
@@ -42,16 +46,11 @@ pub struct Options {
     pub out: Option<PathBuf>,
 }
 
-/// Builds everything and puts it into a new folder. `add` gets this folder, with the FMUs in it, and the Rust targets to build
-/// the command for, and adds wheels and archives.
+/// Builds everything and puts it into a new folder. `python` is a Python with maturin, for the wheels and archives.
 ///
 /// # Errors
 /// What cannot be built, or written. The folder stays as it was.
-pub fn run(
-    workspace: &Workspace,
-    options: &Options,
-    add: impl FnOnce(&Path, &[&'static str]) -> Result<()>,
-) -> Result<()> {
+pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Result<()> {
     let folder = options.out.clone().unwrap_or_else(|| workspace.target.join("dist"));
     check_replaceable(&folder)?;
     let unwritable = || format!("{} cannot be written", folder.display());
@@ -65,7 +64,15 @@ pub fn run(
     let platforms = if as_available { PLATFORMS.to_vec() } else { options.platforms.clone() };
     let packing = pack::Options { platforms, out: Some(new.clone()), as_available, ..pack::Options::default() };
     pack::run(workspace, &packing)?;
-    add(&new, &targets(&new, &Platform::host()?)?)?;
+    if packing.platforms.contains(&Platform::host()?.folder) {
+        match make::run(workspace, &make::Options { fmus: Some(new.clone()), out: Some(new.clone()) }) {
+            Err(error) if as_available => eprintln!("note: left out: {error:#}"),
+            made => made?,
+        }
+    }
+    python.arg(workspace.root.join("plcfmu/python/build_wheel.py")).args(["--archive", "--fmus=.", "--out=."]);
+    python.args(targets(&new, &Platform::host()?)?.iter().map(|target| format!("--target={target}")));
+    command::run(python.current_dir(&new))?;
     finish(&new)?;
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(unwritable)?;
@@ -142,6 +149,7 @@ fn contents(files: &BTreeMap<String, Vec<u8>>) -> Result<String> {
     let mut table = String::from("# What is in which file\n\n| file | for | kB | what it is |\n|---|---|---|---|\n");
     for (name, bytes) in files {
         let (platforms, what) = match ADDED.iter().find_map(|(end, what)| Some((name.strip_suffix(end)?, what))) {
+            Some((_, what)) if name == make::FILE => ("any browser".into(), (*what).to_string()),
             // The last part of its name.
             Some((stem, what)) => (stem.rsplit('-').next().unwrap_or_default().to_string(), (*what).to_string()),
             None => {
@@ -204,10 +212,11 @@ mod tests {
         let table = contents(&files).unwrap();
         assert!(table.contains("\n| PUMP.fmu | aarch64-linux, linux64 | 1 | Pumps or not |\n"), "{table}");
         assert!(table.contains("\n| aarch64-linux/PUMP.fmu | aarch64-linux, linux64 | 1 |"), "{table}");
-        let files = ["plcfmu-0.1.0-linux64.tar.gz", "plcfmu-0.1.0-py3-none-win_amd64.whl"];
+        let files = ["plcfmu-0.1.0-linux64.tar.gz", "plcfmu-0.1.0-py3-none-win_amd64.whl", make::FILE];
         let table = contents(&files.map(|name| (name.to_string(), vec![0; 2345])).into()).unwrap();
         assert!(table.contains("\n| plcfmu-0.1.0-linux64.tar.gz | linux64 | 3 | The command plcfmu |\n"), "{table}");
         assert!(table.contains("\n| plcfmu-0.1.0-py3-none-win_amd64.whl | win_amd64 | 3 | For pip: "), "{table}");
+        assert!(table.contains("\n| plcfmu-tool.html | any browser | 3 | The parameter tool"), "{table}");
     }
 
     #[test]

@@ -106,18 +106,7 @@ fn has_table<R: Read + Seek>(package: &mut Package<R>) -> Result<bool> {
 
 /// What an FMU is in a loop, by what its documentation says of its dialog.
 fn part(table: &Table) -> Part {
-    let Ok((roles, _)) = engine::dialog::of(table) else { return Part::Other };
-    let is_input = |name: &String| {
-        let row = table.variables.iter().find(|row| row.name == *name);
-        row.is_some_and(|row| row.role == blocks::Role::Input)
-    };
-    let manipulated = roles.manipulated_value.iter().chain(&roles.pulses).next();
-    match manipulated {
-        _ if roles.setpoint.is_some() => Part::Controller,
-        Some(name) if is_input(name) => Part::Plant,
-        Some(_) => Part::Controller,
-        None => Part::Other,
-    }
+    engine::dialog::of(table).map_or(Part::Other, |(roles, _)| roles.part(table))
 }
 
 /// A text of a foreign FMU, short enough to be shown.
@@ -150,6 +139,11 @@ impl Collection {
             }
         }
         Ok(Collection { fmus: fmus.into_iter().map(Arc::new).collect(), blocks, loops, starter })
+    }
+
+    /// The tables of those that have one.
+    pub fn tables(&self) -> impl Iterator<Item = &Table> {
+        self.fmus.iter().filter_map(|known| known.table.as_deref())
     }
 
     /// The start values of an FMU of a known block, as a parameter file; `None` for any other FMU.

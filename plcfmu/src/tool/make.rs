@@ -4,7 +4,7 @@ use crate::build::compile;
 use crate::build::platform::Platform;
 use crate::build::workspace::{self, Workspace};
 use crate::host::fmu::Fmu;
-use crate::package::temporary;
+use crate::package::{pack, temporary};
 use crate::tool::assets;
 use crate::tool::page::{self, Content, Home};
 use anyhow::{Context, Result, ensure};
@@ -32,20 +32,31 @@ pub struct Options {
     /// Folder of the FMUs that the page explains; without it, all FMUs are packed first
     #[arg(long, value_name = "DIR")]
     pub fmus: Option<PathBuf>,
+    /// Folder for the file [default: target/tool]
+    #[arg(short, long = "out", value_name = "DIR")]
+    pub out: Option<PathBuf>,
 }
 
-/// Makes the page, with the help and the diagrams of the FMUs in a folder, in the folder `to`.
+/// Where the page is by default.
+pub fn place(workspace: &Workspace) -> PathBuf {
+    workspace.target.join("tool").join(FILE)
+}
+
+/// Makes the page.
 ///
 /// # Errors
 /// The engine cannot be built, an FMU is damaged, or the page is too large.
-pub fn run(workspace: &Workspace, fmus: &Path, to: &Path) -> Result<()> {
+pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
+    if options.fmus.is_none() {
+        pack::run(workspace, &pack::Options::default())?;
+    }
     let engine = engine(workspace)?;
-    let tables = tables(fmus)?;
+    let tables = tables(&options.fmus.clone().unwrap_or_else(|| workspace.fmus()))?;
     let sources = page::read(&workspace.root.join("plcfmu/web"))?;
     let assets = assets::json(&tables)?;
     let data: [(&str, &[u8]); 2] = [("assets", &assets), ("engine", &engine)];
     let page = page::assemble(&sources, &Content { home: Home::Page, data: &data })?;
-    let path = to.join(FILE);
+    let path = options.out.as_ref().map_or_else(|| place(workspace), |folder| folder.join(FILE));
     ensure!(page.len() <= LARGEST, "{FILE} would have {} bytes: {LARGEST} at most", page.len());
     temporary::place(&path, |file| Ok(file.write_all(page.as_bytes())?), |_| Ok(()))?;
     let kilobytes = |length: usize| length.div_ceil(1000);

@@ -9,13 +9,13 @@ use crate::tool::child::Processes;
 use crate::tool::home::{Collection, FmuHome};
 use anyhow::{Context, Result, anyhow, ensure};
 use axum::Router;
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::extract::{DefaultBodyLimit, Query, Request, State};
+use axum::body::{Bytes, to_bytes};
+use axum::extract::{Query, Request, State};
 use axum::http::header::{
-    CACHE_CONTROL, CONTENT_TYPE, HOST, HeaderName, HeaderValue, ORIGIN, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
-    X_FRAME_OPTIONS,
+    CACHE_CONTROL, CONTENT_LENGTH, CONTENT_TYPE, HOST, HeaderName, HeaderValue, ORIGIN, REFERRER_POLICY,
+    X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
 };
+use axum::http::request::Parts;
 use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::{self, Next};
 use axum::response::{Html, IntoResponse, Response};
@@ -175,9 +175,9 @@ fn interrupted() -> Result<impl Future<Output = ()>> {
 fn routes(token: &str, shared: Arc<Shared>) -> Router {
     Router::new()
         .route(&format!("/{token}/"), get(page))
-        .route(&format!("/{token}/message"), post(message).layer(DefaultBodyLimit::max(LONGEST_MESSAGE)))
-        .route(&format!("/{token}/upload"), post(upload).layer(DefaultBodyLimit::max(LARGEST_FMU)))
-        .route(&format!("/{token}/accept"), post(accept).layer(DefaultBodyLimit::max(LONGEST_MESSAGE)))
+        .route(&format!("/{token}/message"), post(message))
+        .route(&format!("/{token}/upload"), post(upload))
+        .route(&format!("/{token}/accept"), post(accept))
         .layer(middleware::from_fn_with_state(shared.clone(), guard))
         .with_state(shared)
 }
@@ -205,12 +205,8 @@ async fn page(State(shared): State<Arc<Shared>>) -> Html<String> {
 }
 
 /// A request to the engine.
-async fn message(
-    State(shared): State<Arc<Shared>>,
-    headers: HeaderMap,
-    body: Result<Bytes, BytesRejection>,
-) -> Result<Response, Refusal> {
-    let body = text(&headers, body)?;
+async fn message(State(shared): State<Arc<Shared>>, request: Request) -> Result<Response, Refusal> {
+    let (headers, body) = text(request).await?;
     let (answer, number) = shared.ask(&headers, move |engine, _| engine.message(&body)).await?;
     Ok(json(number, answer))
 }
@@ -225,10 +221,9 @@ struct Upload {
 async fn upload(
     State(shared): State<Arc<Shared>>,
     Query(Upload { file }): Query<Upload>,
-    headers: HeaderMap,
-    body: Result<Bytes, BytesRejection>,
+    request: Request,
 ) -> Result<Response, Refusal> {
-    let body = bytes(&headers, "application/octet-stream", body, LARGEST_FMU)?;
+    let (headers, body) = bytes(request, "application/octet-stream", LARGEST_FMU).await?;
     let (inspected, number) = shared.ask(&headers, move |_, home| home.upload(&file, &body)).await?;
     Ok(json(number, answer(inspected)))
 }
@@ -239,38 +234,38 @@ struct Accept {
     fmu: String,
 }
 
-async fn accept(
-    State(shared): State<Arc<Shared>>,
-    headers: HeaderMap,
-    body: Result<Bytes, BytesRejection>,
-) -> Result<Response, Refusal> {
-    let accepted: Accept =
-        serde_json::from_str(&text(&headers, body)?).map_err(|error| Refusal::bad(error.to_string()))?;
+async fn accept(State(shared): State<Arc<Shared>>, request: Request) -> Result<Response, Refusal> {
+    let (headers, body) = text(request).await?;
+    let accepted: Accept = serde_json::from_str(&body).map_err(|error| Refusal::bad(error.to_string()))?;
     let (entry, number) = shared.ask(&headers, move |_, home| home.accept(&accepted.fmu)).await?;
     Ok(json(number, answer(entry)))
 }
 
-/// The body of a request, which has to be JSON.
-fn text(headers: &HeaderMap, body: Result<Bytes, BytesRejection>) -> Result<String, Refusal> {
-    let body = bytes(headers, "application/json", body, LONGEST_MESSAGE)?;
-    String::from_utf8(body.into()).map_err(|_| Refusal::bad("the request is not UTF-8"))
+/// The headers and the body of a request that has to be JSON.
+async fn text(request: Request) -> Result<(HeaderMap, String), Refusal> {
+    let (headers, body) = bytes(request, "application/json", LONGEST_MESSAGE).await?;
+    let text = String::from_utf8(body.into()).map_err(|_| Refusal::bad("the request is not UTF-8"))?;
+    Ok((headers, text))
 }
 
-fn bytes(headers: &HeaderMap, kind: &str, body: Result<Bytes, BytesRejection>, most: usize) -> Result<Bytes, Refusal> {
+/// The headers and the body of a request that has to be of this type and at most so long. What is refused is not read.
+async fn bytes(request: Request, kind: &str, most: usize) -> Result<(HeaderMap, Bytes), Refusal> {
+    let (Parts { headers, .. }, body) = request.into_parts();
     if headers.get(CONTENT_TYPE).is_none_or(|given| given.as_bytes() != kind.as_bytes()) {
         let message = format!("the request has to be of the type {kind}");
         return Err(Refusal { status: StatusCode::UNSUPPORTED_MEDIA_TYPE, message });
     }
-    body.map_err(|error| {
-        let is_large = error.status() == StatusCode::PAYLOAD_TOO_LARGE;
-        let most = most >> 20;
-        let message = if is_large {
-            format!("this is larger than {most} MiB, the most that the server takes")
-        } else {
-            error.body_text()
-        };
-        Refusal { status: error.status(), message }
-    })
+    let too_large = || Refusal {
+        status: StatusCode::PAYLOAD_TOO_LARGE,
+        message: format!("this is larger than {} MiB, the most that the server takes", most >> 20),
+    };
+    let length = headers.get(CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
+    if length.is_some_and(|length| length > most as u64) {
+        return Err(too_large());
+    }
+    // It also fails if the page is gone: then nobody reads why.
+    let body = to_bytes(body, most).await.map_err(|_| too_large())?;
+    Ok((headers, body))
 }
 
 /// `{"ok": ...}` or `{"error": {"message": ...}}`, as the engine answers.
