@@ -181,10 +181,17 @@ struct Schedule {
 }
 
 impl Schedule {
-    fn of(controller: &Controller, request: &Request, dead_time: f64, values: &Values) -> Schedule {
+    /// # Errors
+    /// The pulses are too long to be simulated.
+    fn of(controller: &Controller, request: &Request, dead_time: f64, values: &Values) -> Result<Schedule> {
         let cycle = controller.cycle();
         let calls = |time: f64| (time / cycle).ceil() as usize;
         let period = request.pulse_period.or(controller.own_period()).unwrap_or(cycle).max(controller.sampling());
+        if period > cycle * MOST_CALLS as f64 / 10.0 {
+            bail!(
+                "the pulses have a period of {period} s and the block a CYCLE of {cycle} s: that takes too many calls"
+            );
+        }
         let rest = 2 * calls(period).max(1);
         let ti = controller.roles.controller.get(1).and_then(|name| values.get(name));
         let lag = request.model.time_constant + request.model.second_time_constant;
@@ -196,7 +203,7 @@ impl Schedule {
         let duration = slow + 15.0 * dead_time + 2.0 * motor_time + 10.0 * period;
         let step = rest + rest.max(5);
         let wanted = if duration / cycle < MOST_CALLS as f64 { calls(duration) } else { MOST_CALLS };
-        Schedule { cycle, automatic: rest, step, calls: step + wanted.max(20) }
+        Ok(Schedule { cycle, automatic: rest, step, calls: step + wanted.max(20) })
     }
 
     fn time(&self, call: usize) -> f64 {
@@ -221,17 +228,24 @@ pub(crate) fn predict(
 ) -> Result<(Predicted, Vec<String>)> {
     let setpoint = controller.roles.setpoint.as_ref().context("its setpoint is not known")?;
     let drawn = controller.roles.manipulated_value.as_ref();
-    let (input, is_word) = process_value(controller)?;
-    let scaling = if is_word { Some(word_scaling(home, controller, input)?) } else { None };
+    let terminal = Terminal::of(controller)?;
+    let dead_time = request.model.dead_time + controller.cycle() / 2.0;
+    let schedule = Schedule::of(controller, request, dead_time, values)?;
+    let scaling = if terminal.is_word { Some(word_scaling(home, controller, &terminal)?) } else { None };
     let motor_time = motor_time(controller, request);
     if controller.is_step_controller() && motor_time.is_none() {
         bail!("the motor time of the actuator is not known; give it");
     }
-    let dead_time = request.model.dead_time + controller.cycle() / 2.0;
-    let schedule = Schedule::of(controller, request, dead_time, values);
     let gain = controller.roles.controller.first().and_then(|name| values.get(name));
     let height = step_height(request, gain)?;
     let level = controller.value(setpoint);
+    if let Some((factor, offset)) = scaling {
+        let word = |value: f64| (value - offset) / factor;
+        let range = f64::from(i16::MIN)..=f64::from(i16::MAX);
+        if let Some(value) = [level, level + height].into_iter().find(|value| !range.contains(&word(*value))) {
+            bail!("a process value of {value} is beyond what {} can hold", terminal.name);
+        }
+    }
 
     let plant = Plant {
         process: Process::at_rest(request.model, schedule.time(schedule.automatic)),
@@ -242,7 +256,7 @@ pub(crate) fn predict(
         resting: (0.0, 0.0),
         values: [0.0; VARIABLES.len()],
     };
-    let mut system = system(controller, values, input, is_word, &schedule)?;
+    let mut system = system(controller, values, &terminal, &schedule)?;
     system
         .settings
         .push(Setting { time: Some(schedule.time(schedule.step)), ..setting(setpoint, Value::Number(level + height)) });
@@ -262,7 +276,9 @@ pub(crate) fn predict(
     let components: Vec<Box<dyn Component>> =
         vec![home.instantiate(&controller.member.fmu, CONTROLLER)?, Box::new(plant)];
     let rows = simulate(&plan, components)?;
-    Ok(shown(&rows, &schedule, controller, height))
+    let (predicted, mut remarks) = shown(&rows, &schedule, controller, height);
+    remarks.extend(terminal.remark());
+    Ok((predicted, remarks))
 }
 
 /// The step of the setpoint.
@@ -279,20 +295,45 @@ fn step_height(request: &Request, gain: Option<&Value>) -> Result<f64> {
     })
 }
 
-/// The input of the process value that is in use, and whether it is a word of an analog input.
-fn process_value(controller: &Controller) -> Result<(&str, bool)> {
-    let peripheral = controller.roles.signals.iter().filter(|(meaning, _)| meaning.starts_with("process value"));
-    let names = controller.roles.process_value.iter().chain(peripheral.map(|(_, name)| name));
-    let is_on = |name: &str| controller.value(name) != 0.0;
-    let is_used = |name: &str| {
-        let fields = || controller.groups.iter().flat_map(|group| &group.fields);
-        fields().find(|field| field.name == name).is_none_or(|field| field.is_used(is_on))
-    };
-    let is_input =
-        |name: &str| controller.table.find(name).is_some_and(|row| controller.table.variables[row].role == Role::Input);
-    let name = names.into_iter().find(|name| is_input(name) && is_used(name));
-    let name = name.context("the process value in use comes from no input that can be connected")?;
-    Ok((name, matches!(controller.kind(name), Some(Kind::Word | Kind::Int))))
+/// Where the process value goes in.
+#[derive(Debug, PartialEq)]
+struct Terminal {
+    name: String,
+    /// Whether it is a word of an analog input.
+    is_word: bool,
+    /// Switches without which it has no effect.
+    switches: Vec<(String, bool)>,
+}
+
+impl Terminal {
+    /// The input of the process value that is in use; if that cannot be connected, the usual one, with its switches.
+    fn of(controller: &Controller) -> Result<Terminal> {
+        let peripheral = controller.roles.signals.iter().filter(|(meaning, _)| meaning.starts_with("process value"));
+        let names = controller.roles.process_value.iter().chain(peripheral.map(|(_, name)| name));
+        let inputs: Vec<&String> = names.filter(|name| controller.role(name) == Some(Role::Input)).collect();
+        let field = |name: &str| {
+            let mut fields = controller.groups.iter().flat_map(|group| &group.fields);
+            fields.find(|field| field.name == name)
+        };
+        let is_on = |name: &str| controller.value(name) != 0.0;
+        let in_use = inputs.iter().find(|name| field(name).is_none_or(|field| field.is_used(is_on)));
+        let name = in_use.or(inputs.first()).context("it has no input of the process value")?;
+        let switches = match (in_use, field(name)) {
+            (None, Some(field)) => field.used_if.first().cloned().unwrap_or_default(),
+            _ => Vec::new(),
+        };
+        let is_word = matches!(controller.kind(name), Some(Kind::Word | Kind::Int));
+        Ok(Terminal { name: (*name).clone(), is_word, switches })
+    }
+
+    /// What to say of switches that are set for the simulation alone.
+    fn remark(&self) -> Option<String> {
+        let state = |(name, is_on): &(String, bool)| format!("{name} = {}", if *is_on { "TRUE" } else { "FALSE" });
+        let switches: Vec<String> = self.switches.iter().map(state).collect();
+        let name = &self.name;
+        (!switches.is_empty())
+            .then(|| format!("Predicted with the process value at {name}, that is with {}.", switches.join(" and ")))
+    }
 }
 
 fn setting(name: &str, value: Value) -> Setting {
@@ -300,14 +341,12 @@ fn setting(name: &str, value: Value) -> Setting {
 }
 
 /// The loop with all settings but the step of the setpoint.
-fn system(controller: &Controller, values: &Values, input: &str, is_word: bool, schedule: &Schedule) -> Result<System> {
+fn system(controller: &Controller, values: &Values, terminal: &Terminal, schedule: &Schedule) -> Result<System> {
     let mut all = controller.member.values.clone();
     all.extend(values.clone());
+    all.extend(terminal.switches.iter().map(|(name, is_on)| (name.clone(), Value::Boolean(*is_on))));
     // Outputs and what is connected are not settings.
-    all.retain(|name, _| {
-        let role = controller.table.find(name).map(|row| controller.table.variables[row].role);
-        name != input && !matches!(role, None | Some(Role::Output))
-    });
+    all.retain(|name, _| *name != terminal.name && controller.role(name) != Some(Role::Output));
     let mut events = Vec::new();
     if let Some((switch, value)) = &controller.roles.manual {
         all.insert(switch.clone(), Value::Boolean(true));
@@ -318,8 +357,8 @@ fn system(controller: &Controller, values: &Values, input: &str, is_word: bool, 
     let mut settings: Vec<Setting> = all.iter().map(|(name, value)| setting(name, *value)).collect();
     settings.extend(events);
     let wire = |from: String, to: String| Connection { from, to, place: None };
-    let output = if is_word { "WORD" } else { "OUTPUT" };
-    let mut connections = vec![wire(format!("{PROCESS}.{output}"), format!("{CONTROLLER}.{input}"))];
+    let output = if terminal.is_word { "WORD" } else { "OUTPUT" };
+    let mut connections = vec![wire(format!("{PROCESS}.{output}"), format!("{CONTROLLER}.{}", terminal.name))];
     match &controller.roles.manipulated_value {
         Some(name) => connections.push(wire(format!("{CONTROLLER}.{name}"), format!("{PROCESS}.INPUT"))),
         None if controller.roles.pulses.is_empty() => bail!("it has neither a manipulated value nor pulses"),
@@ -431,9 +470,7 @@ impl<'a> Bench<'a> {
             controller.member.values.keys().map(|name| (name.as_str(), controller.value(name))).collect();
         values.retain(|(name, _)| settings.iter().all(|(other, _)| other != name));
         values.extend(settings);
-        let is_input = |name: &str| {
-            controller.table.find(name).is_some_and(|row| controller.table.variables[row].role == Role::Input)
-        };
+        let is_input = |name: &str| controller.role(name) == Some(Role::Input);
         for (name, value) in values.iter().filter(|(name, _)| !is_input(name)) {
             bench.set(name, *value)?;
         }
@@ -504,19 +541,21 @@ pub(crate) fn output_factor(home: &dyn Home, controller: &Controller) -> Result<
 }
 
 /// How the word of an analog input becomes the process value: factor for a count, and offset.
-fn word_scaling(home: &dyn Home, controller: &Controller, input: &str) -> Result<(f64, f64)> {
+fn word_scaling(home: &dyn Home, controller: &Controller, terminal: &Terminal) -> Result<(f64, f64)> {
     const COUNTS: f64 = 16384.0;
     let shown =
         controller.roles.shown_process_value.as_ref().context("the process value that it computes is not known")?;
     let calls = (controller.sampling() / controller.cycle()).ceil() as usize;
     let at = |word: f64| {
-        let mut bench = Bench::new(home, controller, &[(input, word)])?;
+        let switches = terminal.switches.iter().map(|(name, is_on)| (name.as_str(), f64::from(u8::from(*is_on))));
+        let settings: Vec<(&str, f64)> = switches.chain([(terminal.name.as_str(), word)]).collect();
+        let mut bench = Bench::new(home, controller, &settings)?;
         // A block that calls its controller in each n-th call shows it then.
         (0..calls.max(1)).map(|_| bench.call(shown)).last().context("no call")?
     };
     let (zero, some) = (at(0.0)?, at(COUNTS)?);
     if zero == some {
-        bail!("{input} does not move {shown}");
+        bail!("{} does not move {shown}", terminal.name);
     }
     Ok(((some - zero) / COUNTS, zero))
 }

@@ -22,7 +22,7 @@ use crate::predict;
 use crate::rules::{self, Settings};
 use crate::system::Value;
 use anyhow::{Context, Result, bail};
-use blocks::Kind;
+use blocks::{Kind, Role};
 use modeldescription::Table;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -186,7 +186,12 @@ impl Controller {
         if let Some(unknown) = member.values.keys().find(|name| table.find(name).is_none()) {
             bail!("{fmu} has no variable {unknown}");
         }
-        Ok(Controller { member: member.clone(), table, roles, groups })
+        let controller = Controller { member: member.clone(), table, roles, groups };
+        let cycle = controller.cycle();
+        if !(cycle >= 0.001 && cycle <= LONGEST) {
+            bail!("the time between two calls is {cycle} s: it has to be a millisecond at least");
+        }
+        Ok(controller)
     }
 
     /// The value of a variable: as it is set, else its start value; true is 1.
@@ -201,6 +206,11 @@ impl Controller {
     /// The PLC type of a variable.
     pub fn kind(&self, name: &str) -> Option<Kind> {
         self.table.find(name).map(|row| self.table.variables[row].kind)
+    }
+
+    /// Who sets a variable, and when.
+    pub fn role(&self, name: &str) -> Option<Role> {
+        self.table.find(name).map(|row| self.table.variables[row].role)
     }
 
     /// The time between two calls in seconds.

@@ -5,6 +5,9 @@ use super::step::Step;
 use anyhow::{Context, Result};
 use std::f64::consts::E;
 
+/// The slope is looked for in at most so many samples; of more, means of neighbours.
+const MOST_SAMPLES: usize = 20_000;
+
 /// A point of the answer with its slope.
 struct Tangent {
     time: f64,
@@ -82,6 +85,16 @@ fn integral(step: &Step, to: f64, function: impl Fn(f64) -> f64) -> f64 {
 /// Where the answer is steepest: the slope of a straight line through as many samples as its noise requires, so that the slope is
 /// known to five percent, but not more than a tenth of the record.
 fn steepest(step: &Step) -> Result<Tangent> {
+    let neighbours = step.times.len().div_ceil(MOST_SAMPLES).max(1);
+    let means = |values: &[f64]| {
+        values.chunks(neighbours).map(|of| of.iter().sum::<f64>() / of.len() as f64).collect::<Vec<_>>()
+    };
+    let step = &Step {
+        times: means(&step.times),
+        values: means(&step.values),
+        noise: step.noise / (neighbours as f64).sqrt(),
+        ..step.clone()
+    };
     let (interval, most) = (step.interval(), (step.times.len() / 10).max(2));
     let mut count = 2;
     let mut found = steepest_of(step, count).context("the answer has no slope")?;

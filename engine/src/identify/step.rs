@@ -52,7 +52,9 @@ impl Step {
     /// The last step of a record.
     pub fn of(recorded: &Recorded, is_integrating: bool) -> Result<Step> {
         check(recorded)?;
-        let Recorded { times, input, output } = *recorded;
+        let Recorded { times, output, .. } = *recorded;
+        let means = means_of_pulses(times, recorded.input);
+        let input = means.as_ref().map_or(recorded.input, |(means, _)| means);
         let found = find(times, input)?;
         let height = found.to - found.from;
         let start = times[found.first];
@@ -78,6 +80,9 @@ impl Step {
             noise,
             remarks: Vec::new(),
         };
+        if let Some((_, period)) = means {
+            step.remarks.push(format!("The manipulated value consists of pulses: its means over {period:.6} s count."));
+        }
         step.require_answer(&output[begin..])?;
         step.consider_rest(&resting, is_integrating)?;
         step.require_room()?;
@@ -134,10 +139,14 @@ impl Step {
         if half == 0 || self.noise < 1e-3 * self.end().abs() {
             return self.values.clone();
         }
+        let mut sums = vec![0.0];
+        sums.extend(self.values.iter().scan(0.0, |sum, value| {
+            *sum += value;
+            Some(*sum)
+        }));
         let mean = |at: usize| {
             let reach = half.min(at).min(self.values.len() - 1 - at);
-            let around = &self.values[at - reach..=at + reach];
-            around.iter().sum::<f64>() / around.len() as f64
+            (sums[at + reach + 1] - sums[at - reach]) / (2 * reach + 1) as f64
         };
         (0..self.values.len()).map(mean).collect()
     }
@@ -398,6 +407,44 @@ fn moves(input: &[f64], times: &[f64], found: &Move) -> Vec<(f64, f64)> {
     let length = found.last - found.first;
     let within = (0..length).map(|at| (times[at], input[at] - found.from));
     within.chain([(times[length], found.to - found.from)]).collect()
+}
+
+/// How often a signal has to change at least to be pulses.
+const PULSES: usize = 8;
+
+/// If a signal consists of pulses, of at most three levels: its means over the periods, each from the beginning of a pulse to
+/// that of the next one, and the usual period.
+fn means_of_pulses(times: &[f64], input: &[f64]) -> Option<(Vec<f64>, f64)> {
+    let mut levels: Vec<f64> = Vec::new();
+    for value in input {
+        if !levels.contains(value) {
+            levels.push(*value);
+        }
+        if levels.len() > 3 {
+            return None;
+        }
+    }
+    let changes = input.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    let begins: Vec<usize> = (1..input.len()).filter(|at| input[*at].abs() > input[at - 1].abs()).collect();
+    let mut periods: Vec<f64> = begins.windows(2).map(|pair| times[pair[1]] - times[pair[0]]).collect();
+    if changes < PULSES || periods.is_empty() {
+        return None;
+    }
+    let period = median(&mut periods);
+    let mut means = input.to_vec();
+    for (place, begin) in begins.iter().enumerate() {
+        let (from, next) = (times[*begin], begins.get(place + 1).copied());
+        // After the last pulse, or the last before a pause, a period ends by itself; half a sample more is rounding.
+        let interval = times[*begin] - times[begin - 1];
+        let end = next
+            .filter(|next| times[*next] - from <= 1.5 * period)
+            .unwrap_or_else(|| times.partition_point(|time| *time < from + period - interval / 2.0));
+        let is_cut_off = times[end - 1] + 1.5 * interval < from + period && end == times.len();
+        let mean = input[*begin..end].iter().sum::<f64>() / (end - begin) as f64;
+        let value = if is_cut_off { means[begin - 1] } else { mean };
+        means[*begin..end].fill(value);
+    }
+    Some((means, period))
 }
 
 /// Half of the changes are smaller: what a signal does by its noise.

@@ -353,6 +353,30 @@ fn a_record_without_a_step_says_what_is_there_instead() {
 }
 
 #[test]
+fn pulses_count_by_their_means() {
+    // Periods of 1 s in 50 samples, 20 % on until the step at 20 s, then 60 %; and from a pause, and to one.
+    let model = lag(2.0, 10.0, 3.0);
+    for (before, after) in [(20, 60), (0, 40), (60, 0), (30, 100)] {
+        let mut process = Process::at_rest(model, -200.0);
+        let pulse = |at: i32, percent: i32| if (at.rem_euclid(50)) * 2 < percent { 100.0 } else { 0.0 };
+        for at in -10_000..0 {
+            process.put(f64::from(at) * 0.02, pulse(at, before));
+        }
+        let mut record = Record::by(0.02, 100.0, 10.0, |_| 0.0);
+        for at in 0..record.times.len() {
+            let time = record.times[at];
+            record.input[at] = pulse(at as i32, if time < STEP_AT - 1e-9 { before } else { after });
+            process.put(time, record.input[at]);
+            record.output[at] = process.output_at(time);
+        }
+        let identified = record.identify(Method::LeastSquares, false).unwrap();
+        // A pulse is at the beginning of its period: it acts up to half a period earlier than its mean.
+        assert_found(&identified, &model, 0.05, &format!("{before} {after}"));
+        assert_eq!(identified.remarks, ["The manipulated value consists of pulses: its means over 1.000000 s count."]);
+    }
+}
+
+#[test]
 fn a_record_that_is_too_short_says_by_how_much() {
     let model = lag(2.0, 10.0, 3.0);
     let error = Record::new(model, 10.0, 0.1, 2.5).error(Method::LeastSquares);
@@ -399,6 +423,15 @@ fn a_long_record_is_drawn_with_few_points() {
     let identified = Record::new(model, 10.0, 0.004, 100.0).identify(Method::LeastSquares, false).unwrap();
     assert_found(&identified, &model, 1e-4, "long");
     assert!(identified.times.len() <= MOST_POINTS && identified.times.len() > MOST_POINTS / 2);
+}
+
+#[test]
+fn a_noisy_record_of_100_000_samples_is_identified_by_every_method() {
+    let model = lag(2.0, 10.0, 3.0);
+    let record = Record::new(model, 10.0, 0.001, 100.0).with_noise(0.2);
+    for method in METHODS {
+        assert_found(&record.identify(method, false).unwrap(), &model, 0.1, &format!("{method:?}"));
+    }
 }
 
 #[test]

@@ -236,6 +236,23 @@ fn what_cannot_be_tuned_says_why() {
 }
 
 #[test]
+fn numbers_without_sense_are_refused_and_cost_no_time() {
+    let model = lag(1.0, 10.0, 1.0);
+    let of = |values: &[(&str, f64)]| request("PID", Rule::Simc, Structure::Pi, model, values);
+    for cycle in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(error(&of(&[("CYCLE", cycle)])).ends_with("it has to be a millisecond at least"), "{cycle}");
+    }
+    let long = Request { pulse_period: Some(1e9), ..of(&[]) };
+    let remarks = tuned(&long).remarks;
+    assert!(remarks.iter().any(|remark| remark.contains("takes too many calls")), "{remarks:?}");
+    assert!(error(&Request { pulse_period: Some(f64::NAN), ..of(&[]) }).starts_with("the pulse period is NaN s"));
+    assert!(error(&Request { motor_time: Some(-1.0), ..of(&[]) }).starts_with("the motor time is -1 s"));
+    // A million calls would be needed: the simulation ends earlier.
+    let slow = tuned(&Request { model: lag(1.0, 10_000.0, 100.0), ..of(&[("CYCLE", 0.001)]) });
+    assert!(slow.predicted.times.len() < 2000 && *slow.predicted.times.last().unwrap() < 201.0);
+}
+
+#[test]
 fn an_unstable_or_nervous_loop_is_named_before_it_is_applied() {
     let nervous = tuned(&request("PID", Rule::ZieglerNicholsStep, Structure::Pi, lag(1.0, 10.5, 1.0), &[]));
     assert!((nervous.sensitivity.unwrap() - 3.405).abs() < 0.001);
