@@ -1,13 +1,13 @@
 //! What a user takes away: files as text or bytes.
 
 use crate::describe::as_loop;
-use crate::figures::{self, Figures};
+use crate::figures;
 use crate::home::Home;
 use crate::message::{Loop, Values};
 use crate::report::{self, Report};
 use crate::run::write_csv;
 use crate::session::{Record, Session};
-use crate::signals::Signals;
+use crate::signals;
 use crate::system::{Exchange, Value};
 use anyhow::{Context, Result, bail};
 use base64::Engine;
@@ -117,7 +117,9 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
                 Some(run) => Some(session.record(Some(*run))?),
                 None => session.record(None).ok(),
             };
-            let figures = record.and_then(|record| figures_of(home, record));
+            // A loop without a setpoint has no figures.
+            let of_run = figures::Request { run: *run, ..figures::Request::default() };
+            let figures = record.and_then(|_| signals::figures(home, session, &of_run).ok());
             let report = Report {
                 of,
                 before,
@@ -300,12 +302,6 @@ fn csv(record: &Record, variables: &[String]) -> Result<(Vec<u8>, Vec<String>)> 
     let rows = calls.map(|call| (record.time(call), columns.iter().map(move |column| trace.get(*column, call))));
     write_csv(&mut content, columns.iter().map(|column| &record.columns()[*column]), rows)?;
     Ok((content, remarks))
-}
-
-/// The figures of a run's first member, if it is a controller whose roles are known.
-fn figures_of(home: &dyn Home, record: &Record) -> Option<Figures> {
-    let signals = Signals::of(home, record, None, None).ok()?;
-    Some(figures::of(&signals.borrowed(), &figures::Request::default()))
 }
 
 #[cfg(test)]

@@ -185,15 +185,15 @@ fn hostile_texts_are_refused_or_read_and_never_panic() {
         let _ = Table::read(text);
     }
     assert!(error(&"x".repeat(LARGEST + 1)).contains("at most"));
-    let wide = format!("{}\n{}\n", "a,".repeat(100_000), "1,".repeat(100_000));
+    let wide = format!("{}\n{}\n", "a,".repeat(10_000), "1,".repeat(10_000));
     assert!(Table::read(&wide).is_ok());
 }
 
 #[test]
 fn many_rows_take_one_pass_each() {
     let mut text = String::from("time;PV\n");
-    for row in 0..200_000 {
+    for row in 0..50_000 {
         text.push_str(&format!("{row};20,5\n"));
     }
-    assert_eq!(read(&text).rows(), 200_000);
+    assert_eq!(read(&text).rows(), 50_000);
 }
