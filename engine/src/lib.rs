@@ -8,6 +8,7 @@
 pub mod characteristic;
 pub mod component;
 pub mod connect;
+pub mod csv;
 pub mod describe;
 pub mod dialog;
 mod engine;
@@ -16,11 +17,16 @@ pub mod figures;
 pub mod home;
 pub mod identify;
 pub mod known;
+pub mod margins;
 pub mod message;
 pub mod plan;
+mod predict;
+pub mod process;
 pub mod replay;
+pub mod rules;
 pub mod run;
 pub mod session;
+pub mod signals;
 pub mod system;
 #[cfg(test)]
 mod test_home;

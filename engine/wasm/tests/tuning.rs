@@ -1,0 +1,100 @@
+//! The tuning rules with the real blocks: settings in each block's form, and the curve that its own arithmetic gives.
+
+use engine::identify::Model;
+use engine::message::Member;
+use engine::system::Value;
+use engine::tune::{Request, Rule, Structure, Tuned, tune};
+use engine_wasm::home::Linked;
+
+fn request(fmu: &str, rule: Rule, structure: Structure, values: &[(&str, f64)]) -> Request {
+    Request {
+        model: Model { gain: 1.0, time_constant: 10.0, dead_time: 1.0, ..Model::default() },
+        rule,
+        structure,
+        controller: Member {
+            name: "TIC101".into(),
+            fmu: fmu.into(),
+            values: values.iter().map(|(name, value)| ((*name).into(), Value::Number(*value))).collect(),
+        },
+        closed_loop: None,
+        ultimate: None,
+        pulse_period: None,
+        motor_time: None,
+        setpoint_step: None,
+    }
+}
+
+fn tuned(request: &Request) -> Tuned {
+    tune(&Linked::new(), request).unwrap()
+}
+
+fn last(curve: &[f64]) -> f64 {
+    *curve.last().expect("there is a curve")
+}
+
+#[test]
+fn cont_c_overshoots_as_the_linear_loop_does() {
+    for (structure, expected, bound) in [(Structure::Pi, 11.7, 0.2), (Structure::Pid, 34.8, 1.0)] {
+        let plain = request("CONT_C", Rule::ChrSetpoint20, structure, &[("CYCLE", 0.01), ("SP_INT", 40.0)]);
+        let overshoot = tuned(&Request { setpoint_step: Some(0.2), ..plain }).predicted.overshoot.unwrap();
+        assert!((overshoot - expected).abs() < bound, "{structure:?}: {overshoot}");
+    }
+}
+
+#[test]
+fn cont_c_gets_settings_switches_and_the_gain_that_lmn_fac_takes_away() {
+    let plain = tuned(&request("CONT_C", Rule::Simc, Structure::Pi, &[("CYCLE", 0.1)]));
+    let number = |tuned: &Tuned, name: &str| match tuned.values[name] {
+        Value::Number(value) => value,
+        Value::Boolean(value) => f64::from(u8::from(value)),
+    };
+    let of = |tuned: &Tuned| ["GAIN", "TI", "P_SEL", "I_SEL", "D_SEL"].map(|name| number(tuned, name));
+    assert_eq!(of(&plain), [4.7619, 8.4, 1.0, 1.0, 0.0]);
+    assert_eq!(plain.values.len(), 5);
+    assert!((last(&plain.predicted.process_value) - 10.0).abs() < 0.02);
+    let halved = tuned(&request("CONT_C", Rule::Simc, Structure::Pi, &[("CYCLE", 0.1), ("LMN_FAC", 0.5)]));
+    assert_eq!(of(&halved)[..2], [9.5238, 8.4]);
+    assert_eq!(halved.sensitivity, plain.sensitivity);
+}
+
+#[test]
+fn cont_c_is_predicted_with_the_resolution_of_pv_per() {
+    let word = [("CYCLE", 0.1), ("PVPER_ON", 1.0), ("PV_FAC", 4.0), ("PV_OFF", -50.0), ("SP_INT", 200.0)];
+    let predicted = tuned(&request("CONT_C", Rule::Simc, Structure::Pi, &word)).predicted;
+    let count = 400.0 / 27648.0;
+    assert!((last(&predicted.process_value) - 210.0).abs() < 4.0 * count, "{}", last(&predicted.process_value));
+    assert_eq!(predicted.manipulated_value[0], 50.0);
+}
+
+#[test]
+fn puls_ctr_gets_half_a_period_more_dead_time_and_its_inner_settings() {
+    let pulses = tuned(&request("PULS_CTR", Rule::Simc, Structure::Pi, &[("CYCLE", 0.01), ("RED_FAC", 50.0)]));
+    assert!((pulses.dead_time - 1.255).abs() < 1e-12, "{}", pulses.dead_time);
+    assert_eq!(pulses.values["DI_CONT_C.TI"], Value::Number(10.0));
+    assert!(pulses.values.contains_key("DI_CONT_C.D_SEL"));
+    assert!((last(&pulses.predicted.process_value) - 10.0).abs() < 1.0, "{}", last(&pulses.predicted.process_value));
+    assert!(pulses.predicted.manipulated_value.iter().all(|value| [0.0, 100.0].contains(value)));
+    // PV_IN of the block inside is a parameter, which nothing can be connected to.
+    let other = tuned(&request("PULS_CTR", Rule::Simc, Structure::Pi, &[("DI_CONT_C.PVPER_ON", 0.0)]));
+    let remark = "Predicted with the process value at PV_PER, that is with DI_CONT_C.PVPER_ON = TRUE.";
+    assert!(other.remarks.iter().any(|is| is == remark), "{:?}", other.remarks);
+    assert!(!other.predicted.times.is_empty());
+}
+
+#[test]
+fn cont_s_gets_pi_and_a_valve_that_takes_mtr_tm() {
+    let fine = [("CYCLE", 0.1), ("PULSE_TM", 0.1), ("BREAK_TM", 0.1), ("MTR_TM", 10.0), ("DEADB_W", 0.5)];
+    let pi = tuned(&request("CONT_S", Rule::Simc, Structure::Pi, &fine));
+    assert_eq!(pi.values.len(), 2);
+    let predicted = &pi.predicted;
+    assert!((last(&predicted.process_value) - 10.0).abs() < 1.0, "{}", last(&predicted.process_value));
+    assert!((last(&predicted.manipulated_value) - 60.0).abs() < 1.5, "{}", last(&predicted.manipulated_value));
+    let slow = tuned(&Request { motor_time: Some(60.0), ..request("CONT_S", Rule::Simc, Structure::Pi, &fine) });
+    assert_ne!(slow.predicted, pi.predicted);
+}
+
+#[test]
+fn what_is_no_controller_cannot_be_tuned() {
+    let error = tune(&Linked::new(), &request("HLG", Rule::Simc, Structure::Pi, &[])).unwrap_err();
+    assert!(error.to_string().starts_with("HLG is not a controller with a GAIN"), "{error}");
+}
