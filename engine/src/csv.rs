@@ -12,7 +12,7 @@ use anyhow::{Context, Result, bail};
 use number::Style;
 
 /// The largest text in bytes.
-pub const LARGEST: usize = 256 << 20;
+pub const LARGEST: usize = 128 << 20;
 
 /// The most values in all columns together.
 pub const MOST_VALUES: usize = 32 << 20;

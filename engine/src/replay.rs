@@ -18,6 +18,7 @@ mod suspects;
 
 use crate::csv::Table as Csv;
 use crate::dialog::{self, Roles};
+use crate::digits::short;
 use crate::home::Home;
 use crate::message::{Member, Values};
 use anyhow::{Context, Result, bail};
@@ -26,8 +27,8 @@ use compare::Comparison;
 use instance::{Beginning, Block, Variant};
 use serde::{Deserialize, Serialize};
 
-/// The longest recording, in rows.
-const MOST_ROWS: usize = 2_000_000;
+/// The most values of outputs that are compared, rows times columns.
+const MOST_VALUES: usize = 8 << 20;
 
 /// At most so many rows of a curve are answered.
 const MOST_POINTS: usize = 8_000;
@@ -119,12 +120,18 @@ fn replay_with(home: &dyn Home, request: &Request, roles: &Roles) -> Result<Repl
         bail!("the tolerance is {:?}: it has to be 0 or more", request.tolerance.unwrap_or_default());
     }
     let csv = Csv::read(&request.text)?;
-    if csv.rows() > MOST_ROWS {
-        bail!("the recording has {} rows; at most {MOST_ROWS} are replayed: cut out the part of interest", csv.rows());
-    }
     let block = Block::of(home, &request.controller, roles)?;
     let mut remarks = csv.remarks.clone();
     let recording = Recording::of(&block, &csv, &request.columns, &mut remarks)?;
+    let values = recording.rows.saturating_mul(recording.outputs.len());
+    if values > MOST_VALUES {
+        bail!(
+            "the recording has {} rows with {} outputs; at most {MOST_VALUES} values are compared: cut out the part of interest, or \
+             leave columns out",
+            recording.rows,
+            recording.outputs.len()
+        );
+    }
     let comparison = Comparison { block: &block, recording: &recording, tolerance: request.tolerance };
     let base = comparison.best(&Variant::default(), recording.rows)?;
     remarks.extend(beginning(&block, &recording, &base.variant));
@@ -230,14 +237,14 @@ fn verdict(comparison: &Comparison, base: &compare::Outcome, suspects: &[Suspect
     let unit = recording.outputs[output].unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
     let by = match recording.outputs[output].is_boolean {
         true => format!("in {} of {calls} calls", of.different),
-        false => format!("by up to {}{unit} ({} of {calls} calls)", compare::short(of.largest), of.different),
+        false => format!("by up to {}{unit} ({} of {calls} calls)", short(of.largest), of.different),
     };
     let others: Vec<usize> = different.iter().copied().filter(|other| *other != output).collect();
     let others = if others.is_empty() { String::new() } else { format!(", as do {}", names(&others)) };
     let difference = format!(
         "{} differs from call {row} ({} s) on, {by}{others}",
         recording.outputs[output].name,
-        compare::short(recording.times[row])
+        short(recording.times[row])
     );
     match suspects.iter().find(|suspect| suspect.fits) {
         Some(suspect) => format!("{difference}; nothing differs any more when {}.", suspect.text.trim_end_matches('.')),

@@ -61,23 +61,35 @@ impl Recording {
     /// # Errors
     /// Those of `to`.
     pub fn write_csv(&self, to: &mut impl Write) -> io::Result<()> {
-        write!(to, "time")?;
-        for column in &self.columns {
-            write!(to, ",{}", field(&column.name))?;
+        write_csv(to, self.columns.iter(), self.rows().map(|(time, row)| (time, row.iter().copied())))
+    }
+}
+
+/// Writes columns and rows as [`Recording::write_csv`] does.
+///
+/// # Errors
+/// Those of `to`.
+pub fn write_csv<'a>(
+    to: &mut impl Write,
+    columns: impl Iterator<Item = &'a Column> + Clone,
+    rows: impl Iterator<Item = (f64, impl Iterator<Item = f64>)>,
+) -> io::Result<()> {
+    write!(to, "time")?;
+    for column in columns.clone() {
+        write!(to, ",{}", field(&column.name))?;
+    }
+    writeln!(to)?;
+    for (time, row) in rows {
+        write!(to, "{time:?}")?;
+        for (value, column) in row.zip(columns.clone()) {
+            match column.kind {
+                Type::Real => write!(to, ",{value:?}")?,
+                Type::Integer | Type::Boolean => write!(to, ",{value}")?,
+            }
         }
         writeln!(to)?;
-        for (time, row) in self.rows() {
-            write!(to, "{time:?}")?;
-            for (value, column) in row.iter().zip(&self.columns) {
-                match column.kind {
-                    Type::Real => write!(to, ",{value:?}")?,
-                    Type::Integer | Type::Boolean => write!(to, ",{value}")?,
-                }
-            }
-            writeln!(to)?;
-        }
-        Ok(())
     }
+    Ok(())
 }
 
 /// A text as a field of CSV (RFC 4180).

@@ -91,7 +91,7 @@ impl Found {
                 _ => false,
             },
         };
-        let is_month_first = self.is_month_first && !self.is_day_first || self.has_am_pm && !self.is_day_first;
+        let is_month_first = !self.is_day_first && (self.is_month_first || self.has_am_pm);
         Ok(Style { is_comma, is_month_first })
     }
 }

@@ -2,6 +2,7 @@
 
 use super::instance::Block;
 use crate::csv::{Column, Table as Csv};
+use crate::digits::short;
 use crate::plan::near;
 use anyhow::{Context, Result, bail};
 use blocks::table::number::to_value;
@@ -56,9 +57,9 @@ impl Signal {
 }
 
 /// Other names of roles, in capital letters.
-const SETPOINTS: [&str; 5] = ["SP", "SETPOINT", "SET POINT", "SOLLWERT", "W"];
-const PROCESS_VALUES: [&str; 6] = ["PV", "PV_IN", "PROCESS VALUE", "PROCESS VARIABLE", "ISTWERT", "X"];
-const MANIPULATED_VALUES: [&str; 9] = ["LMN", "MV", "OUT", "OUTPUT", "CO", "OP", "MANIPULATED VALUE", "STELLWERT", "Y"];
+const SETPOINTS: [&str; 4] = ["SP", "SETPOINT", "SET POINT", "SOLLWERT"];
+const PROCESS_VALUES: [&str; 5] = ["PV", "PV_IN", "PROCESS VALUE", "PROCESS VARIABLE", "ISTWERT"];
+const MANIPULATED_VALUES: [&str; 8] = ["LMN", "MV", "OUT", "OUTPUT", "CO", "OP", "MANIPULATED VALUE", "STELLWERT"];
 const MANUAL: [&str; 5] = ["MAN_ON", "MANUAL", "HAND", "MANUAL MODE", "MAN_MODE"];
 
 impl Recording {
@@ -300,8 +301,8 @@ impl Recording {
             if (spacing / cycle - 1.0).abs() > 0.02 {
                 remarks.push(format!(
                     "Most rows are {} s apart, and the block is called every {} s: each row counts as one call.",
-                    super::compare::short(spacing),
-                    super::compare::short(cycle)
+                    short(spacing),
+                    short(cycle)
                 ));
             }
             let gap = self.times.windows(2).position(|pair| pair[1] - pair[0] > 1.6 * spacing);
@@ -311,7 +312,7 @@ impl Recording {
                     "{gaps} {} longer than the others, the first after line {} ({} s): rows are missing, or calls.",
                     if gaps == 1 { "step of the time is" } else { "steps of the time are" },
                     self.lines[row],
-                    super::compare::short(self.times[row])
+                    short(self.times[row])
                 ));
             }
         }
@@ -361,9 +362,8 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
         let is_shown = |column: usize| {
             *role == roles.process_value && pairs.iter().any(|pair| Some(pair.1) == shown && pair.0 == column)
         };
-        let candidates = (0..csv.columns.len()).filter(|column| Some(*column) != time);
-        let candidate =
-            candidates.filter(|column| left.contains(column) && is_called(*column) || is_shown(*column)).next();
+        let mut candidates = (0..csv.columns.len()).filter(|column| Some(*column) != time);
+        let candidate = candidates.find(|column| left.contains(column) && is_called(*column) || is_shown(*column));
         // A word of the periphery in the file takes precedence over the number.
         let has_word = *role == roles.process_value
             && block.named("PV_PER").is_some_and(|row| pairs.iter().any(|(_, other)| *other == row));

@@ -2,6 +2,7 @@
 
 use super::columns::{Recording, Signal};
 use super::instance::{Beginning, Block, Variant};
+use crate::digits::short;
 use anyhow::Result;
 use blocks::Kind;
 
@@ -42,6 +43,12 @@ pub(super) struct Difference {
 }
 
 impl Outcome {
+    /// Without what was computed, which may be long.
+    pub(super) fn without_outputs(mut self) -> Outcome {
+        self.outputs = Vec::new();
+        self
+    }
+
     /// How many rows of outputs differ.
     pub(super) fn different(&self) -> usize {
         self.compared.iter().map(|of| of.different).sum()
@@ -179,21 +186,5 @@ fn is_equal(kind: Kind, a: f64, b: f64) -> bool {
     match kind {
         Kind::Real => (a as f32).to_bits() == (b as f32).to_bits() || a == b,
         _ => a == b,
-    }
-}
-
-/// A number with at most six digits.
-pub(super) fn short(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
-    }
-    let digits = 5 - value.abs().log10().floor() as i32;
-    if (0..=9).contains(&digits) {
-        let text = format!("{value:.*}", digits as usize);
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
-    } else if digits < 0 && digits > -9 {
-        format!("{value:.0}")
-    } else {
-        format!("{value:.3e}")
     }
 }

@@ -2,8 +2,9 @@
 
 use super::Suspect;
 use super::columns::Signal;
-use super::compare::{Comparison, Outcome, rank, short};
+use super::compare::{Comparison, Outcome, rank};
 use super::instance::Variant;
+use crate::digits::short;
 use crate::message::Values;
 use crate::system::Value;
 use anyhow::Result;
@@ -34,11 +35,13 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
     let rows = (base.first().unwrap_or(0) + BEHIND).min(all);
     let mut tries = settings(comparison);
     let most = (MOST_CALLS / (6 * rows.max(1))).max(4);
+    // Several calls for each row take as much longer.
+    tries.retain(|of| of.variant.more_calls.saturating_mul(rows) <= MOST_CALLS / 6);
     tries.truncate(most);
     let before = comparison.run(&base.variant, rows)?;
     let mut better: Vec<(Outcome, String)> = Vec::new();
     for Try { variant, text } in tries {
-        let Ok(outcome) = comparison.best(&variant, rows) else { continue };
+        let Ok(outcome) = comparison.best(&variant, rows).map(Outcome::without_outputs) else { continue };
         if rank(&outcome) < rank(&before) {
             better.push((outcome, text));
         }
@@ -90,7 +93,7 @@ fn pairs(comparison: &Comparison, better: &[(Outcome, String)], rows: usize) -> 
             let mut variant = a.variant.clone();
             variant.values.extend(&b.variant.values);
             variant.more_calls = variant.more_calls.max(b.variant.more_calls);
-            if let Ok(outcome) = comparison.best(&variant, rows)
+            if let Ok(outcome) = comparison.best(&variant, rows).map(Outcome::without_outputs)
                 && rank(&outcome) < rank(a)
                 && rank(&outcome) < rank(b)
             {
@@ -122,7 +125,7 @@ fn missed(comparison: &Comparison, base: &Outcome, rows: usize) -> Result<Option
                 (without, format!("the call of line {} ({} s) is left out", line(row), time(row))),
                 (with, format!("one more call is made before line {} ({} s)", line(row), time(row))),
             ] {
-                let now = comparison.run(&variant, rows)?;
+                let now = comparison.run(&variant, rows)?.without_outputs();
                 let is_later = now.first().is_none_or(|first| first > at + 2);
                 let is_best = step.as_ref().is_none_or(|(step, _)| rank(&now) < rank(step));
                 if is_later && is_best && rank(&now) < best {

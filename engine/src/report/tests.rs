@@ -1,0 +1,155 @@
+use super::*;
+use crate::message::{Member, Setup, Values};
+use crate::session::Session;
+use crate::test_home::TestHome;
+
+const HOSTILE: &str = "<script>alert(1)</script>\"'&\u{1}";
+
+fn setting(name: &str, value: f64, origin: Option<&str>) -> Setting {
+    Setting { name: name.into(), value: Value::Number(value), origin: origin.map(str::to_string) }
+}
+
+fn of(name: &str, settings: Vec<Setting>) -> Loop {
+    Loop { name: name.into(), block: "PID".into(), cycle: Some(0.5), settings, warnings: Vec::new() }
+}
+
+fn report(of: &Loop) -> Report<'_> {
+    Report { of, before: &[], record: None, figures: None, picture: None, date: None }
+}
+
+fn made(report: &Report) -> String {
+    page(&TestHome::default(), report).unwrap_or_else(|error| panic!("{error:#}"))
+}
+
+fn session(name: &str) -> Session {
+    let value = |name: &str, value: f64| (name.to_string(), Value::Number(value));
+    let member = |name: &str, fmu: &str, values: Values| Member { name: name.into(), fmu: fmu.into(), values };
+    let wire = |from: &str, to: &str| (from.to_string(), to.to_string());
+    let mut session = Session::default();
+    let setup = Setup {
+        members: vec![
+            member(name, "PID", Values::from([value("SP", 40.0)])),
+            member("P", "LAG", Values::from([value("CYCLE", 0.5)])),
+        ],
+        connections: vec![wire(&format!("{name}.OUT"), "P.POWER"), wire("P.TEMP", &format!("{name}.PV_IN"))],
+        ..Setup::default()
+    };
+    session.start(&TestHome::default(), setup).unwrap();
+    session.run(50).unwrap();
+    session.send(&Values::from([value(&format!("{name}.SP"), 60.0)])).unwrap();
+    session.run(50).unwrap();
+    session
+}
+
+#[test]
+fn a_report_has_settings_with_what_was_changed_and_where_they_come_from() {
+    let now = of("TIC101", vec![setting("GAIN", 3.5, Some("plant.awl:3:4")), setting("TI", 0.1, None)]);
+    let before = [setting("GAIN", 2.5, None)];
+    let page = made(&Report { before: &before, date: Some("22 November 2026"), ..report(&now) });
+    for part in [
+        "<title>TIC101</title>",
+        "<p class=\"about\">22 November 2026</p>",
+        "<th colspan=\"7\" scope=\"rowgroup\">Gain and time</th>",
+        "<tr class=\"changed\"><td class=\"name\">GAIN</td><td class=\"number\">3.5</td><td></td><td class=\"number\">2.5</td><td class=\"number\">2</td><td class=\"from\">changed</td>",
+        "CYCLE 0.5 s.",
+        // What the block says of its settings.
+        "is raised to CYCLE/2",
+        "<p class=\"rest\">Without effect, and at its start value: MAN.</p>",
+    ] {
+        assert!(page.contains(part), "{part}\n{page}");
+    }
+    assert!(!page.contains("Curves"));
+}
+
+#[test]
+fn a_report_has_curves_with_axes_and_units_and_what_was_done() {
+    let session = session("C");
+    let now = of("C", Vec::new());
+    let record = session.record(None).unwrap();
+    let figures = Figures { rise: Some(12.34567), unit: Some("degC".into()), iae: Some(7.0), ..Figures::default() };
+    let page = made(&Report { record: Some(record), figures: Some(&figures), ..report(&now) });
+    for part in [
+        ">Time in s</text>",
+        ">degC</text>",
+        ">%</text>",
+        ">SP</text>",
+        ">OUT (right)</text>",
+        "<dt>Rise</dt> <dd>12.3457 s</dd>",
+        "<dt>IAE</dt> <dd>7 degC s</dd>",
+        "C.OUT goes to P.POWER.",
+        "<td class=\"number\">25 s</td><td>C.SP</td><td class=\"number\">60</td>",
+    ] {
+        assert!(page.contains(part), "{part}\n{page}");
+    }
+    // Setpoint, process value, output and three lanes, each with as many points as calls.
+    let lines: Vec<_> = page.matches("stroke-linejoin").collect();
+    assert_eq!(lines.len(), 6);
+}
+
+#[test]
+fn texts_are_escaped_wherever_they_come_from() {
+    let session = session(HOSTILE);
+    let now = of(HOSTILE, vec![setting("GAIN", 1.0, Some(HOSTILE))]);
+    let figures =
+        Figures { remarks: vec![HOSTILE.into()], unit: Some(HOSTILE.into()), iae: Some(1.0), ..Figures::default() };
+    let record = session.record(None).unwrap();
+    let page = made(&Report { record: Some(record), figures: Some(&figures), date: Some(HOSTILE), ..report(&now) });
+    assert!(!page.to_lowercase().contains("<script"), "{page}");
+    assert!(page.contains("&lt;script&gt;alert(1)&lt;/script&gt;&quot;&#39;&amp;\u{fffd}"));
+}
+
+#[test]
+fn a_report_loads_nothing() {
+    let session = session("C");
+    let now = of("C", Vec::new());
+    let page = made(&Report { record: Some(session.record(None).unwrap()), ..report(&now) });
+    let links = page.replace("http://www.w3.org/2000/svg", "");
+    assert!(
+        !links.contains("http:") && !links.contains("https:") && !links.contains("url(") && !links.contains("src="),
+        "{links}"
+    );
+}
+
+#[test]
+fn a_picture_becomes_an_image_in_which_no_script_runs() {
+    let now = of("C", Vec::new());
+    let with = |picture: &'static str| page(&TestHome::default(), &Report { picture: Some(picture), ..report(&now) });
+    let drawn = with("<svg onload=\"alert(1)\"></svg>").unwrap();
+    assert!(drawn.contains("<img src=\"data:image/svg+xml;base64,") && !drawn.contains("onload"));
+    assert!(
+        with("data:image/png;base64,iVBORw0KGgo=").unwrap().contains("<img src=\"data:image/png;base64,iVBORw0KGgo=\"")
+    );
+    for wrong in
+        ["https://example.org/a.png", "data:text/html;base64,AAAA", "data:image/png;base64,A\" onerror=\"alert(1)"]
+    {
+        assert!(with(wrong).is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn an_unknown_block_is_an_error() {
+    let mut now = of("C", Vec::new());
+    now.block = "PUMP".into();
+    assert!(format!("{:#}", page(&TestHome::default(), &report(&now)).unwrap_err()).contains("no block \"PUMP\""));
+}
+
+#[test]
+fn axes_have_round_marks() {
+    let chart = |values: &[f64]| {
+        let times: Vec<f64> = (0..values.len()).map(|time| time as f64).collect();
+        Chart { times: &times, curves: vec![Curve { name: "A", unit: None, values, axis: Axis::Left }] }.svg().unwrap()
+    };
+    let rising = chart(&[0.0, 3.0, 97.0]);
+    assert!(rising.contains(">100</text>") && rising.contains(">20</text>"), "{rising}");
+    for values in [
+        &[f64::NAN, f64::NAN][..],
+        &[5.0, 5.0],
+        &[0.0, 0.0],
+        &[1e300, -1e300],
+        &[1e-300, 2e-300],
+        &[f64::INFINITY, 1.0],
+    ] {
+        let drawn = chart(values);
+        assert!(!drawn.contains("NaN") && !drawn.contains("inf"), "{values:?}: {drawn}");
+    }
+}
