@@ -3,8 +3,8 @@
 use crate::home::Home;
 use crate::message::{Answer, Error, Request};
 use crate::session::Session;
-use crate::{characteristic, connect, describe, replay, signals};
-use anyhow::{Result, bail};
+use crate::{characteristic, connect, describe, export, replay, signals, tune};
+use anyhow::Result;
 use serde::Serialize;
 
 /// The engine of one page.
@@ -52,9 +52,11 @@ impl<H: Home> Engine<H> {
             Request::Again => json(session.again(home)?),
             Request::Figures(of) => json(signals::figures(home, session, &of)?),
             Request::Identify(of) => json(signals::identify(home, session, &of)?),
+            Request::Tune(of) => json(tune::tune(home, &of)?),
+            Request::Ratio(of) => json(tune::ratio(&of.heating, &of.cooling)?),
             Request::Replay(of) => json(replay::replay(home, &of)?),
             Request::Characteristic(of) => json(characteristic::characteristics(home, &of.member)?),
-            other => bail!("not there yet: {other:?}"),
+            Request::Export(of) => json(export::export(home, session, &of)?),
         }
     }
 }

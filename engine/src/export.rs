@@ -1,12 +1,13 @@
 //! What a user takes away: files as text or bytes.
 
 use crate::describe::as_loop;
-use crate::figures::{self, Figures, Signals};
+use crate::figures::{self, Figures};
 use crate::home::Home;
 use crate::message::{Loop, Values};
 use crate::report::{self, Report};
 use crate::run::write_csv;
 use crate::session::{Record, Session};
+use crate::signals::Signals;
 use crate::system::{Exchange, Value};
 use anyhow::{Context, Result, bail};
 use base64::Engine;
@@ -303,36 +304,8 @@ fn csv(record: &Record, variables: &[String]) -> Result<(Vec<u8>, Vec<String>)> 
 
 /// The figures of a run's first member, if it is a controller whose roles are known.
 fn figures_of(home: &dyn Home, record: &Record) -> Option<Figures> {
-    let controller = record.setup().members.first()?;
-    let table = home.table(&controller.fmu).ok()??;
-    let (roles, _) = crate::dialog::of(&table).ok()?;
-    let calls = record.trace().exact();
-    let column = |name: &Option<String>| {
-        let name = format!("{}.{}", controller.name, name.as_ref()?);
-        let column = record.column(&name).ok()?;
-        let values: Vec<f64> = record.trace().column(column, calls.clone()).collect();
-        Some((values, record.columns()[column].unit.clone()))
-    };
-    let (setpoint, _) = column(&roles.setpoint)?;
-    let (process_value, unit) = column(&roles.shown_process_value).or_else(|| column(&roles.process_value))?;
-    let (manipulated_value, travel_unit) = column(&roles.manipulated_value).unwrap_or_default();
-    let pulses: Vec<Vec<bool>> = roles
-        .pulses
-        .iter()
-        .filter_map(|pulse| column(&Some(pulse.clone())))
-        .map(|(values, _)| values.into_iter().map(|value| value == 1.0).collect())
-        .collect();
-    let times: Vec<f64> = calls.map(|call| record.time(call)).collect();
-    let signals = Signals {
-        times: &times,
-        setpoint: &setpoint,
-        process_value: &process_value,
-        manipulated_value: &manipulated_value,
-        pulses: &pulses,
-        unit: unit.as_deref(),
-        travel_unit: travel_unit.as_deref(),
-    };
-    Some(figures::of(&signals, &figures::Request::default()))
+    let signals = Signals::of(home, record, None, None).ok()?;
+    Some(figures::of(&signals.borrowed(), &figures::Request::default()))
 }
 
 #[cfg(test)]
