@@ -3,7 +3,7 @@
 use crate::home::Home;
 use crate::message::{Answer, Error, Request};
 use crate::session::Session;
-use crate::{connect, describe};
+use crate::{characteristic, connect, describe};
 use anyhow::{Result, bail};
 use serde::Serialize;
 
@@ -50,6 +50,7 @@ impl<H: Home> Engine<H> {
             Request::View(view) => json(session.view(&view)?),
             Request::Events { run } => json(session.record(run)?.events()),
             Request::Again => json(session.again(home)?),
+            Request::Characteristic(of) => json(characteristic::characteristics(home, &of.member)?),
             other => bail!("not there yet: {other:?}"),
         }
     }
@@ -58,3 +59,6 @@ impl<H: Home> Engine<H> {
 fn json(content: impl Serialize) -> Result<serde_json::Value> {
     Ok(serde_json::to_value(content)?)
 }
+
+#[cfg(test)]
+mod tests;

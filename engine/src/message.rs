@@ -83,10 +83,12 @@ pub enum Request {
     Again,
     /// What a run comes to. Answer: [`Figures`](crate::figures::Figures).
     Figures(crate::figures::Request),
-    /// A plant's model from a step. Answer: [`Identified`](crate::identify::Identified).
+    /// A plant's model from a step in a run or in a CSV file. Answer: [`Identified`](crate::identify::Identified).
     Identify(crate::identify::Request),
     /// Settings for a plant's model by a rule, with what they lead to. Answer: [`Tuned`](crate::tune::Tuned).
     Tune(crate::tune::Request),
+    /// RATIOFAC from a heating and a cooling step. Answer: [`Ratio`](crate::tune::Ratio).
+    Ratio(crate::tune::RatioRequest),
     /// The mean of a block's pulses over an input. Answer: [`Characteristics`](crate::characteristic::Characteristics).
     Characteristic(crate::characteristic::Request),
     /// A recorded file through the block. Answer: [`Replayed`](crate::replay::Replayed).

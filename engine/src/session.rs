@@ -211,7 +211,7 @@ impl Record {
     pub fn calls_between(&self, from: Option<f64>, to: Option<f64>) -> std::ops::Range<usize> {
         let place = |time: f64| (time - self.start) / self.step;
         let first = from.map_or(0, |from| (place(from) - plan::ROUNDING).ceil().max(0.0) as usize);
-        let end = to.map_or(self.calls(), |to| (place(to) + plan::ROUNDING).floor().max(-1.0) as isize as usize + 1);
+        let end = to.map_or(self.calls(), |to| ((place(to) + plan::ROUNDING).floor() + 1.0).max(0.0) as usize);
         let end = end.min(self.calls());
         first.min(end)..end
     }
@@ -611,7 +611,8 @@ impl Wired {
                 && step / cycle.max(0.001) > MOST_CALLS_OF_STEP
             {
                 bail!(
-                    "{} is called every {cycle:?} s, which is more than {MOST_CALLS_OF_STEP} times in a communication                      step of {step:?} s: make the step shorter",
+                    "{} is called every {cycle:?} s, which is more than {MOST_CALLS_OF_STEP} times in a communication \
+                     step of {step:?} s: make the step shorter",
                     member.name
                 );
             }

@@ -336,7 +336,7 @@ impl<B: Block> Component for Linked<B> {
 
     fn exit_initialization(&mut self) -> Result<()> {
         if self.fails_early.get() {
-            bail!("fmi2ExitInitializationMode returned fmi2Error: not today");
+            bail!("the initialization returned an error: not today");
         }
         self.block.restart();
         Ok(())
@@ -360,8 +360,7 @@ impl<B: Block> Component for Linked<B> {
         for (value, reference) in values.iter().zip(references) {
             let row = *reference as usize;
             let kind = B::TABLE.rows[row].kind;
-            let own =
-                to_value(*value, kind).map_err(|range| anyhow::anyhow!("fmi2SetReal returned fmi2Error: {range}"))?;
+            let own = to_value(*value, kind).map_err(|range| anyhow::anyhow!("it cannot be set: {range}"))?;
             assert!(self.block.set(row, own));
         }
         Ok(())
@@ -369,7 +368,7 @@ impl<B: Block> Component for Linked<B> {
 
     fn step(&mut self, time: f64, size: f64) -> Result<()> {
         if time == self.fails_at.get() {
-            bail!("fmi2DoStep returned fmi2Error: it is enough");
+            bail!("the step returned an error: it is enough");
         }
         let end = milliseconds(time + size);
         assert!(self.next >= milliseconds(time), "no call is left out");

@@ -159,11 +159,10 @@ impl Overview {
 impl Trace {
     /// An empty one of so many variables.
     pub fn new(width: usize) -> Trace {
-        let column = || Vec::with_capacity(BUCKETS);
         Trace {
             width,
             calls: 0,
-            overview: Overview { calls: 0, bucket: FIRST_WIDTH, columns: (0..width).map(|_| column()).collect() },
+            overview: Overview { calls: 0, bucket: FIRST_WIDTH, columns: vec![Vec::new(); width] },
             chunks: VecDeque::with_capacity(EXACT / CHUNK + 2),
             rows: Vec::with_capacity(CHUNK * width),
         }
@@ -198,9 +197,7 @@ impl Trace {
         self.width += count;
         let buckets = self.overview.calls.div_ceil(self.overview.bucket);
         for _ in 0..count {
-            let mut column = Vec::with_capacity(BUCKETS);
-            column.resize(buckets, Extremes::NONE);
-            self.overview.columns.push(column);
+            self.overview.columns.push(vec![Extremes::NONE; buckets]);
         }
         for chunk in &mut self.chunks {
             chunk.columns.extend((0..count).map(|_| Packed::Constant(f64::NAN)));
@@ -230,6 +227,22 @@ impl Trace {
             self.overview.take(oldest);
             self.chunks.pop_front();
         }
+    }
+
+    /// How many bytes it holds, free room included.
+    #[cfg(test)]
+    pub fn capacity(&self) -> usize {
+        let of = |packed: &Packed| match packed {
+            Packed::Constant(_) => 0,
+            Packed::Flags(values) => values.len(),
+            Packed::Single(values) => 4 * values.len(),
+            Packed::Double(values) => 8 * values.len(),
+        };
+        let chunks = self.chunks.iter().flat_map(|chunk| &chunk.columns).map(of).sum::<usize>();
+        let columns = self.chunks.iter().map(|chunk| chunk.columns.capacity() * size_of::<Packed>()).sum::<usize>();
+        let overview =
+            self.overview.columns.iter().map(|column| column.capacity() * size_of::<Extremes>()).sum::<usize>();
+        8 * self.rows.capacity() + self.chunks.capacity() * size_of::<Chunk>() + chunks + columns + overview
     }
 
     /// The value of a variable in a call; not a number if the call is no longer held exactly.

@@ -22,6 +22,16 @@ pub struct Request {
     /// Ultimate gain and period, for the ultimate rule; computed from the model without it.
     #[serde(default)]
     pub ultimate: Option<(f64, f64)>,
+    /// The period of a pulse former behind the controller, in seconds; that of the controller's own one without it.
+    #[serde(default)]
+    pub pulse_period: Option<f64>,
+    /// How long the actuator of a step controller takes from stop to stop, in seconds; the controller's own setting without it.
+    #[serde(default)]
+    pub motor_time: Option<f64>,
+    /// The step of the setpoint that is simulated, in units of the process value; by default the tenth of what the process value
+    /// does over 100 % of the manipulated value, and of an integrating plant as much as moves it by 10 % at first.
+    #[serde(default)]
+    pub setpoint_step: Option<f64>,
 }
 
 /// A rule.
@@ -73,6 +83,27 @@ pub struct Tuned {
     pub phase_margin: Option<f64>,
     /// The simulated setpoint step of the real block with the model.
     pub predicted: Predicted,
+    /// What the user should know, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// A heating and a cooling step.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct RatioRequest {
+    /// The plant with the manipulated value above 0.
+    pub heating: Model,
+    /// The plant with the manipulated value below 0.
+    pub cooling: Model,
+}
+
+/// How a three-step pulse former makes up for heating and cooling of different strength.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Ratio {
+    /// RATIOFAC.
+    pub ratio: f64,
+    /// The model to tune the controller with: the weaker gain, the longer dead time.
+    pub model: Model,
     /// What the user should know, a sentence each.
     pub remarks: Vec<String>,
 }

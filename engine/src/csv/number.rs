@@ -1,0 +1,234 @@
+//! Numbers and words of a CSV file.
+
+use anyhow::{Result, bail};
+
+/// How a file writes numbers and dates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Style {
+    /// Whether the decimal sign is a comma.
+    is_comma: bool,
+    /// Whether 11/12/2026 is in November.
+    pub(super) is_month_first: bool,
+}
+
+/// A number as it is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Number {
+    pub(super) value: f64,
+    /// Digits behind the decimal sign.
+    pub(super) decimals: i32,
+    /// Digits from the first that is not 0.
+    pub(super) digits: i32,
+}
+
+/// What a point or comma in a number can be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sign {
+    /// `12.5`, `0.125`, `1,234.5`
+    Point,
+    /// `12,5`, `0,125`, `1.234,5`
+    Comma,
+    /// `1.234`: one decimal point, or groups of thousands.
+    MaybePoint,
+    /// `1,234`
+    MaybeComma,
+}
+
+/// Line and column of the first number of each kind.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Found {
+    signs: [Option<(usize, usize, String)>; 4],
+    is_day_first: bool,
+    is_month_first: bool,
+    has_am_pm: bool,
+}
+
+impl Found {
+    /// Looks at a cell.
+    pub(super) fn look_at(&mut self, cell: &str, (line, column): (usize, usize)) {
+        if cell.bytes().any(|byte| matches!(byte, b'.' | b',')) {
+            if let Some(sign) = sign(cell) {
+                self.signs[sign as usize].get_or_insert_with(|| (line, column, cell.into()));
+            }
+        } else if !cell.contains('/') {
+            return;
+        }
+        if let [first, second, _] = cell.split('/').collect::<Vec<_>>()[..] {
+            let number = |text: &str| text.trim().parse::<u32>().ok();
+            if let (Some(first), Some(second)) = (number(first), number(second)) {
+                self.is_day_first |= first > 12 && first < 32;
+                self.is_month_first |= second > 12 && second < 32;
+                self.has_am_pm |= cell.trim_end().to_uppercase().ends_with('M');
+            }
+        }
+    }
+
+    /// What the file has, if it is clear.
+    pub(super) fn style<'a>(&self, is_separated_by_comma: bool, name: impl Fn(usize) -> &'a str) -> Result<Style> {
+        let [point, comma, maybe_point, maybe_comma] = &self.signs;
+        let both = |a: &(usize, usize, String), b: &(usize, usize, String)| {
+            format!(
+                "line {}, column {} ({}) has {:?}, and line {}, column {} ({}) has {:?}: write all numbers with the same \
+                 decimal sign, without a sign for thousands",
+                a.0,
+                a.1 + 1,
+                name(a.1),
+                a.2,
+                b.0,
+                b.1 + 1,
+                name(b.1),
+                b.2
+            )
+        };
+        let is_comma = match (point, comma) {
+            (Some(point), Some(comma)) => bail!(both(point, comma)),
+            (None, Some(_)) => true,
+            (Some(_), None) => false,
+            (None, None) => match (maybe_point, maybe_comma) {
+                (Some(point), Some(comma)) => bail!(both(point, comma)),
+                // Between commas, a comma in quotes is one of thousands as long as nothing else is known.
+                (None, Some(_)) => !is_separated_by_comma,
+                _ => false,
+            },
+        };
+        let is_month_first = self.is_month_first && !self.is_day_first || self.has_am_pm && !self.is_day_first;
+        Ok(Style { is_comma, is_month_first })
+    }
+}
+
+/// What the point or comma of a number is; nothing if it is no number with one.
+fn sign(cell: &str) -> Option<Sign> {
+    let cell = cell.trim().trim_start_matches(['+', '-']);
+    let (mantissa, exponent) = match cell.split_once(['e', 'E']) {
+        Some((mantissa, exponent)) => (mantissa, Some(exponent)),
+        None => (cell, None),
+    };
+    if exponent.is_some_and(|exponent| exponent.parse::<i32>().is_err()) {
+        return None;
+    }
+    if mantissa.is_empty()
+        || !mantissa.chars().all(|letter| letter.is_ascii_digit() || is_grouping(letter) || matches!(letter, '.' | ','))
+    {
+        return None;
+    }
+    let (points, commas) = (mantissa.matches('.').count(), mantissa.matches(',').count());
+    let is_grouped = |separator: char| {
+        let mut groups = mantissa.split(['.', ',']);
+        let first = groups.next().unwrap_or_default();
+        let is_first = (1..=3).contains(&first.len()) && !first.starts_with('0');
+        is_first && exponent.is_none() && mantissa.split(separator).skip(1).all(|group| group.len() == 3)
+    };
+    match (points, commas) {
+        (0, 0) => None,
+        (1, 0) if is_grouped('.') => Some(Sign::MaybePoint),
+        (0, 1) if is_grouped(',') => Some(Sign::MaybeComma),
+        (1, 0) => Some(Sign::Point),
+        (0, 1) => Some(Sign::Comma),
+        // More than one: thousands, so that the other is the decimal sign.
+        (_, 0) if is_grouped('.') => Some(Sign::Comma),
+        (0, _) if is_grouped(',') => Some(Sign::Point),
+        (1, _) if mantissa.find('.') > mantissa.rfind(',') => Some(Sign::Point),
+        (_, 1) if mantissa.find(',') > mantissa.rfind('.') => Some(Sign::Comma),
+        _ => None,
+    }
+}
+
+/// A space or an apostrophe between thousands.
+fn is_grouping(letter: char) -> bool {
+    matches!(letter, ' ' | '\'' | '\u{a0}' | '\u{202f}' | '\u{2019}')
+}
+
+impl Style {
+    /// A number in this style.
+    pub(super) fn number(&self, cell: &str) -> Option<Number> {
+        let first = cell.trim_start_matches(['+', '-']).bytes().next()?;
+        if !first.is_ascii_digit() && !matches!(first, b'.' | b',') {
+            return infinity(cell);
+        }
+        let is_plain =
+            cell.bytes().all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'+' | b'-' | b'e' | b'E'));
+        let has_one_point = !self.is_comma || !cell.contains('.');
+        if is_plain && has_one_point {
+            return Some(Number::of(cell.parse().ok()?, cell));
+        }
+        let (decimal, thousands) = if self.is_comma { (',', '.') } else { ('.', ',') };
+        let (whole, fraction) = match cell.split_once(decimal) {
+            Some((whole, fraction)) => (whole, Some(fraction)),
+            None => (cell, None),
+        };
+        let mut plain = String::with_capacity(cell.len());
+        let is_group = |letter: char| letter == thousands || is_grouping(letter);
+        if whole.contains(is_group) {
+            let mut groups = whole.split(is_group);
+            let first = groups.next().unwrap_or_default().trim_start_matches(['+', '-']);
+            if !(1..=3).contains(&first.len()) || !groups.all(|group| group.len() == 3) {
+                return None;
+            }
+        }
+        plain.extend(whole.chars().filter(|letter| !is_group(*letter)));
+        if let Some(fraction) = fraction {
+            if fraction.contains(decimal) || fraction.contains(thousands) {
+                return None;
+            }
+            plain.push('.');
+            plain.push_str(fraction);
+        }
+        Some(Number::of(plain.parse().ok()?, &plain))
+    }
+}
+
+impl Number {
+    /// `text` has a point.
+    fn of(value: f64, text: &str) -> Number {
+        let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+        let exponent: i32 = exponent.parse().unwrap_or(0);
+        let decimals = mantissa.split_once('.').map_or(0, |(_, fraction)| fraction.len() as i32);
+        let digits =
+            mantissa.bytes().skip_while(|byte| !matches!(byte, b'1'..=b'9')).filter(u8::is_ascii_digit).count();
+        Number { value, decimals: decimals.saturating_sub(exponent).clamp(-300, 300), digits: (digits as i32).min(300) }
+    }
+}
+
+fn infinity(cell: &str) -> Option<Number> {
+    let value = match cell.to_lowercase().as_str() {
+        "inf" | "+inf" | "infinity" => f64::INFINITY,
+        "-inf" | "-infinity" => f64::NEG_INFINITY,
+        _ => return None,
+    };
+    Some(Number { value, decimals: 0, digits: 0 })
+}
+
+/// What is written for a value that is missing.
+pub(super) fn is_missing(cell: &str) -> bool {
+    cell.is_empty()
+        || cell.len() <= 7
+            && ["nan", "-", "--", "---", "n/a", "#n/a", "na", "null", "none", "bad", "#nv", "-nan", "?", "#value!"]
+                .iter()
+                .any(|word| cell.eq_ignore_ascii_case(word))
+}
+
+/// The words for true and false.
+pub(super) fn boolean(cell: &str) -> Option<bool> {
+    const WORDS: [(&str, &str); 4] = [("TRUE", "FALSE"), ("ON", "OFF"), ("YES", "NO"), ("EIN", "AUS")];
+    const MORE: [(&str, &str); 2] = [("WAHR", "FALSCH"), ("JA", "NEIN")];
+    if cell.len() > 6 {
+        return None;
+    }
+    let is = |word: &str| cell.eq_ignore_ascii_case(word);
+    WORDS.iter().chain(&MORE).find_map(|(yes, no)| if is(yes) { Some(true) } else { is(no).then_some(false) })
+}
+
+/// The seconds of a TIME as a PLC program writes it: `T#20S`.
+pub(super) fn literal(cell: &str) -> Option<f64> {
+    if !cell.starts_with(['T', 't']) {
+        return None;
+    }
+    parameters::literal::parse(cell, blocks::Kind::Time).ok().map(blocks::table::number::number)
+}
+
+/// Whether a cell is a number, true or false in any style.
+pub(super) fn is_value(cell: &str) -> bool {
+    let cell = cell.trim();
+    let in_style = |is_comma| Style { is_comma, ..Style::default() }.number(cell).is_some();
+    boolean(cell).is_some() || literal(cell).is_some() || in_style(false) || in_style(true)
+}

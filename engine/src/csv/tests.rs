@@ -1,0 +1,199 @@
+use super::*;
+
+fn read(text: &str) -> Table {
+    Table::read(text).unwrap_or_else(|error| panic!("{error:#}\n{text}"))
+}
+
+fn error(text: &str) -> String {
+    format!("{:#}", Table::read(text).unwrap_err())
+}
+
+fn values<'a>(table: &'a Table, name: &str) -> &'a [f64] {
+    &table.column(name).unwrap().values
+}
+
+fn seconds(table: &Table) -> Vec<f64> {
+    table.times(table.time().unwrap()).unwrap().seconds
+}
+
+#[test]
+fn comma_semicolon_and_tab_separate_and_the_decimal_sign_is_point_or_comma() {
+    for text in [
+        "time,SP,PV\n0,60.5,20\n0.1,61,20.25\n",
+        "time;SP;PV\r\n0;60,5;20\r\n0,1;61;20,25\r\n",
+        "time\tSP\tPV\n0\t60,5\t20\n0,1\t61\t20,25",
+        "sep=;\ntime;SP;PV\n0;60.5;20\n0.1;61;20.25\n",
+        "\u{feff}\"time\",\"SP\",\"PV\"\n\"0\",\"60,5\",\"20\"\n\"0,1\",\"61\",\"20,25\"\n",
+        "# exported by a recorder\n# on line 3\ntime|SP|PV\n0|60.5|20\n\n0.1|61|20.25\n",
+    ] {
+        let table = read(text);
+        assert_eq!(values(&table, "sp"), [60.5, 61.0], "{text}");
+        assert_eq!(values(&table, "PV"), [20.0, 20.25], "{text}");
+        assert_eq!(seconds(&table), [0.0, 0.1], "{text}");
+    }
+}
+
+#[test]
+fn thousands_are_told_from_decimals_by_the_rest_of_the_file() {
+    assert_eq!(values(&read("a;b\n1.234,5;1.234\n2,5;7\n"), "b"), [1234.0, 7.0]);
+    assert_eq!(values(&read("a;b\n1.234;0.5\n"), "a"), [1.234]);
+    assert_eq!(values(&read("a,b\n\"1,234.5\",\"1,234\"\n"), "b"), [1234.0]);
+    assert_eq!(values(&read("a;b\n1,234;5\n"), "a"), [1.234]);
+    assert_eq!(values(&read("a;b\n1 234,5;5\n"), "a"), [1234.5]);
+    assert_eq!(values(&read("a,b\n-1e-3,+2.5E+1\n"), "b"), [25.0]);
+    let mixed = error("a;b\n1,5;2\n3;2.5\n");
+    assert!(mixed.contains("line 3, column 2 (b) has \"2.5\"") && mixed.contains("line 2, column 1 (a)"), "{mixed}");
+}
+
+#[test]
+fn words_are_true_and_false_and_cells_may_be_missing() {
+    let table = read("time,MAN_ON,PV\n0,TRUE,1.5\n1,off,\n2,1,NaN\n3,0,#N/A\n");
+    assert_eq!(values(&table, "MAN_ON"), [1.0, 0.0, 1.0, 0.0]);
+    assert!(table.column("MAN_ON").unwrap().is_boolean);
+    assert!(values(&table, "PV")[1..].iter().all(|value| value.is_nan()));
+    assert_eq!(values(&read("LMN,x\ninf,1\n-inf,2\n"), "LMN"), [f64::INFINITY, f64::NEG_INFINITY]);
+}
+
+#[test]
+fn units_are_taken_from_the_header_or_a_line_below() {
+    let table = read("t [ms];PV [degC];LMN (%);F / m3/h;AI[3];Zeit in s\n0;1;2;3;4;5\n10;1;2;3;4;5\n");
+    let units: Vec<_> = table.columns.iter().map(|column| (column.name.as_str(), column.unit.as_deref())).collect();
+    assert_eq!(
+        units,
+        [
+            ("t", Some("ms")),
+            ("PV", Some("degC")),
+            ("LMN", Some("%")),
+            ("F", Some("m3/h")),
+            ("AI[3]", None),
+            ("Zeit in s", None)
+        ]
+    );
+    assert_eq!(seconds(&table), [0.0, 0.01]);
+    let table = read("time,PV\ns,[degC]\n0,20\n1,21\n");
+    assert_eq!(table.columns[1].unit.as_deref(), Some("degC"));
+    assert_eq!(values(&table, "PV"), [20.0, 21.0]);
+    assert_eq!(table.lines, [3, 4]);
+}
+
+#[test]
+fn a_time_is_in_seconds_or_milliseconds_or_what_its_header_says() {
+    assert_eq!(seconds(&read("time,x\n0,1\n0.1,1\n0.3,1\n")), [0.0, 0.1, 0.3]);
+    assert_eq!(seconds(&read("Time_ms,x\n0,1\n100,1\n300,1\n")), [0.0, 0.1, 0.3]);
+    assert_eq!(seconds(&read("t [min],x\n0,1\n2,1\n")), [0.0, 120.0]);
+    let guessed = read("time,x\n0,1\n100,1\n300,1\n");
+    let times = guessed.times(0).unwrap();
+    assert_eq!(times.seconds, [0.0, 0.1, 0.3]);
+    assert!(!times.is_unit_known && times.remark.unwrap().contains("milliseconds"));
+    assert_eq!(seconds(&read("time,x\n0,1\n60,1\n120,1\n")), [0.0, 60.0, 120.0]);
+    assert_eq!(seconds(&read("timestamp,x\n1795342530100,1\n1795342530200,1\n")), [0.0, 0.1]);
+    assert_eq!(seconds(&read("x [s],y\n0,1\n5,1\n")), [0.0, 5.0]);
+    assert_eq!(read("x,y\n0,1\n5,1\n").time(), None);
+}
+
+#[test]
+fn dates_and_times_of_day_are_seconds_after_the_first_row() {
+    for text in [
+        "time,x\n2026-11-22 23:59:59.900,1\n2026-11-23 00:00:00.400,2\n",
+        "time,x\n2026-11-22T23:59:59.9Z,1\n2026-11-23T01:00:00.400+01:00,2\n",
+        "Zeit;x\n22.11.2026 23:59:59,9;1\n23.11.2026 00:00:00,4;2\n",
+        "Zeit;x\n22.11.26 23:59:59:900;1\n23.11.26 0:00:00:400;2\n",
+        "when;x\n23:59:59.900;1\n00:00:00.400;2\n",
+        "date;clock;x\n22.11.2026;23:59:59,9;1\n23.11.2026;00:00:00,4;2\n",
+        "date,x\n11/22/2026 11:59:59.900 PM,1\n11/23/2026 12:00:00.400 AM,2\n",
+    ] {
+        let table = read(text);
+        assert_eq!(seconds(&table), [0.0, 0.5], "{text}");
+        assert_eq!(values(&table, "x"), [1.0, 2.0], "{text}");
+        assert_eq!(table.columns.len(), 2, "{text}");
+    }
+    // 2024 is a leap year, 2100 is none.
+    assert_eq!(seconds(&read("time,x\n2024-02-28,1\n2024-03-01,2\n")), [0.0, 172_800.0]);
+    assert_eq!(seconds(&read("time,x\n2100-02-28,1\n2100-03-01,2\n")), [0.0, 86_400.0]);
+    // There is no such day: the column is one of texts.
+    assert_eq!(read("time,x\n2026-02-30 10:00:00,1\n").time(), None);
+}
+
+#[test]
+fn the_resolution_is_half_of_the_last_written_digit() {
+    let table = read("fixed,any,words\n0.125,0.00123456,TRUE\n101.5,123.456,FALSE\n");
+    let resolution = |name: &str, value: f64| table.column(name).unwrap().resolution(value);
+    assert_eq!(resolution("fixed", 7.0), 0.0005);
+    assert_eq!(resolution("any", 123.456), 0.0005);
+    assert!((resolution("any", 0.001_234_56) - 5e-9).abs() < 1e-20);
+    assert_eq!(resolution("words", 1.0), 0.0);
+    assert_eq!(read("x\n1.5e-3\n").columns[0].resolution(0.0), 0.5e-4);
+}
+
+#[test]
+fn errors_name_line_and_column() {
+    assert_eq!(
+        error("time,PV\n0,1\n1,2\n2,12a\n"),
+        "line 4, column 2 (PV): \"12a\" is neither a number nor TRUE or FALSE nor a date; correct it, or leave the cell empty"
+    );
+    assert!(error("time,PV\n0,1\n1,2,5\n2,3\n").starts_with("line 3 has 3 values, and the header has 2 columns"));
+    assert!(error("time,PV,SP\n0,1,2\n1,2\n2,3,4\n").starts_with("line 3 has 2 values, and the header has 3 columns"));
+    assert!(error("").contains("empty"));
+    assert!(error("# only a comment").contains("no rows"));
+    assert!(error("time,PV\n").contains("no rows of values"));
+    let back = read("time,PV\n0,1\n2,1\n1,1\n");
+    assert!(format!("{:#}", back.times(0).unwrap_err()).starts_with("line 4, column time: the time goes back"));
+    assert!(format!("{:#}", back.column("PW").unwrap_err()).contains("did you mean PV?"));
+}
+
+#[test]
+fn times_as_a_plc_program_writes_them_are_in_seconds() {
+    let table = read("time;TI\nT#0ms;T#1M20S\nT#100MS;T#20S\n");
+    assert_eq!(values(&table, "TI"), [80.0, 20.0]);
+    assert_eq!(table.columns[1].unit.as_deref(), Some("s"));
+    assert_eq!(seconds(&table), [0.0, 0.1]);
+}
+
+#[test]
+fn a_last_row_that_was_cut_off_is_left_out_with_a_remark() {
+    let table = read("time,PV,SP\n0,1,2\n1,2,3\n2,");
+    assert_eq!(table.rows(), 2);
+    assert!(table.remarks[0].contains("Line 4"));
+}
+
+#[test]
+fn columns_of_texts_and_lines_above_the_header_are_left_out() {
+    let table = read("Trend export\nLine 3\ntime;PV;quality;\n0;1;Good;\n1;2;Good;\n2;2;Bad;\n");
+    let names: Vec<_> = table.columns.iter().map(|column| column.name.as_str()).collect();
+    assert_eq!(names, ["time", "PV"]);
+    assert_eq!(table.remarks, ["The column quality has texts and is left out."]);
+    assert_eq!(table.lines, [4, 5, 6]);
+    let table = read("0;1\n1;2\n");
+    assert_eq!(table.columns[1].name, "column 2");
+    let table = read("# time,PV\n0,1\n1,2\n");
+    assert_eq!(table.columns[1].name, "PV");
+}
+
+#[test]
+fn hostile_texts_are_refused_or_read_and_never_panic() {
+    for text in [
+        "\"",
+        "\"\n\n",
+        ",,,\n,,,\n",
+        "a\n\u{0}\n",
+        "é;\u{1f980}\n1;ü:::\n",
+        "a,b\n--,1e999\n",
+        "a\n1/2/3/4\n99:99\n",
+        "T\n1T\n",
+        "a\n2026-\n1234\u{a0}\n",
+    ] {
+        let _ = Table::read(text);
+    }
+    assert!(error(&"x".repeat(LARGEST + 1)).contains("at most"));
+    let wide = format!("{}\n{}\n", "a,".repeat(100_000), "1,".repeat(100_000));
+    assert!(Table::read(&wide).is_ok());
+}
+
+#[test]
+fn many_rows_take_one_pass_each() {
+    let mut text = String::from("time;PV\n");
+    for row in 0..200_000 {
+        text.push_str(&format!("{row};20,5\n"));
+    }
+    assert_eq!(read(&text).rows(), 200_000);
+}

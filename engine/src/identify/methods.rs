@@ -1,0 +1,109 @@
+//! The methods that read a model off the curve.
+
+use super::Model;
+use super::step::Step;
+use anyhow::{Context, Result};
+use std::f64::consts::E;
+
+/// A point of the answer with its slope.
+struct Tangent {
+    time: f64,
+    value: f64,
+    slope: f64,
+}
+
+/// The two parts of the answer at which a lag is after a third of its time constant, and after all of it.
+fn parts() -> [f64; 2] {
+    [1.0 / 3.0, 1.0].map(|constants: f64| -libm::expm1(-constants))
+}
+
+/// The times of 28 % and 63 %.
+pub(super) fn two_points(step: &Step) -> Result<Model> {
+    let missing = "the answer does not pass 28 % and 63 % of its way";
+    let [first, second] = parts().map(|part| step.reaches(part).context(missing));
+    let (first, second) = (first?, second?);
+    let time_constant = 1.5 * (second - first);
+    Ok(model(step, step.end(), time_constant, second - time_constant - delay_of_input(step)))
+}
+
+/// The areas above and below the answer.
+pub(super) fn area(step: &Step) -> Result<Model> {
+    let end = step.end();
+    let above = integral(step, step.duration(), |value| end - value) / end;
+    let below = integral(step, above, |value| value) / end;
+    let time_constant = E * below;
+    Ok(model(step, end, time_constant, above - time_constant - delay_of_input(step)))
+}
+
+/// The steepest slope.
+pub(super) fn tangent(step: &Step) -> Result<Model> {
+    let steepest = steepest(step)?;
+    let end = step.end();
+    let start = steepest.time - steepest.value / steepest.slope;
+    Ok(model(step, end, end / steepest.slope, start - delay_of_input(step)))
+}
+
+/// The steepest slope of a plant that integrates.
+pub(super) fn integrating_tangent(step: &Step) -> Result<Model> {
+    let steepest = steepest(step)?;
+    let start = steepest.time - steepest.value / steepest.slope - delay_of_input(step);
+    Ok(Model {
+        gain: steepest.slope / step.height,
+        dead_time: start.max(0.0),
+        is_integrating: true,
+        ..Model::default()
+    })
+}
+
+/// How much later the step is than its first change, as its area says.
+fn delay_of_input(step: &Step) -> f64 {
+    let late: f64 = step.moves.windows(2).map(|pair| (step.height - pair[0].1) * (pair[1].0 - pair[0].0)).sum();
+    late / step.height
+}
+
+fn model(step: &Step, end: f64, time_constant: f64, dead_time: f64) -> Model {
+    Model { gain: end / step.height, time_constant, dead_time: dead_time.max(0.0), ..Model::default() }
+}
+
+/// The integral from the step to a time, by trapezoids.
+fn integral(step: &Step, to: f64, function: impl Fn(f64) -> f64) -> f64 {
+    let mut sum = 0.0;
+    for (times, values) in step.times.windows(2).zip(step.values.windows(2)) {
+        if times[0] >= to {
+            break;
+        }
+        let end = times[1].min(to);
+        let last = values[0] + (values[1] - values[0]) * (end - times[0]) / (times[1] - times[0]);
+        sum += f64::midpoint(function(values[0]), function(last)) * (end - times[0]);
+    }
+    sum
+}
+
+/// Where the answer is steepest: the slope of a straight line through as many samples as its noise requires, so that the slope is
+/// known to five percent, but not more than a tenth of the record.
+fn steepest(step: &Step) -> Result<Tangent> {
+    let (interval, most) = (step.interval(), (step.times.len() / 10).max(2));
+    let mut count = 2;
+    let mut found = steepest_of(step, count).context("the answer has no slope")?;
+    while count < most {
+        let uncertainty = step.noise * 12.0_f64.sqrt() / (interval * (count as f64).powf(1.5));
+        if uncertainty <= 0.05 * found.slope.abs() {
+            break;
+        }
+        count = (count * 5 / 4 + 1).min(most);
+        found = steepest_of(step, count).context("the answer has no slope")?;
+    }
+    Ok(found)
+}
+
+fn steepest_of(step: &Step, count: usize) -> Option<Tangent> {
+    let sign = step.end().signum();
+    let lines = step.times.windows(count).zip(step.values.windows(count)).map(|(times, values)| {
+        let samples = times.len() as f64;
+        let (time, value) = (times.iter().sum::<f64>() / samples, values.iter().sum::<f64>() / samples);
+        let product: f64 = times.iter().zip(values).map(|(t, v)| (t - time) * (v - value)).sum();
+        let spread: f64 = times.iter().map(|t| (t - time) * (t - time)).sum();
+        Tangent { time, value, slope: product / spread }
+    });
+    lines.max_by(|a, b| (a.slope * sign).total_cmp(&(b.slope * sign))).filter(|line| line.slope * sign > 0.0)
+}

@@ -1,0 +1,257 @@
+//! The tuning rules, as formulas: from a plant's model to GAIN, TI and TD of a controller in the ideal form
+//!
+//! ```text
+//! LMN = GAIN (1 + 1 / (TI s) + TD s / (1 + TM_LAG s)) e
+//! ```
+//!
+//! K, T and L are the model's gain, time constant and dead time; a = K L / T, and a = k' L of an integrating plant, where k' is
+//! its gain per second. The dead time is that of the whole loop: see [`tune`](crate::tune) for what is added to the plant's.
+//!
+//! | rule | GAIN | TI | TD |
+//! |---|---|---|---|
+//! | Ziegler-Nichols, step: P / PI / PID | 1 / 0.9 / 1.2, by a | - / 3.33 L / 2 L | - / - / 0.5 L |
+//! | Ziegler-Nichols, ultimate | 0.5 / 0.45 / 0.6 Ku | - / Tu/1.2 / Tu/2 | - / - / Tu/8 |
+//! | CHR, setpoint, 0 % | 0.3 / 0.35 / 0.6, by a | - / 1.2 T / T | - / - / 0.5 L |
+//! | CHR, setpoint, 20 % | 0.7 / 0.6 / 0.95, by a | - / T / 1.35 T | - / - / 0.47 L |
+//! | CHR, disturbance, 0 % | 0.3 / 0.6 / 0.95, by a | - / 4 L / 2.4 L | - / - / 0.42 L |
+//! | CHR, disturbance, 20 % | 0.7 / 0.7 / 1.2, by a | - / 2.3 L / 2 L | - / - / 0.42 L |
+//! | SIMC PI | T / (K (tc + L)) | min(T, 4 (tc + L)) | - |
+//! | SIMC PI, integrating | 1 / (k' (tc + L)) | 4 (tc + L) | - |
+//! | SIMC PID, second lag T2 | as PI in the series form with TD' = T2, converted | | |
+//! | AMIGO PI | 0.15/K + (0.35 - L T/(L+T)^2) T/(K L) | 0.35 L + 13 L T^2/(T^2 + 12 L T + 7 L^2) | - |
+//! | AMIGO PI, integrating | 0.35 / (k' L) | 13.35 L | - |
+//! | AMIGO PID | (0.2 + 0.45 T/L)/K | L (0.4 L + 0.8 T)/(L + 0.1 T) | 0.5 L T/(0.3 L + T) |
+//! | AMIGO PID, integrating | 0.45 / (k' L) | 8 L | 0.5 L |
+//!
+//! A rule that knows no second lag gets a model without one, by the half rule: half of it counts as time constant, half
+//! as dead time; all of it as dead time if the plant integrates.
+
+use crate::identify::Model;
+use crate::margins;
+use crate::tune::{Rule, Structure};
+use anyhow::{Result, bail};
+
+/// TD divided by TM_LAG.
+pub const FILTER: f64 = 10.0;
+
+/// Settings of a controller in the ideal form.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// GAIN, in units of the manipulated value per unit of the process value.
+    pub gain: f64,
+    /// TI in seconds; without it there is no I action.
+    pub ti: Option<f64>,
+    /// TD in seconds; without it there is no D action.
+    pub td: Option<f64>,
+    /// TM_LAG in seconds; 0 without D action.
+    pub tm_lag: f64,
+}
+
+impl Settings {
+    /// The settings that are equivalent to a controller in the series form `K' (1 + 1/(TI' s)) (1 + TD' s)`.
+    pub fn of_series(gain: f64, ti: f64, td: f64) -> Settings {
+        let factor = 1.0 + td / ti;
+        Settings { gain: gain * factor, ti: Some(ti * factor), td: Some(td / factor), tm_lag: td / factor / FILTER }
+    }
+}
+
+impl Model {
+    /// Whether the numbers can be those of a plant.
+    ///
+    /// # Errors
+    /// The number that cannot, with its name.
+    pub fn check(&self) -> Result<()> {
+        let Model { gain, time_constant, second_time_constant, dead_time, is_integrating } = *self;
+        if gain == 0.0 || !gain.is_finite() {
+            bail!("the plant's gain is {gain}: it has to be a number other than 0");
+        }
+        for (name, time) in
+            [("time constant", time_constant), ("second time constant", second_time_constant), ("dead time", dead_time)]
+        {
+            if !(0.0..=1e9).contains(&time) {
+                bail!("the plant's {name} is {time} s: it has to be within 0 and 1e9 s");
+            }
+        }
+        if is_integrating && time_constant > 0.0 {
+            bail!(
+                "the plant integrates and has a time constant of {time_constant} s: give it as the second time constant, \
+                 and 0 as the time constant"
+            );
+        }
+        Ok(())
+    }
+
+    /// The model without its second lag, by the half rule.
+    pub fn without_second_lag(&self) -> Model {
+        let (slow, fast) = if self.is_integrating || self.time_constant >= self.second_time_constant {
+            (self.time_constant, self.second_time_constant)
+        } else {
+            (self.second_time_constant, self.time_constant)
+        };
+        Model {
+            time_constant: if self.is_integrating { 0.0 } else { slow + fast / 2.0 },
+            second_time_constant: 0.0,
+            // All of a lag of an integrating plant delays it.
+            dead_time: self.dead_time + if self.is_integrating { fast } else { fast / 2.0 },
+            ..*self
+        }
+    }
+}
+
+/// The settings for a plant by a rule. `closed_loop` is SIMC's time constant of the closed loop, `ultimate` the ultimate gain and
+/// period where they are known from an experiment.
+///
+/// # Errors
+/// The rule has no formula for this plant or structure; the error names one that has.
+pub fn settings(
+    rule: Rule,
+    structure: Structure,
+    model: &Model,
+    closed_loop: Option<f64>,
+    ultimate: Option<(f64, f64)>,
+) -> Result<Settings> {
+    model.check()?;
+    if let Some(closed_loop) = closed_loop
+        && !(closed_loop > 0.0 && closed_loop.is_finite())
+    {
+        bail!("the closed loop's time constant is {closed_loop} s: it has to be above 0");
+    }
+    let plain = model.without_second_lag();
+    let needs_dead_time = !matches!(rule, Rule::ZieglerNicholsUltimate | Rule::Simc);
+    if needs_dead_time && plain.dead_time == 0.0 {
+        bail!(
+            "{} divides by the dead time, which is 0: take SIMC and choose the closed loop's time constant",
+            name(rule)
+        );
+    }
+    let settings = match rule {
+        Rule::ZieglerNicholsUltimate => by_ultimate(structure, model, ultimate)?,
+        Rule::Simc => simc(structure, model, closed_loop)?,
+        Rule::Amigo => amigo(structure, &plain)?,
+        _ => by_slope(rule, structure, &plain)?,
+    };
+    if !(settings.gain.is_finite() && settings.gain != 0.0) {
+        bail!("{} gives a GAIN of {} for this plant: take AMIGO with PI", name(rule), settings.gain);
+    }
+    Ok(settings)
+}
+
+/// A rule as users know it.
+pub fn name(rule: Rule) -> &'static str {
+    match rule {
+        Rule::ZieglerNicholsStep => "Ziegler-Nichols (step)",
+        Rule::ZieglerNicholsUltimate => "Ziegler-Nichols (ultimate gain)",
+        Rule::ChrSetpoint0 => "CHR (setpoint, 0 %)",
+        Rule::ChrSetpoint20 => "CHR (setpoint, 20 %)",
+        Rule::ChrDisturbance0 => "CHR (disturbance, 0 %)",
+        Rule::ChrDisturbance20 => "CHR (disturbance, 20 %)",
+        Rule::Simc => "SIMC",
+        Rule::Amigo => "AMIGO",
+    }
+}
+
+fn ideal(gain: f64, ti: Option<f64>, td: Option<f64>) -> Settings {
+    Settings { gain, ti, td, tm_lag: td.unwrap_or_default() / FILTER }
+}
+
+/// The rules whose GAIN is a number divided by a, and whose times are multiples of L or T.
+fn by_slope(rule: Rule, structure: Structure, model: &Model) -> Result<Settings> {
+    let (t, l) = (model.time_constant, model.dead_time);
+    let is_for_setpoint = matches!(rule, Rule::ChrSetpoint0 | Rule::ChrSetpoint20);
+    if model.is_integrating && is_for_setpoint {
+        bail!("{} needs a time constant, and the plant integrates: take SIMC or AMIGO", name(rule));
+    }
+    if !model.is_integrating && t == 0.0 {
+        bail!("{} divides by the time constant, which is 0: take AMIGO with PI", name(rule));
+    }
+    let a = if model.is_integrating { model.gain * l } else { model.gain * l / t };
+    // The factors of P, PI and PID; TI of PI and PID; TD.
+    let (factors, times, td) = match rule {
+        Rule::ChrSetpoint0 => ([0.3, 0.35, 0.6], [1.2 * t, t], 0.5 * l),
+        Rule::ChrSetpoint20 => ([0.7, 0.6, 0.95], [t, 1.35 * t], 0.47 * l),
+        Rule::ChrDisturbance0 => ([0.3, 0.6, 0.95], [4.0 * l, 2.4 * l], 0.42 * l),
+        Rule::ChrDisturbance20 => ([0.7, 0.7, 1.2], [2.3 * l, 2.0 * l], 0.42 * l),
+        _ => ([1.0, 0.9, 1.2], [l / 0.3, 2.0 * l], 0.5 * l),
+    };
+    Ok(match structure {
+        Structure::P => ideal(factors[0] / a, None, None),
+        Structure::Pi => ideal(factors[1] / a, Some(times[0]), None),
+        Structure::Pid => ideal(factors[2] / a, Some(times[1]), Some(td)),
+    })
+}
+
+fn by_ultimate(structure: Structure, model: &Model, ultimate: Option<(f64, f64)>) -> Result<Settings> {
+    let (gain, period) = match ultimate {
+        Some((gain, period)) if gain.is_finite() && gain != 0.0 && period > 0.0 && period.is_finite() => (gain, period),
+        Some((gain, period)) => {
+            bail!("the ultimate gain is {gain} and the period {period} s: both have to be numbers other than 0")
+        }
+        None => match margins::ultimate(model) {
+            Some((gain, period)) => (gain.copysign(model.gain), period),
+            None => bail!("the plant has no ultimate gain, since it has no dead time: take SIMC"),
+        },
+    };
+    Ok(match structure {
+        Structure::P => ideal(0.5 * gain, None, None),
+        Structure::Pi => ideal(0.45 * gain, Some(period / 1.2), None),
+        Structure::Pid => ideal(0.6 * gain, Some(period / 2.0), Some(period / 8.0)),
+    })
+}
+
+fn simc(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Result<Settings> {
+    let pi = |model: &Model| {
+        let Model { gain, time_constant: t, dead_time: l, .. } = *model;
+        let slowness = closed_loop.unwrap_or(l) + l;
+        if slowness == 0.0 {
+            bail!("SIMC divides by the dead time, which is 0: choose the closed loop's time constant");
+        }
+        if model.is_integrating {
+            return Ok((1.0 / (gain * slowness), 4.0 * slowness));
+        }
+        if t == 0.0 {
+            bail!(
+                "SIMC gives a pure I action for a plant without a lag, and GAIN multiplies all actions: take AMIGO with PI"
+            );
+        }
+        Ok((t / (gain * slowness), t.min(4.0 * slowness)))
+    };
+    match structure {
+        Structure::P => bail!("SIMC has no P controller: take Ziegler-Nichols (step) or CHR, or SIMC with PI"),
+        Structure::Pi => pi(&model.without_second_lag()).map(|(gain, ti)| ideal(gain, Some(ti), None)),
+        Structure::Pid => {
+            let lags = [model.time_constant, model.second_time_constant];
+            let (slow, fast) =
+                if model.is_integrating { (0.0, lags[1]) } else { (lags[0].max(lags[1]), lags[0].min(lags[1])) };
+            if fast == 0.0 {
+                bail!(
+                    "SIMC has a D action for a second lag only, and the model has none: take SIMC with PI, or AMIGO with PID"
+                );
+            }
+            let (gain, ti) = pi(&Model { time_constant: slow, second_time_constant: 0.0, ..*model })?;
+            Ok(Settings::of_series(gain, ti, fast))
+        }
+    }
+}
+
+fn amigo(structure: Structure, model: &Model) -> Result<Settings> {
+    let Model { gain: k, time_constant: t, dead_time: l, is_integrating, .. } = *model;
+    Ok(match structure {
+        Structure::P => bail!("AMIGO has no P controller: take Ziegler-Nichols (step) or CHR, or AMIGO with PI"),
+        Structure::Pi if is_integrating => ideal(0.35 / (k * l), Some(13.35 * l), None),
+        Structure::Pid if is_integrating => ideal(0.45 / (k * l), Some(8.0 * l), Some(0.5 * l)),
+        Structure::Pi => {
+            let gain = 0.15 / k + (0.35 - l * t / ((l + t) * (l + t))) * t / (k * l);
+            ideal(gain, Some(0.35 * l + 13.0 * l * t * t / (t * t + 12.0 * l * t + 7.0 * l * l)), None)
+        }
+        Structure::Pid => {
+            if t == 0.0 {
+                bail!("AMIGO with PID gives a TD of 0 for a plant without a lag: take AMIGO with PI");
+            }
+            let ti = l * (0.4 * l + 0.8 * t) / (l + 0.1 * t);
+            ideal((0.2 + 0.45 * t / l) / k, Some(ti), Some(0.5 * l * t / (0.3 * l + t)))
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests;
