@@ -5,11 +5,32 @@ import csv
 import io
 import json
 import os
+import pathlib
 import subprocess
 
 import pytest
 
 import host
+
+EXAMPLES = sorted((pathlib.Path(__file__).parents[1] / "examples" / "loops").glob("*.toml"))
+# Of each example: the variable that ends at a value, and how near.
+ENDS = {
+    "chamber": ("THERMO.TEMP", 50.0, 0.5),
+    "chamber_mean": ("THERMO.TEMP", 50.0, 0.5),
+    "furnace": ("HEATER.TEMP", 60.0, 0.1),
+    "furnace_pulses": ("HEATER.TEMP", 200.0, 1.0),
+    "level": ("TANK.LEVEL", 1.0, 0.01),
+    "level_pulses": ("TANK.LEVEL", 1.0, 0.01),
+    "positioner": ("VALVE.TEMP", 60.0, 0.1),
+    "process": ("PROCESS.PV", 20.0, 0.1),
+    "process_integrating": ("PROCESS.PV", 20.0, 0.1),
+    "process_pulses": ("PROCESS.PV", 20.0, 0.5),
+    "sensor": ("PROCESS.PV", 20.0, 0.2),
+    "speed": ("DRIVE.SPEED", 5000 * 1500 / 32767, 0.1),
+    "valve": ("VALVE.TEMP", 50.0, 0.3),
+    "valve_mean": ("VALVE.TEMP", 50.0, 0.3),
+    "zone": ("THERMO.TEMP", 0.0, 0.1),
+}
 
 DESCRIPTION = """\
 step = 1.0
@@ -109,6 +130,21 @@ def test_what_is_saved_runs_again_and_gives_the_same_file(call, tmp_path):
     first = call("run", "PLCFMU_FMUS/CONT_C.fmu", "PLCFMU_FMUS/HEATER.fmu", *OPTIONS, "--out=a.csv", "--save=saved.toml")
     assert "saved.toml\n" in recorded(first)
     assert recorded(call("run", "saved.toml", "--out=-")) == (tmp_path / "a.csv").read_text()
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_the_loops_of_the_examples_end_at_their_setpoint(call, path):
+    """From a start that is away from it, and after the disturbance that most of them have."""
+    variable, setpoint, near = ENDS[path.stem]
+    first, *_, last = csv.DictReader(io.StringIO(recorded(call("run", path, "--fmus=PLCFMU_FMUS", "--out=-"))))
+    assert abs(float(first[variable]) - setpoint) > 10 * near
+    assert float(last[variable]) == pytest.approx(setpoint, abs=near)
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_the_loops_of_the_examples_begin_with_their_title(path):
+    title, *_ = path.read_text(encoding="utf-8").splitlines()
+    assert title.startswith("# ") and title.endswith(".")
 
 
 @pytest.mark.parametrize(

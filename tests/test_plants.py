@@ -59,7 +59,17 @@ def drive(open_fmu):
     return lambda **values: open_fmu("DRIVE").start(**values)
 
 
-@pytest.mark.parametrize("name", ["HEATER", "VALVE", "THERMO", "TANK"])
+@pytest.fixture
+def process(open_fmu):
+    return lambda **values: open_fmu("PROCESS").start(**values)
+
+
+@pytest.fixture
+def sensor(open_fmu):
+    return lambda **values: open_fmu("SENSOR").start(**{"NOISE": 0.0, "STEPS": 0, **values})
+
+
+@pytest.mark.parametrize("name", ["HEATER", "VALVE", "THERMO", "TANK", "PROCESS"])
 def test_the_result_does_not_depend_on_the_cycle(open_fmu, name):
     """Solved exactly for held inputs: a step of a second in one call or in a hundred."""
     ends = []
@@ -486,3 +496,120 @@ def test_hlg_brings_the_drive_to_its_speed_and_a_jump_does_not(drive, open_fmu):
             d.step(SP=ramp["HLG"])
         assert d["TRIP"] == tripped
         assert (d["SPEED"] == pytest.approx(20_000 * RPM, abs=0.5)) is not bool(tripped)
+
+
+# --- PROCESS -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("u, load", [(0.0, 0.0), (30.0, 0.0), (30.0, -10.0), (-100.0, 5.0)])
+def test_process_steady_state_is_gain_times_the_way_from_the_operating_point(process, u, load):
+    p = process(U=u, LOAD=load, GAIN=1.5, T2=3.0, PV_0=20.0, U_0=10.0)
+    p.step(1000.0)
+    assert p["PV"] == close(20 + 1.5 * (u + load - 10))
+
+
+def test_process_reaches_63_percent_after_dead_time_and_time_constant(process):
+    """DEAD_TM 1 s and T1 10 s."""
+    p = process(U=100.0)
+    p.step(11.0)
+    assert p["PV"] == close(100 * (1 - math.exp(-1)))
+
+
+@pytest.mark.parametrize("integ", [0, 1])
+def test_process_waits_for_the_calls_of_its_dead_time(process, integ):
+    """1 s of 0.1 s: ten calls without effect."""
+    p = process(U=50.0, INTEG=integ)
+    assert p.record("PV", calls=10) == [0.0] * 10
+    p.step(0.1)
+    assert p["PV"] > 0
+
+
+def test_process_integrating_rises_by_gain_a_second_and_rests_at_u_0(process):
+    p = process(INTEG=1, GAIN=0.1, T1=0.0, DEAD_TM=0.0, U_0=40.0, U=50.0, PV_0=5.0)
+    p.step(30.0)
+    assert p["PV"] == close(35.0)
+    p.step(30.0, U=40.0)
+    assert p["PV"] == close(35.0)
+
+
+@pytest.mark.parametrize("integ", [0, 1])
+def test_process_follows_its_differential_equations(process, integ):
+    """U and LOAD change every second; the dead time of 3 s is a queue of three."""
+    generator = random.Random(4)
+    p = process(INTEG=integ, GAIN=0.7, T1=6.0, T2=2.0, DEAD_TM=3.0, PV_0=9.0, U_0=20.0)
+    state = [0.0, 0.0, 9.0]
+    queue = [20.0] * 3
+    for _ in range(200):
+        u, load = generator.uniform(-100, 100), generator.uniform(-20, 20)
+        p.step(1.0, U=u, LOAD=load)
+        queue.append(u + load)
+        delayed = queue.pop(0)
+
+        def slope(x):
+            return [(0.7 * (delayed - 20) - x[0]) / 6, (x[0] - x[1]) / 2, x[1]]
+
+        state = integrated(slope, state, 1.0, 50)
+        assert p["PV"] == close(state[2] if integ else 9 + state[1])
+
+
+@pytest.mark.parametrize("pv", [-30.0, -20.0, 0.0, 33.3, 80.0, 90.0])
+def test_process_analog_value(process, pv):
+    assert process(PV_0=pv, PV_PER_0=-20.0, PV_PER_100=80.0)["PV_PER"] == analog(pv, -20, 80)
+
+
+# --- SENSOR ------------------------------------------------------------------------------------------------
+
+
+def gaussian(call, seed):
+    """The noise of its documentation, in Python: twelve numbers of 16 bits from SplitMix64."""
+    total = 0
+    for part in range(3):
+        bits = (seed % 2**16 * 0xD1B54A32D192ED03 + (3 * call + part + 1) * 0x9E3779B97F4A7C15) % 2**64
+        bits = (bits ^ bits >> 30) * 0xBF58476D1CE4E5B9 % 2**64
+        bits = (bits ^ bits >> 27) * 0x94D049BB133111EB % 2**64
+        bits ^= bits >> 31
+        total += sum(bits >> place & 0xFFFF for place in (0, 16, 32, 48))
+    return (total - 12 * 65535 / 2) / math.sqrt(65536**2 - 1)
+
+
+@pytest.mark.parametrize("seed", [-1, 0, 1, 32767])
+def test_sensor_noise_is_that_of_its_formula_to_the_last_bit(sensor, seed):
+    s = sensor(NOISE=1.0, SEED=seed)
+    assert s.record("Y", calls=200) == [gaussian(call, seed) for call in range(200)]
+
+
+def test_sensor_noise_has_its_standard_deviation(sensor):
+    values = sensor(NOISE=0.5, U=50.0).record("Y", calls=20_000)
+    mean = sum(values) / len(values)
+    assert mean == pytest.approx(50, abs=0.02)
+    assert math.sqrt(sum((value - mean) ** 2 for value in values) / len(values)) == pytest.approx(0.5, rel=0.02)
+
+
+def test_sensor_filter_is_a_lag_from_the_first_value_on(sensor):
+    s = sensor(LAG_TM=2.0, U=10.0)
+    s.step(0.1)
+    assert s["Y"] == 10.0
+    s.step(2.0, U=20.0)
+    assert s["Y"] == close(20 - 10 * math.exp(-1))
+
+
+@pytest.mark.parametrize("u", [-1.0, 0.0, 12.34, 50.1, 99.99, 101.0])
+@pytest.mark.parametrize("steps", [27648, 4096, 100])
+def test_sensor_resolution(sensor, u, steps):
+    s = sensor(U=u, STEPS=steps)
+    s.step(0.1)
+    assert s["Y"] == close(round(min(max(u, 0), 100) / 100 * steps) * 100 / steps)
+    assert s["Y_PER"] == analog(s["Y"], 0, 100)
+
+
+def test_sensor_noise_moves_a_controller_by_its_gain_and_by_its_derivative(sensor, open_fmu):
+    """The numbers of its quick start: GAIN 5 makes 0.5 of 0.1; with TD 2 s and TM_LAG 0.2 s LMN_D varies by 4.5."""
+    controller = open_fmu("CONT_C").start(MAN_ON=0, I_SEL=0, D_SEL=1, GAIN=5.0, TD=2.0, TM_LAG=0.2, CYCLE=0.1, LMN_LLM=-100.0)
+    s = sensor(NOISE=0.1)
+    parts = []
+    for _ in range(20_000):
+        s.step(0.1)
+        controller.step(0.1, PV_IN=s["Y"])
+        parts.append((controller["LMN_P"], controller["LMN_D"]))
+    p, d = (math.sqrt(sum(value**2 for value in part) / len(part)) for part in zip(*parts))
+    assert [p, d] == [pytest.approx(0.5, rel=0.03), pytest.approx(4.47, rel=0.03)]

@@ -15,6 +15,7 @@ import host
 from test_masters import ecos, package
 
 LOOPS = sorted((pathlib.Path(__file__).parents[1] / "examples" / "loops").glob("*.toml"))
+FURNACE = next(path for path in LOOPS if path.stem == "furnace")
 SCHEMA = pathlib.Path(fmpy.__file__).parent / "ssp" / "schema"
 SPACES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
@@ -89,14 +90,14 @@ def test_all_inputs_and_outputs_are_connectors_with_their_type_and_unit(packed, 
 
 
 def test_a_unit_is_defined_as_in_the_fmus(packed, open_fmu):
-    xml = structure(packed(LOOPS[2])[0])
+    xml = structure(packed(FURNACE)[0])
     (celsius,) = xml.iterfind("ssd:Units/ssc:Unit[@name='degC']/ssc:BaseUnit", SPACES)
     assert dict(celsius.attrib) == {"K": "1", "offset": "273.15"}
 
 
 def test_fmpy_reads_components_connections_and_the_experiment(packed):
     # It looks for a connection of every input that has a connector.
-    path, _ = packed(LOOPS[2], "--only-connected")
+    path, _ = packed(FURNACE, "--only-connected")
     system = read_ssd(str(path)).system
     assert [(component.name, component.source) for component in system.elements] == [
         ("CONT_C", "resources/CONT_C.fmu"), ("HEATER", "resources/HEATER.fmu"),
@@ -206,7 +207,7 @@ def test_names_that_tools_confuse_are_changed_and_told(packed, tmp_path):
 
 
 def test_what_an_ssp_file_does_not_hold_is_told(packed, tmp_path):
-    description = LOOPS[2].read_text(encoding="utf-8").replace("parallel", "sequential")
+    description = FURNACE.read_text(encoding="utf-8").replace("parallel", "sequential")
     (tmp_path / "loop.toml").write_text(f"{description}\n[[events]]\ntime = 300.0\nset.CONT_C.SP_INT = 80.0\n")
     path, remarks = packed("loop.toml")
     assert remarks == [

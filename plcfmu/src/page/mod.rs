@@ -117,7 +117,8 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
     // A documentation without headings is the law.
     let law = take(&[("Law", "Law"), ("", "Law"), ("Clauses", "Clauses")])?;
     let mut after_responses = take(&[("Limits of use", "Limits of use"), ("Sources", "Sources")])?;
-    // Only programs read it.
+    // Only programs read it; here it has to be right.
+    engine::dialog::of(table).context("the dialog of the block")?;
     sections.take("Dialog");
     for (title, text) in sections.take_all() {
         after_responses.push(section(title, text, &names)?);
@@ -426,13 +427,31 @@ mod tests {
             page_of(table, &[0])
         };
         let without = page("Pumps.\n\n# Purpose\n\nIt pumps.", &mut table);
-        let fence = "```dialog\nsetpoint: FLOW\n\n[Process value]\nFLOW\n```";
+        let fence = "```dialog\nsetpoint: FLOW\n\n[Process value]\nFLOW, DI_A.GAIN, CYCLE\n```";
         for docs in [
             format!("Pumps.\n\n# Purpose\n\nIt pumps.\n\n# Dialog\n\n{fence}"),
             format!("Pumps.\n\n# Purpose\n\nIt pumps.\n\n{fence}"),
         ] {
             assert_eq!(page(&docs, &mut table), without);
         }
+    }
+
+    #[test]
+    fn a_dialog_that_does_not_fit_the_table_is_refused_with_the_remedy() {
+        let refusal = |lines: &str| {
+            let table = Table { docs: format!("Pumps.\n\n```dialog\n{lines}\n```"), ..table() };
+            let recordings = Recordings { responses: Vec::new(), characteristics: Vec::new() };
+            format!("{:#}", html(&table, "{1}", &recordings, None).unwrap_err())
+        };
+        assert_eq!(
+            refusal("[Process value]\nFLOW\nCYCLE"),
+            "the dialog of the block: PUMP: DI_A.GAIN is in no group of its dialog: add it to one"
+        );
+        assert_eq!(
+            refusal("setpoint: FLOWS"),
+            "the dialog of the block: PUMP: the line \"setpoint: FLOWS\" of its dialog: there is no variable \"FLOWS\"; did \
+             you mean FLOW?"
+        );
     }
 
     #[test]

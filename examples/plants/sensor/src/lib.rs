@@ -138,7 +138,7 @@ blocks::block! {
             ///
             /// The resolution of the analog input: 27648 steps of 0 ... 100 are 0.0036 each, 4096 are 0.024. Few steps show
             /// what a coarse sensor does to the D action: 100 of them are 1 each.
-            steps: Int = 27648, min 0;
+            steps: Int = 27648, min 0, max 32767;
         }
         cycle {
             /// Sampling time: the time between two calls
