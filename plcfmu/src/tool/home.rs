@@ -24,7 +24,7 @@ use std::sync::Arc;
 use tempfile::TempPath;
 
 /// So many FMUs may a page upload.
-const MOST_UPLOADS: usize = 100;
+const MOST_UPLOADS: usize = 20;
 
 /// An FMU, and where its instances are.
 #[derive(Debug)]
