@@ -78,7 +78,11 @@ fn sweep(home: &dyn Home, member: &Member, table: &Table, of: &Characteristic) -
     let step = value(member, table, table.cycle, &description);
     let (roles, _) = dialog::of(table)?;
     let period = roles.pulse_former.first().and_then(|name| table.find(name));
-    let period = period.map(|row| value(member, table, row, &description) / step.max(0.001));
+    let period = period.map(|row| {
+        let given = value(member, table, row, &description);
+        // A time, or a number of calls.
+        if table.variables[row].kind == Kind::Time { given / step.max(0.001) } else { given }
+    });
     // The mean is that of whole periods.
     let period = period.filter(|period| period.is_finite()).map_or(1, |period| period.round().max(1.0) as usize);
     let calls = (of.calls as usize).next_multiple_of(period);

@@ -9,6 +9,7 @@ use crate::home::Home;
 use crate::message::{Description, KnownLoop, Member, Part, Proposal, Values, Variable, Wire};
 use crate::system::Value;
 use anyhow::{Result, bail};
+use std::ops::{Deref, DerefMut};
 
 /// The most other connections that are listed.
 const MOST_OTHERS: usize = 2000;
@@ -86,7 +87,7 @@ pub fn propose(home: &dyn Home, controller: &Member, plant: &Member) -> Result<P
         bail!("two members are named {}: rename one", plant.name);
     }
     let (controller, plant) = (&End::of(home, controller)?, &End::of(home, plant)?);
-    let mut proposal = Proposal::default();
+    let mut proposal = Draft::default();
     match known(home, controller, plant) {
         Some(of) => take_known(&of, controller, plant, &mut proposal),
         None => {
@@ -100,7 +101,29 @@ pub fn propose(home: &dyn Home, controller: &Member, plant: &Member) -> Result<P
     }
     remarks(controller, plant, &mut proposal);
     others(controller, plant, &mut proposal);
-    Ok(proposal)
+    Ok(proposal.proposal)
+}
+
+/// A proposal that is being made.
+#[derive(Default)]
+struct Draft {
+    proposal: Proposal,
+    /// Ends that belong together and do not fit: the input, and what to say if nothing else goes there.
+    misfits: Vec<(String, String)>,
+}
+
+impl Deref for Draft {
+    type Target = Proposal;
+
+    fn deref(&self) -> &Proposal {
+        &self.proposal
+    }
+}
+
+impl DerefMut for Draft {
+    fn deref_mut(&mut self) -> &mut Proposal {
+        &mut self.proposal
+    }
 }
 
 /// A known loop, with its controller and its plant.
@@ -164,7 +187,7 @@ impl Known {
     }
 }
 
-fn take_known(known: &Known, controller: &End, plant: &End, proposal: &mut Proposal) {
+fn take_known(known: &Known, controller: &End, plant: &End, proposal: &mut Draft) {
     for (from, output, to, input) in known.wires(controller, plant) {
         let reason = format!("as in the known loop \"{}\"", known.of.title);
         proposal.connections.push(Wire { from: from.full(&output), to: to.full(&input), reason });
@@ -188,20 +211,20 @@ fn number_or(values: &Values, name: &str, end: &End) -> f64 {
 }
 
 /// Adds a connection if both ends are there, fit, and the input is free.
-fn connect(from: &End, output: &str, to: &End, input: &str, reason: &str, proposal: &mut Proposal) {
+fn connect(from: &End, output: &str, to: &End, input: &str, reason: &str, proposal: &mut Draft) {
     let (Some(output), Some(input)) = (from.variable(output), to.variable(input)) else { return };
     let full = to.full(&input.name);
-    if output.role != "output" || input.role != "input" || proposal.connections.iter().any(|wire| wire.to == full) {
+    let is_free = !proposal.connections.iter().any(|wire| wire.to == full);
+    if output.role != "output" || input.role != "input" || !is_free || !to.is_used(&input.name) {
         return;
     }
     if !fits(output, input) {
         let shown = |of: &Variable| of.unit.clone().unwrap_or_else(|| type_of(of).to_lowercase());
-        proposal.remarks.push(format!(
-            "{} ({}) does not fit {full} ({}), though {reason}: values are not converted",
-            from.full(&output.name),
-            shown(output),
-            shown(input)
-        ));
+        let (output, from_unit, to_unit) = (from.full(&output.name), shown(output), shown(input));
+        let text = format!(
+            "{output} ({from_unit}) does not fit {full} ({to_unit}), though {reason}: values are not converted"
+        );
+        proposal.misfits.push((full, text));
         return;
     }
     let unit = match &output.unit {
@@ -211,7 +234,7 @@ fn connect(from: &End, output: &str, to: &End, input: &str, reason: &str, propos
     proposal.connections.push(Wire { from: from.full(&output.name), to: full, reason: format!("{reason}{unit}") });
 }
 
-fn by_roles(controller: &End, plant: &End, proposal: &mut Proposal) {
+fn by_roles(controller: &End, plant: &End, proposal: &mut Draft) {
     let (own, of_plant) = (&controller.description.roles, &plant.description.roles);
     // Both would drive the plant twice.
     if own.pulses.is_empty() || of_plant.pulses.is_empty() {
@@ -235,7 +258,7 @@ fn by_roles(controller: &End, plant: &End, proposal: &mut Proposal) {
     }
 }
 
-fn by_names(controller: &End, plant: &End, proposal: &mut Proposal) {
+fn by_names(controller: &End, plant: &End, proposal: &mut Draft) {
     for (from, to) in [(controller, plant), (plant, controller)] {
         for output in from.of_role("output").filter(|of| to.has_input(&of.name)) {
             connect(from, &output.name, to, &output.name, "they have the same name", proposal);
@@ -244,7 +267,7 @@ fn by_names(controller: &End, plant: &End, proposal: &mut Proposal) {
 }
 
 /// If nothing goes from one to the other yet: the only output and the only input of one unit.
-fn by_units(controller: &End, plant: &End, proposal: &mut Proposal) {
+fn by_units(controller: &End, plant: &End, proposal: &mut Draft) {
     for (from, to) in [(controller, plant), (plant, controller)] {
         let prefix = format!("{}.", from.member.name);
         if proposal.connections.iter().any(|wire| wire.from.starts_with(&prefix)) {
@@ -253,6 +276,7 @@ fn by_units(controller: &End, plant: &End, proposal: &mut Proposal) {
         let mut pairs = Vec::new();
         for output in from.of_role("output").filter(|of| of.unit.is_some()) {
             let inputs = to.of_role("input").filter(|of| of.unit == output.unit && fits(output, of));
+            let inputs = inputs.filter(|of| to.is_used(&of.name));
             pairs.extend(inputs.map(|input| (output, input)));
         }
         if let [(output, input)] = pairs.as_slice() {
@@ -264,7 +288,7 @@ fn by_units(controller: &End, plant: &End, proposal: &mut Proposal) {
 }
 
 /// Says what is left open.
-fn remarks(controller: &End, plant: &End, proposal: &mut Proposal) {
+fn remarks(controller: &End, plant: &End, proposal: &mut Draft) {
     let is_connected = |full: &str| proposal.connections.iter().any(|wire| wire.to == full);
     let mut open: Vec<String> = Vec::new();
     let (own, of_plant) = (&controller.description.roles, &plant.description.roles);
@@ -283,14 +307,13 @@ fn remarks(controller: &End, plant: &End, proposal: &mut Proposal) {
     }
     let signals = own.signals.iter().map(|(_, name)| name).filter(|name| controller.has_input(name));
     open.extend(signals.map(|name| controller.full(name)).filter(|full| !is_connected(full)));
-    let unused = proposal.connections.iter().filter_map(|wire| {
-        let input = wire.to.strip_prefix(&from_controller)?;
-        (!controller.is_used(input))
-            .then(|| format!("{} has no effect with the controller's present settings", wire.to))
-    });
-    let unused: Vec<String> = unused.collect();
     let nothing = open.into_iter().map(|full| format!("nothing is connected to {full}"));
-    let remarks: Vec<String> = nothing.chain(unused).collect();
+    // Another end of the controller may take the process value, as a peripheral word.
+    let from_other = |full: &str| {
+        full.starts_with(&from_controller) && proposal.connections.iter().any(|wire| wire.from.starts_with(&from_plant))
+    };
+    let misfits = proposal.misfits.iter().filter(|(full, _)| !is_connected(full) && !from_other(full));
+    let remarks: Vec<String> = misfits.map(|(_, text)| text.clone()).chain(nothing).collect();
     if proposal.connections.is_empty() {
         let (controller, plant) = (&controller.member.name, &plant.member.name);
         proposal
@@ -304,7 +327,7 @@ fn remarks(controller: &End, plant: &End, proposal: &mut Proposal) {
 }
 
 /// Lists all other connections that are possible.
-fn others(controller: &End, plant: &End, proposal: &mut Proposal) {
+fn others(controller: &End, plant: &End, proposal: &mut Draft) {
     for (from, to) in [(controller, plant), (plant, controller)] {
         for output in from.of_role("output") {
             for input in to.of_role("input").filter(|input| fits(output, input)) {

@@ -3,7 +3,7 @@
 use crate::home::Home;
 use crate::message::{Answer, Error, Request};
 use crate::session::Session;
-use crate::{characteristic, connect, describe};
+use crate::{characteristic, connect, describe, replay, signals};
 use anyhow::{Result, bail};
 use serde::Serialize;
 
@@ -50,6 +50,9 @@ impl<H: Home> Engine<H> {
             Request::View(view) => json(session.view(&view)?),
             Request::Events { run } => json(session.record(run)?.events()),
             Request::Again => json(session.again(home)?),
+            Request::Figures(of) => json(signals::figures(home, session, &of)?),
+            Request::Identify(of) => json(signals::identify(home, session, &of)?),
+            Request::Replay(of) => json(replay::replay(home, &of)?),
             Request::Characteristic(of) => json(characteristic::characteristics(home, &of.member)?),
             other => bail!("not there yet: {other:?}"),
         }

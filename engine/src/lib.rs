@@ -20,11 +20,13 @@ pub mod known;
 pub mod margins;
 pub mod message;
 pub mod plan;
+mod predict;
 pub mod process;
 pub mod replay;
 pub mod rules;
 pub mod run;
 pub mod session;
+pub mod signals;
 pub mod system;
 #[cfg(test)]
 mod test_home;

@@ -215,7 +215,7 @@ impl Default for TestHome {
 pub const FOREIGN: &str = "FOREIGN";
 
 /// A block's table as its library tells it.
-fn table<B: Block>() -> Table {
+pub fn table<B: Block>() -> Table {
     let text = |text: &str| text.to_string();
     let row = |row: &blocks::Row| Row {
         name: row.full_name(),
@@ -293,12 +293,7 @@ impl Home for TestHome {
     fn instantiate(&self, fmu: &str, _: &str) -> Result<Box<dyn Component>> {
         let lag = |fails_at, fails_early| Linked { block: Lag::default(), next: 0, fails_at, fails_early };
         match fmu {
-            "PID" => Ok(Box::new(Linked {
-                block: Pid::default(),
-                next: 0,
-                fails_at: Rc::new(Cell::new(f64::NAN)),
-                fails_early: Rc::default(),
-            })),
+            "PID" => Ok(Box::new(Linked::<Pid>::new())),
             "LAG" => Ok(Box::new(lag(Rc::new(Cell::new(f64::NAN)), Rc::default()))),
             FOREIGN => Ok(Box::new(lag(self.fails_at.clone(), self.fails_early.clone()))),
             _ => bail!("there is no FMU {fmu:?} here"),
@@ -311,12 +306,19 @@ impl Home for TestHome {
 }
 
 /// A block that is linked in.
-struct Linked<B> {
+pub struct Linked<B> {
     block: B,
     /// When the next call is, in milliseconds.
     next: i64,
     fails_at: Rc<Cell<f64>>,
     fails_early: Rc<Cell<bool>>,
+}
+
+impl<B: Block> Linked<B> {
+    /// A new one that never fails.
+    pub fn new() -> Linked<B> {
+        Linked { block: B::default(), next: 0, fails_at: Rc::new(Cell::new(f64::NAN)), fails_early: Rc::default() }
+    }
 }
 
 fn milliseconds(seconds: f64) -> i64 {

@@ -106,3 +106,31 @@ fn two_members_of_one_name_are_refused_and_an_unknown_fmu_is_named() {
     assert_eq!(error(&member("C", "PID"), &member("C", "LAG")), "two members are named C: rename one");
     assert_eq!(error(&member("C", "PID"), &member("P", "<b>")), "there is no FMU \"<b>\" here");
 }
+
+#[test]
+fn nothing_goes_to_an_input_without_effect_or_to_one_that_has_a_source() {
+    let home = TestHome::default();
+    let mut controller = member("C", "PID");
+    let wires = |controller: &Member| {
+        let (end, mut draft) = (End::of(&home, controller).unwrap(), Draft::default());
+        for output in ["OUT", "OUT"] {
+            connect(&end, output, &end, "MAN", "it is tried", &mut draft);
+        }
+        shown(&draft.proposal)
+    };
+    assert_eq!(wires(&controller), Vec::<String>::new());
+    controller.values.insert("MAN_ON".into(), Value::Boolean(true));
+    assert_eq!(wires(&controller), ["C.OUT -> C.MAN: it is tried, both in %"]);
+}
+
+#[test]
+fn ends_that_belong_together_and_do_not_fit_are_told() {
+    let home = TestHome::default();
+    let (controller, plant) = (member("C", "PID"), member("P", "LAG"));
+    let (controller, plant) = (End::of(&home, &controller).unwrap(), End::of(&home, &plant).unwrap());
+    let mut draft = Draft::default();
+    connect(&controller, "PV", &plant, "POWER", "both are asked for", &mut draft);
+    remarks(&controller, &plant, &mut draft);
+    let expected = "C.PV (degC) does not fit P.POWER (%), though both are asked for: values are not converted";
+    assert!(draft.remarks.contains(&expected.to_string()), "{:?}", draft.remarks);
+}

@@ -1,6 +1,3 @@
-<<<<<<< HEAD
-
-=======
 use super::*;
 use crate::test_home::{FOREIGN, TestHome};
 
@@ -165,4 +162,3 @@ fn a_loop_of_an_unknown_block_or_with_an_unknown_setting_is_refused() {
     assert_eq!(error(&one("fb7", vec![setting("OUT", 1.0)])), "A: PID has no setting \"OUT\"");
     assert_eq!(error(&one("PID", vec![setting("BITS", 0.5)])), "A: BITS = 0.5: an INT takes -32768 ... 32767");
 }
->>>>>>> session

@@ -133,7 +133,7 @@ fn least_squares_finds_the_model_of_exact_data_to_many_digits() {
 #[test]
 fn plants_of_higher_order_become_a_lag_with_dead_time_as_the_tables_say() {
     // Of 1/(s+1)^n the tangent's dead time and time constant are in every textbook.
-    for (order, dead_time, time_constant) in [(2, 0.282, 2.718), (3, 0.805, 3.695), (4, 1.425, 4.463)] {
+    for (order, dead_time, time_constant) in [(2, 0.282, std::f64::consts::E), (3, 0.805, 3.695), (4, 1.425, 4.463)] {
         let identified = Record::of_order(order).identify(Method::Tangent, false).unwrap();
         assert_found(&identified, &lag(2.0, time_constant, dead_time), 0.005, "tangent");
         // T + L is the mean residence time, which is the order, and the time of 63 %.
