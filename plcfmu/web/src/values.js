@@ -72,7 +72,7 @@ export function shown(value, kind) {
 export function rounded(value, kind, digits = 5) {
   const full = shown(value, kind);
   const x = number(value);
-  if (full.length <= digits + 2 || !Number.isFinite(x) || isBoolean(kind)) return full;
+  if (!Number.isFinite(x) || isBoolean(kind)) return full;
   return String(Number(x.toPrecision(digits)));
 }
 
