@@ -29,10 +29,14 @@ async function read() {
 }
 
 const HTML = new Set(
-  "a b br code dd div dl dt em h2 h3 h4 h5 i li ol p pre s span strong sub sup table tbody td th thead tr ul".split(" "),
+  "a b br code dd div dl dt em h2 h3 h4 h5 i li ol p pre s span strong sub sup table tbody td th thead tr ul".split(
+    " ",
+  ),
 );
 const MATH = new Set(
-  "math mfrac mi mn mo mover mpadded mphantom mroot mrow mspace msqrt mstyle msub msubsup msup mtable mtd mtext mtr munder munderover semantics".split(" "),
+  "math mfrac mi mn mo mover mpadded mphantom mroot mrow mspace msqrt mstyle msub msubsup msup mtable mtd mtext mtr munder munderover semantics".split(
+    " ",
+  ),
 );
 const SVG = new Set("circle ellipse g line path polygon polyline rect svg text title tspan".split(" "));
 const FORBIDDEN = /^(on|href$|src$|xlink:href$|style$|id$)/;

@@ -11,14 +11,24 @@ import { shown } from "tool/values.js";
 const MOST_NOTICES = 4;
 
 export function mount() {
-  const command = (/** @type {string} */ title, /** @type {() => void} */ onclick, id = `${title.toLowerCase()}-button`) =>
-    element("button", { type: "button", id, onclick }, title);
+  const command = (
+    /** @type {string} */ title,
+    /** @type {() => void} */ onclick,
+    id = `${title.toLowerCase()}-button`,
+  ) => element("button", { type: "button", id, onclick }, title);
   const undo = command("Undo", () => store.undo());
   const redo = command("Redo", () => store.redo());
   const compare = command("Compare", () => toggleCompare());
   const away = command("Take away", () => store.emit("show", "takeaway"), "away-button");
   const open = command("Open, new", toggleOpening, "open-button");
-  byId("commands").append(open, undo, redo, compare, away, command("Help", () => toggleHelp()));
+  byId("commands").append(
+    open,
+    undo,
+    redo,
+    compare,
+    away,
+    command("Help", () => toggleHelp()),
+  );
   store.on("show", (id) => {
     const panel = byId(id);
     panel.scrollIntoView({ block: "start" });
@@ -50,7 +60,9 @@ function showWhat() {
   const parts = [
     element("strong", { class: "loop-name" }, loop.name || "(no name)"),
     element("span", {}, loop.description.block),
-    cycle && loop.settings[cycle] && element("span", {}, `${cycle} ${shown(loop.settings[cycle].sent, loop.settings[cycle].variable.kind)} s`),
+    cycle &&
+      loop.settings[cycle] &&
+      element("span", {}, `${cycle} ${shown(loop.settings[cycle].sent, loop.settings[cycle].variable.kind)} s`),
     element("span", { class: "faint" }, loop.file ? `from ${loop.file}` : "new"),
     element("span", { class: changed > 0 ? "note" : "faint" }, changed > 0 ? `${changed} changed` : "unchanged"),
   ];
@@ -63,14 +75,20 @@ function showWhat() {
 /** @param {import("./store.js").Said} said */
 function notice({ text: sentence, isError }) {
   const notices = byId("notices");
-  const same = [...notices.querySelectorAll(".notice")].find((one) => one.querySelector(".sentence")?.textContent === sentence);
+  const same = [...notices.querySelectorAll(".notice")].find(
+    (one) => one.querySelector(".sentence")?.textContent === sentence,
+  );
   if (same) return;
   const made = element(
     "div",
     { class: isError ? "notice row is-error" : "notice row" },
     element("span", { class: "kind" }, isError ? "Error" : "Note"),
     element("span", { class: "sentence" }, sentence),
-    element("button", { type: "button", class: "plain", "aria-label": "Close this message", onclick: () => made.remove() }, "Close"),
+    element(
+      "button",
+      { type: "button", class: "plain", "aria-label": "Close this message", onclick: () => made.remove() },
+      "Close",
+    ),
   );
   notices.append(made);
   for (const old of [...notices.querySelectorAll(".notice")].slice(0, -MOST_NOTICES)) old.remove();
@@ -100,7 +118,9 @@ function showLost() {
     try {
       store.catalogue = await ask({ do: "catalogue" });
       store.emit("catalogue");
-      const missing = store.loops.filter((loop) => !store.catalogue.fmus.some((one) => one.name === loop.description.name));
+      const missing = store.loops.filter(
+        (loop) => !store.catalogue.fmus.some((one) => one.name === loop.description.name),
+      );
       for (const loop of missing) store.say(`${loop.name}: the page has no block ${loop.description.name} of its own.`);
     } catch (error) {
       store.say(error);

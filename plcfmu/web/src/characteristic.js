@@ -44,19 +44,27 @@ function chart(sweep) {
   const all = sweep.outputs.flatMap(([, values]) => values);
   const [least, most] = [Math.min(0, ...all), Math.max(...all, 1e-9)];
   const x = (/** @type {number} */ value) => LEFT + ((value - low) / (high - low || 1)) * (WIDTH - LEFT - 10);
-  const y = (/** @type {number} */ value) => HEIGHT - BOTTOM - ((value - least) / (most - least || 1)) * (HEIGHT - BOTTOM - TOP);
+  const y = (/** @type {number} */ value) =>
+    HEIGHT - BOTTOM - ((value - least) / (most - least || 1)) * (HEIGHT - BOTTOM - TOP);
   const grid = [];
   for (const part of [0, 0.25, 0.5, 0.75, 1]) {
     const [across, up] = [low + part * (high - low), least + part * (most - least)];
     grid.push(
       svg("path", { class: "grid", d: `M${x(across)} ${TOP}V${HEIGHT - BOTTOM}M${LEFT} ${y(up)}H${WIDTH - 10}` }),
-      svg("text", { class: "axis", x: x(across), y: HEIGHT - BOTTOM + 14, "text-anchor": "middle" }, rounded(across, "", 3)),
+      svg(
+        "text",
+        { class: "axis", x: x(across), y: HEIGHT - BOTTOM + 14, "text-anchor": "middle" },
+        rounded(across, "", 3),
+      ),
       svg("text", { class: "axis", x: LEFT - 5, y: y(up) + 4, "text-anchor": "end" }, rounded(up, "", 3)),
     );
   }
   const unit = sweep.unit ? ` in ${sweep.unit}` : "";
   const lines = sweep.outputs.map(([, values], at) =>
-    svg("polyline", { class: `curve curve-${at + 1}`, points: sweep.inputs.map((input, i) => `${x(input)},${y(values[i])}`).join(" ") }),
+    svg("polyline", {
+      class: `curve curve-${at + 1}`,
+      points: sweep.inputs.map((input, i) => `${x(input)},${y(values[i])}`).join(" "),
+    }),
   );
   const label = `${sweep.title}: ${sweep.outputs.map(([name]) => name).join(", ")} over ${sweep.variable}`;
   return element(
@@ -67,7 +75,11 @@ function chart(sweep) {
       { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": label },
       ...grid,
       ...lines,
-      svg("text", { class: "axis", x: (LEFT + WIDTH) / 2, y: HEIGHT - 3, "text-anchor": "middle" }, sweep.variable + unit),
+      svg(
+        "text",
+        { class: "axis", x: (LEFT + WIDTH) / 2, y: HEIGHT - 3, "text-anchor": "middle" },
+        sweep.variable + unit,
+      ),
     ),
     element(
       "figcaption",
@@ -76,7 +88,9 @@ function chart(sweep) {
       element(
         "span",
         { class: "row" },
-        sweep.outputs.map(([name], at) => element("span", { class: `key curve-${at + 1}` }, `${at === 0 ? "\u2500" : "\u2504"} ${name}`)),
+        sweep.outputs.map(([name], at) =>
+          element("span", { class: `key curve-${at + 1}` }, `${at === 0 ? "\u2500" : "\u2504"} ${name}`),
+        ),
       ),
     ),
   );

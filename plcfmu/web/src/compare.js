@@ -18,7 +18,7 @@ export function mount(content) {
  *
  * @param {boolean} [isOpen] the other way without it
  */
-export function toggleCompare(isOpen = byId("compare").hidden) {
+export function toggleCompare(isOpen = Boolean(byId("compare").hidden)) {
   const panel = byId("compare");
   panel.hidden = !isOpen;
   if (isOpen) {
@@ -59,7 +59,11 @@ function show(content) {
             "tr",
             {},
             columns.map((title, at) =>
-              element("th", { scope: "col", class: at > 0 && at < 4 && "number" }, title || element("span", { class: "visually-hidden" }, "Back")),
+              element(
+                "th",
+                { scope: "col", class: at > 0 && at < 4 && "number" },
+                title || element("span", { class: "visually-hidden" }, "Back"),
+              ),
             ),
           ),
         ),
@@ -70,7 +74,11 @@ function show(content) {
         ),
       ),
     ),
-    element("button", { type: "button", onclick: takeAll }, loop.file ? "Take all values of the file" : "Take all start values"),
+    element(
+      "button",
+      { type: "button", onclick: takeAll },
+      loop.file ? "Take all values of the file" : "Take all start values",
+    ),
   );
 }
 
@@ -95,7 +103,11 @@ function row(name, one, base) {
     element(
       "td",
       {},
-      element("button", { type: "button", class: "plain", "aria-label": `Take ${shown(base, kind)} back into ${name}`, onclick: take }, "Take back"),
+      element(
+        "button",
+        { type: "button", class: "plain", "aria-label": `Take ${shown(base, kind)} back into ${name}`, onclick: take },
+        "Take back",
+      ),
     ),
   );
 }

@@ -49,7 +49,10 @@ export function mount(content) {
     attribute(sheet, "aria-label", size === "Full size" ? "Block diagram, scrolls" : null);
     text(note, size === "Hide" ? "" : "Click a switch to throw it, a value to go to its field.");
   };
-  content.append(element("div", { class: "row sizes", role: "group", "aria-label": "Size of the diagram" }, buttons, note), sheet);
+  content.append(
+    element("div", { class: "row sizes", role: "group", "aria-label": "Size of the diagram" }, buttons, note),
+    sheet,
+  );
   resize("Fit");
   store.on("loop", async () => {
     const loop = store.loop;
@@ -115,7 +118,8 @@ function prepare(made, description) {
     if (what === "switch") prepareSwitch(of, one);
     if (what === "terminal") one.addEventListener("click", () => goTo(name));
   }
-  for (const one of made.querySelectorAll("[data-variable]:not([id])")) one.addEventListener("click", () => goTo(one.getAttribute("data-variable") ?? ""));
+  for (const one of made.querySelectorAll("[data-variable]:not([id])"))
+    one.addEventListener("click", () => goTo(one.getAttribute("data-variable") ?? ""));
   parts = [...found.values()];
 }
 
@@ -150,7 +154,10 @@ function fitting(value, kind, room) {
  */
 function prepareSwitch(of, group) {
   /** @type {[boolean, Element][]} */
-  const blades = [...group.querySelectorAll("[data-value]")].map((blade) => [blade.getAttribute("data-value") === "TRUE", blade]);
+  const blades = [...group.querySelectorAll("[data-value]")].map((blade) => [
+    blade.getAttribute("data-value") === "TRUE",
+    blade,
+  ]);
   of.switches.push({ group, blades });
   const setting = store.loop?.settings[of.name];
   if (!setting) return;
@@ -167,8 +174,14 @@ function prepareSwitch(of, group) {
   if (Number.isFinite(box.x)) {
     const area = document.createElementNS("http://www.w3.org/2000/svg", "rect");
     const margin = 7;
-    const size = { x: box.x - margin, y: box.y - margin, width: box.right - box.x + 2 * margin, height: box.bottom - box.y + 2 * margin };
-    for (const [name, value] of Object.entries({ ...size, rx: 3, class: "hit", fill: "transparent" })) attribute(area, name, value);
+    const size = {
+      x: box.x - margin,
+      y: box.y - margin,
+      width: box.right - box.x + 2 * margin,
+      height: box.bottom - box.y + 2 * margin,
+    };
+    for (const [name, value] of Object.entries({ ...size, rx: 3, class: "hit", fill: "transparent" }))
+      attribute(area, name, value);
     group.append(area);
   }
   attribute(group, "role", "button");

@@ -54,7 +54,7 @@ export function mount(content) {
  *
  * @param {boolean} [isOpen] the other way without it
  */
-export function toggleHelp(isOpen = byId("help").hidden) {
+export function toggleHelp(isOpen = Boolean(byId("help").hidden)) {
   const panel = byId("help");
   panel.hidden = !isOpen;
   document.body.classList.toggle("has-help", isOpen);
@@ -83,12 +83,15 @@ export async function fieldHelp(names, row, field) {
   const loop = store.loop;
   if (!loop) return;
   for (const other of document.querySelectorAll(".field-help")) other.remove();
-  for (const other of document.querySelectorAll('.ask[aria-expanded="true"]')) attribute(other, "aria-expanded", "false");
+  for (const other of document.querySelectorAll('.ask[aria-expanded="true"]'))
+    attribute(other, "aria-expanded", "false");
   const asset = await assetOf(loop.description.name);
   const texts = [names].flat().map((name) => {
     const { variable } = loop.settings[name];
     const of = element("div", {}, element("h4", {}, element("span", { class: "name" }, name), ` ${variable.kind}`));
-    of.append(asset?.help[name] ? html(asset.help[name]) : element("p", {}, variable.description || "There is no text on it."));
+    of.append(
+      asset?.help[name] ? html(asset.help[name]) : element("p", {}, variable.description || "There is no text on it."),
+    );
     return of;
   });
   box = element(

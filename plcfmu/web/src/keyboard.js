@@ -27,7 +27,7 @@ export function mount() {
     const isCommand = (event.ctrlKey || event.metaKey) && !event.altKey;
     if (isCommand && command(event, target)) return event.preventDefault();
     if (isCommand || event.altKey) return;
-    if (event.key === "Escape") return escape(event);
+    if (event.key === "Escape") return closePanel(event);
     if (event.key === "F1") {
       event.preventDefault();
       return toggleHelp(true);
@@ -63,7 +63,7 @@ function command(event, target) {
 }
 
 /** @param {KeyboardEvent} event */
-function escape(event) {
+function closePanel(event) {
   if (!byId("compare").hidden) toggleCompare(false);
   else if (!byId("help").hidden) toggleHelp(false);
   else return;

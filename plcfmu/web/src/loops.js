@@ -82,7 +82,13 @@ function mountOpening() {
     { id: "open-kinds", class: "faint" },
     "Drop them anywhere on the page, or choose them: AWL, SCL, .db, Openness XML, JSON, SSV, .fmu; a recorded CSV.",
   );
-  const name = element("input", { id: "new-name", value: "", placeholder: "TIC101", maxlength: 128, spellcheck: "false" });
+  const name = element("input", {
+    id: "new-name",
+    value: "",
+    placeholder: "TIC101",
+    maxlength: 128,
+    spellcheck: "false",
+  });
   const block = element("select", { id: "new-block" });
   const summary = element("p", { class: "faint", id: "new-summary" });
   const make = element("button", { type: "submit", class: "primary" }, "New loop");
@@ -138,7 +144,11 @@ function showExamples(within) {
         "ul",
         {},
         loops.map((known) =>
-          element("li", {}, element("button", { type: "button", class: "plain", onclick: () => example(known) }, known.title)),
+          element(
+            "li",
+            {},
+            element("button", { type: "button", class: "plain", onclick: () => example(known) }, known.title),
+          ),
         ),
       ),
   );
@@ -159,7 +169,9 @@ async function example(known) {
     store.edit(controller.values);
     await store.send();
     loop.undo = [];
-    const connections = known.setup.connections.map(([from, to]) => /** @type {[string, string]} */ ([own(from), own(to)]));
+    const connections = known.setup.connections.map(
+      ([from, to]) => /** @type {[string, string]} */ ([own(from), own(to)]),
+    );
     const copies = members.map((member) => ({ ...member, values: { ...member.values } }));
     await store.connect(copies, connections);
   } catch (error) {
@@ -246,7 +258,12 @@ function showRows(list, search) {
   const rows = store.loops.length > 0 ? FEW : MANY;
   search.hidden = all.length <= 8;
   // An element that is made anew under the pointer is not clicked.
-  const key = JSON.stringify([page, all.length, found.length, found.slice(page * rows, page * rows + rows).map(summaryOf)]);
+  const key = JSON.stringify([
+    page,
+    all.length,
+    found.length,
+    found.slice(page * rows, page * rows + rows).map(summaryOf),
+  ]);
   if (key === shownRows) return;
   shownRows = key;
   const pages = Math.max(1, Math.ceil(found.length / rows));
@@ -254,7 +271,11 @@ function showRows(list, search) {
   const from = page * rows;
   const shown = found.slice(from, from + rows);
   const head = ["Loop", "Block", "Cycle", ""].map((title) =>
-    element("th", { scope: "col", class: title === "Cycle" && "number" }, title || element("span", { class: "visually-hidden" }, "State")),
+    element(
+      "th",
+      { scope: "col", class: title === "Cycle" && "number" },
+      title || element("span", { class: "visually-hidden" }, "State"),
+    ),
   );
   fill(
     list,
@@ -321,7 +342,14 @@ function showRow(row, number) {
     element("td", {}, name),
     element("td", {}, row.block),
     element("td", { class: "number" }, row.cycle === null ? "" : `${rounded(row.cycle, "TIME")} s`),
-    element("td", { class: warnings ? "note" : "faint", title: warnings && `${row.warnings} sentences of the block about its settings` }, state),
+    element(
+      "td",
+      {
+        class: warnings ? "note" : "faint",
+        title: warnings && `${row.warnings} sentences of the block about its settings`,
+      },
+      state,
+    ),
   );
 }
 
@@ -336,7 +364,13 @@ function summaryOf(row) {
   const edited = settings.filter(isEdited).length;
   const warnings = row.warnings > 0 ? `! ${row.warnings}` : "";
   const state = [warnings, changed > 0 && `${changed} changed`, edited > 0 && "not sent"].filter(Boolean).join(", ");
-  return { state, warnings, name: row.name, cycle: row.cycle, isShown: row.loop !== undefined && row.loop === store.loop };
+  return {
+    state,
+    warnings,
+    name: row.name,
+    cycle: row.cycle,
+    isShown: row.loop !== undefined && row.loop === store.loop,
+  };
 }
 
 /** @param {HTMLElement} within */
@@ -357,9 +391,18 @@ function showProblems(within) {
           { class: "row" },
           element("span", { class: "file-name" }, file.name),
           element("span", { class: file.isRefused ? "error" : "faint" }, file.isRefused ? "not opened" : count),
-          element("button", { type: "button", class: "plain", "aria-label": `Close ${file.name}`, onclick: close }, "Close"),
+          element(
+            "button",
+            { type: "button", class: "plain", "aria-label": `Close ${file.name}`, onclick: close },
+            "Close",
+          ),
         ),
-        file.problems.length > 0 && element("ul", {}, file.problems.slice(0, 20).map((one) => problem(file, one))),
+        file.problems.length > 0 &&
+          element(
+            "ul",
+            {},
+            file.problems.slice(0, 20).map((one) => problem(file, one)),
+          ),
         file.problems.length > 20 && element("p", { class: "faint" }, `and ${file.problems.length - 20} more`),
         file.isRefused && again(file),
       );

@@ -71,7 +71,10 @@ export function mount(content) {
     build(list);
     place();
     showBar();
-    fill(warnings, (store.loop?.warnings ?? []).map((one) => element("li", { class: "note" }, one)));
+    fill(
+      warnings,
+      (store.loop?.warnings ?? []).map((one) => element("li", { class: "note" }, one)),
+    );
   });
   store.on("settings", (names) => {
     for (const name of names) showField(name);
@@ -137,7 +140,13 @@ function build(list) {
       else unfolded.delete(key);
       place();
     });
-    const box = element("section", { class: "group", "aria-labelledby": id }, element("h3", { id }, group.title), used, fold);
+    const box = element(
+      "section",
+      { class: "group", "aria-labelledby": id },
+      element("h3", { id }, group.title),
+      used,
+      fold,
+    );
     for (const name of names) rows.set(name, makeRow(loop, name, used, folded));
     if (names.includes(loop.description.roles.structure[0])) used.append(makeStructure(loop));
     groups.push({ box, used, fold, folded, summary, names });
@@ -167,7 +176,10 @@ function place() {
     }
     fold.hidden = count === 0;
     const what = count === 1 ? "1 setting" : `${count} settings`;
-    text(summary, `${what} without effect ${structureOf(loop) ? `in ${structureOf(loop)}` : "now"}: ${fold.open ? "hide" : "show"}`);
+    text(
+      summary,
+      `${what} without effect ${structureOf(loop) ? `in ${structureOf(loop)}` : "now"}: ${fold.open ? "hide" : "show"}`,
+    );
   }
 }
 
@@ -230,7 +242,13 @@ function makeRow(loop, name, group, folded) {
   const unit = variable.unit ?? (isTime(variable.kind) ? "s" : "");
   const help = element(
     "button",
-    { type: "button", class: "plain ask", "aria-label": `Help on ${name}`, "aria-expanded": "false", onclick: () => fieldHelp(name, row, input) },
+    {
+      type: "button",
+      class: "plain ask",
+      "aria-label": `Help on ${name}`,
+      "aria-expanded": "false",
+      onclick: () => fieldHelp(name, row, input),
+    },
     "?",
   );
   const row = element(
@@ -364,7 +382,11 @@ function makeStructure(loop) {
     const bits = STRUCTURES.find(([title]) => title === select.value)?.[1] ?? "000";
     store.edit(Object.fromEntries(names.map((name, at) => [name, bits[at] === "1"])));
   };
-  const select = element("select", { id: "structure", onchange: choose, "aria-describedby": "structure-tag structure-grey" });
+  const select = element("select", {
+    id: "structure",
+    onchange: choose,
+    "aria-describedby": "structure-tag structure-grey",
+  });
   select.addEventListener("keydown", (event) => {
     if (event.key === "Enter") {
       event.preventDefault();
@@ -384,7 +406,13 @@ function makeStructure(loop) {
     element("span", { class: "tag", id: "structure-tag" }),
     element(
       "button",
-      { type: "button", class: "plain ask", "aria-label": "Help on the structure", "aria-expanded": "false", onclick: () => fieldHelp(names, row, select) },
+      {
+        type: "button",
+        class: "plain ask",
+        "aria-label": "Help on the structure",
+        "aria-expanded": "false",
+        onclick: () => fieldHelp(names, row, select),
+      },
       "?",
     ),
     element("span", { class: "grey faint", id: "structure-grey" }, names.join(", ")),

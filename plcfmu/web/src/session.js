@@ -60,7 +60,9 @@ function save() {
     }),
   }));
   const live = store.live && setup && store.state && store.state.calls <= MOST_CALLS;
-  const run = live ? { of: store.loops.indexOf(/** @type {any} */ (store.live)), setup, events, calls: store.state?.calls } : undefined;
+  const run = live
+    ? { of: store.loops.indexOf(/** @type {any} */ (store.live)), setup, events, calls: store.state?.calls }
+    : undefined;
   const kept = { version: VERSION, shown: store.loops.indexOf(/** @type {any} */ (store.loop)), loops, run };
   // A file of thousands of loops is too large for it: then the loops under work are kept, and the file is opened again.
   for (const files of [store.files, []]) {
@@ -125,7 +127,8 @@ async function resumeRun(run) {
       const { call } = run.events[at];
       await until(call);
       const values = /** @type {import("./messages").Values} */ ({});
-      for (; at < run.events.length && run.events[at].call === call; at += 1) values[run.events[at].variable] = run.events[at].value;
+      for (; at < run.events.length && run.events[at].call === call; at += 1)
+        values[run.events[at].variable] = run.events[at].value;
       state = await ask({ do: "send", values });
     }
     await until(run.calls);

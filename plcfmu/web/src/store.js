@@ -315,7 +315,8 @@ export const store = {
     const loop = store.loop;
     if (!loop) return true;
     await store.check();
-    const errors = loop.checked?.remarks.filter((remark) => remark.is_error).flatMap((remark) => remark.variables) ?? [];
+    const errors =
+      loop.checked?.remarks.filter((remark) => remark.is_error).flatMap((remark) => remark.variables) ?? [];
     const good = names.filter((name) => loop.settings[name].wrong === undefined && !errors.includes(name));
     if (good.length === 0) return names.length === 0;
     const values = Object.fromEntries(good.map((name) => [name, loop.settings[name].value]));
@@ -544,9 +545,7 @@ export function source(setting) {
  */
 export function valuesOf(loop, which = "value") {
   const settings = Object.entries(loop.settings);
-  const given = settings.filter(
-    ([, one]) => one.file !== undefined || !same(one.variable.kind, one[which], one.start),
-  );
+  const given = settings.filter(([, one]) => one.file !== undefined || !same(one.variable.kind, one[which], one.start));
   return Object.fromEntries(given.map(([name, one]) => [name, one[which]]));
 }
 

@@ -45,7 +45,8 @@ async function content(archive, directory, entry, limit) {
   const from = local + 30 + head.getUint16(26, true) + head.getUint16(28, true);
   const packed = archive.slice(from, from + size);
   if (method !== STORED && method !== DEFLATED) throw new Error("it is packed by a method that the page does not know");
-  const stream = method === STORED ? packed.stream() : packed.stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  const stream =
+    method === STORED ? packed.stream() : packed.stream().pipeThrough(new DecompressionStream("deflate-raw"));
   const parts = [];
   let length = 0;
   const reader = stream.getReader();
