@@ -79,5 +79,5 @@ export function chooser(id, label, take, fail) {
     event.stopPropagation();
     read(event.dataTransfer?.files[0]);
   });
-  return element("span", { class: "file" }, input, button);
+  return element("span", { class: "chooser" }, input, button);
 }

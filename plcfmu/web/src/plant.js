@@ -258,7 +258,7 @@ async function unconnected() {
     return {
       variable,
       input,
-      row: element("span", { class: "field" }, label, input, unit && element("span", { class: "faint" }, unit)),
+      row: element("span", { class: "entry" }, label, input, unit && element("span", { class: "faint" }, unit)),
     };
   });
   const form = element(
@@ -308,7 +308,7 @@ async function connected(loop, plant) {
       const variable = description.variables.find((one) => one.name === name);
       return variable ? field(loop, plant, variable, title) : [];
     });
-    parts.push(element("div", { class: "fields" }, main));
+    parts.push(element("div", { class: "entries" }, main));
   }
   if (sensor) {
     const { variables } = await store.describe(sensor.fmu);
@@ -316,7 +316,7 @@ async function connected(loop, plant) {
     const fields = [];
     if (noise) fields.push(field(loop, sensor, noise, "Measuring noise"));
     if (steps) fields.push(field(loop, sensor, steps, "Resolution, steps"));
-    parts.push(element("div", { class: "fields" }, fields));
+    parts.push(element("div", { class: "entries" }, fields));
   }
   for (const member of loop.members) parts.push(await settings(loop, member));
   return parts;
@@ -412,7 +412,7 @@ async function settings(loop, member) {
         element("legend", {}, group.title),
         element(
           "div",
-          { class: "fields" },
+          { class: "entries" },
           group.fields.flatMap(({ name }) => {
             const variable = byName.get(name);
             return variable && isSettable(variable) ? field(loop, member, variable, undefined, "all-") : [];
@@ -499,7 +499,7 @@ function field(loop, member, variable, title, prefix = "") {
           .join("  ");
   return element(
     "div",
-    { class: "field" },
+    { class: "entry" },
     element(
       "label",
       { for: id, title: variable.description },

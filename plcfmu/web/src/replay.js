@@ -142,7 +142,7 @@ function showMapping(found) {
       });
       replay();
     });
-    return element("div", { class: "field" }, element("label", { for: list.id }, column || `column ${at + 1}`), list);
+    return element("div", { class: "entry" }, element("label", { for: list.id }, column || `column ${at + 1}`), list);
   });
   const wasOpen = mapping.querySelector("details")?.open ?? found.length === 0;
   fill(
@@ -155,7 +155,7 @@ function showMapping(found) {
         {},
         `Columns: ${found.map(([column, name]) => (column === name ? name : `${column} is ${name}`)).join(", ") || "none found"}`,
       ),
-      element("div", { class: "fields" }, changed),
+      element("div", { class: "entries" }, changed),
     ),
   );
 }

@@ -170,7 +170,7 @@ function preset(loop) {
     event.stopPropagation();
     take(event.dataTransfer?.files[0]);
   });
-  return element("div", { class: "row" }, title, element("span", { class: "file" }, input, label));
+  return element("div", { class: "row" }, title, element("span", { class: "chooser" }, input, label));
 }
 
 function savePicture() {

@@ -196,10 +196,15 @@ function showCsv() {
       "label",
       {},
       `${title} `,
-      choice(`tune-${which}`, /** @type {[string, string][]} */ ([["", "by its name"], ...names.map((name) => [name, name])]), of[which], (next) => {
-        of[which] = next;
-        identify(true);
-      }),
+      choice(
+        `tune-${which}`,
+        /** @type {[string, string][]} */ ([["", "by its name"], ...names.map((name) => [name, name])]),
+        of[which],
+        (next) => {
+          of[which] = next;
+          identify(true);
+        },
+      ),
     );
   fill(
     csvPlace,
@@ -227,12 +232,16 @@ async function identify(fromCsv) {
       ? {
           csv: {
             text: recorded.text,
-            ...Object.fromEntries(["time", "input", "output"].map((one) => [one, /** @type {any} */ (recorded)[one] || null])),
+            ...Object.fromEntries(
+              ["time", "input", "output"].map((one) => [one, /** @type {any} */ (recorded)[one] || null]),
+            ),
           },
         }
       : { run: {} };
   if (!fromCsv && !store.isLive()) {
-    refuse("There is no run yet. Run the loop in manual until the process value rests, then step the manual value and wait.");
+    refuse(
+      "There is no run yet. Run the loop in manual until the process value rests, then step the manual value and wait.",
+    );
     return;
   }
   try {
@@ -302,7 +311,10 @@ let gainUnit;
 
 function showUnits() {
   const perSecond = notes().isIntegrating ? " s" : "";
-  text(gainUnit, `${unitOfProcessValue() || "1"}/${perSecond ? `(${unitOfManipulatedValue()}${perSecond})` : unitOfManipulatedValue()}`);
+  text(
+    gainUnit,
+    `${unitOfProcessValue() || "1"}/${perSecond ? `(${unitOfManipulatedValue()}${perSecond})` : unitOfManipulatedValue()}`,
+  );
 }
 
 function modelRow() {
@@ -330,7 +342,14 @@ function modelRow() {
       tune();
     });
     modelFields.set(name, input);
-    return element("label", { hidden: name === "time_constant" && kept.isIntegrating }, `${label} `, input, " ", name === "gain" ? gainUnit : element("span", { class: "faint" }, unit));
+    return element(
+      "label",
+      { hidden: name === "time_constant" && kept.isIntegrating },
+      `${label} `,
+      input,
+      " ",
+      name === "gain" ? gainUnit : element("span", { class: "faint" }, unit),
+    );
   });
   showUnits();
   return element("div", { class: "row" }, element("span", { class: "what" }, "Model"), fields, fit);
@@ -365,8 +384,21 @@ function model() {
 
 function ruleRow() {
   const kept = notes();
-  const closed = element("input", { class: "number", size: 6, value: kept.closedLoop, placeholder: "L", inputmode: "decimal", autocomplete: "off" });
-  const closedLabel = element("label", { title: "SIMC's time constant of the closed loop" }, "closed loop ", closed, " s");
+  const closed = element("input", {
+    class: "number",
+    size: 6,
+    value: kept.closedLoop,
+    placeholder: "L",
+    inputmode: "decimal",
+    autocomplete: "off",
+  });
+  const closedLabel = element(
+    "label",
+    { title: "SIMC's time constant of the closed loop" },
+    "closed loop ",
+    closed,
+    " s",
+  );
   closed.addEventListener("input", () => {
     kept.closedLoop = closed.value.trim().replace(",", ".");
     tune();
@@ -408,7 +440,8 @@ async function tune() {
   if (of === undefined || typeof of === "string") {
     tuned = undefined;
     store.predict(undefined);
-    const why = of ?? "Identify the plant, or type K, T and L: then each rule shows its settings and the predicted curve.";
+    const why =
+      of ?? "Identify the plant, or type K, T and L: then each rule shows its settings and the predicted curve.";
     fill(resultPlace, element("p", { class: of ? "error" : "faint" }, why));
     return;
   }
@@ -443,7 +476,11 @@ function showTuned(answer) {
       {},
       element("th", { scope: "row", class: "name" }, name),
       element("td", { class: "number" }, setting ? shown(setting.value, kind) : ""),
-      element("td", { class: "number strong", title: String(value) }, typeof value === "boolean" ? shown(value, kind) : rounded(value, kind, 5)),
+      element(
+        "td",
+        { class: "number strong", title: String(value) },
+        typeof value === "boolean" ? shown(value, kind) : rounded(value, kind, 5),
+      ),
       element("td", { class: "faint" }, unitText(setting?.variable.unit)),
     );
   });
@@ -469,15 +506,32 @@ function showTuned(answer) {
         element(
           "table",
           {},
-          element("thead", {}, element("tr", {}, ["Setting", "now", "rule", ""].map((title, at) => element("th", { scope: "col", class: at === 1 || at === 2 ? "number" : false }, title)))),
+          element(
+            "thead",
+            {},
+            element(
+              "tr",
+              {},
+              ["Setting", "now", "rule", ""].map((title, at) =>
+                element("th", { scope: "col", class: at === 1 || at === 2 ? "number" : false }, title),
+              ),
+            ),
+          ),
           element("tbody", {}, rows),
         ),
-        element("p", { class: "row" }, apply, element("span", { class: "faint" }, "into the fields; nothing is in force until you send it")),
+        element(
+          "p",
+          { class: "row" },
+          apply,
+          element("span", { class: "faint" }, "into the fields; nothing is in force until you send it"),
+        ),
       ),
       element(
         "dl",
         { class: "figures" },
-        facts.map(([name, title, value]) => element("div", { title }, element("dt", {}, name), element("dd", {}, value))),
+        facts.map(([name, title, value]) =>
+          element("div", { title }, element("dt", {}, name), element("dd", {}, value)),
+        ),
       ),
       element("div", { class: "predicted" }, chart),
     ),
@@ -491,7 +545,14 @@ function showTuned(answer) {
     lines: [
       { name: "setpoint", values: predicted.setpoint, unit: unitOfProcessValue(), colour: 0, isStepped: true },
       { name: "process value", values: predicted.process_value, unit: unitOfProcessValue(), colour: 1, isDashed: true },
-      { name: "manipulated value", values: predicted.manipulated_value, unit: unitOfManipulatedValue(), colour: 2, side: "right", isDashed: true },
+      {
+        name: "manipulated value",
+        values: predicted.manipulated_value,
+        unit: unitOfManipulatedValue(),
+        colour: 2,
+        side: "right",
+        isDashed: true,
+      },
     ],
     height: 160,
   });
@@ -504,7 +565,9 @@ let endPrediction = () => {};
 function applyTuned(answer) {
   store.edit(answer.values);
   const names = store.edited();
-  store.say(names.length > 0 ? `${names.join(", ")} edited; send them to the block.` : "The block has these settings already.");
+  store.say(
+    names.length > 0 ? `${names.join(", ")} edited; send them to the block.` : "The block has these settings already.",
+  );
 }
 
 /** The ratio of heating and cooling, for blocks that have one. */
