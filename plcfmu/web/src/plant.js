@@ -61,7 +61,7 @@ export function mount(content) {
  * @param {Work | undefined} loop
  */
 export function plantOf(loop) {
-  return loop?.members.find((member) => member.name === PLANT);
+  return loop?.members.find((member) => member.fmu !== CHAIN.fmu);
 }
 
 /**
@@ -70,7 +70,7 @@ export function plantOf(loop) {
  * @param {Work | undefined} loop
  */
 export function sensorOf(loop) {
-  return loop?.members.find((member) => member.name === SENSOR);
+  return loop?.members.find((member) => member.fmu === CHAIN.fmu);
 }
 
 /**
@@ -344,7 +344,7 @@ async function sentences(loop, plant) {
     const from = loop.connections.find((wire) => wire[1] === to)?.[0] ?? "";
     const choices = possible.filter((wire) => wire.to === to).map((wire) => wire.from);
     if (sensor && to === `${loop.member}.${loop.description.roles.process_value}`)
-      choices.push(`${SENSOR}.${CHAIN.to}`);
+      choices.push(`${sensor.name}.${CHAIN.to}`);
     if (from && !choices.includes(from)) choices.push(from);
     const id = `wire-to-${to}`;
     const list = element(
