@@ -208,7 +208,7 @@ function build(content) {
     element("div", { class: "curves-grid" }, place, readout),
     element(
       "p",
-      { id: "curves-keys", class: "faint keys" },
+      { id: "curves-keys", class: "faint chart-keys" },
       "Drag to zoom, double click to follow again. Keys: ← → cursor, Shift ten times as far, Home, End, + −, Esc.",
     ),
     spoken,
