@@ -52,6 +52,7 @@ def open_tool(browser):
 
     def open_tool(width=DESKTOP, height=900, scheme="light"):
         context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
+        context.set_default_timeout(10_000)
         contexts.append(context)
         page = context.new_page()
         page.on("console", lambda message: messages.append(message.text))
