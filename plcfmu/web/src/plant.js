@@ -210,7 +210,9 @@ async function show() {
  * @param {Member | undefined} plant
  */
 function chooser(loop, plant) {
-  const entries = store.catalogue.fmus.filter((entry) => entry.part === "plant" || entry.is_foreign);
+  const entries = store.catalogue.fmus.filter(
+    (entry) => (entry.part === "plant" || entry.is_foreign) && entry.name !== CHAIN.fmu,
+  );
   entries.sort((one, other) => Number(other.name === GENERIC) - Number(one.name === GENERIC));
   const list = element(
     "select",

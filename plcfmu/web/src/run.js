@@ -35,8 +35,13 @@ let chunk = 1;
 /** How far behind the clock the run is, in milliseconds. */
 let behind = 0;
 
+/** After how many calls the run pauses by itself. @type {number | undefined} */
+let end;
+
 /** @type {HTMLButtonElement} */
 let runButton;
+/** How long to run, in seconds; empty is until Pause. @type {HTMLInputElement} */
+let duration;
 /** @type {HTMLElement} */
 let status;
 /** @type {HTMLElement} */
@@ -50,6 +55,13 @@ const speeds = new Map();
 export function mount(content) {
   runButton = element("button", { type: "button", class: "primary", onclick: runOrPause, title: "Space" }, "Run");
   status = element("span", { class: "status" });
+  duration = element("input", {
+    ...{ class: "number", id: "run-for", placeholder: "–", inputmode: "decimal", autocomplete: "off" },
+    ...{ title: "How long to run; empty is until Pause", oninput: checkDuration },
+  });
+  duration.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") run();
+  });
   controls = element("div", { class: "row controls" });
   for (const [name, factor] of /** @type {[string, Speed][]} */ ([
     ["×1", 1],
@@ -75,6 +87,7 @@ export function mount(content) {
       runButton,
       element("button", { type: "button", onclick: oneCall, title: "." }, "One call"),
       element("span", { class: "speeds", role: "group", "aria-label": "Speed" }, ...speeds.values()),
+      element("label", { for: "run-for" }, "for ", duration, element("span", { class: "faint" }, " s")),
       element("button", { type: "button", onclick: reset, title: "Begin a new run; this one stays in grey" }, "Reset"),
       status,
     ),
@@ -135,14 +148,25 @@ function runOrPause() {
 /** Makes calls until it is told otherwise. */
 async function run() {
   if (!store.loop) return;
+  const seconds = checkDuration();
+  if (seconds === null) {
+    duration.reportValidity();
+    return;
+  }
   const mine = {};
   running = mine;
   showButton();
   try {
     if (!store.isLive()) await store.begin();
     startClock();
+    end = seconds === undefined ? undefined : made() + Math.max(Math.round(seconds / step()), 1);
     while (running === mine) {
-      const due = dueCalls();
+      const left = end === undefined ? Infinity : end - made();
+      if (left <= 0) {
+        pause();
+        return;
+      }
+      const due = Math.min(dueCalls(), left);
       if (due <= 0) {
         await until(clock.wall + ((made() - clock.calls) * step() * 1000) / speed);
         continue;
@@ -160,6 +184,21 @@ async function run() {
     if (running === mine) pause();
     store.say(error);
   }
+}
+
+/** How long to run: undefined is without an end, null is no number. */
+function checkDuration() {
+  if (duration.value.trim() === "") {
+    attribute(duration, "aria-invalid", undefined);
+    duration.setCustomValidity("");
+    return undefined;
+  }
+  const got = read(duration.value, { name: "the duration", kind: "LREAL" });
+  const isGood = "value" in got && number(got.value) > 0;
+  const why = "why" in got ? got.why : "Run for more than 0 s.";
+  attribute(duration, "aria-invalid", isGood ? undefined : "true");
+  duration.setCustomValidity(isGood ? "" : why);
+  return isGood ? number(got.value) : null;
 }
 
 function startClock() {
@@ -393,7 +432,7 @@ function setpointControl(loop, name) {
   if (source) return element("span", { class: "control faint" }, `${name} comes from ${called(loop, source)}`);
   const field = numberField("Setpoint", "setpoint", setting.variable, setting.sent, (value) => now({ [name]: value }));
   fields.set(name, field.follow);
-  const duration = numberField("in", "ramp-time", { name: "Ramp", kind: "Real", unit: "s" }, 10, () => ramp());
+  const duration = numberField("in", "ramp-time", { name: "the ramp", kind: "LREAL", unit: "s" }, 10, () => ramp());
   const ramp = async () => {
     const [to, seconds] = [field.check(), duration.check()];
     if (to === undefined || seconds === undefined) {
