@@ -2,7 +2,7 @@
 
 import { toggleCompare } from "tool/compare.js";
 import { attribute, byId, element, fill, text } from "tool/dom.js";
-import { ask, goOnInThePage, hasEngineInPage, whereIsTheEngine } from "tool/engine.js";
+import { ask, goOnInThePage, hasEngineInPage, listenToNewEngine, whereIsTheEngine } from "tool/engine.js";
 import { toggleHelp } from "tool/help.js";
 import { toggleOpening } from "tool/loops.js";
 import { source, store } from "tool/store.js";
@@ -46,6 +46,11 @@ export function mount() {
   update();
   store.on("say", notice);
   store.on("home", showLost);
+  store.on("question", question);
+  listenToNewEngine(() => {
+    store.live = undefined;
+    store.say("plcfmu tool has begun anew for this tab: its run is gone. Values and curves are kept; begin a new run.");
+  });
   store.on("failure", () => store.say(new Error(store.state?.failure ?? "")));
 }
 
@@ -92,6 +97,28 @@ function notice({ text: sentence, isError }) {
   );
   notices.append(made);
   for (const old of [...notices.querySelectorAll(".notice")].slice(0, -MOST_NOTICES)) old.remove();
+}
+
+/** @param {{ text: string, yes: string, act: () => Promise<void> }} asked */
+function question({ text: sentence, yes, act }) {
+  const answer = async () => {
+    made.remove();
+    try {
+      await act();
+    } catch (error) {
+      store.say(error);
+    }
+  };
+  const made = element(
+    "div",
+    { class: "notice row", role: "group", "aria-label": "Question" },
+    element("span", { class: "kind" }, "Question"),
+    element("span", { class: "sentence" }, sentence),
+    element("button", { type: "button", class: "primary", onclick: answer }, yes),
+    element("button", { type: "button", onclick: () => made.remove() }, "No"),
+  );
+  byId("notices").append(made);
+  made.querySelector("button")?.focus();
 }
 
 /** The server does not answer: what is shown is kept, and the page may go on without FMUs. */

@@ -7,7 +7,7 @@
  * @typedef {import("./messages").Value} Value
  */
 
-import { ask, EngineError, fromBase64, toBase64, unpacked, upload, whereIsTheEngine } from "tool/engine.js";
+import { accept, ask, EngineError, fromBase64, toBase64, unpacked, upload, whereIsTheEngine } from "tool/engine.js";
 import { store } from "tool/store.js";
 import { isBoolean } from "tool/values.js";
 import { unzipped } from "tool/zip.js";
@@ -37,9 +37,11 @@ export async function openFiles(files) {
 /** Opens the files that were given to the command, if there are any. */
 export async function openGiven() {
   if (!document.getElementById("files")?.textContent?.trim()) return;
-  /** @type {{ name: string, content: string }[]} */
+  /** @type {{ file: string, content: string }[]} */
   const given = JSON.parse(new TextDecoder().decode(await unpacked("files")));
-  await openFiles(given.map(({ name, content }) => new File([fromBase64(content)], name)));
+  await openFiles(given.map(({ file, content }) => new File([fromBase64(content)], file)));
+  const block = document.querySelector('meta[name="plcfmu-open"]')?.getAttribute("content");
+  if (block && store.loops.length === 0) await store.add(block, block);
 }
 
 /**
@@ -172,21 +174,41 @@ function refuse(name, message) {
  * @param {File} file
  */
 async function openFmu(file) {
+  if (whereIsTheEngine() === "server") return openUploaded(file);
   const model = await modelDescription(file);
   const identifier = model.querySelector("CoSimulation")?.getAttribute("modelIdentifier") ?? "";
   const entry = store.catalogue.fmus.find((one) => one.name === identifier) ?? (await byBlock(identifier));
-  if (entry && !entry.is_foreign) {
-    const description = await store.describe(entry.name);
-    const loop = loopOf(file.name, model, description);
-    return show(file, { loops: [loop], problems: [], is_refused: false });
-  }
-  if (whereIsTheEngine() === "page") {
+  if (!entry) {
     throw new EngineError(
       `${identifier || "This FMU"} is native code, which a page cannot run. Open it with plcfmu tool ${file.name}.`,
     );
   }
+  const loop = loopOf(file.name, model, await store.describe(entry.name));
+  return show(file, { loops: [loop], problems: [], is_refused: false });
+}
+
+/**
+ * An FMU under the server: parameters of a block that is known, or native code that the user is asked about.
+ *
+ * @param {File} file
+ */
+async function openUploaded(file) {
   const uploaded = await upload(file);
-  store.emit("upload", uploaded);
+  const { name, tool, author, problem, parameters } = uploaded;
+  if (parameters) return openParameters(new File([fromBase64(parameters.content)], parameters.file));
+  if (problem) throw new EngineError(`${name} cannot run here: ${problem}`);
+  const by = [tool, author].filter(Boolean).join(", ");
+  const question = `${name} is native code${by ? ` of ${by}` : " of an unknown tool"}. Run it on this machine?`;
+  store.emit("question", {
+    text: question,
+    yes: "Run it",
+    act: async () => {
+      await accept(name);
+      store.catalogue = await ask({ do: "catalogue" });
+      store.emit("catalogue");
+      store.say(`${name} can be chosen as a plant now.`);
+    },
+  });
 }
 
 /**

@@ -3,6 +3,7 @@
 import { assetOf, html } from "tool/assets.js";
 import { attribute, byId, element, fill } from "tool/dom.js";
 import { store } from "tool/store.js";
+import { isTime, shown } from "tool/values.js";
 
 /** @type {[string, string][]} */
 const KEYS = [
@@ -89,9 +90,9 @@ export async function fieldHelp(names, row, field) {
   const texts = [names].flat().map((name) => {
     const { variable } = loop.settings[name];
     const of = element("div", {}, element("h4", {}, element("span", { class: "name" }, name), ` ${variable.kind}`));
-    of.append(
-      asset?.help[name] ? html(asset.help[name]) : element("p", {}, variable.description || "There is no text on it."),
-    );
+    of.append(element("p", {}, variable.description || "There is no text on it."));
+    if (asset?.help[name]) of.append(html(asset.help[name]));
+    of.append(element("p", { class: "faint" }, limits(variable)));
     return of;
   });
   box = element(
@@ -108,4 +109,19 @@ export async function fieldHelp(names, row, field) {
   row.after(box);
   if (button) attribute(button, "aria-expanded", "true");
   box.scrollIntoView({ block: "nearest" });
+}
+
+/**
+ * Start value and range of a variable.
+ *
+ * @param {import("./messages").Variable} variable
+ */
+function limits({ kind, start, min, max, unit }) {
+  const written = (/** @type {import("./messages").Value | null} */ value) =>
+    `${shown(value, kind)}${unit ? ` ${unit}` : isTime(kind) ? " s" : ""}`;
+  const range =
+    min === null && max === null
+      ? ""
+      : ` Range ${min === null ? "" : written(min)} ... ${max === null ? "" : written(max)}.`;
+  return `Start value ${written(start)}.${range}`;
 }

@@ -9,7 +9,7 @@ import { rounded } from "tool/values.js";
 /** A row of the table. @typedef {{ name: string, block: string, cycle: number | null, warnings: number, loop: import("./store.js").Work | undefined, take: () => unknown }} Row */
 
 /** As long as nothing is under work, the table has the page for itself. */
-const [FEW, MANY] = [10, 25];
+const [FEW, MANY] = [6, 25];
 
 let page = 0;
 let filter = "";

@@ -71,10 +71,6 @@ export function mount(content) {
     build(list);
     place();
     showBar();
-    fill(
-      warnings,
-      (store.loop?.warnings ?? []).map((one) => element("li", { class: "note" }, one)),
-    );
   });
   store.on("settings", (names) => {
     for (const name of names) showField(name);
@@ -83,6 +79,11 @@ export function mount(content) {
   });
   store.on("checked", () => {
     place();
+    const others = store.loop?.checked?.remarks.filter((remark) => fieldOf(remark) === undefined) ?? [];
+    fill(
+      warnings,
+      others.map((one) => element("li", { class: one.is_error ? "error" : "note" }, one.text)),
+    );
     for (const name of rows.keys()) showField(name);
   });
   for (const what of ["plant", "run"]) {
@@ -320,12 +321,23 @@ function showField(name, isForced = false) {
   row.row.dataset.source = wire ? "connected" : source(setting);
   text(row.tag, from);
   text(row.grey, greyOf(loop, setting, value, wire));
-  const remarks = loop.checked?.remarks.filter((one) => one.variables.includes(name)) ?? [];
-  const isError = setting.why !== undefined || remarks.some((one) => one.is_error);
+  const said = loop.checked?.remarks ?? [];
+  const remarks = said.filter((one) => fieldOf(one) === name);
+  const isError = setting.why !== undefined || said.some((one) => one.is_error && one.variables.includes(name));
   text(row.remark, wire ? "" : (setting.why ?? remarks.map((one) => one.text).join(" ")));
   row.remark.classList.toggle("error", isError);
   row.remark.classList.toggle("note", !isError);
   attribute(row.input, "aria-invalid", isError ? "true" : null);
+}
+
+/**
+ * The field under which a remark stands: that of the first variable it names that has one.
+ *
+ * @param {import("./messages").Remark} remark
+ */
+function fieldOf(remark) {
+  const loop = store.loop;
+  return remark.variables.find((name) => rows.has(name) && loop && !isOfStructure(loop, name));
 }
 
 /**

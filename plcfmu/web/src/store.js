@@ -31,6 +31,7 @@
  * | `state` | calls were made or values set: `store.state` is new (many times a second; draw at most once a frame) |
  * | `failure` | the run has ended by itself: `store.state.failure` |
  * | `say` | a sentence for the user; detail: {@link Said} |
+ * | `question` | a question for the user; detail: `{text, yes, act}`, where `act` is what a yes does |
  * | `home` | the engine is lost, or is another one |
  * | `csv` | a CSV file was dropped; detail: `{name, text}` |
  * | `prediction` | a predicted curve is there or gone: `store.prediction` |
