@@ -27,7 +27,7 @@
 import { axis, FONT, onTheme, ranged, short, swatch, theme, timeAxis } from "tool/charts.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
-import { called, isSwitch, roles, signals, unitText } from "tool/signals.js";
+import { called, isSwitch, roles, signals, units, unitText } from "tool/signals.js";
 import { store } from "tool/store.js";
 import { rounded, shown } from "tool/values.js";
 
@@ -241,6 +241,7 @@ async function choose() {
     store.say(error);
     return [];
   });
+  const knownUnits = await units(loop).catch(() => ({ processValue: "", manipulatedValue: "" }));
   if (store.loop !== loop) return;
   available = found;
   const kept = /** @type {Notes} */ (notes());
@@ -248,17 +249,18 @@ async function choose() {
   const { setpoint, processValue, manipulatedValue, pulses, manual } = roles(loop);
   const main = [setpoint, processValue, manipulatedValue].filter((name) => name !== undefined);
   const outputs = found.filter(({ member, variable }) => member === loop.member && variable.role === "output");
-  const known = main.length > 0 ? main : outputs.slice(0, 3).map((signal) => signal.name);
-  const names = new Set([...known, ...kept.chosen, ...pulses, ...(manual ? [manual] : [])]);
-  const left = unitOf(processValue ?? setpoint ?? known[0]);
-  const right = unitOf(manipulatedValue);
+  const shownFirst = main.length > 0 ? main : outputs.slice(0, 3).map((signal) => signal.name);
+  const names = new Set([...shownFirst, ...kept.chosen, ...pulses, ...(manual ? [manual] : [])]);
+  const left = knownUnits.processValue || unitOf(main[0] ?? shownFirst[0]);
+  const right = knownUnits.manipulatedValue;
   let colour = 3;
   curves = [...names].flatMap((name) => {
     const signal = found.find((one) => one.name === name);
     if (!signal) return [];
-    const unit = unitText(signal.variable.unit);
+    const isLeft = name === setpoint || name === processValue;
+    const unit = isLeft ? left : name === manipulatedValue ? right : unitText(signal.variable.unit);
     const own = unit === left ? "left" : unit === right ? "right" : `unit ${unit}`;
-    const scale = name === manipulatedValue ? "right" : name === setpoint || name === processValue ? "left" : own;
+    const scale = name === manipulatedValue ? "right" : isLeft ? "left" : own;
     const place = [setpoint, processValue, manipulatedValue].indexOf(name);
     const isStepped = name === setpoint || name === manipulatedValue || signal.variable.kind !== "REAL";
     return {

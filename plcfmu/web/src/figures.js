@@ -2,7 +2,7 @@
 
 import { element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
-import { unitText } from "tool/signals.js";
+import { units, unitText } from "tool/signals.js";
 import { store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
@@ -66,6 +66,9 @@ async function update() {
   else if (loop.description.roles.setpoint !== null || loop.description.roles.process_value !== null) {
     try {
       const figures = await ask({ do: "figures" });
+      const { processValue, manipulatedValue } = await units(loop);
+      figures.unit ??= processValue;
+      figures.travel_unit ??= manipulatedValue;
       if (store.loop === loop && store.isLive()) show(figures);
     } catch (error) {
       show(undefined, error instanceof Error ? error.message : String(error));

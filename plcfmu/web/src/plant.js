@@ -23,6 +23,8 @@ const THREE_NUMBERS = /** @type {[string, string][]} */ ([
   ["T1", "Time constant"],
   ["DEAD_TM", "Dead time"],
 ]);
+const DEAD_TIME = "DEAD_TM";
+const ROOM = "DEAD_MAX";
 /** The measuring chain, and the two numbers that switch it on. */
 const CHAIN = { fmu: "SENSOR", from: "U", to: "Y", noise: "NOISE", steps: "STEPS" };
 const PLANT = "PLANT";
@@ -153,12 +155,30 @@ async function throughSensor(loop, plant, members, wires) {
   if (at < 0) return wires;
   const description = await store.describe(CHAIN.fmu);
   /** @type {Member} */
-  const sensor = { name: SENSOR, fmu: CHAIN.fmu, values: { ...sensorOf(loop)?.values } };
+  const sensor = {
+    name: SENSOR,
+    fmu: CHAIN.fmu,
+    // As it is put in, it changes nothing.
+    values: sensorOf(loop)?.values ?? { [CHAIN.noise]: 0, [CHAIN.steps]: 0 },
+  };
   setCycle(loop, sensor, description);
   members.push(sensor);
   const [from, to] = wires[at];
   const rest = wires.filter((_, one) => one !== at);
   return [...rest, [from, `${SENSOR}.${CHAIN.from}`], [`${SENSOR}.${CHAIN.to}`, to]];
+}
+
+/**
+ * A dead time needs room in the plant's memory, which is fixed when it begins.
+ *
+ * @param {Description} description
+ * @param {import("./messages").Values} values what is set; the room is added
+ * @param {import("./messages").Values} [before]
+ */
+function withRoom(description, values, before = {}) {
+  const room = description.variables.find((one) => one.name === ROOM);
+  const asked = values[DEAD_TIME];
+  if (room && typeof asked === "number" && asked > Number(before[ROOM] ?? room.start)) values[ROOM] = asked;
 }
 
 /**
@@ -285,6 +305,7 @@ async function unconnected() {
       }
       values[variable.name] = got.value;
     }
+    withRoom(generic, values);
     choose(GENERIC, values);
   });
   const about = element(
@@ -445,10 +466,12 @@ function field(loop, member, variable, title, prefix = "") {
   /** @param {Value} next */
   const set = async (next) => {
     text(problem, "");
-    if (store.isLive() && !variable.is_tunable) {
-      member.values = { ...member.values, [variable.name]: next };
+    const room = /** @type {import("./messages").Values} */ ({ [variable.name]: next });
+    withRoom(await store.describe(member.fmu), room, member.values);
+    if (Object.keys(room).length > 1 || (store.isLive() && !variable.is_tunable)) {
+      member.values = { ...member.values, ...room };
       store.emit("plant");
-      store.say(`${full} is taken at the next start of the run.`);
+      if (store.isLive()) store.say(`${full} is taken at the next start of the run.`);
       return;
     }
     try {

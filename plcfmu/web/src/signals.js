@@ -18,7 +18,7 @@
  * @property {string | undefined} manual the switch
  */
 
-import { store, variable } from "tool/store.js";
+import { split, store, variable } from "tool/store.js";
 import { isBoolean } from "tool/values.js";
 
 /**
@@ -32,6 +32,31 @@ export async function signals(loop) {
   return members.flatMap(([member, description]) =>
     description.variables.map((one) => ({ name: `${member}.${one.name}`, member, variable: one })),
   );
+}
+
+/**
+ * The units of a loop's process value and manipulated value. A controller's table leaves them open; its plant knows them.
+ *
+ * @param {Work} loop
+ * @returns {Promise<{ processValue: string, manipulatedValue: string }>}
+ */
+export async function units(loop) {
+  const members = new Map(await descriptions(loop));
+  /** @param {string | undefined} name `PLANT.U` */
+  const unit = (name) => {
+    const [member, own] = split(name ?? "");
+    return unitText(members.get(member)?.variables.find((one) => one.name === own)?.unit);
+  };
+  const { processValue, manipulatedValue, setpoint } = roles(loop);
+  const input = loop.connections.find(([from]) => from === manipulatedValue)?.[1];
+  const plants = [...members]
+    .slice(1)
+    .flatMap(([name, { roles }]) => (roles.process_value ? `${name}.${roles.process_value}` : []));
+  const outputs = plants.map(unit).filter(Boolean);
+  return {
+    processValue: unit(processValue) || unit(setpoint) || (outputs[0] ?? ""),
+    manipulatedValue: unit(manipulatedValue) || unit(input),
+  };
 }
 
 /**

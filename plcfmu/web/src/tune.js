@@ -13,7 +13,7 @@ import { draw } from "tool/charts.js";
 import { chooser, columnsOf } from "tool/csv.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
-import { unitText } from "tool/signals.js";
+import { units, unitText } from "tool/signals.js";
 import { store, valuesOf } from "tool/store.js";
 import { read, rounded, shown } from "tool/values.js";
 
@@ -80,6 +80,8 @@ export function mount(content) {
   body = element("div", {});
   fill(content, body);
   store.on("loop", show);
+  store.on("loop", findUnits);
+  store.on("plant", findUnits);
   store.on("settings", (names) => {
     // CYCLE, the normalisation and the pulse former count in a rule; what the rule itself has written does not.
     const own = Object.keys(tuned?.values ?? {});
@@ -295,15 +297,24 @@ function takeModel(identified) {
   tune();
 }
 
+/** The loop's units, as soon as they are known. */
+let unitsOf = { processValue: "", manipulatedValue: "" };
+
+async function findUnits() {
+  const loop = store.loop;
+  if (!loop) return;
+  const found = await units(loop).catch(() => unitsOf);
+  if (store.loop !== loop) return;
+  unitsOf = found;
+  if (modelFields.size > 0) showUnits();
+}
+
 function unitOfProcessValue() {
-  const { roles, variables } = /** @type {import("tool/store.js").Work} */ (store.loop).description;
-  const name = roles.shown_process_value ?? roles.process_value ?? roles.setpoint;
-  return unitText(variables.find((one) => one.name === name)?.unit);
+  return unitsOf.processValue;
 }
 
 function unitOfManipulatedValue() {
-  const { roles, variables } = /** @type {import("tool/store.js").Work} */ (store.loop).description;
-  return unitText(variables.find((one) => one.name === roles.manipulated_value)?.unit) || "%";
+  return unitsOf.manipulatedValue || "%";
 }
 
 /** @type {HTMLElement} */
