@@ -74,6 +74,7 @@ class Site:
         self.index(fmus)
         self.reference()
         self.need("README.md")
+        self.need("docs/tool.md")
         while self.pending:
             source = self.pending.pop()
             if (ROOT / source).is_dir():

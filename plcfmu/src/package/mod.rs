@@ -2,7 +2,7 @@
 
 pub mod archive;
 pub mod binary;
-#[cfg(feature = "command")]
+#[cfg(feature = "preset")]
 pub mod check;
 #[cfg(feature = "command")]
 pub mod dist;
@@ -10,8 +10,9 @@ pub mod dist;
 pub mod merge;
 #[cfg(feature = "command")]
 pub mod pack;
-#[cfg(feature = "command")]
+#[cfg(feature = "preset")]
 pub mod preset;
+pub mod recorded;
 #[cfg(feature = "command")]
 pub mod reference;
 #[cfg(feature = "command")]

@@ -24,7 +24,7 @@ use std::sync::Arc;
 use tempfile::TempPath;
 
 /// So many FMUs may a page upload.
-const MOST_UPLOADS: usize = 100;
+const MOST_UPLOADS: usize = 20;
 
 /// An FMU, and where its instances are.
 #[derive(Debug)]
@@ -129,7 +129,7 @@ impl Collection {
     ///
     /// # Errors
     /// A library's table is damaged.
-    pub fn of(mut fmus: Vec<Known>, loops: Vec<KnownLoop>, starter: Starter) -> Result<Collection> {
+    pub fn of(mut fmus: Vec<Known>, starter: Starter) -> Result<Collection> {
         let rank = |part: Part| [Part::Controller, Part::Plant, Part::Other].iter().position(|other| *other == part);
         fmus.sort_by(|a, b| (rank(a.part), &a.name).cmp(&(rank(b.part), &b.name)));
         let mut blocks = Block::all();
@@ -138,6 +138,8 @@ impl Collection {
                 blocks.push(Arc::new(parameter_file::block(table).with_context(|| known.name.clone())?));
             }
         }
+        let is_there = |name: &str| fmus.iter().any(|known| known.name == name && known.table.is_some());
+        let loops = engine::known::loops(is_there);
         Ok(Collection { fmus: fmus.into_iter().map(Arc::new).collect(), blocks, loops, starter })
     }
 

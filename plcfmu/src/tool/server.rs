@@ -150,13 +150,14 @@ fn wait(are_over: &Receiver<()>) {
     let _ = are_over.recv_timeout(FAREWELL);
 }
 
-/// Ends when the user interrupts the command, or the system ends it.
+/// Ends when the user interrupts the command or closes its terminal, or the system ends it.
 #[cfg(unix)]
 fn interrupted() -> Result<impl Future<Output = ()>> {
     use std::task::Poll;
     use tokio::signal::unix::{SignalKind, signal};
     let listen = |kind| signal(kind).context("the signals of the system cannot be received");
-    let mut signals = [listen(SignalKind::interrupt())?, listen(SignalKind::terminate())?];
+    let kinds = [SignalKind::interrupt(), SignalKind::terminate(), SignalKind::hangup()];
+    let mut signals = kinds.into_iter().map(listen).collect::<Result<Vec<_>>>()?;
     Ok(std::future::poll_fn(move |context| {
         let is_there = signals.iter_mut().any(|signal| signal.poll_recv(context).is_ready());
         if is_there { Poll::Ready(()) } else { Poll::Pending }

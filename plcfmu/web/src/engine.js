@@ -44,6 +44,19 @@ export function goOnInThePage() {
   home = "page";
 }
 
+/** @type {string | null} */
+let engineOfServer = null;
+let onNewEngine = () => {};
+
+/**
+ * What to do when the server has begun a new engine for this tab: what ran is gone.
+ *
+ * @param {() => void} listener
+ */
+export function listenToNewEngine(listener) {
+  onNewEngine = listener;
+}
+
 /**
  * Asks the engine. Requests are answered in the order in which they are asked.
  *
@@ -59,14 +72,34 @@ export function ask(request) {
 }
 
 /**
- * Uploads an FMU to the engine's home, which has to be the server.
+ * What the server says of an FMU that it has read, not run.
+ *
+ * @typedef {object} Uploaded
+ * @property {string} name
+ * @property {string | null} tool
+ * @property {string | null} author
+ * @property {string | null} problem why it cannot run here
+ * @property {{ file: string, content: string } | null} parameters its start values, if its block is one of the catalogue
+ */
+
+/**
+ * Uploads an FMU to the server, which reads it and runs none of its code.
  *
  * @param {File} file
- * @returns {Promise<any>}
+ * @returns {Promise<Uploaded>}
  */
 export async function upload(file) {
-  const answer = await post(`upload?file=${encodeURIComponent(file.name)}`, "application/octet-stream", file);
-  return content(answer);
+  return content(await post(`upload?file=${encodeURIComponent(file.name)}`, "application/octet-stream", file));
+}
+
+/**
+ * Lets the server run an FMU that was uploaded.
+ *
+ * @param {string} fmu
+ * @returns {Promise<import("./messages").Entry>}
+ */
+export async function accept(fmu) {
+  return content(await post("accept", "application/json", JSON.stringify({ fmu })));
 }
 
 /**
@@ -138,8 +171,11 @@ async function post(where, type, body) {
     throw new ServerLost(lost);
   }
   const answer = await response.text();
+  const engine = response.headers.get("X-Engine");
+  if (engine !== null && engineOfServer !== null && engine !== engineOfServer) queueMicrotask(onNewEngine);
+  engineOfServer = engine ?? engineOfServer;
   if (response.ok || answer.startsWith('{"error"')) return answer;
-  if (response.status >= 500) throw new ServerLost(lost);
+  if (response.status >= 500 || response.status === 404) throw new ServerLost(lost);
   throw new EngineError(answer || `plcfmu tool refuses with status ${response.status}.`);
 }
 

@@ -1,2 +1,127 @@
-/** @param {HTMLElement} _content */
-export function mount(_content) {}
+/** Help: beside a field from the FMU's own page, and a panel with the keys and what the block is. */
+
+import { assetOf, html } from "tool/assets.js";
+import { attribute, byId, element, fill } from "tool/dom.js";
+import { store } from "tool/store.js";
+import { isTime, shown } from "tool/values.js";
+
+/** @type {[string, string][]} */
+const KEYS = [
+  ["Enter", "in a field: sends it"],
+  ["Esc", "in a field: takes the edit back; closes help and comparison"],
+  ["F1 or ?", "in a field: opens its help; elsewhere: this page"],
+  ["Ctrl+Z, Ctrl+Y", "undo, redo"],
+  ["Ctrl+Enter", "sends all edited values"],
+  ["Space", "runs, pauses"],
+  [".", "makes one call"],
+  ["M", "manual mode on and off"],
+  ["Left, Right", "move the cursor in the curves; with Shift ten times as far"],
+  ["Home, End", "move the cursor to the beginning, to the end"],
+  ["+, -", "zoom the curves"],
+];
+
+/** @param {HTMLElement} content */
+export function mount(content) {
+  const about = element("div", { class: "about" });
+  content.append(
+    element("button", { type: "button", class: "close", onclick: () => toggleHelp(false) }, "Close"),
+    element("h3", {}, "Keys"),
+    element("p", { class: "faint" }, "They work wherever the cursor is not in a field."),
+    element(
+      "table",
+      { class: "keys" },
+      element(
+        "tbody",
+        {},
+        KEYS.map(([key, what]) => element("tr", {}, element("th", { scope: "row" }, key), element("td", {}, what))),
+      ),
+    ),
+    about,
+  );
+  const show = async () => {
+    const loop = store.loop;
+    fill(about);
+    if (!loop) return;
+    const asset = await assetOf(loop.description.name);
+    if (loop !== store.loop) return;
+    fill(about, element("h3", {}, loop.description.block), element("p", {}, loop.description.summary));
+    if (asset?.about) about.append(html(asset.about));
+  };
+  store.on("loop", show);
+}
+
+/**
+ * Opens or closes the panel.
+ *
+ * @param {boolean} [isOpen] the other way without it
+ */
+export function toggleHelp(isOpen = Boolean(byId("help").hidden)) {
+  const panel = byId("help");
+  panel.hidden = !isOpen;
+  document.body.classList.toggle("has-help", isOpen);
+  if (isOpen) {
+    panel.scrollIntoView({ block: "start" });
+    panel.querySelector("button")?.focus();
+  } else byId("help-button").focus();
+}
+
+/**
+ * Opens the help of a setting below its field, or closes it.
+ *
+ * @param {string | string[]} names
+ * @param {HTMLElement} row
+ * @param {HTMLElement} field where the focus goes back to
+ */
+export async function fieldHelp(names, row, field) {
+  const button = row.querySelector(".ask");
+  const close = () => {
+    box?.remove();
+    if (button) attribute(button, "aria-expanded", "false");
+    field.focus();
+  };
+  let box = row.nextElementSibling?.classList.contains("field-help") ? row.nextElementSibling : null;
+  if (box) return close();
+  const loop = store.loop;
+  if (!loop) return;
+  for (const other of document.querySelectorAll(".field-help")) other.remove();
+  for (const other of document.querySelectorAll('.ask[aria-expanded="true"]'))
+    attribute(other, "aria-expanded", "false");
+  const asset = await assetOf(loop.description.name);
+  const texts = [names].flat().map((name) => {
+    const { variable } = loop.settings[name];
+    const of = element("div", {}, element("h4", {}, element("span", { class: "name" }, name), ` ${variable.kind}`));
+    of.append(element("p", {}, variable.description || "There is no text on it."));
+    if (asset?.help[name]) of.append(html(asset.help[name]));
+    of.append(element("p", { class: "faint" }, limits(variable)));
+    return of;
+  });
+  box = element(
+    "div",
+    { class: "field-help", role: "region", "aria-label": `Help on ${[names].flat().join(", ")}` },
+    texts,
+    element("button", { type: "button", onclick: () => close() }, "Close"),
+  );
+  box.addEventListener("keydown", (event) => {
+    if (/** @type {KeyboardEvent} */ (event).key !== "Escape") return;
+    event.stopPropagation();
+    close();
+  });
+  row.after(box);
+  if (button) attribute(button, "aria-expanded", "true");
+  box.scrollIntoView({ block: "nearest" });
+}
+
+/**
+ * Start value and range of a variable.
+ *
+ * @param {import("./messages").Variable} variable
+ */
+function limits({ kind, start, min, max, unit }) {
+  const written = (/** @type {import("./messages").Value | null} */ value) =>
+    `${shown(value, kind)}${unit ? ` ${unit}` : isTime(kind) ? " s" : ""}`;
+  const range =
+    min === null && max === null
+      ? ""
+      : ` Range ${min === null ? "" : written(min)} ... ${max === null ? "" : written(max)}.`;
+  return `Start value ${written(start)}.${range}`;
+}

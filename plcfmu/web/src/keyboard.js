@@ -1,2 +1,81 @@
+/** Keys that work wherever the cursor is not in a field. What they do belongs to the panels: see the events of the store. */
 
-export function mount() {}
+import { toggleCompare } from "tool/compare.js";
+import { byId } from "tool/dom.js";
+import { toggleHelp } from "tool/help.js";
+import { store } from "tool/store.js";
+
+/** @type {Record<string, string>} */
+const EVENTS = {
+  " ": "key-run",
+  ".": "key-call",
+  m: "key-manual",
+  M: "key-manual",
+  ArrowLeft: "key-left",
+  ArrowRight: "key-right",
+  Home: "key-home",
+  End: "key-end",
+  "+": "key-zoom-in",
+  "=": "key-zoom-in",
+  "-": "key-zoom-out",
+};
+
+export function mount() {
+  document.addEventListener("keydown", (event) => {
+    if (event.defaultPrevented) return;
+    const target = event.target instanceof Element ? event.target : null;
+    const isCommand = (event.ctrlKey || event.metaKey) && !event.altKey;
+    if (isCommand && command(event, target)) return event.preventDefault();
+    if (isCommand || event.altKey) return;
+    if (event.key === "Escape") return closePanel(event);
+    if (event.key === "F1") {
+      event.preventDefault();
+      return toggleHelp(true);
+    }
+    if (isTyped(target) || !store.loop) return;
+    if (event.key === "?") {
+      event.preventDefault();
+      return toggleHelp();
+    }
+    const what = EVENTS[event.key];
+    if (!what) return;
+    // Space presses the button or the switch that has the focus.
+    if (event.key === " " && target?.closest("button, summary, a, input, [role=button]")) return;
+    event.preventDefault();
+    store.emit(what, event);
+  });
+}
+
+/**
+ * @param {KeyboardEvent} event
+ * @param {Element | null} target
+ * @returns {boolean} whether it was one
+ */
+function command(event, target) {
+  const isOther = isTyped(target) && !target?.closest("#parameters");
+  const key = event.key.toLowerCase();
+  if (key === "enter") store.send();
+  else if (isOther) return false;
+  else if (key === "z" && !event.shiftKey) store.undo();
+  else if (key === "y" || key === "z") store.redo();
+  else return false;
+  return true;
+}
+
+/** @param {KeyboardEvent} event */
+function closePanel(event) {
+  if (!byId("compare").hidden) toggleCompare(false);
+  else if (!byId("help").hidden) toggleHelp(false);
+  else return;
+  event.preventDefault();
+}
+
+/**
+ * Whether keys go into a field.
+ *
+ * @param {Element | null} target
+ */
+function isTyped(target) {
+  if (target instanceof HTMLInputElement) return target.type !== "checkbox";
+  return target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement;
+}

@@ -1,2 +1,454 @@
-/** @param {HTMLElement} _content */
-export function mount(_content) {}
+/** Opening files, new loops, and the table of all loops. */
+
+import { byId, element, fill, text } from "tool/dom.js";
+import { EngineError } from "tool/engine.js";
+import { openFiles, readAgain, take, underWork } from "tool/files.js";
+import { isEdited, source, store } from "tool/store.js";
+import { rounded } from "tool/values.js";
+
+/** A row of the table. @typedef {{ name: string, block: string, cycle: number | null, warnings: number, loop: import("./store.js").Work | undefined, take: () => unknown }} Row */
+
+/** As long as nothing is under work, the table has the page for itself. */
+const [FEW, MANY] = [6, 25];
+
+let page = 0;
+let filter = "";
+let shownRows = "";
+
+/** @param {HTMLElement} content */
+export function mount(content) {
+  mountOpening();
+  const list = element("div", {});
+  const search = element("input", {
+    type: "search",
+    placeholder: "Filter by name or block",
+    "aria-label": "Filter the loops by name or block",
+    oninput: () => {
+      filter = search.value.toLowerCase();
+      page = 0;
+      showRows(list, search);
+    },
+  });
+  const problems = element("div", { class: "problems" });
+  content.append(search, list, problems);
+  const update = () => {
+    byId("loops").classList.toggle("has-files", store.files.length > 0);
+    document.body.classList.toggle("is-empty", store.loops.length === 0);
+    showRows(list, search);
+    showProblems(problems);
+  };
+  for (const what of ["files", "loops", "loop"]) store.on(what, update);
+  let isDue = false;
+  store.on("settings", () => {
+    if (isDue) return;
+    isDue = true;
+    requestAnimationFrame(() => {
+      isDue = false;
+      showRows(list, search);
+    });
+  });
+  store.on("files", () => {
+    page = 0;
+  });
+  update();
+}
+
+/** Shows or hides the panel for opening. */
+export function toggleOpening() {
+  const opening = byId("opening");
+  opening.hidden = !opening.hidden;
+  if (!opening.hidden) {
+    opening.scrollIntoView({ block: "nearest" });
+    byId("open-files").focus();
+  }
+}
+
+function mountOpening() {
+  const opening = byId("opening");
+  const input = element("input", {
+    type: "file",
+    id: "open-files",
+    multiple: true,
+    "aria-describedby": "open-kinds",
+    onchange: async () => {
+      const files = [...(input.files ?? [])];
+      input.value = "";
+      await openFiles(files);
+    },
+  });
+  const choose = element("label", { class: "files" }, element("span", {}, "Files"), input);
+  const kinds = element(
+    "p",
+    { id: "open-kinds", class: "faint" },
+    "Drop them anywhere on the page, or choose them: AWL, SCL, .db, Openness XML, JSON, SSV, .fmu; a recorded CSV.",
+  );
+  const name = element("input", {
+    id: "new-name",
+    value: "",
+    placeholder: "TIC101",
+    maxlength: 128,
+    spellcheck: "false",
+  });
+  const block = element("select", { id: "new-block" });
+  const summary = element("p", { class: "faint", id: "new-summary" });
+  const make = element("button", { type: "submit", class: "primary" }, "New loop");
+  const form = element(
+    "form",
+    {
+      class: "new",
+      onsubmit: async (/** @type {Event} */ event) => {
+        event.preventDefault();
+        try {
+          await store.add(name.value.trim() || freeName(block.value), block.value);
+          name.value = "";
+        } catch (error) {
+          store.say(error);
+        }
+      },
+    },
+    element("label", {}, element("span", {}, "Name"), name),
+    element("label", {}, element("span", {}, "Block"), block),
+    make,
+  );
+  const examples = element("div", { class: "examples" });
+  const show = () => {
+    const controllers = store.catalogue.fmus.filter((one) => one.part !== "plant" && !one.is_foreign);
+    fill(
+      block,
+      controllers.map((one) => element("option", { value: one.name }, one.name)),
+    );
+    showSummary();
+    showExamples(examples);
+  };
+  const showSummary = () => text(summary, store.catalogue.fmus.find((one) => one.name === block.value)?.summary ?? "");
+  block.addEventListener("change", showSummary);
+  store.on("catalogue", show);
+  byId("opening").querySelector(".content")?.append(choose, kinds, form, summary, examples);
+  store.on("loops", () => {
+    if (store.loops.length === 0) opening.hidden = false;
+  });
+  store.on("loop", () => {
+    if (store.loop) opening.hidden = true;
+  });
+  mountDrop();
+}
+
+/** @param {HTMLElement} within */
+function showExamples(within) {
+  const loops = store.catalogue.loops;
+  fill(
+    within,
+    loops.length > 0 && element("h3", {}, "Examples that run at once"),
+    loops.length > 0 &&
+      element(
+        "ul",
+        {},
+        loops.map((known) =>
+          element(
+            "li",
+            {},
+            element("button", { type: "button", class: "plain", onclick: () => example(known) }, known.title),
+          ),
+        ),
+      ),
+  );
+}
+
+/**
+ * Opens a known loop with its plant.
+ *
+ * @param {import("./messages").KnownLoop} known
+ */
+async function example(known) {
+  const [controller, ...members] = known.setup.members;
+  try {
+    const loop = await store.add(controller.name, controller.fmu);
+    // The connections name the controller as the example does.
+    const own = (/** @type {string} */ name) =>
+      name.startsWith(`${controller.name}.`) ? loop.member + name.slice(controller.name.length) : name;
+    store.edit(controller.values);
+    await store.send();
+    loop.undo = [];
+    const connections = known.setup.connections.map(
+      ([from, to]) => /** @type {[string, string]} */ ([own(from), own(to)]),
+    );
+    const copies = members.map((member) => ({ ...member, values: { ...member.values } }));
+    await store.connect(copies, connections);
+  } catch (error) {
+    store.say(error);
+  }
+}
+
+/** Files may be dropped anywhere. */
+function mountDrop() {
+  const isOfFiles = (/** @type {DragEvent} */ event) => event.dataTransfer?.types.includes("Files") ?? false;
+  document.addEventListener("dragover", (event) => {
+    if (!isOfFiles(event)) return;
+    event.preventDefault();
+    document.body.classList.add("is-dropping");
+  });
+  document.addEventListener("dragleave", (event) => {
+    if (!event.relatedTarget) document.body.classList.remove("is-dropping");
+  });
+  document.addEventListener("drop", async (event) => {
+    document.body.classList.remove("is-dropping");
+    if (!isOfFiles(event)) return;
+    event.preventDefault();
+    await openFiles([...(event.dataTransfer?.files ?? [])]);
+  });
+}
+
+/** @param {string} block */
+function freeName(block) {
+  const taken = new Set(store.loops.map((loop) => loop.name));
+  let number = 1;
+  while (taken.has(`${block}_${number}`)) number += 1;
+  return `${block}_${number}`;
+}
+
+/** All loops: those made here, then those of the files. */
+function allRows() {
+  /** @type {Row[]} */
+  const rows = [];
+  const inFiles = new Set();
+  for (const file of store.files) {
+    for (const [at, loop] of file.loops.entries()) {
+      const work = underWork(file, at);
+      if (work) inFiles.add(work);
+      rows.push({
+        name: loop.name,
+        block: loop.block,
+        cycle: loop.cycle,
+        warnings: loop.warnings.length,
+        loop: work,
+        take: () => take(file, at),
+      });
+    }
+  }
+  const own = store.loops.filter((loop) => !inFiles.has(loop)).map((loop) => rowOf(loop));
+  return [...own, ...rows];
+}
+
+/**
+ * @param {import("./store.js").Work} loop
+ * @returns {Row}
+ */
+function rowOf(loop) {
+  const cycle = loop.description.cycle && loop.settings[loop.description.cycle]?.sent;
+  return {
+    name: loop.name,
+    block: loop.description.block,
+    cycle: typeof cycle === "number" ? cycle : null,
+    warnings: loop.warnings.length,
+    loop,
+    take: () => store.show(loop),
+  };
+}
+
+/**
+ * @param {HTMLElement} list
+ * @param {HTMLElement} search
+ */
+function showRows(list, search) {
+  const focused = list.contains(document.activeElement) ? document.activeElement?.getAttribute("data-row") : null;
+  const all = allRows();
+  const found = filter
+    ? all.filter((row) => row.name.toLowerCase().includes(filter) || row.block.toLowerCase().includes(filter))
+    : all;
+  const rows = store.loops.length > 0 ? FEW : MANY;
+  search.hidden = all.length <= 8;
+  // An element that is made anew under the pointer is not clicked.
+  const key = JSON.stringify([
+    page,
+    all.length,
+    found.length,
+    found.slice(page * rows, page * rows + rows).map(summaryOf),
+  ]);
+  if (key === shownRows) return;
+  shownRows = key;
+  const pages = Math.max(1, Math.ceil(found.length / rows));
+  page = Math.min(page, pages - 1);
+  const from = page * rows;
+  const shown = found.slice(from, from + rows);
+  const head = ["Loop", "Block", "Cycle", ""].map((title) =>
+    element(
+      "th",
+      { scope: "col", class: title === "Cycle" && "number" },
+      title || element("span", { class: "visually-hidden" }, "State"),
+    ),
+  );
+  fill(
+    list,
+    all.length > 0 &&
+      element(
+        "table",
+        { class: "loops" },
+        element("thead", {}, element("tr", {}, head)),
+        element(
+          "tbody",
+          {},
+          shown.map((row, index) => showRow(row, from + index)),
+        ),
+      ),
+    pages > 1 &&
+      element(
+        "p",
+        { class: "row pages" },
+        pageButton(list, search, "Earlier", -1, page > 0),
+        element("span", {}, `${from + 1} to ${from + shown.length} of ${found.length}`),
+        pageButton(list, search, "Later", 1, page < pages - 1),
+      ),
+    all.length > 0 && found.length === 0 && element("p", { class: "faint" }, "No loop has this name or block."),
+  );
+  if (focused) /** @type {HTMLElement | null} */ (list.querySelector(`[data-row="${focused}"]`))?.focus();
+}
+
+/**
+ * @param {HTMLElement} list
+ * @param {HTMLElement} search
+ * @param {string} title
+ * @param {number} by
+ * @param {boolean} isThere
+ */
+function pageButton(list, search, title, by, isThere) {
+  const turn = () => {
+    page += by;
+    showRows(list, search);
+  };
+  return element("button", { type: "button", "data-row": title, disabled: !isThere, onclick: turn }, title);
+}
+
+/**
+ * @param {Row} row
+ * @param {number} number
+ */
+function showRow(row, number) {
+  const { state, isShown, warnings } = summaryOf(row);
+  const open = async () => {
+    try {
+      await row.take();
+    } catch (error) {
+      store.say(error);
+    }
+  };
+  const name = element(
+    "button",
+    { type: "button", class: "plain loop", "data-row": number, "aria-current": isShown ? "true" : null, onclick: open },
+    row.name || "(no name)",
+  );
+  return element(
+    "tr",
+    { class: isShown && "is-shown" },
+    element("td", {}, name),
+    element("td", {}, row.block),
+    element("td", { class: "number" }, row.cycle === null ? "" : `${rounded(row.cycle, "TIME")} s`),
+    element(
+      "td",
+      {
+        class: warnings ? "note" : "faint",
+        title: warnings && `${row.warnings} sentences of the block about its settings`,
+      },
+      state,
+    ),
+  );
+}
+
+/**
+ * What a row says besides name and block.
+ *
+ * @param {Row} row
+ */
+function summaryOf(row) {
+  const settings = Object.values(row.loop?.settings ?? {});
+  const changed = settings.filter((one) => source(one) === "changed").length;
+  const edited = settings.filter(isEdited).length;
+  const warnings = row.warnings > 0 ? `! ${row.warnings}` : "";
+  const state = [warnings, changed > 0 && `${changed} changed`, edited > 0 && "not sent"].filter(Boolean).join(", ");
+  return {
+    state,
+    warnings,
+    name: row.name,
+    cycle: row.cycle,
+    isShown: row.loop !== undefined && row.loop === store.loop,
+  };
+}
+
+/** @param {HTMLElement} within */
+function showProblems(within) {
+  fill(
+    within,
+    store.files.map((file) => {
+      const close = () => {
+        store.files.splice(store.files.indexOf(file), 1);
+        store.emit("files");
+      };
+      const count = file.loops.length === 1 ? "1 loop" : `${file.loops.length} loops`;
+      return element(
+        "div",
+        { class: file.isRefused ? "file is-refused" : "file" },
+        element(
+          "p",
+          { class: "row" },
+          element("span", { class: "file-name" }, file.name),
+          element("span", { class: file.isRefused ? "error" : "faint" }, file.isRefused ? "not opened" : count),
+          element(
+            "button",
+            { type: "button", class: "plain", "aria-label": `Close ${file.name}`, onclick: close },
+            "Close",
+          ),
+        ),
+        file.problems.length > 0 &&
+          element(
+            "ul",
+            {},
+            file.problems.slice(0, 20).map((one) => problem(file, one)),
+          ),
+        file.problems.length > 20 && element("p", { class: "faint" }, `and ${file.problems.length - 20} more`),
+        file.isRefused && again(file),
+      );
+    }),
+  );
+}
+
+/**
+ * @param {import("./store.js").OpenFile} file
+ * @param {import("./messages").Problem} one
+ */
+function problem(file, one) {
+  const place = one.place ? `${file.name}, line ${one.place[0]}, column ${one.place[1]}: ` : "";
+  return element(
+    "li",
+    {},
+    element("span", { class: file.isRefused ? "error" : "note" }, place + one.message),
+    one.help && element("span", { class: "help" }, ` Help: ${one.help}`),
+  );
+}
+
+/**
+ * Some formats do not say the block.
+ *
+ * @param {import("./store.js").OpenFile} file
+ */
+function again(file) {
+  if (!file.problems.some((one) => /block/i.test(`${one.message} ${one.help ?? ""}`))) return null;
+  const choice = element(
+    "select",
+    {},
+    store.catalogue.fmus
+      .filter((one) => one.part !== "plant" && !one.is_foreign)
+      .map((one) => element("option", { value: one.name }, one.name)),
+  );
+  const read = async () => {
+    try {
+      await readAgain(file, choice.value);
+    } catch (error) {
+      store.say(error instanceof EngineError ? error : new EngineError(String(error)));
+    }
+  };
+  return element(
+    "p",
+    { class: "row" },
+    element("label", {}, "Read it as parameters of ", choice),
+    element("button", { type: "button", onclick: read }, "Read again"),
+  );
+}

@@ -1,32 +1,54 @@
 /** Starts the page. Each panel has a module with a function `mount`, which gets the element for its content. */
 
+import { mount as bar } from "tool/bar.js";
+import { mount as compare } from "tool/compare.js";
+import { mount as curves } from "tool/curves.js";
 import { mount as diagram } from "tool/diagram.js";
 import { byId } from "tool/dom.js";
 import { ask } from "tool/engine.js";
+import { mount as figures } from "tool/figures.js";
+import { openGiven } from "tool/files.js";
 import { mount as help } from "tool/help.js";
 import { mount as keyboard } from "tool/keyboard.js";
 import { mount as loops } from "tool/loops.js";
 import { mount as parameters } from "tool/parameters.js";
+import { mount as plant } from "tool/plant.js";
+import { mount as replay } from "tool/replay.js";
+import { mount as run } from "tool/run.js";
+import { keep, resume } from "tool/session.js";
 import { store } from "tool/store.js";
+import { mount as takeaway } from "tool/takeaway.js";
+import { mount as tune } from "tool/tune.js";
 
 /** The panels of the page by the id of their section. @type {[string, (content: HTMLElement) => void][]} */
 const PANELS = [
   ["loops", loops],
   ["parameters", parameters],
+  ["compare", compare],
   ["help", help],
   ["diagram", diagram],
-  // Run, curves and what follows from them.
+  ["curves", curves],
+  ["run", run],
+  ["figures", figures],
+  ["plant", plant],
+  ["tune", tune],
+  ["replay", replay],
+  ["takeaway", takeaway],
 ];
 
 for (const [id, mount] of PANELS) {
   const content = byId(id).querySelector(".content");
   if (content instanceof HTMLElement) mount(content);
 }
+bar();
 keyboard();
 
 try {
   store.catalogue = await ask({ do: "catalogue" });
   store.emit("catalogue");
+  await resume();
+  await openGiven();
 } catch (error) {
   store.say(error);
 }
+keep();

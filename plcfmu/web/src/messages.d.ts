@@ -215,6 +215,11 @@ export interface Tuned {
   predicted: Predicted;
   remarks: string[];
 }
+export interface Ratio {
+  ratio: number;
+  model: Model;
+  remarks: string[];
+}
 export interface Sweep {
   title: string;
   variable: string;
@@ -314,6 +319,7 @@ export interface Dialogue {
     };
     answer: Tuned;
   };
+  ratio: { request: { do: "ratio"; heating: Model; cooling: Model }; answer: Ratio };
   characteristic: { request: { do: "characteristic"; member: Member }; answer: Characteristics };
   replay: {
     request: {

@@ -1,2 +1,456 @@
-/** @param {HTMLElement} _content */
-export function mount(_content) {}
+/**
+ * The settings of the shown loop in the groups of the vendor's dialog.
+ *
+ * A field is edited until it is sent: Enter sends it, Esc takes it back. A text that is no value stays in the field with a
+ * sentence, and the value in force stays. Settings without effect are folded away at the end of their group.
+ *
+ * @typedef {import("./store.js").Work} Work
+ * @typedef {import("./store.js").Setting} Setting
+ */
+
+import { mount as characteristic } from "tool/characteristic.js";
+import { attribute, byId, element, fill, text } from "tool/dom.js";
+import { fieldHelp } from "tool/help.js";
+import { isEdited, runValue, source, store, wiredTo } from "tool/store.js";
+import { isBoolean, isTime, number, plcTime, read, shown } from "tool/values.js";
+
+/**
+ * A row of the panel.
+ *
+ * @typedef {object} Row
+ * @property {HTMLElement} row
+ * @property {HTMLInputElement} input
+ * @property {HTMLElement} tag
+ * @property {HTMLElement} grey
+ * @property {HTMLElement} remark
+ * @property {HTMLElement} group the rows of its group that have an effect
+ * @property {HTMLElement} folded the rows of its group that have none
+ */
+
+/** @type {Map<string, Row>} */
+let rows = new Map();
+/** The groups of the shown loop. @type {{ box: HTMLElement, used: HTMLElement, fold: HTMLDetailsElement, folded: HTMLElement, summary: HTMLElement, names: string[] }[]} */
+let groups = [];
+/** Which groups of which block the user has unfolded. @type {Set<string>} */
+const unfolded = new Set();
+
+/** The actions of a structure P, I, D by their switches. @type {[string, string][]} */
+const STRUCTURES = [
+  ["P", "100"],
+  ["PI", "110"],
+  ["PD", "101"],
+  ["PID", "111"],
+  ["I", "010"],
+  ["ID", "011"],
+  ["D", "001"],
+  ["none", "000"],
+];
+const USUAL = 4;
+
+/** @param {HTMLElement} content */
+export function mount(content) {
+  const send = element("button", { type: "button", class: "primary", id: "send", onclick: () => store.send() }, "Send");
+  const back = element(
+    "button",
+    { type: "button", id: "take-back", onclick: () => store.takeBack(store.edited()) },
+    "Take back",
+  );
+  const count = element("span", { id: "edited-count", class: "faint", role: "status" });
+  const bar = element("div", { class: "row send" }, send, back, count);
+  const warnings = element("ul", { class: "warnings" });
+  const list = element("div", { id: "fields" });
+  content.append(bar, warnings, list);
+  characteristic(content);
+  const showBar = () => {
+    const edited = store.edited().length;
+    attribute(send, "disabled", edited === 0);
+    attribute(back, "disabled", edited === 0);
+    text(count, edited === 0 ? "All values are in force" : `${edited} edited, not sent`);
+  };
+  store.on("loop", () => {
+    build(list);
+    place();
+    showBar();
+  });
+  store.on("settings", (names) => {
+    for (const name of names) showField(name);
+    showStructure();
+    showBar();
+  });
+  store.on("checked", () => {
+    place();
+    const others = store.loop?.checked?.remarks.filter((remark) => fieldOf(remark) === undefined) ?? [];
+    fill(
+      warnings,
+      others.map((one) => element("li", { class: one.is_error ? "error" : "note" }, one.text)),
+    );
+    for (const name of rows.keys()) showField(name);
+  });
+  for (const what of ["plant", "run"]) {
+    store.on(what, () => {
+      for (const name of rows.keys()) showField(name);
+    });
+  }
+  let isDue = false;
+  store.on("state", () => {
+    if (isDue) return;
+    isDue = true;
+    requestAnimationFrame(() => {
+      isDue = false;
+      for (const name of rows.keys()) if (store.loop && wiredTo(store.loop, name)) showField(name);
+    });
+  });
+}
+
+/**
+ * Goes to a field, out of its fold if need be.
+ *
+ * @param {string} name
+ * @returns {boolean} whether there is such a field
+ */
+export function goTo(name) {
+  const row = rows.get(name);
+  if (!row) return false;
+  const fold = row.row.closest("details");
+  if (fold) fold.open = true;
+  row.row.scrollIntoView({ block: "nearest" });
+  if (row.input.offsetParent) row.input.focus();
+  else byId("structure").focus();
+  row.input.select?.();
+  return true;
+}
+
+/** @param {HTMLElement} list */
+function build(list) {
+  rows = new Map();
+  groups = [];
+  const loop = store.loop;
+  list.textContent = "";
+  if (!loop) return;
+  for (const group of loop.description.groups) {
+    const names = group.fields.map((field) => field.name).filter((name) => name in loop.settings);
+    if (names.length === 0) continue;
+    const id = `group-${groups.length}`;
+    const used = element("div", { class: "fields" });
+    const folded = element("div", { class: "fields" });
+    const summary = element("summary", {});
+    const key = `${loop.description.name} ${group.title}`;
+    const fold = element("details", { open: unfolded.has(key) }, summary, folded);
+    fold.addEventListener("toggle", () => {
+      if (fold.open) unfolded.add(key);
+      else unfolded.delete(key);
+      place();
+    });
+    const box = element(
+      "section",
+      { class: "group", "aria-labelledby": id },
+      element("h3", { id }, group.title),
+      used,
+      fold,
+    );
+    for (const name of names) rows.set(name, makeRow(loop, name, used, folded));
+    if (names.includes(loop.description.roles.structure[0])) used.append(makeStructure(loop));
+    groups.push({ box, used, fold, folded, summary, names });
+    list.append(box);
+  }
+  for (const name of rows.keys()) showField(name);
+  showStructure();
+}
+
+/** Moves each row to its place: among those with an effect, or into the fold. */
+function place() {
+  const loop = store.loop;
+  if (!loop) return;
+  const unused = new Set(loop.checked?.unused ?? []);
+  for (const { used, fold, folded, summary, names } of groups) {
+    let count = 0;
+    for (const name of names) {
+      const row = rows.get(name);
+      if (!row) continue;
+      // The field with the focus stays where it is, and so does an edited one.
+      const isHere = row.row.parentElement !== null;
+      const stays = isHere && (row.row.contains(document.activeElement) || isEdited(loop.settings[name]));
+      const target = stays ? row.row.parentElement : unused.has(name) ? folded : used;
+      if (target === folded) count += 1;
+      if (row.row.parentElement !== target) insert(/** @type {HTMLElement} */ (target), row.row, names);
+      row.row.classList.toggle("is-unused", unused.has(name));
+    }
+    fold.hidden = count === 0;
+    const what = count === 1 ? "1 setting" : `${count} settings`;
+    text(
+      summary,
+      `${what} without effect ${structureOf(loop) ? `in ${structureOf(loop)}` : "now"}: ${fold.open ? "hide" : "show"}`,
+    );
+  }
+}
+
+/**
+ * Puts a row into a list in the order of the group.
+ *
+ * @param {HTMLElement} target
+ * @param {HTMLElement} row
+ * @param {string[]} order
+ */
+function insert(target, row, order) {
+  const at = order.indexOf(row.dataset.name ?? "");
+  const after = [...target.children].find((one) => {
+    const name = one instanceof HTMLElement ? one.dataset.name : undefined;
+    return name !== undefined && order.indexOf(name) > at;
+  });
+  target.insertBefore(row, after ?? null);
+}
+
+/**
+ * @param {Work} loop
+ * @param {string} name
+ * @param {HTMLElement} group
+ * @param {HTMLElement} folded
+ * @returns {Row}
+ */
+function makeRow(loop, name, group, folded) {
+  const { variable } = loop.settings[name];
+  const id = `field-${name}`;
+  const isSwitch = isBoolean(variable.kind);
+  const input = element("input", {
+    id,
+    type: isSwitch ? "checkbox" : "text",
+    class: isSwitch ? "switch" : "number",
+    inputmode: isSwitch ? null : "text",
+    autocomplete: "off",
+    spellcheck: "false",
+    "aria-describedby": `${id}-unit ${id}-tag ${id}-grey ${id}-remark`,
+  });
+  let isGoingOn = false;
+  input.addEventListener("focus", () => {
+    isGoingOn = false;
+  });
+  input.addEventListener("input", () => {
+    if (isSwitch) return store.edit({ [name]: input.checked });
+    const typed = read(input.value, variable);
+    if ("why" in typed) store.reject(name, input.value, typed.why);
+    else store.edit({ [name]: typed.value }, isGoingOn);
+    isGoingOn = true;
+  });
+  // A good value is written as the block holds it when the field is left.
+  input.addEventListener("blur", () => {
+    showField(name);
+    place();
+  });
+  input.addEventListener("keydown", (event) => keys(event, name, input));
+  const tag = element("span", { class: "tag", id: `${id}-tag` });
+  const grey = element("span", { class: "grey faint", id: `${id}-grey` });
+  const remark = element("span", { class: "remark", id: `${id}-remark`, "aria-live": "polite" });
+  const unit = variable.unit ?? (isTime(variable.kind) ? "s" : "");
+  const help = element(
+    "button",
+    {
+      type: "button",
+      class: "plain ask",
+      "aria-label": `Help on ${name}`,
+      "aria-expanded": "false",
+      onclick: () => fieldHelp(name, row, input),
+    },
+    "?",
+  );
+  const row = element(
+    "div",
+    { class: isSwitch ? "field of-switch" : "field", "data-name": name, title: variable.description },
+    element("label", { for: id, class: "name" }, name),
+    element("span", { class: "value" }, input),
+    element("span", { class: "unit", id: `${id}-unit` }, unit),
+    tag,
+    help,
+    grey,
+    remark,
+  );
+  row.hidden = isOfStructure(loop, name);
+  return { row, input, tag, grey, remark, group, folded };
+}
+
+/**
+ * @param {KeyboardEvent} event
+ * @param {string} name
+ * @param {HTMLInputElement} input
+ */
+async function keys(event, name, input) {
+  const row = rows.get(name);
+  if (event.key === "Enter") {
+    event.preventDefault();
+    if (await store.send([name])) showField(name, true);
+  } else if (event.key === "Escape" && row) {
+    if (row.row.nextElementSibling?.classList.contains("field-help")) fieldHelp(name, row.row, input);
+    else {
+      store.takeBack([name]);
+      showField(name, true);
+    }
+    event.stopPropagation();
+  } else if ((event.key === "F1" || event.key === "?") && row) {
+    event.preventDefault();
+    fieldHelp(name, row.row, input);
+  }
+}
+
+/**
+ * Shows a setting in its field.
+ *
+ * @param {string} name
+ * @param {boolean} [isForced] whether the text is written anew although the user is in the field
+ */
+function showField(name, isForced = false) {
+  const loop = store.loop;
+  const row = rows.get(name);
+  const setting = loop?.settings[name];
+  if (!loop || !row || !setting) return;
+  const { kind } = setting.variable;
+  const wire = wiredTo(loop, name);
+  const value = wire ? (runValue(loop, name) ?? setting.value) : setting.value;
+  if (isBoolean(kind)) row.input.checked = Boolean(value);
+  else if (isForced || document.activeElement !== row.input || setting.wrong === undefined) {
+    const written = setting.wrong ?? shown(value, kind);
+    // What is being typed is left as it is.
+    const typed = read(row.input.value, setting.variable);
+    const isSame = "value" in typed && shown(typed.value, kind) === written;
+    const isTyping = document.activeElement === row.input && isSame && !isForced;
+    if (!isTyping && row.input.value !== written) row.input.value = written;
+  }
+  row.input.readOnly = wire !== undefined;
+  if (isBoolean(kind)) row.input.disabled = wire !== undefined;
+  const edited = isEdited(setting);
+  row.row.classList.toggle("is-edited", edited);
+  const from = wire ? "connected" : edited ? "not sent" : source(setting);
+  row.row.dataset.source = wire ? "connected" : source(setting);
+  text(row.tag, from);
+  text(row.grey, greyOf(loop, setting, value, wire));
+  const said = loop.checked?.remarks ?? [];
+  const remarks = said.filter((one) => fieldOf(one) === name);
+  const isError = setting.why !== undefined || said.some((one) => one.is_error && one.variables.includes(name));
+  text(row.remark, wire ? "" : (setting.why ?? remarks.map((one) => one.text).join(" ")));
+  row.remark.classList.toggle("error", isError);
+  row.remark.classList.toggle("note", !isError);
+  attribute(row.input, "aria-invalid", isError ? "true" : null);
+}
+
+/**
+ * The field under which a remark stands: that of the first variable it names that has one.
+ *
+ * @param {import("./messages").Remark} remark
+ */
+function fieldOf(remark) {
+  const loop = store.loop;
+  return remark.variables.find((name) => rows.has(name) && loop && !isOfStructure(loop, name));
+}
+
+/**
+ * What stands in grey under a field: its range, its time as the PLC shows it, and the value in force if it is another.
+ *
+ * @param {Work} loop
+ * @param {Setting} setting
+ * @param {import("./messages").Value} value
+ * @param {string | undefined} wire
+ */
+function greyOf(loop, setting, value, wire) {
+  const { kind, min, max } = setting.variable;
+  const parts = [];
+  if (wire) parts.push(`from ${wire}`);
+  if (isTime(kind)) parts.push(plcTime(number(value)));
+  if (!isBoolean(kind)) {
+    if (min !== null && max !== null) parts.push(`${shown(min, kind)} ... ${shown(max, kind)}`);
+    else if (min !== null) parts.push(`from ${shown(min, kind)}`);
+    else if (max !== null) parts.push(`up to ${shown(max, kind)}`);
+  }
+  if (isEdited(setting) && !wire) parts.push(`in force: ${shown(setting.sent, kind)}`);
+  const rounded = loop.checked?.rounded[setting.variable.name];
+  if (rounded !== undefined && kind !== "REAL") parts.push(`the block holds ${shown(rounded, kind)}`);
+  return parts.join("; ");
+}
+
+/**
+ * Whether a setting is one of the three switches that the choice of the structure stands for.
+ *
+ * @param {Work} loop
+ * @param {string} name
+ */
+function isOfStructure(loop, name) {
+  const { structure } = loop.description.roles;
+  return structure.length === 3 && structure.includes(name);
+}
+
+/**
+ * P, PI, PD or PID, if the block has the three switches.
+ *
+ * @param {Work} loop
+ */
+function structureOf(loop) {
+  const { structure } = loop.description.roles;
+  if (structure.length !== 3) return undefined;
+  const switches = structure.map((name) => (loop.settings[name]?.value ? "1" : "0")).join("");
+  return STRUCTURES.find(([, bits]) => bits === switches)?.[0];
+}
+
+/** @param {Work} loop */
+function makeStructure(loop) {
+  const names = loop.description.roles.structure;
+  const choose = () => {
+    const bits = STRUCTURES.find(([title]) => title === select.value)?.[1] ?? "000";
+    store.edit(Object.fromEntries(names.map((name, at) => [name, bits[at] === "1"])));
+  };
+  const select = element("select", {
+    id: "structure",
+    onchange: choose,
+    "aria-describedby": "structure-tag structure-grey",
+  });
+  select.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") {
+      event.preventDefault();
+      store.send(names);
+    } else if (event.key === "Escape") store.takeBack(names);
+    else if (event.key === "F1" || event.key === "?") {
+      event.preventDefault();
+      fieldHelp(names, row, select);
+    }
+  });
+  const row = element(
+    "div",
+    { class: "field of-structure", "data-name": names[0] },
+    element("label", { for: "structure" }, "Structure"),
+    element("span", { class: "value" }, select),
+    element("span", {}),
+    element("span", { class: "tag", id: "structure-tag" }),
+    element(
+      "button",
+      {
+        type: "button",
+        class: "plain ask",
+        "aria-label": "Help on the structure",
+        "aria-expanded": "false",
+        onclick: () => fieldHelp(names, row, select),
+      },
+      "?",
+    ),
+    element("span", { class: "grey faint", id: "structure-grey" }, names.join(", ")),
+  );
+  return row;
+}
+
+/** Shows the structure that the three switches make. */
+function showStructure() {
+  const loop = store.loop;
+  const select = document.getElementById("structure");
+  if (!loop || !(select instanceof HTMLSelectElement)) return;
+  const present = structureOf(loop) ?? "none";
+  const offered = STRUCTURES.filter(([title], at) => at < USUAL || title === present).map(([title]) => title);
+  if ([...select.options].map((one) => one.value).join() !== offered.join()) {
+    fill(
+      select,
+      offered.map((title) => element("option", { value: title }, title)),
+    );
+  }
+  select.value = present;
+  const settings = loop.description.roles.structure.map((name) => loop.settings[name]);
+  const row = select.closest(".field");
+  const edited = settings.some(isEdited);
+  const from = ["changed", "file"].find((what) => settings.some((one) => source(one) === what)) ?? "start";
+  row?.classList.toggle("is-edited", edited);
+  if (row instanceof HTMLElement) row.dataset.source = from;
+  text(byId("structure-tag"), edited ? "not sent" : from);
+}

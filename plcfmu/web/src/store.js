@@ -27,10 +27,11 @@
  * | `settings` | values of the shown loop were edited, sent, undone; detail: the names |
  * | `checked` | the engine has checked the settings of the shown loop |
  * | `plant` | members, connections or settings of members are others |
- * | `run` | a run has begun; earlier ones are in `loop.runs` |
+ * | `run` | a run has begun; earlier ones are in `loop.runs`; detail: its Setup if it is a new one |
  * | `state` | calls were made or values set: `store.state` is new (many times a second; draw at most once a frame) |
  * | `failure` | the run has ended by itself: `store.state.failure` |
  * | `say` | a sentence for the user; detail: {@link Said} |
+ * | `question` | a question for the user; detail: `{text, yes, act}`, where `act` is what a yes does |
  * | `home` | the engine is lost, or is another one |
  * | `csv` | a CSV file was dropped; detail: `{name, text}` |
  * | `prediction` | a predicted curve is there or gone: `store.prediction` |
@@ -188,18 +189,27 @@ export const store = {
       const found = given.get(variable.name);
       const value = found?.value ?? variable.start;
       const origin = found?.origin ?? undefined;
-      settings[variable.name] = {
-        ...{ variable, start: variable.start, file: found?.value, origin, sent: value, value },
-        ...{ wrong: undefined, why: undefined },
-      };
+      const start = { variable, start: variable.start, file: found?.value, origin };
+      settings[variable.name] = { ...start, sent: value, value, wrong: undefined, why: undefined };
     }
     lastId += 1;
     const taken = new Set(["PLANT", "SENSOR", ...store.loops.map((loop) => loop.member)]);
     /** @type {Work} */
     const loop = {
-      ...{ id: lastId, name, member: plainName(name, description.block, taken), file, warnings: of?.warnings ?? [] },
-      ...{ description, settings, checked: undefined, members: [], connections: [], notes: {} },
-      ...{ runs: [], undo: [], redo: [] },
+      id: lastId,
+      name,
+      member: plainName(name, description.block, taken),
+      file,
+      warnings: of?.warnings ?? [],
+      description,
+      settings,
+      checked: undefined,
+      members: [],
+      connections: [],
+      notes: {},
+      runs: [],
+      undo: [],
+      redo: [],
     };
     store.loops.push(loop);
     store.emit("loops");
@@ -237,8 +247,9 @@ export const store = {
    * Edits values of the shown loop: they are in the fields, not yet in force.
    *
    * @param {Values} values
+   * @param {boolean} [isTyped] whether it goes on with the last edit: what is typed into a field is one edit
    */
-  edit(values) {
+  edit(values, isTyped = false) {
     const loop = store.loop;
     if (!loop) return;
     /** @type {Change} */
@@ -250,7 +261,11 @@ export const store = {
       if (!same(setting.variable.kind, setting.value, after)) change.push({ name, before: setting.value, after });
       setting.value = after;
     }
-    if (change.length > 0) {
+    const last = loop.undo.at(-1);
+    if (isTyped && change.length === 1 && last?.length === 1 && last[0].name === change[0].name) {
+      last[0].after = change[0].after;
+      loop.redo = [];
+    } else if (change.length > 0) {
       loop.undo.push(change);
       loop.redo = [];
     }
@@ -259,15 +274,16 @@ export const store = {
   },
 
   /**
-   * Keeps a text that is no value in its field. The last good value stays.
+   * Keeps a text that is no value in its field. The value in force stays.
    *
    * @param {string} name
-   * @param {string | undefined} wrong
-   * @param {string | undefined} why
+   * @param {string} wrong
+   * @param {string} why what is wrong with it
    */
   reject(name, wrong, why) {
     const setting = store.loop?.settings[name];
     if (!setting) return;
+    setting.value = setting.sent;
     setting.wrong = wrong;
     setting.why = why;
     store.emit("settings", [name]);
@@ -284,7 +300,7 @@ export const store = {
     store.edit(Object.fromEntries(names.map((name) => [name, loop.settings[name].sent])));
   },
 
-  /** The names of the shown loop's edited settings. */
+  /** The names of the shown loop's edited settings, wrong texts included. */
   edited() {
     const settings = Object.entries(store.loop?.settings ?? {});
     return settings.filter(([, one]) => isEdited(one)).map(([name]) => name);
@@ -298,8 +314,13 @@ export const store = {
    */
   async send(names = store.edited()) {
     const loop = store.loop;
-    if (!loop || names.length === 0) return true;
-    const values = Object.fromEntries(names.map((name) => [name, loop.settings[name].value]));
+    if (!loop) return true;
+    await store.check();
+    const errors =
+      loop.checked?.remarks.filter((remark) => remark.is_error).flatMap((remark) => remark.variables) ?? [];
+    const good = names.filter((name) => loop.settings[name].wrong === undefined && !errors.includes(name));
+    if (good.length === 0) return names.length === 0;
+    const values = Object.fromEntries(good.map((name) => [name, loop.settings[name].value]));
     try {
       if (store.isLive()) await store.take(ask({ do: "send", values: named(loop, values) }));
     } catch (error) {
@@ -307,9 +328,9 @@ export const store = {
       return false;
     }
     for (const [name, value] of Object.entries(values)) loop.settings[name].sent = value;
-    store.emit("settings", names);
+    store.emit("settings", good);
     store.emit("loops");
-    return true;
+    return good.length === names.length;
   },
 
   /** Takes the last edit back; what was sent meanwhile is edited then. */
@@ -401,7 +422,7 @@ export const store = {
     store.live = loop;
     loop.runs.push(state.run);
     await store.take(Promise.resolve(state));
-    store.emit("run");
+    store.emit("run", setup);
     return state;
   },
 
@@ -525,9 +546,7 @@ export function source(setting) {
  */
 export function valuesOf(loop, which = "value") {
   const settings = Object.entries(loop.settings);
-  const given = settings.filter(
-    ([, one]) => one.file !== undefined || !same(one.variable.kind, one[which], one.start),
-  );
+  const given = settings.filter(([, one]) => one.file !== undefined || !same(one.variable.kind, one[which], one.start));
   return Object.fromEntries(given.map(([name, one]) => [name, one[which]]));
 }
 
@@ -539,10 +558,10 @@ export function valuesOf(loop, which = "value") {
  */
 export function asLoop(loop) {
   const cycle = loop.description.cycle ? loop.settings[loop.description.cycle]?.sent : undefined;
-  const settings = Object.entries(loop.settings).map(([name, one]) => ({
-    ...{ name, value: one.sent },
-    origin: one.origin ?? (same(one.variable.kind, one.sent, one.start) ? null : "the parameter tool"),
-  }));
+  const settings = Object.entries(loop.settings).map(([name, one]) => {
+    const isStart = same(one.variable.kind, one.sent, one.start);
+    return { name, value: one.sent, origin: one.origin ?? (isStart ? null : "the parameter tool") };
+  });
   const block = loop.description.block;
   return { name: loop.name, block, cycle: typeof cycle === "number" ? cycle : null, settings, warnings: loop.warnings };
 }

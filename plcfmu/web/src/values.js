@@ -5,7 +5,12 @@
  */
 
 /** PLC types that are whole numbers, with their ranges. @type {Record<string, [number, number]>} */
-const WHOLE = { INT: [-32768, 32767], WORD: [-32768, 32767], DINT: [-2147483648, 2147483647], Integer: [-2147483648, 2147483647] };
+const WHOLE = {
+  INT: [-32768, 32767],
+  WORD: [-32768, 32767],
+  DINT: [-2147483648, 2147483647],
+  Integer: [-2147483648, 2147483647],
+};
 const BOOLEAN = new Set(["BOOL", "Boolean"]);
 const LONGEST_TIME = 2147483647;
 
@@ -72,7 +77,7 @@ export function shown(value, kind) {
 export function rounded(value, kind, digits = 5) {
   const full = shown(value, kind);
   const x = number(value);
-  if (full.length <= digits + 2 || !Number.isFinite(x) || isBoolean(kind)) return full;
+  if (!Number.isFinite(x) || isBoolean(kind)) return full;
   return String(Number(x.toPrecision(digits)));
 }
 
@@ -141,7 +146,10 @@ export function read(text, { name, kind }) {
  */
 function readTime(written, name) {
   const form = `"${short(written)}" is not a time; write seconds such as 1.5, or 500 ms, 2 min, T#1M30S.`;
-  const compact = written.replace(/^(t|time)#/i, "").replaceAll("_", "").replace(",", ".");
+  const compact = written
+    .replace(/^(t|time)#/i, "")
+    .replaceAll("_", "")
+    .replace(",", ".");
   const sign = compact.startsWith("-") ? -1 : 1;
   const parts = [...compact.replace(/^[+-]/, "").matchAll(/\s*(\d+\.?\d*|\.\d+)\s*(ms|min|d|h|m|s|)\s*/giy)];
   if (parts.length === 0 || parts.map(([part]) => part).join("") !== compact.replace(/^[+-]/, "")) return { why: form };

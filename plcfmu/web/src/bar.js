@@ -1,0 +1,167 @@
+/** The line at the top, and the sentences for the user below it. */
+
+import { toggleCompare } from "tool/compare.js";
+import { attribute, byId, element, fill, text } from "tool/dom.js";
+import { ask, goOnInThePage, hasEngineInPage, listenToNewEngine, whereIsTheEngine } from "tool/engine.js";
+import { toggleHelp } from "tool/help.js";
+import { toggleOpening } from "tool/loops.js";
+import { source, store } from "tool/store.js";
+import { shown } from "tool/values.js";
+
+const MOST_NOTICES = 4;
+
+export function mount() {
+  const command = (
+    /** @type {string} */ title,
+    /** @type {() => void} */ onclick,
+    id = `${title.toLowerCase()}-button`,
+  ) => element("button", { type: "button", id, onclick }, title);
+  const undo = command("Undo", () => store.undo());
+  const redo = command("Redo", () => store.redo());
+  const compare = command("Compare", () => toggleCompare());
+  const away = command("Take away", () => store.emit("show", "takeaway"), "away-button");
+  const open = command("Open, new", toggleOpening, "open-button");
+  byId("commands").append(
+    open,
+    undo,
+    redo,
+    compare,
+    away,
+    command("Help", () => toggleHelp()),
+  );
+  store.on("show", (id) => {
+    const panel = byId(id);
+    panel.scrollIntoView({ block: "start" });
+    /** @type {HTMLElement | null} */ (panel.querySelector("button, input, select"))?.focus({ preventScroll: true });
+  });
+  const update = () => {
+    const loop = store.loop;
+    attribute(undo, "disabled", !loop?.undo.length);
+    attribute(redo, "disabled", !loop?.redo.length);
+    for (const one of [compare, away]) one.hidden = !loop;
+    for (const one of [undo, redo, open]) one.hidden = !loop;
+    showWhat();
+  };
+  for (const what of ["loop", "loops", "settings", "plant"]) store.on(what, update);
+  update();
+  store.on("say", notice);
+  store.on("home", showLost);
+  store.on("question", question);
+  listenToNewEngine(() => {
+    store.live = undefined;
+    store.say("plcfmu tool has begun anew for this tab: its run is gone. Values and curves are kept; begin a new run.");
+  });
+  store.on("failure", () => store.say(new Error(store.state?.failure ?? "")));
+}
+
+/** Name, block, cycle, file and how many settings are changed. */
+function showWhat() {
+  const loop = store.loop;
+  const what = byId("what");
+  document.title = loop ? `${loop.name} (${loop.description.block}) - plcfmu` : "plcfmu: parameter tool";
+  if (!loop) return text(what, "The PLC block on the screen: parameters, run, tune, replay, take away");
+  const { cycle } = loop.description;
+  const changed = Object.values(loop.settings).filter((one) => source(one) === "changed").length;
+  const parts = [
+    element("strong", { class: "loop-name" }, loop.name || "(no name)"),
+    element("span", {}, loop.description.block),
+    cycle &&
+      loop.settings[cycle] &&
+      element("span", {}, `${cycle} ${shown(loop.settings[cycle].sent, loop.settings[cycle].variable.kind)} s`),
+    element("span", { class: "faint" }, loop.file ? `from ${loop.file}` : "new"),
+    element("span", { class: changed > 0 ? "note" : "faint" }, changed > 0 ? `${changed} changed` : "unchanged"),
+  ];
+  const key = parts.map((part) => (part ? part.textContent : "")).join("|");
+  if (what.dataset.key === key) return;
+  what.dataset.key = key;
+  fill(what, parts);
+}
+
+/** @param {import("./store.js").Said} said */
+function notice({ text: sentence, isError }) {
+  const notices = byId("notices");
+  const same = [...notices.querySelectorAll(".notice")].find(
+    (one) => one.querySelector(".sentence")?.textContent === sentence,
+  );
+  if (same) return;
+  const made = element(
+    "div",
+    { class: isError ? "notice row is-error" : "notice row" },
+    element("span", { class: "kind" }, isError ? "Error" : "Note"),
+    element("span", { class: "sentence" }, sentence),
+    element(
+      "button",
+      { type: "button", class: "plain", "aria-label": "Close this message", onclick: () => made.remove() },
+      "Close",
+    ),
+  );
+  notices.append(made);
+  for (const old of [...notices.querySelectorAll(".notice")].slice(0, -MOST_NOTICES)) old.remove();
+}
+
+/** @param {{ text: string, yes: string, act: () => Promise<void> }} asked */
+function question({ text: sentence, yes, act }) {
+  const answer = async () => {
+    made.remove();
+    try {
+      await act();
+    } catch (error) {
+      store.say(error);
+    }
+  };
+  const made = element(
+    "div",
+    { class: "notice row", role: "group", "aria-label": "Question" },
+    element("span", { class: "kind" }, "Question"),
+    element("span", { class: "sentence" }, sentence),
+    element("button", { type: "button", class: "primary", onclick: answer }, yes),
+    element("button", { type: "button", onclick: () => made.remove() }, "No"),
+  );
+  byId("notices").append(made);
+  made.querySelector("button")?.focus();
+}
+
+/** The server does not answer: what is shown is kept, and the page may go on without FMUs. */
+function showLost() {
+  document.getElementById("lost")?.remove();
+  if (!store.isLost) return;
+  const again = async () => {
+    try {
+      await ask({ do: "catalogue" });
+      found();
+    } catch (error) {
+      store.say(error);
+    }
+  };
+  const found = () => {
+    store.isLost = false;
+    store.live = undefined;
+    store.emit("home");
+  };
+  const goOn = async () => {
+    goOnInThePage();
+    store.descriptions.clear();
+    found();
+    try {
+      store.catalogue = await ask({ do: "catalogue" });
+      store.emit("catalogue");
+      const missing = store.loops.filter(
+        (loop) => !store.catalogue.fmus.some((one) => one.name === loop.description.name),
+      );
+      for (const loop of missing) store.say(`${loop.name}: the page has no block ${loop.description.name} of its own.`);
+    } catch (error) {
+      store.say(error);
+    }
+  };
+  byId("notices").prepend(
+    element(
+      "div",
+      { id: "lost", class: "row is-error" },
+      element("span", {}, "plcfmu tool does not answer. All that is shown is kept."),
+      element("button", { type: "button", onclick: again }, "Try again"),
+      hasEngineInPage() &&
+        whereIsTheEngine() === "server" &&
+        element("button", { type: "button", class: "primary", onclick: goOn }, "Go on in the page without FMUs"),
+    ),
+  );
+}

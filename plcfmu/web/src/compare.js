@@ -1,0 +1,113 @@
+/** What differs from the file, or from the block's start values where there is no file. */
+
+import { byId, element, fill } from "tool/dom.js";
+import { goTo } from "tool/parameters.js";
+import { store } from "tool/store.js";
+import { same, shown } from "tool/values.js";
+
+/** @param {HTMLElement} content */
+export function mount(content) {
+  const update = () => {
+    if (!byId("compare").hidden) show(content);
+  };
+  for (const what of ["loop", "settings", "show-compare"]) store.on(what, update);
+}
+
+/**
+ * Opens or closes the comparison.
+ *
+ * @param {boolean} [isOpen] the other way without it
+ */
+export function toggleCompare(isOpen = Boolean(byId("compare").hidden)) {
+  const panel = byId("compare");
+  panel.hidden = !isOpen;
+  if (isOpen) {
+    store.emit("show-compare");
+    panel.scrollIntoView({ block: "start" });
+    panel.querySelector("button")?.focus();
+  } else byId("compare-button").focus();
+}
+
+/** @param {HTMLElement} content */
+function show(content) {
+  const loop = store.loop;
+  const close = element("button", { type: "button", class: "close", onclick: () => toggleCompare(false) }, "Close");
+  if (!loop) return fill(content, close);
+  const settings = Object.entries(loop.settings);
+  const base = (/** @type {import("./store.js").Setting} */ one) => one.file ?? one.start;
+  const different = settings.filter(
+    ([, one]) => !same(one.variable.kind, one.value, base(one)) || !same(one.variable.kind, one.sent, base(one)),
+  );
+  const what = loop.file ? `the file ${loop.file}` : "the block's start values";
+  if (different.length === 0) return fill(content, close, element("p", {}, `Nothing differs from ${what}.`));
+  const takeAll = () => store.edit(Object.fromEntries(different.map(([name, one]) => [name, base(one)])));
+  const columns = ["Setting", loop.file ? "File" : "Start", "Field", "In force", "Unit", ""];
+  fill(
+    content,
+    close,
+    element("p", {}, `${different.length} of ${settings.length} settings differ from ${what}.`),
+    element(
+      "div",
+      { class: "wide" },
+      element(
+        "table",
+        {},
+        element(
+          "thead",
+          {},
+          element(
+            "tr",
+            {},
+            columns.map((title, at) =>
+              element(
+                "th",
+                { scope: "col", class: at > 0 && at < 4 && "number" },
+                title || element("span", { class: "visually-hidden" }, "Back"),
+              ),
+            ),
+          ),
+        ),
+        element(
+          "tbody",
+          {},
+          different.map(([name, one]) => row(name, one, base(one))),
+        ),
+      ),
+    ),
+    element(
+      "button",
+      { type: "button", onclick: takeAll },
+      loop.file ? "Take all values of the file" : "Take all start values",
+    ),
+  );
+}
+
+/**
+ * @param {string} name
+ * @param {import("./store.js").Setting} one
+ * @param {import("./messages").Value} base
+ */
+function row(name, one, base) {
+  const { kind, unit } = one.variable;
+  const isFromFile = one.file !== undefined;
+  const take = () => store.edit({ [name]: base });
+  const title = isFromFile ? one.origin : "the block's start value";
+  return element(
+    "tr",
+    {},
+    element("td", {}, element("button", { type: "button", class: "plain name", onclick: () => goTo(name) }, name)),
+    element("td", { class: "number", title }, shown(base, kind)),
+    element("td", { class: "number" }, shown(one.value, kind)),
+    element("td", { class: "number" }, shown(one.sent, kind)),
+    element("td", {}, unit ?? (kind === "TIME" ? "s" : "")),
+    element(
+      "td",
+      {},
+      element(
+        "button",
+        { type: "button", class: "plain", "aria-label": `Take ${shown(base, kind)} back into ${name}`, onclick: take },
+        "Take back",
+      ),
+    ),
+  );
+}

@@ -1,0 +1,247 @@
+/**
+ * Files that a user opens: parameter files, FMUs, recorded curves.
+ *
+ * @typedef {import("./messages").Loop} Loop
+ * @typedef {import("./messages").Loops} Loops
+ * @typedef {import("./messages").Setting} FileSetting
+ * @typedef {import("./messages").Value} Value
+ */
+
+import { accept, ask, EngineError, fromBase64, toBase64, unpacked, upload, whereIsTheEngine } from "tool/engine.js";
+import { store } from "tool/store.js";
+import { isBoolean } from "tool/values.js";
+import { unzipped } from "tool/zip.js";
+
+const MEGABYTE = 1_000_000;
+/** The largest files that the page reads: a parameter file of 10 000 loops has 8 MB. */
+const LIMITS = { parameters: 24 * MEGABYTE, csv: 64 * MEGABYTE, fmu: 256 * MEGABYTE };
+/** As many loops as a table can show without making the page slow. */
+const MOST_LOOPS = 20_000;
+
+/**
+ * Opens files. What is wrong with one is shown with it, and nothing else is touched.
+ *
+ * @param {Iterable<File>} files
+ */
+export async function openFiles(files) {
+  for (const file of files) {
+    try {
+      await open(file);
+    } catch (error) {
+      if (error instanceof EngineError) refuse(file.name, error.message);
+      else refuse(file.name, `It cannot be read: ${error instanceof Error ? error.message : error}.`);
+    }
+  }
+}
+
+/** Opens the files that were given to the command, if there are any. */
+export async function openGiven() {
+  if (!document.getElementById("files")?.textContent?.trim()) return;
+  /** @type {{ file: string, content: string }[]} */
+  const given = JSON.parse(new TextDecoder().decode(await unpacked("files")));
+  await openFiles(given.map(({ file, content }) => new File([fromBase64(content)], file)));
+  const block = document.querySelector('meta[name="plcfmu-open"]')?.getAttribute("content");
+  if (block && store.loops.length === 0) await store.add(block, block);
+}
+
+/**
+ * Reads a refused file again as the parameters of a block that the user has chosen.
+ *
+ * @param {import("./store.js").OpenFile} file
+ * @param {string} block
+ */
+export async function readAgain(file, block) {
+  const source = sources.get(file);
+  if (!source) return;
+  store.files.splice(store.files.indexOf(file), 1);
+  await openParameters(source, block);
+}
+
+/** The files themselves, as long as they may be read again. @type {WeakMap<import("./store.js").OpenFile, File>} */
+const sources = new WeakMap();
+
+/** @param {File} file */
+async function open(file) {
+  const name = file.name.toLowerCase();
+  if (name.endsWith(".csv")) {
+    limit(file, LIMITS.csv);
+    store.emit("csv", { name: file.name, text: await file.text() });
+    store.say(`${file.name} is a recording: see Replay and Tune.`);
+  } else if (name.endsWith(".fmu")) {
+    limit(file, LIMITS.fmu);
+    await openFmu(file);
+  } else {
+    limit(file, LIMITS.parameters);
+    await openParameters(file);
+  }
+}
+
+/**
+ * @param {File} file
+ * @param {number} most
+ */
+function limit(file, most) {
+  if (file.size <= most) return;
+  const [has, may] = [file.size, most].map((size) => `${Math.ceil(size / MEGABYTE)} MB`);
+  throw new EngineError(`The file has ${has}; the page reads at most ${may}. Export fewer blocks at a time.`);
+}
+
+/**
+ * @param {File} file
+ * @param {string | null} block
+ */
+async function openParameters(file, block = null) {
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  const beginnings = new TextDecoder("latin1").decode(bytes).match(/(?<!END_)DATA_BLOCK|"block"\s*:/gi)?.length ?? 0;
+  if (beginnings > MOST_LOOPS) {
+    throw new EngineError(
+      `The file has ${beginnings} blocks; the page shows at most ${MOST_LOOPS}. Export fewer blocks at a time.`,
+    );
+  }
+  const read = await ask({ do: "read", file: file.name, content: toBase64(bytes), block });
+  await show(file, read);
+}
+
+/**
+ * Shows the loops of a file; the only one is taken under work at once.
+ *
+ * @param {File} file
+ * @param {Loops} read
+ */
+async function show(file, read) {
+  const before = store.files.findIndex((one) => one.name === file.name);
+  const opened = { name: file.name, loops: read.loops, problems: read.problems, isRefused: read.is_refused };
+  if (before >= 0) store.files.splice(before, 1, opened);
+  else store.files.push(opened);
+  if (read.is_refused) sources.set(opened, file);
+  store.emit("files");
+  if (read.loops.length === 1) await take(opened, 0);
+}
+
+/**
+ * Takes a loop of a file under work, or shows it if it is.
+ *
+ * @param {import("./store.js").OpenFile} file
+ * @param {number} at which loop of the file
+ */
+export async function take(file, at) {
+  const under = underWork(file, at);
+  if (under) return store.show(under);
+  const of = file.loops[at];
+  const fmu = store.catalogue.fmus.find((one) => one.name === of.block) ?? (await byBlock(of.block));
+  if (!fmu) {
+    throw new EngineError(`${of.name}: there is no FMU of the block ${of.block} here; open its .fmu with plcfmu tool.`);
+  }
+  const loop = await store.add(of.name, fmu.name, of, file.name);
+  loop.notes.at = at;
+}
+
+/**
+ * The loop of a file that is under work.
+ *
+ * @param {import("./store.js").OpenFile} file
+ * @param {number} at
+ */
+export function underWork(file, at) {
+  const name = file.loops[at].name;
+  return store.loops.find((one) => one.file === file.name && one.notes.at === at && one.name === name);
+}
+
+/** @param {string} block */
+async function byBlock(block) {
+  for (const entry of store.catalogue.fmus) {
+    const description = await store.describe(entry.name);
+    if (description.block === block || description.aliases.includes(block)) return entry;
+  }
+  return undefined;
+}
+
+/**
+ * @param {string} name
+ * @param {string} message
+ */
+function refuse(name, message) {
+  const file = { name, loops: [], problems: [{ place: null, message, help: null }], isRefused: true };
+  const before = store.files.findIndex((one) => one.name === name && one.isRefused);
+  if (before >= 0) store.files.splice(before, 1, file);
+  else store.files.push(file);
+  store.emit("files");
+}
+
+/**
+ * An FMU: its start values are the parameters of a loop, if its block is one of the catalogue. The server's engine can run it.
+ *
+ * @param {File} file
+ */
+async function openFmu(file) {
+  if (whereIsTheEngine() === "server") return openUploaded(file);
+  const model = await modelDescription(file);
+  const identifier = model.querySelector("CoSimulation")?.getAttribute("modelIdentifier") ?? "";
+  const entry = store.catalogue.fmus.find((one) => one.name === identifier) ?? (await byBlock(identifier));
+  if (!entry) {
+    throw new EngineError(
+      `${identifier || "This FMU"} is native code, which a page cannot run. Open it with plcfmu tool ${file.name}.`,
+    );
+  }
+  const loop = loopOf(file.name, model, await store.describe(entry.name));
+  return show(file, { loops: [loop], problems: [], is_refused: false });
+}
+
+/**
+ * An FMU under the server: parameters of a block that is known, or native code that the user is asked about.
+ *
+ * @param {File} file
+ */
+async function openUploaded(file) {
+  const uploaded = await upload(file);
+  const { name, tool, author, problem, parameters } = uploaded;
+  if (parameters) return openParameters(new File([fromBase64(parameters.content)], parameters.file));
+  if (problem) throw new EngineError(`${name} cannot run here: ${problem}`);
+  const by = [tool, author].filter(Boolean).join(", ");
+  const question = `${name} is native code${by ? ` of ${by}` : " of an unknown tool"}. Run it on this machine?`;
+  store.emit("question", {
+    text: question,
+    yes: "Run it",
+    act: async () => {
+      await accept(name);
+      store.catalogue = await ask({ do: "catalogue" });
+      store.emit("catalogue");
+      store.say(`${name} can be chosen as a plant now.`);
+    },
+  });
+}
+
+/**
+ * The start values of an FMU as a loop.
+ *
+ * @param {string} file
+ * @param {Document} model
+ * @param {import("./messages").Description} description
+ * @returns {Loop}
+ */
+function loopOf(file, model, description) {
+  /** @type {FileSetting[]} */
+  const settings = [];
+  for (const one of model.querySelectorAll("ScalarVariable")) {
+    const variable = description.variables.find(({ name }) => name === one.getAttribute("name"));
+    const text = one.firstElementChild?.getAttribute("start");
+    if (!variable || text === null || text === undefined || variable.role === "output") continue;
+    const value = isBoolean(variable.kind) ? text === "true" || text === "1" : Number(text);
+    settings.push({ name: variable.name, value, origin: file });
+  }
+  const name = model.documentElement.getAttribute("modelName") ?? description.name;
+  const cycle = settings.find((one) => one.name === description.cycle)?.value;
+  const warnings = /** @type {string[]} */ ([]);
+  return { name, block: description.block, cycle: typeof cycle === "number" ? cycle : null, settings, warnings };
+}
+
+/** @param {File} file */
+async function modelDescription(file) {
+  const bytes = await unzipped(file, "modelDescription.xml", 16 * MEGABYTE);
+  if (!bytes) throw new EngineError("It is not an FMU: there is no modelDescription.xml in it.");
+  const model = new DOMParser().parseFromString(new TextDecoder().decode(bytes), "application/xml");
+  if (model.querySelector("parsererror") || model.documentElement.tagName !== "fmiModelDescription") {
+    throw new EngineError("Its modelDescription.xml cannot be read; plcfmu check says what is wrong with it.");
+  }
+  return model;
+}

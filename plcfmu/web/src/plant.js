@@ -1,0 +1,537 @@
+/**
+ * The plant of a loop: which one, its settings, how it is connected, and the measuring chain between it and the controller.
+ *
+ * @typedef {import("./messages").Description} Description
+ * @typedef {import("./messages").Member} Member
+ * @typedef {import("./messages").Proposal} Proposal
+ * @typedef {import("./messages").Value} Value
+ * @typedef {import("./messages").Variable} Variable
+ * @typedef {import("./messages").Wire} Wire
+ * @typedef {import("tool/store.js").Work} Work
+ */
+
+import { element, fill, text } from "tool/dom.js";
+import { ask } from "tool/engine.js";
+import { called, isSwitch, unitText } from "tool/signals.js";
+import { isSettable, split, store, valuesOf } from "tool/store.js";
+import { plcTime, read, shown } from "tool/values.js";
+
+/** The plant that is offered first, and its three numbers in the words of a control engineer. */
+const GENERIC = "PROCESS";
+const THREE_NUMBERS = /** @type {[string, string][]} */ ([
+  ["GAIN", "Gain"],
+  ["T1", "Time constant"],
+  ["DEAD_TM", "Dead time"],
+]);
+const DEAD_TIME = "DEAD_TM";
+const ROOM = "DEAD_MAX";
+/** The measuring chain, and the two numbers that switch it on. */
+const CHAIN = { fmu: "SENSOR", from: "U", to: "Y", noise: "NOISE", steps: "STEPS" };
+const PLANT = "PLANT";
+const SENSOR = "SENSOR";
+
+/** @type {HTMLElement} */
+let body;
+/** What is proposed and possible, by loop. @type {Map<number, Proposal>} */
+const proposals = new Map();
+/** The generic plant's numbers as they were typed last. @type {Record<string, string>} */
+const typed = {};
+/** Outdated drawings are not finished. */
+let drawings = 0;
+/** What the panel shows: it is drawn anew only if that is another. */
+let drawn = "";
+
+/** @param {HTMLElement} content */
+export function mount(content) {
+  body = element("div", {});
+  fill(content, body);
+  for (const what of ["catalogue", "loop", "plant"]) store.on(what, show);
+  store.on("settings", keepCycle);
+  store.on("loop", () => {
+    const asked = document.querySelector('meta[name="plcfmu-plant"]')?.getAttribute("content");
+    if (asked && store.loop && store.loop.members.length === 0 && !store.loop.notes.plant) {
+      store.loop.notes.plant = "asked";
+      choose(asked);
+    }
+  });
+  show();
+}
+
+/**
+ * The plant of a loop.
+ *
+ * @param {Work | undefined} loop
+ */
+export function plantOf(loop) {
+  return loop?.members.find((member) => member.fmu !== CHAIN.fmu);
+}
+
+/**
+ * The measuring chain of a loop.
+ *
+ * @param {Work | undefined} loop
+ */
+export function sensorOf(loop) {
+  return loop?.members.find((member) => member.fmu === CHAIN.fmu);
+}
+
+/**
+ * The inputs by which a user disturbs the loop: `PLANT.DOOR`.
+ *
+ * @param {Work} loop
+ * @returns {Promise<{ name: string, variable: Variable, value: Value }[]>}
+ */
+export async function disturbances(loop) {
+  const found = [];
+  for (const member of loop.members) {
+    const description = await store.describe(member.fmu);
+    for (const name of description.roles.disturbances) {
+      const variable = description.variables.find((one) => one.name === name);
+      const full = `${member.name}.${name}`;
+      if (!variable || loop.connections.some(([, to]) => to === full)) continue;
+      found.push({ name: full, variable, value: member.values[name] ?? variable.start });
+    }
+  }
+  return found;
+}
+
+/**
+ * Takes a plant, connected as is proposed. A run goes on with it.
+ *
+ * @param {string} fmu
+ * @param {import("./messages").Values} [values]
+ */
+export async function choose(fmu, values = {}) {
+  const loop = store.loop;
+  if (!loop) return;
+  try {
+    const description = await store.describe(fmu);
+    /** @type {Member} */
+    const plant = { name: PLANT, fmu, values };
+    const controller = { name: loop.member, fmu: loop.description.name, values: valuesOf(loop, "sent") };
+    const proposal = await ask({ do: "propose", controller, plant });
+    if (store.loop !== loop) return;
+    proposals.set(loop.id, proposal);
+    /** @type {import("./messages").Values} */
+    const own = {};
+    for (const [name, value] of Object.entries(proposal.values)) {
+      const [member, variable] = split(name);
+      if (member === PLANT && !(variable in values)) plant.values = { ...plant.values, [variable]: value };
+      if (member === loop.member) own[variable] = value;
+    }
+    setCycle(loop, plant, description);
+    const wires = proposal.connections.map(({ from, to }) => /** @type {[string, string]} */ ([from, to]));
+    const members = [plant];
+    const connections = await throughSensor(loop, description, members, wires);
+    await store.connect(members, connections, true);
+    if (Object.keys(own).length > 0) {
+      store.edit(own);
+      if (store.edited().length > 0) {
+        store.say(
+          `${Object.keys(own).join(", ")} changed so that the controller fits ${fmu}; send ${store.edited().length > 1 ? "them" : "it"}.`,
+        );
+      }
+    }
+  } catch (error) {
+    store.say(error);
+  }
+}
+
+/**
+ * Puts the measuring chain where a number goes from the plant to the controller.
+ *
+ * @param {Work} loop
+ * @param {Description} plant
+ * @param {Member[]} members the plant; the chain is added
+ * @param {[string, string][]} wires
+ * @returns {Promise<[string, string][]>}
+ */
+async function throughSensor(loop, plant, members, wires) {
+  if (!store.catalogue.fmus.some((entry) => entry.name === CHAIN.fmu)) return wires;
+  const output = `${PLANT}.${plant.roles.process_value}`;
+  const at = wires.findIndex(
+    ([from, to]) => from === output && to === `${loop.member}.${loop.description.roles.process_value}`,
+  );
+  if (at < 0) return wires;
+  const description = await store.describe(CHAIN.fmu);
+  /** @type {Member} */
+  const sensor = {
+    name: SENSOR,
+    fmu: CHAIN.fmu,
+    // As it is put in, it changes nothing.
+    values: sensorOf(loop)?.values ?? { [CHAIN.noise]: 0, [CHAIN.steps]: 0 },
+  };
+  setCycle(loop, sensor, description);
+  members.push(sensor);
+  const [from, to] = wires[at];
+  const rest = wires.filter((_, one) => one !== at);
+  return [...rest, [from, `${SENSOR}.${CHAIN.from}`], [`${SENSOR}.${CHAIN.to}`, to]];
+}
+
+/**
+ * A dead time needs room in the plant's memory, which is fixed when it begins.
+ *
+ * @param {Description} description
+ * @param {import("./messages").Values} values what is set; the room is added
+ * @param {import("./messages").Values} [before]
+ */
+function withRoom(description, values, before = {}) {
+  const room = description.variables.find((one) => one.name === ROOM);
+  const asked = values[DEAD_TIME];
+  if (room && typeof asked === "number" && asked > Number(before[ROOM] ?? room.start)) values[ROOM] = asked;
+}
+
+/**
+ * The plant is called as often as the controller.
+ *
+ * @param {Work} loop
+ * @param {Member} member
+ * @param {Description} description
+ */
+function setCycle(loop, member, description) {
+  const cycle = loop.description.cycle && loop.settings[loop.description.cycle]?.sent;
+  if (cycle && description.cycle) member.values = { ...member.values, [description.cycle]: cycle };
+}
+
+/** The controller's cycle may have changed. @param {string[]} names */
+async function keepCycle(names) {
+  const loop = store.loop;
+  if (!loop?.description.cycle || !names.includes(loop.description.cycle)) return;
+  for (const member of loop.members) setCycle(loop, member, await store.describe(member.fmu));
+}
+
+/** Draws the panel. */
+async function show() {
+  const loop = store.loop;
+  drawings += 1;
+  const mine = drawings;
+  if (!loop) return;
+  const plant = plantOf(loop);
+  try {
+    const parts = plant ? await connected(loop, plant) : await unconnected();
+    const shown = JSON.stringify([loop.id, loop.members, loop.connections, store.catalogue.fmus, loop.notes.plant]);
+    if (mine !== drawings || (shown === drawn && body.childElementCount > 0)) return;
+    const focus =
+      document.activeElement instanceof HTMLElement && body.contains(document.activeElement)
+        ? document.activeElement.id
+        : "";
+    const open = [...body.querySelectorAll("details[open]")].map((details) => details.id);
+    drawn = shown;
+    fill(body, chooser(loop, plant), ...parts);
+    for (const id of open) document.getElementById(id)?.setAttribute("open", "");
+    if (focus) document.getElementById(focus)?.focus();
+  } catch (error) {
+    if (mine === drawings) store.say(error);
+  }
+}
+
+/**
+ * @param {Work} loop
+ * @param {Member | undefined} plant
+ */
+function chooser(loop, plant) {
+  const entries = store.catalogue.fmus.filter(
+    (entry) => (entry.part === "plant" || entry.is_foreign) && entry.name !== CHAIN.fmu,
+  );
+  entries.sort((one, other) => Number(other.name === GENERIC) - Number(one.name === GENERIC));
+  const list = element(
+    "select",
+    { id: "plant-choice" },
+    element("option", { value: "" }, "no plant"),
+    entries.map((entry) =>
+      element("option", { value: entry.name, selected: entry.name === plant?.fmu }, `${entry.name}: ${entry.summary}`),
+    ),
+  );
+  list.addEventListener("change", () => {
+    if (list.value) choose(list.value);
+    else store.connect([], loop.connections.filter(isOwn(loop)), true);
+  });
+  return element("p", { class: "row" }, element("label", { for: "plant-choice" }, "Plant"), list);
+}
+
+/** @param {Work} loop */
+function isOwn(loop) {
+  return (/** @type {[string, string]} */ wire) => wire.every((end) => end.startsWith(`${loop.member}.`));
+}
+
+/** What is shown as long as there is no plant. @returns {Promise<HTMLElement[]>} */
+async function unconnected() {
+  const sentence = element("p", {}, "No plant: nothing answers the controller. You can run it open, or take a plant.");
+  if (!store.catalogue.fmus.some((entry) => entry.name === GENERIC)) return [sentence];
+  const generic = await store.describe(GENERIC);
+  const problem = element("p", { class: "error", role: "alert" });
+  const inputs = THREE_NUMBERS.flatMap(([name, title]) => {
+    const variable = generic.variables.find((one) => one.name === name);
+    if (!variable) return [];
+    const input = element("input", {
+      ...{
+        class: "number",
+        size: 7,
+        value: typed[name] ?? shown(variable.start, variable.kind),
+        id: `generic-${name}`,
+      },
+      ...{ inputmode: "decimal", autocomplete: "off" },
+    });
+    input.addEventListener("input", () => {
+      typed[name] = input.value;
+    });
+    const unit = unitText(variable.unit);
+    const label = element("label", { for: `generic-${name}` }, title);
+    return {
+      variable,
+      input,
+      row: element("span", { class: "entry" }, label, input, unit && element("span", { class: "faint" }, unit)),
+    };
+  });
+  const form = element(
+    "form",
+    { class: "row" },
+    inputs.map(({ row }) => row),
+    element("button", { type: "submit" }, "Use this plant"),
+  );
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    /** @type {import("./messages").Values} */
+    const values = {};
+    for (const { variable, input } of inputs) {
+      const got = read(input.value, variable);
+      const why = "why" in got ? got.why : undefined;
+      if (why) input.setAttribute("aria-invalid", "true");
+      else input.removeAttribute("aria-invalid");
+      text(problem, why ?? "");
+      if ("why" in got) {
+        input.focus();
+        return;
+      }
+      values[variable.name] = got.value;
+    }
+    withRoom(generic, values);
+    choose(GENERIC, values);
+  });
+  const about = element(
+    "p",
+    { class: "faint" },
+    "The generic plant: a lag with dead time. Its gain is what the process value moves for 1 % of the manipulated value.",
+  );
+  return [sentence, form, problem, about];
+}
+
+/**
+ * @param {Work} loop
+ * @param {Member} plant
+ * @returns {Promise<HTMLElement[]>}
+ */
+async function connected(loop, plant) {
+  /** @type {HTMLElement[]} */
+  const parts = [await sentences(loop, plant)];
+  const sensor = sensorOf(loop);
+  const description = await store.describe(plant.fmu);
+  if (plant.fmu === GENERIC) {
+    const main = THREE_NUMBERS.flatMap(([name, title]) => {
+      const variable = description.variables.find((one) => one.name === name);
+      return variable ? field(loop, plant, variable, title) : [];
+    });
+    parts.push(element("div", { class: "entries" }, main));
+  }
+  if (sensor) {
+    const { variables } = await store.describe(sensor.fmu);
+    const [noise, steps] = [CHAIN.noise, CHAIN.steps].map((name) => variables.find((one) => one.name === name));
+    const fields = [];
+    if (noise) fields.push(field(loop, sensor, noise, "Measuring noise"));
+    if (steps) fields.push(field(loop, sensor, steps, "Resolution, steps"));
+    parts.push(element("div", { class: "entries" }, fields));
+  }
+  for (const member of loop.members) parts.push(await settings(loop, member));
+  return parts;
+}
+
+/**
+ * The connections as sentences, each of which can be changed.
+ *
+ * @param {Work} loop
+ * @param {Member} plant
+ */
+async function sentences(loop, plant) {
+  let proposal = proposals.get(loop.id);
+  if (!proposal) {
+    const controller = { name: loop.member, fmu: loop.description.name, values: valuesOf(loop, "sent") };
+    proposal = await ask({ do: "propose", controller, plant });
+    proposals.set(loop.id, proposal);
+  }
+  const possible = [...proposal.connections, ...proposal.others];
+  const sensor = sensorOf(loop);
+  const inputs = [...new Set([...loop.connections.map(([, to]) => to), ...possible.map(({ to }) => to)])];
+  const isThere = (/** @type {string} */ to) => loop.connections.some((wire) => wire[1] === to);
+  /** @param {string} to */
+  const row = (to) => {
+    const from = loop.connections.find((wire) => wire[1] === to)?.[0] ?? "";
+    const choices = possible.filter((wire) => wire.to === to).map((wire) => wire.from);
+    if (sensor && to === `${loop.member}.${loop.description.roles.process_value}`)
+      choices.push(`${sensor.name}.${CHAIN.to}`);
+    if (from && !choices.includes(from)) choices.push(from);
+    const id = `wire-to-${to}`;
+    const list = element(
+      "select",
+      { id, "aria-label": `What goes to ${called(loop, to)}` },
+      element("option", { value: "" }, "nothing"),
+      choices.map((one) => element("option", { value: one, selected: one === from }, called(loop, one))),
+    );
+    list.addEventListener("change", () => rewire(loop, to, list.value));
+    const reason = possible.find((wire) => wire.from === from && wire.to === to)?.reason;
+    const goes = element("span", {}, " goes to ", element("span", { class: "name" }, called(loop, to)));
+    return element("li", {}, list, goes, reason && element("span", { class: "faint reason" }, reason));
+  };
+  const free = inputs.filter((to) => !isThere(to));
+  const remarks = proposal.remarks.map((remark) => element("li", { class: "note" }, remark));
+  return element(
+    "div",
+    {},
+    element("ul", { class: "sentences" }, inputs.filter(isThere).map(row), remarks),
+    free.length > 0 &&
+      element(
+        "details",
+        { id: "free-inputs" },
+        element("summary", {}, `${free.length} more ${free.length === 1 ? "input" : "inputs"} that can be connected`),
+        element("ul", { class: "sentences" }, free.map(row)),
+      ),
+  );
+}
+
+/**
+ * @param {Work} loop
+ * @param {string} to
+ * @param {string} from
+ */
+async function rewire(loop, to, from) {
+  const rest = loop.connections.filter((wire) => wire[1] !== to);
+  const connections = from ? [...rest, /** @type {[string, string]} */ ([from, to])] : rest;
+  const isRunning = store.isLive();
+  await store.connect(loop.members, connections, true);
+  if (isRunning) store.say("The plant has begun anew with the changed connection; the controller went on.");
+}
+
+/**
+ * All settings of a member, folded.
+ *
+ * @param {Work} loop
+ * @param {Member} member
+ */
+async function settings(loop, member) {
+  const description = await store.describe(member.fmu);
+  const byName = new Map(description.variables.map((one) => [one.name, one]));
+  const names = description.groups.flatMap((group) => group.fields.map((one) => one.name));
+  const groups = [...description.groups];
+  const rest = description.variables.filter((one) => isSettable(one) && !names.includes(one.name));
+  if (rest.length > 0) groups.push({ title: "Others", fields: rest.map(({ name }) => ({ name, used_if: [] })) });
+  const count = Object.keys(member.values).length;
+  return element(
+    "details",
+    { id: `settings-${member.name}` },
+    element("summary", {}, `Settings of ${member.name}: ${member.fmu}${count > 0 ? `, ${count} set` : ""}`),
+    groups.map((group) =>
+      element(
+        "fieldset",
+        {},
+        element("legend", {}, group.title),
+        element(
+          "div",
+          { class: "entries" },
+          group.fields.flatMap(({ name }) => {
+            const variable = byName.get(name);
+            return variable && isSettable(variable) ? field(loop, member, variable, undefined, "all-") : [];
+          }),
+        ),
+      ),
+    ),
+  );
+}
+
+/**
+ * A setting of a member.
+ *
+ * @param {Work} loop
+ * @param {Member} member
+ * @param {Variable} variable
+ * @param {string} [title]
+ * @param {string} [prefix]
+ */
+function field(loop, member, variable, title, prefix = "") {
+  const full = `${member.name}.${variable.name}`;
+  const id = `${prefix}field-${full}`;
+  const source = loop.connections.find(([, to]) => to === full)?.[0];
+  const value = member.values[variable.name] ?? variable.start;
+  const problem = element("span", { class: "error", id: `${id}-problem`, role: "alert" });
+  const isFollowing = member.fmu !== "" && variable.role === "cycle";
+  const common = { id, disabled: source !== undefined || isFollowing, "aria-describedby": `${id}-problem` };
+  /** @param {Value} next */
+  const set = async (next) => {
+    text(problem, "");
+    const room = /** @type {import("./messages").Values} */ ({ [variable.name]: next });
+    withRoom(await store.describe(member.fmu), room, member.values);
+    if (Object.keys(room).length > 1 || (store.isLive() && !variable.is_tunable)) {
+      member.values = { ...member.values, ...room };
+      store.emit("plant");
+      if (store.isLive()) store.say(`${full} is taken at the next start of the run.`);
+      return;
+    }
+    try {
+      await store.now({ [full]: next });
+    } catch (error) {
+      text(problem, error instanceof Error ? error.message : String(error));
+    }
+  };
+  let control;
+  if (isSwitch(variable)) {
+    const box = element("input", { ...common, type: "checkbox", checked: value === true });
+    box.addEventListener("change", () => set(box.checked));
+    control = box;
+  } else {
+    const input = element("input", {
+      ...common,
+      ...{ class: "number", size: 9, value: shown(value, variable.kind), inputmode: "decimal", autocomplete: "off" },
+    });
+    input.addEventListener("change", () => {
+      const got = read(input.value, variable);
+      if ("why" in got) {
+        input.setAttribute("aria-invalid", "true");
+        text(problem, got.why);
+      } else {
+        input.removeAttribute("aria-invalid");
+        set(got.value);
+      }
+    });
+    input.addEventListener("keydown", (event) => {
+      if (event.key === "Escape") {
+        input.value = shown(member.values[variable.name] ?? variable.start, variable.kind);
+        input.removeAttribute("aria-invalid");
+        text(problem, "");
+      }
+    });
+    control = input;
+  }
+  const unit = unitText(variable.unit);
+  const range = [variable.min, variable.max].map((limit) => (limit === null ? "" : shown(limit, variable.kind)));
+  const hint = source
+    ? `from ${called(loop, source)}`
+    : isFollowing
+      ? "the controller's cycle"
+      : [
+          unit,
+          variable.kind === "TIME" ? plcTime(Number(value)) : "",
+          range.some(Boolean) ? `${range[0]} … ${range[1]}` : "",
+        ]
+          .filter(Boolean)
+          .join("  ");
+  return element(
+    "div",
+    { class: "entry" },
+    element(
+      "label",
+      { for: id, title: variable.description },
+      title ?? element("span", { class: "name" }, variable.name),
+    ),
+    control,
+    element("span", { class: "faint hint" }, hint),
+    problem,
+  );
+}

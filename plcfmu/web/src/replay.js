@@ -1,0 +1,301 @@
+/**
+ * A file recorded on the plant through the block: does it do what the plant's did, and if not, what is the matter?
+ *
+ * @typedef {import("./messages").Replayed} Replayed
+ */
+
+import { draw } from "tool/charts.js";
+import { chooser, columnsOf } from "tool/csv.js";
+import { element, fill } from "tool/dom.js";
+import { ask } from "tool/engine.js";
+import { unitText } from "tool/signals.js";
+import { store, valuesOf } from "tool/store.js";
+import { rounded, shown } from "tool/values.js";
+
+/** @type {{ name: string, text: string } | undefined} */
+let recorded;
+/** Which column is which variable, as the user wants it; undefined as long as the engine decides. @type {[string, string][] | undefined} */
+let columns;
+let trySuspects = true;
+/** @type {string} */
+let tolerance = "";
+/** @type {HTMLElement} */
+let body;
+/** @type {HTMLElement} */
+let mapping;
+/** @type {HTMLElement} */
+let result;
+/** @type {() => void} */
+let endChart = () => {};
+
+/** @param {HTMLElement} content */
+export function mount(content) {
+  body = element("div", {});
+  mapping = element("div", {});
+  result = element("div", { "aria-live": "polite" });
+  fill(content, body, mapping, result);
+  store.on("csv", ({ name, text }) => open(name, text));
+  store.on("loop", show);
+  show();
+}
+
+/**
+ * @param {string} name
+ * @param {string} text
+ */
+function open(name, text) {
+  recorded = { name, text };
+  columns = undefined;
+  show();
+  replay();
+}
+
+function show() {
+  endChart();
+  fill(result);
+  fill(mapping);
+  const loop = store.loop;
+  const about = loop
+    ? `A CSV recorded on the plant (time, setpoint, process value, manipulated value ...) goes through ${loop.description.block} with the parameters of ${loop.name}.`
+    : "Open or make a loop first: a recording is replayed through its block.";
+  fill(
+    body,
+    element("p", { class: "faint" }, about),
+    element(
+      "div",
+      { class: "row" },
+      chooser("replay-file", recorded ? "Another CSV" : "Choose or drop a CSV", open, (error) => store.say(error)),
+      recorded && element("span", {}, recorded.name),
+      recorded && loop && element("button", { type: "button", onclick: replay }, "Replay"),
+      recorded && suspectsBox(),
+      recorded && toleranceField(),
+    ),
+  );
+}
+
+function suspectsBox() {
+  const box = element("input", { type: "checkbox", checked: trySuspects });
+  box.addEventListener("change", () => {
+    trySuspects = box.checked;
+  });
+  return element("label", {}, box, " try what usually is the matter");
+}
+
+function toleranceField() {
+  const input = element("input", {
+    class: "number",
+    size: 6,
+    value: tolerance,
+    placeholder: "auto",
+    inputmode: "decimal",
+  });
+  input.addEventListener("input", () => {
+    tolerance = input.value.trim().replace(",", ".");
+    const isWrong = tolerance !== "" && !(Number(tolerance) >= 0);
+    if (isWrong) input.setAttribute("aria-invalid", "true");
+    else input.removeAttribute("aria-invalid");
+  });
+  return element("label", {}, "equal within ", input);
+}
+
+async function replay() {
+  const loop = store.loop;
+  if (!loop || !recorded) return;
+  const of = recorded;
+  fill(result, element("p", {}, "Replaying …"));
+  // The sentence is drawn before a long computation begins.
+  await new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
+  try {
+    const replayed = await ask({
+      ...{ do: "replay", text: of.text, columns: columns ?? [], try_suspects: trySuspects },
+      tolerance: tolerance !== "" && Number(tolerance) >= 0 ? Number(tolerance) : null,
+      controller: { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) },
+    });
+    if (store.loop !== loop || recorded !== of) return;
+    showMapping(replayed.columns);
+    showResult(replayed);
+  } catch (error) {
+    showMapping(columns ?? []);
+    fill(result, element("p", { class: "error" }, error instanceof Error ? error.message : String(error)));
+  }
+}
+
+/** @param {[string, string][]} found */
+function showMapping(found) {
+  const loop = store.loop;
+  if (!loop || !recorded) return;
+  const names = columnsOf(recorded.text);
+  const variables = loop.description.variables.map((one) => one.name);
+  const changed = names.map((column, at) => {
+    const now = found.find(([name]) => name === column)?.[1] ?? "";
+    const list = element(
+      "select",
+      { id: `replay-column-${at}` },
+      ["", "time", ...variables].map((name) =>
+        element("option", { value: name, selected: name === now }, name || "not used"),
+      ),
+    );
+    list.addEventListener("change", () => {
+      columns = names.flatMap((name, one) => {
+        const chosen = /** @type {HTMLSelectElement} */ (document.getElementById(`replay-column-${one}`)).value;
+        return chosen ? [/** @type {[string, string]} */ ([name, chosen])] : [];
+      });
+      replay();
+    });
+    return element("div", { class: "entry" }, element("label", { for: list.id }, column || `column ${at + 1}`), list);
+  });
+  const wasOpen = mapping.querySelector("details")?.open ?? found.length === 0;
+  fill(
+    mapping,
+    element(
+      "details",
+      { open: wasOpen },
+      element(
+        "summary",
+        {},
+        `Columns: ${found.map(([column, name]) => (column === name ? name : `${column} is ${name}`)).join(", ") || "none found"}`,
+      ),
+      element("div", { class: "entries" }, changed),
+    ),
+  );
+}
+
+/** @param {Replayed} replayed */
+function showResult(replayed) {
+  const loop = store.loop;
+  if (!loop) return;
+  const fits = replayed.outputs.length > 0 && replayed.outputs.every((output) => output.different === 0);
+  const chart = element("div", {});
+  const kind = (/** @type {string} */ name) => loop.description.variables.find((one) => one.name === name);
+  fill(
+    result,
+    element("p", { class: fits ? "verdict good" : "verdict note" }, replayed.verdict),
+    element(
+      "ul",
+      { class: "remarks" },
+      replayed.remarks.map((remark) => element("li", {}, remark)),
+    ),
+    replayed.outputs.length > 0 &&
+      table(
+        ["Output", "First difference", "Calls that differ", "Largest difference"],
+        replayed.outputs.map((output) => [
+          element("span", { class: "name" }, output.variable),
+          output.first ? `call ${output.first[0]}, ${rounded(output.first[1], "REAL")} s` : "none",
+          `${output.different} of ${replayed.calls}`,
+          `${rounded(output.largest, "LREAL", 6)} ${unitText(kind(output.variable)?.unit)}`,
+        ]),
+      ),
+    replayed.suspects.length > 0 &&
+      element(
+        "details",
+        { open: !fits },
+        element("summary", {}, `What was tried: ${replayed.suspects.length}`),
+        table(
+          ["Change", "Calls that still differ", "Largest difference", ""],
+          replayed.suspects.map((suspect) => [
+            suspect.text,
+            suspect.fits ? element("strong", { class: "good" }, "none: it fits") : String(suspect.different),
+            rounded(suspect.largest, "LREAL", 6),
+            Object.keys(suspect.values).length > 0
+              ? element(
+                  "button",
+                  { type: "button", onclick: () => take(suspect.values) },
+                  `Take ${settings(suspect.values)}`,
+                )
+              : "",
+          ]),
+        ),
+      ),
+    replayed.outputs.length > 0 && chooseOutput(replayed, chart),
+    chart,
+  );
+}
+
+/** @param {import("./messages").Values} values */
+function settings(values) {
+  const kinds = store.loop?.settings ?? {};
+  return Object.entries(values)
+    .map(([name, value]) => `${name} ${shown(value, kinds[name]?.variable.kind ?? "REAL")}`)
+    .join(", ");
+}
+
+/** @param {import("./messages").Values} values */
+function take(values) {
+  store.edit(values);
+  replay();
+}
+
+/**
+ * @param {Replayed} replayed
+ * @param {HTMLElement} chart
+ */
+function chooseOutput(replayed, chart) {
+  const worst = replayed.outputs.reduce((one, other) => (other.different > one.different ? other : one));
+  const list = element(
+    "select",
+    {},
+    replayed.outputs.map((output) => element("option", { selected: output === worst }, output.variable)),
+  );
+  const show = () => {
+    const output = replayed.outputs.find((one) => one.variable === list.value);
+    if (!output) return;
+    endChart();
+    const variable = store.loop?.description.variables.find((one) => one.name === output.variable);
+    const unit = unitText(variable?.unit);
+    endChart = draw(chart, {
+      title: `${output.variable}, recorded and computed`,
+      xLabel: "s",
+      x: output.times,
+      lines: [
+        { name: `${output.variable} recorded`, values: output.recorded, unit, colour: 6, isStepped: true },
+        {
+          name: `${output.variable} computed`,
+          values: output.computed,
+          unit,
+          colour: 2,
+          isStepped: true,
+          isDashed: true,
+        },
+      ],
+    });
+  };
+  list.addEventListener("change", show);
+  // The chart is as wide as its place, which has to be in the page.
+  queueMicrotask(show);
+  return element("label", { class: "row" }, "Curve of ", list);
+}
+
+/**
+ * @param {string[]} titles
+ * @param {(string | HTMLElement)[][]} rows
+ */
+function table(titles, rows) {
+  return element(
+    "div",
+    { class: "wide", tabindex: 0, role: "region", "aria-label": titles[0] },
+    element(
+      "table",
+      {},
+      element(
+        "thead",
+        {},
+        element(
+          "tr",
+          {},
+          titles.map((title) => element("th", { scope: "col" }, title)),
+        ),
+      ),
+      element(
+        "tbody",
+        {},
+        rows.map((row) =>
+          element(
+            "tr",
+            {},
+            row.map((cell) => element("td", {}, cell)),
+          ),
+        ),
+      ),
+    ),
+  );
+}

@@ -1,0 +1,665 @@
+/**
+ * Runs the loop: paced by the clock or as fast as it goes; setpoint, disturbance, noise and manual value while it runs; and the
+ * list of what was done, which can be repeated.
+ *
+ * @typedef {import("./messages").Value} Value
+ */
+
+import { attribute, byId, element, fill, text } from "tool/dom.js";
+import { ask } from "tool/engine.js";
+import { disturbances, sensorOf } from "tool/plant.js";
+import { called, isSwitch, unitText } from "tool/signals.js";
+import { split, store, variable, wiredTo } from "tool/store.js";
+import { download } from "tool/takeaway.js";
+import { number, read, rounded, shown } from "tool/values.js";
+
+/** How long calls are made without a pause, in milliseconds: then the page answers what the user does. */
+const CHUNK = 20;
+const MOST_CALLS = 20_000;
+/** So much is made up for after the page could not run: a page in the background is woken once a minute. */
+const MOST_BEHIND = 120_000;
+/** A lag that is worth a word, in milliseconds. */
+const WORTH_TELLING = 1000;
+const MOST_EVENTS = 500;
+
+/** @typedef {1 | 10 | typeof Infinity} Speed */
+
+/** @type {Speed} */
+let speed = 1;
+/** The run that is under way; another one ends it. @type {{} | undefined} */
+let running;
+/** When calls are due: from this moment and this number of calls on. */
+let clock = { wall: 0, calls: 0 };
+/** How many calls are made at once. */
+let chunk = 1;
+/** How far behind the clock the run is, in milliseconds. */
+let behind = 0;
+
+/** After how many calls the run pauses by itself. @type {number | undefined} */
+let end;
+
+/** @type {HTMLButtonElement} */
+let runButton;
+/** How long to run, in seconds; empty is until Pause. @type {HTMLInputElement} */
+let duration;
+/** @type {HTMLElement} */
+let status;
+/** @type {HTMLElement} */
+let controls;
+/** @type {HTMLElement} */
+let done;
+/** @type {Map<Speed, HTMLButtonElement>} */
+const speeds = new Map();
+
+/** @param {HTMLElement} content */
+export function mount(content) {
+  runButton = element("button", { type: "button", class: "primary", onclick: runOrPause, title: "Space" }, "Run");
+  status = element("span", { class: "status" });
+  duration = element("input", {
+    ...{ class: "number", id: "run-for", placeholder: "–", inputmode: "decimal", autocomplete: "off" },
+    ...{ title: "How long to run; empty is until Pause", oninput: checkDuration },
+  });
+  duration.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") run();
+  });
+  controls = element("div", { class: "row controls" });
+  for (const [name, factor] of /** @type {[string, Speed][]} */ ([
+    ["×1", 1],
+    ["×10", 10],
+    ["max", Infinity],
+  ])) {
+    const title =
+      factor === 1 ? "As fast as the clock" : factor === 10 ? "Ten times as fast" : "As fast as this computer can";
+    speeds.set(
+      factor,
+      element(
+        "button",
+        { type: "button", title, "aria-pressed": String(factor === speed), onclick: () => setSpeed(factor) },
+        name,
+      ),
+    );
+  }
+  fill(
+    content,
+    element(
+      "div",
+      { class: "row" },
+      runButton,
+      element("button", { type: "button", onclick: oneCall, title: "." }, "One call"),
+      element("span", { class: "speeds", role: "group", "aria-label": "Speed" }, ...speeds.values()),
+      element("label", { for: "run-for" }, "for ", duration, element("span", { class: "faint" }, " s")),
+      element("button", { type: "button", onclick: reset, title: "Begin a new run; this one stays in grey" }, "Reset"),
+      status,
+    ),
+    controls,
+  );
+  done = byId("done").querySelector(".content") ?? content;
+  store.on("loop", () => {
+    pause();
+    showControls();
+    showStatus();
+    showDone();
+  });
+  store.on("plant", showControls);
+  store.on("settings", followSettings);
+  store.on("run", () => {
+    clock = { wall: performance.now(), calls: store.state?.calls ?? 0 };
+    showDone();
+  });
+  store.on("state", showStatus);
+  store.on("failure", () => {
+    pause();
+    store.say(
+      `The run has ended: ${store.state?.failure} The controller and the curves are kept: choose another plant and go on, or reset.`,
+    );
+  });
+  store.on("home", pause);
+  store.on("key-run", runOrPause);
+  store.on("key-call", oneCall);
+  store.on("key-manual", () => {
+    const manual = store.loop?.description.roles.manual;
+    if (manual && store.loop) now({ [manual[0]]: !store.loop.settings[manual[0]]?.sent });
+  });
+  showControls();
+  showStatus();
+  showDone();
+}
+
+/** Whether calls are being made. */
+export function isRunning() {
+  return running !== undefined;
+}
+
+/** Makes no more calls. */
+export function pause() {
+  if (!running) return;
+  running = undefined;
+  behind = 0;
+  showButton();
+  showStatus();
+  showDone();
+}
+
+function runOrPause() {
+  if (running) pause();
+  else run();
+}
+
+/** Makes calls until it is told otherwise. */
+async function run() {
+  if (!store.loop) return;
+  const seconds = checkDuration();
+  if (seconds === null) {
+    duration.reportValidity();
+    return;
+  }
+  const mine = {};
+  running = mine;
+  showButton();
+  try {
+    if (!store.isLive()) await store.begin();
+    startClock();
+    end = seconds === undefined ? undefined : made() + Math.max(Math.round(seconds / step()), 1);
+    while (running === mine) {
+      const left = end === undefined ? Infinity : end - made();
+      if (left <= 0) {
+        pause();
+        return;
+      }
+      const due = Math.min(dueCalls(), left);
+      if (due <= 0) {
+        await until(clock.wall + ((made() - clock.calls) * step() * 1000) / speed);
+        continue;
+      }
+      const calls = Math.max(Math.min(due, chunk, MOST_CALLS), 1);
+      const begun = performance.now();
+      await store.calls(calls);
+      const took = Math.max(performance.now() - begun, 0.05);
+      // A chunk grows slowly and shrinks at once.
+      const fitting = Math.floor((calls * CHUNK) / took);
+      chunk = Math.max(1, Math.min(fitting, calls * 2, MOST_CALLS));
+      await breath();
+    }
+  } catch (error) {
+    if (running === mine) pause();
+    store.say(error);
+  }
+}
+
+/** How long to run: undefined is without an end, null is no number. */
+function checkDuration() {
+  if (duration.value.trim() === "") {
+    attribute(duration, "aria-invalid", undefined);
+    duration.setCustomValidity("");
+    return undefined;
+  }
+  const got = read(duration.value, { name: "the duration", kind: "LREAL" });
+  const isGood = "value" in got && number(got.value) > 0;
+  const why = "why" in got ? got.why : "Run for more than 0 s.";
+  attribute(duration, "aria-invalid", isGood ? undefined : "true");
+  duration.setCustomValidity(isGood ? "" : why);
+  return isGood ? number(got.value) : null;
+}
+
+function startClock() {
+  clock = { wall: performance.now(), calls: made() };
+  chunk = 1;
+  behind = 0;
+}
+
+function made() {
+  return store.state?.calls ?? 0;
+}
+
+function step() {
+  return store.state?.step || 1;
+}
+
+/** How many calls the clock asks for now. The first is made at once: a call shows the state at its time. */
+function dueCalls() {
+  if (speed === Infinity) return MOST_CALLS;
+  let elapsed = performance.now() - clock.wall;
+  const reached = ((made() - clock.calls) * step() * 1000) / speed;
+  if (elapsed - reached > MOST_BEHIND) {
+    const left = Math.round((elapsed - reached - MOST_BEHIND) / 1000);
+    store.say(`The page could not run for a while: ${left} s are left out.`);
+    clock.wall += elapsed - reached - MOST_BEHIND;
+    elapsed = reached + MOST_BEHIND;
+  }
+  behind = Math.max(elapsed - reached, 0);
+  return Math.floor((elapsed * speed) / 1000 / step()) + 1 - (made() - clock.calls);
+}
+
+/**
+ * Waits for a moment of the clock.
+ *
+ * @param {number} moment
+ */
+function until(moment) {
+  return new Promise((done) => setTimeout(done, Math.max(moment - performance.now(), 0)));
+}
+
+const channel = new MessageChannel();
+/** @type {(() => void)[]} */
+const waiting = [];
+channel.port1.onmessage = () => waiting.shift()?.();
+
+/** Lets the page answer the user and draw. A timer would wait for 4 ms at least, and for a second in the background. */
+function breath() {
+  return new Promise((done) => {
+    waiting.push(() => done(undefined));
+    channel.port2.postMessage(0);
+  });
+}
+
+async function oneCall() {
+  if (!store.loop) return;
+  pause();
+  try {
+    await store.calls(1);
+  } catch (error) {
+    store.say(error);
+  }
+}
+
+async function reset() {
+  if (!store.loop) return;
+  pause();
+  try {
+    await store.begin();
+  } catch (error) {
+    store.say(error);
+  }
+}
+
+async function again() {
+  pause();
+  try {
+    await store.again();
+    showControls();
+  } catch (error) {
+    store.say(error);
+  }
+}
+
+/** @param {Speed} next */
+function setSpeed(next) {
+  speed = next;
+  for (const [factor, button] of speeds) attribute(button, "aria-pressed", String(factor === next));
+  if (running) startClock();
+  showStatus();
+}
+
+function showButton() {
+  text(runButton, running ? "Pause" : "Run");
+}
+
+function showStatus() {
+  const state = store.isLive() ? store.state : undefined;
+  if (!state) {
+    text(status, store.loop ? "no run yet" : "");
+    return;
+  }
+  const late =
+    running && speed !== Infinity && behind > WORTH_TELLING ? `, ${(behind / 1000).toFixed(1)} s behind the clock` : "";
+  const failed = state.failure ? ", ended by a failure" : "";
+  text(
+    status,
+    `t = ${seconds(state.time, state.step)} s, ${state.calls} ${state.calls === 1 ? "call" : "calls"}${late}${failed}`,
+  );
+}
+
+/**
+ * A time of the run, with the digits of its step.
+ *
+ * @param {number} time
+ * @param {number} step
+ */
+function seconds(time, step) {
+  const digits = Math.min(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), 6);
+  return time.toFixed(digits);
+}
+
+/** @param {import("./messages").Values} values */
+async function now(values) {
+  try {
+    await store.now(values);
+    scheduleDone();
+    return true;
+  } catch (error) {
+    store.say(error);
+    return false;
+  }
+}
+
+/** Fields of the bar that show a setting: its name, and how the field is set. @type {Map<string, (value: Value) => void>} */
+const fields = new Map();
+let shownControls = "";
+
+/** Setpoint, disturbance, noise, manual value: those that the loop has. */
+async function showControls() {
+  const loop = store.loop;
+  if (!loop) {
+    shownControls = "";
+    fill(controls);
+    return;
+  }
+  const disturbing = await disturbances(loop).catch(() => []);
+  if (store.loop !== loop) return;
+  const { setpoint, manual } = loop.description.roles;
+  const sensor = sensorOf(loop);
+  const what = JSON.stringify([loop.id, loop.connections, disturbing.map(({ name }) => name), sensor?.fmu]);
+  if (what === shownControls) {
+    for (const { name, value } of disturbing) fields.get(name)?.(value);
+    if (sensor?.values.NOISE !== undefined) fields.get(`${sensor.name}.NOISE`)?.(sensor.values.NOISE);
+    return;
+  }
+  shownControls = what;
+  fields.clear();
+  fill(
+    controls,
+    setpoint ? setpointControl(loop, setpoint) : null,
+    disturbing.length > 0 ? disturbanceControl(disturbing) : null,
+    sensor ? await noiseControl(sensor) : null,
+    manual ? manualControl(loop, manual) : null,
+  );
+}
+
+/** Settings have changed elsewhere. @param {string[]} names */
+function followSettings(names) {
+  for (const name of names) {
+    const setting = store.loop?.settings[name];
+    if (setting) fields.get(name)?.(setting.sent);
+  }
+  scheduleDone();
+}
+
+/**
+ * A field for a number that is set at once.
+ *
+ * @param {string} label
+ * @param {string} id
+ * @param {{ name: string, kind: string, unit: string | null }} of
+ * @param {Value} value
+ * @param {(value: number) => void} set
+ */
+function numberField(label, id, of, value, set) {
+  const input = element("input", {
+    ...{ id, class: "number", size: 7, value: shown(value, of.kind), inputmode: "decimal", autocomplete: "off" },
+  });
+  const check = () => {
+    const got = read(input.value, of);
+    const why = "why" in got ? got.why : undefined;
+    attribute(input, "aria-invalid", why ? "true" : undefined);
+    input.setCustomValidity(why ?? "");
+    attribute(input, "title", why);
+    return "value" in got ? number(got.value) : undefined;
+  };
+  const enter = () => {
+    const got = check();
+    if (got === undefined) input.reportValidity();
+    else set(got);
+  };
+  input.addEventListener("input", check);
+  let before = value;
+  input.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") enter();
+    if (event.key === "Escape") {
+      input.value = shown(before, of.kind);
+      check();
+    }
+  });
+  /** @param {Value} next */
+  const follow = (next) => {
+    before = next;
+    if (document.activeElement === input) return;
+    input.value = shown(next, of.kind);
+    check();
+  };
+  const unit = unitText(of.unit);
+  const row = element("label", { for: id }, label, " ", input, unit && element("span", { class: "faint" }, ` ${unit}`));
+  return { row, input, check, enter, follow };
+}
+
+/**
+ * @param {import("tool/store.js").Work} loop
+ * @param {string} name
+ */
+function setpointControl(loop, name) {
+  const setting = loop.settings[name];
+  if (!setting) return null;
+  const source = wiredTo(loop, name);
+  if (source) return element("span", { class: "control faint" }, `${name} comes from ${called(loop, source)}`);
+  const field = numberField("Setpoint", "setpoint", setting.variable, setting.sent, (value) => now({ [name]: value }));
+  fields.set(name, field.follow);
+  const duration = numberField("in", "ramp-time", { name: "the ramp", kind: "LREAL", unit: "s" }, 10, () => ramp());
+  const ramp = async () => {
+    const [to, seconds] = [field.check(), duration.check()];
+    if (to === undefined || seconds === undefined) {
+      (to === undefined ? field : duration).input.reportValidity();
+      return;
+    }
+    try {
+      await store.ramp(name, to, seconds);
+      scheduleDone();
+    } catch (error) {
+      store.say(error);
+    }
+  };
+  return element(
+    "span",
+    { class: "control" },
+    field.row,
+    element("button", { type: "button", onclick: field.enter, title: "Set it at once (Enter)" }, "Step"),
+    element("button", { type: "button", onclick: ramp, title: "Move it evenly" }, "Ramp"),
+    duration.row,
+  );
+}
+
+/** @param {Awaited<ReturnType<typeof disturbances>>} disturbing */
+function disturbanceControl(disturbing) {
+  const place = element("span", {});
+  let at = 0;
+  const list = element(
+    "select",
+    { "aria-label": "Disturbance" },
+    disturbing.map(({ name }, number) =>
+      element(
+        "option",
+        { value: number },
+        disturbing.every((one) => split(one.name)[0] === split(name)[0]) ? split(name)[1] : name,
+      ),
+    ),
+  );
+  const showOne = () => {
+    const { name, variable, value } = disturbing[at];
+    for (const one of disturbing) fields.delete(one.name);
+    if (isSwitch(variable)) {
+      const box = element("input", { type: "checkbox", id: "disturbance", checked: value === true });
+      box.addEventListener("change", () => {
+        disturbing[at].value = box.checked;
+        now({ [name]: box.checked });
+      });
+      fields.set(name, (next) => {
+        box.checked = next === true;
+      });
+      fill(place, element("label", { for: "disturbance" }, box, " on"));
+      return;
+    }
+    const field = numberField("", "disturbance", variable, value, (next) => {
+      disturbing[at].value = next;
+      now({ [name]: next });
+    });
+    attribute(field.input, "aria-label", `Disturbance ${name}`);
+    fields.set(name, field.follow);
+    fill(
+      place,
+      field.row,
+      element("button", { type: "button", onclick: field.enter, title: "Set it at once (Enter)" }, "Disturb"),
+    );
+  };
+  list.addEventListener("change", () => {
+    at = Number(list.value);
+    showOne();
+  });
+  showOne();
+  return element("span", { class: "control" }, "Disturbance ", list, place);
+}
+
+/** @param {import("./messages").Member} sensor */
+async function noiseControl(sensor) {
+  const { variables } = await store.describe(sensor.fmu);
+  const noise = variables.find((one) => one.name === "NOISE");
+  if (!noise) return null;
+  const name = `${sensor.name}.${noise.name}`;
+  const field = numberField("Noise", "noise", noise, sensor.values[noise.name] ?? noise.start, (value) =>
+    now({ [name]: value }),
+  );
+  fields.set(name, field.follow);
+  return element("span", { class: "control" }, field.row);
+}
+
+/**
+ * @param {import("tool/store.js").Work} loop
+ * @param {[string, string]} manual
+ */
+function manualControl(loop, [onName, valueName]) {
+  const [on, value] = [loop.settings[onName], loop.settings[valueName]];
+  if (!on || !value) return null;
+  const box = element("input", {
+    type: "checkbox",
+    checked: on.sent === true,
+    disabled: wiredTo(loop, onName) !== undefined,
+  });
+  box.addEventListener("change", () => now({ [onName]: box.checked }));
+  fields.set(onName, (next) => {
+    box.checked = next === true;
+  });
+  const field = numberField(valueName, "manual-value", value.variable, value.sent, (next) =>
+    now({ [valueName]: next }),
+  );
+  field.input.disabled = wiredTo(loop, valueName) !== undefined;
+  fields.set(valueName, field.follow);
+  const output = loop.description.roles.manipulated_value;
+  const take = () => {
+    const now_ = output === null ? undefined : store.state?.values[variable(loop, output)];
+    if (store.isLive() && now_ !== undefined) now({ [valueName]: now_ });
+  };
+  return element(
+    "span",
+    { class: "control" },
+    element("label", { title: "M" }, box, " Manual"),
+    field.row,
+    element("button", { type: "button", onclick: field.enter, title: "Set it at once (Enter)" }, "Set"),
+    output &&
+      element(
+        "button",
+        { type: "button", onclick: take, title: `Takes the present ${output}, so that nothing jumps` },
+        `= ${output}`,
+      ),
+  );
+}
+
+let isDoneScheduled = false;
+
+/** The list is not made anew at each call of a ramp. */
+function scheduleDone() {
+  if (isDoneScheduled) return;
+  isDoneScheduled = true;
+  setTimeout(() => {
+    isDoneScheduled = false;
+    showDone();
+  }, 150);
+}
+
+/** What was done in the run, as a list that can be repeated and saved. */
+async function showDone() {
+  const loop = store.loop;
+  if (!loop || !store.isLive()) {
+    fill(
+      done,
+      element("p", { class: "faint" }, "What you set while the loop runs stands here; it can be repeated and saved."),
+    );
+    return;
+  }
+  let events;
+  try {
+    ({ events } = await ask({ do: "events" }));
+  } catch (error) {
+    store.say(error);
+    return;
+  }
+  if (store.loop !== loop || !store.isLive()) return;
+  const lines = summed(events);
+  const kinds = new Map(Object.entries(loop.settings).map(([name, one]) => [variable(loop, name), one.variable]));
+  fill(
+    done,
+    element(
+      "div",
+      { class: "row" },
+      element(
+        "span",
+        {},
+        lines.length === 0
+          ? "Nothing was set in this run."
+          : `${lines.length} ${lines.length === 1 ? "thing" : "things"} in this run.`,
+      ),
+      element(
+        "button",
+        { type: "button", onclick: again, title: "The same start, the same settings at the same calls: the same bits" },
+        "Repeat",
+      ),
+      element("button", { type: "button", onclick: () => download({ what: "description" }) }, "Save as loops.toml"),
+    ),
+    lines.length > 0 &&
+      element(
+        "ol",
+        { class: "done-list", tabindex: 0, "aria-label": "What was done" },
+        lines.slice(-MOST_EVENTS).map((line) => {
+          const of = kinds.get(line.variable);
+          const unit = unitText(of?.unit);
+          const value = `${shown(line.value, of?.kind ?? "LREAL")}${unit ? ` ${unit}` : ""}`;
+          const when =
+            line.count > 1
+              ? `${rounded(line.time, "REAL")} s to ${rounded(line.until, "REAL")} s`
+              : `at ${rounded(line.time, "REAL")} s`;
+          return element(
+            "li",
+            {},
+            element("span", { class: "name" }, called(loop, line.variable)),
+            ` ${line.count > 1 ? "moved to " : ""}${value} ${when}`,
+          );
+        }),
+      ),
+  );
+}
+
+/**
+ * Events as a list: those of a ramp are one line.
+ *
+ * @param {import("./messages").Event[]} events
+ */
+function summed(events) {
+  /** @type {{ variable: string, value: Value, time: number, until: number, last: number, count: number }[]} */
+  const lines = [];
+  /** @type {Map<string, typeof lines[number]>} */
+  const open = new Map();
+  for (const event of events) {
+    const line = open.get(event.variable);
+    if (line && event.call - line.last === 1 && typeof event.value === "number") {
+      Object.assign(line, { value: event.value, until: event.time, last: event.call, count: line.count + 1 });
+      continue;
+    }
+    const made = {
+      variable: event.variable,
+      value: event.value,
+      time: event.time,
+      until: event.time,
+      last: event.call,
+      count: 1,
+    };
+    open.set(event.variable, made);
+    lines.push(made);
+  }
+  return lines;
+}

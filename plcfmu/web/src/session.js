@@ -1,0 +1,140 @@
+/**
+ * What a reload of the page does not lose: loops, values, and what was done in the run. It is kept in sessionStorage, which
+ * belongs to the tab and ends with it.
+ */
+
+import { ask } from "tool/engine.js";
+import { store } from "tool/store.js";
+
+const KEY = "plcfmu";
+const VERSION = 1;
+/** A run of more calls is not made again. */
+const MOST_CALLS = 200_000;
+const CHUNK = 2000;
+
+/** What the present run began with. @type {import("./messages").Setup | undefined} */
+let setup;
+/** @type {import("./messages").Event[]} */
+let events = [];
+
+/** Keeps what is under work from now on. */
+export function keep() {
+  let timer = 0;
+  const soon = () => {
+    clearTimeout(timer);
+    timer = setTimeout(async () => {
+      await readEvents();
+      save();
+    }, 250);
+  };
+  store.on("run", (begun) => {
+    setup = begun ?? setup;
+    events = [];
+  });
+  for (const what of ["files", "loops", "loop", "settings", "plant", "run", "state"]) store.on(what, soon);
+  addEventListener("pagehide", save);
+}
+
+async function readEvents() {
+  if (!store.live || store.isLost) return;
+  try {
+    events = (await ask({ do: "events" })).events;
+  } catch (error) {
+    store.say(error);
+  }
+}
+
+function save() {
+  const loops = store.loops.map((loop) => ({
+    name: loop.name,
+    member: loop.member,
+    fmu: loop.description.name,
+    file: loop.file,
+    warnings: loop.warnings,
+    members: loop.members,
+    connections: loop.connections,
+    notes: loop.notes,
+    settings: Object.entries(loop.settings).map(([name, one]) => {
+      const { file, origin, sent, value, wrong, why } = one;
+      return { name, file, origin, sent, value, wrong, why };
+    }),
+  }));
+  const live = store.live && setup && store.state && store.state.calls <= MOST_CALLS;
+  const run = live
+    ? { of: store.loops.indexOf(/** @type {any} */ (store.live)), setup, events, calls: store.state?.calls }
+    : undefined;
+  const kept = { version: VERSION, shown: store.loops.indexOf(/** @type {any} */ (store.loop)), loops, run };
+  // A file of thousands of loops is too large for it: then the loops under work are kept, and the file is opened again.
+  for (const files of [store.files, []]) {
+    try {
+      sessionStorage.setItem(KEY, JSON.stringify({ ...kept, files }));
+      return;
+    } catch {
+      // It is full, or not there at all.
+    }
+  }
+}
+
+/** Takes up what was under work before the reload. */
+export async function resume() {
+  let kept;
+  try {
+    kept = JSON.parse(sessionStorage.getItem(KEY) ?? "null");
+  } catch {
+    return;
+  }
+  if (kept?.version !== VERSION) return;
+  store.files = kept.files;
+  store.emit("files");
+  for (const one of kept.loops) {
+    try {
+      await resumeLoop(one);
+    } catch (error) {
+      store.say(error);
+    }
+  }
+  const shown = store.loops[kept.shown];
+  if (shown) store.show(shown);
+  if (kept.run && store.loops[kept.run.of]) await resumeRun(kept.run);
+}
+
+/** @param {any} one */
+async function resumeLoop(one) {
+  const loop = await store.add(one.name, one.fmu, undefined, one.file);
+  Object.assign(loop, { member: one.member, warnings: one.warnings, notes: one.notes });
+  Object.assign(loop, { members: one.members, connections: one.connections });
+  for (const { name, ...values } of one.settings) {
+    if (loop.settings[name]) Object.assign(loop.settings[name], values);
+  }
+  store.emit("loop");
+  store.emit("plant");
+  await store.check();
+}
+
+/** @param {{ of: number, setup: import("./messages").Setup, events: import("./messages").Event[], calls: number }} run */
+async function resumeRun(run) {
+  const loop = store.loops[run.of];
+  try {
+    setup = run.setup;
+    events = run.events;
+    let state = await ask({ do: "start", ...run.setup });
+    store.live = loop;
+    loop.runs.push(state.run);
+    const until = async (/** @type {number} */ target) => {
+      while (state.calls < target) state = await ask({ do: "run", calls: Math.min(CHUNK, target - state.calls) });
+    };
+    for (let at = 0; at < run.events.length; ) {
+      const { call } = run.events[at];
+      await until(call);
+      const values = /** @type {import("./messages").Values} */ ({});
+      for (; at < run.events.length && run.events[at].call === call; at += 1)
+        values[run.events[at].variable] = run.events[at].value;
+      state = await ask({ do: "send", values });
+    }
+    await until(run.calls);
+    await store.take(Promise.resolve(state));
+    store.emit("run");
+  } catch (error) {
+    store.say(error);
+  }
+}

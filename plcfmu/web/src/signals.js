@@ -1,0 +1,116 @@
+/**
+ * The variables of a loop's members, and which of them are setpoint, process value and manipulated value.
+ *
+ * @typedef {import("./messages").Variable} Variable
+ * @typedef {import("./messages").Description} Description
+ * @typedef {import("tool/store.js").Work} Work
+ *
+ * @typedef {object} Signal
+ * @property {string} name `TIC101.LMN`
+ * @property {string} member `TIC101`
+ * @property {Variable} variable
+ *
+ * @typedef {object} Roles what the signals of a loop are, by their names in the engine
+ * @property {string | undefined} setpoint
+ * @property {string | undefined} processValue
+ * @property {string | undefined} manipulatedValue
+ * @property {string[]} pulses
+ * @property {string | undefined} manual the switch
+ */
+
+import { split, store, variable } from "tool/store.js";
+import { isBoolean } from "tool/values.js";
+
+/**
+ * All variables of a loop, the controller's first.
+ *
+ * @param {Work} loop
+ * @returns {Promise<Signal[]>}
+ */
+export async function signals(loop) {
+  const members = await descriptions(loop);
+  return members.flatMap(([member, description]) =>
+    description.variables.map((one) => ({ name: `${member}.${one.name}`, member, variable: one })),
+  );
+}
+
+/**
+ * The units of a loop's process value and manipulated value. A controller's table leaves them open; its plant knows them.
+ *
+ * @param {Work} loop
+ * @returns {Promise<{ processValue: string, manipulatedValue: string }>}
+ */
+export async function units(loop) {
+  const members = new Map(await descriptions(loop));
+  /** @param {string | undefined} name `PLANT.U` */
+  const unit = (name) => {
+    const [member, own] = split(name ?? "");
+    return unitText(members.get(member)?.variables.find((one) => one.name === own)?.unit);
+  };
+  const { processValue, manipulatedValue, setpoint } = roles(loop);
+  const input = loop.connections.find(([from]) => from === manipulatedValue)?.[1];
+  const plants = [...members]
+    .slice(1)
+    .flatMap(([name, { roles }]) => (roles.process_value ? `${name}.${roles.process_value}` : []));
+  const outputs = plants.map(unit).filter(Boolean);
+  return {
+    processValue: unit(processValue) || unit(setpoint) || (outputs[0] ?? ""),
+    manipulatedValue: unit(manipulatedValue) || unit(input),
+  };
+}
+
+/**
+ * The members of a loop with their descriptions, the controller first.
+ *
+ * @param {Work} loop
+ * @returns {Promise<[string, Description][]>}
+ */
+export async function descriptions(loop) {
+  const others = loop.members.map(
+    async ({ name, fmu }) => /** @type {[string, Description]} */ ([name, await store.describe(fmu)]),
+  );
+  return [[loop.member, loop.description], ...(await Promise.all(others))];
+}
+
+/**
+ * The signals of a loop by what they are.
+ *
+ * @param {Work} loop
+ * @returns {Roles}
+ */
+export function roles(loop) {
+  const { roles } = loop.description;
+  /** @param {string | null | undefined} name */
+  const named = (name) => (name ? variable(loop, name) : undefined);
+  return {
+    setpoint: named(roles.setpoint),
+    processValue: named(roles.shown_process_value ?? roles.process_value),
+    manipulatedValue: named(roles.manipulated_value),
+    pulses: roles.pulses.map((pulse) => variable(loop, pulse)),
+    manual: named(roles.manual?.[0]),
+  };
+}
+
+/**
+ * How a signal is called where its loop is clear: the controller's variables by their own name, those of others in full.
+ *
+ * @param {Work} loop
+ * @param {string} name
+ */
+export function called(loop, name) {
+  return name.startsWith(`${loop.member}.`) ? name.slice(loop.member.length + 1) : name;
+}
+
+/** @param {Variable} one */
+export function isSwitch(one) {
+  return isBoolean(one.kind);
+}
+
+/**
+ * A unit as it is written behind a number; a plain number has none.
+ *
+ * @param {string | null | undefined} unit
+ */
+export function unitText(unit) {
+  return unit === "1" ? "" : (unit ?? "");
+}

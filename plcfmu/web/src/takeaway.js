@@ -1,0 +1,191 @@
+/**
+ * What is taken away: the block's FMU with these start values, parameter files, the run as a description, CSV, picture, report.
+ *
+ * @typedef {import("./messages").Export} Export
+ */
+
+import { picture, shownNames } from "tool/curves.js";
+import { element, fill } from "tool/dom.js";
+import { ask, fromBase64, toBase64, whereIsTheEngine } from "tool/engine.js";
+import { asLoop, store } from "tool/store.js";
+
+const FORMATS = /** @type {[string, string][]} */ ([
+  ["awl", "STEP 7, AWL source"],
+  ["scl", "STEP 7, SCL source"],
+  ["db", "TIA Portal, source of a data block"],
+  ["xml", "TIA Portal, XML"],
+  ["json", "JSON"],
+  ["ssv", "SSV, parameter values of SSP"],
+]);
+
+/** @type {HTMLElement} */
+let body;
+/** @type {HTMLElement} */
+let remarks;
+
+/** @param {HTMLElement} content */
+export function mount(content) {
+  body = element("div", {});
+  remarks = element("ul", { class: "remarks", role: "status" });
+  fill(content, body, remarks);
+  for (const what of ["loop", "loops", "run", "home"]) store.on(what, show);
+  store.on("settings", showUnsent);
+  show();
+}
+
+/**
+ * Asks for a file and hands it to the user.
+ *
+ * @param {Export} what
+ */
+export async function download(what) {
+  try {
+    const exported = await ask({ do: "export", ...what });
+    save(exported.file, new Blob([fromBase64(exported.content)], { type: exported.media_type }));
+    fill(
+      remarks,
+      element("li", { class: "good" }, `${exported.file} was saved where this browser puts downloads.`),
+      exported.remarks.map((remark) => element("li", {}, remark)),
+    );
+  } catch (error) {
+    store.say(error);
+  }
+}
+
+/**
+ * @param {string} name
+ * @param {Blob} content
+ */
+function save(name, content) {
+  const address = URL.createObjectURL(content);
+  const link = element("a", { href: address, download: name });
+  link.click();
+  // The browser reads it after this function has returned.
+  setTimeout(() => URL.revokeObjectURL(address), 60_000);
+}
+
+/** @type {HTMLElement | undefined} */
+let unsent;
+
+function showUnsent() {
+  if (!unsent) return;
+  const names = store.edited();
+  unsent.textContent = names.length === 0 ? "" : `Not in the files, since not sent yet: ${names.join(", ")}.`;
+}
+
+function show() {
+  const loop = store.loop;
+  if (!loop) {
+    fill(body);
+    unsent = undefined;
+    return;
+  }
+  unsent = element("p", { class: "note" });
+  const isAlive = store.isLive();
+  const format = element(
+    "select",
+    { "aria-label": "Format of the parameter file" },
+    FORMATS.map(([value, name]) => element("option", { value }, name)),
+  );
+  const which = element(
+    "select",
+    { "aria-label": "Which loops" },
+    element("option", { value: "one" }, loop.name),
+    store.loops.length > 1 && element("option", { value: "all" }, `all ${store.loops.length} loops under work`),
+  );
+  const parameters = () =>
+    download({
+      what: "parameters",
+      format: format.value,
+      loops: (which.value === "all" ? store.loops : [loop]).map(asLoop),
+      origin: loop.file ?? loop.description.name,
+    });
+  const csvOf = (/** @type {string[]} */ variables) => () => download({ what: "csv", variables });
+  const noRun = isAlive ? undefined : "Run the loop first";
+  fill(
+    body,
+    unsent,
+    element(
+      "div",
+      { class: "row" },
+      element("span", { class: "what" }, "Parameters"),
+      which,
+      format,
+      element("button", { type: "button", onclick: parameters }, "Save parameters"),
+    ),
+    preset(loop),
+    element(
+      "div",
+      { class: "row" },
+      element("span", { class: "what" }, "This run"),
+      button("Save as loops.toml", noRun, () => download({ what: "description" })),
+      button("CSV of the curves", noRun, () => csvOf(shownNames())()),
+      button("CSV of everything", noRun, csvOf([])),
+      button("Picture (PNG)", noRun, savePicture),
+      button("Report (HTML)", noRun, () => report(loop)),
+    ),
+  );
+  showUnsent();
+}
+
+/**
+ * @param {string} name
+ * @param {string | undefined} why why it cannot be used now
+ * @param {() => void} action
+ */
+function button(name, why, action) {
+  return element("button", { type: "button", disabled: why !== undefined, title: why, onclick: action }, name);
+}
+
+/** @param {import("tool/store.js").Work} loop */
+function preset(loop) {
+  const title = element("span", { class: "what" }, "FMU");
+  const block = loop.description.block;
+  if (whereIsTheEngine() === "server") {
+    const give = () => download({ what: "preset", of: asLoop(loop) });
+    return element(
+      "div",
+      { class: "row" },
+      title,
+      button(`Save ${block} with these values as an FMU`, undefined, give),
+    );
+  }
+  const input = element("input", { type: "file", accept: ".fmu", id: "preset-fmu", class: "visually-hidden" });
+  /** @param {File | undefined} file */
+  const take = async (file) => {
+    if (!file) return;
+    const fmu = toBase64(new Uint8Array(await file.arrayBuffer()));
+    await download({ what: "preset", of: asLoop(loop), fmu });
+    input.value = "";
+  };
+  input.addEventListener("change", () => take(input.files?.[0]));
+  const label = element(
+    "label",
+    { class: "button drop", for: "preset-fmu" },
+    `Choose or drop ${block}.fmu: you get it back with these values`,
+  );
+  label.addEventListener("dragover", (event) => event.preventDefault());
+  label.addEventListener("drop", (event) => {
+    event.preventDefault();
+    event.stopPropagation();
+    take(event.dataTransfer?.files[0]);
+  });
+  return element("div", { class: "row" }, title, element("span", { class: "chooser" }, input, label));
+}
+
+function savePicture() {
+  const canvas = picture();
+  const name = (store.loop?.name ?? "loop").replace(/[^A-Za-z0-9_.-]/g, "_");
+  canvas?.toBlob((content) => {
+    if (!content) return;
+    save(`${name}.png`, content);
+    fill(remarks, element("li", { class: "good" }, `${name}.png was saved where this browser puts downloads.`));
+  }, "image/png");
+}
+
+/** @param {import("tool/store.js").Work} loop */
+function report(loop) {
+  const settings = Object.entries(loop.settings);
+  const before = settings.map(([name, one]) => ({ name, value: one.file ?? one.start, origin: one.origin ?? null }));
+  return download({ what: "report", of: asLoop(loop), before });
+}

@@ -1,0 +1,652 @@
+/**
+ * Tuning: the plant's model from a step, settings by a rule, what they lead to, and only then into the fields.
+ *
+ * @typedef {import("./messages").Identified} Identified
+ * @typedef {import("./messages").Method} Method
+ * @typedef {import("./messages").Model} Model
+ * @typedef {import("./messages").Rule} Rule
+ * @typedef {import("./messages").Structure} Structure
+ * @typedef {import("./messages").Tuned} Tuned
+ */
+
+import { draw } from "tool/charts.js";
+import { chooser, columnsOf } from "tool/csv.js";
+import { attribute, element, fill, text } from "tool/dom.js";
+import { ask } from "tool/engine.js";
+import { units, unitText } from "tool/signals.js";
+import { store, valuesOf } from "tool/store.js";
+import { read, rounded, shown } from "tool/values.js";
+
+const METHODS = /** @type {[Method, string][]} */ ([
+  ["least_squares", "least squares"],
+  ["two_points", "two points, 28 % and 63 %"],
+  ["tangent", "tangent"],
+  ["area", "area"],
+]);
+const RULES = /** @type {[Rule, string][]} */ ([
+  ["simc", "SIMC"],
+  ["amigo", "AMIGO"],
+  ["chr_setpoint0", "Chien-Hrones-Reswick, setpoint, 0 %"],
+  ["chr_setpoint20", "Chien-Hrones-Reswick, setpoint, 20 %"],
+  ["chr_disturbance0", "Chien-Hrones-Reswick, disturbance, 0 %"],
+  ["chr_disturbance20", "Chien-Hrones-Reswick, disturbance, 20 %"],
+  ["ziegler_nichols_step", "Ziegler-Nichols, step answer"],
+  ["ziegler_nichols_ultimate", "Ziegler-Nichols, ultimate gain"],
+]);
+const STRUCTURES = /** @type {[Structure, string][]} */ ([
+  ["p", "P"],
+  ["pi", "PI"],
+  ["pid", "PID"],
+]);
+
+/**
+ * @typedef {object} Notes what is kept with a loop
+ * @property {Record<string, string>} model the fields: gain, time_constant, second_time_constant, dead_time
+ * @property {boolean} isIntegrating
+ * @property {Method} method
+ * @property {Rule} rule
+ * @property {Structure} structure
+ * @property {string} closedLoop
+ * @property {Model | undefined} heating
+ * @property {Model | undefined} cooling
+ */
+
+/** @type {HTMLElement} */
+let body;
+/** The recording to identify from; without it the run. @type {{ name: string, text: string, time: string, input: string, output: string } | undefined} */
+let recorded;
+/** @type {() => void} */
+let endChart = () => {};
+/** Answers that come late are not shown. */
+let asked = 0;
+/** @type {Tuned | undefined} */
+let tuned;
+
+/** @type {HTMLElement} */
+let csvPlace;
+/** @type {HTMLElement} */
+let identifiedPlace;
+/** @type {HTMLElement} */
+let resultPlace;
+/** @type {HTMLElement} */
+let ratioPlace;
+/** @type {Map<string, HTMLInputElement>} */
+let modelFields = new Map();
+/** @type {HTMLElement} */
+let fit;
+
+/** @param {HTMLElement} content */
+export function mount(content) {
+  body = element("div", {});
+  fill(content, body);
+  store.on("loop", show);
+  store.on("loop", findUnits);
+  store.on("plant", findUnits);
+  store.on("settings", (names) => {
+    // CYCLE, the normalisation and the pulse former count in a rule; what the rule itself has written does not.
+    const own = Object.keys(tuned?.values ?? {});
+    if (tuned && names.some((/** @type {string} */ name) => !own.includes(name))) tune();
+  });
+  show();
+}
+
+/** @returns {Notes} */
+function notes() {
+  const loop = store.loop;
+  /** @type {Notes} */
+  const fresh = {
+    ...{ model: {}, isIntegrating: false, method: "least_squares", rule: "simc", structure: "pi", closedLoop: "" },
+    ...{ heating: undefined, cooling: undefined },
+  };
+  if (!loop) return fresh;
+  loop.notes.tune ??= fresh;
+  return loop.notes.tune;
+}
+
+function show() {
+  const loop = store.loop;
+  endChart();
+  tuned = undefined;
+  asked += 1;
+  if (!loop) {
+    fill(body);
+    return;
+  }
+  const { controller } = loop.description.roles;
+  if (controller.length === 0) {
+    fill(body, element("p", { class: "faint" }, `${loop.description.block} has no gain and no integral time to tune.`));
+    return;
+  }
+  csvPlace = element("div", {});
+  identifiedPlace = element("div", { "aria-live": "polite" });
+  resultPlace = element("div", { "aria-live": "polite" });
+  ratioPlace = element("div", {});
+  fit = element("span", { class: "fit" });
+  fill(body, identifyRow(), csvPlace, modelRow(), identifiedPlace, ruleRow(), resultPlace, ratioPlace);
+  showCsv();
+  showRatio();
+  tune();
+}
+
+function identifyRow() {
+  const kept = notes();
+  const method = choice("tune-method", METHODS, kept.method, (next) => {
+    kept.method = next;
+  });
+  const box = element("input", { type: "checkbox", checked: kept.isIntegrating });
+  box.addEventListener("change", () => {
+    kept.isIntegrating = box.checked;
+    modelFields.get("time_constant")?.closest("label")?.toggleAttribute("hidden", box.checked);
+    showUnits();
+    tune();
+  });
+  return element(
+    "div",
+    { class: "row" },
+    element("span", { class: "what" }, "Plant"),
+    element(
+      "button",
+      {
+        ...{ type: "button", onclick: () => identify(false) },
+        title: "From the last step of the manipulated value in this run: at rest, in manual, one step, wait",
+      },
+      "Identify from this step",
+    ),
+    chooser("tune-file", "Identify from a CSV", openCsv, (error) => store.say(error)),
+    element("label", { for: "tune-method" }, "by ", method),
+    element("label", {}, box, " integrating"),
+  );
+}
+
+/**
+ * @template {string} T
+ * @param {string} id
+ * @param {[T, string][]} from
+ * @param {T} now
+ * @param {(next: T) => void} take
+ */
+function choice(id, from, now, take) {
+  const list = element(
+    "select",
+    { id },
+    from.map(([value, name]) => element("option", { value, selected: value === now }, name)),
+  );
+  list.addEventListener("change", () => take(/** @type {T} */ (list.value)));
+  return list;
+}
+
+/**
+ * @param {string} name
+ * @param {string} text
+ */
+function openCsv(name, text) {
+  recorded = { name, text, time: "", input: "", output: "" };
+  showCsv();
+  identify(true);
+}
+
+function showCsv() {
+  if (!recorded) {
+    fill(csvPlace);
+    return;
+  }
+  const of = recorded;
+  const names = columnsOf(of.text);
+  /** @param {"time" | "input" | "output"} which @param {string} title */
+  const column = (which, title) =>
+    element(
+      "label",
+      {},
+      `${title} `,
+      choice(
+        `tune-${which}`,
+        /** @type {[string, string][]} */ ([["", "by its name"], ...names.map((name) => [name, name])]),
+        of[which],
+        (next) => {
+          of[which] = next;
+          identify(true);
+        },
+      ),
+    );
+  fill(
+    csvPlace,
+    element(
+      "div",
+      { class: "row" },
+      element("span", { class: "what" }, ""),
+      element("span", {}, of.name),
+      column("time", "Time"),
+      column("input", "Manipulated value"),
+      column("output", "Process value"),
+      element("button", { type: "button", onclick: () => identify(true) }, "Identify"),
+    ),
+  );
+}
+
+/** @param {boolean} fromCsv */
+async function identify(fromCsv) {
+  const loop = store.loop;
+  if (!loop) return;
+  const kept = notes();
+  /** @type {import("./messages").Data} */
+  const data =
+    fromCsv && recorded
+      ? {
+          csv: {
+            text: recorded.text,
+            ...Object.fromEntries(
+              ["time", "input", "output"].map((one) => [one, /** @type {any} */ (recorded)[one] || null]),
+            ),
+          },
+        }
+      : { run: {} };
+  if (!fromCsv && !store.isLive()) {
+    refuse(
+      "There is no run yet. Run the loop in manual until the process value rests, then step the manual value and wait.",
+    );
+    return;
+  }
+  try {
+    const identified = await ask({ do: "identify", data, method: kept.method, is_integrating: kept.isIntegrating });
+    if (store.loop !== loop) return;
+    takeModel(identified);
+  } catch (error) {
+    refuse(error instanceof Error ? error.message : String(error));
+  }
+}
+
+/** @param {string} why */
+function refuse(why) {
+  endChart();
+  text(fit, "");
+  fill(identifiedPlace, element("p", { class: "error" }, why));
+}
+
+/** @param {Identified} identified */
+function takeModel(identified) {
+  const loop = store.loop;
+  if (!loop) return;
+  const kept = notes();
+  const { model } = identified;
+  kept.isIntegrating = model.is_integrating === true;
+  for (const [name, input] of modelFields) {
+    const value = /** @type {Record<string, any>} */ (model)[name] ?? 0;
+    // Four digits are more than a step tells; all are used.
+    kept.model[name] = String(value);
+    input.value = rounded(value, "LREAL", 4);
+    input.dataset.full = String(value);
+    input.dataset.rounded = input.value;
+    input.removeAttribute("aria-invalid");
+  }
+  text(fit, `fit ${rounded(identified.fit, "LREAL", 3)} %`);
+  const chart = element("div", {});
+  const unit = unitOfProcessValue();
+  fill(identifiedPlace, remarksOf(identified.remarks), chart);
+  endChart();
+  endChart = draw(chart, {
+    title: "The process value, measured and of the model",
+    xLabel: "s",
+    x: identified.times,
+    lines: [
+      { name: "measured", values: identified.measured, unit, colour: 1 },
+      { name: "model", values: identified.modelled, unit, colour: 2, isDashed: true },
+    ],
+    height: 150,
+  });
+  showRatio();
+  tune();
+}
+
+/** The loop's units, as soon as they are known. */
+let unitsOf = { processValue: "", manipulatedValue: "" };
+
+async function findUnits() {
+  const loop = store.loop;
+  if (!loop) return;
+  const found = await units(loop).catch(() => unitsOf);
+  if (store.loop !== loop) return;
+  unitsOf = found;
+  if (modelFields.size > 0) showUnits();
+}
+
+function unitOfProcessValue() {
+  return unitsOf.processValue;
+}
+
+function unitOfManipulatedValue() {
+  return unitsOf.manipulatedValue || "%";
+}
+
+/** @type {HTMLElement} */
+let gainUnit;
+
+function showUnits() {
+  const perSecond = notes().isIntegrating ? " s" : "";
+  text(
+    gainUnit,
+    `${unitOfProcessValue() || "1"}/${perSecond ? `(${unitOfManipulatedValue()}${perSecond})` : unitOfManipulatedValue()}`,
+  );
+}
+
+function modelRow() {
+  const kept = notes();
+  gainUnit = element("span", { class: "faint" });
+  modelFields = new Map();
+  const fields = /** @type {[string, string, string][]} */ ([
+    ["gain", "K", ""],
+    ["time_constant", "T", "s"],
+    ["second_time_constant", "T2", "s"],
+    ["dead_time", "L", "s"],
+  ]).map(([name, label, unit]) => {
+    const written = kept.model[name] ?? (name === "second_time_constant" ? "0" : "");
+    const input = element("input", {
+      ...{ class: "number", size: 7, inputmode: "decimal", autocomplete: "off", id: `model-${name}` },
+      value: written === "" ? "" : rounded(Number(written), "LREAL", 4),
+    });
+    input.dataset.full = written;
+    input.dataset.rounded = input.value;
+    input.addEventListener("input", () => {
+      input.dataset.full = input.value;
+      input.dataset.rounded = input.value;
+      kept.model[name] = input.value;
+      text(fit, "");
+      tune();
+    });
+    modelFields.set(name, input);
+    return element(
+      "label",
+      { hidden: name === "time_constant" && kept.isIntegrating },
+      `${label} `,
+      input,
+      " ",
+      name === "gain" ? gainUnit : element("span", { class: "faint" }, unit),
+    );
+  });
+  showUnits();
+  return element("div", { class: "row" }, element("span", { class: "what" }, "Model"), fields, fit);
+}
+
+/**
+ * The model of the fields, or what is wrong with them.
+ *
+ * @returns {Model | string | undefined}
+ */
+function model() {
+  const kept = notes();
+  /** @type {Record<string, number>} */
+  const values = {};
+  for (const [name, input] of modelFields) {
+    if (name === "time_constant" && kept.isIntegrating) {
+      values[name] = 0;
+      continue;
+    }
+    const written = input.dataset.full ?? "";
+    if (written.trim() === "") return undefined;
+    const got = read(written, { name: name.replaceAll("_", " "), kind: "LREAL" });
+    attribute(input, "aria-invalid", "why" in got ? "true" : undefined);
+    if ("why" in got) return got.why;
+    values[name] = Number(got.value);
+  }
+  return {
+    ...{ gain: values.gain, time_constant: values.time_constant, dead_time: values.dead_time },
+    ...{ second_time_constant: values.second_time_constant, is_integrating: kept.isIntegrating },
+  };
+}
+
+function ruleRow() {
+  const kept = notes();
+  const closed = element("input", {
+    class: "number",
+    size: 6,
+    value: kept.closedLoop,
+    placeholder: "L",
+    inputmode: "decimal",
+    autocomplete: "off",
+  });
+  const closedLabel = element(
+    "label",
+    { title: "SIMC's time constant of the closed loop" },
+    "closed loop ",
+    closed,
+    " s",
+  );
+  closed.addEventListener("input", () => {
+    kept.closedLoop = closed.value.trim().replace(",", ".");
+    tune();
+  });
+  const showClosed = () => closedLabel.toggleAttribute("hidden", kept.rule !== "simc");
+  showClosed();
+  const rule = choice("tune-rule", RULES, kept.rule, (next) => {
+    kept.rule = next;
+    showClosed();
+    tune();
+  });
+  const structures = STRUCTURES.map(([value, name]) => {
+    const radio = element("input", { type: "radio", name: "tune-structure", value, checked: value === kept.structure });
+    radio.addEventListener("change", () => {
+      kept.structure = value;
+      tune();
+    });
+    return element("label", {}, radio, ` ${name}`);
+  });
+  return element(
+    "div",
+    { class: "row" },
+    element("span", { class: "what" }, "Rule"),
+    element("label", { class: "visually-hidden", for: "tune-rule" }, "Rule"),
+    rule,
+    element("span", { class: "row", role: "radiogroup", "aria-label": "Structure" }, structures),
+    closedLabel,
+  );
+}
+
+/** Asks for the settings of the rule, and shows them. */
+async function tune() {
+  const loop = store.loop;
+  if (!loop) return;
+  const kept = notes();
+  asked += 1;
+  const mine = asked;
+  const of = model();
+  if (of === undefined || typeof of === "string") {
+    tuned = undefined;
+    store.predict(undefined);
+    const why =
+      of ?? "Identify the plant, or type K, T and L: then each rule shows its settings and the predicted curve.";
+    fill(resultPlace, element("p", { class: of ? "error" : "faint" }, why));
+    return;
+  }
+  const closed = Number(kept.closedLoop);
+  try {
+    const answer = await ask({
+      ...{ do: "tune", model: of, rule: kept.rule, structure: kept.structure },
+      controller: { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) },
+      closed_loop: kept.rule === "simc" && kept.closedLoop !== "" && closed > 0 ? closed : null,
+    });
+    if (mine !== asked || store.loop !== loop) return;
+    tuned = answer;
+    store.predict({ title: RULES.find(([rule]) => rule === kept.rule)?.[1] ?? "", curves: answer.predicted });
+    showTuned(answer);
+  } catch (error) {
+    if (mine !== asked) return;
+    tuned = undefined;
+    store.predict(undefined);
+    fill(resultPlace, element("p", { class: "error" }, error instanceof Error ? error.message : String(error)));
+  }
+}
+
+/** @param {Tuned} answer */
+function showTuned(answer) {
+  const loop = store.loop;
+  if (!loop) return;
+  const rows = Object.entries(answer.values).map(([name, value]) => {
+    const setting = loop.settings[name];
+    const kind = setting?.variable.kind ?? "LREAL";
+    return element(
+      "tr",
+      {},
+      element("th", { scope: "row", class: "name" }, name),
+      element("td", { class: "number" }, setting ? shown(setting.value, kind) : ""),
+      element(
+        "td",
+        { class: "number strong", title: String(value) },
+        typeof value === "boolean" ? shown(value, kind) : rounded(value, kind, 5),
+      ),
+      element("td", { class: "faint" }, unitText(setting?.variable.unit)),
+    );
+  });
+  const { predicted } = answer;
+  const facts = /** @type {[string, string, string][]} */ ([
+    ["Ms", "The largest sensitivity: up to 1.6 is cautious, above 2 is sharp", number(answer.sensitivity)],
+    ["gain margin", "So much more gain the loop takes", number(answer.gain_margin)],
+    ["phase margin", "", number(answer.phase_margin, "°")],
+    ["overshoot", "Of the predicted setpoint step", number(predicted.overshoot, " %")],
+    ["settled", "The predicted setpoint step, within 2 %", number(predicted.settled, " s")],
+    ["dead time used", "The model's, half a cycle, half a pulse period", number(answer.dead_time, " s")],
+  ]);
+  const chart = element("div", {});
+  const apply = element("button", { type: "button", class: "primary", onclick: () => applyTuned(answer) }, "Apply");
+  fill(
+    resultPlace,
+    element(
+      "div",
+      { class: "tuned" },
+      element(
+        "div",
+        {},
+        element(
+          "table",
+          {},
+          element(
+            "thead",
+            {},
+            element(
+              "tr",
+              {},
+              ["Setting", "now", "rule", ""].map((title, at) =>
+                element("th", { scope: "col", class: at === 1 || at === 2 ? "number" : false }, title),
+              ),
+            ),
+          ),
+          element("tbody", {}, rows),
+        ),
+        element(
+          "p",
+          { class: "row" },
+          apply,
+          element("span", { class: "faint" }, "into the fields; nothing is in force until you send it"),
+        ),
+      ),
+      element(
+        "dl",
+        { class: "figures" },
+        facts.map(([name, title, value]) =>
+          element("div", { title }, element("dt", {}, name), element("dd", {}, value)),
+        ),
+      ),
+      element("div", { class: "predicted" }, chart),
+    ),
+    remarksOf(answer.remarks),
+  );
+  endPrediction();
+  endPrediction = draw(chart, {
+    title: "Predicted step of the setpoint with these settings, by the real block and the model",
+    xLabel: "s",
+    x: predicted.times,
+    lines: [
+      { name: "setpoint", values: predicted.setpoint, unit: unitOfProcessValue(), colour: 0, isStepped: true },
+      { name: "process value", values: predicted.process_value, unit: unitOfProcessValue(), colour: 1, isDashed: true },
+      {
+        name: "manipulated value",
+        values: predicted.manipulated_value,
+        unit: unitOfManipulatedValue(),
+        colour: 2,
+        side: "right",
+        isDashed: true,
+      },
+    ],
+    height: 160,
+  });
+}
+
+/** @type {() => void} */
+let endPrediction = () => {};
+
+/** @param {Tuned} answer */
+function applyTuned(answer) {
+  store.edit(answer.values);
+  const names = store.edited();
+  store.say(
+    names.length > 0 ? `${names.join(", ")} edited; send them to the block.` : "The block has these settings already.",
+  );
+}
+
+/** The ratio of heating and cooling, for blocks that have one. */
+function showRatio() {
+  const loop = store.loop;
+  if (!loop) return;
+  const factor = loop.description.roles.pulse_former[2];
+  if (!factor) {
+    fill(ratioPlace);
+    return;
+  }
+  const kept = notes();
+  const result = element("span", { "aria-live": "polite" });
+  /** @param {"heating" | "cooling"} which */
+  const take = (which) => {
+    const now = model();
+    if (typeof now !== "object") {
+      text(result, now ?? "Identify a step first.");
+      return;
+    }
+    kept[which] = now;
+    showRatio();
+  };
+  /** @param {Model | undefined} of */
+  const gain = (of) => (of ? `K ${rounded(of.gain, "LREAL", 4)}` : "none yet");
+  const compute = async () => {
+    if (!kept.heating || !kept.cooling) return;
+    try {
+      const ratio = await ask({ do: "ratio", heating: kept.heating, cooling: kept.cooling });
+      fill(
+        result,
+        `${factor} ${rounded(ratio.ratio, "REAL", 5)} `,
+        element("button", { type: "button", onclick: () => store.edit({ [factor]: ratio.ratio }) }, "Apply"),
+        ...ratio.remarks.map((remark) => element("span", { class: "faint" }, ` ${remark}`)),
+      );
+    } catch (error) {
+      text(result, error instanceof Error ? error.message : String(error));
+    }
+  };
+  fill(
+    ratioPlace,
+    element(
+      "div",
+      { class: "row" },
+      element("span", { class: "what" }, factor),
+      element("button", { type: "button", onclick: () => take("heating") }, "This model is heating"),
+      element("span", { class: "faint" }, gain(kept.heating)),
+      element("button", { type: "button", onclick: () => take("cooling") }, "This model is cooling"),
+      element("span", { class: "faint" }, gain(kept.cooling)),
+      result,
+    ),
+  );
+  compute();
+}
+
+/** @param {string[]} remarks */
+function remarksOf(remarks) {
+  return element(
+    "ul",
+    { class: "remarks" },
+    remarks.map((remark) => element("li", {}, remark)),
+  );
+}
+
+/**
+ * @param {number | null} value
+ * @param {string} [unit]
+ */
+function number(value, unit = "") {
+  return value === null || value === undefined ? "–" : `${rounded(value, "LREAL", 4)}${unit}`;
+}

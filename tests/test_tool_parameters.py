@@ -1,0 +1,770 @@
+"""The parameter tool in a browser, from its file: opening, parameters, diagram, help, keys, and what a file can do to the page.
+
+The page is target/tool/plcfmu-tool.html (`cargo xtask tool`), or the file that PLCFMU_TOOL names.
+"""
+
+import importlib.util
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import zipfile
+
+import pytest
+
+import host
+
+ROOT = pathlib.Path(__file__).parents[1]
+TOOL = pathlib.Path(os.environ.get("PLCFMU_TOOL", ROOT / "target/tool/plcfmu-tool.html")).resolve()
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+PACKAGES = ("playwright", "axe_playwright_python")
+MISSING = [package for package in PACKAGES if importlib.util.find_spec(package) is None]
+
+pytestmark = [
+    pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed (tests/requirements.txt)"),
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian and Ubuntu 'apt install chromium'"),
+]
+
+FILES = ROOT / "tests/parameters"
+PLANT = FILES / "plant.awl"
+DESKTOP, PHONE = 1280, 390
+# As a server describes a block: enough for a loop with one setting.
+GAIN = {"name": "GAIN", "description": "Gain", "kind": "REAL", "role": "parameter", "is_tunable": True, "start": 2.0}
+DESCRIPTION = {
+    **{"name": "CONT_C", "block": "CONT_C", "summary": "", "aliases": [], "part": "controller", "cycle": None},
+    "variables": [{**GAIN, "min": None, "max": None, "unit": None}],
+    "roles": {
+        **dict.fromkeys(("setpoint", "process_value", "shown_process_value", "manipulated_value", "manual")),
+        **{name: [] for name in ("controller", "structure", "pulses", "pulse_former", "disturbances", "signals")},
+    },
+    "groups": [{"title": "Gain", "fields": [{"name": "GAIN", "used_if": []}]}],
+}
+HOSTILE = "<img src=x onerror='document.title=1'>"
+
+
+@pytest.fixture(scope="module")
+def browser():
+    from playwright.sync_api import sync_playwright
+
+    assert TOOL.is_file(), f"{TOOL} is missing: make it with `cargo xtask tool`"
+    with sync_playwright() as playwright:
+        arguments = "--no-sandbox --disable-gpu --no-first-run --disable-background-networking --disable-component-update"
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=[*arguments.split(), "--disable-sync"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def open_tool(browser):
+    """Opens the page in a window of its own. Any message of the browser, and any request to elsewhere, is a failure."""
+    contexts, messages = [], []
+
+    def open_tool(width=DESKTOP, height=900, scheme="light"):
+        context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
+        context.set_default_timeout(10_000)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda message: messages.append(message.text))
+        page.on("pageerror", lambda error: messages.append(str(error)))
+        page.on("request", lambda request: None if is_inside(request.url) else messages.append(request.url))
+        page.goto(TOOL.as_uri())
+        page.locator("#new-block option").first.wait_for(state="attached")
+        return page
+
+    yield open_tool
+    for context in contexts:
+        context.close()
+    assert messages == []
+
+
+@pytest.fixture
+def page(open_tool):
+    return open_tool()
+
+
+def is_inside(url):
+    return url.startswith(("file:", "data:", "blob:"))
+
+
+def new_loop(page, block, name=""):
+    page.fill("#new-name", name)
+    page.select_option("#new-block", block)
+    page.click("text=New loop")
+    page.locator("#fields .field").first.wait_for()
+    checked(page)
+
+
+def checked(page):
+    """Waits until the engine has answered all that was asked."""
+    page.evaluate('async () => { const { ask } = await import("tool/engine.js"); await ask({ do: "catalogue" }); }')
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def ask(page, **request):
+    return page.evaluate('async (request) => (await import("tool/engine.js")).ask(request)', request)
+
+
+def make_calls(page, calls):
+    page.evaluate('async (calls) => { const { store } = await import("tool/store.js"); await store.calls(calls); }', calls)
+    checked(page)
+
+
+def field(page, name):
+    return page.locator(f'[id="field-{name}"]')
+
+
+def row(page, name):
+    return page.locator(f'.field[data-name="{name}"]')
+
+
+def write(page, name, text):
+    field(page, name).fill(text)
+    checked(page)
+
+
+def tag(page, name):
+    return row(page, name).locator(".tag").inner_text()
+
+
+def in_force(page, name):
+    return page.evaluate(
+        'async (name) => (await import("tool/store.js")).store.loop.settings[name].sent', name
+    )
+
+
+def open_file(page, name, text):
+    content = text if isinstance(text, bytes) else text.encode()
+    page.set_input_files("#open-files", {"name": name, "mimeType": "text/plain", "buffer": content})
+
+
+def data_block(name, number=41, **values):
+    lines = "".join(f"  {key} := {value};\n" for key, value in values.items())
+    return f'DATA_BLOCK "{name}"\nTITLE =\nVERSION : 0.1\n FB {number}\nBEGIN\n{lines}END_DATA_BLOCK\n'
+
+
+def loop_names(page):
+    return page.locator("table.loops button.loop").all_inner_texts()
+
+
+# Opening
+
+
+def test_a_file_of_forty_loops_becomes_a_table_with_block_cycle_and_warnings(page):
+    page.set_input_files("#open-files", PLANT)
+    page.locator("table.loops").wait_for()
+    read = ask(page, do="read", file="plant.awl", content=base64_of(PLANT))
+    assert len(read["loops"]) == 40
+    shown = []
+    while True:
+        for line in page.locator("table.loops tbody tr").all():
+            shown.append([cell.strip() for cell in line.locator("td").all_inner_texts()])
+        if not page.get_by_role("button", name="Later").is_enabled():
+            break
+        page.get_by_role("button", name="Later").click()
+    names = [loop["name"] for loop in read["loops"]]
+    assert [line[0] for line in shown] == names
+    assert [line[1] for line in shown] == [loop["block"] for loop in read["loops"]]
+    assert [float(line[2].removesuffix(" s")) for line in shown] == pytest.approx([loop["cycle"] for loop in read["loops"]])
+    warnings = [f"! {len(loop['warnings'])}" if loop["warnings"] else "" for loop in read["loops"]]
+    assert [line[3] for line in shown] == warnings
+    assert any(warnings)
+
+
+def base64_of(path):
+    import base64
+
+    return base64.b64encode(path.read_bytes()).decode()
+
+
+def test_the_fields_of_a_loop_have_the_values_of_the_file(page, command, tmp_path):
+    page.set_input_files("#open-files", PLANT)
+    page.click("table.loops >> text=TIC101")
+    field(page, "GAIN").wait_for()
+    checked(page)
+    fmus = [f"--fmu={host.FOLDER / name}.fmu" for name in ("CONT_C", "CONT_S", "PULSEGEN")]
+    out = tmp_path / "plant.json"
+    done = subprocess.run([command, "params", PLANT, *fmus, f"--to={out}"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    for name, value in json.loads(out.read_text())["TIC101"].items():
+        if isinstance(value, bool):
+            assert field(page, name).is_checked() == value, name
+        else:
+            assert float(field(page, name).input_value()) == pytest.approx(value, rel=1e-7), name
+        if name not in ("P_SEL", "I_SEL", "D_SEL"):
+            assert row(page, name).locator(".tag").text_content() == "file", name
+
+
+def test_numbers_keep_all_their_digits(page):
+    open_file(page, "a.awl", data_block("A", GAIN="3.1415927e+000", MAN="-1.2345679e-007", TI="T#1D2H3M4S5MS"))
+    field(page, "GAIN").wait_for()
+    assert field(page, "GAIN").input_value() == "3.1415927"
+    assert field(page, "MAN").input_value() == "-1.2345679e-7"
+    assert field(page, "TI").input_value() == "93784.005"
+    assert "T#1D2H3M4S5MS" in row(page, "TI").inner_text()
+
+
+def test_every_setting_of_every_block_has_one_field_with_a_label_and_help(page):
+    catalogue = ask(page, do="catalogue")
+    controllers = page.locator("#new-block option").all_inner_texts()
+    assert controllers == [entry["name"] for entry in catalogue["fmus"] if entry["part"] != "plant"]
+    for block in controllers:
+        if page.locator("#opening").is_hidden():
+            page.click("#open-button")
+        new_loop(page, block)
+        variables = ask(page, do="describe", fmu=block)["variables"]
+        settable = [one["name"] for one in variables if one["role"] not in ("output", "local")]
+        for name in settable:
+            assert page.locator(f'[id="field-{name}"]').count() == 1, f"{block}.{name}"
+            assert page.locator(f'label[for="field-{name}"]').text_content() == name
+        assert page.locator("#fields input").count() == len(settable), block
+
+
+def test_a_wrong_file_says_line_column_and_what_to_do_and_nothing_is_lost(page):
+    new_loop(page, "CONT_C", "KEPT")
+    write(page, "GAIN", "3.5")
+    page.click("#open-button")
+    for path in sorted((FILES / "wrong").iterdir()):
+        page.set_input_files("#open-files", path)
+        box = page.locator(".file", has=page.get_by_text(path.name, exact=True))
+        box.wait_for()
+        said = ask(page, do="read", file=path.name, content=base64_of(path))
+        for problem in said["problems"][:20]:
+            assert problem["message"] in box.inner_text(), path.name
+            if problem["place"]:
+                line, column = problem["place"]
+                assert f"line {line}, column {column}" in box.inner_text(), path.name
+            if problem["help"]:
+                assert problem["help"] in box.inner_text(), path.name
+        box.get_by_role("button", name="Close").click()
+    assert loop_names(page)[0] == "KEPT"
+    assert field(page, "GAIN").input_value() == "3.5"
+
+
+def test_a_file_of_another_kind_is_refused_in_a_sentence(page):
+    open_file(page, "picture.png", b"\x89PNG\r\n")
+    page.locator(".file.is-refused").wait_for()
+    assert "picture.png" in page.locator(".file.is-refused").inner_text()
+    open_file(page, "no.fmu", b"nothing packed")
+    page.get_by_text("it is not a ZIP archive").wait_for()
+
+
+def test_a_file_that_does_not_say_its_block_is_read_as_the_block_of_choice(page):
+    open_file(page, "flat.json", json.dumps({"GAIN": 2.5}))
+    page.locator(".file.is-refused select").select_option("CONT_C")
+    page.click("text=Read again")
+    field(page, "GAIN").wait_for()
+    assert field(page, "GAIN").input_value() == "2.5"
+
+
+def test_an_fmu_is_read_as_the_parameters_of_its_block(page):
+    page.set_input_files("#open-files", host.FOLDER / "CONT_C.fmu")
+    field(page, "GAIN").wait_for()
+    assert page.locator("#what").inner_text().split()[:2] == ["CONT_C", "CONT_C"]
+    assert field(page, "TI").input_value() == "20"
+
+
+def test_a_foreign_fmu_is_refused_with_the_way_to_run_it(page, tmp_path):
+    path = tmp_path / "other.fmu"
+    with zipfile.ZipFile(path, "w") as archive:
+        text = '<fmiModelDescription modelName="Other"><CoSimulation modelIdentifier="Other"/></fmiModelDescription>'
+        archive.writestr("modelDescription.xml", text)
+    page.set_input_files("#open-files", path)
+    page.get_by_text("Open it with plcfmu tool other.fmu").wait_for()
+
+
+def test_files_are_dropped_anywhere(page):
+    drop = """(text) => {
+        const data = new DataTransfer();
+        data.items.add(new File([text], "dropped.awl"));
+        document.querySelector("header").dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+    }"""
+    page.evaluate(drop, data_block("DROPPED", GAIN="1.5"))
+    field(page, "GAIN").wait_for()
+    assert page.locator("#what strong").inner_text() == "DROPPED"
+
+
+def test_several_files_are_open_at_once(page):
+    for name in ("one", "two"):
+        open_file(page, f"{name}.awl", data_block(name.upper()) + data_block(f"{name.upper()}_B"))
+        page.locator(".file-name", has_text=name).wait_for()
+    assert loop_names(page) == ["ONE", "ONE_B", "TWO", "TWO_B"]
+
+
+def test_ten_thousand_loops_are_turned_over_and_filtered(page):
+    open_file(page, "many.awl", "".join(data_block(f"LOOP{number}", GAIN="2.0") for number in range(10_000)))
+    page.get_by_text("1 to 25 of 10000").wait_for()
+    page.fill("#loops input[type=search]", "loop9999")
+    assert loop_names(page) == ["LOOP9999"]
+    page.click("text=LOOP9999")
+    field(page, "GAIN").wait_for()
+    assert field(page, "GAIN").input_value() == "2"
+
+
+def test_a_million_loops_and_a_hundred_megabytes_are_refused_and_the_page_lives(page):
+    open_file(page, "million.awl", data_block("A") * 200_000)
+    page.get_by_text(re.compile("200000 blocks|MB; the page reads")).wait_for()
+    fill = """() => {
+        const data = new DataTransfer();
+        data.items.add(new File([new Uint8Array(100_000_000)], "large.awl"));
+        document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+    }"""
+    page.evaluate(fill)
+    page.get_by_text("The file has 100 MB").wait_for()
+    new_loop(page, "CONT_C", "ALIVE")
+    assert field(page, "GAIN").input_value() == "2"
+
+
+def test_a_hostile_name_is_text(page):
+    open_file(page, "<img src=x onerror=alert(1)>.awl", data_block(HOSTILE, GAIN="4.0") + data_block("B"))
+    page.locator("table.loops").wait_for()
+    page.locator("table.loops button.loop").first.click()
+    field(page, "GAIN").wait_for()
+    page.click("#compare-button")
+    write(page, "GAIN", "5")
+    assert page.locator("#what strong").inner_text() == HOSTILE
+    assert page.locator("img").count() == 0
+    assert page.title().startswith(HOSTILE)
+    make_calls(page, 1)
+    new = "</script><script>document.title=1</script>"
+    page.click("#open-button")
+    new_loop(page, "CONT_C", new)
+    assert page.locator("#what strong").inner_text() == new
+    open_file(page, "quote.json", json.dumps({"block": HOSTILE}))
+    page.locator(".is-refused").wait_for()
+    assert page.locator("img, script[src]").count() == 0
+
+
+# Parameters
+
+
+def test_an_edited_value_is_marked_until_enter_sends_it(page):
+    new_loop(page, "CONT_C")
+    assert tag(page, "GAIN") == "start"
+    write(page, "GAIN", "3,1")
+    assert tag(page, "GAIN") == "not sent"
+    assert in_force(page, "GAIN") == 2
+    assert page.locator("#edited-count").inner_text() == "1 edited, not sent"
+    field(page, "GAIN").press("Enter")
+    checked(page)
+    assert in_force(page, "GAIN") == 3.1
+    assert tag(page, "GAIN") == "changed"
+    assert page.locator("#edited-count").inner_text() == "All values are in force"
+
+
+def test_esc_takes_an_edit_back(page):
+    new_loop(page, "CONT_C")
+    write(page, "GAIN", "3.1")
+    field(page, "GAIN").press("Escape")
+    assert field(page, "GAIN").input_value() == "2"
+    assert tag(page, "GAIN") == "start"
+
+
+def test_a_wrong_text_stays_with_a_sentence_and_the_value_in_force_stays(page):
+    new_loop(page, "CONT_C")
+    for text, why in [("2.5.1", "is not a number"), ("", "needs a value"), ("1e39", "larger than a REAL")]:
+        write(page, "GAIN", text)
+        assert why in row(page, "GAIN").inner_text()
+        field(page, "GAIN").press("Enter")
+        field(page, "GAIN").blur()
+        assert field(page, "GAIN").input_value() == text
+        assert field(page, "GAIN").get_attribute("aria-invalid") == "true"
+        assert in_force(page, "GAIN") == 2
+    write(page, "TI", "20 apples")
+    assert "is not a time" in row(page, "TI").inner_text()
+
+
+def test_send_puts_all_edited_values_in_force_and_the_run_has_them_in_its_next_call(page):
+    new_loop(page, "CONT_C", "TIC")
+    make_calls(page, 3)
+    write(page, "GAIN", "3.1")
+    write(page, "MAN", "40")
+    page.click("#send")
+    checked(page)
+    make_calls(page, 1)
+    events = ask(page, do="events")["events"]
+    assert [(one["call"], one["variable"], round(one["value"], 6)) for one in events] == [
+        (3, "TIC.GAIN", 3.1),
+        (3, "TIC.MAN", 40),
+    ]
+
+
+def test_a_time_is_typed_in_seconds_or_as_the_plc_writes_it(page):
+    new_loop(page, "CONT_C")
+    for text, seconds in [("1.5", 1.5), ("T#1M30S", 90), ("500 ms", 0.5), ("2min", 120), ("t#1h_1s", 3601)]:
+        write(page, "TI", text)
+        field(page, "TI").press("Enter")
+        checked(page)
+        assert in_force(page, "TI") == seconds
+        assert field(page, "TI").input_value() == f"{seconds:g}"
+    write(page, "TI", "0.0005")
+    assert "whole milliseconds" in row(page, "TI").inner_text()
+
+
+def test_what_the_block_does_with_a_value_is_said_while_it_is_typed(page):
+    new_loop(page, "CONT_C")
+    field(page, "TI").press_sequentially("")
+    write(page, "TI", "0.02")
+    said = ask(page, do="check", fmu="CONT_C", values={"TI": 0.02})
+    (remark,) = [one["text"] for one in said["remarks"] if "TI" in one["variables"]]
+    assert remark in row(page, "TI").inner_text()
+    write(page, "TI", "20")
+    assert remark not in row(page, "TI").inner_text()
+
+
+def test_settings_without_effect_are_folded(page):
+    new_loop(page, "CONT_C")
+    folds = page.locator("details", has=field(page, "TD"))
+    assert "without effect in PI: show" in folds.locator("summary").inner_text()
+    assert not field(page, "TD").is_visible()
+    folds.locator("summary").click()
+    assert field(page, "TD").is_visible()
+    page.select_option("#structure", "PID")
+    checked(page)
+    assert page.locator("details", has=field(page, "TD")).count() == 0
+    assert field(page, "TD").is_visible()
+
+
+def test_the_structure_is_chosen_as_p_pi_pd_or_pid(page):
+    new_loop(page, "CONT_C")
+    for structure in ("P", "PD", "PID", "PI"):
+        page.select_option("#structure", structure)
+        page.click("#send") if page.locator("#send").is_enabled() else None
+        checked(page)
+        values = {letter: in_force(page, f"{letter}_SEL") for letter in "PID"}
+        assert values == {letter: letter in structure for letter in "PID"}
+
+
+def test_undo_and_redo_go_through_the_edits(page):
+    new_loop(page, "CONT_C")
+    field(page, "GAIN").click()
+    field(page, "GAIN").fill("")
+    field(page, "GAIN").press_sequentially("3.25")
+    page.select_option("#structure", "PID")
+    checked(page)
+    page.click("#undo-button")
+    assert page.locator("#structure").input_value() == "PI"
+    page.click("#undo-button")
+    assert field(page, "GAIN").input_value() == "2"
+    assert page.locator("#undo-button").is_disabled()
+    page.click("#redo-button")
+    page.click("#redo-button")
+    assert field(page, "GAIN").input_value() == "3.25"
+    assert page.locator("#structure").input_value() == "PID"
+    assert page.locator("#edited-count").inner_text() == "2 edited, not sent"
+
+
+def test_the_comparison_shows_what_differs_from_the_file(page):
+    open_file(page, "a.awl", data_block("A", GAIN="4.0", TI="T#30S"))
+    field(page, "GAIN").wait_for()
+    write(page, "GAIN", "5")
+    field(page, "GAIN").press("Enter")
+    write(page, "TI", "40")
+    page.click("#compare-button")
+    rows = [line.inner_text().split("\t")[:4] for line in page.locator("#compare tbody tr").all()]
+    assert [[cell.strip() for cell in line] for line in rows] == [["GAIN", "4", "5", "5"], ["TI", "30", "40", "30"]]
+    page.get_by_role("button", name="Take 4 back into GAIN").click()
+    assert field(page, "GAIN").input_value() == "4"
+    assert tag(page, "GAIN") == "not sent"
+    page.keyboard.press("Escape")
+    assert page.locator("#compare").is_hidden()
+
+
+@pytest.mark.parametrize("key", ["F1", "?"])
+def test_a_key_opens_the_help_of_the_field_and_esc_closes_it(page, key):
+    new_loop(page, "CONT_C")
+    field(page, "DEADB_W").focus()
+    page.keyboard.press(key)
+    help = page.get_by_role("region", name="Help on DEADB_W")
+    help.wait_for()
+    assert "band" in help.inner_text()
+    assert "Start value 0" in help.inner_text()
+    page.keyboard.press("Escape")
+    assert help.count() == 0
+    assert field(page, "DEADB_W").evaluate("field => field === document.activeElement")
+
+
+def test_the_characteristic_of_the_pulse_former_follows_its_settings(page):
+    new_loop(page, "PULSEGEN")
+    page.locator(".characteristic svg").first.wait_for()
+    curve = page.locator(".characteristic polyline").first
+    before = curve.get_attribute("points")
+    name = "P_B_TM"
+    write(page, name, "0.2")
+    page.wait_for_function(
+        "before => document.querySelector('.characteristic polyline')?.getAttribute('points') !== before", arg=before
+    )
+
+
+# The diagram
+
+
+def test_the_diagram_shows_the_values_that_plcfmu_run_computes(page, command, tmp_path):
+    new_loop(page, "CONT_C", "TIC")
+    for name, text in {"SP_INT": "60", "PV_IN": "20.1", "GAIN": "1.7", "TI": "7.5"}.items():
+        write(page, name, text)
+    page.click("#send")
+    checked(page)
+    make_calls(page, 5)
+    page.locator('#diagram [data-variable="MAN_ON"][role="button"]').click()
+    checked(page)
+    make_calls(page, 7)
+    given = [command, "run", f"TIC={host.FOLDER / 'CONT_C.fmu'}", "--step=1", "--stop=12", "--out=-"]
+    settings = {"SP_INT": 60, "PV_IN": 20.1, "GAIN": 1.7, "TI": 7.5, "MAN_ON": "false@5"}
+    given += [f"--set=TIC.{name}={value}" for name, value in settings.items()]
+    outputs = ["PV", "ER", "LMN_P", "LMN_I", "LMN_D", "LMN", "LMN_PER"]
+    given += [f"--record=TIC.{name}" for name in outputs]
+    done = subprocess.run(given, capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    head, *_, last = done.stdout.splitlines()
+    expected = dict(zip(head.split(","), last.split(","), strict=True))
+    values = page.evaluate('async () => (await import("tool/store.js")).store.state.values')
+    for name in outputs:
+        text = page.locator(f'#diagram [id$="value-{name}"]').text_content()
+        (column,) = [column for column in expected if column.split(" ")[0] == f"TIC.{name}"]
+        assert float(values[f"TIC.{name}"]).hex() == float(expected[column]).hex(), name
+        assert float(text) == pytest.approx(float(expected[column]), rel=1e-5), name
+
+
+def test_a_switch_of_the_diagram_is_thrown_by_a_click_and_by_enter(page):
+    new_loop(page, "CONT_C")
+    switch = page.locator('#diagram [data-variable="D_SEL"][role="button"]')
+    assert switch.get_attribute("aria-pressed") == "false"
+    switch.click()
+    checked(page)
+    assert in_force(page, "D_SEL") is True
+    assert switch.get_attribute("aria-pressed") == "true"
+    assert switch.locator('[data-value="TRUE"]').get_attribute("visibility") is None
+    assert switch.locator('[data-value="FALSE"]').get_attribute("visibility") == "hidden"
+    assert page.locator("#structure").input_value() == "PID"
+    switch.focus()
+    page.keyboard.press("Enter")
+    checked(page)
+    assert in_force(page, "D_SEL") is False
+
+
+def test_a_click_on_a_value_of_the_diagram_goes_to_its_field(page):
+    new_loop(page, "CONT_C")
+    page.locator('#diagram [id$="value-LMN_HLM"]').click()
+    assert field(page, "LMN_HLM").evaluate("field => field === document.activeElement")
+    page.locator('#diagram [id$="value-TD"]').click()
+    assert field(page, "TD").evaluate("field => field === document.activeElement"), "out of its fold"
+
+
+def test_a_limit_is_lit_while_it_acts(page):
+    new_loop(page, "CONT_C")
+    limit = page.locator('#diagram [id$="terminal-QLMN_HLM"]')
+    write(page, "MAN", "120")
+    field(page, "MAN").press("Enter")
+    make_calls(page, 1)
+    assert "is-true" in limit.get_attribute("class")
+    write(page, "MAN", "50")
+    field(page, "MAN").press("Enter")
+    checked(page)
+    make_calls(page, 1)
+    assert "is-true" not in (limit.get_attribute("class") or "")
+
+
+# Keys
+
+
+def test_a_loop_is_opened_edited_and_sent_by_keyboard_alone(page):
+    def until(selector):
+        for _ in range(200):
+            if page.evaluate("selector => document.activeElement.matches(selector)", selector):
+                return
+            page.keyboard.press("Tab")
+        pytest.fail(f"Tab does not come to {selector}")
+
+    until("#new-name")
+    page.keyboard.type("KEYS")
+    page.keyboard.press("Enter")
+    field(page, "GAIN").wait_for()
+    checked(page)
+    until("#field-GAIN")
+    page.keyboard.press("Control+A")
+    page.keyboard.type("7.5")
+    page.keyboard.press("Enter")
+    checked(page)
+    assert in_force(page, "GAIN") == 7.5
+    page.keyboard.press("Control+Z")
+    assert field(page, "GAIN").input_value() == "2"
+    page.keyboard.press("Control+Y")
+    assert field(page, "GAIN").input_value() == "7.5"
+    until("#structure")
+    page.keyboard.press("p")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Control+Enter")
+    checked(page)
+    assert page.locator("#edited-count").inner_text() == "All values are in force"
+    until('#diagram [data-variable="MAN_ON"]')
+    page.keyboard.press("Enter")
+    checked(page)
+    assert in_force(page, "MAN_ON") is False
+
+
+def test_keys_outside_of_fields_reach_the_panels_and_in_fields_they_do_not(page):
+    new_loop(page, "CONT_C")
+    listen = """async () => {
+        const { store } = await import("tool/store.js");
+        window.heard = [];
+        for (const key of ["run", "call", "manual", "left", "right"]) store.on(`key-${key}`, () => window.heard.push(key));
+    }"""
+    page.evaluate(listen)
+    field(page, "GAIN").focus()
+    page.keyboard.type("m.")
+    assert page.evaluate("window.heard") == []
+    page.keyboard.press("Escape")
+    page.evaluate("document.activeElement.blur()")
+    for key in (" ", ".", "m", "ArrowLeft", "ArrowRight"):
+        page.keyboard.press(key)
+    assert page.evaluate("window.heard") == ["run", "call", "manual", "left", "right"]
+
+
+def test_the_list_of_keys_opens_and_closes(page):
+    new_loop(page, "CONT_C")
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press("?")
+    assert "makes one call" in page.locator("#help").inner_text()
+    assert "anti-windup" in page.locator("#help").inner_text()
+    page.keyboard.press("Escape")
+    assert page.locator("#help").is_hidden()
+
+
+# The page
+
+
+def test_a_reload_keeps_loops_values_edits_and_the_run(page):
+    open_file(page, "two.awl", data_block("A", GAIN="4.0") + data_block("B", GAIN="6.0"))
+    for name in ("A", "B"):
+        page.get_by_role("button", name=name, exact=True).click()
+        page.locator(f'#what:has-text("{name}")').wait_for()
+        checked(page)
+    write(page, "GAIN", "7")
+    field(page, "GAIN").press("Enter")
+    checked(page)
+    make_calls(page, 10)
+    write(page, "MAN", "55")
+    field(page, "MAN").press("Enter")
+    checked(page)
+    make_calls(page, 5)
+    write(page, "TI", "44")
+    write(page, "LMN_HLM", "x")
+    before = page.evaluate('async () => (await import("tool/store.js")).store.state')
+    page.wait_for_function("() => JSON.parse(sessionStorage.getItem('plcfmu')).run?.events.length === 1")
+    page.reload()
+    field(page, "GAIN").wait_for()
+    page.wait_for_function('async () => (await import("tool/store.js")).store.state?.calls === 15')
+    checked(page)
+    after = page.evaluate('async () => (await import("tool/store.js")).store.state')
+    assert after["values"] == before["values"]
+    assert page.locator("#what strong").inner_text() == "B"
+    assert (field(page, "GAIN").input_value(), tag(page, "GAIN")) == ("7", "changed")
+    assert (field(page, "TI").input_value(), tag(page, "TI")) == ("44", "not sent")
+    assert field(page, "LMN_HLM").input_value() == "x"
+    assert loop_names(page) == ["A", "B"]
+    page.get_by_role("button", name="A", exact=True).click()
+    assert (field(page, "GAIN").input_value(), tag(page, "GAIN")) == ("4", "file")
+
+
+def test_two_tabs_do_not_disturb_each_other(page):
+    new_loop(page, "CONT_C", "FIRST")
+    other = page.context.new_page()
+    other.goto(TOOL.as_uri())
+    other.locator("#new-block option").first.wait_for(state="attached")
+    assert other.locator("table.loops").count() == 0
+    new_loop(other, "CONT_C", "SECOND")
+    make_calls(page, 5)
+    make_calls(other, 2)
+    write(other, "GAIN", "9")
+    assert ask(page, do="events")["calls"] == 5
+    assert field(page, "GAIN").input_value() == "2"
+
+
+def test_a_lost_server_is_said_and_the_page_goes_on_by_itself(browser):
+    """The page is that of the server; what it asks is answered here, until the server is lost."""
+    html = TOOL.read_text().replace('name="plcfmu-home" content="page"', 'name="plcfmu-home" content="server"')
+    html = html.replace("connect-src 'none'", "connect-src 'self'")
+    context = browser.new_context(viewport={"width": DESKTOP, "height": 900})
+    context.set_default_timeout(10_000)
+    page = context.new_page()
+    answers = {
+        "catalogue": {"fmus": [{"name": "CONT_C", "summary": "", "part": "controller", "is_foreign": False}], "loops": []},
+        "describe": DESCRIPTION,
+        "check": {"remarks": [], "unused": [], "rounded": {}},
+    }
+    is_there = True
+
+    def answer(route):
+        if not is_there:
+            route.abort()
+        elif not route.request.url.endswith("/message"):
+            route.fulfill(body=html, content_type="text/html")
+        elif route.request.post_data_json["do"] in answers:
+            route.fulfill(body=json.dumps({"ok": answers[route.request.post_data_json["do"]]}))
+        else:
+            route.fulfill(body=json.dumps({"error": {"message": "The server of this test cannot do that."}}))
+
+    page.route("**/*", answer)
+    page.goto("http://127.0.0.1:9/token/")
+    page.locator("#new-block option").first.wait_for(state="attached")
+    page.fill("#new-name", "SERVED")
+    page.click("text=New loop")
+    field(page, "GAIN").wait_for()
+    is_there = False
+    field(page, "GAIN").fill("5")
+    page.locator("#lost").wait_for()
+    assert field(page, "GAIN").input_value() == "5"
+    assert page.locator("#what strong").inner_text() == "SERVED"
+    page.click("text=Go on in the page without FMUs")
+    page.locator("#lost").wait_for(state="detached")
+    page.click("#send")
+    checked(page)
+    assert in_force(page, "GAIN") == 5
+    make_calls(page, 2)
+    assert ask(page, do="events")["calls"] == 2
+    context.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [DESKTOP, PHONE])
+def test_axe_finds_nothing_and_nothing_scrolls_sideways(open_tool, width, scheme):
+    page = open_tool(width, scheme=scheme)
+    look(page, f"empty-{width}-{scheme}")
+    open_file(page, "wrong.awl", 'DATA_BLOCK "A"\n FB 41\nBEGIN\n GAIN := x;\nEND_DATA_BLOCK\n')
+    page.locator(".is-refused").wait_for()
+    look(page, f"refused-{width}-{scheme}")
+    page.set_input_files("#open-files", PLANT)
+    page.click("table.loops >> text=TIC101")
+    field(page, "GAIN").wait_for()
+    write(page, "GAIN", "3.1")
+    write(page, "MAN", "wrong")
+    make_calls(page, 3)
+    look(page, f"loop-{width}-{scheme}")
+    page.click("#compare-button")
+    page.click("#help-button")
+    row(page, "TI").get_by_role("button").click()
+    look(page, f"panels-{width}-{scheme}")
+
+
+def look(page, name):
+    """Keeps a screenshot in target/docs/screenshots, and looks for what is hard to read or to reach."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    folder = ROOT / "target/docs/screenshots"
+    folder.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=folder / f"tool-{name}.png")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), name
+    findings = Axe().run(page).response["violations"]
+    nodes = [(one["id"], node["html"][:160], node["failureSummary"]) for one in findings for node in one["nodes"]]
+    assert nodes == [], name
+
+
+def test_print_shows_parameters_and_diagram(page):
+    new_loop(page, "CONT_C")
+    page.emulate_media(media="print")
+    assert page.locator("#parameters").is_visible()
+    assert page.locator("#diagram svg").is_visible()
+    assert not page.locator("#commands").is_visible()
+    assert page.pdf(format="A4").startswith(b"%PDF")

@@ -1,0 +1,536 @@
+"""The parameter tool's page in a browser: a loop is run, judged, tuned, replayed and taken away, as a user does it.
+
+The page is that of PLCFMU_TOOL, or target/tool/plcfmu-tool.html (`cargo xtask tool`). What it computes is compared with
+`plcfmu run` of the description that it saves. Screenshots are in target/tool/screenshots afterwards.
+"""
+
+import csv
+import importlib.util
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+
+import pytest
+
+import host
+
+ROOT = pathlib.Path(__file__).parents[1]
+TOOL = pathlib.Path(os.environ.get("PLCFMU_TOOL") or ROOT / "target/tool/plcfmu-tool.html")
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+PACKAGES = ("playwright", "axe_playwright_python")
+MISSING = [package for package in PACKAGES if importlib.util.find_spec(package) is None]
+
+pytestmark = [
+    pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed (tests/requirements.txt)"),
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian and Ubuntu 'apt install chromium'"),
+    pytest.mark.skipif(not TOOL.exists(), reason=f"no {TOOL}: make it with `cargo xtask tool`"),
+]
+
+DESKTOP, PHONE = (1280, 900), (390, 844)
+LOOPS = ROOT / "tests/parameters/plant.awl"
+ARGUMENTS = [
+    *("--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--disable-component-update"),
+    *("--disable-sync", "--enable-precise-memory-info", "--js-flags=--expose-gc"),
+]
+
+
+@pytest.fixture(scope="module")
+def browser():
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def open_tool(browser):
+    """Opens the page. Whatever the browser complains of, and a page that scrolls sideways, is a failure."""
+    pages, messages = [], []
+
+    def open_tool(size=DESKTOP, scheme="light"):
+        context = browser.new_context(
+            viewport={"width": size[0], "height": size[1]}, color_scheme=scheme, accept_downloads=True
+        )
+        page = context.new_page()
+        page.set_default_timeout(10_000)
+        page.on("console", lambda message: messages.append(f"{message.type}: {message.text}"))
+        page.on("pageerror", lambda error: messages.append(str(error)))
+        page.goto(TOOL.resolve().as_uri())
+        pages.append(page)
+        return page
+
+    yield open_tool
+    sideways = [page.evaluate("document.documentElement.scrollWidth - innerWidth") for page in pages]
+    for page in pages:
+        page.context.close()
+    assert messages == []
+    assert all(excess <= 0 for excess in sideways), f"scrolls sideways by {sideways} px"
+
+
+@pytest.fixture
+def tool(open_tool):
+    """The page with a new controller TIC101 and the generic plant: 2 degC for 1 %, 20 s, 2 s."""
+    page = open_tool()
+    new_loop(page, "TIC101")
+    take_generic_plant(page, gain="2", lag="20", dead_time="2")
+    return page
+
+
+def new_loop(page, name, block="CONT_C"):
+    page.locator("#new-name").fill(name)
+    page.locator("#new-block").select_option(block)
+    page.get_by_role("button", name="New loop").click()
+
+
+def take_generic_plant(page, gain, lag, dead_time):
+    plant = page.locator("#plant")
+    plant.get_by_label("Gain").fill(gain)
+    plant.get_by_label("Time constant").fill(lag)
+    plant.get_by_label("Dead time").fill(dead_time)
+    plant.get_by_role("button", name="Use this plant").click()
+    plant.get_by_text("goes to").first.wait_for()
+
+
+def manual(page):
+    """The switch to manual mode in the run bar."""
+    return page.locator("#run").get_by_role("checkbox", name="Manual")
+
+
+def press_calls(page, calls):
+    """Makes calls, one by one, by the key that makes one."""
+    before = made(page)
+    page.locator("#curves").get_by_role("slider").focus()
+    for _ in range(calls):
+        page.keyboard.press(".")
+    wait_for_calls(page, before + calls)
+
+
+def made(page):
+    """How many calls the run has made."""
+    found = re.search(r"(\d+) calls?", page.locator("#run .status").inner_text())
+    return int(found[1]) if found else 0
+
+
+def wait_for_calls(page, calls):
+    page.wait_for_function(
+        "calls => Number(/(\\d+) call/.exec(document.querySelector('#run .status').textContent)?.[1] ?? 0) >= calls",
+        arg=calls,
+        timeout=300_000,
+    )
+
+
+def run_calls(page, calls, cycle=1.0):
+    """Makes so many calls as fast as it goes."""
+    before = made(page)
+    page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
+    page.locator("#run-for").fill(repr(calls * cycle))
+    page.get_by_role("button", name="Run", exact=True).click()
+    wait_for_calls(page, before + calls)
+    page.get_by_role("button", name="Run", exact=True).wait_for()
+    page.locator("#run-for").fill("")
+    assert made(page) == before + calls
+
+
+FIELDS = {"setpoint": "#setpoint", "disturbance": "#disturbance", "noise": "#noise", "MAN": "#manual-value"}
+
+
+def set_now(page, field, value):
+    """Types a value into a field of the run bar and presses Enter."""
+    page.locator(FIELDS[field]).fill(str(value))
+    page.locator(FIELDS[field]).press("Enter")
+
+
+def saved(page, button, panel="#takeaway"):
+    """The file that a button saves: name and bytes."""
+    with page.expect_download() as download:
+        page.locator(panel).get_by_role("button", name=button).click()
+    return download.value.suggested_filename, pathlib.Path(download.value.path()).read_bytes()
+
+
+def readout(page):
+    """The values beside the curves, with all digits, by the curve's name."""
+    rows = page.locator("#curves .readout tbody tr")
+    return dict(rows.evaluate_all("rows => rows.map(row => [row.cells[0].innerText.trim(), row.cells[1].dataset.full])"))
+
+
+def recorded(text):
+    """A CSV as lists of texts by column."""
+    header, *rows = csv.reader(text.splitlines())
+    return {name: [row[at] for row in rows] for at, name in enumerate(header)}
+
+
+@pytest.fixture
+def run_described(command, tmp_path):
+    """Runs a description with the packed FMUs and gives the recording of all variables."""
+
+    def run_described(description):
+        for fmu in set(re.findall(r'"([\w.]+\.fmu)"', description)):
+            shutil.copy(host.FOLDER / fmu, tmp_path / fmu)
+        (tmp_path / "loops.toml").write_text(description)
+        done = subprocess.run(
+            [command, "run", "loops.toml", "--out", "-"], cwd=tmp_path, capture_output=True, text=True
+        )
+        assert done.returncode == 0, done.stderr
+        return recorded(done.stdout)
+
+    return run_described
+
+
+def assert_same_bits(page, run_described):
+    """The run of the page and `plcfmu run` of its description have the same values, in every variable and call."""
+    _, description = saved(page, "Save as loops.toml")
+    _, table = saved(page, "CSV of everything")
+    shown, ran = recorded(table.decode()), run_described(description.decode())
+    assert set(ran) <= set(shown)
+    for name, values in ran.items():
+        assert [number(value) for value in values] == [number(value) for value in shown[name]], name
+    return shown
+
+
+def number(text):
+    return {"true": 1.0, "false": 0.0}.get(text.lower()) if text.lower() in ("true", "false") else float(text)
+
+
+def screenshot(page, name):
+    folder = TOOL.parent / "screenshots"
+    folder.mkdir(exist_ok=True)
+    page.screenshot(path=folder / f"{name}.png", full_page=True)
+
+
+def test_a_loop_without_a_plant_says_so_and_offers_the_generic_one(open_tool):
+    page = open_tool()
+    new_loop(page, "TIC101")
+    plant = page.locator("#plant")
+    assert "No plant: nothing answers the controller" in plant.inner_text()
+    plant.get_by_label("Time constant").fill("twenty")
+    plant.get_by_role("button", name="Use this plant").click()
+    assert '"twenty" is not a' in plant.get_by_role("alert").first.inner_text()
+    take_generic_plant(page, "2", "20", "2")
+    assert page.locator("#plant-choice").input_value() == "PROCESS"
+
+
+def test_connections_are_sentences_that_can_be_changed(tool):
+    sentences = tool.locator("#plant .sentences").first
+    assert re.search(r"goes to PLANT\.U", sentences.inner_text())
+    source = tool.get_by_label("What goes to PLANT.U")
+    assert source.input_value() == "TIC101.LMN"
+    source.select_option("")
+    tool.locator("#free-inputs summary").click()
+    assert tool.get_by_label("What goes to PLANT.U").input_value() == ""
+
+
+def test_calls_show_the_values_of_plcfmu_run_bit_for_bit(tool, run_described):
+    set_now(tool, "setpoint", 60)
+    manual(tool).uncheck()
+    press_calls(tool, 25)
+    set_now(tool, "disturbance", 5)
+    set_now(tool, "noise", 0.25)
+    run_calls(tool, 25)
+    set_now(tool, "setpoint", 80)
+    manual(tool).check()
+    set_now(tool, "MAN", 12.5)
+    run_calls(tool, 30)
+    shown = assert_same_bits(tool, run_described)
+    last = readout(tool)
+    assert float(last["LMN"]) == 12.5 == number(shown["TIC101.LMN"][-1])
+    assert host.real(float(last["PV"])) == host.real(number(shown["TIC101.PV"][-1]))
+
+
+def test_a_ramp_moves_the_setpoint_evenly(tool, run_described):
+    run_calls(tool, 5)
+    tool.locator("#setpoint").fill("50")
+    tool.locator("#ramp-time").fill("20")
+    tool.get_by_role("button", name="Ramp").click()
+    run_calls(tool, 30)
+    setpoints = [number(value) for value in assert_same_bits(tool, run_described)["TIC101.SP_INT"]]
+    steps = [later - earlier for earlier, later in zip(setpoints, setpoints[1:]) if later != earlier]
+    assert setpoints[4] == 0 and setpoints[-1] == 50
+    assert len(steps) == 20 and steps == pytest.approx([2.5] * 20)
+    assert "moved to 50" in tool.locator("#done").inner_text()
+
+
+def test_what_was_done_is_a_list_that_repeats_to_the_same_bits(tool):
+    set_now(tool, "setpoint", 60)
+    manual(tool).uncheck()
+    run_calls(tool, 30)
+    set_now(tool, "setpoint", 40)
+    run_calls(tool, 30)
+    _, first = saved(tool, "CSV of everything")
+    assert "SP_INT 40" in tool.locator("#done .done-list").inner_text()
+    tool.get_by_role("button", name="Repeat").click()
+    tool.get_by_text("earlier in grey").wait_for()
+    _, second = saved(tool, "CSV of everything")
+    assert second == first
+
+
+def test_the_clock_is_kept(tool):
+    """At x1 the time of the run is that of the wall clock, within 50 ms on average."""
+    tool.get_by_role("button", name="×1", exact=True).click()
+    behind = tool.evaluate(
+        """async () => {
+            const status = document.querySelector("#run .status");
+            const time = () => Number(/t = ([\\d.]+) s/.exec(status.textContent)?.[1] ?? NaN);
+            document.querySelector("#run .primary").click();
+            const began = performance.now();
+            while (!(time() >= 0)) await new Promise(requestAnimationFrame);
+            const off = performance.now() / 1000 - time();
+            const differences = [];
+            let last = time();
+            while (performance.now() - began < 6000) {
+                await new Promise(requestAnimationFrame);
+                // A call's time is compared when the call is shown for the first time.
+                if (time() !== last) differences.push(performance.now() / 1000 - time() - off);
+                last = time();
+            }
+            return differences;
+        }"""
+    )
+    tool.get_by_role("button", name="Pause").click()
+    assert len(behind) >= 5
+    assert abs(sum(behind) / len(behind)) < 0.05, behind
+
+
+def test_as_fast_as_it_goes_the_page_still_answers(tool):
+    """While calls are made without a pause, a key is answered within 100 ms."""
+    tool.get_by_role("button", name="max").click()
+    tool.get_by_role("button", name="Run", exact=True).click()
+    wait_for_calls(tool, 5000)
+    waits = tool.evaluate(
+        """async () => {
+            const waits = [];
+            for (let count = 0; count < 20; count += 1) {
+                const asked = performance.now();
+                await new Promise((done) => setTimeout(done, 0));
+                await new Promise(requestAnimationFrame);
+                waits.push(performance.now() - asked);
+            }
+            return waits.sort((one, other) => one - other);
+        }"""
+    )
+    tool.get_by_role("button", name="Pause").click()
+    assert waits[len(waits) // 2] < 100, waits
+
+
+def test_the_curves_can_be_read_by_keys(tool):
+    set_now(tool, "setpoint", 60)
+    manual(tool).uncheck()
+    run_calls(tool, 40)
+    cursor = tool.locator("#curves").get_by_role("slider")
+    cursor.focus()
+    tool.keyboard.press("Home")
+    assert cursor.get_attribute("aria-valuenow") == "0"
+    tool.keyboard.press("ArrowRight")
+    tool.keyboard.press("ArrowRight")
+    _, table = saved(tool, "CSV of everything")
+    table = recorded(table.decode())
+    assert float(cursor.get_attribute("aria-valuenow")) == float(table["time"][2])
+    assert host.real(float(readout(tool)["LMN"])) == number(table["TIC101.LMN"][2])
+    assert "SP_INT 60" in cursor.get_attribute("aria-valuetext")
+    cursor.focus()
+    tool.keyboard.press("+")
+    assert tool.get_by_role("button", name="Follow").get_attribute("aria-pressed") == "false"
+    tool.keyboard.press("Escape")
+    assert tool.get_by_role("button", name="Follow").get_attribute("aria-pressed") == "true"
+    assert made(tool) == 40
+
+
+def test_a_curve_of_choice_is_added_hidden_and_removed(tool):
+    run_calls(tool, 10)
+    tool.get_by_label("Add").select_option("TIC101.LMN_P")
+    tool.get_by_label("Add").select_option("TIC101.QLMN_HLM")
+    assert {"LMN_P", "QLMN_HLM"} <= set(readout(tool))
+    button = tool.locator("#curves .readout").get_by_role("button", name="LMN_P", exact=True)
+    assert button.get_attribute("aria-pressed") == "true"
+    button.click()
+    assert tool.locator("#curves .readout").get_by_role("button", name="LMN_P", exact=True).get_attribute("aria-pressed") == "false"
+    tool.get_by_role("button", name="Remove TIC101.LMN_P").click()
+    tool.wait_for_function("!document.querySelector('#curves .readout').innerText.includes('LMN_P')")
+
+
+def test_figures_are_there_with_units_or_with_a_reason(tool):
+    set_now(tool, "setpoint", 60)
+    run_calls(tool, 3)
+    tool.locator("#figures .remarks li").first.wait_for()
+    manual(tool).uncheck()
+    run_calls(tool, 400)
+    figures = tool.locator("#figures")
+    tool.wait_for_function("!/IAE\\s*–/.test(document.querySelector('#figures').innerText)")
+    assert re.search(r"IAE\s*[\d.]+", figures.inner_text()), figures.inner_text()
+    assert re.search(r"travel\s*[\d.]+ %", figures.inner_text()), figures.inner_text()
+
+
+def identify_from_a_step(page, calls=200, cycle=1.0):
+    """Rest in manual, a step of the manual value, until the process value rests again; then identify."""
+    manual(page).check()
+    run_calls(page, 10, cycle)
+    set_now(page, "MAN", 40)
+    run_calls(page, calls, cycle)
+    page.get_by_role("button", name="Identify from this step").click()
+    page.locator("#tune .fit").get_by_text("fit").wait_for()
+
+
+def test_tuning_without_a_step_says_why(tool):
+    tool.get_by_role("button", name="Identify from this step").click()
+    assert "There is no run yet" in tool.locator("#tune").inner_text()
+    run_calls(tool, 10)
+    tool.get_by_role("button", name="Identify from this step").click()
+    tool.locator("#tune .error").wait_for()
+    assert len(tool.locator("#tune .error").inner_text()) > 20
+
+
+def test_a_step_gives_the_plant_and_a_rule_its_settings(tool):
+    identify_from_a_step(tool)
+    gain, lag, dead_time = (
+        float(tool.locator(f"#model-{name}").input_value()) for name in ("gain", "time_constant", "dead_time")
+    )
+    assert gain == pytest.approx(2, rel=0.01)
+    assert lag == pytest.approx(20, rel=0.03)
+    assert dead_time == pytest.approx(2, abs=1)
+    tune = tool.locator("#tune")
+    tune.get_by_label("Rule").select_option("simc")
+    tune.get_by_label("PI", exact=True).check()
+    tune.locator(".tuned").wait_for()
+    rows = dict(tune.locator(".tuned tbody tr").evaluate_all("rows => rows.map(row => [row.cells[0].innerText, row.cells[2].innerText])"))
+    assert float(rows["GAIN"]) > 0 and rows["I_SEL"] == "TRUE" and rows["D_SEL"] == "FALSE"
+    assert re.search(r"Ms\s*1\.\d", tune.inner_text())
+    sent = tool.evaluate("() => document.querySelector('#parameters').innerText")
+    tune.get_by_role("button", name="Apply").first.click()
+    assert tool.evaluate("() => document.querySelector('#parameters').innerText") != sent
+    assert "edited; send" in tool.locator("#notices").inner_text()
+
+
+def test_from_a_db_file_to_a_tuned_awl_and_preset(open_tool, run_described):
+    """The order of work of a user: open, plant, step in manual, identify, rule, apply, send, judge, take away."""
+    page = open_tool()
+    page.locator("#open-files").set_input_files(LOOPS)
+    page.get_by_role("button", name="TIC105", exact=True).click()
+    take_generic_plant(page, "0.5", "60", "5")
+    identify_from_a_step(page, 600, 1.063)
+    page.locator("#tune").get_by_role("button", name="Apply").first.click()
+    page.keyboard.press("Control+Enter")
+    page.wait_for_function("!document.querySelector('#takeaway').innerText.includes('not sent yet')")
+    rows = dict(page.locator("#tune .tuned tbody tr").evaluate_all("rows => rows.map(row => [row.cells[0].innerText, row.cells[2].title])"))
+    set_now(page, "setpoint", 30)
+    manual(page).uncheck()
+    run_calls(page, 300, 1.063)
+    assert_same_bits(page, run_described)
+    page.get_by_label("Format of the parameter file").select_option("awl")
+    name, awl = saved(page, "Save parameters")
+    assert name.endswith(".awl")
+    gain = re.search(r"\bGAIN := ([\d.e+-]+);", awl.decode())
+    assert float(gain[1]) == pytest.approx(float(rows["GAIN"]), rel=1e-6)
+    with page.expect_download() as download:
+        page.locator("#preset-fmu").set_input_files(host.FOLDER / "CONT_C.fmu")
+    fmu = pathlib.Path(download.value.path())
+    assert download.value.suggested_filename.endswith(".fmu") and fmu.stat().st_size > 100_000
+
+
+def test_downloads_have_proper_names_and_contents(tool):
+    run_calls(tool, 20)
+    for button, name, begin in (
+        ("CSV of the curves", r".*\.csv", b"time"),
+        ("Save as loops.toml", r".*\.toml", b""),
+        ("Report (HTML)", r".*\.html", b"<!DOCTYPE html>"),
+        ("Picture (PNG)", r"TIC101\.png", b"\x89PNG"),
+    ):
+        got, content = saved(tool, button)
+        assert re.fullmatch(name, got), got
+        assert content.startswith(begin), got
+    for form in ("awl", "scl", "db", "xml", "json", "ssv"):
+        tool.get_by_label("Format of the parameter file").select_option(form)
+        got, content = saved(tool, "Save parameters")
+        assert got.endswith(f".{form}") and b"GAIN" in content
+
+
+def test_a_recording_of_the_same_block_replays_equal_and_a_wrong_gain_is_found(tool, tmp_path):
+    set_now(tool, "setpoint", 60)
+    manual(tool).uncheck()
+    run_calls(tool, 60)
+    _, table = saved(tool, "CSV of everything")
+    path = tmp_path / "recorded.csv"
+    path.write_bytes(table)
+    tool.locator("#replay-file").set_input_files(path)
+    verdict = tool.locator("#replay .verdict")
+    verdict.wait_for()
+    assert "good" in verdict.get_attribute("class"), verdict.inner_text()
+    lines = table.decode().splitlines()
+    header = lines[0].split(",")
+    at = header.index("TIC101.LMN")
+    wrong = [lines[0]] + [
+        ",".join(cells[:at] + [repr(-float(cells[at]))] + cells[at + 1:]) for cells in (line.split(",") for line in lines[1:])
+    ]
+    path.write_text("\n".join(wrong))
+    tool.locator("#replay-file").set_input_files(path)
+    tool.wait_for_function("document.querySelector('#replay .verdict')?.className.includes('note')")
+    assert "call" in tool.locator("#replay table").first.inner_text()
+
+
+def test_a_million_calls_do_not_grow_the_memory(tool):
+    """The recording is bounded: the engine's memory and the page's after a million calls are those of 300 000."""
+    session = tool.context.new_cdp_session(tool)
+    session.send("Performance.enable")
+
+    def memory():
+        tool.evaluate("() => globalThis.gc?.()")
+        metrics = {metric["name"]: metric["value"] for metric in session.send("Performance.getMetrics")["metrics"]}
+        engine = tool.evaluate("async () => (await import('tool/engine.js')).memory()")
+        return engine, metrics["JSHeapUsedSize"]
+
+    set_now(tool, "setpoint", 60)
+    manual(tool).uncheck()
+    run_calls(tool, 300_000)
+    engine, heap = memory()
+    run_calls(tool, 700_000)
+    later_engine, later_heap = memory()
+    assert later_engine <= engine * 1.05 + 2**20, (engine, later_engine)
+    assert later_heap <= heap + 8 * 2**20, (heap, later_heap)
+
+
+def test_everything_goes_by_keyboard_alone(open_tool):
+    page = open_tool()
+    new_loop(page, "TIC101")
+    page.locator("#generic-GAIN").focus()
+    page.keyboard.press("Enter")
+    page.get_by_text("goes to").first.wait_for()
+    page.locator("#curves").get_by_role("slider").focus()
+    page.keyboard.press("m")
+    page.keyboard.press(".")
+    wait_for_calls(page, 1)
+    assert not manual(page).is_checked()
+    page.keyboard.press(" ")
+    wait_for_calls(page, 2)
+    page.keyboard.press(" ")
+    calls = made(page)
+    assert page.get_by_role("button", name="Run", exact=True).is_visible()
+    page.locator("#setpoint").focus()
+    page.keyboard.press("Control+A")
+    page.keyboard.type("42")
+    page.keyboard.press("Enter")
+    page.locator("#curves").get_by_role("slider").focus()
+    page.keyboard.press(".")
+    wait_for_calls(page, calls + 1)
+    page.keyboard.press("End")
+    assert "SP_INT 42" in page.locator("#curves").get_by_role("slider").get_attribute("aria-valuetext")
+
+
+@pytest.mark.parametrize("scheme", ("light", "dark"))
+@pytest.mark.parametrize("size", (DESKTOP, PHONE), ids=("desktop", "phone"))
+def test_panels_have_no_accessibility_findings(open_tool, size, scheme):
+    from axe_playwright_python.sync_playwright import Axe
+
+    page = open_tool(size, scheme)
+    new_loop(page, "TIC101")
+    take_generic_plant(page, "2", "20", "2")
+    set_now(page, "setpoint", 60)
+    identify_from_a_step(page)
+    manual(page).uncheck()
+    run_calls(page, 100)
+    page.get_by_role("button", name="Repeat").click()
+    screenshot(page, f"run-{size[0]}-{scheme}")
+    found = Axe().run(page).response["violations"]
+    assert found == [], json.dumps(found, indent=1)[:4000]
