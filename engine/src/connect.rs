@@ -305,8 +305,11 @@ fn remarks(controller: &End, plant: &End, proposal: &mut Draft) {
     {
         open.push(plant.full(input));
     }
-    let signals = own.signals.iter().map(|(_, name)| name).filter(|name| controller.has_input(name));
+    let signals =
+        own.signals.iter().map(|(_, name)| name).filter(|name| controller.has_input(name) && controller.is_used(name));
     open.extend(signals.map(|name| controller.full(name)).filter(|full| !is_connected(full)));
+    open.sort();
+    open.dedup();
     let nothing = open.into_iter().map(|full| format!("nothing is connected to {full}"));
     // Another end of the controller may take the process value, as a peripheral word.
     let from_other = |full: &str| {

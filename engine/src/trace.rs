@@ -263,6 +263,20 @@ impl Trace {
         calls.map(move |call| self.get(column, call))
     }
 
+    /// Gives each value of a variable in calls that are held exactly, with the number of its call.
+    fn each(&self, column: usize, calls: Range<usize>, mut give: impl FnMut(usize, f64)) {
+        for chunk in &self.chunks {
+            let all = chunk.first..chunk.first + chunk.calls;
+            for call in calls.start.max(all.start)..calls.end.min(all.end) {
+                give(call, chunk.columns[column].get(call - chunk.first));
+            }
+        }
+        let packed = self.packed();
+        for call in calls.start.max(packed)..calls.end {
+            give(call, self.rows[(call - packed) * self.width + column]);
+        }
+    }
+
     /// The curve of a variable in calls, as [`Curve`] says, for the groups that [`Trace::groups`] gives.
     fn extremes(&self, column: usize, calls: &Range<usize>, groups: &Groups) -> Vec<(f64, f64)> {
         let mut all = vec![Extremes::NONE; groups.count];
@@ -275,8 +289,16 @@ impl Trace {
             }
         }
         let exact = calls.start.max(self.overview.calls)..calls.end;
-        for (call, value) in exact.clone().zip(self.column(column, exact)) {
-            put(call, Extremes::of(value));
+        if !exact.is_empty() {
+            let mut group = groups.of(exact.start);
+            let mut end = groups.first_call(group + 1);
+            self.each(column, exact, |call, value| {
+                while call >= end {
+                    group += 1;
+                    end = groups.first_call(group + 1);
+                }
+                all[group].extend(Extremes::of(value));
+            });
         }
         all.into_iter().map(Extremes::in_time).collect()
     }
