@@ -188,7 +188,7 @@ impl Controller {
         }
         let controller = Controller { member: member.clone(), table, roles, groups };
         let cycle = controller.cycle();
-        if !(cycle >= 0.001 && cycle <= LONGEST) {
+        if !(0.001..=LONGEST).contains(&cycle) {
             bail!("the time between two calls is {cycle} s: it has to be a millisecond at least");
         }
         Ok(controller)
