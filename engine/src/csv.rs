@@ -17,6 +17,12 @@ pub const LARGEST: usize = 128 << 20;
 /// The most values in all columns together.
 pub const MOST_VALUES: usize = 32 << 20;
 
+/// The most columns.
+const MOST_COLUMNS: usize = 20_000;
+
+/// The longest of the first lines, in bytes.
+const LONGEST_LINE: usize = 1 << 20;
+
 /// A recorded table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
@@ -85,6 +91,10 @@ impl Table {
             );
         }
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        // Before anything is made of it.
+        if let Some(line) = text.lines().take(SAMPLE).position(|line| line.len() > LONGEST_LINE) {
+            bail!("line {} has more than {LONGEST_LINE} bytes: this is no CSV file", line + 1);
+        }
         Layout::of(text)?.read()
     }
 
@@ -225,6 +235,9 @@ impl<'a> Layout<'a> {
         } else {
             (first.clone(), titles + 1)
         };
+        if header.len() > MOST_COLUMNS {
+            bail!("the file has {} columns; at most {MOST_COLUMNS} are read", header.len());
+        }
         let mut header: Vec<Header> = header.iter().map(|cell| Header::of(cell)).collect();
         // A second line with the units alone.
         if skip == titles + 1

@@ -187,6 +187,8 @@ fn hostile_texts_are_refused_or_read_and_never_panic() {
     assert!(error(&"x".repeat(LARGEST + 1)).contains("at most"));
     let wide = format!("{}\n{}\n", "a,".repeat(10_000), "1,".repeat(10_000));
     assert!(Table::read(&wide).is_ok());
+    assert!(error(&"a,".repeat(30_000)).contains("at most 20000"));
+    assert!(error(&"a,".repeat(600_000)).contains("line 1 has more than 1048576 bytes"));
 }
 
 #[test]

@@ -14,7 +14,7 @@ use blocks::Kind;
 const BEHIND: usize = 3_000;
 
 /// So many calls may be spent on trying.
-const MOST_CALLS: usize = 6_000_000;
+const MOST_CALLS: usize = 3_000_000;
 
 /// So many missed calls are looked for.
 const MOST_MISSED: usize = 10;
@@ -34,7 +34,7 @@ pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspe
     let all = comparison.recording.rows;
     let rows = (base.first().unwrap_or(0) + BEHIND).min(all);
     let mut tries = settings(comparison);
-    let most = (MOST_CALLS / (6 * rows.max(1))).max(4);
+    let most = (MOST_CALLS / (6 * rows.max(1))).max(1);
     // Several calls for each row take as much longer.
     tries.retain(|of| of.variant.more_calls.saturating_mul(rows) <= MOST_CALLS / 6);
     tries.truncate(most);
@@ -116,7 +116,9 @@ fn missed(comparison: &Comparison, base: &Outcome, rows: usize) -> Result<Option
         && found.len() < MOST_MISSED
     {
         let mut step: Option<(Outcome, String)> = None;
-        for row in (at.saturating_sub(4).max(1)..=at).rev() {
+        // Far into a recording, each run takes long.
+        let earlier = if rows.saturating_mul(40) > MOST_CALLS { 0 } else { 4 };
+        for row in (at.saturating_sub(earlier).max(1)..=at).rev() {
             let mut without = variant.clone();
             without.skipped.insert(row);
             let mut with = variant.clone();
