@@ -169,7 +169,9 @@ fn without_comments(text: &str) -> String {
     let (mut code, mut is_comment, mut is_quoted) = (String::new(), false, false);
     for line in text.lines() {
         let begin = line.trim_start();
-        is_comment |= !is_quoted && begin.starts_with("/*");
+        // Code may follow: `/** @type {number} */ (x)`.
+        is_comment |=
+            !is_quoted && begin.starts_with("/*") && begin.find("*/").is_none_or(|end| end + 2 == begin.len());
         let is_left_out = is_comment || !is_quoted && begin.starts_with("//");
         is_comment &= !line.trim_end().ends_with("*/");
         if !is_left_out {
@@ -262,9 +264,11 @@ mod tests {
 
     #[test]
     fn comments_of_modules_stay_out_of_the_page() {
-        let module =
-            "/**\n * About a.\n */\nconst a = 1; // one\n  // more\n  /* of it */\nconst b = `\n// ${a}\n/*\n`;\n";
-        assert_eq!(without_comments(module), "const a = 1; // one\nconst b = `\n// ${a}\n/*\n`;\n");
+        let module = "/**\n * About a.\n */\nconst a = 1; // one\n  // more\n  /* of it */\n/** @type {B} */ (c);\nconst b = `\n// ${a}\n/*\n`;\n";
+        assert_eq!(
+            without_comments(module),
+            "const a = 1; // one\n/** @type {B} */ (c);\nconst b = `\n// ${a}\n/*\n`;\n"
+        );
     }
 
     #[test]
