@@ -77,9 +77,7 @@ fn engine(workspace: &Workspace) -> Result<Vec<u8>> {
     build.args(["rustc", "--package", ENGINE, "--lib", "--crate-type", "cdylib", "--profile", "page"]);
     build.args(["--target", WEB.target, "--target-dir"]).arg(workspace.target.join("platforms/page"));
     build.current_dir(&workspace.root);
-    // The reader of packages could encrypt them, for which it would import the browser's random numbers.
-    let flags = [&compile::flags(workspace, &WEB), "--cfg", "getrandom_backend=\"unsupported\""].join("\x1f");
-    build.env("CARGO_ENCODED_RUSTFLAGS", flags).env_remove("RUSTFLAGS");
+    build.env("CARGO_ENCODED_RUSTFLAGS", compile::flags(workspace, &WEB)).env_remove("RUSTFLAGS");
     let artifacts = compile::artifacts_for(&mut build, &WEB)?;
     let path = artifacts.iter().find_map(|artifact| compile::library(artifact, ENGINE, WEB.suffix));
     let path = path.with_context(|| format!("cargo has not built {ENGINE}"))?;
