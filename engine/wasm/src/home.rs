@@ -1,18 +1,15 @@
 //! The home of the engine in the page: the FMUs that are linked in.
 
 use crate::component::Instance;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use engine::component::Component;
 use engine::home::Home;
 use engine::message::{Entry, KnownLoop, Part};
 use engine::{dialog, known};
 use fmu::v2::interface;
-use modeldescription::v2::{Interface, ModelDescription};
 use modeldescription::{Table, shortened};
+use modeldescription::v2::{Interface, ModelDescription};
 use parameters::{Block, Loop};
-use plcfmu::package::Package;
-use plcfmu::package::preset::Original;
-use std::io::Cursor;
 use std::sync::Arc;
 
 /// Blocks and plants, in the order in which they are shown: one line for each FMU.
@@ -121,11 +118,8 @@ impl Home for Linked {
         (self.find(fmu)?.instantiate)(name)
     }
 
-    fn preset(&self, of: &Loop, fmu: Option<Vec<u8>>) -> Result<Vec<u8>> {
-        let block = &of.block.name;
-        let bytes =
-            fmu.with_context(|| format!("drop {block}.fmu into the page: a preset is made of the block's FMU"))?;
-        Ok(Original::of(Package::read(Cursor::new(bytes))?)?.preset(of)?.bytes)
+    fn preset(&self, of: &Loop, _fmu: Option<Vec<u8>>) -> Result<Vec<u8>> {
+        bail!("{}: the page cannot make a preset; take the parameters away as a file and run 'plcfmu preset'", of.name)
     }
 }
 
