@@ -67,7 +67,16 @@ def test_the_page_and_the_server_give_the_same_answers(session, page, server):
     in_page = in_the_page(page, asked)
     for request, answer in zip(asked, in_page):
         # As texts: a number is written with all its digits.
-        assert server.ask(request, tab=session) == answer, request
+        assert comparable(server.ask(request, tab=session)) == comparable(answer), request
+
+
+def comparable(answer):
+    """An answer without what differs between the homes: the order of the FMUs, and the one that is an example only."""
+    read = json.loads(answer)
+    if "fmus" not in read.get("ok", []):
+        return answer
+    fmus = [entry for entry in read["ok"]["fmus"] if entry["name"] != "TWO_POINT"]
+    return {**read["ok"], "fmus": sorted(fmus, key=lambda entry: entry["name"])}
 
 
 @pytest.mark.parametrize("session", [name for name in SESSIONS if name not in NO_DESCRIPTION])
@@ -112,7 +121,7 @@ def test_the_page_knows_the_loops_of_the_examples(page):
 
 
 def test_a_request_of_any_bytes_gets_an_answer(page):
-    for request in ["", "x", "{", "null", '{"do":1}', "\ud83d\udca3 " * 1000, '{"do":"run","calls":-1}', "[" * 100_000]:
+    for request in ["", "x", "{", "null", '{"do":1}', "\U0001f4a3 " * 1000, '{"do":"run","calls":-1}', "[" * 100_000]:
         node = [NODE, ROOT / "tests/engine.mjs", page]
         done = subprocess.run(node, input=request + "\n", capture_output=True, encoding="utf-8")
         assert done.returncode == 0, done.stderr

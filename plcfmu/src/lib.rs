@@ -1,7 +1,6 @@
 //! Makes, checks, shows and runs FMUs: the library behind the command `plcfmu`.
 //!
-//! Without the feature `command`, which is on by default, only [`package`] is there, to read and write FMU files; and to make
-//! presets, with the feature `preset`.
+//! Without the feature `command`, which is on by default, only [`package`] is there, to read and write FMU files.
 //! The feature `s7`, on by default too, reads data blocks of a PLC over the network.
 
 #[cfg(feature = "command")]
@@ -10,10 +9,10 @@ pub mod build;
 pub mod command;
 #[cfg(feature = "command")]
 pub mod commands;
-#[cfg(feature = "preset")]
+#[cfg(feature = "command")]
 pub mod host;
 pub mod package;
-#[cfg(feature = "preset")]
+#[cfg(feature = "command")]
 pub mod page;
 #[cfg(feature = "command")]
 pub mod parameter_file;

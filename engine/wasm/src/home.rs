@@ -1,7 +1,7 @@
 //! The home of the engine in the page: the FMUs that are linked in.
 
 use crate::component::Instance;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use engine::component::Component;
 use engine::home::Home;
 use engine::message::{Entry, KnownLoop, Part};
@@ -10,9 +10,6 @@ use fmu::v2::interface;
 use modeldescription::v2::{Interface, ModelDescription};
 use modeldescription::{Table, shortened};
 use parameters::{Block, Loop};
-use plcfmu::package::Package;
-use plcfmu::package::preset::Original;
-use std::io::Cursor;
 use std::sync::Arc;
 
 /// Blocks and plants, in the order in which they are shown: one line for each FMU.
@@ -121,10 +118,64 @@ impl Home for Linked {
         (self.find(fmu)?.instantiate)(name)
     }
 
-    fn preset(&self, of: &Loop, fmu: Option<Vec<u8>>) -> Result<Vec<u8>> {
-        let block = &of.block.name;
-        let bytes =
-            fmu.with_context(|| format!("drop {block}.fmu into the page: a preset is made of the block's FMU"))?;
-        Ok(Original::of(Package::read(Cursor::new(bytes))?)?.preset(of)?.bytes)
+    fn preset(&self, of: &Loop, _fmu: Option<Vec<u8>>) -> Result<Vec<u8>> {
+        bail!("{}: the page cannot make a preset; take the parameters away as a file and run 'plcfmu preset'", of.name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use engine::component::Type;
+
+    #[test]
+    fn every_fmu_makes_a_call_and_gives_all_its_values() {
+        let home = Linked::new();
+        assert!(home.entries().len() >= 5);
+        for entry in home.entries() {
+            let description = home.description(&entry.name).unwrap();
+            assert_eq!(description.model_name, entry.name);
+            assert_ne!(entry.part, Part::Other, "{}", entry.name);
+            let mut instance = home.instantiate(&entry.name, "x").unwrap();
+            instance.setup(0.0, None).unwrap();
+            instance.enter_initialization().unwrap();
+            instance.exit_initialization().unwrap();
+            instance.step(0.0, description.default_experiment.unwrap().step_size.unwrap()).unwrap();
+            for (variable, row) in
+                description.model_variables.iter().zip(&home.table(&entry.name).unwrap().unwrap().variables)
+            {
+                let kind = match row.kind {
+                    blocks::Kind::Bool => Type::Boolean,
+                    blocks::Kind::Int | blocks::Kind::Word => Type::Integer,
+                    _ => Type::Real,
+                };
+                let mut value = [f64::NAN];
+                instance.read(kind, &[variable.value_reference], &mut value).unwrap();
+                assert!(value[0].is_finite(), "{}.{}", entry.name, variable.name);
+            }
+            instance.terminate().unwrap();
+        }
+    }
+
+    #[test]
+    fn an_instance_refuses_in_the_words_of_a_host() {
+        let home = Linked::new();
+        let name = &home.entries()[0].name;
+        let mut instance = home.instantiate(name, "x").unwrap();
+        let refusal = |result: Result<()>| format!("{:#}", result.unwrap_err());
+        let early = refusal(instance.step(0.0, 1.0));
+        assert!(early.starts_with("at 0.0 s, step 1.0 s: ") && early.contains("DoStep returned "), "{early}");
+        assert!(early.contains("Error: not allowed in state instantiated"), "{early}");
+        assert_eq!(refusal(instance.write(Type::Integer, &[0], &[0.5])), "0.5 is not an integer of 32 bits");
+        assert!(home.instantiate(name, "").is_err() && home.instantiate(name, "a\0").is_err());
+    }
+
+    #[test]
+    fn what_is_missing_is_named_with_what_to_do() {
+        let home = Linked::new();
+        assert_eq!(home.table("PUMP").unwrap_err().to_string(), "there is no FMU \"PUMP\"");
+        let block = home.blocks().remove(0);
+        let refusal = home.preset(&Loop::new("TIC101", block), None).unwrap_err().to_string();
+        assert!(refusal.starts_with("TIC101: the page cannot make a preset; ") && refusal.ends_with("'plcfmu preset'"));
     }
 }

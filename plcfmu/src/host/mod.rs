@@ -10,16 +10,9 @@
 //! An FMU is foreign code in this process. What it reports as an error becomes an error here. A crash of an FMU, or one that
 //! never returns, ends or stops the whole process: nothing here can catch that.
 
-#[cfg(feature = "command")]
 pub mod file;
-#[cfg(feature = "command")]
 pub mod fmu;
-pub mod functions;
-#[cfg(feature = "command")]
 pub mod instance;
-#[cfg(feature = "command")]
 pub mod library;
-#[cfg(feature = "command")]
 pub mod simulation;
-#[cfg(feature = "command")]
 pub mod standard_output;

@@ -2,7 +2,7 @@
 
 pub mod archive;
 pub mod binary;
-#[cfg(feature = "preset")]
+#[cfg(feature = "command")]
 pub mod check;
 #[cfg(feature = "command")]
 pub mod dist;
@@ -10,9 +10,8 @@ pub mod dist;
 pub mod merge;
 #[cfg(feature = "command")]
 pub mod pack;
-#[cfg(feature = "preset")]
+#[cfg(feature = "command")]
 pub mod preset;
-pub mod recorded;
 #[cfg(feature = "command")]
 pub mod reference;
 #[cfg(feature = "command")]

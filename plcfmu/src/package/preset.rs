@@ -3,7 +3,7 @@
 //! The values are in modelDescription.xml, from which hosts read them, and in `resources/start.txt`, from which the library reads
 //! them. The preset's GUID is the fingerprint of that file, so that the library accepts no other values than those declared.
 
-use crate::package::{DESCRIPTION, Package, check, recorded};
+use crate::package::{DESCRIPTION, Package, check, reference};
 use crate::page;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use blocks::table::fingerprint;
@@ -220,7 +220,7 @@ impl<R: Read + Seek> Original<R> {
             files.insert(PAGE.into(), page.into_bytes());
         }
         // The recorded results are those of the block's own start values.
-        let bytes = self.package.archive.with(&files, |path| !recorded::is_file(path))?;
+        let bytes = self.package.archive.with(&files, |path| !reference::is_file(path))?;
         Ok(Preset { name, guid, bytes })
     }
 

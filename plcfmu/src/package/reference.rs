@@ -3,7 +3,6 @@
 
 use crate::host::instance::{Instance, Type};
 use crate::host::library::Library;
-use crate::package::recorded::{DESCRIPTION, FOLDER};
 use anyhow::{Context, Error, Result};
 use blocks::{Kind, Role};
 use modeldescription::v2::Interface;
@@ -11,6 +10,17 @@ use modeldescription::{Characteristic, Response, Row, Table};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
+
+/// Where the layered standard has its files.
+const FOLDER: &str = "extra/org.fmi-standard.fmi-ls-ref";
+
+/// The file that says what the reference experiment is.
+const DESCRIPTION: &str = "documentation/fmi-ls-ref.txt";
+
+/// Whether the file with this path in an FMU tells of the reference experiment.
+pub fn is_file(path: &str) -> bool {
+    path == DESCRIPTION || path.strip_prefix(FOLDER).is_some_and(|rest| rest.starts_with('/'))
+}
 
 /// What was recorded.
 #[derive(Clone, Debug, PartialEq)]

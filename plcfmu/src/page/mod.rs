@@ -1,20 +1,483 @@
-//! What an FMU shows its user: the documentation page, block diagrams, curves, pictures.
+//! `documentation/index.html`: all that a user of the FMU has to know, in one file.
 
-#[cfg(feature = "command")]
 pub mod diagram;
-#[cfg(feature = "command")]
-mod document;
 pub(crate) mod escape;
-#[cfg(feature = "command")]
 mod markdown;
-#[cfg(feature = "command")]
 pub mod picture;
-#[cfg(feature = "command")]
 pub mod plot;
 pub mod preset;
-#[cfg(feature = "command")]
 mod svg;
 pub mod text;
 
-#[cfg(feature = "command")]
-pub use document::{help, html, sections};
+use crate::package::reference::{self, Recording, Recordings, Sweep};
+use anyhow::Context;
+use askama::Template;
+use blocks::{Kind, Role};
+use markdown::Sections;
+use modeldescription::{Characteristic, Response, Row, Table};
+
+/// What the template shows. `askama` checks templates at compile time, so a page cannot fail on a user's machine.
+#[derive(Template)]
+#[template(path = "index.html")]
+struct Page<'a> {
+    name: &'a str,
+    summary: String,
+    guid: &'a str,
+    /// The block diagram or the drawing of the terminals, SVG.
+    diagram: String,
+    /// Whether it is a block diagram.
+    has_diagram: bool,
+    has_boolean_terminals: bool,
+    /// How many variables belong to blocks inside the block; the diagram leaves them out.
+    nested: usize,
+    cycle_name: &'a str,
+    cycle_start: String,
+    /// The variable that holds the mean of the block's pulses.
+    mean: Option<&'a str>,
+    /// Sections of the block's documentation, HTML, under the title that they have on the page.
+    before_use: Vec<Section>,
+    about_diagram: String,
+    sampling: String,
+    law: Vec<Section>,
+    after_responses: Vec<Section>,
+    /// Whether the documentation says where its rules come from.
+    names_sources: bool,
+    responses: Vec<Drawing<'a>>,
+    characteristics: Vec<Drawing<'a>>,
+    /// Link and text of the files with the recorded response.
+    recordings: [(String, &'static str); 2],
+    groups: Vec<Group<'a>>,
+    license: &'a str,
+    /// Where the page of a preset says what differs.
+    preset_place: (&'a str, &'a str),
+    recording_place: (&'a str, &'a str),
+}
+
+/// A section of the documentation.
+struct Section {
+    /// Its anchor.
+    id: String,
+    title: String,
+    /// HTML.
+    text: String,
+}
+
+/// A response or a characteristic.
+struct Drawing<'a> {
+    /// What it shows.
+    title: &'a str,
+    /// SVG.
+    plot: String,
+    has_dashed_lines: bool,
+    /// Seconds between two calls.
+    cycle: f64,
+}
+
+/// Variables of the same use.
+struct Group<'a> {
+    title: &'static str,
+    variables: Vec<Variable<'a>>,
+}
+
+/// A row of the table of variables.
+struct Variable<'a> {
+    name: &'a str,
+    kind: &'static str,
+    unit: &'a str,
+    range: String,
+    range_class: &'static str,
+    start: String,
+    description: &'a str,
+    /// HTML; empty if there is no help.
+    help: String,
+    reference: usize,
+}
+
+/// The page. `license` is that of the block's package, as its `Cargo.toml` has it.
+///
+/// # Errors
+/// A drawing, a formula or the page cannot be rendered.
+pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<&str>) -> anyhow::Result<String> {
+    let rows = &table.variables;
+    let cycle = &rows[table.cycle];
+    let terminals =
+        diagram::terminals_of(table, &[Role::Input, Role::Parameter, Role::Fixed, Role::Cycle, Role::Output]);
+    let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
+    let docs = table.docs.trim_start().split_once("\n\n").map_or("", |(_, rest)| rest);
+    let mut sections = Sections::of(docs);
+    let mut take = |titles: &[(&str, &str)]| -> anyhow::Result<Vec<Section>> {
+        let taken = titles.iter().filter_map(|(heading, title)| Some((*title, sections.take(heading)?)));
+        taken.map(|(title, text)| section(title, text, &names)).collect()
+    };
+    let before_use = take(&[("Purpose", "Purpose"), ("Quick start", "Quick start")])?;
+    let mut text =
+        |heading| anyhow::Ok(take(&[(heading, heading)])?.pop().map_or(String::new(), |section| section.text));
+    // What stands there beside the diagram.
+    let (about_diagram, sampling) = (text("Diagram")?, text("Sampling")?);
+    // A documentation without headings is the law.
+    let law = take(&[("Law", "Law"), ("", "Law"), ("Clauses", "Clauses")])?;
+    let mut after_responses = take(&[("Limits of use", "Limits of use"), ("Sources", "Sources")])?;
+    // Only programs read it; here it has to be right.
+    engine::dialog::of(table).context("the dialog of the block")?;
+    sections.take("Dialog");
+    for (title, text) in sections.take_all() {
+        after_responses.push(section(title, text, &names)?);
+    }
+    let page = Page {
+        name: &table.name,
+        summary: table.summary(),
+        guid,
+        diagram: diagram::svg(table).context("the diagram of the block")?,
+        has_diagram: diagram::find(&table.docs).is_some(),
+        has_boolean_terminals: terminals.iter().any(|row| row.kind == Kind::Bool),
+        nested: rows.iter().filter(|row| row.name.contains('.')).count(),
+        cycle_name: &cycle.name,
+        cycle_start: text::value(cycle, cycle.start),
+        mean: table.mean.map(|mean| rows[mean].name.as_str()),
+        before_use,
+        about_diagram,
+        sampling,
+        law,
+        after_responses,
+        names_sources: names_sources(table),
+        responses: table
+            .responses
+            .iter()
+            .zip(&recordings.responses)
+            .map(|(response, recording)| drawing(table, response, recording))
+            .collect::<anyhow::Result<_>>()?,
+        characteristics: table
+            .characteristics
+            .iter()
+            .zip(&recordings.characteristics)
+            .map(|(characteristic, sweep)| characteristic_drawing(table, characteristic, sweep))
+            .collect::<anyhow::Result<_>>()?,
+        recordings: reference::links(&table.name),
+        groups: groups(table)?,
+        license: license.unwrap_or("its package names no licence"),
+        preset_place: preset::PRESET,
+        recording_place: preset::RECORDING,
+    };
+    page.render().context("the documentation page")
+}
+
+/// The help of a variable as HTML, in which the names of other variables are links.
+///
+/// # Errors
+/// A formula cannot be rendered.
+pub fn help(table: &Table, row: &Row) -> anyhow::Result<String> {
+    // A variable does not link to itself.
+    let others: Vec<&str> =
+        table.variables.iter().map(|of| of.name.as_str()).filter(|name| *name != row.name).collect();
+    markdown::html(&row.help, &others).with_context(|| format!("the help of {}", row.name))
+}
+
+/// Sections of a block's documentation as HTML, those of these titles that there are.
+///
+/// # Errors
+/// A formula cannot be rendered.
+pub fn sections(table: &Table, titles: &[&str]) -> anyhow::Result<String> {
+    let names: Vec<&str> = table.variables.iter().map(|row| row.name.as_str()).collect();
+    let mut sections = Sections::of(&table.docs);
+    let mut html = String::new();
+    for title in titles {
+        if let Some(text) = sections.take(title) {
+            let Section { title, text, .. } = section(title, text, &names)?;
+            html.push_str(&format!("<h3>{title}</h3>\n{text}"));
+        }
+    }
+    Ok(html)
+}
+
+fn section(title: &str, text: &str, names: &[&str]) -> anyhow::Result<Section> {
+    let text = markdown::html(text, names).with_context(|| format!("the section {title:?} of the documentation"))?;
+    Ok(Section { id: title.to_lowercase().replace(' ', "-"), title: title.to_string(), text })
+}
+
+fn drawing<'a>(table: &Table, response: &'a Response, recording: &Recording) -> anyhow::Result<Drawing<'a>> {
+    let chart = plot::of_recording(table, recording);
+    let curves = chart.panels.iter().flat_map(|panel| &panel.curves).chain(&chart.lanes);
+    Ok(Drawing {
+        title: response.title.trim_end_matches('.'),
+        has_dashed_lines: curves.into_iter().any(|curve| curve.is_input),
+        plot: plot::svg(&chart).context("the plot of a response")?,
+        cycle: recording.time(1),
+    })
+}
+
+fn characteristic_drawing<'a>(
+    table: &Table,
+    characteristic: &'a Characteristic,
+    sweep: &Sweep,
+) -> anyhow::Result<Drawing<'a>> {
+    let chart = plot::of_sweep(table, characteristic, sweep);
+    Ok(Drawing {
+        title: characteristic.title.trim_end_matches('.'),
+        has_dashed_lines: false,
+        plot: plot::svg(&chart).context("the plot of a characteristic")?,
+        cycle: 0.0,
+    })
+}
+
+/// Whether the documentation says where its rules come from.
+fn names_sources(table: &Table) -> bool {
+    let words = ["(manual", "(vendor", "(measured", "(observed", "(decided"];
+    words.iter().any(|word| table.docs.contains(word))
+}
+
+/// The variables by their use; a use that no variable has is left out.
+fn groups<'a>(table: &'a Table) -> anyhow::Result<Vec<Group<'a>>> {
+    let titles: [(&str, &[Role]); 5] = [
+        ("Inputs", &[Role::Input]),
+        ("Outputs", &[Role::Output]),
+        ("Settings: tunable while it runs", &[Role::Parameter]),
+        ("Settings: fixed once it runs", &[Role::Fixed, Role::Cycle]),
+        ("Signals inside: read only", &[Role::Local]),
+    ];
+    let mut groups = Vec::new();
+    for (title, roles) in titles {
+        let rows = table.variables.iter().enumerate().filter(|(_, row)| roles.contains(&row.role));
+        let variables =
+            rows.map(|(reference, row)| variable(table, reference, row)).collect::<anyhow::Result<Vec<_>>>()?;
+        if !variables.is_empty() {
+            groups.push(Group { title, variables });
+        }
+    }
+    Ok(groups)
+}
+
+fn variable<'a>(table: &Table, reference: usize, row: &'a Row) -> anyhow::Result<Variable<'a>> {
+    let is_set = !matches!(row.role, Role::Output | Role::Local);
+    let (range, range_class, description) = match text::range_in_words(row) {
+        // Words may take several lines, numbers do not.
+        Some((description, range)) => (range.to_string(), "range", description),
+        None => (text::range(row), "number", row.description.as_str()),
+    };
+    Ok(Variable {
+        name: &row.name,
+        kind: row.kind.name(),
+        unit: text::unit(row).unwrap_or_default(),
+        range,
+        range_class,
+        start: if is_set { text::number(row.kind, row.start) } else { String::new() },
+        description,
+        help: help(table, row)?,
+        reference,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Table {
+        let row = |name: &str, kind: &str, role: &str, rest: &str| {
+            format!(
+                r#"{{"name":"{name}","description":"About {name} & <more>","kind":"{kind}","role":"{role}",{rest}}}"#
+            )
+        };
+        let plain = r#""start":0.0,"min":null,"max":null,"unit":null"#;
+        let rows = [
+            row("FLOW", "LREAL", "input", r#""start":1.5,"min":0.0,"max":9.0,"unit":"l/min""#),
+            row("CYCLE", "TIME", "cycle", r#""start":0.1,"min":0.001,"max":null,"unit":null"#),
+            row("DI_A.GAIN", "REAL", "parameter", r#""start":2.0,"min":null,"max":null,"unit":null"#),
+            row("ON", "BOOL", "output", plain),
+            row("DUTY", "LREAL", "output", r#""start":0.0,"min":null,"max":null,"unit":"%""#),
+            row("DI_A.LMN", "REAL", "local", plain),
+        ];
+        let docs = r"Pumps & more.\n\nThe *law*:\n\n| a | b |\n|---|---|\n| 1 | 2 |";
+        let json = format!(
+            r#"{{"name":"PUMP","docs":"{docs}","cycle":1,"mean":4,"variables":[{}],
+            "responses":[{{"title":"It runs.","calls":2,"set":[],"show":["FLOW","ON"]}}]}}"#,
+            rows.join(",")
+        );
+        serde_json::from_str(&json).unwrap()
+    }
+
+    fn recordings(recording: Recording) -> Recordings {
+        Recordings { responses: vec![recording], characteristics: Vec::new() }
+    }
+
+    fn page() -> String {
+        let recording = Recording {
+            cycle: 100,
+            shown: vec![0, 3],
+            restart: vec![0.0, 0.0],
+            calls: vec![vec![1.0, 0.0], vec![2.0, 1.0]],
+        };
+        html(&table(), "{1}", &recordings(recording), Some("LicenseRef-<House>")).unwrap()
+    }
+
+    #[test]
+    fn every_variable_is_on_the_page_with_all_that_is_known_of_it() {
+        let page = page();
+        assert!(page.contains(
+            r##"<td class="name"><a href="#FLOW">FLOW</a></td><td>LREAL</td><td>l/min</td><td class="number">0 ... 9</td><td class="number">1.5</td><td><span class="short">About FLOW &amp; &lt;more&gt;</span></td><td class="number">0</td>"##
+        ));
+        assert!(page.contains(
+            r##"<td class="name"><a href="#CYCLE">CYCLE</a></td><td>TIME</td><td>s</td><td class="number">≥ 0.001</td><td class="number">0.1</td>"##
+        ));
+        for row in &table().variables {
+            assert!(page.contains(&format!(r#"<tr id="{}">"#, row.name)), "{}", row.name);
+        }
+    }
+
+    #[test]
+    fn the_page_has_the_law_both_drawings_and_the_time_rule() {
+        let page = page();
+        assert!(page.contains("<p class=\"summary\">Pumps &amp; more.</p>"));
+        assert!(page.contains("The <em>law</em>:") && page.contains("<td>1</td><td>2</td>"));
+        assert!(page.contains("aria-label=\"Terminals of PUMP\"") && page.contains("aria-label=\"Response of PUMP\""));
+        assert!(page.contains("<code>CYCLE</code> (start value 0.1 s)"));
+        assert!(page.contains("<code>DUTY</code> is the mean"));
+        assert!(page.contains("The 2 variables of the blocks inside"));
+    }
+
+    #[test]
+    fn the_page_names_the_licence_of_the_block_and_that_of_the_rest() {
+        let page = page();
+        assert!(
+            page.contains("The block: LicenseRef-&lt;House&gt;. What every FMU of this kind shares: MIT or Apache 2.0")
+        );
+    }
+
+    #[test]
+    fn the_page_stands_alone() {
+        let page = page();
+        // But for names of XML's own.
+        assert!(!page.replace("http://www.w3.org/2000/svg", "").contains("http"));
+        assert!(!page.contains("<script") && !page.contains("<link"));
+    }
+
+    #[test]
+    fn the_drawing_of_the_terminals_leaves_out_what_is_inside() {
+        let drawing = diagram::svg(&table()).unwrap();
+        assert!(
+            drawing.contains(">FLOW</text>") && drawing.contains(">ON</text>") && drawing.contains(">CYCLE</text>")
+        );
+        assert!(!drawing.contains("DI_A"));
+        assert!(drawing.contains("LREAL l/min"));
+    }
+
+    /// The page of the table with a response of nothing but these rows.
+    fn page_of(table: &Table, shown: &[usize]) -> String {
+        let calls = vec![vec![0.0; shown.len()]; 2];
+        let recording = Recording { cycle: 100, shown: shown.to_vec(), restart: calls[0].clone(), calls };
+        html(table, "{1}", &recordings(recording), None).unwrap()
+    }
+
+    #[test]
+    fn the_page_says_before_all_else_that_ranges_are_not_enforced() {
+        let page = page();
+        let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text}"));
+        assert!(place("class=\"summary\"") < place("Ranges are not enforced"));
+        assert!(place("Ranges are not enforced") < place("aria-label=\"Terminals of PUMP\""));
+    }
+
+    #[test]
+    fn a_range_that_is_only_in_the_description_goes_to_the_column_of_ranges() {
+        let mut table = table();
+        table.variables[2].description = "Gain; range: GAIN >= FLOW".into();
+        let page = page_of(&table, &[0]);
+        assert!(page.contains(
+            r#"<td class="range">GAIN &gt;= FLOW</td><td class="number">2</td><td><span class="short">Gain</span></td>"#
+        ));
+    }
+
+    #[test]
+    fn a_block_without_a_law_has_no_heading_for_one() {
+        assert!(page().contains("<h2 id=\"law\">Law</h2>"));
+        let mut table = table();
+        table.docs = "Pumps.".into();
+        assert!(!page_of(&table, &[0]).contains("Law</h2>"));
+    }
+
+    #[test]
+    fn sections_of_the_documentation_stand_where_a_reader_looks_for_them() {
+        let mut table = table();
+        table.docs = "Pumps.\n\n# Sources\n\nA book.\n\n# Law\n\n```math\nq = n\n```\n\n# Our own\n\nMore.\n\n\
+                      # Purpose\n\nIt pumps, see FLOW.\n\n# Sampling\n\nOften."
+            .into();
+        let page = page_of(&table, &[0]);
+        let places: Vec<usize> = [
+            "<h2 id=\"purpose\">Purpose</h2>\n<p>It pumps, see <a class=\"variable\" href=\"#FLOW\">FLOW</a>.</p>",
+            "<h2 id=\"diagram\">",
+            "<p>Often.</p>",
+            "<h2 id=\"variables\">",
+            "<h2 id=\"law\">Law</h2>\n<div class=\"formula\"",
+            "<h2 id=\"responses\">",
+            "<h2 id=\"sources\">Sources</h2>\n<p>A book.</p>",
+            "<h2 id=\"our-own\">Our own</h2>\n<p>More.</p>",
+            "<h2 id=\"host\">",
+        ]
+        .map(|text| page.find(text).unwrap_or_else(|| panic!("{text}")))
+        .to_vec();
+        assert!(places.is_sorted(), "{places:?}");
+        // The contents lead to every heading.
+        for link in page.split("<li><a href=\"#").skip(1).map(|rest| rest.split('"').next().unwrap()) {
+            assert!(page.contains(&format!("<h2 id=\"{link}\">")), "{link}");
+        }
+    }
+
+    #[test]
+    fn the_page_does_not_show_what_the_documentation_says_of_the_dialog() {
+        let mut table = table();
+        let page = |docs: &str, table: &mut Table| {
+            table.docs = docs.into();
+            page_of(table, &[0])
+        };
+        let without = page("Pumps.\n\n# Purpose\n\nIt pumps.", &mut table);
+        let fence = "```dialog\nsetpoint: FLOW\n\n[Process value]\nFLOW, DI_A.GAIN, CYCLE\n```";
+        for docs in [
+            format!("Pumps.\n\n# Purpose\n\nIt pumps.\n\n# Dialog\n\n{fence}"),
+            format!("Pumps.\n\n# Purpose\n\nIt pumps.\n\n{fence}"),
+        ] {
+            assert_eq!(page(&docs, &mut table), without);
+        }
+    }
+
+    #[test]
+    fn a_dialog_that_does_not_fit_the_table_is_refused_with_the_remedy() {
+        let refusal = |lines: &str| {
+            let table = Table { docs: format!("Pumps.\n\n```dialog\n{lines}\n```"), ..table() };
+            let recordings = Recordings { responses: Vec::new(), characteristics: Vec::new() };
+            format!("{:#}", html(&table, "{1}", &recordings, None).unwrap_err())
+        };
+        assert_eq!(
+            refusal("[Process value]\nFLOW\nCYCLE"),
+            "the dialog of the block: PUMP: DI_A.GAIN is in no group of its dialog: add it to one"
+        );
+        assert_eq!(
+            refusal("setpoint: FLOWS"),
+            "the dialog of the block: PUMP: the line \"setpoint: FLOWS\" of its dialog: there is no variable \"FLOWS\"; did \
+             you mean FLOW?"
+        );
+    }
+
+    #[test]
+    fn the_page_explains_dashed_lines_where_there_are_any() {
+        let of = |shown: &[usize]| {
+            let page = page_of(&table(), shown);
+            (page.contains("dashed lines are inputs"), page.contains("stroke-dasharray"))
+        };
+        assert_eq!(of(&[0, 3]), (true, true));
+        assert_eq!(of(&[3, 4]), (false, false));
+    }
+
+    #[test]
+    fn the_stylesheet_knows_every_colour_of_the_drawings_for_the_dark() {
+        let page = page();
+        let (style, drawings) = page.split_once("</style>").unwrap();
+        let classes: Vec<&str> = drawings
+            .split("<")
+            .filter(|tag| tag.contains("color=\"") || tag.contains("fill=\"#"))
+            .map(|tag| {
+                tag.split("class=\"").nth(1).and_then(|rest| rest.split('"').next()).unwrap_or_else(|| panic!("{tag}"))
+            })
+            .collect();
+        assert!(classes.contains(&"paper") && classes.contains(&"curve-1"));
+        for class in classes {
+            assert!(style.contains(&format!("svg .{class} {{")), "{class}");
+        }
+    }
+}

@@ -23,7 +23,7 @@ const ENGINE: &str = "engine_wasm";
 /// Where it runs: no platform of FMI.
 const WEB: Platform = Platform { folder: "the page", target: "wasm32-unknown-unknown", suffix: ".wasm" };
 
-/// The page has to fit into a mail: so many bytes at most.
+/// The page is to fit into a mail: so many bytes.
 const LARGEST: usize = 1_500_000;
 
 /// What to make.
@@ -45,7 +45,7 @@ pub fn place(workspace: &Workspace) -> PathBuf {
 /// Makes the page.
 ///
 /// # Errors
-/// The engine cannot be built, an FMU is damaged, or the page is too large.
+/// The engine cannot be built, or an FMU is damaged.
 pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     if options.fmus.is_none() {
         pack::run(workspace, &pack::Options::default())?;
@@ -57,7 +57,9 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     let data: [(&str, &[u8]); 2] = [("assets", &assets), ("engine", &engine)];
     let page = page::assemble(&sources, &Content { home: Home::Page, data: &data })?;
     let path = options.out.as_ref().map_or_else(|| place(workspace), |folder| folder.join(FILE));
-    ensure!(page.len() <= LARGEST, "{FILE} would have {} bytes: {LARGEST} at most", page.len());
+    if page.len() > LARGEST {
+        eprintln!("warning: {FILE} has {} bytes: more than {LARGEST} do not fit into a mail", page.len());
+    }
     temporary::place(&path, |file| Ok(file.write_all(page.as_bytes())?), |_| Ok(()))?;
     let kilobytes = |length: usize| length.div_ceil(1000);
     println!(
@@ -75,9 +77,7 @@ fn engine(workspace: &Workspace) -> Result<Vec<u8>> {
     build.args(["rustc", "--package", ENGINE, "--lib", "--crate-type", "cdylib", "--profile", "page"]);
     build.args(["--target", WEB.target, "--target-dir"]).arg(workspace.target.join("platforms/page"));
     build.current_dir(&workspace.root);
-    // The reader of packages could encrypt them, for which it would import the browser's random numbers.
-    let flags = [&compile::flags(workspace, &WEB), "--cfg", "getrandom_backend=\"unsupported\""].join("\x1f");
-    build.env("CARGO_ENCODED_RUSTFLAGS", flags).env_remove("RUSTFLAGS");
+    build.env("CARGO_ENCODED_RUSTFLAGS", compile::flags(workspace, &WEB)).env_remove("RUSTFLAGS");
     let artifacts = compile::artifacts_for(&mut build, &WEB)?;
     let path = artifacts.iter().find_map(|artifact| compile::library(artifact, ENGINE, WEB.suffix));
     let path = path.with_context(|| format!("cargo has not built {ENGINE}"))?;

@@ -130,7 +130,7 @@ impl Page {
         let modules = sources.iter().filter_map(|(path, text)| Some((path.strip_prefix("src/")?, text)));
         let entries = modules.map(|(name, text)| {
             // So that error messages name the module.
-            let text = format!("{text}\n//# sourceURL=tool/{name}\n");
+            let text = format!("{}//# sourceURL=tool/{name}\n", without_comments(text));
             format!(r#""tool/{name}":"data:text/javascript;charset=utf-8;base64,{}""#, STANDARD.encode(text))
         });
         let map = format!(r#"{{"imports":{{{}}}}}"#, entries.collect::<Vec<_>>().join(",\n"));
@@ -162,6 +162,25 @@ fn element(sources: &Sources, name: &str, file: &str) -> Result<String> {
         bail!("{file} contains </{name} or <!--, which ends an element of HTML");
     }
     Ok(format!("<{name}>{text}</{name}>"))
+}
+
+/// A module without the lines that are nothing but comments. Text between backquotes stays as it is.
+fn without_comments(text: &str) -> String {
+    let (mut code, mut is_comment, mut is_quoted) = (String::new(), false, false);
+    for line in text.lines() {
+        let begin = line.trim_start();
+        // Code may follow: `/** @type {number} */ (x)`.
+        is_comment |=
+            !is_quoted && begin.starts_with("/*") && begin.find("*/").is_none_or(|end| end + 2 == begin.len());
+        let is_left_out = is_comment || !is_quoted && begin.starts_with("//");
+        is_comment &= !line.trim_end().ends_with("*/");
+        if !is_left_out {
+            is_quoted ^= line.matches('`').count() % 2 == 1;
+            code.push_str(line);
+            code.push('\n');
+        }
+    }
+    code
 }
 
 /// The licences of what the page consists of, to be read in its source.
@@ -241,6 +260,15 @@ mod tests {
         assert!(policy.contains(&STANDARD.encode(Sha256::digest(map))));
         assert!(policy.starts_with("default-src 'none'; ") && policy.contains("connect-src 'none'"));
         assert_eq!(policy.matches("sha256-").count(), 3);
+    }
+
+    #[test]
+    fn comments_of_modules_stay_out_of_the_page() {
+        let module = "/**\n * About a.\n */\nconst a = 1; // one\n  // more\n  /* of it */\n/** @type {B} */ (c);\nconst b = `\n// ${a}\n/*\n`;\n";
+        assert_eq!(
+            without_comments(module),
+            "const a = 1; // one\n/** @type {B} */ (c);\nconst b = `\n// ${a}\n/*\n`;\n"
+        );
     }
 
     #[test]
