@@ -431,3 +431,40 @@ fn make(fmu: &mut Result<Fmu>, instance: &mut Option<Instance>, call: Call) -> R
         Call::Terminate => made(instance, &Instance::terminate),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_arrive_as_they_were_sent_up_to_the_end_of_the_stream() {
+        let calls = vec![Call::Write(number(Type::Real), vec![7], vec![f64::NAN, -0.0]), Call::Step(0.1, 0.2)];
+        let mut stream = Vec::new();
+        send(&mut stream, &postcard::to_stdvec(&calls).unwrap()).unwrap();
+        send(&mut stream, &[]).unwrap();
+        let mut stream = stream.as_slice();
+        let calls: Vec<Call> = postcard::from_bytes(&receive(&mut stream).unwrap().unwrap()).unwrap();
+        let [Call::Write(0, references, values), Call::Step(time, size)] = calls.as_slice() else {
+            panic!("{calls:?}")
+        };
+        assert_eq!((references.as_slice(), *time, *size), ([7].as_slice(), 0.1, 0.2));
+        assert_eq!([values[0].to_bits(), values[1].to_bits()], [f64::NAN.to_bits(), (-0.0_f64).to_bits()]);
+        assert_eq!(receive(&mut stream).unwrap(), Some(Vec::new()));
+        assert_eq!(receive(&mut stream).unwrap(), None);
+    }
+
+    #[test]
+    fn a_message_that_is_cut_off_or_too_long_is_refused() {
+        receive(&mut [9, 0, 0, 0, 1].as_slice()).unwrap_err();
+        let error = receive(&mut u32::MAX.to_le_bytes().as_slice()).unwrap_err();
+        assert_eq!(error.to_string(), "a message of 4294967295 bytes");
+    }
+
+    #[test]
+    fn the_types_have_numbers() {
+        for of in Type::ALL {
+            assert_eq!(kind(number(of)).unwrap(), of);
+        }
+        kind(9).unwrap_err();
+    }
+}
