@@ -50,18 +50,17 @@ enum Call {
 }
 
 impl Call {
-    /// What the FMU is doing then.
-    fn name(&self) -> &'static str {
+    /// What happens to the FMU then, after "while it".
+    fn doing(&self) -> &'static str {
         match self {
-            Call::Interface => "the load of its library",
-            Call::Instantiate(_) => "fmi2Instantiate",
-            Call::Setup(..) => "fmi2SetupExperiment",
-            Call::EnterInitialization => "fmi2EnterInitializationMode",
-            Call::ExitInitialization => "fmi2ExitInitializationMode",
-            Call::Read(..) => "reading its variables",
-            Call::Write(..) => "setting its variables",
-            Call::Step(..) => "fmi2DoStep",
-            Call::Terminate => "fmi2Terminate",
+            Call::Interface => "was loaded",
+            Call::Instantiate(_) => "was instantiated",
+            Call::Setup(..) => "was set up",
+            Call::EnterInitialization | Call::ExitInitialization => "was initialized",
+            Call::Read(..) => "was read",
+            Call::Write(..) => "was set",
+            Call::Step(..) => "made a step",
+            Call::Terminate => "was terminated",
         }
     }
 }
@@ -205,7 +204,7 @@ impl Child {
         if let Some(end) = &self.end {
             bail!("{end}");
         }
-        let name = call.name();
+        let doing = call.doing();
         self.queued.push(call);
         let message = postcard::to_stdvec(&self.queued).map_err(anyhow::Error::new);
         self.queued.clear();
@@ -214,15 +213,15 @@ impl Child {
         // Who could not be sent anything has ended, and so has its output.
         let reply = match self.replies.recv_timeout(self.limit) {
             Ok(reply) if is_sent => reply,
-            Err(RecvTimeoutError::Timeout) => return Err(self.give_up(name)),
-            _ => return Err(self.has_ended(name)),
+            Err(RecvTimeoutError::Timeout) => return Err(self.give_up(doing)),
+            _ => return Err(self.has_ended(doing)),
         };
         match postcard::from_bytes(&reply) {
             Ok(Reply::Refused(message)) => Err(anyhow!(message)),
             Ok(reply) => Ok(reply),
             Err(_) => {
                 let _ = lock(&self.process).kill();
-                Err(self.ended(format!("the process of the FMU answered {name} with something else, and was ended")))
+                Err(self.ended(format!("the FMU disturbed its process while it {doing}: the process was ended")))
             }
         }
     }
@@ -235,21 +234,21 @@ impl Child {
     }
 
     /// Ends a process that does not answer.
-    fn give_up(&mut self, name: &str) -> anyhow::Error {
+    fn give_up(&mut self, doing: &str) -> anyhow::Error {
         let _ = lock(&self.process).kill();
         let seconds = self.limit.as_secs_f64();
-        self.ended(format!("the FMU did not return from {name} within {seconds} s: its process was ended"))
+        self.ended(format!("the FMU did not return within {seconds} s while it {doing}: its process was ended"))
     }
 
     /// Says how a process has ended by itself.
-    fn has_ended(&mut self, name: &str) -> anyhow::Error {
+    fn has_ended(&mut self, doing: &str) -> anyhow::Error {
         let mut process = lock(&self.process);
         // It may have closed its output alone. The status of one that has ended stays as it is.
         let _ = process.kill();
         let status = process.wait();
         drop(process);
         let status = status.map_or_else(|error| error.to_string(), |status| status.to_string());
-        self.ended(format!("the FMU crashed in {name}: its process ended with {status}"))
+        self.ended(format!("the FMU crashed while it {doing}: its process ended with {status}"))
     }
 
     fn ended(&mut self, why: String) -> anyhow::Error {
@@ -429,5 +428,42 @@ fn make(fmu: &mut Result<Fmu>, instance: &mut Option<Instance>, call: Call) -> R
         }
         Call::Step(time, size) => made(instance, &|of| of.step(time, size)),
         Call::Terminate => made(instance, &Instance::terminate),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_arrive_as_they_were_sent_up_to_the_end_of_the_stream() {
+        let calls = vec![Call::Write(number(Type::Real), vec![7], vec![f64::NAN, -0.0]), Call::Step(0.1, 0.2)];
+        let mut stream = Vec::new();
+        send(&mut stream, &postcard::to_stdvec(&calls).unwrap()).unwrap();
+        send(&mut stream, &[]).unwrap();
+        let mut stream = stream.as_slice();
+        let calls: Vec<Call> = postcard::from_bytes(&receive(&mut stream).unwrap().unwrap()).unwrap();
+        let [Call::Write(0, references, values), Call::Step(time, size)] = calls.as_slice() else {
+            panic!("{calls:?}")
+        };
+        assert_eq!((references.as_slice(), *time, *size), ([7].as_slice(), 0.1, 0.2));
+        assert_eq!([values[0].to_bits(), values[1].to_bits()], [f64::NAN.to_bits(), (-0.0_f64).to_bits()]);
+        assert_eq!(receive(&mut stream).unwrap(), Some(Vec::new()));
+        assert_eq!(receive(&mut stream).unwrap(), None);
+    }
+
+    #[test]
+    fn a_message_that_is_cut_off_or_too_long_is_refused() {
+        receive(&mut [9, 0, 0, 0, 1].as_slice()).unwrap_err();
+        let error = receive(&mut u32::MAX.to_le_bytes().as_slice()).unwrap_err();
+        assert_eq!(error.to_string(), "a message of 4294967295 bytes");
+    }
+
+    #[test]
+    fn the_types_have_numbers() {
+        for of in Type::ALL {
+            assert_eq!(kind(number(of)).unwrap(), of);
+        }
+        kind(9).unwrap_err();
     }
 }
