@@ -739,7 +739,7 @@ def test_axe_finds_nothing_and_nothing_scrolls_sideways(open_tool, width, scheme
     page.click("table.loops >> text=TIC101")
     field(page, "GAIN").wait_for()
     write(page, "GAIN", "3.1")
-    write(page, "MAN", "wrong")
+    write(page, "LMN_HLM", "wrong")
     make_calls(page, 3)
     look(page, f"loop-{width}-{scheme}")
     page.click("#compare-button")
