@@ -303,14 +303,16 @@ def test_ten_thousand_loops_are_turned_over_and_filtered(page):
 
 
 def test_a_million_loops_and_a_hundred_megabytes_are_refused_and_the_page_lives(page):
-    open_file(page, "million.awl", data_block("A") * 200_000)
-    page.get_by_text(re.compile("200000 blocks|MB; the page reads")).wait_for()
-    fill = """() => {
+    drop = """([name, part, count]) => {
         const data = new DataTransfer();
-        data.items.add(new File([new Uint8Array(100_000_000)], "large.awl"));
+        data.items.add(new File([part.repeat(count)], name));
         document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
     }"""
-    page.evaluate(fill)
+    page.evaluate(drop, ["million.awl", "DATA_BLOCK DB1\n", 1_000_000])
+    page.get_by_text("The file has 1000000 blocks").wait_for()
+    page.evaluate(drop, ["million.json", '"A": {},\n', 1_000_000])
+    page.get_by_text("The file has 1000000 blocks").nth(1).wait_for()
+    page.evaluate(drop, ["large.awl", "x" * 1000, 100_000])
     page.get_by_text("The file has 100 MB").wait_for()
     new_loop(page, "CONT_C", "ALIVE")
     assert field(page, "GAIN").input_value() == "2"
