@@ -575,6 +575,7 @@ let endPrediction = () => {};
 /** @param {Tuned} answer */
 function applyTuned(answer) {
   store.edit(answer.values);
+  showTuned(answer);
   const names = store.edited();
   store.say(
     names.length > 0 ? `${names.join(", ")} edited; send them to the block.` : "The block has these settings already.",
