@@ -280,7 +280,7 @@ async function choose() {
     return {
       ...{
         name,
-        label: called(loop, name),
+        label: brief(loop, name),
         kind: signal.variable.kind,
         unit,
         scale: isSwitch(signal.variable) ? "lane" : scale,
@@ -518,7 +518,7 @@ function makeLanes(switches, beside) {
           ...{ scale: "lane", size: left, gap: 4, stroke: faint, ticks: { show: false }, grid: { show: false } },
           ...{
             splits: () => switches.map((_, at) => count - 0.5 - at),
-            values: () => switches.map((curve) => brief(curve.label)),
+            values: () => switches.map((curve) => narrow(curve.label)),
           },
         }),
       ],
@@ -528,8 +528,19 @@ function makeLanes(switches, beside) {
   );
 }
 
+/**
+ * A name that fits beside the curves: without the blocks inside the controller.
+ *
+ * @param {import("tool/store.js").Work} loop
+ * @param {string} name
+ */
+function brief(loop, name) {
+  const full = called(loop, name);
+  return full === name ? name : full.slice(full.lastIndexOf(".") + 1);
+}
+
 /** A label that fits beside a lane. @param {string} label */
-function brief(label) {
+function narrow(label) {
   const last = label.slice(label.lastIndexOf(".") + 1);
   return last.length > 10 ? `${last.slice(0, 9)}…` : last;
 }

@@ -624,7 +624,7 @@ function showRatio() {
     element(
       "div",
       { class: "row" },
-      element("span", { class: "what" }, factor),
+      element("span", { class: "what", title: factor }, factor.slice(factor.lastIndexOf(".") + 1)),
       element("button", { type: "button", onclick: () => take("heating") }, "This model is heating"),
       element("span", { class: "faint" }, gain(kept.heating)),
       element("button", { type: "button", onclick: () => take("cooling") }, "This model is cooling"),
