@@ -29,7 +29,7 @@ import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { called, isSwitch, roles, signals, units, unitText } from "tool/signals.js";
 import { store } from "tool/store.js";
-import { rounded, shown } from "tool/values.js";
+import { number, rounded, shown } from "tool/values.js";
 
 const WINDOWS = /** @type {[string, number][]} */ ([
   ["1 min", 60],
@@ -78,8 +78,8 @@ let zoomed;
 let cursor;
 /** Earlier runs: their curves by run. @type {Map<number, { key: string, view: View }>} */
 const earlier = new Map();
-/** Where a predicted curve begins. */
-let predictedFrom = 0;
+/** Where a predicted curve begins: the time, and the loop's values then. It is a step away from them. */
+let origin = { time: 0, processValue: 0, manipulatedValue: 0 };
 
 let isScheduled = false;
 let isFetching = false;
@@ -108,7 +108,7 @@ export function mount(content) {
   });
   store.on("state", refresh);
   store.on("prediction", () => {
-    predictedFrom = store.isLive() ? (store.state?.time ?? 0) : 0;
+    origin = here();
     refresh();
   });
   store.on("key-left", () => move(-1));
@@ -117,6 +117,20 @@ export function mount(content) {
   store.on("key-end", () => moveTo(view.times.at(-1)));
   store.on("key-zoom-in", () => zoomBy(0.5));
   store.on("key-zoom-out", () => zoomBy(2));
+}
+
+/** Where the loop is now. */
+function here() {
+  const loop = store.loop;
+  if (!loop || !store.isLive() || !store.state)
+    return { time: 0, processValue: Number.NaN, manipulatedValue: Number.NaN };
+  const { processValue, manipulatedValue } = roles(loop);
+  const { time, values } = store.state;
+  return {
+    time,
+    processValue: number(values[processValue ?? ""]),
+    manipulatedValue: number(values[manipulatedValue ?? ""]),
+  };
 }
 
 /**
@@ -266,7 +280,7 @@ async function choose() {
     return {
       ...{
         name,
-        label: called(loop, name),
+        label: brief(loop, name),
         kind: signal.variable.kind,
         unit,
         scale: isSwitch(signal.variable) ? "lane" : scale,
@@ -504,7 +518,7 @@ function makeLanes(switches, beside) {
           ...{ scale: "lane", size: left, gap: 4, stroke: faint, ticks: { show: false }, grid: { show: false } },
           ...{
             splits: () => switches.map((_, at) => count - 0.5 - at),
-            values: () => switches.map((curve) => brief(curve.label)),
+            values: () => switches.map((curve) => narrow(curve.label)),
           },
         }),
       ],
@@ -514,8 +528,19 @@ function makeLanes(switches, beside) {
   );
 }
 
+/**
+ * A name that fits beside the curves: without the blocks inside the controller.
+ *
+ * @param {import("tool/store.js").Work} loop
+ * @param {string} name
+ */
+function brief(loop, name) {
+  const full = called(loop, name);
+  return full === name ? name : full.slice(full.lastIndexOf(".") + 1);
+}
+
 /** A label that fits beside a lane. @param {string} label */
-function brief(label) {
+function narrow(label) {
   const last = label.slice(label.lastIndexOf(".") + 1);
   return last.length > 10 ? `${last.slice(0, 9)}…` : last;
 }
@@ -528,8 +553,10 @@ function brief(label) {
 function range() {
   if (zoomed) return zoomed;
   const last = store.isLive() ? (store.state?.time ?? 0) : 0;
-  const end = store.prediction ? Math.max(last, predictedFrom + (store.prediction.curves.times.at(-1) ?? 0)) : last;
   const length = notes()?.window ?? 300;
+  const predicted = store.prediction ? origin.time + (store.prediction.curves.times.at(-1) ?? 0) : 0;
+  // A prediction reaches into the future, but does not push what was measured out of sight.
+  const end = Math.max(last, length === 0 ? predicted : Math.min(predicted, last + length / 2));
   const step = store.state?.step ?? 1;
   if (length === 0) return [0, Math.max(end, 10 * step)];
   return end <= length ? [0, length] : [end - length, end];
@@ -740,15 +767,19 @@ function others(numbers) {
   }
   const prediction = store.prediction?.curves;
   if (prediction) {
-    const times = prediction.times.map((time) => time + predictedFrom);
-    for (const [name, values] of /** @type {[string | undefined, number[]][]} */ ([
-      [setpoint, prediction.setpoint],
-      [processValue, prediction.process_value],
-      [manipulatedValue, prediction.manipulated_value],
+    const times = prediction.times.map((time) => time + origin.time);
+    const { setpoint: goal, process_value: answer, manipulated_value: moves } = prediction;
+    const level = Number.isNaN(origin.processValue) ? 0 : origin.processValue - (answer[0] ?? 0);
+    const push = Number.isNaN(origin.manipulatedValue) ? 0 : origin.manipulatedValue - (moves[0] ?? 0);
+    for (const [name, values, by] of /** @type {[string | undefined, number[], number][]} */ ([
+      [setpoint, goal, level],
+      [processValue, answer, level],
+      [manipulatedValue, moves, push],
     ])) {
       const curve = shownCurve(name);
-      if (curve)
-        made.push({ scale: curve.scale, times, values, colour: palette[curve.colour % palette.length], dash: [6, 4] });
+      if (!curve) continue;
+      const colour = palette[curve.colour % palette.length];
+      made.push({ scale: curve.scale, times, values: values.map((value) => value + by), colour, dash: [6, 4] });
     }
   }
   return made;
