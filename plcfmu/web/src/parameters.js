@@ -315,8 +315,8 @@ function showField(name, isForced = false) {
   if (isBoolean(kind)) row.input.disabled = wire !== undefined;
   const edited = isEdited(setting);
   row.row.classList.toggle("is-edited", edited);
-  const from = wire ? "connected" : edited ? "not sent" : source(setting);
-  row.row.dataset.source = wire ? "connected" : source(setting);
+  const from = wire ? "wired" : edited ? "not sent" : source(setting);
+  row.row.dataset.source = wire ? "wired" : source(setting);
   text(row.tag, from);
   text(row.grey, greyOf(loop, setting, value, wire));
   const said = loop.checked?.remarks ?? [];
