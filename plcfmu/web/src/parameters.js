@@ -177,10 +177,8 @@ function place() {
     }
     fold.hidden = count === 0;
     const what = count === 1 ? "1 setting" : `${count} settings`;
-    text(
-      summary,
-      `${what} without effect ${structureOf(loop) ? `in ${structureOf(loop)}` : "now"}: ${fold.open ? "hide" : "show"}`,
-    );
+    const when = hangsOnStructure(loop, names) ? `in ${structureOf(loop)}` : "as the others are set";
+    text(summary, `${what} without effect ${when}: ${fold.open ? "hide" : "show"}`);
   }
 }
 
@@ -385,6 +383,19 @@ function structureOf(loop) {
   if (structure.length !== 3) return undefined;
   const switches = structure.map((name) => (loop.settings[name]?.value ? "1" : "0")).join("");
   return STRUCTURES.find(([, bits]) => bits === switches)?.[0];
+}
+
+/**
+ * Whether it is the structure that says which of these settings have an effect.
+ *
+ * @param {Work} loop
+ * @param {string[]} names
+ */
+function hangsOnStructure(loop, names) {
+  const { groups: all, roles } = loop.description;
+  const fields = all.flatMap((group) => group.fields).filter((one) => names.includes(one.name));
+  const needed = fields.flatMap((one) => one.used_if).flat();
+  return structureOf(loop) !== undefined && needed.some(([name]) => roles.structure.includes(name));
 }
 
 /** @param {Work} loop */
