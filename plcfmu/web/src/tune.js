@@ -523,7 +523,7 @@ function showTuned(answer) {
             element(
               "tr",
               {},
-              ["Setting", "now", "rule", ""].map((title, at) =>
+              ["Setting", "now", "rule", "unit"].map((title, at) =>
                 element("th", { scope: "col", class: at === 1 || at === 2 ? "number" : false }, title),
               ),
             ),
