@@ -27,6 +27,7 @@
 import { axis, FONT, onTheme, ranged, short, swatch, theme, timeAxis } from "tool/charts.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
+import { copyInFull, drawnOfEarlier, drawOverlays, extent, overlays } from "tool/overlay.js";
 import { called, isSwitch, roles, signals, units, unitText } from "tool/signals.js";
 import { store } from "tool/store.js";
 import { number, rounded, shown } from "tool/values.js";
@@ -429,11 +430,11 @@ function makePlot(numbers, isAlone) {
         cursor: cursorOptions(),
         padding: [8, isNarrow ? 8 : null, 0, 0],
       },
-      hooks: { ...hooks(), drawAxes: [drawOthers] },
+      hooks: { ...hooks(), drawAxes: [(self) => drawOverlays(self, behind())] },
       scales: {
         x: { time: false, range: () => range() },
         ...Object.fromEntries(
-          scales.map((scale) => [scale, { range: ranged(unit(scale), () => extent(numbers, scale)) }]),
+          scales.map((scale) => [scale, { range: ranged(unit(scale), () => extent(behind(), scale, range())) }]),
         ),
       },
       series: [
@@ -705,8 +706,7 @@ async function fetchCurves() {
 async function fetchEarlier(loop, from, to, points) {
   const runs = loop.runs.filter((run) => run !== store.state?.run).slice(-4);
   for (const run of earlier.keys()) if (!runs.includes(run)) earlier.delete(run);
-  const { processValue, manipulatedValue } = roles(loop);
-  const variables = [processValue, manipulatedValue].filter((name) => name !== undefined);
+  const variables = drawnOfEarlier(loop);
   if (variables.length === 0) return;
   for (const run of runs) {
     const part = zoomed ? { from, to } : {};
@@ -743,95 +743,17 @@ function show() {
   showValues();
 }
 
-/**
- * What is drawn behind the curves, on their axes: name, values, times, style.
- *
- * @param {Curve[]} numbers
- * @returns {{ scale: string, times: number[], values: (number | null)[], colour: string, dash: number[] }[]}
- */
-function others(numbers) {
+/** What is drawn behind the curves. */
+function behind() {
   const loop = store.loop;
   if (!loop) return [];
-  const { curves: palette, earlier: grey } = theme();
-  const { setpoint, processValue, manipulatedValue } = roles(loop);
-  /** @param {string | undefined} name */
-  const shownCurve = (name) => numbers.find((curve) => curve.name === name && isShown(curve));
-  const made = [];
-  const drawn = [processValue, manipulatedValue].filter((name) => name !== undefined);
-  for (const { view } of earlier.values()) {
-    drawn.forEach((name, at) => {
-      const curve = shownCurve(name);
-      if (curve)
-        made.push({ scale: curve.scale, times: view.times, values: view.values[at] ?? [], colour: grey, dash: [] });
-    });
-  }
-  const prediction = store.prediction?.curves;
-  if (prediction) {
-    const times = prediction.times.map((time) => time + origin.time);
-    const { setpoint: goal, process_value: answer, manipulated_value: moves } = prediction;
-    const level = Number.isNaN(origin.processValue) ? 0 : origin.processValue - (answer[0] ?? 0);
-    const push = Number.isNaN(origin.manipulatedValue) ? 0 : origin.manipulatedValue - (moves[0] ?? 0);
-    for (const [name, values, by] of /** @type {[string | undefined, number[], number][]} */ ([
-      [setpoint, goal, level],
-      [processValue, answer, level],
-      [manipulatedValue, moves, push],
-    ])) {
-      const curve = shownCurve(name);
-      if (!curve) continue;
-      const colour = palette[curve.colour % palette.length];
-      made.push({ scale: curve.scale, times, values: values.map((value) => value + by), colour, dash: [6, 4] });
-    }
-  }
-  return made;
-}
-
-/**
- * How far the curves behind go on an axis, as far as they are to be seen.
- *
- * @param {Curve[]} numbers
- * @param {string} scale
- * @returns {[number, number]}
- */
-function extent(numbers, scale) {
-  const [from, to] = range();
-  let [low, high] = [Infinity, -Infinity];
-  for (const one of others(numbers)) {
-    if (one.scale !== scale) continue;
-    one.values.forEach((value, at) => {
-      if (value === null || one.times[at] < from || one.times[at] > to) return;
-      low = Math.min(low, value);
-      high = Math.max(high, value);
-    });
-  }
-  return [low, high];
-}
-
-/** @param {uPlot} self */
-function drawOthers(self) {
-  const { ctx, bbox } = self;
-  ctx.save();
-  ctx.beginPath();
-  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
-  ctx.clip();
-  ctx.lineWidth = 1.2 * uPlot.pxRatio;
-  for (const one of others(curves.filter((curve) => !curve.isSwitch))) {
-    ctx.strokeStyle = one.colour;
-    ctx.setLineDash(one.dash.map((length) => length * uPlot.pxRatio));
-    ctx.beginPath();
-    let isDown = false;
-    one.values.forEach((value, at) => {
-      if (value === null) {
-        isDown = false;
-        return;
-      }
-      const [x, y] = [self.valToPos(one.times[at], "x", true), self.valToPos(value, one.scale, true)];
-      if (isDown) ctx.lineTo(x, y);
-      else ctx.moveTo(x, y);
-      isDown = true;
-    });
-    ctx.stroke();
-  }
-  ctx.restore();
+  const visible = curves.filter((curve) => !curve.isSwitch && isShown(curve));
+  return overlays(
+    loop,
+    visible,
+    [...earlier.values()].map(({ view }) => view),
+    origin,
+  );
 }
 
 /** The rows of the table beside the curves. @type {{ curve: Curve, cell: HTMLElement }[]} */
@@ -949,23 +871,4 @@ function spokenValues() {
     .filter(isShown)
     .map((curve) => `${curve.label} ${valueText(curve, at, 5)} ${curve.unit}`.trim());
   return [`${shown(view.times[at], "REAL")} s`, ...values].join("; ");
-}
-
-/** A number that is copied has all its digits. @param {ClipboardEvent} event */
-function copyInFull(event) {
-  const selection = getSelection();
-  if (!selection || selection.isCollapsed) return;
-  const part = selection.getRangeAt(0).cloneContents();
-  const cells = [...part.querySelectorAll("[data-full]")];
-  const around = selection.getRangeAt(0).commonAncestorContainer;
-  const single = (around instanceof Element ? around : around.parentElement)?.closest("[data-full]");
-  if (single) event.clipboardData?.setData("text/plain", single.getAttribute("data-full") ?? "");
-  else if (cells.length > 0) {
-    for (const cell of cells) cell.textContent = cell.getAttribute("data-full");
-    const lines = [...part.querySelectorAll("tr")].map((row) =>
-      [...row.children].map((cell) => cell.textContent).join("\t"),
-    );
-    event.clipboardData?.setData("text/plain", lines.length > 0 ? lines.join("\n") : (part.textContent ?? ""));
-  } else return;
-  event.preventDefault();
 }
