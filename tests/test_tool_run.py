@@ -124,8 +124,10 @@ def wait_for_calls(page, calls):
     )
 
 
-def run_calls(page, calls, cycle=1.0):
-    """Makes so many calls as fast as it goes."""
+def run_calls(page, calls, cycle=1.0, fresh=False):
+    """Makes so many calls as fast as it goes; after a reset, the run is a fresh one."""
+    if fresh:
+        page.locator("#run .status").get_by_text("0 calls").wait_for()
     before = made(page)
     page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
     page.locator("#run-for").fill(repr(calls * cycle))
@@ -339,6 +341,34 @@ def test_the_curves_can_be_read_by_keys(tool):
     assert made(tool) == 40
 
 
+def test_dragging_zooms_and_a_double_click_follows_again(tool):
+    run_calls(tool, 60)
+    follow = tool.get_by_role("button", name="Follow")
+    plot = tool.locator("#curves .u-over").first
+    plot.scroll_into_view_if_needed()
+    box = plot.bounding_box()
+    middle = box["y"] + box["height"] / 3
+    tool.mouse.move(box["x"] + 20, middle)
+    tool.mouse.down()
+    tool.mouse.move(box["x"] + 80, middle, steps=4)
+    tool.mouse.up()
+    tool.wait_for_function("document.querySelector('#curves .curves-bar button').getAttribute('aria-pressed') === 'false'")
+    slider = tool.locator("#curves").get_by_role("slider")
+    # What is asked for is what is to be seen, and every call of it.
+    assert 0 < float(slider.get_attribute("aria-valuemin")) < float(slider.get_attribute("aria-valuemax")) < 59
+    plot.dblclick()
+    tool.wait_for_function("document.querySelector('#curves .curves-bar button').getAttribute('aria-pressed') === 'true'")
+    assert follow.is_visible()
+
+
+def test_earlier_runs_stay_in_grey(tool):
+    run_calls(tool, 20)
+    for count in (1, 2):
+        tool.get_by_role("button", name="Reset").click()
+        run_calls(tool, 20, fresh=True)
+        tool.get_by_text(f"{count} earlier in grey").wait_for()
+
+
 def test_a_curve_of_choice_is_added_hidden_and_removed(tool):
     run_calls(tool, 10)
     tool.get_by_label("Add").select_option("TIC101.LMN_P")
@@ -402,6 +432,23 @@ def test_a_step_gives_the_plant_and_a_rule_its_settings(tool):
     tune.get_by_role("button", name="Apply").first.click()
     assert tool.evaluate("() => document.querySelector('#parameters').innerText") != sent
     assert "edited; send" in tool.locator("#notices").inner_text()
+
+
+def test_a_csv_of_the_plant_gives_the_same_model_as_the_run(tool, tmp_path):
+    identify_from_a_step(tool)
+    names = ("gain", "time_constant", "dead_time")
+    of_run = [float(tool.locator(f"#model-{name}").input_value()) for name in names]
+    _, table = saved(tool, "CSV of everything")
+    columns = recorded(table.decode())
+    chosen = zip(columns["time"], columns["TIC101.LMN"], columns["TIC101.PV"])
+    rows = ["when;out;measured", *(";".join(row).replace(".", ",") for row in chosen)]
+    path = tmp_path / "step.csv"
+    path.write_text("\n".join(rows))
+    tool.locator("#tune-file").set_input_files(path)
+    for name, column in (("time", "when"), ("input", "out"), ("output", "measured")):
+        tool.locator(f"#tune-{name}").select_option(column)
+    tool.locator("#tune .fit").get_by_text("fit").wait_for()
+    assert [float(tool.locator(f"#model-{name}").input_value()) for name in names] == pytest.approx(of_run, rel=1e-3)
 
 
 def test_from_a_db_file_to_a_tuned_awl_and_preset(open_tool, run_described):

@@ -27,9 +27,10 @@
 import { axis, FONT, onTheme, ranged, short, swatch, theme, timeAxis } from "tool/charts.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
+import { copyInFull, drawnOfEarlier, drawOverlays, extent, overlays } from "tool/overlay.js";
 import { called, isSwitch, roles, signals, units, unitText } from "tool/signals.js";
 import { store } from "tool/store.js";
-import { rounded, shown } from "tool/values.js";
+import { number, rounded, shown } from "tool/values.js";
 
 const WINDOWS = /** @type {[string, number][]} */ ([
   ["1 min", 60],
@@ -78,8 +79,8 @@ let zoomed;
 let cursor;
 /** Earlier runs: their curves by run. @type {Map<number, { key: string, view: View }>} */
 const earlier = new Map();
-/** Where a predicted curve begins. */
-let predictedFrom = 0;
+/** Where a predicted curve begins: the time, and the loop's values then. It is a step away from them. */
+let origin = { time: 0, processValue: 0, manipulatedValue: 0 };
 
 let isScheduled = false;
 let isFetching = false;
@@ -108,7 +109,7 @@ export function mount(content) {
   });
   store.on("state", refresh);
   store.on("prediction", () => {
-    predictedFrom = store.isLive() ? (store.state?.time ?? 0) : 0;
+    origin = here();
     refresh();
   });
   store.on("key-left", () => move(-1));
@@ -117,6 +118,20 @@ export function mount(content) {
   store.on("key-end", () => moveTo(view.times.at(-1)));
   store.on("key-zoom-in", () => zoomBy(0.5));
   store.on("key-zoom-out", () => zoomBy(2));
+}
+
+/** Where the loop is now. */
+function here() {
+  const loop = store.loop;
+  if (!loop || !store.isLive() || !store.state)
+    return { time: 0, processValue: Number.NaN, manipulatedValue: Number.NaN };
+  const { processValue, manipulatedValue } = roles(loop);
+  const { time, values } = store.state;
+  return {
+    time,
+    processValue: number(values[processValue ?? ""]),
+    manipulatedValue: number(values[manipulatedValue ?? ""]),
+  };
 }
 
 /**
@@ -266,7 +281,7 @@ async function choose() {
     return {
       ...{
         name,
-        label: called(loop, name),
+        label: brief(loop, name),
         kind: signal.variable.kind,
         unit,
         scale: isSwitch(signal.variable) ? "lane" : scale,
@@ -415,11 +430,11 @@ function makePlot(numbers, isAlone) {
         cursor: cursorOptions(),
         padding: [8, isNarrow ? 8 : null, 0, 0],
       },
-      hooks: { ...hooks(), drawAxes: [drawOthers] },
+      hooks: { ...hooks(), drawAxes: [(self) => drawOverlays(self, behind())] },
       scales: {
         x: { time: false, range: () => range() },
         ...Object.fromEntries(
-          scales.map((scale) => [scale, { range: ranged(unit(scale), () => extent(numbers, scale)) }]),
+          scales.map((scale) => [scale, { range: ranged(unit(scale), () => extent(behind(), scale, range())) }]),
         ),
       },
       series: [
@@ -504,7 +519,7 @@ function makeLanes(switches, beside) {
           ...{ scale: "lane", size: left, gap: 4, stroke: faint, ticks: { show: false }, grid: { show: false } },
           ...{
             splits: () => switches.map((_, at) => count - 0.5 - at),
-            values: () => switches.map((curve) => brief(curve.label)),
+            values: () => switches.map((curve) => narrow(curve.label)),
           },
         }),
       ],
@@ -514,8 +529,19 @@ function makeLanes(switches, beside) {
   );
 }
 
+/**
+ * A name that fits beside the curves: without the blocks inside the controller.
+ *
+ * @param {import("tool/store.js").Work} loop
+ * @param {string} name
+ */
+function brief(loop, name) {
+  const full = called(loop, name);
+  return full === name ? name : full.slice(full.lastIndexOf(".") + 1);
+}
+
 /** A label that fits beside a lane. @param {string} label */
-function brief(label) {
+function narrow(label) {
   const last = label.slice(label.lastIndexOf(".") + 1);
   return last.length > 10 ? `${last.slice(0, 9)}…` : last;
 }
@@ -528,8 +554,10 @@ function brief(label) {
 function range() {
   if (zoomed) return zoomed;
   const last = store.isLive() ? (store.state?.time ?? 0) : 0;
-  const end = store.prediction ? Math.max(last, predictedFrom + (store.prediction.curves.times.at(-1) ?? 0)) : last;
   const length = notes()?.window ?? 300;
+  const predicted = store.prediction ? origin.time + (store.prediction.curves.times.at(-1) ?? 0) : 0;
+  // A prediction reaches into the future, but does not push what was measured out of sight.
+  const end = Math.max(last, length === 0 ? predicted : Math.min(predicted, last + length / 2));
   const step = store.state?.step ?? 1;
   if (length === 0) return [0, Math.max(end, 10 * step)];
   return end <= length ? [0, length] : [end - length, end];
@@ -678,8 +706,7 @@ async function fetchCurves() {
 async function fetchEarlier(loop, from, to, points) {
   const runs = loop.runs.filter((run) => run !== store.state?.run).slice(-4);
   for (const run of earlier.keys()) if (!runs.includes(run)) earlier.delete(run);
-  const { processValue, manipulatedValue } = roles(loop);
-  const variables = [processValue, manipulatedValue].filter((name) => name !== undefined);
+  const variables = drawnOfEarlier(loop);
   if (variables.length === 0) return;
   for (const run of runs) {
     const part = zoomed ? { from, to } : {};
@@ -716,91 +743,17 @@ function show() {
   showValues();
 }
 
-/**
- * What is drawn behind the curves, on their axes: name, values, times, style.
- *
- * @param {Curve[]} numbers
- * @returns {{ scale: string, times: number[], values: (number | null)[], colour: string, dash: number[] }[]}
- */
-function others(numbers) {
+/** What is drawn behind the curves. */
+function behind() {
   const loop = store.loop;
   if (!loop) return [];
-  const { curves: palette, earlier: grey } = theme();
-  const { setpoint, processValue, manipulatedValue } = roles(loop);
-  /** @param {string | undefined} name */
-  const shownCurve = (name) => numbers.find((curve) => curve.name === name && isShown(curve));
-  const made = [];
-  const drawn = [processValue, manipulatedValue].filter((name) => name !== undefined);
-  for (const { view } of earlier.values()) {
-    drawn.forEach((name, at) => {
-      const curve = shownCurve(name);
-      if (curve)
-        made.push({ scale: curve.scale, times: view.times, values: view.values[at] ?? [], colour: grey, dash: [] });
-    });
-  }
-  const prediction = store.prediction?.curves;
-  if (prediction) {
-    const times = prediction.times.map((time) => time + predictedFrom);
-    for (const [name, values] of /** @type {[string | undefined, number[]][]} */ ([
-      [setpoint, prediction.setpoint],
-      [processValue, prediction.process_value],
-      [manipulatedValue, prediction.manipulated_value],
-    ])) {
-      const curve = shownCurve(name);
-      if (curve)
-        made.push({ scale: curve.scale, times, values, colour: palette[curve.colour % palette.length], dash: [6, 4] });
-    }
-  }
-  return made;
-}
-
-/**
- * How far the curves behind go on an axis, as far as they are to be seen.
- *
- * @param {Curve[]} numbers
- * @param {string} scale
- * @returns {[number, number]}
- */
-function extent(numbers, scale) {
-  const [from, to] = range();
-  let [low, high] = [Infinity, -Infinity];
-  for (const one of others(numbers)) {
-    if (one.scale !== scale) continue;
-    one.values.forEach((value, at) => {
-      if (value === null || one.times[at] < from || one.times[at] > to) return;
-      low = Math.min(low, value);
-      high = Math.max(high, value);
-    });
-  }
-  return [low, high];
-}
-
-/** @param {uPlot} self */
-function drawOthers(self) {
-  const { ctx, bbox } = self;
-  ctx.save();
-  ctx.beginPath();
-  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
-  ctx.clip();
-  ctx.lineWidth = 1.2 * uPlot.pxRatio;
-  for (const one of others(curves.filter((curve) => !curve.isSwitch))) {
-    ctx.strokeStyle = one.colour;
-    ctx.setLineDash(one.dash.map((length) => length * uPlot.pxRatio));
-    ctx.beginPath();
-    let isDown = false;
-    one.values.forEach((value, at) => {
-      if (value === null) {
-        isDown = false;
-        return;
-      }
-      const [x, y] = [self.valToPos(one.times[at], "x", true), self.valToPos(value, one.scale, true)];
-      if (isDown) ctx.lineTo(x, y);
-      else ctx.moveTo(x, y);
-      isDown = true;
-    });
-    ctx.stroke();
-  }
-  ctx.restore();
+  const visible = curves.filter((curve) => !curve.isSwitch && isShown(curve));
+  return overlays(
+    loop,
+    visible,
+    [...earlier.values()].map(({ view }) => view),
+    origin,
+  );
 }
 
 /** The rows of the table beside the curves. @type {{ curve: Curve, cell: HTMLElement }[]} */
@@ -918,23 +871,4 @@ function spokenValues() {
     .filter(isShown)
     .map((curve) => `${curve.label} ${valueText(curve, at, 5)} ${curve.unit}`.trim());
   return [`${shown(view.times[at], "REAL")} s`, ...values].join("; ");
-}
-
-/** A number that is copied has all its digits. @param {ClipboardEvent} event */
-function copyInFull(event) {
-  const selection = getSelection();
-  if (!selection || selection.isCollapsed) return;
-  const part = selection.getRangeAt(0).cloneContents();
-  const cells = [...part.querySelectorAll("[data-full]")];
-  const around = selection.getRangeAt(0).commonAncestorContainer;
-  const single = (around instanceof Element ? around : around.parentElement)?.closest("[data-full]");
-  if (single) event.clipboardData?.setData("text/plain", single.getAttribute("data-full") ?? "");
-  else if (cells.length > 0) {
-    for (const cell of cells) cell.textContent = cell.getAttribute("data-full");
-    const lines = [...part.querySelectorAll("tr")].map((row) =>
-      [...row.children].map((cell) => cell.textContent).join("\t"),
-    );
-    event.clipboardData?.setData("text/plain", lines.length > 0 ? lines.join("\n") : (part.textContent ?? ""));
-  } else return;
-  event.preventDefault();
 }

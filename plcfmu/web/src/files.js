@@ -17,6 +17,8 @@ const MEGABYTE = 1_000_000;
 const LIMITS = { parameters: 24 * MEGABYTE, csv: 64 * MEGABYTE, fmu: 256 * MEGABYTE };
 /** As many loops as a table can show without making the page slow. */
 const MOST_LOOPS = 20_000;
+/** What a loop begins with, or has once: a data block, an object of JSON, a block of an Openness file. */
+const BEGINNING = /(?<!END_)DATA_BLOCK|"\s*:\s*\{|<SW\.Blocks\./gi;
 
 /**
  * Opens files. What is wrong with one is shown with it, and nothing else is touched.
@@ -92,7 +94,7 @@ function limit(file, most) {
  */
 async function openParameters(file, block = null) {
   const bytes = new Uint8Array(await file.arrayBuffer());
-  const beginnings = new TextDecoder("latin1").decode(bytes).match(/(?<!END_)DATA_BLOCK|"block"\s*:/gi)?.length ?? 0;
+  const beginnings = new TextDecoder("latin1").decode(bytes).match(BEGINNING)?.length ?? 0;
   if (beginnings > MOST_LOOPS) {
     throw new EngineError(
       `The file has ${beginnings} blocks; the page shows at most ${MOST_LOOPS}. Export fewer blocks at a time.`,

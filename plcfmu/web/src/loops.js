@@ -11,9 +11,13 @@ import { rounded } from "tool/values.js";
 /** As long as nothing is under work, the table has the page for itself. */
 const [FEW, MANY] = [6, 25];
 
+const MOST_PROBLEMS = 20;
+
 let page = 0;
 let filter = "";
 let shownRows = "";
+/** @type {(import("./store.js").OpenFile | boolean)[]} */
+let shownFiles = [];
 
 /** @param {HTMLElement} content */
 export function mount(content) {
@@ -112,7 +116,7 @@ function mountOpening() {
   );
   const examples = element("div", { class: "examples" });
   const show = () => {
-    const controllers = store.catalogue.fmus.filter((one) => one.part !== "plant" && !one.is_foreign);
+    const controllers = store.catalogue.fmus.filter(isController);
     fill(
       block,
       controllers.map((one) => element("option", { value: one.name }, one.name)),
@@ -196,6 +200,15 @@ function mountDrop() {
     event.preventDefault();
     await openFiles([...(event.dataTransfer?.files ?? [])]);
   });
+}
+
+/**
+ * Whether a loop can be made of an FMU. What is not known of a foreign one is no controller.
+ *
+ * @param {import("./messages").Entry} entry
+ */
+function isController(entry) {
+  return entry.part === "controller" || (entry.part === "other" && !entry.is_foreign);
 }
 
 /** @param {string} block */
@@ -375,6 +388,10 @@ function summaryOf(row) {
 
 /** @param {HTMLElement} within */
 function showProblems(within) {
+  // An open fold stays open while nothing else has come.
+  const now = [...store.files, store.loops.length > 0];
+  if (now.length === shownFiles.length && now.every((one, at) => one === shownFiles[at])) return;
+  shownFiles = now;
   fill(
     within,
     store.files.map((file) => {
@@ -397,17 +414,31 @@ function showProblems(within) {
             "Close",
           ),
         ),
-        file.problems.length > 0 &&
-          element(
-            "ul",
-            {},
-            file.problems.slice(0, 20).map((one) => problem(file, one)),
-          ),
-        file.problems.length > 20 && element("p", { class: "faint" }, `and ${file.problems.length - 20} more`),
+        file.problems.length > 0 && problems(file),
         file.isRefused && again(file),
       );
     }),
   );
+}
+
+/**
+ * What is wrong with a file; remarks on a good one are folded once a loop is under work.
+ *
+ * @param {import("./store.js").OpenFile} file
+ */
+function problems(file) {
+  const { length } = file.problems;
+  const list = [
+    element(
+      "ul",
+      {},
+      file.problems.slice(0, MOST_PROBLEMS).map((one) => problem(file, one)),
+    ),
+    length > MOST_PROBLEMS && element("p", { class: "faint" }, `and ${length - MOST_PROBLEMS} more`),
+  ];
+  if (file.isRefused) return element("div", {}, list);
+  const title = length === 1 ? "1 remark" : `${length} remarks`;
+  return element("details", { open: store.loops.length === 0 }, element("summary", {}, title), list);
 }
 
 /**
@@ -435,7 +466,7 @@ function again(file) {
     "select",
     {},
     store.catalogue.fmus
-      .filter((one) => one.part !== "plant" && !one.is_foreign)
+      .filter((one) => isController(one) && !one.is_foreign)
       .map((one) => element("option", { value: one.name }, one.name)),
   );
   const read = async () => {

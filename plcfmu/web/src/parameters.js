@@ -177,10 +177,8 @@ function place() {
     }
     fold.hidden = count === 0;
     const what = count === 1 ? "1 setting" : `${count} settings`;
-    text(
-      summary,
-      `${what} without effect ${structureOf(loop) ? `in ${structureOf(loop)}` : "now"}: ${fold.open ? "hide" : "show"}`,
-    );
+    const when = hangsOnStructure(loop, names) ? `in ${structureOf(loop)}` : "as the others are set";
+    text(summary, `${what} without effect ${when}: ${fold.open ? "hide" : "show"}`);
   }
 }
 
@@ -255,7 +253,7 @@ function makeRow(loop, name, group, folded) {
   const row = element(
     "div",
     { class: isSwitch ? "field of-switch" : "field", "data-name": name, title: variable.description },
-    element("label", { for: id, class: "name" }, name),
+    element("label", { for: id, class: "name" }, broken(name)),
     element("span", { class: "value" }, input),
     element("span", { class: "unit", id: `${id}-unit` }, unit),
     tag,
@@ -265,6 +263,15 @@ function makeRow(loop, name, group, folded) {
   );
   row.hidden = isOfStructure(loop, name);
   return { row, input, tag, grey, remark, group, folded };
+}
+
+/**
+ * A name that may be broken behind a point: an inner block's settings have long names.
+ *
+ * @param {string} name
+ */
+function broken(name) {
+  return name.split(".").flatMap((part, at) => (at === 0 ? [part] : [".", element("wbr"), part]));
 }
 
 /**
@@ -317,8 +324,8 @@ function showField(name, isForced = false) {
   if (isBoolean(kind)) row.input.disabled = wire !== undefined;
   const edited = isEdited(setting);
   row.row.classList.toggle("is-edited", edited);
-  const from = wire ? "connected" : edited ? "not sent" : source(setting);
-  row.row.dataset.source = wire ? "connected" : source(setting);
+  const from = wire ? "wired" : edited ? "not sent" : source(setting);
+  row.row.dataset.source = wire ? "wired" : source(setting);
   text(row.tag, from);
   text(row.grey, greyOf(loop, setting, value, wire));
   const said = loop.checked?.remarks ?? [];
@@ -385,6 +392,19 @@ function structureOf(loop) {
   if (structure.length !== 3) return undefined;
   const switches = structure.map((name) => (loop.settings[name]?.value ? "1" : "0")).join("");
   return STRUCTURES.find(([, bits]) => bits === switches)?.[0];
+}
+
+/**
+ * Whether it is the structure that says which of these settings have an effect.
+ *
+ * @param {Work} loop
+ * @param {string[]} names
+ */
+function hangsOnStructure(loop, names) {
+  const { groups: all, roles } = loop.description;
+  const fields = all.flatMap((group) => group.fields).filter((one) => names.includes(one.name));
+  const needed = fields.flatMap((one) => one.used_if).flat();
+  return structureOf(loop) !== undefined && needed.some(([name]) => roles.structure.includes(name));
 }
 
 /** @param {Work} loop */

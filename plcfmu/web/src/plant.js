@@ -360,6 +360,9 @@ async function sentences(loop, plant) {
   }
   const possible = [...proposal.connections, ...proposal.others];
   const sensor = sensorOf(loop);
+  // What is true of all is said once.
+  const reasons = new Set(proposal.connections.map((wire) => wire.reason));
+  const common = reasons.size === 1 && proposal.connections.length > 1 ? [...reasons][0] : undefined;
   const inputs = [...new Set([...loop.connections.map(([, to]) => to), ...possible.map(({ to }) => to)])];
   const isThere = (/** @type {string} */ to) => loop.connections.some((wire) => wire[1] === to);
   /** @param {string} to */
@@ -379,14 +382,26 @@ async function sentences(loop, plant) {
     list.addEventListener("change", () => rewire(loop, to, list.value));
     const reason = possible.find((wire) => wire.from === from && wire.to === to)?.reason;
     const goes = element("span", {}, " goes to ", element("span", { class: "name" }, called(loop, to)));
-    return element("li", {}, list, goes, reason && element("span", { class: "faint reason" }, reason));
+    return element(
+      "li",
+      {},
+      list,
+      goes,
+      reason && reason !== common && element("span", { class: "faint reason" }, reason),
+    );
   };
   const free = inputs.filter((to) => !isThere(to));
   const remarks = proposal.remarks.map((remark) => element("li", { class: "note" }, remark));
   return element(
     "div",
     {},
-    element("ul", { class: "sentences" }, inputs.filter(isThere).map(row), remarks),
+    element(
+      "ul",
+      { class: "sentences" },
+      inputs.filter(isThere).map(row),
+      common && element("li", { class: "faint" }, `All of them: ${common}`),
+      remarks,
+    ),
     free.length > 0 &&
       element(
         "details",

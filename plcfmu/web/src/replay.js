@@ -191,7 +191,7 @@ function showResult(replayed) {
         { open: !fits },
         element("summary", {}, `What was tried: ${replayed.suspects.length}`),
         table(
-          ["Change", "Calls that still differ", "Largest difference", ""],
+          ["Change", "Calls that still differ", "Largest difference", "Settings"],
           replayed.suspects.map((suspect) => [
             suspect.text,
             suspect.fits ? element("strong", { class: "good" }, "none: it fits") : String(suspect.different),

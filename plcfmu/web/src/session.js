@@ -10,6 +10,8 @@ const KEY = "plcfmu";
 const VERSION = 1;
 /** A run of more calls is not made again. */
 const MOST_CALLS = 200_000;
+/** Nor is one in which more was set: a long ramp sets a value in each call. */
+const MOST_EVENTS = 5000;
 const CHUNK = 2000;
 
 /** What the present run began with. @type {import("./messages").Setup | undefined} */
@@ -17,26 +19,37 @@ let setup;
 /** @type {import("./messages").Event[]} */
 let events = [];
 
+/** Whether a value was set since the events were read. */
+let isSet = false;
+
 /** Keeps what is under work from now on. */
 export function keep() {
   let timer = 0;
   const soon = () => {
-    clearTimeout(timer);
+    // While it runs there is always something new: what waits is not put off by it.
+    if (timer !== 0) return;
     timer = setTimeout(async () => {
+      timer = 0;
       await readEvents();
       save();
-    }, 250);
+    }, 300);
   };
   store.on("run", (begun) => {
     setup = begun ?? setup;
     events = [];
   });
+  for (const what of ["settings", "plant", "run"]) {
+    store.on(what, () => {
+      isSet = true;
+    });
+  }
   for (const what of ["files", "loops", "loop", "settings", "plant", "run", "state"]) store.on(what, soon);
   addEventListener("pagehide", save);
 }
 
 async function readEvents() {
-  if (!store.live || store.isLost) return;
+  if (!store.live || store.isLost || !isSet || events.length > MOST_EVENTS) return;
+  isSet = false;
   try {
     events = (await ask({ do: "events" })).events;
   } catch (error) {
@@ -59,7 +72,7 @@ function save() {
       return { name, file, origin, sent, value, wrong, why };
     }),
   }));
-  const live = store.live && setup && store.state && store.state.calls <= MOST_CALLS;
+  const live = store.live && setup && store.state && store.state.calls <= MOST_CALLS && events.length <= MOST_EVENTS;
   const run = live
     ? { of: store.loops.indexOf(/** @type {any} */ (store.live)), setup, events, calls: store.state?.calls }
     : undefined;

@@ -141,9 +141,12 @@ export const store = {
    * @param {string | Error | unknown} what
    */
   say(what) {
-    if (what instanceof ServerLost && !store.isLost) {
+    if (what instanceof ServerLost) {
+      // One banner says it, however many requests are lost.
+      if (store.isLost) return;
       store.isLost = true;
       store.emit("home");
+      return;
     }
     const isError = what instanceof Error;
     const text = isError ? what.message : String(what);

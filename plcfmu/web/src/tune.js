@@ -523,7 +523,7 @@ function showTuned(answer) {
             element(
               "tr",
               {},
-              ["Setting", "now", "rule", ""].map((title, at) =>
+              ["Setting", "now", "rule", "unit"].map((title, at) =>
                 element("th", { scope: "col", class: at === 1 || at === 2 ? "number" : false }, title),
               ),
             ),
@@ -575,6 +575,7 @@ let endPrediction = () => {};
 /** @param {Tuned} answer */
 function applyTuned(answer) {
   store.edit(answer.values);
+  showTuned(answer);
   const names = store.edited();
   store.say(
     names.length > 0 ? `${names.join(", ")} edited; send them to the block.` : "The block has these settings already.",
@@ -623,7 +624,7 @@ function showRatio() {
     element(
       "div",
       { class: "row" },
-      element("span", { class: "what" }, factor),
+      element("span", { class: "what", title: factor }, factor.slice(factor.lastIndexOf(".") + 1)),
       element("button", { type: "button", onclick: () => take("heating") }, "This model is heating"),
       element("span", { class: "faint" }, gain(kept.heating)),
       element("button", { type: "button", onclick: () => take("cooling") }, "This model is cooling"),

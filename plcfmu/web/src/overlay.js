@@ -1,0 +1,148 @@
+/**
+ * What is drawn behind the curves of a run: earlier runs in grey, a predicted curve dashed. And how numbers are copied from beside
+ * them.
+ *
+ * @typedef {import("tool/curves.js").Curve} Curve
+ * @typedef {import("./messages").Curves} View
+ * @typedef {import("tool/store.js").Work} Work
+ *
+ * @typedef {object} Overlay
+ * @property {string} scale the axis
+ * @property {number[]} times
+ * @property {(number | null)[]} values
+ * @property {string} colour
+ * @property {number[]} dash
+ *
+ * @typedef {object} Origin where a prediction begins: the loop then
+ * @property {number} time
+ * @property {number} processValue NaN if the loop did not run
+ * @property {number} manipulatedValue
+ */
+
+import { theme } from "tool/charts.js";
+import { roles } from "tool/signals.js";
+import { store } from "tool/store.js";
+
+/** Which curves of earlier runs are drawn, in the order of their values. @param {Work} loop */
+export function drawnOfEarlier(loop) {
+  const { processValue, manipulatedValue } = roles(loop);
+  return [processValue, manipulatedValue].filter((name) => name !== undefined);
+}
+
+/**
+ * What is drawn behind the curves.
+ *
+ * @param {Work} loop
+ * @param {Curve[]} visible
+ * @param {View[]} earlier
+ * @param {Origin} origin
+ * @returns {Overlay[]}
+ */
+export function overlays(loop, visible, earlier, origin) {
+  const { curves: palette, earlier: grey } = theme();
+  const { setpoint, processValue, manipulatedValue } = roles(loop);
+  /** @param {string | undefined} name */
+  const shown = (name) => visible.find((curve) => curve.name === name);
+  /** @type {Overlay[]} */
+  const made = [];
+  for (const { times, values } of earlier) {
+    drawnOfEarlier(loop).forEach((name, at) => {
+      const curve = shown(name);
+      if (curve) made.push({ scale: curve.scale, times, values: values[at] ?? [], colour: grey, dash: [] });
+    });
+  }
+  const prediction = store.prediction?.curves;
+  if (!prediction) return made;
+  const times = prediction.times.map((time) => time + origin.time);
+  const { setpoint: goal, process_value: answer, manipulated_value: moves } = prediction;
+  const level = Number.isNaN(origin.processValue) ? 0 : origin.processValue - (answer[0] ?? 0);
+  const push = Number.isNaN(origin.manipulatedValue) ? 0 : origin.manipulatedValue - (moves[0] ?? 0);
+  for (const [name, values, by] of /** @type {[string | undefined, number[], number][]} */ ([
+    [setpoint, goal, level],
+    [processValue, answer, level],
+    [manipulatedValue, moves, push],
+  ])) {
+    const curve = shown(name);
+    if (!curve) continue;
+    const colour = palette[curve.colour % palette.length];
+    made.push({ scale: curve.scale, times, values: values.map((value) => value + by), colour, dash: [6, 4] });
+  }
+  return made;
+}
+
+/**
+ * How far they go on an axis, as far as they are to be seen.
+ *
+ * @param {Overlay[]} of
+ * @param {string} scale
+ * @param {[number, number]} range of the time
+ * @returns {[number, number]}
+ */
+export function extent(of, scale, [from, to]) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const one of of) {
+    if (one.scale !== scale) continue;
+    one.values.forEach((value, at) => {
+      if (value === null || one.times[at] < from || one.times[at] > to) return;
+      low = Math.min(low, value);
+      high = Math.max(high, value);
+    });
+  }
+  return [low, high];
+}
+
+/**
+ * Draws them.
+ *
+ * @param {uPlot} self
+ * @param {Overlay[]} of
+ */
+export function drawOverlays(self, of) {
+  const { ctx, bbox } = self;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  ctx.lineWidth = 1.2 * uPlot.pxRatio;
+  for (const one of of) {
+    ctx.strokeStyle = one.colour;
+    ctx.setLineDash(one.dash.map((length) => length * uPlot.pxRatio));
+    ctx.beginPath();
+    let isDown = false;
+    one.values.forEach((value, at) => {
+      if (value === null) {
+        isDown = false;
+        return;
+      }
+      const [x, y] = [self.valToPos(one.times[at], "x", true), self.valToPos(value, one.scale, true)];
+      if (isDown) ctx.lineTo(x, y);
+      else ctx.moveTo(x, y);
+      isDown = true;
+    });
+    ctx.stroke();
+  }
+  ctx.restore();
+}
+
+/**
+ * A number that is copied has all its digits, those of `data-full`.
+ *
+ * @param {ClipboardEvent} event
+ */
+export function copyInFull(event) {
+  const selection = getSelection();
+  if (!selection || selection.isCollapsed) return;
+  const part = selection.getRangeAt(0).cloneContents();
+  const cells = [...part.querySelectorAll("[data-full]")];
+  const around = selection.getRangeAt(0).commonAncestorContainer;
+  const single = (around instanceof Element ? around : around.parentElement)?.closest("[data-full]");
+  if (single) event.clipboardData?.setData("text/plain", single.getAttribute("data-full") ?? "");
+  else if (cells.length > 0) {
+    for (const cell of cells) cell.textContent = cell.getAttribute("data-full");
+    const lines = [...part.querySelectorAll("tr")].map((row) =>
+      [...row.children].map((cell) => cell.textContent).join("\t"),
+    );
+    event.clipboardData?.setData("text/plain", lines.length > 0 ? lines.join("\n") : (part.textContent ?? ""));
+  } else return;
+  event.preventDefault();
+}
