@@ -49,7 +49,7 @@ export function mount() {
   store.on("question", question);
   listenToNewEngine(() => {
     store.live = undefined;
-    store.say("plcfmu tool has begun anew for this tab: its run is gone. Values and curves are kept; begin a new run.");
+    store.say("The engine has begun anew: its run is gone. Values are kept; begin a new run.");
   });
   store.on("failure", () => store.say(new Error(store.state?.failure ?? "")));
 }

@@ -13,6 +13,8 @@ import { isBoolean, rounded, shown } from "tool/values.js";
 /** How many characters a value beside a terminal has room for, and how wide one is. */
 const ROOM = 10;
 const CHARACTER = 6.7;
+/** Under which key the size is kept over a reload. */
+const SIZE = "plcfmu-diagram";
 
 /**
  * The parts of a drawing that show a variable.
@@ -47,13 +49,18 @@ export function mount(content) {
     attribute(sheet, "tabindex", size === "Full size" ? "0" : null);
     attribute(sheet, "role", size === "Full size" ? "region" : null);
     attribute(sheet, "aria-label", size === "Full size" ? "Block diagram, scrolls" : null);
+    try {
+      sessionStorage.setItem(SIZE, size);
+    } catch {
+      // There is no storage: the size lasts as long as the page.
+    }
     text(note, size === "Hide" ? "" : "Click a switch to throw it, a value to go to its field.");
   };
   content.append(
     element("div", { class: "row sizes", role: "group", "aria-label": "Size of the diagram" }, buttons, note),
     sheet,
   );
-  resize("Fit");
+  resize(sizes.find((size) => size === kept()) ?? "Fit");
   store.on("loop", async () => {
     const loop = store.loop;
     if (loop?.description.name !== shownOf) {
@@ -74,6 +81,15 @@ export function mount(content) {
     due();
   });
   for (const what of ["state", "settings", "plant", "run", "checked"]) store.on(what, due);
+}
+
+/** The size before a reload. */
+function kept() {
+  try {
+    return sessionStorage.getItem(SIZE);
+  } catch {
+    return null;
+  }
 }
 
 function due() {

@@ -49,7 +49,7 @@ let engineOfServer = null;
 let onNewEngine = () => {};
 
 /**
- * What to do when the server has begun a new engine for this tab: what ran is gone.
+ * What to do when there is a new engine, which knows nothing of what ran.
  *
  * @param {() => void} listener
  */
@@ -217,7 +217,8 @@ async function open() {
       // What a panic leaves behind cannot be trusted.
       inPage = undefined;
       exported = undefined;
-      throw new EngineError(`The engine has stopped (${error}). Start the run again; please report what you did.`);
+      queueMicrotask(onNewEngine);
+      throw new EngineError(`The engine cannot go on (${error}). Please report what you did.`);
     }
     const answer = engine.answer() >>> 0;
     return decoder.decode(new Uint8Array(engine.memory.buffer, answer, length));

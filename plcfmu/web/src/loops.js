@@ -116,7 +116,7 @@ function mountOpening() {
   );
   const examples = element("div", { class: "examples" });
   const show = () => {
-    const controllers = store.catalogue.fmus.filter((one) => one.part !== "plant" && !one.is_foreign);
+    const controllers = store.catalogue.fmus.filter(isController);
     fill(
       block,
       controllers.map((one) => element("option", { value: one.name }, one.name)),
@@ -200,6 +200,15 @@ function mountDrop() {
     event.preventDefault();
     await openFiles([...(event.dataTransfer?.files ?? [])]);
   });
+}
+
+/**
+ * Whether a loop can be made of an FMU. What is not known of a foreign one is no controller.
+ *
+ * @param {import("./messages").Entry} entry
+ */
+function isController(entry) {
+  return entry.part === "controller" || (entry.part === "other" && !entry.is_foreign);
 }
 
 /** @param {string} block */
@@ -457,7 +466,7 @@ function again(file) {
     "select",
     {},
     store.catalogue.fmus
-      .filter((one) => one.part !== "plant" && !one.is_foreign)
+      .filter((one) => isController(one) && !one.is_foreign)
       .map((one) => element("option", { value: one.name }, one.name)),
   );
   const read = async () => {

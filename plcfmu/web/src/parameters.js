@@ -253,7 +253,7 @@ function makeRow(loop, name, group, folded) {
   const row = element(
     "div",
     { class: isSwitch ? "field of-switch" : "field", "data-name": name, title: variable.description },
-    element("label", { for: id, class: "name" }, name),
+    element("label", { for: id, class: "name" }, broken(name)),
     element("span", { class: "value" }, input),
     element("span", { class: "unit", id: `${id}-unit` }, unit),
     tag,
@@ -263,6 +263,15 @@ function makeRow(loop, name, group, folded) {
   );
   row.hidden = isOfStructure(loop, name);
   return { row, input, tag, grey, remark, group, folded };
+}
+
+/**
+ * A name that may be broken behind a point: an inner block's settings have long names.
+ *
+ * @param {string} name
+ */
+function broken(name) {
+  return name.split(".").flatMap((part, at) => (at === 0 ? [part] : [".", element("wbr"), part]));
 }
 
 /**
@@ -315,8 +324,8 @@ function showField(name, isForced = false) {
   if (isBoolean(kind)) row.input.disabled = wire !== undefined;
   const edited = isEdited(setting);
   row.row.classList.toggle("is-edited", edited);
-  const from = wire ? "connected" : edited ? "not sent" : source(setting);
-  row.row.dataset.source = wire ? "connected" : source(setting);
+  const from = wire ? "wired" : edited ? "not sent" : source(setting);
+  row.row.dataset.source = wire ? "wired" : source(setting);
   text(row.tag, from);
   text(row.grey, greyOf(loop, setting, value, wire));
   const said = loop.checked?.remarks ?? [];
