@@ -660,6 +660,7 @@ function placeCursor() {
 
 /** Draws anew in the next frame, with what the engine has then. */
 function refresh() {
+  attribute(following, "aria-pressed", String(zoomed === undefined));
   isStale = true;
   if (isScheduled || isFetching) return;
   isScheduled = true;
@@ -739,7 +740,6 @@ function show() {
     lanes.setData(/** @type {uPlot.AlignedData} */ ([view.times, ...rows]));
   }
   if (cursor !== undefined) placeCursor();
-  attribute(following, "aria-pressed", String(zoomed === undefined));
   showValues();
 }
 
