@@ -6,7 +6,7 @@
 
 import { picture, shownNames } from "tool/curves.js";
 import { element, fill } from "tool/dom.js";
-import { ask, fromBase64, toBase64, whereIsTheEngine } from "tool/engine.js";
+import { ask, fromBase64, whereIsTheEngine } from "tool/engine.js";
 import { asLoop, store } from "tool/store.js";
 
 const FORMATS = /** @type {[string, string][]} */ ([
@@ -150,27 +150,8 @@ function preset(loop) {
       button(`Save ${block} with these values as an FMU`, undefined, give),
     );
   }
-  const input = element("input", { type: "file", accept: ".fmu", id: "preset-fmu", class: "visually-hidden" });
-  /** @param {File | undefined} file */
-  const take = async (file) => {
-    if (!file) return;
-    const fmu = toBase64(new Uint8Array(await file.arrayBuffer()));
-    await download({ what: "preset", of: asLoop(loop), fmu });
-    input.value = "";
-  };
-  input.addEventListener("change", () => take(input.files?.[0]));
-  const label = element(
-    "label",
-    { class: "button drop", for: "preset-fmu" },
-    `Choose or drop ${block}.fmu: you get it back with these values`,
-  );
-  label.addEventListener("dragover", (event) => event.preventDefault());
-  label.addEventListener("drop", (event) => {
-    event.preventDefault();
-    event.stopPropagation();
-    take(event.dataTransfer?.files[0]);
-  });
-  return element("div", { class: "row" }, title, element("span", { class: "chooser" }, input, label));
+  const how = `The page alone makes no preset: save the parameters as JSON, then 'plcfmu preset ${block}.fmu --from ${loop.name}.json', or open the loop with 'plcfmu tool'.`;
+  return element("div", { class: "row" }, title, element("p", { class: "faint" }, how));
 }
 
 function savePicture() {

@@ -1,0 +1,81 @@
+"""Takes the pictures of README.md and docs/tool.md: a session with the parameter tool, from a parameter file to the result.
+
+    cargo xtask tool
+    target/venv/bin/python docs/tool/pictures.py target/tool/plcfmu-tool.html
+"""
+
+import pathlib
+import shutil
+import sys
+
+from playwright.sync_api import sync_playwright
+
+FOLDER = pathlib.Path(__file__).resolve().parent
+LOOPS = FOLDER.parents[1] / "tests/parameters/plant.awl"
+ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
+SIZE = {"width": 1280, "height": 860}
+
+
+def run_for(page, seconds):
+    """Runs the loop as fast as it goes."""
+    page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
+    page.locator("#run-for").fill(str(seconds))
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.get_by_role("button", name="Pause", exact=True).wait_for(state="hidden")
+    page.get_by_role("button", name="Run", exact=True).wait_for()
+    page.locator("#run-for").fill("")
+
+
+def set_now(page, field, value):
+    """Types a value into a field of the run bar and sends it."""
+    page.locator(field).fill(str(value))
+    page.locator(field).press("Enter")
+
+
+def session(page):
+    """The steps of a user; gives the name of each picture, and the part of the page that it shows, when it is to be taken."""
+    page.locator("#open-files").set_input_files(LOOPS)
+    page.get_by_role("button", name="TIC105", exact=True).wait_for()
+    yield "open", "#loops"
+    page.get_by_role("button", name="TIC105", exact=True).click()
+    plant = page.locator("#plant")
+    for label, value in (("Gain", "0.5"), ("Time constant", "60"), ("Dead time", "5")):
+        plant.get_by_label(label).fill(value)
+    plant.get_by_role("button", name="Use this plant").click()
+    plant.get_by_text("goes to").first.wait_for()
+    gain = page.locator("#parameters").get_by_label("GAIN", exact=True)
+    gain.fill("3.5")
+    yield "edit", "#parameters"
+    gain.press("Escape")
+    manual = page.locator("#run").get_by_role("checkbox", name="Manual")
+    manual.check()
+    run_for(page, 744.1)
+    set_now(page, "#manual-value", 60)
+    run_for(page, 637.8)
+    page.locator("#tune").get_by_role("button", name="Identify from this step").click()
+    page.locator("#tune .fit").get_by_text("fit").wait_for()
+    yield "tune", "#tune"
+    page.locator("#tune").get_by_role("button", name="Apply").first.click()
+    page.keyboard.press("Control+Enter")
+    set_now(page, "#setpoint", 35)
+    manual.uncheck()
+    run_for(page, 318.9)
+    yield "run", "#curves"
+    yield "take", "#takeaway"
+
+
+def main():
+    """Takes them all."""
+    page_file = pathlib.Path(sys.argv[1]).resolve()
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=ARGUMENTS)
+        page = browser.new_page(viewport=SIZE)
+        page.goto(page_file.as_uri())
+        for name, region in session(page):
+            page.locator(region).evaluate("one => window.scrollTo(0, scrollY + one.getBoundingClientRect().top - 60)")
+            page.screenshot(path=FOLDER / f"{name}.png")
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()
