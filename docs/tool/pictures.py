@@ -43,10 +43,10 @@ def session(page):
         plant.get_by_label(label).fill(value)
     plant.get_by_role("button", name="Use this plant").click()
     plant.get_by_text("goes to").first.wait_for()
-    gain = page.locator("#parameters").get_by_label("GAIN", exact=True)
-    gain.fill("3.5")
+    dead_band = page.locator("#parameters").get_by_label("DEADB_W", exact=True)
+    dead_band.fill("0")
     yield "edit", "#parameters"
-    gain.press("Escape")
+    dead_band.press("Enter")
     manual = page.locator("#run").get_by_role("checkbox", name="Manual")
     manual.check()
     run_for(page, 744.1)

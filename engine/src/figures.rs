@@ -8,6 +8,7 @@
 //! window. *Rise*, *overshoot* and *settling* are told of it; *rise* interpolates between two calls. The integrals are sums over
 //! the calls, each with the time to the next call.
 
+use crate::digits::short;
 use serde::{Deserialize, Serialize};
 
 /// Half of the band in which the process value counts as settled, as a part of the step.
@@ -209,7 +210,9 @@ fn step_figures(figures: &mut Figures, signals: &Signals, step: usize, end: usiz
             let stuck = standstill(signals, step, end).map_or_else(String::new, |(value, since)| {
                 let unit = signals.travel_unit.map_or_else(String::new, |unit| format!(" {unit}"));
                 format!(
-                    "; the manipulated value has stood at {value}{unit} since {since:.6} s: it is at a limit or in manual mode"
+                    "; the manipulated value has stood at {}{unit} since {} s: it is at a limit or in manual mode",
+                    short(value),
+                    short(since)
                 )
             });
             figures.remarks.push(format!("no settling time: {why}{stuck}"));
@@ -230,7 +233,8 @@ fn settled(times: &[f64], done: &[f64]) -> Result<f64, String> {
     if end - since < STAY * (end - begin) {
         let stayed = end - since;
         return Err(format!(
-            "the process value has been within {percent:.0} % of the step for {stayed:.6} s only and may leave it again"
+            "the process value has been within {percent:.0} % of the step for {} s only and may leave it again",
+            short(stayed)
         ));
     }
     Ok(since - begin)
@@ -363,7 +367,7 @@ mod tests {
         let figures = of(&signals, &Request::default());
         assert_eq!(figures.settled, None);
         let remark = figures.remarks.last().unwrap();
-        assert!(remark.contains("stood at 100 % since 30.000000 s: it is at a limit or in manual mode"), "{remark}");
+        assert!(remark.contains("stood at 100 % since 30 s: it is at a limit or in manual mode"), "{remark}");
     }
 
     #[test]

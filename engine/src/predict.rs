@@ -10,6 +10,7 @@
 //! time from stop to stop and begins in the middle.
 
 use crate::component::{Component, Type};
+use crate::digits::short;
 use crate::figures::{self, Signals};
 use crate::home::Home;
 use crate::message::Values;
@@ -447,9 +448,11 @@ fn saturation(manipulated: &[f64], schedule: &Schedule, height: f64) -> Option<S
         });
     longest.map(|(limit, calls)| {
         format!(
-            "Predicted: at a setpoint step of {height} the manipulated value stays at its limit of {limit} for {:.6} s; a smaller \
+            "Predicted: at a setpoint step of {} the manipulated value stays at its limit of {} for {} s; a smaller \
              step shows the loop without it.",
-            schedule.time(calls)
+            short(height),
+            short(limit),
+            short(schedule.time(calls))
         )
     })
 }

@@ -14,6 +14,7 @@
 //! The margins hold for these settings and this dead time.
 
 use crate::dialog::{self, Group, Roles};
+use crate::digits::short;
 use crate::home::Home;
 use crate::identify::Model;
 use crate::margins;
@@ -296,9 +297,10 @@ pub fn tune(home: &dyn Home, request: &Request) -> Result<Tuned> {
     let factor = predict::output_factor(home, &controller)?.unwrap_or(1.0);
     if factor != 1.0 {
         remarks.push(format!(
-            "{} multiplies its manipulated value by {factor} at the end: GAIN is {} times what the rule gives.",
+            "{} multiplies its manipulated value by {} at the end: GAIN is {} times what the rule gives.",
             controller.member.fmu,
-            1.0 / factor
+            short(factor),
+            short(1.0 / factor)
         ));
     }
     let settings = in_form_of(&controller, &Settings { gain: ideal.gain / factor, ..ideal }, &mut remarks)?;

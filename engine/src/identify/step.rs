@@ -1,6 +1,7 @@
 //! Finds the step in a record, and refuses a record that says nothing about the plant.
 
 use super::{Recorded, SETTLED};
+use crate::digits::short;
 use anyhow::{Result, bail};
 
 /// The fewest samples after the step.
@@ -61,8 +62,9 @@ impl Step {
         let duration = times[times.len() - 1] - start;
         if times.len() - found.first < FEWEST {
             bail!(
-                "there are only {} samples after the step of the manipulated value at {start:.6} s: record at least {FEWEST}",
-                times.len() - found.first
+                "there are only {} samples after the step of the manipulated value at {} s: record at least {FEWEST}",
+                times.len() - found.first,
+                short(start)
             );
         }
         // What was long before the step says nothing about the rest at the step.
@@ -81,7 +83,8 @@ impl Step {
             remarks: Vec::new(),
         };
         if let Some((_, period)) = means {
-            step.remarks.push(format!("The manipulated value consists of pulses: its means over {period:.6} s count."));
+            step.remarks
+                .push(format!("The manipulated value consists of pulses: its means over {} s count.", short(period)));
         }
         step.require_answer(&output[begin..])?;
         step.consider_rest(&resting, is_integrating)?;
@@ -182,10 +185,10 @@ impl Step {
             .fold(0.0, |most: f64, value| if value.abs() > most.abs() { value } else { most });
         if largest == 0.0 {
             bail!(
-                "the process value has not moved in the {:.6} s after the step at {:.6} s: record longer, and check that it is \
+                "the process value has not moved in the {} s after the step at {} s: record longer, and check that it is \
                  the right signal",
-                self.duration(),
-                self.start
+                short(self.duration()),
+                short(self.start)
             );
         }
         if self.noise > 0.0 && largest.abs() < ABOVE_NOISE * self.noise {
@@ -285,9 +288,10 @@ impl Step {
             && !self.is_reversed(moving)
         {
             bail!(
-                "the process value stops at {last:.6} after {:.6} s while it moves fast: it is at the end of its range, or the \
+                "the process value stops at {} after {} s while it moves fast: it is at the end of its range, or the \
                  actuator is: make a smaller step",
-                self.times[stop]
+                short(last),
+                short(self.times[stop])
             );
         }
         Ok(())
@@ -383,9 +387,11 @@ fn find(times: &[f64], input: &[f64]) -> Result<Move> {
     let (start, end) = (times[first], times[times.len() - 1]);
     if times[last] - start > 0.1 * (end - start) {
         bail!(
-            "no step found: the manipulated value moves from {start:.6} s to {:.6} s, and the record ends at {end:.6} s; change it \
+            "no step found: the manipulated value moves from {} s to {} s, and the record ends at {} s; change it \
              once in manual mode, and record until the process value is at rest again",
-            times[last]
+            short(start),
+            short(times[last]),
+            short(end)
         );
     }
     let height = (to - from).abs();
@@ -394,8 +400,9 @@ fn find(times: &[f64], input: &[f64]) -> Result<Move> {
         let (begin, finish) = (mean(&values[..third]), mean(&values[values.len() - third..]));
         if (finish - begin).abs() > FLAT * height {
             bail!(
-                "the manipulated value is not constant {when} the step at {start:.6} s, it goes from {begin:.4} to \
-                 {finish:.4}: make the step in manual mode"
+                "the manipulated value is not constant {when} the step at {} s, it goes from {begin:.4} to \
+                 {finish:.4}: make the step in manual mode",
+                short(start)
             );
         }
     }

@@ -857,7 +857,7 @@ function showValues() {
   const time = at === undefined ? undefined : view.times[at];
   const grey = earlier.size > 0 ? ` · ${earlier.size} earlier in grey` : "";
   const which = cursor === undefined ? "now" : "cursor";
-  if (heading) text(heading, time === undefined ? "No run yet" : `${which}: ${shown(time, "REAL")} s${grey}`);
+  if (heading) text(heading, time === undefined ? "No run yet" : `${which}: ${rounded(time, "REAL", 9)} s${grey}`);
   attribute(place, "aria-valuemax", view.times.at(-1) ?? 0);
   attribute(place, "aria-valuemin", view.times[0] ?? 0);
   attribute(place, "aria-valuenow", time ?? 0);
@@ -870,5 +870,5 @@ function spokenValues() {
   const values = curves
     .filter(isShown)
     .map((curve) => `${curve.label} ${valueText(curve, at, 5)} ${curve.unit}`.trim());
-  return [`${shown(view.times[at], "REAL")} s`, ...values].join("; ");
+  return [`${rounded(view.times[at], "REAL", 9)} s`, ...values].join("; ");
 }
