@@ -381,7 +381,7 @@ def test_a_curve_of_choice_is_added_hidden_and_removed(tool):
     button = tool.locator("#curves .readout").get_by_role("button", name="LMN_P", exact=True)
     assert button.get_attribute("aria-pressed") == "false"
     tool.get_by_role("button", name="Remove TIC101.LMN_P").click()
-    tool.wait_for_function("!document.querySelector('#curves .readout').innerText.includes('LMN_P')")
+    tool.wait_for_function("() => !document.querySelector('#curves .readout').innerText.includes('LMN_P')")
 
 
 def test_figures_are_there_with_units_or_with_a_reason(tool):
@@ -391,7 +391,7 @@ def test_figures_are_there_with_units_or_with_a_reason(tool):
     manual(tool).uncheck()
     run_calls(tool, 400)
     figures = tool.locator("#figures")
-    tool.wait_for_function("!/IAE\\s*–/.test(document.querySelector('#figures').innerText)")
+    tool.wait_for_function("() => !/IAE\\s*–/.test(document.querySelector('#figures').innerText)")
     assert re.search(r"IAE\s*[\d.]+", figures.inner_text()), figures.inner_text()
     assert re.search(r"travel\s*[\d.]+ %", figures.inner_text()), figures.inner_text()
 
@@ -468,7 +468,7 @@ def test_from_a_db_file_to_a_tuned_awl_and_preset(open_tool, run_described, comm
     identify_from_a_step(page, 600, 1.063, rest=700)
     page.locator("#tune").get_by_role("button", name="Apply").first.click()
     page.keyboard.press("Control+Enter")
-    page.wait_for_function("!document.querySelector('#takeaway').innerText.includes('not sent yet')")
+    page.locator("#takeaway").get_by_text("not sent yet").wait_for(state="hidden")
     rows = settings_of_rule(page)
     set_now(page, "setpoint", 30)
     manual(page).uncheck()
@@ -527,7 +527,7 @@ def test_a_recording_of_the_same_block_replays_equal_and_a_wrong_gain_is_found(t
     wrong = [lines[0], *(",".join(cells) for cells in rows)]
     path.write_text("\n".join(wrong))
     tool.locator("#replay-file").set_input_files(path)
-    tool.wait_for_function("document.querySelector('#replay .verdict')?.className.includes('note')")
+    tool.locator("#replay .verdict.note").wait_for()
     assert "call" in tool.locator("#replay table").first.inner_text()
 
 

@@ -1,6 +1,7 @@
 //! The home of the engine in the page: the FMUs that are linked in.
 
 use crate::component::Instance;
+use crate::plants;
 use anyhow::{Context, Result, bail};
 use engine::component::Component;
 use engine::home::Home;
@@ -20,16 +21,13 @@ macro_rules! for_each_fmu {
         $each!(blocks::Pulsegen);
         $each!(blocks::PulsCtr);
         $each!(blocks::Hlg);
-        #[cfg(target_family = "wasm")]
-        {
-            $each!(process::Process);
-            $each!(heater::Heater);
-            $each!(valve::Valve);
-            $each!(thermo::Thermo);
-            $each!(tank::Tank);
-            $each!(drive::Drive);
-            $each!(sensor::Sensor);
-        }
+        $each!(plants::process::Process);
+        $each!(plants::heater::Heater);
+        $each!(plants::valve::Valve);
+        $each!(plants::thermo::Thermo);
+        $each!(plants::tank::Tank);
+        $each!(plants::drive::Drive);
+        $each!(plants::sensor::Sensor);
     };
 }
 

@@ -10,6 +10,11 @@
 mod component;
 pub mod home;
 
+/// The plants of the examples, as build.rs takes them in.
+pub mod plants {
+    include!(concat!(env!("OUT_DIR"), "/plants.rs"));
+}
+
 use engine::Engine;
 use home::Linked;
 use std::cell::RefCell;

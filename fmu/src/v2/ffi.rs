@@ -607,8 +607,6 @@ pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
 #[macro_export]
 macro_rules! exported_functions {
     ($Block:ty => $(fn $name:ident($($argument:ident: $type:ty),* $(,)?) -> $result:ty $body:block)*) => {
-        // In WebAssembly, blocks and plants are linked into one program, which uses them as Rust.
-        #[cfg(not(target_family = "wasm"))]
         #[allow(unsafe_code, missing_docs, non_snake_case, clippy::missing_safety_doc, clippy::too_many_arguments)]
         mod fmi2 {
             use super::*;
