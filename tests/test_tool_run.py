@@ -272,51 +272,34 @@ def test_what_was_done_is_a_list_that_repeats_to_the_same_bits(tool):
 
 
 def test_the_clock_is_kept(tool):
-    """At x1 the time of the run is that of the wall clock, within 50 ms on average."""
+    """At x1 each call is made when the wall clock, here that of the test, says so: nothing adds up in an hour."""
     tool.get_by_role("button", name="×1", exact=True).click()
-    behind = tool.evaluate(
-        """async () => {
-            const status = document.querySelector("#run .status");
-            const time = () => Number(/t = ([\\d.]+) s/.exec(status.textContent)?.[1] ?? NaN);
-            document.querySelector("#run .primary").click();
-            const began = performance.now();
-            while (!(time() >= 0)) await new Promise(requestAnimationFrame);
-            const off = performance.now() / 1000 - time();
-            const differences = [];
-            let last = time();
-            while (performance.now() - began < 6000) {
-                await new Promise(requestAnimationFrame);
-                // A call's time is compared when the call is shown for the first time.
-                if (time() !== last) differences.push(performance.now() / 1000 - time() - off);
-                last = time();
-            }
-            return differences;
-        }"""
-    )
+    tool.clock.install()
+    tool.get_by_role("button", name="Run", exact=True).click()
+    tool.locator("#run").get_by_role("button", name="Pause").wait_for()
+    tool.clock.run_for(1_000)
+    first = made(tool)
+    # Steps that are no multiple of the frames, of the cycle or of each other.
+    for milliseconds in (59_500, 333_250, 3_207_000):
+        tool.clock.run_for(milliseconds)
+    assert made(tool) - first in (3599, 3600)
+    tool.clock.resume()
     tool.get_by_role("button", name="Pause").click()
-    assert len(behind) >= 5
-    assert abs(sum(behind) / len(behind)) < 0.05, behind
 
 
 def test_as_fast_as_it_goes_the_page_still_answers(tool):
-    """While calls are made without a pause, a key is answered within 100 ms."""
+    """While calls are made without a pause, a frame is drawn between few of them, and Pause is obeyed."""
     tool.get_by_role("button", name="max").click()
+    tool.locator("#run-for").fill("5000000")
     tool.get_by_role("button", name="Run", exact=True).click()
     wait_for_calls(tool, 5000)
-    waits = tool.evaluate(
-        """async () => {
-            const waits = [];
-            for (let count = 0; count < 20; count += 1) {
-                const asked = performance.now();
-                await new Promise((done) => setTimeout(done, 0));
-                await new Promise(requestAnimationFrame);
-                waits.push(performance.now() - asked);
-            }
-            return waits.sort((one, other) => one - other);
-        }"""
-    )
+    tool.evaluate("async () => { for (let frame = 0; frame < 20; frame += 1) await new Promise(requestAnimationFrame); }")
     tool.get_by_role("button", name="Pause").click()
-    assert waits[len(waits) // 2] < 100, waits
+    tool.get_by_role("button", name="Run", exact=True).wait_for()
+    paused = made(tool)
+    assert 5000 <= paused < 5_000_000
+    tool.evaluate("async () => { for (let frame = 0; frame < 20; frame += 1) await new Promise(requestAnimationFrame); }")
+    assert made(tool) == paused
 
 
 def test_the_curves_can_be_read_by_keys(tool):

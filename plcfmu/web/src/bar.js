@@ -45,6 +45,10 @@ export function mount() {
   for (const what of ["loop", "loops", "settings", "plant"]) store.on(what, update);
   update();
   store.on("say", notice);
+  // A note is about what was just done: the next change ends it. Errors stay until they are closed.
+  store.on("settings", () => {
+    for (const note of byId("notices").querySelectorAll(".notice.is-note")) note.remove();
+  });
   store.on("home", showLost);
   store.on("question", question);
   listenToNewEngine(() => {
@@ -86,7 +90,7 @@ function notice({ text: sentence, isError }) {
   if (same) return;
   const made = element(
     "div",
-    { class: isError ? "notice row is-error" : "notice row" },
+    { class: isError ? "notice row is-error" : "notice row is-note" },
     element("span", { class: "kind" }, isError ? "Error" : "Note"),
     element("span", { class: "sentence" }, sentence),
     element(
