@@ -12,6 +12,7 @@ import pathlib
 import re
 import shutil
 import subprocess
+import zipfile
 
 import pytest
 
@@ -462,15 +463,55 @@ def test_from_a_db_file_to_a_tuned_awl_and_preset(open_tool, run_described, comm
     assert name.endswith(".awl")
     gain = re.search(r"\bGAIN := ([\d.e+-]+);", awl.decode())
     assert float(gain[1]) == pytest.approx(float(rows["GAIN"]), rel=1e-6)
-    # The page alone makes no preset and says what does.
-    note = page.locator("#takeaway").get_by_text("plcfmu preset").inner_text()
-    assert "plcfmu preset CONT_C.fmu --from TIC105.json" in note
-    (tmp_path / name).write_bytes(awl)
-    preset = tmp_path / "TIC105.fmu"
-    given = [command, "preset", host.FOLDER / "CONT_C.fmu", "--from", tmp_path / name, "--out", preset]
-    made = subprocess.run(given, capture_output=True, text=True)
-    assert made.returncode == 0, made.stderr
-    assert preset.stat().st_size > 100_000
+    # The preset that the page makes of the block's FMU is the one that `plcfmu preset` makes of it.
+    name, preset = preset_of(page, host.FOLDER / "CONT_C.fmu")
+    assert name == "TIC105.fmu"
+    (tmp_path / "page.fmu").write_bytes(preset)
+    (tmp_path / "tuned.awl").write_bytes(awl)
+    given = [command, "preset", host.FOLDER / "CONT_C.fmu", "--from", "tuned.awl", "--out", "command.fmu"]
+    assert_success(given, tmp_path)
+    of_page, of_command = (contents(tmp_path / file) for file in ("page.fmu", "command.fmu"))
+    assert sorted(of_page) == sorted(of_command)
+    # The documentation names the files that the values come from.
+    differing = {path for path in of_page if of_page[path] != of_command[path]}
+    assert differing == {"documentation/index.html"}
+    assert_success([command, "check", "--run", "page.fmu"], tmp_path)
+
+
+def test_a_preset_is_made_of_the_right_fmu_only(tool, tmp_path):
+    for file, reason in (
+        (host.FOLDER / "PULSEGEN.fmu", "PULSEGEN.fmu: it is an FMU of PULSEGEN, not of CONT_C"),
+        (LOOPS, "plant.awl: it is not a ZIP archive"),
+    ):
+        tool.locator("#preset-fmu").set_input_files(file)
+        tool.get_by_text(reason).wait_for()
+    old = tmp_path / "CONT_C.fmu"
+    with zipfile.ZipFile(host.FOLDER / "CONT_C.fmu") as archive, zipfile.ZipFile(old, "w") as written:
+        guid = re.search(rb'guid="([^"]+)"', archive.read("modelDescription.xml"))[1]
+        other = b"{00000000" + guid[9:]
+        for path in archive.namelist():
+            written.writestr(path, archive.read(path).replace(guid, other))
+    tool.locator("#preset-fmu").set_input_files(old)
+    tool.get_by_text("take the FMU and the page of one release").wait_for()
+
+
+def preset_of(page, fmu):
+    """The preset that the page makes of an FMU: name and bytes."""
+    with page.expect_download() as download:
+        page.locator("#preset-fmu").set_input_files(fmu)
+    return download.value.suggested_filename, pathlib.Path(download.value.path()).read_bytes()
+
+
+def contents(path):
+    """The files of an archive, whose sums Python checks."""
+    with zipfile.ZipFile(path) as archive:
+        assert archive.testzip() is None
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def assert_success(command, folder):
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 def test_downloads_have_proper_names_and_contents(tool):

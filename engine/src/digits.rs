@@ -1,5 +1,7 @@
 //! Numbers for people to read.
 
+use blocks::Kind;
+
 /// A number with at most six digits.
 pub fn short(value: f64) -> String {
     if value == 0.0 {
@@ -14,6 +16,18 @@ pub fn short(value: f64) -> String {
     }
     let text = format!("{value:.*}", (5 - exponent).max(0) as usize);
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
+
+/// A variable's value without its unit. A 32-bit REAL has as many digits as tell it from its neighbours.
+pub fn number(kind: Kind, value: f64) -> String {
+    let is_short = value == 0.0 || (1e-5..1e9).contains(&value.abs());
+    match kind {
+        Kind::Bool => if value == 0.0 { "FALSE" } else { "TRUE" }.to_string(),
+        Kind::Real if is_short => (value as f32).to_string(),
+        Kind::Real => format!("{:e}", value as f32),
+        _ if is_short => value.to_string(),
+        _ => format!("{value:e}"),
+    }
 }
 
 #[cfg(test)]

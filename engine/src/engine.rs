@@ -56,6 +56,7 @@ impl<H: Home> Engine<H> {
             Request::Ratio(of) => json(tune::ratio(&of.heating, &of.cooling)?),
             Request::Replay(of) => json(replay::replay(home, &of)?),
             Request::Characteristic(of) => json(characteristic::characteristics(home, &of.member)?),
+            Request::Preset(of) => json(crate::preset::of(home, &of)?),
             Request::Export(of) => json(export::export(home, session, &of)?),
         }
     }

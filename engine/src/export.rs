@@ -9,7 +9,7 @@ use crate::run::write_csv;
 use crate::session::{Record, Session};
 use crate::signals;
 use crate::system::{Exchange, Value};
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use parameters::Format;
@@ -17,9 +17,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use toml_writer::TomlWrite;
-
-/// The largest FMU that is taken, in bytes.
-const LARGEST_FMU: usize = 256 << 20;
 
 /// The longest description that `plcfmu run` reads, in bytes.
 const LONGEST_DESCRIPTION: usize = 1 << 20;
@@ -69,13 +66,10 @@ pub enum Request {
         #[serde(default)]
         date: Option<String>,
     },
-    /// The FMU of a block with these start values.
+    /// The home's FMU of a block with these start values.
     Preset {
         /// The loop with its values.
         of: Loop,
-        /// The block's FMU, Base64; the home's own without it.
-        #[serde(default)]
-        fmu: Option<String>,
     },
 }
 
@@ -131,7 +125,7 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
             let page = report::page(home, &report)?;
             Ok(Exported::of(format!("{}.html", file_name(&of.name)), "text/html", page.into_bytes(), Vec::new()))
         }
-        Request::Preset { of, fmu } => preset(home, of, fmu.as_deref()),
+        Request::Preset { of } => preset(home, of),
     }
 }
 
@@ -173,13 +167,9 @@ fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -
     Ok(Exported::of(format!("{name}.{ending}"), media_type, content, remarks))
 }
 
-fn preset(home: &dyn Home, of: &Loop, fmu: Option<&str>) -> Result<Exported> {
-    if fmu.is_some_and(|fmu| fmu.len() / 4 * 3 > LARGEST_FMU) {
-        bail!("the FMU has more than {} MiB: an FMU of a block has about one", LARGEST_FMU >> 20);
-    }
-    let fmu = fmu.map(|fmu| STANDARD.decode(fmu).context("the FMU is not Base64")).transpose()?;
+fn preset(home: &dyn Home, of: &Loop) -> Result<Exported> {
     let one = as_loop(home, of)?;
-    let content = home.preset(&one, fmu)?;
+    let content = home.preset(&one)?;
     Ok(Exported::of(format!("{}.fmu", file_name(&of.name)), "application/octet-stream", content, one.warnings()))
 }
 

@@ -37,9 +37,9 @@ pub trait Home {
     /// There is no such FMU, or it refuses.
     fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>>;
 
-    /// An FMU with other start values, as bytes. `fmu` is the FMU as bytes; the home's own without it.
+    /// The home's FMU of a block with other start values, as bytes.
     ///
     /// # Errors
     /// There is no such FMU here, or a value does not fit.
-    fn preset(&self, of: &parameters::Loop, fmu: Option<Vec<u8>>) -> Result<Vec<u8>>;
+    fn preset(&self, of: &parameters::Loop) -> Result<Vec<u8>>;
 }

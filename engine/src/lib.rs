@@ -22,6 +22,7 @@ pub mod margins;
 pub mod message;
 pub mod plan;
 mod predict;
+pub mod preset;
 pub mod process;
 pub mod replay;
 mod report;

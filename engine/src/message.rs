@@ -93,6 +93,8 @@ pub enum Request {
     Characteristic(crate::characteristic::Request),
     /// A recorded file through the block. Answer: [`Replayed`](crate::replay::Replayed).
     Replay(crate::replay::Request),
+    /// The files in which a preset differs from its block's FMU. Answer: [`Preset`](crate::preset::Preset).
+    Preset(crate::preset::Request),
     /// A file to take away. Answer: [`Exported`](crate::export::Exported).
     Export(crate::export::Request),
 }

@@ -40,7 +40,7 @@ pub(crate) struct Report<'a> {
 }
 
 /// A text inside an element or a quoted attribute.
-struct Text<'a>(&'a str);
+pub(crate) struct Text<'a>(pub(crate) &'a str);
 
 impl fmt::Display for Text<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {

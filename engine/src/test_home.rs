@@ -300,7 +300,7 @@ impl Home for TestHome {
         }
     }
 
-    fn preset(&self, of: &parameters::Loop, _: Option<Vec<u8>>) -> Result<Vec<u8>> {
+    fn preset(&self, of: &parameters::Loop) -> Result<Vec<u8>> {
         Ok(of.name.clone().into_bytes())
     }
 }

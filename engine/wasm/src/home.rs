@@ -116,8 +116,8 @@ impl Home for Linked {
         (self.find(fmu)?.instantiate)(name)
     }
 
-    fn preset(&self, of: &Loop, _fmu: Option<Vec<u8>>) -> Result<Vec<u8>> {
-        bail!("{}: the page cannot make a preset; take the parameters away as a file and run 'plcfmu preset'", of.name)
+    fn preset(&self, of: &Loop) -> Result<Vec<u8>> {
+        bail!("{}: the page has no FMU of {}: give it one", of.name, of.block.name)
     }
 }
 
@@ -173,7 +173,7 @@ mod tests {
         let home = Linked::new();
         assert_eq!(home.table("PUMP").unwrap_err().to_string(), "there is no FMU \"PUMP\"");
         let block = home.blocks().remove(0);
-        let refusal = home.preset(&Loop::new("TIC101", block), None).unwrap_err().to_string();
-        assert!(refusal.starts_with("TIC101: the page cannot make a preset; ") && refusal.ends_with("'plcfmu preset'"));
+        let refusal = home.preset(&Loop::new("TIC101", block)).unwrap_err().to_string();
+        assert_eq!(refusal, "TIC101: the page has no FMU of CONT_C: give it one");
     }
 }

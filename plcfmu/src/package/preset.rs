@@ -3,16 +3,14 @@
 //! The values are in modelDescription.xml, from which hosts read them, and in `resources/start.txt`, from which the library reads
 //! them. The preset's GUID is the fingerprint of that file, so that the library accepts no other values than those declared.
 
-use crate::package::{DESCRIPTION, Package, check, reference};
-use crate::page;
-use anyhow::{Context, Result, anyhow, bail, ensure};
-use blocks::table::fingerprint;
-use blocks::table::number::{number, to_value};
+use crate::package::{DESCRIPTION, Package, check};
+use anyhow::{Result, anyhow, bail, ensure};
 use blocks::table::start::{self, Start};
-use blocks::{Kind, Value};
+use engine::preset::{PAGE, guid_of};
+pub use engine::preset::{identifier, path};
 use modeldescription::shortened;
 use modeldescription::v2::{Causality, ModelDescription, Typed};
-use parameters::{Block, Loop};
+use parameters::Loop;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
@@ -20,16 +18,6 @@ use std::path::Path;
 
 /// The largest documentation page, in bytes.
 const LARGEST_PAGE: u64 = 1 << 26;
-
-const PAGE: &str = "documentation/index.html";
-
-/// Names that Windows gives to devices, whatever extension follows.
-const DEVICES: [&str; 4] = ["CON", "PRN", "AUX", "NUL"];
-
-/// The path of the start values in a preset.
-pub fn path() -> String {
-    format!("resources/{}", start::FILE)
-}
 
 /// The start values of a preset, without a check that they belong to it; `None` if there are none.
 ///
@@ -73,11 +61,6 @@ pub fn start<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Start>> 
         bail!("{path} has no value of {:?}", shortened(missing));
     }
     Ok(Some(start))
-}
-
-/// The GUID of a preset with these start values.
-fn guid_of(text: &str) -> String {
-    String::from_utf8_lossy(&fingerprint::text(start::fingerprint(text.as_bytes()))).into_owned()
 }
 
 /// The start values of all inputs and parameters, by name, in the form of the file.
@@ -160,111 +143,29 @@ impl<R: Read + Seek> Original<R> {
         Ok(())
     }
 
-    /// Refuses a block of which this is not an FMU.
-    fn fits(&self, block: &Block) -> Result<()> {
-        ensure!(block.name == self.block, "it is an FMU of {}, not of {}", self.block, block.name);
-        let variables = &self.package.description.model_variables;
-        let other = "it was made from another version of the block";
-        ensure!(variables.len() == block.members.len(), "{other}: it has {} variables", variables.len());
-        for (variable, member) in variables.iter().zip(&block.members) {
-            let is_time = matches!(&variable.typed, Typed::Real(real) if real.attributes.unit.as_deref() == Some("s"));
-            let is_same = match member.kind {
-                Kind::Real | Kind::LReal => matches!(variable.typed, Typed::Real(_)),
-                Kind::Time => is_time,
-                Kind::Word | Kind::Int => matches!(variable.typed, Typed::Integer(_)),
-                Kind::Bool => matches!(variable.typed, Typed::Boolean(_)),
-            };
-            ensure!(
-                variable.name == member.name && is_same,
-                "{other}: where it has {:?}, the block has {} ({})",
-                shortened(&variable.name),
-                member.name,
-                member.kind.name()
-            );
-        }
-        Ok(())
-    }
-
     /// The FMU with the values of a loop as its start values.
     ///
     /// # Errors
     /// It was not made by `plcfmu`, or not of the loop's block; a value that the FMU does not take.
     pub fn preset(&mut self, values: &Loop) -> Result<Preset> {
         self.check()?;
-        self.fits(&values.block)?;
-        let name = identifier(&values.name);
-        let members = &values.block.members;
-        let setting = |setting: &parameters::Setting| {
-            let name = &members[setting.member].name;
-            let number = number(setting.value);
-            to_value(number, setting.value.kind()).map_err(|why| anyhow!("{name} = {number:?}: {why}"))?;
-            Ok((name.clone(), start::text(setting.value)))
+        let page = match self.package.archive.find(PAGE) {
+            Some(_) => Some(self.package.archive.read(PAGE, LARGEST_PAGE)?),
+            None => None,
         };
-        let start = Start {
-            preset: name.clone(),
-            block: self.block.clone(),
-            library: self.library.clone(),
-            values: values.settings.iter().map(setting).collect::<Result<_>>()?,
+        let page = page.as_deref().map(String::from_utf8_lossy);
+        let original = engine::preset::Original {
+            description: &self.package.description,
+            library: &self.library,
+            page: page.as_deref(),
         };
-        let text = start.to_string();
-        let guid = guid_of(&text);
-        let description = self.description(&name, &guid, values)?;
-        let mut files = BTreeMap::from([
-            (DESCRIPTION.to_string(), modeldescription::v2::write(&description)),
-            (path(), text.into_bytes()),
-        ]);
-        if self.package.archive.find(PAGE).is_some() {
-            let page = String::from_utf8_lossy(&self.package.archive.read(PAGE, LARGEST_PAGE)?)
-                .replace(&self.package.description.guid, &guid);
-            let page = page::preset::html(&page, &name, &self.library, values).context(PAGE)?;
-            files.insert(PAGE.into(), page.into_bytes());
-        }
-        // The recorded results are those of the block's own start values.
-        let bytes = self.package.archive.with(&files, |path| !reference::is_file(path))?;
-        Ok(Preset { name, guid, bytes })
+        let preset = original.preset(values)?;
+        let files = preset.files.into_iter().map(|(path, text)| (path, text.into_bytes())).collect();
+        let is_left_out =
+            |path: &str| preset.left_out.iter().any(|out| path == out || out.ends_with('/') && path.starts_with(out));
+        let bytes = self.package.archive.with(&files, |path| !is_left_out(path))?;
+        Ok(Preset { name: preset.name, guid: preset.guid, bytes })
     }
-
-    /// The model description with other start values.
-    fn description(&self, name: &str, guid: &str, values: &Loop) -> Result<ModelDescription> {
-        let mut description = self.package.description.clone();
-        description.model_name = name.into();
-        description.guid = guid.into();
-        for setting in &values.settings {
-            let number = number(setting.value);
-            match &mut description.model_variables[setting.member].typed {
-                Typed::Real(real) => {
-                    real.start = Some(number);
-                    widen(&mut real.attributes.min, &mut real.attributes.max, number);
-                }
-                Typed::Integer(integer) => {
-                    integer.start = Some(number as i32);
-                    widen(&mut integer.attributes.min, &mut integer.attributes.max, number as i32);
-                }
-                Typed::Boolean(boolean) => boolean.start = Some(number != 0.0),
-                Typed::String(_) | Typed::Enumeration(_) => {}
-            }
-        }
-        let cycle =
-            values.settings.iter().find(|setting| values.block.members[setting.member].role == blocks::Role::Cycle);
-        if let (Some(Value::Time(cycle)), Some(experiment)) =
-            (cycle.map(|setting| setting.value), &mut description.default_experiment)
-        {
-            let cycle = f64::from(cycle.milliseconds());
-            ensure!(cycle >= 1.0, "the time between two calls is {} s: it must be at least 0.001 s", cycle / 1000.0);
-            // As many calls as before.
-            if let (Some(stop), Some(step)) = (experiment.stop_time, experiment.step_size) {
-                experiment.stop_time = Some((stop / step).round() * cycle / 1000.0);
-            }
-            experiment.step_size = Some(cycle / 1000.0);
-        }
-        Ok(description)
-    }
-}
-
-/// Widens a declared range to a start value: FMI requires that the one lies within the other, but the blocks take any value.
-fn widen<T: PartialOrd + Copy>(min: &mut Option<T>, max: &mut Option<T>, start: T) {
-    *min = min.map(|min| if start < min { start } else { min });
-    *max = max.map(|max| if start > max { start } else { max });
 }
 
 /// What may surprise of a preset's model description. That the model has another name than its library is as it should be.
@@ -274,30 +175,15 @@ pub fn remarks(description: &ModelDescription) -> Vec<String> {
     modeldescription::v2::check(&description)
 }
 
-/// The name as one that C and every file system accept: letters, digits and underscores.
-pub fn identifier(name: &str) -> String {
-    let mut identifier: String =
-        name.chars().map(|character| if character.is_ascii_alphanumeric() { character } else { '_' }).collect();
-    if identifier.starts_with(|first: char| first.is_ascii_digit()) || identifier.is_empty() {
-        identifier.insert(0, '_');
-    }
-    let upper = identifier.to_uppercase();
-    let is_port = |port: &str| upper.strip_prefix(port).is_some_and(|rest| matches!(rest.as_bytes(), [b'0'..=b'9']));
-    if DEVICES.contains(&upper.as_str()) || is_port("COM") || is_port("LPT") {
-        identifier.push('_');
-    }
-    identifier
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::host::library::FUNCTIONS;
     use crate::package::archive;
     use crate::package::binary::tests::macos;
-    use blocks::{Role, Time};
+    use blocks::{Role, Time, Value};
     use modeldescription::v2::Interface;
-    use parameters::{Member, Origin};
+    use parameters::{Block, Member, Origin};
     use std::io::Cursor;
     use std::sync::Arc;
 
@@ -441,21 +327,5 @@ mod tests {
         let fan = Loop::new("F", Arc::new(Block::new("FAN".into(), Vec::new(), Vec::new())));
         let other = Original::of(package(&files(true))).unwrap().preset(&fan);
         assert_eq!(refusal(other), "it is an FMU of PUMP, not of FAN");
-    }
-
-    #[test]
-    fn a_name_becomes_an_identifier_that_is_a_file_name_everywhere() {
-        for (name, expected) in [
-            ("TIC101", "TIC101"),
-            ("TIC 10-1/A", "TIC_10_1_A"),
-            ("41", "_41"),
-            ("Öl", "_l"),
-            ("", "_"),
-            ("nul", "nul_"),
-            ("COM1", "COM1_"),
-            ("COMB", "COMB"),
-        ] {
-            assert_eq!(identifier(name), expected);
-        }
     }
 }

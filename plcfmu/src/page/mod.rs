@@ -5,7 +5,6 @@ pub(crate) mod escape;
 mod markdown;
 pub mod picture;
 pub mod plot;
-pub mod preset;
 mod svg;
 pub mod text;
 
@@ -155,8 +154,8 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
         recordings: reference::links(&table.name),
         groups: groups(table)?,
         license: license.unwrap_or("its package names no licence"),
-        preset_place: preset::PRESET,
-        recording_place: preset::RECORDING,
+        preset_place: engine::preset::page::PRESET,
+        recording_place: engine::preset::page::RECORDING,
     };
     page.render().context("the documentation page")
 }

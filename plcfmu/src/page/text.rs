@@ -1,6 +1,7 @@
 //! Values as people read them.
 
 use blocks::Kind;
+pub use engine::digits::number;
 use modeldescription::Row;
 
 /// A variable's value with its unit: `TRUE`, `20 s`, `0.1`.
@@ -9,18 +10,6 @@ pub fn value(row: &Row, value: f64) -> String {
     match unit(row) {
         Some(unit) => format!("{number} {unit}"),
         None => number,
-    }
-}
-
-/// A variable's value without its unit. A 32-bit REAL has as many digits as tell it from its neighbours.
-pub fn number(kind: Kind, value: f64) -> String {
-    let is_short = value == 0.0 || (1e-5..1e9).contains(&value.abs());
-    match kind {
-        Kind::Bool => if value == 0.0 { "FALSE" } else { "TRUE" }.to_string(),
-        Kind::Real if is_short => (value as f32).to_string(),
-        Kind::Real => format!("{:e}", value as f32),
-        _ if is_short => value.to_string(),
-        _ => format!("{value:e}"),
     }
 }
 

@@ -333,12 +333,8 @@ impl Home for FmuHome {
         })
     }
 
-    fn preset(&self, of: &Loop, fmu: Option<Vec<u8>>) -> Result<Vec<u8>> {
+    fn preset(&self, of: &Loop) -> Result<Vec<u8>> {
         let block = &of.block.name;
-        if let Some(bytes) = fmu {
-            let package = Package::read(Cursor::new(bytes)).context("the FMU")?;
-            return Ok(Original::of(package)?.preset(of)?.bytes);
-        }
         let is_of_block = |known: &&Arc<Known>| known.table.as_ref().is_some_and(|table| table.name == *block);
         let known = self.collection.fmus.iter().find(is_of_block).map(|known| &known.source);
         let Some(Source::Loaded(_, path)) = known else {

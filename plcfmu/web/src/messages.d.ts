@@ -254,6 +254,14 @@ export interface Replayed {
   verdict: string;
   remarks: string[];
 }
+export interface Preset {
+  name: string;
+  guid: string;
+  files: Record<string, string>;
+  left_out: string[];
+  remarks: string[];
+}
+
 export interface Exported {
   file: string;
   media_type: string;
@@ -266,7 +274,7 @@ export type Export =
   | { what: "description"; run?: number | null }
   | { what: "csv"; run?: number | null; variables?: string[] }
   | { what: "report"; of: Loop; before: Setting[]; run?: number | null; picture?: string | null }
-  | { what: "preset"; of: Loop; fmu?: string | null };
+  | { what: "preset"; of: Loop };
 
 /** What the page asks for, and what it is answered. */
 export interface Dialogue {
@@ -332,6 +340,7 @@ export interface Dialogue {
     };
     answer: Replayed;
   };
+  preset: { request: { do: "preset"; of: Loop; files: Record<string, string> }; answer: Preset };
   export: { request: { do: "export" } & Export; answer: Exported };
 }
 export type Request = Dialogue[keyof Dialogue]["request"];

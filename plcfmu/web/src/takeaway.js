@@ -8,6 +8,7 @@ import { picture, shownNames } from "tool/curves.js";
 import { element, fill } from "tool/dom.js";
 import { ask, fromBase64, whereIsTheEngine } from "tool/engine.js";
 import { asLoop, store } from "tool/store.js";
+import { rezipped, unzipped } from "tool/zip.js";
 
 const FORMATS = /** @type {[string, string][]} */ ([
   ["awl", "STEP 7, AWL source"],
@@ -150,8 +151,61 @@ function preset(loop) {
       button(`Save ${block} with these values as an FMU`, undefined, give),
     );
   }
-  const how = `The page alone makes no preset: save the parameters as JSON, then 'plcfmu preset ${block}.fmu --from ${loop.name}.json', or open the loop with 'plcfmu tool'.`;
-  return element("div", { class: "row" }, title, element("p", { class: "faint" }, how));
+  const input = element("input", { type: "file", accept: ".fmu", id: "preset-fmu", class: "visually-hidden" });
+  /** @param {File | undefined} file */
+  const take = async (file) => {
+    if (file) await savePreset(loop, file);
+    input.value = "";
+  };
+  input.addEventListener("change", () => take(input.files?.[0]));
+  const label = element(
+    "label",
+    { class: "button drop", for: "preset-fmu" },
+    `Choose or drop ${block}.fmu: you get it back with these values`,
+  );
+  label.addEventListener("dragover", (event) => event.preventDefault());
+  label.addEventListener("drop", (event) => {
+    event.preventDefault();
+    event.stopPropagation();
+    take(event.dataTransfer?.files[0]);
+  });
+  return element("div", { class: "row" }, title, element("span", { class: "chooser" }, input, label));
+}
+
+/** The files of an FMU that differ in a preset of it, with the largest size that they may have. */
+const OF_PRESET = ["modelDescription.xml", "documentation/index.html", "resources/start.txt"];
+const LARGEST = 1 << 26;
+
+/**
+ * The block's FMU, which the user has given, with the loop's values as its start values.
+ *
+ * @param {import("tool/store.js").Work} loop
+ * @param {File} fmu
+ */
+async function savePreset(loop, fmu) {
+  try {
+    /** @type {Record<string, string>} */
+    const files = {};
+    for (const path of OF_PRESET) {
+      const content = await unzipped(fmu, path, LARGEST);
+      if (content) files[path] = new TextDecoder().decode(content);
+    }
+    const preset = await ask({ do: "preset", of: asLoop(loop), files });
+    const changed = new Map(Object.entries(preset.files).map(([path, text]) => [path, new TextEncoder().encode(text)]));
+    /** @param {string} path */
+    const isLeftOut = (path) =>
+      preset.left_out.some((out) => path === out || (out.endsWith("/") && path.startsWith(out)));
+    const name = `${preset.name}.fmu`;
+    save(name, await rezipped(fmu, changed, isLeftOut));
+    fill(
+      remarks,
+      element("li", { class: "good" }, `${name} was saved where this browser puts downloads.`),
+      preset.remarks.map((remark) => element("li", {}, remark)),
+    );
+  } catch (error) {
+    const reason = error instanceof Error ? error.message : String(error);
+    store.say(new Error(`${fmu.name}: ${reason}`));
+  }
 }
 
 function savePicture() {

@@ -1,11 +1,12 @@
 //! The page of a preset: that of its block, with a section on the start values at the top.
 
-use super::text;
+use crate::digits;
+use crate::report::Text;
 use anyhow::Context;
-use askama::Template;
 use blocks::Value;
 use blocks::table::number::number;
 use parameters::{Loop, Member, Origin};
+use std::fmt::{self, Write};
 
 /// Comments in the page between which the section of a preset goes.
 pub const PRESET: (&str, &str) = ("<!-- preset -->", "<!-- end of preset -->");
@@ -13,48 +14,49 @@ pub const PRESET: (&str, &str) = ("<!-- preset -->", "<!-- end of preset -->");
 /// Comments around what the page says of recorded results.
 pub const RECORDING: (&str, &str) = ("<!-- recorded -->", "<!-- end of recorded -->");
 
-#[derive(Template)]
-#[template(path = "preset.html")]
-struct Section<'a> {
-    name: &'a str,
-    block: &'a str,
-    library: &'a str,
-    settings: Vec<Setting<'a>>,
-}
-
-/// A row of the table.
-struct Setting<'a> {
-    name: &'a str,
-    value: String,
-    unit: &'a str,
-    default: String,
-    is_changed: bool,
-    origin: String,
-    description: &'a str,
-}
-
 /// The page of a preset called `name`, made of the page of its block or of another preset of it. `library` is the GUID of the
 /// block's own FMU.
 ///
 /// # Errors
 /// The page has no place for it.
 pub fn html(page: &str, name: &str, library: &str, values: &Loop) -> anyhow::Result<String> {
-    let settings = values.settings.iter().map(|setting| {
-        let member = &values.block.members[setting.member];
-        Setting {
-            name: &member.name,
-            value: shown(member, setting.value),
-            unit: member.shown_unit().unwrap_or_default(),
-            default: shown(member, member.start),
-            is_changed: setting.value != member.start,
-            origin: origin(&setting.origin),
-            description: &member.description,
-        }
-    });
-    let section = Section { name, block: &values.block.name, library, settings: settings.collect() };
-    let section = section.render().context("the section of the preset")?;
+    let section = section(name, library, values)?;
     let page = replaced(page, PRESET, &section)?;
     replaced(&page, RECORDING, "Recorded with the start values of the block, not with those of this preset.")
+}
+
+/// The section on the start values.
+fn section(name: &str, library: &str, values: &Loop) -> Result<String, fmt::Error> {
+    let (name, library, block) = (Text(name), Text(library), Text(&values.block.name));
+    let mut html = String::new();
+    writeln!(html, "<section id=\"preset\">\n<h2>Preset {name}</h2>")?;
+    writeln!(
+        html,
+        "<p>This FMU is {block} with the start values below. Its library is that of {block} <code>{library}</code>; all other\n\
+         sections of this page are about {block} and its own start values.</p>"
+    )?;
+    writeln!(
+        html,
+        "<div class=\"wide\">\n<table>\n<thead><tr><th>Name</th><th class=\"number\">Value</th><th>Unit</th>\
+         <th class=\"number\">{block}</th><th>From</th><th>Meaning</th></tr></thead>\n<tbody>"
+    )?;
+    for setting in &values.settings {
+        let member = &values.block.members[setting.member];
+        let value = shown(member, setting.value);
+        let value = if setting.value == member.start { value } else { format!("<strong>{value}</strong>") };
+        writeln!(
+            html,
+            "<tr><td class=\"name\">{}</td><td class=\"number\">{value}</td><td>{}</td><td class=\"number\">{}</td>\
+             <td>{}</td><td>{}</td></tr>",
+            Text(&member.name),
+            Text(member.shown_unit().unwrap_or_default()),
+            shown(member, member.start),
+            Text(&origin(&setting.origin)),
+            Text(&member.description)
+        )?;
+    }
+    write!(html, "</tbody>\n</table>\n</div>\n</section>")?;
+    Ok(html)
 }
 
 /// The page with another text between two marks.
@@ -68,7 +70,7 @@ fn replaced(page: &str, (begin, end): (&str, &str), text: &str) -> anyhow::Resul
 }
 
 fn shown(member: &Member, value: Value) -> String {
-    text::number(member.kind, number(value))
+    digits::number(member.kind, number(value))
 }
 
 /// Where a value comes from, with the name of the file, not the folders that lead to it.

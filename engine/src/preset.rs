@@ -1,0 +1,228 @@
+//! Presets: FMUs of a block's library with start values of their own, as the files in which they differ from the block's FMU.
+//!
+//! The archive is somebody else's: that of the command, or the page's, which has no room for one.
+
+pub mod page;
+
+use crate::describe::as_loop;
+use crate::home::Home;
+use crate::message::Loop;
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use blocks::table::fingerprint;
+use blocks::table::number::{number, to_value};
+use blocks::table::start::{self, Start};
+use blocks::{Kind, Value};
+use modeldescription::shortened;
+use modeldescription::v2::{ModelDescription, Typed};
+use parameters::Block;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The path of the model description in an FMU.
+pub const DESCRIPTION: &str = "modelDescription.xml";
+
+/// The path of the documentation in an FMU.
+pub const PAGE: &str = "documentation/index.html";
+
+/// What a preset leaves out: the recorded results are those of the block's own start values. A folder ends with `/`.
+const LEFT_OUT: [&str; 2] = ["extra/org.fmi-standard.fmi-ls-ref/", "documentation/fmi-ls-ref.txt"];
+
+/// Names that Windows gives to devices, whatever extension follows.
+const DEVICES: [&str; 4] = ["CON", "PRN", "AUX", "NUL"];
+
+/// The path of the start values in a preset.
+pub fn path() -> String {
+    format!("resources/{}", start::FILE)
+}
+
+/// The GUID of a preset with these start values.
+pub fn guid_of(text: &str) -> String {
+    String::from_utf8_lossy(&fingerprint::text(start::fingerprint(text.as_bytes()))).into_owned()
+}
+
+/// An FMU of which a preset is made, without its archive.
+#[derive(Clone, Copy, Debug)]
+pub struct Original<'a> {
+    /// Its model description.
+    pub description: &'a ModelDescription,
+    /// The GUID of the block's own FMU: its own, unless it is a preset itself.
+    pub library: &'a str,
+    /// Its documentation, if it has one.
+    pub page: Option<&'a str>,
+}
+
+/// What a preset has in place of the original's files.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Preset {
+    /// Its name, which is an identifier.
+    pub name: String,
+    /// Its GUID.
+    pub guid: String,
+    /// The files that are new or differ, by path.
+    pub files: BTreeMap<String, String>,
+    /// The files that it does not have. A folder ends with `/`.
+    pub left_out: Vec<String>,
+    /// What the user should know, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+impl Original<'_> {
+    /// The FMU with the values of a loop as its start values.
+    ///
+    /// # Errors
+    /// It is not of the loop's block; a value that the FMU does not take.
+    pub fn preset(&self, values: &parameters::Loop) -> Result<Preset> {
+        let block = self.description.model_identifier().unwrap_or_default();
+        self.fits(block, &values.block)?;
+        let name = identifier(&values.name);
+        let members = &values.block.members;
+        let setting = |setting: &parameters::Setting| {
+            let name = &members[setting.member].name;
+            let number = number(setting.value);
+            to_value(number, setting.value.kind()).map_err(|why| anyhow!("{name} = {number:?}: {why}"))?;
+            Ok((name.clone(), start::text(setting.value)))
+        };
+        let start = Start {
+            preset: name.clone(),
+            block: block.into(),
+            library: self.library.into(),
+            values: values.settings.iter().map(setting).collect::<Result<_>>()?,
+        };
+        let text = start.to_string();
+        let guid = guid_of(&text);
+        let description = modeldescription::v2::write(&self.with_values(&name, &guid, values)?);
+        let description = String::from_utf8(description).context(DESCRIPTION)?;
+        let mut files = BTreeMap::from([(DESCRIPTION.to_string(), description), (path(), text)]);
+        if let Some(page) = self.page {
+            let page = page.replace(&self.description.guid, &guid);
+            files.insert(PAGE.into(), page::html(&page, &name, self.library, values).context(PAGE)?);
+        }
+        let left_out = LEFT_OUT.map(String::from).into();
+        Ok(Preset { name, guid, files, left_out, remarks: values.warnings() })
+    }
+
+    /// Refuses a block of which this is not an FMU.
+    fn fits(&self, own: &str, block: &Block) -> Result<()> {
+        ensure!(block.name == own, "it is an FMU of {own}, not of {}", block.name);
+        let variables = &self.description.model_variables;
+        let other = "it was made from another version of the block";
+        ensure!(variables.len() == block.members.len(), "{other}: it has {} variables", variables.len());
+        for (variable, member) in variables.iter().zip(&block.members) {
+            let is_time = matches!(&variable.typed, Typed::Real(real) if real.attributes.unit.as_deref() == Some("s"));
+            let is_same = match member.kind {
+                Kind::Real | Kind::LReal => matches!(variable.typed, Typed::Real(_)),
+                Kind::Time => is_time,
+                Kind::Word | Kind::Int => matches!(variable.typed, Typed::Integer(_)),
+                Kind::Bool => matches!(variable.typed, Typed::Boolean(_)),
+            };
+            ensure!(
+                variable.name == member.name && is_same,
+                "{other}: where it has {:?}, the block has {} ({})",
+                shortened(&variable.name),
+                member.name,
+                member.kind.name()
+            );
+        }
+        Ok(())
+    }
+
+    /// The model description with other start values.
+    fn with_values(&self, name: &str, guid: &str, values: &parameters::Loop) -> Result<ModelDescription> {
+        let mut description = self.description.clone();
+        description.model_name = name.into();
+        description.guid = guid.into();
+        for setting in &values.settings {
+            let number = number(setting.value);
+            match &mut description.model_variables[setting.member].typed {
+                Typed::Real(real) => {
+                    real.start = Some(number);
+                    widen(&mut real.attributes.min, &mut real.attributes.max, number);
+                }
+                Typed::Integer(integer) => {
+                    integer.start = Some(number as i32);
+                    widen(&mut integer.attributes.min, &mut integer.attributes.max, number as i32);
+                }
+                Typed::Boolean(boolean) => boolean.start = Some(number != 0.0),
+                Typed::String(_) | Typed::Enumeration(_) => {}
+            }
+        }
+        let cycle =
+            values.settings.iter().find(|setting| values.block.members[setting.member].role == blocks::Role::Cycle);
+        if let (Some(Value::Time(cycle)), Some(experiment)) =
+            (cycle.map(|setting| setting.value), &mut description.default_experiment)
+        {
+            let cycle = f64::from(cycle.milliseconds());
+            ensure!(cycle >= 1.0, "the time between two calls is {} s: it must be at least 0.001 s", cycle / 1000.0);
+            // As many calls as before.
+            if let (Some(stop), Some(step)) = (experiment.stop_time, experiment.step_size) {
+                experiment.stop_time = Some((stop / step).round() * cycle / 1000.0);
+            }
+            experiment.step_size = Some(cycle / 1000.0);
+        }
+        Ok(description)
+    }
+}
+
+/// Widens a declared range to a start value: FMI requires that the one lies within the other, but the blocks take any value.
+fn widen<T: PartialOrd + Copy>(min: &mut Option<T>, max: &mut Option<T>, start: T) {
+    *min = min.map(|min| if start < min { start } else { min });
+    *max = max.map(|max| if start > max { start } else { max });
+}
+
+/// The name as one that C and every file system accept: letters, digits and underscores.
+pub fn identifier(name: &str) -> String {
+    let mut identifier: String =
+        name.chars().map(|character| if character.is_ascii_alphanumeric() { character } else { '_' }).collect();
+    if identifier.starts_with(|first: char| first.is_ascii_digit()) || identifier.is_empty() {
+        identifier.insert(0, '_');
+    }
+    let upper = identifier.to_uppercase();
+    let is_port = |port: &str| upper.strip_prefix(port).is_some_and(|rest| matches!(rest.as_bytes(), [b'0'..=b'9']));
+    if DEVICES.contains(&upper.as_str()) || is_port("COM") || is_port("LPT") {
+        identifier.push('_');
+    }
+    identifier
+}
+
+/// A preset of an FMU that the page has opened.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Request {
+    /// The loop with its values.
+    pub of: Loop,
+    /// The FMU's `modelDescription.xml`, `documentation/index.html` and `resources/start.txt`, as far as it has them.
+    pub files: BTreeMap<String, String>,
+}
+
+/// Makes it.
+///
+/// # Errors
+/// The files are not those of an FMU of the loop's block, in the version that the home has; a value that the FMU does not take.
+pub fn of(home: &dyn Home, request: &Request) -> Result<Preset> {
+    let values = as_loop(home, &request.of)?;
+    let file = |path: &str| request.files.get(path).map(String::as_str);
+    let text = file(DESCRIPTION).with_context(|| format!("it is no FMU: it has no {DESCRIPTION}"))?;
+    let description = modeldescription::v2::read(text.as_bytes()).context(DESCRIPTION)?;
+    let path = path();
+    let start = file(&path).map(Start::parse).transpose().map_err(|error| anyhow!("{path}: {error}"))?;
+    let library = start.map_or_else(|| description.guid.clone(), |start| start.library);
+    let original = Original { description: &description, library: &library, page: file(PAGE) };
+    let preset = original.preset(&values)?;
+    // The library of another version would refuse the start values, or take them for others.
+    let name = &values.block.name;
+    let own = home.entries().into_iter().map(|entry| entry.name).find_map(|fmu| {
+        let is_of_block = home.table(&fmu).ok().flatten().is_some_and(|table| table.name == *name);
+        is_of_block.then(|| home.description(&fmu).ok()).flatten()
+    });
+    match own {
+        Some(own) if own.guid != library => bail!(
+            "this {name}.fmu is {}, and the page has {name} {}: take the FMU and the page of one release",
+            shortened(&library),
+            own.guid
+        ),
+        _ => Ok(preset),
+    }
+}
+
+#[cfg(test)]
+mod tests;
