@@ -349,7 +349,7 @@ impl Home for Controllers {
         }
     }
 
-    fn preset(&self, _: &parameters::Loop, _: Option<Vec<u8>>) -> Result<Vec<u8>> {
+    fn preset(&self, _: &parameters::Loop) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
 }
