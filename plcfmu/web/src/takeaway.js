@@ -6,7 +6,7 @@
 
 import { picture, shownNames } from "tool/curves.js";
 import { element, fill } from "tool/dom.js";
-import { ask, fromBase64, whereIsTheEngine } from "tool/engine.js";
+import { ask, EngineError, fromBase64, whereIsTheEngine } from "tool/engine.js";
 import { asLoop, store } from "tool/store.js";
 import { rezipped, unzipped } from "tool/zip.js";
 
@@ -204,7 +204,7 @@ async function savePreset(loop, fmu) {
     );
   } catch (error) {
     const reason = error instanceof Error ? error.message : String(error);
-    store.say(new Error(`${fmu.name}: ${reason}`));
+    store.say(new EngineError(`${fmu.name}: ${reason}`));
   }
 }
 
