@@ -45,7 +45,7 @@ def session(page):
     plant.get_by_text("goes to").first.wait_for()
     dead_band = page.locator("#parameters").get_by_label("DEADB_W", exact=True)
     dead_band.fill("0")
-    yield "edit", "#parameters"
+    yield "edit", "#diagram"
     dead_band.press("Enter")
     manual = page.locator("#run").get_by_role("checkbox", name="Manual")
     manual.check()
