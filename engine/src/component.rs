@@ -66,6 +66,15 @@ pub trait Component {
     fn terminate(&mut self) -> Result<()>;
 }
 
+/// An instance that can be used for one simulation after the other.
+pub trait Reset: Component {
+    /// Makes it as new.
+    ///
+    /// # Errors
+    /// The FMU refuses; then only a new instance can go on.
+    fn reset(&mut self) -> Result<()>;
+}
+
 impl<C: Component + ?Sized> Component for &mut C {
     fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
         (**self).setup(start, stop)

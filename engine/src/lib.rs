@@ -30,6 +30,7 @@ pub mod rules;
 pub mod run;
 pub mod session;
 pub mod signals;
+pub mod study;
 pub mod system;
 #[cfg(test)]
 mod test_home;

@@ -12,7 +12,7 @@
 //! before its own step. An output that no FMU reads is recorded as the other outputs of its FMU; if none of them is read, all
 //! are recorded after the step.
 
-use crate::component::{Component, Type};
+use crate::component::{Component, Reset, Type};
 use crate::plan::{Assignment, Block, Column, MemberPlan, Plan, ROUNDING};
 use crate::system::Exchange;
 use anyhow::{Context, Result, bail};
@@ -332,6 +332,23 @@ impl<C: Component> Run<C> {
         for (place, (from, source)) in plan.sources.iter().enumerate() {
             self.members[member].inputs[place] = self.members[*from].values[*source];
         }
+    }
+}
+
+impl<C: Reset> Run<C> {
+    /// Begins anew, with all components reset. The plan may set other values than before, but observes and connects the same.
+    ///
+    /// # Errors
+    /// As [`Run::begin`], and an FMU cannot be reset. Only new components can go on then.
+    pub fn restart(&mut self, plan: &Plan, stop: Option<f64>) -> Result<()> {
+        for (of, own) in self.members.iter_mut().zip(&plan.members) {
+            of.component.reset().with_context(|| own.name.clone())?;
+            of.events = 0;
+            of.pending.clear();
+            of.values.fill(0.0);
+        }
+        (self.steps, self.stepped, self.at, self.time) = (0, 0, 0, plan.start);
+        self.initialize(plan, 0, plan.start, stop)
     }
 }
 

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 /// FMUs that run together. Variables are named `FMU.VARIABLE`, such as `PID.OUT`.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 pub struct System {
     /// The FMUs, in the order in which they are stepped.
     pub members: Vec<Member>,
@@ -32,7 +32,7 @@ pub struct System {
 }
 
 /// An FMU in a system.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub struct Member {
     /// Its name, by which its variables are named. No two members have the same.
     pub name: String,
@@ -41,7 +41,7 @@ pub struct Member {
 }
 
 /// A value for a variable.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 pub struct Setting {
     /// `FMU.VARIABLE`
     pub variable: String,
@@ -57,7 +57,7 @@ pub struct Setting {
 }
 
 /// A variable that is recorded.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub struct Recorded {
     /// `FMU.VARIABLE`
     pub variable: String,
@@ -75,7 +75,7 @@ pub enum Value {
 }
 
 /// From an output to an input.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub struct Connection {
     /// The output, `FMU.VARIABLE`.
     pub from: String,
@@ -86,7 +86,7 @@ pub struct Connection {
 }
 
 /// A place in a file, shown as `FILE:LINE:COLUMN`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
 pub struct Place {
     /// The file, as the user gave it.
     pub file: String,

@@ -4,8 +4,8 @@
 
 use crate::host::library::{CallbackFunctions, Library, Logger, Pointer};
 use anyhow::{Context, Result, anyhow, bail};
-use engine::component::Component;
 pub use engine::component::Type;
+use engine::component::{Component, Reset};
 use std::cell::Cell;
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr;
@@ -374,5 +374,11 @@ impl Component for Instance {
 
     fn terminate(&mut self) -> Result<()> {
         Instance::terminate(self)
+    }
+}
+
+impl Reset for Instance {
+    fn reset(&mut self) -> Result<()> {
+        Instance::reset(self)
     }
 }
