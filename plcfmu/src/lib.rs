@@ -21,4 +21,6 @@ pub mod plc;
 #[cfg(feature = "command")]
 pub mod progress;
 #[cfg(feature = "command")]
+pub mod study;
+#[cfg(feature = "command")]
 pub mod tool;
