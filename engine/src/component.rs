@@ -135,3 +135,9 @@ impl<C: Component + ?Sized> Component for Box<C> {
         (**self).terminate()
     }
 }
+
+impl<C: Reset + ?Sized> Reset for Box<C> {
+    fn reset(&mut self) -> Result<()> {
+        (**self).reset()
+    }
+}
