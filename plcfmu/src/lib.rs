@@ -10,6 +10,8 @@ pub mod command;
 #[cfg(feature = "command")]
 pub mod commands;
 #[cfg(feature = "command")]
+pub mod framing;
+#[cfg(feature = "command")]
 pub mod host;
 pub mod package;
 #[cfg(feature = "command")]
