@@ -66,6 +66,7 @@ struct Content {
     values: Vec<Taken>,
     #[serde(default)]
     limits: Vec<Limit>,
+    main: Option<String>,
     tune: Option<Table>,
 }
 
@@ -113,6 +114,7 @@ pub fn read(path: &Path, fmus: Option<&Path>) -> Result<Reading> {
         window: content.window,
         values: content.values,
         limits: content.limits,
+        main: content.main,
     };
     Ok(Reading { job: Job { system, study }, tune: content.tune })
 }
