@@ -318,7 +318,8 @@ fn cells(points: &[(f64, f64, f64)], top: f64) -> Vec<(f64, f64, f64)> {
 
 /// The scale of the colours.
 fn keys(of: &Quantity, low: f64, high: f64, is_binned: bool, absent: usize) -> (Vec<Key>, Vec<Label>) {
-    let text = |x: f64, anchor, text: String| Label { x: Pixels(x), text_x: Pixels(x), text_y: Pixels(40.0), anchor, text };
+    let text =
+        |x: f64, anchor, text: String| Label { x: Pixels(x), text_x: Pixels(x), text_y: Pixels(40.0), anchor, text };
     let is_lower_better = engine::study::summary::is_lower_better(&of.name);
     let (best, worst) = if is_lower_better { (low, high) } else { (high, low) };
     let (before, after) = if is_lower_better { ("≤", "≥") } else { ("≥", "≤") };
@@ -342,10 +343,7 @@ fn keys(of: &Quantity, low: f64, high: f64, is_binned: bool, absent: usize) -> (
         let runs = if absent == 1 { "run".into() } else { format!("{absent} runs") };
         let _ = write!(end, "; ×: {runs} without {}", of.name);
     }
-    let texts = vec![
-        text(LEFT, "start", best),
-        text(begin + LEVELS.len() as f64 * width + 8.0, "start", end),
-    ];
+    let texts = vec![text(LEFT, "start", best), text(begin + LEVELS.len() as f64 * width + 8.0, "start", end)];
     ((0..LEVELS.len()).map(key).collect(), texts)
 }
 
@@ -354,7 +352,12 @@ fn keys(of: &Quantity, low: f64, high: f64, is_binned: bool, absent: usize) -> (
 ///
 /// # Errors
 /// It cannot be drawn.
-pub fn curves(title: &str, signals: &Signals, figure: &Quantity, runs: &[(&str, u64, &Recording)]) -> Result<Option<String>> {
+pub fn curves(
+    title: &str,
+    signals: &Signals,
+    figure: &Quantity,
+    runs: &[(&str, u64, &Recording)],
+) -> Result<Option<String>> {
     let Some((_, _, first)) = runs.first() else { return Ok(None) };
     let rows = runs.iter().map(|(_, _, recording)| recording.times.len()).min().unwrap_or(0);
     let column = |name: &str| first.columns.iter().position(|column| column.name == name);
@@ -389,8 +392,12 @@ pub fn curves(title: &str, signals: &Signals, figure: &Quantity, runs: &[(&str, 
         }
         panels.push(Panel { label: label(name), curves });
     }
-    let own = ["min", "max", "mean", "last", "violation"].iter().find_map(|of| figure.name.strip_suffix(of)?.strip_suffix('.'));
-    let shown = |name: &&str| Some(*name) != signals.process_value.as_deref() && Some(*name) != signals.manipulated_value.as_deref();
+    let own = ["min", "max", "mean", "last", "violation"]
+        .iter()
+        .find_map(|of| figure.name.strip_suffix(of)?.strip_suffix('.'));
+    let shown = |name: &&str| {
+        Some(*name) != signals.process_value.as_deref() && Some(*name) != signals.manipulated_value.as_deref()
+    };
     for name in own.filter(shown).into_iter().chain(signals.manipulated_value.as_deref()) {
         panels.push(Panel { label: label(name), curves: of_each(name) });
     }
@@ -406,4 +413,126 @@ pub fn curves(title: &str, signals: &Signals, figure: &Quantity, runs: &[(&str, 
     }
     let chart = Chart { title: title.into(), time: first.times[..rows].to_vec(), over: None, panels, lanes };
     plot::svg(&chart).context("the curves cannot be drawn").map(Some)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::page::picture;
+    use crate::study::report::tests::recording;
+    use engine::study::results::Row;
+
+    fn quantity(name: &str) -> Quantity {
+        Quantity { name: name.into(), unit: Some("s".into()) }
+    }
+
+    /// Results over `width` coordinates, which are those of a spiral.
+    fn results(width: usize, values: &[f64]) -> Results {
+        let coordinates = ["P.A", "P.B", "P.C"].map(quantity)[..width].to_vec();
+        let mut results = Results::new(coordinates, vec![quantity("settling")]);
+        for (run, value) in values.iter().enumerate() {
+            let (along, angle) = (run as f64 / values.len() as f64, run as f64 * 2.4);
+            let point = [along * angle.cos(), along * angle.sin(), 1.0];
+            results.push(&point[..width], &Row { figures: vec![*value], error: None });
+        }
+        results
+    }
+
+    fn of(values: &[f64]) -> Option<String> {
+        let results = results(0, values);
+        histogram(&Summary::of(&results, 1).figures[0], results.figure(0)).unwrap()
+    }
+
+    #[test]
+    fn the_bars_of_a_histogram_have_a_round_width_and_hold_all_runs() {
+        // Quartiles 24.75 and 74.25: 2 * 49.5 / 100^(1/3) = 21.3.
+        let values: Vec<f64> = (0..100).map(f64::from).collect();
+        assert_eq!(bar_width(&values), Some(50.0));
+        // An outlier does not make thousands of bars.
+        let outlier: Vec<f64> = values.iter().copied().chain([1e6]).collect();
+        assert_eq!(bar_width(&outlier), Some(20_000.0));
+        // Whole numbers are not divided; where most are equal there are forty bars.
+        assert_eq!(bar_width(&[1.0, 1.0, 2.0, 2.0, 3.0]), Some(2.0));
+        let mut mostly = vec![0.0; 99];
+        mostly.push(0.5);
+        assert_eq!(bar_width(&mostly), Some(0.02));
+        assert_eq!((bar_width(&[5.0]), bar_width(&[0.0; 3]), bar_width(&[])), (Some(0.5), Some(1.0), None));
+    }
+
+    #[test]
+    fn a_histogram_marks_its_percentiles_and_names_its_axes() {
+        let drawing = of(&(0..=100).map(f64::from).collect::<Vec<_>>()).unwrap();
+        for text in ["settling of 101 runs", "settling in s", "runs", "5 %: 5 s", "median: 50 s", "95 %: 95 s"] {
+            assert!(drawing.contains(&format!(">{text}</text>")), "{text}");
+        }
+        assert_eq!(of(&[f64::NAN]), None);
+    }
+
+    #[test]
+    fn any_values_give_a_histogram_without_a_number_that_is_none() {
+        for values in [&[f64::NAN, 3.0, f64::INFINITY][..], &[0.0], &[-5.0; 9], &[1e300, -1e300], &[5e-324, 1.0]] {
+            let drawing = of(values).unwrap();
+            assert!(!drawing.contains("NaN") && !drawing.contains("inf"), "{values:?}");
+            picture::png(&drawing).unwrap();
+        }
+    }
+
+    #[test]
+    fn few_runs_are_points_and_many_are_cells_of_a_small_file() {
+        let draw = |count: usize| {
+            let values: Vec<f64> = (0..count).map(|run| run as f64).collect();
+            let results = results(2, &values);
+            scatter(&results, &Summary::of(&results, 1), 0).unwrap().unwrap()
+        };
+        let few = draw(1000);
+        assert_eq!(few.matches("h0").count(), 1000);
+        let many = draw(100_000);
+        assert!(many.len() < 300_000, "{}", many.len());
+        assert!(many.contains("a cell has the mean of its runs") && !few.contains("a cell"));
+        assert_eq!(many, draw(100_000));
+    }
+
+    #[test]
+    fn a_scatter_plot_marks_runs_without_the_figure() {
+        let results = results(3, &[1.0, f64::NAN, 3.0, 5.0]);
+        let drawing = scatter(&results, &Summary::of(&results, 1), 0).unwrap().unwrap();
+        assert!(drawing.contains("×: 1 run without settling"));
+        for text in ["settling in s over P.A and P.B", "P.A in s", "P.B in s"] {
+            assert!(drawing.contains(&format!(">{text}</text>")), "{text}");
+        }
+    }
+
+    #[test]
+    fn over_one_coordinate_the_figure_is_the_height() {
+        let draw = |width| {
+            let results = results(width, &[1.0, 2.0, 4.0]);
+            scatter(&results, &Summary::of(&results, 1), 0).unwrap()
+        };
+        let one = draw(1).unwrap();
+        assert!(one.contains(">P.A in s</text>") && one.contains(">settling in s</text>"));
+        assert_eq!(draw(0), None);
+    }
+
+    #[test]
+    fn the_curves_of_runs_share_axes_and_the_setpoint_is_drawn_once() {
+        let signals = Signals {
+            setpoint: Some("PID.SP".into()),
+            process_value: Some("HEATER.TEMP".into()),
+            manipulated_value: Some("PID.LMN".into()),
+            pulses: None,
+        };
+        let (worst, best) = (recording(80.0), recording(60.0));
+        let runs = [("worst", 7, &worst), ("best", 2, &best)];
+        let drawing = curves("Runs", &signals, &quantity("iae"), &runs).unwrap().unwrap();
+        for (text, count) in
+            [("worst: run 7", 2), ("best: run 2", 2), ("setpoint", 1), ("HEATER.TEMP in degC", 1), ("PID.LMN in %", 1)]
+        {
+            assert_eq!(drawing.matches(&format!(">{text}</text>")).count(), count, "{text}");
+        }
+        // A run has one colour: a line in the legend and one in the panel, twice.
+        assert_eq!(drawing.matches("class=\"curve-2\"").count(), 4);
+        assert_eq!(curves("Runs", &Signals::default(), &quantity("iae"), &runs).unwrap(), None);
+        let drawing = curves("Runs", &Signals::default(), &quantity("HEATER.TEMP.max"), &runs).unwrap().unwrap();
+        assert!(drawing.contains(">HEATER.TEMP in degC</text>"));
+    }
 }
