@@ -11,7 +11,7 @@ use askama::Template;
 use engine::digits::short;
 use engine::run::Recording;
 use engine::study::Signals;
-use engine::study::expect::with_unit;
+use engine::study::expect::{runs_text, with_unit};
 use engine::study::results::{Quantity, Results};
 use engine::study::summary::{Distribution, Summary, percentile};
 use std::fmt::Write;
@@ -181,10 +181,7 @@ pub fn histogram(distribution: &Distribution, values: impl Iterator<Item = f64>)
         Some(Label { x: Pixels(x), text_x: Pixels(text_x), text_y, anchor, text })
     };
     let marks = [5.0, 50.0, 95.0].into_iter().enumerate().filter_map(mark).collect();
-    let title = match values.len() {
-        1 => format!("{} of 1 run", distribution.figure.name),
-        count => format!("{} of {count} runs", distribution.figure.name),
-    };
+    let title = format!("{} of {}", distribution.figure.name, runs_text(values.len() as u64));
     let mut frame = place.frame(title, axis(&distribution.figure), "runs".into());
     frame.rows.retain(|tick| !tick.label.contains('.'));
     Ok(Some(Histogram { frame, bars, marks }.render()?))
@@ -340,8 +337,7 @@ fn keys(of: &Quantity, low: f64, high: f64, is_binned: bool, absent: usize) -> (
         end.push_str("; a cell has the mean of its runs");
     }
     if absent > 0 {
-        let runs = if absent == 1 { "run".into() } else { format!("{absent} runs") };
-        let _ = write!(end, "; ×: {runs} without {}", of.name);
+        let _ = write!(end, "; ×: {} without {}", runs_text(absent as u64), of.name);
     }
     let texts = vec![text(LEFT, "start", best), text(begin + LEVELS.len() as f64 * width + 8.0, "start", end)];
     ((0..LEVELS.len()).map(key).collect(), texts)
@@ -418,7 +414,6 @@ pub fn curves(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::page::picture;
     use crate::study::report::tests::recording;
     use engine::study::results::Row;
 
@@ -473,7 +468,7 @@ mod tests {
         for values in [&[f64::NAN, 3.0, f64::INFINITY][..], &[0.0], &[-5.0; 9], &[1e300, -1e300], &[5e-324, 1.0]] {
             let drawing = of(values).unwrap();
             assert!(!drawing.contains("NaN") && !drawing.contains("inf"), "{values:?}");
-            picture::png(&drawing).unwrap();
+            resvg::usvg::roxmltree::Document::parse(&drawing).unwrap();
         }
     }
 
@@ -496,7 +491,7 @@ mod tests {
     fn a_scatter_plot_marks_runs_without_the_figure() {
         let results = results(3, &[1.0, f64::NAN, 3.0, 5.0]);
         let drawing = scatter(&results, &Summary::of(&results, 1), 0).unwrap().unwrap();
-        assert!(drawing.contains("×: 1 run without settling"));
+        assert!(drawing.contains("×: 1 run without settling"), "{drawing}");
         for text in ["settling in s over P.A and P.B", "P.A in s", "P.B in s"] {
             assert!(drawing.contains(&format!(">{text}</text>")), "{text}");
         }

@@ -9,7 +9,7 @@ use askama::Template;
 use engine::digits::short;
 use engine::plan::near;
 use engine::run::Recording;
-use engine::study::expect::{Expectation, Of, Verdict, with_unit};
+use engine::study::expect::{Expectation, Of, Verdict, runs_text, with_unit};
 use engine::study::results::{Quantity, Results};
 use engine::study::summary::{Distribution, PERCENTS, Summary};
 use engine::study::{Along, Axis, Job, Sampling, Signals};
@@ -171,12 +171,9 @@ pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item =
             let _ = write!(text, "\n    {}", settings(results, run));
         }
     }
-    match count.saturating_sub(MOST_RUNS) {
-        0 => {}
-        1 => text.push_str("\nand 1 more run"),
-        more => {
-            let _ = write!(text, "\nand {more} more runs");
-        }
+    let more = count.saturating_sub(MOST_RUNS);
+    if more > 0 {
+        let _ = write!(text, "\nand {more} more");
     }
     text
 }
@@ -185,10 +182,6 @@ pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item =
 fn settings(results: &Results, run: u64) -> String {
     let setting = |(of, value): (&Quantity, &f64)| format!("{} = {}", of.name, with_unit(*value, of));
     results.coordinates.iter().zip(results.point(run)).map(setting).collect::<Vec<_>>().join(", ")
-}
-
-fn runs_text(count: u64) -> String {
-    if count == 1 { "1 run".into() } else { format!("{count} runs") }
 }
 
 /// Runs by their numbers: `run 1`, `runs 1, 2, 3 and 7 more`.
