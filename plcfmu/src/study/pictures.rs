@@ -13,7 +13,8 @@ use engine::run::Recording;
 use engine::study::Signals;
 use engine::study::expect::{runs_text, with_unit};
 use engine::study::results::{Quantity, Results};
-use engine::study::summary::{Distribution, Summary, percentile};
+use engine::study::summary::{Distribution, Summary, is_lower_better, percentile};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 // In pixels.
@@ -77,10 +78,47 @@ struct Label {
     text: String,
 }
 
+/// A scale, of the values or of their logarithms.
+struct Axis {
+    scale: Scale,
+    is_logarithmic: bool,
+}
+
+impl Axis {
+    /// All values, with some room. Logarithms are of values above 0.
+    fn around(values: impl Iterator<Item = f64> + Clone, is_logarithmic: bool) -> Axis {
+        let is_logarithmic = is_logarithmic && values.clone().all(|value| value > 0.0);
+        let scale = Scale::around(values.map(|value| if is_logarithmic { value.log10() } else { value }));
+        Axis { scale, is_logarithmic }
+    }
+
+    fn part(&self, value: f64) -> f64 {
+        self.scale.part(if self.is_logarithmic { value.log10() } else { value })
+    }
+
+    /// Round numbers within, about `count` of them; of logarithms 1, 2, 5, 10 and so on.
+    fn ticks(&self, count: f64) -> Vec<f64> {
+        if !self.is_logarithmic {
+            return self.scale.ticks(count);
+        }
+        let decades = self.scale.from.floor() as i32..=self.scale.to.ceil() as i32;
+        let are_few = self.scale.to - self.scale.from <= 4.0;
+        let factors: &[f64] = if are_few { &[1.0, 2.0, 5.0] } else { &[1.0] };
+        let all = decades.flat_map(|decade| factors.iter().map(move |factor| factor * 10f64.powi(decade)));
+        all.filter(|tick| (0.0..=1.0).contains(&self.part(*tick))).collect()
+    }
+}
+
+impl From<Scale> for Axis {
+    fn from(scale: Scale) -> Axis {
+        Axis { scale, is_logarithmic: false }
+    }
+}
+
 /// Where values are in a drawing.
 struct Place {
-    horizontal: Scale,
-    vertical: Scale,
+    horizontal: Axis,
+    vertical: Axis,
     top: f64,
     height: f64,
 }
@@ -159,8 +197,8 @@ pub fn histogram(distribution: &Distribution, values: impl Iterator<Item = f64>)
     let most = counts.iter().copied().max().unwrap_or(0);
     let place = Place {
         // A quarter of a bar on both sides.
-        horizontal: Scale { from: (first - 0.25) * width, to: (last + 1.25) * width },
-        vertical: Scale { from: 0.0, to: most as f64 * 1.05 },
+        horizontal: Scale { from: (first - 0.25) * width, to: (last + 1.25) * width }.into(),
+        vertical: Scale { from: 0.0, to: most as f64 * 1.05 }.into(),
         top: HISTOGRAM.0,
         height: HISTOGRAM.1,
     };
@@ -230,66 +268,71 @@ struct Key {
 }
 
 /// The runs over the two coordinates that correlate most with a figure, coloured by it; over one coordinate if there
-/// is but one, with the figure as the height. None if nothing varies or no run has the figure.
+/// is but one, with the figure as the height. None if nothing varies or no run has the figure. `logarithmic` says of
+/// each coordinate whether its axis shows logarithms.
 ///
-/// The colours divide the range from the percentile 5 to the percentile 95 evenly. More than 4000 points are put together
-/// in cells with the mean of their runs.
+/// The colours divide the range from the percentile 5 to the percentile 95 evenly. Runs at the same place are one point with their
+/// mean; more than 4000 points are put together in cells.
 ///
 /// # Errors
 /// It cannot be drawn.
-pub fn scatter(results: &Results, summary: &Summary, figure: usize) -> Result<Option<String>> {
-    let distribution = &summary.figures[figure];
-    let of = &distribution.figure;
+pub fn scatter(results: &Results, summary: &Summary, figure: usize, logarithmic: &[bool]) -> Result<Option<String>> {
+    let of = &summary.figures[figure].figure;
     let coordinates = summary.strongest(figure);
     let Some(&first) = coordinates.first() else { return Ok(None) };
+    let second = coordinates.get(1).copied();
     let value = |run: u64| results.figures_of(run)[figure];
     let mut values: Vec<f64> = results.figure(figure).filter(|value| is_drawn(*value)).collect();
     values.sort_unstable_by(f64::total_cmp);
     let (Some(low), Some(high)) = (percentile(&values, 5.0), percentile(&values, 95.0)) else { return Ok(None) };
     let at = |run: u64| {
         let point = results.point(run);
-        (point[first], coordinates.get(1).map_or_else(|| value(run), |second| point[*second]))
+        (point[first], second.map_or_else(|| value(run), |second| point[second]))
     };
-    let runs = || (0..results.count()).map(|run| (at(run), value(run)));
-    let all = || runs().map(|(at, _)| at).filter(|(x, y)| is_drawn(*x) && is_drawn(*y));
+    let runs = (0..results.count()).map(|run| (at(run), value(run)));
+    let runs = runs.filter(|((x, y), _)| is_drawn(*x) && is_drawn(*y));
+    let is_logarithmic = |coordinate: usize| logarithmic.get(coordinate).copied().unwrap_or(false);
     let place = Place {
-        horizontal: Scale::around(all().map(|(x, _)| x)),
-        vertical: Scale::around(all().map(|(_, y)| y)),
+        horizontal: Axis::around(runs.clone().map(|((x, _), _)| x), is_logarithmic(first)),
+        vertical: Axis::around(runs.clone().map(|((_, y), _)| y), second.is_some_and(is_logarithmic)),
         top: SCATTER.0,
         height: SCATTER.1,
     };
-    let points = runs().filter(|((x, y), value)| is_drawn(*x) && is_drawn(*y) && is_drawn(*value));
+    let points = runs.clone().filter(|(_, value)| is_drawn(*value));
     let points: Vec<(f64, f64, f64)> = points.map(|((x, y), value)| (place.x(x), place.y(y), value)).collect();
-    let is_binned = points.len() > MOST_POINTS;
+    let mut drawn = cells(&points, 0.01, place.top);
+    let is_binned = drawn.len() > MOST_POINTS;
+    if is_binned {
+        drawn = cells(&points, CELL, place.top);
+    }
     let level = |value: f64| {
         let part = if high > low { (value - low) / (high - low) } else { 0.5 };
-        let part = if engine::study::summary::is_lower_better(&of.name) { part } else { 1.0 - part };
+        let part = if is_lower_better(&of.name) { part } else { 1.0 - part };
         ((part * LEVELS.len() as f64) as usize).min(LEVELS.len() - 1)
     };
     let mut paths = vec![String::new(); LEVELS.len()];
-    if is_binned {
-        for (x, y, value) in cells(&points, place.top) {
-            let (x, y) = (Pixels(x), Pixels(y));
-            write!(paths[level(value)], "M{x} {y}h{CELL}v{CELL}h-{CELL}z")?;
-        }
-    } else {
-        for (x, y, value) in &points {
-            write!(paths[level(*value)], "M{} {}h0", Pixels(*x), Pixels(*y))?;
-        }
+    for (x, y, value) in &drawn {
+        let (x, y) = (Pixels(*x), Pixels(*y));
+        let path = &mut paths[level(*value)];
+        if is_binned { write!(path, "M{x} {y}h{CELL}v{CELL}h-{CELL}z") } else { write!(path, "M{x} {y}h0") }?;
     }
     let class = |(level, path): (usize, String)| Class { number: level + 1, color: LEVELS[level], path };
     let classes = paths.into_iter().enumerate().filter(|(_, path)| !path.is_empty()).map(class).collect();
-    let without = runs().filter(|((x, y), value)| is_drawn(*x) && is_drawn(*y) && !is_drawn(*value));
+    let without = runs.filter(|(_, value)| !is_drawn(*value));
     let mut absent = String::new();
-    for ((x, y), _) in without.take(MOST_ABSENT) {
+    for ((x, y), _) in without.clone().take(MOST_ABSENT) {
         write!(absent, "M{} {}l6 6m0-6l-6 6", Pixels(place.x(x) - 3.0), Pixels(place.y(y) - 3.0))?;
     }
-    let others = results.count() as usize - points.len();
-    let (keys, key_texts) = keys(of, low, high, is_binned, if absent.is_empty() { 0 } else { others });
-    let vertical = coordinates.get(1).map_or(of, |second| &results.coordinates[*second]);
+    let mean_of = match (is_binned, drawn.len() < points.len()) {
+        (true, _) => Some("a cell"),
+        (false, true) => Some("a point"),
+        (false, false) => None,
+    };
+    let (keys, key_texts) = keys(of, low, high, mean_of, without.count());
+    let vertical = second.map_or(of, |second| &results.coordinates[second]);
     let title = format!("{} over {}", axis(of), coordinates_text(results, &coordinates));
     let frame = place.frame(title, axis(&results.coordinates[first]), axis(vertical));
-    let diameter = Pixels(if points.len() > 500 { 4.0 } else { 7.0 });
+    let diameter = Pixels(if drawn.len() > 500 { 5.0 } else { 8.0 });
     let drawing = Scatter { frame, classes, is_binned, diameter, absent, keys, key_y: Pixels(36.0), key_texts };
     Ok(Some(drawing.render()?))
 }
@@ -299,47 +342,44 @@ fn coordinates_text(results: &Results, coordinates: &[usize]) -> String {
     names.join(" and ")
 }
 
-/// The cells with points: left, top and the mean of their values, column by column.
-fn cells(points: &[(f64, f64, f64)], top: f64) -> Vec<(f64, f64, f64)> {
-    let mut cells = std::collections::BTreeMap::<(i64, i64), (f64, f64)>::new();
+/// The cells of this size that have points: left, top and the mean of their values, column by column.
+fn cells(points: &[(f64, f64, f64)], size: f64, top: f64) -> Vec<(f64, f64, f64)> {
+    let mut cells = BTreeMap::<(i64, i64), (f64, f64)>::new();
     for (x, y, value) in points {
-        let cell = (((x - LEFT) / CELL).floor() as i64, ((y - top) / CELL).floor() as i64);
+        let cell = (((x - LEFT) / size).floor() as i64, ((y - top) / size).floor() as i64);
         let (sum, count) = cells.entry(cell).or_default();
         (*sum, *count) = (*sum + value, *count + 1.0);
     }
     let place = |((column, row), (sum, count)): ((i64, i64), (f64, f64))| {
-        (LEFT + column as f64 * CELL, top + row as f64 * CELL, sum / count)
+        (LEFT + column as f64 * size, top + row as f64 * size, sum / count)
     };
     cells.into_iter().map(place).collect()
 }
 
-/// The scale of the colours.
-fn keys(of: &Quantity, low: f64, high: f64, is_binned: bool, absent: usize) -> (Vec<Key>, Vec<Label>) {
-    let text =
-        |x: f64, anchor, text: String| Label { x: Pixels(x), text_x: Pixels(x), text_y: Pixels(40.0), anchor, text };
-    let is_lower_better = engine::study::summary::is_lower_better(&of.name);
-    let (best, worst) = if is_lower_better { (low, high) } else { (high, low) };
-    let (before, after) = if is_lower_better { ("≤", "≥") } else { ("≥", "≤") };
-    let best = format!("{before} {}", short(best));
-    let begin = LEFT + best.chars().count() as f64 * 7.0 + 8.0;
-    let width = 26.0;
+/// The scale of the colours, and what the marks are.
+fn keys(of: &Quantity, low: f64, high: f64, mean_of: Option<&str>, absent: usize) -> (Vec<Key>, Vec<Label>) {
+    let label =
+        |x: f64, text: String| Label { x: Pixels(x), text_x: Pixels(x), text_y: Pixels(40.0), anchor: "start", text };
+    let (best, worst) = if is_lower_better(&of.name) {
+        (format!("≤ {}", short(low)), format!("≥ {}", with_unit(high, of)))
+    } else {
+        (format!("≥ {}", short(high)), format!("≤ {}", with_unit(low, of)))
+    };
+    let (begin, width) = (LEFT + best.chars().count() as f64 * 7.0 + 8.0, 26.0);
     let key = |level: usize| Key {
         number: level + 1,
         color: LEVELS[level],
         x: Pixels(begin + level as f64 * width),
         width: Pixels(width),
     };
-    let mut end = format!("{after} {}", short(worst));
-    if let Some(unit) = &of.unit {
-        let _ = write!(end, " {unit}");
-    }
-    if is_binned {
-        end.push_str("; a cell has the mean of its runs");
+    let mut end = worst;
+    if let Some(mark) = mean_of {
+        let _ = write!(end, "; {mark} has the mean of its runs");
     }
     if absent > 0 {
         let _ = write!(end, "; ×: {} without {}", runs_text(absent as u64), of.name);
     }
-    let texts = vec![text(LEFT, "start", best), text(begin + LEVELS.len() as f64 * width + 8.0, "start", end)];
+    let texts = vec![label(LEFT, best), label(begin + LEVELS.len() as f64 * width + 8.0, end)];
     ((0..LEVELS.len()).map(key).collect(), texts)
 }
 
@@ -477,7 +517,7 @@ mod tests {
         let draw = |count: usize| {
             let values: Vec<f64> = (0..count).map(|run| run as f64).collect();
             let results = results(2, &values);
-            scatter(&results, &Summary::of(&results, 1), 0).unwrap().unwrap()
+            scatter(&results, &Summary::of(&results, 1), 0, &[]).unwrap().unwrap()
         };
         let few = draw(1000);
         assert_eq!(few.matches("h0").count(), 1000);
@@ -490,7 +530,7 @@ mod tests {
     #[test]
     fn a_scatter_plot_marks_runs_without_the_figure() {
         let results = results(3, &[1.0, f64::NAN, 3.0, 5.0]);
-        let drawing = scatter(&results, &Summary::of(&results, 1), 0).unwrap().unwrap();
+        let drawing = scatter(&results, &Summary::of(&results, 1), 0, &[]).unwrap().unwrap();
         assert!(drawing.contains("×: 1 run without settling"), "{drawing}");
         for text in ["settling in s over P.A and P.B", "P.A in s", "P.B in s"] {
             assert!(drawing.contains(&format!(">{text}</text>")), "{text}");
@@ -498,10 +538,25 @@ mod tests {
     }
 
     #[test]
+    fn runs_at_the_same_place_are_one_point_and_a_logarithmic_axis_has_round_ticks() {
+        let mut results = Results::new(vec![quantity("P.A"), quantity("P.B")], vec![quantity("settling")]);
+        for (run, value) in [1.0, 2.0, 3.0, 4.0, 5.0, 6.0].into_iter().enumerate() {
+            let point = [10f64.powi(run as i32 % 3), f64::from(run as u32 % 3)];
+            results.push(&point, &Row { figures: vec![value], error: None });
+        }
+        let drawing = scatter(&results, &Summary::of(&results, 1), 0, &[true, false]).unwrap().unwrap();
+        assert_eq!(drawing.matches("h0").count(), 3);
+        assert!(drawing.contains("a point has the mean of its runs"));
+        for tick in ["1", "2", "5", "10", "20", "50", "100"] {
+            assert!(drawing.contains(&format!("text-anchor=\"middle\">{tick}</text>")), "{tick}");
+        }
+    }
+
+    #[test]
     fn over_one_coordinate_the_figure_is_the_height() {
         let draw = |width| {
             let results = results(width, &[1.0, 2.0, 4.0]);
-            scatter(&results, &Summary::of(&results, 1), 0).unwrap()
+            scatter(&results, &Summary::of(&results, 1), 0, &[]).unwrap()
         };
         let one = draw(1).unwrap();
         assert!(one.contains(">P.A in s</text>") && one.contains(">settling in s</text>"));

@@ -17,6 +17,7 @@ use engine::system::Value;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -103,7 +104,21 @@ pub fn write(folder: &Path, report: &Report) -> Result<Vec<PathBuf>> {
     for (path, content) in &files {
         temporary::place(path, |writer| Ok(writer.write_all(content)?), |_| Ok(()))?;
     }
+    remove_old(&folder.join("pictures"), &files)?;
     Ok(files.into_iter().map(|(path, _)| path).collect())
+}
+
+/// Removes pictures of an earlier study with other figures.
+fn remove_old(folder: &Path, files: &[(PathBuf, Vec<u8>)]) -> Result<()> {
+    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
+    for entry in entries.flatten() {
+        let (path, name) = (entry.path(), entry.file_name());
+        let is_ours = ["curves.", "scatter.", "histogram_"].iter().any(|of| name.to_string_lossy().starts_with(of));
+        if is_ours && files.iter().all(|(file, _)| *file != path) {
+            fs::remove_file(&path).with_context(|| format!("{} cannot be removed", path.display()))?;
+        }
+    }
+    Ok(())
 }
 
 /// A picture of a report.
@@ -130,7 +145,7 @@ fn pictures(report: &Report) -> Result<Vec<Picture>> {
         let title = format!("Runs with the worst, the median and the best {}", of.figure.name);
         let svg = pictures::curves(&title, report.signals, &of.figure, &runs)?;
         drawn.push(("curves".to_string(), None, svg));
-        drawn.push(("scatter".into(), None, pictures::scatter(report.results, report.summary, main)?));
+        drawn.push(("scatter".into(), None, pictures::scatter(report.results, report.summary, main, &logarithmic(report))?));
     }
     for (column, of) in report.summary.figures.iter().enumerate() {
         let svg = pictures::histogram(of, report.results.figure(column))?;
@@ -145,6 +160,18 @@ fn pictures(report: &Report) -> Result<Vec<Picture>> {
         Some(Picture { name, figure, svg: svg? })
     };
     Ok(drawn.into_iter().filter_map(picture).collect())
+}
+
+/// Whether the values of a coordinate are told by their ratios.
+fn logarithmic(report: &Report) -> Vec<bool> {
+    let has_ratios = |along: &Along| matches!(along, Along::Range { logarithmic: true, .. } | Along::LogNormal { .. });
+    let of_axis = |name: &str, axis: &Axis| has_ratios(&axis.along) && axis.variables.iter().any(|of| of == name);
+    let is_logarithmic = |of: &Quantity| {
+        // A value that is set later is named FMU.VARIABLE@SECONDS.
+        let name = of.name.split('@').next().unwrap_or_default();
+        report.job.study.axes.iter().any(|axis| of_axis(name, axis))
+    };
+    report.results.coordinates.iter().map(is_logarithmic).collect()
 }
 
 /// A name that every file system takes.
