@@ -10,7 +10,7 @@ use crate::study::{self, Interrupted, bundle, output};
 use anyhow::{Context, Result, bail, ensure};
 use engine::run::Recording;
 use engine::study::expect::{Expectation, Verdict};
-use engine::study::results::Results;
+use engine::study::results::{Results, Row};
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -75,7 +75,7 @@ Examples:
 
 The README of plcfmu says what a study is made of.";
 
-fn seconds(text: &str) -> Result<f64, String> {
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(seconds) if (0.1..=1e6).contains(&seconds) => Ok(seconds),
         _ => Err("a time from 0.1 s to 1000000 s is needed".into()),
@@ -111,7 +111,7 @@ pub fn run(options: &Options) -> Result<()> {
     if let Some(run) = options.curves.iter().find(|run| **run >= count) {
         bail!("there is no run {run}: the study has the runs 0 to {}", count.saturating_sub(1));
     }
-    warn(&mut pool, &reading.job.system.remarks)?;
+    warn(&pool, &reading.job.system.remarks);
 
     let out = options.out.clone().unwrap_or_else(|| format!("{}_results", reading.name).into());
     let mut parts = Parts::open(&out, &fingerprint, options.resume)?;
@@ -132,7 +132,7 @@ pub fn run(options: &Options) -> Result<()> {
 }
 
 /// What becomes true with Ctrl-C. The second Ctrl-C ends the program.
-fn interruption() -> Result<Arc<AtomicBool>> {
+pub(super) fn interruption() -> Result<Arc<AtomicBool>> {
     let interrupted = Arc::<AtomicBool>::default();
     let set = interrupted.clone();
     ctrlc::set_handler(move || {
@@ -156,15 +156,13 @@ fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<Ato
 }
 
 /// Tells what the user should know before the runs.
-fn warn(pool: &mut Pool, remarks: &[String]) -> Result<()> {
+fn warn(pool: &Pool, remarks: &[String]) {
     for remark in remarks {
         eprintln!("remark: {remark}");
     }
-    let reset = pool.check_reset()?;
-    for warning in pool.experiment().warnings.iter().chain(&reset) {
+    for warning in &pool.experiment().warnings {
         eprintln!("warning: {warning}");
     }
-    Ok(())
 }
 
 /// Makes the runs of a part.
@@ -191,13 +189,9 @@ fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
     let missing = Missing::of(parts.missing(count));
     let there = count - missing.count;
     let progress = Progress::runs(count, there, experiment.plan.steps);
-    let mut collector = Collector::new(parts);
-    let mut done = there;
-    let made = pool.rows(missing.count, &|place| experiment.point(missing.run(place)), &mut |place, _, row| {
-        done += 1;
-        progress.set(done as usize);
-        collector.push(missing.run(place), row)
-    });
+    let mut kept = Kept { collector: Collector::new(parts), missing: &missing, progress: &progress, done: there };
+    let made = pool.rows_into(missing.count, &|place| experiment.point(missing.run(place)), &mut kept);
+    let Kept { mut collector, done, .. } = kept;
     // Whatever has happened, what is there is kept.
     collector.flush()?;
     drop(progress);
@@ -206,6 +200,26 @@ fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
         bail!(Interrupted(format!("{done} of {count} runs are kept; the same command with --resume makes the others")));
     }
     Ok(())
+}
+
+/// Keeps rows in parts, and shows how many there are.
+struct Kept<'a> {
+    collector: Collector<'a>,
+    missing: &'a Missing,
+    progress: &'a Progress,
+    done: u64,
+}
+
+impl pool::Sink for Kept<'_> {
+    fn row(&mut self, place: u64, _: &[f64], row: Row) -> Result<()> {
+        self.done += 1;
+        self.progress.set(self.done as usize);
+        self.collector.push(self.missing.run(place), row)
+    }
+
+    fn idle(&mut self) -> Result<()> {
+        self.collector.wait()
+    }
 }
 
 /// The runs that are missing, one behind the other.
