@@ -120,7 +120,6 @@ def test_the_bytes_do_not_depend_on_how_the_runs_are_split(study, tmp_path):
 def test_an_fmu_that_fails_costs_its_own_run(study, with_faulty, tmp_path):
     done = study("--out=out", "--format=csv", file="faults.toml", fmus=with_faulty)
     assert done.returncode == 0, done.stderr
-    assert "an FMU computes something else after fmi2Reset than a new instance does" in done.stderr
     assert "warning: 6 of 8 runs failed; the first is run 1: P crashed: signal 6 (abort), twice" in done.stderr
     errors = [row["error"] for row in rows(tmp_path / "out/runs.csv")]
     assert errors[:2] == ["", "P crashed: signal 6 (abort), twice"]
@@ -129,11 +128,25 @@ def test_an_fmu_that_fails_costs_its_own_run(study, with_faulty, tmp_path):
     assert errors[4:] == errors[:4]
 
 
+def test_an_expectation_that_is_not_met_is_exit_code_1(study, tmp_path):
+    # A run takes a while to reach the setpoint: the second expectation is met.
+    done = study("--out=out", "--expect=iae < 1 s", "--expect=max(peak) > 0", "--junit=junit.xml", "--runs=0..3", "--part=x")
+    assert done.returncode == 2, "--part comes with no expectations"
+    done = study("--out=out", "--expect=iae < 1 s", "--expect=max(peak) > 0", "--junit=junit.xml")
+    assert done.returncode == 1
+    assert "error: iae < 1 s: 45 of 45 runs do not keep to it" in done.stderr
+    assert "C.GAIN = " in done.stdout and "met: max(peak) > 0" in done.stdout
+    assert (tmp_path / "out/runs.parquet").exists() and (tmp_path / "out/summary.html").exists()
+    assert 'failures="1"' in (tmp_path / "junit.xml").read_text()
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals and cc")
 def test_a_study_that_was_interrupted_goes_on(study, with_faulty, tmp_path):
     (tmp_path / "hangs.toml").write_text(FAULTS.replace("[0, 1, 3, 4]", "[0, 0, 2]"))
     once = ["--out=once", "--limit=1", "--format=csv"]
-    assert study(*once, file="hangs.toml", fmus=with_faulty).returncode == 0
+    done = study(*once, file="hangs.toml", fmus=with_faulty)
+    assert done.returncode == 0, done.stderr
+    assert "an FMU computes something else after fmi2Reset than a new instance does" in done.stderr
     process = study("--out=out", "--format=csv", "--jobs=1", file="hangs.toml", fmus=with_faulty, wait=False)
     while not list((tmp_path / "out").glob("parts/*.part")):
         assert process.poll() is None, process.communicate()
