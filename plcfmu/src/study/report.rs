@@ -145,7 +145,11 @@ fn pictures(report: &Report) -> Result<Vec<Picture>> {
         let title = format!("Runs with the worst, the median and the best {}", of.figure.name);
         let svg = pictures::curves(&title, report.signals, &of.figure, &runs)?;
         drawn.push(("curves".to_string(), None, svg));
-        drawn.push(("scatter".into(), None, pictures::scatter(report.results, report.summary, main, &logarithmic(report))?));
+        drawn.push((
+            "scatter".into(),
+            None,
+            pictures::scatter(report.results, report.summary, main, &logarithmic(report))?,
+        ));
     }
     for (column, of) in report.summary.figures.iter().enumerate() {
         let svg = pictures::histogram(of, report.results.figure(column))?;
