@@ -17,7 +17,6 @@ use engine::system::Value;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -104,21 +103,7 @@ pub fn write(folder: &Path, report: &Report) -> Result<Vec<PathBuf>> {
     for (path, content) in &files {
         temporary::place(path, |writer| Ok(writer.write_all(content)?), |_| Ok(()))?;
     }
-    remove_old(&folder.join("pictures"), &files)?;
     Ok(files.into_iter().map(|(path, _)| path).collect())
-}
-
-/// Removes pictures of an earlier study with other figures.
-fn remove_old(folder: &Path, files: &[(PathBuf, Vec<u8>)]) -> Result<()> {
-    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
-    for entry in entries.flatten() {
-        let (path, name) = (entry.path(), entry.file_name());
-        let is_ours = ["curves.", "scatter.", "histogram_"].iter().any(|of| name.to_string_lossy().starts_with(of));
-        if is_ours && files.iter().all(|(file, _)| *file != path) {
-            fs::remove_file(&path).with_context(|| format!("{} cannot be removed", path.display()))?;
-        }
-    }
-    Ok(())
 }
 
 /// A picture of a report.
