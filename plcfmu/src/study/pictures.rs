@@ -245,7 +245,8 @@ fn bar_width(values: &[f64]) -> Option<f64> {
 struct Scatter {
     frame: Frame,
     classes: Vec<Class>,
-    is_binned: bool,
+    /// Cells in place of points.
+    has_cells: bool,
     diameter: Pixels,
     /// A path of crosses.
     absent: String,
@@ -302,8 +303,10 @@ pub fn scatter(results: &Results, summary: &Summary, figure: usize, logarithmic:
     let points: Vec<(f64, f64, f64)> = points.map(|((x, y), value)| (place.x(x), place.y(y), value)).collect();
     let mut drawn = cells(&points, 0.01, place.top);
     let is_binned = drawn.len() > MOST_POINTS;
+    let size = if is_binned { Some((CELL, CELL)) } else { pitch(&drawn) };
     if is_binned {
         drawn = cells(&points, CELL, place.top);
+        drawn.iter_mut().for_each(|(x, y, _)| (*x, *y) = (*x + CELL / 2.0, *y + CELL / 2.0));
     }
     let level = |value: f64| {
         let part = if high > low { (value - low) / (high - low) } else { 0.5 };
@@ -312,9 +315,15 @@ pub fn scatter(results: &Results, summary: &Summary, figure: usize, logarithmic:
     };
     let mut paths = vec![String::new(); LEVELS.len()];
     for (x, y, value) in &drawn {
-        let (x, y) = (Pixels(*x), Pixels(*y));
         let path = &mut paths[level(*value)];
-        if is_binned { write!(path, "M{x} {y}h{CELL}v{CELL}h-{CELL}z") } else { write!(path, "M{x} {y}h0") }?;
+        match size {
+            Some((width, height)) => {
+                let (left, top) = (Pixels(x - width / 2.0), Pixels(y - height / 2.0));
+                let (width, height) = (Pixels(width), Pixels(height));
+                write!(path, "M{left} {top}h{width}v{height}h-{width}z")?;
+            }
+            None => write!(path, "M{} {}h0", Pixels(*x), Pixels(*y))?,
+        }
     }
     let class = |(level, path): (usize, String)| Class { number: level + 1, color: LEVELS[level], path };
     let classes = paths.into_iter().enumerate().filter(|(_, path)| !path.is_empty()).map(class).collect();
@@ -323,17 +332,14 @@ pub fn scatter(results: &Results, summary: &Summary, figure: usize, logarithmic:
     for ((x, y), _) in without.clone().take(MOST_ABSENT) {
         write!(absent, "M{} {}l6 6m0-6l-6 6", Pixels(place.x(x) - 3.0), Pixels(place.y(y) - 3.0))?;
     }
-    let mean_of = match (is_binned, drawn.len() < points.len()) {
-        (true, _) => Some("a cell"),
-        (false, true) => Some("a point"),
-        (false, false) => None,
-    };
+    let mean_of = (drawn.len() < points.len()).then_some(if size.is_some() { "a cell" } else { "a point" });
     let (keys, key_texts) = keys(of, low, high, mean_of, without.count());
     let vertical = second.map_or(of, |second| &results.coordinates[second]);
     let title = format!("{} over {}", axis(of), coordinates_text(results, &coordinates));
     let frame = place.frame(title, axis(&results.coordinates[first]), axis(vertical));
     let diameter = Pixels(if drawn.len() > 500 { 5.0 } else { 8.0 });
-    let drawing = Scatter { frame, classes, is_binned, diameter, absent, keys, key_y: Pixels(36.0), key_texts };
+    let drawing =
+        Scatter { frame, classes, has_cells: size.is_some(), diameter, absent, keys, key_y: Pixels(36.0), key_texts };
     Ok(Some(drawing.render()?))
 }
 
@@ -354,6 +360,20 @@ fn cells(points: &[(f64, f64, f64)], size: f64, top: f64) -> Vec<(f64, f64, f64)
         (LEFT + column as f64 * size, top + row as f64 * size, sum / count)
     };
     cells.into_iter().map(place).collect()
+}
+
+/// The size of the cells of a grid with a point at each place; none if the points are no such grid, or too close.
+fn pitch(points: &[(f64, f64, f64)]) -> Option<(f64, f64)> {
+    let along = |place: fn(&(f64, f64, f64)) -> f64| {
+        let mut places: Vec<f64> = points.iter().map(place).collect();
+        places.sort_unstable_by(f64::total_cmp);
+        places.dedup();
+        let least = places.windows(2).map(|pair| pair[1] - pair[0]).reduce(f64::min);
+        (places.len(), least.filter(|pitch| *pitch >= CELL))
+    };
+    let ((columns, width), (rows, height)) = (along(|point| point.0), along(|point| point.1));
+    (columns * rows == points.len()).then_some(())?;
+    Some((width?, height?))
 }
 
 /// The scale of the colours, and what the marks are.
@@ -535,6 +555,18 @@ mod tests {
         for text in ["settling in s over P.A and P.B", "P.A in s", "P.B in s"] {
             assert!(drawing.contains(&format!(">{text}</text>")), "{text}");
         }
+    }
+
+    #[test]
+    fn a_grid_is_drawn_in_cells() {
+        let mut results = Results::new(vec![quantity("P.A"), quantity("P.B")], vec![quantity("settling")]);
+        for run in 0..12_u32 {
+            let point = [f64::from(run / 4), f64::from(run % 4)];
+            results.push(&point, &Row { figures: vec![f64::from(run)], error: None });
+        }
+        let drawing = scatter(&results, &Summary::of(&results, 1), 0, &[]).unwrap().unwrap();
+        assert_eq!((drawing.matches("h0").count(), drawing.matches('z').count()), (0, 12));
+        assert!(!drawing.contains("mean of its runs"));
     }
 
     #[test]
