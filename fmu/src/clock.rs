@@ -66,6 +66,9 @@ pub struct Clock {
     /// Up to this time, in seconds, a step of one CYCLE can neither reach the stop time nor be beyond what a double
     /// resolves.
     horizon: f64,
+    /// By what part of a time's magnitude it may be off by rounding and still be ordinary, per 1000; below 0 where a step of one
+    /// CYCLE leaves a rounding of its own.
+    rounding: f64,
     /// Below this tick, every step of one CYCLE from where the last one ended is an ordinary one.
     ordinary_below: i64,
     /// The number k of the next call.
@@ -100,6 +103,7 @@ impl Clock {
             per_cycle: 0.0,
             period: 0.0,
             horizon: 0.0,
+            rounding: 0.0,
             ordinary_below: 0,
             next: 0,
             tick: 0,
@@ -114,6 +118,7 @@ impl Clock {
     fn with_constants(mut self) -> Clock {
         self.per_cycle = 1.0 / self.cycle;
         self.period = self.cycle / 1000.0;
+        self.rounding = if self.period * 1000.0 == self.cycle { ROUNDINGS * RESOLUTION } else { -1.0 };
         let resolved = 0.1 * self.cycle / (ROUNDINGS * RESOLUTION);
         self.horizon =
             if self.start.abs() < resolved { resolved.min(self.stop - 2.0 * self.period) } else { f64::NEG_INFINITY };
@@ -137,12 +142,21 @@ impl Clock {
     /// `tc` or `h` is not a valid time; `tc` is before the end of the last step, or `tc + h` after the stop time, by more
     /// than rounding. The clock stays where it is.
     pub fn advance(&mut self, tc: f64, h: f64) -> Result<Calls, Refusal> {
-        if !self.is_ordinary(tc, h) {
-            return self.check_and_advance(tc, h);
+        if self.check_and_make_ordinary_step(tc, h) {
+            return Ok(Calls { count: 1, lead: 0.0 });
         }
-        self.ordinary_below = if self.stays_ordinary(tc) { self.tick + ORDINARY_STEPS } else { 0 };
-        self.advance_by_a_tick(tc, h);
-        Ok(Calls { count: 1, lead: 0.0 })
+        self.check_and_advance(tc, h)
+    }
+
+    /// Goes from `tc` to `tc + h` if that is an ordinary step, which holds one call, and says whether it is.
+    #[inline]
+    pub fn check_and_make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
+        let is_ordinary = self.is_ordinary(tc, h);
+        if is_ordinary {
+            self.ordinary_below = if self.stays_ordinary(tc) { self.tick + ORDINARY_STEPS } else { 0 };
+            self.advance_by_a_tick(tc, h);
+        }
+        is_ordinary
     }
 
     /// Goes from `tc` to `tc + h` if that is known to be an ordinary step, which holds one call, and says whether it is.
@@ -169,13 +183,22 @@ impl Clock {
 
     /// The ordinary step goes from where the last one ended, at a tick, to the next tick: nothing that `check_and_advance`
     /// checks can fail then, and the result is the same.
+    #[inline]
     fn is_ordinary(&self, tc: f64, h: f64) -> bool {
-        tc == self.end
-            && h == self.period
+        h == self.period
             && self.offset == 0.0
             && self.next == self.tick
             && tc < self.horizon
-            && self.drift(tc) < MOST_DRIFT * self.cycle
+            && if tc == self.end { self.drift(tc) < MOST_DRIFT * self.cycle } else { self.is_at_tick(tc) }
+    }
+
+    /// Whether only the rounding of a host that computes its points anew separates `tc` from the tick at which the last step
+    /// ended: 6 * 0.1 is not 5 * 0.1 + 0.1.
+    #[inline]
+    fn is_at_tick(&self, tc: f64) -> bool {
+        // Of a `tc` that is not finite, the magnitude is that of `end`.
+        let rounding = self.rounding * tc.abs().min(self.end.abs()).max(self.start.abs());
+        self.drift(tc) <= rounding && (self.end - tc) * 1000.0 <= SAME * self.cycle + rounding
     }
 
     /// How far the host's time is from the clock's tick, in milliseconds.
@@ -332,6 +355,7 @@ impl Stored for Clock {
             per_cycle: 0.0,
             period: 0.0,
             horizon: 0.0,
+            rounding: 0.0,
             ordinary_below: 0,
             next: Stored::read(bytes)?,
             tick: Stored::read(bytes)?,
