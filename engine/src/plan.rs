@@ -4,6 +4,7 @@ use crate::component::Type;
 use crate::system::{Connection, Exchange, Place, Recorded, Setting, System, Value};
 use anyhow::{Context, Result, bail};
 use modeldescription::v2::{Causality, ModelDescription, TypeAttributes, Typed, Variability, Variable};
+use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
 /// A step may miss the end, and an event its communication point, by so much of a step: rounding, no more.
@@ -107,7 +108,7 @@ impl Block {
 }
 
 /// A variable that is recorded.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 pub struct Column {
     /// `FMU.VARIABLE`
     pub name: String,
