@@ -204,7 +204,34 @@ pub fn type_name(kind: Kind) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_block::{COUNT, CYCLE, FIRST, ON, SUM, Sum, U, V};
     use blocks::Time;
+
+    #[test]
+    fn a_few_reals_and_lreals_are_read_at_once_and_nothing_is_if_one_is_of_another_type() {
+        let block = Sum { u: 0.5, v: 0.1, sum: -3.0, ..Sum::default() };
+        let mut values = [9.0; 3];
+        assert!(f64::get_common(&block, &[V, U, SUM], &mut values));
+        assert_eq!(values, [0.1, 0.5, -3.0]);
+        let mut values = [9.0; 2];
+        for other in [ON, FIRST, CYCLE, COUNT, 1000, u32::MAX] {
+            assert!(!f64::get_common(&block, &[V, other], &mut values), "{other}");
+            assert_eq!(values, [9.0; 2]);
+        }
+        assert!(!f64::get_common(&block, &[V; 9], &mut [9.0; 9]), "more than a few");
+    }
+
+    #[test]
+    fn an_lreal_is_set_at_once_if_it_is_an_input_and_the_value_a_number() {
+        let mut block = Sum::default();
+        assert!(f64::set_common(&mut block, &[V], &[0.1]));
+        assert_eq!(block.v, 0.1);
+        for (reference, value) in [(V, f64::NAN), (V, f64::INFINITY), (SUM, 1.0), (CYCLE, 1.0), (ON, 1.0), (1000, 1.0)]
+        {
+            assert!(!f64::set_common(&mut block, &[reference], &[value]), "{reference}");
+        }
+        assert_eq!((block.v, block.sum), (0.1, 0.0));
+    }
 
     #[test]
     fn a_real_is_rounded_to_binary32_and_what_has_none_is_refused() {
