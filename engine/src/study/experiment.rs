@@ -207,6 +207,8 @@ impl<C: Reset> Executor<C> {
     /// # Panics
     /// As [`Executor::row`].
     pub fn recording(&mut self, point: &[f64], instantiate: impl FnMut(usize) -> Result<C>) -> Result<Recording> {
+        // Some FMUs allow one instance in a process.
+        self.run = None;
         self.experiment.set(point);
         let plan = &self.experiment.recording;
         run::run(plan, &mut instances(plan, instantiate)?, |_| {})
@@ -232,7 +234,8 @@ impl<C: Reset> Executor<C> {
         let anew = values(self, &second);
         self.is_reset_wrong = is_reset && after_reset != anew;
         self.is_reset_wrong.then(|| {
-            "an FMU computes something else after fmi2Reset than a new instance does: each run gets new instances, which              takes longer; tell the FMU's maker"
+            "an FMU computes something else after fmi2Reset than a new instance does: each run gets new instances, which \
+             takes longer; tell the maker of the FMU"
                 .into()
         })
     }
