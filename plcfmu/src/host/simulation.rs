@@ -103,7 +103,7 @@ impl Simulation {
     /// # Errors
     /// What is wrong with which FMU, name, value, connection or time, and what to do.
     pub fn open(system: &System) -> Result<Simulation> {
-        let fmus = Fmus::open(system, |path| Fmu::open(path))?;
+        let fmus = Fmus::open(system, Fmu::open)?;
         let plan = Plan::of(system, &fmus.descriptions())?;
         let instances = (0..system.members.len()).map(|member| fmus.instantiate(member));
         Ok(Simulation { plan, instances: instances.collect::<Result<_>>()? })

@@ -74,8 +74,11 @@ pub trait Sink {
     }
 }
 
+/// Takes the next row, with its number and point.
+pub type Receive<'a> = dyn FnMut(u64, &[f64], Row) -> Result<()> + 'a;
+
 /// A function as a sink.
-struct Each<'a>(&'a mut dyn FnMut(u64, &[f64], Row) -> Result<()>);
+struct Each<'a>(&'a mut Receive<'a>);
 
 impl Sink for Each<'_> {
     fn row(&mut self, number: u64, point: &[f64], row: Row) -> Result<()> {
@@ -153,12 +156,7 @@ impl Pool {
     ///
     /// # Errors
     /// A worker cannot be started, or an error of `each`.
-    pub fn rows(
-        &mut self,
-        count: u64,
-        point: &(dyn Fn(u64) -> Vec<f64> + Sync),
-        each: &mut dyn FnMut(u64, &[f64], Row) -> Result<()>,
-    ) -> Result<()> {
+    pub fn rows(&mut self, count: u64, point: &(dyn Fn(u64) -> Vec<f64> + Sync), each: &mut Receive<'_>) -> Result<()> {
         self.rows_into(count, point, &mut Each(each))
     }
 
@@ -364,7 +362,7 @@ impl Maker<'_> {
                 return Ok(false);
             }
             // Which run it was is not known exactly: a few rows may not have been sent.
-            let lost = self.slot.run.map_or(64, |run| (4 * FLUSH).as_nanos() / run.as_nanos().max(1) + 1);
+            let lost = self.slot.run.map_or(64, |run| (2 * FLUSH).as_nanos() / run.as_nanos().max(1) + 1);
             let rest = points.split_off(usize::try_from(lost).unwrap_or(usize::MAX).min(points.len()));
             let mut announcing = self.starter.start(true)?.0;
             match announcing.rows(&mut points, |rows| hand_in(sender, &mut next, rows)) {
@@ -441,7 +439,7 @@ mod tests {
                 .windows(2)
                 .all(|pair| pair[0].end == pair[1].start && pair[1].clone().count() <= pair[0].clone().count())
         );
-        assert_eq!(chunks.last().map(|chunk| chunk.clone()), Some(99..100));
+        assert_eq!(chunks.last().cloned(), Some(99..100));
         never.store(true, Ordering::Relaxed);
         assert_eq!(super::tests::shared(100, 2, 1000).take(40, &never), None);
     }
