@@ -16,10 +16,11 @@ use crate::component::{Component, Reset, Type};
 use crate::plan::{Assignment, Block, Column, MemberPlan, Plan, ROUNDING};
 use crate::system::Exchange;
 use anyhow::{Context, Result, bail};
+use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 
 /// What a run has recorded.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 pub struct Recording {
     /// What the values of a row are.
     pub columns: Vec<Column>,
@@ -322,8 +323,10 @@ impl<C: Component> Run<C> {
             of.events += 1;
             of.assign([assignment]).with_context(|| format!("{} at {time:?} s", own.name))?;
         }
-        let pending = std::mem::take(&mut of.pending);
-        of.assign(&pending).with_context(|| format!("{} at {time:?} s", own.name))?;
+        if !of.pending.is_empty() {
+            let pending = std::mem::take(&mut of.pending);
+            of.assign(&pending).with_context(|| format!("{} at {time:?} s", own.name))?;
+        }
         of.write_inputs(own).with_context(|| format!("{} at {time:?} s", own.name))
     }
 

@@ -8,9 +8,12 @@
 //! study.toml --> Job --Experiment::of--> points --Executor, in many processes--> Row --> Results --> Summary, Expectation
 //! ```
 
+mod axes;
+mod check;
 pub mod distribution;
 pub mod expect;
 pub mod experiment;
+mod measures;
 pub mod results;
 pub mod sampling;
 pub mod summary;
@@ -48,6 +51,9 @@ pub struct Study {
     pub values: Vec<Taken>,
     /// What a variable should stay within.
     pub limits: Vec<Limit>,
+    /// The figure by which the summary chooses curves and colours; without it `iae`, or the first figure if there is no `iae`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub main: Option<String>,
 }
 
 impl Default for Study {
@@ -61,6 +67,7 @@ impl Default for Study {
             window: Window::default(),
             values: Vec::new(),
             limits: Vec::new(),
+            main: None,
         }
     }
 }
