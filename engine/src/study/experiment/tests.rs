@@ -172,6 +172,9 @@ fn an_axis_replaces_what_the_loop_sets_for_its_variable_then() {
     assert_eq!(controller.events.len(), 1);
     assert_eq!(controller.inputs.iter().map(|of| of.value).collect::<Vec<_>>(), [10.0]);
     assert_eq!(controller.parameters.iter().map(|of| of.value).collect::<Vec<_>>(), [10.0, 1.0], "TI and GAIN");
+    // What the loop sets at another time stays.
+    let events = self::experiment(vec![sp(None)]).plan.members[0].events.clone();
+    assert_eq!(events.iter().map(|(time, of)| (*time, of.value)).collect::<Vec<_>>(), [(5.0, 40.0)]);
 }
 
 #[test]
