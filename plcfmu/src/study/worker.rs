@@ -5,7 +5,7 @@
 //!      <--Reply---- standard output
 //! ```
 //!
-//! The messages of [`framing`](crate::framing) are in the format of postcard. There is one thread for the FMUs. Rows are sent
+//! The messages of [`framing`] are in the format of postcard. There is one thread for the FMUs. Rows are sent
 //! a few milliseconds after they were made at the latest, so that a crash loses few of them.
 
 use crate::framing;

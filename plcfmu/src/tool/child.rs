@@ -5,7 +5,7 @@
 //!                  <--reply--- standard output
 //! ```
 //!
-//! The messages of [`framing`](crate::framing) are in the format of postcard. The calls of one
+//! The messages of [`framing`] are in the format of postcard. The calls of one
 //! message are made in their order up to the first that fails; there is one reply to all of them. Writing is held back until
 //! the next other call, so that a step takes one message.
 
