@@ -13,7 +13,9 @@ pub mod robustness;
 mod search;
 
 use crate::identify::Model;
+use crate::study::expect::{Comparison, Expectation, Of};
 use crate::study::results::Row;
+use crate::study::summary::{mean, percentile};
 use anyhow::{Result, bail};
 use libm::{exp, log};
 use serde::{Deserialize, Serialize};
@@ -70,7 +72,7 @@ pub enum Over {
     Worst,
     /// The mean.
     Mean,
-    /// The 95th percentile: the lowest value that is not exceeded for 95 % of the plants.
+    /// The 95th percentile.
     P95,
 }
 
@@ -91,18 +93,14 @@ impl Over {
         }
         Some(match self {
             Over::Worst => values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            Over::Mean => values.iter().sum::<f64>() / values.len() as f64,
-            Over::P95 => percentile(values, 95.0),
+            Over::Mean => mean(values)?,
+            Over::P95 => {
+                let mut sorted = values.to_vec();
+                sorted.sort_by(f64::total_cmp);
+                percentile(&sorted, 95.0)?
+            }
         })
     }
-}
-
-/// The lowest value that is not exceeded by this share of the values, in percent. NaN counts as the highest.
-fn percentile(values: &[f64], percent: f64) -> f64 {
-    let mut sorted: Vec<f64> = values.iter().map(|value| if value.is_nan() { f64::INFINITY } else { *value }).collect();
-    sorted.sort_by(f64::total_cmp);
-    let rank = (percent / 100.0 * sorted.len() as f64).ceil() as usize;
-    sorted[rank.clamp(1, sorted.len()) - 1]
 }
 
 /// A variable that varies from candidate to candidate.
@@ -206,41 +204,30 @@ impl Tune {
     }
 }
 
-/// A bound that has to be kept for every plant.
+/// An expectation that has to be met by every plant, or by all plants together if it is one of a percentile or a mean.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Constraint {
-    /// As the user writes it.
-    pub text: String,
-    /// The number of the figure in a row.
-    pub figure: usize,
-    /// Of all plants, only this percentile has to keep it.
-    pub percentile: Option<f64>,
-    /// Whether values above the bound break it, and not those below.
-    pub is_upper: bool,
-    /// Whether the bound itself breaks it.
-    pub is_strict: bool,
-    /// The bound.
-    pub bound: f64,
-}
+pub struct Constraint(pub Expectation);
 
 impl Constraint {
     /// The value that is the closest to breaking it, or that breaks it the most; NaN if one cannot be said.
     pub fn value(&self, rows: &[Row]) -> f64 {
-        let values: Vec<f64> = rows.iter().map(|row| row.figures[self.figure]).collect();
-        if let Some(percent) = self.percentile {
-            return percentile(&values, percent);
+        let mut values: Vec<f64> = rows.iter().map(|row| row.figures[self.0.figure]).collect();
+        if values.iter().any(|value| value.is_nan()) {
+            return f64::NAN;
         }
-        let worse = |worst: f64, value: f64| match self.is_upper {
-            _ if worst.is_nan() || value.is_nan() => f64::NAN,
-            true => worst.max(value),
-            false => worst.min(value),
-        };
-        values.iter().copied().reduce(worse).unwrap_or(f64::NAN)
+        match self.0.of {
+            Of::Each => values.into_iter().max_by(|a, b| self.beyond(*a).total_cmp(&self.beyond(*b))).unwrap_or(f64::NAN),
+            Of::Percentile(percent) => {
+                values.sort_by(f64::total_cmp);
+                percentile(&values, percent).unwrap_or(f64::NAN)
+            }
+            Of::Mean => mean(&values).unwrap_or(f64::NAN),
+        }
     }
 
     /// Whether its value is within 2 % of the bound, so that it is what keeps the objective from being lower.
     pub fn is_active(&self, rows: &[Row]) -> bool {
-        (self.value(rows) - self.bound).abs() <= 0.02 * self.scale()
+        (self.value(rows) - self.0.bound).abs() <= 0.02 * self.scale()
     }
 
     /// Whether it holds.
@@ -250,26 +237,34 @@ impl Constraint {
 
     /// 0 if it holds, up to 1.
     fn violation(&self, rows: &[Row]) -> f64 {
-        if self.percentile.is_some() {
+        if self.0.of != Of::Each {
             return bounded(self.excess(self.value(rows)));
         }
-        let sum: f64 = rows.iter().map(|row| bounded(self.excess(row.figures[self.figure]))).sum();
+        let sum: f64 = rows.iter().map(|row| bounded(self.excess(row.figures[self.0.figure]))).sum();
         sum / rows.len().max(1) as f64
+    }
+
+    /// How far a value is beyond the bound; below 0 if it is not.
+    fn beyond(&self, value: f64) -> f64 {
+        match self.0.comparison {
+            Comparison::Less | Comparison::AtMost => value - self.0.bound,
+            Comparison::Greater | Comparison::AtLeast => self.0.bound - value,
+            Comparison::Equal => (value - self.0.bound).abs(),
+        }
     }
 
     /// By how much of the bound a value passes it.
     fn excess(&self, value: f64) -> f64 {
-        let beyond = if self.is_upper { value - self.bound } else { self.bound - value };
-        if beyond.is_nan() {
-            return f64::INFINITY;
+        if self.0.comparison.holds(value, self.0.bound) {
+            return 0.0;
         }
-        // The bound itself is as little beyond it as can be.
-        let least = if self.is_strict && beyond == 0.0 { 1e-9 } else { 0.0 };
-        (beyond / self.scale()).max(least)
+        let excess = self.beyond(value) / self.scale();
+        // The bound itself may break it, and is as little beyond as can be.
+        if excess.is_nan() { f64::INFINITY } else { excess.max(1e-9) }
     }
 
     fn scale(&self) -> f64 {
-        if self.bound == 0.0 { 1.0 } else { self.bound.abs() }
+        if self.0.bound == 0.0 { 1.0 } else { self.0.bound.abs() }
     }
 }
 

@@ -138,6 +138,11 @@ impl Linear {
         Ok(margins::of(&model, &self.settings(settings)?).sensitivity.unwrap_or(f64::INFINITY))
     }
 
+    /// The name that a variable of the loop has in the controller, if it is one of the controller.
+    pub fn own_name<'a>(&self, variable: &'a str) -> Option<&'a str> {
+        variable.strip_prefix(&self.controller.member.name)?.strip_prefix('.')
+    }
+
     /// The controller with other settings.
     fn with(&self, settings: &Values) -> Controller {
         let Controller { member, table, roles, groups } = &self.controller;

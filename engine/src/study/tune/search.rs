@@ -5,7 +5,9 @@
 //! wait: it is computed anew from its beginning, with what is known of all candidates, up to the first one that is not known. So
 //! the search has no threads, and which candidates it tries follows from the problem and the figures alone.
 
+use crate::study::Sampling;
 use crate::study::results::Row;
+use crate::study::sampling::Sampler;
 use crate::study::tune::{Candidate, Problem, bounded};
 use anyhow::{Result, anyhow, ensure};
 use argmin::core::{CostFunction, Executor};
@@ -320,14 +322,8 @@ impl<F: Fn(&Vec<f64>) -> Result<f64>> CostFunction for Cost<F> {
 
 /// Places that fill the unit cube evenly.
 fn design(count: usize, axes: usize, seed: u64) -> Vec<Vec<f64>> {
-    let _ = seed;
-    // The additive recurrence of the golden ratio's relatives.
-    let mut ratio = 2.0_f64;
-    for _ in 0..40 {
-        ratio = libm::pow(1.0 + ratio, 1.0 / (axes as f64 + 1.0));
-    }
-    let coordinate = |number: usize, axis: usize| (0.5 + number as f64 / libm::pow(ratio, axis as f64 + 1.0)).fract();
-    (1..=count).map(|number| (0..axes).map(|axis| coordinate(number, axis)).collect()).collect()
+    let sampler = Sampler::new(Sampling::Sobol, seed, count as u64, axes);
+    (0..count as u64).map(|sample| (0..axes).map(|axis| sampler.probability(axis, sample)).collect()).collect()
 }
 
 /// The candidates that no feasible one beats in both figures, by the first figure.

@@ -20,14 +20,8 @@ fn problem(axes: &[(f64, f64)]) -> Problem {
 }
 
 fn upper(figure: usize, bound: f64) -> Constraint {
-    Constraint {
-        text: format!("f{figure} < {bound}"),
-        figure,
-        percentile: None,
-        is_upper: true,
-        is_strict: true,
-        bound,
-    }
+    let text = format!("f{figure} < {bound}");
+    Constraint(Expectation { text, figure, of: Of::Each, comparison: Comparison::Less, bound })
 }
 
 fn row(figures: &[f64]) -> Row {
@@ -204,7 +198,7 @@ fn values_are_what_the_block_can_hold_and_each_is_tried_once() {
 #[test]
 fn figures_are_taken_over_the_plants_as_asked_for() {
     let values: Vec<f64> = (1..=20).map(f64::from).collect();
-    assert_eq!([Over::Worst, Over::Mean, Over::P95].map(|over| over.of(&values)), [Some(20.0), Some(10.5), Some(19.0)]);
+    assert_eq!([Over::Worst, Over::Mean, Over::P95].map(|over| over.of(&values)), [Some(20.0), Some(10.5), Some(19.05)]);
     assert_eq!(Over::Mean.of(&[1.0, f64::NAN]), None);
 }
 
@@ -231,4 +225,27 @@ fn a_table_that_cannot_be_searched_is_refused_with_what_is_possible() {
         "front and minimize are both iae: a front needs two figures"
     );
     assert!(error("minimize = \"iae\"\nsearch = []").contains("[[tune.search]]"));
+}
+
+#[test]
+fn a_constraint_is_of_each_plant_or_of_all_together() {
+    let rows = [8.0, 9.0, 13.0].map(|value| row(&[value]));
+    let of = |of: Of, comparison: Comparison| {
+        let constraint = Constraint(Expectation { text: String::new(), figure: 0, of, comparison, bound: 10.0 });
+        (constraint.value(&rows), constraint.holds(&rows), constraint.violation(&rows))
+    };
+    // Only the last plant passes the bound, by 0.3.
+    assert_eq!(of(Of::Each, Comparison::AtMost), (13.0, false, 0.3 / 1.3 / 3.0));
+    assert_eq!(of(Of::Each, Comparison::AtLeast), (8.0, false, (0.2 / 1.2 + 0.1 / 1.1) / 3.0));
+    assert_eq!(of(Of::Percentile(50.0), Comparison::Less), (9.0, true, 0.0));
+    assert_eq!(of(Of::Mean, Comparison::Less).1, false, "the mean is the bound itself");
+    assert_eq!(of(Of::Mean, Comparison::AtMost), (10.0, true, 0.0));
+}
+
+#[test]
+fn a_run_that_failed_violates_a_constraint_as_much_as_can_be() {
+    let rows = [row(&[8.0]), row(&[f64::NAN])];
+    let constraint = upper(0, 10.0);
+    assert!(constraint.value(&rows).is_nan() && !constraint.is_active(&rows));
+    assert_eq!(constraint.violation(&rows), 0.5);
 }
