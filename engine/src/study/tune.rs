@@ -25,6 +25,9 @@ pub use search::{Outcome, search};
 /// The significant digits of a searched value.
 const DIGITS: i32 = 5;
 
+/// So many variables can be searched at once: a simplex needs many more evaluations with each.
+const MOST_VARIABLES: usize = 12;
+
 /// The name of the largest sensitivity among the figures.
 pub const SENSITIVITY: &str = "ms";
 
@@ -216,7 +219,9 @@ impl Constraint {
             return f64::NAN;
         }
         match self.0.of {
-            Of::Each => values.into_iter().max_by(|a, b| self.beyond(*a).total_cmp(&self.beyond(*b))).unwrap_or(f64::NAN),
+            Of::Each => {
+                values.into_iter().max_by(|a, b| self.beyond(*a).total_cmp(&self.beyond(*b))).unwrap_or(f64::NAN)
+            }
             Of::Percentile(percent) => {
                 values.sort_by(f64::total_cmp);
                 percentile(&values, percent).unwrap_or(f64::NAN)

@@ -13,6 +13,8 @@ pub mod parts;
 pub mod pool;
 pub mod process;
 pub mod read;
+pub mod tuned;
+pub mod tuning;
 pub mod worker;
 
 use anyhow::{Context, Result};
