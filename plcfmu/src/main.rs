@@ -3,7 +3,7 @@
 use clap::{Parser, Subcommand};
 #[cfg(feature = "tool")]
 use plcfmu::commands::tool;
-use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, run, ssp};
+use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, run, ssp, tune_study};
 #[cfg(feature = "tool")]
 use plcfmu::tool::child;
 use std::process::ExitCode;
@@ -22,6 +22,7 @@ enum Command {
     Check(check::Options),
     Run(run::Options),
     Ssp(ssp::Options),
+    TuneStudy(tune_study::Options),
     Params(params::Options),
     Gains(gains::Options),
     /// Make a crate for a block of your own
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
         Command::Check(options) => check::run(&options),
         Command::Run(options) => run::run(&options),
         Command::Ssp(options) => ssp::run(&options),
+        Command::TuneStudy(options) => tune_study::run(&options),
         Command::Params(options) => params::run(&options),
         Command::Gains(options) => gains::run(&options),
         Command::New(options) => new::run(&options),

@@ -32,6 +32,11 @@ impl Progress {
         Progress::styled(length, "{bar:30} {percent:>3} %  {pos}/{len} steps, {eta} left")
     }
 
+    /// For `length` candidates of a search, with the best so far and the time that is left.
+    pub fn candidates(length: usize) -> Progress {
+        Progress::styled(length, "{bar:30} {pos}/{len} candidates, {eta} left, {msg}")
+    }
+
     fn styled(length: usize, template: &str) -> Progress {
         let bar = ProgressBar::new(length as u64);
         if let Ok(style) = ProgressStyle::with_template(template) {

@@ -11,6 +11,7 @@ pub mod preset;
 pub mod run;
 pub mod ssp;
 pub mod system;
+pub mod tune_study;
 #[cfg(feature = "tool")]
 pub mod tool;
 
