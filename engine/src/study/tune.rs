@@ -188,6 +188,9 @@ impl Tune {
                 "there is nothing to search: write a table [[tune.search]] with variable, min and max for each setting"
             );
         }
+        if self.search.len() > MOST_VARIABLES {
+            bail!("{} variables are searched: {MOST_VARIABLES} at most are possible", self.search.len());
+        }
         for (number, search) in self.search.iter().enumerate() {
             let Search { variable, min, max, .. } = search;
             if !(min.is_finite() && max.is_finite() && min < max) {

@@ -177,7 +177,7 @@ impl Found<'_> {
         };
         let panel = |name: &str, unit: Option<&String>, values: Vec<f64>| Panel {
             label: unit.cloned().unwrap_or_default(),
-            curves: vec![Curve { name: name.into(), values, is_input: false }],
+            curves: vec![Curve { name: name.into(), values, is_input: false, color: None }],
         };
         let seconds = candidates.iter().map(|of| of.second.unwrap_or(f64::NAN)).collect();
         let mut panels = vec![panel(&second.name, second.unit.as_ref(), seconds)];
