@@ -75,7 +75,7 @@ Examples:
 
 The README of plcfmu says what a study is made of.";
 
-fn seconds(text: &str) -> Result<f64, String> {
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(seconds) if (0.1..=1e6).contains(&seconds) => Ok(seconds),
         _ => Err("a time from 0.1 s to 1000000 s is needed".into()),
@@ -132,7 +132,7 @@ pub fn run(options: &Options) -> Result<()> {
 }
 
 /// What becomes true with Ctrl-C. The second Ctrl-C ends the program.
-fn interruption() -> Result<Arc<AtomicBool>> {
+pub(super) fn interruption() -> Result<Arc<AtomicBool>> {
     let interrupted = Arc::<AtomicBool>::default();
     let set = interrupted.clone();
     ctrlc::set_handler(move || {
