@@ -12,9 +12,9 @@ pub mod run;
 pub mod ssp;
 pub mod study;
 pub mod system;
-pub mod tune_study;
 #[cfg(feature = "tool")]
 pub mod tool;
+pub mod tune_study;
 
 use crate::host::library::PREFIX;
 use crate::package::binary::Binary;

@@ -68,8 +68,7 @@ pub fn run(options: &Options) -> Result<()> {
         interrupted: interruption()?,
         ..defaults
     };
-    let mut tuning =
-        Tuning::start(&reading, &pool_options).with_context(|| options.study.display().to_string())?;
+    let mut tuning = Tuning::start(&reading, &pool_options).with_context(|| options.study.display().to_string())?;
     for remark in reading.job.system.remarks.iter().chain(&tuning.remarks) {
         eprintln!("remark: {remark}");
     }

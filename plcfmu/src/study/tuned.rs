@@ -65,7 +65,11 @@ impl Found<'_> {
         let search = self.tuning.problem.search.iter().zip(&self.best().values);
         let ends = search.filter_map(|(search, value)| {
             let end = search.end(*value)?;
-            Some(format!("{} = {} is at the {end} of its range: a wider range may give more", search.variable, short(*value)))
+            Some(format!(
+                "{} = {} is at the {end} of its range: a wider range may give more",
+                search.variable,
+                short(*value)
+            ))
         });
         let front = (self.tuning.problem.front.is_some() && self.best().is_feasible() && self.outcome.front.len() == 1)
             .then(|| "the front is one point: both figures are the lowest with the same settings".to_string());
@@ -89,7 +93,8 @@ impl Found<'_> {
         let mut figures = vec![header.map(String::from).to_vec()];
         figures.push([plants, "highest", "mean", "highest", "mean", ""].map(String::from).to_vec());
         for (place, Quantity { name, unit }) in self.tuning.figures.iter().enumerate() {
-            let values = [best, self.present].map(|of| of.rows.iter().map(|row| row.figures[place]).collect::<Vec<_>>());
+            let values =
+                [best, self.present].map(|of| of.rows.iter().map(|row| row.figures[place]).collect::<Vec<_>>());
             let cells = values.iter().flat_map(|values| [Over::Worst, Over::Mean].map(|over| known(over.of(values))));
             let mut row = vec![name.clone()];
             row.extend(cells);
@@ -137,14 +142,16 @@ impl Found<'_> {
     /// The front as CSV: the settings, and of each figure the highest value and the mean over the plants.
     fn front_csv(&self) -> String {
         let search = self.tuning.problem.search.iter().map(|search| search.variable.clone());
-        let figures = self.tuning.figures.iter().flat_map(|of| ["highest", "mean"].map(|what| format!("{}.{what}", of.name)));
+        let figures =
+            self.tuning.figures.iter().flat_map(|of| ["highest", "mean"].map(|what| format!("{}.{what}", of.name)));
         let mut csv = search.chain(figures).collect::<Vec<_>>().join(",") + "\n";
         for number in &self.outcome.front {
             let candidate = &self.outcome.candidates[*number];
             let values = candidate.values.iter().map(|value| format!("{value:?}"));
             let figures = (0..self.tuning.figures.len()).flat_map(|place| {
                 let values: Vec<f64> = candidate.rows.iter().map(|row| row.figures[place]).collect();
-                [Over::Worst, Over::Mean].map(|over| over.of(&values).map_or_else(String::new, |value| format!("{value:?}")))
+                [Over::Worst, Over::Mean]
+                    .map(|over| over.of(&values).map_or_else(String::new, |value| format!("{value:?}")))
             });
             csv += &(values.chain(figures).collect::<Vec<_>>().join(",") + "\n");
         }

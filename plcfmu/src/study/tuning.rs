@@ -62,12 +62,14 @@ impl Tuning {
         let table = reading.tune.clone().context(
             "the study has no table [tune]: write one with minimize = \"iae\" and a table [[tune.search]] for each setting",
         )?;
-        let mut tune = Tune::deserialize(table).map_err(|error| anyhow::anyhow!("[tune]: {}", error.to_string().trim()))?;
+        let mut tune =
+            Tune::deserialize(table).map_err(|error| anyhow::anyhow!("[tune]: {}", error.to_string().trim()))?;
         tune.check().context("[tune]")?;
         let base = &reading.job;
         let mut present = Vec::new();
         for search in &mut tune.search {
-            let is_axis = base.study.axes.iter().any(|axis| axis.time.is_none() && axis.variables.contains(&search.variable));
+            let is_axis =
+                base.study.axes.iter().any(|axis| axis.time.is_none() && axis.variables.contains(&search.variable));
             ensure!(!is_axis, "{0} is searched and is a variable of an axis: remove one of both", search.variable);
             let (grid, value) = variable(&base.system, &search.variable)?;
             search.grid = grid;
@@ -92,7 +94,10 @@ impl Tuning {
         let mut used = used.chain(problem.constraints.iter().map(|of| of.0.figure));
         let robustness = if used.any(|figure| figure + 1 == figures.len()) {
             let names = experiment.coordinates[..varied].iter().map(|quantity| quantity.name.clone()).collect();
-            Some(Robustness::of(&tune, base, pool.table(), names, &plants, options, &mut remarks).context(SENSITIVITY)?)
+            Some(
+                Robustness::of(&tune, base, pool.table(), names, &plants, options, &mut remarks)
+                    .context(SENSITIVITY)?,
+            )
         } else {
             figures.pop();
             None
@@ -216,8 +221,7 @@ impl Robustness {
             for ((plant, model), row) in plants.iter().zip(&self.models).zip(rows) {
                 let of_plant = self.own.iter().map(|(place, name)| (name.clone(), Value::Number(plant[*place])));
                 let searched = controller.iter().zip(values);
-                let searched =
-                    searched.filter_map(|(name, value)| Some(((*name)?.to_string(), Value::Number(*value))));
+                let searched = searched.filter_map(|(name, value)| Some(((*name)?.to_string(), Value::Number(*value))));
                 let settings: Values = of_plant.chain(searched).collect();
                 row.figures.push(self.linear.sensitivity(model, &settings)?);
             }
@@ -335,7 +339,9 @@ fn variable(system: &System, name: &str) -> Result<(Grid, f64)> {
         Typed::Real(real) if real.attributes.display_unit.as_deref() == Some("ms") => Grid::Milliseconds,
         Typed::Real(_) => Grid::Digits,
         Typed::Integer(_) => Grid::Whole,
-        _ => bail!("[tune]: {name} is searched, and it is neither a Real nor an Integer: make it an axis, or run two studies"),
+        _ => bail!(
+            "[tune]: {name} is searched, and it is neither a Real nor an Integer: make it an axis, or run two studies"
+        ),
     };
     let own_settings = || system.settings.iter().filter(|of| of.time.is_none() && of.variable == name);
     let set = own_settings().find(|of| !of.is_preliminary).or(own_settings().next());

@@ -12,7 +12,7 @@ use crate::study::tune::{Candidate, Problem, bounded};
 use anyhow::{Result, anyhow, ensure};
 use argmin::core::{CostFunction, Executor};
 use argmin::solver::neldermead::NelderMead;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
@@ -69,7 +69,8 @@ pub fn search(
     if problem.front.is_none() {
         archive.descend(problem.evaluations)?;
     } else {
-        archive.descend(problem.evaluations / 2)?;
+        archive.descend(problem.evaluations * 5 / 10)?;
+        archive.descend_to_end(problem.evaluations * 6 / 10)?;
         archive.fill_front()?;
     }
     let best = archive.best(&Aim::Objective, &[]);
@@ -172,10 +173,10 @@ where
         Ok(())
     }
 
-    /// The start design, with a third of all evaluations at most.
+    /// The start design.
     fn explore(&mut self, first: Option<&[f64]>) -> Result<()> {
         let (axes, limit) = (self.problem.search.len(), self.problem.evaluations);
-        let count = (limit / 4).max(4 * axes + 1).min(limit / 2);
+        let count = (limit / 6).max(4 * axes + 1).min(limit / 2);
         let is_within = |values: &&[f64]| {
             self.problem.search.iter().zip(*values).all(|(search, value)| (search.min..=search.max).contains(value))
         };
@@ -193,7 +194,7 @@ where
         Ok(())
     }
 
-    /// Goes for the lowest objective and, if there is a front, for its other end.
+    /// Goes for the lowest objective.
     fn descend(&mut self, limit: usize) -> Result<()> {
         let mut starts: Vec<Vec<f64>> = Vec::new();
         let mut taken = Vec::new();
@@ -208,11 +209,12 @@ where
         }
         let mut simplices: Vec<Simplex> =
             starts.into_iter().map(|place| Simplex::at(place, EDGE, Aim::Objective)).collect();
-        if self.problem.front.is_some() {
-            let end = self.best(&Aim::Second, &[]);
-            simplices.push(Simplex::at(self.place(end), EDGE, Aim::Second));
-        }
-        self.polish(&simplices, limit)?;
+        // After a third of the evaluations only the best one goes on.
+        let known = self.candidates.len();
+        self.polish(&simplices, known + limit.saturating_sub(known) / 3)?;
+        let costs = simplices.iter().map(|simplex| Ok(self.replay(simplex)?.1)).collect::<Result<Vec<f64>>>()?;
+        let best = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
+        self.polish(&simplices.split_off(best)[..1], limit)?;
         let mut edge = EDGE;
         for _ in 0..RESTARTS {
             edge /= 2.0;
@@ -223,6 +225,12 @@ where
             }
         }
         Ok(())
+    }
+
+    /// Goes for the other end of the front.
+    fn descend_to_end(&mut self, limit: usize) -> Result<()> {
+        let end = self.best(&Aim::Second, &[]);
+        self.polish(&[Simplex::at(self.place(end), EDGE, Aim::Second)], limit)
     }
 
     /// Fills the front between its ends, by bounds on the second figure.
@@ -252,7 +260,7 @@ where
         loop {
             let mut wanted = Vec::new();
             for simplex in simplices {
-                wanted.extend(self.wanted(simplex)?.iter().map(|place| self.values(place)));
+                wanted.extend(self.replay(simplex)?.0.iter().map(|place| self.values(place)));
             }
             if wanted.is_empty() || self.candidates.len() >= limit || self.has_ended {
                 return Ok(());
@@ -261,16 +269,20 @@ where
         }
     }
 
-    /// The places that a simplex has to know to go on; none if it has converged.
-    fn wanted(&self, simplex: &Simplex) -> Result<Vec<Vec<f64>>> {
+    /// The places that a simplex has to know to go on, none if it has converged; and the lowest cost that it knows.
+    fn replay(&self, simplex: &Simplex) -> Result<(Vec<Vec<f64>>, f64)> {
         let unknown: Vec<Vec<f64>> =
             simplex.vertices.iter().filter(|place| self.find(place).is_none()).cloned().collect();
         if !unknown.is_empty() {
-            return Ok(unknown);
+            return Ok((unknown, f64::INFINITY));
         }
-        let wanted = RefCell::new(Vec::new());
+        let (wanted, lowest) = (RefCell::new(Vec::new()), Cell::new(f64::INFINITY));
         let cost = |place: &Vec<f64>| match self.find(place) {
-            Some(candidate) => Ok(self.cost(&simplex.aim, candidate)),
+            Some(candidate) => {
+                let cost = self.cost(&simplex.aim, candidate);
+                lowest.set(lowest.get().min(cost));
+                Ok(cost)
+            }
             None => {
                 wanted.borrow_mut().push(place.clone());
                 Err(anyhow!("the candidate is not known yet"))
@@ -280,7 +292,7 @@ where
         let executor = Executor::new(Cost(&cost), solver).configure(|state| state.max_iters(ITERATIONS)).timer(false);
         match executor.run() {
             Err(error) if wanted.borrow().is_empty() => Err(error),
-            _ => Ok(wanted.take()),
+            _ => Ok((wanted.take(), lowest.get())),
         }
     }
 
