@@ -189,11 +189,11 @@ fn step_figures(figures: &mut Figures, signals: &Signals, step: usize, end: usiz
         let (before, after) = (done[call.checked_sub(1)?], done[call]);
         Some(times[call - 1] + (times[call] - times[call - 1]) * (level - before) / (after - before))
     };
-    let highest = done.iter().copied().fold(f64::MIN, f64::max);
     let beyond = values.iter().map(|value| (value - setpoint) / height).fold(0.0, f64::max);
     match (crossing(0.1), crossing(0.9)) {
         (Some(low), Some(high)) => figures.rise = Some(high - low),
         _ => {
+            let highest = done.iter().copied().fold(f64::MIN, f64::max);
             let so_far = (highest * 100.0).max(0.0);
             figures.remarks.push(format!("no rise time: the process value has done {so_far:.0} % of the step so far"));
         }
