@@ -278,3 +278,22 @@ fn table(rows: &[Vec<String>]) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_end_below_each_other_and_a_line_has_no_spaces_at_its_end() {
+        let rows = [["setting", "found", "now", ""], ["C.GAIN", "1.5", "0.25", ""], ["C.TI", "80", "100", "s"]];
+        assert_eq!(
+            table(&rows.map(|row| row.map(String::from).to_vec())),
+            "setting  found   now\nC.GAIN     1.5  0.25\nC.TI        80   100  s\n"
+        );
+    }
+
+    #[test]
+    fn a_figure_that_cannot_be_said_is_a_dash() {
+        assert_eq!([None, Some(f64::NAN), Some(f64::INFINITY), Some(0.5)].map(known), ["-", "-", "inf", "0.5"]);
+    }
+}

@@ -3,7 +3,7 @@
 use crate::package::Package;
 use crate::study::pool::{Options, Pool};
 use crate::study::read::Reading;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use engine::identify::Model;
 use engine::message::Values;
 use engine::plan::near;
@@ -62,8 +62,7 @@ impl Tuning {
         let table = reading.tune.clone().context(
             "the study has no table [tune]: write one with minimize = \"iae\" and a table [[tune.search]] for each setting",
         )?;
-        let mut tune =
-            Tune::deserialize(table).map_err(|error| anyhow::anyhow!("[tune]: {}", error.to_string().trim()))?;
+        let mut tune = Tune::deserialize(table).map_err(|error| anyhow!("[tune]: {}", error.to_string().trim()))?;
         tune.check().context("[tune]")?;
         let base = &reading.job;
         let mut present = Vec::new();
@@ -253,22 +252,25 @@ fn identify(
     options: &Options,
     remarks: &mut Vec<String>,
 ) -> Result<Vec<Model>> {
-    let advice = "or give the plant's model in [tune], as model = { gain = ..., time_constant = ..., dead_time = ... }";
+    let advised = |error: anyhow::Error| {
+        anyhow!(
+            "{error:#}; change [tune.step], or give the plant's model in [tune], as \
+             model = {{ gain = ..., time_constant = ..., dead_time = ... }}"
+        )
+    };
     let descriptions = descriptions(&job.system)?;
     let experiments = || descriptions.iter().filter_map(|of| of.default_experiment);
     let start = job.system.start.or(experiments().filter_map(|of| of.start_time).reduce(f64::min)).unwrap_or(0.0);
     let stop = job.system.stop.or(experiments().filter_map(|of| of.stop_time).reduce(f64::max));
     let stop = tune.step.stop.or(stop).context("the study has no stop time: give one")?;
-    let identification = linear.identification(job, &tune.step, start, stop).with_context(|| advice.to_string())?;
-    let mut pool = Pool::start(&identification.job, options)
-        .with_context(|| format!("the step of the manual value cannot be run; change [tune.step], {advice}"))?;
+    let identification = linear.identification(job, &tune.step, start, stop).map_err(advised)?;
+    let mut pool = Pool::start(&identification.job, options).context("the loop in manual mode").map_err(advised)?;
     let mut models = Vec::new();
     let mut worst: Option<(f64, usize)> = None;
     for (number, plant) in plants.iter().enumerate() {
         let point: Vec<f64> = plant.iter().zip(in_point).filter_map(|(value, is_in)| is_in.then_some(*value)).collect();
         let identified = pool.curve(&point).and_then(|recording| identification.model(&recording));
-        let identified = identified
-            .with_context(|| format!("plant {number} is not identified from the step; change [tune.step], {advice}"))?;
+        let identified = identified.with_context(|| format!("plant {number}")).map_err(advised)?;
         if identified.fit < worst.map_or(GOOD_FIT, |(fit, _)| fit) {
             worst = Some((identified.fit, number));
         }

@@ -87,15 +87,12 @@ impl Linear {
         let (name, fmu) = (&self.controller.member.name, &self.controller.member.fmu);
         let roles = &self.controller.roles;
         let Some((switch, manual)) = &roles.manual else {
-            bail!(
-                "{fmu} has no manual value to step: give the plant's model as `model = {{ gain, time_constant, dead_time }}`"
-            );
+            bail!("{fmu} has no manual value that could step");
         };
         let process_value = roles.shown_process_value.as_ref().or(roles.process_value.as_ref());
         let process_value = process_value.with_context(|| format!("{fmu} does not tell its process value"))?;
+        let from = step.from.unwrap_or_else(|| self.controller.value(manual));
         let [switch, manual, process_value] = [switch, manual, process_value].map(|of| format!("{name}.{of}"));
-        let from =
-            step.from.unwrap_or_else(|| self.value(&Values::new(), &roles.manual.as_ref().map_or("", |of| &of.1)));
         let to = step.to.unwrap_or(from + HEIGHT);
         let stop = step.stop.unwrap_or(stop);
         let time = step.time.unwrap_or(start + SHARE * (stop - start));
