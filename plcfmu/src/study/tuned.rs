@@ -80,7 +80,9 @@ impl Found<'_> {
     pub fn text(&self) -> String {
         let (best, problem) = (self.best(), &self.tuning.problem);
         let found = if best.is_feasible() { "found" } else { "closest" };
-        let mut text = format!("{} plants, {} candidates\n\n", self.tuning.plants(), self.outcome.candidates.len());
+        let (plants, candidates) = (self.tuning.plants(), self.outcome.candidates.len());
+        let plural = if plants == 1 { "" } else { "s" };
+        let mut text = format!("{plants} plant{plural}, {candidates} candidates\n\n");
         let mut settings = vec![["setting", found, "now", ""].map(String::from).to_vec()];
         for (place, search) in problem.search.iter().enumerate() {
             let unit = self.tuning.units[place].clone().unwrap_or_default();
@@ -88,10 +90,13 @@ impl Found<'_> {
             settings.push(vec![search.variable.clone(), new, old, unit]);
         }
         text += &table(&settings);
-        let plants = if self.tuning.plants() == 1 { "" } else { "over all plants" };
         let header = ["figure", found, "", "now", "", ""];
         let mut figures = vec![header.map(String::from).to_vec()];
-        figures.push([plants, "highest", "mean", "highest", "mean", ""].map(String::from).to_vec());
+        figures.push(
+            [if plants == 1 { "" } else { "over all plants" }, "highest", "mean", "highest", "mean", ""]
+                .map(String::from)
+                .to_vec(),
+        );
         for (place, Quantity { name, unit }) in self.tuning.figures.iter().enumerate() {
             let values =
                 [best, self.present].map(|of| of.rows.iter().map(|row| row.figures[place]).collect::<Vec<_>>());
