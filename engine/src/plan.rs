@@ -5,6 +5,7 @@ use crate::system::{Connection, Exchange, Place, Recorded, Setting, System, Valu
 use anyhow::{Context, Result, bail};
 use modeldescription::v2::{Causality, ModelDescription, TypeAttributes, Typed, Variability, Variable};
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 
 /// A step may miss the end, and an event its communication point, by so much of a step: rounding, no more.
 pub const ROUNDING: f64 = 1e-6;
@@ -95,6 +96,7 @@ impl Block {
     }
 
     /// The types that there are, with the range of their variables.
+    #[inline]
     pub fn groups(&self) -> impl Iterator<Item = (Type, std::ops::Range<usize>)> {
         let mut end = 0;
         let ranges = Type::ALL.iter().zip(self.counts).map(move |(kind, count)| {
@@ -197,6 +199,7 @@ impl Plan {
     }
 
     /// The time of a communication point in seconds, computed anew: nothing adds up.
+    #[inline]
     pub fn time(&self, step: usize) -> f64 {
         self.start + step as f64 * self.step
     }
@@ -205,11 +208,13 @@ impl Plan {
     fn set<'a>(&mut self, names: &Names<'a>, settings: &[Setting], wires: &[Wire]) -> Result<Vec<Reference<'a>>> {
         let mut inputs = Vec::new();
         let effective = effective(names, settings, wires)?;
-        for (number, (setting, reference)) in effective.iter().enumerate() {
-            let is_set_twice =
-                effective[..number].iter().any(|(other, of)| of.is(reference) && other.time == setting.time);
+        let mut set_before = HashSet::with_capacity(effective.len());
+        for (setting, reference) in &effective {
+            // Adding 0 makes 0 of -0, which is the same time.
+            let time = setting.time.map(|time| (time + 0.0).to_bits());
+            let is_first = set_before.insert((reference.member, reference.variable.name.as_str(), time));
             let mut set = || {
-                if is_set_twice {
+                if !is_first {
                     bail!("{} is set twice at the same time: remove one of the settings", setting.variable);
                 }
                 self.set_one(names, setting, reference, wires)

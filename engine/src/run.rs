@@ -323,8 +323,10 @@ impl<C: Component> Run<C> {
             of.events += 1;
             of.assign([assignment]).with_context(|| format!("{} at {time:?} s", own.name))?;
         }
-        let pending = std::mem::take(&mut of.pending);
-        of.assign(&pending).with_context(|| format!("{} at {time:?} s", own.name))?;
+        if !of.pending.is_empty() {
+            let pending = std::mem::take(&mut of.pending);
+            of.assign(&pending).with_context(|| format!("{} at {time:?} s", own.name))?;
+        }
         of.write_inputs(own).with_context(|| format!("{} at {time:?} s", own.name))
     }
 

@@ -9,7 +9,7 @@
 //! ```
 
 mod axes;
-pub mod check;
+mod check;
 pub mod distribution;
 pub mod expect;
 pub mod experiment;

@@ -183,7 +183,8 @@ macro_rules! block {
                     aliases: &[$($alias),*],
                     docs: concat!($($docs, "\n"),*),
                     rows: &ROWS,
-                    tunable_reals: &$crate::table::tunable_reals(&ROWS),
+                    tunable_reals: &$crate::table::tunable(&ROWS, Kind::Real),
+                    tunable_lreals: &$crate::table::tunable(&ROWS, Kind::LReal),
                     cycle: CYCLE,
                     mean: if MEAN.is_empty() { None } else { Some(COUNT - 1) },
                     memory: &[ $($( (stringify!($memory), stringify!($memory_type)), )*)? ],
@@ -291,6 +292,52 @@ macro_rules! block {
                     }
                 }
 
+                #[inline(always)]
+                #[allow(unused_assignments)]
+                fn lreal(&self, index: usize) -> Option<$crate::LReal> {
+                    match index {
+                        $($( At::$name => $crate::block!(@lreal $kind self.$name), )*)*
+                        _ => {
+                            #[allow(unused_mut, unused_variables)]
+                            let mut index = index - OWN.len();
+                            $($(
+                                let rows = <$Instance as Block>::TABLE.inner();
+                                if index < rows {
+                                    return self.$instance.lreal(index);
+                                }
+                                index -= rows;
+                            )*)?
+                            $( if index == 0 {
+                                return Some(self.$mean);
+                            } )?
+                            None
+                        }
+                    }
+                }
+
+                #[inline(always)]
+                #[allow(unused_assignments)]
+                fn lreal_mut(&mut self, index: usize) -> Option<&mut $crate::LReal> {
+                    match index {
+                        $($( At::$name => $crate::block!(@lreal_mut $kind self.$name), )*)*
+                        _ => {
+                            #[allow(unused_mut, unused_variables)]
+                            let mut index = index - OWN.len();
+                            $($(
+                                let rows = <$Instance as Block>::TABLE.inner();
+                                if index < rows {
+                                    return self.$instance.lreal_mut(index);
+                                }
+                                index -= rows;
+                            )*)?
+                            $( if index == 0 {
+                                return Some(&mut self.$mean);
+                            } )?
+                            None
+                        }
+                    }
+                }
+
                 #[inline]
                 fn set_mean(&mut self, percent: $crate::LReal) {
                     let _ = percent;
@@ -342,6 +389,10 @@ macro_rules! block {
     (@real $other:ident $field:expr) => { None };
     (@real_mut Real $field:expr) => { Some(&mut $field) };
     (@real_mut $other:ident $field:expr) => { None };
+    (@lreal LReal $field:expr) => { Some($field) };
+    (@lreal $other:ident $field:expr) => { None };
+    (@lreal_mut LReal $field:expr) => { Some(&mut $field) };
+    (@lreal_mut $other:ident $field:expr) => { None };
     (@clear output $field:expr) => { $field = Default::default() };
     (@clear local $field:expr) => { $field = Default::default() };
     (@clear $other:ident $field:expr) => {};

@@ -53,9 +53,7 @@ mod tests;
 mod types;
 
 #[doc(hidden)]
-pub use parts::{
-    check_restart_values, copy, cycle_row, help, inner_rows, nest, short_text, text, tunable_reals, upper,
-};
+pub use parts::{check_restart_values, copy, cycle_row, help, inner_rows, nest, short_text, text, tunable, upper};
 pub use stored::Stored;
 pub use types::{Bool, Int, LReal, Real, Time, Word, low_word, rnd};
 
@@ -115,6 +113,12 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
     /// [`Block::set`]; `None` if the row is no REAL.
     fn real_mut(&mut self, index: usize) -> Option<&mut Real>;
 
+    /// The LREAL in row `index`, as [`Block::real`].
+    fn lreal(&self, index: usize) -> Option<LReal>;
+
+    /// The place of the LREAL in row `index`, as [`Block::real_mut`].
+    fn lreal_mut(&mut self, index: usize) -> Option<&mut LReal>;
+
     /// Writes the `mean` row, if there is one.
     fn set_mean(&mut self, percent: LReal);
 }
@@ -132,6 +136,8 @@ pub struct Table {
     pub rows: &'static [Row],
     /// Of each row, whether it is a REAL that may be set at any time: what a host does most. One byte a row.
     pub tunable_reals: &'static [bool],
+    /// The same for LREALs.
+    pub tunable_lreals: &'static [bool],
     /// The row that holds the time between two calls.
     pub cycle: usize,
     /// The row that holds the mean of the pulse, if there is one.

@@ -81,11 +81,11 @@ pub const fn copy(from: &[Row], to: &mut [Row], mut next: usize) -> usize {
 }
 
 #[doc(hidden)]
-pub const fn tunable_reals<const N: usize>(rows: &[Row; N]) -> [bool; N] {
+pub const fn tunable<const N: usize>(rows: &[Row; N], kind: Kind) -> [bool; N] {
     let mut tunable = [false; N];
     let mut i = 0;
     while i < N {
-        tunable[i] = matches!(rows[i].kind, Kind::Real) && matches!(rows[i].role, Role::Input | Role::Parameter);
+        tunable[i] = rows[i].kind as u8 == kind as u8 && matches!(rows[i].role, Role::Input | Role::Parameter);
         i += 1;
     }
     tunable

@@ -311,6 +311,20 @@ fn a_real_is_read_and_written_as_any_value_and_no_other_row_is_one() {
 }
 
 #[test]
+fn an_lreal_is_read_and_written_as_any_value_and_no_other_row_is_one() {
+    for (index, row) in Outer::TABLE.rows.iter().enumerate() {
+        let mut block = Outer::default();
+        let before = block.get(index);
+        let is_lreal = row.kind == Kind::LReal;
+        assert_eq!(block.lreal(index).map(Value::LReal), before.filter(|_| is_lreal), "{}", row.full_name());
+        block.lreal_mut(index).into_iter().for_each(|lreal| *lreal = -2.5);
+        assert_eq!(block.get(index), if is_lreal { Some(Value::LReal(-2.5)) } else { before }, "{}", row.full_name());
+    }
+    let rows = Outermost::TABLE.rows.len();
+    assert_eq!((Outermost::default().lreal(rows), Outermost::default().lreal_mut(rows)), (None, None));
+}
+
+#[test]
 fn reals_that_are_inputs_or_parameters_may_be_set_at_any_time() {
     let names = |table: &Table| -> Vec<String> {
         let rows = table.rows.iter().zip(table.tunable_reals);

@@ -2,11 +2,12 @@
 
 use crate::component::Type;
 use crate::describe;
+use crate::digits::short;
 use crate::plan::{self, Names, Reference, effective, value, wires};
 use crate::study::distribution::Distribution;
 use crate::study::results::Quantity;
-use crate::study::sampling::Sampler;
-use crate::study::{Along, Axis, Study};
+use crate::study::sampling::{LEAST_PROBABILITY, Sampler};
+use crate::study::{Along, Axis, Sampling, Study};
 use crate::system::{Setting, System, Value};
 use anyhow::{Context, Result, bail};
 use modeldescription::v2::ModelDescription;
@@ -106,6 +107,17 @@ impl Target {
         Quantity { name, unit: self.unit.clone() }
     }
 
+    /// What sets it.
+    fn setting(&self, value: f64) -> Setting {
+        Setting {
+            variable: self.name.clone(),
+            value: Value::Number(value),
+            time: self.time,
+            is_preliminary: false,
+            place: None,
+        }
+    }
+
     /// What the variable gets if the axis has this value.
     fn absolute(&self, value: f64) -> f64 {
         self.base.map_or(value, |base| base * value)
@@ -145,9 +157,8 @@ impl Axes {
         for (number, axis) in study.axes.iter().enumerate() {
             let mut add = || {
                 let targets = targets(axis, system, names, descriptions)?;
-                let own: Vec<&Target> = targets.iter().collect();
-                for (place, target) in own.iter().enumerate() {
-                    if own[..place].iter().any(|other| other.is_same(target)) {
+                for (place, target) in targets.iter().enumerate() {
+                    if targets[..place].iter().any(|other| other.is_same(target)) {
                         bail!("{} is named twice: name it once", target.name);
                     }
                     if let Some(other) = axes.targets.iter().position(|other| other.is_same(target)) {
@@ -202,9 +213,19 @@ impl Axes {
         point
     }
 
-    /// One sentence for each axis with values outside of the range that an FMU declares.
+    /// What the user should know: one sentence for each axis with values outside of the range that an FMU declares, and
+    /// numbers of samples that are probably not meant.
     pub fn warnings(&self, study: &Study) -> Vec<String> {
         let mut warnings = Vec::new();
+        if study.distributions() > 0 && self.samples == 1 {
+            warnings.push("samples = 1: each distribution has a single value; give the number of samples".into());
+        } else if study.distributions() > 0 && study.sampling == Sampling::Sobol && !self.samples.is_power_of_two() {
+            warnings.push(format!(
+                "samples = {}: a Sobol sequence is most even with a power of 2, such as {}",
+                self.samples,
+                self.samples.next_power_of_two()
+            ));
+        }
         for (number, axis) in self.axes.iter().enumerate() {
             let targets = &self.targets[self.coordinates(number)];
             let outside = targets.iter().enumerate().find_map(|(place, target)| {
@@ -218,7 +239,7 @@ impl Axes {
                     "{}: values such as {} = {} are outside of the range that the FMU declares, {} to {}",
                     study.axes[number].label(number),
                     target.name,
-                    crate::digits::short(value),
+                    short(value),
                     show(target.range.0),
                     show(target.range.1),
                 ));
@@ -248,18 +269,6 @@ pub(super) fn varied(system: &System, names: &Names, targets: &[Target], point: 
     System { settings, ..system.clone() }
 }
 
-impl Target {
-    fn setting(&self, value: f64) -> Setting {
-        Setting {
-            variable: self.name.clone(),
-            value: Value::Number(value),
-            time: self.time,
-            is_preliminary: false,
-            place: None,
-        }
-    }
-}
-
 impl Resolved {
     /// The least and the greatest value for a variable; of a distribution, about those that so many samples reach.
     fn extremes(&self, place: usize, samples: u64) -> [f64; 2] {
@@ -285,7 +294,9 @@ fn between(from: f64, to: f64, place: u64, count: u64, logarithmic: bool) -> f64
     } else if place + 1 == count {
         to
     } else if logarithmic {
-        from * libm::exp(libm::log(to / from) * place as f64 / (count - 1) as f64)
+        // Powers of ten come out as such.
+        let (low, high) = (libm::log10(from), libm::log10(to));
+        libm::exp10(low + (high - low) * place as f64 / (count - 1) as f64)
     } else {
         from + (to - from) * place as f64 / (count - 1) as f64
     }
@@ -375,6 +386,13 @@ fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<
                 );
             }
             let distribution = Distribution::of(&axis.along).context("it is a distribution")?;
+            let ends =
+                [LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY].map(|probability| distribution.quantile(probability));
+            for target in targets {
+                ends.iter()
+                    .try_for_each(|end| target.check(target.absolute(*end)))
+                    .context("the deviation is too large")?;
+            }
             *distributions += 1;
             Ok(Values::Drawn(distribution, *distributions - 1))
         }

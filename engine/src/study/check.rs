@@ -7,7 +7,7 @@ use crate::system::Value;
 use anyhow::{Context, Result, bail};
 
 /// How many runs a study has at most.
-pub const MOST_RUNS: u64 = 1_000_000_000;
+const MOST_RUNS: u64 = 1_000_000_000;
 
 impl Study {
     /// Checks what does not depend on the loop.
@@ -49,7 +49,7 @@ impl Study {
     /// How many runs the axes span.
     ///
     /// # Errors
-    /// More than [`MOST_RUNS`].
+    /// More than 10^9.
     pub fn count(&self) -> Result<u64> {
         let lengths = self.axes.iter().map(|axis| axis.along.length());
         let samples = if self.distributions() > 0 { self.samples } else { 1 };
@@ -166,7 +166,7 @@ impl Along {
                     ordered("normal", ("min", *min), ("max", *max))?;
                 }
                 match Distribution::of(self) {
-                    Some(Distribution::Truncated { share, .. }) if !(share > 0.0) => bail!(
+                    Some(Distribution::Truncated { share, .. }) if share <= 0.0 => bail!(
                         "normal: min and max leave nothing of the distribution, whose mean is {mean:?} and deviation {deviation:?}: \
                          give bounds nearer to the mean"
                     ),

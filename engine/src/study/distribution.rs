@@ -141,6 +141,7 @@ fn ratio([numerator, denominator]: &[[f64; 8]; 2], value: f64) -> f64 {
 }
 
 /// Coefficients a and b of AS 241.
+#[expect(clippy::excessive_precision, reason = "the digits that are published")]
 const CENTER: [[f64; 8]; 2] = [
     [
         3.387_132_872_796_366_608,
@@ -165,6 +166,7 @@ const CENTER: [[f64; 8]; 2] = [
 ];
 
 /// Coefficients c and d of AS 241.
+#[expect(clippy::excessive_precision, reason = "the digits that are published")]
 const TAIL: [[f64; 8]; 2] = [
     [
         1.423_437_110_749_683_577_34,
@@ -189,6 +191,7 @@ const TAIL: [[f64; 8]; 2] = [
 ];
 
 /// Coefficients e and f of AS 241.
+#[expect(clippy::excessive_precision, reason = "the digits that are published")]
 const FAR_TAIL: [[f64; 8]; 2] = [
     [
         6.657_904_643_501_103_777_2,

@@ -207,6 +207,8 @@ impl<C: Reset> Executor<C> {
     /// # Panics
     /// As [`Executor::row`].
     pub fn recording(&mut self, point: &[f64], instantiate: impl FnMut(usize) -> Result<C>) -> Result<Recording> {
+        // Some FMUs allow one instance in a process.
+        self.run = None;
         self.experiment.set(point);
         let plan = &self.experiment.recording;
         run::run(plan, &mut instances(plan, instantiate)?, |_| {})

@@ -129,8 +129,12 @@ impl Measures {
                  \"FMU.VARIABLE\"), or single variables ([[values]] with variable = \"FMU.VARIABLE\", take = [\"max\"])"
             );
         }
-        if let (Some(from), Some(to)) = (study.window.from, study.window.to)
-            && !(from < to)
+        let window = study.window;
+        if [window.from, window.to].into_iter().flatten().any(|time| !time.is_finite()) {
+            bail!("window: give finite times in seconds, or leave from or to out");
+        }
+        if let (Some(from), Some(to)) = (window.from, window.to)
+            && from >= to
         {
             bail!("window: from = {from:?} is not before to = {to:?}: correct one of them");
         }

@@ -17,6 +17,8 @@ use chacha20::rand_core::{Rng, SeedableRng};
 pub const SOBOL_SAMPLES: u64 = 1 << 16;
 /// How many axes a Sobol sequence has at most.
 pub const SOBOL_AXES: usize = sobol_burley::NUM_DIMENSIONS as usize;
+/// No probability is less, and none is nearer to 1.
+pub const LEAST_PROBABILITY: f64 = f64::EPSILON / 2.0;
 
 /// What a key stream is for.
 #[derive(Clone, Copy)]
@@ -58,7 +60,7 @@ impl Sampler {
         Sampler { seed, samples, method }
     }
 
-    /// The probability of a sample on an axis, above 0 and below 1. Only axes with a distribution count.
+    /// The probability of a sample on an axis, from [`LEAST_PROBABILITY`] to 1 - `LEAST_PROBABILITY`. Only axes with a distribution count.
     ///
     /// # Panics
     /// There is no such sample or axis.

@@ -18,14 +18,14 @@ pub trait FmiType: Copy {
     /// The range, as a text, if the value lies outside.
     fn to_plc(self, kind: Kind) -> Result<Value, &'static str>;
 
-    /// Writes variables in the most frequent case: one or two REAL inputs or parameters, with values in range. False, and
-    /// nothing is changed, in every other case.
+    /// Writes variables in the most frequent cases: one or two REAL inputs or parameters, or one LREAL, with values in range.
+    /// False, and nothing is changed, in every other case.
     #[inline(always)]
     fn set_common<B: Block>(_block: &mut B, _references: &[u32], _values: &[Self]) -> bool {
         false
     }
 
-    /// Reads variables in the most frequent case: one REAL. False, and nothing is written, in every other case.
+    /// Reads variables in the most frequent cases: a few REALs and LREALs. False, and nothing is written, in every other case.
     #[inline(always)]
     fn get_common<B: Block>(_block: &B, _references: &[u32], _values: &mut [Self]) -> bool {
         false
@@ -63,6 +63,7 @@ impl FmiType for f64 {
         // No loop: in one the compiler would compute the addresses of all REALs first.
         match (references, values) {
             ([reference], [value]) if fits(reference, value) => put(reference, value),
+            ([reference], [value]) => return set_lreal(block, *reference, *value),
             ([first, second], [one, other]) if fits(first, one) && fits(second, other) => {
                 put(first, one);
                 put(second, other);
@@ -74,14 +75,13 @@ impl FmiType for f64 {
 
     #[inline(always)]
     fn get_common<B: Block>(block: &B, references: &[u32], values: &mut [f64]) -> bool {
-        let ([reference], [value]) = (references, values) else {
-            return false;
-        };
-        let Some(real) = block.real(*reference as usize) else {
-            return false;
-        };
-        *value = f64::from(real);
-        true
+        if let ([reference], [value]) = (references, &mut *values)
+            && let Some(real) = block.real(*reference as usize)
+        {
+            *value = f64::from(real);
+            return true;
+        }
+        get_few(block, references, values)
     }
 
     #[inline]
@@ -95,6 +95,40 @@ impl FmiType for f64 {
     fn text(self) -> String {
         format!("{self:?}")
     }
+}
+
+/// Writes an LREAL that may be set at any time; false, and nothing is changed, if it is none, or the value is not in range.
+#[inline]
+fn set_lreal<B: Block>(block: &mut B, reference: u32, value: f64) -> bool {
+    let fits = B::TABLE.tunable_lreals.get(reference as usize) == Some(&true) && value.is_finite();
+    if fits && let Some(lreal) = block.lreal_mut(reference as usize) {
+        *lreal = value;
+    }
+    fits
+}
+
+/// Reads REALs and LREALs; false, and nothing is written, if one is neither, or if there are more than a few.
+#[inline(never)]
+fn get_few<B: Block>(block: &B, references: &[u32], values: &mut [f64]) -> bool {
+    const FEW: usize = 8;
+    let mut read = [0.0; FEW];
+    if references.len() > FEW {
+        return false;
+    }
+    for (reference, read) in references.iter().zip(&mut read) {
+        let Some(number) = real_or_lreal(block, *reference as usize) else {
+            return false;
+        };
+        *read = number;
+    }
+    values.copy_from_slice(&read[..references.len()]);
+    true
+}
+
+/// A function of its own: in a loop the compiler would compute the addresses of all variables first.
+#[inline(never)]
+fn real_or_lreal<B: Block>(block: &B, row: usize) -> Option<f64> {
+    block.real(row).map(f64::from).or_else(|| block.lreal(row))
 }
 
 impl FmiType for c_int {
@@ -170,7 +204,34 @@ pub fn type_name(kind: Kind) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_block::{COUNT, CYCLE, FIRST, ON, SUM, Sum, U, V};
     use blocks::Time;
+
+    #[test]
+    fn a_few_reals_and_lreals_are_read_at_once_and_nothing_is_if_one_is_of_another_type() {
+        let block = Sum { u: 0.5, v: 0.1, sum: -3.0, ..Sum::default() };
+        let mut values = [9.0; 3];
+        assert!(f64::get_common(&block, &[V, U, SUM], &mut values));
+        assert_eq!(values, [0.1, 0.5, -3.0]);
+        let mut values = [9.0; 2];
+        for other in [ON, FIRST, CYCLE, COUNT, 1000, u32::MAX] {
+            assert!(!f64::get_common(&block, &[V, other], &mut values), "{other}");
+            assert_eq!(values, [9.0; 2]);
+        }
+        assert!(!f64::get_common(&block, &[V; 9], &mut [9.0; 9]), "more than a few");
+    }
+
+    #[test]
+    fn an_lreal_is_set_at_once_if_it_is_an_input_and_the_value_a_number() {
+        let mut block = Sum::default();
+        assert!(f64::set_common(&mut block, &[V], &[0.1]));
+        assert_eq!(block.v, 0.1);
+        for (reference, value) in [(V, f64::NAN), (V, f64::INFINITY), (SUM, 1.0), (CYCLE, 1.0), (ON, 1.0), (1000, 1.0)]
+        {
+            assert!(!f64::set_common(&mut block, &[reference], &[value]), "{reference}");
+        }
+        assert_eq!((block.v, block.sum), (0.1, 0.0));
+    }
 
     #[test]
     fn a_real_is_rounded_to_binary32_and_what_has_none_is_refused() {

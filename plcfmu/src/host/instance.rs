@@ -149,6 +149,7 @@ impl Instance {
     ///
     /// # Errors
     /// The FMU refuses, discards the step or answers later (fmi2Pending), with its messages.
+    #[inline]
     pub fn step(&mut self, time: f64, size: f64) -> Result<()> {
         // SAFETY: the component is this instance's and lives.
         let status = unsafe { (self.library.do_step)(self.component, time, size, 1) };
@@ -208,25 +209,28 @@ impl Instance {
     ///
     /// # Panics
     /// There are not as many values as references.
+    #[inline]
     pub fn get_all(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
         assert_eq!(references.len(), values.len());
         let (from, count) = (references.as_ptr(), references.len());
+        if kind == Type::Real {
+            // SAFETY: the component is this instance's and lives; `count` references, and room for as many values.
+            let status = unsafe { (self.library.get_real)(self.component, from, count, values.as_mut_ptr()) };
+            return self.check("fmi2GetReal", status);
+        }
         self.integers.clear();
         self.integers.resize(count, 0);
         let integers = self.integers.as_mut_ptr();
         // SAFETY: the component is this instance's and lives; `count` references, and room for as many values.
         let status = unsafe {
             match kind {
-                Type::Real => (self.library.get_real)(self.component, from, count, values.as_mut_ptr()),
-                Type::Integer => (self.library.get_integer)(self.component, from, count, integers),
                 Type::Boolean => (self.library.get_boolean)(self.component, from, count, integers),
+                _ => (self.library.get_integer)(self.component, from, count, integers),
             }
         };
         self.check(getter(kind), status)?;
-        if kind != Type::Real {
-            for (value, integer) in values.iter_mut().zip(&self.integers) {
-                *value = f64::from(*integer);
-            }
+        for (value, integer) in values.iter_mut().zip(&self.integers) {
+            *value = f64::from(*integer);
         }
         Ok(())
     }
@@ -238,31 +242,31 @@ impl Instance {
     ///
     /// # Panics
     /// There are not as many values as references.
+    #[inline]
     pub fn set_all(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
         assert_eq!(references.len(), values.len());
-        self.integers.clear();
-        if kind != Type::Real {
-            for value in values {
-                let integer = *value as c_int;
-                if f64::from(integer) != *value {
-                    bail!("{value:?} is not an integer of 32 bits");
-                }
-                self.integers.push(if kind == Type::Boolean { c_int::from(integer != 0) } else { integer });
-            }
-        }
         let (to, count) = (references.as_ptr(), references.len());
-        // SAFETY: the component is this instance's and lives; `count` references and as many values.
-        let status = unsafe {
-            match kind {
-                Type::Real => (self.library.set_real)(self.component, to, count, values.as_ptr()),
-                Type::Integer => (self.library.set_integer)(self.component, to, count, self.integers.as_ptr()),
-                Type::Boolean => (self.library.set_boolean)(self.component, to, count, self.integers.as_ptr()),
+        if kind == Type::Real {
+            // SAFETY: the component is this instance's and lives; `count` references and as many values.
+            let status = unsafe { (self.library.set_real)(self.component, to, count, values.as_ptr()) };
+            return self.check("fmi2SetReal", status);
+        }
+        self.integers.clear();
+        for value in values {
+            let integer = *value as c_int;
+            if f64::from(integer) != *value {
+                bail!("{value:?} is not an integer of 32 bits");
             }
-        };
-        let function = match kind {
-            Type::Real => "fmi2SetReal",
-            Type::Integer => "fmi2SetInteger",
-            Type::Boolean => "fmi2SetBoolean",
+            self.integers.push(if kind == Type::Boolean { c_int::from(integer != 0) } else { integer });
+        }
+        // SAFETY: the component is this instance's and lives; `count` references and as many values.
+        let (function, status) = unsafe {
+            match kind {
+                Type::Boolean => {
+                    ("fmi2SetBoolean", (self.library.set_boolean)(self.component, to, count, self.integers.as_ptr()))
+                }
+                _ => ("fmi2SetInteger", (self.library.set_integer)(self.component, to, count, self.integers.as_ptr())),
+            }
         };
         self.check(function, status)
     }
@@ -273,10 +277,13 @@ impl Instance {
     }
 
     /// fmi2OK and fmi2Warning go on.
+    #[inline]
     fn check(&self, function: &str, status: c_int) -> Result<()> {
-        if status == 0 || status == WARNING {
-            return Ok(());
-        }
+        if status == 0 || status == WARNING { Ok(()) } else { Err(self.failure(function, status)) }
+    }
+
+    #[cold]
+    fn failure(&self, function: &str, status: c_int) -> anyhow::Error {
         self.is_fatal.set(self.is_fatal.get() || status == FATAL);
         let name = usize::try_from(status).ok().and_then(|status| STATUS.get(status));
         let name = name.map_or_else(|| format!("the unknown status {status}"), ToString::to_string);
@@ -284,7 +291,7 @@ impl Instance {
         // Many FMUs begin their messages with the function.
         let explanation =
             explanation.strip_prefix(function).and_then(|rest| rest.strip_prefix(": ")).unwrap_or(&explanation);
-        Err(anyhow!("{function} returned {name}: {explanation}"))
+        anyhow!("{function} returned {name}: {explanation}")
     }
 }
 

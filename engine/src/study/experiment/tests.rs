@@ -45,7 +45,9 @@ fn error(job: &Job) -> String {
     format!("{:#}", resolved(job).unwrap_err())
 }
 
-fn instantiate(member: usize) -> Result<Box<dyn Reset>> {
+type Made = Result<Box<dyn Reset>>;
+
+fn instantiate(member: usize) -> Made {
     Ok(if member == 0 { Box::new(Linked::<Pid>::new()) } else { Box::new(Linked::<Lag>::new()) })
 }
 
@@ -211,6 +213,10 @@ fn a_wrong_axis_is_named_with_what_is_wrong_and_what_to_do() {
              the mean",
         ),
         (Along::LogNormal { median: -1.0, deviation: 0.1 }, "log_normal: median = -1.0: it has to be above 0"),
+        (
+            Along::LogNormal { median: 1.0, deviation: 200.0 },
+            "the deviation is too large: C.GAIN = inf: give values and factors whose products are finite",
+        ),
         (Along::LogNormal { median: 1.0, deviation: -0.1 }, "log_normal: deviation = -0.1: it has to be above 0"),
         (
             Along::Triangular { min: 0.0, mode: 3.0, max: 2.0 },
@@ -327,7 +333,9 @@ fn ranges_keep_their_ends_and_their_ratios() {
     let range = Along::Range { from: 0.1, to: 10.0, count: 3, logarithmic: true };
     let points = points(&experiment(vec![axis("C.GAIN", range)]));
     assert_eq!((points[0][0], points[2][0]), (0.1, 10.0));
-    assert!((points[1][0] - 1.0).abs() < 1e-15);
+    assert_eq!(points[1][0], 1.0);
+    let range = Along::Range { from: 1e-300, to: 1e300, count: 3, logarithmic: true };
+    assert_eq!(self::points(&experiment(vec![axis("C.GAIN", range)]))[1], [1.0]);
     let range = Along::Range { from: 1.0, to: 0.0, count: 11, logarithmic: false };
     let points = self::points(&experiment(vec![axis("C.GAIN", range)]));
     assert!(points.iter().enumerate().all(|(place, point)| (point[0] - (1.0 - place as f64 * 0.1)).abs() < 1e-15));
@@ -348,6 +356,18 @@ fn values_outside_of_the_declared_range_are_a_warning_for_each_axis() {
     let warning = "C.SP = -500.0 is outside of the range that the FMU declares, -100.0 to 100.0";
     assert_eq!(resolved(&job).unwrap().warnings, [warning]);
     job.study.axes.push(Axis { time: Some(30.0), ..axis("C.SP", values(&[0.0])) });
+    assert_eq!(resolved(&job).unwrap().warnings, [""; 0]);
+}
+
+#[test]
+fn a_number_of_samples_that_is_probably_not_meant_is_a_warning() {
+    let mut job = job(vec![axis("C.GAIN", Along::Uniform { min: 1.0, max: 2.0 })]);
+    let single = "samples = 1: each distribution has a single value; give the number of samples";
+    assert_eq!(resolved(&job).unwrap().warnings, [single]);
+    job.study = Study { samples: 1000, sampling: Sampling::Sobol, ..job.study };
+    let uneven = "samples = 1000: a Sobol sequence is most even with a power of 2, such as 1024";
+    assert_eq!(resolved(&job).unwrap().warnings, [uneven]);
+    job.study.samples = 1024;
     assert_eq!(resolved(&job).unwrap().warnings, [""; 0]);
 }
 
@@ -376,6 +396,8 @@ enum Fault {
     None,
     ResetKeepsState,
     ResetRefused,
+    /// There can be one instance at a time.
+    OneInstance,
 }
 
 impl Faulty {
@@ -430,7 +452,7 @@ impl Component for Faulty {
 impl Reset for Faulty {
     fn reset(&mut self) -> Result<()> {
         match self.fault {
-            Fault::None => {}
+            Fault::None | Fault::OneInstance => {}
             Fault::ResetKeepsState => self.residue = 1e-9,
             Fault::ResetRefused => bail!("fmi2Reset returned an error"),
         }
@@ -439,10 +461,14 @@ impl Reset for Faulty {
 }
 
 /// Makes controllers with a fault, and counts them.
-fn faulty(fault: Fault) -> (Rc<Cell<usize>>, impl FnMut(usize) -> Result<Box<dyn Reset>>) {
+fn faulty(fault: Fault) -> (Rc<Cell<usize>>, impl FnMut(usize) -> Made) {
     let instances = Rc::new(Cell::new(0));
     let count = Rc::clone(&instances);
     let make = move |member| {
+        // The test and this closure hold the other two.
+        if fault == Fault::OneInstance && member == 0 && Rc::strong_count(&count) > 2 {
+            bail!("there is an instance already");
+        }
         if member == 0 { Ok(Box::new(Faulty::new(fault, &count)) as Box<dyn Reset>) } else { instantiate(member) }
     };
     (instances, make)
@@ -478,6 +504,35 @@ fn instances_that_cannot_be_reset_are_replaced_by_new_ones_for_each_run() {
             assert_eq!(bits(&executor.row(&point, &mut make)), bits(&expected));
         }
         assert_eq!(instances.get() - before, 3);
+    }
+}
+
+#[test]
+fn there_are_never_two_instances_of_an_fmu() {
+    let experiment = experiment(vec![axis("C.TI", values(&[10.0, 0.5, 20.0]))]);
+    let (_instances, mut make) = faulty(Fault::OneInstance);
+    let mut executor = Executor::new(experiment.clone());
+    assert_eq!(executor.check_reset(&mut make), None);
+    let errors = points(&experiment).into_iter().map(|point| executor.row(&point, &mut make).error);
+    assert_eq!(errors.map(|error| error.is_some()).collect::<Vec<_>>(), [false, true, false]);
+    executor.recording(&[10.0], &mut make).unwrap();
+    executor.renew();
+    for _ in 0..2 {
+        assert_eq!(executor.row(&[10.0], &mut make).error, None);
+    }
+}
+
+#[test]
+fn a_recording_is_the_run_that_the_row_is_of() {
+    let mut job =
+        job(vec![axis("C.GAIN", values(&[0.5, 2.0])), Axis { time: Some(5.0), ..axis("C.SP", values(&[30.0])) }]);
+    job.study.values = vec![Taken { variable: "P.TEMP".into(), take: vec![Take::Last] }];
+    let mut executor = Executor::new(resolved(&job).unwrap());
+    for point in [[0.5, 30.0], [2.0, 60.0]] {
+        let row = executor.row(&point, instantiate);
+        let recording = executor.recording(&point, instantiate).unwrap();
+        let temperature = recording.columns.iter().position(|column| column.name == "P.TEMP").unwrap();
+        assert_eq!(recording.column(temperature).last(), Some(row.figures[8]), "{point:?}");
     }
 }
 

@@ -1,7 +1,7 @@
 //! DRIVE: a speed-controlled drive that trips on too fast a setpoint change, a plant for HLG.
 
 use blocks::{Law, Response};
-use dynamics::{lag, limited, seconds};
+use dynamics::{Lag, limited, seconds};
 
 blocks::block! {
     /// Speed-controlled drive that trips where its setpoint changes faster than it can follow: counts in, speed out.
@@ -202,6 +202,10 @@ blocks::block! {
     memory Memory {
         /// RESET of the last call.
         reset: bool;
+        /// The lag of the control loop.
+        control: Lag;
+        /// The lag of coasting to rest.
+        coasting: Lag;
     }
 }
 
@@ -237,7 +241,7 @@ impl Law for Drive {
         }
 
         if self.trip {
-            self.speed = lag(self.speed, 0.0, self.coast_tm, cycle);
+            self.speed = self.memory.coasting.step(self.speed, 0.0, self.coast_tm, cycle);
             self.torque = 0.0;
         } else {
             self.follow(cycle);
@@ -265,7 +269,7 @@ impl Drive {
         if at_limit > 0.0 {
             self.speed += most.copysign(error) * at_limit;
         }
-        self.speed = lag(self.speed, self.sp_rpm, ctrl_tm, cycle - at_limit);
+        self.speed = self.memory.control.step(self.speed, self.sp_rpm, ctrl_tm, cycle - at_limit);
 
         let error = self.sp_rpm - self.speed;
         let acceleration = if error == 0.0 { 0.0 } else { (error / ctrl_tm).abs().min(most).copysign(error) };

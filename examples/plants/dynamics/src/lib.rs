@@ -51,7 +51,10 @@
 //! assert!((boiler.temp - (100.0 - 80.0 * (-1.0_f64).exp())).abs() < 1e-9);
 //! ```
 
+mod kept;
+
 use blocks::{LReal, Stored, Time, Word};
+pub use kept::Kept;
 
 /// The mathematics of the plants: the same bits on every platform.
 pub use libm::{exp, expm1 as exp_m1, log as ln};
@@ -82,16 +85,14 @@ pub fn limited(x: LReal, low: LReal, high: LReal) -> LReal {
 /// Without a time constant above 0 there is no lag: the value is the target at once. A value at its target stays there
 /// to the last bit. If `seconds` is not above 0, nothing happens.
 ///
+/// For a law that does this in every call there is [`Lag`].
+///
 /// ```
 /// let value = dynamics::lag(0.0, 100.0, 5.0, 10.0);
 /// assert!((value - 100.0 * (1.0 - (-2.0_f64).exp())).abs() < 1e-12);
 /// ```
 pub fn lag(value: LReal, target: LReal, time_constant: LReal, seconds: LReal) -> LReal {
-    if seconds <= 0.0 || seconds.is_nan() {
-        return value;
-    }
-    let passed = passed(seconds, time_constant);
-    if passed == LReal::INFINITY { target } else { value + (target - value) * share(passed) }
+    Lag::default().step(value, target, time_constant, seconds)
 }
 
 /// Two lags in series, the first on its way to `target`, the second following the first: both after `seconds`.
@@ -103,27 +104,117 @@ pub fn lag(value: LReal, target: LReal, time_constant: LReal, seconds: LReal) ->
 ///
 /// Either time constant may be 0, as with [`lag`]; equal and nearly equal ones lose no accuracy.
 ///
+/// For a law that does this in every call there is [`Lags`].
+///
 /// ```
 /// // From rest, with equal time constants: 1 - (1 + t/T) exp(-t/T).
 /// let [_, second] = dynamics::lags([0.0, 0.0], 1.0, [4.0, 4.0], 4.0);
 /// assert!((second - (1.0 - 2.0 * (-1.0_f64).exp())).abs() < 1e-15);
 /// ```
 pub fn lags(values: [LReal; 2], target: LReal, time_constants: [LReal; 2], seconds: LReal) -> [LReal; 2] {
-    if seconds <= 0.0 || seconds.is_nan() {
-        return values;
+    Lags::default().step(values, target, time_constants, seconds)
+}
+
+/// [`lag`] for the memory of a block: it computes `exp` only where the time constant or the duration has changed since the
+/// last step.
+///
+/// ```
+/// let mut filter = dynamics::Lag::default();
+/// let often = (0..4).fold(0.0, |value, _| filter.step(value, 1.0, 5.0, 0.5));
+/// assert!((often - dynamics::lag(0.0, 1.0, 5.0, 2.0)).abs() < 1e-15);
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lag(Kept<2, Way>);
+
+impl Lag {
+    /// Where `value` is after `seconds`.
+    #[inline]
+    pub fn step(&mut self, value: LReal, target: LReal, time_constant: LReal, seconds: LReal) -> LReal {
+        if seconds <= 0.0 || seconds.is_nan() {
+            return value;
+        }
+        let way =
+            self.0.of([time_constant, seconds], |[time_constant, seconds]| Way::of(passed(seconds, time_constant)));
+        way.from(value, target)
     }
-    let [first, second] = values;
-    let [h1, h2] = time_constants.map(|time_constant| passed(seconds, time_constant));
-    let first_after = lag(first, target, time_constants[0], seconds);
-    if h2 == LReal::INFINITY {
-        return [first_after, first_after];
+}
+
+/// [`lags`] for the memory of a block: it computes `exp` only where a time constant or the duration has changed since the
+/// last step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lags(Kept<3, Ways>);
+
+impl Lags {
+    /// Where `values` are after `seconds`.
+    #[inline]
+    pub fn step(
+        &mut self,
+        values: [LReal; 2],
+        target: LReal,
+        [first, second]: [LReal; 2],
+        seconds: LReal,
+    ) -> [LReal; 2] {
+        if seconds <= 0.0 || seconds.is_nan() {
+            return values;
+        }
+        self.0
+            .of([first, second, seconds], |[first, second, seconds]| Ways::of([first, second], seconds))
+            .from(values, target)
     }
-    // What is left of the first lag's start in the second: h2 (exp(-h1) - exp(-h2)) / (h2 - h1), written so that
-    // nothing cancels where both are close and nothing overflows where they are far apart.
-    let apart = (h2 - h1).abs();
-    let mean_decay = if apart == 0.0 { 1.0 } else { share(apart) / apart };
-    let through = h2 * (1.0 - share(h1.min(h2))) * mean_decay;
-    [first_after, second + (target - second) * share(h2) + (first - target) * through]
+}
+
+/// The way that a lag goes in a time.
+#[derive(Clone, Copy, Debug)]
+enum Way {
+    /// All of it at once.
+    Whole,
+    /// This share of it.
+    Share(LReal),
+}
+
+impl Way {
+    /// The way in so many time constants.
+    fn of(passed: LReal) -> Way {
+        if passed == LReal::INFINITY { Way::Whole } else { Way::Share(share(passed)) }
+    }
+
+    #[inline]
+    fn from(self, value: LReal, target: LReal) -> LReal {
+        match self {
+            Way::Whole => target,
+            Way::Share(share) => value + (target - value) * share,
+        }
+    }
+}
+
+/// The ways that two lags in series go in a time.
+#[derive(Clone, Copy, Debug)]
+struct Ways {
+    first: Way,
+    second: Way,
+    /// What is left of the first lag's start in the second.
+    through: LReal,
+}
+
+impl Ways {
+    fn of(time_constants: [LReal; 2], seconds: LReal) -> Ways {
+        let [h1, h2] = time_constants.map(|time_constant| passed(seconds, time_constant));
+        // h2 (exp(-h1) - exp(-h2)) / (h2 - h1), written so that nothing cancels where both are close and nothing overflows
+        // where they are far apart.
+        let apart = (h2 - h1).abs();
+        let mean_decay = if apart == 0.0 { 1.0 } else { share(apart) / apart };
+        let through = h2 * (1.0 - share(h1.min(h2))) * mean_decay;
+        Ways { first: Way::of(h1), second: Way::of(h2), through }
+    }
+
+    #[inline]
+    fn from(self, [first, second]: [LReal; 2], target: LReal) -> [LReal; 2] {
+        let first_after = self.first.from(first, target);
+        match self.second {
+            Way::Whole => [first_after, first_after],
+            Way::Share(share) => [first_after, second + (target - second) * share + (first - target) * self.through],
+        }
+    }
 }
 
 /// How many time constants pass in `seconds`: infinitely many if there is no lag.
@@ -178,6 +269,17 @@ pub struct Delay {
     line: Vec<LReal>,
     /// Where the next value goes.
     next: u32,
+    /// How far back the output is.
+    back: Kept<3, Back>,
+}
+
+/// How far back the output of a delay is.
+#[derive(Clone, Copy, Debug)]
+struct Back {
+    /// In whole cycles.
+    cycles: usize,
+    /// The part of the present cycle, in seconds, in which the output is a cycle older still, and the rest of the cycle.
+    durations: [LReal; 2],
 }
 
 impl Delay {
@@ -188,7 +290,7 @@ impl Delay {
     /// function allocates memory: call it in the restart of a block.
     pub fn new(longest: LReal, cycle: Time, past: LReal) -> Delay {
         let length = (cycles(longest, cycle).ceil() as usize).min(Delay::LONGEST as usize) + 1;
-        Delay { line: vec![past; length], next: 0 }
+        Delay { line: vec![past; length], next: 0, back: Kept::default() }
     }
 
     /// For [`Law::check`](blocks::Law::check): is there memory for delays of up to `longest` seconds?
@@ -212,22 +314,33 @@ impl Delay {
     ///
     /// A delay within a billionth of a cycle of a whole number of cycles is that number. A line that was not made by
     /// [`Delay::new`] delays nothing.
+    #[inline]
     pub fn step(&mut self, input: LReal, delay: LReal, cycle: Time) -> [(LReal, LReal); 2] {
         let length = self.line.len();
-        let whole_cycle = seconds(cycle);
         if length == 0 {
-            return [(0.0, input), (whole_cycle, input)];
+            return [(0.0, input), (seconds(cycle), input)];
         }
-        let now = self.next as usize % length;
+        let now = self.next as usize;
         self.line[now] = input;
-        self.next = ((now + 1) % length) as u32;
+        self.next = if now + 1 == length { 0 } else { self.next + 1 };
 
-        let cycles = limited(cycles(delay, cycle), 0.0, (length - 1) as LReal);
-        let back = cycles as usize;
-        let part = whole_cycle * (cycles - back as LReal);
-        // A delay of the whole line has no part that reaches further back: `back + 1` then goes round, for no time.
-        let value = |back: usize| self.line[(now + 2 * length - back) % length];
-        [(part, value(back + 1)), (whole_cycle - part, value(back))]
+        let numbers = [delay, LReal::from(cycle.milliseconds()), (length - 1) as LReal];
+        let Back { cycles, durations } =
+            self.back.of(numbers, |[delay, cycle, longest]| Back::of(delay, Time::ms(cycle as i32), longest));
+        // A delay of the whole line has no part that reaches further back: `cycles + 1` then goes round, for no time.
+        let value = |back: usize| self.line[if back > now { now + length - back } else { now - back }];
+        [(durations[0], value(cycles + 1)), (durations[1], value(cycles))]
+    }
+}
+
+impl Back {
+    /// Of a delay in seconds, at most `longest` cycles.
+    fn of(delay: LReal, cycle: Time, longest: LReal) -> Back {
+        let whole_cycle = seconds(cycle);
+        let delay = limited(cycles(delay, cycle), 0.0, longest);
+        let cycles = delay as usize;
+        let part = whole_cycle * (delay - cycles as LReal);
+        Back { cycles, durations: [part, whole_cycle - part] }
     }
 }
 
@@ -242,6 +355,22 @@ fn cycles(delay: LReal, cycle: Time) -> LReal {
     if (cycles - whole).abs() <= ROUNDING { whole } else { cycles }
 }
 
+impl Stored for Lag {
+    fn write(&self, _bytes: &mut Vec<u8>) {}
+
+    fn read(_bytes: &mut &[u8]) -> Option<Self> {
+        Some(Lag::default())
+    }
+}
+
+impl Stored for Lags {
+    fn write(&self, _bytes: &mut Vec<u8>) {}
+
+    fn read(_bytes: &mut &[u8]) -> Option<Self> {
+        Some(Lags::default())
+    }
+}
+
 impl Stored for Delay {
     fn write(&self, bytes: &mut Vec<u8>) {
         self.line.write(bytes);
@@ -249,7 +378,7 @@ impl Stored for Delay {
     }
 
     fn read(bytes: &mut &[u8]) -> Option<Self> {
-        let delay = Delay { line: Stored::read(bytes)?, next: Stored::read(bytes)? };
+        let delay = Delay { line: Stored::read(bytes)?, next: Stored::read(bytes)?, back: Kept::default() };
         ((delay.next as usize) < delay.line.len().max(1)).then_some(delay)
     }
 }
@@ -436,7 +565,7 @@ mod tests {
             assert_eq!(Delay::read(&mut &bytes[..]), None, "the next value's place {next} lies outside");
         }
         for length in 0..4 {
-            let mut short = Delay { line: vec![0.0; length], next: 0 };
+            let mut short = Delay { line: vec![0.0; length], next: 0, ..Delay::default() };
             for input in 0..9 {
                 let [_, (seconds, _)] = short.step(LReal::from(input), 1e9, cycle);
                 assert_eq!(seconds, 0.1);

@@ -1,7 +1,7 @@
 //! HEATER: an electrically heated furnace, a plant for CONT_C.
 
 use blocks::{Law, Response};
-use dynamics::{Delay, analog, lags, limited};
+use dynamics::{Delay, Lags, analog, limited};
 
 blocks::block! {
     /// Electrically heated furnace with a door: heating power in, temperature out, behind two lags and a transport delay.
@@ -209,6 +209,8 @@ blocks::block! {
     memory Memory {
         /// Heating power on its way to the furnace.
         power: Delay;
+        /// Furnace and sensor, in either part of a cycle.
+        lags: [Lags; 2];
     }
 }
 
@@ -244,9 +246,10 @@ impl Law for Heater {
         let power = limited(self.power, 0.0, 100.0);
         let loss = 1.0 + limited(self.door, 0.0, 100.0) / 100.0 * self.door_loss.max(0.0) / 100.0;
         let mut temperatures = [self.t_furn, self.temp];
-        for (duration, power) in self.memory.power.step(power, self.delay_tm, self.cycle) {
+        let parts = self.memory.power.step(power, self.delay_tm, self.cycle);
+        for ((duration, power), lags) in parts.into_iter().zip(&mut self.memory.lags) {
             let target = self.t_amb + self.rise * power / 100.0 / loss;
-            temperatures = lags(temperatures, target, [self.furn_tm / loss, self.sens_tm], duration);
+            temperatures = lags.step(temperatures, target, [self.furn_tm / loss, self.sens_tm], duration);
         }
         self.show(temperatures);
     }

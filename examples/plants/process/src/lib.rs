@@ -1,7 +1,7 @@
 //! PROCESS: a process of lags, dead time and integrator, a plant for any controller.
 
 use blocks::{Law, Response};
-use dynamics::{Delay, analog, lags};
+use dynamics::{Delay, Lags, analog};
 
 blocks::block! {
     /// Generic process of two lags and a dead time, self-regulating or integrating: manipulated value in, process value out.
@@ -214,6 +214,8 @@ blocks::block! {
     memory Memory {
         /// Manipulated values on their way.
         u: Delay;
+        /// Both lags, in either part of a cycle.
+        lags: [Lags; 2];
         /// Behind the first lag.
         x1: f64;
         /// Behind the second lag.
@@ -261,10 +263,11 @@ impl Law for Process {
 
     fn call(&mut self) {
         let mut pv = self.pv;
-        for (duration, u) in self.memory.u.step(self.u + self.load, self.dead_tm, self.cycle) {
+        let parts = self.memory.u.step(self.u + self.load, self.dead_tm, self.cycle);
+        for (part, (duration, u)) in parts.into_iter().enumerate() {
             let target = self.gain * (u - self.u_0);
             let Memory { x1, x2, .. } = self.memory;
-            let [x1_after, x2_after] = lags([x1, x2], target, [self.t1, self.t2], duration);
+            let [x1_after, x2_after] = self.memory.lags[part].step([x1, x2], target, [self.t1, self.t2], duration);
             // The law itself, integrated: x1 = target - T1 dx1/dt, x2 = x1 - T2 dx2/dt.
             pv += target * duration - held(self.t1, x1_after - x1) - held(self.t2, x2_after - x2);
             (self.memory.x1, self.memory.x2) = (x1_after, x2_after);

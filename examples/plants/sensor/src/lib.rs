@@ -1,7 +1,7 @@
 //! SENSOR: a measuring chain with noise, filter and resolution, between a plant and its controller.
 
 use blocks::{Law, Response};
-use dynamics::{analog, lag, limited, seconds};
+use dynamics::{Lag, analog, limited, seconds};
 
 blocks::block! {
     /// Measuring chain between a plant and its controller: noise that repeats, a filter, and the steps of an analog input.
@@ -163,6 +163,8 @@ blocks::block! {
         calls: u64;
         /// Behind the filter.
         x: f64;
+        /// The filter.
+        filter: Lag;
     }
 }
 
@@ -196,7 +198,7 @@ impl Law for Sensor {
 
     fn call(&mut self) {
         let v = self.u + self.noise.max(0.0) * noise(self.memory.calls, self.seed);
-        let filtered = lag(self.memory.x, v, self.lag_tm, seconds(self.cycle));
+        let filtered = self.memory.filter.step(self.memory.x, v, self.lag_tm, seconds(self.cycle));
         self.memory.x = if self.memory.calls == 0 { v } else { filtered };
         self.memory.calls = self.memory.calls.wrapping_add(1);
 

@@ -1,7 +1,7 @@
 //! THERMO: a zone that is heated and cooled, a plant for PULSEGEN and PULS_CTR.
 
 use blocks::{Law, Response};
-use dynamics::{analog, lag, lags, limited, seconds};
+use dynamics::{Lag, Lags, analog, limited, seconds};
 
 blocks::block! {
     /// Climate chamber that is heated and cooled, with different gains and time constants: pulses in, temperature out.
@@ -221,6 +221,14 @@ blocks::block! {
             cooling: LReal, unit "%";
         }
     }
+    memory Memory {
+        /// The lag of the chamber.
+        zone: Lag;
+        /// The lags of heater and chamber.
+        heater: Lags;
+        /// The lags of cooler and chamber.
+        cooler: Lags;
+    }
 }
 
 impl Law for Thermo {
@@ -241,10 +249,11 @@ impl Law for Thermo {
         let heat = limited(if self.heat { 100.0 } else { 0.0 } + self.drive.max(0.0), 0.0, 100.0);
         let cool = limited(if self.cool { 100.0 } else { 0.0 } - self.drive.min(0.0), 0.0, 100.0);
 
+        let memory = &mut self.memory;
         // The chamber is linear: what it makes of its surroundings, of the heater and of the cooler adds up.
-        let by_itself = lag(self.temp, self.t_amb + self.load, self.zone_tm, cycle);
-        let [heating, by_heating] = lags([self.heating, 0.0], heat, [self.heat_tm, self.zone_tm], cycle);
-        let [cooling, by_cooling] = lags([self.cooling, 0.0], cool, [self.cool_tm, self.zone_tm], cycle);
+        let by_itself = memory.zone.step(self.temp, self.t_amb + self.load, self.zone_tm, cycle);
+        let [heating, by_heating] = memory.heater.step([self.heating, 0.0], heat, [self.heat_tm, self.zone_tm], cycle);
+        let [cooling, by_cooling] = memory.cooler.step([self.cooling, 0.0], cool, [self.cool_tm, self.zone_tm], cycle);
 
         self.heating = heating;
         self.cooling = cooling;

@@ -1,7 +1,7 @@
 //! VALVE: a motor-driven valve and the heat exchanger behind it, a plant for CONT_S.
 
 use blocks::{Characteristic, Law, Response};
-use dynamics::{analog, exp, exp_m1, lags, limited, ln, seconds};
+use dynamics::{Kept, Lags, analog, exp, exp_m1, limited, ln, seconds};
 
 blocks::block! {
     /// Motor-driven valve with limit switches and the heat exchanger behind it: pulses in, temperature out.
@@ -290,6 +290,14 @@ blocks::block! {
     memory Memory {
         /// How far the motor has run into the backlash, from its closing end.
         slack: f64;
+        /// The valve's characteristic.
+        passage: Kept<3, Passage>;
+        /// The share of the full flow where the stem stands.
+        share: Kept<4, f64>;
+        /// Exchanger and sensor while the stem stands, before and after it moves.
+        lags_at_rest: [Lags; 2];
+        /// The same while it moves: over a part of the way, and from each Gaussian place to the end of the part.
+        lags_moving: [Lags; 6];
     }
 }
 
@@ -345,11 +353,11 @@ impl Law for Valve {
 
     fn call(&mut self) {
         let Run { idle, moving, to } = self.run_motor();
-        let mut temperatures = self.exchange_at_rest([self.t_hx, self.temp], idle);
+        let mut temperatures = self.exchange_at_rest([self.t_hx, self.temp], idle, 0);
         temperatures = self.exchange_while_moving(temperatures, to, moving);
         self.lmnr = to;
-        temperatures = self.exchange_at_rest(temperatures, seconds(self.cycle) - idle - moving);
-        self.flow = self.flow_max * self.flow_share(self.lmnr);
+        temperatures = self.exchange_at_rest(temperatures, seconds(self.cycle) - idle - moving, 1);
+        self.flow = self.flow_max * self.flow_share();
         self.show(temperatures);
     }
 }
@@ -360,6 +368,38 @@ struct Run {
     idle: f64,
     moving: f64,
     to: f64,
+}
+
+/// How much passes the valve, at a position and with the pressure as it is.
+#[derive(Clone, Copy, Debug)]
+struct Passage {
+    /// The natural logarithm of CURVE.
+    steepness: f64,
+    /// The characteristic fully open, before it is scaled to 1.
+    full: f64,
+    pressure_factor: f64,
+}
+
+impl Passage {
+    fn of(curve: f64, pres: f64, pres_nom: f64) -> Passage {
+        let steepness = if curve > 0.0 { ln(curve) } else { 0.0 };
+        let pressure_factor = if pres_nom > 0.0 { (pres.max(0.0) / pres_nom).sqrt() } else { 1.0 };
+        Passage { steepness, full: exp_m1(steepness), pressure_factor }
+    }
+
+    /// The share of the full flow at a position.
+    fn share(self, position: f64) -> f64 {
+        let x = position / 100.0;
+        let characteristic = if self.steepness == 0.0 { x } else { exp_m1(self.steepness * x) / self.full };
+        characteristic * self.pressure_factor
+    }
+
+    /// By how much that share grows, per percent of the position.
+    fn slope(self, position: f64) -> f64 {
+        let x = position / 100.0;
+        let slope = if self.steepness == 0.0 { 1.0 } else { self.steepness * exp(self.steepness * x) / self.full };
+        slope * self.pressure_factor / 100.0
+    }
 }
 
 impl Valve {
@@ -396,35 +436,24 @@ impl Valve {
         Run { idle: idle * seconds_per_percent, moving: travel * seconds_per_percent, to }
     }
 
-    /// The share of the full flow that passes at this position, with the pressure as it is.
-    fn flow_share(&self, position: f64) -> f64 {
-        let x = position / 100.0;
-        let steepness = self.steepness();
-        let characteristic = if steepness == 0.0 { x } else { exp_m1(steepness * x) / exp_m1(steepness) };
-        characteristic * self.pressure_factor()
+    fn passage(&mut self) -> Passage {
+        let settings = [self.curve, self.pres, self.pres_nom];
+        self.memory.passage.of(settings, |[curve, pres, pres_nom]| Passage::of(curve, pres, pres_nom))
     }
 
-    /// By how much that share grows, per percent of the position.
-    fn flow_share_slope(&self, position: f64) -> f64 {
-        let x = position / 100.0;
-        let steepness = self.steepness();
-        let slope = if steepness == 0.0 { 1.0 } else { steepness * exp(steepness * x) / exp_m1(steepness) };
-        slope * self.pressure_factor() / 100.0
+    /// The share of the full flow that passes where the stem stands.
+    fn flow_share(&mut self) -> f64 {
+        let settings = [self.lmnr, self.curve, self.pres, self.pres_nom];
+        self.memory
+            .share
+            .of(settings, |[position, curve, pres, pres_nom]| Passage::of(curve, pres, pres_nom).share(position))
     }
 
-    /// The natural logarithm of CURVE.
-    fn steepness(&self) -> f64 {
-        if self.curve > 0.0 { ln(self.curve) } else { 0.0 }
-    }
-
-    fn pressure_factor(&self) -> f64 {
-        if self.pres_nom > 0.0 { (self.pres.max(0.0) / self.pres_nom).sqrt() } else { 1.0 }
-    }
-
-    /// The temperatures of exchanger and sensor after `duration` with the stem standing still.
-    fn exchange_at_rest(&self, temperatures: [f64; 2], duration: f64) -> [f64; 2] {
-        let target = self.t_in + self.rise * self.flow_share(self.lmnr);
-        lags(temperatures, target, [self.hx_tm, self.sens_tm], duration)
+    /// The temperatures of exchanger and sensor after `duration` with the stem standing still, before (0) or after (1) it
+    /// moves.
+    fn exchange_at_rest(&mut self, temperatures: [f64; 2], duration: f64, part: usize) -> [f64; 2] {
+        let target = self.t_in + self.rise * self.flow_share();
+        self.memory.lags_at_rest[part].step(temperatures, target, [self.hx_tm, self.sens_tm], duration)
     }
 
     /// The temperatures of exchanger and sensor after the stem has gone `to` a position in `duration`.
@@ -432,7 +461,7 @@ impl Valve {
     /// The way there is a sequence of small steps of the flow, and exchanger and sensor answer each of them as two lags
     /// answer a step: the answers add up, to an integral over the time of each step. It is taken at the five Gaussian
     /// places of parts that are short against the lags and on which the characteristic hardly bends.
-    fn exchange_while_moving(&self, mut temperatures: [f64; 2], to: f64, duration: f64) -> [f64; 2] {
+    fn exchange_while_moving(&mut self, mut temperatures: [f64; 2], to: f64, duration: f64) -> [f64; 2] {
         const PLACES_AND_WEIGHTS: [(f64, f64); 5] = [
             (0.046_910_077_030_668, 0.118_463_442_528_094_54),
             (0.230_765_344_947_158_45, 0.239_314_335_249_683_24),
@@ -448,13 +477,15 @@ impl Valve {
         let parts = limited((duration / shortest_lag).max((to - self.lmnr).abs() / 10.0).ceil(), 1.0, 100.0);
         let stroke = (to - self.lmnr) / parts;
         let part_duration = duration / parts;
+        let passage = self.passage();
+        let [whole_part, rests @ ..] = &mut self.memory.lags_moving;
         for part in 0..parts as u32 {
             let from = self.lmnr + f64::from(part) * stroke;
-            let target = self.t_in + self.rise * self.flow_share(from);
-            temperatures = lags(temperatures, target, lag_times, part_duration);
-            for (place, weight) in PLACES_AND_WEIGHTS {
-                let step = weight * stroke * self.rise * self.flow_share_slope(from + place * stroke);
-                let answer = lags([0.0, 0.0], step, lag_times, (1.0 - place) * part_duration);
+            let target = self.t_in + self.rise * passage.share(from);
+            temperatures = whole_part.step(temperatures, target, lag_times, part_duration);
+            for ((place, weight), rest) in PLACES_AND_WEIGHTS.into_iter().zip(&mut *rests) {
+                let step = weight * stroke * self.rise * passage.slope(from + place * stroke);
+                let answer = rest.step([0.0, 0.0], step, lag_times, (1.0 - place) * part_duration);
                 temperatures = [temperatures[0] + answer[0], temperatures[1] + answer[1]];
             }
         }
@@ -675,7 +706,8 @@ mod tests {
             assert_close(flow(curve, 100.0, 4.0), 40.0, 1e-13);
         }
         let valve = Valve { curve: 30.0, ..Valve::default() };
-        assert_close(valve.flow_share_slope(100.0) / valve.flow_share_slope(0.0), 30.0, 1e-12);
+        let passage = Passage::of(valve.curve, valve.pres, valve.pres_nom);
+        assert_close(passage.slope(100.0) / passage.slope(0.0), 30.0, 1e-12);
     }
 
     #[test]
