@@ -173,7 +173,11 @@ fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<Ato
         interrupted,
         ..defaults
     };
-    Pool::start(&reading.job, &pool_options).with_context(|| options.study.display().to_string())
+    let pool = Pool::start(&reading.job, &pool_options);
+    if pool_options.interrupted.load(Ordering::Relaxed) {
+        bail!(Interrupted("no run was made".into()));
+    }
+    pool.with_context(|| options.study.display().to_string())
 }
 
 /// Tells what the user should know before the runs.

@@ -35,7 +35,7 @@ use std::time::{Duration, Instant};
 pub const COMMAND: &str = "study-worker";
 
 /// How long rows wait for others before they are sent.
-pub const FLUSH: Duration = Duration::from_millis(5);
+pub const FLUSH: Duration = Duration::from_millis(2);
 
 /// What a worker is to do. The first request is [`Request::Begin`].
 #[derive(Debug, Deserialize, Serialize)]
