@@ -23,8 +23,8 @@ struct Case {
     text: String,
 }
 
-/// Writes a test for each expectation, and one that every run ends without an error. A failure names the first ten runs that are to blame,
-/// with their settings.
+/// Writes a test for each expectation, and one that every run ends without an error. A failure names the first ten runs that
+/// are to blame, with their settings.
 ///
 /// # Errors
 /// The file cannot be written.

@@ -272,8 +272,8 @@ struct Key {
 /// is but one, with the figure as the height. None if nothing varies or no run has the figure. `logarithmic` says of
 /// each coordinate whether its axis shows logarithms.
 ///
-/// The colours divide the range from the percentile 5 to the percentile 95 evenly. Runs at the same place are one point with their
-/// mean; more than 4000 points are put together in cells.
+/// The colours divide the range from the percentile 5 to the percentile 95 evenly. Runs at the same place are one point with
+/// their mean; a grid is drawn in cells, and more than 4000 points are put together in cells.
 ///
 /// # Errors
 /// It cannot be drawn.

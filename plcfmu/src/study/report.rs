@@ -1,5 +1,5 @@
-//! What a study writes of its results: a page, a file for programs, pictures, and the text of the command. None of it says when or
-//! on which machine the runs were made, so that the same study gives the same bytes everywhere.
+//! What a study writes of its results: a page, a file for programs, pictures, and the text of the command. None of it says
+//! when or on which machine the runs were made, so that the same study gives the same bytes everywhere.
 
 use crate::package::temporary;
 use crate::page::picture;
