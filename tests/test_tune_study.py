@@ -119,7 +119,8 @@ def test_no_settings_of_the_front_are_better_in_both_figures_than_others(tuned):
 def test_the_tuned_loop_runs_and_its_parameters_are_a_parameter_file(tuned, run, tmp_path):
     _, (folder, _), _ = tuned
     found = {row["setting"].removeprefix("CONT_C."): float(row["found"]) for row in rows(folder / "settings.csv")}
-    done = run("run", folder / "tuned.toml", "--record", "CONT_C.GAIN", "--record", "CONT_C.TI", "--out", tmp_path / "run.csv")
+    record = ["--record=CONT_C.GAIN", "--record=CONT_C.TI"]
+    done = run("run", folder / "tuned.toml", *record, "--out", tmp_path / "run.csv")
     assert done.returncode == 0, done.stderr
     last = rows(tmp_path / "run.csv")[-1]
     assert float(last["CONT_C.GAIN"]) == pytest.approx(found["GAIN"], rel=1e-6)

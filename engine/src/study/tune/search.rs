@@ -1,5 +1,5 @@
-//! The search: a start design that fills the space, then Nelder and Mead's method from the best candidates, then more of it with
-//! bounds on the second figure, so that the front is filled.
+//! The search: a start design that fills the space; Nelder and Mead's method from the best candidates, of which only the best one
+//! goes on after a while; then, if there is a front, the same for its other end, and for bounds on the second figure between both.
 //!
 //! Several simplices are at work at once, each wanting one candidate at a time; these are evaluated together. A simplex does not
 //! wait: it is computed anew from its beginning, with what is known of all candidates, up to the first one that is not known. So
