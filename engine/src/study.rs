@@ -17,6 +17,8 @@ mod measures;
 pub mod results;
 pub mod sampling;
 pub mod summary;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod tune;
 
 use crate::system::{System, Value};
 use serde::{Deserialize, Serialize};

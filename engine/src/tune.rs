@@ -180,6 +180,15 @@ impl Controller {
         let table = home.table(fmu)?.with_context(|| {
             format!("{fmu} is a foreign FMU: what its settings mean is not known, and it cannot be tuned")
         })?;
+        Controller::of_table(member, &table)
+    }
+
+    /// The same for an FMU whose table is known.
+    ///
+    /// # Errors
+    /// As in [`Controller::of`].
+    pub fn of_table(member: &Member, table: &Arc<Table>) -> Result<Controller> {
+        let (fmu, table) = (&member.fmu, table.clone());
         let (roles, groups) = dialog::of(&table)?;
         if roles.controller.is_empty() {
             bail!("{fmu} is not a controller with a GAIN: choose the FMU that has GAIN and TI");

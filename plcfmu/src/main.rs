@@ -3,7 +3,7 @@
 use clap::{Parser, Subcommand};
 #[cfg(feature = "tool")]
 use plcfmu::commands::tool;
-use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, run, ssp, study};
+use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, run, ssp, study, tune_study};
 use plcfmu::study::{Interrupted, worker};
 #[cfg(feature = "tool")]
 use plcfmu::tool::child;
@@ -24,6 +24,7 @@ enum Command {
     Run(run::Options),
     Ssp(ssp::Options),
     Study(study::Options),
+    TuneStudy(tune_study::Options),
     /// Make runs for `plcfmu study`
     #[command(name = worker::COMMAND, hide = true)]
     StudyWorker(worker::Options),
@@ -59,6 +60,7 @@ fn main() -> ExitCode {
         Command::Ssp(options) => ssp::run(&options),
         Command::Study(options) => study::run(&options),
         Command::StudyWorker(options) => worker::run(&options),
+        Command::TuneStudy(options) => tune_study::run(&options),
         Command::Params(options) => params::run(&options),
         Command::Gains(options) => gains::run(&options),
         Command::New(options) => new::run(&options),

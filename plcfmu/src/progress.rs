@@ -33,6 +33,11 @@ impl Progress {
         Progress::styled(length, "{bar:30} {percent:>3} %  {pos}/{len} steps, {eta} left")
     }
 
+    /// For `length` candidates of a search, with the best so far and the time that is left.
+    pub fn candidates(length: usize) -> Progress {
+        Progress::styled(length, "{bar:30} {pos}/{len} candidates, {eta} left, {msg}")
+    }
+
     /// For `length` runs of so many control cycles, of which `done` are there, with the rate and the time that is left.
     pub fn runs(length: u64, done: u64, cycles: usize) -> Progress {
         let rate = move |state: &ProgressState, to: &mut dyn fmt::Write| {

@@ -14,6 +14,7 @@ pub mod study;
 pub mod system;
 #[cfg(feature = "tool")]
 pub mod tool;
+pub mod tune_study;
 
 use crate::host::library::PREFIX;
 use crate::package::binary::Binary;

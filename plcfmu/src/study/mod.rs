@@ -16,6 +16,8 @@ pub mod pool;
 pub mod process;
 pub mod read;
 pub mod report;
+pub mod tuned;
+pub mod tuning;
 pub mod worker;
 
 use anyhow::{Context, Result, ensure};

@@ -1,0 +1,156 @@
+"""`plcfmu tune-study` as a user sees it: settings that are better than the loop's own ones and keep the constraints for every
+plant, a front of two figures, and the same bytes with any number of jobs."""
+
+import csv
+import pathlib
+import re
+import subprocess
+
+import pytest
+
+import host
+
+EXAMPLES = pathlib.Path(__file__).parents[1] / "examples"
+
+
+@pytest.fixture(scope="module")
+def run(command):
+    """Runs a command of `plcfmu`."""
+
+    def run(*arguments):
+        given = [command, *map(str, arguments)]
+        return subprocess.run(given, capture_output=True, text=True)
+
+    return run
+
+
+def written(folder, **changes):
+    """The example's study in a folder, with four of the plants, fewer candidates, and what is changed."""
+    text = (EXAMPLES / "studies/furnace_tuning.toml").read_text()
+    changes = {
+        'loop = "../loops/': f'loop = "{EXAMPLES.as_posix()}/loops/',
+        "values = [0.8, 1.0, 1.2]": "values = [0.8, 1.2]",
+        "values = [3.0, 5.0, 8.0]": "values = [3.0, 8.0]",
+        "evaluations = 400": "evaluations = 100",
+        **changes,
+    }
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / "study.toml"
+    path.write_text(text)
+    return path
+
+
+@pytest.fixture(scope="module")
+def tuned(run, tmp_path_factory):
+    """The study, the folder of its result with one job and with two, and what the commands printed."""
+    folder = tmp_path_factory.mktemp("tuned")
+    study = written(folder)
+    folders = [folder / "one", folder / "two"]
+    outputs = []
+    for jobs, out in enumerate(folders, 1):
+        done = run("tune-study", study, "--fmus", host.FOLDER, "--jobs", jobs, "--out", out)
+        assert done.returncode == 0, done.stderr
+        outputs.append(done.stdout)
+    return study, folders, outputs
+
+
+def rows(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_the_result_has_the_same_bytes_with_any_number_of_jobs(tuned):
+    _, (one, two), outputs = tuned
+    names = sorted(path.name for path in one.iterdir())
+    assert names == ["front.csv", "front.png", "front.svg", "settings.csv", "tuned.json", "tuned.toml"]
+    assert [path.name for path in sorted(two.iterdir())] == names
+    for name in names:
+        assert (one / name).read_bytes() == (two / name).read_bytes(), name
+    assert outputs[0].replace(str(one), "") == outputs[1].replace(str(two), "")
+
+
+def figures(run, path, settings, plant):
+    """IAE, overshoot in percent and travel of the loop with these settings and this plant, from its recording."""
+    record = ["CONT_C.SP_INT", "CONT_C.PV", "CONT_C.LMN"]
+    given = [f"--set=CONT_C.{name}={value!r}" for name, value in settings.items()]
+    given += [f"--set=HEATER.{name}={value!r}" for name, value in plant.items()]
+    done = run("run", path.parent / "one/tuned.toml", *given, *(f"--record={name}" for name in record), "--out", path)
+    assert done.returncode == 0, done.stderr
+    setpoint, value, manipulated = ([float(row[name]) for row in rows(path)] for name in record)
+    step = setpoint.index(60.0)
+    start = value[step]
+    iae = sum(abs(w - x) for w, x in zip(setpoint[step:], value[step:]))
+    overshoot = 100 * (max(value[step:]) - 60.0) / (60.0 - start)
+    travel = sum(abs(b - a) for a, b in zip(manipulated[step - 1 :], manipulated[step:]))
+    return iae, overshoot, travel
+
+
+def test_the_settings_found_are_better_than_those_of_the_loop_and_keep_the_constraints_for_all_plants(tuned, run):
+    study, (folder, _), outputs = tuned
+    settings = {row["setting"].removeprefix("CONT_C."): row for row in rows(folder / "settings.csv")}
+    assert {name: float(row["now"]) for name, row in settings.items()} == {"GAIN": 0.5, "TI": 100.0, "TD": 1.0}
+    plants = [{"RISE": rise, "DELAY_TM": delay} for rise in (240.0, 360.0) for delay in (3.0, 8.0)]
+    highest = {}
+    for column in ("found", "now"):
+        values = {name: float(row[column]) for name, row in settings.items()}
+        of_plants = [figures(run, study.parent / "run.csv", values, plant) for plant in plants]
+        highest[column] = [max(of_plant) for of_plant in zip(*of_plants)]
+    iae, overshoot, travel = highest["found"]
+    assert iae < 0.85 * highest["now"][0]
+    assert overshoot < 10 and travel < 250
+    front = rows(folder / "front.csv")[0]
+    told = [float(front[f"{name}.highest"]) for name in ("iae", "overshoot", "travel")]
+    assert told == pytest.approx(highest["found"], rel=1e-9)
+    assert re.search(r"^iae +{:.6g} ".format(iae), outputs[0], re.M), outputs[0]
+    sensitivity = re.search(r"^ms < 1.8 +([\d.]+) ", outputs[0], re.M)
+    assert sensitivity and float(sensitivity[1]) < 1.8, outputs[0]
+
+
+def test_no_settings_of_the_front_are_better_in_both_figures_than_others(tuned):
+    _, (folder, _), _ = tuned
+    front = [(float(row["iae.highest"]), float(row["travel.highest"])) for row in rows(folder / "front.csv")]
+    assert len(front) >= 10
+    assert all(low[0] < high[0] and low[1] > high[1] for low, high in zip(front, front[1:])), front
+    assert all(float(row["ms.highest"]) < 1.8 for row in rows(folder / "front.csv"))
+
+
+def test_the_tuned_loop_runs_and_its_parameters_are_a_parameter_file(tuned, run, tmp_path):
+    _, (folder, _), _ = tuned
+    found = {row["setting"].removeprefix("CONT_C."): float(row["found"]) for row in rows(folder / "settings.csv")}
+    record = ["--record=CONT_C.GAIN", "--record=CONT_C.TI"]
+    done = run("run", folder / "tuned.toml", *record, "--out", tmp_path / "run.csv")
+    assert done.returncode == 0, done.stderr
+    last = rows(tmp_path / "run.csv")[-1]
+    assert float(last["CONT_C.GAIN"]) == pytest.approx(found["GAIN"], rel=1e-6)
+    assert float(last["CONT_C.TI"]) == found["TI"]
+    shown = run("params", folder / "tuned.json", "--json")
+    assert shown.returncode == 0, shown.stderr
+    for name, value in found.items():
+        assert f'"{name}": {value!r}' in shown.stdout, shown.stdout
+
+
+def test_without_settings_that_keep_the_constraints_the_exit_code_is_1_and_nothing_is_written(run, tmp_path):
+    study = written(tmp_path, **{"overshoot < 10 %": "settling < 1 s", "evaluations = 400": "evaluations = 20"})
+    out = tmp_path / "out"
+    done = run("tune-study", study, "--fmus", host.FOLDER, "--out", out)
+    assert done.returncode == 1
+    assert "no candidate keeps all constraints" in done.stderr and "settling < 1 s" in done.stderr
+    assert "closest" in done.stdout and not out.exists()
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ("[tune]", "[[values]]\nvariable = 'HEATER.TEMP'\ntake = ['max']\n[nothing]", "unknown field `nothing`"),
+        ('minimize = "iae"', 'minimize = "isa"', "there is no figure isa"),
+        ('variable = "CONT_C.TI"', 'variable = "CONT_C.TII"', "CONT_C has no variable TII: is it TI?"),
+        ('variable = "CONT_C.TI"', 'variable = "CONT_C.P_SEL"', "it is neither a Real nor an Integer"),
+        ('variable = "CONT_C.TI"', 'variable = "HEATER.RISE"', "is searched and is a variable of an axis"),
+    ],
+)
+def test_a_study_that_cannot_be_searched_is_refused_with_what_is_wrong(run, tmp_path, old, new, message):
+    done = run("tune-study", written(tmp_path, **{old: new}), "--fmus", host.FOLDER)
+    assert done.returncode == 1
+    assert message in done.stderr
