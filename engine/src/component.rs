@@ -1,9 +1,10 @@
 //! What the engine needs of an FMU: an instance that it can initialize, set, step and read, whatever is behind it.
 
 use anyhow::Result;
+use serde::{Deserialize, Serialize};
 
 /// How a variable is read and written. An enumeration counts as an Integer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Type {
     /// A floating-point number.
     Real,
@@ -132,5 +133,11 @@ impl<C: Component + ?Sized> Component for Box<C> {
 
     fn terminate(&mut self) -> Result<()> {
         (**self).terminate()
+    }
+}
+
+impl<C: Reset + ?Sized> Reset for Box<C> {
+    fn reset(&mut self) -> Result<()> {
+        (**self).reset()
     }
 }

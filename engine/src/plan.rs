@@ -4,6 +4,7 @@ use crate::component::Type;
 use crate::system::{Connection, Exchange, Place, Recorded, Setting, System, Value};
 use anyhow::{Context, Result, bail};
 use modeldescription::v2::{Causality, ModelDescription, TypeAttributes, Typed, Variability, Variable};
+use serde::{Deserialize, Serialize};
 
 /// A step may miss the end, and an event its communication point, by so much of a step: rounding, no more.
 pub const ROUNDING: f64 = 1e-6;
@@ -105,7 +106,7 @@ impl Block {
 }
 
 /// A variable that is recorded.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 pub struct Column {
     /// `FMU.VARIABLE`
     pub name: String,

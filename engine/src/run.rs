@@ -16,10 +16,11 @@ use crate::component::{Component, Reset, Type};
 use crate::plan::{Assignment, Block, Column, MemberPlan, Plan, ROUNDING};
 use crate::system::Exchange;
 use anyhow::{Context, Result, bail};
+use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 
 /// What a run has recorded.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 pub struct Recording {
     /// What the values of a row are.
     pub columns: Vec<Column>,

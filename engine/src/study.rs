@@ -8,9 +8,12 @@
 //! study.toml --> Job --Experiment::of--> points --Executor, in many processes--> Row --> Results --> Summary, Expectation
 //! ```
 
+mod axes;
+pub mod check;
 pub mod distribution;
 pub mod expect;
 pub mod experiment;
+mod measures;
 pub mod results;
 pub mod sampling;
 pub mod summary;

@@ -1,6 +1,6 @@
 //! A home for tests: a controller and a plant that are written here, and a foreign FMU that fails when it is told to.
 
-use crate::component::{Component, Type};
+use crate::component::{Component, Reset, Type};
 use crate::home::Home;
 use crate::message::{Entry, KnownLoop, Part};
 use anyhow::{Context, Result, bail};
@@ -382,6 +382,13 @@ impl<B: Block> Component for Linked<B> {
     }
 
     fn terminate(&mut self) -> Result<()> {
+        Ok(())
+    }
+}
+
+impl<B: Block> Reset for Linked<B> {
+    fn reset(&mut self) -> Result<()> {
+        self.block = B::default();
         Ok(())
     }
 }

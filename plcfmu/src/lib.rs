@@ -10,6 +10,8 @@ pub mod command;
 #[cfg(feature = "command")]
 pub mod commands;
 #[cfg(feature = "command")]
+pub mod framing;
+#[cfg(feature = "command")]
 pub mod host;
 pub mod package;
 #[cfg(feature = "command")]
@@ -20,5 +22,7 @@ pub mod parameter_file;
 pub mod plc;
 #[cfg(feature = "command")]
 pub mod progress;
+#[cfg(feature = "command")]
+pub mod study;
 #[cfg(feature = "command")]
 pub mod tool;

@@ -31,7 +31,7 @@ use engine::plan::near;
 use engine::system::{Connection, Exchange, Member, Place, Recorded, Setting, System, Value};
 use parameters::{Block, Source};
 use serde::Deserialize;
-use serde::de::{self, MapAccess, SeqAccess, Visitor};
+use serde::de::{self, DeserializeOwned, MapAccess, SeqAccess, Visitor};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::fs;
@@ -76,15 +76,16 @@ struct ParametersOf {
     offset: usize,
 }
 
+/// What is set at a time.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Event {
+pub(crate) struct Event {
     time: Spanned<Node>,
     set: Entries<Spanned<Node>>,
 }
 
 /// A value, a list, or a table of them.
-enum Node {
+pub(crate) enum Node {
     Boolean(bool),
     Number(f64),
     Text(String),
@@ -93,7 +94,7 @@ enum Node {
 }
 
 /// The keys of a table with their values, in the order of the file.
-struct Entries<T>(Vec<(Spanned<String>, T)>);
+pub(crate) struct Entries<T>(Vec<(Spanned<String>, T)>);
 
 impl<T> Default for Entries<T> {
     fn default() -> Entries<T> {
@@ -175,14 +176,7 @@ fn entries<'de, T: Deserialize<'de>, A: MapAccess<'de>>(mut map: A) -> Result<En
 /// # Errors
 /// What is wrong, with file, line and column.
 pub fn read(path: &Path, fmus: Option<&Path>) -> Result<System> {
-    let shown = path.display().to_string();
-    let size = fs::metadata(path).with_context(|| format!("{shown} cannot be read"))?.len();
-    if size > LARGEST {
-        bail!("{shown} has {size} bytes; at most {LARGEST} are accepted");
-    }
-    let bytes = fs::read(path).with_context(|| format!("{shown} cannot be read"))?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    Reader { source: Source::new(shown, bytes), folder, fmus: fmus.unwrap_or(folder) }.system()
+    Reader::open(path, fmus)?.system()
 }
 
 /// A value of nested tables.
@@ -194,21 +188,39 @@ struct Entry<'a> {
     node: &'a Spanned<Node>,
 }
 
-struct Reader<'a> {
+/// Reads a file whose errors have line and column.
+pub(crate) struct Reader<'a> {
     source: Source,
     folder: &'a Path,
     fmus: &'a Path,
 }
 
-impl Reader<'_> {
-    fn system(&self) -> Result<System> {
-        let content: Content = toml::from_str(&self.source.text).map_err(|error| {
+impl<'a> Reader<'a> {
+    /// For the file at `path`; see [`read`] for `fmus`.
+    pub(crate) fn open(path: &'a Path, fmus: Option<&'a Path>) -> Result<Reader<'a>> {
+        let shown = path.display().to_string();
+        let size = fs::metadata(path).with_context(|| format!("{shown} cannot be read"))?.len();
+        if size > LARGEST {
+            bail!("{shown} has {size} bytes; at most {LARGEST} are accepted");
+        }
+        let bytes = fs::read(path).with_context(|| format!("{shown} cannot be read"))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Ok(Reader { source: Source::new(shown, bytes), folder, fmus: fmus.unwrap_or(folder) })
+    }
+
+    /// The content of the file.
+    pub(crate) fn content<T: DeserializeOwned>(&self) -> Result<T> {
+        toml::from_str(&self.source.text).map_err(|error| {
             let message = anyhow!("{}", error.message().replace('\n', "; "));
             match error.span() {
                 Some(span) => message.context(self.place(span).to_string()),
                 None => message.context(self.source.file.clone()),
             }
-        })?;
+        })
+    }
+
+    fn system(&self) -> Result<System> {
+        let content: Content = self.content()?;
         let seconds = |node: &Option<Spanned<Node>>| node.as_ref().map(|node| self.seconds(node)).transpose();
         let mut system = System {
             start: seconds(&content.start)?,
@@ -234,10 +246,7 @@ impl Reader<'_> {
             self.known(name, &known)?;
             self.parameters(name.get_ref(), parameters.get_ref(), &mut system)?;
         }
-        self.settings(&content.settings, None, &mut system.settings)?;
-        for event in &content.events {
-            self.settings(&event.set, Some(self.seconds(&event.time)?), &mut system.settings)?;
-        }
+        system.settings.extend(self.all_settings(&content.settings, &content.events)?);
         for name in &content.record {
             let place = Some(self.place(name.span()));
             system.record.push(Recorded { variable: name.get_ref().clone(), place });
@@ -314,26 +323,41 @@ impl Reader<'_> {
         }
     }
 
+    /// What is set at the start and later.
+    pub(crate) fn all_settings(&self, table: &Entries<Spanned<Node>>, events: &[Event]) -> Result<Vec<Setting>> {
+        let mut settings = Vec::new();
+        self.settings(table, None, &mut settings)?;
+        for event in events {
+            self.settings(&event.set, Some(self.seconds(&event.time)?), &mut settings)?;
+        }
+        Ok(settings)
+    }
+
     fn settings(&self, table: &Entries<Spanned<Node>>, time: Option<f64>, settings: &mut Vec<Setting>) -> Result<()> {
         for Entry { name, place, node } in self.flat(table) {
-            let value = match node.get_ref() {
-                Node::Boolean(value) => Value::Boolean(*value),
-                Node::Number(number) if number.is_finite() => Value::Number(*number),
-                other => bail!(self.wrong(node, "a finite number, true or false", other)),
-            };
+            let value = self.value(node)?;
             settings.push(Setting { variable: name, value, time, is_preliminary: false, place: Some(place) });
         }
         Ok(())
     }
 
+    /// What a variable can be set to.
+    pub(crate) fn value(&self, node: &Spanned<Node>) -> Result<Value> {
+        match node.get_ref() {
+            Node::Boolean(value) => Ok(Value::Boolean(*value)),
+            Node::Number(number) if number.is_finite() => Ok(Value::Number(*number)),
+            other => bail!(self.wrong(node, "a finite number, true or false", other)),
+        }
+    }
+
     /// The values of a table and of those inside it.
-    fn flat<'a>(&self, table: &'a Entries<Spanned<Node>>) -> Vec<Entry<'a>> {
+    fn flat<'t>(&self, table: &'t Entries<Spanned<Node>>) -> Vec<Entry<'t>> {
         let mut flat = Vec::new();
         self.add(&mut flat, "", table);
         flat
     }
 
-    fn add<'a>(&self, flat: &mut Vec<Entry<'a>>, prefix: &str, table: &'a Entries<Spanned<Node>>) {
+    fn add<'t>(&self, flat: &mut Vec<Entry<'t>>, prefix: &str, table: &'t Entries<Spanned<Node>>) {
         for (key, node) in &table.0 {
             let name = format!("{prefix}{}", key.get_ref());
             match node.get_ref() {
@@ -344,14 +368,14 @@ impl Reader<'_> {
         }
     }
 
-    fn seconds(&self, node: &Spanned<Node>) -> Result<f64> {
+    pub(crate) fn seconds(&self, node: &Spanned<Node>) -> Result<f64> {
         match node.get_ref() {
             Node::Number(number) if number.is_finite() => Ok(*number),
             other => bail!(self.wrong(node, "a finite number, the time in seconds", other)),
         }
     }
 
-    fn wrong(&self, node: &Spanned<Node>, expected: &str, found: &Node) -> anyhow::Error {
+    pub(crate) fn wrong(&self, node: &Spanned<Node>, expected: &str, found: &Node) -> anyhow::Error {
         let found = match found {
             Node::Boolean(value) => value.to_string(),
             Node::Number(number) => number.to_string(),
@@ -362,7 +386,7 @@ impl Reader<'_> {
         anyhow!("{}: expected {expected}; found {found}", self.place(node.span()))
     }
 
-    fn place(&self, span: Range<usize>) -> Place {
+    pub(crate) fn place(&self, span: Range<usize>) -> Place {
         let parameters::Place { line, column, .. } = self.source.place(span);
         Place { file: self.source.file.clone(), line, column }
     }

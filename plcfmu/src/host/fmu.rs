@@ -2,10 +2,12 @@
 
 use crate::host::instance::Instance;
 use crate::host::library::Library;
+use crate::package::binary::Binary;
 use crate::package::temporary;
 use crate::package::{LibraryFile, Package};
 use anyhow::{Context, Result, bail};
-use modeldescription::v2::{Capabilities, ModelDescription};
+use modeldescription::Table;
+use modeldescription::v2::{Capabilities, Interface, ModelDescription};
 use std::env::consts::{ARCH, OS};
 use std::io::{Read, Seek};
 use std::path::Path;
@@ -54,6 +56,14 @@ impl Fmu {
         Instance::instantiate(&self.library, name, &self.description.guid, Some(&self.resources))
     }
 
+    /// What an FMU that was made with `fmu::export!` tells of its block.
+    ///
+    /// # Errors
+    /// It was not, or its table is damaged.
+    pub fn table(&self) -> Result<Table> {
+        Ok(Interface::parse(&self.library.interface()?)?.table)
+    }
+
     /// What the FMU can do.
     pub fn capabilities(&self) -> Capabilities {
         self.description.co_simulation.as_ref().map(|flags| flags.capabilities.clone()).unwrap_or_default()
@@ -77,6 +87,16 @@ pub fn library<R: Read + Seek>(package: &Package<R>) -> Result<&LibraryFile> {
             package.platforms()
         )
     })
+}
+
+/// Whether the library for this platform has a block's table, as those made with `fmu::export!` have. None of its code runs.
+///
+/// # Errors
+/// The FMU is damaged, or as [`library`].
+pub fn has_table<R: Read + Seek>(package: &mut Package<R>) -> Result<bool> {
+    let file = library(package)?.clone();
+    let bytes = package.library(&file)?;
+    Ok(Binary::read(&bytes).with_context(|| file.path.clone())?.has_table)
 }
 
 /// FMI's folders for a platform, the best first. FMI 2.0 has none for Linux on ARM; both of these are in use.

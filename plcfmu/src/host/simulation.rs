@@ -22,8 +22,71 @@ use anyhow::{Context, Result, bail};
 use engine::plan::Plan;
 use engine::run::{self, Recording};
 use engine::system::System;
+use modeldescription::v2::ModelDescription;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// The FMUs of a system, each file opened once.
+#[derive(Debug)]
+pub struct Fmus {
+    fmus: Vec<Fmu>,
+    /// The name of each member, and the place of its FMU.
+    members: Vec<(String, usize)>,
+}
+
+impl Fmus {
+    /// Opens each file with `open`, and checks that the members can be instantiated together.
+    ///
+    /// # Errors
+    /// There is no such file, `open` fails, or an FMU cannot have two instances.
+    pub fn open(system: &System, mut open: impl FnMut(&Path) -> Result<Fmu>) -> Result<Fmus> {
+        let mut paths: Vec<PathBuf> = Vec::new();
+        let mut of = Fmus { fmus: Vec::new(), members: Vec::new() };
+        for member in &system.members {
+            let shown = || member.path.display().to_string();
+            let path = fs::canonicalize(&member.path).with_context(shown)?;
+            let place = match paths.iter().position(|other| *other == path) {
+                Some(place) => place,
+                None => {
+                    paths.push(path);
+                    of.fmus.push(open(&member.path)?);
+                    of.fmus.len() - 1
+                }
+            };
+            let is_there_twice = of.members.iter().any(|(_, other)| *other == place);
+            if is_there_twice && of.fmus[place].capabilities().can_be_instantiated_only_once_per_process {
+                bail!("{} can be instantiated only once per process: a run cannot have two of it", shown());
+            }
+            of.members.push((member.name.clone(), place));
+        }
+        Ok(of)
+    }
+
+    /// The descriptions of the members.
+    pub fn descriptions(&self) -> Vec<&ModelDescription> {
+        self.members.iter().map(|(_, place)| &self.fmus[*place].description).collect()
+    }
+
+    /// The FMU of a member.
+    ///
+    /// # Panics
+    /// There is no such member.
+    pub fn of(&self, member: usize) -> &Fmu {
+        &self.fmus[self.members[member].1]
+    }
+
+    /// A new instance for a member.
+    ///
+    /// # Errors
+    /// Which FMU refuses, with its messages.
+    ///
+    /// # Panics
+    /// There is no such member.
+    pub fn instantiate(&self, member: usize) -> Result<Instance> {
+        let name = &self.members[member].0;
+        self.of(member).instantiate(name).with_context(|| name.clone())
+    }
+}
 
 /// A system that is ready to run.
 #[derive(Debug)]
@@ -40,30 +103,9 @@ impl Simulation {
     /// # Errors
     /// What is wrong with which FMU, name, value, connection or time, and what to do.
     pub fn open(system: &System) -> Result<Simulation> {
-        let mut fmus: Vec<(PathBuf, Fmu)> = Vec::new();
-        let mut places = Vec::new();
-        for member in &system.members {
-            let shown = || member.path.display().to_string();
-            let path = fs::canonicalize(&member.path).with_context(shown)?;
-            let place = match fmus.iter().position(|(other, _)| *other == path) {
-                Some(place) => place,
-                None => {
-                    fmus.push((path, Fmu::open(&member.path)?));
-                    fmus.len() - 1
-                }
-            };
-            if places.contains(&place) && fmus[place].1.capabilities().can_be_instantiated_only_once_per_process {
-                bail!("{} can be instantiated only once per process: a run cannot have two of it", shown());
-            }
-            places.push(place);
-        }
-        let descriptions: Vec<_> = places.iter().map(|place| &fmus[*place].1.description).collect();
-        let plan = Plan::of(system, &descriptions)?;
-        let instances = system
-            .members
-            .iter()
-            .zip(&places)
-            .map(|(member, place)| fmus[*place].1.instantiate(&member.name).with_context(|| member.name.clone()));
+        let fmus = Fmus::open(system, |path| Fmu::open(path))?;
+        let plan = Plan::of(system, &fmus.descriptions())?;
+        let instances = (0..system.members.len()).map(|member| fmus.instantiate(member));
         Ok(Simulation { plan, instances: instances.collect::<Result<_>>()? })
     }
 

@@ -5,10 +5,11 @@
 //!                  <--reply--- standard output
 //! ```
 //!
-//! A message is its length, 4 bytes with the lowest first, and then the content in the format of postcard. The calls of one
+//! The messages of [`framing`](crate::framing) are in the format of postcard. The calls of one
 //! message are made in their order up to the first that fails; there is one reply to all of them. Writing is held back until
 //! the next other call, so that a step takes one message.
 
+use crate::framing::{self, FAREWELL, receive, send};
 use crate::host::fmu::Fmu;
 use crate::host::instance::Instance;
 use crate::host::standard_output;
@@ -16,7 +17,6 @@ use crate::package::{Package, temporary};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use engine::component::{Component, Type};
 use serde::{Deserialize, Serialize};
-use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{self, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -27,12 +27,6 @@ use tempfile::TempDir;
 
 /// The hidden command that is the other side.
 pub const COMMAND: &str = "tool-child";
-
-/// The longest message, in bytes.
-const LONGEST: u32 = 1 << 26;
-
-/// How long a process may take to free its instance and to end.
-const FAREWELL: Duration = Duration::from_secs(2);
 
 /// What the child is to do.
 #[derive(Debug, Deserialize, Serialize)]
@@ -322,32 +316,6 @@ fn kind(number: u8) -> Result<Type> {
     Type::ALL.get(usize::from(number)).copied().context("there is no such type")
 }
 
-fn send(to: &mut impl Write, message: &[u8]) -> io::Result<()> {
-    let length = u32::try_from(message.len()).ok().filter(|length| *length <= LONGEST);
-    let length = length.ok_or_else(|| io::Error::other(format!("a message of {} bytes", message.len())))?;
-    // In one piece: the other side waits for all of it.
-    let mut bytes = length.to_le_bytes().to_vec();
-    bytes.extend_from_slice(message);
-    to.write_all(&bytes)?;
-    to.flush()
-}
-
-/// The next message; `None` if there will be none.
-fn receive(from: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
-    let mut length = [0; 4];
-    match from.read_exact(&mut length) {
-        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(None),
-        read => read?,
-    }
-    let length = u32::from_le_bytes(length);
-    if length > LONGEST {
-        return Err(io::Error::other(format!("a message of {length} bytes")));
-    }
-    let mut message = vec![0; length as usize];
-    from.read_exact(&mut message)?;
-    Ok(Some(message))
-}
-
 /// The other side: what `plcfmu tool-child FILE.fmu FOLDER` does until its input ends.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Options {
@@ -363,20 +331,7 @@ pub struct Options {
 /// There is no standard output.
 pub fn run(options: &Options) -> Result<()> {
     let mut replies = standard_output::take().context("standard output")?;
-    let (sender, messages) = mpsc::channel();
-    let (at_work, is_over) = mpsc::channel::<()>();
-    thread::spawn(move || {
-        let mut input = io::stdin().lock();
-        while let Ok(Some(message)) = receive(&mut input) {
-            if sender.send(message).is_err() {
-                break;
-            }
-        }
-        drop(sender);
-        // Nobody is there any more. If the FMU does not return, its process ends all the same.
-        let _ = is_over.recv_timeout(FAREWELL);
-        process::exit(1);
-    });
+    let (messages, at_work) = framing::input();
     let mut fmu = Package::open(&options.file).and_then(|mut package| Fmu::load(&mut package, &options.folder));
     let mut instance = None;
     for message in messages {
@@ -450,13 +405,6 @@ mod tests {
         assert_eq!([values[0].to_bits(), values[1].to_bits()], [f64::NAN.to_bits(), (-0.0_f64).to_bits()]);
         assert_eq!(receive(&mut stream).unwrap(), Some(Vec::new()));
         assert_eq!(receive(&mut stream).unwrap(), None);
-    }
-
-    #[test]
-    fn a_message_that_is_cut_off_or_too_long_is_refused() {
-        receive(&mut [9, 0, 0, 0, 1].as_slice()).unwrap_err();
-        let error = receive(&mut u32::MAX.to_le_bytes().as_slice()).unwrap_err();
-        assert_eq!(error.to_string(), "a message of 4294967295 bytes");
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! The home of the engine behind `plcfmu tool`: FMUs, ours in this process and foreign ones in processes of their own.
 
-use crate::host::fmu::{self, Fmu};
-use crate::package::binary::Binary;
+use crate::host::fmu::{Fmu, has_table};
 use crate::package::preset::Original;
 use crate::package::{Package, temporary};
 use crate::parameter_file;
@@ -17,7 +16,7 @@ use modeldescription::{Table, shortened};
 use parameters::{Block, Format, Loop};
 use serde::Serialize;
 use std::cell::RefCell;
-use std::io::{Cursor, Read, Seek, Write};
+use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -67,7 +66,7 @@ impl Known {
             });
         }
         let fmu = Fmu::load(&mut package, &std::env::temp_dir())?;
-        let table = Interface::parse(&fmu.library.interface()?)?.table;
+        let table = fmu.table()?;
         let part = part(&table);
         let source = Source::Loaded(Box::new(fmu), path.into());
         Ok(Known { name, description, table: Some(Arc::new(table)), part, source })
@@ -95,13 +94,6 @@ impl Known {
             is_foreign: !matches!(self.source, Source::Loaded(..)),
         }
     }
-}
-
-/// Whether the library for this platform has a block's table. None of its code runs.
-fn has_table<R: Read + Seek>(package: &mut Package<R>) -> Result<bool> {
-    let file = fmu::library(package)?.clone();
-    let bytes = package.library(&file)?;
-    Ok(Binary::read(&bytes).with_context(|| file.path.clone())?.has_table)
 }
 
 /// What an FMU is in a loop, by what its documentation says of its dialog.

@@ -1,0 +1,96 @@
+//! Studies: one loop, run many times with different values, in worker processes.
+//!
+//! ```text
+//! study.toml --read--> Job --+                 +-- worker process (FMUs) --+
+//! study.json --bundle--------+--> Pool --points+-- worker process (FMUs) --+rows--> parts --> output: runs.parquet, runs.csv
+//! ```
+//!
+//! The main process loads no native code: a crash or an endless loop of an FMU costs one run.
+
+pub mod bundle;
+pub mod output;
+pub mod parts;
+pub mod pool;
+pub mod process;
+pub mod read;
+pub mod worker;
+
+use anyhow::{Context, Result};
+use engine::study::Job;
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// The job without what its result does not depend on: where its parts are written in files, and remarks on these.
+pub fn bare(job: &Job) -> Job {
+    let mut job = job.clone();
+    job.system.remarks.clear();
+    job.system.settings.iter_mut().for_each(|of| of.place = None);
+    job.system.connections.iter_mut().for_each(|of| of.place = None);
+    job.system.record.iter_mut().for_each(|of| of.place = None);
+    job
+}
+
+/// What the rows of a job depend on, as a SHA-256 in hexadecimal digits: the job itself, the content of its FMUs and the
+/// version of this program. Not where the FMUs are.
+///
+/// # Errors
+/// An FMU cannot be read.
+pub fn fingerprint(job: &Job) -> Result<String> {
+    #[derive(Serialize)]
+    struct Content<'a> {
+        version: &'a str,
+        job: &'a Job,
+    }
+    let mut job = bare(job);
+    for member in &mut job.system.members {
+        member.path = PathBuf::from(hash(&member.path)?);
+    }
+    let content = serde_json::to_vec(&Content { version: env!("CARGO_PKG_VERSION"), job: &job })?;
+    Ok(hexadecimal(&Sha256::digest(content)))
+}
+
+/// The SHA-256 of a file in hexadecimal digits.
+fn hash(path: &Path) -> Result<String> {
+    let shown = || path.display().to_string();
+    let mut digest = Sha256::new();
+    io::copy(&mut File::open(path).with_context(shown)?, &mut Writer(&mut digest)).with_context(shown)?;
+    Ok(hexadecimal(&digest.finalize()))
+}
+
+/// Hashes what is written.
+struct Writer<'a>(&'a mut Sha256);
+
+impl io::Write for Writer<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.update(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// A study as the user names it: a study.toml, or the study.json of a bundle.
+///
+/// # Errors
+/// What is wrong with the file, with line and column.
+pub fn open(path: &Path, fmus: Option<&Path>) -> Result<read::Reading> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
+        anyhow::ensure!(fmus.is_none(), "{} is a bundle, which has its own FMUs: omit --fmus", path.display());
+        return Ok(read::Reading { job: bundle::open(path)?, tune: None });
+    }
+    read::read(path, fmus)
+}
+
+/// Makes a folder and those above it.
+fn make_folder(path: &Path) -> Result<()> {
+    fs::create_dir_all(path).with_context(|| format!("the folder {} cannot be made", path.display()))
+}
