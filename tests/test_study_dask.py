@@ -1,0 +1,299 @@
+"""Studies on a Dask cluster: the same bytes as the command gives, whatever happens to the workers."""
+
+import concurrent.futures
+import contextlib
+import hashlib
+import os
+import pathlib
+import re
+import signal
+import stat
+import subprocess
+import sys
+
+import pytest
+
+import host
+import plcfmu
+from plcfmu import parameters, studies
+
+distributed = pytest.importorskip("distributed", reason="distributed is not installed (tests/requirements.txt)")
+
+from plcfmu import workers  # noqa: E402 -- it imports distributed
+
+ROOT = pathlib.Path(__file__).parents[1]
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="the programs that stand between are shell scripts")
+
+RUNS = 48
+STUDY = """
+loop = "{loop}"
+stop = 30.0
+samples = {samples}
+seed = {seed}
+sampling = "latin_hypercube"
+
+[[axes]]
+variable = "CONT_C.GAIN"
+values = [0.7, 1.4, 2.8]
+
+[[axes]]
+variable = "HEATER.T_START"
+uniform = {{ min = 10.0, max = 30.0 }}
+
+[[values]]
+variable = "HEATER.TEMP"
+take = ["max", "last"]
+"""
+
+
+def write_study(path, seed=1):
+    loop = ROOT / "examples" / "loops" / "furnace.toml"
+    path.write_text(STUDY.format(loop=loop, samples=RUNS // 3, seed=seed), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    return tmp_path_factory.mktemp("study")
+
+
+@pytest.fixture(scope="module")
+def tolerance(place):
+    """A study of so many runs."""
+    return write_study(place / "tolerance.toml")
+
+
+def contents(folder):
+    """All files of a folder with their bytes."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def expected(command, tolerance, place):
+    """What the command makes of the study in one process."""
+    given = [command, "study", str(tolerance), f"--fmus={host.FOLDER}", "--format=csv", "--jobs=1", f"--out={place / 'expected'}"]
+    done = subprocess.run(given, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return contents(place / "expected")
+
+
+class Between:
+    """A program between the workers and the command: it notes each range of runs, and does to it what a test wants.
+
+    `orders` is a shell script that sees the first run of the range as $first, and the worker's process as $PPID.
+    """
+
+    def __init__(self, folder, command):
+        self.program = folder / "plcfmu"
+        self.log = folder / "log"
+        self.orders = folder / "orders"
+        lines = [
+            "#!/bin/sh",
+            'for argument; do case $argument in --runs=*) first=${argument#--runs=}; first=${first%%.*};; esac; done',
+            f'[ -z "$first" ] || {{ echo "$@" >> "{self.log}"; . "{self.orders}"; }}',
+            f'exec "{command}" "$@"',
+        ]
+        self.program.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        self.program.chmod(self.program.stat().st_mode | stat.S_IXUSR)
+        self.begin()
+
+    def begin(self, orders=":"):
+        """Forgets what it has noted."""
+        self.log.write_text("", encoding="utf-8")
+        self.orders.write_text(orders + "\n", encoding="utf-8")
+
+    def ranges(self):
+        """The ranges of runs that workers were told to make, in this order."""
+        found = re.findall(r"--runs=(\d+)\.\.(\d+)", self.log.read_text(encoding="utf-8"))
+        return [range(int(first), int(end)) for first, end in found]
+
+
+@pytest.fixture(scope="module")
+def stage(command, tmp_path_factory):
+    """A cluster of four processes, and what stands between them and the command."""
+    between = Between(tmp_path_factory.mktemp("between"), command)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PLCFMU_COMMAND", str(between.program))
+        patch.setenv("PYTHONPATH", str(ROOT / "plcfmu" / "python"))
+        with distributed.LocalCluster(
+            n_workers=4, threads_per_worker=1, dashboard_address=None, local_directory=str(between.program.parent)
+        ) as cluster:
+            with distributed.Client(cluster, set_as_default=False) as client:
+                yield between, client
+
+
+@pytest.fixture
+def between(stage, monkeypatch, command):
+    monkeypatch.setenv("PLCFMU_COMMAND", command)
+    stage[0].begin()
+    return stage[0]
+
+
+@pytest.fixture
+def client(stage):
+    return stage[1]
+
+
+def run(path, out, client, **options):
+    return plcfmu.study(path, out, client=client, fmus=host.FOLDER, format="csv", progress=False, **options)
+
+
+# The same bytes
+
+
+def test_two_processes_of_this_machine_give_the_bytes_of_the_command(tolerance, expected, tmp_path, monkeypatch, command):
+    monkeypatch.setenv("PLCFMU_COMMAND", command)
+    monkeypatch.setattr("dask.system.CPU_COUNT", 2)
+    result = run(tolerance, tmp_path / "out", None)
+    assert contents(tmp_path / "out") == expected
+    assert (result.count, result.errors, result.unmet) == (RUNS, {}, "")
+    table = result.table()
+    assert list(table["run"]) == list(range(RUNS))
+    assert list(table["CONT_C.GAIN"]) == [0.7] * 16 + [1.4] * 16 + [2.8] * 16
+    assert (table["HEATER.TEMP.max"] >= table["HEATER.TEMP.last"]).all()
+
+
+def test_a_worker_that_is_killed_costs_no_run_and_doubles_none(tolerance, expected, tmp_path, between, client):
+    """The first worker with a run from 8 on says who it is, waits, and is killed while it works."""
+    begun, go_on = tmp_path / "begun", tmp_path / "go_on"
+    os.mkfifo(begun)
+    os.mkfifo(go_on)
+    between.begin(
+        f'if [ "$first" -ge 8 ] && mkdir "{tmp_path}/taken" 2>/dev/null; then\n'
+        f'echo "$PPID $first" > "{begun}"; read -r _ < "{go_on}"; exit 1; fi'
+    )
+    before = client.run(os.getpid)
+    with concurrent.futures.ThreadPoolExecutor() as threads:
+        study = threads.submit(run, tolerance, tmp_path / "out", client)
+
+        def unblock(_):
+            # If the study ends before any worker has said so, the test must not wait for one.
+            with contextlib.suppress(OSError):
+                os.close(os.open(begun, os.O_WRONLY | os.O_NONBLOCK))
+
+        study.add_done_callback(unblock)
+        process, first = map(int, begun.read_text().split())
+        assert process in before.values()
+        os.kill(process, signal.SIGKILL)
+        go_on.write_text("\n")
+        assert study.result().count == RUNS
+    assert contents(tmp_path / "out") == expected
+    made = between.ranges()
+    assert sorted({run for each in made for run in each}) == list(range(RUNS))
+    assert sorted(each.start for each in made) == sorted([first, *{each.start for each in made}])
+
+
+def test_what_an_interrupted_call_has_made_is_not_made_again(tolerance, expected, tmp_path, between, client, monkeypatch, caplog):
+    add, kept = studies._Parts.add, []
+
+    def add_three(parts, span, content):
+        if len(kept) == 3:
+            raise KeyboardInterrupt
+        add(parts, span, content)
+        kept.append(range(*span))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(studies._Parts, "add", add_three)
+        with pytest.raises(KeyboardInterrupt):
+            run(tolerance, tmp_path / "out", client)
+    assert "parts keeps what is done: study(..., resume=True) goes on with it" in caplog.text
+    with pytest.raises(plcfmu.StudyError, match="parts has runs of an earlier call: go on with resume=True, or remove"):
+        run(tolerance, tmp_path / "out", client)
+    between.begin()
+    run(tolerance, tmp_path / "out", client, resume=True)
+    assert contents(tmp_path / "out") == expected
+    done, made = ([run for each in ranges for run in each] for ranges in (kept, between.ranges()))
+    assert len(done) > 2 and sorted(done + made) == list(range(RUNS))
+
+
+def test_parts_of_another_study_are_refused_before_any_run(tolerance, tmp_path, between, client):
+    part = tmp_path / "out" / "parts" / "0-48.part"
+    part.parent.mkdir(parents=True)
+    part.write_bytes(b'plcfmu part 1\n{"fingerprint":"0123","first":0,"end":48}\n')
+    with pytest.raises(plcfmu.StudyError, match="0-48.part is of another study: .*; remove .*parts, or name another folder"):
+        run(tolerance, tmp_path / "out", client, resume=True)
+    assert between.ranges() == []
+
+
+# What travels
+
+
+def test_each_worker_gets_each_fmu_once_though_there_are_two_studies(tolerance, tmp_path, between, client):
+    def fmus_of(dask_worker):
+        """The FMUs that a worker has, with what tells a file from a later one in its place."""
+        folder = pathlib.Path(dask_worker.local_directory) / "plcfmu" / "fmus"
+        return {path.name: path.stat().st_ino for path in folder.glob("*.fmu")}
+
+    run(tolerance, tmp_path / "one", client)
+    first = client.run(fmus_of)
+    run(write_study(tmp_path / "other.toml", seed=2), tmp_path / "other", client)
+    assert client.run(fmus_of) == first
+    wanted = {hashlib.sha256(plcfmu.fmu(name, host.FOLDER).read_bytes()).hexdigest() + ".fmu" for name in ("CONT_C", "HEATER")}
+    assert len(first) == 4 and all(set(fmus) == wanted for fmus in first.values())
+    # What a study has sent is not kept for workers that come later.
+    assert client.run_on_scheduler(lambda dask_scheduler: list(dask_scheduler.worker_plugins)) == []
+
+
+# What can go wrong
+
+
+@contextlib.contextmanager
+def command_of_the_workers(client, program):
+    """Lets all workers take another program."""
+    before = os.environ["PLCFMU_COMMAND"]
+    client.run(os.environ.update, {"PLCFMU_COMMAND": str(program)})
+    yield
+    client.run(os.environ.update, {"PLCFMU_COMMAND": before})
+
+
+def test_workers_with_another_version_of_the_program_are_refused(tolerance, tmp_path, between, client):
+    old = tmp_path / "plcfmu"
+    old.write_text("#!/bin/sh\necho plcfmu 0.0.1\n", encoding="utf-8")
+    old.chmod(0o755)
+    wanted = rf"run \d+: tcp://\S+: {old} is plcfmu 0.0.1, but the client has plcfmu [\d.]+: install the same wheel of plcfmu"
+    with command_of_the_workers(client, old), pytest.raises(plcfmu.StudyError, match=wanted):
+        run(tolerance, tmp_path / "out", client)
+
+
+def test_workers_without_the_program_are_refused(tolerance, tmp_path, between, client):
+    nothing = command_of_the_workers(client, tmp_path / "nothing")
+    with nothing, pytest.raises(plcfmu.StudyError, match=r"run \d+: tcp://\S+: PLCFMU_COMMAND is .*nothing, which is no file"):
+        run(tolerance, tmp_path / "out", client)
+
+
+def test_runs_that_kill_every_worker_are_named(tolerance, tmp_path, between, client, monkeypatch):
+    monkeypatch.setattr(client.cluster.scheduler, "allowed_failures", 0)
+    between.begin('[ "$first" != 2 ] || kill -9 "$PPID"')
+    with pytest.raises(plcfmu.StudyError, match="^run 2: 1 workers? died while .*; .*parts keeps what is done"):
+        run(tolerance, tmp_path / "out", client)
+
+
+def test_without_dask_the_error_says_how_to_get_it(tolerance, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    monkeypatch.delitem(sys.modules, "plcfmu.workers")
+    monkeypatch.delattr(plcfmu, "workers")
+    with pytest.raises(ModuleNotFoundError, match=r"pip install 'plcfmu\[dask\]', or run `plcfmu study`"):
+        plcfmu.study(tolerance, tmp_path / "out")
+
+
+# Ranges of runs
+
+
+def shared(share, seconds_a_run, start=0.05, work=2.0):
+    """The ranges that a share is cut into, if runs take so long, and each range its start."""
+    ranges = []
+    while (span := share.next()) is not None:
+        ranges.append(span)
+        share.learn(span, start + seconds_a_run * (span.end - span.first), work)
+    return ranges
+
+
+@pytest.mark.parametrize("seconds_a_run", [1e-6, 1e-3, 0.4, 30.0])
+def test_ranges_have_each_run_once_and_are_soon_worth_their_way(seconds_a_run):
+    gaps = [workers.Span(0, 7), workers.Span(9, 9), workers.Span(100, 20_000)]
+    ranges = shared(workers.Share(gaps), seconds_a_run)
+    assert [run for span in ranges for run in range(*span)] == [*range(7), *range(100, 20_000)]
+    # Four ranges until it is known how long a run takes, one that the gap ends, and the rest.
+    assert ranges[0] == (0, 1) and len(ranges) <= 6 + 20_000 * seconds_a_run
+    assert max(span.end - span.first for span in ranges) * seconds_a_run <= max(4.0, seconds_a_run)
