@@ -3,7 +3,8 @@
 use clap::{Parser, Subcommand};
 #[cfg(feature = "tool")]
 use plcfmu::commands::tool;
-use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, run, ssp};
+use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, run, ssp, study};
+use plcfmu::study::{Interrupted, worker};
 #[cfg(feature = "tool")]
 use plcfmu::tool::child;
 use std::process::ExitCode;
@@ -22,6 +23,10 @@ enum Command {
     Check(check::Options),
     Run(run::Options),
     Ssp(ssp::Options),
+    Study(study::Options),
+    /// Make runs for `plcfmu study`
+    #[command(name = worker::COMMAND, hide = true)]
+    StudyWorker(worker::Options),
     Params(params::Options),
     Gains(gains::Options),
     /// Make a crate for a block of your own
@@ -43,12 +48,17 @@ enum Command {
     ToolChild(child::Options),
 }
 
+/// The exit code after Ctrl-C, 128 and the number of its signal.
+const INTERRUPTED: u8 = 130;
+
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Info(options) => info::run(&options),
         Command::Check(options) => check::run(&options),
         Command::Run(options) => run::run(&options),
         Command::Ssp(options) => ssp::run(&options),
+        Command::Study(options) => study::run(&options),
+        Command::StudyWorker(options) => worker::run(&options),
         Command::Params(options) => params::run(&options),
         Command::Gains(options) => gains::run(&options),
         Command::New(options) => new::run(&options),
@@ -62,6 +72,10 @@ fn main() -> ExitCode {
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
+        Err(error) if error.is::<Interrupted>() => {
+            eprintln!("{error}");
+            ExitCode::from(INTERRUPTED)
+        }
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::FAILURE

@@ -1,6 +1,7 @@
 //! Progress on standard error, if it is a terminal. Elsewhere only the lines that stay are written.
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanFloatCount, ProgressBar, ProgressState, ProgressStyle};
+use std::fmt;
 use std::io::{IsTerminal, stderr};
 use std::time::Duration;
 
@@ -30,6 +31,23 @@ impl Progress {
     /// For `length` steps, with the time that is left.
     pub fn steps(length: usize) -> Progress {
         Progress::styled(length, "{bar:30} {percent:>3} %  {pos}/{len} steps, {eta} left")
+    }
+
+    /// For `length` runs of so many control cycles, of which `done` are there, with the rate and the time that is left.
+    pub fn runs(length: u64, done: u64, cycles: usize) -> Progress {
+        let rate = move |state: &ProgressState, to: &mut dyn fmt::Write| {
+            // What cannot be written on a terminal needs no other end.
+            let _ = write!(to, "{}", HumanFloatCount((state.per_sec() * cycles as f64).round()));
+        };
+        let template =
+            "{bar:30} {percent:>3} %  {human_pos}/{human_len} runs, {per_sec}, {cycles} control cycles/s, {eta} left";
+        let bar = ProgressBar::new(length);
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style.with_key("cycles", rate));
+        }
+        bar.set_position(done);
+        bar.reset_eta();
+        Progress { bar }
     }
 
     fn styled(length: usize, template: &str) -> Progress {

@@ -10,6 +10,7 @@ pub mod params;
 pub mod preset;
 pub mod run;
 pub mod ssp;
+pub mod study;
 pub mod system;
 #[cfg(feature = "tool")]
 pub mod tool;

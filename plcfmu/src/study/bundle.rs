@@ -1,5 +1,6 @@
 //! A study with all that it needs, in one folder that can be moved to any machine: `study.json` and the FMUs.
 
+use super::read::Reading;
 use super::{bare, fingerprint, hash, make_folder};
 use crate::package::temporary;
 use anyhow::{Context, Result, bail, ensure};
@@ -16,6 +17,8 @@ const VERSION: u32 = 1;
 #[derive(Debug, Deserialize, Serialize)]
 struct Content {
     version: u32,
+    /// The name of the study.
+    name: String,
     fingerprint: String,
     runs: u64,
     /// The paths of the FMUs are relative to the folder.
@@ -26,7 +29,7 @@ struct Content {
 ///
 /// # Errors
 /// The folder cannot be written.
-pub fn write(folder: &Path, job: &Job, runs: u64) -> Result<()> {
+pub fn write(folder: &Path, name: &str, job: &Job, runs: u64) -> Result<()> {
     let fingerprint = fingerprint(job)?;
     let mut job = bare(job);
     make_folder(&folder.join("fmus"))?;
@@ -37,15 +40,15 @@ pub fn write(folder: &Path, job: &Job, runs: u64) -> Result<()> {
         // With / on every platform.
         member.path = place.to_string_lossy().replace('\\', "/").into();
     }
-    let content = serde_json::to_vec_pretty(&Content { version: VERSION, fingerprint, runs, job })?;
+    let content = serde_json::to_vec_pretty(&Content { version: VERSION, name: name.into(), fingerprint, runs, job })?;
     temporary::place(&folder.join("study.json"), |to| Ok(to.write_all(&content)?), |_| Ok(()))
 }
 
-/// The job of a bundle, by its `study.json`.
+/// Opens a bundle by its `study.json`.
 ///
 /// # Errors
 /// It is damaged, or was made by another version of this program.
-pub fn open(path: &Path) -> Result<Job> {
+pub fn open(path: &Path) -> Result<Reading> {
     let shown = path.display();
     let text = fs::read(path).with_context(|| format!("{shown} cannot be read"))?;
     #[derive(Deserialize)]
@@ -64,7 +67,7 @@ pub fn open(path: &Path) -> Result<Job> {
     if fingerprint(&job)? != content.fingerprint {
         bail!("{shown} has changed since it was made, or was made by another version of plcfmu: {again}");
     }
-    Ok(job)
+    Ok(Reading { name: content.name, job, tune: None })
 }
 
 #[cfg(test)]
@@ -89,11 +92,12 @@ mod tests {
         };
         let job = Job { system, ..Job::default() };
         let bundle = folder.path().join("bundle");
-        write(&bundle, &job, 7).unwrap();
+        write(&bundle, "valves", &job, 7).unwrap();
         assert_eq!(fs::read_dir(bundle.join("fmus")).unwrap().count(), 1, "an FMU is there once");
         let moved = folder.path().join("moved");
         fs::rename(&bundle, &moved).unwrap();
-        let opened = open(&moved.join("study.json")).unwrap();
+        let Reading { name, job: opened, .. } = open(&moved.join("study.json")).unwrap();
+        assert_eq!(name, "valves");
         assert_eq!(fingerprint(&opened).unwrap(), fingerprint(&job).unwrap());
         assert_eq!(fs::read(&opened.system.members[1].path).unwrap(), b"an FMU");
 

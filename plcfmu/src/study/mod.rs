@@ -15,10 +15,12 @@ pub mod process;
 pub mod read;
 pub mod worker;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use engine::study::Job;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
+use std::error::Error;
+use std::fmt;
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -78,14 +80,26 @@ fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
+/// The user has interrupted a command; what to do to go on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Interrupted(pub String);
+
+impl fmt::Display for Interrupted {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        write!(formatter, "interrupted: {}", self.0)
+    }
+}
+
+impl Error for Interrupted {}
+
 /// A study as the user names it: a study.toml, or the study.json of a bundle.
 ///
 /// # Errors
 /// What is wrong with the file, with line and column.
 pub fn open(path: &Path, fmus: Option<&Path>) -> Result<read::Reading> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
-        anyhow::ensure!(fmus.is_none(), "{} is a bundle, which has its own FMUs: omit --fmus", path.display());
-        return Ok(read::Reading { job: bundle::open(path)?, tune: None });
+        ensure!(fmus.is_none(), "{} is a bundle, which has its own FMUs: omit --fmus", path.display());
+        return bundle::open(path);
     }
     read::read(path, fmus)
 }

@@ -65,7 +65,10 @@ pub fn read(path: &Path, fingerprint: &str) -> Result<(Range<u64>, Vec<Row>)> {
     let content = bytes.strip_prefix(MAGIC).with_context(|| {
         format!("{shown} is not a part of a study of this version of plcfmu: name another folder with --out, or omit --resume")
     })?;
-    ensure!(content.len() > HASH && Sha256::digest(&bytes[..bytes.len() - HASH])[..] == bytes[bytes.len() - HASH..], damaged());
+    ensure!(
+        content.len() > HASH && Sha256::digest(&bytes[..bytes.len() - HASH])[..] == bytes[bytes.len() - HASH..],
+        damaged()
+    );
     let content = &content[..content.len() - HASH];
     let line = content.iter().position(|byte| *byte == b'\n').with_context(damaged)?;
     let header: Header = serde_json::from_slice(&content[..line]).with_context(damaged)?;

@@ -112,6 +112,20 @@ impl Pool {
         self.starter.interrupted.load(Ordering::Relaxed)
     }
 
+    /// Finds out whether instances that were reset compute what new ones do. Says what the user should know if they do not.
+    ///
+    /// # Errors
+    /// The worker cannot be started.
+    pub fn check_reset(&mut self) -> Result<Option<String>> {
+        let slot = &mut self.slots[0];
+        let checked = slot.worker(&self.starter)?.check_reset();
+        if checked.is_err() {
+            // The runs themselves will say why.
+            slot.worker = None;
+        }
+        Ok(checked.ok().flatten())
+    }
+
     /// Makes `count` runs. `point` gives the point of each by its number, from 0; `each` gets the rows in this order. After an
     /// interruption it gets those that are there, and others are missing.
     ///
@@ -220,7 +234,10 @@ impl Shared {
             if next.first - next.delivered < self.most_waiting {
                 break;
             }
-            next = self.moved.wait_timeout(next, super::process::TICK).map_or_else(|error| error.into_inner().0, |of| of.0);
+            next = self
+                .moved
+                .wait_timeout(next, super::process::TICK)
+                .map_or_else(|error| error.into_inner().0, |of| of.0);
         }
         // The last chunks are small, so that all workers are busy until the end.
         let fair = (self.count - next.first).div_ceil(2 * self.jobs);

@@ -171,6 +171,18 @@ impl Worker {
         }
     }
 
+    /// Finds out whether an instance that was reset computes what a new one does: what the user should know.
+    ///
+    /// # Errors
+    /// Why the process has ended.
+    pub fn check_reset(&mut self) -> Result<Option<String>, End> {
+        self.send(&Request::CheckReset);
+        match self.reply()? {
+            Reply::Reset(warning) => Ok(warning),
+            _ => Err(self.ended("disturbed its process".into())),
+        }
+    }
+
     fn send(&mut self, request: &Request) {
         let message = postcard::to_stdvec(request).unwrap_or_default();
         // One that cannot be sent anything has ended, and so has its output.

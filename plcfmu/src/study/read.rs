@@ -32,6 +32,8 @@ const KINDS: &str = "values = [...], range, uniform, normal, log_normal or trian
 /// What a study.toml says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
+    /// The name of the study: that of its file, without the extension.
+    pub name: String,
     /// What to run.
     pub job: Job,
     /// Its table `[tune]`, for `plcfmu tune-study`.
@@ -114,7 +116,8 @@ pub fn read(path: &Path, fmus: Option<&Path>) -> Result<Reading> {
         values: content.values,
         limits: content.limits,
     };
-    Ok(Reading { job: Job { system, study }, tune: content.tune })
+    let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    Ok(Reading { name, job: Job { system, study }, tune: content.tune })
 }
 
 /// The system of a study's loop.
@@ -135,8 +138,9 @@ fn description(reader: &Reader, path: &Path, fmus: Option<&Path>, file: Option<&
 
 /// Puts settings in the place of those of the same variable and time.
 fn replace(settings: &mut Vec<Setting>, by: Vec<Setting>) {
-    let is_replaced =
-        |of: &Setting| by.iter().any(|other| !of.is_preliminary && of.variable == other.variable && of.time == other.time);
+    let is_replaced = |of: &Setting| {
+        by.iter().any(|other| !of.is_preliminary && of.variable == other.variable && of.time == other.time)
+    };
     settings.retain(|of| !is_replaced(of));
     settings.extend(by);
 }
@@ -252,7 +256,8 @@ mod tests {
             relative = true
             normal = { mean = 1, deviation = 0.1 }
         "#;
-        let Reading { job, tune } = read_text(text).unwrap();
+        let Reading { name, job, tune } = read_text(text).unwrap();
+        assert_eq!(name, "study");
         let settings: Vec<_> = job.system.settings.iter().map(|of| (&*of.variable, of.value, of.time)).collect();
         assert_eq!(
             settings,

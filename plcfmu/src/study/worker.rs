@@ -49,6 +49,8 @@ pub enum Request {
     },
     /// Make the runs of these points.
     Rows(Vec<Vec<f64>>),
+    /// Find out whether an instance that was reset computes what a new one does.
+    CheckReset,
     /// Make the run of this point and record it.
     Curve(Vec<f64>),
 }
@@ -66,6 +68,8 @@ pub enum Reply {
     Rows(Vec<Row>),
     /// The recording.
     Curve(Recording),
+    /// What the user should know of instances that are reset.
+    Reset(Option<String>),
 }
 
 /// The table of a library, as it says it in [`Reply::Ready`].
@@ -165,6 +169,7 @@ fn serve<C: Reset>(
     for request in requests {
         match request? {
             Request::Begin { .. } => bail!("there is a job already"),
+            Request::CheckReset => output.send(&Reply::Reset(executor.check_reset(&mut instantiate)))?,
             Request::Curve(point) => match executor.recording(&point, &mut instantiate) {
                 Ok(recording) => output.send(&Reply::Curve(recording))?,
                 Err(error) => output.send(&Reply::Refused(format!("{error:#}")))?,

@@ -1,0 +1,321 @@
+//! `plcfmu study`: runs a loop many times with different values.
+
+use super::print;
+use crate::package::temporary;
+use crate::progress::Progress;
+use crate::study::output::Format;
+use crate::study::parts::{self, Collector, Parts};
+use crate::study::pool::{self, Pool};
+use crate::study::{self, Interrupted, bundle, output};
+use anyhow::{Context, Result, bail, ensure};
+use engine::run::Recording;
+use engine::study::expect::{Expectation, Verdict};
+use engine::study::results::Results;
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::process;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// So many offending runs are shown.
+const MOST_OFFENDING: usize = 10;
+
+/// Run a loop many times with different values: tolerances, grids, regression tests
+///
+/// A study names a loop, what varies from run to run, and what each run yields. The runs are made on all cores, each FMU in
+/// worker processes; the result does not depend on how many there are.
+#[derive(clap::Args, Clone, Debug)]
+#[command(after_help = HELP)]
+pub struct Options {
+    /// The study: STUDY.toml, or the study.json of a bundle
+    #[arg(value_name = "STUDY")]
+    study: PathBuf,
+    /// The folder of the FMUs; by default, that of the loop's description
+    #[arg(long, value_name = "FOLDER")]
+    fmus: Option<PathBuf>,
+    /// Where the results go [default: the study's name and _results]
+    #[arg(short, long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// The format of the table with a row for each run
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    /// How many worker processes there are [default: one for each core]
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// How long one run may take, in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = seconds)]
+    limit: f64,
+    /// Go on with a study that was interrupted
+    #[arg(long)]
+    resume: bool,
+    /// Also write the curves of these runs, as plcfmu run --out does
+    #[arg(long, value_name = "RUN,...", value_delimiter = ',')]
+    curves: Vec<u64>,
+    /// What each run should keep to, such as "overshoot < 10 %"; the exit code is 1 if one does not
+    #[arg(long, value_name = "TEXT")]
+    expect: Vec<String>,
+    /// Write a bundle, a folder with the study and its FMUs for another machine, and run nothing
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "resume", "runs", "part", "curves", "expect"])]
+    bundle: Option<PathBuf>,
+    /// Make the runs from A to before B only, and write nothing but a part
+    #[arg(long, value_name = "A..B", value_parser = range, requires = "part", conflicts_with_all = ["out", "resume", "curves", "expect"])]
+    runs: Option<Range<u64>>,
+    /// The part to write: put it into the folder parts of the results, and --resume goes on with it
+    #[arg(long, value_name = "FILE", requires = "runs")]
+    part: Option<PathBuf>,
+}
+
+const HELP: &str = "\
+Examples:
+  plcfmu study tolerances.toml
+  plcfmu study tolerances.toml --expect 'overshoot < 10 %' --curves 0,17
+  plcfmu study tolerances.toml --resume
+
+The README of plcfmu says what a study is made of.";
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if (0.1..=1e6).contains(&seconds) => Ok(seconds),
+        _ => Err("a time from 0.1 s to 1000000 s is needed".into()),
+    }
+}
+
+fn range(text: &str) -> Result<Range<u64>, String> {
+    let parsed = text.split_once("..").and_then(|(first, end)| Some(first.parse().ok()?..end.parse().ok()?));
+    parsed.filter(|range| !range.is_empty()).ok_or_else(|| "write A..B, such as 0..1000, with B above A".into())
+}
+
+/// Runs a study.
+///
+/// # Errors
+/// What is wrong and what to do; all runs fail; a run does not keep to what is expected; [`Interrupted`].
+pub fn run(options: &Options) -> Result<()> {
+    let reading = study::open(&options.study, options.fmus.as_deref())?;
+    let fingerprint = study::fingerprint(&reading.job)?;
+    let interrupted = interruption()?;
+    let mut pool = start(options, &reading, interrupted)?;
+    let count = pool.experiment().count();
+    if let Some(folder) = &options.bundle {
+        bundle::write(folder, &reading.name, &reading.job, count)?;
+        let file = folder.join("study.json");
+        return print(&format!("{}: a bundle of {count} runs; plcfmu study runs it\n", file.display()));
+    }
+    if let (Some(runs), Some(part)) = (&options.runs, &options.part) {
+        return make_part(&mut pool, runs, part, &fingerprint);
+    }
+    let figures = pool.experiment().figures.clone();
+    let expectations = options.expect.iter().map(|text| Expectation::parse(text, &figures));
+    let expectations = expectations.collect::<Result<Vec<_>>>()?;
+    if let Some(run) = options.curves.iter().find(|run| **run >= count) {
+        bail!("there is no run {run}: the study has the runs 0 to {}", count.saturating_sub(1));
+    }
+    warn(&mut pool, &reading.job.system.remarks)?;
+
+    let out = options.out.clone().unwrap_or_else(|| format!("{}_results", reading.name).into());
+    let mut parts = Parts::open(&out, &fingerprint, options.resume)?;
+    make_runs(&mut pool, &mut parts)?;
+    let results = results(&pool, &parts)?;
+    let verdicts: Vec<_> = expectations
+        .into_iter()
+        .map(|expectation| {
+            let verdict = expectation.verdict(&results);
+            (expectation, verdict)
+        })
+        .collect();
+    let curves = options.curves.iter().map(|run| Ok((*run, curve(&mut pool, *run)?))).collect::<Result<Vec<_>>>()?;
+    write(&out, options, &results, &curves)?;
+    parts.remove()?;
+    print(&format!("{}: {count} runs\n", options.format.file(&out).display()))?;
+    judge(&results, &verdicts)
+}
+
+/// What becomes true with Ctrl-C. The second Ctrl-C ends the program.
+fn interruption() -> Result<Arc<AtomicBool>> {
+    let interrupted = Arc::<AtomicBool>::default();
+    let set = interrupted.clone();
+    ctrlc::set_handler(move || {
+        if set.swap(true, Ordering::Relaxed) {
+            process::exit(130);
+        }
+    })
+    .context("Ctrl-C cannot be handled")?;
+    Ok(interrupted)
+}
+
+fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<AtomicBool>) -> Result<Pool> {
+    let defaults = pool::Options::new()?;
+    let pool_options = pool::Options {
+        jobs: options.jobs.map_or(defaults.jobs, usize::from),
+        limit: Duration::from_secs_f64(options.limit),
+        interrupted,
+        ..defaults
+    };
+    Pool::start(&reading.job, &pool_options).with_context(|| options.study.display().to_string())
+}
+
+/// Tells what the user should know before the runs.
+fn warn(pool: &mut Pool, remarks: &[String]) -> Result<()> {
+    for remark in remarks {
+        eprintln!("remark: {remark}");
+    }
+    let reset = pool.check_reset()?;
+    for warning in pool.experiment().warnings.iter().chain(&reset) {
+        eprintln!("warning: {warning}");
+    }
+    Ok(())
+}
+
+/// Makes the runs of a part.
+fn make_part(pool: &mut Pool, runs: &Range<u64>, part: &Path, fingerprint: &str) -> Result<()> {
+    let count = pool.experiment().count();
+    ensure!(runs.end <= count, "the study has the runs 0 to {}, not {}..{}", count - 1, runs.start, runs.end);
+    let experiment = pool.experiment().clone();
+    let mut rows = Vec::new();
+    let point = |run| experiment.point(runs.start + run);
+    pool.rows(runs.end - runs.start, &point, &mut |_, _, row| {
+        rows.push(row);
+        Ok(())
+    })?;
+    if pool.is_interrupted() {
+        bail!(Interrupted("nothing was written".into()));
+    }
+    parts::write(part, fingerprint, runs.start, &rows)
+}
+
+/// Makes the runs that no part has.
+fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
+    let experiment = pool.experiment().clone();
+    let count = experiment.count();
+    let missing = Missing::of(parts.missing(count));
+    let there = count - missing.count;
+    let progress = Progress::runs(count, there, experiment.plan.steps);
+    let mut collector = Collector::new(parts);
+    let mut done = there;
+    let made = pool.rows(missing.count, &|place| experiment.point(missing.run(place)), &mut |place, _, row| {
+        done += 1;
+        progress.set(done as usize);
+        collector.push(missing.run(place), row)
+    });
+    // Whatever has happened, what is there is kept.
+    collector.flush()?;
+    drop(progress);
+    made?;
+    if pool.is_interrupted() {
+        bail!(Interrupted(format!("{done} of {count} runs are kept; the same command with --resume makes the others")));
+    }
+    Ok(())
+}
+
+/// The runs that are missing, one behind the other.
+struct Missing {
+    /// How many are before each range, and the range.
+    ranges: Vec<(u64, Range<u64>)>,
+    count: u64,
+}
+
+impl Missing {
+    fn of(ranges: Vec<Range<u64>>) -> Missing {
+        let mut missing = Missing { ranges: Vec::new(), count: 0 };
+        for range in ranges {
+            let length = range.end - range.start;
+            missing.ranges.push((missing.count, range));
+            missing.count += length;
+        }
+        missing
+    }
+
+    /// The number of the run that is at a place.
+    fn run(&self, place: u64) -> u64 {
+        let range = self.ranges.partition_point(|(before, _)| *before <= place).saturating_sub(1);
+        let (before, range) = &self.ranges[range];
+        range.start + (place - before)
+    }
+}
+
+/// All rows with their points.
+fn results(pool: &Pool, parts: &Parts) -> Result<Results> {
+    let experiment = pool.experiment();
+    let mut results = Results::new(experiment.coordinates.clone(), experiment.figures.clone());
+    parts.rows(|run, row| {
+        results.push(&experiment.point(run), &row);
+        Ok(())
+    })?;
+    Ok(results)
+}
+
+/// Makes a run again with all that is recorded.
+fn curve(pool: &mut Pool, run: u64) -> Result<Recording> {
+    let point = pool.experiment().point(run);
+    let recording = pool.curve(&point);
+    if pool.is_interrupted() {
+        bail!(Interrupted("all runs are kept; the same command with --resume writes the results".into()));
+    }
+    recording.with_context(|| format!("the curves of run {run}"))
+}
+
+/// Writes the files of the results, in place of older ones.
+fn write(out: &Path, options: &Options, results: &Results, curves: &[(u64, Recording)]) -> Result<()> {
+    let folder = out.join("curves");
+    for old in [Format::Parquet.file(out), Format::Csv.file(out)] {
+        if old != options.format.file(out) && old.exists() {
+            fs::remove_file(&old).with_context(|| old.display().to_string())?;
+        }
+    }
+    if folder.exists() {
+        fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    }
+    output::write(&options.format.file(out), options.format, results)?;
+    for (run, recording) in curves {
+        let file = folder.join(format!("run_{run}.csv"));
+        temporary::place(&file, |to| Ok(recording.write_csv(to)?), |_| Ok(()))?;
+    }
+    Ok(())
+}
+
+/// Says what is wrong with the runs.
+fn judge(results: &Results, verdicts: &[(Expectation, Verdict)]) -> Result<()> {
+    let (count, failed) = (results.count(), results.errors.len() as u64);
+    if let Some((run, error)) = results.errors.first_key_value() {
+        let said = format!("{failed} of {count} runs failed; the first is run {run}: {error}");
+        ensure!(failed < count, "{said}");
+        eprintln!("warning: {said}");
+    }
+    let mut problems = Vec::new();
+    for (_, verdict) in verdicts {
+        let Some(problem) = &verdict.problem else { continue };
+        problems.push(problem.clone());
+        for run in verdict.offending.iter().take(MOST_OFFENDING) {
+            let settings = results.coordinates.iter().zip(results.point(*run));
+            let settings: Vec<_> = settings.map(|(of, value)| format!("{} = {value:?}", of.name)).collect();
+            problems.push(format!("  run {run}: {}", settings.join(", ")));
+        }
+        if verdict.offending.len() > MOST_OFFENDING {
+            problems.push(format!("  and {} more runs", verdict.offending.len() - MOST_OFFENDING));
+        }
+    }
+    ensure!(problems.is_empty(), "{}", problems.join("\n"));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_runs_are_counted_through() {
+        let missing = Missing::of(vec![3..5, 9..10, 20..30]);
+        assert_eq!(missing.count, 13);
+        let runs: Vec<_> = (0..5).map(|place| missing.run(place)).collect();
+        assert_eq!(runs, [3, 4, 9, 20, 21]);
+    }
+
+    #[test]
+    fn a_range_of_runs_is_not_empty() {
+        assert_eq!(range("5..9"), Ok(5..9));
+        for wrong in ["5", "9..5", "5..5", "a..b", ".."] {
+            range(wrong).unwrap_err();
+        }
+    }
+}
