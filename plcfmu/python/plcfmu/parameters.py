@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sysconfig
@@ -93,9 +94,8 @@ def called(program: pathlib.Path, *arguments: str) -> subprocess.CompletedProces
 
 
 def reason(done: subprocess.CompletedProcess[str]) -> str:
-    """Why a program failed: its error, or how it ended if it said nothing."""
-    said = done.stderr.strip()
-    said = said[len("error: ") :] if said.startswith("error: ") else said
+    """Why a program failed: its error, or how it ended if it said nothing. What it only warns of comes before the error."""
+    said = re.split(r"^error: ", done.stderr, maxsplit=1, flags=re.MULTILINE)[-1].strip()
     if done.returncode < 0:
         said = f"{said} ({done.args[0]} was ended by signal {-done.returncode})".strip()
     return said or f"{' '.join(done.args)} returned {done.returncode}"

@@ -40,13 +40,16 @@ class StudyResult:
 
     folder: pathlib.Path
     summary: dict[str, Any]
-    unmet: str
-    """What the command says of expectations that the runs do not keep to; empty if they keep to all."""
 
     @property
     def count(self) -> int:
         """The number of runs."""
         return int(self.summary["runs"])
+
+    @property
+    def unmet(self) -> list[str]:
+        """What the runs do not keep to of what was expected, a sentence each."""
+        return [one["problem"] for one in self.summary["expectations"] if not one["met"]]
 
     @property
     def errors(self) -> dict[int, str]:
@@ -99,6 +102,8 @@ def study(
     client: Union[Client, str, None] = None,
     fmus: Union[Path, None] = None,
     expect: Sequence[str] = (),
+    curves: Sequence[int] = (),
+    limit: float = 300.0,
     resume: bool = False,
     format: str = "parquet",
     progress: bool = True,
@@ -110,8 +115,10 @@ def study(
 
     - `client`: where the runs are made. A Dask `Client`; the address of a scheduler; or None for a cluster of this
       machine's cores, which is closed at the end.
-    - `fmus`: the folder in which the FMUs of the loop are looked for.
+    - `fmus`: the folder of the loop's FMUs; by default, that of the loop's description.
     - `expect`: what the runs should keep to, such as "overshoot < 10 %"; `StudyResult.unmet` says which do not.
+    - `curves`: the runs whose signals over time are wanted, too.
+    - `limit`: how long one run may take, in seconds (0.1 to 1e6); then its FMU hangs.
     - `resume`: goes on with what is in `out` of an earlier call that was interrupted.
     - `format`: "parquet" or "csv".
     - `progress`: shows a progress bar.
@@ -131,33 +138,36 @@ def study(
             name=error.name,
         ) from error
     program = command()
-    folder = pathlib.Path(f"{pathlib.Path(path).stem}_results" if out is None else out)
     given = [str(path)] if fmus is None else [str(path), f"--fmus={fmus}"]
     with tempfile.TemporaryDirectory() as scratch:
         bundle = pathlib.Path(scratch) / "bundle"
         _call(program, "study", *given, f"--bundle={bundle}")
         description = json.loads((bundle / "study.json").read_text(encoding="utf-8"))
+        folder = pathlib.Path(f"{description['name']}_results" if out is None else out)
         parts = _Parts(folder / "parts", description["fingerprint"], description["runs"])
         parts.check(resume)
         if gaps := parts.gaps():
-            version = _call(program, "--version")
+            task = workers.Task(description["fingerprint"], _call(program, "--version"), limit)
             try:
                 with _connected(client) as connected:
-                    files = workers.Files(description["fingerprint"], connected.id, bundle)
-                    _collect(parts, workers.results(connected, files, version, gaps), progress)
+                    files = workers.Files(task.fingerprint, connected.id, bundle)
+                    _collect(parts, workers.results(connected, files, task, gaps), progress)
             except (Exception, KeyboardInterrupt) as error:
-                kept = f"{parts.folder} keeps what is done: study(..., resume=True) goes on with it"
                 if isinstance(error, KeyboardInterrupt):
-                    LOGGER.warning("interrupted; %s", kept)
+                    LOGGER.warning("interrupted; %s", parts)
                     raise
-                raise StudyError(f"{error}; {kept}") from error
-    expectations = [f"--expect={text}" for text in expect]
-    done = called(program, "study", *given, f"--out={folder}", "--resume", f"--format={format}", *expectations)
-    # The parts are removed when all files are written; what the command says then is said of the expectations.
+                raise StudyError(f"{error}; {parts}") from error
+    wanted = [f"--out={folder}", "--resume", f"--format={format}", f"--limit={limit}", *(f"--expect={text}" for text in expect)]
+    if curves:
+        wanted.append(f"--curves={','.join(map(str, curves))}")
+    done = called(program, "study", *given, *wanted)
+    # The parts are removed when all files are written; what the command then says of the runs is in the summary.
     if done.returncode != 0 and parts.folder.exists():
-        raise StudyError(reason(done))
+        raise StudyError(f"{reason(done)}; {parts}")
+    for line in re.findall(r"^(?:warning|remark): .*", done.stderr, re.MULTILINE):
+        LOGGER.warning("%s", line)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    return StudyResult(folder, summary, "" if done.returncode == 0 else reason(done))
+    return StudyResult(folder, summary)
 
 
 def _call(program: pathlib.Path, *arguments: str) -> str:
@@ -197,6 +207,9 @@ class _Parts:
         self.folder = folder
         self.fingerprint = fingerprint
         self.count = count
+
+    def __str__(self) -> str:
+        return f"{self.folder} keeps what is done: study(..., resume=True) goes on with it"
 
     def check(self, resume: bool) -> None:
         """Raises StudyError for parts of another study, or for any if this call does not go on with them."""

@@ -51,6 +51,16 @@ class Span(NamedTuple):
         return f"run {self.first}" if len(range(*self)) == 1 else f"runs {self.first} to {self.end - 1}"
 
 
+class Task(NamedTuple):
+    """What all ranges of a study have in common."""
+
+    fingerprint: str
+    # What `plcfmu --version` says.
+    version: str
+    # How long one run may take, in seconds.
+    limit: float
+
+
 class Files(WorkerPlugin):
     """The files of a study's bundle, carried to every worker that there is and that will be.
 
@@ -96,31 +106,31 @@ def folder_of(worker: Worker) -> pathlib.Path:
     return pathlib.Path(worker.local_directory) / FOLDER
 
 
-def run(fingerprint: str, version: str, first: int, end: int) -> tuple[bytes, float]:
-    """Makes the runs `first` to `end` - 1 on the worker that calls it: the part that they come to, and how long it took.
+def run(task: Task, span: Span) -> tuple[bytes, float]:
+    """Makes the runs of a range on the worker that calls it: the part that they come to, and how many seconds it took.
 
     Raises WorkerError, which names the worker.
     """
     worker = get_worker()
     begin = time.monotonic()
     try:
-        return part(worker, fingerprint, version, Span(first, end)), time.monotonic() - begin
+        return part(worker, task, span), time.monotonic() - begin
     except (WorkerError, OSError) as error:
         raise WorkerError(f"{worker.address}: {error}") from None
 
 
-def part(worker: Worker, fingerprint: str, version: str, span: Span) -> bytes:
+def part(worker: Worker, task: Task, span: Span) -> bytes:
     """What the runs of a range come to, as the command writes it."""
-    program = program_of(version)
+    program = program_of(task.version)
     folder = folder_of(worker)
     # Again, since a worker may live for weeks in a folder for temporary files, which the system clears.
     for plugin in list(worker.plugins.values()):
-        if isinstance(plugin, Files) and plugin.fingerprint == fingerprint:
+        if isinstance(plugin, Files) and plugin.fingerprint == task.fingerprint:
             plugin.write(folder)
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
         file = pathlib.Path(scratch) / "part"
-        study = folder / f"{fingerprint}.json"
-        done = called(program, "study", str(study), f"--runs={span.first}..{span.end}", "--jobs=1", f"--part={file}")
+        options = [f"--runs={span.first}..{span.end}", "--jobs=1", f"--limit={task.limit}", f"--part={file}"]
+        done = called(program, "study", str(folder / f"{task.fingerprint}.json"), *options)
         if done.returncode != 0:
             raise WorkerError(reason(done))
         return file.read_bytes()
@@ -167,7 +177,7 @@ class Share:
 
 
 def results(
-    client: Client, files: Files, version: str, gaps: Iterable[Span]
+    client: Client, files: Files, task: Task, gaps: Iterable[Span]
 ) -> Generator[tuple[Span, bytes], None, None]:
     """Has the runs of `gaps` made by the workers: what each range of them comes to, as the ranges come to their end.
 
@@ -181,8 +191,8 @@ def results(
         while True:
             while len(pending) < OUTSTANDING * threads.count() and (span := share.next()) is not None:
                 # A pure function of its key: if its worker dies, Dask has another one do it.
-                key = f"plcfmu-{files.fingerprint}-{span.first}-{span.end}"
-                future = client.submit(run, files.fingerprint, version, *span, key=key, retries=RETRIES)
+                key = f"plcfmu-{task.fingerprint}-{span.first}-{span.end}"
+                future = client.submit(run, task, span, key=key, retries=RETRIES)
                 pending[future] = span
                 completed.add(future)
             if not pending:
