@@ -51,6 +51,9 @@ pub struct Study {
     pub values: Vec<Taken>,
     /// What a variable should stay within.
     pub limits: Vec<Limit>,
+    /// The figure by which the summary chooses curves and colours; without it `iae`, or the first figure if there is no `iae`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub main: Option<String>,
 }
 
 impl Default for Study {
@@ -64,6 +67,7 @@ impl Default for Study {
             window: Window::default(),
             values: Vec::new(),
             limits: Vec::new(),
+            main: None,
         }
     }
 }

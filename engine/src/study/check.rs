@@ -124,11 +124,8 @@ impl Along {
                 }
                 for (number, row) in rows.iter().enumerate() {
                     if row.len() != variables {
-                        bail!(
-                            "row {} of values has {}, and there are {variables} variables: give one value for each",
-                            number + 1,
-                            if row.len() == 1 { "1 value".into() } else { format!("{} values", row.len()) }
-                        );
+                        let (values, variables) = (counted(row.len(), "value"), counted(variables, "variable"));
+                        bail!("row {} of values has {values} for {variables}: give each variable one", number + 1);
                     }
                     row.iter().try_for_each(|value| finite_value(*value))?;
                 }
@@ -193,6 +190,10 @@ impl Along {
             }
         }
     }
+}
+
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 fn finite_value(value: Value) -> Result<()> {

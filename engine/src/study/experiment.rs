@@ -4,10 +4,10 @@ use crate::component::Reset;
 use crate::dialog::Roles;
 use crate::plan::{Assignment, MemberPlan, Names, Plan};
 use crate::run::{self, Recording, Run};
-use crate::study::Job;
 use crate::study::axes::{Axes, Target, varied};
 use crate::study::measures::{Measures, Traces};
 use crate::study::results::{Quantity, Row};
+use crate::study::{Job, Signals};
 use crate::system::{Recorded, System};
 use anyhow::{Context, Result};
 use modeldescription::v2::ModelDescription;
@@ -26,6 +26,8 @@ pub struct Experiment {
     pub figures: Vec<Quantity>,
     /// What the user should know.
     pub warnings: Vec<String>,
+    /// The names of the loop's signals; none of them if the setpoint or the process value is not known.
+    pub signals: Signals,
     axes: Axes,
     measures: Measures,
     /// Where the values of a point are in the plan, for each coordinate.
@@ -113,6 +115,7 @@ impl Experiment {
             figures: measures.figures.clone(),
             plan,
             warnings,
+            signals: measures.signals.clone(),
             axes,
             measures,
             slots,

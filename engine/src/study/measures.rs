@@ -5,7 +5,7 @@ use crate::dialog::Roles;
 use crate::figures;
 use crate::plan::{Names, Reference};
 use crate::study::results::Quantity;
-use crate::study::{Limit, Study, Take};
+use crate::study::{Limit, Signals, Study, Take};
 use crate::system::System;
 use anyhow::{Context, Result, bail};
 
@@ -18,6 +18,8 @@ pub(super) struct Measures {
     pub figures: Vec<Quantity>,
     /// What the user should know.
     pub warnings: Vec<String>,
+    /// The names of the loop's signals, if it has a setpoint and a process value.
+    pub signals: Signals,
     loop_signals: Option<Loop>,
     request: figures::Request,
     values: Vec<(usize, Vec<Take>)>,
@@ -112,6 +114,7 @@ impl Measures {
             columns: Vec::new(),
             figures: Vec::new(),
             warnings: Vec::new(),
+            signals: Signals::default(),
             loop_signals: None,
             request: figures::Request { run: None, from: study.window.from, to: study.window.to },
             values: Vec::new(),
@@ -137,22 +140,12 @@ impl Measures {
 
     /// Rise, overshoot and so on, as far as the loop has the signals.
     fn add_loop(&mut self, study: &Study, system: &System, columns: &mut Columns, roles: Option<&Roles>) -> Result<()> {
-        let given = &study.signals;
-        // The roles of a plant name what it takes and gives, not the signals of a loop.
-        let roles = roles.filter(|roles| roles.setpoint.is_some());
         let first = system.members.first().map_or("", |member| member.name.as_str());
-        let of_role = |name: Option<&String>| name.map(|name| format!("{first}.{name}"));
-        let or_role = |given: &Option<String>, role: Option<&String>| given.clone().or_else(|| of_role(role));
-        let setpoint = or_role(&given.setpoint, roles.and_then(|of| of.setpoint.as_ref()));
-        let shown = roles.and_then(|of| of.shown_process_value.as_ref().or(of.process_value.as_ref()));
-        let process_value = or_role(&given.process_value, shown);
-        let manipulated_value = or_role(&given.manipulated_value, roles.and_then(|of| of.manipulated_value.as_ref()));
-        let of_roles = || roles.iter().flat_map(|of| &of.pulses).filter_map(|name| of_role(Some(name))).collect();
-        let pulses: Vec<String> = given.pulses.clone().unwrap_or_else(of_roles);
-        let (Some(setpoint), Some(process_value)) = (&setpoint, &process_value) else {
-            let missing = if setpoint.is_none() { "setpoint" } else { "process_value" };
-            if *given != Default::default() {
-                bail!("{missing} is missing, which {first} does not tell either: write {missing} = \"FMU.VARIABLE\"");
+        let signals = signals(&study.signals, first, roles);
+        let (Some(setpoint), Some(process_value)) = (&signals.setpoint, &signals.process_value) else {
+            let missing = if signals.setpoint.is_none() { "setpoint" } else { "process_value" };
+            if study.signals != Signals::default() {
+                bail!("{missing} is missing, and {first} does not tell it: write {missing} = \"FMU.VARIABLE\"");
             }
             if !(study.values.is_empty() && study.limits.is_empty()) {
                 self.warnings.push(format!(
@@ -173,7 +166,8 @@ impl Measures {
                  compared as they are"
             ));
         }
-        let manipulated = manipulated_value.map(|name| columns.add(&name).context("manipulated_value")).transpose()?;
+        let manipulated_value = signals.manipulated_value.as_ref();
+        let manipulated = manipulated_value.map(|name| columns.add(name).context("manipulated_value")).transpose()?;
         let travel_unit = manipulated.and_then(|(_, reference)| columns.unit(&reference));
         let pulse = |name: &String| {
             let (column, reference) = columns.add(name).context("pulses")?;
@@ -182,7 +176,7 @@ impl Measures {
             }
             Ok(column)
         };
-        let pulses = pulses.iter().map(pulse).collect::<Result<Vec<_>>>()?;
+        let pulses = signals.pulses.iter().flatten().map(pulse).collect::<Result<Vec<_>>>()?;
         let times_seconds = |unit: Option<String>| unit.map_or_else(|| "s".into(), |unit| format!("{unit} s"));
         let seconds = || Some("s".to_string());
         self.add_figure("rise", seconds())?;
@@ -203,6 +197,7 @@ impl Measures {
             manipulated_value: manipulated.map(|(column, _)| column),
             pulses,
         });
+        self.signals = signals;
         Ok(())
     }
 
@@ -325,6 +320,22 @@ impl Measures {
         }
         all.extend(traces.violations.iter().map(|steps| *steps as f64 * step));
         all
+    }
+}
+
+/// The loop's signals: those that are given, else what the variables of the first member are.
+fn signals(given: &Signals, first: &str, roles: Option<&Roles>) -> Signals {
+    // The roles of a plant name what it takes and gives, not the signals of a loop.
+    let Some(roles) = roles.filter(|roles| roles.setpoint.is_some()) else { return given.clone() };
+    let full = |name: &String| format!("{first}.{name}");
+    let either = |given: &Option<String>, role: &Option<String>| given.clone().or_else(|| role.as_ref().map(full));
+    let process_value = roles.shown_process_value.clone().or_else(|| roles.process_value.clone());
+    let pulses = || (!roles.pulses.is_empty()).then(|| roles.pulses.iter().map(full).collect());
+    Signals {
+        setpoint: either(&given.setpoint, &roles.setpoint),
+        process_value: either(&given.process_value, &process_value),
+        manipulated_value: either(&given.manipulated_value, &roles.manipulated_value),
+        pulses: given.pulses.clone().or_else(pulses),
     }
 }
 

@@ -213,7 +213,7 @@ fn draw(recording: &Recording, title: String, end: f64, is_svg: bool) -> Result<
     let mut lanes = Vec::new();
     for (place, column) in recording.columns.iter().enumerate() {
         let values: Vec<f64> = recording.column(place).chain(recording.column(place).last()).collect();
-        let curve = Curve { name: column.name.clone(), values, is_input: column.is_input };
+        let curve = Curve { name: column.name.clone(), values, is_input: column.is_input, color: None };
         if column.kind == Type::Boolean {
             lanes.push(curve);
             continue;

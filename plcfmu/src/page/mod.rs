@@ -5,7 +5,8 @@ pub(crate) mod escape;
 mod markdown;
 pub mod picture;
 pub mod plot;
-mod svg;
+pub(crate) mod scale;
+pub(crate) mod svg;
 pub mod text;
 
 use crate::package::reference::{self, Recording, Recordings, Sweep};

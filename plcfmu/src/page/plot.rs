@@ -5,6 +5,7 @@
 //! curves no class by which a page could recolour them in dark mode.
 
 use crate::package::reference::{Recording, Sweep};
+use crate::page::scale::{Scale, is_drawn, tick_label};
 use crate::page::svg::Pixels;
 use crate::page::text;
 use anyhow::bail;
@@ -34,9 +35,6 @@ const COLORS: &[&str] = &["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00",
 
 /// By these names a page's stylesheet gives the colours others.
 const CLASSES: &[&str] = &["curve-1", "curve-2", "curve-3", "curve-4", "curve-5", "curve-6", "curve-7"];
-
-/// Larger numbers would overflow on the way to pixels; they are left out as infinity is.
-const LARGEST: f64 = 1e300;
 
 /// What is drawn: panels with the curves of numbers above lanes of Booleans, over one time axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,6 +70,8 @@ pub struct Curve {
     pub values: Vec<f64>,
     /// Whether it is an input of what is shown: its line is dashed.
     pub is_input: bool,
+    /// The number of its colour, from 0, where curves belong together; the next one in turn without it.
+    pub color: Option<usize>,
 }
 
 /// A block's response, as a library has answered it.
@@ -82,7 +82,7 @@ pub fn of_recording(table: &Table, recording: &Recording) -> Chart {
         let row = &table.variables[*row];
         // The value of the last call is held for a cycle, as those before it.
         let values = recording.calls.iter().chain(recording.calls.last()).map(|values| values[column]).collect();
-        let curve = Curve { name: row.name.clone(), values, is_input: row.role == Role::Input };
+        let curve = Curve { name: row.name.clone(), values, is_input: row.role == Role::Input, color: None };
         if row.kind == Kind::Bool {
             lanes.push(curve);
             continue;
@@ -102,7 +102,7 @@ pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep) -
     let mut panels: Vec<(String, Panel)> = Vec::new();
     for (row, means) in &sweep.means {
         let row = &table.variables[*row];
-        let curve = Curve { name: row.name.clone(), values: means.clone(), is_input: false };
+        let curve = Curve { name: row.name.clone(), values: means.clone(), is_input: false, color: None };
         add(&mut panels, if row.kind == Kind::Bool { "share of the calls" } else { unit(row) }, curve);
     }
     let row = table.find(&characteristic.variable).map(|row| &table.variables[row]);
@@ -158,7 +158,7 @@ pub fn svg(chart: &Chart) -> anyhow::Result<String> {
     let mut top = if chart.title.is_empty() { 0.0 } else { TITLE };
     let mut panels = Vec::new();
     for panel in &chart.panels {
-        let pens: Vec<Pen> = panel.curves.iter().map(|curve| pens(curve.is_input)).collect();
+        let pens: Vec<Pen> = panel.curves.iter().map(&mut pens).collect();
         if !panels.is_empty() {
             top += PANEL_GAP;
         }
@@ -173,7 +173,7 @@ pub fn svg(chart: &Chart) -> anyhow::Result<String> {
     }
     for lane in &chart.lanes {
         top += LANE_GAP;
-        lanes.push(draw_lane(lane, pens(lane.is_input), &chart.time, &time, top));
+        lanes.push(draw_lane(lane, pens(lane), &chart.time, &time, top));
         top += LANE;
     }
     if !lanes.is_empty() {
@@ -303,18 +303,21 @@ struct Pen {
     dashes: Option<&'static str>,
 }
 
-/// A pen for each curve in turn. Where the colours begin again, the lines are dotted.
-fn pens() -> impl FnMut(bool) -> Pen {
+/// A pen for each curve in turn, but for those that say their colour. Where the colours begin again, the lines are dotted.
+fn pens() -> impl FnMut(&Curve) -> Pen {
     let mut taken = 0;
-    move |is_input| {
-        let color = taken % COLORS.len();
-        let dashes = match (is_input, taken >= COLORS.len()) {
+    move |curve| {
+        let number = curve.color.unwrap_or(taken);
+        let color = number % COLORS.len();
+        let dashes = match (curve.is_input, number >= COLORS.len()) {
             (true, false) => Some("6 3"),
             (true, true) => Some("6 3 1.5 3"),
             (false, true) => Some("1.5 1.5"),
             (false, false) => None,
         };
-        taken += 1;
+        if curve.color.is_none() {
+            taken += 1;
+        }
         Pen { class: CLASSES[color], color: COLORS[color], dashes }
     }
 }
@@ -379,12 +382,6 @@ fn draw_lane<'a>(lane: &'a Curve, pen: Pen, times: &[f64], time: &Scale, top: f6
     }
 }
 
-/// From a range of values to pixels.
-struct Scale {
-    from: f64,
-    to: f64,
-}
-
 impl Scale {
     /// All of the time; a second where that is nothing.
     fn of_time(times: &[f64]) -> Scale {
@@ -397,41 +394,18 @@ impl Scale {
 
     /// A time's place from the left.
     fn x(&self, time: f64) -> f64 {
-        LEFT + (time - self.from) / (self.to - self.from) * (WIDTH - LEFT - RIGHT)
+        LEFT + self.part(time) * (WIDTH - LEFT - RIGHT)
     }
 
     /// A value's place in a panel, from the top.
     fn y(&self, value: f64, top: f64) -> f64 {
-        top + PANEL - (value - self.from) / (self.to - self.from) * PANEL
+        top + PANEL - self.part(value) * PANEL
     }
-
-    /// Round numbers within, about `count` of them.
-    fn ticks(&self, count: f64) -> Vec<f64> {
-        let rough = (self.to - self.from) / count;
-        let power = 10f64.powf(rough.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power).into_iter().find(|step| *step >= rough * 0.999);
-        let step = step.unwrap_or(rough);
-        let first = (self.from / step - 1e-9).ceil() as i64;
-        let last = (self.to / step + 1e-9).floor() as i64;
-        (first..=last).map(|tick| tick as f64 * step).collect()
-    }
-}
-
-/// Whether a value can be drawn.
-fn is_drawn(value: f64) -> bool {
-    value.abs() <= LARGEST
 }
 
 /// The range that a panel shows: all values that can be drawn, with some room.
 fn range(curves: &[Curve]) -> Scale {
-    let values = || curves.iter().flat_map(|curve| &curve.values).copied().filter(|value| is_drawn(*value));
-    let low = values().fold(f64::INFINITY, f64::min);
-    let high = values().fold(f64::NEG_INFINITY, f64::max);
-    if low > high {
-        return Scale { from: 0.0, to: 1.0 };
-    }
-    let room = if high > low { (high - low) * 0.06 } else { high.abs().max(1.0) * 0.5 };
-    Scale { from: low - room, to: high + room }
+    Scale::around(curves.iter().flat_map(|curve| &curve.values).copied())
 }
 
 /// Where each name of a legend begins: from the left, and in which line.
@@ -517,34 +491,18 @@ fn lines(points: &[(f64, f64)], over: &Scale, y: &dyn Fn(f64) -> f64) -> String 
     path
 }
 
-/// A round number without the digits that a double adds to it.
-fn tick_label(tick: f64) -> String {
-    let rounded: f64 = format!("{tick:.9e}").parse().unwrap_or(tick);
-    if rounded != 0.0 && !(1e-4..1e7).contains(&rounded.abs()) { format!("{rounded:e}") } else { rounded.to_string() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn curve(name: &str, values: &[f64]) -> Curve {
-        Curve { name: name.into(), values: values.to_vec(), is_input: false }
+        Curve { name: name.into(), values: values.to_vec(), is_input: false, color: None }
     }
 
     fn chart(values: &[f64]) -> Chart {
         let time = (0..values.len()).map(|point| point as f64).collect();
         let panels = vec![Panel { label: "l/min".into(), curves: vec![curve("FLOW", values)] }];
         Chart { title: "A <pump>".into(), time, over: None, panels, lanes: vec![curve("ON", values)] }
-    }
-
-    #[test]
-    fn ticks_are_round_numbers_within_the_range() {
-        let ticks = |from, to, count| Scale { from, to }.ticks(count);
-        assert_eq!(ticks(0.0, 60.0, 8.0), [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0]);
-        assert_eq!(ticks(-0.6, 10.6, 5.0), [0.0, 5.0, 10.0]);
-        assert_eq!(ticks(-2.0, 2.0, 4.0), [-2.0, -1.0, 0.0, 1.0, 2.0]);
-        let labels: Vec<_> = ticks(0.0, 0.6, 6.0).into_iter().map(tick_label).collect();
-        assert_eq!(labels, ["0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6"]);
     }
 
     #[test]
@@ -615,11 +573,19 @@ mod tests {
         let mut pens = pens();
         let mut looks = Vec::new();
         for is_input in [true, false].repeat(7) {
-            let pen = pens(is_input);
+            let pen = pens(&Curve { is_input, ..curve("X", &[]) });
             assert_eq!(pen.dashes.is_some_and(|dashes| dashes.starts_with('6')), is_input);
             assert!(!looks.contains(&(pen.color, pen.dashes)));
             looks.push((pen.color, pen.dashes));
         }
+    }
+
+    #[test]
+    fn a_curve_that_says_its_colour_takes_none_from_the_others() {
+        let mut pens = pens();
+        let of = |color| Curve { color, ..curve("X", &[]) };
+        let colors = [None, Some(0), Some(5), None].map(|color| pens(&of(color)).color);
+        assert_eq!(colors, [COLORS[0], COLORS[0], COLORS[5], COLORS[1]]);
     }
 
     #[test]

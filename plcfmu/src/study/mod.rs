@@ -8,11 +8,14 @@
 //! The main process loads no native code: a crash or an endless loop of an FMU costs one run.
 
 pub mod bundle;
+pub mod junit;
 pub mod output;
 pub mod parts;
+pub mod pictures;
 pub mod pool;
 pub mod process;
 pub mod read;
+pub mod report;
 pub mod worker;
 
 use anyhow::{Context, Result, ensure};

@@ -68,6 +68,7 @@ struct Content {
     values: Vec<Taken>,
     #[serde(default)]
     limits: Vec<Limit>,
+    main: Option<String>,
     tune: Option<Table>,
 }
 
@@ -115,6 +116,7 @@ pub fn read(path: &Path, fmus: Option<&Path>) -> Result<Reading> {
         window: content.window,
         values: content.values,
         limits: content.limits,
+        main: content.main,
     };
     let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     Ok(Reading { name, job: Job { system, study }, tune: content.tune })

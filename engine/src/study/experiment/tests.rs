@@ -7,6 +7,7 @@ use crate::system::{Member, Value};
 use crate::test_home::{Lag, Linked, Pid, TestHome, table};
 use anyhow::bail;
 use std::cell::Cell;
+use std::rc::Rc;
 
 /// The controller C and the plant P in a loop of 60 s, with a setpoint step at 5 s.
 fn job(axes: Vec<Axis>) -> Job {
@@ -157,5 +158,462 @@ fn the_values_of_a_point_are_what_the_fmus_get() {
     for point in [vec![3.0, 60.0], vec![0.25, -20.0]] {
         let row = executor.row(&point, instantiate);
         assert_eq!(row.figures[8..], point);
+    }
+}
+
+#[test]
+fn an_axis_replaces_what_the_loop_sets_for_its_variable_then() {
+    // The loop sets SP at 5 s and GAIN at the start; SP at the start is another thing.
+    let sp = |time| Axis { time, ..axis("C.SP", values(&[10.0])) };
+    let experiment = experiment(vec![axis("C.GAIN", values(&[1.0])), sp(Some(5.0)), sp(None)]);
+    let controller = &experiment.plan.members[0];
+    assert_eq!(controller.events.len(), 1);
+    assert_eq!(controller.inputs.iter().map(|of| of.value).collect::<Vec<_>>(), [10.0]);
+    assert_eq!(controller.parameters.iter().map(|of| of.value).collect::<Vec<_>>(), [10.0, 1.0], "TI and GAIN");
+}
+
+#[test]
+fn a_wrong_axis_is_named_with_what_is_wrong_and_what_to_do() {
+    let normal = |mean, deviation, min, max| Along::Normal { mean, deviation, min, max };
+    let range = |from, to, count, logarithmic| Along::Range { from, to, count, logarithmic };
+    let wrong = [
+        (values(&[]), "values is empty: give at least one value"),
+        (values(&[f64::NAN]), "values has NaN: give finite numbers"),
+        (Along::Rows(vec![]), "values is empty: give at least one row"),
+        (
+            Along::Rows(vec![vec![Value::Number(1.0); 2]]),
+            "row 1 of values has 2 values for 1 variable: give each variable one",
+        ),
+        (
+            range(1.0, 2.0, 1, false),
+            "range: count = 1: a range has at least 2 values; for a single one write values = [1.0]",
+        ),
+        (range(1.0, 1.0, 3, false), "range: from and to are both 1.0: give different ends, or write values = [1.0]"),
+        (
+            range(0.0, 1.0, 3, true),
+            "range: from = 0.0, to = 1.0: both ends of a logarithmic range are above 0; give such ends, or leave logarithmic out",
+        ),
+        (range(1.0, f64::INFINITY, 3, false), "range: to = inf: give a finite number"),
+        (Along::Uniform { min: 2.0, max: 1.0 }, "uniform: min = 2.0 is above max = 1.0: exchange them"),
+        (
+            Along::Uniform { min: 2.0, max: 2.0 },
+            "uniform: min and max are both 2.0: give different bounds, or write values = [2.0]",
+        ),
+        (
+            Along::Uniform { min: -1e308, max: 1e308 },
+            "uniform: -1e308 and 1e308 are too far apart: give bounds whose difference is below 1.8e308",
+        ),
+        (normal(1.0, 0.0, None, None), "normal: deviation = 0.0: it has to be above 0"),
+        (normal(1.0, 0.1, Some(2.0), Some(1.0)), "normal: min = 2.0 is above max = 1.0: exchange them"),
+        (
+            normal(1.0, 0.1, Some(9.0), None),
+            "normal: min and max leave nothing of the distribution, whose mean is 1.0 and deviation 0.1: give bounds nearer to \
+             the mean",
+        ),
+        (Along::LogNormal { median: -1.0, deviation: 0.1 }, "log_normal: median = -1.0: it has to be above 0"),
+        (Along::LogNormal { median: 1.0, deviation: -0.1 }, "log_normal: deviation = -0.1: it has to be above 0"),
+        (
+            Along::Triangular { min: 0.0, mode: 3.0, max: 2.0 },
+            "triangular: mode = 3.0 is not between min = 0.0 and max = 2.0: correct one of them",
+        ),
+    ];
+    for (along, expected) in wrong {
+        let job = job(vec![axis("P.T", values(&[5.0])), axis("C.GAIN", along)]);
+        assert_eq!(error(&job), format!("axis 2 (C.GAIN): {expected}"));
+    }
+}
+
+#[test]
+fn a_variable_that_cannot_be_varied_says_why() {
+    let one = || values(&[1.0]);
+    let at = |variable, time| Axis { time: Some(time), ..axis(variable, one()) };
+    let relative = |variable| Axis { relative: true, ..axis(variable, one()) };
+    let distributed = |variable| axis(variable, Along::Uniform { min: 0.0, max: 1.0 });
+    let range = |variable, to| axis(variable, Along::Range { from: 0.0, to, count: 3, logarithmic: false });
+    let wrong = [
+        (axis("C.GAIM", one()), "axis 1 (C.GAIM): C has no variable GAIM; did you mean C.GAIN?"),
+        (
+            axis("C.OUT", one()),
+            "axis 1 (C.OUT): C.OUT cannot be set: its causality is output; only inputs and parameters can be set",
+        ),
+        (axis("C.PV_IN", one()), "axis 1 (C.PV_IN): C.PV_IN cannot be set: it is connected to P.TEMP"),
+        (at("C.BITS", 5.0), "axis 1 (C.BITS): C.BITS cannot be set at 5.0 s: it is a fixed parameter"),
+        (
+            at("C.SP", 99.0),
+            "axis 1 (C.SP): C.SP cannot be set at 99.0 s: the first step begins at 0.0 s, the last at 59.5 s",
+        ),
+        (at("C.SP", f64::NAN), "axis 1 (C.SP): time = NaN: give a time in seconds"),
+        (
+            axis("C.BITS", values(&[1.5])),
+            "axis 1 (C.BITS): C.BITS = 1.5: it is Integer, 1.5 is not an integer of 32 bits",
+        ),
+        (
+            axis("C.MAN_ON", values(&[2.0])),
+            "axis 1 (C.MAN_ON): C.MAN_ON = 2.0: it is Boolean, 2.0 is neither true (1) nor false (0)",
+        ),
+        (
+            axis("C.GAIN", Along::Values(vec![Value::Boolean(true)])),
+            "axis 1 (C.GAIN): C.GAIN: it is Real, true is not a number",
+        ),
+        (
+            distributed("C.BITS"),
+            "axis 1 (C.BITS): C.BITS is Integer, and distributions give fractions: write its values as a list, values = [...]",
+        ),
+        (
+            range("C.BITS", 3.0),
+            "axis 1 (C.BITS): range: write the values as a list, values = [...]: C.BITS = 1.5: it is Integer, 1.5 is not an \
+             integer of 32 bits",
+        ),
+        (
+            relative("C.MAN_ON"),
+            "axis 1 (C.MAN_ON): C.MAN_ON is Boolean, which has no factors: leave relative out and write values = [false, true]",
+        ),
+        (
+            relative("C.MAN"),
+            "axis 1 (C.MAN): C.MAN is 0 in the loop, and so with every factor: leave relative out, or set another value in the \
+             loop",
+        ),
+        (
+            Axis { variables: vec![], ..axis("", one()) },
+            "axis 1 (): it has no variable: write variable = \"FMU.VARIABLE\"",
+        ),
+        (
+            Axis { variables: vec!["C.GAIN".into(), "C.GAIN".into()], ..axis("", one()) },
+            "axis 1 (C.GAIN, C.GAIN): C.GAIN is named twice: name it once",
+        ),
+    ];
+    for (axis, expected) in wrong {
+        assert_eq!(error(&job(vec![axis])), expected);
+    }
+    let twice = job(vec![axis("C.GAIN", one()), axis("C.TI", one()), axis("C.GAIN", one())]);
+    assert_eq!(error(&twice), "axis 3 (C.GAIN): C.GAIN is varied by axis 1 (C.GAIN) too: leave it in one of them");
+}
+
+#[test]
+fn an_integer_range_of_whole_numbers_and_a_list_of_switches_are_fine() {
+    let range = Along::Range { from: 2.0, to: 6.0, count: 3, logarithmic: false };
+    let switch = Along::Values(vec![Value::Boolean(false), Value::Boolean(true)]);
+    let experiment = experiment(vec![axis("C.BITS", range), axis("C.P_SEL", switch)]);
+    assert_eq!(points(&experiment)[..3], [[2.0, 0.0], [2.0, 1.0], [4.0, 0.0]]);
+}
+
+#[test]
+fn samples_and_runs_have_bounds() {
+    let uniform = || axis("C.GAIN", Along::Uniform { min: 1.0, max: 2.0 });
+    let mut job = job(vec![uniform()]);
+    job.study.samples = 0;
+    assert_eq!(error(&job), "samples = 0: give the number of samples of the distributions, 1 or more");
+    job.study = Study { samples: 70_000, sampling: Sampling::Sobol, ..job.study };
+    assert_eq!(
+        error(&job),
+        "samples = 70000: a Sobol sequence has 65536 at most; take fewer, or sampling = \"latin_hypercube\""
+    );
+    let range = Along::Range { from: 1.0, to: 2.0, count: 20_000, logarithmic: false };
+    job.study = Study { sampling: Sampling::Random, axes: vec![uniform(), axis("C.TI", range)], ..job.study };
+    assert_eq!(
+        error(&job),
+        "the axes span 20000 x 70000 runs, a study has 1000000000 at most: take fewer values or samples"
+    );
+    job.study.axes = vec![axis("C.GAIN", values(&[1.0]))];
+    assert_eq!(
+        error(&job),
+        "samples = 70000, but no axis has a distribution: leave samples out, or give an axis uniform, normal, log_normal or \
+         triangular"
+    );
+}
+
+#[test]
+fn ranges_keep_their_ends_and_their_ratios() {
+    let range = Along::Range { from: 0.1, to: 10.0, count: 3, logarithmic: true };
+    let points = points(&experiment(vec![axis("C.GAIN", range)]));
+    assert_eq!((points[0][0], points[2][0]), (0.1, 10.0));
+    assert!((points[1][0] - 1.0).abs() < 1e-15);
+    let range = Along::Range { from: 1.0, to: 0.0, count: 11, logarithmic: false };
+    let points = self::points(&experiment(vec![axis("C.GAIN", range)]));
+    assert!(points.iter().enumerate().all(|(place, point)| (point[0] - (1.0 - place as f64 * 0.1)).abs() < 1e-15));
+}
+
+#[test]
+fn values_outside_of_the_declared_range_are_a_warning_for_each_axis() {
+    let mut job = job(vec![
+        Axis { time: Some(5.0), ..axis("C.SP", values(&[150.0, 50.0, 160.0])) },
+        axis("C.CYCLE", values(&[0.5])),
+    ]);
+    let warning =
+        "axis 1 (C.SP): values such as C.SP = 160 are outside of the range that the FMU declares, -100.0 to 100.0";
+    assert_eq!(resolved(&job).unwrap().warnings, [warning]);
+    // What the axis replaces does not count, what the loop sets otherwise does.
+    job.system.settings.push("C.SP=-500@30".parse().unwrap());
+    job.study.axes.remove(0);
+    let warning = "C.SP = -500.0 is outside of the range that the FMU declares, -100.0 to 100.0";
+    assert_eq!(resolved(&job).unwrap().warnings, [warning]);
+    job.study.axes.push(Axis { time: Some(30.0), ..axis("C.SP", values(&[0.0])) });
+    assert_eq!(resolved(&job).unwrap().warnings, [""; 0]);
+}
+
+#[test]
+fn a_mistake_of_the_loop_is_not_said_to_be_one_of_an_axis() {
+    let mut job = job(vec![axis("C.GAIN", values(&[1.0]))]);
+    job.system.settings.push("C.TIM=1".parse().unwrap());
+    assert_eq!(error(&job), "C has no variable TIM; did you mean C.TI?");
+}
+
+/// A controller with faults.
+struct Faulty {
+    inner: Linked<Pid>,
+    /// Its time constant TI as it was set; below 1 s it refuses to step.
+    ti: f64,
+    /// Reset leaves the gain that was set, or is refused.
+    forgets: Fault,
+    /// A gain that it has from the run before, added to its manipulated value.
+    gain: f64,
+    instances: Rc<Cell<usize>>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Fault {
+    None,
+    ResetKeepsState,
+    ResetRefused,
+}
+
+impl Faulty {
+    fn new(forgets: Fault, instances: &Rc<Cell<usize>>) -> Faulty {
+        instances.set(instances.get() + 1);
+        Faulty { inner: Linked::new(), ti: 0.0, forgets, gain: 0.0, instances: Rc::clone(instances) }
+    }
+}
+
+fn reference(name: &str) -> u32 {
+    table::<Pid>().find(name).unwrap() as u32
+}
+
+impl Component for Faulty {
+    fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
+        self.inner.setup(start, stop)
+    }
+
+    fn enter_initialization(&mut self) -> Result<()> {
+        self.inner.enter_initialization()
+    }
+
+    fn exit_initialization(&mut self) -> Result<()> {
+        self.inner.exit_initialization()
+    }
+
+    fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
+        self.inner.read(kind, references, values)?;
+        for (value, _) in values.iter_mut().zip(references).filter(|(_, of)| **of == reference("OUT")) {
+            *value += self.gain;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
+        if references[0] == reference("TI") {
+            self.ti = values[0];
+        }
+        self.inner.write(kind, references, values)
+    }
+
+    fn step(&mut self, time: f64, size: f64) -> Result<()> {
+        if self.ti < 1.0 && time >= 10.0 {
+            bail!("the step returned an error:\n TI is too short\n in instance {}", self.instances.get());
+        }
+        self.inner.step(time, size)
+    }
+
+    fn terminate(&mut self) -> Result<()> {
+        self.inner.terminate()
+    }
+}
+
+impl Reset for Faulty {
+    fn reset(&mut self) -> Result<()> {
+        match self.forgets {
+            Fault::None => {}
+            Fault::ResetKeepsState => self.gain = 1e-9,
+            Fault::ResetRefused => bail!("fmi2Reset returned an error"),
+        }
+        self.inner.reset()
+    }
+}
+
+/// Makes controllers with a fault, and counts them.
+fn faulty(fault: Fault) -> (Rc<Cell<usize>>, impl FnMut(usize) -> Result<Box<dyn Reset>>) {
+    let instances = Rc::new(Cell::new(0));
+    let count = Rc::clone(&instances);
+    let make = move |member| {
+        if member == 0 { Ok(Box::new(Faulty::new(fault, &count)) as Box<dyn Reset>) } else { instantiate(member) }
+    };
+    (instances, make)
+}
+
+#[test]
+fn a_run_that_an_fmu_refuses_is_a_row_with_its_reason_and_the_next_run_is_not_harmed() {
+    let experiment = experiment(vec![axis("C.TI", values(&[10.0, 0.5, 20.0]))]);
+    let (instances, mut make) = faulty(Fault::None);
+    let mut executor = Executor::new(experiment.clone());
+    let mut rows = points(&experiment).into_iter().map(|point| executor.row(&point, &mut make)).collect::<Vec<_>>();
+    // One for the first run, one for the failed run to see whether reset instances were to blame, one for the third.
+    assert_eq!(instances.get(), 3);
+    assert_eq!(rows[1].error.as_deref(), Some("C: the step returned an error: TI is too short in instance 2"));
+    assert!(rows[1].figures.iter().all(|figure| figure.is_nan()) && rows[1].figures.len() == experiment.figures.len());
+    let (_, make) = faulty(Fault::None);
+    assert_eq!(bits(&rows.remove(2)), bits(&Executor::new(experiment.clone()).row(&experiment.point(2), make)));
+}
+
+#[test]
+fn instances_that_cannot_be_reset_are_replaced_by_new_ones_for_each_run() {
+    for fault in [Fault::ResetKeepsState, Fault::ResetRefused] {
+        let experiment = experiment(vec![axis("C.GAIN", values(&[0.5, 2.0, 4.0]))]);
+        let (_, mut sound) = faulty(Fault::None);
+        let (instances, mut make) = faulty(fault);
+        let mut executor = Executor::new(experiment.clone());
+        let warning = executor.check_reset(&mut make).unwrap();
+        assert!(warning.contains("each run gets new instances"), "{warning}");
+        let before = instances.get();
+        for point in points(&experiment) {
+            let expected = Executor::new(experiment.clone()).row(&point, &mut sound);
+            assert_eq!(bits(&executor.row(&point, &mut make)), bits(&expected));
+        }
+        assert_eq!(instances.get() - before, 3);
+    }
+}
+
+#[test]
+fn an_fmu_that_cannot_be_instantiated_is_a_row_with_its_reason() {
+    let experiment = experiment(vec![]);
+    assert_eq!((experiment.count(), experiment.point(0)), (1, vec![]));
+    let row = Executor::<Box<dyn Reset>>::new(experiment).row(&[], |_| bail!("there is no library for this platform"));
+    assert_eq!(row.error.as_deref(), Some("there is no library for this platform"));
+}
+
+#[test]
+fn values_and_violations_are_those_of_the_steps_of_the_whole_run() {
+    let mut job = job(vec![]);
+    job.study.values =
+        vec![Taken { variable: "P.TEMP".into(), take: vec![Take::Last, Take::Mean, Take::Max, Take::Min] }];
+    let limit = |variable: &str, min, max| Limit { variable: variable.into(), min, max };
+    job.study.limits = vec![limit("P.TEMP", Some(5.0), Some(41.0)), limit("C.SP", None, Some(39.0))];
+    let experiment = resolved(&job).unwrap();
+    let mut executor = Executor::new(experiment.clone());
+    let row = executor.row(&[], instantiate);
+    let recording = executor.recording(&[], instantiate).unwrap();
+    let column = recording.columns.iter().position(|column| column.name == "P.TEMP").unwrap();
+    let temperatures: Vec<f64> = recording.column(column).collect();
+    assert_eq!(temperatures.len(), 120);
+    let violated = temperatures.iter().filter(|value| **value < 5.0 || **value > 41.0).count() as f64 * 0.5;
+    assert!(violated > 5.0, "at the start at least");
+    let max = temperatures.iter().copied().fold(f64::MIN, f64::max);
+    let mean = temperatures.iter().sum::<f64>() / 120.0;
+    // SP is 40 from 5 s on.
+    assert_eq!(row.figures[8..], [temperatures[119], mean, max, 0.0, violated, 55.0]);
+}
+
+#[test]
+fn a_recording_has_what_the_system_records_and_what_figures_are_of() {
+    let mut job = job(vec![axis("C.GAIN", values(&[0.5]))]);
+    job.study.values = vec![Taken { variable: "P.T".into(), take: vec![Take::Last] }];
+    job.system.record = vec![Recorded::from("P.POWER")];
+    let names = |job: &Job| {
+        let recording = Executor::new(resolved(job).unwrap()).recording(&[0.5], instantiate).unwrap();
+        recording.columns.into_iter().map(|column| column.name).collect::<Vec<_>>()
+    };
+    assert_eq!(names(&job), ["P.POWER", "C.SP", "C.PV", "C.OUT", "C.UP", "C.DOWN", "P.T"]);
+    job.system.record.clear();
+    let expected = ["C.SP", "C.PV_IN", "C.OUT", "C.PV", "C.UP", "C.DOWN", "P.POWER", "P.TEMP", "P.AT_TOP", "P.T"];
+    assert_eq!(names(&job), expected);
+}
+
+#[test]
+fn a_value_that_is_not_a_number_makes_its_figures_so_and_violates_limits() {
+    let mut job = job(vec![]);
+    job.study.values = vec![Taken { variable: "C.OUT".into(), take: vec![Take::Min, Take::Max, Take::Mean] }];
+    job.study.limits = vec![Limit { variable: "C.OUT".into(), min: Some(0.0), max: None }];
+    let measures = resolved(&job).unwrap().measures;
+    let mut traces = Traces::default();
+    measures.begin(&mut traces);
+    let out = measures.columns.iter().position(|name| name == "C.OUT").unwrap();
+    for value in [1.0, f64::NAN, 2.0] {
+        let mut row = vec![0.0; measures.columns.len()];
+        row[out] = value;
+        measures.step(&mut traces, 0.0, &row);
+    }
+    let figures = measures.end(&traces, 0.5);
+    assert!(figures[8..11].iter().all(|figure| figure.is_nan()), "{figures:?}");
+    assert_eq!(figures[11], 0.5);
+}
+
+#[test]
+fn the_window_is_where_the_figures_of_the_loop_are_taken() {
+    let mut job = job(vec![]);
+    let figures = |job: &Job| Executor::new(resolved(job).unwrap()).row(&[], instantiate).figures;
+    let whole = figures(&job);
+    assert!(whole[0].is_finite(), "{whole:?}");
+    job.study.window.from = Some(20.0);
+    let late = figures(&job);
+    assert!(late[0].is_nan() && late[3] < whole[3], "no rise after the step, and less IAE: {late:?}");
+    job.study.window.to = Some(20.0);
+    assert_eq!(error(&job), "window: from = 20.0 is not before to = 20.0: correct one of them");
+}
+
+#[test]
+fn signals_can_be_named_and_have_to_be_where_no_fmu_tells_them() {
+    let mut job = job(vec![]);
+    let none = |job: &Job| {
+        let home = TestHome::default();
+        let descriptions = [home.description("PID").unwrap(), home.description("LAG").unwrap()];
+        Experiment::of(job, &descriptions.each_ref().map(|description| &**description), None)
+    };
+    let message = |job: &Job| format!("{:#}", none(job).unwrap_err());
+    assert!(message(&job).starts_with("there is no figure: name the loop's signals"), "{}", message(&job));
+    job.study.values = vec![Taken { variable: "P.TEMP".into(), take: vec![Take::Max] }];
+    let experiment = none(&job).unwrap();
+    assert_eq!(experiment.figures.len(), 1);
+    let warning = "C does not tell its setpoint, so there are no figures such as overshoot: name the loop's signals in \
+                   [signals] for them";
+    assert_eq!((experiment.warnings, experiment.signals), (vec![warning.to_string()], Signals::default()));
+    job.study.signals.process_value = Some("P.TEMP".into());
+    let expected = "signals: setpoint is missing, and C does not tell it: write setpoint = \"FMU.VARIABLE\"";
+    assert_eq!(message(&job), expected);
+    job.study.signals.setpoint = Some("C.SP".into());
+    let figures = none(&job).unwrap().figures;
+    let names: Vec<_> = figures.iter().map(|of| of.name.as_str()).collect();
+    assert_eq!(names, ["rise", "overshoot", "settling", "iae", "ise", "peak", "P.TEMP.max"]);
+    job.study.signals.pulses = Some(vec!["C.OUT".into()]);
+    assert_eq!(message(&job), "signals: pulses: C.OUT is Real: name Boolean variables");
+    // What is named goes before what the table says, which fills in the rest.
+    job.study.signals.pulses = None;
+    let signals = resolved(&job).unwrap().signals;
+    assert_eq!(signals.process_value.as_deref(), Some("P.TEMP"));
+    assert_eq!(signals.manipulated_value.as_deref(), Some("C.OUT"));
+    assert_eq!(signals.pulses, Some(vec!["C.UP".to_string(), "C.DOWN".into()]));
+}
+
+#[test]
+fn a_wrong_value_or_limit_says_what_to_do() {
+    let taken = |variable: &str, take: &[Take]| Taken { variable: variable.into(), take: take.into() };
+    let limit = |min, max| Limit { variable: "C.OUT".into(), min, max };
+    let wrong = [
+        (vec![taken("P.TEMP", &[])], vec![], "values: P.TEMP: take is empty: name some of min, max, mean and last"),
+        (
+            vec![taken("P.TEMP", &[Take::Max]), taken("P.TEMP", &[Take::Min, Take::Max])],
+            vec![],
+            "values: the figure P.TEMP.max is there twice: remove one",
+        ),
+        (vec![taken("P.TEMPP", &[Take::Max])], vec![], "values: P has no variable TEMPP; did you mean P.TEMP?"),
+        (vec![], vec![limit(None, None)], "limits: C.OUT has no limit: give min, max or both"),
+        (vec![], vec![limit(Some(2.0), Some(1.0))], "limits: C.OUT: min = 2.0 is above max = 1.0: exchange them"),
+        (
+            vec![],
+            vec![limit(None, Some(f64::NAN))],
+            "limits: C.OUT: max is not a finite number: leave it out if there is no such limit",
+        ),
+    ];
+    for (values, limits, expected) in wrong {
+        let mut job = job(vec![]);
+        (job.study.values, job.study.limits) = (values, limits);
+        assert_eq!(error(&job), expected);
     }
 }
