@@ -6,6 +6,7 @@ import hashlib
 import os
 import pathlib
 import re
+import shutil
 import signal
 import stat
 import subprocess
@@ -25,7 +26,7 @@ ROOT = pathlib.Path(__file__).parents[1]
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="the programs that stand between are shell scripts")
 
-RUNS = 48
+RUNS = 24
 STUDY = """
 loop = "{loop}"
 stop = 30.0
@@ -81,7 +82,8 @@ def expected(command, tolerance, place):
 class Between:
     """A program between the workers and the command: it notes each range of runs, and does to it what a test wants.
 
-    `orders` is a shell script that sees the first run of the range as $first, and the worker's process as $PPID.
+    `orders` is a shell script that sees the first run of the range as $first, and the worker's process as $PPID. Each range is
+    noted in a file of its own.
     """
 
     def __init__(self, folder, command):
@@ -90,8 +92,8 @@ class Between:
         self.orders = folder / "orders"
         lines = [
             "#!/bin/sh",
-            'for argument; do case $argument in --runs=*) first=${argument#--runs=}; first=${first%%.*};; esac; done',
-            f'[ -z "$first" ] || {{ echo "$@" >> "{self.log}"; . "{self.orders}"; }}',
+            'for argument; do case $argument in --runs=*) runs=${argument#--runs=}; first=${runs%%.*};; esac; done',
+            f'[ -z "$runs" ] || {{ : > "{self.log}/$runs $$"; . "{self.orders}"; }}',
             f'exec "{command}" "$@"',
         ]
         self.program.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -100,13 +102,14 @@ class Between:
 
     def begin(self, orders=":"):
         """Forgets what it has noted."""
-        self.log.write_text("", encoding="utf-8")
+        shutil.rmtree(self.log, ignore_errors=True)
+        self.log.mkdir()
         self.orders.write_text(orders + "\n", encoding="utf-8")
 
     def ranges(self):
-        """The ranges of runs that workers were told to make, in this order."""
-        found = re.findall(r"--runs=(\d+)\.\.(\d+)", self.log.read_text(encoding="utf-8"))
-        return [range(int(first), int(end)) for first, end in found]
+        """The ranges of runs that workers were told to make."""
+        noted = (re.fullmatch(r"(\d+)\.\.(\d+) \d+", path.name) for path in self.log.iterdir())
+        return [range(int(found[1]), int(found[2])) for found in noted]
 
 
 @pytest.fixture(scope="module")
@@ -147,10 +150,10 @@ def test_two_processes_of_this_machine_give_the_bytes_of_the_command(tolerance, 
     monkeypatch.setattr("dask.system.CPU_COUNT", 2)
     result = run(tolerance, tmp_path / "out", None)
     assert contents(tmp_path / "out") == expected
-    assert (result.count, result.errors, result.unmet) == (RUNS, {}, "")
+    assert (result.count, result.errors, result.unmet) == (RUNS, {}, [])
     table = result.table()
     assert list(table["run"]) == list(range(RUNS))
-    assert list(table["CONT_C.GAIN"]) == [0.7] * 16 + [1.4] * 16 + [2.8] * 16
+    assert list(table["CONT_C.GAIN"]) == [0.7] * 8 + [1.4] * 8 + [2.8] * 8
     assert (table["HEATER.TEMP.max"] >= table["HEATER.TEMP.last"]).all()
 
 
@@ -252,8 +255,10 @@ def test_workers_with_another_version_of_the_program_are_refused(tolerance, tmp_
     old.write_text("#!/bin/sh\necho plcfmu 0.0.1\n", encoding="utf-8")
     old.chmod(0o755)
     wanted = rf"run \d+: tcp://\S+: {old} is plcfmu 0.0.1, but the client has plcfmu [\d.]+: install the same wheel of plcfmu"
-    with command_of_the_workers(client, old), pytest.raises(plcfmu.StudyError, match=wanted):
+    with command_of_the_workers(client, old), pytest.raises(plcfmu.StudyError, match=wanted) as error:
         run(tolerance, tmp_path / "out", client)
+    # While the error is kept, as in a notebook, the next call tries again.
+    assert run(tolerance, tmp_path / "out", client, resume=True).count == RUNS and error.value
 
 
 def test_workers_without_the_program_are_refused(tolerance, tmp_path, between, client):
@@ -280,20 +285,31 @@ def test_without_dask_the_error_says_how_to_get_it(tolerance, tmp_path, monkeypa
 # Ranges of runs
 
 
-def shared(share, seconds_a_run, start=0.05, work=2.0):
-    """The ranges that a share is cut into, if runs take so long, and each range its start."""
+def cut(share, seconds_a_run, start):
+    """The ranges that a share is cut into, if a run takes so long, and the start of the command before each range."""
     ranges = []
     while (span := share.next()) is not None:
         ranges.append(span)
-        share.learn(span, start + seconds_a_run * (span.end - span.first), work)
+        share.learn(span, start + seconds_a_run * (span.end - span.first), work=2.0)
     return ranges
 
 
-@pytest.mark.parametrize("seconds_a_run", [1e-6, 1e-3, 0.4, 30.0])
-def test_ranges_have_each_run_once_and_are_soon_worth_their_way(seconds_a_run):
-    gaps = [workers.Span(0, 7), workers.Span(9, 9), workers.Span(100, 20_000)]
-    ranges = shared(workers.Share(gaps), seconds_a_run)
+@pytest.mark.parametrize("start", [0.05, 1.0])
+@pytest.mark.parametrize("seconds_a_run", [1e-6, 1e-3, 0.4, 1.1, 30.0])
+def test_ranges_have_each_run_once_and_are_soon_worth_their_way(seconds_a_run, start):
+    ranges = cut(workers.Share([workers.Span(0, 7), workers.Span(9, 9), workers.Span(100, 20_000)]), seconds_a_run, start)
     assert [run for span in ranges for run in range(*span)] == [*range(7), *range(100, 20_000)]
-    # Four ranges until it is known how long a run takes, one that the gap ends, and the rest.
-    assert ranges[0] == (0, 1) and len(ranges) <= 6 + 20_000 * seconds_a_run
-    assert max(span.end - span.first for span in ranges) * seconds_a_run <= max(4.0, seconds_a_run)
+    # Small ones until it is known how long a run takes; then one for each second of work at most.
+    assert ranges[0] == (0, 1) and len(ranges) <= 16 + 20_000 * seconds_a_run
+    assert max(span.end - span.first for span in ranges) * seconds_a_run <= max(4.0, 1.5 * seconds_a_run)
+
+
+def test_one_range_that_takes_long_makes_the_next_ones_shorter():
+    share = workers.Share([workers.Span(0, 1000)])
+    for _ in range(3):
+        span = share.next()
+        share.learn(span, 0.1, work=2.0)
+    assert span.end - span.first == 256
+    share.learn(span, 200.0, work=2.0)
+    span = share.next()
+    assert span.end - span.first == 2

@@ -138,10 +138,12 @@ def study(
             name=error.name,
         ) from error
     program = command()
-    given = [str(path)] if fmus is None else [str(path), f"--fmus={fmus}"]
+    given = ["study", str(path), f"--limit={limit}"]
+    if fmus is not None:
+        given.append(f"--fmus={fmus}")
     with tempfile.TemporaryDirectory() as scratch:
         bundle = pathlib.Path(scratch) / "bundle"
-        _call(program, "study", *given, f"--bundle={bundle}")
+        _call(program, *given, f"--bundle={bundle}")
         description = json.loads((bundle / "study.json").read_text(encoding="utf-8"))
         folder = pathlib.Path(f"{description['name']}_results" if out is None else out)
         parts = _Parts(folder / "parts", description["fingerprint"], description["runs"])
@@ -152,15 +154,15 @@ def study(
                 with _connected(client) as connected:
                     files = workers.Files(task.fingerprint, connected.id, bundle)
                     _collect(parts, workers.results(connected, files, task, gaps), progress)
-            except (Exception, KeyboardInterrupt) as error:
-                if isinstance(error, KeyboardInterrupt):
-                    LOGGER.warning("interrupted; %s", parts)
-                    raise
+            except KeyboardInterrupt:
+                LOGGER.warning("interrupted; %s", parts)
+                raise
+            except Exception as error:
                 raise StudyError(f"{error}; {parts}") from error
-    wanted = [f"--out={folder}", "--resume", f"--format={format}", f"--limit={limit}", *(f"--expect={text}" for text in expect)]
+    wanted = [f"--out={folder}", "--resume", f"--format={format}", *(f"--expect={text}" for text in expect)]
     if curves:
         wanted.append(f"--curves={','.join(map(str, curves))}")
-    done = called(program, "study", *given, *wanted)
+    done = called(program, *given, *wanted)
     # The parts are removed when all files are written; what the command then says of the runs is in the summary.
     if done.returncode != 0 and parts.folder.exists():
         raise StudyError(f"{reason(done)}; {parts}")

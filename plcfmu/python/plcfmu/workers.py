@@ -23,7 +23,7 @@ from .parameters import CommandNotFoundError, called, command, reason
 # large cluster does not ask the client for more ranges than it can hand out.
 WORK = 2.0
 WORK_PER_THREAD = 0.02
-# How many times as many runs a range may have as the one that it is judged by.
+# How many times as many runs a range has at most as the one that it is judged by.
 GROWTH = 16
 # How many ranges each thread has at once: the one that it runs, and the next.
 OUTSTANDING = 2
@@ -169,11 +169,13 @@ class Share:
         return cut
 
     def learn(self, span: Span, seconds: float, work: float) -> None:
-        """What a range took; the next ones shall take `work` seconds."""
+        """What a range took. The next ones shall take `work` seconds or a little more, the start of the command included."""
         count = span.end - span.first
-        # A short one says little of longer ones, which begin no more often.
-        if count >= self._size or seconds > work:
-            self._size = max(1, min(int(count * work / max(seconds, 1e-3)), count * GROWTH))
+        if seconds > 2 * work:
+            self._size = max(1, int(count * work / seconds))
+        elif seconds < work and count >= self._size:
+            # At least twice as many: how much of the time the start has taken is not known.
+            self._size = int(count * min(max(work / seconds, 2), GROWTH))
 
 
 def results(
@@ -198,9 +200,10 @@ def results(
             if not pending:
                 return
             future, result = next(completed)
-            span = pending.pop(future)
             if future.status != "finished":
-                raise WorkerError(f"{span}: {failure(result)}")
+                # It stays among those that are cancelled: else Dask would know the error, and the next call get it again.
+                raise WorkerError(f"{pending[future]}: {failure(result)}")
+            span = pending.pop(future)
             content, seconds = result
             work = max(WORK + WORK_PER_THREAD * threads.count(), WORK_SHARE * (time.monotonic() - begin))
             share.learn(span, seconds, work)
