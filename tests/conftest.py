@@ -7,7 +7,9 @@ import json
 import os
 import pathlib
 import subprocess
+import zipfile
 
+import fmpy
 import pytest
 
 import host
@@ -103,6 +105,20 @@ def fmu(request, open_fmu, open_preset):
 def controller(request, open_fmu):
     """The FMUs of the manuals' blocks, one after the other."""
     return open_fmu(request.param)
+
+
+@pytest.fixture(scope="session")
+def faulty(tmp_path_factory):
+    """tests/foreign/faulty.c as an FMU."""
+    source = pathlib.Path(__file__).parent / "foreign"
+    folder = tmp_path_factory.mktemp("faulty")
+    library = folder / f"faulty{fmpy.sharedLibraryExtension}"
+    compiler = os.environ.get("CC", "cc")
+    subprocess.run([compiler, "-shared", "-fPIC", "-o", library, source / "faulty.c"], check=True)
+    with zipfile.ZipFile(folder / "FAULTY.fmu", "w") as fmu:
+        fmu.write(source / "faulty.xml", "modelDescription.xml")
+        fmu.write(library, f"binaries/{fmpy.platform}/{library.name}")
+    return folder / "FAULTY.fmu"
 
 
 @pytest.fixture(scope="session")

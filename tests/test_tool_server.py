@@ -148,20 +148,6 @@ def is_alive(process):
     return True
 
 
-@pytest.fixture(scope="module")
-def faulty(tmp_path_factory):
-    """tests/foreign/faulty.c as an FMU."""
-    source = ROOT / "tests" / "foreign"
-    folder = tmp_path_factory.mktemp("faulty")
-    library = folder / f"faulty{fmpy.sharedLibraryExtension}"
-    compiler = os.environ.get("CC", "cc")
-    subprocess.run([compiler, "-shared", "-fPIC", "-o", library, source / "faulty.c"], check=True)
-    with zipfile.ZipFile(folder / "FAULTY.fmu", "w") as fmu:
-        fmu.write(source / "faulty.xml", "modelDescription.xml")
-        fmu.write(library, f"binaries/{fmpy.platform}/{library.name}")
-    return folder / "FAULTY.fmu"
-
-
 def with_faulty(fault=0, at=0):
     """A loop of a controller with that FMU."""
     plant = {"name": "P", "fmu": "FAULTY", "values": {"FAULT": fault, "AT": at}}

@@ -167,6 +167,11 @@ impl<C: Reset> Executor<C> {
         Executor { experiment, run: None, traces: Traces::default(), is_reset_wrong: false }
     }
 
+    /// Makes each run with new instances, as after a [`check_reset`](Executor::check_reset) that finds a difference.
+    pub fn renew(&mut self) {
+        self.is_reset_wrong = true;
+    }
+
     /// The experiment.
     pub fn experiment(&self) -> &Experiment {
         &self.experiment

@@ -6,11 +6,14 @@ use crate::progress::Progress;
 use crate::study::output::Format;
 use crate::study::parts::{self, Collector, Parts};
 use crate::study::pool::{self, Pool};
-use crate::study::{self, Interrupted, bundle, output};
+use crate::study::report::{self, Report};
+use crate::study::{self, Interrupted, bundle, junit, output};
 use anyhow::{Context, Result, bail, ensure};
 use engine::run::Recording;
 use engine::study::expect::{Expectation, Verdict};
-use engine::study::results::Results;
+use engine::study::results::{Results, Row};
+use engine::study::summary::Summary;
+use std::collections::BTreeSet;
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -19,8 +22,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// So many offending runs are shown.
-const MOST_OFFENDING: usize = 10;
+/// So many of the worst runs are in the summary, for each figure.
+const WORST: usize = 10;
 
 /// Run a loop many times with different values: tolerances, grids, regression tests
 ///
@@ -56,11 +59,14 @@ pub struct Options {
     /// What each run should keep to, such as "overshoot < 10 %"; the exit code is 1 if one does not
     #[arg(long, value_name = "TEXT")]
     expect: Vec<String>,
+    /// Write what is expected as tests in JUnit's format
+    #[arg(long, value_name = "FILE.xml", requires = "expect")]
+    junit: Option<PathBuf>,
     /// Write a bundle, a folder with the study and its FMUs for another machine, and run nothing
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "resume", "runs", "part", "curves", "expect"])]
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "resume", "runs", "part", "junit"])]
     bundle: Option<PathBuf>,
     /// Make the runs from A to before B only, and write nothing but a part
-    #[arg(long, value_name = "A..B", value_parser = range, requires = "part", conflicts_with_all = ["out", "resume", "curves", "expect"])]
+    #[arg(long, value_name = "A..B", value_parser = range, requires = "part", conflicts_with_all = ["out", "resume", "curves", "expect", "junit"])]
     runs: Option<Range<u64>>,
     /// The part to write: put it into the folder parts of the results, and --resume goes on with it
     #[arg(long, value_name = "FILE", requires = "runs")]
@@ -75,7 +81,7 @@ Examples:
 
 The README of plcfmu says what a study is made of.";
 
-fn seconds(text: &str) -> Result<f64, String> {
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(seconds) if (0.1..=1e6).contains(&seconds) => Ok(seconds),
         _ => Err("a time from 0.1 s to 1000000 s is needed".into()),
@@ -97,42 +103,57 @@ pub fn run(options: &Options) -> Result<()> {
     let interrupted = interruption()?;
     let mut pool = start(options, &reading, interrupted)?;
     let count = pool.experiment().count();
-    if let Some(folder) = &options.bundle {
-        bundle::write(folder, &reading.name, &reading.job, count)?;
-        let file = folder.join("study.json");
-        return print(&format!("{}: a bundle of {count} runs; plcfmu study runs it\n", file.display()));
-    }
     if let (Some(runs), Some(part)) = (&options.runs, &options.part) {
         return make_part(&mut pool, runs, part, &fingerprint);
     }
     let figures = pool.experiment().figures.clone();
     let expectations = options.expect.iter().map(|text| Expectation::parse(text, &figures));
     let expectations = expectations.collect::<Result<Vec<_>>>()?;
+    let main = report::main_figure(&reading.job, &figures)?;
     if let Some(run) = options.curves.iter().find(|run| **run >= count) {
         bail!("there is no run {run}: the study has the runs 0 to {}", count.saturating_sub(1));
     }
-    warn(&mut pool, &reading.job.system.remarks)?;
+    warn(&pool, &reading.job.system.remarks);
+    if let Some(folder) = &options.bundle {
+        bundle::write(folder, &reading.name, &reading.job, count)?;
+        let file = folder.join("study.json");
+        return print(&format!("{}: a bundle of {count} runs; plcfmu study runs it\n", file.display()));
+    }
 
     let out = options.out.clone().unwrap_or_else(|| format!("{}_results", reading.name).into());
     let mut parts = Parts::open(&out, &fingerprint, options.resume)?;
     make_runs(&mut pool, &mut parts)?;
     let results = results(&pool, &parts)?;
-    let verdicts: Vec<_> = expectations
-        .into_iter()
-        .map(|expectation| {
-            let verdict = expectation.verdict(&results);
-            (expectation, verdict)
-        })
-        .collect();
-    let curves = options.curves.iter().map(|run| Ok((*run, curve(&mut pool, *run)?))).collect::<Result<Vec<_>>>()?;
-    write(&out, options, &results, &curves)?;
+    let verdicts = expectations.into_iter().map(|expectation| {
+        let verdict = expectation.verdict(&results);
+        (expectation, verdict)
+    });
+    let verdicts: Vec<_> = verdicts.collect();
+    let summary = Summary::of(&results, WORST);
+    let curves = curves(&mut pool, &results, &options.curves, &report::curves_wanted(&summary, main))?;
+    let report = Report {
+        name: &reading.name,
+        job: &reading.job,
+        signals: &pool.experiment().signals,
+        results: &results,
+        summary: &summary,
+        main,
+        verdicts: &verdicts,
+        curves: &curves,
+    };
+    write(&out, options, &report)?;
     parts.remove()?;
-    print(&format!("{}: {count} runs\n", options.format.file(&out).display()))?;
+    print(&report::text(&report))?;
+    print(&format!(
+        "{}: a row for each run\n{}\n",
+        options.format.file(&out).display(),
+        out.join("summary.html").display()
+    ))?;
     judge(&results, &verdicts)
 }
 
 /// What becomes true with Ctrl-C. The second Ctrl-C ends the program.
-fn interruption() -> Result<Arc<AtomicBool>> {
+pub(super) fn interruption() -> Result<Arc<AtomicBool>> {
     let interrupted = Arc::<AtomicBool>::default();
     let set = interrupted.clone();
     ctrlc::set_handler(move || {
@@ -156,15 +177,13 @@ fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<Ato
 }
 
 /// Tells what the user should know before the runs.
-fn warn(pool: &mut Pool, remarks: &[String]) -> Result<()> {
+fn warn(pool: &Pool, remarks: &[String]) {
     for remark in remarks {
         eprintln!("remark: {remark}");
     }
-    let reset = pool.check_reset()?;
-    for warning in pool.experiment().warnings.iter().chain(&reset) {
+    for warning in &pool.experiment().warnings {
         eprintln!("warning: {warning}");
     }
-    Ok(())
 }
 
 /// Makes the runs of a part.
@@ -191,13 +210,9 @@ fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
     let missing = Missing::of(parts.missing(count));
     let there = count - missing.count;
     let progress = Progress::runs(count, there, experiment.plan.steps);
-    let mut collector = Collector::new(parts);
-    let mut done = there;
-    let made = pool.rows(missing.count, &|place| experiment.point(missing.run(place)), &mut |place, _, row| {
-        done += 1;
-        progress.set(done as usize);
-        collector.push(missing.run(place), row)
-    });
+    let mut kept = Kept { collector: Collector::new(parts), missing: &missing, progress: &progress, done: there };
+    let made = pool.rows_into(missing.count, &|place| experiment.point(missing.run(place)), &mut kept);
+    let Kept { mut collector, done, .. } = kept;
     // Whatever has happened, what is there is kept.
     collector.flush()?;
     drop(progress);
@@ -206,6 +221,26 @@ fn make_runs(pool: &mut Pool, parts: &mut Parts) -> Result<()> {
         bail!(Interrupted(format!("{done} of {count} runs are kept; the same command with --resume makes the others")));
     }
     Ok(())
+}
+
+/// Keeps rows in parts, and shows how many there are.
+struct Kept<'a> {
+    collector: Collector<'a>,
+    missing: &'a Missing,
+    progress: &'a Progress,
+    done: u64,
+}
+
+impl pool::Sink for Kept<'_> {
+    fn row(&mut self, place: u64, _: &[f64], row: Row) -> Result<()> {
+        self.done += 1;
+        self.progress.set(self.done as usize);
+        self.collector.push(self.missing.run(place), row)
+    }
+
+    fn idle(&mut self) -> Result<()> {
+        self.collector.wait()
+    }
 }
 
 /// The runs that are missing, one behind the other.
@@ -245,36 +280,48 @@ fn results(pool: &Pool, parts: &Parts) -> Result<Results> {
     Ok(results)
 }
 
-/// Makes a run again with all that is recorded.
-fn curve(pool: &mut Pool, run: u64) -> Result<Recording> {
-    let point = pool.experiment().point(run);
-    let recording = pool.curve(&point);
-    if pool.is_interrupted() {
-        bail!(Interrupted("all runs are kept; the same command with --resume writes the results".into()));
+/// The curves that the user and the report want: these runs are made again with all that is recorded.
+fn curves(pool: &mut Pool, results: &Results, named: &[u64], wanted: &[u64]) -> Result<Vec<(u64, Recording)>> {
+    let mut curves = Vec::new();
+    for run in named.iter().chain(wanted).copied().collect::<BTreeSet<_>>() {
+        if results.errors.contains_key(&run) {
+            eprintln!("warning: run {run} failed and has no curves");
+            continue;
+        }
+        let recording = pool.curve(results.point(run));
+        if pool.is_interrupted() {
+            bail!(Interrupted("all runs are kept; the same command with --resume writes the results".into()));
+        }
+        curves.push((run, recording.with_context(|| format!("the curves of run {run}"))?));
     }
-    recording.with_context(|| format!("the curves of run {run}"))
+    Ok(curves)
 }
 
 /// Writes the files of the results, in place of older ones.
-fn write(out: &Path, options: &Options, results: &Results, curves: &[(u64, Recording)]) -> Result<()> {
-    let folder = out.join("curves");
+fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     for old in [Format::Parquet.file(out), Format::Csv.file(out)] {
         if old != options.format.file(out) && old.exists() {
             fs::remove_file(&old).with_context(|| old.display().to_string())?;
         }
     }
-    if folder.exists() {
-        fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    for old in [out.join("curves"), out.join("pictures")] {
+        if old.exists() {
+            fs::remove_dir_all(&old).with_context(|| old.display().to_string())?;
+        }
     }
-    output::write(&options.format.file(out), options.format, results)?;
-    for (run, recording) in curves {
-        let file = folder.join(format!("run_{run}.csv"));
+    output::write(&options.format.file(out), options.format, report.results)?;
+    for (run, recording) in report.curves.iter().filter(|(run, _)| options.curves.contains(run)) {
+        let file = out.join("curves").join(format!("run_{run}.csv"));
         temporary::place(&file, |to| Ok(recording.write_csv(to)?), |_| Ok(()))?;
+    }
+    report::write(out, report)?;
+    if let Some(file) = &options.junit {
+        junit::write(file, report)?;
     }
     Ok(())
 }
 
-/// Says what is wrong with the runs.
+/// Says what is wrong with the runs, whose details the report has.
 fn judge(results: &Results, verdicts: &[(Expectation, Verdict)]) -> Result<()> {
     let (count, failed) = (results.count(), results.errors.len() as u64);
     if let Some((run, error)) = results.errors.first_key_value() {
@@ -282,20 +329,12 @@ fn judge(results: &Results, verdicts: &[(Expectation, Verdict)]) -> Result<()> {
         ensure!(failed < count, "{said}");
         eprintln!("warning: {said}");
     }
-    let mut problems = Vec::new();
-    for (_, verdict) in verdicts {
-        let Some(problem) = &verdict.problem else { continue };
-        problems.push(problem.clone());
-        for run in verdict.offending.iter().take(MOST_OFFENDING) {
-            let settings = results.coordinates.iter().zip(results.point(*run));
-            let settings: Vec<_> = settings.map(|(of, value)| format!("{} = {value:?}", of.name)).collect();
-            problems.push(format!("  run {run}: {}", settings.join(", ")));
-        }
-        if verdict.offending.len() > MOST_OFFENDING {
-            problems.push(format!("  and {} more runs", verdict.offending.len() - MOST_OFFENDING));
-        }
-    }
-    ensure!(problems.is_empty(), "{}", problems.join("\n"));
+    let problems = verdicts.iter().filter_map(|(expectation, verdict)| {
+        let problem = verdict.problem.as_ref()?;
+        Some(format!("{}: {problem}", expectation.text))
+    });
+    let problems: Vec<_> = problems.collect();
+    ensure!(problems.is_empty(), "{}", problems.join("; "));
     Ok(())
 }
 

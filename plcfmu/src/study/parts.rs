@@ -26,7 +26,7 @@ const HASH: usize = 32;
 const MOST_ROWS: usize = 1 << 18;
 
 /// A part is written after so much time at the latest, and in a long study after this share of its time.
-const LATEST: (Duration, u32) = (Duration::from_secs(2), 100);
+const LATEST: (Duration, u32) = (Duration::from_secs(1), 100);
 
 /// What a part says of itself.
 #[derive(Debug, Deserialize, Serialize, PartialEq)]
@@ -204,13 +204,24 @@ impl Collector<'_> {
     /// # Errors
     /// A part cannot be written.
     pub fn push(&mut self, run: u64, row: Row) -> Result<()> {
-        let due = self.written.elapsed() > LATEST.0.max(self.began.elapsed() / LATEST.1);
-        if due || self.rows.len() >= MOST_ROWS || self.first + self.rows.len() as u64 != run {
+        if self.is_due() || self.rows.len() >= MOST_ROWS || self.first + self.rows.len() as u64 != run {
             self.flush()?;
             self.first = run;
         }
         self.rows.push(row);
         Ok(())
+    }
+
+    /// Writes what there is if it has waited long enough.
+    ///
+    /// # Errors
+    /// The part cannot be written.
+    pub fn wait(&mut self) -> Result<()> {
+        if self.is_due() { self.flush() } else { Ok(()) }
+    }
+
+    fn is_due(&self) -> bool {
+        self.written.elapsed() > LATEST.0.max(self.began.elapsed() / LATEST.1)
     }
 
     /// Writes what there is.

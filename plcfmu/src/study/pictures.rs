@@ -318,7 +318,8 @@ fn cells(points: &[(f64, f64, f64)], top: f64) -> Vec<(f64, f64, f64)> {
 
 /// The scale of the colours.
 fn keys(of: &Quantity, low: f64, high: f64, is_binned: bool, absent: usize) -> (Vec<Key>, Vec<Label>) {
-    let text = |x: f64, anchor, text: String| Label { x: Pixels(x), text_x: Pixels(x), text_y: Pixels(40.0), anchor, text };
+    let text =
+        |x: f64, anchor, text: String| Label { x: Pixels(x), text_x: Pixels(x), text_y: Pixels(40.0), anchor, text };
     let is_lower_better = engine::study::summary::is_lower_better(&of.name);
     let (best, worst) = if is_lower_better { (low, high) } else { (high, low) };
     let (before, after) = if is_lower_better { ("≤", "≥") } else { ("≥", "≤") };
@@ -342,10 +343,7 @@ fn keys(of: &Quantity, low: f64, high: f64, is_binned: bool, absent: usize) -> (
         let runs = if absent == 1 { "run".into() } else { format!("{absent} runs") };
         let _ = write!(end, "; ×: {runs} without {}", of.name);
     }
-    let texts = vec![
-        text(LEFT, "start", best),
-        text(begin + LEVELS.len() as f64 * width + 8.0, "start", end),
-    ];
+    let texts = vec![text(LEFT, "start", best), text(begin + LEVELS.len() as f64 * width + 8.0, "start", end)];
     ((0..LEVELS.len()).map(key).collect(), texts)
 }
 
@@ -354,7 +352,12 @@ fn keys(of: &Quantity, low: f64, high: f64, is_binned: bool, absent: usize) -> (
 ///
 /// # Errors
 /// It cannot be drawn.
-pub fn curves(title: &str, signals: &Signals, figure: &Quantity, runs: &[(&str, u64, &Recording)]) -> Result<Option<String>> {
+pub fn curves(
+    title: &str,
+    signals: &Signals,
+    figure: &Quantity,
+    runs: &[(&str, u64, &Recording)],
+) -> Result<Option<String>> {
     let Some((_, _, first)) = runs.first() else { return Ok(None) };
     let rows = runs.iter().map(|(_, _, recording)| recording.times.len()).min().unwrap_or(0);
     let column = |name: &str| first.columns.iter().position(|column| column.name == name);
@@ -389,8 +392,12 @@ pub fn curves(title: &str, signals: &Signals, figure: &Quantity, runs: &[(&str, 
         }
         panels.push(Panel { label: label(name), curves });
     }
-    let own = ["min", "max", "mean", "last", "violation"].iter().find_map(|of| figure.name.strip_suffix(of)?.strip_suffix('.'));
-    let shown = |name: &&str| Some(*name) != signals.process_value.as_deref() && Some(*name) != signals.manipulated_value.as_deref();
+    let own = ["min", "max", "mean", "last", "violation"]
+        .iter()
+        .find_map(|of| figure.name.strip_suffix(of)?.strip_suffix('.'));
+    let shown = |name: &&str| {
+        Some(*name) != signals.process_value.as_deref() && Some(*name) != signals.manipulated_value.as_deref()
+    };
     for name in own.filter(shown).into_iter().chain(signals.manipulated_value.as_deref()) {
         panels.push(Panel { label: label(name), curves: of_each(name) });
     }

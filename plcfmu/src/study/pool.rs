@@ -4,7 +4,7 @@
 //! that announces which FMU it calls; if that ends too, the run's row has the reason, and the others go on.
 
 use crate::package::Package;
-use crate::study::process::{End, Starter, Worker};
+use crate::study::process::{End, Starter, TICK, Worker};
 use crate::study::worker::{self, FLUSH};
 use anyhow::{Context, Result, bail};
 use engine::run::Recording;
@@ -15,7 +15,7 @@ use modeldescription::Table;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, Sender};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -57,6 +57,32 @@ impl Options {
     }
 }
 
+/// Where rows go, in the order of their numbers.
+pub trait Sink {
+    /// The next row, with its number and point.
+    ///
+    /// # Errors
+    /// It cannot be kept: no more runs are made.
+    fn row(&mut self, number: u64, point: &[f64], row: Row) -> Result<()>;
+
+    /// There has been no row for a while.
+    ///
+    /// # Errors
+    /// As [`Sink::row`].
+    fn idle(&mut self) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// A function as a sink.
+struct Each<'a>(&'a mut dyn FnMut(u64, &[f64], Row) -> Result<()>);
+
+impl Sink for Each<'_> {
+    fn row(&mut self, number: u64, point: &[f64], row: Row) -> Result<()> {
+        (self.0)(number, point, row)
+    }
+}
+
 /// Worker processes for one job. They end when this is dropped.
 #[derive(Debug)]
 pub struct Pool {
@@ -75,25 +101,35 @@ struct Slot {
 }
 
 impl Pool {
-    /// Starts the first worker, which checks the job. The others start when they are needed.
+    /// Starts the first worker, which checks the job, and whether instances that were reset compute what new ones do: if not,
+    /// this is one of the experiment's warnings, and each run is made with new instances. The others start when they are needed.
     ///
     /// # Errors
     /// What is wrong with the job or with an FMU.
     pub fn start(job: &Job, options: &Options) -> Result<Pool> {
-        let starter = Starter {
+        let mut starter = Starter {
             program: options.program.clone(),
             job: serde_json::to_string(job)?,
             members: job.system.members.iter().map(|member| member.name.clone()).collect(),
+            renews: false,
             limit: options.limit,
             interrupted: options.interrupted.clone(),
         };
-        let (worker, interface) = starter.start(false)?;
+        let (mut worker, interface) = starter.start(false)?;
         let table = interface.as_deref().map(worker::table).transpose()?;
         let descriptions = job.system.members.iter().map(|member| Ok(Package::open(&member.path)?.description));
         let descriptions = descriptions.collect::<Result<Vec<_>>>()?;
-        let experiment = worker::experiment(job, &descriptions.iter().collect::<Vec<_>>(), table.as_ref())?;
+        let mut experiment = worker::experiment(job, &descriptions.iter().collect::<Vec<_>>(), table.as_ref())?;
         let mut slots: Vec<Slot> = (0..options.jobs.max(1)).map(|_| Slot::default()).collect();
-        slots[0].worker = Some(worker);
+        match worker.check_reset() {
+            Ok(warning) => {
+                starter.renews = warning.is_some();
+                experiment.warnings.extend(warning);
+                slots[0].worker = Some(worker);
+            }
+            // Nothing is known. Its runs will say why, if it was not an interruption.
+            Err(_) => starter.renews = true,
+        }
         Ok(Pool { experiment, table, starter, slots })
     }
 
@@ -112,20 +148,6 @@ impl Pool {
         self.starter.interrupted.load(Ordering::Relaxed)
     }
 
-    /// Finds out whether instances that were reset compute what new ones do. Says what the user should know if they do not.
-    ///
-    /// # Errors
-    /// The worker cannot be started.
-    pub fn check_reset(&mut self) -> Result<Option<String>> {
-        let slot = &mut self.slots[0];
-        let checked = slot.worker(&self.starter)?.check_reset();
-        if checked.is_err() {
-            // The runs themselves will say why.
-            slot.worker = None;
-        }
-        Ok(checked.ok().flatten())
-    }
-
     /// Makes `count` runs. `point` gives the point of each by its number, from 0; `each` gets the rows in this order. After an
     /// interruption it gets those that are there, and others are missing.
     ///
@@ -136,6 +158,19 @@ impl Pool {
         count: u64,
         point: &(dyn Fn(u64) -> Vec<f64> + Sync),
         each: &mut dyn FnMut(u64, &[f64], Row) -> Result<()>,
+    ) -> Result<()> {
+        self.rows_into(count, point, &mut Each(each))
+    }
+
+    /// The same for a sink that is also told when there are no rows for a while.
+    ///
+    /// # Errors
+    /// A worker cannot be started, or an error of the sink.
+    pub fn rows_into(
+        &mut self,
+        count: u64,
+        point: &(dyn Fn(u64) -> Vec<f64> + Sync),
+        sink: &mut dyn Sink,
     ) -> Result<()> {
         let width = (self.experiment.coordinates.len() + self.experiment.figures.len()).max(1) as u64;
         let shared = Shared {
@@ -162,7 +197,7 @@ impl Pool {
                 });
             }
             drop(sender);
-            let result = deliver(batches.into_iter(), &shared, each);
+            let result = deliver(&batches, &shared, sink);
             shared.stop();
             result
         })
@@ -201,6 +236,18 @@ struct Batch {
     rows: Vec<(Vec<f64>, Row)>,
 }
 
+impl Batch {
+    /// Gives the number of the run after the last.
+    fn hand_on(self, sink: &mut dyn Sink) -> Result<u64> {
+        let mut number = self.first;
+        for (point, row) in self.rows {
+            sink.row(number, &point, row)?;
+            number += 1;
+        }
+        Ok(number)
+    }
+}
+
 /// What the threads of the workers share.
 struct Shared {
     next: Mutex<Next>,
@@ -234,10 +281,7 @@ impl Shared {
             if next.first - next.delivered < self.most_waiting {
                 break;
             }
-            next = self
-                .moved
-                .wait_timeout(next, super::process::TICK)
-                .map_or_else(|error| error.into_inner().0, |of| of.0);
+            next = self.moved.wait_timeout(next, TICK).map_or_else(|error| error.into_inner().0, |of| of.0);
         }
         // The last chunks are small, so that all workers are busy until the end.
         let fair = (self.count - next.first).div_ceil(2 * self.jobs);
@@ -258,31 +302,25 @@ impl Shared {
 }
 
 /// Hands on rows in their order.
-fn deliver(
-    batches: impl Iterator<Item = Result<Batch>>,
-    shared: &Shared,
-    each: &mut dyn FnMut(u64, &[f64], Row) -> Result<()>,
-) -> Result<()> {
-    let mut hand_on = |batch: Batch| -> Result<u64> {
-        let mut number = batch.first;
-        for (point, row) in batch.rows {
-            each(number, &point, row)?;
-            number += 1;
-        }
-        Ok(number)
-    };
+fn deliver(batches: &Receiver<Result<Batch>>, shared: &Shared, sink: &mut dyn Sink) -> Result<()> {
     let (mut waiting, mut next) = (BTreeMap::new(), 0);
-    for batch in batches {
-        let batch = batch?;
-        waiting.insert(batch.first, batch);
-        while let Some(batch) = waiting.remove(&next) {
-            next = hand_on(batch)?;
+    loop {
+        match batches.recv_timeout(TICK) {
+            Ok(batch) => {
+                let batch = batch?;
+                waiting.insert(batch.first, batch);
+                while let Some(batch) = waiting.remove(&next) {
+                    next = batch.hand_on(sink)?;
+                }
+                shared.deliver(next);
+            }
+            Err(RecvTimeoutError::Timeout) => sink.idle()?,
+            Err(RecvTimeoutError::Disconnected) => break,
         }
-        shared.deliver(next);
     }
     // After an interruption.
     for batch in waiting.into_values() {
-        hand_on(batch)?;
+        batch.hand_on(sink)?;
     }
     Ok(())
 }
@@ -351,4 +389,60 @@ fn hand_in(sender: &Sender<Result<Batch>>, next: &mut u64, rows: Vec<(Vec<f64>, 
     *next += rows.len() as u64;
     // Whoever does not listen any more has an error already, and stops the others.
     let _ = sender.send(Ok(Batch { first, rows }));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shared(count: u64, jobs: u64, most_waiting: u64) -> Shared {
+        let next = Mutex::new(Next { first: 0, delivered: 0, is_over: false });
+        Shared { next, moved: Condvar::new(), count, jobs, most_waiting }
+    }
+
+    fn batch(first: u64, count: u64) -> Result<Batch> {
+        let rows = (first..first + count).map(|run| (vec![run as f64], Row { figures: vec![1.0], error: None }));
+        Ok(Batch { first, rows: rows.collect() })
+    }
+
+    fn delivered(batches: Vec<Result<Batch>>) -> (Result<()>, Vec<u64>) {
+        let (sender, receiver) = mpsc::channel();
+        batches.into_iter().for_each(|batch| sender.send(batch).unwrap());
+        drop(sender);
+        let mut numbers = Vec::new();
+        let mut each = |number: u64, point: &[f64], _: Row| {
+            assert_eq!(point, [number as f64]);
+            numbers.push(number);
+            Ok(())
+        };
+        (deliver(&receiver, &shared(10, 2, 100), &mut Each(&mut each)), numbers)
+    }
+
+    #[test]
+    fn rows_come_in_order_and_after_an_interruption_with_gaps() {
+        let (result, numbers) = delivered(vec![batch(4, 2), batch(0, 3), batch(8, 2), batch(3, 1)]);
+        result.unwrap();
+        assert_eq!(numbers, [0, 1, 2, 3, 4, 5, 8, 9]);
+    }
+
+    #[test]
+    fn a_worker_that_cannot_be_started_ends_it_all() {
+        let (result, numbers) = delivered(vec![batch(0, 1), Err(anyhow::anyhow!("no memory")), batch(1, 1)]);
+        assert_eq!((result.unwrap_err().to_string(), numbers), ("no memory".into(), vec![0]));
+    }
+
+    #[test]
+    fn the_last_chunks_are_small_and_each_run_is_handed_out_once() {
+        let (shared, never) = (shared(100, 2, 1000), AtomicBool::new(false));
+        let chunks: Vec<_> = std::iter::from_fn(|| shared.take(40, &never)).collect();
+        assert_eq!(chunks[0], 0..25);
+        assert!(
+            chunks
+                .windows(2)
+                .all(|pair| pair[0].end == pair[1].start && pair[1].clone().count() <= pair[0].clone().count())
+        );
+        assert_eq!(chunks.last().map(|chunk| chunk.clone()), Some(99..100));
+        never.store(true, Ordering::Relaxed);
+        assert_eq!(super::tests::shared(100, 2, 1000).take(40, &never), None);
+    }
 }

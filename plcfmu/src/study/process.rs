@@ -30,6 +30,8 @@ pub struct Starter {
     pub job: String,
     /// The names of its members.
     pub members: Vec<String>,
+    /// Each run is made with new instances.
+    pub renews: bool,
     /// How long one run may take.
     pub limit: Duration,
     /// Nothing is waited for when this becomes true.
@@ -70,7 +72,7 @@ impl Starter {
     /// What is wrong with the job or with an FMU.
     pub fn start(&self, announces: bool) -> Result<(Worker, Option<String>)> {
         let mut worker = self.spawn()?;
-        worker.send(&Request::Begin { job: self.job.clone(), announces });
+        worker.send(&Request::Begin { job: self.job.clone(), announces, renews: self.renews });
         match worker.reply() {
             Ok(Reply::Ready(interface)) => {
                 worker.announces = announces;

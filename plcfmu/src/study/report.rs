@@ -62,7 +62,9 @@ pub fn main_figure(job: &Job, figures: &[Quantity]) -> Result<Option<usize>> {
     let names = || figures.iter().map(|figure| figure.name.as_str());
     match near(main, names()) {
         Some(near) => bail!("main = {main:?}: the study has no such figure; did you mean {near}?"),
-        None => bail!("main = {main:?}: the study has no such figure; there are {}", names().collect::<Vec<_>>().join(", ")),
+        None => {
+            bail!("main = {main:?}: the study has no such figure; there are {}", names().collect::<Vec<_>>().join(", "))
+        }
     }
 }
 
@@ -153,8 +155,9 @@ fn file_name(name: &str) -> String {
 
 /// A text without the control characters that XML and HTML forbid.
 pub(crate) fn printable(text: &str) -> String {
-    let is_forbidden =
-        |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t') || matches!(letter, '\u{fffe}' | '\u{ffff}');
+    let is_forbidden = |letter: char| {
+        letter.is_control() && !matches!(letter, '\n' | '\t') || matches!(letter, '\u{fffe}' | '\u{ffff}')
+    };
     text.chars().map(|letter| if is_forbidden(letter) { '\u{fffd}' } else { letter }).collect()
 }
 
@@ -219,7 +222,8 @@ pub fn text(report: &Report) -> String {
     text.push('\n');
     let mut rows = vec![["", "5 %", "median", "95 %", "worst", "run"].map(str::to_string)];
     for of in &summary.figures {
-        let percent = |wanted: f64| of.percentiles.iter().find(|(percent, _)| *percent == wanted).map(|(_, value)| *value);
+        let percent =
+            |wanted: f64| of.percentiles.iter().find(|(percent, _)| *percent == wanted).map(|(_, value)| *value);
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_string(), short);
         let worst = of.worst.first();
         let value = worst.map(|run| report.results.figures_of(*run)[of_column(summary, of)]);

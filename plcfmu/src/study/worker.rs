@@ -46,6 +46,8 @@ pub enum Request {
         job: String,
         /// Say before each call which FMU is called. This takes much longer.
         announces: bool,
+        /// Make each run with new instances.
+        renews: bool,
     },
     /// Make the runs of these points.
     Rows(Vec<Vec<f64>>),
@@ -108,21 +110,23 @@ pub fn run(options: &Options) -> Result<()> {
     let output = Output(Rc::new(RefCell::new((standard_output::take().context("standard output")?, None))));
     let (messages, at_work) = framing::input();
     let mut messages = messages.into_iter().map(|message| Ok(postcard::from_bytes::<Request>(&message)?));
-    let Some(Request::Begin { job, announces }) = messages.next().transpose()? else { bail!("there is no job") };
+    let Some(Request::Begin { job, announces, renews }) = messages.next().transpose()? else {
+        bail!("there is no job")
+    };
     match begin(&job, &options.folder, &output) {
         Err(error) => output.send(&Reply::Refused(format!("{error:#}")))?,
         Ok((fmus, experiment, interface)) => {
             output.send(&Reply::Ready(interface))?;
+            let begin = Serving { experiment, renews, flush: if announces { Duration::ZERO } else { FLUSH } };
             if announces {
                 let instantiate = |member: usize| {
                     output.at(member)?;
                     Ok(Announced { instance: fmus.instantiate(member)?, member, output: output.clone() })
                 };
-                // Each row at once: the other side knows which run was under way.
-                serve(Executor::new(experiment), messages, &output, Duration::ZERO, instantiate)?;
+                begin.serve(messages, &output, instantiate)?;
             } else {
                 let instantiate = |member| fmus.instantiate(member);
-                serve(Executor::new(experiment), messages, &output, FLUSH, instantiate)?;
+                begin.serve(messages, &output, instantiate)?;
             }
         }
     }
@@ -158,38 +162,51 @@ fn begin(job: &str, folder: &Path, output: &Output) -> Result<(Fmus, Experiment,
     Ok((fmus, experiment, interface))
 }
 
-/// Answers the requests, until there are no more. Rows wait for others no longer than `flush`.
-fn serve<C: Reset>(
-    mut executor: Executor<C>,
-    requests: impl Iterator<Item = Result<Request>>,
-    output: &Output,
+/// How requests are answered.
+struct Serving {
+    experiment: Experiment,
+    renews: bool,
+    /// How long rows wait for others. They do not while calls are announced: the other side then knows which run is under way.
     flush: Duration,
-    mut instantiate: impl FnMut(usize) -> Result<C>,
-) -> Result<()> {
-    for request in requests {
-        match request? {
-            Request::Begin { .. } => bail!("there is a job already"),
-            Request::CheckReset => output.send(&Reply::Reset(executor.check_reset(&mut instantiate)))?,
-            Request::Curve(point) => match executor.recording(&point, &mut instantiate) {
-                Ok(recording) => output.send(&Reply::Curve(recording))?,
-                Err(error) => output.send(&Reply::Refused(format!("{error:#}")))?,
-            },
-            Request::Rows(points) => {
-                let (mut rows, mut flushed) = (Vec::new(), Instant::now());
-                for point in &points {
-                    rows.push(executor.row(point, &mut instantiate));
-                    if flushed.elapsed() >= flush {
-                        output.send(&Reply::Rows(std::mem::take(&mut rows)))?;
-                        flushed = Instant::now();
+}
+
+impl Serving {
+    /// Answers the requests, until there are no more.
+    fn serve<C: Reset>(
+        self,
+        requests: impl Iterator<Item = Result<Request>>,
+        output: &Output,
+        mut instantiate: impl FnMut(usize) -> Result<C>,
+    ) -> Result<()> {
+        let mut executor = Executor::new(self.experiment);
+        if self.renews {
+            executor.renew();
+        }
+        for request in requests {
+            match request? {
+                Request::Begin { .. } => bail!("there is a job already"),
+                Request::CheckReset => output.send(&Reply::Reset(executor.check_reset(&mut instantiate)))?,
+                Request::Curve(point) => match executor.recording(&point, &mut instantiate) {
+                    Ok(recording) => output.send(&Reply::Curve(recording))?,
+                    Err(error) => output.send(&Reply::Refused(format!("{error:#}")))?,
+                },
+                Request::Rows(points) => {
+                    let (mut rows, mut flushed) = (Vec::new(), Instant::now());
+                    for point in &points {
+                        rows.push(executor.row(point, &mut instantiate));
+                        if flushed.elapsed() >= self.flush {
+                            output.send(&Reply::Rows(std::mem::take(&mut rows)))?;
+                            flushed = Instant::now();
+                        }
                     }
-                }
-                if !rows.is_empty() {
-                    output.send(&Reply::Rows(rows))?;
+                    if !rows.is_empty() {
+                        output.send(&Reply::Rows(rows))?;
+                    }
                 }
             }
         }
+        Ok(())
     }
-    Ok(())
 }
 
 /// Where replies go, with the member that was announced last.

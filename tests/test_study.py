@@ -1,0 +1,177 @@
+"""`plcfmu study` as a user sees it: the same bytes however the runs are split, interrupted or not; FMUs that refuse, crash or
+hang cost their own run and nothing else; an expectation that is not met is exit code 1."""
+
+import csv
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+
+import pytest
+
+import host
+
+LOOP = """
+step = 1.0
+stop = 60.0
+[fmus]
+C = "CONT_C.fmu"
+P = "HEATER.fmu"
+[connections]
+C.LMN = "P.POWER"
+P.TEMP = "C.PV_IN"
+[settings]
+C = { MAN_ON = false, SP_INT = 30.0, GAIN = 2.0, TI = 10.0, CYCLE = 1.0 }
+P.CYCLE = 1.0
+"""
+STUDY = """
+loop = "loop.toml"
+samples = 15
+seed = 7
+[[axes]]
+variable = "C.GAIN"
+range = { from = 1, to = 3, count = 3 }
+[[axes]]
+variable = "P.FURN_TM"
+relative = true
+normal = { mean = 1, deviation = 0.1, min = 0.5 }
+"""
+FAULTS = """
+loop = "faulty.toml"
+[[axes]]
+variable = "C.GAIN"
+range = { from = 1, to = 2, count = 2 }
+[[axes]]
+variable = "P.FAULT"
+values = [0, 1, 3, 4]
+"""
+
+
+@pytest.fixture
+def study(command, tmp_path):
+    """Runs `plcfmu study` in a folder with a study, and checks that it leaves no temporary files."""
+    (tmp_path / "loop.toml").write_text(LOOP)
+    (tmp_path / "study.toml").write_text(STUDY)
+    (tmp_path / "tmp").mkdir()
+    environment = {**os.environ, "TMPDIR": str(tmp_path / "tmp")}
+
+    def study(*arguments, fmus=host.FOLDER, file="study.toml", wait=True):
+        given = [command, "study", file, *map(str, arguments)]
+        given += ["--fmus", str(fmus)] if fmus else []
+        process = subprocess.Popen(
+            given, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        if not wait:
+            return process
+        output, errors = process.communicate()
+        assert list((tmp_path / "tmp").iterdir()) == [], "temporary files are left"
+        return subprocess.CompletedProcess(given, process.returncode, output, errors)
+
+    return study
+
+
+@pytest.fixture
+def with_faulty(faulty, tmp_path):
+    """A study of a loop with tests/foreign/faulty.c, whose folder of FMUs it gives."""
+    folder = tmp_path / "fmus"
+    folder.mkdir()
+    for path in [host.FOLDER / "CONT_C.fmu", faulty]:
+        (folder / path.name).symlink_to(path)
+    loop = LOOP.replace("HEATER", "FAULTY").replace("POWER", "U").replace("TEMP", "Y").replace("P.CYCLE = 1.0", "P.AT = 5")
+    (tmp_path / "faulty.toml").write_text(loop)
+    (tmp_path / "faults.toml").write_text(FAULTS)
+    return folder
+
+
+def rows(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_the_bytes_do_not_depend_on_how_the_runs_are_split(study, tmp_path):
+    for name, arguments in {"one": ["--jobs=1"], "two": ["--jobs=2", "--curves=3,44"]}.items():
+        done = study(f"--out={name}", "--format=csv", *arguments)
+        assert done.returncode == 0, done.stderr
+    done = study("--bundle=bundle")
+    assert done.returncode == 0 and json.loads((tmp_path / "bundle/study.json").read_text())["runs"] == 45
+    # The bundle has all that it needs.
+    parts = {"0-20": ("bundle/study.json", None), "20-45": ("study.toml", host.FOLDER)}
+    for name, (file, fmus) in parts.items():
+        done = study(f"--runs={name.replace('-', '..')}", f"--part=parts/parts/{name}.part", file=file, fmus=fmus)
+        assert done.returncode == 0, done.stderr
+    done = study("--out=parts", "--resume", "--format=csv")
+    assert done.returncode == 0, done.stderr
+    one = (tmp_path / "one/runs.csv").read_bytes()
+    assert one == (tmp_path / "two/runs.csv").read_bytes() == (tmp_path / "parts/runs.csv").read_bytes()
+    assert not (tmp_path / "parts/parts").exists(), "the parts go when the results are there"
+
+    table = rows(tmp_path / "one/runs.csv")
+    assert [row["C.GAIN"] for row in table[::15]] == ["1.0", "2.0", "3.0"]
+    assert len({row["P.FURN_TM"] for row in table}) == 15, "each point of the grid has the same samples"
+    assert all(float(row["iae"]) > 0.0 and row["error"] == "" for row in table)
+    curves = rows(tmp_path / "two/curves/run_44.csv")
+    assert len(curves) == 60 and float(curves[-1]["C.PV_IN"]) > 20.0
+    assert (tmp_path / "two/curves/run_3.csv").exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals and cc")
+def test_an_fmu_that_fails_costs_its_own_run(study, with_faulty, tmp_path):
+    done = study("--out=out", "--format=csv", file="faults.toml", fmus=with_faulty)
+    assert done.returncode == 0, done.stderr
+    assert "warning: 6 of 8 runs failed; the first is run 1: P crashed: signal 6 (abort), twice" in done.stderr
+    errors = [row["error"] for row in rows(tmp_path / "out/runs.csv")]
+    assert errors[:2] == ["", "P crashed: signal 6 (abort), twice"]
+    assert errors[2].startswith("P: ") and errors[2].endswith("the sensor is broken")
+    assert errors[3] == "P ended its process with exit code 3, twice"
+    assert errors[4:] == errors[:4]
+
+
+def test_an_expectation_that_is_not_met_is_exit_code_1(study, tmp_path):
+    # A run takes a while to reach the setpoint: the second expectation is met.
+    done = study("--out=out", "--expect=iae < 1 s", "--expect=max(peak) > 0", "--junit=junit.xml", "--runs=0..3", "--part=x")
+    assert done.returncode == 2, "--part comes with no expectations"
+    done = study("--out=out", "--expect=iae < 1 s", "--expect=max(peak) > 0", "--junit=junit.xml")
+    assert done.returncode == 1
+    assert "error: iae < 1 s: 45 of 45 runs do not keep to it" in done.stderr
+    assert "C.GAIN = " in done.stdout and "met: max(peak) > 0" in done.stdout
+    assert (tmp_path / "out/runs.parquet").exists() and (tmp_path / "out/summary.html").exists()
+    assert 'failures="1"' in (tmp_path / "junit.xml").read_text()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals and cc")
+def test_a_study_that_was_interrupted_goes_on(study, with_faulty, tmp_path):
+    (tmp_path / "hangs.toml").write_text(FAULTS.replace("[0, 1, 3, 4]", "[0, 0, 2]"))
+    once = ["--out=once", "--limit=1", "--format=csv"]
+    done = study(*once, file="hangs.toml", fmus=with_faulty)
+    assert done.returncode == 0, done.stderr
+    assert "an FMU computes something else after fmi2Reset than a new instance does" in done.stderr
+    process = study("--out=out", "--format=csv", "--jobs=1", file="hangs.toml", fmus=with_faulty, wait=False)
+    while not list((tmp_path / "out").glob("parts/*.part")):
+        assert process.poll() is None, process.communicate()
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate()
+    assert process.returncode == 130
+    # The third run never returns. The second may not have been sent before.
+    kept = r"interrupted: [12] of 6 runs are kept; the same command with --resume makes the others"
+    assert re.search(kept, errors), errors
+    assert not (tmp_path / "out/runs.csv").exists()
+    done = study("--out=out", "--format=csv", "--limit=1", "--resume", file="hangs.toml", fmus=with_faulty)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "out/runs.csv").read_bytes() == (tmp_path / "once/runs.csv").read_bytes()
+    assert [row["error"] for row in rows(tmp_path / "out/runs.csv")] == ["", "", "P did not return within 1 s, twice"] * 2
+
+
+def test_parquet_has_the_values_of_the_csv(study, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    assert study("--out=out", "--format=csv").returncode == 0
+    expected = rows(tmp_path / "out/runs.csv")
+    assert study("--out=out").returncode == 0
+    assert not (tmp_path / "out/runs.csv").exists(), "the results of before are replaced"
+    table = parquet.read_table(tmp_path / "out/runs.parquet")
+    assert json.loads(table.schema.metadata[b"units"])["P.FURN_TM"] == "s"
+    shown = ["" if value is None else str(value) for row in table.to_pylist() for value in row.values()]
+    assert [float(value) if value else None for value in shown] == [
+        float(value) if value else None for row in expected for value in row.values()
+    ]
