@@ -138,9 +138,11 @@ def study(
             name=error.name,
         ) from error
     program = command()
-    given = ["study", str(path), f"--limit={limit}"]
+    given = ["study", str(path), f"--limit={limit}", *(f"--expect={text}" for text in expect)]
     if fmus is not None:
         given.append(f"--fmus={fmus}")
+    if curves:
+        given.append(f"--curves={','.join(map(str, curves))}")
     with tempfile.TemporaryDirectory() as scratch:
         bundle = pathlib.Path(scratch) / "bundle"
         _call(program, *given, f"--bundle={bundle}")
@@ -159,24 +161,21 @@ def study(
                 raise
             except Exception as error:
                 raise StudyError(f"{error}; {parts}") from error
-    wanted = [f"--out={folder}", "--resume", f"--format={format}", *(f"--expect={text}" for text in expect)]
-    if curves:
-        wanted.append(f"--curves={','.join(map(str, curves))}")
-    done = called(program, *given, *wanted)
+    done = called(program, *given, f"--out={folder}", "--resume", f"--format={format}")
     # The parts are removed when all files are written; what the command then says of the runs is in the summary.
     if done.returncode != 0 and parts.folder.exists():
         raise StudyError(f"{reason(done)}; {parts}")
-    for line in re.findall(r"^(?:warning|remark): .*", done.stderr, re.MULTILINE):
-        LOGGER.warning("%s", line)
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     return StudyResult(folder, summary)
 
 
 def _call(program: pathlib.Path, *arguments: str) -> str:
-    """What the command says. Raises StudyError with its error if it fails."""
+    """What the command says; its warnings go to the logger. Raises StudyError with its error if it fails."""
     done = called(program, *arguments)
     if done.returncode != 0:
         raise StudyError(reason(done))
+    for line in done.stderr.strip().splitlines():
+        LOGGER.warning("%s", line)
     return done.stdout.strip()
 
 

@@ -230,10 +230,9 @@ def failure(result: Any) -> str:
     """Why a task has no result: the exception that it ended with."""
     error = result[1] if isinstance(result, tuple) else result
     if isinstance(error, KilledWorker):
-        return (
-            f"{error.allowed_failures + 1} workers died while they ran it, the last of them {error.last_worker.address}: "
-            "see their logs (memory?)"
-        )
+        died = error.allowed_failures + 1
+        count = "1 worker died while it ran it" if died == 1 else f"{died} workers died while they ran it"
+        return f"{count}: the logs say why, the last one is that of {error.last_worker.address} (was there enough memory?)"
     return str(error) or type(error).__name__
 
 
