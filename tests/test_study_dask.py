@@ -198,7 +198,7 @@ def test_a_worker_that_is_killed_costs_no_run_and_doubles_none(tolerance, expect
     )
     before = client.run(os.getpid)
     with concurrent.futures.ThreadPoolExecutor() as threads:
-        study = threads.submit(run, tolerance, tmp_path / "out", client)
+        study = threads.submit(run, tolerance, tmp_path / "out", client.scheduler.address)
 
         def unblock(_):
             # If the study ends before any worker has said so, the test must not wait for one.
