@@ -139,6 +139,8 @@ def between(stage, monkeypatch, command):
 
 @pytest.fixture
 def client(stage):
+    """A client of the four, of which a test before may have killed one."""
+    stage[1].wait_for_workers(4)
     return stage[1]
 
 
