@@ -75,6 +75,7 @@ class Site:
         self.reference()
         self.need("README.md")
         self.need("docs/tool.md")
+        self.need("docs/studies.md")
         while self.pending:
             source = self.pending.pop()
             if (ROOT / source).is_dir():

@@ -295,7 +295,8 @@ pub fn with_unit(value: f64, of: &Quantity) -> String {
     }
 }
 
-fn runs_text(count: u64) -> String {
+/// A number of runs: `1 run`, `2 runs`.
+pub fn runs_text(count: u64) -> String {
     if count == 1 { "1 run".into() } else { format!("{count} runs") }
 }
 

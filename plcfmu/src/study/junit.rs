@@ -85,7 +85,7 @@ mod tests {
         let text = listed(&Sample::new(&[]).results, 4, (0..4).cycle().take(12).map(|run| (run, "x".to_string())));
         assert_eq!(text.matches("run ").count(), 10);
         let text = listed(&Sample::new(&[]).results, 12, (0..4).cycle().take(12).map(|run| (run, "x".to_string())));
-        assert!(text.ends_with("\nand 2 more runs"), "{text}");
+        assert!(text.ends_with("\nand 2 more"), "{text}");
     }
 
     #[test]

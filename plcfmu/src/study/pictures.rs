@@ -11,9 +11,10 @@ use askama::Template;
 use engine::digits::short;
 use engine::run::Recording;
 use engine::study::Signals;
-use engine::study::expect::with_unit;
+use engine::study::expect::{runs_text, with_unit};
 use engine::study::results::{Quantity, Results};
-use engine::study::summary::{Distribution, Summary, percentile};
+use engine::study::summary::{Distribution, Summary, is_lower_better, percentile};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 // In pixels.
@@ -77,10 +78,47 @@ struct Label {
     text: String,
 }
 
+/// A scale, of the values or of their logarithms.
+struct Axis {
+    scale: Scale,
+    is_logarithmic: bool,
+}
+
+impl Axis {
+    /// All values, with some room. Logarithms are of values above 0.
+    fn around(values: impl Iterator<Item = f64> + Clone, is_logarithmic: bool) -> Axis {
+        let is_logarithmic = is_logarithmic && values.clone().all(|value| value > 0.0);
+        let scale = Scale::around(values.map(|value| if is_logarithmic { value.log10() } else { value }));
+        Axis { scale, is_logarithmic }
+    }
+
+    fn part(&self, value: f64) -> f64 {
+        self.scale.part(if self.is_logarithmic { value.log10() } else { value })
+    }
+
+    /// Round numbers within, about `count` of them; of logarithms 1, 2, 5, 10 and so on.
+    fn ticks(&self, count: f64) -> Vec<f64> {
+        if !self.is_logarithmic {
+            return self.scale.ticks(count);
+        }
+        let decades = self.scale.from.floor() as i32..=self.scale.to.ceil() as i32;
+        let are_few = self.scale.to - self.scale.from <= 4.0;
+        let factors: &[f64] = if are_few { &[1.0, 2.0, 5.0] } else { &[1.0] };
+        let all = decades.flat_map(|decade| factors.iter().map(move |factor| factor * 10f64.powi(decade)));
+        all.filter(|tick| (0.0..=1.0).contains(&self.part(*tick))).collect()
+    }
+}
+
+impl From<Scale> for Axis {
+    fn from(scale: Scale) -> Axis {
+        Axis { scale, is_logarithmic: false }
+    }
+}
+
 /// Where values are in a drawing.
 struct Place {
-    horizontal: Scale,
-    vertical: Scale,
+    horizontal: Axis,
+    vertical: Axis,
     top: f64,
     height: f64,
 }
@@ -159,8 +197,8 @@ pub fn histogram(distribution: &Distribution, values: impl Iterator<Item = f64>)
     let most = counts.iter().copied().max().unwrap_or(0);
     let place = Place {
         // A quarter of a bar on both sides.
-        horizontal: Scale { from: (first - 0.25) * width, to: (last + 1.25) * width },
-        vertical: Scale { from: 0.0, to: most as f64 * 1.05 },
+        horizontal: Scale { from: (first - 0.25) * width, to: (last + 1.25) * width }.into(),
+        vertical: Scale { from: 0.0, to: most as f64 * 1.05 }.into(),
         top: HISTOGRAM.0,
         height: HISTOGRAM.1,
     };
@@ -181,10 +219,7 @@ pub fn histogram(distribution: &Distribution, values: impl Iterator<Item = f64>)
         Some(Label { x: Pixels(x), text_x: Pixels(text_x), text_y, anchor, text })
     };
     let marks = [5.0, 50.0, 95.0].into_iter().enumerate().filter_map(mark).collect();
-    let title = match values.len() {
-        1 => format!("{} of 1 run", distribution.figure.name),
-        count => format!("{} of {count} runs", distribution.figure.name),
-    };
+    let title = format!("{} of {}", distribution.figure.name, runs_text(values.len() as u64));
     let mut frame = place.frame(title, axis(&distribution.figure), "runs".into());
     frame.rows.retain(|tick| !tick.label.contains('.'));
     Ok(Some(Histogram { frame, bars, marks }.render()?))
@@ -210,7 +245,8 @@ fn bar_width(values: &[f64]) -> Option<f64> {
 struct Scatter {
     frame: Frame,
     classes: Vec<Class>,
-    is_binned: bool,
+    /// Cells in place of points.
+    has_cells: bool,
     diameter: Pixels,
     /// A path of crosses.
     absent: String,
@@ -233,67 +269,77 @@ struct Key {
 }
 
 /// The runs over the two coordinates that correlate most with a figure, coloured by it; over one coordinate if there
-/// is but one, with the figure as the height. None if nothing varies or no run has the figure.
+/// is but one, with the figure as the height. None if nothing varies or no run has the figure. `logarithmic` says of
+/// each coordinate whether its axis shows logarithms.
 ///
-/// The colours divide the range from the percentile 5 to the percentile 95 evenly. More than 4000 points are put together
-/// in cells with the mean of their runs.
+/// The colours divide the range from the percentile 5 to the percentile 95 evenly. Runs at the same place are one point with their
+/// mean; more than 4000 points are put together in cells.
 ///
 /// # Errors
 /// It cannot be drawn.
-pub fn scatter(results: &Results, summary: &Summary, figure: usize) -> Result<Option<String>> {
-    let distribution = &summary.figures[figure];
-    let of = &distribution.figure;
+pub fn scatter(results: &Results, summary: &Summary, figure: usize, logarithmic: &[bool]) -> Result<Option<String>> {
+    let of = &summary.figures[figure].figure;
     let coordinates = summary.strongest(figure);
     let Some(&first) = coordinates.first() else { return Ok(None) };
+    let second = coordinates.get(1).copied();
     let value = |run: u64| results.figures_of(run)[figure];
     let mut values: Vec<f64> = results.figure(figure).filter(|value| is_drawn(*value)).collect();
     values.sort_unstable_by(f64::total_cmp);
     let (Some(low), Some(high)) = (percentile(&values, 5.0), percentile(&values, 95.0)) else { return Ok(None) };
     let at = |run: u64| {
         let point = results.point(run);
-        (point[first], coordinates.get(1).map_or_else(|| value(run), |second| point[*second]))
+        (point[first], second.map_or_else(|| value(run), |second| point[second]))
     };
-    let runs = || (0..results.count()).map(|run| (at(run), value(run)));
-    let all = || runs().map(|(at, _)| at).filter(|(x, y)| is_drawn(*x) && is_drawn(*y));
+    let runs = (0..results.count()).map(|run| (at(run), value(run)));
+    let runs = runs.filter(|((x, y), _)| is_drawn(*x) && is_drawn(*y));
+    let is_logarithmic = |coordinate: usize| logarithmic.get(coordinate).copied().unwrap_or(false);
     let place = Place {
-        horizontal: Scale::around(all().map(|(x, _)| x)),
-        vertical: Scale::around(all().map(|(_, y)| y)),
+        horizontal: Axis::around(runs.clone().map(|((x, _), _)| x), is_logarithmic(first)),
+        vertical: Axis::around(runs.clone().map(|((_, y), _)| y), second.is_some_and(is_logarithmic)),
         top: SCATTER.0,
         height: SCATTER.1,
     };
-    let points = runs().filter(|((x, y), value)| is_drawn(*x) && is_drawn(*y) && is_drawn(*value));
+    let points = runs.clone().filter(|(_, value)| is_drawn(*value));
     let points: Vec<(f64, f64, f64)> = points.map(|((x, y), value)| (place.x(x), place.y(y), value)).collect();
-    let is_binned = points.len() > MOST_POINTS;
+    let mut drawn = cells(&points, 0.01, place.top);
+    let is_binned = drawn.len() > MOST_POINTS;
+    let size = if is_binned { Some((CELL, CELL)) } else { pitch(&drawn) };
+    if is_binned {
+        drawn = cells(&points, CELL, place.top);
+        drawn.iter_mut().for_each(|(x, y, _)| (*x, *y) = (*x + CELL / 2.0, *y + CELL / 2.0));
+    }
     let level = |value: f64| {
         let part = if high > low { (value - low) / (high - low) } else { 0.5 };
-        let part = if engine::study::summary::is_lower_better(&of.name) { part } else { 1.0 - part };
+        let part = if is_lower_better(&of.name) { part } else { 1.0 - part };
         ((part * LEVELS.len() as f64) as usize).min(LEVELS.len() - 1)
     };
     let mut paths = vec![String::new(); LEVELS.len()];
-    if is_binned {
-        for (x, y, value) in cells(&points, place.top) {
-            let (x, y) = (Pixels(x), Pixels(y));
-            write!(paths[level(value)], "M{x} {y}h{CELL}v{CELL}h-{CELL}z")?;
-        }
-    } else {
-        for (x, y, value) in &points {
-            write!(paths[level(*value)], "M{} {}h0", Pixels(*x), Pixels(*y))?;
+    for (x, y, value) in &drawn {
+        let path = &mut paths[level(*value)];
+        match size {
+            Some((width, height)) => {
+                let (left, top) = (Pixels(x - width / 2.0), Pixels(y - height / 2.0));
+                let (width, height) = (Pixels(width), Pixels(height));
+                write!(path, "M{left} {top}h{width}v{height}h-{width}z")?;
+            }
+            None => write!(path, "M{} {}h0", Pixels(*x), Pixels(*y))?,
         }
     }
     let class = |(level, path): (usize, String)| Class { number: level + 1, color: LEVELS[level], path };
     let classes = paths.into_iter().enumerate().filter(|(_, path)| !path.is_empty()).map(class).collect();
-    let without = runs().filter(|((x, y), value)| is_drawn(*x) && is_drawn(*y) && !is_drawn(*value));
+    let without = runs.filter(|(_, value)| !is_drawn(*value));
     let mut absent = String::new();
-    for ((x, y), _) in without.take(MOST_ABSENT) {
+    for ((x, y), _) in without.clone().take(MOST_ABSENT) {
         write!(absent, "M{} {}l6 6m0-6l-6 6", Pixels(place.x(x) - 3.0), Pixels(place.y(y) - 3.0))?;
     }
-    let others = results.count() as usize - points.len();
-    let (keys, key_texts) = keys(of, low, high, is_binned, if absent.is_empty() { 0 } else { others });
-    let vertical = coordinates.get(1).map_or(of, |second| &results.coordinates[*second]);
+    let mean_of = (drawn.len() < points.len()).then_some(if size.is_some() { "a cell" } else { "a point" });
+    let (keys, key_texts) = keys(of, low, high, mean_of, without.count());
+    let vertical = second.map_or(of, |second| &results.coordinates[second]);
     let title = format!("{} over {}", axis(of), coordinates_text(results, &coordinates));
     let frame = place.frame(title, axis(&results.coordinates[first]), axis(vertical));
-    let diameter = Pixels(if points.len() > 500 { 4.0 } else { 7.0 });
-    let drawing = Scatter { frame, classes, is_binned, diameter, absent, keys, key_y: Pixels(36.0), key_texts };
+    let diameter = Pixels(if drawn.len() > 500 { 5.0 } else { 8.0 });
+    let drawing =
+        Scatter { frame, classes, has_cells: size.is_some(), diameter, absent, keys, key_y: Pixels(36.0), key_texts };
     Ok(Some(drawing.render()?))
 }
 
@@ -302,48 +348,58 @@ fn coordinates_text(results: &Results, coordinates: &[usize]) -> String {
     names.join(" and ")
 }
 
-/// The cells with points: left, top and the mean of their values, column by column.
-fn cells(points: &[(f64, f64, f64)], top: f64) -> Vec<(f64, f64, f64)> {
-    let mut cells = std::collections::BTreeMap::<(i64, i64), (f64, f64)>::new();
+/// The cells of this size that have points: left, top and the mean of their values, column by column.
+fn cells(points: &[(f64, f64, f64)], size: f64, top: f64) -> Vec<(f64, f64, f64)> {
+    let mut cells = BTreeMap::<(i64, i64), (f64, f64)>::new();
     for (x, y, value) in points {
-        let cell = (((x - LEFT) / CELL).floor() as i64, ((y - top) / CELL).floor() as i64);
+        let cell = (((x - LEFT) / size).floor() as i64, ((y - top) / size).floor() as i64);
         let (sum, count) = cells.entry(cell).or_default();
         (*sum, *count) = (*sum + value, *count + 1.0);
     }
     let place = |((column, row), (sum, count)): ((i64, i64), (f64, f64))| {
-        (LEFT + column as f64 * CELL, top + row as f64 * CELL, sum / count)
+        (LEFT + column as f64 * size, top + row as f64 * size, sum / count)
     };
     cells.into_iter().map(place).collect()
 }
 
-/// The scale of the colours.
-fn keys(of: &Quantity, low: f64, high: f64, is_binned: bool, absent: usize) -> (Vec<Key>, Vec<Label>) {
-    let text =
-        |x: f64, anchor, text: String| Label { x: Pixels(x), text_x: Pixels(x), text_y: Pixels(40.0), anchor, text };
-    let is_lower_better = engine::study::summary::is_lower_better(&of.name);
-    let (best, worst) = if is_lower_better { (low, high) } else { (high, low) };
-    let (before, after) = if is_lower_better { ("≤", "≥") } else { ("≥", "≤") };
-    let best = format!("{before} {}", short(best));
-    let begin = LEFT + best.chars().count() as f64 * 7.0 + 8.0;
-    let width = 26.0;
+/// The size of the cells of a grid with a point at each place; none if the points are no such grid, or too close.
+fn pitch(points: &[(f64, f64, f64)]) -> Option<(f64, f64)> {
+    let along = |place: fn(&(f64, f64, f64)) -> f64| {
+        let mut places: Vec<f64> = points.iter().map(place).collect();
+        places.sort_unstable_by(f64::total_cmp);
+        places.dedup();
+        let least = places.windows(2).map(|pair| pair[1] - pair[0]).reduce(f64::min);
+        (places.len(), least.filter(|pitch| *pitch >= CELL))
+    };
+    let ((columns, width), (rows, height)) = (along(|point| point.0), along(|point| point.1));
+    (columns * rows == points.len()).then_some(())?;
+    Some((width?, height?))
+}
+
+/// The scale of the colours, and what the marks are.
+fn keys(of: &Quantity, low: f64, high: f64, mean_of: Option<&str>, absent: usize) -> (Vec<Key>, Vec<Label>) {
+    let label =
+        |x: f64, text: String| Label { x: Pixels(x), text_x: Pixels(x), text_y: Pixels(40.0), anchor: "start", text };
+    let (best, worst) = if is_lower_better(&of.name) {
+        (format!("≤ {}", short(low)), format!("≥ {}", with_unit(high, of)))
+    } else {
+        (format!("≥ {}", short(high)), format!("≤ {}", with_unit(low, of)))
+    };
+    let (begin, width) = (LEFT + best.chars().count() as f64 * 7.0 + 8.0, 26.0);
     let key = |level: usize| Key {
         number: level + 1,
         color: LEVELS[level],
         x: Pixels(begin + level as f64 * width),
         width: Pixels(width),
     };
-    let mut end = format!("{after} {}", short(worst));
-    if let Some(unit) = &of.unit {
-        let _ = write!(end, " {unit}");
-    }
-    if is_binned {
-        end.push_str("; a cell has the mean of its runs");
+    let mut end = worst;
+    if let Some(mark) = mean_of {
+        let _ = write!(end, "; {mark} has the mean of its runs");
     }
     if absent > 0 {
-        let runs = if absent == 1 { "run".into() } else { format!("{absent} runs") };
-        let _ = write!(end, "; ×: {runs} without {}", of.name);
+        let _ = write!(end, "; ×: {} without {}", runs_text(absent as u64), of.name);
     }
-    let texts = vec![text(LEFT, "start", best), text(begin + LEVELS.len() as f64 * width + 8.0, "start", end)];
+    let texts = vec![label(LEFT, best), label(begin + LEVELS.len() as f64 * width + 8.0, end)];
     ((0..LEVELS.len()).map(key).collect(), texts)
 }
 
@@ -413,4 +469,152 @@ pub fn curves(
     }
     let chart = Chart { title: title.into(), time: first.times[..rows].to_vec(), over: None, panels, lanes };
     plot::svg(&chart).context("the curves cannot be drawn").map(Some)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::report::tests::recording;
+    use engine::study::results::Row;
+
+    fn quantity(name: &str) -> Quantity {
+        Quantity { name: name.into(), unit: Some("s".into()) }
+    }
+
+    /// Results over `width` coordinates, which are those of a spiral.
+    fn results(width: usize, values: &[f64]) -> Results {
+        let coordinates = ["P.A", "P.B", "P.C"].map(quantity)[..width].to_vec();
+        let mut results = Results::new(coordinates, vec![quantity("settling")]);
+        for (run, value) in values.iter().enumerate() {
+            let (along, angle) = (run as f64 / values.len() as f64, run as f64 * 2.4);
+            let point = [along * angle.cos(), along * angle.sin(), 1.0];
+            results.push(&point[..width], &Row { figures: vec![*value], error: None });
+        }
+        results
+    }
+
+    fn of(values: &[f64]) -> Option<String> {
+        let results = results(0, values);
+        histogram(&Summary::of(&results, 1).figures[0], results.figure(0)).unwrap()
+    }
+
+    #[test]
+    fn the_bars_of_a_histogram_have_a_round_width_and_hold_all_runs() {
+        // Quartiles 24.75 and 74.25: 2 * 49.5 / 100^(1/3) = 21.3.
+        let values: Vec<f64> = (0..100).map(f64::from).collect();
+        assert_eq!(bar_width(&values), Some(50.0));
+        // An outlier does not make thousands of bars.
+        let outlier: Vec<f64> = values.iter().copied().chain([1e6]).collect();
+        assert_eq!(bar_width(&outlier), Some(20_000.0));
+        // Whole numbers are not divided; where most are equal there are forty bars.
+        assert_eq!(bar_width(&[1.0, 1.0, 2.0, 2.0, 3.0]), Some(2.0));
+        let mut mostly = vec![0.0; 99];
+        mostly.push(0.5);
+        assert_eq!(bar_width(&mostly), Some(0.02));
+        assert_eq!((bar_width(&[5.0]), bar_width(&[0.0; 3]), bar_width(&[])), (Some(0.5), Some(1.0), None));
+    }
+
+    #[test]
+    fn a_histogram_marks_its_percentiles_and_names_its_axes() {
+        let drawing = of(&(0..=100).map(f64::from).collect::<Vec<_>>()).unwrap();
+        for text in ["settling of 101 runs", "settling in s", "runs", "5 %: 5 s", "median: 50 s", "95 %: 95 s"] {
+            assert!(drawing.contains(&format!(">{text}</text>")), "{text}");
+        }
+        assert_eq!(of(&[f64::NAN]), None);
+    }
+
+    #[test]
+    fn any_values_give_a_histogram_without_a_number_that_is_none() {
+        for values in [&[f64::NAN, 3.0, f64::INFINITY][..], &[0.0], &[-5.0; 9], &[1e300, -1e300], &[5e-324, 1.0]] {
+            let drawing = of(values).unwrap();
+            assert!(!drawing.contains("NaN") && !drawing.contains("inf"), "{values:?}");
+            resvg::usvg::roxmltree::Document::parse(&drawing).unwrap();
+        }
+    }
+
+    #[test]
+    fn few_runs_are_points_and_many_are_cells_of_a_small_file() {
+        let draw = |count: usize| {
+            let values: Vec<f64> = (0..count).map(|run| run as f64).collect();
+            let results = results(2, &values);
+            scatter(&results, &Summary::of(&results, 1), 0, &[]).unwrap().unwrap()
+        };
+        let few = draw(1000);
+        assert_eq!(few.matches("h0").count(), 1000);
+        let many = draw(100_000);
+        assert!(many.len() < 300_000, "{}", many.len());
+        assert!(many.contains("a cell has the mean of its runs") && !few.contains("a cell"));
+        assert_eq!(many, draw(100_000));
+    }
+
+    #[test]
+    fn a_scatter_plot_marks_runs_without_the_figure() {
+        let results = results(3, &[1.0, f64::NAN, 3.0, 5.0]);
+        let drawing = scatter(&results, &Summary::of(&results, 1), 0, &[]).unwrap().unwrap();
+        assert!(drawing.contains("×: 1 run without settling"), "{drawing}");
+        for text in ["settling in s over P.A and P.B", "P.A in s", "P.B in s"] {
+            assert!(drawing.contains(&format!(">{text}</text>")), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_grid_is_drawn_in_cells() {
+        let mut results = Results::new(vec![quantity("P.A"), quantity("P.B")], vec![quantity("settling")]);
+        for run in 0..12_u32 {
+            let point = [f64::from(run / 4), f64::from(run % 4)];
+            results.push(&point, &Row { figures: vec![f64::from(run)], error: None });
+        }
+        let drawing = scatter(&results, &Summary::of(&results, 1), 0, &[]).unwrap().unwrap();
+        assert_eq!((drawing.matches("h0").count(), drawing.matches('z').count()), (0, 12));
+        assert!(!drawing.contains("mean of its runs"));
+    }
+
+    #[test]
+    fn runs_at_the_same_place_are_one_point_and_a_logarithmic_axis_has_round_ticks() {
+        let mut results = Results::new(vec![quantity("P.A"), quantity("P.B")], vec![quantity("settling")]);
+        for (run, value) in [1.0, 2.0, 3.0, 4.0, 5.0, 6.0].into_iter().enumerate() {
+            let point = [10f64.powi(run as i32 % 3), f64::from(run as u32 % 3)];
+            results.push(&point, &Row { figures: vec![value], error: None });
+        }
+        let drawing = scatter(&results, &Summary::of(&results, 1), 0, &[true, false]).unwrap().unwrap();
+        assert_eq!(drawing.matches("h0").count(), 3);
+        assert!(drawing.contains("a point has the mean of its runs"));
+        for tick in ["1", "2", "5", "10", "20", "50", "100"] {
+            assert!(drawing.contains(&format!("text-anchor=\"middle\">{tick}</text>")), "{tick}");
+        }
+    }
+
+    #[test]
+    fn over_one_coordinate_the_figure_is_the_height() {
+        let draw = |width| {
+            let results = results(width, &[1.0, 2.0, 4.0]);
+            scatter(&results, &Summary::of(&results, 1), 0, &[]).unwrap()
+        };
+        let one = draw(1).unwrap();
+        assert!(one.contains(">P.A in s</text>") && one.contains(">settling in s</text>"));
+        assert_eq!(draw(0), None);
+    }
+
+    #[test]
+    fn the_curves_of_runs_share_axes_and_the_setpoint_is_drawn_once() {
+        let signals = Signals {
+            setpoint: Some("PID.SP".into()),
+            process_value: Some("HEATER.TEMP".into()),
+            manipulated_value: Some("PID.LMN".into()),
+            pulses: None,
+        };
+        let (worst, best) = (recording(80.0), recording(60.0));
+        let runs = [("worst", 7, &worst), ("best", 2, &best)];
+        let drawing = curves("Runs", &signals, &quantity("iae"), &runs).unwrap().unwrap();
+        for (text, count) in
+            [("worst: run 7", 2), ("best: run 2", 2), ("setpoint", 1), ("HEATER.TEMP in degC", 1), ("PID.LMN in %", 1)]
+        {
+            assert_eq!(drawing.matches(&format!(">{text}</text>")).count(), count, "{text}");
+        }
+        // A run has one colour: a line in the legend and one in the panel, twice.
+        assert_eq!(drawing.matches("class=\"curve-2\"").count(), 4);
+        assert_eq!(curves("Runs", &Signals::default(), &quantity("iae"), &runs).unwrap(), None);
+        let drawing = curves("Runs", &Signals::default(), &quantity("HEATER.TEMP.max"), &runs).unwrap().unwrap();
+        assert!(drawing.contains(">HEATER.TEMP in degC</text>"));
+    }
 }

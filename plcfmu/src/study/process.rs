@@ -18,6 +18,9 @@ use tempfile::TempDir;
 /// How often a thread that waits looks whether there is an interruption.
 pub const TICK: Duration = Duration::from_millis(100);
 
+/// How long FMUs may take to load, at least: they are unpacked, and the machine is busy with the other workers.
+const LOADING: Duration = Duration::from_secs(60);
+
 /// So many replies may wait to be read.
 const MOST_REPLIES: usize = 64;
 
@@ -72,10 +75,11 @@ impl Starter {
     /// What is wrong with the job or with an FMU.
     pub fn start(&self, announces: bool) -> Result<(Worker, Option<String>)> {
         let mut worker = self.spawn()?;
+        worker.limit = self.limit.max(LOADING);
         worker.send(&Request::Begin { job: self.job.clone(), announces, renews: self.renews });
         match worker.reply() {
             Ok(Reply::Ready(interface)) => {
-                worker.announces = announces;
+                (worker.announces, worker.limit) = (announces, self.limit);
                 Ok((worker, interface))
             }
             Ok(Reply::Refused(error)) => bail!("{error}"),

@@ -9,7 +9,7 @@ use askama::Template;
 use engine::digits::short;
 use engine::plan::near;
 use engine::run::Recording;
-use engine::study::expect::{Expectation, Of, Verdict, with_unit};
+use engine::study::expect::{Expectation, Of, Verdict, runs_text, with_unit};
 use engine::study::results::{Quantity, Results};
 use engine::study::summary::{Distribution, PERCENTS, Summary};
 use engine::study::{Along, Axis, Job, Sampling, Signals};
@@ -130,7 +130,11 @@ fn pictures(report: &Report) -> Result<Vec<Picture>> {
         let title = format!("Runs with the worst, the median and the best {}", of.figure.name);
         let svg = pictures::curves(&title, report.signals, &of.figure, &runs)?;
         drawn.push(("curves".to_string(), None, svg));
-        drawn.push(("scatter".into(), None, pictures::scatter(report.results, report.summary, main)?));
+        drawn.push((
+            "scatter".into(),
+            None,
+            pictures::scatter(report.results, report.summary, main, &logarithmic(report))?,
+        ));
     }
     for (column, of) in report.summary.figures.iter().enumerate() {
         let svg = pictures::histogram(of, report.results.figure(column))?;
@@ -145,6 +149,18 @@ fn pictures(report: &Report) -> Result<Vec<Picture>> {
         Some(Picture { name, figure, svg: svg? })
     };
     Ok(drawn.into_iter().filter_map(picture).collect())
+}
+
+/// Whether the values of a coordinate are told by their ratios.
+fn logarithmic(report: &Report) -> Vec<bool> {
+    let has_ratios = |along: &Along| matches!(along, Along::Range { logarithmic: true, .. } | Along::LogNormal { .. });
+    let of_axis = |name: &str, axis: &Axis| has_ratios(&axis.along) && axis.variables.iter().any(|of| of == name);
+    let is_logarithmic = |of: &Quantity| {
+        // A value that is set later is named FMU.VARIABLE@SECONDS.
+        let name = of.name.split('@').next().unwrap_or_default();
+        report.job.study.axes.iter().any(|axis| of_axis(name, axis))
+    };
+    report.results.coordinates.iter().map(is_logarithmic).collect()
 }
 
 /// A name that every file system takes.
@@ -171,12 +187,9 @@ pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item =
             let _ = write!(text, "\n    {}", settings(results, run));
         }
     }
-    match count.saturating_sub(MOST_RUNS) {
-        0 => {}
-        1 => text.push_str("\nand 1 more run"),
-        more => {
-            let _ = write!(text, "\nand {more} more runs");
-        }
+    let more = count.saturating_sub(MOST_RUNS);
+    if more > 0 {
+        let _ = write!(text, "\nand {more} more");
     }
     text
 }
@@ -185,10 +198,6 @@ pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item =
 fn settings(results: &Results, run: u64) -> String {
     let setting = |(of, value): (&Quantity, &f64)| format!("{} = {}", of.name, with_unit(*value, of));
     results.coordinates.iter().zip(results.point(run)).map(setting).collect::<Vec<_>>().join(", ")
-}
-
-fn runs_text(count: u64) -> String {
-    if count == 1 { "1 run".into() } else { format!("{count} runs") }
 }
 
 /// Runs by their numbers: `run 1`, `runs 1, 2, 3 and 7 more`.
@@ -268,7 +277,7 @@ pub fn text(report: &Report) -> String {
             }
         }
     }
-    text
+    printable(&text)
 }
 
 fn of_column(summary: &Summary, of: &Distribution) -> usize {

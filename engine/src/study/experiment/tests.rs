@@ -361,13 +361,14 @@ fn a_mistake_of_the_loop_is_not_said_to_be_one_of_an_axis() {
 /// A controller with faults.
 struct Faulty {
     inner: Linked<Pid>,
-    /// Its time constant TI as it was set; below 1 s it refuses to step.
+    /// TI as it was set; below 1 s it refuses to step from 10 s on.
     ti: f64,
-    /// Reset leaves the gain that was set, or is refused.
-    forgets: Fault,
-    /// A gain that it has from the run before, added to its manipulated value.
-    gain: f64,
+    fault: Fault,
+    /// What is left of the run before, added to its manipulated value.
+    residue: f64,
     instances: Rc<Cell<usize>>,
+    /// The value references of OUT and TI.
+    references: [u32; 2],
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -378,14 +379,12 @@ enum Fault {
 }
 
 impl Faulty {
-    fn new(forgets: Fault, instances: &Rc<Cell<usize>>) -> Faulty {
+    fn new(fault: Fault, instances: &Rc<Cell<usize>>) -> Faulty {
         instances.set(instances.get() + 1);
-        Faulty { inner: Linked::new(), ti: 0.0, forgets, gain: 0.0, instances: Rc::clone(instances) }
+        let table = table::<Pid>();
+        let references = ["OUT", "TI"].map(|name| table.find(name).unwrap() as u32);
+        Faulty { inner: Linked::new(), ti: 0.0, fault, residue: 0.0, instances: Rc::clone(instances), references }
     }
-}
-
-fn reference(name: &str) -> u32 {
-    table::<Pid>().find(name).unwrap() as u32
 }
 
 impl Component for Faulty {
@@ -403,14 +402,14 @@ impl Component for Faulty {
 
     fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
         self.inner.read(kind, references, values)?;
-        for (value, _) in values.iter_mut().zip(references).filter(|(_, of)| **of == reference("OUT")) {
-            *value += self.gain;
+        for (value, _) in values.iter_mut().zip(references).filter(|(_, of)| **of == self.references[0]) {
+            *value += self.residue;
         }
         Ok(())
     }
 
     fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
-        if references[0] == reference("TI") {
+        if references[0] == self.references[1] {
             self.ti = values[0];
         }
         self.inner.write(kind, references, values)
@@ -430,9 +429,9 @@ impl Component for Faulty {
 
 impl Reset for Faulty {
     fn reset(&mut self) -> Result<()> {
-        match self.forgets {
+        match self.fault {
             Fault::None => {}
-            Fault::ResetKeepsState => self.gain = 1e-9,
+            Fault::ResetKeepsState => self.residue = 1e-9,
             Fault::ResetRefused => bail!("fmi2Reset returned an error"),
         }
         self.inner.reset()
