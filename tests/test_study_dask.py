@@ -139,8 +139,6 @@ def between(stage, monkeypatch, command):
 
 @pytest.fixture
 def client(stage):
-    """A client of the four, of which a test before may have killed one."""
-    stage[1].wait_for_workers(4)
     return stage[1]
 
 
@@ -187,36 +185,6 @@ def test_two_processes_of_this_machine_give_the_bytes_of_the_command(tolerance, 
     assert list(table["run"]) == list(range(RUNS))
     assert list(table["CONT_C.GAIN"]) == [0.7] * 8 + [1.4] * 8 + [2.8] * 8
     assert (table["HEATER.TEMP.max"] >= table["HEATER.TEMP.last"]).all()
-
-
-def test_a_worker_that_is_killed_costs_no_run_and_doubles_none(tolerance, expected, tmp_path, between, client):
-    """The first worker with a run from 8 on says who it is, waits, and is killed while it works."""
-    begun, go_on = tmp_path / "begun", tmp_path / "go_on"
-    os.mkfifo(begun)
-    os.mkfifo(go_on)
-    between.begin(
-        f'if [ "$first" -ge 8 ] && mkdir "{tmp_path}/taken" 2>/dev/null; then\n'
-        f'echo "$PPID $first" > "{begun}"; read -r _ < "{go_on}"; exit 1; fi'
-    )
-    before = client.run(os.getpid)
-    with concurrent.futures.ThreadPoolExecutor() as threads:
-        study = threads.submit(run, tolerance, tmp_path / "out", client.scheduler.address)
-
-        def unblock(_):
-            # If the study ends before any worker has said so, the test must not wait for one.
-            with contextlib.suppress(OSError):
-                os.close(os.open(begun, os.O_WRONLY | os.O_NONBLOCK))
-
-        study.add_done_callback(unblock)
-        process, first = map(int, begun.read_text().split())
-        assert process in before.values()
-        os.kill(process, signal.SIGKILL)
-        go_on.write_text("\n")
-        assert study.result().count == RUNS
-    assert contents(tmp_path / "out") == expected
-    made = between.ranges()
-    assert sorted({run for each in made for run in each}) == list(range(RUNS))
-    assert sorted(each.start for each in made) == sorted([first, *{each.start for each in made}])
 
 
 def test_what_an_interrupted_call_has_made_is_not_made_again(tmp_path, between, client, only_runs, monkeypatch, caplog):
@@ -311,15 +279,6 @@ def test_workers_without_the_program_are_refused(tmp_path, between, client):
         run(study, tmp_path / "out", client)
 
 
-def test_runs_that_kill_every_worker_are_named(tmp_path, between, client, monkeypatch):
-    monkeypatch.setattr(client.cluster.scheduler, "allowed_failures", 0)
-    between.begin('[ "$first" != 2 ] || kill -9 "$PPID"')
-    # The worker had another range besides, which Dask suspects as well.
-    wanted = r"^run \d: 1 worker died while it ran it: .*tcp://\S+ .*; .*parts keeps what is done"
-    with pytest.raises(plcfmu.StudyError, match=wanted):
-        run(write_study(tmp_path / "deadly.toml", seed=7), tmp_path / "out", client)
-
-
 def test_without_dask_the_error_says_how_to_get_it(tolerance, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     monkeypatch.delitem(sys.modules, "plcfmu.workers")
@@ -359,3 +318,45 @@ def test_one_range_that_takes_long_makes_the_next_ones_shorter():
     share.learn(span, 200.0, work=2.0)
     span = share.next()
     assert span.end - span.first == 2
+
+
+# Workers that die: at the end, so that the tests before have all four
+
+
+def test_a_worker_that_is_killed_costs_no_run_and_doubles_none(tolerance, expected, tmp_path, between, client):
+    """The first worker with a run from 8 on says who it is, waits, and is killed while it works."""
+    begun, go_on = tmp_path / "begun", tmp_path / "go_on"
+    os.mkfifo(begun)
+    os.mkfifo(go_on)
+    between.begin(
+        f'if [ "$first" -ge 8 ] && mkdir "{tmp_path}/taken" 2>/dev/null; then\n'
+        f'echo "$PPID $first" > "{begun}"; read -r _ < "{go_on}"; exit 1; fi'
+    )
+    before = client.run(os.getpid)
+    with concurrent.futures.ThreadPoolExecutor() as threads:
+        study = threads.submit(run, tolerance, tmp_path / "out", client.scheduler.address)
+
+        def unblock(_):
+            # If the study ends before any worker has said so, the test must not wait for one.
+            with contextlib.suppress(OSError):
+                os.close(os.open(begun, os.O_WRONLY | os.O_NONBLOCK))
+
+        study.add_done_callback(unblock)
+        process, first = map(int, begun.read_text().split())
+        assert process in before.values()
+        os.kill(process, signal.SIGKILL)
+        go_on.write_text("\n")
+        assert study.result().count == RUNS
+    assert contents(tmp_path / "out") == expected
+    made = between.ranges()
+    assert sorted({run for each in made for run in each}) == list(range(RUNS))
+    assert sorted(each.start for each in made) == sorted([first, *{each.start for each in made}])
+
+
+def test_runs_that_kill_every_worker_are_named(tmp_path, between, client, monkeypatch):
+    monkeypatch.setattr(client.cluster.scheduler, "allowed_failures", 0)
+    between.begin('[ "$first" != 2 ] || kill -9 "$PPID"')
+    # The worker had another range besides, which Dask suspects as well.
+    wanted = r"^run \d: 1 worker died while it ran it: .*tcp://\S+ .*; .*parts keeps what is done"
+    with pytest.raises(plcfmu.StudyError, match=wanted):
+        run(write_study(tmp_path / "deadly.toml", seed=7), tmp_path / "out", client)

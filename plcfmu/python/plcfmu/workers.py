@@ -217,13 +217,19 @@ def results(
 
 def register(client: Client, files: Files) -> None:
     """Sends the files to the workers. Raises WorkerError if one of them cannot take them."""
-    try:
-        client.register_plugin(files)
-    except Exception as error:
-        raise WorkerError(
-            f"a worker cannot take the study: {error}; install the same wheel of plcfmu for the client, the scheduler and "
-            "all workers"
-        ) from error
+    for attempt in range(1 + RETRIES):
+        try:
+            client.register_plugin(files)
+            return
+        except Exception as error:
+            # A worker that dies just now ends the call for all of them, which is no reason to end the study.
+            if not isinstance(error, OSError) or attempt == RETRIES:
+                raise WorkerError(
+                    f"a worker cannot take the study: {error}; install the same wheel of plcfmu for the client, the scheduler "
+                    "and all workers"
+                ) from error
+            with contextlib.suppress(OSError):
+                client.unregister_worker_plugin(files.name)
 
 
 def failure(result: Any) -> str:
