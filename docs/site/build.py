@@ -294,7 +294,7 @@ def signature(member):
         text = str(member.signature_without_self if is_method else member.signature)
     text = re.sub(r"ForwardRef\('(.*?)'\)", r"\1", " ".join(text.split()))
     text = re.sub(r"plcfmu\.\w+\.(?=[A-Z])", "", text)
-    text = text.replace("ndarray[tuple[typing.Any, ...], numpy.dtype[numpy.float64]]", "ndarray")
+    text = re.sub(r"ndarray\[tuple\[typing\.Any, \.\.\.\], numpy\.dtype\[[\w.]+\]\]", "ndarray", text)
     text = text.replace("typing.", "").replace("( ", "(").replace(" )", ")").replace("NoneType", "None")
     return text and member.name + text
 

@@ -28,6 +28,7 @@ from .loop import clock, simulate
 from .parameters import CommandNotFoundError, ParameterError, params
 from .program import arguments
 from .result import Result
+from .studies import StudyError, StudyResult, study
 
 __all__ = [
     "CommandNotFoundError",
@@ -39,6 +40,8 @@ __all__ = [
     "Instance",
     "ParameterError",
     "Result",
+    "StudyError",
+    "StudyResult",
     "UnknownVariableError",
     "Variable",
     "arguments",
@@ -50,4 +53,5 @@ __all__ = [
     "params",
     "plot",
     "simulate",
+    "study",
 ]

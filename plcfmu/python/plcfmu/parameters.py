@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sysconfig
@@ -50,18 +51,15 @@ def params(
 
     Raises ParameterError, and CommandNotFoundError if the command `plcfmu` is not there.
     """
-    arguments = [str(command()), "params", "--json", f"--offset={offset}"]
+    arguments = ["params", "--json", f"--offset={offset}"]
     if block is not None:
         arguments.append(f"--block={block}")
     if loop is not None:
         arguments.append(f"--loop={loop}")
-    done = subprocess.run(
-        [*arguments, "--", os.fspath(file)], stdin=subprocess.DEVNULL, capture_output=True, text=True, encoding="utf-8"
-    )
-    said = done.stderr.strip()
+    done = called(command(), *arguments, "--", os.fspath(file))
     if done.returncode != 0:
-        raise ParameterError(said[len("error: ") :] if said.startswith("error: ") else said)
-    for line in said.splitlines():
+        raise ParameterError(reason(done))
+    for line in done.stderr.strip().splitlines():
         LOGGER.warning("%s", line)
     loops: dict[str, dict[str, Value]] = json.loads(done.stdout)
     return loops
@@ -87,3 +85,17 @@ def command() -> pathlib.Path:
         return pathlib.Path(found)
     remedy = "`cargo build --release -p plcfmu` in the repository makes it" if root else "the wheel of plcfmu contains it"
     raise CommandNotFoundError(f"the command plcfmu was not found: {remedy}; or set {VARIABLE} to it")
+
+
+def called(program: pathlib.Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """What the program has said when it has ended."""
+    given = [os.fspath(program), *arguments]
+    return subprocess.run(given, stdin=subprocess.DEVNULL, capture_output=True, text=True, encoding="utf-8")
+
+
+def reason(done: subprocess.CompletedProcess[str]) -> str:
+    """Why a program failed: its error, or how it ended if it said nothing. What it only warns of comes before the error."""
+    said = re.split(r"^error: ", done.stderr, maxsplit=1, flags=re.MULTILINE)[-1].strip()
+    if done.returncode < 0:
+        said = f"{said} ({done.args[0]} was ended by signal {-done.returncode})".strip()
+    return said or f"{' '.join(done.args)} returned {done.returncode}"

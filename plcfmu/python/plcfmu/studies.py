@@ -1,0 +1,257 @@
+"""Studies: one loop, run many times with different values, on the processes of this machine or on a cluster.
+
+`plcfmu study` makes the runs, wherever they are made, so that the same study gives the same files on any cluster.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import json
+import math
+import pathlib
+import re
+import tempfile
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .files import replacing
+from .find import Path
+from .messages import LOGGER
+from .parameters import called, command, reason
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from .workers import Span
+
+
+class StudyError(RuntimeError):
+    """A study cannot be made, or not to its end; says why and what to do."""
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """What a study came to: the files in `folder`, and `summary`, which is its summary.json."""
+
+    folder: pathlib.Path
+    summary: dict[str, Any]
+
+    @property
+    def count(self) -> int:
+        """The number of runs."""
+        return int(self.summary["runs"])
+
+    @property
+    def unmet(self) -> list[str]:
+        """What the runs do not keep to of what was expected, a sentence each."""
+        return [one["problem"] for one in self.summary["expectations"] if not one["met"]]
+
+    @property
+    def errors(self) -> dict[int, str]:
+        """Why runs failed, by their numbers."""
+        if not self.summary["failed"]:
+            return {}
+        table = self.table()
+        return {int(run): error for run, error in zip(table["run"], table["error"]) if error}
+
+    def table(self) -> NDArray[np.void]:
+        """A row for each run: its number, what it was given, its figures (NaN where one cannot be said), its error.
+
+        `pandas.DataFrame(result.table())` is the same for pandas. Raises StudyError if the file is runs.parquet and the
+        package pyarrow is missing.
+        """
+        columns = _parquet(path) if (path := self.folder / "runs.parquet").is_file() else _csv(self.folder / "runs.csv")
+        kinds: dict[str, Any] = {"run": np.int64, "error": object}
+        table = np.empty(len(columns["run"]), [(name, kinds.get(name, np.float64)) for name in columns])
+        for name, column in columns.items():
+            table[name] = column
+        return table
+
+
+def _csv(path: pathlib.Path) -> dict[str, Sequence[Any]]:
+    with path.open(newline="", encoding="utf-8") as file:
+        names, *rows = csv.reader(file)
+    columns: dict[str, Sequence[Any]] = dict(zip(names, zip(*rows)))
+    return {
+        name: column if name == "error" else [float(text) if text else math.nan for text in column]
+        for name, column in columns.items()
+    }
+
+
+def _parquet(path: pathlib.Path) -> dict[str, Sequence[Any]]:
+    try:
+        from pyarrow import parquet
+    except ModuleNotFoundError as error:
+        raise StudyError(
+            f"{path} is read with the package pyarrow, which is missing: pip install pyarrow, or make the study with "
+            'format="csv"'
+        ) from error
+    table = parquet.read_table(path)
+    return {name: table[name].to_numpy() for name in table.column_names}
+
+
+def study(
+    path: Path,
+    out: Union[Path, None] = None,
+    *,
+    client: Union[Client, str, None] = None,
+    fmus: Union[Path, None] = None,
+    expect: Sequence[str] = (),
+    curves: Sequence[int] = (),
+    limit: float = 300.0,
+    resume: bool = False,
+    format: str = "parquet",
+    progress: bool = True,
+) -> StudyResult:
+    """Makes all runs of a study on a Dask cluster: study("tolerance.toml", client="tcp://10.0.0.5:8786").
+
+    `path` is a study.toml, or the study.json of a bundle. `out` is the folder of the results; by default NAME_results in
+    the current folder. What it has at the end is what `plcfmu study` writes on one machine, to the last byte.
+
+    - `client`: where the runs are made. A Dask `Client`; the address of a scheduler; or None for a cluster of this
+      machine's cores, which is closed at the end.
+    - `fmus`: the folder of the loop's FMUs; by default, that of the loop's description.
+    - `expect`: what the runs should keep to, such as "overshoot < 10 %"; `StudyResult.unmet` says which do not.
+    - `curves`: the runs whose signals over time are wanted, too.
+    - `limit`: how long one run may take, in seconds (0.1 to 1e6); then its FMU hangs.
+    - `resume`: goes on with what is in `out` of an earlier call that was interrupted.
+    - `format`: "parquet" or "csv".
+    - `progress`: shows a progress bar.
+
+    The cluster needs this package, the program with it, in the same version everywhere. A worker that dies costs only
+    time: Dask has another one make its runs. Where the call ends early, what is done is kept in `out`.
+
+    Raises StudyError, CommandNotFoundError if the command `plcfmu` is not there, and ModuleNotFoundError if Dask is not.
+    """
+    try:
+        from . import workers
+    except ModuleNotFoundError as error:
+        if (error.name or "").split(".")[0] not in ("dask", "distributed"):
+            raise
+        raise ModuleNotFoundError(
+            "studies need Dask's package distributed: pip install 'plcfmu[dask]', or run `plcfmu study`, which needs nothing",
+            name=error.name,
+        ) from error
+    program = command()
+    given = ["study", str(path), f"--limit={limit}", *(f"--expect={text}" for text in expect)]
+    if fmus is not None:
+        given.append(f"--fmus={fmus}")
+    if curves:
+        given.append(f"--curves={','.join(map(str, curves))}")
+    with tempfile.TemporaryDirectory() as scratch:
+        bundle = pathlib.Path(scratch) / "bundle"
+        _call(program, *given, f"--bundle={bundle}")
+        description = json.loads((bundle / "study.json").read_text(encoding="utf-8"))
+        folder = pathlib.Path(f"{description['name']}_results" if out is None else out)
+        parts = _Parts(folder / "parts", description["fingerprint"], description["runs"])
+        parts.check(resume)
+        if gaps := parts.gaps():
+            task = workers.Task(description["fingerprint"], _call(program, "--version"), limit)
+            try:
+                with _connected(client) as connected:
+                    files = workers.Files(task.fingerprint, connected.id, bundle)
+                    _collect(parts, workers.results(connected, files, task, gaps), progress)
+            except KeyboardInterrupt:
+                LOGGER.warning("interrupted; %s", parts)
+                raise
+            except Exception as error:
+                raise StudyError(f"{error}; {parts}") from error
+    done = called(program, *given, f"--out={folder}", "--resume", f"--format={format}")
+    # The parts are removed when all files are written; what the command then says of the runs is in the summary.
+    if done.returncode != 0 and parts.folder.exists():
+        raise StudyError(f"{reason(done)}; {parts}")
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    return StudyResult(folder, summary)
+
+
+def _call(program: pathlib.Path, *arguments: str) -> str:
+    """What the command says; its warnings go to the logger. Raises StudyError with its error if it fails."""
+    done = called(program, *arguments)
+    if done.returncode != 0:
+        raise StudyError(reason(done))
+    for line in done.stderr.strip().splitlines():
+        LOGGER.warning("%s", line)
+    return done.stdout.strip()
+
+
+@contextlib.contextmanager
+def _connected(client: Union[Client, str, None]) -> Iterator[Client]:
+    """A client of the cluster that the caller means; what is made for it here is closed at the end."""
+    from dask.system import CPU_COUNT
+    from distributed import Client, LocalCluster
+
+    from .workers import Uninterrupted
+
+    with contextlib.ExitStack() as stack:
+        if isinstance(client, Client):
+            mine = client
+        elif client is not None:
+            mine = stack.enter_context(Client(client, set_as_default=False))
+        else:
+            local = LocalCluster(n_workers=CPU_COUNT, threads_per_worker=1, processes=True, dashboard_address=None)
+            mine = stack.enter_context(Client(stack.enter_context(local), set_as_default=False))
+            mine.register_plugin(Uninterrupted())
+        if mine.asynchronous:
+            raise StudyError("the client is asynchronous, but a study waits for its runs: use Client(asynchronous=False)")
+        yield mine
+
+
+class _Parts:
+    """What is done of a study: files `FIRST-END.part`, each with the rows of these runs."""
+
+    def __init__(self, folder: pathlib.Path, fingerprint: str, count: int) -> None:
+        self.folder = folder
+        self.fingerprint = fingerprint
+        self.count = count
+
+    def __str__(self) -> str:
+        return f"{self.folder} keeps what is done: study(..., resume=True) goes on with it"
+
+    def check(self, resume: bool) -> None:
+        """Raises StudyError for parts of another study, or for any if this call does not go on with them."""
+        for path in sorted(self.folder.glob("*.part")):
+            if not resume:
+                raise StudyError(f"{self.folder} has runs of an earlier call: go on with resume=True, or remove the folder")
+            with path.open("rb") as file:
+                # A line for people, then one of JSON.
+                _, header = file.readline(), file.readline()
+            if f'"fingerprint":"{self.fingerprint}"'.encode() not in header:
+                raise StudyError(
+                    f"{path} is of another study: the study, an FMU or plcfmu has changed since; remove {self.folder}, or name "
+                    "another folder"
+                )
+
+    def gaps(self) -> list[Span]:
+        """The runs that there are no parts of."""
+        from .workers import Span
+
+        names = (re.fullmatch(r"(\d+)-(\d+)\.part", path.name) for path in self.folder.glob("*.part"))
+        gaps, next_run = [], 0
+        for first, end in [*sorted((int(name[1]), int(name[2])) for name in names if name), (self.count, self.count)]:
+            if first > next_run:
+                gaps.append(Span(next_run, first))
+            next_run = max(next_run, end)
+        return gaps
+
+    def add(self, span: Span, content: bytes) -> None:
+        """Writes a part, whole or not at all."""
+        with replacing(self.folder / f"{span.first}-{span.end}.part") as beside:
+            beside.write_bytes(content)
+
+
+def _collect(parts: _Parts, results: Generator[tuple[Span, bytes], None, None], progress: bool) -> None:
+    """Writes each part when it comes."""
+    from tqdm.auto import tqdm
+
+    left = sum(end - first for first, end in parts.gaps())
+    with contextlib.closing(results), tqdm(
+        total=parts.count, initial=parts.count - left, unit=" runs", disable=not progress
+    ) as bar:
+        for span, content in results:
+            parts.add(span, content)
+            bar.update(span.end - span.first)

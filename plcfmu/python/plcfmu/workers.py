@@ -1,0 +1,260 @@
+"""Studies on the workers of a Dask cluster: what travels to them, what they run, and how the work is shared out.
+
+Loaded with the first study only: it needs the package `distributed`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import pathlib
+import signal
+import tempfile
+import time
+from collections.abc import Generator, Iterable
+from typing import Any, Callable, NamedTuple, Optional
+
+from distributed import Client, Future, KilledWorker, Worker, as_completed, get_worker
+from distributed.diagnostics.plugin import WorkerPlugin
+
+from .files import replacing
+from .parameters import CommandNotFoundError, called, command, reason
+
+# How long a worker shall be busy with one range of runs, in seconds; and what each thread of the cluster adds, so that a
+# large cluster does not ask the client for more ranges than it can hand out.
+WORK = 2.0
+WORK_PER_THREAD = 0.02
+# How many times as many runs a range has at most as the one that it is judged by.
+GROWTH = 16
+# How many ranges each thread has at once: the one that it runs, and the next.
+OUTSTANDING = 2
+# How often a range is tried again that a worker could not run. Dask counts workers that died by itself.
+RETRIES = 2
+# A range of a long study takes this share of the time that the study has taken, so that there are not too many parts.
+WORK_SHARE = 0.01
+# How often the client asks how many threads there are, in seconds.
+PATIENCE = 1.0
+# The folder in a worker's local directory.
+FOLDER = "plcfmu"
+
+
+class WorkerError(RuntimeError):
+    """A worker cannot run a range of runs; says why."""
+
+
+class Span(NamedTuple):
+    """The runs from `first` to `end` - 1."""
+
+    first: int
+    end: int
+
+    def __str__(self) -> str:
+        return f"run {self.first}" if len(range(*self)) == 1 else f"runs {self.first} to {self.end - 1}"
+
+
+class Task(NamedTuple):
+    """What all ranges of a study have in common."""
+
+    fingerprint: str
+    # What `plcfmu --version` says.
+    version: str
+    # How long one run may take, in seconds.
+    limit: float
+
+
+class Files(WorkerPlugin):
+    """The files of a study's bundle, carried to every worker that there is and that will be.
+
+    FMUs are named by their content, so a worker that has one from another study gets no second.
+    """
+
+    # A scheduler that has it by its name does not send it again.
+    idempotent = True
+
+    def __init__(self, fingerprint: str, owner: str, bundle: pathlib.Path) -> None:
+        self.fingerprint = fingerprint
+        # Of the client, too: its end does not take the files away from another one's study.
+        self.name = f"plcfmu-{fingerprint}-{owner}"
+        self.contents = {f"fmus/{path.name}": path.read_bytes() for path in sorted((bundle / "fmus").iterdir())}
+        self.contents[f"{fingerprint}.json"] = (bundle / "study.json").read_bytes()
+
+    def setup(self, worker: Worker) -> None:
+        """Called by Dask on each worker."""
+        self.write(folder_of(worker))
+
+    def write(self, folder: pathlib.Path) -> None:
+        """Writes the files that the folder does not have yet."""
+        for name, content in self.contents.items():
+            path = folder / name
+            if not path.is_file() or path.read_bytes() != content:
+                with replacing(path) as beside:
+                    beside.write_bytes(content)
+
+
+class Uninterrupted(WorkerPlugin):
+    """Leaves Ctrl-C to the client, which ends the workers of its own cluster."""
+
+    idempotent = True
+    name = "plcfmu-uninterrupted"
+
+    def setup(self, worker: Worker) -> None:
+        """Called by Dask in the main thread of each worker's process."""
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def folder_of(worker: Worker) -> pathlib.Path:
+    """Where a worker keeps the files of studies."""
+    return pathlib.Path(worker.local_directory) / FOLDER
+
+
+def run(task: Task, span: Span) -> tuple[bytes, float]:
+    """Makes the runs of a range on the worker that calls it: the part that they come to, and how many seconds it took.
+
+    Raises WorkerError, which names the worker.
+    """
+    worker = get_worker()
+    begin = time.monotonic()
+    try:
+        return part(worker, task, span), time.monotonic() - begin
+    except (WorkerError, OSError) as error:
+        raise WorkerError(f"{worker.address}: {error}") from None
+
+
+def part(worker: Worker, task: Task, span: Span) -> bytes:
+    """What the runs of a range come to, as the command writes it."""
+    program = program_of(task.version)
+    folder = folder_of(worker)
+    # Again, since a worker may live for weeks in a folder for temporary files, which the system clears.
+    for plugin in list(worker.plugins.values()):
+        if isinstance(plugin, Files) and plugin.fingerprint == task.fingerprint:
+            plugin.write(folder)
+    with tempfile.TemporaryDirectory(dir=folder) as scratch:
+        file = pathlib.Path(scratch) / "part"
+        options = [f"--runs={span.first}..{span.end}", "--jobs=1", f"--limit={task.limit}", f"--part={file}"]
+        done = called(program, "study", str(folder / f"{task.fingerprint}.json"), *options)
+        if done.returncode != 0:
+            raise WorkerError(reason(done))
+        return file.read_bytes()
+
+
+def program_of(version: str) -> pathlib.Path:
+    """The program plcfmu of this machine. Raises WorkerError if there is none, or none of this version."""
+    try:
+        program = command()
+    except CommandNotFoundError as error:
+        raise WorkerError(str(error)) from None
+    found = called(program, "--version").stdout.strip()
+    if found != version:
+        raise WorkerError(
+            f"{program} is {found}, but the client has {version}: install the same wheel of plcfmu for the client and all "
+            "workers"
+        )
+    return program
+
+
+class Share:
+    """Cuts the runs that are left into ranges: the first ones small, then as long as they are worth the way."""
+
+    def __init__(self, gaps: Iterable[Span]) -> None:
+        self._gaps = list(reversed([gap for gap in gaps if gap.first < gap.end]))
+        self._size = 1
+
+    def next(self) -> Optional[Span]:
+        """The next range, if any run is left."""
+        if not self._gaps:
+            return None
+        gap = self._gaps.pop()
+        cut = Span(gap.first, min(gap.first + self._size, gap.end))
+        if cut.end < gap.end:
+            self._gaps.append(Span(cut.end, gap.end))
+        return cut
+
+    def learn(self, span: Span, seconds: float, work: float) -> None:
+        """What a range took. The next ones shall take `work` seconds or a little more, the start of the command included."""
+        count = span.end - span.first
+        if seconds > 2 * work:
+            self._size = max(1, int(count * work / seconds))
+        elif seconds < work and count >= self._size:
+            # At least twice as many: how much of the time the start has taken is not known.
+            self._size = int(count * min(max(work / seconds, 2), GROWTH))
+
+
+def results(
+    client: Client, files: Files, task: Task, gaps: Iterable[Span]
+) -> Generator[tuple[Span, bytes], None, None]:
+    """Has the runs of `gaps` made by the workers: what each range of them comes to, as the ranges come to their end.
+
+    When the caller ends early, what was not begun is not begun. Raises WorkerError, which names the runs.
+    """
+    begin, share, threads = time.monotonic(), Share(gaps), Threads(client)
+    completed = as_completed(loop=client.loop, with_results=True, raise_errors=False)
+    pending: dict[Future[Any], Span] = {}
+    try:
+        register(client, files)
+        while True:
+            while len(pending) < OUTSTANDING * threads.count() and (span := share.next()) is not None:
+                # A pure function of its key: if its worker dies, Dask has another one do it.
+                key = f"plcfmu-{task.fingerprint}-{span.first}-{span.end}"
+                future = client.submit(run, task, span, key=key, retries=RETRIES)
+                pending[future] = span
+                completed.add(future)
+            if not pending:
+                return
+            future, result = next(completed)
+            if future.status != "finished":
+                # It stays among those that are cancelled: else Dask would know the error, and the next call get it again.
+                raise WorkerError(f"{pending[future]}: {failure(result)}")
+            span = pending.pop(future)
+            content, seconds = result
+            work = max(WORK + WORK_PER_THREAD * threads.count(), WORK_SHARE * (time.monotonic() - begin))
+            share.learn(span, seconds, work)
+            yield span, content
+    finally:
+        # A cluster that is gone, or that Ctrl-C ends as well, must not hide why this has ended.
+        with contextlib.suppress(Exception):
+            client.cancel(list(pending))
+            client.unregister_worker_plugin(files.name)
+
+
+def register(client: Client, files: Files) -> None:
+    """Sends the files to the workers. Raises WorkerError if one of them cannot take them."""
+    for attempt in range(1 + RETRIES):
+        try:
+            client.register_plugin(files)
+            return
+        except Exception as error:
+            # A worker that dies just now ends the call for all of them, which is no reason to end the study.
+            if not isinstance(error, OSError) or attempt == RETRIES:
+                raise WorkerError(
+                    f"a worker cannot take the study: {error}; install the same wheel of plcfmu for the client, the scheduler "
+                    "and all workers"
+                ) from error
+            with contextlib.suppress(OSError):
+                client.unregister_worker_plugin(files.name)
+
+
+def failure(result: Any) -> str:
+    """Why a task has no result: the exception that it ended with."""
+    error = result[1] if isinstance(result, tuple) else result
+    if isinstance(error, KilledWorker):
+        died = error.allowed_failures + 1
+        count = "1 worker died while it ran it" if died == 1 else f"{died} workers died while they ran it"
+        return f"{count}: the logs say why, the last one is that of {error.last_worker.address} (was there enough memory?)"
+    return str(error) or type(error).__name__
+
+
+class Threads:
+    """How many threads the cluster has, which may change; at least 1, so that work waits for the first worker."""
+
+    def __init__(self, client: Client, clock: Callable[[], float] = time.monotonic) -> None:
+        self._client = client
+        self._clock = clock
+        self._asked: Optional[float] = None
+        self._count = 1
+
+    def count(self) -> int:
+        """As it was at most a second ago."""
+        now = self._clock()
+        if self._asked is None or now - self._asked > PATIENCE:
+            self._asked = now
+            self._count = max(1, sum(self._client.nthreads().values()))
+        return self._count
