@@ -99,7 +99,7 @@ impl Block {
     #[inline]
     pub fn groups(&self) -> impl Iterator<Item = (Type, std::ops::Range<usize>)> {
         let mut end = 0;
-        let ranges = Type::ALL.iter().zip(self.counts).map(move |(kind, count)| {
+        let ranges = Type::ALL.iter().zip(&self.counts).map(move |(kind, count)| {
             end += count;
             (*kind, end - count..end)
         });

@@ -175,9 +175,7 @@ impl<C: Component> Run<C> {
         let time = plan.time(self.steps);
         self.time = time;
         self.stepped = 0;
-        for (value, column) in self.row.iter_mut().zip(&plan.columns) {
-            *value = self.members[column.source.0].values[column.source.1];
-        }
+        self.record(plan, true);
         if plan.exchange == Exchange::Parallel {
             for member in 0..self.members.len() {
                 self.prepare(plan, member)?;
@@ -200,12 +198,18 @@ impl<C: Component> Run<C> {
 
     /// Ends a step.
     fn end_step(&mut self, plan: &Plan) {
+        self.record(plan, false);
+        self.steps += 1;
+    }
+
+    /// Records what is recorded before the step, or after it.
+    #[inline]
+    fn record(&mut self, plan: &Plan, is_before_step: bool) {
         for (value, column) in self.row.iter_mut().zip(&plan.columns) {
-            if !column.is_before_step {
+            if column.is_before_step == is_before_step {
                 *value = self.members[column.source.0].values[column.source.1];
             }
         }
-        self.steps += 1;
     }
 
     /// After an error of [`Run::step`]: if the first member has made the step, the step counts, and its row has the last

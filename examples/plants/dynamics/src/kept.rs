@@ -18,8 +18,7 @@ use blocks::{LReal, Stored};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Kept<const N: usize, T> {
-    /// The numbers, by their bits: NaN is equal to itself, and -0 differs from 0.
-    from: [u64; N],
+    from: [LReal; N],
     value: Option<T>,
 }
 
@@ -28,8 +27,10 @@ impl<const N: usize, T: Copy> Kept<N, T> {
     /// kept value always with the same.
     #[inline(always)]
     pub fn of(&mut self, numbers: [LReal; N], compute: fn([LReal; N]) -> T) -> T {
+        // By their bits, NaN is equal to itself, and -0 differs from 0.
+        let is_same = (0..N).all(|place| self.from[place].to_bits() == numbers[place].to_bits());
         match self.value {
-            Some(value) if self.from == numbers.map(LReal::to_bits) => value,
+            Some(value) if is_same => value,
             _ => self.compute(numbers, compute),
         }
     }
@@ -37,7 +38,7 @@ impl<const N: usize, T: Copy> Kept<N, T> {
     #[cold]
     fn compute(&mut self, numbers: [LReal; N], compute: fn([LReal; N]) -> T) -> T {
         let value = compute(numbers);
-        *self = Kept { from: numbers.map(LReal::to_bits), value: Some(value) };
+        *self = Kept { from: numbers, value: Some(value) };
         value
     }
 }
@@ -45,7 +46,7 @@ impl<const N: usize, T: Copy> Kept<N, T> {
 impl<const N: usize, T> Default for Kept<N, T> {
     /// Nothing is computed yet.
     fn default() -> Self {
-        Kept { from: [0; N], value: None }
+        Kept { from: [0.0; N], value: None }
     }
 }
 
