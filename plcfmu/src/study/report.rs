@@ -194,7 +194,7 @@ pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item =
     text
 }
 
-/// What a run was given: `HEATER.GAIN = 1.2, CONT_C.TI = 20 s`.
+/// What a run was given: `FURNACE.GAIN = 1.2, PID.TI = 20 s`.
 fn settings(results: &Results, run: u64) -> String {
     let setting = |(of, value): (&Quantity, &f64)| format!("{} = {}", of.name, with_unit(*value, of));
     results.coordinates.iter().zip(results.point(run)).map(setting).collect::<Vec<_>>().join(", ")

@@ -457,7 +457,7 @@ impl Reset for Faulty {
         match self.fault {
             Fault::None | Fault::OneInstance => {}
             Fault::ResetKeepsState => self.residue = 1e-9,
-            Fault::ResetRefused => bail!("fmi2Reset returned an error"),
+            Fault::ResetRefused => bail!("the reset returned an error"),
         }
         self.inner.reset()
     }
@@ -498,7 +498,7 @@ fn instances_that_cannot_be_reset_are_replaced_by_new_ones_for_each_run() {
         let (_, mut sound) = faulty(Fault::None);
         let (instances, mut make) = faulty(fault);
         let mut executor = Executor::new(experiment.clone());
-        let warning = "an FMU computes something else after fmi2Reset than a new instance does: each run gets new instances, \
+        let warning = "an FMU computes something else after a reset than a new instance does: each run gets new instances, \
                        which takes longer; tell the maker of the FMU";
         assert_eq!(executor.check_reset(&mut make).as_deref(), Some(warning));
         let before = instances.get();
