@@ -13,11 +13,12 @@
 //! are recorded after the step.
 
 use crate::component::{Component, Reset, Type};
-use crate::plan::{Assignment, Block, Column, MemberPlan, Plan, ROUNDING};
+use crate::plan::{Assignment, Column, MemberPlan, Plan, ROUNDING};
 use crate::system::Exchange;
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
+use std::ops::Range;
 
 /// What a run has recorded.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
@@ -131,6 +132,10 @@ pub struct Run<C> {
     at: usize,
     /// When the last step began, in seconds.
     time: f64,
+    /// The values of `observed` of all members, one member behind the other.
+    values: Vec<f64>,
+    /// What is recorded before the step, and after it: the number of the column, and its place in `values`.
+    recorded: [Vec<(usize, usize)>; 2],
     /// What the last step recorded, for each column of the plan; true is 1.
     row: Vec<f64>,
 }
@@ -139,14 +144,27 @@ pub struct Run<C> {
 #[derive(Debug)]
 struct Running<C> {
     component: C,
-    /// The values of `plan.observed`.
-    values: Vec<f64>,
-    /// The values of `plan.connected`.
-    inputs: Vec<f64>,
+    wiring: Wiring,
     /// How many of `plan.events` have been.
     events: usize,
     /// What is set in the next step, after the plan's events.
     pending: Vec<Assignment>,
+}
+
+/// Where the values of a member come from and go to. It follows from the plan alone: worked out once, so that a step only moves
+/// values.
+#[derive(Debug)]
+struct Wiring {
+    /// Where the member's values are in those of the run.
+    own: Range<usize>,
+    /// The types of `plan.observed`, with the places of their variables there.
+    read: Vec<(Type, Range<usize>)>,
+    /// The same of `plan.connected`.
+    written: Vec<(Type, Range<usize>)>,
+    /// Where the values of `plan.connected` are in those of the run.
+    sources: Vec<usize>,
+    /// The values of `plan.connected`.
+    inputs: Vec<f64>,
 }
 
 impl<C: Component> Run<C> {
@@ -160,9 +178,17 @@ impl<C: Component> Run<C> {
     pub fn begin(plan: &Plan, components: Vec<C>, stop: Option<f64>) -> Result<Run<C>> {
         assert_eq!(components.len(), plan.members.len(), "each member has a component");
         let members =
-            plan.members.iter().zip(components).map(|(plan, component)| Running::of(plan, component)).collect();
-        let row = vec![0.0; plan.columns.len()];
-        let mut run = Run { members, steps: 0, stepped: 0, at: 0, time: plan.start, row };
+            components.into_iter().enumerate().map(|(member, component)| Running::of(plan, member, component));
+        let mut run = Run {
+            members: members.collect(),
+            steps: 0,
+            stepped: 0,
+            at: 0,
+            time: plan.start,
+            values: vec![0.0; first_value(plan, plan.members.len())],
+            recorded: recorded(plan),
+            row: vec![0.0; plan.columns.len()],
+        };
         run.initialize(plan, 0, plan.start, stop)?;
         Ok(run)
     }
@@ -175,7 +201,7 @@ impl<C: Component> Run<C> {
         let time = plan.time(self.steps);
         self.time = time;
         self.stepped = 0;
-        self.record(plan, true);
+        self.record(0);
         if plan.exchange == Exchange::Parallel {
             for member in 0..self.members.len() {
                 self.prepare(plan, member)?;
@@ -186,38 +212,37 @@ impl<C: Component> Run<C> {
                 self.prepare(plan, member)?;
             }
             self.at = member;
-            let (own, name) = (&plan.members[member], || plan.members[member].name.clone());
+            let own = &plan.members[member];
             let of = &mut self.members[member];
-            of.component.step(time, plan.step).with_context(name)?;
+            of.component.step(time, plan.step).with_context(|| own.name.clone())?;
             self.stepped = member + 1;
-            of.observe(own).with_context(|| format!("{} after the step at {time:?} s", own.name))?;
+            of.observe(own, &mut self.values).with_context(|| format!("{} after the step at {time:?} s", own.name))?;
         }
-        self.end_step(plan);
+        self.end_step();
         Ok(())
     }
 
     /// Ends a step.
-    fn end_step(&mut self, plan: &Plan) {
-        self.record(plan, false);
+    #[inline]
+    fn end_step(&mut self) {
+        self.record(1);
         self.steps += 1;
     }
 
-    /// Records what is recorded before the step, or after it.
+    /// Records what is recorded before the step, 0, or after it, 1.
     #[inline]
-    fn record(&mut self, plan: &Plan, is_before_step: bool) {
-        for (value, column) in self.row.iter_mut().zip(&plan.columns) {
-            if column.is_before_step == is_before_step {
-                *value = self.members[column.source.0].values[column.source.1];
-            }
+    fn record(&mut self, when: usize) {
+        for (column, place) in &self.recorded[when] {
+            self.row[*column] = self.values[*place];
         }
     }
 
     /// After an error of [`Run::step`]: if the first member has made the step, the step counts, and its row has the last
     /// known values of the others. Says whether it counts.
-    pub fn abandon_step(&mut self, plan: &Plan) -> bool {
+    pub fn abandon_step(&mut self) -> bool {
         let counts = self.stepped > 0;
         if counts {
-            self.end_step(plan);
+            self.end_step();
         }
         counts
     }
@@ -232,17 +257,21 @@ impl<C: Component> Run<C> {
     /// There are not as many components as other members, or something else is observed of the first.
     pub fn exchange(&mut self, plan: &Plan, others: Vec<C>) -> Result<()> {
         assert_eq!(others.len() + 1, plan.members.len(), "each member has a component");
-        assert_eq!(self.members[0].values.len(), plan.members[0].observed.references.len(), "the same is observed");
+        assert_eq!(self.members[0].wiring.own.len(), plan.members[0].observed.references.len(), "the same is observed");
         let before = self.members.split_off(1);
-        let inputs = vec![0.0; plan.members[0].connected.references.len()];
-        let inputs = std::mem::replace(&mut self.members[0].inputs, inputs);
-        self.members.extend(plan.members[1..].iter().zip(others).map(|(plan, component)| Running::of(plan, component)));
+        let first = std::mem::replace(&mut self.members[0].wiring, Wiring::of(plan, 0));
+        self.members.extend(others.into_iter().enumerate().map(|(other, of)| Running::of(plan, other + 1, of)));
+        let values = self.values.clone();
+        self.values.truncate(first.own.end);
+        self.values.resize(first_value(plan, plan.members.len()), 0.0);
         let exchanged = self.initialize(plan, 1, plan.time(self.steps), None);
         if exchanged.is_err() {
             self.members.truncate(1);
             self.members.extend(before);
-            self.members[0].inputs = inputs;
+            self.members[0].wiring = first;
+            self.values = values;
         } else {
+            self.recorded = recorded(plan);
             self.row = vec![0.0; plan.columns.len()];
         }
         exchanged
@@ -256,7 +285,7 @@ impl<C: Component> Run<C> {
     /// What was last read, for each column of the plan; true is 1. Before the first step these are the values after the
     /// initialization.
     pub fn values(&self, plan: &Plan) -> Vec<f64> {
-        plan.columns.iter().map(|column| self.members[column.source.0].values[column.source.1]).collect()
+        plan.columns.iter().map(|column| self.values[place(plan, column.source)]).collect()
     }
 
     /// Sets a variable of a member in the next step, after what the plan sets then.
@@ -298,19 +327,19 @@ impl<C: Component> Run<C> {
             of.assign(&own.parameters).with_context(|| at(own))?;
             of.component.enter_initialization().with_context(|| at(own))?;
             of.assign(&own.inputs).with_context(|| at(own))?;
-            of.observe_outputs(own).with_context(|| at(own))?;
+            of.observe_outputs(own, &mut self.values).with_context(|| at(own))?;
         }
         for (member, own) in plan.members.iter().enumerate().skip(first) {
-            self.gather(own, member);
             let of = &mut self.members[member];
+            of.gather(&self.values);
             of.write_inputs(own).with_context(|| at(own))?;
             if plan.exchange == Exchange::Sequential {
-                of.observe_outputs(own).with_context(|| at(own))?;
+                of.observe_outputs(own, &mut self.values).with_context(|| at(own))?;
             }
         }
         for (of, own) in self.members.iter_mut().zip(&plan.members).skip(first) {
             of.component.exit_initialization().with_context(|| at(own))?;
-            of.observe(own).with_context(|| at(own))?;
+            of.observe(own, &mut self.values).with_context(|| at(own))?;
         }
         Ok(())
     }
@@ -319,8 +348,8 @@ impl<C: Component> Run<C> {
     fn prepare(&mut self, plan: &Plan, member: usize) -> Result<()> {
         self.at = member;
         let (own, time) = (&plan.members[member], self.time);
-        self.gather(own, member);
         let of = &mut self.members[member];
+        of.gather(&self.values);
         while let Some((at, assignment)) = own.events.get(of.events)
             && *at <= time + ROUNDING * plan.step
         {
@@ -332,13 +361,6 @@ impl<C: Component> Run<C> {
             of.assign(&pending).with_context(|| format!("{} at {time:?} s", own.name))?;
         }
         of.write_inputs(own).with_context(|| format!("{} at {time:?} s", own.name))
-    }
-
-    /// Fetches the values of a member's connected inputs from where they are.
-    fn gather(&mut self, plan: &MemberPlan, member: usize) {
-        for (place, (from, source)) in plan.sources.iter().enumerate() {
-            self.members[member].inputs[place] = self.members[*from].values[*source];
-        }
     }
 }
 
@@ -352,21 +374,55 @@ impl<C: Reset> Run<C> {
             of.component.reset().with_context(|| own.name.clone())?;
             of.events = 0;
             of.pending.clear();
-            of.values.fill(0.0);
         }
+        self.values.fill(0.0);
         (self.steps, self.stepped, self.at, self.time) = (0, 0, 0, plan.start);
         self.initialize(plan, 0, plan.start, stop)
     }
 }
 
+impl Wiring {
+    /// That of a member by its number.
+    fn of(plan: &Plan, member: usize) -> Wiring {
+        let own = &plan.members[member];
+        Wiring {
+            own: first_value(plan, member)..first_value(plan, member + 1),
+            read: own.observed.groups().collect(),
+            written: own.connected.groups().collect(),
+            sources: own.sources.iter().map(|source| place(plan, *source)).collect(),
+            inputs: vec![0.0; own.connected.references.len()],
+        }
+    }
+}
+
+/// Where the values of a member begin in those of the run.
+fn first_value(plan: &Plan, member: usize) -> usize {
+    plan.members[..member].iter().map(|of| of.observed.references.len()).sum()
+}
+
+/// Where a value is in those of the run: that of a member, at a place of its `observed`.
+fn place(plan: &Plan, (member, place): (usize, usize)) -> usize {
+    first_value(plan, member) + place
+}
+
+/// What is recorded before a step, and after it: the numbers of the columns, and where their values are.
+fn recorded(plan: &Plan) -> [Vec<(usize, usize)>; 2] {
+    [true, false].map(|is_before_step| {
+        let columns = plan.columns.iter().enumerate().filter(|(_, column)| column.is_before_step == is_before_step);
+        columns.map(|(number, column)| (number, place(plan, column.source))).collect()
+    })
+}
+
 impl<C: Component> Running<C> {
-    fn of(plan: &MemberPlan, component: C) -> Running<C> {
-        Running {
-            component,
-            values: vec![0.0; plan.observed.references.len()],
-            inputs: vec![0.0; plan.connected.references.len()],
-            events: 0,
-            pending: Vec::new(),
+    fn of(plan: &Plan, member: usize, component: C) -> Running<C> {
+        Running { component, wiring: Wiring::of(plan, member), events: 0, pending: Vec::new() }
+    }
+
+    /// Fetches the values of the connected inputs from where they are.
+    #[inline]
+    fn gather(&mut self, values: &[f64]) {
+        for (input, source) in self.wiring.inputs.iter_mut().zip(&self.wiring.sources) {
+            *input = values[*source];
         }
     }
 
@@ -378,34 +434,37 @@ impl<C: Component> Running<C> {
     }
 
     /// Writes the connected inputs.
+    #[inline]
     fn write_inputs(&mut self, plan: &MemberPlan) -> Result<()> {
-        for (kind, range) in plan.connected.groups() {
-            self.component.write(kind, &plan.connected.references[range.clone()], &self.inputs[range])?;
+        for (kind, range) in &self.wiring.written {
+            let inputs = &self.wiring.inputs[range.clone()];
+            self.component.write(*kind, &plan.connected.references[range.clone()], inputs)?;
         }
         Ok(())
     }
 
-    /// Reads everything that others need or that is recorded.
-    fn observe(&mut self, plan: &MemberPlan) -> Result<()> {
-        read(&mut self.component, &plan.observed, &mut self.values)
+    /// Reads everything that others need or that is recorded, into the values of the run.
+    #[inline]
+    fn observe(&mut self, plan: &MemberPlan, values: &mut [f64]) -> Result<()> {
+        let own = &mut values[self.wiring.own.clone()];
+        for (kind, range) in &self.wiring.read {
+            self.component.read(*kind, &plan.observed.references[range.clone()], &mut own[range.clone()])?;
+        }
+        Ok(())
     }
 
     /// Reads the connected outputs alone: in Initialization Mode the standard allows no more.
-    fn observe_outputs(&mut self, plan: &MemberPlan) -> Result<()> {
+    fn observe_outputs(&mut self, plan: &MemberPlan, values: &mut [f64]) -> Result<()> {
         let mut outputs = vec![0.0; plan.outputs.references.len()];
-        read(&mut self.component, &plan.outputs, &mut outputs)?;
+        for (kind, range) in plan.outputs.groups() {
+            self.component.read(kind, &plan.outputs.references[range.clone()], &mut outputs[range])?;
+        }
+        let own = &mut values[self.wiring.own.clone()];
         for (place, output) in plan.output_places.iter().zip(outputs) {
-            self.values[*place] = output;
+            own[*place] = output;
         }
         Ok(())
     }
-}
-
-fn read(component: &mut impl Component, block: &Block, values: &mut [f64]) -> Result<()> {
-    for (kind, range) in block.groups() {
-        component.read(kind, &block.references[range.clone()], &mut values[range])?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -529,7 +529,7 @@ impl Present {
     fn call(&mut self) {
         self.follow_ramps();
         let failed = self.run.step(&self.wired.plan).err();
-        let counts = failed.is_none() || self.run.abandon_step(&self.wired.plan);
+        let counts = failed.is_none() || self.run.abandon_step();
         if let Some(error) = failed {
             self.record.failure = Some(format!("{error:#}"));
             self.ramps.clear();

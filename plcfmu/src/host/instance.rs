@@ -218,6 +218,12 @@ impl Instance {
             let status = unsafe { (self.library.get_real)(self.component, from, count, values.as_mut_ptr()) };
             return self.check("fmi2GetReal", status);
         }
+        self.get_integers(kind, references, values)
+    }
+
+    /// The same for Integers and Booleans.
+    fn get_integers(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
+        let (from, count) = (references.as_ptr(), references.len());
         self.integers.clear();
         self.integers.resize(count, 0);
         let integers = self.integers.as_mut_ptr();
@@ -251,6 +257,12 @@ impl Instance {
             let status = unsafe { (self.library.set_real)(self.component, to, count, values.as_ptr()) };
             return self.check("fmi2SetReal", status);
         }
+        self.set_integers(kind, references, values)
+    }
+
+    /// The same for Integers and Booleans.
+    fn set_integers(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
+        let (to, count) = (references.as_ptr(), references.len());
         self.integers.clear();
         for value in values {
             let integer = *value as c_int;
