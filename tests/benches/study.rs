@@ -8,21 +8,13 @@
 //! is `target/release/plcfmu` (or `PLCFMU_COMMAND`), Python that of `target/venv`. `PLCFMU_BENCH_MEASUREMENTS` is the number of
 //! measurements of which the median is taken, `PLCFMU_BENCH_STUDIES` how often each study is made.
 
-// `fmu::export!` of the plant, which is linked in.
-#![allow(unsafe_code)]
-
-// The plant's own tests are not made here.
-#[allow(dead_code, unused_imports)]
-#[path = "../../examples/plants/heater/src/lib.rs"]
-mod heater;
-
 use blocks::{ContC, Law, Time};
 use engine::plan::Plan;
 use engine::run::Run;
 use engine::study::experiment::{Executor, Experiment};
 use engine::study::{Along, Axis, Job, Study};
 use engine::system::{Connection, Exchange, Member, Recorded, Setting, System};
-use heater::Heater;
+use engine_wasm::plants::heater::Heater;
 use modeldescription::v2::ModelDescription;
 use plcfmu::host::fmu::Fmu;
 use plcfmu::host::instance::Instance;
