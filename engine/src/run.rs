@@ -345,6 +345,7 @@ impl<C: Component> Run<C> {
     }
 
     /// Gives a member what is set at this time, and its connected inputs.
+    #[inline(always)]
     fn prepare(&mut self, plan: &Plan, member: usize) -> Result<()> {
         self.at = member;
         let (own, time) = (&plan.members[member], self.time);

@@ -379,14 +379,17 @@ impl Component for Instance {
         Instance::exit_initialization(self)
     }
 
+    #[inline]
     fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
         self.get_all(kind, references, values)
     }
 
+    #[inline]
     fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
         self.set_all(kind, references, values)
     }
 
+    #[inline]
     fn step(&mut self, time: f64, size: f64) -> Result<()> {
         Instance::step(self, time, size)
     }
