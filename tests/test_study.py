@@ -4,6 +4,7 @@ hang cost their own run and nothing else; an expectation that is not met is exit
 import csv
 import json
 import os
+import pathlib
 import re
 import signal
 import subprocess
@@ -128,6 +129,16 @@ def test_the_bytes_do_not_depend_on_how_the_runs_are_split(study, tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals and cc")
+EXAMPLES = sorted((pathlib.Path(__file__).parents[1] / "examples" / "studies").glob("*.toml"))
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_the_studies_of_the_examples_can_be_made(study, example, tmp_path):
+    done = study("--runs=0..2", "--part=two.part", "--jobs=1", file=example)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "two.part").is_file()
+
+
 def test_an_fmu_that_fails_costs_its_own_run(study, with_faulty, tmp_path):
     done = study("--out=out", "--format=csv", file="faults.toml", fmus=with_faulty)
     assert done.returncode == 0, done.stderr

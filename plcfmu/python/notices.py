@@ -49,8 +49,8 @@ def crates(target: str) -> dict[str, dict[str, Any]]:
 def texts(folder: pathlib.Path) -> list[str]:
     """The licence texts in the folder of a crate's sources."""
     files = [path for path in folder.iterdir() if path.is_file() and path.name.upper().startswith(BEGINNINGS)]
-    # A crate that consists of fonts has their licences beside them.
-    files += folder.glob("fonts/*.txt")
+    # A crate that consists of fonts has their licences beside them; others have a folder for those of their parts.
+    files += [*folder.glob("fonts/*.txt"), *folder.glob("licenses/*.txt")]
     return [path.read_text(encoding="utf-8", errors="replace").strip() for path in sorted(files)]
 
 

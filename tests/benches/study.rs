@@ -4,9 +4,10 @@
 //! Measured in turns in the same run: the bare blocks in one loop; FMPy, Ecos and libcosim with the same files, driven by
 //! `masters.py`. Then whole studies by the command: how many seconds they take, with one process and with two.
 //!
-//! `cargo bench --package tests --bench study`. The FMUs are those of `target/fmu` (or of the folder `PLCFMU_FMUS`), the command
-//! is `target/release/plcfmu` (or `PLCFMU_COMMAND`), Python that of `target/venv`. `PLCFMU_BENCH_MEASUREMENTS` is the number of
-//! measurements of which the median is taken, `PLCFMU_BENCH_STUDIES` how often each study is made.
+//! `cargo bench --profile command --package tests --bench study`: built as the command is that users get. The FMUs are those of
+//! `target/fmu` (or of the folder `PLCFMU_FMUS`), the command is `target/command/plcfmu` (or `PLCFMU_COMMAND`), Python that of
+//! `target/venv`. `PLCFMU_BENCH_MEASUREMENTS` is the number of measurements of which the median is taken,
+//! `PLCFMU_BENCH_STUDIES` how often each study is made.
 
 use blocks::{ContC, Law, Time};
 use engine::plan::Plan;
@@ -302,12 +303,12 @@ fn study(command: &Path, file: &Path, folder: &Path, temporary: &Path, jobs: usi
 /// Whole studies by the command.
 fn studies(folder: &Path, temporary: &Path) -> Result<()> {
     let command = std::env::var_os("PLCFMU_COMMAND").map_or_else(
-        || target().join("release").join(format!("plcfmu{}", std::env::consts::EXE_SUFFIX)),
+        || target().join("command").join(format!("plcfmu{}", std::env::consts::EXE_SUFFIX)),
         PathBuf::from,
     );
     if !command.is_file() {
         println!(
-            "left out: whole studies, since there is no target/release/plcfmu ('cargo build --release -p plcfmu')"
+            "left out: whole studies, since there is no target/command/plcfmu ('cargo build --profile command -p plcfmu')"
         );
         return Ok(());
     }
