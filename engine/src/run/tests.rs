@@ -1,4 +1,5 @@
 use super::*;
+use crate::plan::Block;
 use std::cell::RefCell;
 use std::rc::Rc;
 
