@@ -303,16 +303,15 @@ fn curves(pool: &mut Pool, results: &Results, named: &[u64], wanted: &[u64]) -> 
 
 /// Writes the files of the results, in place of older ones.
 fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
+    // The table of an older study, not any file of this name.
+    let has_older = out.join("summary.json").is_file();
     for old in [Format::Parquet.file(out), Format::Csv.file(out)] {
-        if old != options.format.file(out) && old.exists() {
+        if has_older && old != options.format.file(out) && old.exists() {
             fs::remove_file(&old).with_context(|| old.display().to_string())?;
         }
     }
-    for old in [out.join("curves"), out.join("pictures")] {
-        if old.exists() {
-            fs::remove_dir_all(&old).with_context(|| old.display().to_string())?;
-        }
-    }
+    study::clear(&out.join("curves"), |name| name.starts_with("run_") && name.ends_with(".csv"))?;
+    study::clear(&out.join("pictures"), report::is_picture)?;
     output::write(&options.format.file(out), options.format, report.results)?;
     for (run, recording) in report.curves.iter().filter(|(run, _)| options.curves.contains(run)) {
         let file = out.join("curves").join(format!("run_{run}.csv"));

@@ -109,7 +109,48 @@ pub fn open(path: &Path, fmus: Option<&Path>) -> Result<read::Reading> {
     read::read(path, fmus)
 }
 
+/// Removes the files of a folder whose names are those of an older study's files, and the folder if nothing else is in it.
+///
+/// # Errors
+/// A file cannot be removed.
+pub fn clear(folder: &Path, is_old: impl Fn(&str) -> bool) -> Result<()> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        entries => entries.with_context(|| folder.display().to_string())?,
+    };
+    for entry in entries {
+        let path = entry?.path();
+        if path.is_file() && path.file_name().and_then(|name| name.to_str()).is_some_and(&is_old) {
+            fs::remove_file(&path).with_context(|| format!("{} cannot be removed", path.display()))?;
+        }
+    }
+    // It fails if the folder has something else in it, which is the user's.
+    let _ = fs::remove_dir(folder);
+    Ok(())
+}
+
 /// Makes a folder and those above it.
 fn make_folder(path: &Path) -> Result<()> {
     fs::create_dir_all(path).with_context(|| format!("the folder {} cannot be made", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_files_of_an_older_study_are_removed() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("pictures");
+        fs::create_dir(&folder).unwrap();
+        for name in ["scatter.svg", "holiday.png"] {
+            fs::write(folder.join(name), name).unwrap();
+        }
+        clear(&folder, |name| name.starts_with("scatter")).unwrap();
+        let left: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        assert_eq!(left, ["holiday.png"]);
+        clear(&folder, |_| true).unwrap();
+        assert!(!folder.exists());
+        clear(&folder, |_| true).unwrap();
+    }
 }

@@ -167,18 +167,13 @@ impl Parts {
         Ok(())
     }
 
-    /// Removes the folder of the parts.
+    /// Removes the parts, and their folder if nothing else is in it.
     ///
     /// # Errors
-    /// It cannot be removed.
+    /// A part cannot be removed.
     pub fn remove(&mut self) -> Result<()> {
         self.files.clear();
-        match fs::remove_dir_all(&self.folder) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                Err(error).with_context(|| format!("{} cannot be removed", self.folder.display()))
-            }
-            _ => Ok(()),
-        }
+        super::clear(&self.folder, |name| name.ends_with(".part"))
     }
 }
 

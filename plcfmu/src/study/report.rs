@@ -194,6 +194,12 @@ pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item =
     text
 }
 
+/// Whether a file has the name of a picture of a study.
+pub fn is_picture(name: &str) -> bool {
+    let stem = name.strip_suffix(".svg").or_else(|| name.strip_suffix(".png"));
+    stem.is_some_and(|stem| stem == "curves" || stem == "scatter" || stem.starts_with("histogram_"))
+}
+
 /// What a run was given: `FURNACE.GAIN = 1.2, PID.TI = 20 s`.
 fn settings(results: &Results, run: u64) -> String {
     let setting = |(of, value): (&Quantity, &f64)| format!("{} = {}", of.name, with_unit(*value, of));
