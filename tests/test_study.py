@@ -128,7 +128,6 @@ def test_the_bytes_do_not_depend_on_how_the_runs_are_split(study, tmp_path):
     assert max(float(row["P.TEMP"]) for row in curves) == float(table[44]["P.TEMP.max"])
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs signals and cc")
 EXAMPLES = sorted((pathlib.Path(__file__).parents[1] / "examples" / "studies").glob("*.toml"))
 
 
@@ -139,6 +138,7 @@ def test_the_studies_of_the_examples_can_be_made(study, example, tmp_path):
     assert (tmp_path / "two.part").is_file()
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals and cc")
 def test_an_fmu_that_fails_costs_its_own_run(study, with_faulty, tmp_path):
     done = study("--out=out", "--format=csv", file="faults.toml", fmus=with_faulty)
     assert done.returncode == 0, done.stderr

@@ -350,7 +350,8 @@ def test_a_worker_that_is_killed_costs_no_run_and_doubles_none(tolerance, expect
     assert contents(tmp_path / "out") == expected
     made = between.ranges()
     assert sorted({run for each in made for run in each}) == list(range(RUNS))
-    assert sorted(each.start for each in made) == sorted([first, *{each.start for each in made}])
+    # So may be others that the worker had made, if it was killed before the client had fetched them.
+    assert sum(each.start == first for each in made) > 1, "the range that the worker was at is made again"
 
 
 def test_runs_that_kill_every_worker_are_named(tmp_path, between, client, monkeypatch):

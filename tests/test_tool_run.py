@@ -599,6 +599,8 @@ def test_everything_goes_by_keyboard_alone(open_tool):
     page.locator("#curves").get_by_role("slider").focus()
     page.keyboard.press(".")
     wait_for_calls(page, calls + 1)
+    # The curves are drawn in the next frame; the first call is at 0 s, CYCLE is 1 s.
+    page.wait_for_function("time => document.querySelector('#curves [role=slider]').ariaValueMax >= time", arg=calls)
     page.keyboard.press("End")
     assert "SP_INT 42" in page.locator("#curves").get_by_role("slider").get_attribute("aria-valuetext")
 
