@@ -358,6 +358,6 @@ def test_runs_that_kill_every_worker_are_named(tmp_path, between, client, monkey
     monkeypatch.setattr(client.cluster.scheduler, "allowed_failures", 0)
     between.begin('[ "$first" != 2 ] || kill -9 "$PPID"')
     # The worker had another range besides, which Dask suspects as well.
-    wanted = r"^run \d: 1 worker died while it ran it: .*tcp://\S+ .*; .*parts keeps what is done"
+    wanted = r"^runs? \d+( to \d+)?: 1 worker died while it ran it: .*tcp://\S+ .*; .*parts keeps what is done"
     with pytest.raises(plcfmu.StudyError, match=wanted):
         run(write_study(tmp_path / "deadly.toml", seed=7), tmp_path / "out", client)
