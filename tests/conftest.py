@@ -108,17 +108,27 @@ def controller(request, open_fmu):
 
 
 @pytest.fixture(scope="session")
-def faulty(tmp_path_factory):
+def pack_foreign():
+    """Makes an FMU in a folder of the source and the description that tests/foreign has under a name."""
+
+    def pack_foreign(name, folder):
+        source = pathlib.Path(__file__).parent / "foreign"
+        library = folder / f"{name}{fmpy.sharedLibraryExtension}"
+        compiler = os.environ.get("CC", "cc")
+        subprocess.run([compiler, "-shared", "-fPIC", "-o", library, source / f"{name}.c"], check=True)
+        path = folder / f"{name.upper()}.fmu"
+        with zipfile.ZipFile(path, "w") as fmu:
+            fmu.write(source / f"{name}.xml", "modelDescription.xml")
+            fmu.write(library, f"binaries/{fmpy.platform}/{library.name}")
+        return path
+
+    return pack_foreign
+
+
+@pytest.fixture(scope="session")
+def faulty(pack_foreign, tmp_path_factory):
     """tests/foreign/faulty.c as an FMU."""
-    source = pathlib.Path(__file__).parent / "foreign"
-    folder = tmp_path_factory.mktemp("faulty")
-    library = folder / f"faulty{fmpy.sharedLibraryExtension}"
-    compiler = os.environ.get("CC", "cc")
-    subprocess.run([compiler, "-shared", "-fPIC", "-o", library, source / "faulty.c"], check=True)
-    with zipfile.ZipFile(folder / "FAULTY.fmu", "w") as fmu:
-        fmu.write(source / "faulty.xml", "modelDescription.xml")
-        fmu.write(library, f"binaries/{fmpy.platform}/{library.name}")
-    return folder / "FAULTY.fmu"
+    return pack_foreign("faulty", tmp_path_factory.mktemp("faulty"))
 
 
 @pytest.fixture(scope="session")

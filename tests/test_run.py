@@ -4,16 +4,13 @@ refuses in one sentence what cannot be wired, and runs FMUs that others have mad
 import csv
 import io
 import os
-import pathlib
 import subprocess
 import zipfile
 
-import fmpy
 import pytest
 
 import host
 
-ROOT = pathlib.Path(__file__).parents[1]
 LOOP = {"CONT_C.LMN": "HEATER.POWER", "HEATER.T_PER": "CONT_C.PV_PER"}
 CONTROLLER = {"PVPER_ON": True, "PV_FAC": 4.0, "GAIN": 1.6, "TI": 135.0, "MAN": 50.0, "CYCLE": 1.0}
 
@@ -280,18 +277,12 @@ def test_a_drawing_can_be_svg(run, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def integrator(tmp_path_factory):
-    """tests/foreign as an FMU, in a folder whose name needs to be escaped in a URI."""
-    source = ROOT / "tests" / "foreign"
-    folder = tmp_path_factory.mktemp("foreign")
-    library = folder / f"integrator{fmpy.sharedLibraryExtension}"
-    compiler = os.environ.get("CC", "cc")
-    subprocess.run([compiler, "-shared", "-fPIC", "-o", library, source / "integrator.c"], check=True)
-    with zipfile.ZipFile(folder / "INTEGRATOR.fmu", "w") as fmu:
-        fmu.write(source / "modelDescription.xml", "modelDescription.xml")
-        fmu.write(library, f"binaries/{fmpy.platform}/{library.name}")
+def integrator(pack_foreign, tmp_path_factory):
+    """tests/foreign/integrator.c as an FMU with a resource."""
+    path = pack_foreign("integrator", tmp_path_factory.mktemp("foreign"))
+    with zipfile.ZipFile(path, "a") as fmu:
         fmu.writestr("resources/gain.txt", "0.5")
-    return str(folder / "INTEGRATOR.fmu")
+    return str(path)
 
 
 def test_an_fmu_of_others_with_the_least_functions_runs_and_finds_its_resources(run, integrator):
