@@ -1,6 +1,6 @@
 //! `plcfmu study`: runs a loop many times with different values.
 
-use super::print;
+use super::{print, time_limit};
 use crate::package::temporary;
 use crate::progress::Progress;
 use crate::study::output::Format;
@@ -48,7 +48,7 @@ pub struct Options {
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// How long one run may take, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     limit: f64,
     /// Go on with a study that was interrupted
     #[arg(long)]
@@ -80,13 +80,6 @@ Examples:
   plcfmu study tolerances.toml --resume
 
 The README of plcfmu says what a study is made of.";
-
-pub(super) fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(seconds) if (0.1..=1e6).contains(&seconds) => Ok(seconds),
-        _ => Err("a time from 0.1 s to 1000000 s is needed".into()),
-    }
-}
 
 fn range(text: &str) -> Result<Range<u64>, String> {
     let parsed = text.split_once("..").and_then(|(first, end)| Some(first.parse().ok()?..end.parse().ok()?));

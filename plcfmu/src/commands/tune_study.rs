@@ -1,7 +1,7 @@
 //! `plcfmu tune-study`: searches the settings of a controller that are the best for all plants of a study.
 
-use super::print;
-use super::study::{interruption, seconds};
+use super::study::interruption;
+use super::{print, time_limit};
 use crate::progress::Progress;
 use crate::study::pool;
 use crate::study::tuned::{self, Found};
@@ -32,7 +32,7 @@ pub struct Options {
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// How long one run may take, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     limit: f64,
 }
 

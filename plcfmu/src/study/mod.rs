@@ -20,6 +20,7 @@ pub mod tuned;
 pub mod tuning;
 pub mod worker;
 
+use crate::hexadecimal;
 use anyhow::{Context, Result, ensure};
 use engine::study::Job;
 use serde::Serialize;
@@ -56,7 +57,7 @@ pub fn fingerprint(job: &Job) -> Result<String> {
         member.path = PathBuf::from(hash(&member.path)?);
     }
     let content = serde_json::to_vec(&Content { version: env!("CARGO_PKG_VERSION"), job: &job })?;
-    Ok(hexadecimal(&Sha256::digest(content)))
+    Ok(hexadecimal::digits(&Sha256::digest(content)))
 }
 
 /// The SHA-256 of a file in hexadecimal digits.
@@ -64,7 +65,7 @@ fn hash(path: &Path) -> Result<String> {
     let shown = || path.display().to_string();
     let mut digest = Sha256::new();
     io::copy(&mut File::open(path).with_context(shown)?, &mut Writer(&mut digest)).with_context(shown)?;
-    Ok(hexadecimal(&digest.finalize()))
+    Ok(hexadecimal::digits(&digest.finalize()))
 }
 
 /// Hashes what is written.
@@ -79,10 +80,6 @@ impl io::Write for Writer<'_> {
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
     }
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The user has interrupted a command; what to do to go on.
