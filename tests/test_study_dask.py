@@ -209,6 +209,18 @@ def test_what_an_interrupted_call_has_made_is_not_made_again(tmp_path, between, 
     assert [made.count(run) for run in done] == [1] * len(done)
 
 
+def test_a_finished_study_is_not_made_again(tolerance, expected, tmp_path, between, client):
+    out = tmp_path / "out"
+    for path, content in expected.items():
+        (out / path).parent.mkdir(parents=True, exist_ok=True)
+        (out / path).write_bytes(content)
+    assert run(tolerance, out, client, resume=True).count == RUNS
+    assert between.ranges() == [] and contents(out) == expected
+    (out / "runs.csv").write_bytes(expected["runs.csv"] + b"\n")
+    with pytest.raises(plcfmu.StudyError, match="the table of the runs has changed since; name another folder"):
+        run(tolerance, out, client, resume=True)
+
+
 def test_parts_of_another_study_are_refused_before_any_run(tolerance, tmp_path, between, client):
     part = tmp_path / "out" / "parts" / "0-48.part"
     part.parent.mkdir(parents=True)

@@ -3,6 +3,7 @@
 use super::{print, time_limit};
 use crate::package::temporary;
 use crate::progress::Progress;
+use crate::study::finished::{self, Table};
 use crate::study::output::Format;
 use crate::study::parts::{self, Collector, Parts};
 use crate::study::pool::{self, Pool};
@@ -11,6 +12,7 @@ use crate::study::{self, Interrupted, bundle, junit, output};
 use anyhow::{Context, Result, bail, ensure};
 use engine::run::Recording;
 use engine::study::expect::{Expectation, Verdict};
+use engine::study::experiment::Experiment;
 use engine::study::results::{Results, Row};
 use engine::study::summary::Summary;
 use std::collections::BTreeSet;
@@ -115,8 +117,13 @@ pub fn run(options: &Options) -> Result<()> {
 
     let out = options.out.clone().unwrap_or_else(|| format!("{}_results", reading.name).into());
     let mut parts = Parts::open(&out, &fingerprint, options.resume)?;
-    make_runs(&mut pool, &mut parts)?;
-    let results = results(&pool, &parts)?;
+    let results = match finished(&out, options, pool.experiment(), &fingerprint, &mut parts)? {
+        Some(results) => results,
+        None => {
+            make_runs(&mut pool, &mut parts)?;
+            results(&pool, &parts)?
+        }
+    };
     let verdicts = expectations.into_iter().map(|expectation| {
         let verdict = expectation.verdict(&results);
         (expectation, verdict)
@@ -124,9 +131,12 @@ pub fn run(options: &Options) -> Result<()> {
     let verdicts: Vec<_> = verdicts.collect();
     let summary = Summary::of(&results, WORST);
     let curves = curves(&mut pool, &results, &options.curves, &report::curves_wanted(&summary, main))?;
+    output::write(&options.format.file(&out), options.format, &results)?;
     let report = Report {
         name: &reading.name,
         job: &reading.job,
+        fingerprint: &fingerprint,
+        table: &Table::of(&out, options.format)?,
         signals: &pool.experiment().signals,
         results: &results,
         summary: &summary,
@@ -266,6 +276,44 @@ impl Missing {
     }
 }
 
+/// The results that a study which goes on has in its folder already; none if there are runs to make.
+fn finished(
+    out: &Path,
+    options: &Options,
+    experiment: &Experiment,
+    fingerprint: &str,
+    parts: &mut Parts,
+) -> Result<Option<Results>> {
+    if !options.resume {
+        return Ok(None);
+    }
+    let count = experiment.count();
+    let has_parts = parts.missing(count) != [0..count];
+    let rows = finished::rows(out, fingerprint, experiment.coordinates.len(), experiment.figures.len());
+    let rows = match rows {
+        Ok(Some(rows)) => rows,
+        Ok(None) => return Ok(None),
+        // The parts replace these results.
+        Err(_) if has_parts => return Ok(None),
+        Err(error) => {
+            parts.remove()?;
+            return Err(error);
+        }
+    };
+    ensure!(
+        rows.len() as u64 == count,
+        "{} has {} of {count} runs: begin anew without --resume",
+        out.display(),
+        rows.len()
+    );
+    eprintln!("remark: {} has all {count} runs of this study: none is made again", out.display());
+    let mut results = Results::new(experiment.coordinates.clone(), experiment.figures.clone());
+    for (run, row) in (0..).zip(rows) {
+        results.push(&experiment.point(run), &row);
+    }
+    Ok(Some(results))
+}
+
 /// All rows with their points.
 fn results(pool: &Pool, parts: &Parts) -> Result<Results> {
     let experiment = pool.experiment();
@@ -294,18 +342,12 @@ fn curves(pool: &mut Pool, results: &Results, named: &[u64], wanted: &[u64]) -> 
     Ok(curves)
 }
 
-/// Writes the files of the results, in place of older ones.
+/// Writes the files of the results beside their table, in place of older ones.
 fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     // The table of an older study, not any file of this name.
     let has_older = out.join("summary.json").is_file();
-    for old in [Format::Parquet.file(out), Format::Csv.file(out)] {
-        if has_older && old != options.format.file(out) && old.exists() {
-            fs::remove_file(&old).with_context(|| old.display().to_string())?;
-        }
-    }
     study::clear(&out.join("curves"), |name| name.starts_with("run_") && name.ends_with(".csv"))?;
     study::clear(&out.join("pictures"), report::is_picture)?;
-    output::write(&options.format.file(out), options.format, report.results)?;
     for (run, recording) in report.curves.iter().filter(|(run, _)| options.curves.contains(run)) {
         let file = out.join("curves").join(format!("run_{run}.csv"));
         temporary::place(&file, |to| Ok(recording.write_csv(to)?), |_| Ok(()))?;
@@ -313,6 +355,12 @@ fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     report::write(out, report)?;
     if let Some(file) = &options.junit {
         junit::write(file, report)?;
+    }
+    // At the end: until then the older summary has its table, and --resume goes on.
+    for old in [Format::Parquet.file(out), Format::Csv.file(out)] {
+        if has_older && old != options.format.file(out) && old.exists() {
+            fs::remove_file(&old).with_context(|| old.display().to_string())?;
+        }
     }
     Ok(())
 }

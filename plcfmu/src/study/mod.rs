@@ -8,6 +8,7 @@
 //! The main process loads no native code: a crash or an endless loop of an FMU costs one run.
 
 pub mod bundle;
+pub mod finished;
 pub mod junit;
 pub mod output;
 pub mod parts;

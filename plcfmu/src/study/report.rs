@@ -3,6 +3,7 @@
 
 use crate::package::temporary;
 use crate::page::picture;
+use crate::study::finished::Table;
 use crate::study::pictures;
 use anyhow::{Context, Result, bail};
 use askama::Template;
@@ -32,6 +33,10 @@ pub struct Report<'a> {
     pub name: &'a str,
     /// What was run.
     pub job: &'a Job,
+    /// What the results depend on, from [`fingerprint`](super::fingerprint).
+    pub fingerprint: &'a str,
+    /// The table with the runs.
+    pub table: &'a Table,
     /// The loop's signals, `FMU.VARIABLE`.
     pub signals: &'a Signals,
     /// What the runs came to.
@@ -313,6 +318,8 @@ impl<T: Serialize> Serialize for Pairs<T> {
 #[derive(Serialize)]
 struct Document<'a> {
     study: &'a str,
+    fingerprint: &'a str,
+    table: &'a Table,
     runs: u64,
     failed: u64,
     failures: &'a [engine::study::summary::Failure],
@@ -412,6 +419,8 @@ fn json(report: &Report) -> Result<String> {
     });
     let document = Document {
         study: report.name,
+        fingerprint: report.fingerprint,
+        table: report.table,
         runs: summary.runs,
         failed: summary.failed,
         failures: &summary.failures,
