@@ -90,7 +90,7 @@ impl Sink for Each<'_> {
 #[derive(Debug)]
 pub struct Pool {
     experiment: Experiment,
-    table: Option<Table>,
+    tables: Vec<Option<Table>>,
     starter: Starter,
     slots: Vec<Slot>,
 }
@@ -118,11 +118,13 @@ impl Pool {
             limit: options.limit,
             interrupted: options.interrupted.clone(),
         };
-        let (mut worker, interface) = starter.start(false)?;
-        let table = interface.as_deref().map(worker::table).transpose()?;
+        let (mut worker, interfaces) = starter.start(false)?;
+        let tables = interfaces.iter().map(|of| of.as_deref().map(worker::table).transpose());
+        let tables: Vec<Option<Table>> = tables.collect::<Result<_>>()?;
         let descriptions = job.system.members.iter().map(|member| Ok(Package::open(&member.path)?.description));
         let descriptions = descriptions.collect::<Result<Vec<_>>>()?;
-        let mut experiment = worker::experiment(job, &descriptions.iter().collect::<Vec<_>>(), table.as_ref())?;
+        let mut experiment =
+            worker::experiment(job, &descriptions.iter().collect::<Vec<_>>(), tables.first().and_then(Option::as_ref))?;
         let mut slots: Vec<Slot> = (0..options.jobs.max(1)).map(|_| Slot::default()).collect();
         match worker.check_reset() {
             Ok(warning) => {
@@ -133,7 +135,7 @@ impl Pool {
             // Nothing is known. Its runs will say why, if it was not an interruption.
             Err(_) => starter.renews = true,
         }
-        Ok(Pool { experiment, table, starter, slots })
+        Ok(Pool { experiment, tables, starter, slots })
     }
 
     /// The experiment of the job.
@@ -141,9 +143,9 @@ impl Pool {
         &self.experiment
     }
 
-    /// What the library of the first member says of its block, if it has a table.
-    pub fn table(&self) -> Option<&Table> {
-        self.table.as_ref()
+    /// What the library of each member says of its block, if it has a table.
+    pub fn tables(&self) -> &[Option<Table>] {
+        &self.tables
     }
 
     /// Whether no more runs are made.

@@ -69,18 +69,19 @@ impl End {
 }
 
 impl Starter {
-    /// Starts a worker, and waits until it has loaded the FMUs. Gives what the library of the first member says of its block.
+    /// Starts a worker, and waits until it has loaded the FMUs. Gives what the library of each member says of its
+    /// block.
     ///
     /// # Errors
     /// What is wrong with the job or with an FMU.
-    pub fn start(&self, announces: bool) -> Result<(Worker, Option<String>)> {
+    pub fn start(&self, announces: bool) -> Result<(Worker, Vec<Option<String>>)> {
         let mut worker = self.spawn()?;
         worker.limit = self.limit.max(LOADING);
         worker.send(&Request::Begin { job: self.job.clone(), announces, renews: self.renews });
         match worker.reply() {
-            Ok(Reply::Ready(interface)) => {
+            Ok(Reply::Ready(interfaces)) => {
                 (worker.announces, worker.limit) = (announces, self.limit);
-                Ok((worker, interface))
+                Ok((worker, interfaces))
             }
             Ok(Reply::Refused(error)) => bail!("{error}"),
             Ok(other) => bail!("a worker answered {other:?}"),
