@@ -195,8 +195,10 @@ impl Robustness {
         let ignored = tune.search.iter().map(|of| of.variable.as_str()).filter(|name| !linear.has(name));
         let ignored: Vec<_> = ignored.collect();
         if !ignored.is_empty() {
-            let (names, them) = (ignored.join(" and "), if ignored.len() == 1 { "it" } else { "them" });
-            remarks.push(format!("Ms does not depend on {names} here: the models of the plants are those with the loop's own value of {them}"));
+            remarks.push(format!(
+                "Ms does not depend on {} here: the model of each plant is that with what the loop sets",
+                ignored.join(" and ")
+            ));
         }
         let in_point = Identification::is_in_point(job);
         let models = match tune.model {
