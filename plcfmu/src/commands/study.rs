@@ -52,7 +52,7 @@ pub struct Options {
     /// How long one run may take, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     limit: f64,
-    /// Go on with a study that was interrupted
+    /// Go on with a study that was interrupted; a finished one is not made again
     #[arg(long)]
     resume: bool,
     /// Also write the curves of these runs, as plcfmu run --out does
@@ -104,7 +104,7 @@ pub fn run(options: &Options) -> Result<()> {
     let figures = pool.experiment().figures.clone();
     let expectations = options.expect.iter().map(|text| Expectation::parse(text, &figures));
     let expectations = expectations.collect::<Result<Vec<_>>>()?;
-    let main = report::main_figure(&reading.job, &figures)?;
+    let main = report::main_figure(&reading.job, &figures).map_err(|error| study::located(error, &options.study))?;
     if let Some(run) = options.curves.iter().find(|run| **run >= count) {
         bail!("there is no run {run}: the study has the runs 0 to {}", count.saturating_sub(1));
     }
@@ -180,7 +180,7 @@ fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<Ato
     if pool_options.interrupted.load(Ordering::Relaxed) {
         bail!(Interrupted("no run was made".into()));
     }
-    pool.with_context(|| options.study.display().to_string())
+    pool.map_err(|error| study::located(error, &options.study))
 }
 
 /// Tells what the user should know before the runs.

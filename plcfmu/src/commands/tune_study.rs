@@ -7,7 +7,7 @@ use crate::study::pool;
 use crate::study::tuned::{self, Found};
 use crate::study::tuning::Tuning;
 use crate::study::{self, Interrupted};
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use engine::digits::short;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -68,7 +68,7 @@ pub fn run(options: &Options) -> Result<()> {
         interrupted: interruption()?,
         ..defaults
     };
-    let mut tuning = Tuning::start(&reading, &pool_options).with_context(|| options.study.display().to_string())?;
+    let mut tuning = Tuning::start(&reading, &pool_options).map_err(|error| study::located(error, &options.study))?;
     for remark in reading.job.system.remarks.iter().chain(&tuning.remarks) {
         eprintln!("remark: {remark}");
     }

@@ -454,6 +454,8 @@ struct Page<'a> {
     percents: Vec<String>,
     figures: Vec<FigurePart<'a>>,
     coordinates: Vec<String>,
+    /// Whether there is any rank correlation.
+    has_influence: bool,
     failures: Vec<(String, String)>,
 }
 
@@ -551,6 +553,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         sampling: has_samples.then(|| format!("{} samples {sampling}, seed {}.", study.samples, study.seed)),
         percents: PERCENTS.iter().map(|percent| format!("{percent} %")).collect(),
         figures: summary.figures.iter().enumerate().map(figure).collect(),
+        has_influence: summary.figures.iter().any(|of| of.correlations.iter().any(Option::is_some)),
         coordinates: summary.coordinates.iter().map(|of| printable(&pictures::axis(of))).collect(),
         failures: failures.collect(),
     };

@@ -1,5 +1,6 @@
 //! Searches for the settings that are the best for all plants of a study, with the runs made by a pool of workers.
 
+use crate::host::file::plain;
 use crate::package::Package;
 use crate::study::pool::{Options, Pool};
 use crate::study::read::Reading;
@@ -62,7 +63,7 @@ impl Tuning {
         let table = reading.tune.clone().context(
             "the study has no table [tune]: write one with minimize = \"iae\" and a table [[tune.search]] for each setting",
         )?;
-        let mut tune = Tune::deserialize(table).map_err(|error| anyhow!("[tune]: {}", error.to_string().trim()))?;
+        let mut tune = Tune::deserialize(table).map_err(|error| anyhow!("[tune]: {}", plain(&error.to_string())))?;
         tune.check().context("[tune]")?;
         let base = &reading.job;
         let mut present = Vec::new();
