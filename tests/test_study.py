@@ -143,6 +143,7 @@ def test_an_fmu_that_fails_costs_its_own_run(study, with_faulty, tmp_path):
     done = study("--out=out", "--format=csv", file="faults.toml", fmus=with_faulty)
     assert done.returncode == 0, done.stderr
     assert "warning: 6 of 8 runs failed; the first is run 1: P crashed: signal 6 (abort), twice" in done.stderr
+    assert "warning: P crashed: signal 6 (abort); it has printed: a step / a step / a step" in done.stderr
     errors = [row["error"] for row in rows(tmp_path / "out/runs.csv")]
     assert errors[:2] == ["", "P crashed: signal 6 (abort), twice"]
     assert errors[2].startswith("P: ") and errors[2].endswith("the sensor is broken")

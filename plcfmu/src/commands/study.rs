@@ -1,6 +1,6 @@
 //! `plcfmu study`: runs a loop many times with different values.
 
-use super::{print, time_limit};
+use super::{print, shown, time_limit};
 use crate::package::temporary;
 use crate::progress::Progress;
 use crate::study::finished::{self, Table};
@@ -26,6 +26,9 @@ use std::time::Duration;
 
 /// So many of the worst runs are in the summary, for each figure.
 const WORST: usize = 10;
+
+/// So many characters are shown of what an FMU that crashed has printed.
+const LONGEST_PRINTED: usize = 500;
 
 /// Run a loop many times with different values: tolerances, grids, regression tests
 ///
@@ -152,6 +155,9 @@ pub fn run(options: &Options) -> Result<()> {
         options.format.file(&out).display(),
         out.join("summary.html").display()
     ))?;
+    if let Some(printed) = pool.printed() {
+        eprintln!("warning: {}", shown(&printed, LONGEST_PRINTED));
+    }
     judge(&results, &verdicts)
 }
 

@@ -470,7 +470,7 @@ pub(crate) fn plain(message: &str) -> String {
         expected.split_once("; ").map_or((expected, String::new()), |(expected, rest)| (expected, format!("; {rest}")));
     let hint = if (found, expected) == ("map", "a sequence") { ": write [[NAME]] in place of [NAME]" } else { "" };
     let expected = match expected {
-        "u64" => "a whole number from 0 on",
+        "u64" | "usize" => "a whole number from 0 on",
         "f64" => "a number",
         "a sequence" => "a list",
         "a map" => "a table { NAME = VALUE, ... }",

@@ -93,6 +93,8 @@ pub struct Pool {
     tables: Vec<Option<Table>>,
     starter: Starter,
     slots: Vec<Slot>,
+    /// How the first FMU that has printed something has ended, with the number of its run.
+    printed: Mutex<Option<(u64, String)>>,
 }
 
 /// The place of one worker.
@@ -135,7 +137,7 @@ impl Pool {
             // Nothing is known. Its runs will say why, if it was not an interruption.
             Err(_) => starter.renews = true,
         }
-        Ok(Pool { experiment, tables, starter, slots })
+        Ok(Pool { experiment, tables, starter, slots, printed: Mutex::default() })
     }
 
     /// The experiment of the job.
@@ -146,6 +148,12 @@ impl Pool {
     /// What the library of each member says of its block, if it has a table.
     pub fn tables(&self) -> &[Option<Table>] {
         &self.tables
+    }
+
+    /// How an FMU has crashed or was ended, and what it has printed last; none if there is no such FMU.
+    pub fn printed(&self) -> Option<String> {
+        let printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
+        printed.as_ref().map(|(_, text)| text.clone())
     }
 
     /// Whether no more runs are made.
@@ -181,13 +189,13 @@ impl Pool {
             most_waiting: MOST_WAITING / width + 1,
         };
         let figures = self.experiment.figures.len();
-        let (starter, slots) = (&self.starter, &mut self.slots);
+        let (starter, slots, printed) = (&self.starter, &mut self.slots, &self.printed);
         thread::scope(|scope| {
             let (sender, batches) = mpsc::channel::<Result<Batch>>();
             for slot in slots.iter_mut().take(usize::try_from(count).unwrap_or(usize::MAX)) {
                 let (sender, shared) = (sender.clone(), &shared);
                 scope.spawn(move || {
-                    let made = Maker { starter, slot, figures, sender: &sender }.work(shared, point);
+                    let made = Maker { starter, slot, figures, sender: &sender, printed }.work(shared, point);
                     if let Err(error) = made
                         && !starter.interrupted.load(Ordering::Relaxed)
                     {
@@ -331,6 +339,7 @@ struct Maker<'a> {
     slot: &'a mut Slot,
     figures: usize,
     sender: &'a Sender<Result<Batch>>,
+    printed: &'a Mutex<Option<(u64, String)>>,
 }
 
 impl Maker<'_> {
@@ -371,6 +380,7 @@ impl Maker<'_> {
                 None => {}
                 Some(End::Interrupted) => return Ok(false),
                 Some(end) => {
+                    self.keep_printed(next, &announcing, &end);
                     let error = format!("{}, twice", end.text(self.starter));
                     let row = Row { figures: vec![f64::NAN; self.figures], error: Some(error) };
                     let point = points.remove(0);
@@ -380,6 +390,15 @@ impl Maker<'_> {
             points.extend(rest);
         }
         Ok(true)
+    }
+
+    /// Keeps what an FMU has printed. It is no part of the run's row, whose bytes have to be the same each time.
+    fn keep_printed(&self, run: u64, worker: &Worker, end: &End) {
+        let lines = worker.printed();
+        let mut printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
+        if !lines.is_empty() && printed.as_ref().is_none_or(|(first, _)| run < *first) {
+            *printed = Some((run, format!("{}; it has printed: {}", end.text(self.starter), lines.join(" / "))));
+        }
     }
 }
 
