@@ -294,13 +294,12 @@ fn finished(
         return Ok(None);
     }
     let count = experiment.count();
-    let has_parts = parts.missing(count) != [0..count];
     let rows = finished::rows(out, fingerprint, experiment.coordinates.len(), experiment.figures.len());
     let rows = match rows {
         Ok(Some(rows)) => rows,
         Ok(None) => return Ok(None),
         // The parts replace these results.
-        Err(_) if has_parts => return Ok(None),
+        Err(_) if !parts.are_empty() => return Ok(None),
         Err(error) => {
             parts.remove()?;
             return Err(error);
