@@ -83,7 +83,7 @@ pub fn write_csv(to: &mut impl Write, results: &Results) -> Result<()> {
     Ok(())
 }
 
-/// Reads the rows of a table that [`write`] has written, with so many coordinates and figures.
+/// Reads the rows of a table that [`write()`] has written, with so many coordinates and figures.
 ///
 /// # Errors
 /// The file cannot be read, or it is damaged.
