@@ -143,6 +143,7 @@ def test_an_fmu_that_fails_costs_its_own_run(study, with_faulty, tmp_path):
     done = study("--out=out", "--format=csv", file="faults.toml", fmus=with_faulty)
     assert done.returncode == 0, done.stderr
     assert "warning: 6 of 8 runs failed; the first is run 1: P crashed: signal 6 (abort), twice" in done.stderr
+    assert "warning: P crashed: signal 6 (abort); it has printed: a step / a step / a step" in done.stderr
     errors = [row["error"] for row in rows(tmp_path / "out/runs.csv")]
     assert errors[:2] == ["", "P crashed: signal 6 (abort), twice"]
     assert errors[2].startswith("P: ") and errors[2].endswith("the sensor is broken")
@@ -182,6 +183,38 @@ def test_a_study_that_was_interrupted_goes_on(study, with_faulty, tmp_path):
     first, second, third = rows(tmp_path / "out/runs.csv")
     assert {**first, "run": "1"} == second and float(first["P.Y.max"]) > 0.0
     assert third["error"] == "P did not return within 0.5 s, twice"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals and cc")
+def test_a_finished_study_is_not_made_again(study, with_faulty, tmp_path):
+    hangs = FAULTS.replace("[0, 1, 3, 4]", "[0, 3, 2]").replace("range = { from = 1, to = 2, count = 2 }", "values = [1]")
+    (tmp_path / "hangs.toml").write_text(hangs)
+    given = {"file": "hangs.toml", "fmus": with_faulty}
+    done = study("--out=out", "--format=csv", "--limit=0.5", **given)
+    assert done.returncode == 0, done.stderr
+    first = contents(tmp_path / "out")
+    assert b"P did not return within 0.5 s" in first["runs.csv"]
+    # With this limit a run that is made again has another error.
+    done = study("--out=out", "--format=csv", "--limit=0.4", "--resume", **given)
+    assert done.returncode == 0 and "remark: out has all 3 runs of this study" in done.stderr, done.stderr
+    assert contents(tmp_path / "out") == first
+    # What is asked in addition is answered.
+    asked = ["--expect=P.Y.max < 0", "--curves=0", "--junit=junit.xml"]
+    done = study("--out=out", "--limit=0.4", "--resume", *asked, **given)
+    assert done.returncode == 1 and "3 of 3 runs do not keep to it" in done.stderr
+    assert (tmp_path / "out/curves/run_0.csv").is_file() and 'failures="2"' in (tmp_path / "junit.xml").read_text()
+    assert not (tmp_path / "out/runs.csv").exists()
+    assert study("--out=out", "--format=csv", "--limit=0.4", "--resume", **given).returncode == 0
+    assert contents(tmp_path / "out") == first, "Parquet was read back bit-equal"
+
+
+def test_results_of_another_study_are_not_taken_for_those_of_this_one(study, tmp_path):
+    assert study("--out=out", "--format=csv").returncode == 0
+    first = contents(tmp_path / "out")
+    (tmp_path / "study.toml").write_text(STUDY.replace("seed = 7", "seed = 8"))
+    done = study("--out=out", "--format=csv", "--resume")
+    assert done.returncode == 1 and "out has the results of another study" in done.stderr
+    assert contents(tmp_path / "out") == first and not (tmp_path / "out/parts").exists()
 
 
 def test_parquet_has_the_values_of_the_csv(study, tmp_path):

@@ -209,6 +209,18 @@ def test_what_an_interrupted_call_has_made_is_not_made_again(tmp_path, between, 
     assert [made.count(run) for run in done] == [1] * len(done)
 
 
+def test_a_finished_study_is_not_made_again(tolerance, expected, tmp_path, between, client):
+    out = tmp_path / "out"
+    for path, content in expected.items():
+        (out / path).parent.mkdir(parents=True, exist_ok=True)
+        (out / path).write_bytes(content)
+    assert run(tolerance, out, client, resume=True).count == RUNS
+    assert between.ranges() == [] and contents(out) == expected
+    (out / "runs.csv").write_bytes(expected["runs.csv"] + b"\n")
+    with pytest.raises(plcfmu.StudyError, match="the table of the runs has changed since; name another folder"):
+        run(tolerance, out, client, resume=True)
+
+
 def test_parts_of_another_study_are_refused_before_any_run(tolerance, tmp_path, between, client):
     part = tmp_path / "out" / "parts" / "0-48.part"
     part.parent.mkdir(parents=True)
@@ -227,12 +239,13 @@ def test_an_expectation_without_sense_is_refused_before_any_run(tolerance, tmp_p
 # What travels
 
 
-def test_each_worker_gets_each_fmu_once_though_there_are_two_studies(tmp_path, between, client, only_runs):
-    def fmus_of(dask_worker):
-        """The FMUs that a worker has, with what tells a file from a later one in its place."""
-        folder = pathlib.Path(dask_worker.local_directory) / "plcfmu" / "fmus"
-        return {path.name: path.stat().st_ino for path in folder.glob("*.fmu")}
+def fmus_of(dask_worker):
+    """The FMUs that a worker has, with what tells a file from a later one in its place."""
+    folder = pathlib.Path(dask_worker.local_directory) / "plcfmu" / "fmus"
+    return {path.name: path.stat().st_ino for path in folder.glob("*.fmu")}
 
+
+def test_each_worker_gets_each_fmu_once_though_there_are_two_studies(tmp_path, between, client, only_runs):
     one, other = (write_study(tmp_path / f"{seed}.toml", seed) for seed in (3, 4))
     assert only_runs(one, tmp_path / "one", client) == list(range(RUNS))
     first = client.run(fmus_of)
@@ -243,6 +256,25 @@ def test_each_worker_gets_each_fmu_once_though_there_are_two_studies(tmp_path, b
     # What a study has sent is not kept for workers that come later.
     plugins = client.run_on_scheduler(lambda dask_scheduler: list(dask_scheduler.worker_plugins))
     assert [name for name in plugins if name.startswith("plcfmu")] == []
+
+
+def test_a_worker_that_its_nanny_restarts_gets_the_files_again(tolerance, tmp_path, client, command):
+    bundle = tmp_path / "bundle"
+    subprocess.run([command, "study", tolerance, f"--fmus={host.FOLDER}", f"--bundle={bundle}"], check=True)
+    files = workers.Files("0123", client.id, bundle)
+    workers.register(client, files)
+    try:
+        before = client.run(fmus_of)
+        address = next(iter(before))
+        process = client.run(os.getpid, workers=[address])
+        client.restart_workers([address])
+        client.wait_for_workers(4)
+        after = client.run(fmus_of)
+        assert process[address] not in client.run(os.getpid).values(), "it is another process"
+    finally:
+        client.unregister_worker_plugin(files.name)
+    wanted = {path.name for path in (bundle / "fmus").iterdir()}
+    assert len(wanted) == 2 and [set(fmus) for fmus in after.values()] == [wanted] * 4
 
 
 # What can go wrong

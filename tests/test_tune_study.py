@@ -154,3 +154,69 @@ def test_a_study_that_cannot_be_searched_is_refused_with_what_is_wrong(run, tmp_
     done = run("tune-study", written(tmp_path, **{old: new}), "--fmus", host.FOLDER)
     assert done.returncode == 1
     assert message in done.stderr
+
+
+CHAMBER = """
+exchange = "parallel"
+step = 0.05
+stop = 120.0
+[fmus]
+CONT_C = "CONT_C.fmu"
+PULSEGEN = "PULSEGEN.fmu"
+THERMO = "THERMO.fmu"
+[connections]
+CONT_C.LMN = "PULSEGEN.INV"
+PULSEGEN.QPOS_P = "THERMO.HEAT"
+PULSEGEN.QNEG_P = "THERMO.COOL"
+THERMO.TEMP = "CONT_C.PV_IN"
+[settings]
+CONT_C = { MAN_ON = false, SP_INT = 20.0, LMN_LLM = -100.0, GAIN = 2.0, TI = 60.0, CYCLE = 1.0 }
+PULSEGEN = { CYCLE = 0.05, PER_TM = 4.0, P_B_TM = 0.05 }
+THERMO = { CYCLE = 0.05, ZONE_TM = 30.0 }
+[[events]]
+time = 1.0
+set = { CONT_C.SP_INT = 30.0 }
+[[events]]
+time = 60.0
+set = { CONT_C.SP_INT = 10.0 }
+"""
+PULSES = """
+loop = "chamber.toml"
+[signals]
+pulses = ["PULSEGEN.QPOS_P", "PULSEGEN.QNEG_P"]
+[window]
+from = 1.0
+to = 120.0
+[tune]
+minimize = "iae"
+constraints = ["pulses < 60", "ms < 3"]
+evaluations = 40
+model = { gain = 0.6, time_constant = 30.0, dead_time = 5.0 }
+search = [
+    { variable = "CONT_C.GAIN", min = 1.0, max = 20.0 },
+    { variable = "CONT_C.TI", min = 10.0, max = 100.0 },
+    { variable = "PULSEGEN.RATIOFAC", min = 0.2, max = 5.0 },
+    { variable = "PULSEGEN.P_B_TM", min = 0.05, max = 1.0 },
+]
+"""
+
+
+def test_heating_and_cooling_pulses_are_searched_for_with_a_bound_on_their_number(run, tmp_path):
+    (tmp_path / "chamber.toml").write_text(CHAMBER)
+    (tmp_path / "pulses.toml").write_text(PULSES)
+    done = run("tune-study", tmp_path / "pulses.toml", "--fmus", host.FOLDER, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    assert "Ms does not depend on PULSEGEN.RATIOFAC and PULSEGEN.P_B_TM here" in done.stderr
+    iae, pulses = (re.search(rf"^{name} +(\S+) +\S+ +(\S+)", done.stdout, re.M) for name in ("iae", "pulses"))
+    assert float(pulses[1]) < 60 <= float(pulses[2]), done.stdout
+    assert float(iae[1]) < float(iae[2]), done.stdout
+    # Without a pulse generator, half of its period is more dead time of the plant.
+    sensitivity = re.search(r"^ms +\S+ +\S+ +(\S+)", done.stdout, re.M)
+    mean = CHAMBER.replace('PULSEGEN = "PULSEGEN.fmu"\n', "").replace('"PULSEGEN.INV"', '"THERMO.DRIVE"')
+    (tmp_path / "chamber.toml").write_text("\n".join(line for line in mean.splitlines() if "PULSEGEN" not in line))
+    without = "\n".join(line for line in PULSES.splitlines() if "PULSEGEN" not in line)
+    without = without.replace('"pulses < 60", ', "").replace("dead_time = 5.0", "dead_time = 7.0")
+    (tmp_path / "mean.toml").write_text(without.replace("evaluations = 40", "evaluations = 10"))
+    done = run("tune-study", tmp_path / "mean.toml", "--fmus", host.FOLDER, "--out", tmp_path / "mean")
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"^ms +\S+ +\S+ +(\S+)", done.stdout, re.M)[1] == sensitivity[1]

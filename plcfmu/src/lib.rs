@@ -12,6 +12,8 @@ pub mod commands;
 #[cfg(feature = "command")]
 pub mod framing;
 #[cfg(feature = "command")]
+mod hexadecimal;
+#[cfg(feature = "command")]
 pub mod host;
 pub mod package;
 #[cfg(feature = "command")]

@@ -2,15 +2,16 @@
 
 use crate::component::Reset;
 use crate::dialog::Roles;
+use crate::digits::short;
 use crate::plan::{Assignment, MemberPlan, Names, Plan};
 use crate::run::{self, Recording, Run};
 use crate::study::axes::{Axes, Target, varied};
 use crate::study::measures::{Measures, Traces};
 use crate::study::results::{Quantity, Row};
-use crate::study::{Job, Signals};
+use crate::study::{Job, Signals, Study};
 use crate::system::{Recorded, System};
 use anyhow::{Context, Result};
-use modeldescription::v2::ModelDescription;
+use modeldescription::v2::{Causality, ModelDescription};
 
 /// A study that can be run.
 ///
@@ -99,12 +100,20 @@ impl Experiment {
         let record = |system| System { record: recorded(measures.columns.iter()), ..system };
         // Each axis has one warning of its own, for all of its values.
         let fixed = Plan::of(&record(varied(system, &names, &axes.targets, &[])), descriptions)?;
-        let warnings = [fixed.warnings, axes.warnings(study), measures.warnings.clone()].concat();
+        let mut warnings = [fixed.warnings, axes.warnings(study), measures.warnings.clone()].concat();
         let varied = varied(system, &names, &axes.targets, &first);
         let all = Plan::of(&varied, descriptions)?;
         let columns = all.columns.iter().map(|column| &column.name).chain(&measures.columns);
         let recording = Plan::of(&System { record: recorded(columns), ..varied.clone() }, descriptions)?;
         let plan = Plan { warnings: Vec::new(), ..Plan::of(&record(varied), descriptions)? };
+        warnings.extend(constant_setpoint(study, system, &measures.signals, &names));
+        let end = plan.time(plan.steps);
+        warnings.extend(study.window.from.filter(|from| *from >= end).map(|from| {
+            format!(
+                "window: from = {from:?} s is not before the end of the run at {} s: there are no figures of the loop",
+                short(end)
+            )
+        }));
         let slots = axes
             .targets
             .iter()
@@ -144,6 +153,23 @@ impl Experiment {
             *slot.value(&mut self.recording.members) = *value;
         }
     }
+}
+
+/// What the user should know if no run has a step of the setpoint.
+fn constant_setpoint(study: &Study, system: &System, signals: &Signals, names: &Names) -> Option<String> {
+    let setpoint = signals.setpoint.as_ref()?;
+    // An output may change by itself.
+    let causality = names.find(setpoint).ok()?.variable.causality;
+    let is_set = matches!(causality, Causality::Input | Causality::Parameter);
+    let is_connected = system.connections.iter().any(|of| of.to == *setpoint);
+    let has_event = system.settings.iter().any(|of| of.time.is_some() && of.variable == *setpoint);
+    let has_axis = study.axes.iter().any(|axis| axis.time.is_some() && axis.variables.contains(setpoint));
+    (is_set && !is_connected && !has_event && !has_axis).then(|| {
+        format!(
+            "{setpoint} does not change during a run: there are no rise, overshoot and settling; for these, write [[events]] with \
+             time = SECONDS and set = {{ {setpoint} = VALUE }}"
+        )
+    })
 }
 
 /// Variables to record.

@@ -53,6 +53,7 @@ pub struct Tune {
     #[serde(default)]
     pub seed: u64,
     /// What varies from candidate to candidate.
+    #[serde(default)]
     pub search: Vec<Search>,
     /// The plant's model for `ms`, the same for all plants; identified for each plant without it.
     #[serde(default)]

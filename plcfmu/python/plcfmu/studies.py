@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import hashlib
 import json
 import math
 import pathlib
@@ -119,7 +120,8 @@ def study(
     - `expect`: what the runs should keep to, such as "overshoot < 10 %"; `StudyResult.unmet` says which do not.
     - `curves`: the runs whose signals over time are wanted, too.
     - `limit`: how long one run may take, in seconds (0.1 to 1e6); then its FMU hangs.
-    - `resume`: goes on with what is in `out` of an earlier call that was interrupted.
+    - `resume`: goes on with what is in `out` of an earlier call that was interrupted. Runs of a finished study are not made
+      again.
     - `format`: "parquet" or "csv".
     - `progress`: shows a progress bar.
 
@@ -150,7 +152,7 @@ def study(
         folder = pathlib.Path(f"{description['name']}_results" if out is None else out)
         parts = _Parts(folder / "parts", description["fingerprint"], description["runs"])
         parts.check(resume)
-        if gaps := parts.gaps():
+        if gaps := [] if resume and parts.are_finished() else parts.gaps():
             task = workers.Task(description["fingerprint"], _call(program, "--version"), limit)
             try:
                 with _connected(client) as connected:
@@ -225,6 +227,25 @@ class _Parts:
                     f"{path} is of another study: the study, an FMU or plcfmu has changed since; remove {self.folder}, or name "
                     "another folder"
                 )
+
+    def are_finished(self) -> bool:
+        """Whether there are the results of this study already. Raises StudyError if there are those of another one."""
+        results = self.folder.parent
+        try:
+            summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            return False
+        with contextlib.suppress(KeyError, FileNotFoundError):
+            table = summary["table"]
+            digest = hashlib.sha256((results / table["file"]).read_bytes()).hexdigest()
+            if (summary["fingerprint"], table["sha256"]) == (self.fingerprint, digest):
+                return True
+        if any(self.folder.glob("*.part")):
+            return False
+        raise StudyError(
+            f"{results} has the results of another study: the study, an FMU, plcfmu or the table of the runs has changed since; "
+            "name another folder, or begin anew without resume=True"
+        )
 
     def gaps(self) -> list[Span]:
         """The runs that there are no parts of."""

@@ -32,6 +32,14 @@ fn print(text: &str) -> Result<()> {
     }
 }
 
+/// Parses how long FMUs may take, in seconds.
+fn time_limit(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if (0.1..=1e6).contains(&seconds) => Ok(seconds),
+        _ => Err("a time from 0.1 s to 1000000 s is needed".into()),
+    }
+}
+
 /// How much of FMI 2.0 a library exports. It may export functions of other versions too.
 fn functions(binary: &Binary) -> String {
     let count = binary.functions.iter().filter(|name| name.starts_with(PREFIX)).count();

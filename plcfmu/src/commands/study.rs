@@ -1,8 +1,9 @@
 //! `plcfmu study`: runs a loop many times with different values.
 
-use super::print;
+use super::{print, shown, time_limit};
 use crate::package::temporary;
 use crate::progress::Progress;
+use crate::study::finished::{self, Table};
 use crate::study::output::Format;
 use crate::study::parts::{self, Collector, Parts};
 use crate::study::pool::{self, Pool};
@@ -11,6 +12,7 @@ use crate::study::{self, Interrupted, bundle, junit, output};
 use anyhow::{Context, Result, bail, ensure};
 use engine::run::Recording;
 use engine::study::expect::{Expectation, Verdict};
+use engine::study::experiment::Experiment;
 use engine::study::results::{Results, Row};
 use engine::study::summary::Summary;
 use std::collections::BTreeSet;
@@ -24,6 +26,9 @@ use std::time::Duration;
 
 /// So many of the worst runs are in the summary, for each figure.
 const WORST: usize = 10;
+
+/// So many characters are shown of what an FMU that crashed has printed.
+const LONGEST_PRINTED: usize = 500;
 
 /// Run a loop many times with different values: tolerances, grids, regression tests
 ///
@@ -48,9 +53,9 @@ pub struct Options {
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// How long one run may take, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     limit: f64,
-    /// Go on with a study that was interrupted
+    /// Go on with a study that was interrupted; a finished one is not made again
     #[arg(long)]
     resume: bool,
     /// Also write the curves of these runs, as plcfmu run --out does
@@ -81,13 +86,6 @@ Examples:
 
 The README of plcfmu says what a study is made of.";
 
-pub(super) fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(seconds) if (0.1..=1e6).contains(&seconds) => Ok(seconds),
-        _ => Err("a time from 0.1 s to 1000000 s is needed".into()),
-    }
-}
-
 fn range(text: &str) -> Result<Range<u64>, String> {
     let parsed = text.split_once("..").and_then(|(first, end)| Some(first.parse().ok()?..end.parse().ok()?));
     parsed.filter(|range| !range.is_empty()).ok_or_else(|| "write A..B, such as 0..1000, with B above A".into())
@@ -109,7 +107,7 @@ pub fn run(options: &Options) -> Result<()> {
     let figures = pool.experiment().figures.clone();
     let expectations = options.expect.iter().map(|text| Expectation::parse(text, &figures));
     let expectations = expectations.collect::<Result<Vec<_>>>()?;
-    let main = report::main_figure(&reading.job, &figures)?;
+    let main = report::main_figure(&reading.job, &figures).map_err(|error| study::located(error, &options.study))?;
     if let Some(run) = options.curves.iter().find(|run| **run >= count) {
         bail!("there is no run {run}: the study has the runs 0 to {}", count.saturating_sub(1));
     }
@@ -122,8 +120,13 @@ pub fn run(options: &Options) -> Result<()> {
 
     let out = options.out.clone().unwrap_or_else(|| format!("{}_results", reading.name).into());
     let mut parts = Parts::open(&out, &fingerprint, options.resume)?;
-    make_runs(&mut pool, &mut parts)?;
-    let results = results(&pool, &parts)?;
+    let results = match finished(&out, options, pool.experiment(), &fingerprint, &mut parts)? {
+        Some(results) => results,
+        None => {
+            make_runs(&mut pool, &mut parts)?;
+            results(&pool, &parts)?
+        }
+    };
     let verdicts = expectations.into_iter().map(|expectation| {
         let verdict = expectation.verdict(&results);
         (expectation, verdict)
@@ -131,9 +134,12 @@ pub fn run(options: &Options) -> Result<()> {
     let verdicts: Vec<_> = verdicts.collect();
     let summary = Summary::of(&results, WORST);
     let curves = curves(&mut pool, &results, &options.curves, &report::curves_wanted(&summary, main))?;
+    output::write(&options.format.file(&out), options.format, &results)?;
     let report = Report {
         name: &reading.name,
         job: &reading.job,
+        fingerprint: &fingerprint,
+        table: &Table::of(&out, options.format)?,
         signals: &pool.experiment().signals,
         results: &results,
         summary: &summary,
@@ -149,6 +155,9 @@ pub fn run(options: &Options) -> Result<()> {
         options.format.file(&out).display(),
         out.join("summary.html").display()
     ))?;
+    if let Some(printed) = pool.printed() {
+        eprintln!("warning: {}", shown(&printed, LONGEST_PRINTED));
+    }
     judge(&results, &verdicts)
 }
 
@@ -177,7 +186,7 @@ fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<Ato
     if pool_options.interrupted.load(Ordering::Relaxed) {
         bail!(Interrupted("no run was made".into()));
     }
-    pool.with_context(|| options.study.display().to_string())
+    pool.map_err(|error| study::located(error, &options.study))
 }
 
 /// Tells what the user should know before the runs.
@@ -273,6 +282,43 @@ impl Missing {
     }
 }
 
+/// The results that a study which goes on has in its folder already; none if there are runs to make.
+fn finished(
+    out: &Path,
+    options: &Options,
+    experiment: &Experiment,
+    fingerprint: &str,
+    parts: &mut Parts,
+) -> Result<Option<Results>> {
+    if !options.resume {
+        return Ok(None);
+    }
+    let count = experiment.count();
+    let rows = finished::rows(out, fingerprint, experiment.coordinates.len(), experiment.figures.len());
+    let rows = match rows {
+        Ok(Some(rows)) => rows,
+        Ok(None) => return Ok(None),
+        // The parts replace these results.
+        Err(_) if !parts.are_empty() => return Ok(None),
+        Err(error) => {
+            parts.remove()?;
+            return Err(error);
+        }
+    };
+    ensure!(
+        rows.len() as u64 == count,
+        "{} has {} of {count} runs: begin anew without --resume",
+        out.display(),
+        rows.len()
+    );
+    eprintln!("remark: {} has all {count} runs of this study: none is made again", out.display());
+    let mut results = Results::new(experiment.coordinates.clone(), experiment.figures.clone());
+    for (run, row) in (0..).zip(rows) {
+        results.push(&experiment.point(run), &row);
+    }
+    Ok(Some(results))
+}
+
 /// All rows with their points.
 fn results(pool: &Pool, parts: &Parts) -> Result<Results> {
     let experiment = pool.experiment();
@@ -301,18 +347,12 @@ fn curves(pool: &mut Pool, results: &Results, named: &[u64], wanted: &[u64]) -> 
     Ok(curves)
 }
 
-/// Writes the files of the results, in place of older ones.
+/// Writes the files of the results beside their table, in place of older ones.
 fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     // The table of an older study, not any file of this name.
     let has_older = out.join("summary.json").is_file();
-    for old in [Format::Parquet.file(out), Format::Csv.file(out)] {
-        if has_older && old != options.format.file(out) && old.exists() {
-            fs::remove_file(&old).with_context(|| old.display().to_string())?;
-        }
-    }
     study::clear(&out.join("curves"), |name| name.starts_with("run_") && name.ends_with(".csv"))?;
     study::clear(&out.join("pictures"), report::is_picture)?;
-    output::write(&options.format.file(out), options.format, report.results)?;
     for (run, recording) in report.curves.iter().filter(|(run, _)| options.curves.contains(run)) {
         let file = out.join("curves").join(format!("run_{run}.csv"));
         temporary::place(&file, |to| Ok(recording.write_csv(to)?), |_| Ok(()))?;
@@ -320,6 +360,12 @@ fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     report::write(out, report)?;
     if let Some(file) = &options.junit {
         junit::write(file, report)?;
+    }
+    // At the end: until then the older summary has its table, and --resume goes on.
+    for old in [Format::Parquet.file(out), Format::Csv.file(out)] {
+        if has_older && old != options.format.file(out) && old.exists() {
+            fs::remove_file(&old).with_context(|| old.display().to_string())?;
+        }
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! `plcfmu tool`: the parameter tool in the browser, with FMUs.
 
-use super::print;
+use super::{print, time_limit};
 use crate::page::escape::Named;
 use crate::tool::assets;
 use crate::tool::child::{Processes, Starter};
@@ -50,7 +50,7 @@ pub struct Options {
     #[arg(long)]
     no_browser: bool,
     /// How long a call of a foreign FMU may take, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = time_limit)]
     time_limit: f64,
 }
 
@@ -58,13 +58,6 @@ const HELP: &str = "\
 Examples:
   plcfmu tool plant.awl
   plcfmu tool --plant BOILER.fmu plant.awl";
-
-fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(seconds) if (0.1..=86_400.0).contains(&seconds) => Ok(seconds),
-        _ => Err("a time from 0.1 s to 86400 s is needed".into()),
-    }
-}
 
 /// Serves the tool until it is interrupted.
 ///

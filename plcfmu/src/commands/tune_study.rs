@@ -1,13 +1,13 @@
 //! `plcfmu tune-study`: searches the settings of a controller that are the best for all plants of a study.
 
-use super::print;
-use super::study::{interruption, seconds};
+use super::study::interruption;
+use super::{print, time_limit};
 use crate::progress::Progress;
 use crate::study::pool;
 use crate::study::tuned::{self, Found};
 use crate::study::tuning::Tuning;
 use crate::study::{self, Interrupted};
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use engine::digits::short;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -32,7 +32,7 @@ pub struct Options {
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// How long one run may take, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     limit: f64,
 }
 
@@ -68,7 +68,7 @@ pub fn run(options: &Options) -> Result<()> {
         interrupted: interruption()?,
         ..defaults
     };
-    let mut tuning = Tuning::start(&reading, &pool_options).with_context(|| options.study.display().to_string())?;
+    let mut tuning = Tuning::start(&reading, &pool_options).map_err(|error| study::located(error, &options.study))?;
     for remark in reading.job.system.remarks.iter().chain(&tuning.remarks) {
         eprintln!("remark: {remark}");
     }

@@ -211,7 +211,7 @@ impl<'a> Reader<'a> {
     /// The content of the file.
     pub(crate) fn content<T: DeserializeOwned>(&self) -> Result<T> {
         toml::from_str(&self.source.text).map_err(|error| {
-            let message = anyhow!("{}", error.message().replace('\n', "; "));
+            let message = anyhow!("{}", plain(error.message()));
             match error.span() {
                 Some(span) => message.context(self.place(span).to_string()),
                 None => message.context(self.source.file.clone()),
@@ -459,6 +459,33 @@ fn relative(path: &Path, folder: &Path) -> PathBuf {
     let absolute = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     let path = absolute(path);
     path.strip_prefix(absolute(folder)).map(Path::to_path_buf).unwrap_or(path)
+}
+
+/// A message of TOML's reader in the words of a user: "expected a list; found the text \"max\"".
+pub(crate) fn plain(message: &str) -> String {
+    let message = message.trim().replace('\n', "; ");
+    let wrong = ["invalid type: ", "invalid value: "].iter().find_map(|kind| message.strip_prefix(kind));
+    let Some((found, expected)) = wrong.and_then(|rest| rest.rsplit_once(", expected ")) else { return message };
+    let (expected, rest) =
+        expected.split_once("; ").map_or((expected, String::new()), |(expected, rest)| (expected, format!("; {rest}")));
+    let hint = if (found, expected) == ("map", "a sequence") { ": write [[NAME]] in place of [NAME]" } else { "" };
+    let expected = match expected {
+        "u64" | "usize" => "a whole number from 0 on",
+        "f64" => "a number",
+        "a sequence" => "a list",
+        "a map" => "a table { NAME = VALUE, ... }",
+        "a string" => "a text in quotation marks",
+        other => other,
+    };
+    let value = || found.split_once('`').map(|(_, value)| value.trim_end_matches('`'));
+    let found = match found.split_once(' ') {
+        Some(("string", text)) => format!("the text {text}"),
+        Some(("integer" | "floating" | "boolean", _)) => value().unwrap_or(found).to_string(),
+        None if found == "map" => "a table".into(),
+        None if found == "sequence" => "a list".into(),
+        _ => found.to_string(),
+    };
+    format!("expected {expected}; found {found}{hint}{rest}")
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 use crate::build::platform::{self, Platform};
 use crate::build::workspace::Workspace;
 use crate::command;
+use crate::hexadecimal;
 use crate::package::{Package, archive, merge, pack, temporary};
 use crate::tool::make;
 use anyhow::{Context, Result, bail};
@@ -172,10 +173,7 @@ fn contents(files: &BTreeMap<String, Vec<u8>>) -> Result<String> {
 fn sums(files: &BTreeMap<String, Vec<u8>>) -> String {
     let mut sums = String::new();
     for (name, bytes) in files {
-        for byte in Sha256::digest(bytes) {
-            let _ = write!(sums, "{byte:02x}");
-        }
-        let _ = writeln!(sums, "  {name}");
+        let _ = writeln!(sums, "{}  {name}", hexadecimal::digits(&Sha256::digest(bytes)));
     }
     sums
 }

@@ -8,6 +8,7 @@
 //! The main process loads no native code: a crash or an endless loop of an FMU costs one run.
 
 pub mod bundle;
+pub mod finished;
 pub mod junit;
 pub mod output;
 pub mod parts;
@@ -20,6 +21,7 @@ pub mod tuned;
 pub mod tuning;
 pub mod worker;
 
+use crate::hexadecimal;
 use anyhow::{Context, Result, ensure};
 use engine::study::Job;
 use serde::Serialize;
@@ -56,7 +58,7 @@ pub fn fingerprint(job: &Job) -> Result<String> {
         member.path = PathBuf::from(hash(&member.path)?);
     }
     let content = serde_json::to_vec(&Content { version: env!("CARGO_PKG_VERSION"), job: &job })?;
-    Ok(hexadecimal(&Sha256::digest(content)))
+    Ok(hexadecimal::digits(&Sha256::digest(content)))
 }
 
 /// The SHA-256 of a file in hexadecimal digits.
@@ -64,7 +66,7 @@ fn hash(path: &Path) -> Result<String> {
     let shown = || path.display().to_string();
     let mut digest = Sha256::new();
     io::copy(&mut File::open(path).with_context(shown)?, &mut Writer(&mut digest)).with_context(shown)?;
-    Ok(hexadecimal(&digest.finalize()))
+    Ok(hexadecimal::digits(&digest.finalize()))
 }
 
 /// Hashes what is written.
@@ -79,10 +81,6 @@ impl io::Write for Writer<'_> {
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
     }
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The user has interrupted a command; what to do to go on.
@@ -107,6 +105,12 @@ pub fn open(path: &Path, fmus: Option<&Path>) -> Result<read::Reading> {
         return bundle::open(path);
     }
     read::read(path, fmus)
+}
+
+/// An error with the name of its file in front, unless it begins with a place in this file.
+pub fn located(error: anyhow::Error, path: &Path) -> anyhow::Error {
+    let shown = path.display().to_string();
+    if error.to_string().starts_with(&shown) { error } else { error.context(shown) }
 }
 
 /// Removes the files of a folder whose names are those of an older study's files, and the folder if nothing else is in it.

@@ -5,16 +5,19 @@
 
 use crate::package::temporary;
 use anyhow::{Context, Result};
-use engine::study::results::{Quantity, Results};
+use engine::study::results::{Quantity, Results, Row};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
+use parquet::record::RowAccessor;
 use parquet::schema::types::{PrimitiveTypeBuilder, Type, TypePtr};
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -78,6 +81,54 @@ pub fn write_csv(to: &mut impl Write, results: &Results) -> Result<()> {
         writeln!(to, ",{}", results.errors.get(&run).map_or_else(String::new, |error| field(error)))?;
     }
     Ok(())
+}
+
+/// Reads the rows of a table that [`write()`] has written, with so many coordinates and figures.
+///
+/// # Errors
+/// The file cannot be read, or it is damaged.
+pub fn read(path: &Path, format: Format, coordinates: usize, figures: usize) -> Result<Vec<Row>> {
+    let shown = || path.display().to_string();
+    let file = File::open(path).with_context(shown)?;
+    let rows = match format {
+        Format::Parquet => read_parquet(file, coordinates, figures),
+        Format::Csv => read_csv(BufReader::new(file), coordinates, figures),
+    };
+    rows.with_context(shown)
+}
+
+fn read_csv(from: impl BufRead, coordinates: usize, figures: usize) -> Result<Vec<Row>> {
+    let row = |line: &str| -> Option<Row> {
+        // Numbers have no commas, and the error is the last field.
+        let mut fields = line.splitn(coordinates + figures + 2, ',').skip(1 + coordinates);
+        let number = |field: &str| if field.is_empty() { Some(f64::NAN) } else { field.parse().ok() };
+        let figures = fields.by_ref().take(figures).map(number).collect::<Option<_>>()?;
+        Some(Row { figures, error: Some(unquoted(fields.next()?)).filter(|error| !error.is_empty()) })
+    };
+    let rows = from
+        .lines()
+        .enumerate()
+        .skip(1)
+        .map(|(number, line)| row(&line?).with_context(|| format!("line {} is damaged", number + 1)));
+    rows.collect()
+}
+
+fn read_parquet(from: File, coordinates: usize, figures: usize) -> Result<Vec<Row>> {
+    let reader = SerializedFileReader::new(from)?;
+    let row = |row: &parquet::record::Row| Row {
+        // What is null is no number.
+        figures: (0..figures).map(|figure| row.get_double(1 + coordinates + figure).unwrap_or(f64::NAN)).collect(),
+        error: row.get_string(1 + coordinates + figures).ok().cloned(),
+    };
+    reader.get_row_iter(None)?.map(|read| Ok(row(&read?))).collect()
+}
+
+/// The text of a field of CSV.
+fn unquoted(field: &str) -> String {
+    match field.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) {
+        Some(quoted) => quoted.replace("\"\"", "\""),
+        None => field.into(),
+    }
 }
 
 /// A text as a field of CSV.
@@ -167,9 +218,6 @@ fn write_column(to: &mut ColumnWriter, place: usize, results: &Results, runs: Ra
 #[cfg(test)]
 mod tests {
     use super::*;
-    use engine::study::results::Row;
-    use parquet::file::reader::{FileReader, SerializedFileReader};
-    use parquet::record::RowAccessor;
 
     fn results() -> Results {
         let quantity = |name: &str, unit: Option<&str>| Quantity { name: name.into(), unit: unit.map(Into::into) };
@@ -221,5 +269,24 @@ mod tests {
         let mut from_parquet = Vec::new();
         write_csv(&mut from_parquet, &read).unwrap();
         assert_eq!(from_parquet, csv);
+    }
+
+    #[test]
+    fn both_formats_read_back_with_the_rows_that_were_written() {
+        let (folder, results) = (tempfile::tempdir().unwrap(), results());
+        for format in [Format::Parquet, Format::Csv] {
+            let path = format.file(folder.path());
+            write(&path, format, &results).unwrap();
+            let mut read_back = Results::new(results.coordinates.clone(), results.figures.clone());
+            for (run, row) in (0..).zip(read(&path, format, 2, 2).unwrap()) {
+                read_back.push(results.point(run), &row);
+            }
+            let csv = |results: &Results| {
+                let mut csv = Vec::new();
+                write_csv(&mut csv, results).unwrap();
+                String::from_utf8(csv).unwrap()
+            };
+            assert_eq!(csv(&read_back), csv(&results), "{format:?}");
+        }
     }
 }

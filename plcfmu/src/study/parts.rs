@@ -118,6 +118,11 @@ impl Parts {
         Ok(parts)
     }
 
+    /// Whether there are no parts.
+    pub fn are_empty(&self) -> bool {
+        self.files.is_empty()
+    }
+
     /// The runs below `count` that no part has.
     pub fn missing(&self, count: u64) -> Vec<Range<u64>> {
         let (mut missing, mut next) = (Vec::new(), 0);

@@ -90,9 +90,11 @@ impl Sink for Each<'_> {
 #[derive(Debug)]
 pub struct Pool {
     experiment: Experiment,
-    table: Option<Table>,
+    tables: Vec<Option<Table>>,
     starter: Starter,
     slots: Vec<Slot>,
+    /// How the first FMU that has printed something has ended, with the number of its run.
+    printed: Mutex<Option<(u64, String)>>,
 }
 
 /// The place of one worker.
@@ -118,11 +120,13 @@ impl Pool {
             limit: options.limit,
             interrupted: options.interrupted.clone(),
         };
-        let (mut worker, interface) = starter.start(false)?;
-        let table = interface.as_deref().map(worker::table).transpose()?;
+        let (mut worker, interfaces) = starter.start(false)?;
+        let tables = interfaces.iter().map(|of| of.as_deref().map(worker::table).transpose());
+        let tables: Vec<Option<Table>> = tables.collect::<Result<_>>()?;
         let descriptions = job.system.members.iter().map(|member| Ok(Package::open(&member.path)?.description));
         let descriptions = descriptions.collect::<Result<Vec<_>>>()?;
-        let mut experiment = worker::experiment(job, &descriptions.iter().collect::<Vec<_>>(), table.as_ref())?;
+        let mut experiment =
+            worker::experiment(job, &descriptions.iter().collect::<Vec<_>>(), tables.first().and_then(Option::as_ref))?;
         let mut slots: Vec<Slot> = (0..options.jobs.max(1)).map(|_| Slot::default()).collect();
         match worker.check_reset() {
             Ok(warning) => {
@@ -133,7 +137,7 @@ impl Pool {
             // Nothing is known. Its runs will say why, if it was not an interruption.
             Err(_) => starter.renews = true,
         }
-        Ok(Pool { experiment, table, starter, slots })
+        Ok(Pool { experiment, tables, starter, slots, printed: Mutex::default() })
     }
 
     /// The experiment of the job.
@@ -141,9 +145,15 @@ impl Pool {
         &self.experiment
     }
 
-    /// What the library of the first member says of its block, if it has a table.
-    pub fn table(&self) -> Option<&Table> {
-        self.table.as_ref()
+    /// What the library of each member says of its block, if it has a table.
+    pub fn tables(&self) -> &[Option<Table>] {
+        &self.tables
+    }
+
+    /// How an FMU has crashed or was ended, and what it has printed last; none if there is no such FMU.
+    pub fn printed(&self) -> Option<String> {
+        let printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
+        printed.as_ref().map(|(_, text)| text.clone())
     }
 
     /// Whether no more runs are made.
@@ -179,13 +189,13 @@ impl Pool {
             most_waiting: MOST_WAITING / width + 1,
         };
         let figures = self.experiment.figures.len();
-        let (starter, slots) = (&self.starter, &mut self.slots);
+        let (starter, slots, printed) = (&self.starter, &mut self.slots, &self.printed);
         thread::scope(|scope| {
             let (sender, batches) = mpsc::channel::<Result<Batch>>();
             for slot in slots.iter_mut().take(usize::try_from(count).unwrap_or(usize::MAX)) {
                 let (sender, shared) = (sender.clone(), &shared);
                 scope.spawn(move || {
-                    let made = Maker { starter, slot, figures, sender: &sender }.work(shared, point);
+                    let made = Maker { starter, slot, figures, sender: &sender, printed }.work(shared, point);
                     if let Err(error) = made
                         && !starter.interrupted.load(Ordering::Relaxed)
                     {
@@ -329,6 +339,7 @@ struct Maker<'a> {
     slot: &'a mut Slot,
     figures: usize,
     sender: &'a Sender<Result<Batch>>,
+    printed: &'a Mutex<Option<(u64, String)>>,
 }
 
 impl Maker<'_> {
@@ -369,6 +380,7 @@ impl Maker<'_> {
                 None => {}
                 Some(End::Interrupted) => return Ok(false),
                 Some(end) => {
+                    self.keep_printed(next, &announcing, &end);
                     let error = format!("{}, twice", end.text(self.starter));
                     let row = Row { figures: vec![f64::NAN; self.figures], error: Some(error) };
                     let point = points.remove(0);
@@ -378,6 +390,15 @@ impl Maker<'_> {
             points.extend(rest);
         }
         Ok(true)
+    }
+
+    /// Keeps what an FMU has printed. It is no part of the run's row, whose bytes have to be the same each time.
+    fn keep_printed(&self, run: u64, worker: &Worker, end: &End) {
+        let lines = worker.printed();
+        let mut printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
+        if !lines.is_empty() && printed.as_ref().is_none_or(|(first, _)| run < *first) {
+            *printed = Some((run, format!("{}; it has printed: {}", end.text(self.starter), lines.join(" / "))));
+        }
     }
 }
 

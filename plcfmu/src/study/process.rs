@@ -6,6 +6,7 @@ use crate::study::worker::{COMMAND, Reply, Request};
 use anyhow::{Context, Result, bail};
 use engine::run::Recording;
 use engine::study::results::Row;
+use std::io::Read;
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::Arc;
@@ -23,6 +24,12 @@ const LOADING: Duration = Duration::from_secs(60);
 
 /// So many replies may wait to be read.
 const MOST_REPLIES: usize = 64;
+
+/// So many bytes are kept of what FMUs print.
+const MOST_PRINTED: usize = 4096;
+
+/// So many lines of it are shown.
+const LINES: usize = 3;
 
 /// How to start workers.
 #[derive(Clone, Debug)]
@@ -69,18 +76,19 @@ impl End {
 }
 
 impl Starter {
-    /// Starts a worker, and waits until it has loaded the FMUs. Gives what the library of the first member says of its block.
+    /// Starts a worker, and waits until it has loaded the FMUs. Gives what the library of each member says of its
+    /// block.
     ///
     /// # Errors
     /// What is wrong with the job or with an FMU.
-    pub fn start(&self, announces: bool) -> Result<(Worker, Option<String>)> {
-        let mut worker = self.spawn()?;
+    pub fn start(&self, announces: bool) -> Result<(Worker, Vec<Option<String>>)> {
+        let mut worker = self.spawn(announces)?;
         worker.limit = self.limit.max(LOADING);
         worker.send(&Request::Begin { job: self.job.clone(), announces, renews: self.renews });
         match worker.reply() {
-            Ok(Reply::Ready(interface)) => {
+            Ok(Reply::Ready(interfaces)) => {
                 (worker.announces, worker.limit) = (announces, self.limit);
-                Ok((worker, interface))
+                Ok((worker, interfaces))
             }
             Ok(Reply::Refused(error)) => bail!("{error}"),
             Ok(other) => bail!("a worker answered {other:?}"),
@@ -89,11 +97,12 @@ impl Starter {
         }
     }
 
-    fn spawn(&self) -> Result<Worker> {
+    fn spawn(&self, listens: bool) -> Result<Worker> {
         let folder = temporary::builder().tempdir().context("there is no folder for temporary files")?;
         let mut command = Command::new(&self.program);
-        // What FMUs print in thousands of runs helps nobody.
-        command.arg(COMMAND).arg(folder.path()).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+        // What FMUs print in thousands of runs helps nobody, unless one crashes.
+        let errors = if listens { Stdio::piped() } else { Stdio::null() };
+        command.arg(COMMAND).arg(folder.path()).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(errors);
         // Ctrl-C is for the main process alone.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
@@ -112,10 +121,16 @@ impl Starter {
                 }
             }
         });
+        let printed = process.stderr.take().map(|errors| {
+            let (sender, printed) = mpsc::channel();
+            thread::spawn(move || sender.send(last_bytes(errors)));
+            printed
+        });
         Ok(Worker {
             process,
             requests,
             replies,
+            printed,
             limit: self.limit,
             interrupted: self.interrupted.clone(),
             at: None,
@@ -136,6 +151,8 @@ pub struct Worker {
     /// `None` when no more requests will come.
     requests: Option<ChildStdin>,
     replies: Receiver<Reply>,
+    /// What its FMUs have printed last, when it has ended; `None` if nobody listens.
+    printed: Option<Receiver<Vec<u8>>>,
     limit: Duration,
     interrupted: Arc<AtomicBool>,
     /// The member that was announced last.
@@ -187,6 +204,15 @@ impl Worker {
             Reply::Reset(warning) => Ok(warning),
             _ => Err(self.ended("disturbed its process".into())),
         }
+    }
+
+    /// The last lines that the FMUs of a process have printed, which has ended and was started to announce its calls.
+    pub fn printed(&self) -> Vec<String> {
+        // A process that the FMU has started may still hold the other end.
+        let bytes = self.printed.as_ref().and_then(|printed| printed.recv_timeout(FAREWELL).ok()).unwrap_or_default();
+        let text = String::from_utf8_lossy(&bytes);
+        let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+        lines[lines.len().saturating_sub(LINES)..].iter().map(|line| line.to_string()).collect()
     }
 
     fn send(&mut self, request: &Request) {
@@ -246,6 +272,16 @@ impl Drop for Worker {
     }
 }
 
+/// The last bytes that can be read.
+fn last_bytes(mut from: impl Read) -> Vec<u8> {
+    let (mut last, mut read) = (Vec::new(), [0; MOST_PRINTED]);
+    while let Ok(count @ 1..) = from.read(&mut read) {
+        last.extend_from_slice(&read[..count]);
+        last.drain(..last.len().saturating_sub(MOST_PRINTED));
+    }
+    last
+}
+
 /// How a process has ended, after the name of the FMU.
 fn how(status: Option<ExitStatus>) -> String {
     let Some(status) = status else { return "ended its process".into() };
@@ -286,5 +322,12 @@ mod tests {
         let how = |raw| how(Some(ExitStatus::from_raw(raw)));
         assert_eq!(how(11), "crashed: signal 11 (segmentation fault)");
         assert_eq!(how(3 << 8), "ended its process with exit code 3");
+    }
+
+    #[test]
+    fn the_last_bytes_of_a_long_text_are_kept() {
+        let text: Vec<u8> = (0..3 * MOST_PRINTED + 7).map(|place| place as u8).collect();
+        assert_eq!(last_bytes(&text[..]), text[text.len() - MOST_PRINTED..]);
+        assert_eq!(last_bytes(&text[..5]), text[..5]);
     }
 }

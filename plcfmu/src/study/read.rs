@@ -15,7 +15,7 @@
 //! max = 90.0
 //! ```
 
-use crate::host::file::{self, Entries, Event, Node, Reader};
+use crate::host::file::{self, Entries, Event, Node, Reader, plain};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use engine::study::{Along, Axis, Job, Limit, Sampling, Signals, Study, Taken, Window};
 use engine::system::{Setting, System, Value};
@@ -118,6 +118,8 @@ pub fn read(path: &Path, fmus: Option<&Path>) -> Result<Reading> {
         limits: content.limits,
         main: content.main,
     };
+    // Before the numbers are written as JSON, which has no NaN.
+    study.check().with_context(|| path.display().to_string())?;
     let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     Ok(Reading { name, job: Job { system, study }, tune: content.tune })
 }
@@ -169,7 +171,7 @@ fn axis(reader: &Reader, axis: &Spanned<AxisOf>) -> Result<Axis> {
         (None, [(name, table)]) => {
             let one = Table::from_iter([((*name).to_string(), toml::Value::Table(table.get_ref().clone()))]);
             Along::deserialize(toml::Value::Table(one))
-                .map_err(|error| anyhow!("{}: {name}: {}", reader.place(table.span()), error.to_string().trim()))?
+                .map_err(|error| anyhow!("{}: {name}: {}", reader.place(table.span()), plain(&error.to_string())))?
         }
         (None, []) => bail!("{place}: the axis of {} has no values: write one of {KINDS}", variables.join(", ")),
         (values, tables) => {
@@ -303,6 +305,8 @@ mod tests {
         assert!(axis("variables = [\"C.A\", \"C.B\"]\nvalues = [[1]]").contains("1 values for 2 variables"));
         let wrong = axis("variable = \"C.A\"\nuniform = { min = 0, most = 1 }");
         assert!(wrong.starts_with("study.toml:4:11: uniform: unknown field `most`"), "{wrong}");
+        let wrong = axis("variable = \"C.A\"\nuniform = { min = nan, max = 1 }");
+        assert_eq!(wrong, "study.toml: axis 1 (C.A): uniform: min = NaN: give a finite number");
         let wrong = axis("variable = \"C.A\"\nvalue = [1]");
         assert!(wrong.starts_with("study.toml:4:1: unknown field `value`, expected one of"), "{wrong}");
         assert!(error("loop = \"loop.toml\"\nsamples = 0").ends_with("samples is from 1 to 1000000000"));

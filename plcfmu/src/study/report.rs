@@ -3,6 +3,7 @@
 
 use crate::package::temporary;
 use crate::page::picture;
+use crate::study::finished::Table;
 use crate::study::pictures;
 use anyhow::{Context, Result, bail};
 use askama::Template;
@@ -32,6 +33,10 @@ pub struct Report<'a> {
     pub name: &'a str,
     /// What was run.
     pub job: &'a Job,
+    /// What the results depend on, from [`fingerprint`](super::fingerprint).
+    pub fingerprint: &'a str,
+    /// The table with the runs.
+    pub table: &'a Table,
     /// The loop's signals, `FMU.VARIABLE`.
     pub signals: &'a Signals,
     /// What the runs came to.
@@ -313,6 +318,8 @@ impl<T: Serialize> Serialize for Pairs<T> {
 #[derive(Serialize)]
 struct Document<'a> {
     study: &'a str,
+    fingerprint: &'a str,
+    table: &'a Table,
     runs: u64,
     failed: u64,
     failures: &'a [engine::study::summary::Failure],
@@ -412,6 +419,8 @@ fn json(report: &Report) -> Result<String> {
     });
     let document = Document {
         study: report.name,
+        fingerprint: report.fingerprint,
+        table: report.table,
         runs: summary.runs,
         failed: summary.failed,
         failures: &summary.failures,
@@ -445,6 +454,8 @@ struct Page<'a> {
     percents: Vec<String>,
     figures: Vec<FigurePart<'a>>,
     coordinates: Vec<String>,
+    /// Whether there is any rank correlation.
+    has_influence: bool,
     failures: Vec<(String, String)>,
 }
 
@@ -542,6 +553,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         sampling: has_samples.then(|| format!("{} samples {sampling}, seed {}.", study.samples, study.seed)),
         percents: PERCENTS.iter().map(|percent| format!("{percent} %")).collect(),
         figures: summary.figures.iter().enumerate().map(figure).collect(),
+        has_influence: summary.figures.iter().any(|of| of.correlations.iter().any(Option::is_some)),
         coordinates: summary.coordinates.iter().map(|of| printable(&pictures::axis(of))).collect(),
         failures: failures.collect(),
     };

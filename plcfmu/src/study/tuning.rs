@@ -1,5 +1,6 @@
 //! Searches for the settings that are the best for all plants of a study, with the runs made by a pool of workers.
 
+use crate::host::file::plain;
 use crate::package::Package;
 use crate::study::pool::{Options, Pool};
 use crate::study::read::Reading;
@@ -62,7 +63,7 @@ impl Tuning {
         let table = reading.tune.clone().context(
             "the study has no table [tune]: write one with minimize = \"iae\" and a table [[tune.search]] for each setting",
         )?;
-        let mut tune = Tune::deserialize(table).map_err(|error| anyhow!("[tune]: {}", error.to_string().trim()))?;
+        let mut tune = Tune::deserialize(table).map_err(|error| anyhow!("[tune]: {}", plain(&error.to_string())))?;
         tune.check().context("[tune]")?;
         let base = &reading.job;
         let mut present = Vec::new();
@@ -94,7 +95,7 @@ impl Tuning {
         let robustness = if used.any(|figure| figure + 1 == figures.len()) {
             let names = experiment.coordinates[..varied].iter().map(|quantity| quantity.name.clone()).collect();
             Some(
-                Robustness::of(&tune, base, pool.table(), names, &plants, options, &mut remarks)
+                Robustness::of(&tune, base, pool.tables(), names, &plants, options, &mut remarks)
                     .context(SENSITIVITY)?,
             )
         } else {
@@ -112,7 +113,7 @@ impl Tuning {
 
     /// The table of the controller's block, if its library has one.
     pub fn table(&self) -> Option<&Table> {
-        self.pool.table()
+        self.pool.tables().first()?.as_ref()
     }
 
     /// Whether the user has ended the search.
@@ -181,27 +182,36 @@ impl Robustness {
     fn of(
         tune: &Tune,
         job: &Job,
-        table: Option<&Table>,
+        tables: &[Option<Table>],
         names: Vec<String>,
         plants: &[Vec<f64>],
         options: &Options,
         remarks: &mut Vec<String>,
     ) -> Result<Robustness> {
         let controller = job.system.members.first().map_or("", |member| &member.name);
-        let table = table.with_context(|| {
+        let table = tables.first().and_then(Option::as_ref).with_context(|| {
             format!("{controller} is a foreign FMU: what its settings mean is not known; bound overshoot instead of Ms")
         })?;
-        let linear = Linear::of(job, &Arc::new(table.clone()))?;
+        let linear = Linear::of(job, &Arc::new(table.clone()))?.with_pulse_former(job, tables)?;
+        let ignored = tune.search.iter().map(|of| of.variable.as_str()).filter(|name| !linear.has(name));
+        let ignored: Vec<_> = ignored.collect();
+        if !ignored.is_empty() {
+            remarks.push(format!(
+                "Ms does not depend on {} here: the model of each plant is that with what the loop sets",
+                ignored.join(" and ")
+            ));
+        }
         let in_point = Identification::is_in_point(job);
         let models = match tune.model {
             Some(model) => vec![model; plants.len()],
             None => identify(&linear, tune, job, &in_point, plants, options, remarks)?,
         };
         let own = |(place, name): (usize, String)| {
-            let own = name.strip_prefix(controller)?.strip_prefix('.')?.to_string();
+            let own = linear.own_name(&name)?.to_string();
             in_point[place].then_some((place, own))
         };
-        Ok(Robustness { linear, models, own: names.into_iter().enumerate().filter_map(own).collect() })
+        let own = names.into_iter().enumerate().filter_map(own).collect();
+        Ok(Robustness { linear, models, own })
     }
 
     /// Adds Ms to the rows of candidates, with several threads.

@@ -25,6 +25,7 @@ use modeldescription::Table;
 use modeldescription::v2::Interface;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process;
@@ -62,8 +63,8 @@ pub enum Request {
 pub enum Reply {
     /// From now on a member is called, until another is named.
     At(u32),
-    /// The FMUs are loaded; what the library of the first member says of its block, if it has a table, as JSON.
-    Ready(Option<String>),
+    /// The FMUs are loaded; for each member what its library says of its block, if it has a table, as JSON.
+    Ready(Vec<Option<String>>),
     /// What is wrong with the job, or why a curve cannot be made.
     Refused(String),
     /// The next rows, in the order of the points. All have come when there are as many as points.
@@ -115,8 +116,8 @@ pub fn run(options: &Options) -> Result<()> {
     };
     match begin(&job, &options.folder, &output) {
         Err(error) => output.send(&Reply::Refused(format!("{error:#}")))?,
-        Ok((fmus, experiment, interface)) => {
-            output.send(&Reply::Ready(interface))?;
+        Ok((fmus, experiment, interfaces)) => {
+            output.send(&Reply::Ready(interfaces))?;
             let begin = Serving { experiment, renews, flush: if announces { Duration::ZERO } else { FLUSH } };
             if announces {
                 let instantiate = |member: usize| {
@@ -137,29 +138,29 @@ pub fn run(options: &Options) -> Result<()> {
 }
 
 /// Loads the FMUs and resolves the job.
-fn begin(job: &str, folder: &Path, output: &Output) -> Result<(Fmus, Experiment, Option<String>)> {
+fn begin(job: &str, folder: &Path, output: &Output) -> Result<(Fmus, Experiment, Vec<Option<String>>)> {
     let job: Job = serde_json::from_str(job)?;
-    let (mut loaded, mut interface) = (0, None);
+    let mut interfaces = BTreeMap::new();
     let fmus = Fmus::open(&job.system, |path| {
         let mut load = || {
             let mut package = Package::open(path)?;
             // The initialisers of the library run, and may crash.
             let member = job.system.members.iter().position(|member| member.path == path);
             output.at(member.unwrap_or_default())?;
-            let tells = loaded == 0 && has_table(&mut package)?;
-            loaded += 1;
+            let tells = has_table(&mut package)?;
             let fmu = Fmu::load(&mut package, folder)?;
             if tells {
-                interface = Some(fmu.library.interface()?);
+                interfaces.insert(path.to_path_buf(), fmu.library.interface()?);
             }
             Ok(fmu)
         };
         let fmu: Result<Fmu> = load();
         fmu.with_context(|| path.display().to_string())
     })?;
-    let table = interface.as_deref().map(table).transpose()?;
+    let interfaces: Vec<_> = job.system.members.iter().map(|member| interfaces.get(&member.path).cloned()).collect();
+    let table = interfaces.first().and_then(Option::as_deref).map(table).transpose()?;
     let experiment = experiment(&job, &fmus.descriptions(), table.as_ref())?;
-    Ok((fmus, experiment, interface))
+    Ok((fmus, experiment, interfaces))
 }
 
 /// How requests are answered.

@@ -5,6 +5,7 @@
 //! here does not help; `Origin`, if there is one, has to be that of the page; and what changes anything is a POST of a type, and
 //! with a header, that a page from elsewhere may not send without being asked, which it never is.
 
+use crate::hexadecimal;
 use crate::tool::child::Processes;
 use crate::tool::home::{Collection, FmuHome};
 use anyhow::{Context, Result, anyhow, ensure};
@@ -96,7 +97,7 @@ impl Server {
     pub fn bind(port: u16) -> Result<Server> {
         let mut random = [0; 16];
         getrandom::fill(&mut random).map_err(|error| anyhow!("there are no random numbers: {error}"))?;
-        let token = random.iter().map(|byte| format!("{byte:02x}")).collect();
+        let token = hexadecimal::digits(&random);
         let runtime = Builder::new_current_thread().enable_io().build().context("the server cannot start")?;
         let bound = runtime.block_on(TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port))));
         let listener = bound.map_err(|error| match error.kind() {

@@ -617,6 +617,21 @@ fn the_window_is_where_the_figures_of_the_loop_are_taken() {
 }
 
 #[test]
+fn a_loop_whose_figures_cannot_be_said_in_any_run_is_a_warning() {
+    let mut job = job(vec![axis("C.GAIN", values(&[0.5]))]);
+    job.study.window.from = Some(1e4);
+    let warning = "window: from = 10000.0 s is not before the end of the run at 60 s: there are no figures of the loop";
+    assert_eq!(resolved(&job).unwrap().warnings, [warning]);
+    job.study.window.from = None;
+    job.system.settings.retain(|of| of.time.is_none());
+    let warning = "C.SP does not change during a run: there are no rise, overshoot and settling; for these, write [[events]] \
+                   with time = SECONDS and set = { C.SP = VALUE }";
+    assert_eq!(resolved(&job).unwrap().warnings, [warning]);
+    job.study.axes.push(Axis { time: Some(5.0), ..axis("C.SP", values(&[20.0])) });
+    assert_eq!(resolved(&job).unwrap().warnings, [""; 0]);
+}
+
+#[test]
 fn signals_can_be_named_and_have_to_be_where_no_fmu_tells_them() {
     let mut job = job(vec![]);
     let none = |job: &Job| {

@@ -6,9 +6,10 @@
 //! pulses with an actuator, are in it.
 //!
 //! The controller is the ideal form with the candidate's GAIN, TI, TD and TM_LAG, see [`rules`](crate::rules). The dead time is
-//! longer than the plant's by half a CYCLE for the hold of the manipulated value, and by half a period of the block's own pulse
-//! former.
+//! longer than the plant's by half a CYCLE for the hold of the manipulated value, and by half a period of the pulse former: the
+//! block's own one, or an FMU that the manipulated value goes to.
 
+use crate::dialog;
 use crate::identify::{self, Identified, Method, Model, Recorded};
 use crate::margins;
 use crate::message::{Member, Values};
@@ -46,6 +47,8 @@ pub struct Step {
 /// A controller whose linear form is known.
 pub struct Linear {
     controller: Controller,
+    /// The period in seconds of a pulse former that is another FMU, by its name `FMU.VARIABLE`.
+    period: Option<(String, f64)>,
 }
 
 /// How the plants are identified: a job to run with the points of the study, and what to look at.
@@ -73,9 +76,45 @@ impl Linear {
         if controller.is_step_controller() {
             bail!("{} is a step controller, and its motor integrates: {SENSITIVITY_UNKNOWN}", controller.member.fmu);
         }
-        let linear = Linear { controller };
+        let linear = Linear { controller, period: None };
         linear.settings(&Values::new())?;
         Ok(linear)
+    }
+
+    /// The same with the pulse former that the controller is connected to, if there is one. The tables are those of the members.
+    ///
+    /// # Errors
+    /// A table is damaged.
+    pub fn with_pulse_former(mut self, job: &Job, tables: &[Option<Table>]) -> Result<Linear> {
+        let controller = &self.controller.member.name;
+        for (member, table) in job.system.members.iter().zip(tables).skip(1) {
+            let Some(table) = table else { continue };
+            let is_connected = job
+                .system
+                .connections
+                .iter()
+                .any(|of| own_name(&of.from, controller).is_some() && own_name(&of.to, &member.name).is_some());
+            let (roles, _) = dialog::of(table)?;
+            let period = roles.pulse_former.first().and_then(|name| table.find(name));
+            if let Some(row) = period.filter(|_| is_connected && roles.controller.is_empty()) {
+                let row = &table.variables[row];
+                let value = match of_member(job, &member.name).get(&row.name) {
+                    Some(Value::Number(value)) => *value,
+                    _ => row.start,
+                };
+                self.period = Some((format!("{}.{}", member.name, row.name), value));
+            }
+        }
+        Ok(self)
+    }
+
+    /// Whether Ms depends on a variable of the loop, other than through the model of the plant.
+    pub fn has(&self, variable: &str) -> bool {
+        let Controller { table, roles, .. } = &self.controller;
+        let is_period = || self.period.as_ref().is_some_and(|(name, _)| name == variable);
+        let own = own_name(variable, &self.controller.member.name);
+        let mut names = roles.controller.iter().chain(roles.pulse_former.first());
+        is_period() || own.is_some_and(|own| own == table.variables[table.cycle].name || names.any(|name| name == own))
     }
 
     /// The loop in manual mode, to identify the plants with. Axes that act later than the start are left out of its points: see
@@ -130,14 +169,21 @@ impl Linear {
     pub fn sensitivity(&self, model: &Model, settings: &Values) -> Result<f64> {
         let value = |name: &str| self.value(settings, name);
         let cycle = value(&self.controller.table.variables[self.controller.table.cycle].name);
-        let added = (cycle + self.with(settings).own_period().unwrap_or_default()) / 2.0;
+        let period = self.period.as_ref().map(|(name, value)| match settings.get(name) {
+            Some(Value::Number(value)) => *value,
+            _ => *value,
+        });
+        let period = period.or(self.with(settings).own_period()).unwrap_or_default();
+        let added = (cycle + period) / 2.0;
         let model = Model { dead_time: model.dead_time + added, ..*model };
         Ok(margins::of(&model, &self.settings(settings)?).sensitivity.unwrap_or(f64::INFINITY))
     }
 
-    /// The name that a variable of the loop has in the controller, if it is one of the controller.
+    /// The name by which [`sensitivity`](Linear::sensitivity) takes a variable of the loop: that of the controller without the
+    /// name of the FMU, the pulse former's period with it; none for others.
     pub fn own_name<'a>(&self, variable: &'a str) -> Option<&'a str> {
-        variable.strip_prefix(&self.controller.member.name)?.strip_prefix('.')
+        let is_period = self.period.as_ref().is_some_and(|(name, _)| name == variable);
+        if is_period { Some(variable) } else { own_name(variable, &self.controller.member.name) }
     }
 
     /// The controller with other settings.
@@ -200,6 +246,11 @@ impl Identification {
     }
 }
 
+/// The name that a variable `FMU.VARIABLE` has in a member, if it is one of the member.
+fn own_name<'a>(variable: &'a str, member: &str) -> Option<&'a str> {
+    variable.strip_prefix(member)?.strip_prefix('.')
+}
+
 /// What the loop sets of a member at the start.
 fn of_member(job: &Job, name: &str) -> Values {
     let own = |setting: &&Setting| setting.time.is_none();
@@ -208,7 +259,7 @@ fn of_member(job: &Job, name: &str) -> Values {
     // Other settings take precedence over those of a parameter file.
     settings.sort_by_key(|setting| !setting.is_preliminary);
     for setting in settings {
-        if let Some(variable) = setting.variable.strip_prefix(name).and_then(|rest| rest.strip_prefix('.')) {
+        if let Some(variable) = own_name(&setting.variable, name) {
             values.insert(variable.into(), setting.value);
         }
     }

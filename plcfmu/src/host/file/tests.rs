@@ -88,6 +88,20 @@ fn points_of_names_are_points_of_keys_or_tables() {
 }
 
 #[test]
+fn messages_of_the_reader_name_types_in_the_words_of_a_user() {
+    for (message, expected) in [
+        ("invalid type: string \"max\", expected a sequence", "expected a list; found the text \"max\""),
+        ("invalid type: map, expected a sequence", "expected a list; found a table: write [[NAME]] in place of [NAME]"),
+        ("invalid value: integer `-3`, expected u64", "expected a whole number from 0 on; found -3"),
+        ("invalid type: floating point `5.5`, expected u64", "expected a whole number from 0 on; found 5.5"),
+        ("invalid type: string \"x\", expected f64\nin `min`\n", "expected a number; found the text \"x\"; in `min`"),
+        ("unknown field `a`, expected `b` or `c`", "unknown field `a`, expected `b` or `c`"),
+    ] {
+        assert_eq!(super::plain(message), expected);
+    }
+}
+
+#[test]
 fn an_error_names_the_place_and_what_is_expected() {
     for (text, expected) in [
         ("step = \n", "loop.toml:1:8: "),

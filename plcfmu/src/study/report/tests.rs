@@ -8,6 +8,7 @@ use std::fs;
 /// A small study with all that a report needs.
 pub(crate) struct Sample {
     job: Job,
+    table: Table,
     signals: Signals,
     pub(crate) results: Results,
     summary: Summary,
@@ -55,6 +56,7 @@ impl Sample {
         };
         Sample {
             job: Job { study: Study { axes, samples: 4, seed: 7, ..Study::default() }, ..Job::default() },
+            table: Table { file: "runs.csv".into(), sha256: "4567".into() },
             signals: Signals {
                 setpoint: Some("PID.SP".into()),
                 process_value: Some("HEATER.TEMP".into()),
@@ -72,6 +74,8 @@ impl Sample {
         Report {
             name: "furnace <A>",
             job: &self.job,
+            fingerprint: "0123",
+            table: &self.table,
             signals: &self.signals,
             results: &self.results,
             summary: &self.summary,
