@@ -1,6 +1,7 @@
 /** CSV files of the plant, as far as the page has to know them: the engine reads them. */
 
 import { element } from "tool/dom.js";
+import { ask } from "tool/engine.js";
 
 /** More than this the engine refuses; the page should not try. */
 const MOST_BYTES = 60_000_000;
@@ -30,25 +31,13 @@ export async function textOf(file) {
 }
 
 /**
- * The names of the columns.
+ * The names of the columns; none if the text is no CSV file.
  *
  * @param {string} text
- * @returns {string[]}
+ * @returns {Promise<string[]>}
  */
 export function columnsOf(text) {
-  const end = text.search(/[\r\n]/);
-  const line = (end < 0 ? text : text.slice(0, end)).slice(0, 100_000);
-  const separator = [";", "\t", ","].find((one) => line.includes(one)) ?? ",";
-  const columns = [];
-  let [column, isQuoted] = ["", false];
-  for (const character of line) {
-    if (character === '"') isQuoted = !isQuoted;
-    else if (character === separator && !isQuoted) {
-      columns.push(column.trim());
-      column = "";
-    } else column += character;
-  }
-  return [...columns, column.trim()];
+  return ask({ do: "columns", text }).catch(() => []);
 }
 
 /**

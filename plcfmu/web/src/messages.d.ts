@@ -329,6 +329,7 @@ export interface Dialogue {
   };
   ratio: { request: { do: "ratio"; heating: Model; cooling: Model }; answer: Ratio };
   characteristic: { request: { do: "characteristic"; member: Member }; answer: Characteristics };
+  columns: { request: { do: "columns"; text: string }; answer: string[] };
   replay: {
     request: {
       do: "replay";
