@@ -494,7 +494,7 @@ fn a_movement_that_has_died_away_before_the_step_does_not_count() {
         let mut process = Process::at_rest(model, 0.0);
         process.put(0.0, 30.0);
         process.put(110.0, 40.0);
-        let times: Vec<f64> = (0..=420).map(|at| f64::from(at) * 0.5).collect();
+        let times: Vec<f64> = (0..=620).map(|at| f64::from(at) * 0.5).collect();
         let input: Vec<f64> = times.iter().map(|time| if *time < 110.0 { 30.0 } else { 40.0 }).collect();
         let swing = |at: usize| noise * (at as f64 * 12.9898).sin();
         let output: Vec<f64> =
