@@ -252,6 +252,7 @@ export interface Replayed {
   outputs: Compared[];
   suspects: Suspect[];
   verdict: string;
+  is_conclusive: boolean;
   remarks: string[];
 }
 export interface Preset {

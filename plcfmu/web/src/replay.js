@@ -173,7 +173,7 @@ function showResult(replayed) {
   const kind = (/** @type {string} */ name) => loop.description.variables.find((one) => one.name === name);
   fill(
     result,
-    element("p", { class: fits ? "verdict good" : "verdict note" }, replayed.verdict),
+    element("p", { class: fits && replayed.is_conclusive ? "verdict good" : "verdict note" }, replayed.verdict),
     element(
       "ul",
       { class: "remarks" },
