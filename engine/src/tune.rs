@@ -225,7 +225,12 @@ impl Controller {
 
     /// The time between two calls in seconds.
     pub fn cycle(&self) -> f64 {
-        self.value(&self.table.variables[self.table.cycle].name)
+        self.value(self.cycle_setting())
+    }
+
+    /// The setting of the time between two calls.
+    pub fn cycle_setting(&self) -> &str {
+        &self.table.variables[self.table.cycle].name
     }
 
     /// Whether it moves an actuator by pulses up and down, and does not know where that is.
@@ -250,11 +255,16 @@ impl Controller {
 
     /// How long the actuator of a step controller takes from stop to stop, in seconds: the TIME in the group of its stops.
     pub fn motor_time(&self) -> Option<f64> {
+        self.motor_time_setting().map(|name| self.value(name))
+    }
+
+    /// The setting of this time.
+    pub fn motor_time_setting(&self) -> Option<&str> {
         let is_stop =
             |name: &str| self.roles.signals.iter().any(|(meaning, of)| meaning.ends_with("stop") && of == name);
         let group = self.groups.iter().find(|group| group.fields.iter().any(|field| is_stop(&field.name)))?;
         let time = group.fields.iter().find(|field| self.kind(&field.name) == Some(Kind::Time))?;
-        Some(self.value(&time.name))
+        Some(&time.name)
     }
 
     /// Refuses a structure that it does not have.
