@@ -136,6 +136,8 @@ export async function take(file, at) {
   }
   const loop = await store.add(of.name, fmu.name, of, file.name);
   loop.notes.at = at;
+  // The table now knows that it is the file's.
+  store.emit("loops");
 }
 
 /**

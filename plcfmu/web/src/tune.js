@@ -514,7 +514,12 @@ function showTuned(answer) {
     ["dead time used", "The model's, half a cycle, half a pulse period", number(answer.dead_time, " s")],
   ]);
   const chart = element("div", {});
-  const apply = element("button", { type: "button", class: "primary", onclick: () => applyTuned(answer) }, "Apply");
+  const isStable = answer.sensitivity !== null;
+  const apply = element(
+    "button",
+    { type: "button", class: "primary", onclick: () => applyTuned(answer), disabled: !isStable },
+    "Apply",
+  );
   fill(
     resultPlace,
     element(
@@ -543,7 +548,9 @@ function showTuned(answer) {
           "p",
           { class: "row" },
           apply,
-          element("span", { class: "faint" }, "into the fields; nothing is in force until you send it"),
+          isStable
+            ? element("span", { class: "faint" }, "into the fields; nothing is in force until you send it")
+            : element("span", { class: "error" }, "The loop would be unstable: take another rule or structure."),
         ),
       ),
       element(
