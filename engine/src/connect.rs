@@ -124,7 +124,8 @@ fn draft(home: &dyn Home, controller: &End, plant: &End) -> Draft {
 /// The plants of the catalogue that a controller drives by the connections that are proposed.
 fn fitting_plants(home: &dyn Home, controller: &End) -> Vec<String> {
     let is_fitting = |name: &String| {
-        let member = Member { name: format!("{}_PLANT", controller.member.name), fmu: name.clone(), ..Member::default() };
+        let member =
+            Member { name: format!("{}_PLANT", controller.member.name), fmu: name.clone(), ..Member::default() };
         End::of(home, &member).is_ok_and(|plant| {
             let is_driven = draft(home, controller, &plant).is_driven(controller);
             is_driven && !plant.driven().is_empty()

@@ -368,8 +368,13 @@ mod tests {
         let figures = of(&signals, &Request::default());
         assert_eq!(figures.settled, None);
         let remark = figures.remarks.last().unwrap();
-        assert!(remark.contains("stood at 100 % since 30 s: it is at a limit, in manual mode, or the \
-                     deviation is within the dead band"), "{remark}");
+        assert!(
+            remark.contains(
+                "stood at 100 % since 30 s: it is at a limit, in manual mode, or the \
+                     deviation is within the dead band"
+            ),
+            "{remark}"
+        );
     }
 
     #[test]

@@ -193,11 +193,7 @@ pub fn of_csv(request: &Request) -> Result<Identified> {
         Some(name) => table.column(name),
         None => table.called(names).with_context(|| {
             let columns: Vec<_> = table.columns.iter().take(12).map(|column| column.header.as_str()).collect();
-            format!(
-                "choose the column of the {what}: none of {} is called {}",
-                columns.join(", "),
-                names.join(", ")
-            )
+            format!("choose the column of the {what}: none of {} is called {}", columns.join(", "), names.join(", "))
         }),
     };
     let input = column(input, "manipulated value", &MANIPULATED_VALUES)?;

@@ -9,14 +9,19 @@ use crate::signals::Signals;
 use crate::tune::Controller;
 use anyhow::{Context, Result, bail};
 
-/// A pulse has so many samples at most: a short move looks like a step, also if the controller is called often.
-const MOST_SAMPLES: usize = 10;
+/// A pulse moves this part of the whole travel from sample to sample: it looks like a step, also if the controller is called often.
+const MOVE: f64 = 0.04;
 
 /// A plant's model, from the travel of the actuator to the process value.
 ///
 /// # Errors
 /// The controller is no step controller, not each of its calls is recorded, or the record says nothing about the plant.
-pub fn identify(home: &dyn Home, record: &Record, signals: &Signals, request: &identify::Request) -> Result<Identified> {
+pub fn identify(
+    home: &dyn Home,
+    record: &Record,
+    signals: &Signals,
+    request: &identify::Request,
+) -> Result<Identified> {
     let member = record.setup().members.first().context("there is no controller")?;
     let remedy = "identify from a CSV file with the position of the actuator";
     let controller = Controller::of(home, member)?;
@@ -41,8 +46,9 @@ pub fn identify(home: &dyn Home, record: &Record, signals: &Signals, request: &i
     if seconds <= 0.0 {
         bail!("{motor_time} is {seconds} s: set it to the time that the actuator takes from stop to stop");
     }
-    let travel = travel(up, down, 100.0 * interval / seconds);
-    let stride = longest(up).max(longest(down)).div_ceil(MOST_SAMPLES).max(1);
+    let percent = 100.0 * interval / seconds;
+    let travel = travel(up, down, percent);
+    let stride = stride(&travel, percent);
     let (times, input, output) = thinned(&signals.times, &travel, &signals.process_value, stride);
     let recorded = Recorded { times: &times, input: &input, output: &output };
     let names = controller.roles.pulses.join(" and ");
@@ -70,9 +76,10 @@ fn travel(up: &[bool], down: &[bool], percent: f64) -> Vec<f64> {
     up.iter().zip(down).map(mean).collect()
 }
 
-/// The most calls of one pulse.
-fn longest(pulse: &[bool]) -> usize {
-    pulse.split(|is_on| !is_on).map(<[bool]>::len).max().unwrap_or(0)
+/// How many calls make one sample.
+fn stride(travel: &[f64], percent: f64) -> usize {
+    let (low, high) = travel.iter().fold((0.0_f64, 0.0_f64), |(low, high), at| (low.min(*at), high.max(*at)));
+    ((MOVE * (high - low) / percent).ceil() as usize).max(1)
 }
 
 /// One sample for so many calls: the mean of the input over them, the output at their beginning.
@@ -91,7 +98,15 @@ mod tests {
         let up = [false, true, true, false, false, false];
         let down = [false, false, false, false, true, false];
         assert_eq!(travel(&up, &down, 4.0), [0.0, 2.0, 6.0, 8.0, 6.0, 4.0]);
-        assert_eq!((longest(&up), longest(&down), longest(&[])), (2, 1, 0));
+    }
+
+    #[test]
+    fn a_sample_has_so_many_calls_that_a_pulse_moves_a_part_of_the_travel_that_counts() {
+        assert_eq!(stride(&[0.0, 2.0, 6.0, 8.0], 4.0), 1);
+        // 300 calls of 0.1 %: 0.04 of 30 % is 12 calls.
+        let travel: Vec<f64> = (0..=300).map(|call| f64::from(call) * 0.1).collect();
+        assert_eq!(stride(&travel, 0.1), 12);
+        assert_eq!(stride(&[0.0; 9], 0.1), 1);
     }
 
     #[test]

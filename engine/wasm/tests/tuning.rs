@@ -102,6 +102,17 @@ fn what_is_no_controller_cannot_be_tuned() {
 }
 
 #[test]
+fn cont_s_is_predicted_in_automatic_mode_whatever_its_switches_are_now() {
+    let predicted = |switches: &[(&str, f64)]| {
+        let settings: Vec<_> = [("CYCLE", 0.1), ("MTR_TM", 30.0)].into_iter().chain(switches.iter().copied()).collect();
+        tuned(&request("CONT_S", Rule::Simc, Structure::Pi, &settings)).predicted
+    };
+    let automatic = predicted(&[]);
+    assert!((last(&automatic.process_value) - 10.0).abs() < 2.0, "{}", last(&automatic.process_value));
+    assert_eq!(predicted(&[("LMNS_ON", 1.0), ("LMNUP", 1.0), ("LMNR_LS", 1.0)]), automatic);
+}
+
+#[test]
 fn the_plant_of_a_step_controller_is_identified_from_a_pulse_in_manual_mode() {
     let values = |values: &[(&str, f64)]| -> Values {
         values.iter().map(|(name, value)| ((*name).into(), Value::Number(*value))).collect()
