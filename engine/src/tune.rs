@@ -339,6 +339,7 @@ pub fn tune(home: &dyn Home, request: &Request) -> Result<Tuned> {
     let settings = in_form_of(&controller, &Settings { gain: ideal.gain / factor, ..ideal }, &mut remarks)?;
     let margins = margins::of(&model, &Settings { gain: settings.gain * factor, ..settings });
     remarks.extend(robustness(&margins));
+    remarks.extend(coarseness(&controller, request));
     let values = values(&controller, request.structure, &settings);
     let predicted = match predict::predict(home, &controller, request, &values) {
         Ok((predicted, told)) => {
@@ -445,6 +446,29 @@ fn robustness(margins: &margins::Margins) -> Option<String> {
         )),
         Some(_) => None,
     }
+}
+
+/// A step controller whose shortest pulse moves the process value through the dead band never rests.
+fn coarseness(controller: &Controller, request: &Request) -> Option<String> {
+    if !controller.is_step_controller() || request.model.is_integrating {
+        return None;
+    }
+    let (pulse, dead_band) = ("PULSE_TM", "DEADB_W");
+    controller.table.find(pulse)?;
+    controller.table.find(dead_band)?;
+    let seconds = controller.value(pulse).max(controller.cycle());
+    let motor_time = request.motor_time.or_else(|| controller.motor_time()).filter(|time| *time > 0.0)?;
+    let moved = (request.model.gain * 100.0 * seconds / motor_time).abs();
+    (controller.value(dead_band) < moved / 2.0).then(|| {
+        format!(
+            "The shortest pulse of {} s moves the process value by {}, and {dead_band} = {} is less than half of it: the loop \
+             will not rest. Shorten {pulse} or CYCLE, or set {dead_band} to {}.",
+            short(seconds),
+            short(moved),
+            short(controller.value(dead_band)),
+            short(rounded(moved / 2.0, 3))
+        )
+    })
 }
 
 /// The settings by the block's names.

@@ -102,6 +102,20 @@ fn what_is_no_controller_cannot_be_tuned() {
 }
 
 #[test]
+fn a_pulse_of_cont_s_that_moves_the_process_value_through_the_dead_band_is_told() {
+    let remarks = |settings: &[(&str, f64)]| tuned(&request("CONT_S", Rule::Simc, Structure::Pi, settings)).remarks;
+    // 3 s of 30 s are 10 %, and the plant has a gain of 1.
+    let expected = "The shortest pulse of 3 s moves the process value by 10, and DEADB_W = 1 is less than half of it: the loop \
+                    will not rest. Shorten PULSE_TM or CYCLE, or set DEADB_W to 5.";
+    let settings = [("CYCLE", 0.1), ("PULSE_TM", 3.0), ("MTR_TM", 30.0), ("DEADB_W", 1.0)];
+    assert!(remarks(&settings).iter().any(|remark| remark == expected), "{:?}", remarks(&settings));
+    for fine in [[settings[0], ("PULSE_TM", 0.3)], [settings[1], ("DEADB_W", 5.0)]] {
+        let settings: Vec<_> = [settings[2], settings[3]].into_iter().chain(fine).collect();
+        assert!(!remarks(&settings).iter().any(|remark| remark.contains("will not rest")), "{settings:?}");
+    }
+}
+
+#[test]
 fn cont_s_is_predicted_in_automatic_mode_whatever_its_switches_are_now() {
     let predicted = |switches: &[(&str, f64)]| {
         let settings: Vec<_> = [("CYCLE", 0.1), ("MTR_TM", 30.0)].into_iter().chain(switches.iter().copied()).collect();
