@@ -1,7 +1,7 @@
 /** CSV files of the plant, as far as the page has to know them: the engine reads them. */
 
 import { element } from "tool/dom.js";
-import { ask } from "tool/engine.js";
+import { ask, EngineError } from "tool/engine.js";
 
 /** More than this the engine refuses; the page should not try. */
 const MOST_BYTES = 60_000_000;
@@ -11,12 +11,12 @@ const MOST_BYTES = 60_000_000;
  *
  * @param {Blob} file
  * @returns {Promise<string>}
- * @throws {Error} a sentence
+ * @throws {EngineError} a sentence
  */
 export async function textOf(file) {
   if (file.size > MOST_BYTES) {
     const size = Math.round(file.size / 1e6);
-    throw new Error(
+    throw new EngineError(
       `The file has ${size} MB; at most ${MOST_BYTES / 1e6} MB can be read. Cut out the part that matters.`,
     );
   }
