@@ -7,6 +7,7 @@ The page is that of PLCFMU_TOOL, or target/tool/plcfmu-tool.html (`cargo xtask t
 import csv
 import importlib.util
 import json
+import math
 import os
 import pathlib
 import re
@@ -441,6 +442,26 @@ def test_a_csv_of_the_plant_gives_the_same_model_as_the_run(tool, tmp_path):
         tool.locator(f"#tune-{name}").select_option(column)
     tool.locator("#tune .fit").get_by_text("fit").wait_for()
     assert [float(tool.locator(f"#model-{name}").input_value()) for name in names] == pytest.approx(of_run, rel=1e-3)
+
+
+def test_a_csv_of_a_recorder_is_identified_by_its_names_and_its_columns_can_be_chosen(tool, tmp_path):
+    """As a recorder in Germany writes it: a title, units in the header, semicolons, decimal commas, dates."""
+    rows = ["Recorder 7", "Datum/Uhrzeit;Sollwert [°C];Istwert [°C];Stellwert [%]"]
+    for second in range(300):
+        value = 20 + (0 if second < 62 else 16 * (1 - math.exp(-(second - 62) / 30)))
+        row = f"04.03.2026 10:{second // 60:02}:{second % 60:02};50.0;{value:.4f};{30.0 if second < 60 else 40.0:.1f}"
+        rows.append(row[:10] + row[10:].replace(".", ","))
+    path = tmp_path / "recorder.csv"
+    path.write_bytes("\r\n".join(rows).encode("cp1252"))
+    # Dropped on the page, the file is offered, too.
+    tool.locator("#open-files").set_input_files(path)
+    tune = tool.locator("#tune")
+    for name, column in (("input", "Stellwert [%]"), ("output", "Istwert [°C]"), ("time", "Datum/Uhrzeit")):
+        tool.locator(f"#tune-{name}").select_option(column)
+        tune.get_by_text("The manipulated value is Stellwert [%], the process value Istwert [°C].").wait_for()
+    values = [float(tool.locator(f"#model-{name}").input_value()) for name in ("gain", "time_constant", "dead_time")]
+    assert values == pytest.approx([1.6, 30, 2], rel=0.02)
+    assert tune.locator(".error").count() == 0
 
 
 def test_from_a_db_file_to_a_tuned_awl_and_preset(open_tool, run_described, command, tmp_path):

@@ -49,6 +49,17 @@ impl<'m> End<'m> {
         fields.find(|field| field.name == name).is_none_or(|field| field.is_used(|name| self.value(name) != 0.0))
     }
 
+    /// The inputs by which a controller drives it: the manipulated value, the pulses.
+    fn driven(&self) -> Vec<&String> {
+        let roles = &self.description.roles;
+        roles.manipulated_value.iter().chain(&roles.pulses).filter(|name| self.has_input(name)).collect()
+    }
+
+    /// Whether its pulses move an actuator between two stops; without stops, how long they are on is the manipulated value.
+    fn has_stops(&self) -> bool {
+        self.description.roles.signals.iter().any(|(meaning, _)| meaning.ends_with("stop"))
+    }
+
     fn has_input(&self, name: &str) -> bool {
         self.variable(name).is_some_and(|of| of.role == "input")
     }
@@ -87,6 +98,17 @@ pub fn propose(home: &dyn Home, controller: &Member, plant: &Member) -> Result<P
         bail!("two members are named {}: rename one", plant.name);
     }
     let (controller, plant) = (&End::of(home, controller)?, &End::of(home, plant)?);
+    let mut proposal = draft(home, controller, plant);
+    if let (Some(own), Some(of_plant)) = (&controller.description.cycle, &plant.description.cycle) {
+        proposal.values.insert(plant.full(of_plant), Value::Number(controller.value(own)));
+    }
+    remarks(home, controller, plant, &mut proposal);
+    others(controller, plant, &mut proposal);
+    Ok(proposal.proposal)
+}
+
+/// The connections that are proposed.
+fn draft(home: &dyn Home, controller: &End, plant: &End) -> Draft {
     let mut proposal = Draft::default();
     match known(home, controller, plant) {
         Some(of) => take_known(&of, controller, plant, &mut proposal),
@@ -96,12 +118,21 @@ pub fn propose(home: &dyn Home, controller: &Member, plant: &Member) -> Result<P
             by_units(controller, plant, &mut proposal);
         }
     }
-    if let (Some(own), Some(of_plant)) = (&controller.description.cycle, &plant.description.cycle) {
-        proposal.values.insert(plant.full(of_plant), Value::Number(controller.value(own)));
-    }
-    remarks(controller, plant, &mut proposal);
-    others(controller, plant, &mut proposal);
-    Ok(proposal.proposal)
+    proposal
+}
+
+/// The plants of the catalogue that a controller drives by the connections that are proposed.
+fn fitting_plants(home: &dyn Home, controller: &End) -> Vec<String> {
+    let is_fitting = |name: &String| {
+        let member =
+            Member { name: format!("{}_PLANT", controller.member.name), fmu: name.clone(), ..Member::default() };
+        End::of(home, &member).is_ok_and(|plant| {
+            let is_driven = draft(home, controller, &plant).is_driven(controller);
+            is_driven && !plant.driven().is_empty()
+        })
+    };
+    let plants = home.entries().into_iter().filter(|entry| entry.part == Part::Plant && !entry.is_foreign);
+    plants.map(|entry| entry.name).filter(is_fitting).collect()
 }
 
 /// A proposal that is being made.
@@ -110,6 +141,14 @@ struct Draft {
     proposal: Proposal,
     /// Ends that belong together and do not fit: the input, and what to say if nothing else goes there.
     misfits: Vec<(String, String)>,
+}
+
+impl Draft {
+    /// Whether something goes from the controller to the plant.
+    fn is_driven(&self, controller: &End) -> bool {
+        let prefix = format!("{}.", controller.member.name);
+        self.connections.iter().any(|wire| wire.from.starts_with(&prefix))
+    }
 }
 
 impl Deref for Draft {
@@ -241,10 +280,18 @@ fn by_roles(controller: &End, plant: &End, proposal: &mut Draft) {
         if let (Some(output), Some(input)) = (&own.manipulated_value, &of_plant.manipulated_value) {
             connect(controller, output, plant, input, "both are the manipulated value", proposal);
         }
-    } else {
+    } else if controller.has_stops() == plant.has_stops() {
         for (output, input) in own.pulses.iter().zip(&of_plant.pulses) {
             connect(controller, output, plant, input, "both are the pulses of the manipulated value", proposal);
         }
+    } else {
+        let act = |end: &End, pulses: &[String]| {
+            let how = if end.has_stops() { "move an actuator between its stops" } else { "act while they are on" };
+            format!("{} of {} {how}", pulses.join(" and "), end.member.name)
+        };
+        let (from, to) = (act(controller, &own.pulses), act(plant, &of_plant.pulses));
+        let text = format!("{from}, and {to}: they are different pulses and not connected");
+        proposal.misfits.push((plant.full(&of_plant.pulses[0]), text));
     }
     if let (Some(output), Some(input)) = (&of_plant.process_value, &own.process_value) {
         connect(plant, output, controller, input, "both are the process value", proposal);
@@ -288,10 +335,10 @@ fn by_units(controller: &End, plant: &End, proposal: &mut Draft) {
 }
 
 /// Says what is left open.
-fn remarks(controller: &End, plant: &End, proposal: &mut Draft) {
+fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft) {
     let is_connected = |full: &str| proposal.connections.iter().any(|wire| wire.to == full);
     let mut open: Vec<String> = Vec::new();
-    let (own, of_plant) = (&controller.description.roles, &plant.description.roles);
+    let own = &controller.description.roles;
     let from_plant = format!("{}.", plant.member.name);
     let from_controller = format!("{}.", controller.member.name);
     if let Some(input) = own.process_value.as_deref().filter(|name| controller.has_input(name))
@@ -299,10 +346,7 @@ fn remarks(controller: &End, plant: &End, proposal: &mut Draft) {
     {
         open.push(controller.full(input));
     }
-    let driven = of_plant.manipulated_value.iter().chain(&of_plant.pulses).find(|name| plant.has_input(name));
-    if let Some(input) =
-        driven.filter(|_| !proposal.connections.iter().any(|wire| wire.from.starts_with(&from_controller)))
-    {
+    if let Some(input) = plant.driven().first().filter(|_| !proposal.is_driven(controller)) {
         open.push(plant.full(input));
     }
     let signals =
@@ -324,6 +368,13 @@ fn remarks(controller: &End, plant: &End, proposal: &mut Draft) {
             .push(format!("no output of {controller} or {plant} clearly belongs to an input of the other: choose"));
     }
     proposal.remarks.extend(remarks);
+    if !plant.driven().is_empty() && !proposal.is_driven(controller) {
+        let fitting = fitting_plants(home, controller);
+        if !fitting.is_empty() {
+            let text = format!("plants that {} can drive: {}", controller.member.fmu, fitting.join(", "));
+            proposal.remarks.push(text);
+        }
+    }
     if plant.description.part == Part::Controller {
         proposal.remarks.push(format!("{} is a controller, too", plant.member.fmu));
     }

@@ -4,6 +4,7 @@
 //! time (seconds, milliseconds, date and time of day) are found from the file. What is ambiguous is an error, or a remark.
 
 mod clock;
+pub(crate) mod names;
 mod number;
 
 pub(crate) use clock::seconds_of_unit;
@@ -39,6 +40,8 @@ pub struct Table {
 pub struct Column {
     /// Its name, without the unit.
     pub name: String,
+    /// Its name as the header has it, with the unit.
+    pub header: String,
     /// The unit that the header has: `PV [degC]`, `PV (degC)` or `PV / degC`.
     pub unit: Option<String>,
     /// Its values, one for each row; TRUE and ON are 1. A value that is missing is NaN.
@@ -84,18 +87,15 @@ impl Table {
     /// # Errors
     /// What is wrong, with line and column, and what to do.
     pub fn read(text: &str) -> Result<Table> {
-        if text.len() > LARGEST {
-            bail!(
-                "the file has {} bytes; at most {LARGEST} are read: cut out the part of interest, or keep each tenth row",
-                text.len()
-            );
-        }
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        // Before anything is made of it.
-        if let Some(line) = text.lines().take(SAMPLE).position(|line| line.len() > LONGEST_LINE) {
-            bail!("line {} has more than {LONGEST_LINE} bytes: this is no CSV file", line + 1);
-        }
         Layout::of(text)?.read()
+    }
+
+    /// The names of a file's columns as its header has them, with their units.
+    ///
+    /// # Errors
+    /// The text is no CSV file.
+    pub fn headers(text: &str) -> Result<Vec<String>> {
+        Ok(Layout::of(text)?.header.into_iter().map(|header| header.written).collect())
     }
 
     /// How many rows there are.
@@ -103,11 +103,20 @@ impl Table {
         self.lines.len()
     }
 
-    /// The column of this name, in any case.
+    /// The column of this name, with or without its unit, in any case.
     pub fn find(&self, name: &str) -> Option<usize> {
+        let written = |column: &Column| column.header == name;
         let equal = |column: &Column| column.name == name;
         let alike = |column: &Column| column.name.trim().to_lowercase() == name.trim().to_lowercase();
-        self.columns.iter().position(equal).or_else(|| self.columns.iter().position(alike))
+        let position = |is_it: &dyn Fn(&Column) -> bool| self.columns.iter().position(is_it);
+        position(&written).or_else(|| position(&equal)).or_else(|| position(&alike))
+    }
+
+    /// The column that is called by one of these names, the first of them that there is.
+    pub(crate) fn called(&self, names: &[&str]) -> Option<&Column> {
+        let short: Vec<String> = self.columns.iter().map(|column| names::short_name(&column.name)).collect();
+        let place = names.iter().find_map(|name| short.iter().position(|short| short == name))?;
+        Some(&self.columns[place])
     }
 
     /// The column of this name.
@@ -178,6 +187,8 @@ struct Layout<'a> {
 
 /// The name of a column and what belongs to it.
 struct Header {
+    /// Name and unit as they are written; `column 3` of a column without a name.
+    written: String,
     name: String,
     unit: Option<String>,
 }
@@ -193,6 +204,17 @@ const SAMPLE: usize = 100;
 
 impl<'a> Layout<'a> {
     fn of(text: &'a str) -> Result<Layout<'a>> {
+        if text.len() > LARGEST {
+            bail!(
+                "the file has {} bytes; at most {LARGEST} are read: cut out the part of interest, or keep each tenth row",
+                text.len()
+            );
+        }
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        // Before anything is made of it.
+        if let Some(line) = text.lines().take(SAMPLE).position(|line| line.len() > LONGEST_LINE) {
+            bail!("line {} has more than {LONGEST_LINE} bytes: this is no CSV file", line + 1);
+        }
         let (mut rest, mut line, mut comment, mut told) = (text, 1, None, None);
         loop {
             let end = rest.find('\n').map_or(rest.len(), |end| end + 1);
@@ -238,7 +260,8 @@ impl<'a> Layout<'a> {
         if header.len() > MOST_COLUMNS {
             bail!("the file has {} columns; at most {MOST_COLUMNS} are read", header.len());
         }
-        let mut header: Vec<Header> = header.iter().map(|cell| Header::of(cell)).collect();
+        let mut header: Vec<Header> =
+            header.iter().enumerate().map(|(number, cell)| Header::of(cell, number)).collect();
         // A second line with the units alone.
         if skip == titles + 1
             && let Some(units) = sample.get(skip)
@@ -342,23 +365,30 @@ impl<'a> Layout<'a> {
 }
 
 impl Header {
-    fn of(cell: &str) -> Header {
+    /// The header of a column, of which `number` are before it.
+    fn of(cell: &str, number: usize) -> Header {
         let cell = cell.trim();
+        let header = |name: &str, unit: Option<&str>| Header {
+            written: cell.into(),
+            name: name.trim().into(),
+            unit: unit.map(|unit| unit.trim().to_string()).filter(|unit| !unit.is_empty()),
+        };
+        if cell.is_empty() {
+            let name = format!("column {}", number + 1);
+            return Header { written: name.clone(), name, unit: None };
+        }
         for (open, close) in [('[', ']'), ('(', ')')] {
             if let Some((name, unit)) = cell.strip_suffix(close).and_then(|cell| cell.rsplit_once(open))
                 && !name.trim().is_empty()
                 // An element of an array is no unit.
                 && !(open == '[' && unit.parse::<u32>().is_ok())
             {
-                let unit = Some(unit.trim().to_string()).filter(|unit| !unit.is_empty());
-                return Header { name: name.trim().into(), unit };
+                return header(name, Some(unit));
             }
         }
         match cell.split_once(" / ") {
-            Some((name, unit)) if !name.trim().is_empty() && !unit.trim().is_empty() => {
-                Header { name: name.trim().into(), unit: Some(unit.trim().into()) }
-            }
-            _ => Header { name: cell.into(), unit: None },
+            Some((name, unit)) if !name.trim().is_empty() && !unit.trim().is_empty() => header(name, Some(unit)),
+            _ => header(cell, None),
         }
     }
 }
@@ -419,7 +449,7 @@ impl Cells {
 
     /// The column, unless it has no numbers.
     fn column(mut self, number: usize, header: Header, remarks: &mut Vec<String>) -> Result<Option<Column>> {
-        let name = if header.name.is_empty() { format!("column {}", number + 1) } else { header.name };
+        let name = header.name;
         if self.is_merged || (header.unit.is_none() && self.numbers + self.dates + self.texts == 0) {
             return Ok(None);
         }
@@ -446,6 +476,7 @@ impl Cells {
         }
         Ok(Some(Column {
             name,
+            header: header.written,
             unit: header.unit.or_else(|| (self.literals > 0).then(|| "s".to_string())),
             values: self.values,
             is_clock,

@@ -3,7 +3,7 @@
 use crate::home::Home;
 use crate::message::{Answer, Error, Request};
 use crate::session::Session;
-use crate::{characteristic, connect, describe, export, replay, signals, tune};
+use crate::{characteristic, connect, csv, describe, export, replay, signals, tune};
 use anyhow::Result;
 use serde::Serialize;
 
@@ -54,6 +54,7 @@ impl<H: Home> Engine<H> {
             Request::Identify(of) => json(signals::identify(home, session, &of)?),
             Request::Tune(of) => json(tune::tune(home, &of)?),
             Request::Ratio(of) => json(tune::ratio(&of.heating, &of.cooling)?),
+            Request::Columns { text } => json(csv::Table::headers(&text)?),
             Request::Replay(of) => json(replay::replay(home, &of)?),
             Request::Characteristic(of) => json(characteristic::characteristics(home, &of.member)?),
             Request::Preset(of) => json(crate::preset::of(home, &of)?),

@@ -210,7 +210,8 @@ fn step_figures(figures: &mut Figures, signals: &Signals, step: usize, end: usiz
             let stuck = standstill(signals, step, end).map_or_else(String::new, |(value, since)| {
                 let unit = signals.travel_unit.map_or_else(String::new, |unit| format!(" {unit}"));
                 format!(
-                    "; the manipulated value has stood at {}{unit} since {} s: it is at a limit or in manual mode",
+                    "; the manipulated value has stood at {}{unit} since {} s: it is at a limit, in manual mode, or the \
+                     deviation is within the dead band",
                     short(value),
                     short(since)
                 )
@@ -367,7 +368,13 @@ mod tests {
         let figures = of(&signals, &Request::default());
         assert_eq!(figures.settled, None);
         let remark = figures.remarks.last().unwrap();
-        assert!(remark.contains("stood at 100 % since 30 s: it is at a limit or in manual mode"), "{remark}");
+        assert!(
+            remark.contains(
+                "stood at 100 % since 30 s: it is at a limit, in manual mode, or the \
+                     deviation is within the dead band"
+            ),
+            "{remark}"
+        );
     }
 
     #[test]

@@ -20,6 +20,7 @@ mod methods;
 mod step;
 
 use crate::csv::Table;
+use crate::csv::names::{MANIPULATED_VALUES, PROCESS_VALUES};
 use crate::process::Process;
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
@@ -71,10 +72,10 @@ pub enum Data {
         /// The column of the time; by its name without it.
         #[serde(default)]
         time: Option<String>,
-        /// The column of the manipulated value.
+        /// The column of the manipulated value; by its name without it.
         #[serde(default)]
         input: Option<String>,
-        /// The column of the process value.
+        /// The column of the process value; by its name without it.
         #[serde(default)]
         output: Option<String>,
         /// Which of the rows, in the file's seconds.
@@ -188,11 +189,16 @@ pub fn of_csv(request: &Request) -> Result<Identified> {
         None => table.time().context("the file has no column with a time that is known by its name: choose it")?,
     };
     let times = table.times(time)?;
-    let column = |chosen: &Option<String>, what: &str| match chosen {
+    let column = |chosen: &Option<String>, what: &str, names: &[&str]| match chosen {
         Some(name) => table.column(name),
-        None => bail!("choose the column of the {what}"),
+        None => table.called(names).with_context(|| {
+            let columns: Vec<_> = table.columns.iter().take(12).map(|column| column.header.as_str()).collect();
+            format!("choose the column of the {what}: none of {} is called {}", columns.join(", "), names.join(", "))
+        }),
     };
-    let (input, output) = (column(input, "manipulated value")?, column(output, "process value")?);
+    let input = column(input, "manipulated value", &MANIPULATED_VALUES)?;
+    let output = column(output, "process value", &PROCESS_VALUES)?;
+    let used = format!("The manipulated value is {}, the process value {}.", input.header, output.header);
     let (from, to) = (from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY));
     let mut rows: Vec<usize> = (0..table.rows())
         .filter(|row| (from..=to).contains(&times.seconds[*row]))
@@ -208,6 +214,7 @@ pub fn of_csv(request: &Request) -> Result<Identified> {
     let (seconds, input, output) = (of_rows(&times.seconds), of_rows(&input.values), of_rows(&output.values));
     let recorded = Recorded { times: &seconds, input: &input, output: &output };
     let mut identified = of(&recorded, request.method, request.is_integrating)?;
+    identified.remarks.insert(0, used);
     identified.remarks.extend(times.remark);
     identified.remarks.extend(table.remarks);
     Ok(identified)

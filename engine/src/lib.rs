@@ -35,6 +35,7 @@ pub mod system;
 #[cfg(test)]
 mod test_home;
 pub mod trace;
+mod travel;
 pub mod tune;
 
 pub use engine::Engine;

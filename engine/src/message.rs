@@ -91,6 +91,11 @@ pub enum Request {
     Ratio(crate::tune::RatioRequest),
     /// The mean of a block's pulses over an input. Answer: [`Characteristics`](crate::characteristic::Characteristics).
     Characteristic(crate::characteristic::Request),
+    /// The names of a CSV file's columns, as its header has them. Answer: a list of texts.
+    Columns {
+        /// The file's text.
+        text: String,
+    },
     /// A recorded file through the block. Answer: [`Replayed`](crate::replay::Replayed).
     Replay(crate::replay::Request),
     /// The files in which a preset differs from its block's FMU. Answer: [`Preset`](crate::preset::Preset).

@@ -355,6 +355,11 @@ fn system(controller: &Controller, values: &Values, terminal: &Terminal, schedul
         let automatic = Some(schedule.time(schedule.automatic));
         events.push(Setting { time: automatic, ..setting(switch, Value::Boolean(false)) });
     }
+    if controller.is_step_controller() {
+        // The step is answered in automatic mode, away from the stops.
+        let switches = controller.manual_switch().into_iter().chain(controller.stops());
+        all.extend(switches.map(|name| (name.to_string(), Value::Boolean(false))));
+    }
     let mut settings: Vec<Setting> = all.iter().map(|(name, value)| setting(name, *value)).collect();
     settings.extend(events);
     let wire = |from: String, to: String| Connection { from, to, place: None };

@@ -65,6 +65,8 @@ pub struct Replayed {
     pub suspects: Vec<Suspect>,
     /// The conclusion, in one sentence.
     pub verdict: String,
+    /// Whether the recording depends on the controller's settings: equal outputs say nothing about them otherwise.
+    pub is_conclusive: bool,
     /// What the user should know, a sentence each.
     pub remarks: Vec<String>,
 }
@@ -140,12 +142,21 @@ fn replay_with(home: &dyn Home, request: &Request, roles: &Roles) -> Result<Repl
     if request.try_suspects && base.different() > 0 {
         suspects = suspects::tried(&comparison, &base)?;
     }
+    let doubt = doubt(&block, &recording);
+    let is_conclusive = doubt.is_none();
+    let mut verdict = verdict(&comparison, &base, &suspects, request.try_suspects);
+    if base.different() == 0
+        && let Some(doubt) = doubt
+    {
+        verdict = format!("{verdict} {doubt}");
+    }
     let outputs = (0..recording.outputs.len()).map(|output| compared(&recording, &base, output)).collect();
     Ok(Replayed {
         columns: recording.matched.clone(),
         calls: recording.rows,
         outputs,
-        verdict: verdict(&comparison, &base, &suspects, request.try_suspects),
+        verdict,
+        is_conclusive,
         suspects,
         remarks,
     })
@@ -199,6 +210,29 @@ fn compared(recording: &Recording, run: &compare::Outcome, output: usize) -> Com
         recorded: shown.iter().map(|row| recorded[*row]).collect(),
         computed: shown.iter().map(|row| computed[*row]).collect(),
     }
+}
+
+/// Why equal outputs say nothing about a controller's settings.
+fn doubt(block: &Block, recording: &Recording) -> Option<String> {
+    let roles = block.roles;
+    let settings = roles.controller.join(", ");
+    if settings.is_empty() {
+        return None;
+    }
+    let driven = || roles.manipulated_value.iter().chain(&roles.pulses);
+    let is_compared = |name: &String| recording.outputs.iter().any(|output| output.name == *name);
+    if !driven().any(is_compared) {
+        let names: Vec<_> = driven().map(String::as_str).collect();
+        return Some(format!(
+            "But the recording has no {}: it says nothing about {settings}. Record it too.",
+            names.join(" or ")
+        ));
+    }
+    block.is_always_manual(recording).then(|| {
+        format!(
+            "But all calls are in manual mode: the recording says nothing about {settings}. Replay one in automatic mode."
+        )
+    })
 }
 
 /// The conclusion, in one sentence.

@@ -5,7 +5,8 @@ use crate::figures::{self, Figures};
 use crate::home::Home;
 use crate::identify::{self, Data, Identified};
 use crate::session::{Record, Session};
-use anyhow::{Context, Result, bail};
+use crate::travel;
+use anyhow::{Context, Result};
 
 /// The signals of a loop in the calls that are held exactly.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -103,15 +104,15 @@ pub fn figures(home: &dyn Home, session: &Session, request: &figures::Request) -
 /// There is no such run, or it says nothing about the plant; what is wrong with the file.
 pub fn identify(home: &dyn Home, session: &Session, request: &identify::Request) -> Result<Identified> {
     let Data::Run { run, from, to } = request.data else { return identify::of_csv(request) };
-    let signals = Signals::of(home, session.record(run)?, from, to)?;
-    if signals.manipulated_value.is_empty() && !signals.times.is_empty() {
-        bail!(
-            "the controller has pulses and no manipulated value: identify from a CSV file with the actuator's position"
-        );
-    }
-    let recorded =
-        identify::Recorded { times: &signals.times, input: &signals.manipulated_value, output: &signals.process_value };
-    let mut identified = identify::of(&recorded, request.method, request.is_integrating)?;
+    let record = session.record(run)?;
+    let signals = Signals::of(home, record, from, to)?;
+    let mut identified = if signals.manipulated_value.is_empty() && !signals.times.is_empty() {
+        travel::identify(home, record, &signals, request)?
+    } else {
+        let (times, input) = (&signals.times, &signals.manipulated_value);
+        let recorded = identify::Recorded { times, input, output: &signals.process_value };
+        identify::of(&recorded, request.method, request.is_integrating)?
+    };
     identified.remarks.extend(signals.remarks);
     Ok(identified)
 }

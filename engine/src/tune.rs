@@ -225,7 +225,12 @@ impl Controller {
 
     /// The time between two calls in seconds.
     pub fn cycle(&self) -> f64 {
-        self.value(&self.table.variables[self.table.cycle].name)
+        self.value(self.cycle_setting())
+    }
+
+    /// The setting of the time between two calls.
+    pub fn cycle_setting(&self) -> &str {
+        &self.table.variables[self.table.cycle].name
     }
 
     /// Whether it moves an actuator by pulses up and down, and does not know where that is.
@@ -250,11 +255,30 @@ impl Controller {
 
     /// How long the actuator of a step controller takes from stop to stop, in seconds: the TIME in the group of its stops.
     pub fn motor_time(&self) -> Option<f64> {
-        let is_stop =
-            |name: &str| self.roles.signals.iter().any(|(meaning, of)| meaning.ends_with("stop") && of == name);
+        self.motor_time_setting().map(|name| self.value(name))
+    }
+
+    /// The setting of this time.
+    pub fn motor_time_setting(&self) -> Option<&str> {
+        let is_stop = |name: &str| self.stops().any(|stop| stop == name);
         let group = self.groups.iter().find(|group| group.fields.iter().any(|field| is_stop(&field.name)))?;
         let time = group.fields.iter().find(|field| self.kind(&field.name) == Some(Kind::Time))?;
-        Some(self.value(&time.name))
+        Some(&time.name)
+    }
+
+    /// The inputs that tell that the actuator is at a stop.
+    pub fn stops(&self) -> impl Iterator<Item = &str> {
+        let stops = self.roles.signals.iter().filter(|(meaning, _)| meaning.ends_with("stop"));
+        stops.map(|(_, name)| name.as_str())
+    }
+
+    /// The switch to manual mode of a step controller: two switches, for the pulses up and down, have an effect with it alone.
+    pub fn manual_switch(&self) -> Option<&str> {
+        let is_switch = |name: &str| self.kind(name) == Some(Kind::Bool);
+        let fields = || self.groups.iter().flat_map(|group| &group.fields).filter(|field| is_switch(&field.name));
+        let only = |switch: &str| vec![vec![(switch.to_string(), true)]];
+        let is_manual = |switch: &str| fields().filter(|field| field.used_if == only(switch)).count() == 2;
+        fields().map(|field| field.name.as_str()).find(|name| is_manual(name))
     }
 
     /// Refuses a structure that it does not have.
@@ -315,6 +339,7 @@ pub fn tune(home: &dyn Home, request: &Request) -> Result<Tuned> {
     let settings = in_form_of(&controller, &Settings { gain: ideal.gain / factor, ..ideal }, &mut remarks)?;
     let margins = margins::of(&model, &Settings { gain: settings.gain * factor, ..settings });
     remarks.extend(robustness(&margins));
+    remarks.extend(coarseness(&controller, request));
     let values = values(&controller, request.structure, &settings);
     let predicted = match predict::predict(home, &controller, request, &values) {
         Ok((predicted, told)) => {
@@ -421,6 +446,29 @@ fn robustness(margins: &margins::Margins) -> Option<String> {
         )),
         Some(_) => None,
     }
+}
+
+/// A step controller whose shortest pulse moves the process value through the dead band never rests.
+fn coarseness(controller: &Controller, request: &Request) -> Option<String> {
+    if !controller.is_step_controller() || request.model.is_integrating {
+        return None;
+    }
+    let (pulse, dead_band) = ("PULSE_TM", "DEADB_W");
+    controller.table.find(pulse)?;
+    controller.table.find(dead_band)?;
+    let seconds = controller.value(pulse).max(controller.cycle());
+    let motor_time = request.motor_time.or_else(|| controller.motor_time()).filter(|time| *time > 0.0)?;
+    let moved = (request.model.gain * 100.0 * seconds / motor_time).abs();
+    (controller.value(dead_band) < moved / 2.0).then(|| {
+        format!(
+            "The shortest pulse of {} s moves the process value by {}, and {dead_band} = {} is less than half of it: the loop \
+             will not rest. Shorten {pulse} or CYCLE, or set {dead_band} to {}.",
+            short(seconds),
+            short(moved),
+            short(controller.value(dead_band)),
+            short(rounded(moved / 2.0, 3))
+        )
+    })
 }
 
 /// The settings by the block's names.

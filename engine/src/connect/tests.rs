@@ -130,7 +130,26 @@ fn ends_that_belong_together_and_do_not_fit_are_told() {
     let (controller, plant) = (End::of(&home, &controller).unwrap(), End::of(&home, &plant).unwrap());
     let mut draft = Draft::default();
     connect(&controller, "PV", &plant, "POWER", "both are asked for", &mut draft);
-    remarks(&controller, &plant, &mut draft);
+    remarks(&home, &controller, &plant, &mut draft);
     let expected = "C.PV (degC) does not fit P.POWER (%), though both are asked for: values are not converted";
     assert!(draft.remarks.contains(&expected.to_string()), "{:?}", draft.remarks);
+}
+
+#[test]
+fn pulses_that_move_an_actuator_are_not_connected_with_pulses_that_act_while_they_are_on() {
+    let home = TestHome::default();
+    let (controller, plant) = (member("C", "PID"), member("P", "LAG"));
+    let (controller, mut plant) = (End::of(&home, &controller).unwrap(), End::of(&home, &plant).unwrap());
+    plant.description.roles.signals.clear();
+    let mut proposal = draft(&home, &controller, &plant);
+    remarks(&home, &controller, &plant, &mut proposal);
+    assert_eq!(shown(&proposal), ["P.TEMP -> C.PV_IN: both are the process value, both in degC"]);
+    let expected = [
+        "UP and DOWN of C move an actuator between its stops, and HEAT and COOL of P act while they are on: they are different \
+         pulses and not connected",
+        "nothing is connected to C.STOP_HIGH",
+        "nothing is connected to P.POWER",
+        "plants that PID can drive: LAG",
+    ];
+    assert_eq!(proposal.remarks, expected);
 }

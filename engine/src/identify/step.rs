@@ -16,6 +16,8 @@ const ABOVE_NOISE: f64 = 10.0;
 const COUNTS: f64 = 20.0;
 /// What is left of earlier movements may be so much of the answer.
 const AT_REST: f64 = 0.05;
+/// If the process value moves so many times slower in the last part before the step, the part before that is an earlier movement.
+const CALMER: f64 = 4.0;
 
 /// A step and its answer: times from the step on, values as deviations from where both were before it.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,6 +71,7 @@ impl Step {
         }
         // What was long before the step says nothing about the rest at the step.
         let begin = (found.rest..found.first).find(|at| start - times[*at] <= duration / 2.0).unwrap_or(found.first);
+        let begin = if is_integrating { begin } else { calmest(times, output, begin, found.first) };
         let resting = Line::through(&times[begin..=found.first], &output[begin..=found.first], start);
         let noise = noise(&output[begin..]);
         let after: Vec<f64> = times[found.first..].iter().map(|time| time - start).collect();
@@ -214,8 +217,7 @@ impl Step {
 
     /// Takes a drift off, and refuses a process value that was not at rest before the step.
     fn consider_rest(&mut self, resting: &Line, is_integrating: bool) -> Result<()> {
-        let is_significant = resting.count > 2 && resting.slope.abs() > 4.0 * resting.uncertainty;
-        if !is_significant {
+        if !resting.is_significant() {
             return Ok(());
         }
         let (drift, whole) = (resting.slope, self.duration());
@@ -332,6 +334,30 @@ impl Line {
         let uncertainty = if times.len() > 2 { (square / (count - 2.0) / spread).sqrt() } else { 0.0 };
         Line { count: times.len(), mean, slope, at_end: mean + slope * (at - middle), uncertainty }
     }
+
+    /// Whether its slope is more than noise.
+    fn is_significant(&self) -> bool {
+        self.count > 2 && self.slope.abs() > 4.0 * self.uncertainty
+    }
+}
+
+/// From which sample on the process value rests before the step. An earlier movement that has died away by then, such as that
+/// of the first manual value, does not belong to the rest; an even drift does. `begin` is the first sample that may count.
+fn calmest(times: &[f64], output: &[f64], begin: usize, step: usize) -> usize {
+    let line = |begin: usize| Line::through(&times[begin..=step], &output[begin..=step], times[step]);
+    let (mut calmest, mut slope) = (begin, line(begin));
+    if !slope.is_significant() {
+        return begin;
+    }
+    let mut length = (step - begin) / 2;
+    while length >= FEWEST {
+        let shorter = line(step - length);
+        if shorter.slope.abs() + 2.0 * shorter.uncertainty < slope.slope.abs() / CALMER {
+            (calmest, slope) = (step - length, shorter);
+        }
+        length /= 2;
+    }
+    calmest
 }
 
 /// Refuses what is no record.

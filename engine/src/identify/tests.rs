@@ -453,9 +453,59 @@ fn a_csv_file_of_the_plant_is_read_by_its_columns() {
     let identified = of_csv(&request(data(Some("Ventil"), None))).unwrap();
     assert_found(&identified, &lag(2.0, 10.0, 3.0), 0.001, "CSV");
     let error = |data| format!("{:#}", of_csv(&request(data)).unwrap_err());
-    assert_eq!(error(data(None, None)), "choose the column of the manipulated value");
+    let message = error(data(None, None));
+    assert!(
+        message.starts_with(
+            "choose the column of the manipulated value: none of Zeit [s], Ventil [%], Temperatur [degC] is called LMN, MV"
+        ),
+        "{message}"
+    );
     assert!(error(data(Some("Ventill"), None)).contains("did you mean Ventil?"));
     assert!(error(data(Some("Ventil"), Some(10.0))).starts_with("no step found"));
+}
+
+#[test]
+fn columns_of_a_csv_file_are_found_by_their_usual_names_or_as_the_header_writes_them() {
+    let record = Record::new(lag(2.0, 10.0, 3.0), 10.0, 0.5, 80.0);
+    let mut text = String::from("Export of the recorder\nZeit [s];Sollwert [°C];Istwert [°C];TIC1.Stellwert [%]\n");
+    for ((time, input), output) in record.times.iter().zip(&record.input).zip(&record.output) {
+        text += &format!("{time:.3};50;{output:.6};{input:.3}\n").replace('.', ",");
+    }
+    let headers = crate::csv::Table::headers(&text).unwrap();
+    assert_eq!(headers, ["Zeit [s]", "Sollwert [°C]", "Istwert [°C]", "TIC1.Stellwert [%]"]);
+    let column = |at: usize| Some(headers[at].clone());
+    for (time, input, output) in [(None, None, None), (column(0), column(3), column(2))] {
+        let data = Data::Csv { text: text.clone(), time, input, output, from: None, to: None };
+        let request = Request { data, method: Method::LeastSquares, is_integrating: false };
+        let identified = of_csv(&request).unwrap();
+        assert_found(&identified, &lag(2.0, 10.0, 3.0), 0.001, "CSV");
+        assert_eq!(
+            identified.remarks[0],
+            "The manipulated value is TIC1.Stellwert [%], the process value Istwert [°C]."
+        );
+    }
+}
+
+#[test]
+fn a_movement_that_has_died_away_before_the_step_does_not_count() {
+    // The first manual value moves the process value, which rests again ten time constants later.
+    for noise in [0.0, 0.02] {
+        let model = lag(2.0, 10.0, 3.0);
+        let mut process = Process::at_rest(model, 0.0);
+        process.put(0.0, 30.0);
+        process.put(110.0, 40.0);
+        let times: Vec<f64> = (0..=620).map(|at| f64::from(at) * 0.5).collect();
+        let input: Vec<f64> = times.iter().map(|time| if *time < 110.0 { 30.0 } else { 40.0 }).collect();
+        let swing = |at: usize| noise * (at as f64 * 12.9898).sin();
+        let output: Vec<f64> =
+            times.iter().enumerate().map(|(at, time)| process.output_at(*time) + swing(at)).collect();
+        let recorded = Recorded { times: &times, input: &input, output: &output };
+        for method in [Method::LeastSquares, Method::TwoPoints, Method::Area] {
+            let identified = of(&recorded, method, false).unwrap();
+            assert_found(&identified, &model, 0.02, &format!("{method:?}, noise {noise}"));
+            assert!(!identified.remarks.iter().any(|remark| remark.contains("at rest")), "{:?}", identified.remarks);
+        }
+    }
 }
 
 #[test]

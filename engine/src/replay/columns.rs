@@ -1,6 +1,7 @@
 //! Which column of a recording is which variable of the block, with its values as the block takes them.
 
 use super::instance::Block;
+use crate::csv::names::{MANIPULATED_VALUES, MANUAL, PROCESS_VALUES, SETPOINTS, ends, short_name};
 use crate::csv::{Column, Table as Csv};
 use crate::digits::short;
 use crate::plan::near;
@@ -55,12 +56,6 @@ impl Signal {
         if self.is_boolean { 0.0 } else { self.written.resolution(value / self.scale) * self.scale }
     }
 }
-
-/// Other names of roles, in capital letters.
-const SETPOINTS: [&str; 4] = ["SP", "SETPOINT", "SET POINT", "SOLLWERT"];
-const PROCESS_VALUES: [&str; 5] = ["PV", "PV_IN", "PROCESS VALUE", "PROCESS VARIABLE", "ISTWERT"];
-const MANIPULATED_VALUES: [&str; 8] = ["LMN", "MV", "OUT", "OUTPUT", "CO", "OP", "MANIPULATED VALUE", "STELLWERT"];
-const MANUAL: [&str; 5] = ["MAN_ON", "MANUAL", "HAND", "MANUAL MODE", "MAN_MODE"];
 
 impl Recording {
     /// Finds the columns of the block's variables. `wanted` are the user's choice: column and variable, or `time`.
@@ -172,7 +167,7 @@ impl Recording {
             written: Column { values: Vec::new(), ..of.clone() },
             scale,
         };
-        self.matched.push((of.name.clone(), name.clone()));
+        self.matched.push((of.header.clone(), name.clone()));
         if is_input {
             self.inputs.push(signal)
         } else {
@@ -354,10 +349,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
             continue;
         };
         // The process value may be an output of that name too; what a recorder calls PV is what the block was given.
-        let is_called = |column: usize| {
-            let short = ends(&csv.columns[column].name).last().unwrap_or_default().to_uppercase();
-            names.contains(&short.as_str())
-        };
+        let is_called = |column: usize| names.contains(&short_name(&csv.columns[column].name).as_str());
         let shown = block.row(roles.shown_process_value.as_ref());
         let is_shown = |column: usize| {
             *role == roles.process_value && pairs.iter().any(|pair| Some(pair.1) == shown && pair.0 == column)
@@ -382,14 +374,6 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
         remarks.push(format!("{list}{more} {are} no variable of {} and not used.", block.table.name));
     }
     pairs
-}
-
-/// The ways in which a column's name may name a variable, the longest first: `PLC.TIC101.in_GAIN`, `TIC101.in_GAIN`, ..., `GAIN`.
-fn ends(name: &str) -> impl Iterator<Item = &str> {
-    let is_separator = |letter: char| matches!(letter, '.' | '/' | '\\' | ':' | '|');
-    let after = move |(at, letter): (usize, char)| is_separator(letter).then(|| &name[at + letter.len_utf8()..]);
-    let all = std::iter::once(name).chain(name.char_indices().filter_map(after));
-    all.map(|name| name.trim().trim_matches('"').trim())
 }
 
 /// The variable that a column names.

@@ -104,6 +104,13 @@ impl<'a> Block<'a> {
         Some((self.table.find(switch)?, self.table.find(value)?))
     }
 
+    /// Whether the block is in manual mode in all rows.
+    pub(super) fn is_always_manual(&self, recording: &Recording) -> bool {
+        let Some((switch, _)) = self.manual() else { return false };
+        let recorded = recording.inputs.iter().find(|input| input.row == switch);
+        recorded.map_or(self.settings[switch] == 1.0, |input| input.values.iter().all(|value| *value == 1.0))
+    }
+
     /// Whether the block can be brought to a manipulated value in manual.
     pub(super) fn can_be_held(&self, recording: &Recording) -> bool {
         let output = self.manipulated(recording);

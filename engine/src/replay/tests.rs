@@ -69,6 +69,23 @@ fn columns_are_found_by_names_in_any_case_with_prefixes_and_by_roles() {
 }
 
 #[test]
+fn a_recording_that_says_nothing_about_the_settings_is_not_taken_for_a_proof() {
+    let manual = run(&request("time,SP,PV,MAN_ON,OUT\n0,10,0,1,30\n0.5,10,1,1,30\n1,10,2,1,30\n".into()));
+    assert!(!manual.is_conclusive);
+    let expected =
+        "But all calls are in manual mode: the recording says nothing about GAIN, TI. Replay one in automatic mode.";
+    assert!(manual.verdict.contains("bit for bit") && manual.verdict.ends_with(expected), "{}", manual.verdict);
+
+    let no_output = run(&request("time,SP,PV_IN,PV\n0,10,1,1\n0.5,10,2,2\n1,10,3,3\n".into()));
+    assert!(!no_output.is_conclusive);
+    let expected = "But the recording has no OUT or UP or DOWN: it says nothing about GAIN, TI. Record it too.";
+    assert!(no_output.verdict.ends_with(expected), "{}", no_output.verdict);
+
+    let automatic = run(&request(text("time,SP,PV,OUT", &recorded(30))));
+    assert!(automatic.is_conclusive && automatic.verdict.ends_with("in all 30 calls."), "{}", automatic.verdict);
+}
+
+#[test]
 fn the_user_may_choose_the_columns() {
     let rows = recorded(20);
     let mut request = request(text("a,b,c,d", &rows));

@@ -1,7 +1,9 @@
 //! The tuning rules with the real blocks: settings in each block's form, and the curve that its own arithmetic gives.
 
-use engine::identify::Model;
-use engine::message::Member;
+use engine::identify::{self, Data, Method, Model};
+use engine::message::{Member, Setup, Values};
+use engine::session::Session;
+use engine::signals;
 use engine::system::Value;
 use engine::tune::{Request, Rule, Structure, Tuned, tune};
 use engine_wasm::home::Linked;
@@ -97,4 +99,69 @@ fn cont_s_gets_pi_and_a_valve_that_takes_mtr_tm() {
 fn what_is_no_controller_cannot_be_tuned() {
     let error = tune(&Linked::new(), &request("HLG", Rule::Simc, Structure::Pi, &[])).unwrap_err();
     assert!(error.to_string().starts_with("HLG is not a controller with a GAIN"), "{error}");
+}
+
+#[test]
+fn a_pulse_of_cont_s_that_moves_the_process_value_through_the_dead_band_is_told() {
+    let remarks = |settings: &[(&str, f64)]| tuned(&request("CONT_S", Rule::Simc, Structure::Pi, settings)).remarks;
+    // 3 s of 30 s are 10 %, and the plant has a gain of 1.
+    let expected = "The shortest pulse of 3 s moves the process value by 10, and DEADB_W = 1 is less than half of it: the loop \
+                    will not rest. Shorten PULSE_TM or CYCLE, or set DEADB_W to 5.";
+    let settings = [("CYCLE", 0.1), ("PULSE_TM", 3.0), ("MTR_TM", 30.0), ("DEADB_W", 1.0)];
+    assert!(remarks(&settings).iter().any(|remark| remark == expected), "{:?}", remarks(&settings));
+    for fine in [[settings[0], ("PULSE_TM", 0.3)], [settings[1], ("DEADB_W", 5.0)]] {
+        let settings: Vec<_> = [settings[2], settings[3]].into_iter().chain(fine).collect();
+        assert!(!remarks(&settings).iter().any(|remark| remark.contains("will not rest")), "{settings:?}");
+    }
+}
+
+#[test]
+fn cont_s_is_predicted_in_automatic_mode_whatever_its_switches_are_now() {
+    let predicted = |switches: &[(&str, f64)]| {
+        let settings: Vec<_> = [("CYCLE", 0.1), ("MTR_TM", 30.0)].into_iter().chain(switches.iter().copied()).collect();
+        tuned(&request("CONT_S", Rule::Simc, Structure::Pi, &settings)).predicted
+    };
+    let automatic = predicted(&[]);
+    assert!((last(&automatic.process_value) - 10.0).abs() < 2.0, "{}", last(&automatic.process_value));
+    assert_eq!(predicted(&[("LMNS_ON", 1.0), ("LMNUP", 1.0), ("LMNR_LS", 1.0)]), automatic);
+}
+
+#[test]
+fn the_plant_of_a_step_controller_is_identified_from_a_pulse_in_manual_mode() {
+    let values = |values: &[(&str, f64)]| -> Values {
+        values.iter().map(|(name, value)| ((*name).into(), Value::Number(*value))).collect()
+    };
+    let member = |name: &str, fmu: &str, of| Member { name: name.into(), fmu: fmu.into(), values: values(of) };
+    let controller = [("CYCLE", 0.1), ("MTR_TM", 30.0), ("PULSE_TM", 0.1), ("BREAK_TM", 0.1), ("LMNS_ON", 1.0)];
+    let valve = [("CYCLE", 0.1), ("MTR_TM", 30.0), ("BACKLASH", 0.0), ("POS_START", 30.0)];
+    let process = [("CYCLE", 0.1), ("GAIN", 2.0), ("T1", 20.0), ("DEAD_TM", 2.0), ("DEAD_MAX", 2.0)];
+    let connections = [
+        ("TIC101.QLMNUP", "VALVE.UP"),
+        ("TIC101.QLMNDN", "VALVE.DOWN"),
+        ("VALVE.LMNR", "PLANT.U"),
+        ("PLANT.PV", "TIC101.PV_IN"),
+    ];
+    let setup = Setup {
+        members: vec![
+            member("TIC101", "CONT_S", &controller),
+            member("VALVE", "VALVE", &valve),
+            member("PLANT", "PROCESS", &process),
+        ],
+        connections: connections.map(|(from, to)| (from.into(), to.into())).into(),
+        ..Setup::default()
+    };
+    let (home, mut session) = (Linked::new(), Session::default());
+    session.start(&home, setup).unwrap();
+    session.run(2000).unwrap();
+    for (is_on, calls) in [(1.0, 60), (0.0, 1500)] {
+        session.send(&values(&[("TIC101.LMNUP", is_on)])).unwrap();
+        session.run(calls).unwrap();
+    }
+    let data = Data::Run { run: None, from: None, to: None };
+    let request = identify::Request { data, method: Method::LeastSquares, is_integrating: false };
+    let identified = signals::identify(&home, &session, &request).unwrap();
+    let Model { gain, time_constant, dead_time, .. } = identified.model;
+    assert!((gain - 2.0).abs() < 0.02 && (time_constant - 20.0).abs() < 0.3, "{identified:?}");
+    assert!((dead_time - 2.0).abs() < 0.1, "{dead_time}");
+    assert!(identified.remarks[0].contains("100 % in MTR_TM = 30 s"), "{:?}", identified.remarks);
 }

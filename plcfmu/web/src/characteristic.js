@@ -42,7 +42,8 @@ export function mount(after) {
 function chart(sweep) {
   const [low, high] = [sweep.inputs[0], sweep.inputs[sweep.inputs.length - 1]];
   const all = sweep.outputs.flatMap(([, values]) => values);
-  const [least, most] = [Math.min(0, ...all), Math.max(...all, 1e-9)];
+  const least = Math.min(0, ...all);
+  const most = Math.max(0, ...all) || (least === 0 ? 1 : 0);
   const x = (/** @type {number} */ value) => LEFT + ((value - low) / (high - low || 1)) * (WIDTH - LEFT - 10);
   const y = (/** @type {number} */ value) =>
     HEIGHT - BOTTOM - ((value - least) / (most - least || 1)) * (HEIGHT - BOTTOM - TOP);

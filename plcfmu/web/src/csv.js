@@ -1,6 +1,7 @@
 /** CSV files of the plant, as far as the page has to know them: the engine reads them. */
 
 import { element } from "tool/dom.js";
+import { ask, EngineError } from "tool/engine.js";
 
 /** More than this the engine refuses; the page should not try. */
 const MOST_BYTES = 60_000_000;
@@ -10,12 +11,12 @@ const MOST_BYTES = 60_000_000;
  *
  * @param {Blob} file
  * @returns {Promise<string>}
- * @throws {Error} a sentence
+ * @throws {EngineError} a sentence
  */
 export async function textOf(file) {
   if (file.size > MOST_BYTES) {
     const size = Math.round(file.size / 1e6);
-    throw new Error(
+    throw new EngineError(
       `The file has ${size} MB; at most ${MOST_BYTES / 1e6} MB can be read. Cut out the part that matters.`,
     );
   }
@@ -30,25 +31,13 @@ export async function textOf(file) {
 }
 
 /**
- * The names of the columns.
+ * The names of the columns; none if the text is no CSV file.
  *
  * @param {string} text
- * @returns {string[]}
+ * @returns {Promise<string[]>}
  */
 export function columnsOf(text) {
-  const end = text.search(/[\r\n]/);
-  const line = (end < 0 ? text : text.slice(0, end)).slice(0, 100_000);
-  const separator = [";", "\t", ","].find((one) => line.includes(one)) ?? ",";
-  const columns = [];
-  let [column, isQuoted] = ["", false];
-  for (const character of line) {
-    if (character === '"') isQuoted = !isQuoted;
-    else if (character === separator && !isQuoted) {
-      columns.push(column.trim());
-      column = "";
-    } else column += character;
-  }
-  return [...columns, column.trim()];
+  return ask({ do: "columns", text }).catch(() => []);
 }
 
 /**

@@ -63,7 +63,9 @@ async function update() {
   const loop = store.loop;
   const begun = performance.now();
   if (!loop || !store.isLive() || (store.state?.calls ?? 0) === 0) show(undefined);
-  else if (loop.description.roles.setpoint !== null || loop.description.roles.process_value !== null) {
+  else if (loop.description.roles.setpoint === null || loop.description.roles.process_value === null) {
+    show(undefined, `${loop.description.block} has no setpoint and no process value, so there are no figures.`);
+  } else {
     try {
       const figures = await ask({ do: "figures" });
       const { processValue, manipulatedValue } = await units(loop);

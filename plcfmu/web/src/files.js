@@ -7,6 +7,7 @@
  * @typedef {import("./messages").Value} Value
  */
 
+import { textOf } from "tool/csv.js";
 import { accept, ask, EngineError, fromBase64, toBase64, unpacked, upload, whereIsTheEngine } from "tool/engine.js";
 import { store } from "tool/store.js";
 import { isBoolean } from "tool/values.js";
@@ -14,7 +15,7 @@ import { unzipped } from "tool/zip.js";
 
 const MEGABYTE = 1_000_000;
 /** The largest files that the page reads: a parameter file of 10 000 loops has 8 MB. */
-const LIMITS = { parameters: 24 * MEGABYTE, csv: 64 * MEGABYTE, fmu: 256 * MEGABYTE };
+const LIMITS = { parameters: 24 * MEGABYTE, fmu: 256 * MEGABYTE };
 /** As many loops as a table can show without making the page slow. */
 const MOST_LOOPS = 20_000;
 /** What a loop begins with, or has once: a data block, an object of JSON, a block of an Openness file. */
@@ -66,8 +67,7 @@ const sources = new WeakMap();
 async function open(file) {
   const name = file.name.toLowerCase();
   if (name.endsWith(".csv")) {
-    limit(file, LIMITS.csv);
-    store.emit("csv", { name: file.name, text: await file.text() });
+    store.emit("csv", { name: file.name, text: await textOf(file) });
     store.say(`${file.name} is a recording: see Replay and Tune.`);
   } else if (name.endsWith(".fmu")) {
     limit(file, LIMITS.fmu);
@@ -136,6 +136,8 @@ export async function take(file, at) {
   }
   const loop = await store.add(of.name, fmu.name, of, file.name);
   loop.notes.at = at;
+  // The table now knows that it is the file's.
+  store.emit("loops");
 }
 
 /**

@@ -252,6 +252,7 @@ export interface Replayed {
   outputs: Compared[];
   suspects: Suspect[];
   verdict: string;
+  is_conclusive: boolean;
   remarks: string[];
 }
 export interface Preset {
@@ -329,6 +330,7 @@ export interface Dialogue {
   };
   ratio: { request: { do: "ratio"; heating: Model; cooling: Model }; answer: Ratio };
   characteristic: { request: { do: "characteristic"; member: Member }; answer: Characteristics };
+  columns: { request: { do: "columns"; text: string }; answer: string[] };
   replay: {
     request: {
       do: "replay";

@@ -19,6 +19,8 @@ let columns;
 let trySuspects = true;
 /** @type {string} */
 let tolerance = "";
+/** The names of its columns. @type {Promise<string[]>} */
+let columnNames = Promise.resolve([]);
 /** @type {HTMLElement} */
 let body;
 /** @type {HTMLElement} */
@@ -45,6 +47,7 @@ export function mount(content) {
  */
 function open(name, text) {
   recorded = { name, text };
+  columnNames = columnsOf(text);
   columns = undefined;
   show();
   replay();
@@ -121,10 +124,11 @@ async function replay() {
 }
 
 /** @param {[string, string][]} found */
-function showMapping(found) {
+async function showMapping(found) {
   const loop = store.loop;
-  if (!loop || !recorded) return;
-  const names = columnsOf(recorded.text);
+  const of = recorded;
+  const names = await columnNames;
+  if (!loop || store.loop !== loop || recorded !== of) return;
   const variables = loop.description.variables.map((one) => one.name);
   const changed = names.map((column, at) => {
     const now = found.find(([name]) => name === column)?.[1] ?? "";
@@ -142,7 +146,7 @@ function showMapping(found) {
       });
       replay();
     });
-    return element("div", { class: "entry" }, element("label", { for: list.id }, column || `column ${at + 1}`), list);
+    return element("div", { class: "entry" }, element("label", { for: list.id }, column), list);
   });
   const wasOpen = mapping.querySelector("details")?.open ?? found.length === 0;
   fill(
@@ -169,7 +173,7 @@ function showResult(replayed) {
   const kind = (/** @type {string} */ name) => loop.description.variables.find((one) => one.name === name);
   fill(
     result,
-    element("p", { class: fits ? "verdict good" : "verdict note" }, replayed.verdict),
+    element("p", { class: fits && replayed.is_conclusive ? "verdict good" : "verdict note" }, replayed.verdict),
     element(
       "ul",
       { class: "remarks" },

@@ -53,7 +53,11 @@ const STRUCTURES = /** @type {[Structure, string][]} */ ([
 
 /** @type {HTMLElement} */
 let body;
-/** The recording to identify from; without it the run. @type {{ name: string, text: string, time: string, input: string, output: string } | undefined} */
+/**
+ * The recording to identify from; without it the run.
+ *
+ * @type {{ name: string, text: string, columns: string[], time: string, input: string, output: string } | undefined}
+ */
 let recorded;
 /** @type {() => void} */
 let endChart = () => {};
@@ -82,6 +86,7 @@ export function mount(content) {
   store.on("loop", show);
   store.on("loop", findUnits);
   store.on("plant", findUnits);
+  store.on("csv", ({ name, text }) => openCsv(name, text));
   store.on("settings", (names) => {
     // CYCLE, the normalisation and the pulse former count in a rule; what the rule itself has written does not.
     const own = Object.keys(tuned?.values ?? {});
@@ -152,7 +157,7 @@ function identifyRow() {
       },
       "Identify from this step",
     ),
-    chooser("tune-file", "Identify from a CSV", openCsv, (error) => store.say(error)),
+    chooser("tune-file", "Identify from a CSV", openAndIdentify, (error) => store.say(error)),
     element("label", { for: "tune-method" }, "by ", method),
     element("label", {}, box, " integrating"),
   );
@@ -179,19 +184,23 @@ function choice(id, from, now, take) {
  * @param {string} name
  * @param {string} text
  */
-function openCsv(name, text) {
-  recorded = { name, text, time: "", input: "", output: "" };
+async function openCsv(name, text) {
+  recorded = { name, text, columns: await columnsOf(text), time: "", input: "", output: "" };
   showCsv();
+}
+
+/**
+ * @param {string} name
+ * @param {string} text
+ */
+async function openAndIdentify(name, text) {
+  await openCsv(name, text);
   identify(true);
 }
 
 function showCsv() {
-  if (!recorded) {
-    fill(csvPlace);
-    return;
-  }
+  if (!recorded || !csvPlace) return;
   const of = recorded;
-  const names = columnsOf(of.text);
   /** @param {"time" | "input" | "output"} which @param {string} title */
   const column = (which, title) =>
     element(
@@ -200,7 +209,7 @@ function showCsv() {
       `${title} `,
       choice(
         `tune-${which}`,
-        /** @type {[string, string][]} */ ([["", "by its name"], ...names.map((name) => [name, name])]),
+        /** @type {[string, string][]} */ ([["", "by its name"], ...of.columns.map((name) => [name, name])]),
         of[which],
         (next) => {
           of[which] = next;
@@ -505,7 +514,12 @@ function showTuned(answer) {
     ["dead time used", "The model's, half a cycle, half a pulse period", number(answer.dead_time, " s")],
   ]);
   const chart = element("div", {});
-  const apply = element("button", { type: "button", class: "primary", onclick: () => applyTuned(answer) }, "Apply");
+  const isStable = answer.sensitivity !== null;
+  const apply = element(
+    "button",
+    { type: "button", class: "primary", onclick: () => applyTuned(answer), disabled: !isStable },
+    "Apply",
+  );
   fill(
     resultPlace,
     element(
@@ -534,7 +548,9 @@ function showTuned(answer) {
           "p",
           { class: "row" },
           apply,
-          element("span", { class: "faint" }, "into the fields; nothing is in force until you send it"),
+          isStable
+            ? element("span", { class: "faint" }, "into the fields; nothing is in force until you send it")
+            : element("span", { class: "error" }, "The loop would be unstable: take another rule or structure."),
         ),
       ),
       element(
