@@ -157,14 +157,29 @@ struct Running<C> {
 struct Wiring {
     /// Where the member's values are in those of the run.
     own: Range<usize>,
-    /// The types of `plan.observed`, with the places of their variables there.
-    read: Vec<(Type, Range<usize>)>,
-    /// The same of `plan.connected`.
-    written: Vec<(Type, Range<usize>)>,
-    /// Where the values of `plan.connected` are in those of the run.
+    /// `plan.observed`, by type.
+    read: Vec<Read>,
+    /// `plan.connected`, by type.
+    written: Vec<Written>,
+}
+
+/// Variables of one type, which one call reads.
+#[derive(Debug)]
+struct Read {
+    kind: Type,
+    references: Vec<u32>,
+    /// Where their values are in those of the run.
+    places: Range<usize>,
+}
+
+/// Inputs of one type, which one call writes.
+#[derive(Debug)]
+struct Written {
+    kind: Type,
+    references: Vec<u32>,
+    /// Where their values come from in those of the run.
     sources: Vec<usize>,
-    /// The values of `plan.connected`.
-    inputs: Vec<f64>,
+    values: Vec<f64>,
 }
 
 impl<C: Component> Run<C> {
@@ -202,21 +217,21 @@ impl<C: Component> Run<C> {
         self.time = time;
         self.stepped = 0;
         self.record(0);
-        if plan.exchange == Exchange::Parallel {
-            for member in 0..self.members.len() {
-                self.prepare(plan, member)?;
+        let is_parallel = plan.exchange == Exchange::Parallel;
+        if is_parallel {
+            for (member, (of, own)) in self.members.iter_mut().zip(&plan.members).enumerate() {
+                self.at = member;
+                of.prepare(plan, own, &self.values, time)?;
             }
         }
-        for member in 0..self.members.len() {
-            if plan.exchange == Exchange::Sequential {
-                self.prepare(plan, member)?;
-            }
+        for (member, (of, own)) in self.members.iter_mut().zip(&plan.members).enumerate() {
             self.at = member;
-            let own = &plan.members[member];
-            let of = &mut self.members[member];
-            of.component.step(time, plan.step).with_context(|| own.name.clone())?;
+            if !is_parallel {
+                of.prepare(plan, own, &self.values, time)?;
+            }
+            of.component.step(time, plan.step).map_err(|error| in_step(error, own))?;
             self.stepped = member + 1;
-            of.observe(own, &mut self.values).with_context(|| format!("{} after the step at {time:?} s", own.name))?;
+            of.observe(&mut self.values).map_err(|error| after_step(error, own, time))?;
         }
         self.end_step();
         Ok(())
@@ -331,37 +346,16 @@ impl<C: Component> Run<C> {
         }
         for (member, own) in plan.members.iter().enumerate().skip(first) {
             let of = &mut self.members[member];
-            of.gather(&self.values);
-            of.write_inputs(own).with_context(|| at(own))?;
+            of.write_inputs(&self.values).with_context(|| at(own))?;
             if plan.exchange == Exchange::Sequential {
                 of.observe_outputs(own, &mut self.values).with_context(|| at(own))?;
             }
         }
         for (of, own) in self.members.iter_mut().zip(&plan.members).skip(first) {
             of.component.exit_initialization().with_context(|| at(own))?;
-            of.observe(own, &mut self.values).with_context(|| at(own))?;
+            of.observe(&mut self.values).with_context(|| at(own))?;
         }
         Ok(())
-    }
-
-    /// Gives a member what is set at this time, and its connected inputs.
-    #[inline(always)]
-    fn prepare(&mut self, plan: &Plan, member: usize) -> Result<()> {
-        self.at = member;
-        let (own, time) = (&plan.members[member], self.time);
-        let of = &mut self.members[member];
-        of.gather(&self.values);
-        while let Some((at, assignment)) = own.events.get(of.events)
-            && *at <= time + ROUNDING * plan.step
-        {
-            of.events += 1;
-            of.assign([assignment]).with_context(|| format!("{} at {time:?} s", own.name))?;
-        }
-        if !of.pending.is_empty() {
-            let pending = std::mem::take(&mut of.pending);
-            of.assign(&pending).with_context(|| format!("{} at {time:?} s", own.name))?;
-        }
-        of.write_inputs(own).with_context(|| format!("{} at {time:?} s", own.name))
     }
 }
 
@@ -386,12 +380,22 @@ impl Wiring {
     /// That of a member by its number.
     fn of(plan: &Plan, member: usize) -> Wiring {
         let own = &plan.members[member];
+        let first = first_value(plan, member);
+        let read = |(kind, range): (Type, Range<usize>)| Read {
+            kind,
+            references: own.observed.references[range.clone()].to_vec(),
+            places: first + range.start..first + range.end,
+        };
+        let written = |(kind, range): (Type, Range<usize>)| Written {
+            kind,
+            references: own.connected.references[range.clone()].to_vec(),
+            sources: own.sources[range.clone()].iter().map(|source| place(plan, *source)).collect(),
+            values: vec![0.0; range.len()],
+        };
         Wiring {
-            own: first_value(plan, member)..first_value(plan, member + 1),
-            read: own.observed.groups().collect(),
-            written: own.connected.groups().collect(),
-            sources: own.sources.iter().map(|source| place(plan, *source)).collect(),
-            inputs: vec![0.0; own.connected.references.len()],
+            own: first..first_value(plan, member + 1),
+            read: own.observed.groups().map(read).collect(),
+            written: own.connected.groups().map(written).collect(),
         }
     }
 }
@@ -419,12 +423,27 @@ impl<C: Component> Running<C> {
         Running { component, wiring: Wiring::of(plan, member), events: 0, pending: Vec::new() }
     }
 
-    /// Fetches the values of the connected inputs from where they are.
-    #[inline]
-    fn gather(&mut self, values: &[f64]) {
-        for (input, source) in self.wiring.inputs.iter_mut().zip(&self.wiring.sources) {
-            *input = values[*source];
+    /// Gives the member what is set at this time, and its connected inputs.
+    #[inline(always)]
+    fn prepare(&mut self, plan: &Plan, own: &MemberPlan, values: &[f64], time: f64) -> Result<()> {
+        let due = time + ROUNDING * plan.step;
+        if own.events.get(self.events).is_some_and(|(at, _)| *at <= due) || !self.pending.is_empty() {
+            self.assign_due(own, due).map_err(|error| at_time(error, own, time))?;
         }
+        self.write_inputs(values).map_err(|error| at_time(error, own, time))
+    }
+
+    /// Sets what is set by this time, in seconds. Few steps set anything.
+    #[inline(never)]
+    fn assign_due(&mut self, own: &MemberPlan, due: f64) -> Result<()> {
+        while let Some((at, assignment)) = own.events.get(self.events)
+            && *at <= due
+        {
+            self.events += 1;
+            self.assign([assignment])?;
+        }
+        let pending = std::mem::take(&mut self.pending);
+        self.assign(&pending)
     }
 
     fn assign<'a>(&mut self, assignments: impl IntoIterator<Item = &'a Assignment>) -> Result<()> {
@@ -434,22 +453,23 @@ impl<C: Component> Running<C> {
         Ok(())
     }
 
-    /// Writes the connected inputs.
-    #[inline]
-    fn write_inputs(&mut self, plan: &MemberPlan) -> Result<()> {
-        for (kind, range) in &self.wiring.written {
-            let inputs = &self.wiring.inputs[range.clone()];
-            self.component.write(*kind, &plan.connected.references[range.clone()], inputs)?;
+    /// Writes the connected inputs, from the values of the run.
+    #[inline(always)]
+    fn write_inputs(&mut self, values: &[f64]) -> Result<()> {
+        for group in &mut self.wiring.written {
+            for (value, source) in group.values.iter_mut().zip(&group.sources) {
+                *value = values[*source];
+            }
+            self.component.write(group.kind, &group.references, &group.values)?;
         }
         Ok(())
     }
 
     /// Reads everything that others need or that is recorded, into the values of the run.
-    #[inline]
-    fn observe(&mut self, plan: &MemberPlan, values: &mut [f64]) -> Result<()> {
-        let own = &mut values[self.wiring.own.clone()];
-        for (kind, range) in &self.wiring.read {
-            self.component.read(*kind, &plan.observed.references[range.clone()], &mut own[range.clone()])?;
+    #[inline(always)]
+    fn observe(&mut self, values: &mut [f64]) -> Result<()> {
+        for group in &self.wiring.read {
+            self.component.read(group.kind, &group.references, &mut values[group.places.clone()])?;
         }
         Ok(())
     }
@@ -466,6 +486,26 @@ impl<C: Component> Running<C> {
         }
         Ok(())
     }
+}
+
+// What an error is told to be of. Functions of their own, so that a step that succeeds does not carry their code along.
+
+#[cold]
+#[inline(never)]
+fn at_time(error: anyhow::Error, own: &MemberPlan, time: f64) -> anyhow::Error {
+    error.context(format!("{} at {time:?} s", own.name))
+}
+
+#[cold]
+#[inline(never)]
+fn in_step(error: anyhow::Error, own: &MemberPlan) -> anyhow::Error {
+    error.context(own.name.clone())
+}
+
+#[cold]
+#[inline(never)]
+fn after_step(error: anyhow::Error, own: &MemberPlan, time: f64) -> anyhow::Error {
+    error.context(format!("{} after the step at {time:?} s", own.name))
 }
 
 #[cfg(test)]

@@ -252,91 +252,14 @@ macro_rules! block {
                     true
                 }
 
-                #[inline(always)]
-                #[allow(unused_assignments)]
-                fn real(&self, index: usize) -> Option<$crate::Real> {
-                    match index {
-                        $($( At::$name => $crate::block!(@real $kind self.$name), )*)*
-                        _ => {
-                            #[allow(unused_mut, unused_variables)]
-                            let mut index = index - OWN.len();
-                            $($(
-                                let rows = <$Instance as Block>::TABLE.inner();
-                                if index < rows {
-                                    return self.$instance.real(index);
-                                }
-                                index -= rows;
-                            )*)?
-                            None
-                        }
-                    }
-                }
-
-                #[inline(always)]
-                #[allow(unused_assignments)]
-                fn real_mut(&mut self, index: usize) -> Option<&mut $crate::Real> {
-                    match index {
-                        $($( At::$name => $crate::block!(@real_mut $kind self.$name), )*)*
-                        _ => {
-                            #[allow(unused_mut, unused_variables)]
-                            let mut index = index - OWN.len();
-                            $($(
-                                let rows = <$Instance as Block>::TABLE.inner();
-                                if index < rows {
-                                    return self.$instance.real_mut(index);
-                                }
-                                index -= rows;
-                            )*)?
-                            None
-                        }
-                    }
-                }
-
-                #[inline(always)]
-                #[allow(unused_assignments)]
-                fn lreal(&self, index: usize) -> Option<$crate::LReal> {
-                    match index {
-                        $($( At::$name => $crate::block!(@lreal $kind self.$name), )*)*
-                        _ => {
-                            #[allow(unused_mut, unused_variables)]
-                            let mut index = index - OWN.len();
-                            $($(
-                                let rows = <$Instance as Block>::TABLE.inner();
-                                if index < rows {
-                                    return self.$instance.lreal(index);
-                                }
-                                index -= rows;
-                            )*)?
-                            $( if index == 0 {
-                                return Some(self.$mean);
-                            } )?
-                            None
-                        }
-                    }
-                }
-
-                #[inline(always)]
-                #[allow(unused_assignments)]
-                fn lreal_mut(&mut self, index: usize) -> Option<&mut $crate::LReal> {
-                    match index {
-                        $($( At::$name => $crate::block!(@lreal_mut $kind self.$name), )*)*
-                        _ => {
-                            #[allow(unused_mut, unused_variables)]
-                            let mut index = index - OWN.len();
-                            $($(
-                                let rows = <$Instance as Block>::TABLE.inner();
-                                if index < rows {
-                                    return self.$instance.lreal_mut(index);
-                                }
-                                index -= rows;
-                            )*)?
-                            $( if index == 0 {
-                                return Some(&mut self.$mean);
-                            } )?
-                            None
-                        }
-                    }
-                }
+                $crate::block!(@number self.real(&self) -> $crate::Real;
+                    [$($($name $kind)*)*] [$($($instance $Instance)*)?] [$($mean)?]);
+                $crate::block!(@number self.real_mut(&mut self) -> &mut $crate::Real;
+                    [$($($name $kind)*)*] [$($($instance $Instance)*)?] [$($mean)?]);
+                $crate::block!(@number self.lreal(&self) -> $crate::LReal;
+                    [$($($name $kind)*)*] [$($($instance $Instance)*)?] [$($mean)?]);
+                $crate::block!(@number self.lreal_mut(&mut self) -> &mut $crate::LReal;
+                    [$($($name $kind)*)*] [$($($instance $Instance)*)?] [$($mean)?]);
 
                 #[inline]
                 fn set_mean(&mut self, percent: $crate::LReal) {
@@ -384,6 +307,34 @@ macro_rules! block {
         compile_error!(concat!(
             "unknown section `", stringify!($other), "`: use input, parameter, fixed, cycle, output or local"
         ))
+    };
+    // The number of a row, or of a row of an inner block, for one of the four functions that look for numbers of one type.
+    (
+        @number $this:ident.$function:ident($($receiver:tt)+) -> $Number:ty;
+        [$($name:ident $kind:ident)*] [$($instance:ident $Instance:ty)*] [$($mean:ident)?]
+    ) => {
+        #[inline(always)]
+        #[allow(unused_assignments)]
+        fn $function($($receiver)+, index: usize) -> Option<$Number> {
+            match index {
+                $( At::$name => $crate::block!(@$function $kind $this.$name), )*
+                _ => {
+                    #[allow(unused_mut, unused_variables)]
+                    let mut index = index - OWN.len();
+                    $(
+                        let rows = <$Instance as Block>::TABLE.inner();
+                        if index < rows {
+                            return $this.$instance.$function(index);
+                        }
+                        index -= rows;
+                    )*
+                    $( if index == 0 {
+                        return $crate::block!(@$function LReal $this.$mean);
+                    } )?
+                    None
+                }
+            }
+        }
     };
     (@real Real $field:expr) => { Some($field) };
     (@real $other:ident $field:expr) => { None };

@@ -61,6 +61,7 @@ struct Running {
 impl Running {
     const NONE: Running = Running { min: f64::INFINITY, max: f64::NEG_INFINITY, sum: 0.0, last: f64::NAN };
 
+    #[inline]
     fn push(&mut self, value: f64) {
         self.min = if value < self.min || value.is_nan() { value } else { self.min };
         self.max = if value > self.max || value.is_nan() { value } else { self.max };
@@ -268,6 +269,7 @@ impl Measures {
     }
 
     /// Takes in a step: when it began, and what it recorded.
+    #[inline(always)]
     pub fn step(&self, traces: &mut Traces, time: f64, row: &[f64]) {
         if let Some(signals) = &self.loop_signals {
             traces.times.push(time);

@@ -153,7 +153,7 @@ impl Instance {
     pub fn step(&mut self, time: f64, size: f64) -> Result<()> {
         // SAFETY: the component is this instance's and lives.
         let status = unsafe { (self.library.do_step)(self.component, time, size, 1) };
-        self.check("fmi2DoStep", status).with_context(|| format!("at {time:?} s, step {size:?} s"))
+        self.check("fmi2DoStep", status).map_err(|error| in_step(error, time, size))
     }
 
     /// `fmi2Terminate`
@@ -211,7 +211,7 @@ impl Instance {
     /// There are not as many values as references.
     #[inline]
     pub fn get_all(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
-        assert_eq!(references.len(), values.len());
+        assert!(references.len() == values.len(), "there is a value for each reference");
         let (from, count) = (references.as_ptr(), references.len());
         if kind == Type::Real {
             // SAFETY: the component is this instance's and lives; `count` references, and room for as many values.
@@ -250,7 +250,7 @@ impl Instance {
     /// There are not as many values as references.
     #[inline]
     pub fn set_all(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
-        assert_eq!(references.len(), values.len());
+        assert!(references.len() == values.len(), "there is a value for each reference");
         let (to, count) = (references.as_ptr(), references.len());
         if kind == Type::Real {
             // SAFETY: the component is this instance's and lives; `count` references and as many values.
@@ -305,6 +305,13 @@ impl Instance {
             explanation.strip_prefix(function).and_then(|rest| rest.strip_prefix(": ")).unwrap_or(&explanation);
         anyhow!("{function} returned {name}: {explanation}")
     }
+}
+
+/// A function of its own, so that a step that succeeds does not carry its code along.
+#[cold]
+#[inline(never)]
+fn in_step(error: anyhow::Error, time: f64, size: f64) -> anyhow::Error {
+    error.context(format!("at {time:?} s, step {size:?} s"))
 }
 
 fn getter(kind: Type) -> &'static str {
