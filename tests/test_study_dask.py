@@ -120,11 +120,16 @@ class Between:
 def stage(command, tmp_path_factory):
     """A cluster of four processes, and what stands between them and the command."""
     between = Between(tmp_path_factory.mktemp("between"), command)
+    # Of the nannies, too: a worker that is started again must not take what a test has set in this process since.
+    variables = {"PLCFMU_COMMAND": str(between.program)}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PLCFMU_COMMAND", str(between.program))
         patch.setenv("PYTHONPATH", str(ROOT / "plcfmu" / "python"))
         with distributed.LocalCluster(
-            n_workers=4, threads_per_worker=1, dashboard_address=None, local_directory=str(between.program.parent)
+            n_workers=4,
+            threads_per_worker=1,
+            dashboard_address=None,
+            local_directory=str(between.program.parent),
+            env=variables,
         ) as cluster:
             with distributed.Client(cluster, set_as_default=False) as client:
                 yield between, client
@@ -258,7 +263,7 @@ def test_each_worker_gets_each_fmu_once_though_there_are_two_studies(tmp_path, b
     assert [name for name in plugins if name.startswith("plcfmu")] == []
 
 
-def test_a_worker_that_its_nanny_restarts_gets_the_files_again(tolerance, tmp_path, client, command):
+def test_a_worker_that_its_nanny_restarts_gets_the_files_again(tolerance, tmp_path, between, client, command):
     bundle = tmp_path / "bundle"
     subprocess.run([command, "study", tolerance, f"--fmus={host.FOLDER}", f"--bundle={bundle}"], check=True)
     files = workers.Files("0123", client.id, bundle)
@@ -271,6 +276,8 @@ def test_a_worker_that_its_nanny_restarts_gets_the_files_again(tolerance, tmp_pa
         client.wait_for_workers(4)
         after = client.run(fmus_of)
         assert process[address] not in client.run(os.getpid).values(), "it is another process"
+        # The other tests of this file need it there.
+        assert set(client.run(os.getenv, "PLCFMU_COMMAND").values()) == {str(between.program)}
     finally:
         client.unregister_worker_plugin(files.name)
     wanted = {path.name for path in (bundle / "fmus").iterdir()}
