@@ -7,7 +7,7 @@
 use crate::describe::{describe, number_of};
 use crate::home::Home;
 use crate::message::{Description, KnownLoop, Member, Part, Proposal, Values, Variable, Wire};
-use crate::system::Value;
+use crate::system::{Value, own_name};
 use anyhow::{Result, bail};
 use std::ops::{Deref, DerefMut};
 
@@ -51,13 +51,12 @@ impl<'m> End<'m> {
 
     /// The inputs by which a controller drives it: the manipulated value, the pulses.
     fn driven(&self) -> Vec<&String> {
-        let roles = &self.description.roles;
-        roles.manipulated_value.iter().chain(&roles.pulses).filter(|name| self.has_input(name)).collect()
+        self.description.roles.driving().filter(|name| self.has_input(name)).collect()
     }
 
     /// Whether its pulses move an actuator between two stops; without stops, how long they are on is the manipulated value.
     fn has_stops(&self) -> bool {
-        self.description.roles.signals.iter().any(|(meaning, _)| meaning.ends_with("stop"))
+        self.description.roles.stops().next().is_some()
     }
 
     fn has_input(&self, name: &str) -> bool {
@@ -213,8 +212,7 @@ impl Known {
     ) -> Vec<(&'a End<'a>, String, &'a End<'a>, String)> {
         let members = &self.of.setup.members;
         let end = |name: &str| {
-            let of =
-                |place: usize| Some(name.strip_prefix(members[place].name.as_str())?.strip_prefix('.')?.to_string());
+            let of = |place: usize| Some(own_name(name, &members[place].name)?.to_string());
             let own = of(self.controller).map(|variable| (controller, variable));
             own.or_else(|| of(self.plant).map(|variable| (plant, variable)))
         };

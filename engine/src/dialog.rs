@@ -200,6 +200,16 @@ fn check(table: &Table, groups: &[Group]) -> Result<()> {
 }
 
 impl Roles {
+    /// By what a controller drives a plant: the manipulated value, the pulses.
+    pub fn driving(&self) -> impl Iterator<Item = &String> {
+        self.manipulated_value.iter().chain(&self.pulses)
+    }
+
+    /// What tells that an actuator is at one of its stops.
+    pub fn stops(&self) -> impl Iterator<Item = &String> {
+        self.signals.iter().filter(|(meaning, _)| meaning.ends_with("stop")).map(|(_, name)| name)
+    }
+
     /// `ROLE: NAMES`
     fn read(&mut self, table: &Table, line: &str) -> Result<()> {
         let (role, listed) = line.split_once(':').context("write ROLE: NAMES, or [Title] to begin a group")?;

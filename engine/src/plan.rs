@@ -1,7 +1,7 @@
 //! A system whose names are resolved and checked: what [`run`](crate::run::run) needs in every step, by position.
 
 use crate::component::Type;
-use crate::system::{Connection, Exchange, Place, Recorded, Setting, System, Value};
+use crate::system::{Connection, Exchange, Place, Recorded, Setting, System, Value, own_name};
 use anyhow::{Context, Result, bail};
 use modeldescription::v2::{Causality, ModelDescription, TypeAttributes, Typed, Variability, Variable};
 use serde::{Deserialize, Serialize};
@@ -481,7 +481,7 @@ impl<'a> Names<'a> {
     /// The variable of the name `FMU.VARIABLE`.
     pub(crate) fn find(&self, name: &str) -> Result<Reference<'a>> {
         // Both parts may contain points: the longest name of an FMU decides.
-        let rest = |member: usize| name.strip_prefix(self.members[member]).and_then(|rest| rest.strip_prefix('.'));
+        let rest = |member: usize| own_name(name, self.members[member]);
         let member = (0..self.members.len())
             .filter(|member| rest(*member).is_some())
             .max_by_key(|member| self.members[*member].len());

@@ -357,7 +357,7 @@ fn system(controller: &Controller, values: &Values, terminal: &Terminal, schedul
     }
     if controller.is_step_controller() {
         // The step is answered in automatic mode, away from the stops.
-        let switches = controller.manual_switch().into_iter().chain(controller.stops());
+        let switches = controller.manual_switch().into_iter().chain(controller.roles.stops().map(String::as_str));
         all.extend(switches.map(|name| (name.to_string(), Value::Boolean(false))));
     }
     let mut settings: Vec<Setting> = all.iter().map(|(name, value)| setting(name, *value)).collect();

@@ -219,10 +219,9 @@ fn doubt(block: &Block, recording: &Recording) -> Option<String> {
     if settings.is_empty() {
         return None;
     }
-    let driven = || roles.manipulated_value.iter().chain(&roles.pulses);
     let is_compared = |name: &String| recording.outputs.iter().any(|output| output.name == *name);
-    if !driven().any(is_compared) {
-        let names: Vec<_> = driven().map(String::as_str).collect();
+    if !roles.driving().any(is_compared) {
+        let names: Vec<_> = roles.driving().map(String::as_str).collect();
         return Some(format!(
             "But the recording has no {}: it says nothing about {settings}. Record it too.",
             names.join(" or ")

@@ -96,6 +96,11 @@ pub struct Place {
     pub column: usize,
 }
 
+/// The name that a variable `FMU.VARIABLE` has in a member, if it is one of the member.
+pub fn own_name<'a>(variable: &'a str, member: &str) -> Option<&'a str> {
+    variable.strip_prefix(member)?.strip_prefix('.')
+}
+
 impl fmt::Display for Place {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         write!(formatter, "{}:{}:{}", self.file, self.line, self.column)

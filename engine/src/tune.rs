@@ -260,16 +260,10 @@ impl Controller {
 
     /// The setting of this time.
     pub fn motor_time_setting(&self) -> Option<&str> {
-        let is_stop = |name: &str| self.stops().any(|stop| stop == name);
+        let is_stop = |name: &str| self.roles.stops().any(|stop| stop == name);
         let group = self.groups.iter().find(|group| group.fields.iter().any(|field| is_stop(&field.name)))?;
         let time = group.fields.iter().find(|field| self.kind(&field.name) == Some(Kind::Time))?;
         Some(&time.name)
-    }
-
-    /// The inputs that tell that the actuator is at a stop.
-    pub fn stops(&self) -> impl Iterator<Item = &str> {
-        let stops = self.roles.signals.iter().filter(|(meaning, _)| meaning.ends_with("stop"));
-        stops.map(|(_, name)| name.as_str())
     }
 
     /// The switch to manual mode of a step controller: two switches, for the pulses up and down, have an effect with it alone.

@@ -10,6 +10,7 @@ use crate::study::pool::{self, Pool};
 use crate::study::report::{self, Report};
 use crate::study::{self, Interrupted, bundle, junit, output};
 use anyhow::{Context, Result, bail, ensure};
+use clap::ValueEnum;
 use engine::run::Recording;
 use engine::study::expect::{Expectation, Verdict};
 use engine::study::experiment::Experiment;
@@ -362,7 +363,7 @@ fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
         junit::write(file, report)?;
     }
     // At the end: until then the older summary has its table, and --resume goes on.
-    for old in [Format::Parquet.file(out), Format::Csv.file(out)] {
+    for old in Format::value_variants().iter().map(|format| format.file(out)) {
         if has_older && old != options.format.file(out) && old.exists() {
             fs::remove_file(&old).with_context(|| old.display().to_string())?;
         }

@@ -3,6 +3,7 @@
 use super::hash;
 use super::output::{self, Format};
 use anyhow::{Context, Result, bail, ensure};
+use clap::ValueEnum;
 use engine::study::results::Row;
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -54,8 +55,8 @@ pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize) -
             out.display()
         );
     };
-    let formats = [Format::Parquet, Format::Csv];
-    let format = formats.into_iter().find(|format| format.file(out).ends_with(&summary.table.file));
+    let mut formats = Format::value_variants().iter().copied();
+    let format = formats.find(|format| format.file(out).ends_with(&summary.table.file));
     let format = format.with_context(|| format!("{} is damaged: {REMEDY}", path.display()))?;
     let table = format.file(out);
     ensure!(table.is_file(), "{} is missing: {REMEDY}", table.display());

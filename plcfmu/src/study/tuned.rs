@@ -11,7 +11,7 @@ use engine::describe::number_of;
 use engine::digits::short;
 use engine::study::results::Quantity;
 use engine::study::tune::{Candidate, Outcome, Over};
-use engine::system::System;
+use engine::system::{System, own_name};
 use parameters::{Block, Format, Loop, Origin};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -250,7 +250,7 @@ fn parameter_file(tuning: &Tuning, system: &System) -> Result<Option<Vec<u8>>> {
     // Other settings take precedence over those of a parameter file.
     settings.sort_by_key(|of| !of.is_preliminary);
     for setting in settings {
-        let own = setting.variable.strip_prefix(&controller.name).and_then(|rest| rest.strip_prefix('.'));
+        let own = own_name(&setting.variable, &controller.name);
         if let Some(member) = own.and_then(|own| block.find(own)) {
             let value = to_value(number_of(setting.value), block.members[member].kind);
             let value = value.map_err(|why| anyhow!("{}: {why}", setting.variable))?;

@@ -13,7 +13,7 @@ use engine::study::results::{Quantity, Row};
 use engine::study::tune::robustness::{Identification, Linear};
 use engine::study::tune::{self, Candidate, Grid, Outcome, Problem, SENSITIVITY, Search, Tune};
 use engine::study::{Along, Axis, Job};
-use engine::system::{Setting, System, Value};
+use engine::system::{Setting, System, Value, own_name};
 use modeldescription::Table;
 use modeldescription::v2::{ModelDescription, Typed};
 use serde::Deserialize;
@@ -334,16 +334,15 @@ fn with_axes(job: &Job, search: &[Search], present: &[f64]) -> Job {
 
 /// What values of a variable there are, and which one the loop has now.
 fn variable(system: &System, name: &str) -> Result<(Grid, f64)> {
-    let prefix = |member: &str| name.strip_prefix(member).and_then(|rest| rest.strip_prefix('.')).map(str::to_string);
-    let found = system.members.iter().find_map(|member| Some((member, prefix(&member.name)?)));
+    let found = system.members.iter().find_map(|member| Some((member, own_name(name, &member.name)?)));
     let (member, own) = found.with_context(|| {
         let names: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
         format!("[tune]: {name} is searched, and there is no such FMU, only {}; write FMU.VARIABLE", names.join(", "))
     })?;
     let description = Package::open(&member.path)?.description;
-    let variable = description.variable(&own).with_context(|| {
+    let variable = description.variable(own).with_context(|| {
         let names = description.model_variables.iter().map(|of| of.name.as_str());
-        let hint = near(&own, names).map_or_else(String::new, |near| format!(": is it {near}?"));
+        let hint = near(own, names).map_or_else(String::new, |near| format!(": is it {near}?"));
         format!("[tune]: {} has no variable {own}{hint}", member.name)
     })?;
     let grid = match &variable.typed {
@@ -360,7 +359,7 @@ fn variable(system: &System, name: &str) -> Result<(Grid, f64)> {
     let value = match set.map(|of| of.value) {
         Some(Value::Number(value)) => Some(value),
         Some(Value::Boolean(_)) => bail!("{name} is set to a truth value, and it is a number"),
-        None => engine::describe::start(&description, &own),
+        None => engine::describe::start(&description, own),
     };
     Ok((grid, value.unwrap_or_default()))
 }

@@ -1,4 +1,11 @@
-/** CSV files of the plant, as far as the page has to know them: the engine reads them. */
+/**
+ * CSV files of the plant, as far as the page has to know them: the engine reads them.
+ *
+ * @typedef {object} Recording
+ * @property {string} name the file's name
+ * @property {string} text
+ * @property {string[]} columns the names of the columns; none if the text is no CSV file
+ */
 
 import { element } from "tool/dom.js";
 import { ask, EngineError } from "tool/engine.js";
@@ -7,20 +14,25 @@ import { ask, EngineError } from "tool/engine.js";
 const MOST_BYTES = 60_000_000;
 
 /**
- * The text of a file, whatever Windows has written it with.
+ * What a file has, whatever Windows has written it with.
  *
- * @param {Blob} file
- * @returns {Promise<string>}
+ * @param {File} file
+ * @returns {Promise<Recording>}
  * @throws {EngineError} a sentence
  */
-export async function textOf(file) {
+export async function recordingOf(file) {
   if (file.size > MOST_BYTES) {
     const size = Math.round(file.size / 1e6);
     throw new EngineError(
       `The file has ${size} MB; at most ${MOST_BYTES / 1e6} MB can be read. Cut out the part that matters.`,
     );
   }
-  const bytes = new Uint8Array(await file.arrayBuffer());
+  const text = decoded(new Uint8Array(await file.arrayBuffer()));
+  return { name: file.name, text, columns: await ask({ do: "columns", text }).catch(() => []) };
+}
+
+/** @param {Uint8Array} bytes */
+function decoded(bytes) {
   const encoding =
     bytes[0] === 0xff && bytes[1] === 0xfe ? "utf-16le" : bytes[0] === 0xfe && bytes[1] === 0xff ? "utf-16be" : "utf-8";
   try {
@@ -31,21 +43,11 @@ export async function textOf(file) {
 }
 
 /**
- * The names of the columns; none if the text is no CSV file.
- *
- * @param {string} text
- * @returns {Promise<string[]>}
- */
-export function columnsOf(text) {
-  return ask({ do: "columns", text }).catch(() => []);
-}
-
-/**
  * A button that opens a CSV file, or takes one that is dropped on it.
  *
  * @param {string} id
  * @param {string} label
- * @param {(name: string, text: string) => void} take
+ * @param {(recording: Recording) => void} take
  * @param {(error: unknown) => void} fail
  */
 export function chooser(id, label, take, fail) {
@@ -54,7 +56,7 @@ export function chooser(id, label, take, fail) {
   const read = async (file) => {
     if (!file) return;
     try {
-      take(file.name, await textOf(file));
+      take(await recordingOf(file));
     } catch (error) {
       fail(error);
     }

@@ -7,7 +7,7 @@
  * @typedef {import("./messages").Value} Value
  */
 
-import { textOf } from "tool/csv.js";
+import { recordingOf } from "tool/csv.js";
 import { accept, ask, EngineError, fromBase64, toBase64, unpacked, upload, whereIsTheEngine } from "tool/engine.js";
 import { store } from "tool/store.js";
 import { isBoolean } from "tool/values.js";
@@ -67,7 +67,7 @@ const sources = new WeakMap();
 async function open(file) {
   const name = file.name.toLowerCase();
   if (name.endsWith(".csv")) {
-    store.emit("csv", { name: file.name, text: await textOf(file) });
+    store.emit("csv", await recordingOf(file));
     store.say(`${file.name} is a recording: see Replay and Tune.`);
   } else if (name.endsWith(".fmu")) {
     limit(file, LIMITS.fmu);

@@ -2,25 +2,24 @@
  * A file recorded on the plant through the block: does it do what the plant's did, and if not, what is the matter?
  *
  * @typedef {import("./messages").Replayed} Replayed
+ * @typedef {import("./csv.js").Recording} Recording
  */
 
 import { draw } from "tool/charts.js";
-import { chooser, columnsOf } from "tool/csv.js";
+import { chooser } from "tool/csv.js";
 import { element, fill } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { unitText } from "tool/signals.js";
 import { store, valuesOf } from "tool/store.js";
 import { rounded, shown } from "tool/values.js";
 
-/** @type {{ name: string, text: string } | undefined} */
+/** @type {Recording | undefined} */
 let recorded;
 /** Which column is which variable, as the user wants it; undefined as long as the engine decides. @type {[string, string][] | undefined} */
 let columns;
 let trySuspects = true;
 /** @type {string} */
 let tolerance = "";
-/** The names of its columns. @type {Promise<string[]>} */
-let columnNames = Promise.resolve([]);
 /** @type {HTMLElement} */
 let body;
 /** @type {HTMLElement} */
@@ -36,18 +35,14 @@ export function mount(content) {
   mapping = element("div", {});
   result = element("div", { "aria-live": "polite" });
   fill(content, body, mapping, result);
-  store.on("csv", ({ name, text }) => open(name, text));
+  store.on("csv", open);
   store.on("loop", show);
   show();
 }
 
-/**
- * @param {string} name
- * @param {string} text
- */
-function open(name, text) {
-  recorded = { name, text };
-  columnNames = columnsOf(text);
+/** @param {Recording} recording */
+function open(recording) {
+  recorded = recording;
   columns = undefined;
   show();
   replay();
@@ -124,11 +119,10 @@ async function replay() {
 }
 
 /** @param {[string, string][]} found */
-async function showMapping(found) {
+function showMapping(found) {
   const loop = store.loop;
-  const of = recorded;
-  const names = await columnNames;
-  if (!loop || store.loop !== loop || recorded !== of) return;
+  if (!loop || !recorded) return;
+  const names = recorded.columns;
   const variables = loop.description.variables.map((one) => one.name);
   const changed = names.map((column, at) => {
     const now = found.find(([name]) => name === column)?.[1] ?? "";

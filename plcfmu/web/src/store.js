@@ -33,7 +33,7 @@
  * | `say` | a sentence for the user; detail: {@link Said} |
  * | `question` | a question for the user; detail: `{text, yes, act}`, where `act` is what a yes does |
  * | `home` | the engine is lost, or is another one |
- * | `csv` | a CSV file was dropped; detail: `{name, text}` |
+ * | `csv` | a CSV file was dropped; detail: its Recording |
  * | `prediction` | a predicted curve is there or gone: `store.prediction` |
  * | `key-run`, `key-call`, `key-manual`, `key-left`, `key-right`, `key-home`, `key-end`, `key-zoom-in`, `key-zoom-out` | a key outside of fields |
  * | `show` | go to a panel; detail: its id (`takeaway`, `compare`, `help` ...) |

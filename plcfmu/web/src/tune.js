@@ -10,7 +10,7 @@
  */
 
 import { draw } from "tool/charts.js";
-import { chooser, columnsOf } from "tool/csv.js";
+import { chooser } from "tool/csv.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { units, unitText } from "tool/signals.js";
@@ -56,7 +56,7 @@ let body;
 /**
  * The recording to identify from; without it the run.
  *
- * @type {{ name: string, text: string, columns: string[], time: string, input: string, output: string } | undefined}
+ * @type {import("./csv.js").Recording & { time: string, input: string, output: string } | undefined}
  */
 let recorded;
 /** @type {() => void} */
@@ -86,7 +86,7 @@ export function mount(content) {
   store.on("loop", show);
   store.on("loop", findUnits);
   store.on("plant", findUnits);
-  store.on("csv", ({ name, text }) => openCsv(name, text));
+  store.on("csv", openCsv);
   store.on("settings", (names) => {
     // CYCLE, the normalisation and the pulse former count in a rule; what the rule itself has written does not.
     const own = Object.keys(tuned?.values ?? {});
@@ -180,21 +180,15 @@ function choice(id, from, now, take) {
   return list;
 }
 
-/**
- * @param {string} name
- * @param {string} text
- */
-async function openCsv(name, text) {
-  recorded = { name, text, columns: await columnsOf(text), time: "", input: "", output: "" };
+/** @param {import("./csv.js").Recording} recording */
+function openCsv(recording) {
+  recorded = { ...recording, time: "", input: "", output: "" };
   showCsv();
 }
 
-/**
- * @param {string} name
- * @param {string} text
- */
-async function openAndIdentify(name, text) {
-  await openCsv(name, text);
+/** @param {import("./csv.js").Recording} recording */
+function openAndIdentify(recording) {
+  openCsv(recording);
   identify(true);
 }
 

@@ -16,7 +16,7 @@ use crate::message::{Member, Values};
 use crate::rules::{FILTER, Settings};
 use crate::run::Recording;
 use crate::study::Job;
-use crate::system::{self, Setting, Value};
+use crate::system::{self, Setting, Value, own_name};
 use crate::tune::Controller;
 use anyhow::{Context, Result, bail};
 use modeldescription::Table;
@@ -244,11 +244,6 @@ impl Identification {
         let recorded = Recorded { times: &recording.times, input: &input, output: &output };
         identify::of(&recorded, Method::LeastSquares, self.is_integrating)
     }
-}
-
-/// The name that a variable `FMU.VARIABLE` has in a member, if it is one of the member.
-fn own_name<'a>(variable: &'a str, member: &str) -> Option<&'a str> {
-    variable.strip_prefix(member)?.strip_prefix('.')
 }
 
 /// What the loop sets of a member at the start.
