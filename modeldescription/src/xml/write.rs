@@ -1,29 +1,23 @@
-//! A model description as XML.
+//! Elements as XML.
 
 use super::attributes::Element;
-use super::description::ModelDescription;
 use super::lexical::is_xml;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, Event};
 use std::borrow::Cow;
 
-/// A modelDescription.xml: elements and attributes in the order of the standard's schema, no empty lists, no namespace,
-/// and a date only if the description has one. The same description always gives the same bytes.
-///
-/// Attributes that have the standard's default value are left out, except for capability flags, causality and
-/// variability, which a reader of the file wants to see. Characters that XML cannot hold (most control characters) become
-/// U+FFFD; [`check`](super::check()) reports them.
-pub fn write(description: &ModelDescription) -> Vec<u8> {
+/// A document with this root.
+pub(crate) fn write(root: &impl Element) -> Vec<u8> {
     let mut xml = Xml { writer: Writer::new_with_indent(Vec::new(), b' ', 2), start: None };
     xml.event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)));
-    description.write(&mut xml);
+    root.write(&mut xml);
     let mut bytes = xml.writer.into_inner();
     bytes.push(b'\n');
     bytes
 }
 
 /// The document, as far as it has been written.
-pub(super) struct Xml {
+pub(crate) struct Xml {
     writer: Writer<Vec<u8>>,
     /// The start tag of the current element until its first child.
     start: Option<BytesStart<'static>>,
@@ -31,7 +25,7 @@ pub(super) struct Xml {
 
 impl Xml {
     /// An element: `content` writes its attributes, then its children.
-    pub(super) fn element(&mut self, name: &'static str, content: impl FnOnce(&mut Xml)) {
+    pub(crate) fn element(&mut self, name: &'static str, content: impl FnOnce(&mut Xml)) {
         self.end_start_tag();
         self.start = Some(BytesStart::new(name));
         content(self);
@@ -42,7 +36,7 @@ impl Xml {
     }
 
     /// An element with a start tag and an end tag, even if it has no children.
-    pub(super) fn list(&mut self, name: &'static str, items: impl FnOnce(&mut Xml)) {
+    pub(crate) fn list(&mut self, name: &'static str, items: impl FnOnce(&mut Xml)) {
         self.element(name, |xml| {
             xml.end_start_tag();
             items(xml);
@@ -50,7 +44,7 @@ impl Xml {
     }
 
     /// An attribute of the current element, which has no children yet.
-    pub(super) fn attribute(&mut self, name: &str, value: &str) {
+    pub(crate) fn attribute(&mut self, name: &str, value: &str) {
         let value = if value.chars().all(is_xml) {
             Cow::Borrowed(value)
         } else {

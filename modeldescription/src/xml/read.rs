@@ -1,8 +1,6 @@
-//! XML as a model description.
+//! A modelDescription.xml as elements.
 
 use super::attributes::{Element, TWICE};
-use super::check::contradictions;
-use super::description::{FMI_VERSION, ModelDescription, Variable};
 use super::lexical::{SPACES, Value, is_xml};
 use crate::error::{Error, shortened};
 use quick_xml::events::{BytesDecl, BytesStart, Event};
@@ -28,29 +26,22 @@ impl Default for Limits {
     }
 }
 
-/// Reads a modelDescription.xml of FMI 2.0, made by any tool.
-///
-/// Reads all elements and attributes of the schema of FMI 2.0, in any order. Annotations and attributes of other
-/// namespaces are skipped.
-///
-/// Memory is bounded: the default [`Limits`] are checked during reading, and document type declarations are refused, so
-/// that no entity is ever expanded. The time taken is proportional to the size of the file.
-///
-/// # Errors
-/// One sentence with the line, the element, the attribute, its value and what would be right, for a file that
-/// - is not XML, not UTF-8, not a model description, or is one of another version of FMI;
-/// - has elements, attributes or words that FMI 2.0 does not have, lacks required ones, or repeats one;
-/// - contradicts itself: a name or a unit is defined twice, two inputs or parameters share a value reference, a unit, a
-///   type or a variable does not exist, a range is empty, or a start value is out of range.
-pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
-    read_within(bytes, Limits::default())
+/// The version of FMI that a document is read by.
+#[derive(Clone, Copy)]
+pub(crate) struct Schema {
+    /// As `fmiVersion` states it.
+    pub(crate) version: &'static str,
+    /// The names of the elements that are variables.
+    pub(crate) variables: &'static [&'static str],
 }
 
-/// Reads a modelDescription.xml as [`read()`] does, within other limits.
-///
-/// # Errors
-/// As [`read()`].
-pub fn read_within(bytes: &[u8], limits: Limits) -> Result<ModelDescription, Error> {
+/// Reads a modelDescription.xml: the root element, and where each variable begins.
+pub(crate) fn read_root<T: Element>(
+    bytes: &[u8],
+    limits: Limits,
+    schema: Schema,
+    contradiction: impl FnOnce(&T) -> Option<(Option<usize>, String)>,
+) -> Result<T, Error> {
     if bytes.len() > limits.bytes {
         let (size, most) = (bytes.len(), limits.bytes);
         return Err(Error::new(format!("the model description has {size} bytes: the limit is {most}")));
@@ -59,17 +50,12 @@ pub fn read_within(bytes: &[u8], limits: Limits) -> Result<ModelDescription, Err
         let place = error.valid_up_to();
         at_line(bytes, place, &format!("byte 0x{:02x} is not UTF-8: save the file in UTF-8", bytes[place]))
     })?;
-    let mut document = Document::new(text.strip_prefix('\u{feff}').unwrap_or(text), limits);
+    let mut document = Document::new(text.strip_prefix('\u{feff}').unwrap_or(text), limits, schema);
     let root = document.root()?;
     check_version(&root)?;
-    let description = ModelDescription::read(&mut document, &root)?;
+    let description = T::read(&mut document, &root)?;
     document.end()?;
-
-    let mut first = None;
-    contradictions(&description, &mut |variable, sentence| {
-        first.get_or_insert((variable, sentence));
-    });
-    match first {
+    match contradiction(&description) {
         None => Ok(description),
         Some((None, sentence)) => Err(Error::new(sentence)),
         Some((Some(variable), sentence)) => {
@@ -90,26 +76,28 @@ fn at_line(bytes: &[u8], place: usize, sentence: &str) -> Error {
 }
 
 /// A start tag.
-pub(super) struct Tag<'a> {
+pub(crate) struct Tag<'a> {
     tag: BytesStart<'a>,
     /// Whether it is the end tag too: `<a/>`.
     is_empty: bool,
+    /// The version of FMI.
+    version: &'static str,
     /// The whole document, and where in it the tag begins.
     text: &'a str,
     place: usize,
 }
 
 impl Tag<'_> {
-    pub(super) fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         self.tag.name().0
     }
 
-    pub(super) fn refused(&self, sentence: &str) -> Error {
+    pub(crate) fn refused(&self, sentence: &str) -> Error {
         at_line(self.text.as_bytes(), self.place, &format!("{}: {sentence}", shortened(self.name())))
     }
 
     /// The attributes of these names, in their order. Attributes of other namespaces are skipped, others are refused.
-    pub(super) fn attributes<const COUNT: usize>(
+    pub(crate) fn attributes<const COUNT: usize>(
         &self,
         names: &[&'static str],
     ) -> Result<[Option<Attribute<'_>>; COUNT], Error> {
@@ -123,7 +111,11 @@ impl Tag<'_> {
                     continue;
                 }
                 let known = if names.is_empty() { "none".into() } else { names.join(", ") };
-                return Err(self.refused(&format!("attribute {:?} is unknown: FMI 2.0 has {known}", shortened(name))));
+                return Err(self.refused(&format!(
+                    "attribute {:?} is unknown: FMI {} has {known}",
+                    shortened(name),
+                    self.version
+                )));
             };
             let refused =
                 |reason: &str| self.refused(&format!("{} = {:?}: {reason}", names[place], shortened(&attribute.value)));
@@ -148,7 +140,7 @@ impl Tag<'_> {
 }
 
 /// An attribute. In its value, entities are resolved and line breaks are spaces.
-pub(super) struct Attribute<'e> {
+pub(crate) struct Attribute<'e> {
     tag: &'e Tag<'e>,
     name: &'static str,
     value: Cow<'e, str>,
@@ -160,7 +152,7 @@ impl Attribute<'_> {
     }
 
     /// The value, or an error that says what would be right.
-    pub(super) fn value<T: Value>(self) -> Result<T, Error> {
+    pub(crate) fn value<T: Value>(self) -> Result<T, Error> {
         T::parse(&self.value).ok_or_else(|| self.refused(&format!("expected {}", T::expected())))
     }
 }
@@ -175,18 +167,19 @@ enum Piece<'a> {
 }
 
 /// The document, read once from start to end.
-pub(super) struct Document<'a> {
+pub(crate) struct Document<'a> {
     reader: Reader<&'a [u8]>,
     text: &'a str,
     limits: Limits,
+    schema: Schema,
     elements: usize,
     /// Where each variable begins.
     variables: Vec<usize>,
 }
 
 impl<'a> Document<'a> {
-    fn new(text: &'a str, limits: Limits) -> Document<'a> {
-        Document { reader: Reader::from_str(text), text, limits, elements: 0, variables: Vec::new() }
+    fn new(text: &'a str, limits: Limits, schema: Schema) -> Document<'a> {
+        Document { reader: Reader::from_str(text), text, limits, schema, elements: 0, variables: Vec::new() }
     }
 
     fn refused(&self, place: usize, sentence: &str) -> Error {
@@ -243,13 +236,13 @@ impl<'a> Document<'a> {
         if self.elements > most {
             return Err(self.refused(place, &format!("there are too many elements: the limit is {most}")));
         }
-        Ok(Tag { tag, is_empty, text: self.text, place })
+        Ok(Tag { tag, is_empty, version: self.schema.version, text: self.text, place })
     }
 
     fn check_declaration(&self, declaration: &BytesDecl<'_>) -> Result<(), Error> {
         let version = declaration.version().map_err(|error| self.refused(0, &not_xml(&error)))?;
         if version != "1.0" {
-            return Err(self.refused(0, &format!("XML {:?} is not supported: FMI 2.0 uses 1.0", shortened(&version))));
+            return Err(self.refused(0, &format!("XML {:?} is not supported: FMI uses 1.0", shortened(&version))));
         }
         let encoding = declaration.encoding().transpose();
         let encoding = encoding.map_err(|error| self.refused(0, &not_xml(&error)))?;
@@ -286,7 +279,7 @@ impl<'a> Document<'a> {
     }
 
     /// Reads all children of an element. `read` reads a child to its end, or returns false if it does not know it.
-    pub(super) fn children(
+    pub(crate) fn children(
         &mut self,
         parent: &Tag<'_>,
         mut read: impl FnMut(&mut Self, &Tag<'_>) -> Result<bool, Error>,
@@ -294,7 +287,9 @@ impl<'a> Document<'a> {
         while let Some(child) = self.child(parent)? {
             if !read(self, &child)? {
                 let parent = parent.name();
-                return Err(child.refused(&format!("FMI 2.0 has no such element inside {parent}: remove it")));
+                return Err(
+                    child.refused(&format!("FMI {} has no such element inside {parent}: remove it", child.version))
+                );
             }
         }
         Ok(())
@@ -307,7 +302,7 @@ impl<'a> Document<'a> {
         }
         match self.next()? {
             Piece::Tag(child) => {
-                if Variable::NAMES.contains(&child.name()) {
+                if self.schema.variables.contains(&child.name()) {
                     self.count_variable(&child)?;
                 }
                 Ok(Some(child))
@@ -331,7 +326,7 @@ impl<'a> Document<'a> {
     }
 
     /// Skips an annotation, whatever is in it. `is_repeated` is set for the next one, which is refused.
-    pub(super) fn skip(&mut self, element: &Tag<'_>, is_repeated: &mut bool) -> Result<bool, Error> {
+    pub(crate) fn skip(&mut self, element: &Tag<'_>, is_repeated: &mut bool) -> Result<bool, Error> {
         if std::mem::replace(is_repeated, true) {
             return Err(element.refused(TWICE));
         }
@@ -365,9 +360,9 @@ fn check_version(root: &Tag<'_>) -> Result<(), Error> {
     let Some(version) = attributes.into_iter().find(|attribute| attribute.key.0 == "fmiVersion") else {
         return Err(root.refused("attribute fmiVersion is missing: add fmiVersion=\"2.0\" if it is FMI 2.0"));
     };
-    if version.value != FMI_VERSION {
+    if version.value != root.version {
         let version = shortened(&version.value);
-        return Err(root.refused(&format!("fmiVersion = {version:?}: only FMI {FMI_VERSION} is supported")));
+        return Err(root.refused(&format!("fmiVersion = {version:?}: only FMI {} is supported", root.version)));
     }
     Ok(())
 }

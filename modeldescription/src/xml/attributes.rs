@@ -1,4 +1,4 @@
-//! What a line of the tables in [`description`](super::description) becomes: a field of a struct, and the code that
+//! What a line of the tables in `description.rs`, of all versions and of each, becomes: a field of a struct, and the code that
 //! reads and writes it.
 //!
 //! [`elements!`] makes a struct of each element, or of a group of attributes that elements share:
@@ -31,10 +31,10 @@ use super::write::Xml;
 use crate::error::Error;
 
 /// Takes the name and the value of each attribute that is written.
-pub(super) type Sink<'a> = &'a mut dyn FnMut(&'static str, &str);
+pub(crate) type Sink<'a> = &'a mut dyn FnMut(&'static str, &str);
 
 /// A struct with attributes.
-pub(super) trait Attributes: Sized {
+pub(crate) trait Attributes: Sized {
     /// Their names in the order of the schema.
     const NAMES: &'static [&'static str];
 
@@ -45,7 +45,7 @@ pub(super) trait Attributes: Sized {
 }
 
 /// An element of the schema, or several of which exactly one occurs.
-pub(super) trait Element: Sized {
+pub(crate) trait Element: Sized {
     /// Its name, or the names to choose from.
     const NAMES: &'static [&'static str];
     /// The message if it occurs twice.
@@ -63,7 +63,7 @@ pub(super) trait Element: Sized {
 }
 
 /// The field for a child of an element: `T` once, `Option<T>` at most once, `Vec<T>` any number of times.
-pub(super) trait Child: Sized {
+pub(crate) trait Child: Sized {
     /// Reads a child into the field; false if it belongs to another field.
     fn read(field: &mut Option<Self>, document: &mut Document<'_>, child: &Tag<'_>) -> Result<bool, Error>;
 
@@ -126,14 +126,14 @@ impl<T: Element> Child for Vec<T> {
     }
 }
 
-pub(super) const TWICE: &str = "the element occurs twice: remove one";
+pub(crate) const TWICE: &str = "the element occurs twice: remove one";
 
-pub(super) fn missing(element: &str) -> String {
+pub(crate) fn missing(element: &str) -> String {
     format!("element {element} is missing: add it")
 }
 
 /// The value of an attribute.
-pub(super) fn value<T: Value>(
+pub(crate) fn value<T: Value>(
     tag: &Tag<'_>,
     name: &'static str,
     attribute: Option<Attribute<'_>>,
@@ -146,7 +146,7 @@ pub(super) fn value<T: Value>(
 }
 
 /// Writes an attribute unless it has the value `omitted`.
-pub(super) fn write<T: Value>(name: &'static str, value: &T, omitted: Option<T>, sink: Sink<'_>) {
+pub(crate) fn write<T: Value>(name: &'static str, value: &T, omitted: Option<T>, sink: Sink<'_>) {
     // Texts are compared because they tell -0.0 from 0.0.
     if let Some(text) = value.text()
         && omitted.is_none_or(|omitted| omitted.text().as_ref() != Some(&text))
@@ -156,7 +156,7 @@ pub(super) fn write<T: Value>(name: &'static str, value: &T, omitted: Option<T>,
 }
 
 /// Reads a child into a field that holds the items of a list; false if it is not that list.
-pub(super) fn read_list<T: Element>(
+pub(crate) fn read_list<T: Element>(
     list: &str,
     field: &mut Option<Vec<T>>,
     document: &mut Document<'_>,
@@ -176,7 +176,7 @@ pub(super) fn read_list<T: Element>(
 }
 
 /// How many names all parts have together.
-pub(super) const fn length(parts: &[&[&str]]) -> usize {
+pub(crate) const fn length(parts: &[&[&str]]) -> usize {
     let (mut length, mut part) = (0, 0);
     while part < parts.len() {
         length += parts[part].len();
@@ -186,7 +186,7 @@ pub(super) const fn length(parts: &[&[&str]]) -> usize {
 }
 
 /// The names of all parts in a row. `COUNT` is their [`length`].
-pub(super) const fn joined<const COUNT: usize>(parts: &[&[&'static str]]) -> [&'static str; COUNT] {
+pub(crate) const fn joined<const COUNT: usize>(parts: &[&[&'static str]]) -> [&'static str; COUNT] {
     let mut names = [""; COUNT];
     let (mut place, mut part) = (0, 0);
     while part < parts.len() {
@@ -342,7 +342,7 @@ macro_rules! elements {
         $xml.list($list, |xml| Child::write($items, xml))
     };
 }
-pub(super) use elements;
+pub(crate) use elements;
 
 macro_rules! choices {
     ($(
@@ -389,7 +389,7 @@ macro_rules! choices {
         }
     )* };
 }
-pub(super) use choices;
+pub(crate) use choices;
 
 macro_rules! words {
     ($( $(#[$meta:meta])* $Name:ident { $( $(#[$value_meta:meta])* $Value:ident $word:literal, )* } )*) => { $(
@@ -428,4 +428,4 @@ macro_rules! words {
         }
     )* };
 }
-pub(super) use words;
+pub(crate) use words;

@@ -1,7 +1,8 @@
-//! What a library tells of itself: its block's table, and its side of FMI 2.0.
+//! What a library tells of itself: its block's table, and its side of FMI.
 
-use super::description::{Capabilities, FMI_VERSION, LogCategory};
+use crate::description::{Capabilities, LogCategory};
 use crate::error::{Error, shortened};
+use crate::model_description::VERSIONS;
 use crate::table::{self, Table};
 use serde::Deserialize;
 
@@ -10,7 +11,7 @@ use serde::Deserialize;
 pub struct Interface {
     /// The block's table.
     pub table: Table,
-    /// The version of FMI: [`FMI_VERSION`].
+    /// The version of FMI, one of [`VERSIONS`].
     pub version: String,
     /// A hash of the table, compiled into the library.
     pub guid: String,
@@ -29,10 +30,14 @@ impl Interface {
     pub fn parse(json: &str) -> Result<Interface, Error> {
         // The version is read first, because other versions have other keys.
         if let Ok(library) = serde_json::from_str::<serde_json::Value>(json)
-            && let Some(version) = library["interface"]["version"].as_str().filter(|version| *version != FMI_VERSION)
+            && let Some(version) =
+                library["interface"]["version"].as_str().filter(|version| !VERSIONS.contains(version))
         {
             let version = shortened(version);
-            return Err(Error::new(format!("the library has FMI {version}: only FMI {FMI_VERSION} is supported")));
+            return Err(Error::new(format!(
+                "the library has FMI {version}: only FMI {} is supported",
+                VERSIONS.join(" and ")
+            )));
         }
         let Library { table, interface } = table::from_json(json)?;
         table.check()?;

@@ -3,10 +3,10 @@
 use std::borrow::Cow;
 
 /// White space in XML.
-pub(super) const SPACES: [char; 4] = [' ', '\t', '\n', '\r'];
+pub(crate) const SPACES: [char; 4] = [' ', '\t', '\n', '\r'];
 
 /// A type of attribute values. White space around numbers and words is ignored when they are read.
-pub(super) trait Value: Sized {
+pub(crate) trait Value: Sized {
     /// The value in this text, if it holds one.
     fn parse(text: &str) -> Option<Self>;
 
@@ -136,7 +136,7 @@ impl<T: Value> Value for Vec<T> {
 }
 
 /// Whether XML 1.0 can hold this character.
-pub(super) fn is_xml(character: char) -> bool {
+pub(crate) fn is_xml(character: char) -> bool {
     matches!(character, '\t' | '\n' | '\r' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..)
 }
 
