@@ -1,10 +1,10 @@
-//! The FMU's folder `resources`: from the URI that a host passes to fmi2Instantiate to the folders that it may mean.
+//! The FMU's folder `resources`: from the URI that a host passes to the folders that it may mean.
 //!
 //! Hosts write the URI of one folder in many ways: `file:///x`, `file:/x`, `file://localhost/x`, `file:////x`, with or without
 //! percent escapes, with backslashes, with a slash at the end, or as a plain path. Where a text may mean two folders, both are
 //! looked into: what is read there proves itself.
 
-use std::ffi::CStr;
+use crate::preset::Argument;
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -22,21 +22,22 @@ enum Style {
     Windows,
 }
 
-/// Reads a file of at most `limit` bytes from the folder with this URI; `None` stands for NULL. Gives its path, too.
+/// Reads a file of at most `limit` bytes from the folder with this URI. Gives its path, too.
 ///
 /// # Errors
 /// What is missing or wrong, as a sentence that can follow "but".
-pub fn read(location: Option<&CStr>, name: &str, limit: u64) -> Result<(String, Vec<u8>), String> {
-    let location = location.ok_or("fmuResourceLocation is NULL")?.to_bytes();
+pub fn read(location: Argument, name: &str, limit: u64) -> Result<(String, Vec<u8>), String> {
+    let Argument { name: argument, value } = location;
+    let location = value.ok_or_else(|| format!("{argument} is NULL"))?.to_bytes();
     if location.len() > LONGEST {
-        return Err(format!("fmuResourceLocation has {} bytes; at most {LONGEST} are accepted", location.len()));
+        return Err(format!("{argument} has {} bytes; at most {LONGEST} are accepted", location.len()));
     }
     let style = if cfg!(windows) { Style::Windows } else { Style::Unix };
     let files: Vec<PathBuf> =
         folders(location, style).into_iter().filter_map(path).map(|folder| folder.join(name)).collect();
     let Some(first) = files.first() else {
         let location = String::from_utf8_lossy(location);
-        return Err(format!("fmuResourceLocation = {:?} is not the URI of a folder (file:///...)", cut(&location)));
+        return Err(format!("{argument} = {:?} is not the URI of a folder (file:///...)", cut(&location)));
     };
     // Opening another thing than a file might wait forever.
     let is_file = |path: &&PathBuf| fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
@@ -232,15 +233,15 @@ mod tests {
 
     /// What is said of a location.
     fn refusal(location: &[u8]) -> String {
-        read(Some(&CString::new(location).unwrap()), "start.txt", 10).unwrap_err()
+        read(Argument { name: "location", value: Some(&CString::new(location).unwrap()) }, "start.txt", 10).unwrap_err()
     }
 
     #[test]
     fn a_refusal_says_what_is_missing_where() {
-        assert_eq!(read(None, "start.txt", 10).unwrap_err(), "fmuResourceLocation is NULL");
-        assert_eq!(refusal(b""), "fmuResourceLocation = \"\" is not the URI of a folder (file:///...)");
+        assert_eq!(read(Argument { name: "location", value: None }, "start.txt", 10).unwrap_err(), "location is NULL");
+        assert_eq!(refusal(b""), "location = \"\" is not the URI of a folder (file:///...)");
         assert_eq!(refusal(b"file:///no/such%20folder"), "there is no file /no/such folder/start.txt");
-        assert_eq!(refusal(&vec![b'x'; 40_000]), "fmuResourceLocation has 40000 bytes; at most 32768 are accepted");
+        assert_eq!(refusal(&vec![b'x'; 40_000]), "location has 40000 bytes; at most 32768 are accepted");
         let long = refusal(&[b"file:///".to_vec(), vec![b'x'; 30_000]].concat());
         assert!(long.ends_with("xxx/start.txt") && long.len() < 400, "{long}");
         for odd in [b"file:///%00".as_slice(), b"file:///\xff%ff", b"%", b"file:///dev/null/%"] {

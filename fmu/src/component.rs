@@ -1,31 +1,64 @@
-//! What a `fmi2Component` is: an instance, the log categories chosen for it, and the FMU states that it gave.
+//! What a host holds: an instance, the log categories chosen for it, and the states of it that were saved.
 
-use crate::refusal::{Answer, Refusal};
-use crate::table::Fingerprint;
-use crate::v2::capabilities::{Capability, Setting};
-use crate::v2::instance::{Instance, no_string};
-use crate::v2::interface::Guid;
-use crate::v2::log::{Category, Selection};
-use crate::v2::preset::Preset;
-use crate::v2::states::Function;
-use crate::v2::value::Boolean;
+use crate::cyclic::Cyclic;
+use crate::instance::Instance;
+use crate::log::{Category, Selection};
+use crate::preset::{Argument, Preset};
+use crate::refusal::Refusal;
+use crate::table::{Fingerprint, Guid};
 use blocks::Block;
-use std::ffi::{CStr, c_int, c_void};
+use std::ffi::{CStr, c_void};
 use std::{iter, ptr};
 
-/// What a component can do beyond its instance.
-pub const CAPABILITIES: &[Capability] =
-    &[("canGetAndSetFMUstate", Setting::Flag(true)), ("canSerializeFMUstate", Setting::Flag(true))];
-
-/// `fmi2Type`: co-simulation.
-const CO_SIMULATION: c_int = 1;
-
-/// `fmi2StatusKind`s that have an answer.
-const LAST_SUCCESSFUL_TIME: c_int = 2;
-const TERMINATED: c_int = 3;
-
-/// `fmi2FMUstate`: the address of a saved instance. It is only compared, never followed.
+/// The address of a saved instance. It is only compared, never followed.
 pub type StateAddress = *mut c_void;
+
+/// What a new instance starts from.
+#[derive(Debug)]
+pub struct Origin<B> {
+    /// What the GUID is made of: two FMUs have the same only if they start from the same values.
+    pub hash: u128,
+    /// The block with its start values.
+    pub fresh: Fresh<B>,
+}
+
+/// A block that was not called yet.
+#[derive(Debug)]
+pub enum Fresh<B> {
+    /// It is made anew: the start values are those of the library.
+    New(fn() -> B),
+    /// It is copied.
+    Copy(Box<B>),
+}
+
+/// What a library makes instances of. Every [`Block`] is one.
+pub trait Library: 'static {
+    /// What an instance calls.
+    type Block: Cyclic;
+
+    /// What the instances start from of the FMU with this GUID and these resources, the URI of a folder.
+    ///
+    /// # Errors
+    /// The GUID is missing or that of another FMU; what the resources should hold is missing or damaged.
+    fn open(guid: Argument, resources: Argument) -> Result<Origin<Self::Block>, Refusal>;
+}
+
+impl<B: Block> Library for B {
+    type Block = B;
+
+    /// With another GUID than the library's, it is that of a preset, whose start values are read from the resources.
+    fn open(guid: Argument, resources: Argument) -> Result<Origin<B>, Refusal> {
+        let (name, own) = (guid.name, Guid::<B>::TEXT);
+        let guid = guid.value.ok_or_else(|| {
+            format!("{name} = NULL: this library is {own}; take the modelDescription.xml that came with it")
+        })?;
+        if guid.to_bytes() == own.as_bytes() {
+            return Ok(Origin { hash: Fingerprint::<B>::HASH, fresh: Fresh::New(B::default) });
+        }
+        let Preset { hash, block } = Preset::read(name, guid, resources)?;
+        Ok(Origin { hash, fresh: Fresh::Copy(Box::new(block)) })
+    }
+}
 
 /// An instance with its log and its saved states.
 #[derive(Debug)]
@@ -37,45 +70,22 @@ pub struct Component<B> {
     /// What the user should know of the present call although it succeeds; to be logged at its end.
     pub advice: Vec<String>,
     is_step_advised: bool,
-    /// The states that fmi2GetFMUstate and fmi2DeSerializeFMUstate gave. They end with the component.
+    /// The states that were given out. They end with the component.
     saved: Vec<Box<Instance<B>>>,
-    /// The start values, unless they are those of the library.
-    preset: Option<Box<Preset<B>>>,
+    origin: Origin<B>,
 }
 
-impl<B: Block> Component<B> {
-    /// A new component with logging on or off; errors are logged in any case. With another GUID than the library's, it is that
-    /// of a preset, whose start values are read from `resources`, the URI of a folder.
-    ///
-    /// # Errors
-    /// No instance name, a type other than co-simulation, the GUID of another FMU. `None` stands for NULL.
-    pub fn new(
-        name: Option<&CStr>,
-        fmu_type: c_int,
-        guid: Option<&CStr>,
-        resources: Option<&CStr>,
-        logging_on: bool,
-    ) -> Result<Component<B>, Refusal> {
-        if name.is_none_or(CStr::is_empty) {
-            return Err("instanceName is NULL or empty: give the instance a name".into());
-        }
-        if fmu_type != CO_SIMULATION {
-            return Err(format!("fmuType = {fmu_type}: this FMU is for co-simulation (1) only").into());
-        }
-        let own = Guid::<B>::TEXT;
-        let guid = guid.ok_or_else(|| {
-            format!("fmuGUID = NULL: this library is {own}; take the modelDescription.xml that came with it")
-        })?;
-        let is_preset = guid.to_bytes() != own.as_bytes();
-        let preset = if is_preset { Some(Box::new(Preset::read(guid, resources)?)) } else { None };
-        Ok(Component {
-            instance: as_instantiated(preset.as_deref()),
+impl<B: Cyclic> Component<B> {
+    /// A new component with logging on or off; errors are logged in any case.
+    pub fn new(origin: Origin<B>, logging_on: bool) -> Component<B> {
+        Component {
+            instance: origin.instance(),
             logged: if logging_on { Selection::ALL } else { Selection::ERRORS },
             advice: Vec::new(),
             is_step_advised: false,
             saved: Vec::new(),
-            preset,
-        })
+            origin,
+        }
     }
 
     /// Selects the named categories, or all without a name; with logging off, none. Earlier selections do not count.
@@ -117,22 +127,14 @@ impl<B: Block> Component<B> {
         Ok(())
     }
 
-    /// Resets the instance to the state after fmi2Instantiate. Log categories and saved states stay.
+    /// Resets the instance to that of a new component. Log categories and saved states stay.
     pub fn reset(&mut self) {
-        self.instance = as_instantiated(self.preset.as_deref());
+        self.instance = self.origin.instance();
     }
 
     /// The instance and all saved states, to be dropped one by one.
     pub fn into_instances(self) -> impl Iterator<Item = Instance<B>> {
         iter::once(self.instance).chain(self.saved.into_iter().map(|saved| *saved))
-    }
-
-    /// Checks access to String variables, of which there are none.
-    ///
-    /// # Errors
-    /// Any reference.
-    pub fn strings(&self, references: &[u32]) -> Result<(), Refusal> {
-        references.first().map_or(Ok(()), |reference| Err(no_string::<B>(*reference)))
     }
 
     /// Saves the instance: in the state that the host names or, if that is NULL, in a new one.
@@ -170,7 +172,7 @@ impl<B: Block> Component<B> {
     /// # Errors
     /// As [`Component::get_state`].
     pub fn serialized_size(&self, state: StateAddress) -> Result<usize, Refusal> {
-        Ok(self.saved(state)?.to_bytes(self.hash()).len())
+        Ok(self.saved(state)?.to_bytes(self.origin.hash).len())
     }
 
     /// Writes a saved state to the front of `bytes`.
@@ -178,11 +180,9 @@ impl<B: Block> Component<B> {
     /// # Errors
     /// As [`Component::get_state`]; too little room.
     pub fn serialize(&self, state: StateAddress, bytes: &mut [u8]) -> Result<(), Refusal> {
-        let serialized = self.saved(state)?.to_bytes(self.hash());
+        let serialized = self.saved(state)?.to_bytes(self.origin.hash);
         let (size, length) = (bytes.len(), serialized.len());
-        let room = bytes.get_mut(..length).ok_or_else(|| {
-            format!("size = {size}: the state takes {length} bytes, as fmi2SerializedFMUstateSize says")
-        })?;
+        let room = bytes.get_mut(..length).ok_or_else(|| format!("size = {size}: the state takes {length} bytes"))?;
         room.copy_from_slice(&serialized);
         Ok(())
     }
@@ -192,12 +192,7 @@ impl<B: Block> Component<B> {
     /// # Errors
     /// As [`Component::get_state`]; bytes that [`Instance::from_bytes`] refuses.
     pub fn deserialize(&mut self, bytes: &[u8], state: &mut StateAddress) -> Result<(), Refusal> {
-        self.keep(state, Instance::from_bytes(bytes, self.hash())?)
-    }
-
-    /// What the GUID is made of: two FMUs have the same only if they start from the same values.
-    fn hash(&self) -> u128 {
-        self.preset.as_ref().map_or(Fingerprint::<B>::HASH, |preset| preset.hash)
+        self.keep(state, Instance::from_bytes(self.instance.block(), bytes, self.origin.hash)?)
     }
 
     fn keep(&mut self, state: &mut StateAddress, instance: Instance<B>) -> Result<(), Refusal> {
@@ -223,94 +218,41 @@ impl<B: Block> Component<B> {
                 .into()
         })
     }
-
-    /// Checks fmi2GetDirectionalDerivative.
-    ///
-    /// # Errors
-    /// Always.
-    pub fn directional_derivative(&self) -> Result<(), Refusal> {
-        Err("not provided (providesDirectionalDerivative = false)".into())
-    }
-
-    /// Checks fmi2GetRealOutputDerivatives of `count` outputs.
-    ///
-    /// # Errors
-    /// Any output.
-    pub fn output_derivatives(&self, count: usize) -> Result<(), Refusal> {
-        match count {
-            0 => Ok(()),
-            _ => Err("outputs change in steps and have no derivatives (maxOutputDerivativeOrder = 0)".into()),
-        }
-    }
-
-    /// Cancels a step.
-    ///
-    /// # Errors
-    /// Always: no step is ever pending.
-    pub fn cancel_step(&self) -> Result<(), Refusal> {
-        self.instance.may(&Function::CANCEL_STEP)
-    }
-
-    /// fmi2GetRealStatus: fmi2LastSuccessfulTime, in seconds.
-    ///
-    /// # Errors
-    /// Any other kind.
-    pub fn real_status(&self, kind: c_int) -> Result<f64, Refusal> {
-        if kind == LAST_SUCCESSFUL_TIME { Ok(self.instance.last_successful_time()) } else { Err(no_answer(kind)) }
-    }
-
-    /// fmi2GetBooleanStatus: fmi2Terminated, which is false because a block never ends the simulation.
-    ///
-    /// # Errors
-    /// Any other kind.
-    pub fn boolean_status(&self, kind: c_int) -> Result<Boolean, Refusal> {
-        if kind == TERMINATED { Ok(Boolean(0)) } else { Err(no_answer(kind)) }
-    }
-
-    /// The other status functions: fmi2DoStepStatus, fmi2PendingStatus and the rest are only asked while a step is
-    /// pending.
-    ///
-    /// # Errors
-    /// Always.
-    pub fn no_status<T>(&self, kind: c_int) -> Result<T, Refusal> {
-        Err(no_answer(kind))
-    }
 }
 
-/// An instance with the start values of a preset, or else those of the library.
-fn as_instantiated<B: Block>(preset: Option<&Preset<B>>) -> Instance<B> {
-    preset.map_or_else(Instance::default, |preset| Instance::new(preset.block.clone()))
-}
-
-fn no_answer(kind: c_int) -> Refusal {
-    Refusal::new(Answer::Discard, format!("status kind {kind} has no answer here: no step is ever pending"))
+impl<B: Cyclic> Origin<B> {
+    fn instance(&self) -> Instance<B> {
+        Instance::new(match &self.fresh {
+            Fresh::New(new) => new(),
+            Fresh::Copy(block) => block.as_ref().clone(),
+        })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_block::{FIRST, Sum};
-    use std::ffi::CString;
-
-    fn new(name: Option<&CStr>, fmu_type: c_int, guid: Option<&CStr>) -> Result<Component<Sum>, Refusal> {
-        Component::new(name, fmu_type, guid, None, false)
-    }
+    use crate::test_block::{FIRST, SETUP, Sum};
 
     fn component() -> Component<Sum> {
-        let guid = CString::new(Guid::<Sum>::TEXT).unwrap();
-        new(Some(c"x"), CO_SIMULATION, Some(&guid)).unwrap()
+        let fresh = Fresh::New(Sum::default);
+        Component::new(Origin { hash: Fingerprint::<Sum>::HASH, fresh }, false)
     }
 
     #[test]
-    fn an_instance_has_a_name_is_for_co_simulation_and_knows_its_guid() {
-        let guid = CString::new(Guid::<Sum>::TEXT).unwrap();
-        let reason = |result: Result<Component<Sum>, Refusal>| result.unwrap_err().reason().to_string();
-        for name in [None, Some(c"")] {
-            assert!(reason(new(name, 1, Some(&guid))).starts_with("instanceName is NULL or empty"));
-        }
-        assert_eq!(reason(new(Some(c"x"), 0, Some(&guid))), "fmuType = 0: this FMU is for co-simulation (1) only");
-        assert!(reason(new(Some(c"x"), 1, None)).starts_with("fmuGUID = NULL: this library is {"));
-        assert!(reason(new(Some(c"x"), 1, Some(c"{1}"))).starts_with("fmuGUID = \"{1}\": this library is {"));
+    fn a_library_opens_its_own_guid_and_no_other_without_resources() {
+        let open = |value| {
+            let (guid, resources) = (Argument { name: "guid", value }, Argument { name: "resources", value: None });
+            Sum::open(guid, resources).map(|origin| origin.hash).map_err(|refusal| refusal.reason().to_string())
+        };
+        let own = std::ffi::CString::new(Guid::<Sum>::TEXT).unwrap();
+        assert_eq!(open(Some(&own)), Ok(Fingerprint::<Sum>::HASH));
+        assert!(open(None).unwrap_err().starts_with("guid = NULL: this library is {"));
+        let other = open(Some(c"{1}")).unwrap_err();
+        assert!(
+            other.starts_with("guid = \"{1}\": this library is {") && other.ends_with("but resources is NULL"),
+            "{other}"
+        );
     }
 
     #[test]
@@ -330,7 +272,7 @@ mod tests {
         let mut component = component();
         component.logged = logged;
         component.instance.setup_experiment(0.0, None).unwrap();
-        component.instance.enter_initialization_mode().unwrap();
+        component.instance.enter_initialization_mode(&SETUP).unwrap();
         component
     }
 
@@ -378,7 +320,7 @@ mod tests {
         let mut component = component();
         let mut states = [ptr::null_mut(); 3];
         for state in &mut states {
-            component.keep(state, Instance::default()).unwrap();
+            component.keep(state, Instance::new(Sum::default())).unwrap();
         }
         assert_eq!(states.map(|state| component.find(state).unwrap()), [0, 1, 2]);
         assert!(component.find(ptr::null_mut()).unwrap_err().reason().contains("not given by this instance"));
@@ -398,19 +340,5 @@ mod tests {
         assert_eq!((component.saved.len(), state), (1, place));
         let bytes = |instance: &Instance<Sum>| instance.to_bytes(Fingerprint::<Sum>::HASH);
         assert_eq!(bytes(&component.saved[0]), bytes(&component.instance));
-    }
-
-    #[test]
-    fn of_the_inquiries_only_the_last_successful_time_and_terminated_have_an_answer() {
-        let mut component = component();
-        component.instance.setup_experiment(7.5, None).unwrap();
-        component.instance.enter_initialization_mode().unwrap();
-        component.instance.exit_initialization_mode().unwrap();
-        // fmi2DoStepStatus, fmi2PendingStatus, fmi2LastSuccessfulTime, fmi2Terminated
-        let kinds = [0, 1, 2, 3];
-        assert_eq!(kinds.map(|kind| component.real_status(kind).ok()), [None, None, Some(7.5), None]);
-        assert_eq!(kinds.map(|kind| component.boolean_status(kind).ok()), [None, None, None, Some(Boolean(0))]);
-        assert_eq!(kinds.map(|kind| component.no_status::<c_int>(kind).ok()), [None; 4]);
-        assert_eq!(component.real_status(0).unwrap_err().answer(), Answer::Discard);
     }
 }

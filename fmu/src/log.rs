@@ -1,7 +1,7 @@
 //! What is logged: categories, their selection, and the text of a message.
 
 use crate::refusal::{Answer, Refusal};
-use crate::v2::states::Function;
+use crate::state::Function;
 use std::ffi::{CStr, CString};
 
 /// A log category.
@@ -54,15 +54,6 @@ impl Category {
             Answer::Discard => &Category::STATUS_DISCARD,
             Answer::Fatal => &Category::STATUS_FATAL,
         }
-    }
-}
-
-/// What the standard calls the status of a refused call.
-pub fn status_name(answer: Answer) -> &'static str {
-    match answer {
-        Answer::Error => "fmi2Error",
-        Answer::Discard => "fmi2Discard",
-        Answer::Fatal => "fmi2Fatal",
     }
 }
 
@@ -146,7 +137,7 @@ mod tests {
 
     #[test]
     fn a_text_has_no_nul_and_no_reference_to_a_variable() {
-        let text = text(&Function::DO_STEP, "a \0 #1 %s");
-        assert_eq!(text.as_c_str(), c"fmi2DoStep: a  ##1 %s");
+        let text = text(&Function::new("step", &[]), "a \0 #1 %s");
+        assert_eq!(text.as_c_str(), c"step: a  ##1 %s");
     }
 }

@@ -4,12 +4,21 @@
 //! the GUID that it gets whether it has the values that modelDescription.xml declares; with its own GUID it reads no file.
 
 use crate::refusal::Refusal;
-use crate::v2::interface::Guid;
-use crate::v2::resources;
+use crate::resources;
+use crate::table::Guid;
 use blocks::Block;
 use blocks::table::fingerprint;
 use blocks::table::start::{self, FILE, LARGEST, Start};
 use std::ffi::CStr;
+
+/// A text that a host passes, by the name that the standard gives it; `None` stands for NULL.
+#[derive(Clone, Copy, Debug)]
+pub struct Argument<'a> {
+    /// Its name, for messages.
+    pub name: &'static str,
+    /// What the host passes.
+    pub value: Option<&'a CStr>,
+}
 
 /// What an instance of a preset starts from.
 #[derive(Debug)]
@@ -21,29 +30,29 @@ pub struct Preset<B> {
 }
 
 impl<B: Block> Preset<B> {
-    /// The preset with this GUID, whose start values are read from the folder of the resources. `None` stands for NULL.
+    /// The preset with this GUID, whose start values are read from the folder of the resources.
     ///
     /// # Errors
     /// There are no start values, or they are damaged, or those of another preset or library.
-    pub fn read(guid: &CStr, resources: Option<&CStr>) -> Result<Preset<B>, Refusal> {
+    pub fn read(name: &str, guid: &CStr, resources: Argument) -> Result<Preset<B>, Refusal> {
         let given = guid.to_string_lossy();
         let own = Guid::<B>::TEXT;
         let (path, bytes) = resources::read(resources, FILE, LARGEST).map_err(|why| {
             format!(
-                "fmuGUID = {given:?}: this library is {own}; take the modelDescription.xml that came with it; if the FMU is a \
+                "{name} = {given:?}: this library is {own}; take the modelDescription.xml that came with it; if the FMU is a \
                  preset, its start values belong into resources/{FILE}, but {why}"
             )
         })?;
-        let refused = |why: String| format!("fmuGUID = {given:?}: {path}: {why}; unpack the FMU again");
+        let refused = |why: String| format!("{name} = {given:?}: {path}: {why}; unpack the FMU again");
         let text =
             std::str::from_utf8(&bytes).map_err(|_| refused("the start values are damaged: not UTF-8".into()))?;
         let damaged = |why: String| refused(format!("the start values are damaged: {why}"));
         let start = Start::parse(text).map_err(damaged)?;
         let Start { preset, block, library, .. } = &start;
         if library != own {
-            let name = B::TABLE.name;
+            let own_block = B::TABLE.name;
             return Err(refused(format!(
-                "the start values are for {block} {library}, but this library is {name} {own}"
+                "the start values are for {block} {library}, but this library is {own_block} {own}"
             ))
             .into());
         }
