@@ -25,6 +25,7 @@
 //!
 //! The crate names no block, and reads and writes memory only.
 
+pub mod digits;
 mod error;
 mod table;
 pub mod units;
