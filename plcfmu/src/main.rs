@@ -7,7 +7,7 @@ use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, ru
 #[cfg(feature = "server")]
 use plcfmu::tool::child;
 use std::process::ExitCode;
-use study::{Interrupted, worker};
+use ::study::{Interrupted, worker};
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
 #[derive(Parser)]
