@@ -35,6 +35,7 @@
 //! The crate names no block, and reads and writes memory only.
 
 mod description;
+pub mod digits;
 mod error;
 mod interface;
 mod model_description;

@@ -1,4 +1,4 @@
-//! The clauses of PULS_CTR, and what its texts claim.
+//! What `clauses.txt` cannot say of PULS_CTR.
 
 use super::*;
 use crate::table::{Block, Role, Word};
@@ -42,29 +42,6 @@ fn controller_calls(block: &mut PulsCtr, calls: usize) -> Vec<usize> {
 }
 
 #[test]
-fn clause_1_after_a_restart_the_controller_first_runs_in_call_red_fac() {
-    assert_eq!(controller_calls(&mut restarted(every_fifth()), 17), [5, 10, 15]);
-}
-
-#[test]
-fn clause_1_with_red_fac_1_the_controller_runs_in_every_call() {
-    let mut block = restarted(PulsCtr { red_fac: 1, ..every_fifth() });
-    assert_eq!(controller_calls(&mut block, 4), [1, 2, 3, 4]);
-}
-
-#[test]
-fn clause_1_com_rst_restarts_both_blocks_inside_at_once_and_counts_anew() {
-    let mut block = restarted(PulsCtr { sp_int: 60.0, ..every_fifth() });
-    pulses_with(&mut block, 6, |_, _| ());
-    assert!(block.qpos_p && block.di_cont_c.lmn == 60.0);
-    block.com_rst = true;
-    assert_eq!(pulses_with(&mut block, 3, |_, _| ()), "...");
-    assert_eq!((block.di_cont_c.lmn, block.di_pulsegen.qpos_p, block.com_rst), (0.0, false, true));
-    block.com_rst = false;
-    assert_eq!(controller_calls(&mut block, 7), [5]);
-}
-
-#[test]
 fn clause_1_the_restart_is_the_program_with_com_rst_true() {
     let mut by_call = PulsCtr { com_rst: true, ..every_fifth() };
     by_call.call();
@@ -75,32 +52,6 @@ fn clause_1_the_restart_is_the_program_with_com_rst_true() {
 #[test]
 fn clause_1_without_a_restart_the_first_call_already_calls_the_controller() {
     assert_eq!(controller_calls(&mut every_fifth(), 7), [1, 6]);
-}
-
-#[test]
-fn clause_2_the_controller_computes_with_the_time_between_its_calls() {
-    let mut block = every_fifth();
-    block.di_cont_c.i_sel = true;
-    block.sp_int = 4.0;
-    let mut block = restarted(block);
-    pulses_with(&mut block, 5, |_, _| ());
-    assert_eq!(block.di_cont_c.cycle, Time::ms(50));
-    // (0.05 s / 20 s) * (4 + 0) / 2
-    assert_eq!(block.di_cont_c.lmn_i, 0.005);
-}
-
-#[test]
-fn clause_2_the_period_of_the_pulses_is_the_time_between_the_controllers_calls() {
-    let mut block = restarted(PulsCtr { sp_int: 40.0, ..every_fifth() });
-    assert_eq!(pulses_with(&mut block, 20, |_, _| ()), ".....++...++...++...");
-    assert_eq!((block.di_pulsegen.per_tm, block.di_pulsegen.cycle), (Time::ms(50), Time::ms(10)));
-}
-
-#[test]
-fn clause_3_lmn_becomes_the_pulse_of_the_period_that_starts_one_call_later() {
-    let mut block = restarted(every_fifth());
-    let run = pulses_with(&mut block, 20, |number, block| block.sp_int = if number < 10 { 20.0 } else { 80.0 });
-    assert_eq!(run, ".....+....++++.++++.");
 }
 
 #[test]
@@ -127,13 +78,6 @@ fn clause_3_the_pulses_are_those_of_the_two_blocks_called_in_this_order() {
         seen += i32::from(block.qpos_p);
     }
     assert!((200..1800).contains(&seen), "{seen} calls on");
-}
-
-#[test]
-fn clause_4_the_controller_starts_in_automatic_mode_on_the_analog_value() {
-    let mut block = restarted(PulsCtr { red_fac: 1, pv_per: Word::new(-13824), ..PulsCtr::default() });
-    block.call();
-    assert_eq!((block.di_cont_c.pv, block.di_cont_c.lmn_p), (-50.0, 100.0));
 }
 
 #[test]
@@ -239,44 +183,4 @@ fn the_loop_of_the_quick_start_settles_with_little_overshoot() {
         assert!(call < 30_000 || (temperature - 200.0).abs() < 4.0, "{temperature} in call {call}");
     }
     assert!(highest < 204.0, "{highest}");
-}
-
-/// In how many of the 200 calls of the second period the output is on, with this manual value and the start values.
-fn calls_on(man: f32) -> usize {
-    let mut block = PulsCtr::default();
-    (block.di_cont_c.man_on, block.di_cont_c.man) = (true, man);
-    let pulses = pulses_with(&mut restarted(block), 400, |_, _| ());
-    assert_eq!(pulses[..200], ".".repeat(200), "the first pulse comes after RED_FAC calls");
-    pulses[200..].matches('+').count()
-}
-
-#[test]
-fn help_of_qpos_p_30_percent_are_60_of_200_calls_and_less_than_2_5_percent_none() {
-    assert_eq!(calls_on(30.0), 60);
-    assert_eq!([calls_on(2.4), calls_on(2.5), calls_on(97.5), calls_on(97.6)], [0, 5, 195, 200]);
-}
-
-#[test]
-fn help_of_sp_int_and_pv_per_they_are_read_when_the_controller_runs_and_scaled_by_pv_fac() {
-    let mut block = PulsCtr { sp_int: 210.0, pv_per: Word::new(13824), ..PulsCtr::default() };
-    block.di_cont_c.pv_fac = 4.0;
-    let mut block = restarted(block);
-    pulses_with(&mut block, 199, |_, _| ());
-    assert_eq!((block.di_cont_c.pv, block.di_cont_c.lmn_p), (0.0, 0.0));
-    block.call();
-    assert_eq!((block.di_cont_c.pv, block.di_cont_c.lmn_p), (200.0, 20.0));
-    assert_eq!(block.di_cont_c.cycle, Time::ms(2_000));
-}
-
-#[test]
-fn help_of_cycle_twice_the_cycle_with_half_the_red_fac_leaves_the_controller_as_it_is() {
-    let inside = |cycle, red_fac| {
-        let mut block = PulsCtr { cycle: Time::ms(cycle), red_fac, sp_int: 10.0, ..PulsCtr::default() };
-        block.di_cont_c.pvper_on = false;
-        let mut block = restarted(block);
-        pulses_with(&mut block, 3 * red_fac.cast_unsigned() as usize, |_, _| ());
-        block.di_cont_c.lmn
-    };
-    assert_eq!(inside(10, 200), inside(20, 100));
-    assert!(inside(10, 200) > 20.0);
 }
