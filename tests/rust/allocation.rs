@@ -7,10 +7,10 @@
 #![allow(unsafe_code)]
 
 use blocks::{Block, ContC, EachBlock, Law, Role, for_each_block};
-use fmu::v2::ffi::{self, Pointer};
 use fmu::host_type::HostType;
 use fmu::table::Guid;
 use fmu::v2::Fmi2;
+use fmu::v2::ffi::{self, Pointer};
 use fmu::v2::value::Boolean;
 use std::ffi::{CString, c_int};
 use std::ptr;
@@ -105,33 +105,16 @@ fn allocations_of_a_run<B: Block>(component: Pointer, cycle: f64) -> u64 {
         // SAFETY: a living component, arrays at least as long as counted.
         unsafe {
             assert_eq!(ffi::fmi2SetReal::<B>(component, real.as_ptr(), real.len(), reals.as_ptr()), 0);
-            assert_eq!(
-                ffi::fmi2SetInteger::<B>(component, integer.as_ptr(), integer.len(), integers.as_ptr()),
-                0
-            );
-            assert_eq!(
-                ffi::fmi2SetBoolean::<B>(component, boolean.as_ptr(), boolean.len(), booleans.as_ptr()),
-                0
-            );
+            assert_eq!(ffi::fmi2SetInteger::<B>(component, integer.as_ptr(), integer.len(), integers.as_ptr()), 0);
+            assert_eq!(ffi::fmi2SetBoolean::<B>(component, boolean.as_ptr(), boolean.len(), booleans.as_ptr()), 0);
             assert_eq!(ffi::fmi2DoStep::<B>(component, now, h, 1), 0);
+            assert_eq!(ffi::fmi2GetReal::<B>(component, all_real.as_ptr(), all_real.len(), reals.as_mut_ptr()), 0);
             assert_eq!(
-                ffi::fmi2GetReal::<B>(component, all_real.as_ptr(), all_real.len(), reals.as_mut_ptr()),
+                ffi::fmi2GetInteger::<B>(component, all_integer.as_ptr(), all_integer.len(), integers.as_mut_ptr()),
                 0
             );
             assert_eq!(
-                ffi::fmi2GetInteger::<B>(component,
-                    all_integer.as_ptr(),
-                    all_integer.len(),
-                    integers.as_mut_ptr()
-                ),
-                0
-            );
-            assert_eq!(
-                ffi::fmi2GetBoolean::<B>(component,
-                    all_boolean.as_ptr(),
-                    all_boolean.len(),
-                    booleans.as_mut_ptr()
-                ),
+                ffi::fmi2GetBoolean::<B>(component, all_boolean.as_ptr(), all_boolean.len(), booleans.as_mut_ptr()),
                 0
             );
         }
@@ -236,8 +219,16 @@ fn gives_everything_back<B: Block>() {
             // And one that is refused.
             let callbacks = logging_callbacks(&log);
             assert!(
-                ffi::fmi2Instantiate::<B>(c"x".as_ptr(), 1, c"?".as_ptr(), ptr::null(), (&raw const callbacks).cast(), 0, 1)
-                    .is_null()
+                ffi::fmi2Instantiate::<B>(
+                    c"x".as_ptr(),
+                    1,
+                    c"?".as_ptr(),
+                    ptr::null(),
+                    (&raw const callbacks).cast(),
+                    0,
+                    1
+                )
+                .is_null()
             );
             ffi::fmi2FreeInstance::<B>(ptr::null_mut());
         }

@@ -6,8 +6,8 @@
 use blocks::table::fingerprint;
 use blocks::table::start::{self, Start};
 use blocks::{Block, ContC, Value};
-use fmu::v2::ffi;
 use fmu::table::Guid;
+use fmu::v2::ffi;
 use std::ffi::CString;
 use std::fs;
 use std::path::Path;

@@ -7,10 +7,10 @@ use fmu::component::{self, Fresh, Origin};
 use fmu::host_type::HostType;
 use fmu::refusal::Refusal;
 use fmu::state::Function;
+use fmu::table::Fingerprint;
 use fmu::v2::value::Boolean;
 use fmu::v2::{Fmi2, status_name};
 use run::component::{Component, Type};
-use fmu::table::Fingerprint;
 use std::ffi::c_int;
 
 /// An instance.
@@ -27,7 +27,10 @@ impl<B: Block> Instance<B> {
     /// # Errors
     /// The name is empty or contains a NUL.
     pub fn new(name: &str) -> Result<Instance<B>> {
-        ensure!(!name.is_empty() && !name.contains('\0'), "{name:?} is empty or contains a NUL: give the instance a name");
+        ensure!(
+            !name.is_empty() && !name.contains('\0'),
+            "{name:?} is empty or contains a NUL: give the instance a name"
+        );
         let origin = Origin { hash: Fingerprint::<B>::HASH, fresh: Fresh::New(B::default) };
         let component = component::Component::new(origin, true);
         Ok(Instance { component, integers: Vec::new(), booleans: Vec::new() })
@@ -65,7 +68,9 @@ impl<B: Block> Component for Instance<B> {
     }
 
     fn enter_initialization(&mut self) -> Result<()> {
-        self.call(&Function::fmi2EnterInitializationMode, |component| component.instance.enter_initialization_mode(&Function::fmi2SetupExperiment))
+        self.call(&Function::fmi2EnterInitializationMode, |component| {
+            component.instance.enter_initialization_mode(&Function::fmi2SetupExperiment)
+        })
     }
 
     fn exit_initialization(&mut self) -> Result<()> {
