@@ -1,7 +1,7 @@
 //! A system with its FMUs opened and instantiated, ready to run once.
 //!
 //! ```no_run
-//! use crate::simulation::Simulation;
+//! use host::simulation::Simulation;
 //! use run::system::{Member, System};
 //!
 //! let system = System {
