@@ -1,0 +1,2 @@
+//! PLC programs in SCL, as S7-300, S7-400, S7-1200 and S7-1500 execute them: read, checked, and run.
+
