@@ -1,2 +1,3 @@
 //! PLC programs in SCL, as S7-300, S7-400, S7-1200 and S7-1500 execute them: read, checked, and run.
 
+pub mod program;
