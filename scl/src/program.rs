@@ -8,7 +8,9 @@
 //!   instance, which is a record somewhere in the memory.
 
 mod layout;
+pub(crate) mod operations;
 mod value;
+pub(crate) mod walk;
 
 pub use layout::align;
 pub use value::{Scalar, Value};

@@ -176,7 +176,8 @@ fn scalar(kind: Kind) -> Scalar {
         Kind::Real => Scalar::F32,
         Kind::LReal => Scalar::F64,
         Kind::Time => Scalar::I32,
-        Kind::Word | Kind::Int => Scalar::I16,
+        Kind::Word => Scalar::U16,
+        Kind::Int => Scalar::I16,
         Kind::Bool => Scalar::Bool,
     }
 }
