@@ -9,6 +9,7 @@
 
 mod layout;
 pub(crate) mod operations;
+mod print;
 mod value;
 pub(crate) mod walk;
 
