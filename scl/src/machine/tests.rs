@@ -7,6 +7,8 @@ use crate::program::{
 };
 use std::sync::Arc;
 
+mod random;
+
 /// A program with a memory of these variables and a function without locals.
 fn program(variables: &[(&str, Type)], body: Vec<Statement>) -> Program {
     let mut program = Program { files: vec!["test.scl".to_string()], ..Program::default() };

@@ -69,10 +69,12 @@ impl Compiler<'_> {
                 Ok(())
             }
             What::While(condition, body) => {
-                let (again, end) = (scope.label(), scope.label());
+                let (again, next, end) = (scope.label(), scope.label(), scope.label());
                 self.here(scope, again);
                 self.unless(scope, condition, end)?;
-                self.looped(scope, body, (end, again))?;
+                self.looped(scope, body, (end, next))?;
+                // Every way back leads through the instruction that looks at the budget.
+                self.here(scope, next);
                 self.emit(scope, Op::Back { to: again as Target });
                 self.here(scope, end);
                 Ok(())
