@@ -34,7 +34,21 @@ pub struct Expressions(Vec<Expression>);
 impl Expressions {
     /// Adds one.
     pub fn add(&mut self, kind: ExpressionKind, span: Span) -> ExpressionId {
-        self.0.push(Expression { kind, span });
+        let depth = |id: &ExpressionId| self[*id].depth;
+        let below = match &kind {
+            ExpressionKind::Unary(_, inner) | ExpressionKind::Member(inner, _) | ExpressionKind::Pointer(inner) => {
+                depth(inner)
+            }
+            ExpressionKind::Binary(_, left, right) => depth(left).max(depth(right)),
+            ExpressionKind::Index(base, indices) => indices.iter().map(depth).fold(depth(base), u32::max),
+            ExpressionKind::Call(callee, arguments) => {
+                arguments.iter().map(|argument| depth(&argument.value)).fold(depth(callee), u32::max)
+            }
+            ExpressionKind::Literal(_) | ExpressionKind::Name(..) | ExpressionKind::Address | ExpressionKind::Wrong => {
+                0
+            }
+        };
+        self.0.push(Expression { kind, span, depth: below + 1 });
         ExpressionId(self.0.len() as u32 - 1)
     }
 
@@ -59,6 +73,8 @@ pub struct Expression {
     pub kind: ExpressionKind,
     /// Where.
     pub span: Span,
+    /// How many levels there are, this one included.
+    pub depth: u32,
 }
 
 /// What an expression is.

@@ -7,6 +7,9 @@ use crate::syntax::{Argument, Binary, ExpressionId, ExpressionKind, Name, Scope,
 /// Above all operators with two operands.
 const HIGHEST: u8 = 8;
 
+/// So many operators may stand in a chain.
+const MOST_LEVELS: u32 = 300;
+
 /// The words that are no names.
 const RESERVED: [&str; 40] = [
     "AND",
@@ -106,6 +109,7 @@ impl Parser<'_> {
             self.step();
             let right = self.deeper(|parser| parser.above(own))?;
             left = self.binary(operator, left, right);
+            self.check_depth(left)?;
         }
         Ok(left)
     }
@@ -205,7 +209,17 @@ impl Parser<'_> {
                 }
                 _ => return Ok(variable),
             }
+            self.check_depth(variable)?;
         }
+    }
+
+    /// A chain such as `a + b + c` goes one level deeper with each operator.
+    fn check_depth(&mut self, id: ExpressionId) -> Parsed<()> {
+        if self.tree.expressions[id].depth <= MOST_LEVELS {
+            return Ok(());
+        }
+        let message = format!("an expression of more than {MOST_LEVELS} operators in a chain");
+        self.refuse(self.before(), &message, Some("divide it by variables"))
     }
 
     /// The arguments of a call up to its closing bracket.

@@ -25,6 +25,9 @@ const ENDS: [&str; 17] = [
     "ORGANIZATION_BLOCK",
 ];
 
+/// So many branches an IF may have.
+const MOST_ARMS: usize = 300;
+
 impl Parser<'_> {
     /// Whether a list of statements ends here.
     pub fn is_statement_end(&self) -> bool {
@@ -190,6 +193,9 @@ impl Parser<'_> {
             arms.push((condition, self.statements(false)));
             if !self.is_word("ELSIF") {
                 break;
+            }
+            if arms.len() == MOST_ARMS {
+                return self.refuse(self.span(), &format!("more than {MOST_ARMS} ELSIF"), Some("use CASE"));
             }
         }
         let otherwise = if self.takes_word("ELSE") { self.statements(false) } else { Vec::new() };
