@@ -164,7 +164,6 @@ impl Compiler<'_> {
                 "a pointer of this kind has no type here; pass the variable itself, or ARRAY[*]"
             }
             "DT" | "DATE_AND_TIME" => "use DTL",
-            "PID_COMPACT" | "PID_3STEP" | "PID_TEMP" => "its law is not published; CONT_C is available",
             _ => "hardware: feed its values through inputs",
         };
         self.error(span, format!("{name} is not supported"), Some(help));
@@ -190,17 +189,15 @@ impl Compiler<'_> {
                 return Type::Void;
             }
         }
-        if file != self.library_file() || !self.library.contains_key(&capitals) {
-            if let Some(id) = self.names.get(&capitals).copied() {
-                return match self.block(id).kind {
-                    BlockKind::Type => self.structure(id),
-                    BlockKind::FunctionBlock => self.interface(id).map_or(Type::Wrong, Type::Instance),
-                    _ => {
-                        self.error(span, format!("{name} is no type"), None);
-                        Type::Wrong
-                    }
-                };
-            }
+        if let Some(id) = self.names.get(&capitals).copied() {
+            return match self.block(id).kind {
+                BlockKind::Type => self.structure(id),
+                BlockKind::FunctionBlock => self.interface(id).map_or(Type::Wrong, Type::Instance),
+                _ => {
+                    self.error(span, format!("{name} is no type"), None);
+                    Type::Wrong
+                }
+            };
         }
         if let Some(of) = self.system_block(&capitals) {
             return Type::Instance(of);
@@ -222,9 +219,6 @@ impl Compiler<'_> {
                 | "DT"
                 | "DATE_AND_TIME"
                 | "REMOTE"
-                | "PID_COMPACT"
-                | "PID_3STEP"
-                | "PID_TEMP"
                 | "BLOCK_DB"
                 | "BLOCK_FB"
                 | "BLOCK_FC"

@@ -79,11 +79,10 @@ fn named(name: &str) -> Option<String> {
         "SFB5" => "TOF",
         _ => name.strip_suffix("_TIME").unwrap_or(name),
     };
-    let is_known = |known: &&str| *known == name;
     let timer = name.strip_suffix("_LTIME").unwrap_or(name);
     let is_timer = TIMERS.contains(&timer);
     let is_counter = name.split_once('_').is_some_and(|(kind, of)| COUNTERS.contains(&kind) && COUNTED.contains(&of));
-    let is_other = ["R_TRIG", "F_TRIG", "SR", "RS", "RUNTIME"].iter().any(|other| is_known(&other));
+    let is_other = ["R_TRIG", "F_TRIG", "SR", "RS", "RUNTIME"].contains(&name);
     (is_timer || is_counter || is_other).then(|| name.to_string())
 }
 
@@ -236,18 +235,29 @@ pub fn last_name(tree: &crate::syntax::Tree, path: ExpressionId) -> Option<(Stri
     }
 }
 
-/// The table of a native block, by its name or another one: `FB41`.
-fn table(name: &str) -> Option<&'static Table> {
-    struct Find<'a>(&'a str, Option<&'static Table>);
-    impl blocks::EachBlock for Find<'_> {
+/// The tables of the native blocks.
+fn tables() -> Vec<&'static Table> {
+    struct Tables(Vec<&'static Table>);
+    impl blocks::EachBlock for Tables {
         fn block<B: blocks::Block>(&mut self) {
-            let mut names = B::TABLE.aliases.iter().chain([&B::TABLE.name]);
-            if names.any(|name| name.replace(' ', "").eq_ignore_ascii_case(self.0)) {
-                self.1 = Some(B::TABLE);
-            }
+            self.0.push(B::TABLE);
         }
     }
-    let mut find = Find(name, None);
-    blocks::for_each_block(&mut find);
-    find.1
+    let mut tables = Tables(Vec::new());
+    blocks::for_each_block(&mut tables);
+    tables.0
+}
+
+/// The names of the native blocks.
+pub fn natives() -> Vec<&'static str> {
+    tables().into_iter().map(|table| table.name).collect()
+}
+
+/// The table of a native block, by its name or another one: `FB41`.
+fn table(name: &str) -> Option<&'static Table> {
+    let is_it = |table: &&Table| {
+        let mut names = table.aliases.iter().chain([&table.name]);
+        names.any(|alias| alias.replace(' ', "").eq_ignore_ascii_case(name))
+    };
+    tables().into_iter().find(is_it)
 }

@@ -198,7 +198,7 @@ impl<'c, 'a> Lowerer<'c, 'a> {
                 }
             }
             (_, Some(Type::Wrong)) => Operand::Wrong(None),
-            (operand @ Operand::Variable(..), Some(of)) if matches!(of, Type::Structure(_)) => operand,
+            (operand @ Operand::Variable(..), Some(Type::Structure(_))) => operand,
             (_, Some(of)) => self.error(span, format!("this is no start value of {of}"), None),
             // STEP 7: by its notation.
             (Operand::Whole(whole), None) => {

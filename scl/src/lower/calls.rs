@@ -181,7 +181,7 @@ impl Lowerer<'_, '_> {
                 if matches!(&expressions[*base].kind, ExpressionKind::Name(Scope::Bare, name)
                     if self.symbol(&name.text).is_none() && self.compiler.system_block(&name.key()).is_some())
                 {
-                    // STEP 7: `CONT_C.DB10(...)`.
+                    // STEP 7: `TON.DB10(...)`.
                     let ExpressionKind::Name(_, name) = &expressions[*base].kind else { return Callee::Wrong };
                     let Some(of) = self.compiler.system_block(&name.key()) else { return Callee::Wrong };
                     if self.compiler.global(&capitals).is_none() {

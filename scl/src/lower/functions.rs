@@ -130,7 +130,11 @@ const LATER: [&str; 42] = [
 /// Why a function or a type is refused, and what to do; `None` if it is not known to be.
 pub fn refused(name: &str) -> Option<(String, String)> {
     if name.starts_with("PID_") {
-        return Some((format!("{name} is not supported"), "its law is not published; CONT_C is available".into()));
+        let available = crate::library::natives().join(", ");
+        return Some((
+            format!("{name} is not supported"),
+            format!("its law is not published; available are {available}"),
+        ));
     }
     if POINTERS.contains(&name) {
         let help = "a pointer of this kind has no type here; assign the variables themselves";

@@ -149,9 +149,6 @@ impl Lowerer<'_, '_> {
     fn missing_member(&mut self, missing: String, members: &str, name: &str) -> Path {
         let path = if members.is_empty() { name.to_string() } else { format!("{members}.{name}") };
         if name.starts_with('%') {
-            if name[1..].to_uppercase().starts_with("DB") {
-                return Path::Missing(missing, path);
-            }
             return Path::Wrong;
         }
         if let Some(undeclared) = self.compiler.undeclared.get_mut(&missing) {

@@ -3,7 +3,7 @@
 use super::{Failed, Parsed, Parser};
 use crate::lexer::{Kind, Span};
 use crate::syntax::{
-    Attribute, Block, BlockKind, ExpressionKind, Member, Section, SectionKind, Start, Tree, Type, TypeKind, attribute,
+    Attribute, Block, BlockKind, ExpressionKind, Member, Section, SectionKind, Start, Tree, Type, TypeKind,
 };
 
 /// The words that begin a block, what it is, and the word that ends it.
@@ -410,9 +410,4 @@ impl Parser<'_> {
         }
         Ok(Start::List(list, span))
     }
-}
-
-/// Whether an attribute says FALSE.
-pub fn is_denied(attributes: &[Attribute], key: &str) -> bool {
-    attribute(attributes, key).is_some_and(|value| value.eq_ignore_ascii_case("false"))
 }
