@@ -26,7 +26,7 @@ struct Controller {
 impl Controller {
     fn new() -> Controller {
         let source = Source::new("cont_c.scl", include_bytes!("data/cont_c.scl").to_vec());
-        let compiled = compile(&[source], &Options::default()).expect("cont_c.scl has no error");
+        let compiled = compile(&[source], &Options::default()).unwrap_or_else(|errors| panic!("{}", errors[0]));
         let root = compiled.root.expect("cont_c.scl has a block");
         let rows = ContC::TABLE.rows.iter().map(|row| place(&compiled.program, &root.instance, row)).collect();
         let code = Code::compile(&compiled.program).expect("what is translated fits together");

@@ -293,39 +293,3 @@ fn operations_have_the_results_of_the_cpu() {
     let number = (1_i64 << 60) + (1 << 36) + 1;
     assert_eq!(convert(Convert::Value, number.into(), Scalar::F32).0, (2_f32.powi(60) + 2_f32.powi(37)).into());
 }
-
-#[test]
-fn a_block_as_an_instance_is_the_block_itself_also_in_a_saved_state() {
-    use blocks::{Block, Law, Pulsegen};
-    let mut program = program(&[], Vec::new());
-    let record = program.add_native("PULSEGEN").unwrap();
-    let memory = program.memory;
-    program.extend_record(memory, "p", Type::Record(record));
-    let native =
-        Function { instance: Some(record), body: Body::Native("PULSEGEN"), ..function("PULSEGEN", Vec::new()) };
-    program.functions.push(native);
-    let call = Call { function: 1, instance: Some(variable(0)), arguments: Vec::new(), outputs: Vec::new() };
-    program.functions[0].body = Body::Code(vec![on(1, What::Call(call))]);
-    let mut machine = machine(&program);
-    let mut block = Pulsegen::default();
-    let pulse = Pulsegen::TABLE.find("QPOS_P").unwrap();
-    let offset = |name: &str| program.find(&format!("p.{name}")).unwrap().0;
-    let mut pulses = 0;
-    for call in 0..500 {
-        let saved = machine.state().to_vec();
-        machine = super::Machine::new(Arc::clone(&machine.code));
-        machine.state_mut().copy_from_slice(&saved);
-
-        block.inv = call as f32 / 5.0;
-        machine.set(block.inv.into(), offset("INV"));
-        block.call();
-        machine.call(0, 0).unwrap();
-        let expected = block.get(pulse) == Some(blocks::Value::Bool(true));
-        pulses += usize::from(expected);
-        assert_eq!(machine.get(Scalar::Bool, offset("QPOS_P")), expected.into(), "{call}");
-    }
-    assert!(pulses > 50, "{pulses}");
-    // A BOOL that is neither 0 nor 1 is no state of a block.
-    machine.state_mut()[offset("QPOS_P")] = 2;
-    assert_eq!(machine.call(0, 0).unwrap_err().cause, Cause::Instance);
-}

@@ -2,6 +2,9 @@
 //!
 //! A number is 64 bits ([`Scalar::of_bits`]).
 
+// A macro writes each operation once for all integers: for some of them a cast or a comparison is without effect.
+#![allow(unused_comparisons, clippy::unnecessary_cast, clippy::absurd_extreme_comparisons)]
+
 use super::{Binary, Convert, Scalar, Unary, Value};
 
 /// An operation on one number.
@@ -96,7 +99,6 @@ impl Unary {
                 Unary::Not => for_integer!(ty, T => |a| !(a as T) as u64),
                 Unary::Abs => for_integer!(ty, T => |a| {
                     let number = a as T;
-                    #[allow(unused_comparisons)]
                     if number < 0 { number.wrapping_neg() as u64 } else { a }
                 }),
                 Unary::Swap => for_integer!(ty, T => |a| (a as T).swap_bytes() as u64),

@@ -85,11 +85,11 @@ impl Compiler<'_> {
                 to
             }
             Expr::Select(ty, parts) => {
-                let first = self.three(scope, &**parts, [Scalar::Bool, *ty, *ty])?;
+                let first = self.three(scope, parts, [Scalar::Bool, *ty, *ty])?;
                 op(self, scope, &|to| Op::Select { to, first })
             }
             Expr::Limit(ty, parts) => {
-                let first = self.three(scope, &**parts, [*ty; 3])?;
+                let first = self.three(scope, parts, [*ty; 3])?;
                 let function = limit(*ty).ok_or_else(|| format!("{ty} has no limits"))?;
                 op(self, scope, &|to| Op::Three { to, first, function })
             }

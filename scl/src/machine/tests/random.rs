@@ -137,7 +137,7 @@ impl Random {
                     body: self.looped(depth - 1),
                 }))
             }
-            _ if self.is_wrong() => self.one_of(&[0, 1]).eq(&0).then_some(What::Break).unwrap_or(What::Goto(3)),
+            _ if self.is_wrong() => What::Goto(3),
             _ => What::Assign(self.place(Scalar::Bool, 1), Expr::Same(self.pair(), self.pair())),
         }
     }
@@ -145,7 +145,7 @@ impl Random {
     fn looped(&mut self, depth: usize) -> Vec<Statement> {
         let mut body = self.statements(depth);
         if self.below(2) == 0 {
-            let what = self.one_of(&[true, false]).then_some(What::Break).unwrap_or(What::Continue);
+            let what = if self.below(2) == 0 { What::Break } else { What::Continue };
             let condition = self.expr(Scalar::Bool, 1);
             let at = self.at();
             body.push(Statement { at, what: What::If(condition, vec![Statement { at, what }], Vec::new()) });
