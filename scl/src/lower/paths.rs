@@ -108,7 +108,7 @@ impl Lowerer<'_, '_> {
             ExpressionKind::Name(scope, name) => self.name(*scope, name),
             ExpressionKind::Member(base, name) => match self.path(*base) {
                 Path::Variable(variable) => self.member(variable, name),
-                Path::Missing(missing, members) => self.missing_member(missing, &members, &name.text),
+                Path::Missing(missing, members) => self.missing_member(missing, &members, &name.text, span),
                 Path::Constant(_) => {
                     self.error(span, format!("a constant has no member {}", name.text), None);
                     Path::Wrong
@@ -123,7 +123,7 @@ impl Lowerer<'_, '_> {
                     }
                     let members = if members.is_empty() { String::new() } else { format!("{members}[]") };
                     if members.is_empty() {
-                        return self.missing_member(missing, "", "[]");
+                        return self.missing_member(missing, "", "[]", span);
                     }
                     Path::Missing(missing, members)
                 }
@@ -146,8 +146,13 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    fn missing_member(&mut self, missing: String, members: &str, name: &str) -> Path {
+    fn missing_member(&mut self, missing: String, members: &str, name: &str, span: Span) -> Path {
         let path = if members.is_empty() { name.to_string() } else { format!("{members}.{name}") };
+        if is_data_address(name) {
+            self.compiler.undeclared.remove(&missing);
+            self.error(span, ABSOLUTE, None);
+            return Path::Wrong;
+        }
         if name.starts_with('%') {
             return Path::Wrong;
         }
@@ -248,7 +253,7 @@ impl Lowerer<'_, '_> {
                         ..variable
                     });
                 }
-                if name.text.starts_with('%') {
+                if is_data_address(&name.text) {
                     self.error(name.span, ABSOLUTE, None);
                     return Path::Wrong;
                 }
@@ -443,4 +448,11 @@ fn is_address(name: &str) -> bool {
     let is_area =
         matches!(area, "I" | "E" | "Q" | "A" | "M" | "PI" | "PE" | "PQ" | "PA" | "T" | "C" | "Z" | "DB" | "DI" | "L");
     is_area && letters.len() < name.len() || matches!(name, "M" | "I" | "Q" | "E" | "A" | "MW" | "MB" | "MD")
+}
+
+/// Whether a member of a data block is an absolute address: `DBX0`, `%DBW2`.
+fn is_data_address(name: &str) -> bool {
+    let name = name.trim_start_matches('%').to_uppercase();
+    let number = ["DBX", "DBB", "DBW", "DBD", "D"].iter().find_map(|area| name.strip_prefix(area));
+    number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'.')))
 }
