@@ -2,7 +2,7 @@
 
 use crate::plot::{Chart, Curve, Panel};
 use crate::text;
-use blocks::{Kind, Role};
+use blocks::{Class, Kind, Role};
 use modeldescription::{Characteristic, Row, Table};
 
 /// A response: what a library was recorded doing.
@@ -82,7 +82,7 @@ pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep) -
 /// What a panel is named by: curves with the same unit share one.
 fn unit(row: &Row) -> &str {
     match row.kind {
-        Kind::Word | Kind::Int => row.kind.name(),
+        kind if kind.class() == Class::Integer => kind.name(),
         _ => text::unit(row).unwrap_or_default(),
     }
 }

@@ -41,6 +41,7 @@ const fn value_hash(state: u128, value: Option<Value>) -> u128 {
         Some(Value::Word(word)) => hash(hash(state, &[4]), &word.value().to_le_bytes()),
         Some(Value::Int(int)) => hash(hash(state, &[5]), &int.to_le_bytes()),
         Some(Value::Bool(bool)) => hash(state, &[6, bool as u8]),
+        Some(Value::Whole(kind, bits)) => hash(hash(state, &[7, kind as u8]), &bits.to_le_bytes()),
     }
 }
 

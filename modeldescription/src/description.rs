@@ -7,7 +7,7 @@ use crate::xml::attributes::*;
 use crate::xml::lexical::{SPACES, Value};
 use crate::xml::read::{Attribute, Document, Tag};
 use crate::xml::write::Xml;
-use blocks::Kind;
+use blocks::{Class, Kind};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::fmt;
@@ -130,10 +130,10 @@ impl Type {
 
     /// The type that holds the values of a PLC type: a TIME is a number of seconds.
     pub const fn of(kind: Kind) -> Type {
-        match kind {
-            Kind::Real | Kind::LReal | Kind::Time => Type::Real,
-            Kind::Word | Kind::Int => Type::Integer,
-            Kind::Bool => Type::Boolean,
+        match kind.class() {
+            Class::Real => Type::Real,
+            Class::Integer => Type::Integer,
+            Class::Boolean => Type::Boolean,
         }
     }
 

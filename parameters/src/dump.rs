@@ -128,6 +128,12 @@ fn value(data: &[u8], address: Address, kind: Kind) -> Value {
         Kind::Time => Value::Time(Time::ms(i32::from_be_bytes(bytes(data, address)))),
         Kind::Word => Value::Word(Word::new(i16::from_be_bytes(bytes(data, address)))),
         Kind::Int => Value::Int(i16::from_be_bytes(bytes(data, address))),
+        _ => {
+            let bytes = &data[address.byte..address.byte + layout::width(kind)];
+            let is_negative = kind.whole().is_some_and(|(low, _)| low < 0) && bytes[0] >= 0x80;
+            let extend = |bits: i64, byte: &u8| bits << 8 | i64::from(*byte);
+            Value::Whole(kind, bytes.iter().fold(-i64::from(is_negative), extend))
+        }
     }
 }
 
@@ -144,5 +150,6 @@ fn put(data: &mut [u8], address: Address, value: Value) {
         Value::Time(time) => put(&time.milliseconds().to_be_bytes()),
         Value::Word(word) => put(&word.value().to_be_bytes()),
         Value::Int(int) => put(&int.to_be_bytes()),
+        Value::Whole(kind, bits) => put(&bits.to_be_bytes()[8 - layout::width(kind)..]),
     }
 }

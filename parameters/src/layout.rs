@@ -30,9 +30,10 @@ impl fmt::Display for Address {
 pub const fn width(kind: Kind) -> usize {
     match kind {
         Kind::Bool => 0,
-        Kind::Word | Kind::Int => 2,
-        Kind::Real | Kind::Time => 4,
-        Kind::LReal => 8,
+        Kind::SInt | Kind::USInt | Kind::Byte => 1,
+        Kind::Word | Kind::Int | Kind::UInt => 2,
+        Kind::Real | Kind::Time | Kind::DInt | Kind::UDInt | Kind::DWord => 4,
+        Kind::LReal | Kind::LInt | Kind::ULInt | Kind::LWord | Kind::LTime => 8,
     }
 }
 

@@ -3,6 +3,7 @@
 //! Letters may be of either case. Single underscores between digits or units are allowed.
 
 use crate::problem::quoted;
+use blocks::table::start;
 use blocks::{Kind, Time, Value, Word};
 
 /// The value of a literal for a member of this type.
@@ -45,6 +46,9 @@ const fn expectation(kind: Kind) -> &'static str {
         Kind::Word => "a WORD such as W#16#6C00 or 27648",
         Kind::Int => "an INT such as 200",
         Kind::Bool => "a BOOL: TRUE or FALSE",
+        Kind::LTime => "an LTIME such as LT#20S or LT#1M30S500MS, with units in falling order",
+        Kind::Byte | Kind::DWord | Kind::LWord => "bits such as 16#6C00 or 27648",
+        _ => "an integer such as 200",
     }
 }
 
@@ -113,6 +117,21 @@ fn value(literal: &str, kind: Kind) -> Result<Value, Refusal> {
                 () if is("TRUE") || is("1") => Ok(Value::Bool(true)),
                 () if is("FALSE") || is("0") => Ok(Value::Bool(false)),
                 () => Err(Refusal::Form),
+            }
+        }
+        Kind::LTime => {
+            let nanoseconds = duration(prefixed(literal, &["LT", "LTIME"]).ok_or(Refusal::Form)?, 1)?;
+            i64::try_from(nanoseconds).map(|bits| Value::Whole(kind, bits)).map_err(|_| Refusal::Range("an LTIME of 64 bits"))
+        }
+        _ => {
+            let number = match literal.split_once('#') {
+                Some((prefix, digits)) if prefix.starts_with(|c: char| c.is_ascii_alphabetic()) => integer(digits)?,
+                _ => integer(literal)?,
+            };
+            let (low, high) = kind.whole().unwrap_or_default();
+            match (low..=high).contains(&number) {
+                true => Ok(Value::Whole(kind, number as u64 as i64)),
+                false => Err(Refusal::Range("a number that the type has bits for")),
             }
         }
     }
@@ -298,6 +317,8 @@ pub fn text(value: Value) -> String {
         Value::Word(word) => format!("W#16#{:04X}", word.value()),
         Value::Int(int) => int.to_string(),
         Value::Bool(bool) => if bool { "TRUE" } else { "FALSE" }.to_string(),
+        Value::Whole(Kind::LTime, nanoseconds) => format!("LT#{nanoseconds}NS"),
+        Value::Whole(..) => start::text(value),
     }
 }
 

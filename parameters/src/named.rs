@@ -5,6 +5,7 @@ use crate::loops::Loop;
 use crate::problem::quoted;
 use crate::report::{Report, list};
 use blocks::table::number::{number, to_value};
+use blocks::table::start;
 use blocks::{Kind, Time, Value};
 use std::ops::Range;
 use std::sync::Arc;
@@ -162,9 +163,9 @@ pub(crate) fn is_settable(block: &Block, name: &str) -> bool {
 fn value(member: &Member, given: Given) -> Result<Value, String> {
     let expected = match member.kind {
         Kind::Bool => "true or false",
-        Kind::Time => "a number of seconds",
-        Kind::Word | Kind::Int => "an integer",
+        Kind::Time | Kind::LTime => "a number of seconds",
         Kind::Real | Kind::LReal => "a number",
+        _ => "an integer",
     };
     let found = match (given, member.kind) {
         (Given::Bool(bool), Kind::Bool) => return Ok(Value::Bool(bool)),
@@ -211,6 +212,7 @@ pub(crate) fn text(value: Value) -> Result<String, String> {
             Ok(if reads_back { shortest } else { format!("{:?}", f64::from(real)) })
         }
         Value::LReal(_) | Value::Time(_) => Ok(format!("{:?}", number(value))),
+        Value::Whole(..) => Ok(start::text(value)),
         Value::Word(word) => Ok(word.value().to_string()),
         Value::Int(int) => Ok(int.to_string()),
         Value::Bool(bool) => Ok(bool.to_string()),

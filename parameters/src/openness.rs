@@ -286,5 +286,16 @@ fn datatype(kind: Kind) -> &'static str {
         Kind::Word => "Word",
         Kind::Int => "Int",
         Kind::Bool => "Bool",
+        Kind::SInt => "SInt",
+        Kind::USInt => "USInt",
+        Kind::Byte => "Byte",
+        Kind::UInt => "UInt",
+        Kind::DInt => "DInt",
+        Kind::UDInt => "UDInt",
+        Kind::DWord => "DWord",
+        Kind::LInt => "LInt",
+        Kind::ULInt => "ULInt",
+        Kind::LWord => "LWord",
+        Kind::LTime => "LTime",
     }
 }

@@ -20,7 +20,7 @@ use crate::problem::quoted;
 use crate::report::{MOST_LOOPS, Report};
 use crate::xml::{self, Element, Xml};
 use crate::{Options, Problems, Reading, Source};
-use blocks::Kind;
+use blocks::Class;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -188,9 +188,9 @@ fn parameter(xml: &mut Xml, name: &str, element: &str, value: &str) {
 
 /// The element of FMI's type for a value.
 fn element(setting: &Setting) -> &'static str {
-    match setting.value.kind() {
-        Kind::Real | Kind::LReal | Kind::Time => "ssv:Real",
-        Kind::Word | Kind::Int => "ssv:Integer",
-        Kind::Bool => "ssv:Boolean",
+    match setting.value.kind().class() {
+        Class::Real => "ssv:Real",
+        Class::Integer => "ssv:Integer",
+        Class::Boolean => "ssv:Boolean",
     }
 }

@@ -254,7 +254,69 @@ named! {
         Int "INT";
         /// One bit.
         Bool "BOOL";
+        /// An integer of 8 bits.
+        SInt "SINT";
+        /// An integer of 8 bits without sign.
+        USInt "USINT";
+        /// 8 bits.
+        Byte "BYTE";
+        /// An integer of 16 bits without sign.
+        UInt "UINT";
+        /// An integer of 32 bits.
+        DInt "DINT";
+        /// An integer of 32 bits without sign.
+        UDInt "UDINT";
+        /// 32 bits.
+        DWord "DWORD";
+        /// An integer of 64 bits.
+        LInt "LINT";
+        /// An integer of 64 bits without sign.
+        ULInt "ULINT";
+        /// 64 bits.
+        LWord "LWORD";
+        /// Nanoseconds.
+        LTime "LTIME";
     }
+}
+
+impl Kind {
+    /// The lowest and the highest value of a type that only programs have, not blocks: one that [`Value::Whole`] holds.
+    pub const fn whole(self) -> Option<(i128, i128)> {
+        match self {
+            Kind::SInt => Some((i8::MIN as i128, i8::MAX as i128)),
+            Kind::USInt | Kind::Byte => Some((0, u8::MAX as i128)),
+            Kind::UInt => Some((0, u16::MAX as i128)),
+            Kind::DInt => Some((i32::MIN as i128, i32::MAX as i128)),
+            Kind::UDInt | Kind::DWord => Some((0, u32::MAX as i128)),
+            Kind::LInt | Kind::LTime => Some((i64::MIN as i128, i64::MAX as i128)),
+            Kind::ULInt | Kind::LWord => Some((0, u64::MAX as i128)),
+            Kind::Real | Kind::LReal | Kind::Time | Kind::Word | Kind::Int | Kind::Bool => None,
+        }
+    }
+
+    /// What a host takes its values for. An integer that has no place in 32 bits with sign is a number with a fraction there;
+    /// a DWORD is the integer with its bits.
+    pub const fn class(self) -> Class {
+        match self {
+            Kind::Real | Kind::LReal | Kind::Time | Kind::LTime => Class::Real,
+            Kind::UDInt | Kind::LInt | Kind::ULInt | Kind::LWord => Class::Real,
+            Kind::Word | Kind::Int | Kind::SInt | Kind::USInt | Kind::Byte | Kind::UInt | Kind::DInt | Kind::DWord => {
+                Class::Integer
+            }
+            Kind::Bool => Class::Boolean,
+        }
+    }
+}
+
+/// What a host takes the values of a PLC type for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// A floating-point number.
+    Real,
+    /// An integer of 32 bits.
+    Integer,
+    /// TRUE or FALSE.
+    Boolean,
 }
 
 named! {
@@ -297,6 +359,8 @@ pub enum Value {
     Int(Int),
     /// One bit.
     Bool(Bool),
+    /// An integer of a type that only programs have, see [`Kind::whole`]; the bits of an unsigned one of 64 bits.
+    Whole(Kind, i64),
 }
 
 impl Value {
@@ -309,6 +373,7 @@ impl Value {
             Value::Word(_) => Kind::Word,
             Value::Int(_) => Kind::Int,
             Value::Bool(_) => Kind::Bool,
+            Value::Whole(kind, _) => kind,
         }
     }
 
@@ -321,6 +386,7 @@ impl Value {
             Kind::Word => Value::Word(Word::new(0)),
             Kind::Int => Value::Int(0),
             Kind::Bool => Value::Bool(false),
+            _ => Value::Whole(kind, 0),
         }
     }
 }

@@ -29,7 +29,35 @@ pub fn to_value(number: f64, kind: Kind) -> Result<Value, &'static str> {
         Kind::Int => Err("an INT takes -32768 ... 32767"),
         Kind::Bool if number == 0.0 || number == 1.0 => Ok(Value::Bool(number == 1.0)),
         Kind::Bool => Err("a BOOL takes 0 and 1"),
+        _ => whole(number, kind),
     }
+}
+
+/// The largest integer up to which all are numbers of binary64.
+const EXACT: f64 = 9_007_199_254_740_992.0;
+
+/// An integer of a type that only programs have. An LTIME, given in seconds, is rounded to the nearest nanosecond; a DWORD may
+/// be given as a signed number, too.
+fn whole(number: f64, kind: Kind) -> Result<Value, &'static str> {
+    let scaled = if kind == Kind::LTime { (number * 1e9).round_ties_even() } else { number };
+    let (low, high) = kind.whole().unwrap_or_default();
+    let low = if kind == Kind::DWord { i128::from(i32::MIN) } else { low };
+    if scaled.fract() == 0.0 && scaled.abs() <= EXACT && (low..=high).contains(&(scaled as i128)) {
+        let bits = scaled as i64;
+        return Ok(Value::Whole(kind, if kind == Kind::DWord { i64::from(bits as u32) } else { bits }));
+    }
+    Err(match kind {
+        Kind::SInt => "an SINT takes -128 ... 127",
+        Kind::USInt => "a USINT takes 0 ... 255",
+        Kind::Byte => "a BYTE takes 0 ... 255",
+        Kind::UInt => "a UINT takes 0 ... 65535",
+        Kind::DInt => "a DINT takes -2147483648 ... 2147483647",
+        Kind::UDInt => "a UDINT takes 0 ... 4294967295",
+        Kind::DWord => "a DWORD takes -2147483648 ... 4294967295",
+        Kind::LInt => "an LINT takes integers from -9007199254740992 to 9007199254740992 here",
+        Kind::LTime => "an LTIME takes -9007199.254740992 ... 9007199.254740992 s here",
+        _ => "this type takes integers from 0 to 9007199254740992 here",
+    })
 }
 
 /// Whether the number has a finite REAL next to it. The bound lies halfway between the largest REAL and the power of 2
@@ -49,6 +77,9 @@ pub fn number(value: Value) -> f64 {
         Value::Word(word) => f64::from(word.value()),
         Value::Int(int) => f64::from(int),
         Value::Bool(bool) => f64::from(u8::from(bool)),
+        Value::Whole(Kind::LTime, nanoseconds) => nanoseconds as f64 / 1e9,
+        Value::Whole(Kind::ULInt | Kind::LWord, bits) => bits as u64 as f64,
+        Value::Whole(_, whole) => whole as f64,
     }
 }
 

@@ -5,24 +5,24 @@ use crate::cyclic::Cyclic;
 use crate::host_type::{HostType, Version};
 use crate::ordinary;
 use blocks::table::number;
-use blocks::{Kind, Value, Word};
+use blocks::{Class, Kind, Value, Word};
 use std::ffi::c_int;
 
 impl Version for Fmi2 {
     const PREFIX: &'static str = "fmi2";
 
     fn name_of(kind: Kind) -> &'static str {
-        match kind {
-            Kind::Real | Kind::LReal | Kind::Time => "Real",
-            Kind::Word | Kind::Int => "Integer",
-            Kind::Bool => "Boolean",
+        match kind.class() {
+            Class::Real => "Real",
+            Class::Integer => "Integer",
+            Class::Boolean => "Boolean",
         }
     }
 }
 
 impl HostType<Fmi2> for f64 {
     fn holds(kind: Kind) -> bool {
-        matches!(kind, Kind::Real | Kind::LReal | Kind::Time)
+        kind.class() == Class::Real
     }
 
     #[inline]
@@ -44,6 +44,7 @@ impl HostType<Fmi2> for f64 {
     fn from_plc(value: Value) -> Option<f64> {
         match value {
             Value::Real(_) | Value::LReal(_) | Value::Time(_) => Some(number::number(value)),
+            Value::Whole(kind, _) if kind.class() == Class::Real => Some(number::number(value)),
             _ => None,
         }
     }
@@ -55,7 +56,7 @@ impl HostType<Fmi2> for f64 {
 
 impl HostType<Fmi2> for c_int {
     fn holds(kind: Kind) -> bool {
-        matches!(kind, Kind::Word | Kind::Int)
+        kind.class() == Class::Integer
     }
 
     #[inline]
@@ -64,7 +65,7 @@ impl HostType<Fmi2> for c_int {
             // The upper half of an unsigned word is the negative half of a signed one.
             Kind::Word if (-32768..=65535).contains(&self) => Ok(Value::Word(Word::new(self as i16))),
             Kind::Word => Err("a WORD takes -32768 ... 65535"),
-            _ => i16::try_from(self).map(Value::Int).map_err(|_| "an INT takes -32768 ... 32767"),
+            _ => number::to_value(f64::from(self), kind),
         }
     }
 
@@ -73,6 +74,8 @@ impl HostType<Fmi2> for c_int {
         match value {
             Value::Word(word) => Some(c_int::from(word.value())),
             Value::Int(int) => Some(c_int::from(int)),
+            // A DWORD is the integer with its bits.
+            Value::Whole(kind, whole) if kind.class() == Class::Integer => Some(whole as c_int),
             _ => None,
         }
     }

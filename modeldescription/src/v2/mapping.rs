@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::interface::Interface;
 use crate::table::{Row, Table};
 use crate::units;
-use blocks::{Kind, Role};
+use blocks::{Class, Kind, Role};
 
 impl ModelDescription {
     /// The model description of the FMU with this library.
@@ -70,7 +70,7 @@ fn default_experiment(table: &Table) -> DefaultExperiment {
 /// The unit of a row in FMI.
 fn unit(row: &Row) -> Option<&str> {
     match row.kind {
-        Kind::Time => Some("s"),
+        Kind::Time | Kind::LTime => Some("s"),
         _ => row.unit.as_deref(),
     }
 }
@@ -129,7 +129,7 @@ fn typed(row: &Row) -> Result<Typed, String> {
         Kind::Time if row.unit.as_deref().is_some_and(|unit| unit != "s") => {
             Err(format!("unit {:?}: a TIME is in seconds; leave out its unit", row.unit.as_deref().unwrap_or("")))
         }
-        Kind::Real | Kind::LReal | Kind::Time => Ok(Typed::Real(Real {
+        kind if kind.class() == Class::Real => Ok(Typed::Real(Real {
             attributes: RealAttributes {
                 unit: unit(row).map(str::to_owned),
                 display_unit: (row.kind == Kind::Time).then(|| "ms".into()),
@@ -140,7 +140,7 @@ fn typed(row: &Row) -> Result<Typed, String> {
             start,
             ..Real::default()
         })),
-        Kind::Word | Kind::Int => {
+        kind if kind.class() == Class::Integer => {
             if let Some(unit) = &row.unit {
                 return Err(format!("unit {unit:?}: an FMI Integer has no unit; put it into the description"));
             }
@@ -155,7 +155,7 @@ fn typed(row: &Row) -> Result<Typed, String> {
                 ..Integer::default()
             }))
         }
-        Kind::Bool => {
+        _ => {
             if row.unit.is_some() || row.min.is_some() || row.max.is_some() {
                 return Err("a BOOL has neither unit nor range; remove them".into());
             }
@@ -166,10 +166,12 @@ fn typed(row: &Row) -> Result<Typed, String> {
 }
 
 fn integer(number: f64, kind: Kind) -> Result<i32, String> {
-    if number.fract() == 0.0 && (-32768.0..=32767.0).contains(&number) {
-        return Ok(number as i32);
+    // A DWORD is the integer with its bits.
+    let (low, high) = if kind == Kind::DWord { (0, u32::MAX.into()) } else { kind.whole().unwrap_or((-32768, 32767)) };
+    if number.fract() == 0.0 && (low as f64..=high as f64).contains(&number) {
+        return Ok(number as i64 as i32);
     }
-    Err(format!("{number:?} is not of type {}: expected an integer from -32768 to 32767", kind.name()))
+    Err(format!("{number:?} is not of type {}: expected an integer from {low} to {high}", kind.name()))
 }
 
 fn boolean(number: f64) -> Result<bool, String> {

@@ -199,9 +199,9 @@ fn has_form(literal: &str, kind: Kind) -> bool {
     let has_type = literal.contains('#');
     match kind {
         Kind::Real | Kind::LReal => !has_type && literal.contains(['.', 'e', 'E']),
-        Kind::Time => literal::parse(literal, kind).is_ok(),
-        Kind::Word => has_type && literal::parse(literal, kind).is_ok(),
-        Kind::Int => !has_type && literal::parse(literal, kind).is_ok(),
+        Kind::Time | Kind::LTime => literal::parse(literal, kind).is_ok(),
+        Kind::Word | Kind::Byte | Kind::DWord | Kind::LWord => has_type && literal::parse(literal, kind).is_ok(),
         Kind::Bool => literal.eq_ignore_ascii_case("TRUE") || literal.eq_ignore_ascii_case("FALSE"),
+        _ => !has_type && literal::parse(literal, kind).is_ok(),
     }
 }
