@@ -27,6 +27,7 @@ fn number(value: Value) -> f64 {
         Value::Word(value) => value.value().into(),
         Value::Int(value) => value.into(),
         Value::Bool(value) => u8::from(value).into(),
+        Value::Whole(..) => unreachable!("no block has such a type"),
     }
 }
 

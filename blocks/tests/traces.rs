@@ -89,6 +89,7 @@ fn value(kind: Kind, field: &str) -> Value {
         Kind::Word => Value::Word(Word::new(field.parse().unwrap())),
         Kind::Int => Value::Int(field.parse().unwrap()),
         Kind::Bool => Value::Bool(field == "1"),
+        _ => unreachable!("no block has such a type"),
     }
 }
 

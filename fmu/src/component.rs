@@ -119,7 +119,11 @@ impl<B: Cyclic> Component<B> {
     /// # Errors
     /// As [`Instance::do_step`].
     pub fn do_step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
-        self.instance.do_step(tc, h)?;
+        let done = self.instance.do_step(tc, h);
+        if !B::IS_SURE && self.logged.contains(&Category::ADVICE) {
+            self.advice = self.instance.take_warnings();
+        }
+        done?;
         if !self.is_step_advised && self.logged.contains(&Category::ADVICE) {
             self.advice.extend(self.instance.advice_on_step(h));
             self.is_step_advised = !self.advice.is_empty();

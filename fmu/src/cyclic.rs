@@ -10,8 +10,19 @@ macro_rules! cyclic {
         ///
         /// A clone is a saved state.
         pub trait Cyclic: Clone + Send + 'static {
+            /// Whether every call comes to its end. A block's does; a program may stop.
+            const IS_SURE: bool = true;
+
             /// The table.
             fn table(&self) -> &Table;
+            /// Why the program has stopped, unless [`Cyclic::IS_SURE`]: then calls do nothing until the next restart.
+            fn stopped(&self) -> Option<&str> {
+                None
+            }
+            /// What the user should know of the calls since the last time that this was asked.
+            fn take_warnings(&mut self) -> Vec<String> {
+                Vec::new()
+            }
             /// Appends all values and the memory to `bytes`.
             fn store(&self, bytes: &mut Vec<u8>);
             /// What [`Cyclic::store`] wrote, as another one of this kind; `None` if there is none in `bytes`.

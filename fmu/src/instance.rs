@@ -184,9 +184,19 @@ impl<B: Cyclic> Instance<B> {
     /// Makes every call from `tc` on before `tc + h`, in seconds.
     ///
     /// # Errors
-    /// A time that the clock refuses; an extrapolated input that may leave its range. No call is made then.
+    /// A time that the clock refuses; an extrapolated input that may leave its range; no call is made then. A program that
+    /// stops: its values are those before the call in which it did.
     pub fn do_step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
-        self.session.step(tc, h)
+        self.session.step(tc, h)?;
+        match self.session.block.stopped() {
+            Some(reason) => Err(reason.to_string().into()),
+            None => Ok(()),
+        }
+    }
+
+    /// What the user should know of the calls since the last time that this was asked.
+    pub fn take_warnings(&mut self) -> Vec<String> {
+        self.session.block.take_warnings()
     }
 
     /// The instance as bytes: magic and version, fingerprint of the FMU, length, content, checksum; little endian.

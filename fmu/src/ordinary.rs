@@ -152,7 +152,8 @@ impl<B: Cyclic> Session<B> {
     /// happened, and [`Session::step`] makes it.
     #[inline(always)]
     pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
-        let is_ordinary = self.extrapolations.is_empty()
+        let is_ordinary = B::IS_SURE
+            && self.extrapolations.is_empty()
             && (self.clock.make_ordinary_step(tc, h) || self.clock.check_and_make_ordinary_step(tc, h));
         if is_ordinary {
             let mut mean = Mean::default();

@@ -121,7 +121,9 @@ fn value(literal: &str, kind: Kind) -> Result<Value, Refusal> {
         }
         Kind::LTime => {
             let nanoseconds = duration(prefixed(literal, &["LT", "LTIME"]).ok_or(Refusal::Form)?, 1)?;
-            i64::try_from(nanoseconds).map(|bits| Value::Whole(kind, bits)).map_err(|_| Refusal::Range("an LTIME of 64 bits"))
+            i64::try_from(nanoseconds)
+                .map(|bits| Value::Whole(kind, bits))
+                .map_err(|_| Refusal::Range("an LTIME of 64 bits"))
         }
         _ => {
             let number = match literal.split_once('#') {

@@ -7,7 +7,7 @@ use crate::lower::Operand;
 use crate::program::{Body, Function, Value};
 use crate::syntax::{BlockKind, ExpressionId, ExpressionKind, SectionKind, key};
 use crate::types::{Elementary, Type};
-use blocks::{Kind, Role, Table};
+use blocks::{Role, Table};
 use parameters::Source;
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -185,14 +185,7 @@ impl Compiler<'_> {
                 Role::Output => SectionKind::Output,
                 Role::Local => SectionKind::Static,
             },
-            of: Type::Elementary(match row.kind {
-                Kind::Real => Elementary::Real,
-                Kind::LReal => Elementary::LReal,
-                Kind::Time => Elementary::Time,
-                Kind::Word => Elementary::Word,
-                Kind::Int => Elementary::Int,
-                Kind::Bool => Elementary::Bool,
-            }),
+            of: Elementary::named(row.kind.name()).map_or(Type::Wrong, Type::Elementary),
             slot: Slot::Member(number),
             comment: row.description.to_string(),
             is_setting: false,

@@ -13,7 +13,7 @@ mod print;
 mod value;
 pub(crate) mod walk;
 
-pub use layout::align;
+pub use layout::{align, scalar};
 pub use value::{Scalar, Value};
 
 /// A program.

@@ -55,12 +55,7 @@ fn place(program: &Program, instance: &str, row: &Row) -> (Scalar, usize) {
 fn bits(value: Value) -> u64 {
     match value {
         Value::Real(real) if real.is_nan() => u64::from(f32::NAN.to_bits()),
-        Value::Real(real) => u64::from(real.to_bits()),
-        Value::LReal(lreal) => lreal.to_bits(),
-        Value::Time(time) => i64::from(time.milliseconds()) as u64,
-        Value::Word(word) => u64::from(word.value() as u16),
-        Value::Int(int) => i64::from(int) as u64,
-        Value::Bool(bool) => u64::from(bool),
+        value => scl::program::Value::of_plc(value).bits(),
     }
 }
 
@@ -97,7 +92,7 @@ impl Random {
             Kind::Word => Value::Word(Word::new(self.next() as i16)),
             Kind::Int => Value::Int(self.next() as i16),
             Kind::LReal => Value::LReal(f64::from(self.real(100.0))),
-            Kind::Real => Value::Real(match self.below(16) {
+            _ => Value::Real(match self.below(16) {
                 0 => self.real(1e12),
                 1 => [0.0, -0.0, 1e-30, 100.0][self.below(4) as usize],
                 _ => self.real(150.0),

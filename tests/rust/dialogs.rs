@@ -50,6 +50,7 @@ impl Dice {
             Kind::Time => Value::Time(Time::ms(1 + self.below(2000) as i32)),
             Kind::Word => Value::Word(Word::new(self.below(27_000) as i16)),
             Kind::Int => Value::Int(1 + self.below(12) as i16),
+            _ => unreachable!("no block has such a type"),
         }
     }
 }

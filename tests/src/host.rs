@@ -243,6 +243,7 @@ impl Instance {
                     let value = c_int::from(value != 0.0);
                     (library.set_boolean)(self.component, vr, 1, &raw const value)
                 }
+                _ => unreachable!("no block has such a type"),
             }
         }
         .into()
@@ -270,6 +271,7 @@ impl Instance {
                 Kind::Real | Kind::LReal | Kind::Time => (library.get_real)(self.component, vr, 1, &raw mut real),
                 Kind::Word | Kind::Int => (library.get_integer)(self.component, vr, 1, &raw mut integer),
                 Kind::Bool => (library.get_boolean)(self.component, vr, 1, &raw mut integer),
+                _ => unreachable!("no block has such a type"),
             }
         }
         .into();

@@ -111,7 +111,9 @@ pub fn fingerprint(text: &[u8]) -> u128 {
 /// A value in the only form that [`Start::settings`] accepts.
 pub fn text(value: Value) -> String {
     match value {
-        Value::Real(_) | Value::LReal(_) | Value::Time(_) | Value::Whole(Kind::LTime, _) => format!("{:?}", number(value)),
+        Value::Real(_) | Value::LReal(_) | Value::Time(_) | Value::Whole(Kind::LTime, _) => {
+            format!("{:?}", number(value))
+        }
         Value::Whole(Kind::ULInt | Kind::LWord, bits) => (bits as u64).to_string(),
         Value::Whole(_, whole) => whole.to_string(),
         Value::Word(word) => word.value().to_string(),

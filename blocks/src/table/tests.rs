@@ -266,6 +266,7 @@ fn every_row_can_be_written_and_read_back_and_changes_no_other() {
         Kind::Word => Value::Word(Word::new(-99)),
         Kind::Int => Value::Int(-77),
         Kind::Bool => Value::Bool(true),
+        other => Value::Whole(other, 55),
     };
     for (index, row) in Outer::TABLE.rows.iter().enumerate() {
         let mut block = Outer::default();
@@ -389,12 +390,12 @@ fn a_block_that_says_nothing_of_them_accepts_its_parameters_and_has_no_pulse() {
 #[test]
 fn a_type_and_a_role_have_one_name_each_and_are_found_by_it() {
     let types: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
-    assert_eq!(types, ["REAL", "LREAL", "TIME", "WORD", "INT", "BOOL"]);
+    assert_eq!(types[..8], ["REAL", "LREAL", "TIME", "WORD", "INT", "BOOL", "SINT", "USINT"]);
     let roles: Vec<&str> = Role::ALL.iter().map(|role| role.name()).collect();
     assert_eq!(roles, ["input", "parameter", "fixed", "cycle", "output", "local"]);
     assert!(Kind::ALL.iter().all(|kind| Kind::named(kind.name()) == Some(*kind)));
     assert!(Role::ALL.iter().all(|role| Role::named(role.name()) == Some(*role)));
-    assert_eq!((Kind::named("DINT"), Role::named("Input")), (None, None));
+    assert_eq!((Kind::named("S5TIME"), Role::named("Input")), (None, None));
 }
 
 #[test]

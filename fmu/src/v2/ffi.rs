@@ -275,10 +275,25 @@ macro_rules! functions {
             $({ $($plain)* })? $(, ordinary |$o| $ordinary)? $(=> |$c| $body)? } )*
 
         /// The last line of an FMU's library: gives it the 34 functions of FMI 2.0 for co-simulation over one block, and
-        /// `plcfmu_interface`, from which the packer reads what the library says of itself.
+        /// `plcfmu_interface`, from which the packer reads what the library says of itself. `export!(functions LIBRARY)` leaves
+        /// that out: what the library of programs says depends on the program.
         #[macro_export]
         macro_rules! export {
             ($d Library:ty) => {
+                $crate::export!(functions $d Library);
+
+                #[allow(unsafe_code, missing_docs, clippy::missing_safety_doc)]
+                mod interface {
+                    use super::*;
+
+                    #[unsafe(no_mangle)]
+                    pub unsafe extern "C" fn plcfmu_interface(buffer: *mut u8, size: usize) -> usize {
+                        // SAFETY: passed on to the packer.
+                        unsafe { $crate::v2::ffi::interface::<$d Library>(buffer, size) }
+                    }
+                }
+            };
+            (functions $d Library:ty) => {
                 // The exported C functions. They are unsafe because the host has to keep the contract of `ffi`.
                 #[allow(unsafe_code, missing_docs, non_snake_case, clippy::missing_safety_doc, clippy::too_many_arguments)]
                 mod fmi2 {
@@ -295,12 +310,6 @@ macro_rules! functions {
                             unsafe { $crate::v2::ffi::$name::<TheLibrary>($($argument),*) }
                         }
                     )*
-
-                    #[unsafe(no_mangle)]
-                    pub unsafe extern "C" fn plcfmu_interface(buffer: *mut u8, size: usize) -> usize {
-                        // SAFETY: passed on to the packer.
-                        unsafe { $crate::v2::ffi::interface::<TheLibrary>(buffer, size) }
-                    }
                 }
             };
         }

@@ -586,6 +586,7 @@ fn value(kind: Kind) -> BoxedStrategy<Value> {
         Kind::Word => any::<i16>().prop_map(|word| Value::Word(Word::new(word))).boxed(),
         Kind::Int => any::<i16>().prop_map(Value::Int).boxed(),
         Kind::Bool => any::<bool>().prop_map(Value::Bool).boxed(),
+        _ => unreachable!("no block has such a type"),
     }
 }
 

@@ -23,6 +23,7 @@ fn value(kind: Kind) -> BoxedStrategy<Value> {
             .boxed(),
         Kind::Word => any::<i16>().prop_map(|word| Value::Word(Word::new(word))).boxed(),
         Kind::Int => any::<i16>().prop_map(Value::Int).boxed(),
+        _ => unreachable!("no block has such a type"),
     }
 }
 

@@ -44,7 +44,7 @@ pub fn record(library: &Library, interface: &Interface, response: &Response) -> 
 
     let cycle = (instance.get(Type::Real, table.cycle as u32)? * 1000.0).round() as u32;
     let values = |instance: &Instance| -> Result<Vec<f64>> {
-        shown.iter().map(|row| instance.get(fmi_type(rows[*row].kind), *row as u32)).collect()
+        shown.iter().map(|row| instance.get(Type::of(rows[*row].kind), *row as u32)).collect()
     };
     let mut recording = Recording { cycle, restart: values(&instance)?, calls: Vec::new(), shown: shown.clone() };
     for call in 0..response.calls {
@@ -63,18 +63,10 @@ fn set(instance: &mut Instance, table: &Table, response: &Response, call: u32) -
     for (_, name, value) in response.set.iter().filter(|(before, ..)| *before == call) {
         let row = table.find(name).with_context(|| format!("{} has no variable {name}", table.name))?;
         instance
-            .set(fmi_type(table.variables[row].kind), row as u32, *value)
+            .set(Type::of(table.variables[row].kind), row as u32, *value)
             .with_context(|| format!("{name} = {value:?} before call {call}"))?;
     }
     Ok(())
-}
-
-fn fmi_type(kind: Kind) -> Type {
-    match kind {
-        Kind::Real | Kind::LReal | Kind::Time => Type::Real,
-        Kind::Word | Kind::Int => Type::Integer,
-        Kind::Bool => Type::Boolean,
-    }
 }
 
 /// Lets the library run one of the block's characteristics: a new instance for every point.
@@ -206,7 +198,7 @@ fn line(csv: &mut String, table: &Table, columns: &[usize], time: f64, values: &
 
 /// A value as the command line of a simulator expects it for its type: `0.5`, `20`, `true`.
 fn start_value(kind: Kind, value: f64) -> String {
-    match fmi_type(kind) {
+    match Type::of(kind) {
         Type::Real => format!("{value:?}"),
         Type::Integer => value.to_string(),
         Type::Boolean => (value != 0.0).to_string(),

@@ -171,14 +171,19 @@ pub(crate) fn extent(low: i32, high: i32) -> usize {
 }
 
 /// The type of a row of a block.
-fn scalar(kind: Kind) -> Scalar {
+pub const fn scalar(kind: Kind) -> Scalar {
     match kind {
         Kind::Real => Scalar::F32,
         Kind::LReal => Scalar::F64,
-        Kind::Time => Scalar::I32,
-        Kind::Word => Scalar::U16,
-        Kind::Int => Scalar::I16,
         Kind::Bool => Scalar::Bool,
+        Kind::SInt => Scalar::I8,
+        Kind::USInt | Kind::Byte => Scalar::U8,
+        Kind::Int => Scalar::I16,
+        Kind::UInt | Kind::Word => Scalar::U16,
+        Kind::DInt | Kind::Time => Scalar::I32,
+        Kind::UDInt | Kind::DWord => Scalar::U32,
+        Kind::LInt | Kind::LTime => Scalar::I64,
+        Kind::ULInt | Kind::LWord => Scalar::U64,
     }
 }
 
@@ -191,6 +196,7 @@ fn ones(kind: Kind) -> Value {
         Kind::Word => Value::Word(Word::new(-1)),
         Kind::Int => Value::Int(-1),
         Kind::Bool => Value::Bool(true),
+        _ => Value::Whole(kind, -1),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Numbers and their types.
 
+use blocks::{Kind, Time, Word};
 use std::fmt;
 
 macro_rules! scalars {
@@ -108,6 +109,35 @@ values_of! {
 }
 
 impl Value {
+    /// A value of a block: a TIME in milliseconds, an LTIME in nanoseconds.
+    pub fn of_plc(value: blocks::Value) -> Value {
+        use blocks::Value as Plc;
+        match value {
+            Plc::Real(real) => real.into(),
+            Plc::LReal(lreal) => lreal.into(),
+            Plc::Time(time) => time.milliseconds().into(),
+            Plc::Word(word) => (word.value() as u16).into(),
+            Plc::Int(int) => int.into(),
+            Plc::Bool(bool) => bool.into(),
+            Plc::Whole(kind, bits) => Value::new(super::scalar(kind), bits as u64),
+        }
+    }
+
+    /// The value of a block's type, which is the one of [`scalar`](super::scalar).
+    pub fn to_plc(self, kind: Kind) -> blocks::Value {
+        use blocks::Value as Plc;
+        let bits = self.bits;
+        match kind {
+            Kind::Real => Plc::Real(f32::from_bits(bits as u32)),
+            Kind::LReal => Plc::LReal(f64::from_bits(bits)),
+            Kind::Time => Plc::Time(Time::ms(bits as i32)),
+            Kind::Word => Plc::Word(Word::new(bits as i16)),
+            Kind::Int => Plc::Int(bits as i16),
+            Kind::Bool => Plc::Bool(bits != 0),
+            _ => Plc::Whole(kind, bits as i64),
+        }
+    }
+
     /// A number of this type: of an integer the low bits, extended by its sign.
     pub const fn new(ty: Scalar, bits: u64) -> Value {
         Value { ty, bits: ty.of_bits(bits) }

@@ -103,6 +103,7 @@ pub fn held(kind: Kind, value: f64) -> Option<f64> {
         Kind::Int if (-32768.0..=32767.0).contains(&value) => Some(value),
         Kind::Time | Kind::Word | Kind::Int => None,
         Kind::Bool => Some(f64::from(u8::from(value != 0.0))),
+        _ => unreachable!("no block has such a type"),
     }
 }
 
