@@ -313,6 +313,20 @@ impl Lowerer<'_, '_> {
         Callee::Wrong
     }
 
+    fn told_by_position(&mut self, block: usize, span: Span) {
+        let message = format!("the parameters of {} are supplied by name", self.compiler.blocks[block].name);
+        self.error(span, message, Some("write name := value"));
+    }
+
+    /// Whether there is a list by position, which is told.
+    fn is_list(&mut self, block: usize, arguments: &[Argument]) -> bool {
+        let position = arguments.iter().find(|argument| argument.name.is_none()).filter(|_| arguments.len() > 1);
+        if let Some(argument) = position {
+            self.told_by_position(block, argument.span);
+        }
+        position.is_some()
+    }
+
     /// The parameter that an argument supplies.
     fn parameter(&mut self, block: usize, argument: &Argument, arguments: usize) -> Option<Parameter> {
         let interface = &self.compiler.blocks[block];
@@ -324,9 +338,7 @@ impl Lowerer<'_, '_> {
             if let ([only], 1) = (inputs.as_slice(), arguments) {
                 return Some((*only).clone());
             }
-            let of = interface.name.clone();
-            let message = format!("the parameters of {of} are supplied by name");
-            self.error(argument.span, message, Some("write name := value"));
+            self.told_by_position(block, argument.span);
             return None;
         };
         let found = interface.members.iter().filter(is_parameter).find(|member| member.key == name.key()).cloned();
@@ -370,6 +382,9 @@ impl Lowerer<'_, '_> {
 
     fn call_instance(&mut self, block: usize, place: Place, arguments: &[Argument], span: Span) {
         self.called(block, span);
+        if self.is_list(block, arguments) {
+            return;
+        }
         let place = self.frozen(place, span);
         let has_own = |compiler: &crate::compile::Compiler, key: &str| {
             compiler.blocks[block].members.iter().any(|member| member.key == key)
@@ -521,6 +536,9 @@ impl Lowerer<'_, '_> {
     /// Calls a function; its value is in the place.
     fn call_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Option<(Type, Place)> {
         self.called(block, span);
+        if self.is_list(block, arguments) {
+            return None;
+        }
         let members = self.compiler.blocks[block].members.clone();
         let function = self.compiler.blocks[block].function;
         let count = self.compiler.program.functions[function].parameters;
