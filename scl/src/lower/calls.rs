@@ -252,6 +252,10 @@ impl Lowerer<'_, '_> {
     /// A name that no source declares, as what its use tells.
     fn undeclared_callee(&mut self, scope: Scope, name: &str, arguments: &[Argument], span: Span) -> Callee {
         let capitals = key(name);
+        if scope == Scope::Local {
+            self.error(span, format!("#{name} is not declared in this block"), None);
+            return Callee::Wrong;
+        }
         for kind in ["R_TRIG", "F_TRIG"] {
             if capitals.starts_with(kind)
                 && capitals != kind
@@ -267,6 +271,7 @@ impl Lowerer<'_, '_> {
             .filter(|block| {
                 let interface = &self.compiler.blocks[*block];
                 interface.kind == BlockKind::FunctionBlock
+                    && self.block != Some(*block)
                     && interface.source.is_some_and(|(file, _)| file != self.compiler.library_file())
                     && formal.iter().all(|name| {
                         name == "EN"
@@ -297,10 +302,6 @@ impl Lowerer<'_, '_> {
         }
         if let Some((message, help)) = super::refused(&capitals) {
             self.error(span, message, Some(&help));
-            return Callee::Wrong;
-        }
-        if scope == Scope::Local {
-            self.error(span, format!("#{name} is not declared in this block"), None);
             return Callee::Wrong;
         }
         let is_instance = capitals.ends_with("_DB")
