@@ -626,7 +626,7 @@ impl Lowerer<'_, '_> {
         self.by_copy(&parameter.of, operand, self.span(argument.value))
     }
 
-    fn by_copy(&mut self, of: &Type, operand: Operand, span: Span) -> Option<program::Argument> {
+    pub(super) fn by_copy(&mut self, of: &Type, operand: Operand, span: Span) -> Option<program::Argument> {
         match of {
             Type::Elementary(of) => Some(program::Argument::Value(self.converted(operand, *of, span))),
             Type::Text { .. } => match operand {
