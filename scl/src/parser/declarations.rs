@@ -113,6 +113,10 @@ impl Parser<'_> {
                     self.step();
                     self.step();
                     self.step();
+                    // `1.0.2`
+                    while self.is_symbol(".") || self.token().kind == Kind::Literal {
+                        self.step();
+                    }
                     self.takes(";");
                 }
                 (
