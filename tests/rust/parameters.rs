@@ -26,8 +26,8 @@ fn tables() -> Vec<&'static Table> {
     tables.0
 }
 
-/// A table as the manual prints it, one line for each terminal: address, name, type, start and range; and what we make of it,
-/// its role. The block's own memory and the instances inside lie behind `size`.
+/// A table as the manual prints it, one line for each terminal: address, name, type, start, range and unit; and what we
+/// make of it, its role. The block's own memory and the instances inside lie behind `size`.
 fn as_manual(table: &Table) -> Vec<String> {
     let (addresses, size) = addresses(&block(table.name));
     let own = table.rows.iter().enumerate().filter(|(row, of)| of.path[0].is_empty() && table.mean != Some(*row));
@@ -41,7 +41,9 @@ fn as_manual(table: &Table) -> Vec<String> {
         };
         let limits = [("min", of.min), ("max", of.max)].into_iter();
         let limits = limits.filter_map(|(word, limit)| Some(format!(" {word} {}", value(limit?)))).collect::<String>();
-        format!("{address:<5}{:<9}{:<5}{:<10}{}{limits}", of.name, of.kind.name(), of.role.name(), value(of.start))
+        let unit = of.unit.map_or(String::new(), |unit| format!(" unit {unit}"));
+        let (kind, role, start) = (of.kind.name(), of.role.name(), value(of.start));
+        format!("{address:<5}{:<9}{kind:<5}{role:<10}{start}{limits}{unit}", of.name)
     };
     own.map(line).chain([format!("{size:<5}size")]).collect()
 }
