@@ -53,6 +53,7 @@ pub struct Original<'a> {
 
 /// What a preset has in place of the original's files.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Preset {
     /// Its name, which is an identifier.
     pub name: String,
@@ -187,6 +188,7 @@ pub fn identifier(name: &str) -> String {
 /// A preset of an FMU that the page has opened.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(rename = "PresetRequest"))]
 pub struct Request {
     /// The loop with its values.
     pub of: Loop,
