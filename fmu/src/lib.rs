@@ -61,7 +61,7 @@ pub mod mean;
 pub mod ordinary;
 pub mod preset;
 pub mod refusal;
-mod resources;
+pub mod resources;
 pub mod session;
 pub mod state;
 pub mod table;

@@ -3,11 +3,16 @@
 use super::{VERSION, capabilities};
 use crate::log::Category;
 use crate::table::{self, Guid, quoted};
-use blocks::Block;
+use blocks::{Block, Table};
 
 /// The description of the library as a JSON object: the block's table (see [`table::json`]) and the interface, which is
 /// the version of FMI, the GUID, the capabilities and the log categories.
 pub fn json<B: Block>() -> String {
+    json_of(B::TABLE, Guid::<B>::TEXT)
+}
+
+/// The same of a table and a GUID that are known at run time only.
+pub fn json_of(table: &Table, guid: &str) -> String {
     let capabilities: Vec<String> =
         capabilities::ALL.iter().map(|(name, value)| format!("{}:{value}", quoted(name))).collect();
     let categories: Vec<String> = Category::ALL
@@ -19,9 +24,9 @@ pub fn json<B: Block>() -> String {
         .collect();
     format!(
         r#"{{"table":{},"interface":{{"version":{},"guid":{},"capabilities":{{{}}},"log_categories":[{}]}}}}"#,
-        table::json::<B>(),
+        table::json(table),
         quoted(&VERSION.to_string_lossy()),
-        quoted(Guid::<B>::TEXT),
+        quoted(guid),
         capabilities.join(","),
         categories.join(","),
     )

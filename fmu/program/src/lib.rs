@@ -1,0 +1,315 @@
+//! A PLC program in SCL as what an FMU calls every CYCLE.
+//!
+//! The FMU holds the sources, in the folder of its resources, and [`Manifest`], which says what is made of them. The library
+//! translates them when an instance is made; the GUID is a hash over all of them, so that no other program is taken for
+//! it.
+//!
+//! ```text
+//! Manifest, sources --Loaded::new--> Table, Code --Program::new--> Program: a machine with its memory, called by fmu
+//! ```
+
+mod manifest;
+mod table;
+
+pub use manifest::{FILE, Manifest};
+
+use blocks::table::fingerprint;
+use blocks::{LReal, Real, Table, Time, Value};
+use fmu::component::{Fresh, Library, Origin};
+use fmu::cyclic::Cyclic;
+use fmu::preset::Argument;
+use fmu::refusal::Refusal;
+use fmu::resources;
+use parameters::{Problems, Source};
+use scl::machine::{Code, Machine};
+use scl::{Options, compile};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The largest file of a program, in bytes.
+const LARGEST: u64 = 16 << 20;
+
+/// A program that is translated, with its table.
+pub struct Loaded {
+    /// What the host sees of it.
+    pub table: &'static Table,
+    /// What the GUID is made of.
+    pub hash: u128,
+    /// What the author should know, with file and line.
+    pub warnings: Vec<Problems>,
+    code: Arc<Code>,
+    /// The number of the function of a cycle.
+    cycle: usize,
+    places: Vec<table::Place>,
+    /// Where the block itself has the time between two calls.
+    own_cycle: Option<usize>,
+    budget: u32,
+}
+
+impl Loaded {
+    /// Translates a program.
+    ///
+    /// # Errors
+    /// All that is wrong with the sources, with file, line and column; there is no block to be run.
+    pub fn new(manifest: &Manifest, sources: &[Source]) -> Result<Loaded, String> {
+        let options = Options {
+            cpu: manifest.cpu,
+            block: manifest.block.clone(),
+            declared: manifest.declared.clone(),
+            constants: manifest.constants.clone(),
+        };
+        let compiled = compile(sources, &options).map_err(|problems| {
+            problems.iter().map(parameters::problem::drawn).collect::<String>().trim_end().to_string()
+        })?;
+        let root = compiled.root.as_ref().ok_or("the sources have no FUNCTION_BLOCK to be run: name one with --fb")?;
+        let code = Code::compile(&compiled.program)?;
+        let (table, places, own_cycle) = table::of(manifest, &compiled.program, root)?;
+        let mut bytes = manifest.to_string().into_bytes();
+        for source in sources {
+            bytes.extend((source.text.len() as u64).to_le_bytes());
+            bytes.extend(source.text.as_bytes());
+        }
+        Ok(Loaded {
+            table,
+            hash: fingerprint::checksum(&bytes),
+            warnings: compiled.warnings,
+            code: Arc::new(code),
+            cycle: root.cycle,
+            places,
+            own_cycle,
+            budget: manifest.budget.unwrap_or(Machine::BUDGET),
+        })
+    }
+
+    /// The GUID of its FMU.
+    pub fn guid(&self) -> String {
+        String::from_utf8_lossy(&fingerprint::text(self.hash)).into_owned()
+    }
+}
+
+/// A program with its memory.
+#[derive(Clone)]
+pub struct Program {
+    loaded: Arc<Loaded>,
+    machine: Machine,
+    /// The time between two calls, in milliseconds.
+    cycle: i32,
+    /// How many calls there were since the restart.
+    calls: u64,
+    /// What was set of each row that the program writes, too; of the others 0.
+    set: Vec<u64>,
+    stopped: Option<String>,
+}
+
+impl Program {
+    /// A program with its start values.
+    pub fn new(loaded: Arc<Loaded>) -> Program {
+        let mut machine = Machine::new(loaded.code.clone());
+        machine.budget = loaded.budget;
+        let cycle = match loaded.table.rows[loaded.table.cycle].start {
+            Value::Time(time) => time.milliseconds(),
+            _ => 0,
+        };
+        let set = loaded.places.iter().map(|place| machine.get(place.ty, place.offset).bits()).collect();
+        Program { machine, cycle, calls: 0, set, stopped: None, loaded }
+    }
+
+    /// Gives the machine what was set of the variables that the program writes, too.
+    fn give(&mut self) {
+        for (place, set) in self.loaded.places.iter().zip(&self.set) {
+            if place.is_in_out {
+                self.machine.set(scl::program::Value::new(place.ty, *set), place.offset);
+            }
+        }
+        if let Some(offset) = self.loaded.own_cycle {
+            self.machine.set(self.cycle.into(), offset);
+        }
+    }
+}
+
+impl Cyclic for Program {
+    const IS_SURE: bool = false;
+
+    fn table(&self) -> &Table {
+        self.loaded.table
+    }
+
+    fn cycle(&self) -> Time {
+        Time::ms(self.cycle)
+    }
+
+    fn get(&self, row: usize) -> Option<Value> {
+        let kind = self.loaded.table.rows.get(row)?.kind;
+        if row == self.loaded.table.cycle {
+            return Some(Value::Time(Time::ms(self.cycle)));
+        }
+        let place = self.loaded.places.get(row)?;
+        let value = match place.is_in_out {
+            true => scl::program::Value::new(place.ty, self.set[row]),
+            false => self.machine.get(place.ty, place.offset),
+        };
+        Some(value.to_plc(kind))
+    }
+
+    fn set(&mut self, row: usize, value: Value) -> bool {
+        if self.loaded.table.rows.get(row).is_none_or(|row| row.kind != value.kind()) {
+            return false;
+        }
+        match (value, self.loaded.places.get(row)) {
+            (Value::Time(time), _) if row == self.loaded.table.cycle => self.cycle = time.milliseconds(),
+            (_, Some(place)) if place.is_in_out => self.set[row] = scl::program::Value::of_plc(value).bits(),
+            (_, Some(place)) => self.machine.set(scl::program::Value::of_plc(value), place.offset),
+            _ => return false,
+        }
+        true
+    }
+
+    // Values that a host reads and writes by number go through `get` and `set`.
+    fn real(&self, _row: usize) -> Option<Real> {
+        None
+    }
+
+    fn real_mut(&mut self, _row: usize) -> Option<&mut Real> {
+        None
+    }
+
+    fn lreal(&self, _row: usize) -> Option<LReal> {
+        None
+    }
+
+    fn lreal_mut(&mut self, _row: usize) -> Option<&mut LReal> {
+        None
+    }
+
+    fn set_mean(&mut self, _percent: LReal) {}
+
+    /// A warm restart: all start values but those of what a host sets.
+    fn restart(&mut self) {
+        let rows = self.loaded.table.rows;
+        let is_kept = |row: &usize| *row != self.loaded.table.cycle && rows[*row].role.is_settable();
+        let kept: Vec<_> = (0..rows.len()).filter(is_kept).filter_map(|row| Some((row, self.get(row)?))).collect();
+        self.machine.restart();
+        for (row, value) in kept {
+            self.set(row, value);
+        }
+        self.give();
+        (self.calls, self.stopped) = (0, None);
+    }
+
+    fn call(&mut self) {
+        if self.stopped.is_some() {
+            return;
+        }
+        self.give();
+        let seconds = self.calls as f64 * f64::from(self.cycle) / 1000.0;
+        let now = (self.calls as i64).wrapping_mul(i64::from(self.cycle)).wrapping_mul(1_000_000);
+        match self.machine.call(self.loaded.cycle, now) {
+            Ok(()) => self.calls += 1,
+            Err(stop) => self.stopped = Some(format!("{stop} (call {}, {seconds:?} s after the start)", self.calls)),
+        }
+    }
+
+    fn check(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn advice(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    fn pulse(&self) -> i32 {
+        0
+    }
+
+    fn stopped(&self) -> Option<&str> {
+        self.stopped.as_deref()
+    }
+
+    fn take_warnings(&mut self) -> Vec<String> {
+        self.machine.take_warnings().iter().map(ToString::to_string).collect()
+    }
+
+    fn store(&self, bytes: &mut Vec<u8>) {
+        bytes.extend(self.cycle.to_le_bytes());
+        bytes.extend(self.calls.to_le_bytes());
+        self.set.iter().for_each(|set| bytes.extend(set.to_le_bytes()));
+        let stopped = self.stopped.as_deref().unwrap_or_default();
+        bytes.extend((stopped.len() as u64).to_le_bytes());
+        bytes.extend(stopped.as_bytes());
+        bytes.extend(self.machine.state());
+    }
+
+    fn restored(&self, bytes: &mut &[u8]) -> Option<Program> {
+        let mut restored = Program::new(self.loaded.clone());
+        restored.cycle = i32::from_le_bytes(take(bytes)?);
+        restored.calls = u64::from_le_bytes(take(bytes)?);
+        for set in &mut restored.set {
+            *set = u64::from_le_bytes(take(bytes)?);
+        }
+        let length = usize::try_from(u64::from_le_bytes(take(bytes)?)).ok()?;
+        let (stopped, rest) = bytes.split_at_checked(length)?;
+        restored.stopped = Some(String::from_utf8(stopped.to_vec()).ok()?).filter(|reason| !reason.is_empty());
+        let (state, rest) = rest.split_at_checked(restored.machine.state().len())?;
+        restored.machine.state_mut().copy_from_slice(state);
+        *bytes = rest;
+        Some(restored)
+    }
+}
+
+/// Takes the first bytes.
+fn take<const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {
+    let (first, rest) = bytes.split_first_chunk()?;
+    *bytes = rest;
+    Some(*first)
+}
+
+/// The programs that this process has translated, by their hash: each instance of an FMU has the same.
+static LOADED: Mutex<Option<HashMap<Vec<u8>, Arc<Loaded>>>> = Mutex::new(None);
+
+impl Library for Program {
+    type Block = Program;
+
+    /// The program is in the resources; its GUID must be the one that the host read in modelDescription.xml.
+    fn open(guid: Argument, location: Argument) -> Result<Origin<Program>, Refusal> {
+        let given =
+            guid.value.ok_or_else(|| format!("{} = NULL: take the modelDescription.xml of the FMU", guid.name))?;
+        let file = |name: &str| {
+            resources::read(location, name, LARGEST).map_err(|why| {
+                format!("the FMU's program cannot be read from resources/{name}: {why}; unpack the FMU again")
+            })
+        };
+        let (path, bytes) = file(FILE)?;
+        let damaged = |why: String| format!("{path}: {why}; unpack the FMU again");
+        let text = String::from_utf8(bytes).map_err(|_| damaged("it is not UTF-8".into()))?;
+        let manifest = Manifest::parse(&text).map_err(damaged)?;
+        let mut key = text.into_bytes();
+        let mut sources = Vec::new();
+        for name in &manifest.sources {
+            let (_, bytes) = file(name)?;
+            key.extend((bytes.len() as u64).to_le_bytes());
+            key.extend_from_slice(&bytes);
+            sources.push((name.clone(), bytes));
+        }
+        let mut known = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = known.get_or_insert_default();
+        let loaded = match known.get(&key) {
+            Some(loaded) => loaded.clone(),
+            None => {
+                let sources: Vec<Source> = sources.into_iter().map(|(name, bytes)| Source::new(name, bytes)).collect();
+                let loaded = Arc::new(Loaded::new(&manifest, &sources)?);
+                known.insert(key, loaded.clone());
+                loaded
+            }
+        };
+        let own = loaded.guid();
+        if given.to_bytes() != own.as_bytes() {
+            let given = given.to_string_lossy();
+            return Err(format!(
+                "{} = {given:?}: the program in resources is {own}: it was changed or exchanged; unpack the FMU again",
+                guid.name
+            )
+            .into());
+        }
+        Ok(Origin { hash: loaded.hash, fresh: Fresh::Copy(Box::new(Program::new(loaded))) })
+    }
+}

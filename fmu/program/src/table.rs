@@ -1,0 +1,206 @@
+//! The table of a program: what a host sees of its variables.
+
+use crate::manifest::Manifest;
+use blocks::table::DEPTH;
+use blocks::table::number::{number, to_value};
+use blocks::{Class, Kind, Response, Role, Row, Table, Time, Value};
+use scl::Root;
+use scl::interface::{self, Variable};
+use scl::program::{Program, Scalar, Type};
+
+/// Where the memory has a row.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    pub ty: Scalar,
+    pub offset: usize,
+    /// Whether the row is what the host gives of a variable that the program writes, too.
+    pub is_in_out: bool,
+}
+
+/// The name of the row that holds the time between two calls.
+const CYCLE: &str = "CYCLE";
+
+/// The units that a table may name, of those that engineers write in comments; what is another unit stays in the text.
+const UNITS: &[&str] = &[
+    "1", "%", "%/s", "s", "ms", "min", "h", "degC", "K", "Pa", "kPa", "bar", "mbar", "m", "mm", "m/s", "kg", "kg/s",
+    "kg/h", "l", "l/s", "l/min", "m3", "m3/s", "m3/h", "A", "mA", "V", "mV", "W", "kW", "N", "J", "rad", "deg",
+    "rad/s", "1/min", "Hz",
+];
+
+/// The table, the place of each row but that of the cycle, and where the block has a CYCLE of its own. A table lives as long as the
+/// process: a library is asked for few programs.
+///
+/// # Errors
+/// A name in the manifest that the block does not have.
+pub fn of(
+    manifest: &Manifest,
+    program: &Program,
+    root: &Root,
+) -> Result<(&'static Table, Vec<Place>, Option<usize>), String> {
+    let mut rows: Vec<Row> = Vec::new();
+    let mut places: Vec<Place> = Vec::new();
+    let mut own_cycle = None;
+    known(manifest, root)?;
+    for variable in &root.variables {
+        let Some((ty, kind)) = variable.scalar.and_then(|ty| Some((ty, kind(variable.of)?))) else { continue };
+        let Some((offset, Type::Scalar(_))) = program.find(&format!("{}.{}", root.instance, variable.name)) else {
+            continue;
+        };
+        let role = role(manifest, variable);
+        if variable.name.eq_ignore_ascii_case(CYCLE) && kind == Kind::Time && role.is_settable() {
+            own_cycle = Some(offset);
+            continue;
+        }
+        let start = scl::program::Value::read(ty, &program.records[program.memory].start[offset..]).to_plc(kind);
+        let is_in_out = variable.role == interface::Role::InOut;
+        let name = structured(&variable.name);
+        rows.push(row(&name, variable, kind, role, start));
+        places.push(Place { ty, offset, is_in_out });
+        if is_in_out {
+            rows.push(row(&format!("{name}_out"), variable, kind, Role::Output, start));
+            places.push(Place { ty, offset, is_in_out: false });
+        }
+    }
+    let cycle = rows.len();
+    rows.push(Row {
+        name: CYCLE,
+        description: "Time between two calls",
+        kind: Kind::Time,
+        role: Role::Cycle,
+        start: Value::Time(Time::ms(manifest.cycle as i32)),
+        min: Some(Value::Time(Time::ms(1))),
+        ..Row::EMPTY
+    });
+    let no: &'static [bool] = vec![false; rows.len()].leak();
+    let table = Table {
+        name: leaked(&manifest.name.clone().unwrap_or_else(|| identifier(&root.block))),
+        aliases: &[],
+        docs: leaked(&documentation(manifest, root)),
+        rows: rows.leak(),
+        tunable_reals: no,
+        tunable_lreals: no,
+        cycle,
+        mean: None,
+        memory: &[],
+        instances: &[],
+        responses: &[Response::AT_REST],
+        characteristics: &[],
+    };
+    Ok((Box::leak(Box::new(table)), places, own_cycle))
+}
+
+/// Refuses names of the manifest that are none of the block.
+fn known(manifest: &Manifest, root: &Root) -> Result<(), String> {
+    use interface::Role::{Input, Parameter};
+    for (option, names, role) in [("parameter", &manifest.parameters, Input), ("input", &manifest.inputs, Parameter)] {
+        for name in names {
+            let is = |variable: &&Variable| variable.name.eq_ignore_ascii_case(name) && variable.role == role;
+            if !root.variables.iter().any(|variable| is(&variable)) {
+                let all: Vec<&str> =
+                    root.variables.iter().filter(|of| of.role == role).map(|of| of.name.as_str()).collect();
+                let what = if role == Input { "an input" } else { "a setting" };
+                return Err(format!(
+                    "--{option} {name}: {} has no such variable that is {what}: {}",
+                    root.block,
+                    all.join(", ")
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn kind(of: &str) -> Option<Kind> {
+    match of {
+        "CHAR" => Some(Kind::Byte),
+        "WCHAR" => Some(Kind::UInt),
+        of => Kind::named(of),
+    }
+}
+
+fn role(manifest: &Manifest, variable: &Variable) -> Role {
+    let is_in = |names: &[String]| names.iter().any(|name| name.eq_ignore_ascii_case(&variable.name));
+    match variable.role {
+        interface::Role::Input if is_in(&manifest.parameters) => Role::Parameter,
+        interface::Role::Parameter if is_in(&manifest.inputs) => Role::Input,
+        interface::Role::Input | interface::Role::InOut => Role::Input,
+        interface::Role::Parameter => Role::Parameter,
+        interface::Role::Output => Role::Output,
+        interface::Role::Local => Role::Local,
+    }
+}
+
+fn row(name: &str, variable: &Variable, kind: Kind, role: Role, start: Value) -> Row {
+    let comment = &variable.comment;
+    let is_real = kind.class() == Class::Real;
+    let is_time = matches!(kind, Kind::Time | Kind::LTime);
+    let unit = comment.unit.as_deref();
+    let shown = unit.filter(|unit| is_real && !is_time && UNITS.contains(unit));
+    let mut description = comment.text.clone();
+    let mut add = |text: String| {
+        description += if description.is_empty() { "" } else { "; " };
+        description += &text;
+    };
+    if let Some(unit) = unit.filter(|_| shown.is_none() && !is_time) {
+        add(format!("unit {unit}"));
+    }
+    let bound = |bound: Option<f64>| bound.filter(|_| kind != Kind::Bool).and_then(|bound| to_value(bound, kind).ok());
+    let (mut min, mut max) = (bound(comment.min), bound(comment.max));
+    let is_inside =
+        min.is_none_or(|min| number(min) <= number(start)) && max.is_none_or(|max| number(start) <= number(max));
+    if !is_inside {
+        // A start value outside of the range is what the CPU starts with; FMI wants it inside.
+        let shown = |bound: Option<Value>| bound.map_or_else(|| "...".into(), |bound| format!("{:?}", number(bound)));
+        add(format!("range {} to {}, without the start value", shown(min), shown(max)));
+        (min, max) = (None, None);
+    }
+    Row {
+        path: [""; DEPTH],
+        name: leaked(name),
+        description: leaked(&description),
+        help: "",
+        kind,
+        role,
+        start,
+        min,
+        max,
+        unit: shown.map(leaked),
+        from: &[],
+    }
+}
+
+fn documentation(manifest: &Manifest, root: &Root) -> String {
+    let cycle = f64::from(manifest.cycle) / 1000.0;
+    format!(
+        "The PLC program {} in SCL, called every {cycle:?} s.\n\nThe sources are in the FMU's folder resources: {}.\n",
+        root.block,
+        manifest.sources.join(", ")
+    )
+}
+
+/// A name in FMI's structured convention: what is not an identifier stands in apostrophes.
+fn structured(name: &str) -> String {
+    let part = |part: &str| {
+        let word = part.split('[').next().unwrap_or_default();
+        let is_plain = word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+            && word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        match is_plain {
+            true => part.to_string(),
+            false => format!("'{}'{}", word.replace('\\', "\\\\").replace('\'', "\\'"), &part[word.len()..]),
+        }
+    };
+    name.split('.').map(part).collect::<Vec<_>>().join(".")
+}
+
+/// An identifier of C: other characters become underscores.
+pub fn identifier(name: &str) -> String {
+    let mut identifier: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    if !identifier.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        identifier.insert(0, '_');
+    }
+    identifier
+}
+
+fn leaked(text: &str) -> &'static str {
+    text.to_string().leak()
+}
