@@ -99,7 +99,7 @@ pub fn has_table<R: Read + Seek>(package: &mut Package<R>) -> Result<bool> {
 }
 
 /// FMI's folders for a platform, the best first. FMI 2.0 has none for Linux on ARM; both of these are in use.
-fn platforms(os: &str, arch: &str) -> &'static [&'static str] {
+pub fn platforms(os: &str, arch: &str) -> &'static [&'static str] {
     match (os, arch) {
         ("linux", "x86_64") => &["linux64"],
         ("linux", "x86") => &["linux32"],

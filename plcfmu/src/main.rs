@@ -34,7 +34,10 @@ enum Command {
     ///
     /// The crate builds as it stands: it comes with the sources that it needs.
     New(new::Options),
-    /// Build, pack and check the FMUs of the current crate or workspace
+    /// Pack a PLC program in SCL, or the FMUs of the current crate or workspace
+    ///
+    /// `plcfmu build machine.scl --cycle 100ms` makes an FMU of a program, without a compiler. Without sources, it builds, packs
+    /// and checks the crate's FMUs.
     ///
     /// Links Linux libraries against an old glibc where zig and cargo-zigbuild are found: in target/venv, in the active Python
     /// environment, on PATH, or in the environment of python3.

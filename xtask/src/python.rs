@@ -213,7 +213,7 @@ mod tests {
         fs::write(path("tests/requirements.txt"), "fmpy==1\n").unwrap();
         fs::write(path("other/plcfmu-stamp.txt"), "another Python").unwrap();
         std::os::unix::fs::symlink(path("other"), path("target/venv")).unwrap();
-        let workspace = Workspace { root: path(""), target: path("target"), crates: Vec::new() };
+        let workspace = Workspace { root: path(""), target: path("target"), crates: Vec::new(), programs: None };
         let python = python("3 11\n3.11.2\n/a\n");
         let error = Environment::made_with(&python, &workspace).unwrap_err().to_string();
         assert!(error.contains("target/venv is a link to") && error.contains("other, which is out of date"), "{error}");

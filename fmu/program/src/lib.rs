@@ -11,7 +11,7 @@
 mod manifest;
 mod table;
 
-pub use manifest::{FILE, Manifest};
+pub use manifest::{CPUS, FILE, Manifest};
 
 use blocks::table::fingerprint;
 use blocks::{LReal, Real, Table, Time, Value};

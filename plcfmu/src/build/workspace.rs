@@ -14,6 +14,8 @@ pub struct Workspace {
     pub target: PathBuf,
     /// Its packages that make FMUs, sorted by name.
     pub crates: Vec<FmuCrate>,
+    /// The package whose library is that of all programs.
+    pub programs: Option<FmuCrate>,
 }
 
 /// A package that makes an FMU: a `cdylib` that depends on `fmu`.
@@ -45,12 +47,15 @@ impl Workspace {
     }
 
     fn of(metadata: &Metadata) -> Workspace {
-        let mut crates: Vec<FmuCrate> = metadata.packages.iter().filter_map(fmu_crate).collect();
+        let is_of_programs = |package: &&Package| package.metadata["plcfmu"]["programs"] == true;
+        let (programs, blocks): (Vec<_>, Vec<_>) = metadata.packages.iter().partition(is_of_programs);
+        let mut crates: Vec<FmuCrate> = blocks.into_iter().filter_map(fmu_crate).collect();
         crates.sort_by(|a, b| a.name.cmp(&b.name));
         Workspace {
             root: metadata.workspace_root.clone().into(),
             target: metadata.target_directory.clone().into(),
             crates,
+            programs: programs.into_iter().find_map(fmu_crate),
         }
     }
 

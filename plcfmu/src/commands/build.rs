@@ -1,9 +1,12 @@
-//! `plcfmu build`: packs the FMUs of the workspace that it is called in.
+//! `plcfmu build`: packs the FMUs of the workspace that it is called in, or a PLC program in SCL.
 
+use super::print;
 use crate::build::template;
 use crate::build::workspace::Workspace;
-use crate::package::pack;
-use anyhow::Result;
+use crate::package::{self, pack};
+use crate::program;
+use anyhow::{Result, ensure};
+use std::path::{Path, PathBuf};
 
 /// What to build.
 #[derive(clap::Args, Debug)]
@@ -11,6 +14,8 @@ use anyhow::Result;
 pub struct Options {
     #[command(flatten)]
     pack: pack::Options,
+    #[command(flatten)]
+    program: package::program::Options,
     /// First replace the crate's copy of plcfmu's sources (its folder plcfmu) by that of this version
     #[arg(long)]
     update: bool,
@@ -18,6 +23,19 @@ pub struct Options {
 
 /// Builds and packs.
 pub fn run(options: &Options) -> Result<()> {
+    let names = &options.pack.names;
+    if names.iter().any(|name| program::is_source(Path::new(name))) {
+        let files: Vec<PathBuf> = names.iter().map(PathBuf::from).collect();
+        for file in &files {
+            ensure!(program::is_source(file), "{}: a program is made of sources, .scl, .udt or .db", file.display());
+        }
+        let folder = options.pack.out.clone().unwrap_or_else(|| PathBuf::from("."));
+        let (path, warnings) = package::program::pack(&files, &options.program, &folder)?;
+        for warning in warnings {
+            eprintln!("{warning}");
+        }
+        return print(&format!("{}\n", path.display()));
+    }
     let workspace = Workspace::find()?;
     if options.update {
         template::update(&workspace.root)?;

@@ -5,5 +5,6 @@ pub mod dist;
 pub mod merge;
 pub mod pack;
 pub mod preset;
+pub mod program;
 pub mod reference;
 pub mod ssp;

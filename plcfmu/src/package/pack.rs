@@ -28,8 +28,10 @@ use std::path::{Path, PathBuf};
 
 /// What to pack, and how.
 #[derive(clap::Args, Clone, Debug, Default)]
+#[group(skip)] // clap names a group after the type, and others have the same name
 pub struct Options {
-    /// FMUs to pack, by the names of their packages, such as PUMP for pump; all of the workspace if none is given
+    /// Sources of a PLC program (.scl, .udt, .db); or FMUs to pack, by the names of their packages, such as PUMP for pump; all of
+    /// the workspace if none is given
     #[arg(value_name = "NAME")]
     pub names: Vec<String>,
     /// Packages to pack, also those that are for tests only
@@ -63,7 +65,7 @@ fn given_library(argument: &str) -> Result<(&'static str, PathBuf)> {
 }
 
 /// What a user has to be told about the library's licences.
-const LICENCES: [(&str, &str); 4] = [
+pub const LICENCES: [(&str, &str); 4] = [
     ("LICENSE-MIT", include_str!("../../../LICENSE-MIT")),
     ("LICENSE-APACHE", include_str!("../../../LICENSE-APACHE")),
     ("LICENSE-UNICODE", include_str!("../../LICENSE-UNICODE")),
@@ -349,7 +351,7 @@ mod tests {
 
     fn workspace(root: &Path) -> Workspace {
         let crates = vec![fmu_crate("boom", true), fmu_crate("my-pump", false), fmu_crate("valve", false)];
-        Workspace { root: root.into(), target: root.join("target"), crates }
+        Workspace { root: root.into(), target: root.join("target"), crates, programs: None }
     }
 
     /// The packages that are built for these arguments.

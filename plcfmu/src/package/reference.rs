@@ -25,9 +25,16 @@ pub fn is_file(path: &str) -> bool {
 
 /// Lets the library run one of the block's examples: one communication step for every call.
 ///
+/// `resources` is the URI of the FMU's resources, if it needs any.
+///
 /// # Errors
 /// A value that the library refuses, with its reason.
-pub fn record(library: &Library, interface: &Interface, response: &Response) -> Result<Recording> {
+pub fn record(
+    library: &Library,
+    interface: &Interface,
+    response: &Response,
+    resources: Option<&str>,
+) -> Result<Recording> {
     let table = &interface.table;
     let rows = &table.variables;
     let shown: Vec<usize> = if response.show.is_empty() {
@@ -35,7 +42,7 @@ pub fn record(library: &Library, interface: &Interface, response: &Response) -> 
     } else {
         response.show.iter().filter_map(|name| table.find(name)).collect()
     };
-    let mut instance = Instance::instantiate(library, "plcfmu", &interface.guid, None)?;
+    let mut instance = Instance::instantiate(library, "plcfmu", &interface.guid, resources)?;
     let failed = |error: Error| error.context("the block's response");
     instance.setup(0.0, None)?;
     instance.enter_initialization()?;
@@ -87,7 +94,7 @@ pub fn sweep(library: &Library, interface: &Interface, characteristic: &Characte
             set: set.chain([(0, characteristic.variable.clone(), *value)]).collect(),
             show: characteristic.show.clone(),
         };
-        let recording = record(library, interface, &response)?;
+        let recording = record(library, interface, &response, None)?;
         for (column, (_, means)) in means.iter_mut().enumerate() {
             let sum: f64 = recording.calls.iter().map(|values| values[column]).sum();
             means.push(sum / f64::from(characteristic.calls));
@@ -241,7 +248,7 @@ pub fn links(name: &str) -> [(String, &'static str); 2] {
 pub fn run(library: &Path, interface: &Interface) -> Result<Recordings> {
     let (library, table) = (&Library::open(library)?, &interface.table);
     Ok(Recordings {
-        responses: table.responses.iter().map(|one| record(library, interface, one)).collect::<Result<_>>()?,
+        responses: table.responses.iter().map(|one| record(library, interface, one, None)).collect::<Result<_>>()?,
         characteristics: table
             .characteristics
             .iter()

@@ -1,0 +1,161 @@
+//! Packs a PLC program in SCL: the sources go into the FMU's resources, beside the one library of all programs, which translates
+//! them when an instance is made. Nothing is compiled for it.
+
+use crate::build::compile::{Linkage, compile};
+use crate::build::platform::{self, Platform};
+use crate::build::workspace::Workspace;
+use crate::package::pack::LICENCES;
+use crate::package::{check, reference};
+use crate::page;
+use anyhow::{Context, Result, bail, ensure};
+use draw::{diagram, picture};
+use host::fmu::platforms;
+use host::library::Library;
+use host::package::{DESCRIPTION, archive, temporary};
+use modeldescription::{Interface, ModelDescription};
+use parameters::Source;
+use program::{FILE, Loaded, Manifest};
+use std::collections::BTreeMap;
+use std::env::consts::{ARCH, OS};
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// How a program is packed.
+#[derive(clap::Args, Clone, Debug, Default)]
+#[group(skip)] // clap names a group after the type, and others have the same name
+pub struct Options {
+    /// Time between two calls of a program, such as 100ms, 0.5s or 2s; the period of the OB that calls it
+    #[arg(long, value_name = "TIME", value_parser = milliseconds)]
+    pub cycle: Option<u32>,
+    #[command(flatten)]
+    /// How the sources are read.
+    pub source: crate::program::Options,
+    /// The most statements in a call of a program [default: 1000000]
+    #[arg(long, value_name = "COUNT")]
+    pub budget: Option<u32>,
+    /// Input of a program that becomes a tunable parameter; may be repeated
+    #[arg(long = "parameter", value_name = "NAME")]
+    pub parameters: Vec<String>,
+    /// Setting of a program (S7_SetPoint) that becomes an input; may be repeated
+    #[arg(long = "input", value_name = "NAME")]
+    pub inputs: Vec<String>,
+}
+
+fn milliseconds(text: &str) -> Result<u32> {
+    let (number, factor) = match text.trim().to_ascii_lowercase() {
+        text if text.ends_with("ms") => (text[..text.len() - 2].trim().parse::<f64>(), 1.0),
+        text => (text.trim_end_matches('s').trim().parse::<f64>(), 1000.0),
+    };
+    let milliseconds = number.ok().map(|number| number * factor).filter(|time| (1.0..=2_147_483_647.0).contains(time));
+    let milliseconds = milliseconds.filter(|time| (time - time.round()).abs() < 1e-6).map(f64::round);
+    milliseconds.map(|time| time as u32).context("give it in whole milliseconds, at least 1: 100ms, 0.5s, 2s")
+}
+
+/// Packs the program of these sources, as `NAME.fmu` in a folder, and gives the path. Warnings are for the user.
+///
+/// # Errors
+/// All that is wrong with the sources, with file, line and column; the library of programs is missing.
+pub fn pack(files: &[PathBuf], options: &Options, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
+    let (manifest, sources) = read(files, options)?;
+    let loaded = Loaded::new(&manifest, &sources).map_err(anyhow::Error::msg)?;
+    let warnings = loaded.warnings.iter().map(ToString::to_string).filter(|text| !text.is_empty()).collect();
+    let interface = Interface::parse(&fmu::v2::interface::json_of(loaded.table, &loaded.guid()))?;
+    let name = &interface.table.name;
+    let xml = ModelDescription::of(&interface)?;
+    let libraries = libraries()?;
+    let mut contents = BTreeMap::from([(DESCRIPTION.to_string(), xml.write())]);
+    let unpacked = temporary::builder().tempdir().context("there is no folder for temporary files")?;
+    for (file, text) in [(FILE, manifest.to_string().into_bytes())]
+        .into_iter()
+        .chain(sources.iter().map(|source| (source.file.as_str(), source.text.clone().into_bytes())))
+    {
+        fs::write(unpacked.path().join(file), &text)?;
+        contents.insert(format!("resources/{file}"), text);
+    }
+    let host = *platforms(OS, ARCH).first().context("FMI has no platform for this machine")?;
+    let here = libraries.get(host).with_context(|| format!("there is no library of programs for {host}"))?;
+    let resources = unpacked.path().display().to_string();
+    let response = &interface.table.responses[0];
+    let recording = reference::record(&Library::open(here)?, &interface, response, Some(&resources))
+        .context("the program with its start values")?;
+    contents.extend(reference::files(&interface.table, &recording));
+    let recordings = reference::Recordings { responses: vec![recording], characteristics: Vec::new() };
+    contents.insert(
+        "documentation/index.html".into(),
+        page::html(&interface.table, &interface.guid, &recordings, None)?.into_bytes(),
+    );
+    for (platform, library) in &libraries {
+        let suffix = platform::system(platform).map_or("", |(_, suffix)| suffix);
+        let bytes = fs::read(library).with_context(|| library.display().to_string())?;
+        contents.insert(format!("binaries/{platform}/{name}{suffix}"), bytes);
+    }
+    for (licence, text) in LICENCES {
+        contents.insert(format!("documentation/licenses/{licence}"), text.into());
+    }
+    contents.insert("model.png".into(), picture::png(&diagram::icon::svg(&interface.table)?)?);
+    let bytes = archive::write(&contents)?;
+    fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    let path = folder.join(format!("{name}.fmu"));
+    temporary::place(&path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, true))?;
+    Ok((path, warnings))
+}
+
+/// The sources, under their names in the FMU, and what is made of them.
+fn read(files: &[PathBuf], options: &Options) -> Result<(Manifest, Vec<Source>)> {
+    let cycle = options
+        .cycle
+        .context("give the time between two calls with --cycle, such as --cycle 100ms: it is the period of the OB, which sources do not have")?;
+    let mut sources: Vec<Source> = Vec::new();
+    for file in files {
+        let mut source = Source::read(file, None).map_err(anyhow::Error::msg)?;
+        let name = file.file_name().context("the name of a source is empty")?.to_string_lossy().into_owned();
+        ensure!(name != FILE, "{}: a source cannot be called {FILE}: rename it", file.display());
+        if sources.iter().any(|other| other.file.eq_ignore_ascii_case(&name)) {
+            bail!("{}: a second source is called {name}: rename one", file.display());
+        }
+        source.file = name;
+        sources.push(source);
+    }
+    let given = &options.source;
+    let manifest = Manifest {
+        name: None,
+        sources: sources.iter().map(|source| source.file.clone()).collect(),
+        cycle,
+        block: given.fb.clone(),
+        cpu: given.cpu,
+        budget: options.budget,
+        parameters: options.parameters.clone(),
+        inputs: options.inputs.clone(),
+        declared: given.tag.iter().chain(&given.instance).cloned().collect(),
+        constants: given.constant.clone(),
+    };
+    Ok((manifest, sources))
+}
+
+/// The library of programs for each platform: those in the folder `programs` beside this command or, in a clone of plcfmu, that of
+/// this machine, which is built once.
+fn libraries() -> Result<BTreeMap<&'static str, PathBuf>> {
+    let mut libraries = BTreeMap::new();
+    let beside = std::env::current_exe().ok().and_then(|own| Some(own.parent()?.join("programs")));
+    for entry in beside.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten().flatten() {
+        let Ok(folder) = platform::folder(&entry.file_name().to_string_lossy()) else { continue };
+        let suffix = platform::system(folder).map_or("", |(_, suffix)| suffix);
+        libraries.insert(folder, entry.path().join(format!("program{suffix}")));
+    }
+    if !libraries.is_empty() {
+        return Ok(libraries);
+    }
+    let workspace = Workspace::find().ok().and_then(|workspace| Some((workspace.programs.clone()?, workspace)));
+    let Some((package, workspace)) = workspace else {
+        bail!(
+            "the library of programs is missing: it belongs into the folder programs beside {}; in a clone of plcfmu it is built",
+            std::env::current_exe().unwrap_or_default().display()
+        );
+    };
+    let host = Platform::host()?;
+    let linkage = Linkage::choose(&workspace, &host, false);
+    let built = compile(&workspace, std::slice::from_ref(&package), &host, &linkage)?;
+    libraries.insert(host.folder, built.into_values().next().context("cargo has built no library")?);
+    Ok(libraries)
+}
