@@ -1,5 +1,6 @@
 //! The command `plcfmu`.
 
+use ::study::{Interrupted, worker};
 use clap::{Parser, Subcommand};
 #[cfg(feature = "server")]
 use plcfmu::commands::tool;
@@ -7,7 +8,6 @@ use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, ru
 #[cfg(feature = "server")]
 use plcfmu::tool::child;
 use std::process::ExitCode;
-use ::study::{Interrupted, worker};
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
 #[derive(Parser)]
