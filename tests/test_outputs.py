@@ -13,8 +13,8 @@ import pytest
 import host
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has neither FIFOs nor modes")
-HLG = str(host.FOLDER / "HLG.fmu")
-RUN = ["run", HLG, "--stop=3", "--step=1", "--record=HLG.OUT"]
+CONT_C = str(host.FOLDER / "CONT_C.fmu")
+RUN = ["run", CONT_C, "--stop=3", "--step=1", "--record=CONT_C.LMN"]
 
 
 @pytest.fixture
@@ -38,11 +38,12 @@ def test_a_fifo_is_written_into(plcfmu, tmp_path):
     os.mkfifo(tmp_path / "fifo")
     read = []
     reader = threading.Thread(target=lambda: read.append((tmp_path / "fifo").read_text()))
+    reader.daemon = True
     reader.start()
     done = plcfmu(*RUN, "--out", "fifo")
     assert done.returncode == 0, done.stderr
     reader.join()
-    assert read[0].startswith("time,HLG.OUT\n0.0,")
+    assert read[0].startswith("time,CONT_C.LMN\n0.0,")
     assert stat.S_ISFIFO((tmp_path / "fifo").stat().st_mode)
 
 
@@ -63,7 +64,7 @@ OUTPUTS = {
     "run --save": [*RUN, "--save", "output.csv"],
     "run --plot": [*RUN, "--plot", "output.svg"],
     "params --to": ["params", "input.json", "--to", "output.json"],
-    "preset --out": ["preset", "input.fmu", "--set=INIT=1", "--out", "output.fmu"],
+    "preset --out": ["preset", "input.fmu", "--set=GAIN=1", "--out", "output.fmu"],
     "ssp --out": ["ssp", "input.fmu", "--out", "output.ssp"],
     "merge --out": ["merge", "input.fmu", "input.fmu", "--out", "output.fmu"],
 }
@@ -72,7 +73,7 @@ OUTPUTS = {
 @pytest.fixture
 def inputs(plcfmu, tmp_path):
     """input.fmu and input.json with the values of a loop."""
-    (tmp_path / "input.fmu").write_bytes(pathlib.Path(HLG).read_bytes())
+    (tmp_path / "input.fmu").write_bytes(pathlib.Path(CONT_C).read_bytes())
     assert plcfmu("params", "input.fmu", "--to", "input.json").returncode == 0
 
 
@@ -96,7 +97,7 @@ def test_a_folder_is_refused(plcfmu, tmp_path, inputs, arguments):
     assert refusal(plcfmu(*arguments)) == f"error: {arguments[-1]} cannot be written: it is a folder: name a file in it"
 
 
-LOOP = '# by hand\nstop = 3.0\nstep = 1.0\n[fmus]\nHLG = "input.fmu"\n[parameters]\nHLG = { file = "input.json" }\n'
+LOOP = '# by hand\nstop = 3.0\nstep = 1.0\n[fmus]\nCONT_C = "input.fmu"\n[parameters]\nCONT_C = { file = "input.json" }\n'
 
 
 @pytest.mark.parametrize(
@@ -114,7 +115,7 @@ LOOP = '# by hand\nstop = 3.0\nstep = 1.0\n[fmus]\nHLG = "input.fmu"\n[parameter
 )
 def test_an_input_is_not_overwritten(plcfmu, tmp_path, inputs, arguments):
     (tmp_path / "loop.toml").write_text(LOOP)
-    (tmp_path / "input.ssp").write_bytes(pathlib.Path(HLG).read_bytes())
+    (tmp_path / "input.ssp").write_bytes(pathlib.Path(CONT_C).read_bytes())
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert refusal(plcfmu(*arguments)).endswith(f"{arguments[-1]} is read by this command: write to another file")
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before

@@ -11,7 +11,6 @@ use modeldescription::v2::{Interface, ModelDescription, Typed, Variable};
 use modeldescription::{Row, Table};
 use parameters::problem::drawn;
 use parameters::{Block, Format, Loop, Member, Options, Origin, Part, Problems, Reading, Source};
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
