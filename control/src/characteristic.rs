@@ -6,7 +6,7 @@ use modeldescription::{Characteristic, Table};
 use run::dialog;
 use run::fmus::Fmus;
 use run::fmus::Member;
-use run::fmus::{self, number_of};
+use run::fmus::number_of;
 use run::master::Run;
 use run::plan::Plan;
 use run::system::{self, Setting, System, Value};
@@ -21,6 +21,7 @@ const FEWEST_POINTS: usize = 11;
 /// Whose.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "CharacteristicRequest"))]
 pub struct Request {
     /// The block with its settings.
     pub member: Member,
@@ -28,6 +29,7 @@ pub struct Request {
 
 /// The characteristics that the block's table describes, with these settings.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Characteristics {
     /// One for each characteristic of the table that sweeps another variable or shows others.
     pub sweeps: Vec<Sweep>,
@@ -35,6 +37,7 @@ pub struct Characteristics {
 
 /// The mean of variables over an input.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Sweep {
     /// What it shows.
     pub title: String,
@@ -67,9 +70,9 @@ pub fn characteristics(home: &dyn Fmus, member: &Member) -> Result<Characteristi
 }
 
 /// The member's value of a setting; true is 1.
-fn value(member: &Member, table: &Table, row: usize, description: &modeldescription::v2::ModelDescription) -> f64 {
+fn value(member: &Member, table: &Table, row: usize, description: &modeldescription::Description) -> f64 {
     let row = &table.variables[row];
-    let start = || fmus::start(description, &row.name).unwrap_or(row.start);
+    let start = || description.start(&row.name).unwrap_or(row.start);
     member.values.get(&row.name).map_or_else(start, |value| number_of(*value))
 }
 

@@ -1,4 +1,4 @@
-//! The invariants in the layout table of README.md, checked by reading the sources. Comments and strings count as code does
+//! The invariants in docs/architecture.md, checked by reading the sources. Comments and strings count as code does
 //! (except for the word unsafe): what a file must not know it does not mention either.
 //!
 //! Each finding is one line, `file:line contains "what"`; below the findings follows what to do.
@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The product; `tests` and `examples` use it.
-const PRODUCT: [&str; 12] = [
+const PRODUCT: [&str; 13] = [
     "blocks",
     "control",
     "draw",
@@ -19,6 +19,7 @@ const PRODUCT: [&str; 12] = [
     "parameters",
     "plcfmu",
     "run",
+    "scl",
     "study",
     "tool",
     "xtask",
@@ -54,6 +55,7 @@ fn crates_depend_on_each_other_one_way() {
             "fmu" | "modeldescription" | "parameters" => &["blocks"],
             "draw" => &["blocks", "modeldescription"],
             "run" => &["blocks", "modeldescription", "parameters"],
+            "scl" => &["blocks", "parameters"],
             "control" | "host" => &["blocks", "modeldescription", "parameters", "run"],
             "study" => &["blocks", "control", "draw", "host", "modeldescription", "parameters", "run"],
             "tool" => &["blocks", "control", "draw", "modeldescription", "parameters", "run"],
@@ -95,6 +97,7 @@ fn no_code_but_that_of_the_blocks_names_a_block() {
         "parameters",
         "plcfmu",
         "run/src",
+        "scl/src",
         "study/src",
         "tool/src",
         "xtask",
@@ -181,19 +184,16 @@ fn every_block_has_a_library() {
 }
 
 #[test]
-fn every_block_and_every_plant_is_in_the_page_of_the_parameter_tool() {
+fn every_plant_is_in_the_page_of_the_parameter_tool() {
     let home = read("tool/wasm/src/home.rs");
     let mut findings = Vec::new();
-    for folder in ["fmu/libraries", "examples/plants"] {
-        for file in source_files(folder).iter().filter(|file| file.ends_with("/src/lib.rs")) {
-            let crate_name = file.trim_end_matches("/src/lib.rs").rsplit('/').next().unwrap();
-            let text = read(file);
-            let exported = text.lines().find_map(|line| line.strip_prefix("fmu::export!(")?.strip_suffix(");"));
-            let Some(block) = exported else { continue };
-            let path = if block.contains("::") { block.to_string() } else { format!("plants::{crate_name}::{block}") };
-            if !home.contains(&format!("$each!({path});")) {
-                findings.push(format!("{file} exports {path}"));
-            }
+    for file in source_files("examples/plants").iter().filter(|file| file.ends_with("/src/lib.rs")) {
+        let crate_name = file.trim_end_matches("/src/lib.rs").rsplit('/').next().unwrap();
+        let text = read(file);
+        let exported = text.lines().find_map(|line| line.strip_prefix("fmu::export!(")?.strip_suffix(");"));
+        let Some(plant) = exported else { continue };
+        if !home.contains(&format!("$each!(plants::{crate_name}::{plant});")) {
+            findings.push(format!("{file} exports {plant}"));
         }
     }
     assert_none(&findings, "add it to the list in tool/wasm/src/home.rs");
@@ -259,6 +259,16 @@ fn examples_are_made_with_what_any_user_has() {
         }),
         "an example imports packages that a user can install, and its neighbours in examples/; not the tests",
     );
+}
+
+#[test]
+fn the_architecture_page_names_every_room_and_every_test_of_this_file() {
+    let page = read("docs/architecture.md");
+    let tests = read(THIS_FILE);
+    let tests = tests.split("#[test]\nfn ").skip(1).map(|rest| format!("`{}`", rest.split('(').next().unwrap()));
+    let rooms = PRODUCT.iter().map(|folder| format!("| `{folder}/` |"));
+    let findings: Vec<String> = tests.chain(rooms).filter(|name| !page.contains(name.as_str())).collect();
+    assert_none(&findings, "add it to docs/architecture.md, which is where a reader looks first");
 }
 
 // How the sources are read

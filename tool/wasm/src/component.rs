@@ -3,21 +3,19 @@
 
 use anyhow::{Context, Result, anyhow, ensure};
 use blocks::Block;
+use fmu::component::{self, Fresh, Origin};
+use fmu::host_type::HostType;
 use fmu::refusal::Refusal;
-use fmu::v2::component as v2;
-use fmu::v2::interface::Guid;
-use fmu::v2::log::status_name;
-use fmu::v2::states::Function;
-use fmu::v2::value::{Boolean, FmiType};
+use fmu::state::Function;
+use fmu::table::Fingerprint;
+use fmu::v2::value::Boolean;
+use fmu::v2::{Fmi2, status_name};
 use run::component::{Component, Type};
-use std::ffi::{CString, c_int};
-
-/// FMI's number for co-simulation.
-const CO_SIMULATION: c_int = 1;
+use std::ffi::c_int;
 
 /// An instance.
 pub struct Instance<B> {
-    component: v2::Component<B>,
+    component: component::Component<B>,
     /// Integers and Booleans on their way; kept, so that a step allocates nothing.
     integers: Vec<c_int>,
     booleans: Vec<Boolean>,
@@ -29,10 +27,12 @@ impl<B: Block> Instance<B> {
     /// # Errors
     /// The name is empty or contains a NUL.
     pub fn new(name: &str) -> Result<Instance<B>> {
-        let text = |text: &str| CString::new(text).with_context(|| format!("{text:?} contains a NUL"));
-        let (name, guid) = (text(name)?, text(Guid::<B>::TEXT)?);
-        let component = v2::Component::new(Some(&name), CO_SIMULATION, Some(&guid), None, true);
-        let component = component.map_err(|refusal| anyhow!("{}", refusal.reason()))?;
+        ensure!(
+            !name.is_empty() && !name.contains('\0'),
+            "{name:?} is empty or contains a NUL: give the instance a name"
+        );
+        let origin = Origin { hash: Fingerprint::<B>::HASH, fresh: Fresh::New(B::default) };
+        let component = component::Component::new(origin, true);
         Ok(Instance { component, integers: Vec::new(), booleans: Vec::new() })
     }
 
@@ -40,7 +40,7 @@ impl<B: Block> Instance<B> {
     fn call(
         &mut self,
         function: &Function,
-        body: impl FnOnce(&mut v2::Component<B>) -> Result<(), Refusal>,
+        body: impl FnOnce(&mut component::Component<B>) -> Result<(), Refusal>,
     ) -> Result<()> {
         let done = self.component.instance.may(function).and_then(|()| body(&mut self.component));
         // The words of a host that is told so through the C interface.
@@ -51,8 +51,8 @@ impl<B: Block> Instance<B> {
 }
 
 /// Converts values, calls, and converts back.
-fn get<B: Block, T: FmiType>(
-    component: &v2::Component<B>,
+fn get<B: Block, T: HostType<Fmi2>>(
+    component: &component::Component<B>,
     references: &[u32],
     room: &mut Vec<T>,
     empty: T,
@@ -64,26 +64,28 @@ fn get<B: Block, T: FmiType>(
 
 impl<B: Block> Component for Instance<B> {
     fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
-        self.call(&Function::SETUP_EXPERIMENT, |component| component.instance.setup_experiment(start, stop))
+        self.call(&Function::fmi2SetupExperiment, |component| component.instance.setup_experiment(start, stop))
     }
 
     fn enter_initialization(&mut self) -> Result<()> {
-        self.call(&Function::ENTER_INITIALIZATION_MODE, |component| component.instance.enter_initialization_mode())
+        self.call(&Function::fmi2EnterInitializationMode, |component| {
+            component.instance.enter_initialization_mode(&Function::fmi2SetupExperiment)
+        })
     }
 
     fn exit_initialization(&mut self) -> Result<()> {
-        self.call(&Function::EXIT_INITIALIZATION_MODE, v2::Component::exit_initialization_mode)
+        self.call(&Function::fmi2ExitInitializationMode, component::Component::exit_initialization_mode)
     }
 
     fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
         let (mut integers, mut booleans) = (std::mem::take(&mut self.integers), std::mem::take(&mut self.booleans));
         let done = match kind {
-            Type::Real => self.call(&Function::GET_REAL, |component| component.instance.get(references, values)),
+            Type::Real => self.call(&Function::fmi2GetReal, |component| component.instance.get(references, values)),
             Type::Integer => {
-                self.call(&Function::GET_INTEGER, |component| get(component, references, &mut integers, 0))
+                self.call(&Function::fmi2GetInteger, |component| get(component, references, &mut integers, 0))
             }
             Type::Boolean => {
-                self.call(&Function::GET_BOOLEAN, |component| get(component, references, &mut booleans, Boolean(0)))
+                self.call(&Function::fmi2GetBoolean, |component| get(component, references, &mut booleans, Boolean(0)))
             }
         };
         if done.is_ok() {
@@ -99,7 +101,7 @@ impl<B: Block> Component for Instance<B> {
 
     fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
         if kind == Type::Real {
-            return self.call(&Function::SET_REAL, |component| component.instance.set(references, values));
+            return self.call(&Function::fmi2SetReal, |component| component.instance.set(references, values));
         }
         let mut integers = Vec::with_capacity(values.len());
         for value in values {
@@ -108,19 +110,19 @@ impl<B: Block> Component for Instance<B> {
             integers.push(integer);
         }
         if kind == Type::Integer {
-            return self.call(&Function::SET_INTEGER, |component| component.instance.set(references, &integers));
+            return self.call(&Function::fmi2SetInteger, |component| component.instance.set(references, &integers));
         }
         let booleans: Vec<_> = integers.iter().map(|integer| Boolean(c_int::from(*integer != 0))).collect();
-        self.call(&Function::SET_BOOLEAN, |component| component.instance.set(references, &booleans))
+        self.call(&Function::fmi2SetBoolean, |component| component.instance.set(references, &booleans))
     }
 
     fn step(&mut self, time: f64, size: f64) -> Result<()> {
-        self.call(&Function::DO_STEP, |component| component.do_step(time, size))
+        self.call(&Function::fmi2DoStep, |component| component.do_step(time, size))
             .with_context(|| format!("at {time:?} s, step {size:?} s"))
     }
 
     fn terminate(&mut self) -> Result<()> {
-        self.call(&Function::TERMINATE, |component| {
+        self.call(&Function::fmi2Terminate, |component| {
             component.instance.terminate();
             Ok(())
         })

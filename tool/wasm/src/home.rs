@@ -3,9 +3,9 @@
 use crate::component::Instance;
 use crate::plants;
 use anyhow::{Context, Result, bail};
+use blocks::EachBlock;
 use fmu::v2::interface;
-use modeldescription::v2::{Interface, ModelDescription};
-use modeldescription::{Table, shortened};
+use modeldescription::{Description, Interface, ModelDescription, Table, shortened};
 use parameters::{Block, Loop};
 use run::component::Component;
 use run::dialog;
@@ -15,14 +15,9 @@ use tool::home::Home;
 use tool::known;
 use tool::message::{Entry, KnownLoop, Part};
 
-/// Blocks and plants, in the order in which they are shown: one line for each FMU.
-macro_rules! for_each_fmu {
+/// The plants, in the order in which they are shown behind the blocks: one line for each.
+macro_rules! for_each_plant {
     ($each:ident) => {
-        $each!(blocks::ContC);
-        $each!(blocks::ContS);
-        $each!(blocks::Pulsegen);
-        $each!(blocks::PulsCtr);
-        $each!(blocks::Hlg);
         $each!(plants::process::Process);
         $each!(plants::heater::Heater);
         $each!(plants::valve::Valve);
@@ -43,7 +38,7 @@ pub struct Linked {
 struct Fmu {
     part: Part,
     table: Arc<Table>,
-    description: Arc<ModelDescription>,
+    description: Arc<Description>,
     instantiate: fn(&str) -> Result<Box<dyn Component>>,
 }
 
@@ -51,7 +46,7 @@ impl Fmu {
     /// As the packer reads it from the FMU's library.
     fn of<B: blocks::Block + 'static>() -> Result<Fmu> {
         let interface = Interface::parse(&interface::json::<B>())?;
-        let description = Arc::new(ModelDescription::of(&interface)?);
+        let description = Arc::new(ModelDescription::of(&interface)?.description());
         let instantiate = |name: &str| Ok(Box::new(Instance::<B>::new(name)?) as Box<dyn Component>);
         let (roles, _) = dialog::of(&interface.table)?;
         Ok(Fmu { part: roles.part(&interface.table), table: Arc::new(interface.table), description, instantiate })
@@ -64,20 +59,27 @@ impl Linked {
     /// # Panics
     /// The table of a block is faulty; then it has no FMU either.
     pub fn new() -> Linked {
-        let (mut fmus, mut blocks) = (Vec::new(), Vec::new());
+        let mut linked = Linked { fmus: Vec::new(), blocks: Vec::new() };
+        blocks::for_each_block(&mut linked);
         macro_rules! add {
-            ($Block:ty) => {
-                fmus.push(Fmu::of::<$Block>().expect("the packer accepts the table"));
-                blocks.push(Arc::new(Block::of::<$Block>()));
+            ($Plant:ty) => {
+                linked.block::<$Plant>()
             };
         }
-        for_each_fmu!(add);
-        Linked { fmus, blocks }
+        for_each_plant!(add);
+        linked
     }
 
     fn find(&self, name: &str) -> Result<&Fmu> {
         let found = self.fmus.iter().find(|fmu| fmu.table.name == name);
         found.with_context(|| format!("there is no FMU {:?}", shortened(name)))
+    }
+}
+
+impl EachBlock for Linked {
+    fn block<B: blocks::Block>(&mut self) {
+        self.fmus.push(Fmu::of::<B>().expect("the packer accepts the table"));
+        self.blocks.push(Arc::new(Block::of::<B>()));
     }
 }
 
@@ -88,7 +90,7 @@ impl Default for Linked {
 }
 
 impl Fmus for Linked {
-    fn description(&self, fmu: &str) -> Result<Arc<ModelDescription>> {
+    fn description(&self, fmu: &str) -> Result<Arc<Description>> {
         Ok(self.find(fmu)?.description.clone())
     }
 
@@ -144,7 +146,7 @@ mod tests {
             instance.exit_initialization().unwrap();
             instance.step(0.0, description.default_experiment.unwrap().step_size.unwrap()).unwrap();
             for (variable, row) in
-                description.model_variables.iter().zip(&home.table(&entry.name).unwrap().unwrap().variables)
+                description.variables.iter().zip(&home.table(&entry.name).unwrap().unwrap().variables)
             {
                 let kind = match row.kind {
                     blocks::Kind::Bool => Type::Boolean,
