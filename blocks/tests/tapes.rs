@@ -177,46 +177,53 @@ fn folder(block: &str) -> PathBuf {
     folders.find(|folder| folder.is_dir()).unwrap_or_else(|| panic!("{block} has no folder in blocks/src"))
 }
 
-/// Does something with each block and its runs, which says what is wrong.
-fn assert_for_each(what: impl Fn(&Table, &[Run], &dyn Fn(&Run) -> Result<(), String>) -> Vec<String>) {
-    struct Visit<F>(F, Vec<String>);
-    impl<F: Fn(&Table, &[Run], &dyn Fn(&Run) -> Result<(), String>) -> Vec<String>> EachBlock for Visit<F> {
+/// A block with the runs of its tape, and what is wrong in them.
+struct Played {
+    table: &'static Table,
+    runs: Vec<Run>,
+    wrong: Vec<String>,
+}
+
+/// All blocks.
+fn played() -> Vec<Played> {
+    struct Play(Vec<Played>);
+    impl EachBlock for Play {
         fn block<B: Block>(&mut self) {
             let file = folder(B::TABLE.name).join("clauses.txt");
             let text = fs::read_to_string(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
-            let wrong = (self.0)(B::TABLE, &runs(&text), &|run| run.as_documented::<B>().play::<B>());
-            self.1.extend(wrong.into_iter().map(|wrong| format!("{}: {wrong}", B::TABLE.name)));
+            let runs = runs(&text);
+            let failed = runs.iter().filter_map(|run| Some((run, run.as_documented::<B>().play::<B>().err()?)));
+            let wrong = failed.map(|(run, error)| format!("{}: {}: {error}", B::TABLE.name, run.title)).collect();
+            self.0.push(Played { table: B::TABLE, runs, wrong });
         }
     }
-    let mut visit = Visit(what, Vec::new());
-    for_each_block(&mut visit);
-    assert!(visit.1.is_empty(), "\n{}", visit.1.join("\n"));
+    let mut play = Play(Vec::new());
+    for_each_block(&mut play);
+    assert!(play.0.len() >= 5);
+    play.0
 }
 
 #[test]
 fn every_block_does_what_its_tape_says() {
-    assert_for_each(|_, runs, play| {
-        let wrong = runs.iter().filter_map(|run| Some((run, play(run).err()?)));
-        wrong.map(|(run, error)| format!("{}: {error}", run.title)).collect()
-    });
+    let wrong: Vec<_> = played().into_iter().flat_map(|block| block.wrong).collect();
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
 }
 
 #[test]
 fn every_clause_and_every_run_of_the_documentation_has_a_test() {
-    assert_for_each(|table, runs, _| {
-        let clauses = table.docs.split("# Clauses\n").nth(1).unwrap_or("").split("\n# ").next().unwrap_or("");
-        let clauses = clauses.lines().filter_map(|line| line.split_once(". ")?.0.trim().parse::<usize>().ok());
-        let tests = fs::read_to_string(folder(table.name).join("tests.rs")).unwrap_or_default();
+    for Played { table, runs, .. } in played() {
+        let name = table.name;
         let has_run = |heading: &str| runs.iter().any(|run| run.title.starts_with(heading));
-        let clauses = clauses
-            .filter(|number| !has_run(&format!("{number}. ")) && !tests.contains(&format!("fn clause_{number}_")));
-        let numbered = |word: &'static str, count| (1..=count).map(move |number| format!("{word} {number}. "));
-        let shown =
-            numbered("Response", table.responses.len()).chain(numbered("Characteristic", table.characteristics.len()));
-        let shown = shown.filter(|heading| !has_run(heading));
-        clauses
-            .map(|number| format!("clause {number} has no test"))
-            .chain(shown.map(|heading| format!("{heading}has no case in clauses.txt")))
-            .collect()
-    });
+        let tests = fs::read_to_string(folder(name).join("tests.rs")).unwrap_or_default();
+        let clauses = table.docs.split("# Clauses\n").nth(1).unwrap_or("").split("\n# ").next().unwrap_or("");
+        for number in clauses.lines().filter_map(|line| line.split_once(". ")?.0.trim().parse::<usize>().ok()) {
+            let is_tested = has_run(&format!("{number}. ")) || tests.contains(&format!("fn clause_{number}_"));
+            assert!(is_tested, "{name}: clause {number} is neither on the tape nor in tests.rs");
+        }
+        for (word, count) in [("Response", table.responses.len()), ("Characteristic", table.characteristics.len())] {
+            for heading in (1..=count).map(|number| format!("{word} {number}. ")) {
+                assert!(has_run(&heading), "{name}: the tape has no case {heading:?}");
+            }
+        }
+    }
 }
