@@ -30,6 +30,7 @@ LARGEST = 1_500_000
 
 pytestmark = [
     pytest.mark.skipif(NODE is None, reason="no node: on Debian and Ubuntu 'apt install nodejs'"),
+    tool.needs_page,
     host.in_fmpy,
 ]
 
@@ -51,7 +52,7 @@ def in_the_page(page, asked):
 
 @pytest.fixture(scope="session")
 def page():
-    return tool.page()
+    return tool.PAGE
 
 
 @pytest.fixture(scope="module")

@@ -13,8 +13,6 @@ const PRODUCT: [&str; 7] = ["blocks", "engine", "fmu", "modeldescription", "para
 
 const MOST_LINES_OF_A_FILE: usize = 900;
 const MOST_LINES_OF_A_FUNCTION: usize = 150;
-const MOST_LINES_OF_XTASK: usize = 599;
-const MOST_WORDS_OF_README: usize = 900;
 
 /// This file says what must not occur elsewhere.
 const THIS_FILE: &str = "tests/rust/invariants.rs";
@@ -207,26 +205,6 @@ fn files_and_functions_are_short() {
     assert_none(
         &findings,
         &format!("split it: files have at most {MOST_LINES_OF_A_FILE} lines, functions {MOST_LINES_OF_A_FUNCTION}"),
-    );
-}
-
-#[test]
-fn xtask_stays_small() {
-    let files = source_files("xtask/src");
-    let lines: usize = files.iter().map(|file| read(file).lines().count()).sum();
-    assert!(
-        lines <= MOST_LINES_OF_XTASK,
-        "xtask/src has {lines} lines, {MOST_LINES_OF_XTASK} at most: what users run or what works for any block goes to \
-         plcfmu/src"
-    );
-}
-
-#[test]
-fn the_readme_is_short() {
-    let words = read("README.md").split_whitespace().count();
-    assert!(
-        words <= MOST_WORDS_OF_README,
-        "README.md has {words} words, {MOST_WORDS_OF_README} at most: details go to the README of their folder"
     );
 }
 
