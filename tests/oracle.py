@@ -27,7 +27,7 @@ milliseconds, WORD and INT are signed 16-bit numbers.
 
 Names: inputs and outputs bear the PLC's names in capitals, what a block remembers from call
 to call is in lower case. Assign through `set`, which converts to the terminal's type.
-The mean outputs and HLG's program cycle time belong to the FMU and are not here.
+The mean outputs belong to the FMU and are not here.
 """
 
 import numpy as np
@@ -115,6 +115,12 @@ class Block:
 
     def clear_memory(self):
         raise NotImplementedError
+
+    def restart(self):
+        """The call that an FMU makes when initialization ends."""
+        before, self.COM_RST = self.COM_RST, True
+        self.call()
+        self.COM_RST = before
 
     def owner_of(self, name):
         """The block that has the terminal, and the terminal's own name: `DI_CONT_C.GAIN` lies in
@@ -482,8 +488,11 @@ class HLG(Block):
     INPUTS = {
         **terminals(BOOL, E01=False, STOP=False, SET=False, R=False),
         **terminals(INT, S0=0, S1=0, TH_TZ=0, TR_TZ=0, INIT=0),
+        **terminals(TIME, TZ=10),
     }
     OUTPUTS = terminals(INT, HLG=0)
+
+    restart = Block.clear
 
     def clear_memory(self):
         self.remainder = 0  # what the last step's division left

@@ -18,7 +18,7 @@ import host
 
 ROOT = pathlib.Path(__file__).parents[1]
 NAME = "HLG"
-LAW = "blocks/src/abb/hlg.rs"
+LAW = "blocks/src/abb/hlg/mod.rs"
 
 
 class Clone:

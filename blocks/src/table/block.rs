@@ -22,6 +22,8 @@
 /// }
 /// ```
 ///
+/// A long documentation stands in a file of its own: `#[doc = include_str!("page.md")]` below the first sentence.
+///
 /// Behind `NAME` and `|` stand the other names by which a PLC project may call the block, if there are any. The sections of
 /// variables may be repeated and stand in any order, so that the rows can keep the order of an instance
 /// data block; start, `from`, `min`, `max` and `unit` may be left out. `from` names the block's own settings on which the
@@ -32,7 +34,7 @@
 #[macro_export]
 macro_rules! block {
     (
-        $(#[doc = $docs:literal])*
+        $(#[doc = $docs:expr])*
         pub struct $Block:ident as $NAME:literal $(| $alias:literal)* {
             $( $section:ident {
                 $(

@@ -1,5 +1,9 @@
 //! CONT_S (FB 42): the PI step controller.
 
+mod responses;
+#[cfg(test)]
+mod tests;
+
 use crate::siemens::advice;
 use crate::siemens::error_signal::{dead_band, process_value};
 use crate::table::{Law, Real, Response, Time};
@@ -7,230 +11,7 @@ use crate::table::{Law, Real, Response, Time};
 crate::block! {
     /// PI step controller for a motor-driven actuator without position feedback, with manual pulses (FB 42).
     ///
-    /// # Purpose
-    ///
-    /// The block controls a process value with a valve, damper or other actuator that a motor opens and closes, such as
-    /// a mixing valve or a gas flap. It needs neither a position feedback nor an analog output: it computes from the
-    /// time of its pulses where the valve should be. It is no controller for heating by pulses; that is CONT_C with
-    /// PULSEGEN, or PULS_CTR.
-    ///
-    /// # Quick start
-    ///
-    /// 1. MTR_TM: the time of the actuator from stop to stop, from its data sheet; 30 s by default.
-    /// 2. CYCLE, PULSE_TM and BREAK_TM: 100 ms, and what motor and contactors need, for example 0.5 s each. The
-    ///    shortest pulse moves the valve by 100 PULSE_TM / MTR_TM percent.
-    /// 3. GAIN and TI: GAIN = T / (2 K L) and TI = T, at most 8 L, for a plant with gain K, time constant T and dead
-    ///    time L.
-    /// 4. DEADB_W: at least K 50 PULSE_TM / MTR_TM, so that the loop comes to rest.
-    /// 5. PV_IN from the plant, or PVPER_ON = TRUE with PV_FAC and PV_OFF for an analog word; SP_INT. Connect
-    ///    QLMN_MEAN, or QLMNUP and QLMNDN, to the valve.
-    ///
-    /// # Diagram
-    ///
-    /// ```diagram
-    /// icon three_step
-    /// input SP_INT 0,3
-    /// input PV_IN 0,8
-    /// input PV_PER 0,13
-    /// box CRP_IN 11,13 analog_input
-    /// box PV_NORM 21,13 normalize with PV_FAC PV_OFF
-    /// switch PVPER_ON 31,9 TRUE lower
-    /// sum E 37,3 left + bottom -
-    /// box DEADBAND 45,3 dead_band with DEADB_W
-    /// box GAIN 58,3 multiply with GAIN
-    /// output PV 40,9
-    /// output ER 54,9
-    /// SP_INT > E > DEADBAND
-    /// PV_IN > PVPER_ON.FALSE
-    /// PV_PER > CRP_IN > PV_NORM > x28 > PVPER_ON.TRUE
-    /// PV: PVPER_ON > E.bottom
-    /// 37,9 > PV
-    /// ER: DEADBAND > GAIN
-    /// 52,3 > y9 > ER
-    /// text 63,2.2 "e"
-    ///
-    /// // e, minus position and I action, plus DISV, to the pulses
-    /// GAIN > x65 > y19.5 > x2 > y29 > STEP
-    /// text 3,28.2 "e"
-    /// sum STEP 10,29 left + bottom -
-    /// input DISV 8,24
-    /// sum FF 16,29 left + top +
-    /// box THREE_ST 24,29 three_step
-    /// text 17.7,28.2 "z"
-    /// switch LMNS_ON 40,25 TRUE lower
-    /// switch DOWN 40,34 TRUE lower by LMNS_ON
-    /// input LMNUP 31,26
-    /// input LMNDN 31,35
-    /// box PULSEOUT 52,29 pulses with PULSE_TM BREAK_TM LMNR_HS LMNR_LS
-    /// output QLMNUP 66,26
-    /// output QLMNDN 66,32
-    /// DISV > FF.top
-    /// STEP > FF > THREE_ST
-    /// THREE_ST.right-1 > x29 > LMNS_ON.FALSE
-    /// THREE_ST.right+1 > x29 > DOWN.FALSE
-    /// LMNUP > LMNS_ON.TRUE
-    /// LMNDN > DOWN.TRUE
-    /// LMNS_ON > x44 > PULSEOUT.left-1
-    /// DOWN > x44 > PULSEOUT.left+1
-    /// PULSEOUT.right-1 > x60 > QLMNUP
-    /// PULSEOUT.right+1 > x60 > QLMNDN
-    ///
-    /// // the pulses back: the assumed travel of the valve
-    /// box MEAN 69,40 mean
-    /// output QLMN_MEAN 73,40
-    /// box MOTOR 52,46 "+100, 0, -100 %" with MTR_TM
-    /// sum RATE 36,46 right + bottom -
-    /// box INT 22,46 integrate
-    /// box PAUSE 22,55 "e / Te," "in pauses" with TI
-    /// 63,26 > y39.5 > MEAN.left-0.5
-    /// 62,32 > y40.5 > MEAN.left+0.5
-    /// MEAN > QLMN_MEAN
-    /// 63,39.5 > y45.5 > MOTOR.right-0.5
-    /// 62,40.5 > y46.5 > MOTOR.right+0.5
-    /// MOTOR.left > RATE.right
-    /// RATE.left > INT.right
-    /// INT.left > STEP.bottom
-    /// 2,29 > y55 > PAUSE
-    /// PAUSE > RATE.bottom
-    /// text 11,45.2 "F"
-    /// text 22,48.8 "F = 0 with LMNS_ON" middle
-    ///
-    /// box RESTART 75,3 "outputs = 0" "memory = 0" with COM_RST
-    /// box CALL 75,13 "every CYCLE" with CYCLE
-    /// ```
-    ///
-    /// # Dialog
-    ///
-    /// ```dialog
-    /// setpoint: SP_INT
-    /// process value: PV_IN, PV
-    /// controller: GAIN, TI
-    /// pulses: QLMNUP, QLMNDN
-    /// signal process value peripheral: PV_PER
-    /// signal high stop: LMNR_HS
-    /// signal low stop: LMNR_LS
-    ///
-    /// [Setpoint]
-    /// SP_INT
-    /// [Process value]
-    /// PVPER_ON
-    /// PV_IN if not PVPER_ON
-    /// PV_PER, PV_FAC, PV_OFF if PVPER_ON
-    /// [Dead band]
-    /// DEADB_W
-    /// [Gain and times]
-    /// GAIN, TI
-    /// [Manual]
-    /// LMNS_ON
-    /// LMNUP, LMNDN if LMNS_ON
-    /// [Actuator]
-    /// MTR_TM, LMNR_HS, LMNR_LS
-    /// [Pulse former]
-    /// PULSE_TM, BREAK_TM
-    /// [Disturbance]
-    /// DISV
-    /// [Sampling]
-    /// CYCLE, COM_RST
-    /// ```
-    ///
-    /// # Law
-    ///
-    /// Seen over many pulses the valve follows a PI controller with the feedforward DISV:
-    ///
-    /// ```math
-    /// \text{travel} = \text{GAIN}\left(\text{ER} + \frac{1}{\text{TI}}\int \text{ER}\,dt\right) + \text{DISV}
-    /// ```
-    ///
-    /// A pulse begins when the demand exceeds the on threshold, and ends at the off threshold:
-    ///
-    /// ```math
-    /// z \ge \max\left(\min(|e|, |F|, 10),\ \frac{100\,\text{PULSE_TM}}{\text{MTR_TM}}\right), \qquad z \le \frac{55\,\text{CYCLE}}{\text{MTR_TM}}, \qquad z = e - F + \text{DISV}
-    /// ```
-    ///
-    /// The law of a call, in this order; every operation rounds to a 32-bit REAL, `a` is the pulse that has been
-    /// running since an earlier call (+1 up, -1 down, 0 none):
-    ///
-    /// ```text
-    /// PV     = PVPER_ON ? ((PV_PER * 0.003616898) * PV_FAC) + PV_OFF : PV_IN
-    /// ER     = dead band of half width DEADB_W over SP_INT - PV
-    /// e      = ER * GAIN
-    /// T      = CYCLE,  M = max(MTR_TM, T),  Ti = max(TI, T / 2)                                in seconds
-    /// F      = 0                              with LMNS_ON
-    ///          F + (((100 * a) * T) / M)      while a pulse runs
-    ///          F - ((e * T) / Te)             in pauses,      Te = max(Ti - |(0.01 * e) * M|, 0.1 * Ti)
-    /// z      = (e - F) + DISV
-    /// off    = (55 * T) / M
-    /// lowest = (100 * max(PULSE_TM, CYCLE)) / M
-    /// on     = max(min(|e|, |F|, 10), lowest)
-    /// demand = +1 if z >= on, or still if z > off
-    ///          -1 if z <= -on, or still if z < -off
-    ///          0 otherwise;  with LMNS_ON: LMNUP - LMNDN
-    /// a      = demand, as far as the stops, PULSE_TM and BREAK_TM allow
-    /// QLMNUP = (a = +1),  QLMNDN = (a = -1)
-    /// ```
-    ///
-    /// # Clauses
-    ///
-    /// 1. Restart (COM_RST): all outputs are FALSE / 0, and so is all memory: a running pulse ends at once, whatever is
-    ///    left of PULSE_TM. The block does not reset COM_RST: while it is TRUE, every call is a restart. (manual)
-    /// 2. Process value: PV_FAC and PV_OFF act on the analog value PV_PER only (manual). 100/27648 is multiplied as a
-    ///    REAL (measured). Dead band: ER = x + DEADB_W below -DEADB_W, x - DEADB_W above DEADB_W, else 0. (vendor)
-    /// 3. Times have lower bounds: MTR_TM is at least CYCLE, TI at least CYCLE / 2. (vendor)
-    /// 4. One integrator F holds both the assumed position of the valve and the I action (manual). During a pulse it
-    ///    moves with the motor, and the error is not integrated; in pauses it integrates the error with the shorter
-    ///    reset time Te, which compensates for the pulses: the mean rate is e / TI while |e| MTR_TM / 100 stays below
-    ///    0.9 TI (measured). The I action that is missed during the first pulse is not compensated: at the end of a
-    ///    pulse the travel is e^2 MTR_TM / (100 TI) behind e (1 + t / TI), and further behind between pulses. The first
-    ///    pulse lasts e MTR_TM / 100 only if |e| MTR_TM / 100 is well below TI, otherwise longer.
-    /// 5. Pauses integrate nothing while the valve is reported at the stop that e pushes against. (measured)
-    /// 6. LMNS_ON holds F at 0, so the change back to automatic may bump. (vendor)
-    /// 7. TI = 0 switches the I action off. Then F is the position only, and is held within 0 ... 100. (vendor; numbers
-    ///    measured)
-    /// 8. The on threshold is adapted: few long pulses while the error is large, short ones near the setpoint. With TI
-    ///    above 0 it follows the formula; with TI = 0, |e| / 2 replaces min(|e|, |F|), or 0 if PV is 0. If either stop
-    ///    is reported, it is `lowest`, also during a pulse; otherwise a pulse keeps the threshold it began with. It is
-    ///    adapted in manual mode too. (that it is adapted: vendor; numbers measured)
-    /// 9. Three-step element: on at the on threshold, off at the off threshold, with z compared as in the formula.
-    ///    (vendor)
-    /// 10. Manual pulses: with LMNS_ON, LMNUP alone demands a pulse up, LMNDN alone a pulse down, both or neither
-    ///     demand none. (manual, vendor)
-    /// 11. A demand against a reported stop is ignored, and so is a demand against the running pulse: between up and
-    ///     down there is at least one call with both outputs FALSE. (vendor)
-    /// 12. A pulse lasts at least PULSE_TM even if the demand ends earlier, and the break after it at least BREAK_TM;
-    ///     this holds for manual pulses too. Both times are counted in calls: with CYCLE 1 s, 3 s are three calls.
-    ///     (manual, vendor)
-    /// 13. A pulse against a reported stop ends at once, whatever is left of PULSE_TM (vendor). If something was left,
-    ///     no break is needed after it; otherwise BREAK_TM applies (measured).
-    /// 14. It follows from clauses 11 to 13 that both outputs are never TRUE together, that up and down never follow
-    ///     each other in consecutive calls, and that no pulse runs against a reported stop.
-    /// 15. QLMN_MEAN is ours, not the manual's: the mean of the pulses over the last communication step, +100 % if up
-    ///     all the time, -100 % if down all the time; in a step without a call, the state of the outputs. A Real plant
-    ///     input and steps longer than CYCLE need it, because QLMNUP and QLMNDN show only the last call. (decided)
-    ///
-    /// # Sampling
-    ///
-    /// The block computes with CYCLE and must be called that often. A pulse is a whole number of calls, so the valve
-    /// moves in steps of 100 CYCLE / MTR_TM percent.
-    ///
-    /// A communication step of ten times CYCLE makes ten calls with the inputs of its start, so the loop reacts up to
-    /// ten CYCLE later: a dead time that a tuned loop has to bear. A step of CYCLE / 10 makes a call in one step of ten
-    /// and none in the others.
-    ///
-    /// # Limits of use
-    ///
-    /// The block checks no parameter. An internal overflow may leave the integrator infinite or NaN, and the automatic
-    /// mode stops working; COM_RST or LMNS_ON clears it.
-    ///
-    /// The block does not know the position of the valve. A valve that is slower than MTR_TM says, or that a hand
-    /// moves, is found again by the I action alone; with TI = 0 it is lost until it reaches a stop that LMNR_HS or
-    /// LMNR_LS reports. There is no D action.
-    ///
-    /// # Sources
-    ///
-    /// Decided: QLMN_MEAN. The manual's table says that QLMNDN opens the valve; this is a misprint: QLMNDN closes it.
-    ///
-    /// Standard Software for S7-300 and S7-400, PID Control, User Manual (C79000-G7076-C516), section 3.2,
-    /// figure 3-2, tables 3-3 and 3-4; recordings at the terminals of real blocks.
+    #[doc = include_str!("page.md")]
     pub struct ContS as "CONT_S" | "FB 42" | "SFB 42" {
         input {
             /// Complete restart: TRUE runs the restart routine instead of the controller
@@ -425,45 +206,7 @@ crate::block! {
 }
 
 impl Law for ContS {
-    const RESPONSES: &'static [Response] = &[
-        Response {
-            title: "Setpoint 11: a long pulse for the P action, then short ones for the I action; back at 0 the P action is \
-                taken back and the I action stays; at -6 the I action moves down",
-            calls: 140,
-            set: &[(5, "SP_INT", 11.0), (48, "SP_INT", 0.0), (70, "SP_INT", -6.0)],
-            show: &["SP_INT", "ER", "QLMNUP", "QLMNDN"],
-        },
-        Response {
-            title: "P action alone (TI = 0, no dead band): an error of 10 opens the valve by 20 %, 6 calls of 3.3 %; half of the \
-                error takes half of it back",
-            calls: 60,
-            set: &[(0, "TI", 0.0), (0, "DEADB_W", 0.0), (5, "SP_INT", 10.0), (30, "SP_INT", 5.0)],
-            show: &["SP_INT", "ER", "QLMNUP", "QLMNDN"],
-        },
-        Response {
-            title: "By hand: LMNUP for 6 calls makes a pulse of 6, LMNDN for one call makes one of PULSE_TM = 3 s; both together \
-                make none",
-            calls: 60,
-            set: &[
-                (0, "LMNS_ON", 1.0),
-                (5, "LMNUP", 1.0),
-                (11, "LMNUP", 0.0),
-                (25, "LMNDN", 1.0),
-                (26, "LMNDN", 0.0),
-                (40, "LMNUP", 1.0),
-                (40, "LMNDN", 1.0),
-                (50, "LMNUP", 0.0),
-                (50, "LMNDN", 0.0),
-            ],
-            show: &["LMNUP", "LMNDN", "QLMNUP", "QLMNDN"],
-        },
-        Response {
-            title: "The upper stop cuts a pulse at once; the way down is free",
-            calls: 60,
-            set: &[(5, "SP_INT", 40.0), (15, "LMNR_HS", 1.0), (30, "SP_INT", -40.0), (34, "LMNR_HS", 0.0)],
-            show: &["ER", "LMNR_HS", "QLMNUP", "QLMNDN"],
-        },
-    ];
+    const RESPONSES: &'static [Response] = responses::RESPONSES;
 
     fn restart(&mut self) {
         self.clear();
@@ -578,6 +321,3 @@ impl ContS {
         memory.break_left = memory.break_left.saturating_sub(self.cycle.milliseconds()).max(0);
     }
 }
-
-#[cfg(test)]
-mod tests;

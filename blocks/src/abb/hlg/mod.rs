@@ -1,0 +1,159 @@
+//! HLG: the ramp function generator (ABB Serie90 / AC500).
+
+mod responses;
+#[cfg(test)]
+mod tests;
+
+use crate::table::{Int, Law, Response};
+
+crate::block! {
+    /// Ramp function generator: moves an integer to a set point along a ramp, with stop, set and reset (ABB HLG).
+    ///
+    #[doc = include_str!("page.md")]
+    pub struct Hlg as "HLG" {
+        input {
+            /// Selects the set point: S0 (FALSE) or S1 (TRUE)
+            ///
+            /// FALSE ramps to S0, TRUE to S1. It may change at any time: the ramp goes on from the present output
+            /// towards the other set point, with the slope of that set point.
+            e01: Bool = false;
+            /// Set point 0
+            ///
+            /// The target while E01 is FALSE, and the slope too: the output moves by |S0| in TH_TZ or TR_TZ calls, so a
+            /// target of 1000 is reached from 0 in the same time as one of 100. 0 is no target: the output stays where
+            /// it is. -32768 counts as -32767.
+            s0: Int = 0, min -32767, max 32767;
+            /// Set point 1
+            ///
+            /// The target while E01 is TRUE, and the slope too: the output moves by |S1| in TH_TZ or TR_TZ calls. 0 is
+            /// no target: to return to 0, ramp to a set point beyond it, such as -1000, and limit the output behind the
+            /// block, or use R.
+            s1: Int = 0, min -32767, max 32767;
+            /// Start up time TH as a number of program cycles: calls in which the output rises by |set point|
+            ///
+            /// The time from 0 to a positive set point, divided by TZ: 4 s at TZ = 10 ms are 400. It is used whenever
+            /// the output rises, also from a negative output. The steps are whole numbers, and the remainder is carried
+            /// on: from 0 to 10 in 4 calls gives 2, 5, 7, 10. With 0, the start value, the output jumps in one call.
+            th_tz: Int = 0, min 0;
+            /// Return time TR as a number of program cycles: calls in which the output falls by |set point|
+            ///
+            /// The time from a set point back by its own amount, divided by TZ; used whenever the output falls. With S0
+            /// = -500 and 20 the output falls by 25 a call. 0, the start value, jumps in one call.
+            tr_tz: Int = 0, min 0;
+            /// Holds the output
+            ///
+            /// While it is TRUE nothing changes, whatever SET and R are; the ramp goes on afterwards as if no time had
+            /// passed, with the remainder of its division kept. A drive that has to wait on its way up sets it.
+            stop: Bool = false;
+            /// Sets the output to INIT (pin name ours)
+            ///
+            /// While it is TRUE the output is INIT, also above or below both set points; when it becomes FALSE, the
+            /// ramp starts from there. Use it to start a ramp at the present speed of a drive. STOP has priority over
+            /// it, and it has priority over R.
+            set: Bool = false;
+            /// Initial value for SET (pin name ours)
+            ///
+            /// The output while SET is TRUE. It may be beyond the set points: 600 with S0 = 500 and TR_TZ = 10 falls to
+            /// 500 in two calls. -32768 counts as -32767.
+            init: Int = 0;
+            /// Resets the output to 0
+            ///
+            /// While it is TRUE the output is 0 at once, without a ramp. It is the only way to exactly 0, because a set
+            /// point of 0 means to stay. STOP and SET have priority.
+            r: Bool = false;
+        }
+        cycle {
+            /// Program cycle time: the time between two calls (no pin of the original)
+            ///
+            /// The block's law counts calls and does not contain TZ; the FMU calls it every TZ, whatever the
+            /// communication step is. When you change TZ, scale TH_TZ and TR_TZ: half of TZ needs twice the number. The
+            /// PLC calls the original once a program cycle, 10 ms is typical.
+            tz: Time = Time::ms(10), min Time::ms(1);
+        }
+        output {
+            /// Output of the ramp
+            ///
+            /// A whole number between -32767 and 32767. It never passes the set point, and stays on it until the set
+            /// point changes. After a restart it is 0.
+            hlg: Int;
+        }
+    }
+    memory Memory {
+        /// Remainder of the last step's division.
+        remainder: Int;
+        /// Set point of the ramp to which the remainder belongs.
+        w: Int;
+        /// That ramp goes upwards.
+        upwards: bool;
+        /// N of that ramp.
+        n: Int;
+    }
+}
+
+impl Law for Hlg {
+    const RESPONSES: &'static [Response] = responses::RESPONSES;
+
+    fn restart(&mut self) {
+        self.clear();
+    }
+
+    #[inline(always)]
+    fn call(&mut self) {
+        if self.stop {
+            return;
+        }
+        if self.set {
+            return self.arrive(limited(self.init));
+        }
+        if self.r {
+            return self.arrive(0);
+        }
+        let w = limited(if self.e01 { self.s1 } else { self.s0 });
+        if w == 0 || w == self.hlg {
+            return self.arrive(self.hlg);
+        }
+        let upwards = w > self.hlg;
+        let n = if upwards { self.th_tz } else { self.tr_tz };
+        if n <= 0 {
+            return self.arrive(w);
+        }
+
+        let memory = &mut self.memory;
+        if (memory.w, memory.upwards, memory.n) != (w, upwards, n) {
+            *memory = Memory { remainder: 0, w, upwards, n };
+        }
+        let amount = i32::from(w).abs() + i32::from(memory.remainder);
+        let step = amount / i32::from(n);
+        memory.remainder = (amount % i32::from(n)) as Int;
+
+        let distance = i32::from(w) - i32::from(self.hlg);
+        if step >= distance.abs() {
+            self.arrive(w);
+        } else {
+            self.hlg = (i32::from(self.hlg) + step * distance.signum()) as Int;
+        }
+    }
+
+    fn advice(&self) -> Vec<String> {
+        let jumps = [("TH_TZ", "upwards", self.th_tz), ("TR_TZ", "downwards", self.tr_tz)].into_iter();
+        jumps
+            .filter(|(_, _, n)| *n <= 0)
+            .map(|(name, direction, n)| {
+                format!("{name} = {n}: {direction} the output jumps to the set point in one call")
+            })
+            .collect()
+    }
+}
+
+impl Hlg {
+    /// Sets the output; no ramp is running.
+    fn arrive(&mut self, output: Int) {
+        self.hlg = output;
+        self.memory.remainder = 0;
+    }
+}
+
+/// Set points are symmetrical: -32768 becomes -32767.
+fn limited(value: Int) -> Int {
+    value.max(-32767)
+}

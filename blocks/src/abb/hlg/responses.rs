@@ -1,0 +1,42 @@
+//! The runs and characteristics that the documentation of HLG shows.
+
+use crate::table::Response;
+
+pub(super) const RESPONSES: &[Response] = &[
+    Response {
+        title: "Up to 1000 in 40 calls, stopped for 10 of them; down to -500 at 500 in 20 calls; reset",
+        calls: 140,
+        set: &[
+            (0, "TH_TZ", 40.0),
+            (0, "TR_TZ", 20.0),
+            (0, "S1", -500.0),
+            (5, "S0", 1000.0),
+            (25, "STOP", 1.0),
+            (35, "STOP", 0.0),
+            (60, "E01", 1.0),
+            (130, "R", 1.0),
+        ],
+        show: &["HLG", "STOP", "E01", "R"],
+    },
+    Response {
+        title: "SET to 600, then down to the set point 500 in 2 calls of 50; set point 0 holds the output",
+        calls: 60,
+        set: &[
+            (0, "S0", 500.0),
+            (0, "TH_TZ", 20.0),
+            (0, "TR_TZ", 10.0),
+            (0, "INIT", 600.0),
+            (15, "SET", 1.0),
+            (25, "SET", 0.0),
+            (40, "S0", 0.0),
+        ],
+        show: &["HLG", "SET"],
+    },
+    Response {
+        title: "10 in 4 calls: 2, 5, 7, 10, because the remainder of the division is carried on; with TR_TZ = 0 the way back is \
+                a jump",
+        calls: 60,
+        set: &[(0, "TH_TZ", 4.0), (0, "S0", 10.0), (0, "S1", -10.0), (20, "E01", 1.0)],
+        show: &["HLG", "E01"],
+    },
+];

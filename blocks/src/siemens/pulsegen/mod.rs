@@ -1,0 +1,240 @@
+//! PULSEGEN (FB 43): the pulse generator.
+
+mod responses;
+#[cfg(test)]
+mod tests;
+
+use std::cmp::Ordering;
+
+use crate::siemens::advice;
+use crate::table::{Characteristic, Law, Real, Response, rnd};
+
+crate::block! {
+    /// Pulse duration modulation of a manipulated value for proportional actuators, in three or two steps (FB 43).
+    ///
+    #[doc = include_str!("page.md")]
+    pub struct Pulsegen as "PULSEGEN" | "FB 43" | "SFB 43" {
+        input {
+            /// Manipulated value in percent, to be turned into pulses
+            ///
+            /// Connect LMN of CONT_C here. It is read at the start of a period, or at any call with SYN_ON, and held to
+            /// the end of the period. In three-step control its sign chooses the output: 30 with PER_TM = 1 s is a
+            /// positive pulse of 0.3 s. Bipolar two-step control maps -100 ... 100 to 0 ... 100 % on time, monopolar 0
+            /// ... 100 to the same. Values beyond the range give a full pulse in their direction; in two-step control
+            /// below it none. Limit LMN of the controller to the range that the actuator has.
+            inv: Real = 0.0, min -100.0, max 100.0;
+        }
+        parameter {
+            /// Period of the pulses, in which INV is updated once; range: PER_TM >= 20 CYCLE
+            ///
+            /// The mean of the pulses over a period is INV, so the plant must not follow single pulses: choose PER_TM
+            /// well below its dominant time constant, a tenth or less, and long enough for the wear of the relay. 1 s
+            /// is for solid state relays, 10 ... 60 s for contactors and heating valves. PER_TM / CYCLE is the
+            /// resolution: the start values, 1 s and 10 ms, give 100 calls and 1 %; below 20 calls it is coarser than 5
+            /// %. It acts on the loop as a dead time of about PER_TM / 2. It is rounded to whole calls and takes effect
+            /// with the next period.
+            per_tm: Time = Time::ms(1000);
+            /// Minimum length of a pulse and of a break; range: P_B_TM >= CYCLE
+            ///
+            /// Pulses shorter than this are left out, and breaks shorter than this are filled, so that the actuator is
+            /// never switched for less time than it takes. With PER_TM = 1 s and 0.05 s, INV below 5 % gives nothing
+            /// and above 95 % a full pulse: the characteristic jumps there. Take the shortest sensible on time of the
+            /// relay or valve. Above PER_TM / 2 there is only off and fully on, above PER_TM only fully on.
+            p_b_tm: Time = Time::ms(50);
+            /// Ratio of the length of negative to positive pulses
+            ///
+            /// Makes up for a process that reacts differently to cooling and heating, in three-step control only. If
+            /// cooling is twice as strong as heating, set 0.5: negative pulses are half as long, INV = -50 gives 25 %.
+            /// Above 1 the positive pulses are divided by it: with 2, INV = 50 gives 25 %. The minimum time scales with
+            /// the pulses of that sign, so that they may be shorter than P_B_TM. 1 is symmetrical.
+            ratiofac: Real = 1.0, min 0.1, max 10.0;
+            /// Three-step control: positive and negative pulses; otherwise two-step control
+            ///
+            /// TRUE: QPOS_P and QNEG_P drive two actuators, such as heating and cooling, or open and close. FALSE:
+            /// QPOS_P drives one actuator and QNEG_P is its opposite; ST2BI_ON then says which range INV has. A change
+            /// takes effect with the next period, for the pulse width, and at once for the outputs.
+            step3_on: Bool = true;
+            /// Two-step control is bipolar, -100 ... 100 % (TRUE), or monopolar, 0 ... 100 % (FALSE)
+            ///
+            /// Only with STEP3_ON = FALSE. TRUE: INV = -100 is off, 0 is half on, 100 is on; for a controller whose
+            /// output goes from -100 to 100. FALSE: 0 is off, 100 is on, and below 0 it stays off; for a controller
+            /// with LMN_LLM = 0. Choosing the wrong one halves or doubles the gain of the loop.
+            st2bi_on: Bool = false;
+        }
+        input {
+            /// Manual mode: POS_P_ON and NEG_P_ON set the outputs
+            ///
+            /// While it is TRUE, POS_P_ON and NEG_P_ON switch the outputs in the same call, without period and without
+            /// minimum time. When it becomes FALSE, the next call starts a new period with the INV of that call.
+            man_on: Bool = false;
+            /// Manual positive pulse
+            ///
+            /// Acts with MAN_ON = TRUE. In three-step control it sets QPOS_P unless NEG_P_ON is TRUE as well; in
+            /// two-step control QPOS_P follows it, and QNEG_P is the opposite. P_B_TM is not observed: a short command
+            /// makes a short pulse.
+            pos_p_on: Bool = false;
+            /// Manual negative pulse; no effect in two-step control
+            ///
+            /// Acts with MAN_ON = TRUE in three-step control: it sets QNEG_P unless POS_P_ON is TRUE as well. In
+            /// two-step control it has no effect, because QNEG_P is the opposite of QPOS_P.
+            neg_p_on: Bool = false;
+            /// Synchronization: a change of INV starts a new period
+            ///
+            /// TRUE: a new INV ends the running period and starts a new one with the next call, except in the first
+            /// call and in the last two of a period. It saves the wait of up to a PER_TM and fits a controller that
+            /// computes INV once a period. With an INV that changes in every call it defeats the modulation: a period
+            /// then lasts two calls, and 30 % of ten calls is on all the time. Set FALSE there, or call the controller
+            /// once a period as PULS_CTR does.
+            syn_on: Bool = true;
+            /// Complete restart: TRUE runs the restart routine instead of the generator
+            ///
+            /// While it is TRUE, every call is a restart: both outputs are FALSE, QNEG_P in two-step control too. The
+            /// first call after it starts a period. The block does not reset it; at the start of a simulation the FMU
+            /// restarts the block itself.
+            com_rst: Bool = false;
+        }
+        cycle {
+            /// Sampling time: the time between two calls
+            ///
+            /// The time base of the pulses: the FMU calls the block that often, whatever the communication step is.
+            /// Pulses and periods are whole numbers of calls. Choose PER_TM / 100 for a resolution of 1 %, as the start
+            /// values have it, and call the controller before it less often: its CYCLE may be PER_TM.
+            cycle: Time = Time::ms(10), min Time::ms(1);
+        }
+        output {
+            /// Positive pulse
+            ///
+            /// TRUE while the actuator for positive values is on. It shows the last call of the communication step:
+            /// with a step of PER_TM it always shows the same call of the period. Use Q_MEAN for longer steps and for a
+            /// plant with a Real input.
+            qpos_p: Bool;
+            /// Negative pulse; in two-step control the opposite of QPOS_P
+            ///
+            /// In three-step control TRUE while the actuator for negative values is on. In two-step control it is TRUE
+            /// whenever QPOS_P is FALSE, but not after a restart, when both are FALSE. Do not connect it to a second
+            /// actuator there.
+            qneg_p: Bool;
+        }
+    }
+    mean {
+        /// Mean of the pulses over the last communication step in percent, negative ones negative (not in the manual)
+        ///
+        /// Connects the pulses to a plant with a Real input. With a communication step of one period it is INV itself,
+        /// rounded to whole calls: 34 in a period of ten calls gives 30. In steps of one CYCLE it is 100, 0 or -100. In
+        /// two-step control it counts QPOS_P only, 0 ... 100.
+        q_mean;
+    }
+    memory Memory {
+        /// INV of the previous call.
+        inv: Real;
+        /// R: calls left in the period.
+        period_left: i32;
+        /// K: calls left in the pulse.
+        pulse_left: i32;
+        /// The pulse is negative.
+        negative: bool;
+        /// What the last call made: +1 a positive pulse, -1 a negative one, 0 none.
+        pulse: i32;
+    }
+}
+
+impl Law for Pulsegen {
+    const RESPONSES: &'static [Response] = responses::RESPONSES;
+
+    const CHARACTERISTICS: &'static [Characteristic] = responses::CHARACTERISTICS;
+
+    fn restart(&mut self) {
+        self.clear();
+    }
+
+    #[inline(always)]
+    fn call(&mut self) {
+        if self.com_rst {
+            return self.restart();
+        }
+        if self.man_on {
+            self.manual();
+        } else {
+            self.automatic();
+        }
+        self.memory.inv = self.inv;
+        // In two-step control QNEG_P is the opposite of QPOS_P and no pulse.
+        self.memory.pulse = i32::from(self.qpos_p) - i32::from(self.step3_on && self.qneg_p);
+    }
+
+    fn advice(&self) -> Vec<String> {
+        advice::pulsegen(self, "")
+    }
+
+    fn pulse(&self) -> i32 {
+        self.memory.pulse
+    }
+}
+
+impl Pulsegen {
+    fn manual(&mut self) {
+        if self.step3_on {
+            self.qpos_p = self.pos_p_on && !self.neg_p_on;
+            self.qneg_p = self.neg_p_on && !self.pos_p_on;
+        } else {
+            self.qpos_p = self.pos_p_on;
+            self.qneg_p = !self.pos_p_on;
+        }
+        self.memory.period_left = 0;
+    }
+
+    fn automatic(&mut self) {
+        if self.memory.period_left <= 0 {
+            let cycle = self.cycle.real();
+            let (width, negative) = self.width();
+            self.memory.period_left = rnd(self.per_tm.real() / cycle).max(0);
+            self.memory.pulse_left = rnd(width / cycle);
+            self.memory.negative = negative;
+        } else if self.syn_on && self.inv_has_changed() && self.memory.period_left > 2 {
+            self.memory.period_left = 1;
+        }
+        let on = self.memory.pulse_left > 0;
+        if self.step3_on {
+            self.qpos_p = on && !self.memory.negative;
+            self.qneg_p = on && self.memory.negative;
+        } else {
+            self.qpos_p = on;
+            self.qneg_p = !on;
+        }
+        self.memory.period_left -= 1;
+        self.memory.pulse_left = self.memory.pulse_left.saturating_sub(1).max(0);
+    }
+
+    /// Whether INV lies above or below that of the last call. Any comparison with NaN is false, this one too.
+    fn inv_has_changed(&self) -> bool {
+        self.inv.partial_cmp(&self.memory.inv).is_some_and(Ordering::is_ne)
+    }
+
+    /// The width of the pulse in milliseconds, and whether it is a negative one.
+    fn width(&self) -> (Real, bool) {
+        let period = self.per_tm.real();
+        let shortest = self.p_b_tm.real();
+        let positive = self.inv > 0.0;
+        let (factor, offset, scale) = if self.step3_on {
+            let factor = match (positive, self.ratiofac > 1.0) {
+                (true, true) => 1.0 / self.ratiofac,
+                (false, false) => self.ratiofac,
+                _ => 1.0,
+            };
+            (factor, 0.0, factor)
+        } else if self.st2bi_on {
+            if self.inv < -100.0 { (0.0, 0.0, 1.0) } else { (0.5, 0.5 * period, 1.0) }
+        } else {
+            (if self.inv < 0.0 { 0.0 } else { 1.0 }, 0.0, 1.0)
+        };
+        let width = ((((self.inv * factor) * period) * 0.01) + offset).abs();
+        let width = if width > scale * (period - shortest) {
+            scale * period
+        } else if width < scale * shortest {
+            0.0
+        } else {
+            width
+        };
+        (width, self.step3_on && !positive)
+    }
+}
