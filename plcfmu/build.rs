@@ -14,7 +14,7 @@ fn main() -> io::Result<()> {
         collect(&folder, &|path| path.extension().is_some_and(|extension| extension == "rs"), &mut files)?;
     }
     write("sources.rs", &root, files)?;
-    let web = root.join("plcfmu/web");
+    let web = root.join("tool/web");
     let mut files = Vec::new();
     for folder in [web.clone(), web.join("src"), web.join("vendor")] {
         println!("cargo::rerun-if-changed={}", folder.display());

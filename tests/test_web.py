@@ -9,7 +9,7 @@ import subprocess
 
 import pytest
 
-WEB = pathlib.Path(__file__).parents[1] / "plcfmu/web"
+WEB = pathlib.Path(__file__).parents[1] / "tool/web"
 NPM = shutil.which("npm")
 
 

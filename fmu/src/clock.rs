@@ -31,21 +31,18 @@ use crate::refusal::Refusal;
 use blocks::{Stored, Time};
 
 /// Two times that differ by less than this fraction of a CYCLE are the same.
-const SAME: f64 = 1e-6;
+pub(crate) const SAME: f64 = 1e-6;
 
 /// How far the time of a host that adds up may drift from the clock's, as a fraction of a CYCLE. Beyond it the host is
 /// followed.
-const MOST_DRIFT: f64 = 0.25;
+pub(crate) const MOST_DRIFT: f64 = 0.25;
 
 /// How many roundings of a double, beyond the accumulated ones, may separate two times that are meant to be the same: that
 /// of start, of tc, of their difference and of its conversion to milliseconds.
-const ROUNDINGS: f64 = 4.0;
+pub(crate) const ROUNDINGS: f64 = 4.0;
 
 /// The resolution of a double at 1 s, in milliseconds.
-const RESOLUTION: f64 = f64::EPSILON * 1000.0;
-
-/// So many steps are known to be ordinary after one look.
-const ORDINARY_STEPS: i64 = 1000;
+pub(crate) const RESOLUTION: f64 = f64::EPSILON * 1000.0;
 
 /// No step makes more calls than this: a day at 1 ms is 86 million.
 const MOST_CALLS: f64 = 4_294_967_296.0;
@@ -54,33 +51,33 @@ const MOST_CALLS: f64 = 4_294_967_296.0;
 #[derive(Clone, Debug)]
 pub struct Clock {
     /// Start time in seconds.
-    start: f64,
+    pub(crate) start: f64,
     /// Stop time in seconds; infinite if there is none.
-    stop: f64,
+    pub(crate) stop: f64,
     /// Time between two calls: a whole number of milliseconds.
-    cycle: f64,
+    pub(crate) cycle: f64,
     /// Its reciprocal, so that a step needs no division.
-    per_cycle: f64,
+    pub(crate) per_cycle: f64,
     /// The same in seconds.
-    period: f64,
+    pub(crate) period: f64,
     /// Up to this time, in seconds, a step of one CYCLE can neither reach the stop time nor be beyond what a double
     /// resolves.
-    horizon: f64,
+    pub(crate) horizon: f64,
     /// By what part of a time's magnitude it may be off by rounding and still be ordinary, per 1000; below 0 where a step of one
     /// CYCLE leaves a rounding of its own.
-    rounding: f64,
+    pub(crate) rounding: f64,
     /// Below this tick, every step of one CYCLE from where the last one ended is an ordinary one.
-    ordinary_below: i64,
+    pub(crate) ordinary_below: i64,
     /// The number k of the next call.
-    next: i64,
+    pub(crate) next: i64,
     /// The present time is `tick * cycle + offset`.
-    tick: i64,
-    offset: f64,
+    pub(crate) tick: i64,
+    pub(crate) offset: f64,
     /// The end of the last step in seconds, as the host gave it; the furthest end if the last step began a little before
     /// it.
-    end: f64,
+    pub(crate) end: f64,
     /// The sum of all steps since the start, in seconds, as a host would add them up.
-    since: f64,
+    pub(crate) since: f64,
 }
 
 /// The calls of one step.
@@ -146,73 +143,6 @@ impl Clock {
             return Ok(Calls { count: 1, lead: 0.0 });
         }
         self.check_and_advance(tc, h)
-    }
-
-    /// Goes from `tc` to `tc + h` if that is an ordinary step, which holds one call, and says whether it is.
-    #[inline]
-    pub fn check_and_make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
-        let is_ordinary = self.is_ordinary(tc, h);
-        if is_ordinary {
-            self.ordinary_below = if self.stays_ordinary(tc) { self.tick + ORDINARY_STEPS } else { 0 };
-            self.advance_by_a_tick(tc, h);
-        }
-        is_ordinary
-    }
-
-    /// Goes from `tc` to `tc + h` if that is known to be an ordinary step, which holds one call, and says whether it is.
-    #[inline(always)]
-    pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
-        // Bits are compared faster than numbers. Where 0 stands against -0, `advance` makes the step.
-        let is_ordinary = self.tick < self.ordinary_below
-            && tc.to_bits() == self.end.to_bits()
-            && h.to_bits() == self.period.to_bits();
-        if is_ordinary {
-            debug_assert!(self.is_ordinary(tc, h));
-            self.advance_by_a_tick(tc, h);
-        }
-        is_ordinary
-    }
-
-    #[inline(always)]
-    fn advance_by_a_tick(&mut self, tc: f64, h: f64) {
-        self.tick += 1;
-        self.next = self.tick;
-        self.end = tc + h;
-        self.since += h;
-    }
-
-    /// The ordinary step goes from where the last one ended, at a tick, to the next tick: nothing that `check_and_advance`
-    /// checks can fail then, and the result is the same.
-    #[inline]
-    fn is_ordinary(&self, tc: f64, h: f64) -> bool {
-        h == self.period
-            && self.offset == 0.0
-            && self.next == self.tick
-            && tc < self.horizon
-            && if tc == self.end { self.drift(tc) < MOST_DRIFT * self.cycle } else { self.is_at_tick(tc) }
-    }
-
-    /// Whether only the rounding of a host that computes its points anew separates `tc` from the tick at which the last step
-    /// ended: 6 * 0.1 is not 5 * 0.1 + 0.1.
-    #[inline]
-    fn is_at_tick(&self, tc: f64) -> bool {
-        // Of a `tc` that is not finite, the magnitude is that of `end`.
-        let rounding = self.rounding * tc.abs().min(self.end.abs()).max(self.start.abs());
-        self.drift(tc) <= rounding && (self.end - tc) * 1000.0 <= SAME * self.cycle + rounding
-    }
-
-    /// How far the host's time is from the clock's tick, in milliseconds.
-    fn drift(&self, tc: f64) -> f64 {
-        ((tc - self.start) * 1000.0 - self.tick as f64 * self.cycle).abs()
-    }
-
-    /// Whether, after an ordinary step from `tc` on, the next `ORDINARY_STEPS` steps of one CYCLE are ordinary too: they
-    /// end before the horizon, and the roundings of `end` cannot add up to the drift that is allowed.
-    fn stays_ordinary(&self, tc: f64) -> bool {
-        let steps = ORDINARY_STEPS as f64 + 1.0;
-        let last = tc + steps * self.period;
-        let rounding = ROUNDINGS * RESOLUTION * tc.abs().max(last.abs()).max(self.start.abs());
-        last < self.horizon && self.drift(tc) + steps * rounding < 0.9 * MOST_DRIFT * self.cycle
     }
 
     fn check_and_advance(&mut self, tc: f64, h: f64) -> Result<Calls, Refusal> {

@@ -37,17 +37,33 @@
 //!
 //! `cargo xtask fmu -p PACKAGE` packs it.
 //!
-//! The core is what a PLC does around a block, without any FMI: [`clock`] says which calls fall into a step, [`session`]
-//! makes them, [`mean`] averages the pulse over them, [`refusal`] says why a call is refused,
-//! and [`table`] describes the block. [`v2`] is FMI 2.0 for co-simulation over this core, all unsafe code included.
+//! The core is what a PLC does around a block, and what a host may ask of it, whatever the version of FMI: [`clock`] says
+//! which calls fall into a step, [`session`] makes them, [`mean`] averages the pulse over them; [`instance`] gives and takes
+//! values by number, [`state`] says what is allowed when, [`component`] saves states, [`preset`] reads other start values,
+//! [`door`] catches panics and logs; [`refusal`] says why a call is refused, and [`table`] describes the block. [`ordinary`] is
+//! the shortcut for what a host does in every cycle. [`v2`] is FMI 2.0 for co-simulation over this core: a table of C
+//! functions, all unsafe code included.
 //!
-//! Data flows one way: `v2` checks a call and passes it on to the session, the session asks the clock, and the block's law
-//! computes. Between the C function and the law there is no dynamic dispatch and no allocation.
+//! Data flows one way: `v2` makes references of pointers, the door checks the state, the session asks the clock, and the
+//! block's law computes. Between the C function and the law there is no dynamic dispatch and no allocation.
+//!
+//! All of this works over [`cyclic::Cyclic`], which every block is. A program that is known at run time only will be another
+//! one, and its library another [`component::Library`].
 
 pub mod clock;
+pub mod component;
+pub mod cyclic;
+pub mod door;
+pub mod host_type;
+pub mod instance;
+pub mod log;
 pub mod mean;
+pub mod ordinary;
+pub mod preset;
 pub mod refusal;
+mod resources;
 pub mod session;
+pub mod state;
 pub mod table;
 #[cfg(test)]
 mod test_block;

@@ -3,10 +3,11 @@
 //! What is refused changes nothing.
 
 use crate::clock::Clock;
+use crate::cyclic::Cyclic;
 use crate::mean::Mean;
 use crate::refusal::Refusal;
 use blocks::table::number::{number, to_value};
-use blocks::{Block, Kind, Role, Row, Stored};
+use blocks::{Kind, Role, Row, Stored};
 use std::mem::ManuallyDrop;
 
 /// How many time derivatives of an input can be given.
@@ -17,18 +18,11 @@ pub const ORDERS: usize = 4;
 pub struct Session<B> {
     /// The block; its fields are the values of the rows.
     pub block: B,
-    clock: Clock,
-    extrapolations: Vec<Extrapolation>,
+    pub(crate) clock: Clock,
+    pub(crate) extrapolations: Vec<Extrapolation>,
 }
 
-impl<B: Block> Default for Session<B> {
-    /// A new block, not restarted yet; time stands at 0.
-    fn default() -> Self {
-        Session::new(B::default())
-    }
-}
-
-impl<B: Block> Session<B> {
+impl<B: Cyclic> Session<B> {
     /// A session with this block, not restarted yet; time stands at 0.
     pub fn new(block: B) -> Self {
         let clock = Clock::new(0.0, f64::INFINITY, block.cycle());
@@ -60,7 +54,7 @@ impl<B: Block> Session<B> {
         if cycle < 1 {
             return Err(format!(
                 "{} = {:?} s: the time between two calls must be at least 0.001 s",
-                B::TABLE.rows[B::TABLE.cycle].name,
+                block.table().rows[block.table().cycle].name,
                 f64::from(cycle) / 1000.0
             )
             .into());
@@ -78,7 +72,8 @@ impl<B: Block> Session<B> {
         // Steps below a microsecond are what rounding leaves of a host's time.
         let is_odd = 1e-6 < h && h < cycle / 100.0;
         is_odd.then(|| {
-            let name = B::TABLE.rows[B::TABLE.cycle].name;
+            let table = self.block.table();
+            let name = table.rows[table.cycle].name;
             format!(
                 "communicationStepSize = {h:?}: {name} = {cycle:?} s is {:.0} times as long, and only one step in so many \
                  makes a call; is {name} given in ms instead of s?",
@@ -92,20 +87,6 @@ impl<B: Block> Session<B> {
         self.clock.end()
     }
 
-    /// Makes the ordinary step, which is the one from a call to the next, and says whether it was one. If not, nothing has
-    /// happened, and [`Session::step`] makes it.
-    #[inline(always)]
-    pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
-        let is_ordinary = self.extrapolations.is_empty()
-            && (self.clock.make_ordinary_step(tc, h) || self.clock.check_and_make_ordinary_step(tc, h));
-        if is_ordinary {
-            let mut mean = Mean::default();
-            self.call(&mut mean);
-            Self::show_mean(&mut self.block, mean);
-        }
-        is_ordinary
-    }
-
     /// Makes every call from `tc` on before `tc + h`, in seconds.
     ///
     /// # Errors
@@ -115,7 +96,7 @@ impl<B: Block> Session<B> {
         let calls = clock.advance(tc, h)?;
         let cycle = clock.period();
         for input in &mut self.extrapolations {
-            let row = &B::TABLE.rows[input.row as usize];
+            let row = &self.block.table().rows[input.row as usize];
             input.value = self.block.get(input.row as usize).map(number).unwrap_or_default();
             // The largest magnitude that the value can reach within the step; if that fits, every value does.
             let last = (calls.lead + calls.count as f64 * cycle).max(0.0);
@@ -144,16 +125,16 @@ impl<B: Block> Session<B> {
     }
 
     #[inline(always)]
-    fn call(&mut self, mean: &mut Mean) {
+    pub(crate) fn call(&mut self, mean: &mut Mean) {
         self.block.call();
-        if B::TABLE.mean.is_some() {
+        if self.block.table().mean.is_some() {
             mean.add(self.block.pulse());
         }
     }
 
     #[inline(always)]
-    fn show_mean(block: &mut B, mean: Mean) {
-        if B::TABLE.mean.is_some() {
+    pub(crate) fn show_mean(block: &mut B, mean: Mean) {
+        if block.table().mean.is_some() {
             block.set_mean(mean.percent(block.pulse()));
         }
     }
@@ -190,26 +171,28 @@ impl<B: Block> Session<B> {
     }
 }
 
-impl<B: Block> Stored for Session<B> {
-    fn write(&self, bytes: &mut Vec<u8>) {
+impl<B: Cyclic> Session<B> {
+    /// Appends the session to `bytes`.
+    pub fn store(&self, bytes: &mut Vec<u8>) {
         self.clock.write(bytes);
         self.extrapolations.write(bytes);
-        self.block.write(bytes);
+        self.block.store(bytes);
     }
 
-    fn read(bytes: &mut &[u8]) -> Option<Self> {
+    /// The session of a block like this one that [`Session::store`] wrote; `None` if there is none in `bytes`.
+    pub fn restored(block: &B, bytes: &mut &[u8]) -> Option<Self> {
         let clock = Clock::read(bytes)?;
         let extrapolations = Vec::<Extrapolation>::read(bytes)?;
-        if extrapolations.iter().any(|input| input.row as usize >= B::TABLE.rows.len()) {
+        if extrapolations.iter().any(|input| input.row as usize >= block.table().rows.len()) {
             return None;
         }
-        Some(Session { block: B::read(bytes)?, clock, extrapolations })
+        Some(Session { block: block.restored(bytes)?, clock, extrapolations })
     }
 }
 
 /// An input that is extrapolated within a step.
 #[derive(Clone, Debug)]
-struct Extrapolation {
+pub(crate) struct Extrapolation {
     row: u32,
     /// The input's own value, while a step replaces it by the extrapolated ones; meaningless between steps.
     value: f64,
@@ -241,8 +224,8 @@ impl Stored for Extrapolation {
     }
 }
 
-fn write<B: Block>(block: &mut B, row: u32, value: f64) {
-    if let Ok(value) = to_value(value, B::TABLE.rows[row as usize].kind) {
+fn write<B: Cyclic>(block: &mut B, row: u32, value: f64) {
+    if let Ok(value) = to_value(value, block.table().rows[row as usize].kind) {
         block.set(row as usize, value);
     }
 }
@@ -253,14 +236,14 @@ mod tests {
     use crate::test_block::{Sum, U, V};
 
     fn restarted() -> Session<Sum> {
-        let mut session = Session::default();
+        let mut session = Session::new(Sum::default());
         session.restart(0.0, f64::INFINITY).unwrap();
         session
     }
 
     fn bytes(session: &Session<Sum>) -> Vec<u8> {
         let mut bytes = Vec::new();
-        session.write(&mut bytes);
+        session.store(&mut bytes);
         bytes
     }
 

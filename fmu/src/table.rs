@@ -1,6 +1,6 @@
 //! A block's table as text for the packer, and its fingerprint.
 
-use blocks::table::fingerprint::{BASIS, hash};
+use blocks::table::fingerprint::{self, BASIS, hash};
 use blocks::table::number::number;
 use blocks::{Block, Row, Table, Value};
 use std::fmt::Write;
@@ -13,6 +13,19 @@ impl<B: Block> Fingerprint<B> {
     /// A hash of everything a host relies on, and of the memory that a saved session is made of. Texts that only
     /// describe are left out.
     pub const HASH: u128 = table_hash(BASIS, B::TABLE);
+}
+
+/// The GUID of a block's FMU, computed while the library is compiled: the fingerprint of the block's table.
+pub struct Guid<B>(PhantomData<B>);
+
+impl<B: Block> Guid<B> {
+    const TEXT_BYTES: [u8; 38] = fingerprint::text(Fingerprint::<B>::HASH);
+
+    /// The GUID as it stands in modelDescription.xml.
+    pub const TEXT: &'static str = match std::str::from_utf8(&Self::TEXT_BYTES) {
+        Ok(text) => text,
+        Err(_) => "",
+    };
 }
 
 const fn text_hash(state: u128, text: &str) -> u128 {
@@ -214,6 +227,20 @@ mod tests {
         assert_eq!((decimal(Value::Real(0.7)), number(Value::Real(0.7))), (0.7, 0.699999988079071));
         assert_eq!(decimal(Value::Real(f32::MAX)), 3.4028235e38);
         assert!(json::<Sum>().contains(r#""start":1.0,"min":0.1,"max":10.0"#));
+    }
+
+    #[test]
+    fn the_guid_has_the_form_of_one() {
+        let guid = Guid::<Sum>::TEXT;
+        assert_eq!(guid.len(), 38);
+        for (place, character) in guid.char_indices() {
+            match place {
+                0 => assert_eq!(character, '{'),
+                37 => assert_eq!(character, '}'),
+                9 | 14 | 19 | 24 => assert_eq!(character, '-'),
+                _ => assert!(character.is_ascii_hexdigit(), "{guid}"),
+            }
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The block of the unit tests.
 
+use crate::state::{Function, State};
 use blocks::Law;
 
 blocks::block! {
@@ -71,3 +72,53 @@ pub const FIRST: u32 = 4;
 pub const CYCLE: u32 = 5;
 pub const SUM: u32 = 6;
 pub const COUNT: u32 = 7;
+
+/// The function that sets the start time, for messages.
+pub const SETUP: Function = Function::new("setup", &[State::Instantiated]);
+
+blocks::block! {
+    /// Panics in its tenth call.
+    pub struct Fragile as "FRAGILE" {
+        input {
+            /// Unused
+            u: Real = 0.0;
+        }
+        cycle {
+            /// Time between two calls
+            cycle: Time = Time::ms(1000), min Time::ms(1);
+        }
+        output {
+            /// Calls since the restart
+            calls: LReal;
+        }
+    }
+}
+
+impl Law for Fragile {
+    fn restart(&mut self) {
+        self.clear();
+    }
+
+    fn call(&mut self) {
+        self.calls += 1.0;
+        assert!(self.calls < 10.0, "the tenth call");
+    }
+}
+
+blocks::block! {
+    /// `Sum` by name, with another table.
+    pub struct Other as "SUM" {
+        input {
+            /// Summand
+            u: Real = 1.0;
+        }
+        cycle {
+            /// Time between two calls
+            cycle: Time = Time::ms(100), min Time::ms(1);
+        }
+    }
+}
+impl Law for Other {
+    fn restart(&mut self) {}
+    fn call(&mut self) {}
+}

@@ -1,10 +1,18 @@
-//! From a block's table, as its library exports it, to the modelDescription.xml of an FMU, and back.
+//! What an FMU is, and its modelDescription.xml.
 //!
-//! The library tells its block's [`Table`] without naming a version of FMI; what depends on the version is in a module
-//! of its own, [`v2`] for FMI 2.0.
+//! A library tells its block's [`Table`] and its side of FMI, its [`Interface`]. That becomes a [`ModelDescription`], which is
+//! written as XML and read again, and which says what the FMU is: a [`Description`], the same whatever the version of FMI.
+//!
+//! ```text
+//! library --JSON--> Interface --of--> ModelDescription --write--> XML
+//!                                        |     ^                   |
+//!                      Description <-----+     +------- read ------+
+//! ```
+//!
+//! What depends on the version is in a module of its own, [`v2`] for FMI 2.0, which only [`ModelDescription`] asks.
 //!
 //! ```
-//! use modeldescription::v2::{Interface, ModelDescription, check, read, write};
+//! use modeldescription::{Interface, ModelDescription};
 //!
 //! let json = r#"{
 //!     "table": {"name": "COUNTER", "docs": "Counts its calls.", "cycle": 0, "mean": null,
@@ -17,18 +25,30 @@
 //!     "interface": {"version": "2.0", "guid": "{0}", "capabilities": {"canGetAndSetFMUstate": true},
 //!         "log_categories": [{"name": "logStatusError", "description": "Calls that were refused"}]}
 //! }"#;
-//! let description = ModelDescription::of(&Interface::parse(json)?)?;
-//! assert_eq!(check(&description), Vec::<String>::new());
-//! assert_eq!(read(&write(&description))?, description);
+//! let file = ModelDescription::of(&Interface::parse(json)?)?;
+//! assert_eq!(file.check(false), Vec::<String>::new());
+//! assert_eq!(ModelDescription::read(&file.write())?, file);
+//! assert_eq!(file.description().start("CYCLE"), Some(0.1));
 //! # Ok::<(), modeldescription::Error>(())
 //! ```
 //!
 //! The crate names no block, and reads and writes memory only.
 
+mod description;
+pub mod digits;
 mod error;
+mod interface;
+mod model_description;
 mod table;
 pub mod units;
 pub mod v2;
+mod xml;
 
+pub use description::{
+    BaseUnit, Capabilities, Causality, DefaultExperiment, Description, DisplayUnit, Initial, LogCategory, Support,
+    Type, Unit, Variability, Variable,
+};
 pub use error::{Error, shortened};
+pub use interface::Interface;
+pub use model_description::{MOST_FINDINGS, ModelDescription, Preset, VERSIONS};
 pub use table::{Characteristic, Response, Row, Table};

@@ -1,11 +1,11 @@
 //! The command `plcfmu`.
 
+use ::study::{Interrupted, worker};
 use clap::{Parser, Subcommand};
-#[cfg(feature = "tool")]
+#[cfg(feature = "server")]
 use plcfmu::commands::tool;
 use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, run, ssp, study, tune_study};
-use plcfmu::study::{Interrupted, worker};
-#[cfg(feature = "tool")]
+#[cfg(feature = "server")]
 use plcfmu::tool::child;
 use std::process::ExitCode;
 
@@ -41,10 +41,10 @@ enum Command {
     Build(build::Options),
     Merge(merge::Options),
     Preset(preset::Options),
-    #[cfg(feature = "tool")]
+    #[cfg(feature = "server")]
     Tool(tool::Options),
     /// Run a foreign FMU for `plcfmu tool`
-    #[cfg(feature = "tool")]
+    #[cfg(feature = "server")]
     #[command(name = child::COMMAND, hide = true)]
     ToolChild(child::Options),
 }
@@ -67,9 +67,9 @@ fn main() -> ExitCode {
         Command::Build(options) => build::run(&options),
         Command::Merge(options) => merge::run(&options),
         Command::Preset(options) => preset::run(&options),
-        #[cfg(feature = "tool")]
+        #[cfg(feature = "server")]
         Command::Tool(options) => tool::run(&options),
-        #[cfg(feature = "tool")]
+        #[cfg(feature = "server")]
         Command::ToolChild(options) => child::run(&options),
     };
     match result {

@@ -1,12 +1,12 @@
 //! Parameter files of a PLC, and what else holds the values of a loop.
 
-use crate::host::fmu::Fmu;
-use crate::package::Package;
 #[cfg(feature = "s7")]
 use crate::{plc, progress::Progress};
 use anyhow::{Context, Error, Result, anyhow, bail};
 use blocks::Value;
 use blocks::table::number::to_value;
+use host::fmu::Fmu;
+use host::package::Package;
 use modeldescription::v2::{Interface, ModelDescription, Typed, Variable};
 use modeldescription::{Row, Table};
 use parameters::problem::drawn;
@@ -70,9 +70,12 @@ fn read_plc(name: &str, _blocks: &[Arc<Block>], _options: &Options) -> Result<Re
     bail!("{name}: this plcfmu cannot read a PLC: it was built without the feature s7")
 }
 
-/// What is to be said of a file that was read, a sentence each.
-pub fn remarks(reading: &Reading) -> Vec<String> {
-    reading.remarks.to_string().lines().map(str::to_string).collect()
+/// Reads the loops of a file as [`read`] does, for all blocks of the catalogue.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_any(name: &str, options: &Options) -> Result<Reading> {
+    read(name, None, None, &Block::all(), options)
 }
 
 /// The format of a file, by the ending of its name.

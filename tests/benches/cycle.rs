@@ -10,8 +10,8 @@
 #![allow(unsafe_code)]
 
 use blocks::{ContC, Law};
+use fmu::table::Guid;
 use fmu::v2::ffi;
-use fmu::v2::interface::Guid;
 use libloading::Library;
 use std::ffi::{CString, c_int, c_void};
 use std::hint::black_box;
@@ -115,9 +115,10 @@ fn bytes_of_an_instance() -> isize {
     // SAFETY: both structs are fmi2CallbackFunctions; all pointers point to what the function takes.
     unsafe {
         let callbacks = (&raw const callbacks).cast();
-        let component = ffi::instantiate::<ContC>(c"CONT_C".as_ptr(), 1, guid.as_ptr(), std::ptr::null(), callbacks, 1);
+        let component =
+            ffi::fmi2Instantiate::<ContC>(c"CONT_C".as_ptr(), 1, guid.as_ptr(), std::ptr::null(), callbacks, 0, 1);
         let bytes = Counting::bytes() - before;
-        ffi::free_instance::<ContC>(component);
+        ffi::fmi2FreeInstance::<ContC>(component);
         bytes
     }
 }

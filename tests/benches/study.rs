@@ -10,17 +10,13 @@
 //! `PLCFMU_BENCH_STUDIES` how often each study is made.
 
 use blocks::{ContC, Law, Time};
-use engine::plan::Plan;
-use engine::run::Run;
-use engine::study::experiment::{Executor, Experiment};
-use engine::study::{Along, Axis, Job, Study};
-use engine::system::{Connection, Exchange, Member, Recorded, Setting, System};
-use engine_wasm::plants::heater::Heater;
+use host::fmu::Fmu;
+use host::instance::Instance;
 use modeldescription::v2::ModelDescription;
-use plcfmu::host::fmu::Fmu;
-use plcfmu::host::instance::Instance;
 use plcfmu::package::ssp;
-use plcfmu::study::worker;
+use run::master::Run;
+use run::plan::Plan;
+use run::system::{Connection, Exchange, Member, Recorded, Setting, System};
 use std::error::Error;
 use std::fs;
 use std::hint::black_box;
@@ -28,7 +24,11 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::Instant;
+use study::experiment::{Executor, Experiment};
+use study::worker;
+use study::{Along, Axis, Job, Study};
 use tests::setting;
+use tool_wasm::plants::heater::Heater;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 

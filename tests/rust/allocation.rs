@@ -7,10 +7,11 @@
 #![allow(unsafe_code)]
 
 use blocks::{Block, ContC, EachBlock, Law, Role, for_each_block};
+use fmu::host_type::HostType;
+use fmu::table::Guid;
+use fmu::v2::Fmi2;
 use fmu::v2::ffi::{self, Pointer};
-use fmu::v2::interface::Guid;
-use fmu::v2::states::Function;
-use fmu::v2::value::{Boolean, FmiType};
+use fmu::v2::value::Boolean;
 use std::ffi::{CString, c_int};
 use std::ptr;
 use tests::{Counting, Log, Random, logging_callbacks};
@@ -60,7 +61,7 @@ fn instantiate<B: Block>(log: &Log, name: &str) -> Pointer {
     let (name, guid) = (CString::new(name).unwrap(), CString::new(Guid::<B>::TEXT).unwrap());
     // SAFETY: both structs are fmi2CallbackFunctions; all pointers point to what the function takes.
     let component = unsafe {
-        ffi::instantiate::<B>(name.as_ptr(), 1, guid.as_ptr(), ptr::null(), (&raw const callbacks).cast(), 1)
+        ffi::fmi2Instantiate::<B>(name.as_ptr(), 1, guid.as_ptr(), ptr::null(), (&raw const callbacks).cast(), 0, 1)
     };
     assert!(!component.is_null(), "{:?}", log.take());
     component
@@ -69,14 +70,14 @@ fn instantiate<B: Block>(log: &Log, name: &str) -> Pointer {
 fn initialize<B: Block>(component: Pointer) {
     // SAFETY: a living component.
     unsafe {
-        assert_eq!(ffi::setup_experiment::<B>(component, 0.0, 0, 0.0), 0);
-        assert_eq!(ffi::enter_initialization_mode::<B>(component), 0);
-        assert_eq!(ffi::exit_initialization_mode::<B>(component), 0);
+        assert_eq!(ffi::fmi2SetupExperiment::<B>(component, 0, 0.0, 0.0, 0, 0.0), 0);
+        assert_eq!(ffi::fmi2EnterInitializationMode::<B>(component), 0);
+        assert_eq!(ffi::fmi2ExitInitializationMode::<B>(component), 0);
     }
 }
 
 /// The rows of a type with a role.
-fn rows<B: Block, T: FmiType>(role: impl Fn(Role) -> bool) -> Vec<u32> {
+fn rows<B: Block, T: HostType<Fmi2>>(role: impl Fn(Role) -> bool) -> Vec<u32> {
     let fits = |place: &u32| {
         let row = &B::TABLE.rows[*place as usize];
         T::holds(row.kind) && role(row.role)
@@ -103,38 +104,17 @@ fn allocations_of_a_run<B: Block>(component: Pointer, cycle: f64) -> u64 {
         let h = cycle * random.pick(&[0.3, 1.0, 7.0]);
         // SAFETY: a living component, arrays at least as long as counted.
         unsafe {
-            assert_eq!(ffi::set::<B, _>(component, &Function::SET_REAL, real.as_ptr(), real.len(), reals.as_ptr()), 0);
+            assert_eq!(ffi::fmi2SetReal::<B>(component, real.as_ptr(), real.len(), reals.as_ptr()), 0);
+            assert_eq!(ffi::fmi2SetInteger::<B>(component, integer.as_ptr(), integer.len(), integers.as_ptr()), 0);
+            assert_eq!(ffi::fmi2SetBoolean::<B>(component, boolean.as_ptr(), boolean.len(), booleans.as_ptr()), 0);
+            assert_eq!(ffi::fmi2DoStep::<B>(component, now, h, 1), 0);
+            assert_eq!(ffi::fmi2GetReal::<B>(component, all_real.as_ptr(), all_real.len(), reals.as_mut_ptr()), 0);
             assert_eq!(
-                ffi::set::<B, _>(component, &Function::SET_INTEGER, integer.as_ptr(), integer.len(), integers.as_ptr()),
+                ffi::fmi2GetInteger::<B>(component, all_integer.as_ptr(), all_integer.len(), integers.as_mut_ptr()),
                 0
             );
             assert_eq!(
-                ffi::set::<B, _>(component, &Function::SET_BOOLEAN, boolean.as_ptr(), boolean.len(), booleans.as_ptr()),
-                0
-            );
-            assert_eq!(ffi::do_step::<B>(component, now, h), 0);
-            assert_eq!(
-                ffi::get::<B, _>(component, &Function::GET_REAL, all_real.as_ptr(), all_real.len(), reals.as_mut_ptr()),
-                0
-            );
-            assert_eq!(
-                ffi::get::<B, _>(
-                    component,
-                    &Function::GET_INTEGER,
-                    all_integer.as_ptr(),
-                    all_integer.len(),
-                    integers.as_mut_ptr()
-                ),
-                0
-            );
-            assert_eq!(
-                ffi::get::<B, _>(
-                    component,
-                    &Function::GET_BOOLEAN,
-                    all_boolean.as_ptr(),
-                    all_boolean.len(),
-                    booleans.as_mut_ptr()
-                ),
+                ffi::fmi2GetBoolean::<B>(component, all_boolean.as_ptr(), all_boolean.len(), booleans.as_mut_ptr()),
                 0
             );
         }
@@ -152,14 +132,14 @@ fn runs_without_allocation<B: Block>() {
     assert_eq!(allocations_of_a_run::<B>(component, cycle), 0, "{}", B::TABLE.name);
 
     // SAFETY: a living component.
-    unsafe { assert_eq!(ffi::reset::<B>(component), 0) };
+    unsafe { assert_eq!(ffi::fmi2Reset::<B>(component), 0) };
     initialize::<B>(component);
     let inputs: Vec<u32> = rows::<B, f64>(|role| role == Role::Input);
     for input in inputs {
         let (order, derivative) = (1, 0.25);
         // SAFETY: a living component, arrays of one element.
         let status = unsafe {
-            ffi::set_real_input_derivatives::<B>(
+            ffi::fmi2SetRealInputDerivatives::<B>(
                 component,
                 &raw const input,
                 1,
@@ -171,7 +151,7 @@ fn runs_without_allocation<B: Block>() {
     }
     assert_eq!(allocations_of_a_run::<B>(component, cycle), 0, "{}, extrapolated", B::TABLE.name);
     // SAFETY: a living component.
-    unsafe { ffi::free_instance::<B>(component) };
+    unsafe { ffi::fmi2FreeInstance::<B>(component) };
 }
 
 #[test]
@@ -205,7 +185,7 @@ fn an_instance_of_cont_c_takes_at_most_512_bytes() {
     allocations_of_a_run::<ContC>(component, 1.0);
     let bytes = Counting::bytes() - before;
     // SAFETY: a living component.
-    unsafe { ffi::free_instance::<ContC>(component) };
+    unsafe { ffi::fmi2FreeInstance::<ContC>(component) };
     assert_eq!(Counting::bytes(), before);
     println!("{bytes} bytes an instance");
     assert!((200..=512).contains(&bytes), "{bytes} bytes");
@@ -221,28 +201,36 @@ fn gives_everything_back<B: Block>() {
         // SAFETY: a living component, states of its own, the host's variables.
         unsafe {
             for state in &mut states {
-                assert_eq!(ffi::get_fmu_state::<B>(component, state), 0);
+                assert_eq!(ffi::fmi2GetFMUstate::<B>(component, state), 0);
             }
             let (mut size, mut again) = (0, ptr::null_mut());
-            assert_eq!(ffi::serialized_fmu_state_size::<B>(component, states[0], &raw mut size), 0);
+            assert_eq!(ffi::fmi2SerializedFMUstateSize::<B>(component, states[0], &raw mut size), 0);
             let mut bytes = vec![0; size];
-            assert_eq!(ffi::serialize_fmu_state::<B>(component, states[0], bytes.as_mut_ptr(), size), 0);
-            assert_eq!(ffi::deserialize_fmu_state::<B>(component, bytes.as_ptr(), size, &raw mut again), 0);
+            assert_eq!(ffi::fmi2SerializeFMUstate::<B>(component, states[0], bytes.as_mut_ptr(), size), 0);
+            assert_eq!(ffi::fmi2DeSerializeFMUstate::<B>(component, bytes.as_ptr(), size, &raw mut again), 0);
             bytes[size / 2] ^= 1;
-            assert_eq!(ffi::deserialize_fmu_state::<B>(component, bytes.as_ptr(), size, &raw mut again), 3);
-            assert_eq!(ffi::set_fmu_state::<B>(component, again), 0);
-            assert_eq!(ffi::free_fmu_state::<B>(component, &raw mut states[3]), 0);
-            assert_eq!(ffi::do_step::<B>(component, -1.0, 0.0), 3);
-            assert_eq!(ffi::reset::<B>(component), 0);
+            assert_eq!(ffi::fmi2DeSerializeFMUstate::<B>(component, bytes.as_ptr(), size, &raw mut again), 3);
+            assert_eq!(ffi::fmi2SetFMUstate::<B>(component, again), 0);
+            assert_eq!(ffi::fmi2FreeFMUstate::<B>(component, &raw mut states[3]), 0);
+            assert_eq!(ffi::fmi2DoStep::<B>(component, -1.0, 0.0, 1), 3);
+            assert_eq!(ffi::fmi2Reset::<B>(component), 0);
             // Nine states go with the instance.
-            ffi::free_instance::<B>(component);
+            ffi::fmi2FreeInstance::<B>(component);
             // And one that is refused.
             let callbacks = logging_callbacks(&log);
             assert!(
-                ffi::instantiate::<B>(c"x".as_ptr(), 1, c"?".as_ptr(), ptr::null(), (&raw const callbacks).cast(), 1)
-                    .is_null()
+                ffi::fmi2Instantiate::<B>(
+                    c"x".as_ptr(),
+                    1,
+                    c"?".as_ptr(),
+                    ptr::null(),
+                    (&raw const callbacks).cast(),
+                    0,
+                    1
+                )
+                .is_null()
             );
-            ffi::free_instance::<B>(ptr::null_mut());
+            ffi::fmi2FreeInstance::<B>(ptr::null_mut());
         }
         log.take();
     };

@@ -1,10 +1,10 @@
 //! The block diagrams in the documentation of the blocks.
 
 use blocks::{Block, EachBlock, Role, for_each_block};
+use draw::diagram;
 use fmu::v2::interface;
 use modeldescription::Table;
 use modeldescription::v2::Interface;
-use plcfmu::page::diagram;
 use std::collections::BTreeSet;
 
 /// The tables of the blocks that have a diagram, as their libraries tell them.

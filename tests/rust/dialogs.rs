@@ -1,10 +1,10 @@
 //! The dialogs in the documentation of the blocks: all settings are in them, and those that they call unused are.
 
 use blocks::{Block, EachBlock, Kind, Role, Row, Time, Value, Word, for_each_block};
-use engine::dialog::{self, Field};
 use fmu::v2::interface;
 use modeldescription::Table;
 use modeldescription::v2::Interface;
+use run::dialog::{self, Field};
 use std::collections::BTreeSet;
 
 fn table<B: Block>() -> Table {

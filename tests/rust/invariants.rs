@@ -9,7 +9,20 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The product; `tests` and `examples` use it.
-const PRODUCT: [&str; 7] = ["blocks", "engine", "fmu", "modeldescription", "parameters", "plcfmu", "xtask"];
+const PRODUCT: [&str; 12] = [
+    "blocks",
+    "control",
+    "draw",
+    "fmu",
+    "host",
+    "modeldescription",
+    "parameters",
+    "plcfmu",
+    "run",
+    "study",
+    "tool",
+    "xtask",
+];
 
 const MOST_LINES_OF_A_FILE: usize = 900;
 const MOST_LINES_OF_A_FUNCTION: usize = 150;
@@ -39,10 +52,16 @@ fn crates_depend_on_each_other_one_way() {
         let allowed: &[&str] = match folder.as_str() {
             "blocks" => &[],
             "fmu" | "modeldescription" | "parameters" => &["blocks"],
-            "engine" => &["blocks", "modeldescription", "parameters"],
+            "draw" => &["blocks", "modeldescription"],
+            "run" => &["blocks", "modeldescription", "parameters"],
+            "control" | "host" => &["blocks", "modeldescription", "parameters", "run"],
+            "study" => &["blocks", "control", "draw", "host", "modeldescription", "parameters", "run"],
+            "tool" => &["blocks", "control", "draw", "modeldescription", "parameters", "run"],
             // It links everything into one program, on which nothing depends.
-            "engine/wasm" => continue,
-            "plcfmu" => &["blocks", "engine", "modeldescription", "parameters"],
+            "tool/wasm" => continue,
+            "plcfmu" => {
+                &["blocks", "control", "draw", "host", "modeldescription", "parameters", "run", "study", "tool"]
+            }
             "xtask" => &["blocks", "modeldescription", "parameters", "plcfmu"],
             tests if tests.starts_with("tests") => continue,
             plants if plants.starts_with("examples/plants/") => &["blocks", "fmu", "dynamics"],
@@ -58,7 +77,7 @@ fn crates_depend_on_each_other_one_way() {
     assert_none(
         &findings,
         "dependencies run one way: blocks <- fmu <- fmu/libraries and examples; blocks <- modeldescription, parameters <- \
-         engine <- plcfmu <- xtask; and blocks has none at all",
+         run <- control, host <- study, tool <- plcfmu <- xtask; and blocks has none at all",
     );
 }
 
@@ -67,23 +86,34 @@ fn no_code_but_that_of_the_blocks_names_a_block() {
     let names: BTreeSet<String> =
         block_names().into_iter().flat_map(|(block, name)| [block, name.to_lowercase(), name]).collect();
     let mut files = Vec::new();
-    for folder in ["engine/src", "fmu/src", "modeldescription", "parameters", "plcfmu", "xtask"] {
+    for folder in [
+        "control/src",
+        "draw/src",
+        "fmu/src",
+        "host/src",
+        "modeldescription",
+        "parameters",
+        "plcfmu",
+        "run/src",
+        "study/src",
+        "tool/src",
+        "xtask",
+    ] {
         // The Python package is documented with blocks.
         files.extend(source_files(folder).into_iter().filter(|file| !file.starts_with("plcfmu/python/")));
     }
     assert_none(
         &find(&files, |line| words(line).find(|word| names.contains(*word)).map(str::to_string)),
-        "engine, fmu, modeldescription, plcfmu and xtask work for any block: say it without a block's name, PUMP for example",
+        "all but blocks works for any block: say it without a block's name, PUMP for example",
     );
 }
 
 #[test]
 fn only_the_code_for_fmi_2_0_names_fmi2() {
-    let allowed =
-        ["fmu/src/v2/", "modeldescription/src/v2/", "plcfmu/src/host/", "plcfmu/python/", "modeldescription/tests/"];
+    let allowed = ["fmu/src/v2/", "modeldescription/src/v2/", "host/src/", "plcfmu/python/", "modeldescription/tests/"];
     assert_none(
         &find(&outside(&allowed, &product_files()), |line| first_of(&["fmi2"], &line.to_lowercase())),
-        "what holds for FMI 2.0 only goes to fmu/src/v2, modeldescription/src/v2 or plcfmu/src/host",
+        "what holds for FMI 2.0 only goes to fmu/src/v2, modeldescription/src/v2 or host",
     );
 }
 
@@ -115,12 +145,12 @@ const UNSAFE: [&str; 7] =
 
 #[test]
 fn unsafe_code_stands_only_at_the_c_interface() {
-    // In engine/wasm the names of the exported functions, no more.
-    let allowed = ["fmu/src/v2/ffi.rs", "plcfmu/src/host/", "engine/wasm/src/lib.rs", "tests/"];
+    // In tool/wasm the names of the exported functions, no more.
+    let allowed = ["fmu/src/v2/ffi.rs", "host/src/", "tool/wasm/src/lib.rs", "tests/"];
     let rust: Vec<String> = all_files().into_iter().filter(|file| file.ends_with(".rs")).collect();
     assert_none(
         &find(&outside(&allowed, &rust), |line| first_of(&UNSAFE, line.split("//").next().unwrap_or(""))),
-        "unsafe code goes to fmu/src/v2/ffi.rs on the side of the FMU, to plcfmu/src/host on the side of the host",
+        "unsafe code goes to fmu/src/v2/ffi.rs on the side of the FMU, to host on the side of the host",
     );
 }
 
@@ -152,7 +182,7 @@ fn every_block_has_a_library() {
 
 #[test]
 fn every_block_and_every_plant_is_in_the_page_of_the_parameter_tool() {
-    let home = read("engine/wasm/src/home.rs");
+    let home = read("tool/wasm/src/home.rs");
     let mut findings = Vec::new();
     for folder in ["fmu/libraries", "examples/plants"] {
         for file in source_files(folder).iter().filter(|file| file.ends_with("/src/lib.rs")) {
@@ -166,12 +196,12 @@ fn every_block_and_every_plant_is_in_the_page_of_the_parameter_tool() {
             }
         }
     }
-    assert_none(&findings, "add it to the list in engine/wasm/src/home.rs");
+    assert_none(&findings, "add it to the list in tool/wasm/src/home.rs");
 }
 
 #[test]
-fn exported_names_are_all_that_is_unsafe_in_the_engine_of_the_page() {
-    let files = source_files("engine/wasm/src");
+fn exported_names_are_all_that_is_unsafe_in_the_tool_of_the_page() {
+    let files = source_files("tool/wasm/src");
     let unsafe_lines = find(&files, |line| first_of(&["unsafe"], line.split("//").next().unwrap_or("")));
     let allowed = ["unsafe(no_mangle)", "allow(unsafe_code)"];
     let is_allowed = |finding: &&String| {

@@ -4,7 +4,7 @@
 // A host calls C functions.
 #![allow(unsafe_code)]
 
-use plcfmu::host::library::FUNCTIONS;
+use host::library::FUNCTIONS;
 use std::ffi::c_int;
 use std::ptr;
 use std::sync::{Mutex, MutexGuard, PoisonError};

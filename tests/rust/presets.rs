@@ -6,9 +6,8 @@
 use blocks::table::fingerprint;
 use blocks::table::start::{self, Start};
 use blocks::{Block, ContC, Value};
+use fmu::table::Guid;
 use fmu::v2::ffi;
-use fmu::v2::interface::Guid;
-use fmu::v2::states::Function;
 use std::ffi::CString;
 use std::fs;
 use std::path::Path;
@@ -38,12 +37,13 @@ fn gain(guid: &CString, location: &[u8]) -> Result<f64, String> {
     let location = CString::new(location).unwrap();
     // SAFETY: all pointers point to what the functions take; the instance is freed.
     unsafe {
-        let component = ffi::instantiate::<ContC>(
+        let component = ffi::fmi2Instantiate::<ContC>(
             c"x".as_ptr(),
             1,
             guid.as_ptr(),
             location.as_ptr(),
             (&raw const callbacks).cast(),
+            0,
             0,
         );
         if component.is_null() {
@@ -52,9 +52,9 @@ fn gain(guid: &CString, location: &[u8]) -> Result<f64, String> {
             return Err(entry.text);
         }
         let (reference, mut gain) = (ContC::TABLE.find("GAIN").unwrap() as u32, 0.0);
-        let status = ffi::get::<ContC, f64>(component, &Function::GET_REAL, &raw const reference, 1, &raw mut gain);
+        let status = ffi::fmi2GetReal::<ContC>(component, &raw const reference, 1, &raw mut gain);
         assert_eq!(status, 0);
-        ffi::free_instance::<ContC>(component);
+        ffi::fmi2FreeInstance::<ContC>(component);
         Ok(gain)
     }
 }

@@ -3,7 +3,7 @@
 // FMU states are addresses, which Rust does not let go to another thread unasked.
 #![allow(unsafe_code)]
 
-use plcfmu::host::library::Pointer;
+use host::library::Pointer;
 use std::ptr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};

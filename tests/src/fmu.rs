@@ -1,11 +1,11 @@
 //! The FMU libraries that the tests call: built or handed in, loaded, and their tables read.
 
+use host::library::Library;
 use modeldescription::Row;
 use modeldescription::v2::Interface;
 use plcfmu::build::compile::{Linkage, compile};
 use plcfmu::build::platform::Platform;
 use plcfmu::build::workspace::{FmuCrate, Workspace};
-use plcfmu::host::library::Library;
 use std::collections::BTreeMap;
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::ffi::CString;

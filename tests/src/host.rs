@@ -2,7 +2,7 @@
 
 use crate::fmu::Fmu;
 use blocks::Kind;
-use plcfmu::host::library::{CallbackFunctions, Logger, Pointer};
+use host::library::{CallbackFunctions, Logger, Pointer};
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr;

@@ -1,29 +1,15 @@
-//! What the library says of itself: its GUID, and its description for the packer.
+//! What the library says of itself, for the packer.
 
-use crate::table::{self, Fingerprint, quoted};
-use crate::v2::{VERSION, capabilities, log::Category};
+use super::{VERSION, capabilities};
+use crate::log::Category;
+use crate::table::{self, Guid, quoted};
 use blocks::Block;
-use blocks::table::fingerprint;
-use std::marker::PhantomData;
-
-/// The GUID of a block's FMU, computed while the library is compiled: the fingerprint of the block's table.
-pub struct Guid<B>(PhantomData<B>);
-
-impl<B: Block> Guid<B> {
-    const TEXT_BYTES: [u8; 38] = fingerprint::text(Fingerprint::<B>::HASH);
-
-    /// The GUID as it stands in modelDescription.xml.
-    pub const TEXT: &'static str = match std::str::from_utf8(&Self::TEXT_BYTES) {
-        Ok(text) => text,
-        Err(_) => "",
-    };
-}
 
 /// The description of the library as a JSON object: the block's table (see [`table::json`]) and the interface, which is
 /// the version of FMI, the GUID, the capabilities and the log categories.
 pub fn json<B: Block>() -> String {
     let capabilities: Vec<String> =
-        capabilities::all().map(|(name, setting)| format!("{}:{}", quoted(name), setting.text())).collect();
+        capabilities::ALL.iter().map(|(name, value)| format!("{}:{value}", quoted(name))).collect();
     let categories: Vec<String> = Category::ALL
         .iter()
         .map(|category| {
@@ -45,20 +31,6 @@ pub fn json<B: Block>() -> String {
 mod tests {
     use super::*;
     use crate::test_block::Sum;
-
-    #[test]
-    fn the_guid_has_the_form_of_one() {
-        let guid = Guid::<Sum>::TEXT;
-        assert_eq!(guid.len(), 38);
-        for (place, character) in guid.char_indices() {
-            match place {
-                0 => assert_eq!(character, '{'),
-                37 => assert_eq!(character, '}'),
-                9 | 14 | 19 | 24 => assert_eq!(character, '-'),
-                _ => assert!(character.is_ascii_hexdigit(), "{guid}"),
-            }
-        }
-    }
 
     #[test]
     fn the_description_has_the_table_and_the_interface_with_capabilities_and_categories() {

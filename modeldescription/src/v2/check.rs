@@ -4,8 +4,8 @@ use super::description::{
     Causality, EnumerationType, Initial, ModelDescription, Real, RealAttributes, SimpleType, TypeAttributes, Typed,
     Unit, Unknown, Variability, Variable, VariableNamingConvention,
 };
-use super::lexical::is_xml;
 use crate::error::shortened;
+use crate::xml::lexical::is_xml;
 use std::collections::{HashMap, HashSet};
 use std::fmt::Debug;
 

@@ -6,11 +6,14 @@
 //!
 //! What the lines mean is said in `attributes.rs`.
 
-use super::attributes::*;
-use super::lexical::{SPACES, Value};
-use super::read::{Attribute, Document, Tag};
-use super::write::Xml;
+pub use crate::description::{
+    BaseUnit, Capabilities, Causality, DefaultExperiment, DisplayUnit, Initial, LogCategory, Unit, Variability,
+};
 use crate::error::Error;
+use crate::xml::attributes::*;
+use crate::xml::lexical::{SPACES, Value};
+use crate::xml::read::{Attribute, Document, Tag};
+use crate::xml::write::Xml;
 use std::borrow::Cow;
 use std::fmt;
 
@@ -95,83 +98,10 @@ elements! {
         source_files in "SourceFiles": Vec<SourceFile>;
     }
 
-    /// The capabilities of an FMU for co-simulation: attributes of the element `CoSimulation`, and an object in the JSON
-    /// of a library.
-    #[serde(default)]
-    Capabilities and json {
-        /// The FMU only connects to a tool, which has to be installed.
-        needs_execution_tool "needsExecutionTool": bool = false;
-        /// Communication steps may differ in size.
-        can_handle_variable_communication_step_size "canHandleVariableCommunicationStepSize": bool = false;
-        /// `fmi2SetRealInputDerivatives` works.
-        can_interpolate_inputs "canInterpolateInputs": bool = false;
-        /// The highest order of derivatives that `fmi2GetRealOutputDerivatives` gives.
-        max_output_derivative_order "maxOutputDerivativeOrder": u32 = 0;
-        /// A step may continue after `fmi2DoStep` has returned. (The spelling is the standard's.)
-        can_run_asynchronuously "canRunAsynchronuously": bool = false;
-        /// A process can hold only one instance.
-        can_be_instantiated_only_once_per_process "canBeInstantiatedOnlyOncePerProcess": bool = false;
-        /// The FMU does not use the host's memory functions.
-        can_not_use_memory_management_functions "canNotUseMemoryManagementFunctions": bool = false;
-        /// The FMU's state can be saved and restored.
-        can_get_and_set_fmu_state "canGetAndSetFMUstate": bool = false;
-        /// A saved state can be converted to bytes and back.
-        can_serialize_fmu_state "canSerializeFMUstate": bool = false;
-        /// `fmi2GetDirectionalDerivative` works.
-        provides_directional_derivative "providesDirectionalDerivative": bool = false;
-    }
-
     /// `File`: a source file.
     SourceFile "File" {
         /// Its path below the FMU's folder `sources`.
         name "name": String;
-    }
-
-    /// `Unit`: a unit and its definition in SI units.
-    Unit "Unit" {
-        /// Its name, by which variables refer to it.
-        name "name": String;
-    }, children {
-        /// Its definition in SI units.
-        base_unit: Option<BaseUnit>;
-        /// Units in which its values may be displayed.
-        display_units: Vec<DisplayUnit>;
-    }
-
-    /// `BaseUnit`: a value in SI units is `factor` * value + `offset`.
-    #[derive(Copy)]
-    #[allow(non_snake_case)] // A is the ampere, K the kelvin
-    BaseUnit "BaseUnit" {
-        /// Exponent of the kilogram.
-        kg "kg": i32 = 0, omitted;
-        /// Exponent of the metre.
-        m "m": i32 = 0, omitted;
-        /// Exponent of the second.
-        s "s": i32 = 0, omitted;
-        /// Exponent of the ampere.
-        A "A": i32 = 0, omitted;
-        /// Exponent of the kelvin.
-        K "K": i32 = 0, omitted;
-        /// Exponent of the mole.
-        mol "mol": i32 = 0, omitted;
-        /// Exponent of the candela.
-        cd "cd": i32 = 0, omitted;
-        /// Exponent of the radian.
-        rad "rad": i32 = 0, omitted;
-        /// Multiplied with a value.
-        factor "factor": f64 = 1.0, omitted;
-        /// Added to the product.
-        offset "offset": f64 = 0.0, omitted;
-    }
-
-    /// `DisplayUnit`: the displayed value is `factor` * value + `offset`.
-    DisplayUnit "DisplayUnit" {
-        /// Its name, by which variables refer to it.
-        name "name": String;
-        /// Multiplied with a value.
-        factor "factor": f64 = 1.0, omitted;
-        /// Added to the product.
-        offset "offset": f64 = 0.0, omitted;
     }
 
     /// `SimpleType`: attributes that variables share.
@@ -238,27 +168,6 @@ elements! {
         value "value": i32;
         /// A short text.
         description "description": Option<String>;
-    }
-
-    /// `Category`: a category of log messages.
-    LogCategory "Category" and json {
-        /// Its name, as the host's logger receives it.
-        name "name": String;
-        /// What its messages tell.
-        description "description": Option<String>;
-    }
-
-    /// `DefaultExperiment`: the simulation that the FMU proposes.
-    #[derive(Copy)]
-    DefaultExperiment "DefaultExperiment" {
-        /// The start time in seconds.
-        start_time "startTime": Option<f64>;
-        /// The stop time in seconds.
-        stop_time "stopTime": Option<f64>;
-        /// The relative tolerance.
-        tolerance "tolerance": Option<f64>;
-        /// The communication step size in seconds.
-        step_size "stepSize": Option<f64>;
     }
 
     /// `ScalarVariable`: a variable.
@@ -392,46 +301,6 @@ words! {
         Structured "structured",
     }
 
-    /// Who sets a variable.
-    Causality {
-        /// The host, before the simulation or, if tunable, between steps.
-        Parameter "parameter",
-        /// The FMU, from parameters.
-        CalculatedParameter "calculatedParameter",
-        /// Another FMU or the host, during the simulation.
-        Input "input",
-        /// The FMU, for others.
-        Output "output",
-        /// The FMU, for itself.
-        Local "local",
-        /// Nobody: it is the time.
-        Independent "independent",
-    }
-
-    /// When a variable changes.
-    Variability {
-        /// Never.
-        Constant "constant",
-        /// Not after initialization.
-        Fixed "fixed",
-        /// Between steps, when the host sets it.
-        Tunable "tunable",
-        /// At certain instants.
-        Discrete "discrete",
-        /// At any time.
-        Continuous "continuous",
-    }
-
-    /// How a variable gets its first value.
-    Initial {
-        /// It is the start value.
-        Exact "exact",
-        /// It is found by iteration from the start value.
-        Approx "approx",
-        /// It is computed from other variables.
-        Calculated "calculated",
-    }
-
     /// How an unknown depends on a known variable.
     DependencyKind {
         /// In any way.
@@ -460,47 +329,10 @@ impl ModelDescription {
     }
 }
 
-/// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema.
-fn list(attributes: &impl Attributes) -> Vec<(&'static str, String)> {
-    let mut list = Vec::new();
-    attributes.write(&mut |name, value| list.push((name, value.to_owned())));
-    list
-}
-
-impl Capabilities {
-    /// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema.
-    pub fn list(&self) -> Vec<(&'static str, String)> {
-        list(self)
-    }
-}
-
-impl BaseUnit {
-    /// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema, without
-    /// those that have their defaults.
-    pub fn list(&self) -> Vec<(&'static str, String)> {
-        list(self)
-    }
-}
-
 impl ModelExchange {
     /// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema.
     pub fn list(&self) -> Vec<(&'static str, String)> {
-        list(self)
-    }
-}
-
-impl Causality {
-    /// Whether a variable of this causality may have this variability: the table of FMI 2.0, section 2.2.7. Importers
-    /// refuse an FMU that breaks it.
-    pub fn allows(self, variability: Variability) -> bool {
-        use Variability::{Constant, Continuous, Discrete, Fixed, Tunable};
-        match self {
-            Causality::Parameter | Causality::CalculatedParameter => matches!(variability, Fixed | Tunable),
-            Causality::Input => matches!(variability, Discrete | Continuous),
-            Causality::Output => matches!(variability, Constant | Discrete | Continuous),
-            Causality::Local => true,
-            Causality::Independent => variability == Continuous,
-        }
+        crate::description::list(self)
     }
 }
 

@@ -6,8 +6,8 @@ use super::description::{
     ModelDescription, ModelStructure, Real, RealAttributes, Typed, Unit, Unknown, Variability, Variable,
     VariableNamingConvention,
 };
-use super::interface::Interface;
 use crate::error::Error;
+use crate::interface::Interface;
 use crate::table::{Row, Table};
 use crate::units;
 use blocks::{Kind, Role};

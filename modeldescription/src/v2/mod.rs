@@ -1,26 +1,68 @@
-//! FMI 2.0: what a library tells of itself, and modelDescription.xml.
+//! FMI 2.0: the elements of its modelDescription.xml, what a block's table becomes in it, and what it says of an FMU.
 //!
 //! ```text
-//! library --JSON--> Interface --ModelDescription::of--> ModelDescription --write--> XML
-//!                                                             ^                      |
-//!                                                             +--------- read -------+
+//! Interface --ModelDescription::of--> ModelDescription --write--> XML
+//!                  Description <------------ |  ^                  |
+//!                                               +------- read -----+
 //! ```
 //!
 //! [`ModelDescription`] is plain data. [`write()`] turns it into XML, always the same bytes; [`read()`] reads any model
 //! description of FMI 2.0, whatever tool made it, and refuses damaged or hostile files with one sentence; [`check()`]
 //! finds mistakes that a schema does not find.
 
-mod attributes;
 mod check;
+mod describe;
 mod description;
-mod interface;
-mod lexical;
 mod mapping;
-mod read;
-mod write;
 
+use crate::error::Error;
+#[doc(hidden)] // until its users take it from the crate
+pub use crate::interface::Interface;
+use crate::xml::attributes::Element;
+pub use crate::xml::read::Limits;
+use crate::xml::read::{Schema, read_root};
 pub use check::{MOST_FINDINGS, check};
 pub use description::*;
-pub use interface::Interface;
-pub use read::{Limits, read, read_within};
-pub use write::write;
+
+/// Reads a modelDescription.xml of FMI 2.0, made by any tool.
+///
+/// Reads all elements and attributes of the schema of FMI 2.0, in any order. Annotations and attributes of other
+/// namespaces are skipped.
+///
+/// Memory is bounded: the default [`Limits`] are checked during reading, and document type declarations are refused, so
+/// that no entity is ever expanded. The time taken is proportional to the size of the file.
+///
+/// # Errors
+/// One sentence with the line, the element, the attribute, its value and what would be right, for a file that
+/// - is not XML, not UTF-8, not a model description, or is one of another version of FMI;
+/// - has elements, attributes or words that FMI 2.0 does not have, lacks required ones, or repeats one;
+/// - contradicts itself: a name or a unit is defined twice, two inputs or parameters share a value reference, a unit, a
+///   type or a variable does not exist, a range is empty, or a start value is out of range.
+pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
+    read_within(bytes, Limits::default())
+}
+
+/// Reads a modelDescription.xml as [`read()`] does, within other limits.
+///
+/// # Errors
+/// As [`read()`].
+pub fn read_within(bytes: &[u8], limits: Limits) -> Result<ModelDescription, Error> {
+    let schema = Schema { version: FMI_VERSION, variables: Variable::NAMES };
+    read_root(bytes, limits, schema, |description| {
+        let mut first = None;
+        check::contradictions(description, &mut |variable, sentence| {
+            first.get_or_insert((variable, sentence));
+        });
+        first
+    })
+}
+
+/// A modelDescription.xml: elements and attributes in the order of the standard's schema, no empty lists, no namespace,
+/// and a date only if the description has one. The same description always gives the same bytes.
+///
+/// Attributes that have the standard's default value are left out, except for capability flags, causality and
+/// variability, which a reader of the file wants to see. Characters that XML cannot hold (most control characters) become
+/// U+FFFD; [`check()`] reports them.
+pub fn write(description: &ModelDescription) -> Vec<u8> {
+    crate::xml::write::write(description)
+}

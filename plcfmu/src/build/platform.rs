@@ -80,7 +80,7 @@ impl Platform {
         self.target.ends_with("-apple-darwin")
     }
 
-    /// The processor, as [`Binary`](crate::package::binary::Binary) names it.
+    /// The processor, as [`Binary`](host::package::binary::Binary) names it.
     pub fn architecture(&self) -> &'static str {
         match self.target.split('-').next() {
             Some("armv7") => "arm",

@@ -1,7 +1,7 @@
 //! A new crate for a block of one's own, with the sources of `blocks` and `fmu` that it needs.
 
-use crate::package::temporary;
 use anyhow::{Context, Result, bail};
+use host::package::temporary;
 use std::fs;
 use std::path::Path;
 

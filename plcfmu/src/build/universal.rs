@@ -47,7 +47,8 @@ fn processor(library: &[u8]) -> Result<(u32, u32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::package::binary::{Binary, tests::macos};
+    use host::doubles::macos;
+    use host::package::binary::Binary;
     use object::Architecture;
 
     #[test]

@@ -1,9 +1,9 @@
 //! `plcfmu check`: says in one sentence each what is wrong with FMUs.
 
 use super::{LONGEST_NAME, functions, print, shown};
-use crate::package::Package;
 use crate::package::check::{STEPS, check, run as run_library};
 use anyhow::{Result, bail};
+use host::package::Package;
 use modeldescription::shortened;
 use modeldescription::v2::{FMI_VERSION, ModelDescription};
 use std::path::{Path, PathBuf};

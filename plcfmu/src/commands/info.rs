@@ -2,10 +2,11 @@
 
 use super::check::kinds;
 use super::{LONGEST_NAME, functions, print, shown};
-use crate::package::binary::Binary;
-use crate::package::{Package, preset};
+use crate::package::preset;
 use anyhow::{Context, Result, bail};
 use blocks::table::start::Start;
+use host::package::Package;
+use host::package::binary::Binary;
 use modeldescription::v2::{
     CoSimulation, DefaultExperiment, FMI_VERSION, ModelDescription, RealAttributes, TypeAttributes, Typed, Variable,
 };
@@ -492,7 +493,7 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::host::library::FUNCTIONS;
+    use host::library::FUNCTIONS;
 
     const XML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Pump&#10;  Kind" guid="{12}" generationTool="Tool 1">

@@ -1,9 +1,10 @@
 //! `plcfmu merge`: one FMU for several platforms out of FMUs for one each.
 
 use super::print;
+use crate::package::check;
 use crate::package::merge::{self, Files};
-use crate::package::{Package, archive, check, temporary};
 use anyhow::{Context, Result, ensure};
+use host::package::{Package, archive, temporary};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

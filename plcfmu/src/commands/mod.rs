@@ -12,13 +12,13 @@ pub mod run;
 pub mod ssp;
 pub mod study;
 pub mod system;
-#[cfg(feature = "tool")]
+#[cfg(feature = "server")]
 pub mod tool;
 pub mod tune_study;
 
-use crate::host::library::PREFIX;
-use crate::package::binary::Binary;
 use anyhow::{Context, Result};
+use host::library::PREFIX;
+use host::package::binary::Binary;
 use std::io::{ErrorKind, Write, stdout};
 
 /// The longest name that is printed of a foreign FMU, in characters.

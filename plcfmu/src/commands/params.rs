@@ -1,11 +1,11 @@
 //! `plcfmu params`: the values of a PLC's parameter files, shown, converted and compared.
 
 use super::print;
-use crate::package::temporary;
 use crate::parameter_file::{self, block_of_library, check_target, format_of};
 use anyhow::{Context, Result, bail};
 use blocks::Value;
 use blocks::table::number::number;
+use host::package::temporary;
 use parameters::{Block, Format, Loop, Setting, decimal};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -109,7 +109,7 @@ pub(super) fn loops(
     names: &[String],
 ) -> Result<Vec<Loop>> {
     let mut reading = parameter_file::read(file, format, encoding, blocks, options)?;
-    for remark in parameter_file::remarks(&reading) {
+    for remark in run::file::remarks(&reading) {
         eprintln!("remark: {remark}");
     }
     let is_called = |one: &Loop, name: &String| one.name.eq_ignore_ascii_case(name);

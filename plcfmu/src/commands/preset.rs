@@ -2,10 +2,10 @@
 
 use super::{params, print};
 use crate::package::preset::{Original, Preset, identifier};
-use crate::package::{Package, temporary};
 use crate::parameter_file;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use blocks::table::number::to_value;
+use host::package::{Package, temporary};
 use parameters::{Block, Format, Loop, Origin};
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -1,15 +1,15 @@
 //! `plcfmu run`: runs FMUs together and records them.
 
 use crate::commands::system;
-use crate::host::file;
-use crate::host::instance::Type;
-use crate::host::simulation::Simulation;
-use crate::package::temporary;
-use crate::page::picture;
-use crate::page::plot::{self, Chart, Curve, Panel};
 use crate::progress::Progress;
 use anyhow::{Context, Result, bail};
-use engine::run::Recording;
+use draw::picture;
+use draw::plot::{self, Chart, Curve, Panel};
+use host::instance::Type;
+use host::package::temporary;
+use host::simulation::Simulation;
+use run::file;
+use run::master::Recording;
 use std::io::{self, BufWriter, StdoutLock, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -185,7 +185,7 @@ fn shown(value: f64) -> String {
 fn last_row(recording: &Recording) -> Vec<String> {
     let width = recording.columns.iter().map(|column| column.name.chars().count()).max().unwrap_or(0);
     let Some((_, row)) = recording.rows().last() else { return Vec::new() };
-    let line = |(column, value): (&engine::plan::Column, &f64)| {
+    let line = |(column, value): (&run::plan::Column, &f64)| {
         let value = match (column.kind, *value) {
             (Type::Boolean, 0.0) => "false".into(),
             (Type::Boolean, _) => "true".into(),

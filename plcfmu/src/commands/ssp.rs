@@ -2,8 +2,8 @@
 
 use super::{print, system};
 use crate::package::ssp::{self, Version};
-use crate::package::temporary;
 use anyhow::{Result, bail};
+use host::package::temporary;
 use std::io::Write;
 use std::path::PathBuf;
 

@@ -1,21 +1,12 @@
 //! `plcfmu study`: runs a loop many times with different values.
 
 use super::{print, shown, time_limit};
-use crate::package::temporary;
+use crate::parameter_file;
 use crate::progress::Progress;
-use crate::study::finished::{self, Table};
-use crate::study::output::Format;
-use crate::study::parts::{self, Collector, Parts};
-use crate::study::pool::{self, Pool};
-use crate::study::report::{self, Report};
-use crate::study::{self, Interrupted, bundle, junit, output};
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum;
-use engine::run::Recording;
-use engine::study::expect::{Expectation, Verdict};
-use engine::study::experiment::Experiment;
-use engine::study::results::{Results, Row};
-use engine::study::summary::Summary;
+use host::package::temporary;
+use run::master::Recording;
 use std::collections::BTreeSet;
 use std::fs;
 use std::ops::Range;
@@ -24,6 +15,16 @@ use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+use study::expect::{Expectation, Verdict};
+use study::experiment::Experiment;
+use study::finished::{self, Table};
+use study::output::Format;
+use study::parts::{self, Collector, Parts};
+use study::pool::{self, Pool};
+use study::report::{self, Report};
+use study::results::{Results, Row};
+use study::summary::Summary;
+use study::{self, Interrupted, bundle, junit, output};
 
 /// So many of the worst runs are in the summary, for each figure.
 const WORST: usize = 10;
@@ -97,7 +98,7 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 /// # Errors
 /// What is wrong and what to do; all runs fail; a run does not keep to what is expected; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
-    let reading = study::open(&options.study, options.fmus.as_deref())?;
+    let reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
     let fingerprint = study::fingerprint(&reading.job)?;
     let interrupted = interruption()?;
     let mut pool = start(options, &reading, interrupted)?;

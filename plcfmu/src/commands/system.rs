@@ -1,11 +1,11 @@
 //! What to run or to pack, as `plcfmu run` and `plcfmu ssp` take it: FMUs, a description, or the loops of a parameter file,
 //! and options on top.
 
-use crate::host::file;
 use crate::parameter_file;
 use anyhow::{Context, Error, Result, bail};
-use engine::system::{Connection, Exchange, Member, Recorded, Setting, System};
-use parameters::{Block, Format};
+use parameters::Format;
+use run::file;
+use run::system::{Connection, Exchange, Member, Recorded, Setting, System};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -79,7 +79,7 @@ impl Arguments {
                 has_description = true;
                 let members = std::mem::take(&mut system.members);
                 let settings = std::mem::take(&mut system.settings);
-                system = file::read(path, self.fmus.as_deref())?;
+                system = file::read(path, self.fmus.as_deref(), parameter_file::read_any)?;
                 system.members.splice(0..0, members);
                 system.settings.splice(0..0, settings);
             } else if Format::of_file(file).is_some() {
@@ -115,8 +115,8 @@ impl Arguments {
             format!("{shown} is a parameter file: name the folder of the FMUs of its blocks, --fmus FOLDER")
         })?;
         let options = parameters::Options { block: self.block.clone(), ..Default::default() };
-        let reading = parameter_file::read(&shown.to_string(), None, None, &Block::all(), &options)?;
-        system.remarks.extend(parameter_file::remarks(&reading));
+        let reading = parameter_file::read_any(&shown.to_string(), &options)?;
+        system.remarks.extend(file::remarks(&reading));
         for of in &reading.loops {
             let fmu = folder.join(format!("{}.fmu", of.block.name));
             if !fmu.is_file() {

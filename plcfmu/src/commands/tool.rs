@@ -1,7 +1,6 @@
 //! `plcfmu tool`: the parameter tool in the browser, with FMUs.
 
 use super::{print, time_limit};
-use crate::page::escape::Named;
 use crate::tool::assets;
 use crate::tool::child::{Processes, Starter};
 use crate::tool::home::{Collection, File, Known};
@@ -11,6 +10,7 @@ use anyhow::{Context, Result, bail, ensure};
 use askama::filters::Escaper as _;
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
+use draw::escape::Named;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use parameters::Format;

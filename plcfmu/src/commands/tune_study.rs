@@ -2,15 +2,16 @@
 
 use super::study::interruption;
 use super::{print, time_limit};
+use crate::parameter_file;
 use crate::progress::Progress;
-use crate::study::pool;
-use crate::study::tuned::{self, Found};
-use crate::study::tuning::Tuning;
-use crate::study::{self, Interrupted};
 use anyhow::{Result, bail};
-use engine::digits::short;
+use modeldescription::digits::short;
 use std::path::PathBuf;
 use std::time::Duration;
+use study::pool;
+use study::tuned::{self, Found};
+use study::tuning::Tuning;
+use study::{self, Interrupted};
 
 /// Search the settings of a controller that are the best for all plants of a study
 ///
@@ -60,7 +61,7 @@ The README of plcfmu says what a study and its table [tune] are made of.";
 /// # Errors
 /// What is wrong and what to do; no candidate keeps the constraints; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
-    let reading = study::open(&options.study, options.fmus.as_deref())?;
+    let reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
     let defaults = pool::Options::new()?;
     let pool_options = pool::Options {
         jobs: options.jobs.map_or(defaults.jobs, usize::from),

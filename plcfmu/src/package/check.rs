@@ -3,13 +3,14 @@
 
 use crate::build::compile::GLIBC;
 use crate::build::platform;
-use crate::host::fmu::Fmu;
-use crate::host::instance::{Instance, Type};
-use crate::host::library::FUNCTIONS;
-use crate::package::binary::Binary;
-use crate::package::{DESCRIPTION, LibraryFile, Package, preset, temporary};
+use crate::package::preset;
 use anyhow::{Context, Result, bail, ensure};
 use blocks::table::start::Start;
+use host::fmu::Fmu;
+use host::instance::{Instance, Type};
+use host::library::FUNCTIONS;
+use host::package::binary::Binary;
+use host::package::{DESCRIPTION, LibraryFile, Package, temporary};
 use memchr::memmem;
 use modeldescription::shortened;
 use modeldescription::v2::{Interface, ModelDescription, Typed, Variable};
@@ -201,8 +202,8 @@ fn fmi_type(typed: &Typed) -> Option<Type> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::package::archive;
-    use crate::package::binary::tests::macos;
+    use host::doubles::macos;
+    use host::package::archive;
     use modeldescription::v2::Variability;
 
     /// What the library of a small block tells of it.

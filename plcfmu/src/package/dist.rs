@@ -4,10 +4,11 @@
 use crate::build::platform::{self, Platform};
 use crate::build::workspace::Workspace;
 use crate::command;
-use crate::hexadecimal;
-use crate::package::{Package, archive, merge, pack, temporary};
+use crate::package::{merge, pack};
 use crate::tool::make;
 use anyhow::{Context, Result, bail};
+use host::hexadecimal;
+use host::package::{Package, archive, temporary};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -181,7 +182,7 @@ fn sums(files: &BTreeMap<String, Vec<u8>>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::package::DESCRIPTION;
+    use host::package::DESCRIPTION;
     use modeldescription::v2::{CoSimulation, ModelDescription};
 
     /// An FMU with these libraries: platform and content.

@@ -1,7 +1,8 @@
 //! Joins FMUs that were packed from the same sources for different platforms.
 
-use crate::package::{DESCRIPTION, Package, check};
+use crate::package::check;
 use anyhow::{Context, Result, bail, ensure};
+use host::package::{DESCRIPTION, Package};
 use modeldescription::shortened;
 use modeldescription::v2::{ModelDescription, Variable};
 use std::collections::{BTreeMap, BTreeSet};
@@ -183,7 +184,7 @@ pub fn join_all(packages: Vec<(String, Files)>) -> Result<Files> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::package::archive;
+    use host::package::archive;
     use modeldescription::v2::{CoSimulation, Real, Typed};
 
     fn description(change: impl FnOnce(&mut ModelDescription)) -> ModelDescription {

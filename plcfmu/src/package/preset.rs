@@ -3,11 +3,10 @@
 //! The values are in modelDescription.xml, from which hosts read them, and in `resources/start.txt`, from which the library reads
 //! them. The preset's GUID is the fingerprint of that file, so that the library accepts no other values than those declared.
 
-use crate::package::{DESCRIPTION, Package, check};
+use crate::package::check;
 use anyhow::{Result, anyhow, bail, ensure};
 use blocks::table::start::{self, Start};
-use engine::preset::{PAGE, guid_of};
-pub use engine::preset::{identifier, path};
+use host::package::{DESCRIPTION, Package};
 use modeldescription::shortened;
 use modeldescription::v2::{Causality, ModelDescription, Typed};
 use parameters::Loop;
@@ -15,6 +14,8 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
+use tool::preset::{PAGE, guid_of};
+pub use tool::preset::{identifier, path};
 
 /// The largest documentation page, in bytes.
 const LARGEST_PAGE: u64 = 1 << 26;
@@ -154,7 +155,7 @@ impl<R: Read + Seek> Original<R> {
             None => None,
         };
         let page = page.as_deref().map(String::from_utf8_lossy);
-        let original = engine::preset::Original {
+        let original = tool::preset::Original {
             description: &self.package.description,
             library: &self.library,
             page: page.as_deref(),
@@ -178,10 +179,10 @@ pub fn remarks(description: &ModelDescription) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::host::library::FUNCTIONS;
-    use crate::package::archive;
-    use crate::package::binary::tests::macos;
     use blocks::{Role, Time, Value};
+    use host::doubles::macos;
+    use host::library::FUNCTIONS;
+    use host::package::archive;
     use modeldescription::v2::Interface;
     use parameters::{Block, Member, Origin};
     use std::io::Cursor;

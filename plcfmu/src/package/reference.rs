@@ -1,10 +1,11 @@
 //! Reference results: what a freshly built library answers to its block's own example, recorded through the C interface
 //! as a co-simulation master does, and packed after the layered standard fmi-ls-ref.
 
-use crate::host::instance::{Instance, Type};
-use crate::host::library::Library;
 use anyhow::{Context, Error, Result};
 use blocks::{Kind, Role};
+use draw::response::{Recording, Sweep};
+use host::instance::{Instance, Type};
+use host::library::Library;
 use modeldescription::v2::Interface;
 use modeldescription::{Characteristic, Response, Row, Table};
 use std::collections::BTreeMap;
@@ -20,26 +21,6 @@ const DESCRIPTION: &str = "documentation/fmi-ls-ref.txt";
 /// Whether the file with this path in an FMU tells of the reference experiment.
 pub fn is_file(path: &str) -> bool {
     path == DESCRIPTION || path.strip_prefix(FOLDER).is_some_and(|rest| rest.starts_with('/'))
-}
-
-/// What was recorded.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Recording {
-    /// The time between two calls, in milliseconds.
-    pub cycle: u32,
-    /// The variables that are recorded and drawn, by row.
-    pub shown: Vec<usize>,
-    /// Their values after the restart.
-    pub restart: Vec<f64>,
-    /// Their values in each call.
-    pub calls: Vec<Vec<f64>>,
-}
-
-impl Recording {
-    /// The time of a call in seconds.
-    pub fn time(&self, call: usize) -> f64 {
-        call as f64 * f64::from(self.cycle) / 1000.0
-    }
 }
 
 /// Lets the library run one of the block's examples: one communication step for every call.
@@ -94,15 +75,6 @@ fn fmi_type(kind: Kind) -> Type {
         Kind::Word | Kind::Int => Type::Integer,
         Kind::Bool => Type::Boolean,
     }
-}
-
-/// A characteristic, as it was recorded: the values of its variable, and the mean of each shown variable at each of them.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sweep {
-    /// The values of the variable.
-    pub over: Vec<f64>,
-    /// The shown variables, by row, and their means.
-    pub means: Vec<(usize, Vec<f64>)>,
 }
 
 /// Lets the library run one of the block's characteristics: a new instance for every point.

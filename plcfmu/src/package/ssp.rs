@@ -4,14 +4,14 @@
 //! Names of the elements are C identifiers, and none begins another one: OMSimulator refuses other characters, and FMPy's
 //! master takes the parameters of `P10` for those of `P1`.
 
-use crate::host::instance::Type;
 use crate::package::preset::identifier;
-use crate::package::{Package, archive};
 use anyhow::{Context, Result, bail};
 use askama::Template;
-use engine::plan::{Names, Plan, effective, value, wires};
-use engine::system::{Exchange, Setting, System, Value};
+use host::instance::Type;
+use host::package::{Package, archive};
 use modeldescription::v2::{Causality, ModelDescription, Typed, Unit};
+use run::plan::{Names, Plan, effective, value, wires};
+use run::system::{Exchange, Setting, System, Value};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;

@@ -1,18 +1,13 @@
 //! `documentation/index.html`: all that a user of the FMU has to know, in one file.
 
-pub mod diagram;
-pub(crate) mod escape;
 mod markdown;
-pub mod picture;
-pub mod plot;
-pub(crate) mod scale;
-pub(crate) mod svg;
-pub mod text;
 
-use crate::package::reference::{self, Recording, Recordings, Sweep};
+use crate::package::reference::{self, Recordings};
 use anyhow::Context;
 use askama::Template;
 use blocks::{Kind, Role};
+use draw::response::{self, Recording, Sweep};
+use draw::{diagram, plot, text};
 use markdown::Sections;
 use modeldescription::{Characteristic, Response, Row, Table};
 
@@ -118,7 +113,7 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
     let law = take(&[("Law", "Law"), ("", "Law"), ("Clauses", "Clauses")])?;
     let mut after_responses = take(&[("Limits of use", "Limits of use"), ("Sources", "Sources")])?;
     // Only programs read it; here it has to be right.
-    engine::dialog::of(table).context("the dialog of the block")?;
+    run::dialog::of(table).context("the dialog of the block")?;
     sections.take("Dialog");
     for (title, text) in sections.take_all() {
         after_responses.push(section(title, text, &names)?);
@@ -155,8 +150,8 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
         recordings: reference::links(&table.name),
         groups: groups(table)?,
         license: license.unwrap_or("its package names no licence"),
-        preset_place: engine::preset::page::PRESET,
-        recording_place: engine::preset::page::RECORDING,
+        preset_place: tool::preset::page::PRESET,
+        recording_place: tool::preset::page::RECORDING,
     };
     page.render().context("the documentation page")
 }
@@ -195,7 +190,7 @@ fn section(title: &str, text: &str, names: &[&str]) -> anyhow::Result<Section> {
 }
 
 fn drawing<'a>(table: &Table, response: &'a Response, recording: &Recording) -> anyhow::Result<Drawing<'a>> {
-    let chart = plot::of_recording(table, recording);
+    let chart = response::of_recording(table, recording);
     let curves = chart.panels.iter().flat_map(|panel| &panel.curves).chain(&chart.lanes);
     Ok(Drawing {
         title: response.title.trim_end_matches('.'),
@@ -210,7 +205,7 @@ fn characteristic_drawing<'a>(
     characteristic: &'a Characteristic,
     sweep: &Sweep,
 ) -> anyhow::Result<Drawing<'a>> {
-    let chart = plot::of_sweep(table, characteristic, sweep);
+    let chart = response::of_sweep(table, characteristic, sweep);
     Ok(Drawing {
         title: characteristic.title.trim_end_matches('.'),
         has_dashed_lines: false,

@@ -1,7 +1,8 @@
 //! What the page of the parameter tool shows of an FMU: its block's diagram, the help of its variables, and what it is for.
 
-use crate::page::{self, diagram};
+use crate::page;
 use anyhow::{Context, Result};
+use draw::diagram;
 use modeldescription::Table;
 use serde::Serialize;
 use std::collections::BTreeMap;

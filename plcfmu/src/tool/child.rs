@@ -9,13 +9,13 @@
 //! message are made in their order up to the first that fails; there is one reply to all of them. Writing is held back until
 //! the next other call, so that a step takes one message.
 
-use crate::framing::{self, FAREWELL, receive, send};
-use crate::host::fmu::Fmu;
-use crate::host::instance::Instance;
-use crate::host::standard_output;
-use crate::package::{Package, temporary};
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use engine::component::{Component, Type};
+use host::fmu::Fmu;
+use host::framing::{self, FAREWELL, receive, send};
+use host::instance::Instance;
+use host::package::{Package, temporary};
+use host::standard_output;
+use run::component::{Component, Type};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::process::{self, ChildStdin, Command, Stdio};

@@ -1,19 +1,18 @@
 //! The home of the engine behind `plcfmu tool`: FMUs, ours in this process and foreign ones in processes of their own.
 
-use crate::host::fmu::{Fmu, has_table};
 use crate::package::preset::Original;
-use crate::package::{Package, temporary};
 use crate::parameter_file;
 use crate::tool::child::Starter;
 use anyhow::{Context, Result, bail, ensure};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use engine::component::Component;
-use engine::home::Home;
-use engine::message::{Entry, KnownLoop, Part};
+use host::fmu::{Fmu, has_table};
+use host::package::{Package, temporary};
 use modeldescription::v2::{Interface, ModelDescription};
 use modeldescription::{Table, shortened};
 use parameters::{Block, Format, Loop};
+use run::component::Component;
+use run::fmus::Fmus;
 use serde::Serialize;
 use std::cell::RefCell;
 use std::io::{Cursor, Write};
@@ -21,6 +20,8 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
 use tempfile::TempPath;
+use tool::home::Home;
+use tool::message::{Entry, KnownLoop, Part};
 
 /// So many FMUs may a page upload.
 const MOST_UPLOADS: usize = 20;
@@ -98,7 +99,7 @@ impl Known {
 
 /// What an FMU is in a loop, by what its documentation says of its dialog.
 fn part(table: &Table) -> Part {
-    engine::dialog::of(table).map_or(Part::Other, |(roles, _)| roles.part(table))
+    run::dialog::of(table).map_or(Part::Other, |(roles, _)| roles.part(table))
 }
 
 /// A text of a foreign FMU, short enough to be shown.
@@ -131,7 +132,7 @@ impl Collection {
             }
         }
         let is_there = |name: &str| fmus.iter().any(|known| known.name == name && known.table.is_some());
-        let loops = engine::known::loops(is_there);
+        let loops = tool::known::loops(is_there);
         Ok(Collection { fmus: fmus.into_iter().map(Arc::new).collect(), blocks, loops, starter })
     }
 
@@ -294,25 +295,13 @@ impl FmuHome {
     }
 }
 
-impl Home for FmuHome {
-    fn entries(&self) -> Vec<Entry> {
-        self.collection.fmus.iter().chain(&self.uploads.borrow().accepted).map(|known| known.entry()).collect()
-    }
-
-    fn known_loops(&self) -> Vec<KnownLoop> {
-        self.collection.loops.clone()
-    }
-
+impl Fmus for FmuHome {
     fn description(&self, fmu: &str) -> Result<Arc<ModelDescription>> {
         Ok(self.known(fmu)?.description.clone())
     }
 
     fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>> {
         Ok(self.known(fmu)?.table.clone())
-    }
-
-    fn blocks(&self) -> Vec<Arc<Block>> {
-        self.collection.blocks.clone()
     }
 
     fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>> {
@@ -323,6 +312,20 @@ impl Home for FmuHome {
             Source::Foreign(path) => Box::new(starter.instantiate(path, name)?),
             Source::Uploaded(path) => Box::new(starter.instantiate(path, name)?),
         })
+    }
+}
+
+impl Home for FmuHome {
+    fn entries(&self) -> Vec<Entry> {
+        self.collection.fmus.iter().chain(&self.uploads.borrow().accepted).map(|known| known.entry()).collect()
+    }
+
+    fn known_loops(&self) -> Vec<KnownLoop> {
+        self.collection.loops.clone()
+    }
+
+    fn blocks(&self) -> Vec<Arc<Block>> {
+        self.collection.blocks.clone()
     }
 
     fn preset(&self, of: &Loop) -> Result<Vec<u8>> {

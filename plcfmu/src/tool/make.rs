@@ -3,11 +3,12 @@
 use crate::build::compile;
 use crate::build::platform::Platform;
 use crate::build::workspace::{self, Workspace};
-use crate::host::fmu::Fmu;
-use crate::package::{pack, temporary};
+use crate::package::pack;
 use crate::tool::assets;
 use crate::tool::page::{self, Content, Home};
 use anyhow::{Context, Result, ensure};
+use host::fmu::Fmu;
+use host::package::temporary;
 use modeldescription::Table;
 use modeldescription::v2::Interface;
 use std::fs;
@@ -18,7 +19,7 @@ use std::path::{Path, PathBuf};
 pub const FILE: &str = "plcfmu-tool.html";
 
 /// The package that becomes WebAssembly.
-const ENGINE: &str = "engine_wasm";
+const ENGINE: &str = "tool_wasm";
 
 /// Where it runs: no platform of FMI.
 pub const WEB: Platform = Platform { folder: "the page", target: "wasm32-unknown-unknown", suffix: ".wasm" };
@@ -52,7 +53,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     }
     let engine = engine(workspace)?;
     let tables = tables(&options.fmus.clone().unwrap_or_else(|| workspace.fmus()))?;
-    let sources = page::read(&workspace.root.join("plcfmu/web"))?;
+    let sources = page::read(&workspace.root.join("tool/web"))?;
     let assets = assets::json(&tables)?;
     let data: [(&str, &[u8]); 2] = [("assets", &assets), ("engine", &engine)];
     let page = page::assemble(&sources, &Content { home: Home::Page, data: &data })?;

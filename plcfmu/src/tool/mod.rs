@@ -1,11 +1,11 @@
 //! The parameter tool: the page, and the command that serves it.
 
 pub mod assets;
-#[cfg(feature = "tool")]
+#[cfg(feature = "server")]
 pub mod child;
-#[cfg(feature = "tool")]
+#[cfg(feature = "server")]
 pub mod home;
 pub mod make;
 pub mod page;
-#[cfg(feature = "tool")]
+#[cfg(feature = "server")]
 pub mod server;

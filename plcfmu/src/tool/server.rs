@@ -5,7 +5,6 @@
 //! here does not help; `Origin`, if there is one, has to be that of the page; and what changes anything is a POST of a type, and
 //! with a header, that a page from elsewhere may not send without being asked, which it never is.
 
-use crate::hexadecimal;
 use crate::tool::child::Processes;
 use crate::tool::home::{Collection, FmuHome};
 use anyhow::{Context, Result, anyhow, ensure};
@@ -21,7 +20,7 @@ use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::{self, Next};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::{get, post};
-use engine::Engine;
+use host::hexadecimal;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -32,6 +31,7 @@ use std::time::Duration;
 use tokio::net::TcpListener;
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::oneshot;
+use tool::Engine;
 
 /// The longest request to an engine, in bytes: a file of parameters or a recording in Base64.
 const LONGEST_MESSAGE: usize = 64 << 20;

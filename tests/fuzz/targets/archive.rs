@@ -4,9 +4,9 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use plcfmu::package::Package;
-use plcfmu::package::archive::Archive;
-use plcfmu::package::binary::Binary;
+use host::package::Package;
+use host::package::archive::Archive;
+use host::package::binary::Binary;
 use std::io::Cursor;
 
 /// The largest file that is unpacked here, in bytes, so that a run is short.

@@ -7,10 +7,8 @@
 
 use blocks::{Block, ContC, ContS, Hlg, PulsCtr, Pulsegen};
 use blocks::table::fingerprint::checksum;
-use fmu::v2::component::Component;
 use fmu::v2::ffi::{self, Pointer};
-use fmu::v2::interface::Guid;
-use fmu::v2::states::Function;
+use fmu::table::Guid;
 use fmu::v2::value::Boolean;
 use libfuzzer_sys::fuzz_target;
 use std::ffi::{CString, c_char, c_int, c_void};
@@ -70,10 +68,10 @@ fn snapshot<B: Block>(slot: &mut Slot) -> Vec<u8> {
     let mut size = 0;
     // SAFETY: a living component, a state of its own, a buffer as long as said.
     unsafe {
-        assert_eq!(ffi::get_fmu_state::<B>(slot.component, &raw mut slot.probe), 0);
-        assert_eq!(ffi::serialized_fmu_state_size::<B>(slot.component, slot.probe, &raw mut size), 0);
+        assert_eq!(ffi::fmi2GetFMUstate::<B>(slot.component, &raw mut slot.probe), 0);
+        assert_eq!(ffi::fmi2SerializedFMUstateSize::<B>(slot.component, slot.probe, &raw mut size), 0);
         let mut bytes = vec![0; size];
-        assert_eq!(ffi::serialize_fmu_state::<B>(slot.component, slot.probe, bytes.as_mut_ptr(), size), 0);
+        assert_eq!(ffi::fmi2SerializeFMUstate::<B>(slot.component, slot.probe, bytes.as_mut_ptr(), size), 0);
         bytes
     }
 }
@@ -82,7 +80,7 @@ fn instantiate<B: Block>() -> Slot {
     let callbacks = Callbacks { logger, others: [ptr::null(); 4] };
     let guid = CString::new(Guid::<B>::TEXT).unwrap_or_default();
     // SAFETY: all pointers point to what the function takes; a logger may leave its arguments alone.
-    let component = unsafe { ffi::instantiate::<B>(c"x".as_ptr(), 1, guid.as_ptr(), std::ptr::null(), (&raw const callbacks).cast(), 1) };
+    let component = unsafe { ffi::fmi2Instantiate::<B>(c"x".as_ptr(), 1, guid.as_ptr(), std::ptr::null(), (&raw const callbacks).cast(), 0, 1) };
     assert!(!component.is_null());
     Slot { component, states: Vec::new(), probe: ptr::null_mut(), forged: false }
 }
@@ -138,37 +136,37 @@ fn run<B: Block>(mut input: Bytes) {
             match input.below(25) {
                 0 => {
                     let (start, stop) = (input.real(), input.real());
-                    ffi::setup_experiment::<B>(component, start, c_int::from(input.byte() & 1), stop)
+                    ffi::fmi2SetupExperiment::<B>(component, 0, 0.0, start, c_int::from(input.byte() & 1), stop)
                 }
-                1 => ffi::enter_initialization_mode::<B>(component),
-                2 => ffi::exit_initialization_mode::<B>(component),
-                3 => ffi::terminate::<B>(component),
+                1 => ffi::fmi2EnterInitializationMode::<B>(component),
+                2 => ffi::fmi2ExitInitializationMode::<B>(component),
+                3 => ffi::fmi2Terminate::<B>(component),
                 4 => {
                     slots[which].forged = false;
-                    ffi::reset::<B>(component)
+                    ffi::fmi2Reset::<B>(component)
                 }
                 5 | 6 => {
                     let values: [f64; 3] = std::array::from_fn(|_| input.real());
-                    ffi::set::<B, f64>(component, &Function::SET_REAL, vr, count, values.as_ptr())
+                    ffi::fmi2SetReal::<B>(component, vr, count, values.as_ptr())
                 }
                 7 => {
                     let values: [c_int; 3] = std::array::from_fn(|_| c_int::from_le_bytes(input.take()));
-                    ffi::set::<B, c_int>(component, &Function::SET_INTEGER, vr, count, values.as_ptr())
+                    ffi::fmi2SetInteger::<B>(component, vr, count, values.as_ptr())
                 }
                 8 => {
                     let values: [Boolean; 3] = std::array::from_fn(|_| Boolean(c_int::from(input.byte())));
-                    ffi::set::<B, Boolean>(component, &Function::SET_BOOLEAN, vr, count, values.as_ptr())
+                    ffi::fmi2SetBoolean::<B>(component, vr, count, values.as_ptr())
                 }
-                9 => ffi::get::<B, f64>(component, &Function::GET_REAL, vr, count, [0.0; 3].as_mut_ptr()),
-                10 => ffi::get::<B, c_int>(component, &Function::GET_INTEGER, vr, count, [0; 3].as_mut_ptr()),
+                9 => ffi::fmi2GetReal::<B>(component, vr, count, [0.0; 3].as_mut_ptr()),
+                10 => ffi::fmi2GetInteger::<B>(component, vr, count, [0; 3].as_mut_ptr()),
                 11 => {
-                    ffi::get::<B, Boolean>(component, &Function::GET_BOOLEAN, vr, count, [Boolean(0); 3].as_mut_ptr())
+                    ffi::fmi2GetBoolean::<B>(component, vr, count, [Boolean(0); 3].as_mut_ptr())
                 }
                 12..15 if !slots[which].forged => {
                     let (mut period, mut end) = (0.0, 0.0);
-                    ffi::get::<B, f64>(component, &Function::GET_REAL, &raw const cycle, 1, &raw mut period);
+                    ffi::fmi2GetReal::<B>(component, &raw const cycle, 1, &raw mut period);
                     let real = &raw mut end;
-                    ffi::get_status::<B, f64>(component, &Function::GET_REAL_STATUS, 2, real, Component::real_status);
+                    ffi::fmi2GetRealStatus::<B>(component, 2, real);
                     let h = period * [1.0, 0.1, 1.0 / 3.0, 7.0, 1e-9, 1e13][input.below(6)];
                     let (tc, h) = match input.byte() {
                         0 => (input.real(), h),
@@ -179,7 +177,7 @@ fn run<B: Block>(mut input: Bytes) {
                     };
                     // A step that would take long is left out.
                     let calls = (tc + h - end) / period;
-                    if (1000.0..1e10).contains(&calls) { 0 } else { ffi::do_step::<B>(component, tc, h) }
+                    if (1000.0..1e10).contains(&calls) { 0 } else { ffi::fmi2DoStep::<B>(component, tc, h, 1) }
                 }
                 15 => {
                     let mut state = if slots[which].states.len() < 5 {
@@ -187,7 +185,7 @@ fn run<B: Block>(mut input: Bytes) {
                     } else {
                         state_of(&slots, which, &mut input)
                     };
-                    let status = ffi::get_fmu_state::<B>(component, &raw mut state);
+                    let status = ffi::fmi2GetFMUstate::<B>(component, &raw mut state);
                     if status == 0 && !slots[which].states.contains(&state) {
                         slots[which].states.push(state);
                     }
@@ -195,12 +193,12 @@ fn run<B: Block>(mut input: Bytes) {
                 }
                 16 => {
                     let state = state_of(&slots, which, &mut input);
-                    ffi::set_fmu_state::<B>(component, state)
+                    ffi::fmi2SetFMUstate::<B>(component, state)
                 }
                 17 => {
                     let mut state = state_of(&slots, which, &mut input);
                     let freed = state;
-                    let status = ffi::free_fmu_state::<B>(component, &raw mut state);
+                    let status = ffi::fmi2FreeFMUstate::<B>(component, &raw mut state);
                     if status == 0 {
                         slots[which].states.retain(|known| *known != freed);
                     }
@@ -208,28 +206,28 @@ fn run<B: Block>(mut input: Bytes) {
                 }
                 18 => {
                     let (state, mut size) = (state_of(&slots, which, &mut input), 0);
-                    ffi::serialized_fmu_state_size::<B>(component, state, &raw mut size)
+                    ffi::fmi2SerializedFMUstateSize::<B>(component, state, &raw mut size)
                 }
                 19 => {
                     let (state, mut bytes) = (state_of(&slots, which, &mut input), [0; 2000]);
                     let size = usize::from(u16::from_le_bytes(input.take())) % 2000;
-                    ffi::serialize_fmu_state::<B>(component, state, bytes.as_mut_ptr(), size)
+                    ffi::fmi2SerializeFMUstate::<B>(component, state, bytes.as_mut_ptr(), size)
                 }
                 20 => {
                     let bytes = forge(before.clone(), &mut input);
                     let mut state = ptr::null_mut();
                     let status =
-                        ffi::deserialize_fmu_state::<B>(component, bytes.as_ptr(), bytes.len(), &raw mut state);
+                        ffi::fmi2DeSerializeFMUstate::<B>(component, bytes.as_ptr(), bytes.len(), &raw mut state);
                     if status == 0 {
                         slots[which].forged |= bytes != before;
-                        assert_eq!(ffi::set_fmu_state::<B>(component, state), 0);
-                        assert_eq!(ffi::free_fmu_state::<B>(component, &raw mut state), 0);
+                        assert_eq!(ffi::fmi2SetFMUstate::<B>(component, state), 0);
+                        assert_eq!(ffi::fmi2FreeFMUstate::<B>(component, &raw mut state), 0);
                         // What was restored can be saved and restored again.
                         let again = snapshot::<B>(&mut slots[which]);
                         let from = again.as_ptr();
-                        assert_eq!(ffi::deserialize_fmu_state::<B>(component, from, again.len(), &raw mut state), 0);
-                        assert_eq!(ffi::set_fmu_state::<B>(component, state), 0);
-                        assert_eq!(ffi::free_fmu_state::<B>(component, &raw mut state), 0);
+                        assert_eq!(ffi::fmi2DeSerializeFMUstate::<B>(component, from, again.len(), &raw mut state), 0);
+                        assert_eq!(ffi::fmi2SetFMUstate::<B>(component, state), 0);
+                        assert_eq!(ffi::fmi2FreeFMUstate::<B>(component, &raw mut state), 0);
                         assert!(snapshot::<B>(&mut slots[which]) == again, "a restored state is another one");
                     }
                     status
@@ -237,21 +235,20 @@ fn run<B: Block>(mut input: Bytes) {
                 21 => {
                     let orders: [c_int; 3] = std::array::from_fn(|_| c_int::from(input.byte()) - 1);
                     let values: [f64; 3] = std::array::from_fn(|_| input.real());
-                    ffi::set_real_input_derivatives::<B>(component, vr, count, orders.as_ptr(), values.as_ptr())
+                    ffi::fmi2SetRealInputDerivatives::<B>(component, vr, count, orders.as_ptr(), values.as_ptr())
                 }
                 22 => {
                     let texts = [c"logStatusError", c"logStatusDiscard", c"?"];
                     let names: [*const c_char; 3] =
                         std::array::from_fn(|_| texts.get(input.below(4)).map_or(ptr::null(), |text| text.as_ptr()));
-                    ffi::set_debug_logging::<B>(component, c_int::from(input.byte() & 1), count, names.as_ptr())
+                    ffi::fmi2SetDebugLogging::<B>(component, c_int::from(input.byte() & 1), count, names.as_ptr())
                 }
                 23 => {
                     let kind = c_int::from(input.byte()) - 1;
                     let mut boolean = Boolean(0);
-                    let (function, value) = (&Function::GET_BOOLEAN_STATUS, &raw mut boolean);
-                    ffi::get_status::<B, _>(component, function, kind, value, Component::boolean_status)
+                    ffi::fmi2GetBooleanStatus::<B>(component, kind, &raw mut boolean)
                 }
-                _ => ffi::strings::<B>(component, &Function::SET_STRING, vr, count),
+                _ => ffi::fmi2SetString::<B>(component, vr, count, std::ptr::null()),
             }
         };
         assert!((0..=3).contains(&status), "status {status}");
@@ -261,7 +258,7 @@ fn run<B: Block>(mut input: Bytes) {
     }
     for slot in slots {
         // SAFETY: a living component, freed once.
-        unsafe { ffi::free_instance::<B>(slot.component) };
+        unsafe { ffi::fmi2FreeInstance::<B>(slot.component) };
     }
 }
 

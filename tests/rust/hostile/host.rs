@@ -2,7 +2,7 @@
 
 use crate::calls::{Answer, Turn, What};
 use crate::model::{ALLOWED, Expected, Model, STATES, is_of};
-use plcfmu::host::library::{CallbackFunctions, Pointer};
+use host::library::{CallbackFunctions, Pointer};
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::fmt;
 use std::ptr;

@@ -18,9 +18,9 @@ mod model;
 mod numbers;
 mod serialized;
 
+use ::host::library::FUNCTIONS;
 use host::{Call, Host, Seen};
 use model::{ALLOWED, STATES, is_of, number};
-use plcfmu::host::library::FUNCTIONS;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 use serialized::some_state;

@@ -11,7 +11,7 @@ mod values;
 
 use crate::host::Host;
 use crate::model::{Expected, Model, STATES};
-use plcfmu::host::library::Pointer;
+use host::library::Pointer;
 use std::fmt;
 use tests::{Random, Status};
 

@@ -3,7 +3,7 @@
 use crate::calls::{Answer, Turn};
 use crate::host::{Host, Saved};
 use crate::model::{Expected, ok_if};
-use plcfmu::host::library::Pointer;
+use host::library::Pointer;
 use std::ptr;
 use tests::Status;
 

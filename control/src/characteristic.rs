@@ -1,0 +1,165 @@
+//! The characteristic of a pulse former: the mean of its pulses over its input, with the settings as they are.
+
+use anyhow::{Context, Result, bail};
+use blocks::Kind;
+use modeldescription::{Characteristic, Table};
+use run::dialog;
+use run::fmus::Fmus;
+use run::fmus::Member;
+use run::fmus::{self, number_of};
+use run::master::Run;
+use run::plan::Plan;
+use run::system::{self, Setting, System, Value};
+use serde::{Deserialize, Serialize};
+
+/// The most calls of one characteristic; with longer periods it has fewer points.
+const MOST_CALLS: usize = 4_000_000;
+
+/// The fewest points.
+const FEWEST_POINTS: usize = 11;
+
+/// Whose.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Request {
+    /// The block with its settings.
+    pub member: Member,
+}
+
+/// The characteristics that the block's table describes, with these settings.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+pub struct Characteristics {
+    /// One for each characteristic of the table that sweeps another variable or shows others.
+    pub sweeps: Vec<Sweep>,
+}
+
+/// The mean of variables over an input.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Sweep {
+    /// What it shows.
+    pub title: String,
+    /// The variable of the horizontal axis.
+    pub variable: String,
+    /// Its unit.
+    pub unit: Option<String>,
+    /// Its values.
+    pub inputs: Vec<f64>,
+    /// Each variable with its means; true counts 1.
+    pub outputs: Vec<(String, Vec<f64>)>,
+}
+
+/// The characteristics of a block with the member's settings: one for each of the table that sweeps another variable or shows
+/// other ones.
+///
+/// # Errors
+/// There is no such block, it refuses a setting, or a period of its pulses has too many calls.
+pub fn characteristics(home: &dyn Fmus, member: &Member) -> Result<Characteristics> {
+    let table = home.table(&member.fmu)?;
+    let table = table.with_context(|| format!("{} is a foreign FMU: it tells no characteristics", member.fmu))?;
+    let mut distinct: Vec<&Characteristic> = Vec::new();
+    for of in &table.characteristics {
+        if !distinct.iter().any(|known| known.variable == of.variable && known.show == of.show) {
+            distinct.push(of);
+        }
+    }
+    let sweeps = distinct.into_iter().map(|of| sweep(home, member, &table, of)).collect::<Result<_>>()?;
+    Ok(Characteristics { sweeps })
+}
+
+/// The member's value of a setting; true is 1.
+fn value(member: &Member, table: &Table, row: usize, description: &modeldescription::v2::ModelDescription) -> f64 {
+    let row = &table.variables[row];
+    let start = || fmus::start(description, &row.name).unwrap_or(row.start);
+    member.values.get(&row.name).map_or_else(start, |value| number_of(*value))
+}
+
+fn sweep(home: &dyn Fmus, member: &Member, table: &Table, of: &Characteristic) -> Result<Sweep> {
+    let description = home.description(&member.fmu)?;
+    let step = value(member, table, table.cycle, &description);
+    let (roles, _) = dialog::of(table)?;
+    let period = roles.pulse_former.first().and_then(|name| table.find(name));
+    let period = period.map(|row| {
+        let given = value(member, table, row, &description);
+        // A time, or a number of calls.
+        if table.variables[row].kind == Kind::Time { given / step.max(0.001) } else { given }
+    });
+    // The mean is that of whole periods.
+    let period = period.filter(|period| period.is_finite()).map_or(1, |period| period.round().max(1.0) as usize);
+    let calls = (of.calls as usize).next_multiple_of(period);
+    if calls > MOST_CALLS / FEWEST_POINTS {
+        bail!("a period of the pulses has {period} calls: the characteristic takes too long");
+    }
+    let points = (of.points as usize).min(MOST_CALLS / calls);
+    let (from, to) = of.range;
+    let inputs: Vec<f64> = (0..points).map(|point| from + (to - from) * point as f64 / (points - 1) as f64).collect();
+    let mut outputs: Vec<(String, Vec<f64>)> = of.show.iter().map(|name| (name.clone(), Vec::new())).collect();
+    for input in &inputs {
+        let swept = (&of.variable, Value::Number(*input));
+        let own = member.values.iter().filter(|(name, _)| **name != of.variable).map(|(name, value)| (name, *value));
+        let setting = |(name, value): (&String, Value)| Setting {
+            variable: format!("{}.{name}", member.name),
+            value,
+            time: None,
+            is_preliminary: false,
+            place: None,
+        };
+        let system = System {
+            members: vec![system::Member { name: member.name.clone(), path: member.fmu.clone().into() }],
+            settings: own.chain([swept]).map(setting).collect(),
+            record: of.show.iter().map(|name| format!("{}.{name}", member.name).as_str().into()).collect(),
+            stop: Some(step * calls as f64),
+            step: Some(step),
+            ..System::default()
+        };
+        let plan = Plan::of(&system, &[&description])?;
+        let mut run = Run::begin(&plan, vec![home.instantiate(&member.fmu, &member.name)?], None)?;
+        let mut sums = vec![0.0; of.show.len()];
+        for _ in 0..calls {
+            run.step(&plan)?;
+            sums.iter_mut().zip(run.row()).for_each(|(sum, value)| *sum += value);
+        }
+        outputs.iter_mut().zip(sums).for_each(|((_, means), sum)| means.push(sum / calls as f64));
+    }
+    let swept = table.find(&of.variable).map(|row| &table.variables[row]);
+    Ok(Sweep {
+        // The table's title tells the table's settings.
+        title: format!("{} over {}", of.show.join(", "), of.variable),
+        variable: of.variable.clone(),
+        unit: swept.and_then(|row| if row.kind == Kind::Time { Some("s".into()) } else { row.unit.clone() }),
+        inputs,
+        outputs,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use run::fmus::Values;
+    use run::test_home::TestHome;
+
+    fn member(values: &[(&str, Value)]) -> Member {
+        let values: Values = values.iter().map(|(name, value)| (name.to_string(), *value)).collect();
+        Member { name: "C".into(), fmu: "PID".into(), values }
+    }
+
+    #[test]
+    fn a_characteristic_is_that_of_the_members_settings_and_each_is_there_once() {
+        let on = ("MAN_ON", Value::Boolean(true));
+        let member = member(&[on, ("HIGH", Value::Number(40.0)), ("MAN", Value::Number(7.0))]);
+        let all = characteristics(&TestHome::default(), &member).unwrap();
+        let [sweep] = all.sweeps.as_slice() else { panic!("{} characteristics", all.sweeps.len()) };
+        assert_eq!((sweep.title.as_str(), sweep.unit.as_deref()), ("OUT, UP over MAN", Some("%")));
+        assert_eq!(sweep.inputs, [0.0, 25.0, 50.0, 75.0, 100.0]);
+        // HIGH is 40, and not the 50 of the table's characteristic.
+        assert_eq!(sweep.outputs[0], ("OUT".into(), vec![0.0, 25.0, 40.0, 40.0, 40.0]));
+        assert_eq!(sweep.outputs[1], ("UP".into(), vec![0.0; 5]));
+    }
+
+    #[test]
+    fn what_the_block_refuses_and_what_has_no_table_is_said() {
+        let error = |member: &Member| format!("{:#}", characteristics(&TestHome::default(), member).unwrap_err());
+        assert!(error(&member(&[("HIG", Value::Number(1.0))])).contains("did you mean C.HIGH?"));
+        let foreign = Member { fmu: "FOREIGN".into(), ..member(&[]) };
+        assert_eq!(error(&foreign), "FOREIGN is a foreign FMU: it tells no characteristics");
+    }
+}

@@ -1,0 +1,528 @@
+//! CSV files as plants, recorders and spreadsheets write them, as columns of numbers.
+//!
+//! Separator (comma, semicolon, tab), decimal sign (point or comma), units in the header (`PV [degC]`) and the form of the
+//! time (seconds, milliseconds, date and time of day) are found from the file. What is ambiguous is an error, or a remark.
+
+mod clock;
+pub mod names;
+mod number;
+
+pub use clock::seconds_of_unit;
+
+use anyhow::{Context, Result, bail};
+use number::Style;
+
+/// The largest text in bytes.
+pub const LARGEST: usize = 128 << 20;
+
+/// The most values in all columns together.
+pub const MOST_VALUES: usize = 32 << 20;
+
+/// The most columns.
+const MOST_COLUMNS: usize = 20_000;
+
+/// The longest of the first lines, in bytes.
+const LONGEST_LINE: usize = 1 << 20;
+
+/// A recorded table.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// Its columns, in the order of the file. Columns of texts are left out; a date goes into the column of the time of day.
+    pub columns: Vec<Column>,
+    /// The line of the file of each row, from 1.
+    pub lines: Vec<usize>,
+    /// What the user should know, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// A column of a table.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Column {
+    /// Its name, without the unit.
+    pub name: String,
+    /// Its name as the header has it, with the unit.
+    pub header: String,
+    /// The unit that the header has: `PV [degC]`, `PV (degC)` or `PV / degC`.
+    pub unit: Option<String>,
+    /// Its values, one for each row; TRUE and ON are 1. A value that is missing is NaN.
+    pub values: Vec<f64>,
+    /// Whether its values were written as date or time of day; they are seconds after the first row then.
+    pub is_clock: bool,
+    /// Whether its values were written as words, such as TRUE and FALSE.
+    pub is_boolean: bool,
+    /// The most digits behind the decimal sign.
+    pub decimals: i32,
+    /// The most digits from the first that is not 0.
+    pub digits: i32,
+}
+
+impl Column {
+    /// How far the true value may be from a value as it is written: half of the last digit. A column whose values have up to
+    /// three decimals, 0.125, may be off by 0.0005; one with six digits of any size, 123.456 and 0.00123456, by half of the
+    /// sixth digit of the value.
+    pub fn resolution(&self, value: f64) -> f64 {
+        if self.is_boolean || self.is_clock || !value.is_finite() {
+            return 0.0;
+        }
+        let fixed = 0.5 * 10f64.powi(-self.decimals);
+        let exponent = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+        if value == 0.0 { fixed } else { fixed.max(0.5 * 10f64.powi(exponent - self.digits + 1)) }
+    }
+}
+
+/// The seconds of the rows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Times {
+    /// They never decrease. Those of a date count from the first row.
+    pub seconds: Vec<f64>,
+    /// Whether the file says the unit; else it was guessed from the size of the steps.
+    pub is_unit_known: bool,
+    /// The guess, one sentence.
+    pub remark: Option<String>,
+}
+
+impl Table {
+    /// Reads a file's text.
+    ///
+    /// # Errors
+    /// What is wrong, with line and column, and what to do.
+    pub fn read(text: &str) -> Result<Table> {
+        Layout::of(text)?.read()
+    }
+
+    /// The names of a file's columns as its header has them, with their units.
+    ///
+    /// # Errors
+    /// The text is no CSV file.
+    pub fn headers(text: &str) -> Result<Vec<String>> {
+        Ok(Layout::of(text)?.header.into_iter().map(|header| header.written).collect())
+    }
+
+    /// How many rows there are.
+    pub fn rows(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// The column of this name, with or without its unit, in any case.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        let written = |column: &Column| column.header == name;
+        let equal = |column: &Column| column.name == name;
+        let alike = |column: &Column| column.name.trim().to_lowercase() == name.trim().to_lowercase();
+        let position = |is_it: &dyn Fn(&Column) -> bool| self.columns.iter().position(is_it);
+        position(&written).or_else(|| position(&equal)).or_else(|| position(&alike))
+    }
+
+    /// The column that is called by one of these names, the first of them that there is.
+    pub fn called(&self, names: &[&str]) -> Option<&Column> {
+        let short: Vec<String> = self.columns.iter().map(|column| names::short_name(&column.name)).collect();
+        let place = names.iter().find_map(|name| short.iter().position(|short| short == name))?;
+        Some(&self.columns[place])
+    }
+
+    /// The column of this name.
+    ///
+    /// # Errors
+    /// There is none; the message says which there are.
+    pub fn column(&self, name: &str) -> Result<&Column> {
+        let names = || self.columns.iter().map(|column| column.name.as_str());
+        let found = self.find(name).with_context(|| {
+            let near =
+                run::plan::near(name, names()).map_or_else(String::new, |near| format!("; did you mean {near}?"));
+            let list: Vec<_> = names().take(20).collect();
+            format!("the file has no column {name}, only {}{near}", list.join(", "))
+        })?;
+        Ok(&self.columns[found])
+    }
+
+    /// The column of the time: the one with a name such as `time`, `t [ms]`, `Zeit`, `timestamp`; else the first with dates or
+    /// times of day; else the first column if its unit is one of time.
+    pub fn time(&self) -> Option<usize> {
+        let named = |column: &Column| {
+            let (name, _) = clock::unit_of_name(&column.name);
+            clock::NAMES.contains(&name.as_str())
+        };
+        let by_unit = || {
+            let first = self.columns.first()?;
+            first.unit.as_deref().and_then(seconds_of_unit).map(|_| 0)
+        };
+        let dated = self.columns.iter().position(|column| column.is_clock && named(column));
+        let dated = dated.or_else(|| self.columns.iter().position(named));
+        dated.or_else(|| self.columns.iter().position(|column| column.is_clock)).or_else(by_unit)
+    }
+
+    /// The times of the rows in seconds, from that column.
+    ///
+    /// # Errors
+    /// A time is missing, or it goes back.
+    pub fn times(&self, column: usize) -> Result<Times> {
+        let of = &self.columns[column];
+        for (row, value) in of.values.iter().enumerate() {
+            let line = self.lines[row];
+            if !value.is_finite() {
+                bail!("line {line}, column {}: there is no time", of.name);
+            }
+            if row > 0 && *value < of.values[row - 1] {
+                bail!(
+                    "line {line}, column {}: the time goes back, from {:?} to {value:?}; sort the rows, or cut the file there",
+                    of.name,
+                    of.values[row - 1]
+                );
+            }
+        }
+        Ok(clock::times(of))
+    }
+}
+
+/// Where the rows of a text begin, and how they are written.
+struct Layout<'a> {
+    text: &'a str,
+    /// The line in which `text` begins, from 1.
+    line: usize,
+    separator: u8,
+    header: Vec<Header>,
+    /// How many records of `text` come before the values.
+    skip: usize,
+    remarks: Vec<String>,
+}
+
+/// The name of a column and what belongs to it.
+struct Header {
+    /// Name and unit as they are written; `column 3` of a column without a name.
+    written: String,
+    name: String,
+    unit: Option<String>,
+}
+
+fn reader(text: &str, separator: u8) -> ::csv::Reader<&[u8]> {
+    let mut builder = ::csv::ReaderBuilder::new();
+    builder.delimiter(separator).has_headers(false).flexible(true).trim(::csv::Trim::All);
+    builder.from_reader(text.as_bytes())
+}
+
+/// So many records decide on the layout.
+const SAMPLE: usize = 100;
+
+impl<'a> Layout<'a> {
+    fn of(text: &'a str) -> Result<Layout<'a>> {
+        if text.len() > LARGEST {
+            bail!(
+                "the file has {} bytes; at most {LARGEST} are read: cut out the part of interest, or keep each tenth row",
+                text.len()
+            );
+        }
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        // Before anything is made of it.
+        if let Some(line) = text.lines().take(SAMPLE).position(|line| line.len() > LONGEST_LINE) {
+            bail!("line {} has more than {LONGEST_LINE} bytes: this is no CSV file", line + 1);
+        }
+        let (mut rest, mut line, mut comment, mut told) = (text, 1, None, None);
+        loop {
+            let end = rest.find('\n').map_or(rest.len(), |end| end + 1);
+            let first = rest[..end].trim();
+            // What spreadsheets write to tell each other the separator.
+            let separator = first.to_lowercase().strip_prefix("sep=").and_then(|of| of.bytes().next());
+            match separator {
+                Some(separator) => told = Some(separator),
+                None if first.starts_with('#') => comment = Some(first.trim_start_matches('#').trim()),
+                None if first.is_empty() && end > 0 => {}
+                None => break,
+            }
+            (rest, line) = (&rest[end..], line + 1);
+            if rest.is_empty() {
+                bail!("the file has no rows: a header with the columns' names and a row for each call are needed");
+            }
+        }
+        if rest.trim().is_empty() {
+            bail!("the file is empty: a header with the columns' names and a row for each call are needed");
+        }
+        let separator = told.unwrap_or_else(|| separator(rest));
+        let mut sample = Vec::new();
+        for record in reader(rest, separator).records().take(SAMPLE) {
+            sample.push(record?.iter().map(str::to_string).collect::<Vec<_>>());
+        }
+        let width = usual_width(&sample);
+        let titles = sample.iter().position(|record| record.len() >= width).unwrap_or(0);
+        let is_value = |cell: &String| number::is_value(cell) || clock::parse(cell, false).is_some();
+        let mut remarks = Vec::new();
+        let first = &sample[titles];
+        let (header, mut skip) = if first.iter().any(is_value) && !first.iter().any(|cell| is_name(cell)) {
+            let comment: Vec<_> = comment.map(|line| fields(line, separator)).unwrap_or_default();
+            let header = if comment.len() == first.len() {
+                comment
+            } else {
+                remarks.push("The file has no header: its columns are called column 1, column 2 and so on.".into());
+                (1..=first.len()).map(|number| format!("column {number}")).collect()
+            };
+            (header, titles)
+        } else {
+            (first.clone(), titles + 1)
+        };
+        if header.len() > MOST_COLUMNS {
+            bail!("the file has {} columns; at most {MOST_COLUMNS} are read", header.len());
+        }
+        let mut header: Vec<Header> =
+            header.iter().enumerate().map(|(number, cell)| Header::of(cell, number)).collect();
+        // A second line with the units alone.
+        if skip == titles + 1
+            && let Some(units) = sample.get(skip)
+            && units.len() == header.len()
+            && !units.iter().any(is_value)
+            && units.iter().all(|unit| unit.len() <= 12)
+            && units.iter().any(|unit| !unit.is_empty())
+            && sample.get(skip + 1).is_some_and(|record| record.iter().any(is_value))
+        {
+            for (header, unit) in header.iter_mut().zip(units) {
+                let unit = unit.trim_matches(['[', ']', '(', ')']);
+                header.unit = header.unit.take().or_else(|| (!unit.is_empty()).then(|| unit.to_string()));
+            }
+            skip += 1;
+        }
+        Ok(Layout { text: rest, line, separator, header, skip, remarks })
+    }
+
+    /// The rows after the header, each with its line.
+    fn each(&self, mut row: impl FnMut(usize, &::csv::StringRecord) -> Result<()>) -> Result<()> {
+        let mut reader = reader(self.text, self.separator);
+        let mut record = ::csv::StringRecord::new();
+        let mut number = 0;
+        while reader.read_record(&mut record)? {
+            number += 1;
+            if number > self.skip && !record.iter().all(str::is_empty) {
+                let line = record.position().map_or(0, |position| position.line() as usize - 1);
+                row(self.line + line, &record)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn read(mut self) -> Result<Table> {
+        let style = self.style()?;
+        let width = self.header.len();
+        let mut columns: Vec<Cells> = (0..width).map(|_| Cells::default()).collect();
+        let mut lines: Vec<usize> = Vec::new();
+        let mut short: Option<(usize, usize)> = None;
+        self.each(|line, record| {
+            if let Some((line, found)) = short {
+                bail!(
+                    "line {line} has {found} values, and the header has {width} columns: complete the row, or remove it"
+                );
+            }
+            if let Some(extra) = record.iter().skip(width).position(|cell| !cell.is_empty()) {
+                bail!(
+                    "line {line} has {} values, and the header has {width} columns (the first without a name: {:?}); if the \
+                     decimal sign is a comma, the separator has to be a semicolon or a tab",
+                    record.len(),
+                    &record[width + extra]
+                );
+            }
+            if record.len() < width {
+                short = Some((line, record.len()));
+                return Ok(());
+            }
+            if (lines.len() + 1).saturating_mul(width) > MOST_VALUES {
+                bail!(
+                    "the file has more than {MOST_VALUES} values ({width} columns, line {line}): remove columns, or keep each \
+                     tenth row"
+                );
+            }
+            lines.push(line);
+            for (cells, cell) in columns.iter_mut().zip(record) {
+                cells.push(cell, line, &style);
+            }
+            Ok(())
+        })?;
+        if let Some((line, found)) = short {
+            self.remarks.push(format!(
+                "Line {line}, the last one, has {found} values instead of {width}: it was cut off and is left out."
+            ));
+        }
+        if lines.is_empty() {
+            bail!("the file has a header and no rows of values: a row for each call is needed");
+        }
+        let mut table = Table { columns: Vec::new(), lines, remarks: self.remarks };
+        clock::join(&mut columns);
+        for (number, (header, cells)) in self.header.into_iter().zip(columns).enumerate() {
+            table.columns.extend(cells.column(number, header, &mut table.remarks)?);
+        }
+        if table.columns.is_empty() {
+            bail!("the file has no column with numbers");
+        }
+        Ok(table)
+    }
+
+    /// How numbers and dates are written in this file.
+    fn style(&self) -> Result<Style> {
+        let mut found = number::Found::default();
+        self.each(|line, record| {
+            for (column, cell) in record.iter().enumerate() {
+                found.look_at(cell, (line, column));
+            }
+            Ok(())
+        })?;
+        let name = |column: usize| self.header.get(column).map_or("?", |header| header.name.as_str());
+        found.style(self.separator == b',', name)
+    }
+}
+
+impl Header {
+    /// The header of a column, of which `number` are before it.
+    fn of(cell: &str, number: usize) -> Header {
+        let cell = cell.trim();
+        let header = |name: &str, unit: Option<&str>| Header {
+            written: cell.into(),
+            name: name.trim().into(),
+            unit: unit.map(|unit| unit.trim().to_string()).filter(|unit| !unit.is_empty()),
+        };
+        if cell.is_empty() {
+            let name = format!("column {}", number + 1);
+            return Header { written: name.clone(), name, unit: None };
+        }
+        for (open, close) in [('[', ']'), ('(', ')')] {
+            if let Some((name, unit)) = cell.strip_suffix(close).and_then(|cell| cell.rsplit_once(open))
+                && !name.trim().is_empty()
+                // An element of an array is no unit.
+                && !(open == '[' && unit.parse::<u32>().is_ok())
+            {
+                return header(name, Some(unit));
+            }
+        }
+        match cell.split_once(" / ") {
+            Some((name, unit)) if !name.trim().is_empty() && !unit.trim().is_empty() => header(name, Some(unit)),
+            _ => header(cell, None),
+        }
+    }
+}
+
+/// The cells of a column so far.
+#[derive(Default)]
+pub struct Cells {
+    values: Vec<f64>,
+    /// Date and time of day; as many as values, or none.
+    stamps: Vec<clock::Stamp>,
+    /// How many cells were numbers or words for true and false, words among them, literals of TIME among them, dates, and none
+    /// of these.
+    numbers: usize,
+    words: usize,
+    literals: usize,
+    dates: usize,
+    texts: usize,
+    /// The first cell that is neither number nor date: line and text.
+    text: Option<(usize, String)>,
+    decimals: i32,
+    digits: i32,
+    /// It has gone into another column.
+    is_merged: bool,
+}
+
+impl Cells {
+    fn push(&mut self, cell: &str, line: usize, style: &Style) {
+        let mut value = f64::NAN;
+        let mut stamp = clock::Stamp::default();
+        if number::is_missing(cell) {
+        } else if let Some(number) = style.number(cell) {
+            value = number.value;
+            self.numbers += 1;
+            self.decimals = self.decimals.max(number.decimals);
+            self.digits = self.digits.max(number.digits);
+        } else if let Some(word) = number::boolean(cell) {
+            value = f64::from(u8::from(word));
+            self.numbers += 1;
+            self.words += 1;
+        } else if let Some(seconds) = number::literal(cell) {
+            value = seconds;
+            self.numbers += 1;
+            self.literals += 1;
+            self.decimals = 3;
+        } else if let Some(found) = clock::parse(cell, style.is_month_first) {
+            stamp = found;
+            self.dates += 1;
+        } else {
+            self.texts += 1;
+            self.text.get_or_insert_with(|| (line, cell.chars().take(40).collect()));
+        }
+        if self.dates > 0 {
+            self.stamps.resize(self.values.len(), clock::Stamp::default());
+            self.stamps.push(stamp);
+        }
+        self.values.push(value);
+    }
+
+    /// The column, unless it has no numbers.
+    fn column(mut self, number: usize, header: Header, remarks: &mut Vec<String>) -> Result<Option<Column>> {
+        let name = header.name;
+        if self.is_merged || (header.unit.is_none() && self.numbers + self.dates + self.texts == 0) {
+            return Ok(None);
+        }
+        if self.texts > self.numbers + self.dates {
+            remarks.push(format!("The column {name} has texts and is left out."));
+            return Ok(None);
+        }
+        if let Some((line, text)) = self.text {
+            bail!(
+                "line {line}, column {} ({name}): {text:?} is neither a number nor TRUE or FALSE nor a date; correct it, or \
+                 leave the cell empty",
+                number + 1
+            );
+        }
+        let is_clock = self.dates > 0;
+        if is_clock && self.numbers > 0 {
+            bail!(
+                "column {} ({name}) has dates in some rows and numbers in others: write one or the other",
+                number + 1
+            );
+        }
+        if is_clock {
+            self.values = clock::seconds(&self.stamps);
+        }
+        Ok(Some(Column {
+            name,
+            header: header.written,
+            unit: header.unit.or_else(|| (self.literals > 0).then(|| "s".to_string())),
+            values: self.values,
+            is_clock,
+            is_boolean: self.words > 0,
+            decimals: self.decimals,
+            digits: self.digits,
+        }))
+    }
+}
+
+/// Whether a cell of a header is a name: it has a letter and is no value.
+fn is_name(cell: &str) -> bool {
+    cell.chars().any(char::is_alphabetic) && !number::is_value(cell) && clock::parse(cell, false).is_none()
+}
+
+/// The separator that gives the first lines the same number of fields, more than one.
+fn separator(text: &str) -> u8 {
+    let rated = [b';', b'\t', b',', b'|'].map(|separator| {
+        let widths: Vec<usize> =
+            reader(text, separator).records().take(SAMPLE).filter_map(Result::ok).map(|record| record.len()).collect();
+        let usual = usual(&widths);
+        let equal = widths.iter().filter(|width| **width == usual).count();
+        let share = if usual > 1 { 100 * equal / widths.len().max(1) } else { 0 };
+        (share, separator)
+    });
+    // The first of those that are equally good; a decimal comma may give more fields.
+    let best = rated.iter().map(|(share, _)| *share).max().unwrap_or(0);
+    rated.iter().find(|(share, _)| *share > 0 && *share + 10 >= best).map_or(b',', |(_, separator)| *separator)
+}
+
+/// The most frequent one.
+fn usual(widths: &[usize]) -> usize {
+    let count = |width: usize| widths.iter().filter(|other| **other == width).count();
+    widths.iter().copied().max_by_key(|width| (count(*width), *width)).unwrap_or(0)
+}
+
+fn usual_width(sample: &[Vec<String>]) -> usize {
+    let widths: Vec<usize> = sample.iter().map(Vec::len).collect();
+    // The header may have fewer or more fields than the rows, which is told later.
+    if widths.len() <= 2 { widths.first().copied().unwrap_or(0) } else { usual(&widths) }
+}
+
+fn fields(line: &str, separator: u8) -> Vec<String> {
+    let record = reader(line, separator).records().next();
+    record.and_then(Result::ok).map(|record| record.iter().map(str::to_string).collect()).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,333 @@
+//! A plant's model from the answer to a step of the manipulated value.
+//!
+//! The step is the last one that is recorded: the manipulated value is constant before it and after it, as in manual mode. The
+//! process value is at rest before it, or drifts evenly. A recorded manipulated value acts from its time on, and the process
+//! value is that of its time, as in the recordings of a run here. A plant whose logger writes both at once, but looks at
+//! them at different times, adds the difference to the dead time.
+//!
+//! - [`Method::Tangent`]: the steepest slope, over several calls if there is noise. The tangent there meets the old level at the
+//!   dead time, and the new level one time constant later.
+//! - [`Method::TwoPoints`]: the times of 28.3 % and 63.2 % of the answer; T is 1.5 times what lies between.
+//! - [`Method::Area`]: the area between the answer and its last level is K (T + L); that below the answer until then gives T.
+//! - [`Method::LeastSquares`]: the dead time is searched for; for each one, gain and time constant follow from a linear
+//!   equation for the answer and its integral, and the one whose model fits best is improved by least squares over all three.
+//!
+//! The first three need an answer that ends within the record. An integrating plant is identified by tangent or least squares.
+//! A model whose fit is below [`LOWEST_FIT`] is refused.
+
+mod least_squares;
+mod methods;
+mod step;
+
+use crate::csv::Table;
+use crate::csv::names::{MANIPULATED_VALUES, PROCESS_VALUES};
+use crate::process::Process;
+use anyhow::{Context, Result, bail};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+use step::Step;
+
+/// A model that fits worse, in percent, is refused.
+pub const LOWEST_FIT: f64 = 60.0;
+/// A model that fits worse gets a remark.
+const GOOD_FIT: f64 = 85.0;
+/// At most so many points are drawn.
+const MOST_POINTS: usize = 2000;
+/// A process value may move by so much of its answer in the last fifth of the record and still counts as settled.
+const SETTLED: f64 = 0.02;
+
+/// What to identify from.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Request {
+    /// The recorded step.
+    pub data: Data,
+    /// How.
+    pub method: Method,
+    /// Whether the plant integrates.
+    #[serde(default)]
+    pub is_integrating: bool,
+}
+
+/// Where the step is recorded.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(rename_all = "snake_case")]
+pub enum Data {
+    /// In a run of the tool: the loop's manipulated value and process value.
+    Run {
+        /// The run; the present one without it.
+        #[serde(default)]
+        run: Option<usize>,
+        /// The beginning in seconds; shortly before the last step of the manipulated value without it.
+        #[serde(default)]
+        from: Option<f64>,
+        /// The end in seconds; the last call without it.
+        #[serde(default)]
+        to: Option<f64>,
+    },
+    /// In a CSV file of the plant.
+    Csv {
+        /// The text.
+        text: String,
+        /// The column of the time; by its name without it.
+        #[serde(default)]
+        time: Option<String>,
+        /// The column of the manipulated value; by its name without it.
+        #[serde(default)]
+        input: Option<String>,
+        /// The column of the process value; by its name without it.
+        #[serde(default)]
+        output: Option<String>,
+        /// Which of the rows, in the file's seconds.
+        #[serde(default)]
+        from: Option<f64>,
+        /// The end.
+        #[serde(default)]
+        to: Option<f64>,
+    },
+}
+
+/// How a model is found.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// The tangent at the point of inflection.
+    Tangent,
+    /// The times of 28 % and 63 % of the answer.
+    TwoPoints,
+    /// The area above the answer.
+    Area,
+    /// Least squares over gain, time constant and dead time.
+    LeastSquares,
+}
+
+/// A plant: a lag with dead time, or an integrator with dead time.
+///
+/// The gain is that between the manipulated value that leaves the controller and the process value that the controller compares
+/// with the setpoint. A model that is identified from a loop's signals has this gain: factors and offsets of the process value
+/// that the block applies (PV_FAC) are in it. What the block applies to the manipulated value inside (LMN_FAC) is not;
+/// [`tune`](crate::tune) takes it into account.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Model {
+    /// K in units of the process value per unit of the manipulated value; per second of an integrating plant.
+    pub gain: f64,
+    /// T in seconds; 0 of an integrating plant.
+    pub time_constant: f64,
+    /// A second lag in seconds, or 0.
+    #[serde(default)]
+    pub second_time_constant: f64,
+    /// L in seconds.
+    pub dead_time: f64,
+    /// Whether the plant integrates.
+    #[serde(default)]
+    pub is_integrating: bool,
+}
+
+/// A model with how well it fits.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Identified {
+    /// The model.
+    pub model: Model,
+    /// How well it fits: 100 (1 - NRMSE) in percent.
+    pub fit: f64,
+    /// The data that were used and the model's answer, to draw.
+    pub times: Vec<f64>,
+    /// The measured process value.
+    pub measured: Vec<f64>,
+    /// The model's process value.
+    pub modelled: Vec<f64>,
+    /// What the user should know, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// What is recorded of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Recorded<'a> {
+    /// The times in seconds.
+    pub times: &'a [f64],
+    /// The manipulated value.
+    pub input: &'a [f64],
+    /// The process value.
+    pub output: &'a [f64],
+}
+
+/// The model from a recorded step.
+///
+/// # Errors
+/// Why the record says nothing about the plant, with numbers, and what to do.
+pub fn of(recorded: &Recorded, method: Method, is_integrating: bool) -> Result<Identified> {
+    let step = Step::of(recorded, is_integrating)?;
+    let model = match (method, is_integrating) {
+        (Method::LeastSquares, true) => least_squares::integrating(&step)?,
+        (Method::LeastSquares, false) => least_squares::lag(&step)?,
+        (Method::Tangent, true) => methods::integrating_tangent(&step)?,
+        (_, true) => bail!("{} needs an answer that ends, and the plant integrates: take least squares", name(method)),
+        (_, false) => {
+            step.require_end(name(method))?;
+            match method {
+                Method::Tangent => methods::tangent(&step)?,
+                Method::TwoPoints => methods::two_points(&step)?,
+                _ => methods::area(&step)?,
+            }
+        }
+    };
+    judged(&step, model, method)
+}
+
+/// The same from a CSV file.
+///
+/// # Errors
+/// What is wrong with the file, with line and column; otherwise as in [`of`].
+pub fn of_csv(request: &Request) -> Result<Identified> {
+    let Data::Csv { text, time, input, output, from, to } = &request.data else {
+        bail!("the data are not a CSV file");
+    };
+    let table = Table::read(text)?;
+    let time = match time {
+        Some(name) => table.find(name).with_context(|| format!("the file has no column {name}"))?,
+        None => table.time().context("the file has no column with a time that is known by its name: choose it")?,
+    };
+    let times = table.times(time)?;
+    let column = |chosen: &Option<String>, what: &str, names: &[&str]| match chosen {
+        Some(name) => table.column(name),
+        None => table.called(names).with_context(|| {
+            let columns: Vec<_> = table.columns.iter().take(12).map(|column| column.header.as_str()).collect();
+            format!("choose the column of the {what}: none of {} is called {}", columns.join(", "), names.join(", "))
+        }),
+    };
+    let input = column(input, "manipulated value", &MANIPULATED_VALUES)?;
+    let output = column(output, "process value", &PROCESS_VALUES)?;
+    let used = format!("The manipulated value is {}, the process value {}.", input.header, output.header);
+    let (from, to) = (from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY));
+    let mut rows: Vec<usize> = (0..table.rows())
+        .filter(|row| (from..=to).contains(&times.seconds[*row]))
+        .filter(|row| input.values[*row].is_finite() && output.values[*row].is_finite())
+        .collect();
+    // Several rows of one time: the last one counts.
+    let latest: Vec<bool> = (0..rows.len())
+        .map(|place| rows.get(place + 1).is_none_or(|next| times.seconds[*next] > times.seconds[rows[place]]))
+        .collect();
+    let mut latest = latest.into_iter();
+    rows.retain(|_| latest.next().unwrap_or_default());
+    let of_rows = |values: &[f64]| rows.iter().map(|row| values[*row]).collect::<Vec<_>>();
+    let (seconds, input, output) = (of_rows(&times.seconds), of_rows(&input.values), of_rows(&output.values));
+    let recorded = Recorded { times: &seconds, input: &input, output: &output };
+    let mut identified = of(&recorded, request.method, request.is_integrating)?;
+    identified.remarks.insert(0, used);
+    identified.remarks.extend(times.remark);
+    identified.remarks.extend(table.remarks);
+    Ok(identified)
+}
+
+/// The ultimate gain from a relay experiment: the manipulated value switches by `amplitude` up and down around its mean
+/// whenever the process value has passed its mean by `hysteresis`, and the process value swings with the amplitude `swing`.
+///
+/// # Errors
+/// The swing is not above the hysteresis.
+pub fn ultimate_gain(amplitude: f64, swing: f64, hysteresis: f64) -> Result<f64> {
+    if !(amplitude > 0.0 && amplitude.is_finite() && hysteresis >= 0.0 && swing > hysteresis && swing.is_finite()) {
+        bail!(
+            "a relay of {amplitude} with a hysteresis of {hysteresis} and a swing of {swing}: the relay has to be above 0 and \
+             the swing above the hysteresis"
+        );
+    }
+    Ok(4.0 * amplitude / (PI * (swing * swing - hysteresis * hysteresis).sqrt()))
+}
+
+/// A method as users know it.
+fn name(method: Method) -> &'static str {
+    match method {
+        Method::Tangent => "the tangent",
+        Method::TwoPoints => "the method of two points",
+        Method::Area => "the method of areas",
+        Method::LeastSquares => "least squares",
+    }
+}
+
+/// The model's answer to the input of the record, at its times after the step.
+fn response(step: &Step, model: &Model) -> Vec<f64> {
+    let mut process = Process::at_rest(*model, 0.0);
+    for (time, input) in &step.moves {
+        process.put(*time, *input);
+    }
+    step.times.iter().map(|time| process.output_at(*time)).collect()
+}
+
+/// The root of the mean square of what a model misses, as a part of that of the answer around its mean.
+fn error(step: &Step, modelled: &[f64]) -> f64 {
+    let mean = step.values.iter().sum::<f64>() / step.values.len() as f64;
+    let missed: f64 = step.values.iter().zip(modelled).map(|(is, model)| (is - model) * (is - model)).sum();
+    let all: f64 = step.values.iter().map(|is| (is - mean) * (is - mean)).sum();
+    (missed / all).sqrt()
+}
+
+/// Refuses a model that says little about the record, and shows it.
+fn judged(step: &Step, model: Model, method: Method) -> Result<Identified> {
+    let Model { gain, time_constant, dead_time, is_integrating, .. } = model;
+    if !(gain.is_finite() && gain != 0.0 && time_constant.is_finite() && dead_time.is_finite()) {
+        bail!("{} finds no model in this record: take another method", name(method));
+    }
+    let modelled = response(step, &model);
+    let fit = 100.0 * (1.0 - error(step, &modelled));
+    if fit < LOWEST_FIT || fit.is_nan() {
+        let other = match (method, is_integrating) {
+            (_, true) => "the plant may not integrate, or the record has more than a step in it",
+            (Method::LeastSquares, false) => "the plant may integrate, or the record has more than a step in it",
+            _ => "take least squares, or record a step of a plant at rest",
+        };
+        bail!(
+            "the model fits by {fit:.1} % only, and {LOWEST_FIT} % is the least (gain {gain:.4}, time constant \
+             {time_constant:.4} s, dead time {dead_time:.4} s): {other}"
+        );
+    }
+    let mut remarks = step.remarks.clone();
+    if fit < GOOD_FIT {
+        remarks.push(format!(
+            "The model fits by {fit:.1} %: noise, or a plant of more than one lag. Compare the curves before you use it."
+        ));
+    }
+    let interval = step.interval();
+    if !is_integrating && time_constant < 5.0 * interval {
+        remarks.push(format!(
+            "The time constant of {time_constant:.4} s is only {:.1} times the time between two samples: record faster.",
+            time_constant / interval
+        ));
+    }
+    if !is_integrating && method == Method::LeastSquares {
+        remarks.extend(least_squares::completeness(step, &model)?);
+    }
+    let stride = step.times.len().div_ceil(MOST_POINTS).max(1);
+    let shown = || (0..step.times.len()).step_by(stride);
+    Ok(Identified {
+        model,
+        fit,
+        times: shown().map(|at| step.times[at] + step.start).collect(),
+        measured: shown().map(|at| step.values[at] + step.level(at)).collect(),
+        modelled: shown().map(|at| modelled[at] + step.level(at)).collect(),
+        remarks,
+    })
+}
+
+/// Where a function with one minimum between two numbers is smallest, after so many divisions of the interval.
+pub fn golden_section(low: f64, high: f64, divisions: usize, mut function: impl FnMut(f64) -> f64) -> f64 {
+    let ratio = (5.0_f64.sqrt() - 1.0) / 2.0;
+    let (mut low, mut high) = (low, high);
+    let (mut left, mut right) = (high - ratio * (high - low), low + ratio * (high - low));
+    let (mut at_left, mut at_right) = (function(left), function(right));
+    for _ in 0..divisions {
+        if at_left <= at_right {
+            (high, right, at_right) = (right, left, at_left);
+            left = high - ratio * (high - low);
+            at_left = function(left);
+        } else {
+            (low, left, at_left) = (left, right, at_right);
+            right = low + ratio * (high - low);
+            at_right = function(right);
+        }
+    }
+    f64::midpoint(low, high)
+}
+
+#[cfg(test)]
+mod tests;

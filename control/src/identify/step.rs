@@ -1,0 +1,508 @@
+//! Finds the step in a record, and refuses a record that says nothing about the plant.
+
+use super::{Recorded, SETTLED};
+use anyhow::{Result, bail};
+use modeldescription::digits::short;
+
+/// The fewest samples after the step.
+const FEWEST: usize = 10;
+/// A change of the manipulated value above this part of its span is a step.
+const STEP: f64 = 0.02;
+/// The manipulated value may differ from its level by this part of the step.
+const FLAT: f64 = 0.05;
+/// The process value has to move by so much more than its noise.
+const ABOVE_NOISE: f64 = 10.0;
+/// The process value has to move by so many of its smallest changes.
+const COUNTS: f64 = 20.0;
+/// What is left of earlier movements may be so much of the answer.
+const AT_REST: f64 = 0.05;
+/// If the process value moves so many times slower in the last part before the step, the part before that is an earlier movement.
+const CALMER: f64 = 4.0;
+
+/// A step and its answer: times from the step on, values as deviations from where both were before it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Step {
+    /// When the step is, in the record's seconds.
+    pub start: f64,
+    /// The times of the samples from the step on, in seconds after it.
+    pub times: Vec<f64>,
+    /// The process value, less its level and its drift before the step.
+    pub values: Vec<f64>,
+    /// The manipulated value from each time on, less its level before the step.
+    pub moves: Vec<(f64, f64)>,
+    /// The height of the step.
+    pub height: f64,
+    /// The process value before the step, and its drift per second.
+    pub before: (f64, f64),
+    /// The standard deviation of the noise.
+    pub noise: f64,
+    /// What the user should know, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// Where the manipulated value moves: from the first changed sample to the last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Move {
+    first: usize,
+    last: usize,
+    /// Where the constant value before it begins.
+    rest: usize,
+    from: f64,
+    to: f64,
+}
+
+impl Step {
+    /// The last step of a record.
+    pub fn of(recorded: &Recorded, is_integrating: bool) -> Result<Step> {
+        check(recorded)?;
+        let Recorded { times, output, .. } = *recorded;
+        let means = means_of_pulses(times, recorded.input);
+        let input = means.as_ref().map_or(recorded.input, |(means, _)| means);
+        let found = find(times, input)?;
+        let height = found.to - found.from;
+        let start = times[found.first];
+        let duration = times[times.len() - 1] - start;
+        if times.len() - found.first < FEWEST {
+            bail!(
+                "there are only {} samples after the step of the manipulated value at {} s: record at least {FEWEST}",
+                times.len() - found.first,
+                short(start)
+            );
+        }
+        // What was long before the step says nothing about the rest at the step.
+        let begin = (found.rest..found.first).find(|at| start - times[*at] <= duration / 2.0).unwrap_or(found.first);
+        let begin = if is_integrating { begin } else { calmest(times, output, begin, found.first) };
+        let resting = Line::through(&times[begin..=found.first], &output[begin..=found.first], start);
+        let noise = noise(&output[begin..]);
+        let after: Vec<f64> = times[found.first..].iter().map(|time| time - start).collect();
+        let mut step = Step {
+            start,
+            moves: moves(&input[found.first..], &after, &found),
+            times: after,
+            values: output[found.first..].iter().map(|value| value - resting.mean).collect(),
+            height,
+            before: (resting.mean, 0.0),
+            noise,
+            remarks: Vec::new(),
+        };
+        if let Some((_, period)) = means {
+            step.remarks
+                .push(format!("The manipulated value consists of pulses: its means over {} s count.", short(period)));
+        }
+        step.require_answer(&output[begin..])?;
+        step.consider_rest(&resting, is_integrating)?;
+        step.require_room()?;
+        if found.first - begin < 2 {
+            step.remarks.push(
+                "There is almost nothing recorded before the step: the process value is taken to have been at rest."
+                    .into(),
+            );
+        }
+        Ok(step)
+    }
+
+    /// The time between two samples.
+    pub fn interval(&self) -> f64 {
+        self.duration() / (self.times.len() - 1) as f64
+    }
+
+    /// From the step to the end.
+    pub fn duration(&self) -> f64 {
+        self.times[self.times.len() - 1]
+    }
+
+    /// What was taken off a sample of the process value.
+    pub fn level(&self, at: usize) -> f64 {
+        self.before.0 + self.before.1 * self.times[at]
+    }
+
+    /// The mean of the last tenth of the record: the new level, if the answer has ended.
+    pub fn end(&self) -> f64 {
+        let tail = &self.values[self.values.len() - (self.values.len() / 10).max(1)..];
+        tail.iter().sum::<f64>() / tail.len() as f64
+    }
+
+    /// When the answer has done this part of its way for the first time, in seconds after the step.
+    pub fn reaches(&self, part: f64) -> Option<f64> {
+        self.crossing(&self.smoothed(), part * self.end())
+    }
+
+    /// Where values cross a level for the first time.
+    pub fn crossing(&self, values: &[f64], level: f64) -> Option<f64> {
+        let sign = level.signum();
+        let at = values.iter().position(|value| value * sign >= level * sign)?;
+        let Some(before) = at.checked_sub(1) else { return Some(self.times[0]) };
+        let part = (level - values[before]) / (values[at] - values[before]);
+        Some(self.times[before] + part * (self.times[at] - self.times[before]))
+    }
+
+    /// The values without most of their noise: means over so many neighbours that a percent of the answer is left of it, but not
+    /// over more than a hundredth of the record.
+    pub fn smoothed(&self) -> Vec<f64> {
+        let wanted = (self.noise / (0.01 * self.end().abs())).powi(2);
+        let most = self.values.len() as f64 / 100.0;
+        let half = (wanted.min(most) / 2.0).ceil() as usize;
+        if half == 0 || self.noise < 1e-3 * self.end().abs() {
+            return self.values.clone();
+        }
+        let mut sums = vec![0.0];
+        sums.extend(self.values.iter().scan(0.0, |sum, value| {
+            *sum += value;
+            Some(*sum)
+        }));
+        let mean = |at: usize| {
+            let reach = half.min(at).min(self.values.len() - 1 - at);
+            (sums[at + reach + 1] - sums[at - reach]) / (2 * reach + 1) as f64
+        };
+        (0..self.values.len()).map(mean).collect()
+    }
+
+    /// The change in the last fifth of the record, as a part of the answer.
+    fn unrest(&self) -> f64 {
+        let tail = self.times.partition_point(|time| *time < 0.8 * self.duration());
+        let line = Line::through(&self.times[tail..], &self.values[tail..], self.duration());
+        let change = line.slope * 0.2 * self.duration();
+        // What noise alone may make of it does not count.
+        ((change.abs() - 3.0 * line.uncertainty * 0.2 * self.duration()) / self.end().abs()).max(0.0)
+    }
+
+    /// Refuses a record in which the answer has not ended.
+    pub fn require_end(&self, method: &str) -> Result<()> {
+        let unrest = self.unrest();
+        if unrest > SETTLED {
+            bail!(
+                "the process value still moves at the end of the record, by {:.1} % of its answer in the last fifth, and \
+                 {method} needs the level where it ends: record longer, take least squares, or choose an integrating plant",
+                unrest * 100.0
+            );
+        }
+        Ok(())
+    }
+
+    /// Refuses a process value that has not answered.
+    fn require_answer(&self, output: &[f64]) -> Result<()> {
+        let largest = self
+            .values
+            .iter()
+            .copied()
+            .fold(0.0, |most: f64, value| if value.abs() > most.abs() { value } else { most });
+        if largest == 0.0 {
+            bail!(
+                "the process value has not moved in the {} s after the step at {} s: record longer, and check that it is \
+                 the right signal",
+                short(self.duration()),
+                short(self.start)
+            );
+        }
+        if self.noise > 0.0 && largest.abs() < ABOVE_NOISE * self.noise {
+            bail!(
+                "the process value has moved by {:.4} only, less than {ABOVE_NOISE} times its noise of {:.4}: make a larger step, \
+                 or record longer",
+                largest.abs(),
+                self.noise
+            );
+        }
+        let count = resolution(output);
+        if largest.abs() < COUNTS * count {
+            bail!(
+                "the process value has moved by {:.4}, which is {:.0} times its smallest change of {count:.4}: make a step at least \
+                 {:.0} times as large",
+                largest.abs(),
+                largest.abs() / count,
+                (COUNTS * count / largest.abs()).ceil()
+            );
+        }
+        Ok(())
+    }
+
+    /// Takes a drift off, and refuses a process value that was not at rest before the step.
+    fn consider_rest(&mut self, resting: &Line, is_integrating: bool) -> Result<()> {
+        if !resting.is_significant() {
+            return Ok(());
+        }
+        let (drift, whole) = (resting.slope, self.duration());
+        let answer = self.end();
+        if is_integrating {
+            // Two slopes: the one before the step, and its change by the step.
+            self.take_off(resting);
+            if drift.abs() * whole > SETTLED * answer.abs() {
+                self.remarks.push(format!(
+                    "The process value was moving by {drift:.4} per second before the step; the change of its slope counts."
+                ));
+            }
+            return Ok(());
+        }
+        let tail = self.times.partition_point(|time| *time < 0.8 * whole);
+        let end = Line::through(&self.times[tail..], &self.values[tail..], whole);
+        let goes_on = (end.slope - drift).abs() <= 0.3 * drift.abs() + 3.0 * end.uncertainty;
+        let left = drift * self.reaches(0.632).unwrap_or(whole) / answer;
+        if goes_on && (drift * whole).abs() > SETTLED * (answer - drift * whole).abs() {
+            if (drift * whole).abs() > (answer - drift * whole).abs() {
+                bail!(
+                    "the process value drifts by {drift:.4} per second, over the record by more than the answer to the step: \
+                     wait until it is at rest, or make a larger step"
+                );
+            }
+            self.take_off(resting);
+            self.remarks.push(format!(
+                "The process value drifts by {drift:.4} per second before and after the step; the drift is taken off."
+            ));
+        } else if left.abs() > AT_REST && !goes_on {
+            bail!(
+                "the process value was not at rest before the step: it moved by {drift:.4} per second, which is {:.0} % of the \
+                 answer in the time that the answer takes: wait until it is at rest, then make the step",
+                left.abs() * 100.0
+            );
+        } else if left.abs() > AT_REST / 5.0 {
+            self.remarks.push(format!(
+                "The process value was not quite at rest before the step: it moved by {drift:.4} per second."
+            ));
+        }
+        Ok(())
+    }
+
+    /// Takes the level and the slope before the step off the values.
+    fn take_off(&mut self, resting: &Line) {
+        let (level, drift) = (resting.at_end, resting.slope);
+        for (value, time) in self.values.iter_mut().zip(&self.times) {
+            *value += self.before.0 - level - drift * time;
+        }
+        self.before = (level, drift);
+    }
+
+    /// Refuses a process value that ends at a stop: it stands still at once while it was moving fast.
+    fn require_room(&self) -> Result<()> {
+        let last = self.values[self.values.len() - 1] + self.level(self.values.len() - 1);
+        let raw = |at: usize| self.values[at] + self.level(at);
+        let is_at_stop = |at: &usize| (raw(*at) - last).abs() > 1e-12 * last.abs().max(1e-300);
+        let Some(moving) = (0..self.values.len()).rev().find(is_at_stop) else { return Ok(()) };
+        let stop = moving + 1;
+        if self.values.len() - stop < 5 || stop < 5 {
+            return Ok(());
+        }
+        let rate = |at: usize| (raw(at) - raw(at - 3)).abs() / (self.times[at] - self.times[at - 3]);
+        let fastest = (3..=stop).map(rate).fold(0.0, f64::max);
+        let before: Vec<f64> = (0..=stop).map(raw).collect();
+        let few_counts = 3.5 * resolution(&before);
+        // The sample at the stop may have come a part of the way only.
+        if rate(moving) > 0.05 * fastest
+            && (raw(moving) - raw(moving - 3)).abs() >= few_counts
+            && !self.is_reversed(moving)
+        {
+            bail!(
+                "the process value stops at {} after {} s while it moves fast: it is at the end of its range, or the \
+                 actuator is: make a smaller step",
+                short(last),
+                short(self.times[stop])
+            );
+        }
+        Ok(())
+    }
+
+    /// Whether the value before a stop lies beyond it, as noise may.
+    fn is_reversed(&self, moving: usize) -> bool {
+        let end = self.values[self.values.len() - 1];
+        (self.values[moving] - end) * end.signum() > 0.0
+    }
+}
+
+/// A straight line through samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Line {
+    count: usize,
+    mean: f64,
+    slope: f64,
+    /// Its value at the time that was asked for.
+    at_end: f64,
+    /// The standard deviation of the slope.
+    uncertainty: f64,
+}
+
+impl Line {
+    fn through(times: &[f64], values: &[f64], at: f64) -> Line {
+        let count = times.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let middle = times.iter().sum::<f64>() / count;
+        let spread: f64 = times.iter().map(|time| (time - middle) * (time - middle)).sum();
+        let slope = if spread > 0.0 {
+            times.iter().zip(values).map(|(time, value)| (time - middle) * (value - mean)).sum::<f64>() / spread
+        } else {
+            0.0
+        };
+        let missed = |(time, value): (&f64, &f64)| (value - mean - slope * (time - middle)).powi(2);
+        let square: f64 = times.iter().zip(values).map(missed).sum();
+        let uncertainty = if times.len() > 2 { (square / (count - 2.0) / spread).sqrt() } else { 0.0 };
+        Line { count: times.len(), mean, slope, at_end: mean + slope * (at - middle), uncertainty }
+    }
+
+    /// Whether its slope is more than noise.
+    fn is_significant(&self) -> bool {
+        self.count > 2 && self.slope.abs() > 4.0 * self.uncertainty
+    }
+}
+
+/// From which sample on the process value rests before the step. An earlier movement that has died away by then, such as that
+/// of the first manual value, does not belong to the rest; an even drift does. `begin` is the first sample that may count.
+fn calmest(times: &[f64], output: &[f64], begin: usize, step: usize) -> usize {
+    let line = |begin: usize| Line::through(&times[begin..=step], &output[begin..=step], times[step]);
+    let (mut calmest, mut slope) = (begin, line(begin));
+    if !slope.is_significant() {
+        return begin;
+    }
+    let mut length = (step - begin) / 2;
+    while length >= FEWEST {
+        let shorter = line(step - length);
+        if shorter.slope.abs() + 2.0 * shorter.uncertainty < slope.slope.abs() / CALMER {
+            (calmest, slope) = (step - length, shorter);
+        }
+        length /= 2;
+    }
+    calmest
+}
+
+/// Refuses what is no record.
+fn check(recorded: &Recorded) -> Result<()> {
+    let Recorded { times, input, output } = *recorded;
+    if times.len() != input.len() || times.len() != output.len() {
+        bail!(
+            "{} times, {} manipulated values and {} process values: there has to be one of each for every sample",
+            times.len(),
+            input.len(),
+            output.len()
+        );
+    }
+    if times.len() < FEWEST {
+        bail!("there are only {} samples: record at least {FEWEST} after the step", times.len());
+    }
+    if let Some(at) =
+        (0..times.len()).find(|at| ![times[*at], input[*at], output[*at]].iter().all(|value| value.is_finite()))
+    {
+        bail!("sample {at} at {} s has a value that is not a number: choose another part of the record", times[at]);
+    }
+    if let Some(at) = (1..times.len()).find(|at| times[*at] <= times[at - 1]) {
+        bail!("the time goes from {} s to {} s: it has to rise from sample to sample", times[at - 1], times[at]);
+    }
+    Ok(())
+}
+
+/// The last step of the manipulated value.
+fn find(times: &[f64], input: &[f64]) -> Result<Move> {
+    let (low, high) =
+        input.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+    let span = high - low;
+    if span <= 1e-12 * low.abs().max(high.abs()) {
+        bail!(
+            "no step found: the manipulated value is {low} all the time; change it once in manual mode while it is recorded"
+        );
+    }
+    let threshold = (STEP * span).max(10.0 * typical_change(input));
+    let changes: Vec<usize> = (1..input.len()).filter(|at| (input[*at] - input[at - 1]).abs() > threshold).collect();
+    let Some(last) = changes.last().copied() else {
+        bail!(
+            "no step found: the manipulated value goes from {low} to {high}, but never by more than {:.1} % of that in one \
+             sample; change it at once, in manual mode",
+            threshold / span * 100.0
+        );
+    };
+    // Changes with at most two samples between them are one move.
+    let groups = changes.windows(2).rposition(|pair| pair[1] - pair[0] > 3);
+    let first = groups.map_or(changes[0], |group| changes[group + 1]);
+    let rest = groups.map_or(0, |group| changes[group]);
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (from, to) = (mean(&input[rest..first]), mean(&input[last..]));
+    let (start, end) = (times[first], times[times.len() - 1]);
+    if times[last] - start > 0.1 * (end - start) {
+        bail!(
+            "no step found: the manipulated value moves from {} s to {} s, and the record ends at {} s; change it \
+             once in manual mode, and record until the process value is at rest again",
+            short(start),
+            short(times[last]),
+            short(end)
+        );
+    }
+    let height = (to - from).abs();
+    for (when, values) in [("before", &input[rest..first]), ("after", &input[last..])] {
+        let third = values.len().div_ceil(3);
+        let (begin, finish) = (mean(&values[..third]), mean(&values[values.len() - third..]));
+        if (finish - begin).abs() > FLAT * height {
+            bail!(
+                "the manipulated value is not constant {when} the step at {} s, it goes from {begin:.4} to \
+                 {finish:.4}: make the step in manual mode",
+                short(start)
+            );
+        }
+    }
+    Ok(Move { first, last, rest, from, to })
+}
+
+/// The manipulated value after the step as moves: one for each sample of the step, then its level.
+fn moves(input: &[f64], times: &[f64], found: &Move) -> Vec<(f64, f64)> {
+    let length = found.last - found.first;
+    let within = (0..length).map(|at| (times[at], input[at] - found.from));
+    within.chain([(times[length], found.to - found.from)]).collect()
+}
+
+/// How often a signal has to change at least to be pulses.
+const PULSES: usize = 8;
+
+/// If a signal consists of pulses, of at most three levels: its means over the periods, each from the beginning of a pulse to
+/// that of the next one, and the usual period.
+fn means_of_pulses(times: &[f64], input: &[f64]) -> Option<(Vec<f64>, f64)> {
+    let mut levels: Vec<f64> = Vec::new();
+    for value in input {
+        if !levels.contains(value) {
+            levels.push(*value);
+        }
+        if levels.len() > 3 {
+            return None;
+        }
+    }
+    let changes = input.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    let begins: Vec<usize> = (1..input.len()).filter(|at| input[*at].abs() > input[at - 1].abs()).collect();
+    let mut periods: Vec<f64> = begins.windows(2).map(|pair| times[pair[1]] - times[pair[0]]).collect();
+    if changes < PULSES || periods.is_empty() {
+        return None;
+    }
+    let period = median(&mut periods);
+    let mut means = input.to_vec();
+    for (place, begin) in begins.iter().enumerate() {
+        let (from, next) = (times[*begin], begins.get(place + 1).copied());
+        // After the last pulse, or the last before a pause, a period ends by itself; half a sample more is rounding.
+        let interval = times[*begin] - times[begin - 1];
+        let end = next
+            .filter(|next| times[*next] - from <= 1.5 * period)
+            .unwrap_or_else(|| times.partition_point(|time| *time < from + period - interval / 2.0));
+        let is_cut_off = times[end - 1] + 1.5 * interval < from + period && end == times.len();
+        let mean = input[*begin..end].iter().sum::<f64>() / (end - begin) as f64;
+        let value = if is_cut_off { means[begin - 1] } else { mean };
+        means[*begin..end].fill(value);
+    }
+    Some((means, period))
+}
+
+/// Half of the changes are smaller: what a signal does by its noise.
+fn typical_change(values: &[f64]) -> f64 {
+    let mut changes: Vec<f64> = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    median(&mut changes)
+}
+
+/// The standard deviation of the noise, from how much each sample differs from the middle of its neighbours.
+fn noise(values: &[f64]) -> f64 {
+    let mut bends: Vec<f64> = values.windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs()).collect();
+    median(&mut bends) / (0.6745 * 6.0_f64.sqrt())
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// The smallest change from sample to sample.
+fn resolution(values: &[f64]) -> f64 {
+    let changes = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|change| *change > 0.0);
+    let smallest = changes.fold(f64::INFINITY, f64::min);
+    if smallest.is_finite() { smallest } else { 0.0 }
+}

@@ -1,0 +1,569 @@
+//! The simulated loop: the real block with a plant's model, after a step of the setpoint.
+//!
+//! The block is called as in a run of the tool: every CYCLE, before the plant, which then advances by one CYCLE with the
+//! manipulated value held. First the loop is brought to rest in manual mode, with a manual value of [`MANUAL`] percent where the
+//! block has one; what the block gives then is where the plant is at rest. Then the controller goes to automatic mode, and the
+//! setpoint steps. By default the step is [`STEP`] percent times the plant's gain: in the end the manipulated value moves by as
+//! much. Of an integrating plant it is [`STEP`] percent divided by GAIN: at first the manipulated value moves by as much.
+//!
+//! Pulses drive the model as they are, as 100 % or 0 or -100 %. The pulses of a step controller move a valve, which takes the motor
+//! time from stop to stop and begins in the middle.
+
+use crate::figures::{self, Signals};
+use crate::process::Process;
+use crate::tune::{Controller, Predicted, Request};
+use anyhow::{Context, Result, bail};
+use blocks::{Kind, Role};
+use modeldescription::digits::short;
+use modeldescription::v2::{
+    Boolean, Causality, CoSimulation, Integer, ModelDescription, Real, Typed, Variability, Variable,
+};
+use run::component::{Component, Type};
+use run::fmus::Fmus;
+use run::fmus::Values;
+use run::master::Run;
+use run::plan::Plan;
+use run::system::{Connection, Member, Recorded, Setting, System, Value};
+
+/// The manual value before the step, in percent.
+const MANUAL: f64 = 50.0;
+/// The step of the setpoint, as percent of the manipulated value.
+const STEP: f64 = 10.0;
+/// At most so many calls are simulated.
+const MOST_CALLS: usize = 200_000;
+/// So many calls after the step are all shown; of the others, about as many again and four times as many.
+const ALL_SHOWN: usize = 200;
+/// The names of the two members.
+const CONTROLLER: &str = "CONTROLLER";
+const PROCESS: &str = "PROCESS";
+
+/// The variables of the process; their places are their value references.
+const INPUT: u32 = 0;
+const UP: u32 = 1;
+const DOWN: u32 = 2;
+const OUTPUT: u32 = 3;
+const WORD: u32 = 4;
+const POSITION: u32 = 5;
+const VARIABLES: [(&str, Type, Causality); 6] = [
+    ("INPUT", Type::Real, Causality::Input),
+    ("UP", Type::Boolean, Causality::Input),
+    ("DOWN", Type::Boolean, Causality::Input),
+    ("OUTPUT", Type::Real, Causality::Output),
+    ("WORD", Type::Integer, Causality::Output),
+    ("POSITION", Type::Real, Causality::Output),
+];
+
+/// A model as a member of a run.
+struct Plant {
+    process: Process,
+    /// The process value at rest.
+    level: f64,
+    /// How a process value becomes a word of an analog input: word = (value - offset) / factor.
+    scaling: Option<(f64, f64)>,
+    /// How long a valve takes from stop to stop; without it the input is what the model gets.
+    motor_time: Option<f64>,
+    /// Until when the plant is kept at rest, and how much before that its input is averaged.
+    rest: (f64, f64),
+    /// The sum of the inputs in that time, and how many there were.
+    resting: (f64, f64),
+    /// Values of all variables; true is 1.
+    values: [f64; VARIABLES.len()],
+}
+
+impl Plant {
+    /// What drives the model from `time` on; moves the valve.
+    fn drive(&mut self, size: f64) -> f64 {
+        let pulses = 100.0 * (self.values[UP as usize] - self.values[DOWN as usize]);
+        let Some(motor_time) = self.motor_time else {
+            let input = self.values[INPUT as usize] + pulses;
+            self.values[POSITION as usize] = input;
+            return input;
+        };
+        let before = self.values[POSITION as usize];
+        let after = if motor_time > 0.0 { before + pulses * size / motor_time } else { before + pulses };
+        let after = after.clamp(0.0, 100.0);
+        self.values[POSITION as usize] = after;
+        f64::midpoint(before, after)
+    }
+
+    fn show(&mut self, deviation: f64) {
+        let value = self.level + deviation;
+        self.values[OUTPUT as usize] = value;
+        if let Some((factor, offset)) = self.scaling {
+            let word = ((value - offset) / factor).round();
+            self.values[WORD as usize] = word.clamp(f64::from(i16::MIN), f64::from(i16::MAX));
+        }
+    }
+}
+
+impl Component for Plant {
+    fn setup(&mut self, _: f64, _: Option<f64>) -> Result<()> {
+        self.values[POSITION as usize] = MANUAL;
+        self.show(0.0);
+        Ok(())
+    }
+
+    fn enter_initialization(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    fn exit_initialization(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    fn read(&mut self, _: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
+        for (value, reference) in values.iter_mut().zip(references) {
+            *value = self.values[*reference as usize];
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, _: Type, references: &[u32], values: &[f64]) -> Result<()> {
+        for (value, reference) in values.iter().zip(references) {
+            self.values[*reference as usize] = *value;
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, time: f64, size: f64) -> Result<()> {
+        let input = self.drive(size);
+        let (until, length) = self.rest;
+        // Half a step: rounding does not decide.
+        if time < until - size / 2.0 {
+            if time >= until - length - size / 2.0 {
+                self.resting = (self.resting.0 + input, self.resting.1 + 1.0);
+            }
+            return Ok(());
+        }
+        self.process.put(time, input - self.resting.0 / self.resting.1.max(1.0));
+        let deviation = self.process.output_at(time + size);
+        self.show(deviation);
+        Ok(())
+    }
+
+    fn terminate(&mut self) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// The process as an FMU would describe it.
+fn description() -> ModelDescription {
+    let variable = |(reference, (name, kind, causality)): (usize, &(&str, Type, Causality))| Variable {
+        name: (*name).into(),
+        value_reference: reference as u32,
+        description: None,
+        causality: *causality,
+        variability: Variability::Discrete,
+        initial: None,
+        can_handle_multiple_set_per_time_instant: None,
+        typed: match kind {
+            Type::Real => Typed::Real(Real::default()),
+            Type::Integer => Typed::Integer(Integer::default()),
+            Type::Boolean => Typed::Boolean(Boolean::default()),
+        },
+    };
+    ModelDescription {
+        co_simulation: Some(CoSimulation::default()),
+        model_variables: VARIABLES.iter().enumerate().map(variable).collect(),
+        ..ModelDescription::default()
+    }
+}
+
+/// When what happens, in calls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Schedule {
+    cycle: f64,
+    /// The first automatic call.
+    automatic: usize,
+    /// The call with the new setpoint.
+    step: usize,
+    /// The end.
+    calls: usize,
+}
+
+impl Schedule {
+    /// # Errors
+    /// The pulses are too long to be simulated.
+    fn of(controller: &Controller, request: &Request, dead_time: f64, values: &Values) -> Result<Schedule> {
+        let cycle = controller.cycle();
+        let calls = |time: f64| (time / cycle).ceil() as usize;
+        let period = request.pulse_period.or(controller.own_period()).unwrap_or(cycle).max(controller.sampling());
+        if period > cycle * MOST_CALLS as f64 / 10.0 {
+            bail!(
+                "the pulses have a period of {period} s and the block a CYCLE of {cycle} s: that takes too many calls"
+            );
+        }
+        let rest = 2 * calls(period).max(1);
+        let ti = controller.roles.controller.get(1).and_then(|name| values.get(name));
+        let lag = request.model.time_constant + request.model.second_time_constant;
+        let slow = match ti {
+            Some(Value::Number(ti)) => 5.0 * ti,
+            _ => 5.0 * lag,
+        };
+        let motor_time = motor_time(controller, request).unwrap_or_default();
+        let duration = slow + 15.0 * dead_time + 2.0 * motor_time + 10.0 * period;
+        let step = rest + rest.max(5);
+        let wanted = if duration / cycle < MOST_CALLS as f64 { calls(duration) } else { MOST_CALLS };
+        Ok(Schedule { cycle, automatic: rest, step, calls: step + wanted.max(20) })
+    }
+
+    fn time(&self, call: usize) -> f64 {
+        call as f64 * self.cycle
+    }
+}
+
+/// The motor time of a step controller.
+fn motor_time(controller: &Controller, request: &Request) -> Option<f64> {
+    request.motor_time.or_else(|| controller.motor_time()).filter(|_| controller.is_step_controller())
+}
+
+/// Simulates the loop with these settings; with what the user should know.
+///
+/// # Errors
+/// Why the block cannot be simulated with a model.
+pub fn predict(
+    home: &dyn Fmus,
+    controller: &Controller,
+    request: &Request,
+    values: &Values,
+) -> Result<(Predicted, Vec<String>)> {
+    let setpoint = controller.roles.setpoint.as_ref().context("its setpoint is not known")?;
+    let drawn = controller.roles.manipulated_value.as_ref();
+    let terminal = Terminal::of(controller)?;
+    let dead_time = request.model.dead_time + controller.cycle() / 2.0;
+    let schedule = Schedule::of(controller, request, dead_time, values)?;
+    let scaling = if terminal.is_word { Some(word_scaling(home, controller, &terminal)?) } else { None };
+    let motor_time = motor_time(controller, request);
+    if controller.is_step_controller() && motor_time.is_none() {
+        bail!("the motor time of the actuator is not known; give it");
+    }
+    let gain = controller.roles.controller.first().and_then(|name| values.get(name));
+    let height = step_height(request, gain)?;
+    let level = controller.value(setpoint);
+    if let Some((factor, offset)) = scaling {
+        let word = |value: f64| (value - offset) / factor;
+        let range = f64::from(i16::MIN)..=f64::from(i16::MAX);
+        if let Some(value) = [level, level + height].into_iter().find(|value| !range.contains(&word(*value))) {
+            bail!("a process value of {value} is beyond what {} can hold", terminal.name);
+        }
+    }
+
+    let plant = Plant {
+        process: Process::at_rest(request.model, schedule.time(schedule.automatic)),
+        level,
+        scaling,
+        motor_time,
+        rest: (schedule.time(schedule.automatic), schedule.time(schedule.automatic / 2)),
+        resting: (0.0, 0.0),
+        values: [0.0; VARIABLES.len()],
+    };
+    let mut system = system(controller, values, &terminal, &schedule)?;
+    system
+        .settings
+        .push(Setting { time: Some(schedule.time(schedule.step)), ..setting(setpoint, Value::Number(level + height)) });
+    system.record = vec![
+        Recorded::from(format!("{CONTROLLER}.{setpoint}").as_str()),
+        Recorded::from(format!("{PROCESS}.OUTPUT").as_str()),
+        Recorded::from(
+            match drawn {
+                Some(name) => format!("{CONTROLLER}.{name}"),
+                None => format!("{PROCESS}.POSITION"),
+            }
+            .as_str(),
+        ),
+    ];
+    let (own, other) = (home.description(&controller.member.fmu)?, description());
+    let plan = Plan::of(&system, &[&own, &other])?;
+    let components: Vec<Box<dyn Component>> =
+        vec![home.instantiate(&controller.member.fmu, CONTROLLER)?, Box::new(plant)];
+    let rows = simulate(&plan, components)?;
+    let (predicted, mut remarks) = shown(&rows, &schedule, controller, height);
+    remarks.extend(terminal.remark());
+    Ok((predicted, remarks))
+}
+
+/// The step of the setpoint.
+fn step_height(request: &Request, gain: Option<&Value>) -> Result<f64> {
+    if let Some(height) = request.setpoint_step {
+        if height == 0.0 || !height.is_finite() {
+            bail!("the step of the setpoint is {height}: it has to be a number other than 0");
+        }
+        return Ok(height);
+    }
+    Ok(match gain {
+        Some(Value::Number(gain)) if request.model.is_integrating => STEP / gain,
+        _ => STEP * request.model.gain,
+    })
+}
+
+/// Where the process value goes in.
+#[derive(Debug, PartialEq)]
+struct Terminal {
+    name: String,
+    /// Whether it is a word of an analog input.
+    is_word: bool,
+    /// Switches without which it has no effect.
+    switches: Vec<(String, bool)>,
+}
+
+impl Terminal {
+    /// The input of the process value that is in use; if that cannot be connected, the usual one, with its switches.
+    fn of(controller: &Controller) -> Result<Terminal> {
+        let peripheral = controller.roles.signals.iter().filter(|(meaning, _)| meaning.starts_with("process value"));
+        let names = controller.roles.process_value.iter().chain(peripheral.map(|(_, name)| name));
+        let inputs: Vec<&String> = names.filter(|name| controller.role(name) == Some(Role::Input)).collect();
+        let field = |name: &str| {
+            let mut fields = controller.groups.iter().flat_map(|group| &group.fields);
+            fields.find(|field| field.name == name)
+        };
+        let is_on = |name: &str| controller.value(name) != 0.0;
+        let in_use = inputs.iter().find(|name| field(name).is_none_or(|field| field.is_used(is_on)));
+        let name = in_use.or(inputs.first()).context("it has no input of the process value")?;
+        let switches = match (in_use, field(name)) {
+            (None, Some(field)) => field.used_if.first().cloned().unwrap_or_default(),
+            _ => Vec::new(),
+        };
+        let is_word = matches!(controller.kind(name), Some(Kind::Word | Kind::Int));
+        Ok(Terminal { name: (*name).clone(), is_word, switches })
+    }
+
+    /// What to say of switches that are set for the simulation alone.
+    fn remark(&self) -> Option<String> {
+        let state = |(name, is_on): &(String, bool)| format!("{name} = {}", if *is_on { "TRUE" } else { "FALSE" });
+        let switches: Vec<String> = self.switches.iter().map(state).collect();
+        let name = &self.name;
+        (!switches.is_empty())
+            .then(|| format!("Predicted with the process value at {name}, that is with {}.", switches.join(" and ")))
+    }
+}
+
+fn setting(name: &str, value: Value) -> Setting {
+    Setting { variable: format!("{CONTROLLER}.{name}"), value, time: None, is_preliminary: false, place: None }
+}
+
+/// The loop with all settings but the step of the setpoint.
+fn system(controller: &Controller, values: &Values, terminal: &Terminal, schedule: &Schedule) -> Result<System> {
+    let mut all = controller.member.values.clone();
+    all.extend(values.clone());
+    all.extend(terminal.switches.iter().map(|(name, is_on)| (name.clone(), Value::Boolean(*is_on))));
+    // Outputs and what is connected are not settings.
+    all.retain(|name, _| *name != terminal.name && controller.role(name) != Some(Role::Output));
+    let mut events = Vec::new();
+    if let Some((switch, value)) = &controller.roles.manual {
+        all.insert(switch.clone(), Value::Boolean(true));
+        all.insert(value.clone(), Value::Number(MANUAL));
+        let automatic = Some(schedule.time(schedule.automatic));
+        events.push(Setting { time: automatic, ..setting(switch, Value::Boolean(false)) });
+    }
+    if controller.is_step_controller() {
+        // The step is answered in automatic mode, away from the stops.
+        let switches = controller.manual_switch().into_iter().chain(controller.roles.stops().map(String::as_str));
+        all.extend(switches.map(|name| (name.to_string(), Value::Boolean(false))));
+    }
+    let mut settings: Vec<Setting> = all.iter().map(|(name, value)| setting(name, *value)).collect();
+    settings.extend(events);
+    let wire = |from: String, to: String| Connection { from, to, place: None };
+    let output = if terminal.is_word { "WORD" } else { "OUTPUT" };
+    let mut connections = vec![wire(format!("{PROCESS}.{output}"), format!("{CONTROLLER}.{}", terminal.name))];
+    match &controller.roles.manipulated_value {
+        Some(name) => connections.push(wire(format!("{CONTROLLER}.{name}"), format!("{PROCESS}.INPUT"))),
+        None if controller.roles.pulses.is_empty() => bail!("it has neither a manipulated value nor pulses"),
+        None => {
+            let pulses = controller.roles.pulses.iter().zip(["UP", "DOWN"]);
+            connections
+                .extend(pulses.map(|(name, to)| wire(format!("{CONTROLLER}.{name}"), format!("{PROCESS}.{to}"))));
+        }
+    }
+    let member = |name: &str| Member { name: name.into(), path: name.into() };
+    Ok(System {
+        members: vec![member(CONTROLLER), member(PROCESS)],
+        settings,
+        connections,
+        start: Some(0.0),
+        stop: Some(schedule.time(schedule.calls)),
+        step: Some(schedule.cycle),
+        ..System::default()
+    })
+}
+
+/// The recorded rows: setpoint, process value, manipulated value.
+fn simulate(plan: &Plan, components: Vec<Box<dyn Component>>) -> Result<Vec<[f64; 3]>> {
+    let mut run = Run::begin(plan, components, None)?;
+    let mut rows = Vec::with_capacity(plan.steps);
+    for _ in 0..plan.steps {
+        run.step(plan)?;
+        let row = run.row();
+        rows.push([row[0], row[1], row[2]]);
+    }
+    run.terminate(plan)?;
+    Ok(rows)
+}
+
+/// What the page draws: from shortly before the step on.
+fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height: f64) -> (Predicted, Vec<String>) {
+    let begin = schedule.automatic;
+    let rows = &rows[begin..];
+    let step = schedule.step - begin;
+    let times: Vec<f64> = (0..rows.len()).map(|call| schedule.time(call)).collect();
+    let column = |column: usize| rows.iter().map(|row| row[column]).collect::<Vec<f64>>();
+    let (setpoint, process_value, manipulated_value) = (column(0), column(1), column(2));
+    let signals = Signals {
+        times: &times,
+        setpoint: &setpoint,
+        process_value: &process_value,
+        manipulated_value: &manipulated_value,
+        ..Signals::default()
+    };
+    let figures = figures::of(&signals, &figures::Request::default());
+    let mut remarks: Vec<String> = figures
+        .remarks
+        .iter()
+        .filter(|remark| remark.contains("overshoot") || remark.contains("settling"))
+        .map(|remark| format!("Predicted: {remark}."))
+        .collect();
+    if controller.roles.pulses.is_empty() {
+        remarks.extend(saturation(&manipulated_value[step..], schedule, height));
+    }
+    let rest = rows.len().saturating_sub(step + ALL_SHOWN);
+    let stride = rest.div_ceil(4 * ALL_SHOWN).max(1);
+    let is_shown = |call: &usize| *call < step + ALL_SHOWN || (call - step - ALL_SHOWN).is_multiple_of(stride);
+    let from = step.saturating_sub(ALL_SHOWN);
+    let pick = |values: &[f64]| (from..rows.len()).filter(is_shown).map(|call| values[call]).collect::<Vec<f64>>();
+    let predicted = Predicted {
+        times: pick(&times),
+        setpoint: pick(&setpoint),
+        process_value: pick(&process_value),
+        manipulated_value: pick(&manipulated_value),
+        overshoot: figures.overshoot,
+        settled: figures.settled,
+    };
+    (predicted, remarks)
+}
+
+/// Says when the manipulated value stays at its extreme after the step: the loop is slower than a linear one then.
+fn saturation(manipulated: &[f64], schedule: &Schedule, height: f64) -> Option<String> {
+    let (low, high) = manipulated
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+    let last = *manipulated.last()?;
+    let longest =
+        [low, high].into_iter().filter(|limit| (limit - last).abs() > 1e-6 * (high - low)).find_map(|limit| {
+            let calls = manipulated.chunk_by(|a, b| a == b).filter(|run| run[0] == limit).map(<[f64]>::len).max()?;
+            (calls >= 3).then_some((limit, calls))
+        });
+    longest.map(|(limit, calls)| {
+        format!(
+            "Predicted: at a setpoint step of {} the manipulated value stays at its limit of {} for {} s; a smaller \
+             step shows the loop without it.",
+            short(height),
+            short(limit),
+            short(schedule.time(calls))
+        )
+    })
+}
+
+/// A block alone, called by hand.
+struct Bench<'a> {
+    component: Box<dyn Component>,
+    controller: &'a Controller,
+    calls: usize,
+}
+
+impl<'a> Bench<'a> {
+    fn new(home: &dyn Fmus, controller: &'a Controller, settings: &[(&str, f64)]) -> Result<Bench<'a>> {
+        let component = home.instantiate(&controller.member.fmu, CONTROLLER)?;
+        let mut bench = Bench { component, controller, calls: 0 };
+        bench.component.setup(0.0, None)?;
+        let mut values: Vec<(&str, f64)> =
+            controller.member.values.keys().map(|name| (name.as_str(), controller.value(name))).collect();
+        values.retain(|(name, _)| settings.iter().all(|(other, _)| other != name));
+        values.extend(settings);
+        let is_input = |name: &str| controller.role(name) == Some(Role::Input);
+        for (name, value) in values.iter().filter(|(name, _)| !is_input(name)) {
+            bench.set(name, *value)?;
+        }
+        bench.component.enter_initialization()?;
+        for (name, value) in values.iter().filter(|(name, _)| is_input(name)) {
+            bench.set(name, *value)?;
+        }
+        bench.component.exit_initialization()?;
+        Ok(bench)
+    }
+
+    fn place(&self, name: &str) -> Result<(Type, u32)> {
+        let row = self.controller.table.find(name).with_context(|| format!("there is no variable {name}"))?;
+        let kind = match self.controller.table.variables[row].kind {
+            Kind::Bool => Type::Boolean,
+            Kind::Int | Kind::Word => Type::Integer,
+            _ => Type::Real,
+        };
+        Ok((kind, row as u32))
+    }
+
+    fn set(&mut self, name: &str, value: f64) -> Result<()> {
+        let (kind, reference) = self.place(name)?;
+        self.component.write(kind, &[reference], &[value])
+    }
+
+    /// Makes a call and reads a variable.
+    fn call(&mut self, name: &str) -> Result<f64> {
+        let cycle = self.controller.cycle();
+        self.component.step(self.calls as f64 * cycle, cycle)?;
+        self.calls += 1;
+        let (kind, reference) = self.place(name)?;
+        let mut value = [0.0];
+        self.component.read(kind, &[reference], &mut value)?;
+        Ok(value[0])
+    }
+}
+
+/// The factor between the value that GAIN acts on and the manipulated value that leaves the block, as it is in manual mode; none if
+/// the block has no manual mode or gives pulses.
+///
+/// # Errors
+/// The FMU refuses.
+pub fn output_factor(home: &dyn Fmus, controller: &Controller) -> Result<Option<f64>> {
+    let (Some((switch, manual)), Some(output)) = (&controller.roles.manual, &controller.roles.manipulated_value) else {
+        return Ok(None);
+    };
+    if !controller.roles.pulses.is_empty() {
+        return Ok(None);
+    }
+    let mut bench = Bench::new(home, controller, &[(switch, 1.0), (manual, 0.0)])?;
+    let mut outputs = Vec::new();
+    for percent in -100..=100_i32 {
+        bench.set(manual, f64::from(percent))?;
+        outputs.push(bench.call(output)?);
+    }
+    // At a limit nothing changes; next to it the change may be a part.
+    let mut changes: Vec<f64> =
+        outputs.windows(2).map(|pair| pair[1] - pair[0]).filter(|change| change.abs() > 1e-9).collect();
+    if changes.is_empty() {
+        return Ok(None);
+    }
+    let middle = changes.len() / 2;
+    let typical = *changes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let near: Vec<f64> = changes.into_iter().filter(|change| (change / typical - 1.0).abs() < 1e-3).collect();
+    let factor = near.iter().sum::<f64>() / near.len() as f64;
+    Ok(Some(crate::tune::rounded(factor, 5)).filter(|factor| factor.is_finite() && *factor != 0.0))
+}
+
+/// How the word of an analog input becomes the process value: factor for a count, and offset.
+fn word_scaling(home: &dyn Fmus, controller: &Controller, terminal: &Terminal) -> Result<(f64, f64)> {
+    const COUNTS: f64 = 16384.0;
+    let shown =
+        controller.roles.shown_process_value.as_ref().context("the process value that it computes is not known")?;
+    let calls = (controller.sampling() / controller.cycle()).ceil() as usize;
+    let at = |word: f64| {
+        let switches = terminal.switches.iter().map(|(name, is_on)| (name.as_str(), f64::from(u8::from(*is_on))));
+        let settings: Vec<(&str, f64)> = switches.chain([(terminal.name.as_str(), word)]).collect();
+        let mut bench = Bench::new(home, controller, &settings)?;
+        // A block that calls its controller in each n-th call shows it then.
+        (0..calls.max(1)).map(|_| bench.call(shown)).last().context("no call")?
+    };
+    let (zero, some) = (at(0.0)?, at(COUNTS)?);
+    if zero == some {
+        bail!("{} does not move {shown}", terminal.name);
+    }
+    Ok(((some - zero) / COUNTS, zero))
+}

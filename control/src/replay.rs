@@ -1,0 +1,299 @@
+//! A file recorded on the plant through the block: does it do what the plant's did?
+//!
+//! Each row of the file is a call: what the file has of the block's inputs and parameters is set before it, what it has of the
+//! outputs is compared after it. A value is equal if it has the same bits as REAL. If not, it may be off by half of the
+//! last digit that its column has, since nobody knows the digits that were not written: 0.0005 of a column with three decimals.
+//! The inputs in the file are rounded in the same way, and the block amplifies and integrates that. So what a change of the
+//! measured inputs by half of their last digit does to the outputs, computed by the block itself, is allowed as well.
+//! Whoever gives a tolerance gets that and nothing else.
+//!
+//! What the block did before the first row is in its memory and not in the file. If the file begins with a restart (COM_RST is
+//! TRUE), that is row 0. If it does not say so, the block is brought to the recorded manipulated value in manual, or begins with
+//! a restart, whatever fits better.
+
+mod columns;
+mod compare;
+mod instance;
+mod suspects;
+
+use crate::csv::Table as Csv;
+use anyhow::{Context, Result, bail};
+use columns::Recording;
+use compare::Comparison;
+use instance::{Beginning, Block, Variant};
+use modeldescription::digits::short;
+use run::dialog::{self, Roles};
+use run::fmus::Fmus;
+use run::fmus::{Member, Values};
+use serde::{Deserialize, Serialize};
+
+/// The most values of outputs that are compared, rows times columns.
+const MOST_VALUES: usize = 8 << 20;
+
+/// At most so many rows of a curve are answered.
+const MOST_POINTS: usize = 8_000;
+
+/// What to replay.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Request {
+    /// The block with the file's parameters.
+    pub controller: Member,
+    /// The text of the CSV file.
+    pub text: String,
+    /// Which column is which variable of the block; `time` is the time. By their names without it.
+    #[serde(default)]
+    pub columns: Vec<(String, String)>,
+    /// How far a value may be off and still counts as equal: that of the recording's resolution.
+    #[serde(default)]
+    pub tolerance: Option<f64>,
+    /// Whether to try what usually is the matter.
+    #[serde(default)]
+    pub try_suspects: bool,
+}
+
+/// What came out.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+pub struct Replayed {
+    /// Which column is which variable of the block.
+    pub columns: Vec<(String, String)>,
+    /// How many calls were made.
+    pub calls: usize,
+    /// One for each output that the file has.
+    pub outputs: Vec<Compared>,
+    /// What was tried, the best first.
+    pub suspects: Vec<Suspect>,
+    /// The conclusion, in one sentence.
+    pub verdict: String,
+    /// Whether the recording depends on the controller's settings: equal outputs say nothing about them otherwise.
+    pub is_conclusive: bool,
+    /// What the user should know, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// An output, recorded and computed.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Compared {
+    /// The variable.
+    pub variable: String,
+    /// The first call that differs, from 0, with its time in seconds.
+    pub first: Option<(usize, f64)>,
+    /// How many calls differ.
+    pub different: usize,
+    /// The largest difference.
+    pub largest: f64,
+    /// To draw: times in seconds.
+    pub times: Vec<f64>,
+    /// The recorded values.
+    pub recorded: Vec<f64>,
+    /// What the block computes.
+    pub computed: Vec<f64>,
+}
+
+/// A change that was tried.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Suspect {
+    /// What was changed, in one sentence.
+    pub text: String,
+    /// The settings that were changed.
+    pub values: Values,
+    /// How many calls still differ.
+    pub different: usize,
+    /// The largest difference.
+    pub largest: f64,
+    /// Whether nothing differs any more.
+    pub fits: bool,
+}
+
+/// Replays a recording.
+///
+/// # Errors
+/// There is no such block; the file cannot be read; nothing of it belongs to the block; a value that the block does not take.
+pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
+    let fmu = &request.controller.fmu;
+    let table = home.table(fmu)?;
+    let table = table.with_context(|| format!("{fmu} is a foreign FMU: only a block with a table can be replayed"))?;
+    let (roles, _) = dialog::of(&table).with_context(|| fmu.clone())?;
+    replay_with(home, request, &roles)
+}
+
+fn replay_with(home: &dyn Fmus, request: &Request, roles: &Roles) -> Result<Replayed> {
+    if request.tolerance.is_some_and(|tolerance| !(tolerance >= 0.0 && tolerance.is_finite())) {
+        bail!("the tolerance is {:?}: it has to be 0 or more", request.tolerance.unwrap_or_default());
+    }
+    let csv = Csv::read(&request.text)?;
+    let block = Block::of(home, &request.controller, roles)?;
+    let mut remarks = csv.remarks.clone();
+    let recording = Recording::of(&block, &csv, &request.columns, &mut remarks)?;
+    let values = recording.rows.saturating_mul(recording.outputs.len());
+    if values > MOST_VALUES {
+        bail!(
+            "the recording has {} rows with {} outputs; at most {MOST_VALUES} values are compared: cut out the part of interest, or \
+             leave columns out",
+            recording.rows,
+            recording.outputs.len()
+        );
+    }
+    let comparison = Comparison { block: &block, recording: &recording, tolerance: request.tolerance };
+    let base = comparison.best(&Variant::default(), recording.rows)?;
+    remarks.extend(beginning(&block, &recording, &base.variant));
+    remarks.extend(base.spread_remarks(&comparison));
+    let mut suspects = Vec::new();
+    if request.try_suspects && base.different() > 0 {
+        suspects = suspects::tried(&comparison, &base)?;
+    }
+    let doubt = doubt(&block, &recording);
+    let is_conclusive = doubt.is_none();
+    let mut verdict = verdict(&comparison, &base, &suspects, request.try_suspects);
+    if base.different() == 0
+        && let Some(doubt) = doubt
+    {
+        verdict = format!("{verdict} {doubt}");
+    }
+    let outputs = (0..recording.outputs.len()).map(|output| compared(&recording, &base, output)).collect();
+    Ok(Replayed {
+        columns: recording.matched.clone(),
+        calls: recording.rows,
+        outputs,
+        verdict,
+        is_conclusive,
+        suspects,
+        remarks,
+    })
+}
+
+/// How the block got to the first row.
+fn beginning(block: &Block, recording: &Recording, variant: &Variant) -> Option<String> {
+    match variant.beginning {
+        Beginning::Restart if recording.says_restart => None,
+        Beginning::Restart => Some("The first row is taken as the restart, because the rest fits best then.".into()),
+        Beginning::Fresh => {
+            Some("The first row is taken as the first call after a restart, because the rest fits best then.".into())
+        }
+        Beginning::Held => {
+            let manipulated = block.roles.manipulated_value.as_deref().unwrap_or("the manipulated value");
+            Some(format!(
+                "The file does not say what the block did before the first row: it was brought to the recorded {manipulated} in \
+                 manual, and is free from the second row on."
+            ))
+        }
+    }
+}
+
+/// An output to draw: all rows, or in each group of rows the one with the largest difference.
+fn compared(recording: &Recording, run: &compare::Outcome, output: usize) -> Compared {
+    let of = &recording.outputs[output];
+    let (recorded, computed) = (&of.values, &run.outputs[output]);
+    let rows = recorded.len().min(computed.len());
+    let difference = |row: usize| {
+        let difference = (recorded[row] - computed[row]).abs();
+        if difference.is_nan() { -1.0 } else { difference }
+    };
+    let group = rows.div_ceil(MOST_POINTS).max(1);
+    let first = run.compared[output].first;
+    let shown: Vec<usize> = (0..rows)
+        .step_by(group)
+        .map(|start| {
+            let group = start..(start + group).min(rows);
+            match first {
+                Some(first) if group.contains(&first) => first,
+                _ => group.max_by(|a, b| difference(*a).total_cmp(&difference(*b))).unwrap_or(start),
+            }
+        })
+        .collect();
+    Compared {
+        variable: of.name.clone(),
+        first: first.map(|row| (row, recording.times[row])),
+        different: run.compared[output].different,
+        largest: run.compared[output].largest,
+        times: shown.iter().map(|row| recording.times[*row]).collect(),
+        recorded: shown.iter().map(|row| recorded[*row]).collect(),
+        computed: shown.iter().map(|row| computed[*row]).collect(),
+    }
+}
+
+/// Why equal outputs say nothing about a controller's settings.
+fn doubt(block: &Block, recording: &Recording) -> Option<String> {
+    let roles = block.roles;
+    let settings = roles.controller.join(", ");
+    if settings.is_empty() {
+        return None;
+    }
+    let is_compared = |name: &String| recording.outputs.iter().any(|output| output.name == *name);
+    if !roles.driving().any(is_compared) {
+        let names: Vec<_> = roles.driving().map(String::as_str).collect();
+        return Some(format!(
+            "But the recording has no {}: it says nothing about {settings}. Record it too.",
+            names.join(" or ")
+        ));
+    }
+    block.is_always_manual(recording).then(|| {
+        format!(
+            "But all calls are in manual mode: the recording says nothing about {settings}. Replay one in automatic mode."
+        )
+    })
+}
+
+/// The conclusion, in one sentence.
+fn verdict(comparison: &Comparison, base: &compare::Outcome, suspects: &[Suspect], has_tried: bool) -> String {
+    let recording = comparison.recording;
+    let names = |outputs: &[usize]| {
+        let names: Vec<_> = outputs.iter().map(|output| recording.outputs[*output].name.as_str()).collect();
+        if names.len() > 6 {
+            format!("{} and {} more", names[..5].join(", "), names.len() - 5)
+        } else {
+            names.join(", ")
+        }
+    };
+    let all: Vec<usize> = (0..recording.outputs.len()).collect();
+    let different: Vec<usize> = all.iter().copied().filter(|output| base.compared[*output].different > 0).collect();
+    let calls = recording.rows;
+    let (is, them) = if all.len() == 1 { ("is", "it") } else { ("are", "them") };
+    if different.is_empty() {
+        return if base.is_exact() {
+            format!("{} {is} equal from the first call on, bit for bit in all {calls} calls.", names(&all))
+        } else {
+            let most = base.compared.iter().map(|output| output.largest).fold(0.0, f64::max);
+            let within = match comparison.tolerance {
+                Some(tolerance) => format!("the tolerance of {tolerance}"),
+                None => "what the digits of the recording leave open".into(),
+            };
+            format!(
+                "{} {is} equal from the first call on in all {calls} calls, within {within} (up to {most:.3e}).",
+                names(&all)
+            )
+        };
+    }
+    let first = different.iter().filter_map(|output| Some((base.compared[*output].first?, *output))).min();
+    let (row, output) = first.unwrap_or((0, different[0]));
+    let of = &base.compared[output];
+    let unit = recording.outputs[output].unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
+    let by = match recording.outputs[output].is_boolean {
+        true => format!("in {} of {calls} calls", of.different),
+        false => format!("by up to {}{unit} ({} of {calls} calls)", short(of.largest), of.different),
+    };
+    let others: Vec<usize> = different.iter().copied().filter(|other| *other != output).collect();
+    let others = if others.is_empty() { String::new() } else { format!(", as do {}", names(&others)) };
+    let difference = format!(
+        "{} differs from call {row} ({} s) on, {by}{others}",
+        recording.outputs[output].name,
+        short(recording.times[row])
+    );
+    match suspects.iter().find(|suspect| suspect.fits) {
+        Some(suspect) => format!("{difference}; nothing differs any more when {}.", suspect.text.trim_end_matches('.')),
+        None if has_tried => match suspects.first() {
+            Some(best) => format!(
+                "{difference}; none of the usual suspects explains it, the nearest is: {} ({} calls still differ).",
+                best.text.trim_end_matches('.'),
+                best.different
+            ),
+            None => format!(
+                "{difference}; none of the usual suspects makes it better, so look for {them} in other settings."
+            ),
+        },
+        None => format!("{difference}."),
+    }
+}
+
+#[cfg(test)]
+mod tests;

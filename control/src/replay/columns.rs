@@ -1,0 +1,419 @@
+//! Which column of a recording is which variable of the block, with its values as the block takes them.
+
+use super::instance::Block;
+use crate::csv::names::{MANIPULATED_VALUES, MANUAL, PROCESS_VALUES, SETPOINTS, ends, short_name};
+use crate::csv::{Column, Table as Csv};
+use anyhow::{Context, Result, bail};
+use blocks::table::number::to_value;
+use blocks::{Kind, Role};
+use modeldescription::digits::short;
+use run::plan::near;
+
+/// A recording, as far as it belongs to the block.
+pub(super) struct Recording {
+    /// How many rows there are.
+    pub(super) rows: usize,
+    /// The time of each in seconds.
+    pub(super) times: Vec<f64>,
+    /// The line of the file of each.
+    pub(super) lines: Vec<usize>,
+    /// How far the rows are apart in seconds, as far as the file says; most of them.
+    pub(super) spacing: Option<f64>,
+    /// What is set before the calls.
+    pub(super) inputs: Vec<Signal>,
+    /// What is compared after them.
+    pub(super) outputs: Vec<Signal>,
+    /// Column and variable.
+    pub(super) matched: Vec<(String, String)>,
+    /// Whether it begins with a restart and says so.
+    pub(super) says_restart: bool,
+}
+
+/// A variable over the rows.
+pub(super) struct Signal {
+    /// Its row in the table.
+    pub(super) row: usize,
+    /// Its name.
+    pub(super) name: String,
+    pub(super) kind: Kind,
+    pub(super) unit: Option<String>,
+    /// Its values; those of a TIME in seconds. What is missing of an input has the value before it.
+    pub(super) values: Vec<f64>,
+    pub(super) is_boolean: bool,
+    /// Whether it can be set between calls.
+    pub(super) is_tunable: bool,
+    /// Whether it changes from row to row as what is measured, so that its last digit is rounded.
+    pub(super) is_measured: bool,
+    /// How the column is written; without its values.
+    written: Column,
+    /// From what is written to `values`.
+    scale: f64,
+}
+
+impl Signal {
+    /// How far the true value may be from the recorded one.
+    pub(super) fn resolution(&self, value: f64) -> f64 {
+        if self.is_boolean { 0.0 } else { self.written.resolution(value / self.scale) * self.scale }
+    }
+}
+
+impl Recording {
+    /// Finds the columns of the block's variables. `wanted` are the user's choice: column and variable, or `time`.
+    pub(super) fn of(
+        block: &Block,
+        csv: &Csv,
+        wanted: &[(String, String)],
+        remarks: &mut Vec<String>,
+    ) -> Result<Recording> {
+        let time = match wanted.iter().find(|(_, variable)| variable == "time") {
+            Some((column, _)) => Some(found(csv, column)?),
+            None => csv.time(),
+        };
+        let chosen = wanted.iter().filter(|(_, variable)| variable != "time");
+        let mut pairs: Vec<(usize, usize)> = Vec::new();
+        for (column, variable) in chosen {
+            let names = || block.table.variables.iter().map(|row| row.name.as_str());
+            let row = block.table.find(variable).with_context(|| {
+                let hint = near(variable, names()).map_or_else(String::new, |near| format!("; did you mean {near}?"));
+                format!("{} has no variable {variable}{hint}", block.table.name)
+            })?;
+            pairs.push((found(csv, column)?, row));
+        }
+        if pairs.is_empty() {
+            pairs = matched(block, csv, time, remarks);
+        }
+        let scale = time_scale(block, csv, &pairs);
+        let mut recording = Recording {
+            rows: csv.rows(),
+            times: Vec::new(),
+            lines: csv.lines.clone(),
+            spacing: None,
+            inputs: Vec::new(),
+            outputs: Vec::new(),
+            matched: Vec::new(),
+            says_restart: false,
+        };
+        for (column, row) in pairs {
+            recording.add(block, csv, (column, row), scale, remarks)?;
+        }
+        recording.check(block, csv)?;
+        recording.complete(block, remarks);
+        recording.find_times(block, csv, time, remarks)?;
+        Ok(recording)
+    }
+
+    fn add(
+        &mut self,
+        block: &Block,
+        csv: &Csv,
+        (column, row): (usize, usize),
+        time_scale: f64,
+        remarks: &mut Vec<String>,
+    ) -> Result<()> {
+        let (of, variable) = (&csv.columns[column], &block.table.variables[row]);
+        let of_unit = of.unit.as_deref().and_then(crate::csv::seconds_of_unit);
+        let scale = if variable.kind == Kind::Time { of_unit.unwrap_or(time_scale) } else { 1.0 };
+        let scaled = |value: &f64| if scale < 1.0 { value / (1.0 / scale).round() } else { value * scale };
+        let mut values: Vec<f64> = of.values.iter().map(scaled).collect();
+        let is_input = variable.role.is_settable();
+        if is_input {
+            let mut before = block.settings[row];
+            for (value, line) in values.iter_mut().zip(&csv.lines) {
+                if value.is_nan() {
+                    *value = before;
+                }
+                before = *value;
+                to_value(*value, variable.kind).map_err(|range| {
+                    anyhow::anyhow!(
+                        "line {line}, column {}: {value:?} is no value of {}: {range}",
+                        of.name,
+                        variable.name
+                    )
+                })?;
+            }
+        }
+        let is_tunable = matches!(variable.role, Role::Input | Role::Parameter);
+        if is_input && !is_tunable && values.iter().any(|value| *value != values[0]) {
+            remarks.push(format!(
+                "{} changes in the recording; it is fixed in a running block, so its first value is used.",
+                variable.name
+            ));
+        }
+        let name = &variable.name;
+        if is_input && !is_tunable && values[0] as f32 != block.settings[row] as f32 {
+            remarks.push(format!(
+                "{name} is {} in the recording and {} in the loop: the recording counts.",
+                values[0], block.settings[row]
+            ));
+        } else if variable.role == Role::Parameter && values[0] as f32 != block.settings[row] as f32 {
+            let (recorded, own) = (values[0] as f32, block.settings[row] as f32);
+            remarks.push(format!("{name} is {recorded} in the recording and {own} in the loop: the recording counts."));
+        }
+        let changes = values.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        let is_process_value = block.row(block.roles.process_value.as_ref()) == Some(row);
+        let is_real = matches!(variable.kind, Kind::Real | Kind::LReal);
+        let is_measured =
+            variable.role == Role::Input && is_real && (changes * 5 > values.len() || is_process_value && changes > 0);
+        let unit = if variable.kind == Kind::Time { Some("s".into()) } else { variable.unit.clone() };
+        let signal = Signal {
+            row,
+            name: name.clone(),
+            kind: variable.kind,
+            unit: unit.filter(|unit| unit != "1"),
+            values,
+            is_boolean: variable.kind == Kind::Bool,
+            is_tunable,
+            is_measured,
+            written: Column { values: Vec::new(), ..of.clone() },
+            scale,
+        };
+        self.matched.push((of.header.clone(), name.clone()));
+        if is_input {
+            self.inputs.push(signal)
+        } else {
+            self.outputs.push(signal)
+        }
+        Ok(())
+    }
+
+    /// Refuses a recording that has nothing to compare.
+    fn check(&self, block: &Block, csv: &Csv) -> Result<()> {
+        let columns: Vec<_> = csv.columns.iter().take(12).map(|column| column.name.as_str()).collect();
+        let names = |is_wanted: fn(Role) -> bool| {
+            let rows = block.table.variables.iter().filter(|row| is_wanted(row.role));
+            rows.take(6).map(|row| row.name.as_str()).collect::<Vec<_>>().join(", ")
+        };
+        let (columns, name) = (columns.join(", "), &block.table.name);
+        if self.outputs.is_empty() {
+            bail!(
+                "none of the columns ({columns}) is an output of {name} ({} ...), so nothing can be compared: name the columns \
+                 so, or choose which is which",
+                names(|role| role == Role::Output)
+            );
+        }
+        if self.inputs.is_empty() {
+            bail!(
+                "none of the columns ({columns}) is an input of {name} ({} ...), so nothing can be replayed: name the columns so, \
+                 or choose which is which",
+                names(|role| role == Role::Input)
+            );
+        }
+        Ok(())
+    }
+
+    /// What follows from what is there.
+    fn complete(&mut self, block: &Block, remarks: &mut Vec<String>) {
+        let has = |recording: &Recording, row: usize| recording.inputs.iter().any(|input| input.row == row);
+        let restart = block.named("COM_RST").and_then(|row| self.inputs.iter().find(|input| input.row == row));
+        self.says_restart = restart.is_some_and(|input| input.values[0] == 1.0);
+        // The process value of the recording is a number with a unit, not a word of the periphery.
+        if let (Some(terminal), Some(switch)) = (block.row(block.roles.process_value.as_ref()), block.named("PVPER_ON"))
+            && has(self, terminal)
+            && !has(self, switch)
+            && block.settings[switch] == 1.0
+            && !block.named("PV_PER").is_some_and(|row| has(self, row))
+        {
+            remarks.push(format!(
+                "{} is TRUE, and the recording has the process value at {}: it is replayed with FALSE.",
+                block.table.variables[switch].name, block.table.variables[terminal].name
+            ));
+            self.inputs.push(self.constant(block, switch, 0.0));
+        }
+        if let Some((switch, manual)) = &block.roles.manual
+            && let (Some(switch), Some(manual)) = (block.table.find(switch), block.table.find(manual))
+            && !has(self, manual)
+            && self.inputs.iter().any(|input| input.row == switch && input.values.contains(&1.0))
+            && let Some(output) = block.manipulated(self)
+        {
+            let (name, from) = (&block.table.variables[manual].name, &self.outputs[output].name);
+            remarks.push(format!("The recording has no {name}: in manual it is the recorded {from}."));
+            let mut signal = self.constant(block, manual, 0.0);
+            let mut before = block.settings[manual];
+            signal.values.clone_from(&self.outputs[output].values);
+            for value in &mut signal.values {
+                if value.is_nan() {
+                    *value = before;
+                }
+                before = *value;
+            }
+            signal.written = self.outputs[output].written.clone();
+            self.inputs.push(signal);
+        }
+        let terminal = block.row(block.roles.process_value.as_ref());
+        for row in [block.row(block.roles.setpoint.as_ref()), terminal].into_iter().flatten() {
+            let is_other_way = Some(row) == terminal && block.named("PV_PER").is_some_and(|row| has(self, row));
+            if !has(self, row) && !is_other_way {
+                let name = &block.table.variables[row].name;
+                remarks.push(format!("The recording has no {name}: it is {} all the time.", block.settings[row]));
+            }
+        }
+    }
+
+    fn constant(&self, block: &Block, row: usize, value: f64) -> Signal {
+        let variable = &block.table.variables[row];
+        Signal {
+            row,
+            name: variable.name.clone(),
+            kind: variable.kind,
+            unit: None,
+            values: vec![value; self.rows],
+            is_boolean: variable.kind == Kind::Bool,
+            is_tunable: true,
+            is_measured: false,
+            written: Column { is_boolean: true, ..Column::default() },
+            scale: 1.0,
+        }
+    }
+
+    fn find_times(&mut self, block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<String>) -> Result<()> {
+        let recorded = self.inputs.iter().find(|input| input.row == block.table.cycle).map(|input| input.values[0]);
+        let cycle = recorded.unwrap_or(block.settings[block.table.cycle]);
+        let Some(time) = time else {
+            self.times = (0..self.rows).map(|row| row as f64 * cycle).collect();
+            remarks.push("The recording has no time: each row is a call.".into());
+            return Ok(());
+        };
+        let times = csv.times(time)?;
+        let step = |times: &[f64]| {
+            let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let middle = steps.len() / 2;
+            if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
+        };
+        self.times = times.seconds;
+        if !times.is_unit_known {
+            // The cycle tells seconds from milliseconds.
+            let values = &csv.columns[time].values;
+            let far = |scale: f64| (step(values) * scale / cycle).log10().abs();
+            let (scale, unit) = if far(1e-3) < far(1.0) { (1000.0, "milliseconds") } else { (1.0, "seconds") };
+            self.times = values.iter().map(|value| value / scale).collect();
+            if scale != 1.0 {
+                remarks.push(format!("The column {} is taken as {unit}.", csv.columns[time].name));
+            }
+        }
+        let spacing = step(&self.times);
+        if spacing > 0.0 {
+            self.spacing = Some(spacing);
+            if (spacing / cycle - 1.0).abs() > 0.02 {
+                remarks.push(format!(
+                    "Most rows are {} s apart, and the block is called every {} s: each row counts as one call.",
+                    short(spacing),
+                    short(cycle)
+                ));
+            }
+            let gap = self.times.windows(2).position(|pair| pair[1] - pair[0] > 1.6 * spacing);
+            if let Some(row) = gap {
+                let gaps = self.times.windows(2).filter(|pair| pair[1] - pair[0] > 1.6 * spacing).count();
+                remarks.push(format!(
+                    "{gaps} {} longer than the others, the first after line {} ({} s): rows are missing, or calls.",
+                    if gaps == 1 { "step of the time is" } else { "steps of the time are" },
+                    self.lines[row],
+                    short(self.times[row])
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn found(csv: &Csv, name: &str) -> Result<usize> {
+    csv.column(name)?;
+    csv.find(name).context("the column is there")
+}
+
+/// The pairs of column and variable by their names.
+fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<String>) -> Vec<(usize, usize)> {
+    let mut pairs: Vec<(usize, usize)> = Vec::new();
+    let mut left = Vec::new();
+    for (column, of) in csv.columns.iter().enumerate().filter(|(column, _)| Some(*column) != time) {
+        match variable(block, &of.name) {
+            Some(row) if pairs.iter().any(|(_, other)| *other == row) => {
+                remarks.push(format!(
+                    "{} is there twice; the column {} is not used.",
+                    block.table.variables[row].name, of.name
+                ));
+            }
+            Some(row) => pairs.push((column, row)),
+            None => left.push(column),
+        }
+    }
+    let roles = block.roles;
+    let manual = roles.manual.as_ref().map(|(switch, _)| switch.clone());
+    let by_role: [(&Option<String>, &[&str]); 4] = [
+        (&roles.setpoint, &SETPOINTS),
+        (&roles.process_value, &PROCESS_VALUES),
+        (&roles.manipulated_value, &MANIPULATED_VALUES),
+        (&manual, &MANUAL),
+    ];
+    for (role, names) in by_role {
+        let Some(row) = block.row(role.as_ref()).filter(|row| !pairs.iter().any(|(_, other)| other == row)) else {
+            continue;
+        };
+        // The process value may be an output of that name too; what a recorder calls PV is what the block was given.
+        let is_called = |column: usize| names.contains(&short_name(&csv.columns[column].name).as_str());
+        let shown = block.row(roles.shown_process_value.as_ref());
+        let is_shown = |column: usize| {
+            *role == roles.process_value && pairs.iter().any(|pair| Some(pair.1) == shown && pair.0 == column)
+        };
+        let mut candidates = (0..csv.columns.len()).filter(|column| Some(*column) != time);
+        let candidate = candidates.find(|column| left.contains(column) && is_called(*column) || is_shown(*column));
+        // A word of the periphery in the file takes precedence over the number.
+        let has_word = *role == roles.process_value
+            && block.named("PV_PER").is_some_and(|row| pairs.iter().any(|(_, other)| *other == row));
+        if let Some(column) = candidate.filter(|_| !has_word) {
+            left.retain(|other| *other != column);
+            // What is set cannot be compared with itself.
+            pairs.retain(|(other, _)| *other != column);
+            pairs.push((column, row));
+        }
+    }
+    let unused: Vec<_> = left.iter().map(|column| csv.columns[*column].name.as_str()).collect();
+    if !unused.is_empty() {
+        let list = unused.iter().take(8).copied().collect::<Vec<_>>().join(", ");
+        let more = if unused.len() > 8 { format!(" and {} more", unused.len() - 8) } else { String::new() };
+        let are = if unused.len() == 1 { "is" } else { "are" };
+        remarks.push(format!("{list}{more} {are} no variable of {} and not used.", block.table.name));
+    }
+    pairs
+}
+
+/// The variable that a column names.
+fn variable(block: &Block, column: &str) -> Option<usize> {
+    let rows = &block.table.variables;
+    let of = |name: &str| rows.iter().position(|row| row.name.eq_ignore_ascii_case(name));
+    let plain = |name: &str| {
+        let lower = name.to_lowercase();
+        let prefix = ["in_", "out_"].iter().find(|prefix| lower.starts_with(**prefix)).map_or(0, |prefix| prefix.len());
+        of(name).or_else(|| of(&name[prefix..]))
+    };
+    if let Some(row) = ends(column).find_map(plain) {
+        return Some(row);
+    }
+    // `TIC101_LMN` where the loop is called TIC101.
+    let loop_name = block.name();
+    let last = ends(column).last()?;
+    let prefix = last.get(..loop_name.len()).filter(|prefix| prefix.eq_ignore_ascii_case(loop_name))?;
+    of(last[prefix.len()..].trim_start_matches(['_', '-', ' ', '.']))
+}
+
+/// Whether the columns of TIME are in seconds or in milliseconds, as far as they have no unit: what is nearer to the settings of
+/// the loop.
+fn time_scale(block: &Block, csv: &Csv, pairs: &[(usize, usize)]) -> f64 {
+    let (mut seconds, mut milliseconds) = (0.0, 0.0);
+    for (column, row) in pairs {
+        let (of, own) = (&csv.columns[*column], block.settings[*row]);
+        let value = of.values.iter().copied().find(|value| *value > 0.0);
+        if block.table.variables[*row].kind == Kind::Time
+            && of.unit.is_none()
+            && own > 0.0
+            && let Some(value) = value
+        {
+            seconds += (value / own).log10().abs();
+            milliseconds += (value / 1000.0 / own).log10().abs();
+            // The type has no fractions of a millisecond.
+            if of.values.iter().any(|value| value.fract() != 0.0) {
+                milliseconds += 100.0;
+            }
+        }
+    }
+    if milliseconds < seconds { 1e-3 } else { 1.0 }
+}

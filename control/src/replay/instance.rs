@@ -1,0 +1,329 @@
+//! A block that makes the calls of a recording.
+
+use super::columns::Recording;
+use anyhow::{Context, Result, bail};
+use blocks::Role;
+use blocks::table::number::to_value;
+use modeldescription::Table;
+use run::component::{Component, Type};
+use run::dialog::Roles;
+use run::fmus::Fmus;
+use run::fmus::Member;
+use run::fmus::{number_of, start};
+use run::plan::{kind, near};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// The block of a loop with its settings.
+pub(super) struct Block<'a> {
+    home: &'a dyn Fmus,
+    fmu: &'a str,
+    name: &'a str,
+    pub(super) table: Arc<Table>,
+    pub(super) roles: &'a Roles,
+    /// How each variable of the table is read and written.
+    variables: Vec<(Type, u32)>,
+    /// The value that each variable of the table has at the start: that of the loop, else that of a new instance.
+    pub(super) settings: Vec<f64>,
+    /// Which of them the loop has.
+    given: Vec<usize>,
+}
+
+/// How the block gets to the first row.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Beginning {
+    /// The first row is the restart.
+    #[default]
+    Restart,
+    /// The first row is the first call after the restart.
+    Fresh,
+    /// In manual, with the recorded manipulated value; the first row is the last call in manual.
+    Held,
+}
+
+/// What is done otherwise than the file says.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Variant {
+    /// The values of variables, by their rows in the table.
+    pub(super) values: BTreeMap<usize, f64>,
+    pub(super) beginning: Beginning,
+    /// The rows in which the block is not called.
+    pub(super) skipped: BTreeSet<usize>,
+    /// The rows before which there is one more call.
+    pub(super) doubled: BTreeSet<usize>,
+    /// More calls for each row than one.
+    pub(super) more_calls: usize,
+}
+
+impl<'a> Block<'a> {
+    pub(super) fn of(home: &'a dyn Fmus, of: &'a Member, roles: &'a Roles) -> Result<Block<'a>> {
+        let table = home.table(&of.fmu)?.with_context(|| format!("{} has no table", of.fmu))?;
+        let description = home.description(&of.fmu)?;
+        let mut variables = Vec::with_capacity(table.variables.len());
+        let mut settings = Vec::with_capacity(table.variables.len());
+        for row in &table.variables {
+            let missing = || format!("{} does not describe its variable {}", of.fmu, row.name);
+            let variable = description.variable(&row.name).with_context(missing)?;
+            variables.push((kind(&variable.typed).with_context(missing)?, variable.value_reference));
+            settings.push(start(&description, &row.name).unwrap_or(row.start));
+        }
+        let mut given = Vec::new();
+        for (name, value) in &of.values {
+            let Some(row) = table.find(name).filter(|row| table.variables[*row].role.is_settable()) else {
+                let names = table.variables.iter().filter(|row| row.role.is_settable()).map(|row| row.name.as_str());
+                let hint = near(name, names).map_or_else(String::new, |near| format!("; did you mean {near}?"));
+                bail!("{}: {} has no setting {name}{hint}", of.name, of.fmu);
+            };
+            settings[row] = number_of(*value);
+            to_value(settings[row], table.variables[row].kind)
+                .map_err(|range| anyhow::anyhow!("{}: {name} = {:?}: {range}", of.name, settings[row]))?;
+            given.push(row);
+        }
+        Ok(Block { home, fmu: &of.fmu, name: &of.name, table, roles, variables, settings, given })
+    }
+
+    /// The loop's name.
+    pub(super) fn name(&self) -> &str {
+        self.name
+    }
+
+    /// The row of the variable whose name is this, or ends with a point and this.
+    pub(super) fn named(&self, name: &str) -> Option<usize> {
+        let ends = |full: &str| full.rsplit('.').next() == Some(name);
+        self.table.find(name).or_else(|| self.table.variables.iter().position(|row| ends(&row.name)))
+    }
+
+    /// The row of a variable of a role.
+    pub(super) fn row(&self, name: Option<&String>) -> Option<usize> {
+        name.and_then(|name| self.table.find(name))
+    }
+
+    /// Switch to manual and manual value.
+    fn manual(&self) -> Option<(usize, usize)> {
+        let (switch, value) = self.roles.manual.as_ref()?;
+        Some((self.table.find(switch)?, self.table.find(value)?))
+    }
+
+    /// Whether the block is in manual mode in all rows.
+    pub(super) fn is_always_manual(&self, recording: &Recording) -> bool {
+        let Some((switch, _)) = self.manual() else { return false };
+        let recorded = recording.inputs.iter().find(|input| input.row == switch);
+        recorded.map_or(self.settings[switch] == 1.0, |input| input.values.iter().all(|value| *value == 1.0))
+    }
+
+    /// Whether the block can be brought to a manipulated value in manual.
+    pub(super) fn can_be_held(&self, recording: &Recording) -> bool {
+        let output = self.manipulated(recording);
+        self.manual().is_some() && output.is_some_and(|output| recording.outputs[output].values[0].is_finite())
+    }
+
+    /// The recorded manipulated value, among the outputs.
+    pub(super) fn manipulated(&self, recording: &Recording) -> Option<usize> {
+        let row = self.row(self.roles.manipulated_value.as_ref())?;
+        recording.outputs.iter().position(|output| output.row == row)
+    }
+
+    fn is_input(&self, row: usize) -> bool {
+        self.table.variables[row].role == Role::Input
+    }
+
+    /// Makes the calls of the first rows and gives what each output computes. `jitter` moves the measured values by what
+    /// their last digit leaves open, in one of many ways.
+    pub(super) fn simulate(
+        &self,
+        recording: &Recording,
+        variant: &Variant,
+        rows: usize,
+        jitter: Option<u64>,
+    ) -> Result<Vec<Vec<f64>>> {
+        let component = self.home.instantiate(self.fmu, self.name)?;
+        let cycle = variant.values.get(&self.table.cycle).copied();
+        let recorded = recording.inputs.iter().find(|input| input.row == self.table.cycle).map(|input| input.values[0]);
+        let cycle = cycle.or(recorded).unwrap_or(self.settings[self.table.cycle]);
+        let mut calls = Calls { block: self, component, cycle, calls: 0, last: vec![f64::NAN; self.variables.len()] };
+        let input = |input: usize, row: usize| {
+            let of = &recording.inputs[input];
+            let value = of.values[row];
+            match jitter {
+                Some(seed) if of.is_measured => value + of.resolution(value) * sign(seed, row, input),
+                _ => value,
+            }
+        };
+        calls.initialize(recording, variant, |number| input(number, 0))?;
+        let outputs: Vec<usize> = recording.outputs.iter().map(|output| output.row).collect();
+        let mut computed: Vec<Vec<f64>> = outputs.iter().map(|_| Vec::with_capacity(rows)).collect();
+        let mut now = vec![0.0; outputs.len()];
+        let groups = self.groups(&outputs);
+        for row in 0..rows {
+            let is_called = match variant.beginning {
+                Beginning::Restart => row > 0,
+                Beginning::Fresh => true,
+                Beginning::Held if row == 0 => {
+                    let target = recording.outputs[self.manipulated(recording).unwrap_or_default()].values[0];
+                    calls.hold(recording, target)?;
+                    false
+                }
+                Beginning::Held => {
+                    if row == 1 {
+                        calls.release(recording, variant)?;
+                    }
+                    true
+                }
+            };
+            if is_called && !variant.skipped.contains(&row) {
+                let context = || format!("line {} of the recording", recording.lines[row]);
+                if row > 0 && variant.doubled.contains(&row) {
+                    // Nobody has written what was measured then: something between the rows.
+                    for (number, of) in recording.inputs.iter().enumerate().filter(|(_, of)| of.is_measured) {
+                        let share = jitter.map_or(0.5, |seed| 0.5 + 0.5 * sign(seed, row, number));
+                        let (before, after) = (input(number, row - 1), input(number, row));
+                        if !variant.values.contains_key(&of.row) {
+                            calls.set(of.row, before + share * (after - before)).with_context(context)?;
+                        }
+                    }
+                    calls.step().with_context(context)?;
+                }
+                for (number, of) in recording.inputs.iter().enumerate() {
+                    if of.is_tunable && !variant.values.contains_key(&of.row) {
+                        calls.set(of.row, input(number, row)).with_context(context)?;
+                    }
+                }
+                for _ in 0..=variant.more_calls {
+                    calls.step().with_context(context)?;
+                }
+            }
+            calls.read(&groups, &mut now)?;
+            for (all, now) in computed.iter_mut().zip(&now) {
+                all.push(*now);
+            }
+        }
+        Ok(computed)
+    }
+
+    /// The references of each type, with their places.
+    fn groups(&self, rows: &[usize]) -> Vec<(Type, Vec<u32>, Vec<usize>)> {
+        let group = |kind: Type| {
+            let places: Vec<usize> = (0..rows.len()).filter(|place| self.variables[rows[*place]].0 == kind).collect();
+            let references = places.iter().map(|place| self.variables[rows[*place]].1).collect();
+            (kind, references, places)
+        };
+        Type::ALL.map(group).into_iter().filter(|(_, _, places)| !places.is_empty()).collect()
+    }
+}
+
+/// An instance at work.
+struct Calls<'b, 'a> {
+    block: &'b Block<'a>,
+    component: Box<dyn Component>,
+    /// In seconds.
+    cycle: f64,
+    /// How many calls were made.
+    calls: usize,
+    /// What each variable of the table was set to last.
+    last: Vec<f64>,
+}
+
+impl Calls<'_, '_> {
+    /// Up to the restart, with the values of the first row.
+    fn initialize(&mut self, recording: &Recording, variant: &Variant, first: impl Fn(usize) -> f64) -> Result<()> {
+        let mut values: BTreeMap<usize, f64> =
+            self.block.given.iter().map(|row| (*row, self.block.settings[*row])).collect();
+        values.extend(recording.inputs.iter().enumerate().map(|(number, of)| (of.row, first(number))));
+        values.extend(&variant.values);
+        self.component.setup(0.0, None)?;
+        for (row, value) in values.iter().filter(|(row, _)| !self.block.is_input(**row)) {
+            self.set(*row, *value)?;
+        }
+        self.component.enter_initialization()?;
+        for (row, value) in values.iter().filter(|(row, _)| self.block.is_input(**row)) {
+            self.set(*row, *value)?;
+        }
+        self.component.exit_initialization()
+    }
+
+    fn set(&mut self, row: usize, value: f64) -> Result<()> {
+        if self.last[row].to_bits() == value.to_bits() {
+            return Ok(());
+        }
+        let (kind, reference) = self.block.variables[row];
+        let of = &self.block.table.variables[row];
+        self.component.write(kind, &[reference], &[value]).with_context(|| format!("{} = {value:?}", of.name))?;
+        self.last[row] = value;
+        Ok(())
+    }
+
+    fn step(&mut self) -> Result<()> {
+        self.component.step(self.calls as f64 * self.cycle, self.cycle)?;
+        self.calls += 1;
+        Ok(())
+    }
+
+    fn read(&mut self, groups: &[(Type, Vec<u32>, Vec<usize>)], values: &mut [f64]) -> Result<()> {
+        let mut room = vec![0.0; values.len()];
+        for (kind, references, places) in groups {
+            self.component.read(*kind, references, &mut room[..references.len()])?;
+            for (place, value) in places.iter().zip(&room) {
+                values[*place] = *value;
+            }
+        }
+        Ok(())
+    }
+
+    /// Brings the manipulated value to `target` in manual. It depends on the manual value by a straight line.
+    fn hold(&mut self, recording: &Recording, target: f64) -> Result<()> {
+        let Some((switch, manual)) = self.block.manual() else { return Ok(()) };
+        let recorded = |row: usize| recording.inputs.iter().find(|of| of.row == row).map(|of| of.values[0]);
+        if recorded(switch) == Some(1.0) && recorded(manual).is_some() {
+            // What the block remembers of earlier calls is settled after some.
+            for _ in 0..4 {
+                self.step()?;
+            }
+            return Ok(());
+        }
+        let output = self.block.row(self.block.roles.manipulated_value.as_ref()).unwrap_or_default();
+        let (kind, reference) = self.block.variables[output];
+        self.set(switch, 1.0)?;
+        let at = |calls: &mut Self, value: f64| -> Result<f64> {
+            calls.set(manual, value)?;
+            calls.step()?;
+            let mut now = [0.0];
+            calls.component.read(kind, &[reference], &mut now)?;
+            Ok(now[0])
+        };
+        let first = at(self, target)?;
+        let mut best = target;
+        if first as f32 != target as f32 {
+            let step = if target.abs() > 1.0 { -target.signum() } else { 1.0 };
+            let second = at(self, target + step)?;
+            let slope = (second - first) / step;
+            if slope != 0.0 && slope.is_finite() {
+                best = target + (target - first) / slope;
+            }
+        }
+        for _ in 0..4 {
+            at(self, best)?;
+        }
+        Ok(())
+    }
+
+    /// Back to what the settings say of manual mode; what the file has of it is set with the row.
+    fn release(&mut self, recording: &Recording, variant: &Variant) -> Result<()> {
+        let Some((switch, manual)) = self.block.manual() else { return Ok(()) };
+        for row in [switch, manual] {
+            if !recording.inputs.iter().any(|of| of.row == row) {
+                let value = variant.values.get(&row).copied().unwrap_or(self.block.settings[row]);
+                self.set(row, value)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// 1 or -1, without a pattern.
+fn sign(seed: u64, row: usize, input: usize) -> f64 {
+    let mut bits =
+        seed ^ (row as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (input as u64).wrapping_mul(0xD1B5_4A32_D192_ED03);
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    if (bits ^ (bits >> 31)) & 1 == 0 { 1.0 } else { -1.0 }
+}

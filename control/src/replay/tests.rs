@@ -1,0 +1,253 @@
+use super::*;
+use run::system::Value;
+use run::test_home::TestHome;
+use std::fmt::Write;
+
+/// SP, PV and OUT of the test's PI controller with GAIN 2, TI 20 s and CYCLE 0.5 s, computed here: `(time, sp, pv, out)`.
+fn recorded(calls: usize) -> Vec<(f64, f32, f32, f32)> {
+    let mut integral = 0.0f32;
+    let row = |call: usize| {
+        let (sp, pv) = (if call < 4 { 10.0f32 } else { 30.0 }, 0.25 * (call % 7) as f32);
+        let e = sp - pv;
+        integral += e * (0.5f32 / 20.0) * 2.0;
+        (call as f64 * 0.5, sp, pv, (2.0 * e + integral).clamp(0.0, 100.0))
+    };
+    (0..calls).map(row).collect()
+}
+
+fn text(header: &str, rows: &[(f64, f32, f32, f32)]) -> String {
+    let mut text = format!("{header}\n");
+    for (time, sp, pv, out) in rows {
+        writeln!(text, "{time},{sp},{pv},{out}").unwrap();
+    }
+    text
+}
+
+fn member(values: &[(&str, f64)]) -> Member {
+    let value = |(name, value): &(&str, f64)| (name.to_string(), Value::Number(*value));
+    Member { name: "TIC101".into(), fmu: "PID".into(), values: values.iter().map(value).collect() }
+}
+
+fn request(text: String) -> Request {
+    Request { controller: member(&[]), text, columns: Vec::new(), tolerance: None, try_suspects: true }
+}
+
+fn run(request: &Request) -> Replayed {
+    replay(&TestHome::default(), request).unwrap_or_else(|error| panic!("{error:#}"))
+}
+
+fn error(request: &Request) -> String {
+    format!("{:#}", replay(&TestHome::default(), request).unwrap_err())
+}
+
+fn says(replayed: &Replayed, words: &str) -> bool {
+    replayed.remarks.iter().any(|remark| remark.contains(words))
+}
+
+#[test]
+fn columns_are_found_by_names_in_any_case_with_prefixes_and_by_roles() {
+    let rows = recorded(30);
+    for header in [
+        "time,SP,PV,OUT",
+        "t [s],sp,pv_in,out",
+        "Zeit,Sollwert,Istwert,LMN",
+        "time,TIC101.SP,TIC101.PV_IN,TIC101.OUT",
+        "time,\"PLC_1/TIC101.in_SP\",PLC_1/TIC101.in_PV_IN,PLC_1/TIC101.out_OUT",
+        "time,TIC101_SP,tic101_pv,TIC101_OUT",
+        "time,SP [degC],PV [degC],OUT [%]",
+    ] {
+        let replayed = run(&request(text(header, &rows)));
+        assert!(
+            replayed.verdict.contains("equal from the first call on, bit for bit in all 30 calls"),
+            "{header}: {replayed:?}"
+        );
+        let variables: Vec<_> = replayed.columns.iter().map(|(_, variable)| variable.as_str()).collect();
+        assert!(["SP", "PV_IN", "OUT"].iter().all(|name| variables.contains(name)), "{header}: {variables:?}");
+        assert_eq!(replayed.outputs.len(), 1, "what is set is not compared with itself");
+        assert_eq!(replayed.outputs[0].recorded.len(), 30);
+    }
+}
+
+#[test]
+fn a_recording_that_says_nothing_about_the_settings_is_not_taken_for_a_proof() {
+    let manual = run(&request("time,SP,PV,MAN_ON,OUT\n0,10,0,1,30\n0.5,10,1,1,30\n1,10,2,1,30\n".into()));
+    assert!(!manual.is_conclusive);
+    let expected =
+        "But all calls are in manual mode: the recording says nothing about GAIN, TI. Replay one in automatic mode.";
+    assert!(manual.verdict.contains("bit for bit") && manual.verdict.ends_with(expected), "{}", manual.verdict);
+
+    let no_output = run(&request("time,SP,PV_IN,PV\n0,10,1,1\n0.5,10,2,2\n1,10,3,3\n".into()));
+    assert!(!no_output.is_conclusive);
+    let expected = "But the recording has no OUT or UP or DOWN: it says nothing about GAIN, TI. Record it too.";
+    assert!(no_output.verdict.ends_with(expected), "{}", no_output.verdict);
+
+    let automatic = run(&request(text("time,SP,PV,OUT", &recorded(30))));
+    assert!(automatic.is_conclusive && automatic.verdict.ends_with("in all 30 calls."), "{}", automatic.verdict);
+}
+
+#[test]
+fn the_user_may_choose_the_columns() {
+    let rows = recorded(20);
+    let mut request = request(text("a,b,c,d", &rows));
+    let message = error(&request);
+    assert!(message.contains("none of the columns (a, b, c, d) is an output of PID (OUT"), "{message}");
+    let pair = |column: &str, variable: &str| (column.to_string(), variable.to_string());
+    request.columns = vec![pair("a", "time"), pair("b", "SP"), pair("c", "PV_IN"), pair("d", "OUT")];
+    let replayed = run(&request);
+    assert!(replayed.verdict.contains("bit for bit"), "{replayed:?}");
+    assert_eq!(replayed.outputs[0].times[3], 1.5);
+    request.columns[1].1 = "SQ".into();
+    assert!(error(&request).contains("PID has no variable SQ; did you mean SP?"));
+    request.columns[1] = pair("x", "SP");
+    assert!(error(&request).contains("the file has no column x"));
+}
+
+#[test]
+fn a_difference_is_told_with_call_time_and_size() {
+    let mut rows = recorded(40);
+    rows[12].3 += 1.5;
+    let replayed = run(&request(text("time,SP,PV,OUT", &rows)));
+    let out = &replayed.outputs[0];
+    assert_eq!((out.first, out.different), (Some((12, 6.0)), 1));
+    assert!((out.largest - 1.5).abs() < 1e-5);
+    assert!(
+        replayed.verdict.starts_with("OUT differs from call 12 (6 s) on, by up to 1.5 % (1 of 40 calls)"),
+        "{}",
+        replayed.verdict
+    );
+}
+
+#[test]
+fn the_tolerance_of_the_user_is_all_that_is_allowed() {
+    let mut rows = recorded(40);
+    rows[12].3 += 1.5;
+    let mut request = request(text("time,SP,PV,OUT", &rows));
+    request.tolerance = Some(1.6);
+    assert!(run(&request).verdict.contains("within the tolerance of 1.6"), "{}", run(&request).verdict);
+    request.tolerance = Some(1.4);
+    assert!(run(&request).verdict.starts_with("OUT differs"));
+    request.tolerance = Some(f64::NAN);
+    assert!(error(&request).contains("the tolerance is NaN"));
+}
+
+#[test]
+fn a_rounded_output_is_compared_to_half_of_its_last_digit() {
+    let rows = recorded(40);
+    let mut text = String::from("time;SP;PV;OUT\n");
+    for (time, sp, pv, out) in &rows {
+        writeln!(text, "{time:.1};{sp:.1};{pv:.2};{out:.1}").unwrap();
+    }
+    let mut request = request(text.replace('.', ","));
+    let replayed = run(&request);
+    assert!(replayed.verdict.contains("within what the digits of the recording leave open"), "{}", replayed.verdict);
+    // A difference of a whole last digit is one.
+    request.text = request.text.replacen("OUT\n0,0;10,0;0,00;20,5", "OUT\n0,0;10,0;0,00;20,7", 1);
+    assert!(request.text.contains("20,7"), "{}", request.text);
+    assert_eq!(run(&request).outputs[0].first.map(|first| first.0), Some(0));
+}
+
+#[test]
+fn times_of_the_block_may_be_in_milliseconds() {
+    let mut text = String::from("time,SP,PV,OUT,TI,CYCLE\n");
+    for (time, sp, pv, out) in recorded(20) {
+        writeln!(text, "{},{sp},{pv},{out},20000,500", time * 1000.0).unwrap();
+    }
+    let replayed = run(&request(text.clone()));
+    assert!(replayed.verdict.contains("bit for bit"), "{replayed:?}");
+    assert_eq!(replayed.outputs[0].times[2], 1.0);
+    // Of the loop and the recording, the recording counts, and the user is told.
+    let mut other = request(text);
+    other.controller = member(&[("TI", 30.0)]);
+    let replayed = run(&other);
+    assert!(replayed.verdict.contains("bit for bit"), "{replayed:?}");
+    assert!(says(&replayed, "TI is 20 in the recording and 30 in the loop"), "{:?}", replayed.remarks);
+}
+
+#[test]
+fn a_wrong_setting_is_named_and_its_value_given() {
+    let rows = recorded(60);
+    let mut request = request(text("time,SP,PV,OUT", &rows));
+    request.controller = member(&[("TI", 1200.0)]);
+    let replayed = run(&request);
+    assert_eq!(replayed.suspects[0].text, "TI is 20 s instead of 1200 s: seconds, not minutes.");
+    assert_eq!(replayed.suspects[0].values, Values::from([("TI".to_string(), Value::Number(20.0))]));
+    assert!(replayed.suspects[0].fits && replayed.suspects[0].different == 0);
+    assert!(
+        replayed.verdict.contains("nothing differs any more when TI is 20 s instead of 1200 s"),
+        "{}",
+        replayed.verdict
+    );
+    request.try_suspects = false;
+    assert!(run(&request).suspects.is_empty());
+}
+
+#[test]
+fn what_no_suspect_explains_is_said() {
+    let mut rows = recorded(60);
+    for (number, row) in rows.iter_mut().enumerate() {
+        row.3 = (number * number % 97) as f32;
+    }
+    let replayed = run(&request(text("time,SP,PV,OUT", &rows)));
+    assert!(replayed.suspects.iter().all(|suspect| !suspect.fits));
+    assert!(replayed.verdict.contains("none of the usual suspects"), "{}", replayed.verdict);
+}
+
+#[test]
+fn missing_values_are_held_and_not_compared() {
+    let mut text = String::from("time,SP,PV,OUT\n");
+    for (number, (time, sp, pv, out)) in recorded(40).into_iter().enumerate() {
+        let sp = if number % 3 == 1 && number != 4 { String::new() } else { sp.to_string() };
+        let out = if number == 20 { "NaN".into() } else { out.to_string() };
+        writeln!(text, "{time},{sp},{pv},{out}").unwrap();
+    }
+    assert!(run(&request(text)).verdict.contains("bit for bit"));
+}
+
+#[test]
+fn what_the_recording_lacks_is_said() {
+    let rows = recorded(20);
+    let replayed = run(&request(text("x,SP,quality,OUT", &rows)));
+    assert!(says(&replayed, "The recording has no PV_IN: it is 0 all the time."), "{:?}", replayed.remarks);
+    assert!(says(&replayed, "x, quality are no variable of PID"), "{:?}", replayed.remarks);
+    assert!(says(&replayed, "The recording has no time: each row is a call."), "{:?}", replayed.remarks);
+    let slow: Vec<_> = rows.iter().map(|row| (row.0 * 20.0, row.1, row.2, row.3)).collect();
+    let replayed = run(&request(text("time [s],SP,PV,OUT", &slow)));
+    assert!(says(&replayed, "Most rows are 10 s apart, and the block is called every 0.5 s"), "{:?}", replayed.remarks);
+}
+
+#[test]
+fn values_that_the_block_does_not_take_are_refused_with_their_line() {
+    let mut rows = recorded(5);
+    rows[2].1 = f32::INFINITY;
+    let message = error(&request(text("time,SP,PV,OUT", &rows)));
+    assert!(message.starts_with("line 4, column SP: inf is no value of SP"), "{message}");
+    let message = error(&request("time,MAN_ON,OUT\n0,1,1\n1,2,1\n".into()));
+    assert!(message.starts_with("line 3, column MAN_ON: 2.0 is no value of MAN_ON"), "{message}");
+    assert!(error(&request("time,OUT\n0,1\n1,1\n".into())).contains("is an input of PID"));
+    let mut request = request("time,SP,OUT\n0,1,1\n".into());
+    request.controller = member(&[("GIAN", 1.0)]);
+    assert!(error(&request).contains("no setting GIAN; did you mean GAIN?"));
+    request.controller.fmu = "FOREIGN".into();
+    assert!(error(&request).contains("foreign") || error(&request).contains("no FMU"));
+}
+
+#[test]
+fn a_long_recording_is_thinned_for_drawing_and_keeps_its_first_difference() {
+    let mut rows = recorded(30_000);
+    rows[17_777].3 += 0.5;
+    let mut request = request(text("time,SP,PV,OUT", &rows));
+    request.try_suspects = false;
+    let out = &run(&request).outputs[0];
+    assert!(out.times.len() <= MOST_POINTS && out.times.len() > MOST_POINTS / 4);
+    assert_eq!(out.first, Some((17_777, 8888.5)));
+    assert!(out.times.contains(&8888.5));
+}
+
+#[test]
+fn two_rows_and_one_row_are_enough() {
+    for calls in [1, 2] {
+        let replayed = run(&request(text("time,SP,PV,OUT", &recorded(calls))));
+        assert_eq!(replayed.calls, calls);
+        assert!(replayed.verdict.contains("equal"), "{}", replayed.verdict);
+    }
+}

@@ -1,0 +1,487 @@
+//! Settings of a controller for a plant's model, by the known rules, and what they lead to.
+//!
+//! The [`rules`] know a plant with gain, lag and dead time. Here their result takes the form of a block:
+//!
+//! - The dead time that they get is the plant's, and half a CYCLE for the hold of the manipulated value, and half a period of the
+//!   pulse former if there is one. For a block that runs its controller in each n-th call, n calls are the period.
+//! - GAIN is divided by the factor that the block applies to its manipulated value inside (LMN_FAC), which is measured in manual
+//!   mode. The model's gain has all the other factors in it, see [`Model`].
+//! - TI, TD and TM_LAG are whole milliseconds, and not below what the block raises them to: half the time between two calls of the
+//!   controller, TD all of it. TM_LAG is a tenth of TD ([`rules::FILTER`]). GAIN has [`DIGITS`] digits.
+//! - The switches of the actions are set for P, PI or PID. A step controller has PI only; the time of its motor is no lag of the
+//!   plant.
+//!
+//! The margins hold for these settings and this dead time.
+
+use crate::identify::Model;
+use crate::margins;
+use crate::predict;
+use crate::rules::{self, Settings};
+use anyhow::{Context, Result, bail};
+use blocks::{Kind, Role};
+use modeldescription::Table;
+use modeldescription::digits::short;
+use run::dialog::{self, Group, Roles};
+use run::fmus::Fmus;
+use run::fmus::{Member, Values};
+use run::system::Value;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// The significant digits of GAIN.
+pub const DIGITS: i32 = 5;
+/// The longest TIME of a PLC, in seconds.
+const LONGEST: f64 = 2_147_483.647;
+/// A loop with a higher Ms is hardly robust.
+const USUAL_SENSITIVITY: f64 = 2.0;
+/// The range of RATIOFAC.
+const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
+
+/// What to tune.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Request {
+    /// The plant.
+    pub model: Model,
+    /// The rule.
+    pub rule: Rule,
+    /// P, PI or PID.
+    pub structure: Structure,
+    /// The controller with its present settings: CYCLE, the normalisation and the pulse former count.
+    pub controller: Member,
+    /// The time constant of the closed loop that SIMC is given, in seconds; the dead time without it.
+    #[serde(default)]
+    pub closed_loop: Option<f64>,
+    /// Ultimate gain and period, for the ultimate rule; computed from the model without it.
+    #[serde(default)]
+    pub ultimate: Option<(f64, f64)>,
+    /// The period of a pulse former behind the controller, in seconds; that of the controller's own one without it.
+    #[serde(default)]
+    pub pulse_period: Option<f64>,
+    /// How long the actuator of a step controller takes from stop to stop, in seconds; the controller's own setting without it.
+    #[serde(default)]
+    pub motor_time: Option<f64>,
+    /// The step of the setpoint that is simulated, in units of the process value; by default the tenth of what the process value
+    /// does over 100 % of the manipulated value, and of an integrating plant as much as moves it by 10 % at first.
+    #[serde(default)]
+    pub setpoint_step: Option<f64>,
+}
+
+/// A rule.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Rule {
+    /// Ziegler and Nichols, from the step answer.
+    ZieglerNicholsStep,
+    /// Ziegler and Nichols, from the ultimate gain.
+    ZieglerNicholsUltimate,
+    /// Chien, Hrones and Reswick, setpoint, 0 %.
+    ChrSetpoint0,
+    /// Chien, Hrones and Reswick, setpoint, 20 %.
+    ChrSetpoint20,
+    /// Chien, Hrones and Reswick, disturbance, 0 %.
+    ChrDisturbance0,
+    /// Chien, Hrones and Reswick, disturbance, 20 %.
+    ChrDisturbance20,
+    /// Skogestad.
+    Simc,
+    /// Astroem and Haegglund.
+    Amigo,
+}
+
+/// Which actions the controller has.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Structure {
+    /// Proportional.
+    P,
+    /// Proportional and integral.
+    Pi,
+    /// Proportional, integral and derivative.
+    Pid,
+}
+
+/// Settings and what they lead to.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Tuned {
+    /// The settings in the block's form, by the block's names, the switches of the structure included.
+    pub values: Values,
+    /// The dead time that was used: the model's, half a cycle, half a pulse period.
+    pub dead_time: f64,
+    /// The largest sensitivity.
+    pub sensitivity: Option<f64>,
+    /// How much more gain the loop takes, as a factor.
+    pub gain_margin: Option<f64>,
+    /// The phase margin in degrees.
+    pub phase_margin: Option<f64>,
+    /// The simulated setpoint step of the real block with the model.
+    pub predicted: Predicted,
+    /// What the user should know, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// A heating and a cooling step.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct RatioRequest {
+    /// The plant with the manipulated value above 0.
+    pub heating: Model,
+    /// The plant with the manipulated value below 0.
+    pub cooling: Model,
+}
+
+/// How a three-step pulse former makes up for heating and cooling of different strength.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Ratio {
+    /// RATIOFAC.
+    pub ratio: f64,
+    /// The model to tune the controller with: the weaker gain, the longer dead time.
+    pub model: Model,
+    /// What the user should know, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// A simulated loop.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+pub struct Predicted {
+    /// In seconds.
+    pub times: Vec<f64>,
+    /// The setpoint.
+    pub setpoint: Vec<f64>,
+    /// The process value.
+    pub process_value: Vec<f64>,
+    /// The manipulated value.
+    pub manipulated_value: Vec<f64>,
+    /// Its overshoot in percent of the step.
+    pub overshoot: Option<f64>,
+    /// When it has settled, in seconds.
+    pub settled: Option<f64>,
+}
+
+/// A block that controls, with its present settings.
+pub struct Controller {
+    /// What it is called in a message.
+    pub member: Member,
+    /// Its table.
+    pub table: Arc<Table>,
+    /// What its variables are.
+    pub roles: Roles,
+    /// Its settings.
+    pub groups: Vec<Group>,
+}
+
+impl Controller {
+    /// The controller of a request.
+    ///
+    /// # Errors
+    /// There is no such FMU, it is not a controller whose settings are known, or it has no setting of this name.
+    pub fn of(home: &dyn Fmus, member: &Member) -> Result<Controller> {
+        let fmu = &member.fmu;
+        let table = home.table(fmu)?.with_context(|| {
+            format!("{fmu} is a foreign FMU: what its settings mean is not known, and it cannot be tuned")
+        })?;
+        Controller::of_table(member, &table)
+    }
+
+    /// The same for an FMU whose table is known.
+    ///
+    /// # Errors
+    /// As in [`Controller::of`].
+    pub fn of_table(member: &Member, table: &Arc<Table>) -> Result<Controller> {
+        let (fmu, table) = (&member.fmu, table.clone());
+        let (roles, groups) = dialog::of(&table)?;
+        if roles.controller.is_empty() {
+            bail!("{fmu} is not a controller with a GAIN: choose the FMU that has GAIN and TI");
+        }
+        if let Some(unknown) = member.values.keys().find(|name| table.find(name).is_none()) {
+            bail!("{fmu} has no variable {unknown}");
+        }
+        let controller = Controller { member: member.clone(), table, roles, groups };
+        let cycle = controller.cycle();
+        if !(0.001..=LONGEST).contains(&cycle) {
+            bail!("the time between two calls is {cycle} s: it has to be a millisecond at least");
+        }
+        Ok(controller)
+    }
+
+    /// The value of a variable: as it is set, else its start value; true is 1.
+    pub fn value(&self, name: &str) -> f64 {
+        let start = || self.table.find(name).map_or(0.0, |row| self.table.variables[row].start);
+        self.member.values.get(name).map_or_else(start, |value| match value {
+            Value::Number(value) => *value,
+            Value::Boolean(value) => f64::from(u8::from(*value)),
+        })
+    }
+
+    /// The PLC type of a variable.
+    pub fn kind(&self, name: &str) -> Option<Kind> {
+        self.table.find(name).map(|row| self.table.variables[row].kind)
+    }
+
+    /// Who sets a variable, and when.
+    pub fn role(&self, name: &str) -> Option<Role> {
+        self.table.find(name).map(|row| self.table.variables[row].role)
+    }
+
+    /// The time between two calls in seconds.
+    pub fn cycle(&self) -> f64 {
+        self.value(self.cycle_setting())
+    }
+
+    /// The setting of the time between two calls.
+    pub fn cycle_setting(&self) -> &str {
+        &self.table.variables[self.table.cycle].name
+    }
+
+    /// Whether it moves an actuator by pulses up and down, and does not know where that is.
+    pub fn is_step_controller(&self) -> bool {
+        self.roles.manipulated_value.is_none() && !self.roles.pulses.is_empty() && self.roles.pulse_former.is_empty()
+    }
+
+    /// The period of its own pulse former in seconds: as a time, or as a number of calls in which the controller is called once.
+    pub fn own_period(&self) -> Option<f64> {
+        let name = self.roles.pulse_former.first().filter(|_| !self.roles.pulses.is_empty())?;
+        let value = self.value(name);
+        Some(if self.kind(name) == Some(Kind::Time) { value } else { value.max(1.0) * self.cycle() })
+    }
+
+    /// The time between two calls of the controller itself.
+    pub fn sampling(&self) -> f64 {
+        let is_count = |name: &&String| self.kind(name) != Some(Kind::Time);
+        let has_count =
+            !self.roles.pulses.is_empty() && self.roles.pulse_former.first().is_some_and(|name| is_count(&name));
+        self.own_period().filter(|_| has_count).unwrap_or_else(|| self.cycle())
+    }
+
+    /// How long the actuator of a step controller takes from stop to stop, in seconds: the TIME in the group of its stops.
+    pub fn motor_time(&self) -> Option<f64> {
+        self.motor_time_setting().map(|name| self.value(name))
+    }
+
+    /// The setting of this time.
+    pub fn motor_time_setting(&self) -> Option<&str> {
+        let is_stop = |name: &str| self.roles.stops().any(|stop| stop == name);
+        let group = self.groups.iter().find(|group| group.fields.iter().any(|field| is_stop(&field.name)))?;
+        let time = group.fields.iter().find(|field| self.kind(&field.name) == Some(Kind::Time))?;
+        Some(&time.name)
+    }
+
+    /// The switch to manual mode of a step controller: two switches, for the pulses up and down, have an effect with it alone.
+    pub fn manual_switch(&self) -> Option<&str> {
+        let is_switch = |name: &str| self.kind(name) == Some(Kind::Bool);
+        let fields = || self.groups.iter().flat_map(|group| &group.fields).filter(|field| is_switch(&field.name));
+        let only = |switch: &str| vec![vec![(switch.to_string(), true)]];
+        let is_manual = |switch: &str| fields().filter(|field| field.used_if == only(switch)).count() == 2;
+        fields().map(|field| field.name.as_str()).find(|name| is_manual(name))
+    }
+
+    /// Refuses a structure that it does not have.
+    fn require(&self, structure: Structure) -> Result<()> {
+        let (fmu, actions) = (&self.member.fmu, self.roles.controller.len());
+        match structure {
+            Structure::P | Structure::Pid if self.is_step_controller() => {
+                bail!("{fmu} is a step controller, which has PI only: take PI")
+            }
+            Structure::Pid if actions < 3 => bail!("{fmu} has no D action: take PI"),
+            Structure::Pi | Structure::Pid if actions < 2 => bail!("{fmu} has no I action: take P"),
+            Structure::P if actions > 1 && self.roles.structure.len() < 2 => {
+                bail!("the I action of {fmu} cannot be switched off: take PI")
+            }
+            Structure::Pi if actions > 2 && self.roles.structure.len() < 3 => {
+                bail!("the D action of {fmu} cannot be switched off: take PID")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Settings by a rule, in the form of the block, with what they lead to.
+///
+/// # Errors
+/// The FMU is not a controller, or the rule has no formula for the plant or the structure; the error names what works.
+pub fn tune(home: &dyn Fmus, request: &Request) -> Result<Tuned> {
+    let controller = Controller::of(home, &request.controller)?;
+    controller.require(request.structure)?;
+    request.model.check()?;
+    for (what, time) in [("pulse period", request.pulse_period), ("motor time", request.motor_time)] {
+        if let Some(time) = time.filter(|time| !(*time >= 0.0 && time.is_finite())) {
+            bail!("the {what} is {time} s: it has to be a number from 0 on");
+        }
+    }
+    let mut remarks = Vec::new();
+    let (cycle, period) = (controller.cycle(), request.pulse_period.or(controller.own_period()).unwrap_or_default());
+    let added = cycle / 2.0 + period / 2.0;
+    let model = Model { dead_time: request.model.dead_time + added, ..request.model };
+    if added > request.model.dead_time {
+        let what = if period > 0.0 { "half of CYCLE and half of the pulses' period" } else { "half of CYCLE" };
+        remarks.push(format!(
+            "The sampling costs more than the plant's dead time: {what} add {added} s to {} s. A shorter one allows more GAIN.",
+            request.model.dead_time
+        ));
+    }
+    remarks.extend(half_rule(request));
+    let ideal = rules::settings(request.rule, request.structure, &model, request.closed_loop, request.ultimate)?;
+    let factor = predict::output_factor(home, &controller)?.unwrap_or(1.0);
+    if factor != 1.0 {
+        remarks.push(format!(
+            "{} multiplies its manipulated value by {} at the end: GAIN is {} times what the rule gives.",
+            controller.member.fmu,
+            short(factor),
+            short(1.0 / factor)
+        ));
+    }
+    let settings = in_form_of(&controller, &Settings { gain: ideal.gain / factor, ..ideal }, &mut remarks)?;
+    let margins = margins::of(&model, &Settings { gain: settings.gain * factor, ..settings });
+    remarks.extend(robustness(&margins));
+    remarks.extend(coarseness(&controller, request));
+    let values = values(&controller, request.structure, &settings);
+    let predicted = match predict::predict(home, &controller, request, &values) {
+        Ok((predicted, told)) => {
+            remarks.extend(told);
+            predicted
+        }
+        Err(error) => {
+            remarks.push(format!("There is no predicted curve: {error:#}."));
+            Predicted::default()
+        }
+    };
+    Ok(Tuned {
+        values,
+        dead_time: model.dead_time,
+        sensitivity: margins.sensitivity,
+        gain_margin: margins.gain_margin,
+        phase_margin: margins.phase_margin,
+        predicted,
+        remarks,
+    })
+}
+
+/// RATIOFAC, by which the negative pulses are as strong as the positive ones: the gain of heating divided by that of cooling.
+///
+/// # Errors
+/// A model is not that of a plant, or one of them integrates and the other does not.
+pub fn ratio(heating: &Model, cooling: &Model) -> Result<Ratio> {
+    heating.check().context("heating")?;
+    cooling.check().context("cooling")?;
+    if heating.is_integrating != cooling.is_integrating {
+        bail!("one of the two plants integrates and the other does not: identify both in the same way");
+    }
+    let ratio = rounded((heating.gain / cooling.gain).abs(), DIGITS);
+    let mut remarks = Vec::new();
+    if !RATIOS.contains(&ratio) {
+        remarks.push(format!(
+            "RATIOFAC = {ratio} is outside {} ... {}: heating and cooling are too different for one controller.",
+            RATIOS.start(),
+            RATIOS.end()
+        ));
+    }
+    let weaker = if ratio > 1.0 { cooling } else { heating };
+    let (slow, fast) = if heating.dead_time >= cooling.dead_time { (heating, cooling) } else { (cooling, heating) };
+    if slow.dead_time > 1.5 * fast.dead_time {
+        remarks.push(format!(
+            "The dead times differ, {} and {} s: the longer one is what the controller has to be tuned for.",
+            heating.dead_time, cooling.dead_time
+        ));
+    }
+    let gain = weaker.gain.abs().copysign(heating.gain);
+    Ok(Ratio { ratio, model: Model { gain, dead_time: slow.dead_time, ..*weaker }, remarks })
+}
+
+/// What is done with a second lag that the rule does not know.
+fn half_rule(request: &Request) -> Option<String> {
+    let knows_two = request.rule == Rule::ZieglerNicholsUltimate
+        || request.rule == Rule::Simc && request.structure == Structure::Pid;
+    if request.model.second_time_constant == 0.0 || knows_two {
+        return None;
+    }
+    let Model { time_constant, dead_time, .. } = request.model.without_second_lag();
+    Some(format!(
+        "{} knows one lag: half of the smaller one counts as time constant and half as dead time, so that T = {time_constant} s and \
+         L = {dead_time} s. The margins are those of both lags.",
+        rules::name(request.rule)
+    ))
+}
+
+/// The settings as the block holds them.
+fn in_form_of(controller: &Controller, ideal: &Settings, remarks: &mut Vec<String>) -> Result<Settings> {
+    let sampling = controller.sampling();
+    let time = |place: usize, time: f64, lowest: f64, remarks: &mut Vec<String>| {
+        let Some(name) = controller.roles.controller.get(place) else { return Ok(time) };
+        if time > LONGEST {
+            bail!("{name} would be {time:.0} s, and the longest TIME is {LONGEST} s: choose a faster closed loop");
+        }
+        let whole = (time * 1000.0).round() / 1000.0;
+        if whole >= lowest {
+            return Ok(whole);
+        }
+        let advice = if place == 2 {
+            ": the D action is slower than the rule wants; PI, or a shorter CYCLE, is better"
+        } else {
+            ""
+        };
+        let bound = if place == 2 { "the time between two calls" } else { "half the time between two calls" };
+        remarks.push(format!(
+            "{name} = {whole} s is below {bound}: the block computes with {lowest} s, which is set{advice}."
+        ));
+        Ok((lowest * 1000.0).ceil() / 1000.0)
+    };
+    let ti = ideal.ti.map(|ti| time(1, ti, sampling / 2.0, remarks)).transpose()?;
+    let td = ideal.td.map(|td| time(2, td, sampling, remarks)).transpose()?;
+    let tm_lag = if td.is_some() { time(3, ideal.tm_lag, sampling / 2.0, remarks)? } else { 0.0 };
+    Ok(Settings { gain: rounded(ideal.gain, DIGITS), ti, td, tm_lag })
+}
+
+fn robustness(margins: &margins::Margins) -> Option<String> {
+    match margins.sensitivity {
+        None => Some("The loop would be unstable with these settings: take another rule.".into()),
+        Some(sensitivity) if sensitivity > USUAL_SENSITIVITY => Some(format!(
+            "Ms = {sensitivity:.2}: the loop overshoots and has little room for a plant that changes; {USUAL_SENSITIVITY} and less is \
+             usual."
+        )),
+        Some(_) => None,
+    }
+}
+
+/// A step controller whose shortest pulse moves the process value through the dead band never rests.
+fn coarseness(controller: &Controller, request: &Request) -> Option<String> {
+    if !controller.is_step_controller() || request.model.is_integrating {
+        return None;
+    }
+    let (pulse, dead_band) = ("PULSE_TM", "DEADB_W");
+    controller.table.find(pulse)?;
+    controller.table.find(dead_band)?;
+    let seconds = controller.value(pulse).max(controller.cycle());
+    let motor_time = request.motor_time.or_else(|| controller.motor_time()).filter(|time| *time > 0.0)?;
+    let moved = (request.model.gain * 100.0 * seconds / motor_time).abs();
+    (controller.value(dead_band) < moved / 2.0).then(|| {
+        format!(
+            "The shortest pulse of {} s moves the process value by {}, and {dead_band} = {} is less than half of it: the loop \
+             will not rest. Shorten {pulse} or CYCLE, or set {dead_band} to {}.",
+            short(seconds),
+            short(moved),
+            short(controller.value(dead_band)),
+            short(rounded(moved / 2.0, 3))
+        )
+    })
+}
+
+/// The settings by the block's names.
+fn values(controller: &Controller, structure: Structure, settings: &Settings) -> Values {
+    let numbers = [Some(settings.gain), settings.ti, settings.td, settings.td.map(|_| settings.tm_lag)];
+    let numbers = controller.roles.controller.iter().zip(numbers);
+    let numbers = numbers.filter_map(|(name, number)| Some((name.clone(), Value::Number(number?))));
+    let is_on = [true, structure != Structure::P, structure == Structure::Pid];
+    let switches =
+        controller.roles.structure.iter().zip(is_on).map(|(name, is_on)| (name.clone(), Value::Boolean(is_on)));
+    numbers.chain(switches).collect()
+}
+
+/// A number with so many significant digits.
+pub fn rounded(number: f64, digits: i32) -> f64 {
+    format!("{number:.*e}", (digits - 1).max(0) as usize).parse().unwrap_or(number)
+}
+
+#[cfg(test)]
+mod home;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,78 @@
+//! The picture by which one knows a block where there is room for little: a symbol and the name, legible at 64 pixels.
+
+use super::model::Icon;
+use super::read;
+use super::symbol::Symbol;
+use crate::svg::Pixels;
+use anyhow::Result;
+use askama::Template;
+use modeldescription::Table;
+
+/// Width and height of the drawing in pixels.
+const SIZE: f64 = 128.0;
+/// What the border takes from the width.
+const BORDER: f64 = 18.0;
+/// Width of a character of a monospaced font of one pixel.
+const CHARACTER: f64 = 0.602;
+/// Longer names are drawn in two lines, if there is a place to part them.
+const LONGEST: usize = 8;
+
+#[derive(Template)]
+#[template(path = "icon.svg")]
+struct Drawing<'a> {
+    name: &'a str,
+    lines: Vec<(Pixels, &'a str)>,
+    font_size: Pixels,
+    symbol: Option<&'static Symbol>,
+    /// Where the middle of the symbol is, and by how much it is enlarged.
+    symbol_y: Pixels,
+    scale: f64,
+    text: &'a str,
+    text_y: Pixels,
+    text_size: Pixels,
+}
+
+/// The picture as SVG.
+///
+/// # Errors
+/// The description of the block's diagram is faulty.
+pub fn svg(table: &Table) -> Result<String> {
+    let icon = read(table)?.and_then(|checked| checked.diagram.icon);
+    let (symbol, text) = match icon {
+        Some(Icon::Symbol(symbol)) => (Some(symbol), String::new()),
+        Some(Icon::Text(text)) => (None, text),
+        None => (None, table.name.chars().take(3).collect()),
+    };
+    let lines = lines(&table.name);
+    let longest = lines.iter().map(|line| line.chars().count()).max().unwrap_or(1);
+    // Two lines leave less room for the symbol.
+    let (first, most, symbol_y, scale) =
+        if lines.len() == 1 { (109.0, 27.0, 45.0, 2.3) } else { (86.0, 24.0, 36.0, 2.0) };
+    let drawing = Drawing {
+        name: &table.name,
+        lines: lines.iter().enumerate().map(|(row, line)| (Pixels(first + row as f64 * 27.0), *line)).collect(),
+        font_size: Pixels(size(longest, most)),
+        symbol,
+        symbol_y: Pixels(symbol_y),
+        scale,
+        text: &text,
+        text_y: Pixels(symbol_y + 17.0),
+        text_size: Pixels(size(text.chars().count(), 20.0 * scale)),
+    };
+    Ok(drawing.render()?)
+}
+
+/// The largest font in which so many characters fit, up to `most` pixels.
+fn size(characters: usize, most: f64) -> f64 {
+    ((SIZE - BORDER) / (characters.max(1) as f64 * CHARACTER)).min(most)
+}
+
+/// A name in one line, or in two where it is long and has a place to part it.
+fn lines(name: &str) -> Vec<&str> {
+    let middle = name.len() / 2;
+    let parts = name.match_indices('_').map(|(place, _)| place);
+    match parts.min_by_key(|place| place.abs_diff(middle)) {
+        Some(place) if name.chars().count() > LONGEST => vec![&name[..=place], &name[place + 1..]],
+        _ => vec![name],
+    }
+}

@@ -1,0 +1,10 @@
+//! Charts, block diagrams and icons as SVG, and SVG as PNG. What is drawn comes from a block's table, or as numbers.
+
+pub mod diagram;
+pub mod escape;
+pub mod picture;
+pub mod plot;
+pub mod response;
+pub mod scale;
+pub mod svg;
+pub mod text;

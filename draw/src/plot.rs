@@ -1,0 +1,548 @@
+//! Signals over time as a drawing: numbers of one unit share a panel, Booleans have a lane each. Values are held from
+//! point to point, so curves are stairs. Characteristics are drawn over a variable, with lines from point to point.
+//!
+//! Drawn here and not by `plotters`, which rounds to whole pixels, writes every dash as an element of its own, and gives
+//! curves no class by which a page could recolour them in dark mode.
+
+use crate::scale::{Scale, is_drawn, tick_label};
+use crate::svg::Pixels;
+use anyhow::bail;
+use askama::Template;
+use std::fmt::Write;
+
+// In pixels.
+const WIDTH: f64 = 760.0;
+const LEFT: f64 = 76.0;
+const RIGHT: f64 = 24.0;
+const TITLE: f64 = 26.0;
+const PANEL: f64 = 190.0;
+const PANEL_GAP: f64 = 8.0;
+/// A line of a legend.
+const LEGEND: f64 = 18.0;
+/// The line that a legend shows of a curve.
+const SAMPLE: f64 = 22.0;
+const LANE: f64 = 15.0;
+const LANE_GAP: f64 = 18.0;
+const BOTTOM: f64 = 42.0;
+
+/// Colours that people with a colour vision deficiency can tell apart (Okabe and Ito), but for yellow, which is too pale
+/// on white.
+const COLORS: &[&str] = &["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"];
+
+/// By these names a page's stylesheet gives the colours others.
+const CLASSES: &[&str] = &["curve-1", "curve-2", "curve-3", "curve-4", "curve-5", "curve-6", "curve-7"];
+
+/// What is drawn: panels with the curves of numbers above lanes of Booleans, over one time axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// The text above the drawing; empty means none.
+    pub title: String,
+    /// The points in seconds, in ascending order; the last one ends the drawing.
+    pub time: Vec<f64>,
+    /// Where the points are those of a variable and not of time: its name and unit. Curves are lines from point to point
+    /// then.
+    pub over: Option<String>,
+    /// The panels, from the top.
+    pub panels: Vec<Panel>,
+    /// Booleans: 0 is FALSE, anything else TRUE.
+    pub lanes: Vec<Curve>,
+}
+
+/// Curves that share an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panel {
+    /// The text of the axis: a unit, or the names of the curves; empty means none.
+    pub label: String,
+    /// The curves.
+    pub curves: Vec<Curve>,
+}
+
+/// A variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// Its name.
+    pub name: String,
+    /// Its value at each point of the time, held until the next one. What is not finite is a gap.
+    pub values: Vec<f64>,
+    /// Whether it is an input of what is shown: its line is dashed.
+    pub is_input: bool,
+    /// The number of its colour, from 0, where curves belong together; the next one in turn without it.
+    pub color: Option<usize>,
+}
+
+/// The chart as SVG, the same bytes on every machine: no font is measured.
+///
+/// # Errors
+/// The time goes back or is not finite, or a curve does not have one value for each point.
+pub fn svg(chart: &Chart) -> anyhow::Result<String> {
+    check(chart)?;
+    let time = Scale::of_time(&chart.time);
+    let mut pens = pens();
+    let mut top = if chart.title.is_empty() { 0.0 } else { TITLE };
+    let mut panels = Vec::new();
+    for panel in &chart.panels {
+        let pens: Vec<Pen> = panel.curves.iter().map(&mut pens).collect();
+        if !panels.is_empty() {
+            top += PANEL_GAP;
+        }
+        let legend_top = top;
+        top += legend_height(&panel.curves);
+        panels.push(draw_panel(panel, &pens, chart, &time, legend_top, top));
+        top += PANEL;
+    }
+    let mut lanes = Vec::new();
+    if !panels.is_empty() && !chart.lanes.is_empty() {
+        top += PANEL_GAP;
+    }
+    for lane in &chart.lanes {
+        top += LANE_GAP;
+        lanes.push(draw_lane(lane, pens(lane), &chart.time, &time, top));
+        top += LANE;
+    }
+    if !lanes.is_empty() {
+        top += LANE_GAP / 2.0;
+    }
+    let times = time.ticks(8.0).into_iter().map(|tick| Tick {
+        at: Pixels(time.x(tick)),
+        text_y: Pixels(top + 16.0),
+        label: tick_label(tick),
+    });
+    let drawing = Drawing {
+        title: &chart.title,
+        title_y: Pixels(17.0),
+        width: Pixels(WIDTH),
+        height: Pixels(top + BOTTOM),
+        left: Pixels(LEFT),
+        right: Pixels(WIDTH - RIGHT),
+        middle: Pixels((LEFT + WIDTH - RIGHT) / 2.0),
+        plot_width: Pixels(WIDTH - LEFT - RIGHT),
+        panel_height: Pixels(PANEL),
+        lane_grid: Pixels(LANE + 4.0),
+        sample: Pixels(SAMPLE),
+        label_x: Pixels(16.0),
+        tick_x: Pixels(LEFT - 8.0),
+        axis: Pixels(top),
+        time_y: Pixels(top + 34.0),
+        over: chart.over.as_deref().unwrap_or("time in s"),
+        times: times.collect(),
+        panels,
+        lanes,
+    };
+    Ok(drawing.render()?)
+}
+
+fn check(chart: &Chart) -> anyhow::Result<()> {
+    if let Some(point) = chart.time.iter().find(|time| !is_drawn(**time)) {
+        bail!("the chart's time has the value {point}; every point of time must be a finite number");
+    }
+    if let Some(pair) = chart.time.windows(2).find(|pair| pair[0] > pair[1]) {
+        bail!("the chart's time goes back from {} s to {} s; it must ascend", pair[0], pair[1]);
+    }
+    let points = chart.time.len();
+    for curve in chart.panels.iter().flat_map(|panel| &panel.curves).chain(&chart.lanes) {
+        if curve.values.len() != points {
+            bail!(
+                "{} has {} values for {points} points of time; give one value a point",
+                curve.name,
+                curve.values.len()
+            );
+        }
+    }
+    Ok(())
+}
+
+/// What the template draws.
+#[derive(Template)]
+#[template(path = "chart.svg")]
+struct Drawing<'a> {
+    title: &'a str,
+    title_y: Pixels,
+    width: Pixels,
+    height: Pixels,
+    left: Pixels,
+    right: Pixels,
+    middle: Pixels,
+    plot_width: Pixels,
+    panel_height: Pixels,
+    lane_grid: Pixels,
+    sample: Pixels,
+    /// The middle of the axis' labels.
+    label_x: Pixels,
+    /// The end of the ticks' labels.
+    tick_x: Pixels,
+    /// The time axis, from the top.
+    axis: Pixels,
+    time_y: Pixels,
+    /// What the horizontal axis shows.
+    over: &'a str,
+    times: Vec<Tick>,
+    panels: Vec<DrawnPanel<'a>>,
+    lanes: Vec<DrawnLane<'a>>,
+}
+
+struct DrawnPanel<'a> {
+    label: &'a str,
+    top: Pixels,
+    middle: Pixels,
+    legend: Vec<LegendEntry<'a>>,
+    ticks: Vec<Tick>,
+    curves: Vec<DrawnCurve>,
+}
+
+struct LegendEntry<'a> {
+    name: &'a str,
+    pen: Pen,
+    x: Pixels,
+    line_y: Pixels,
+    text_x: Pixels,
+    text_y: Pixels,
+}
+
+struct DrawnLane<'a> {
+    name: &'a str,
+    name_y: Pixels,
+    grid_top: Pixels,
+    curve: DrawnCurve,
+    /// What is between the line and FALSE.
+    areas: Vec<String>,
+}
+
+struct DrawnCurve {
+    pen: Pen,
+    path: String,
+}
+
+struct Tick {
+    at: Pixels,
+    text_y: Pixels,
+    label: String,
+}
+
+/// What a curve is drawn with.
+#[derive(Clone, Copy)]
+struct Pen {
+    class: &'static str,
+    color: &'static str,
+    dashes: Option<&'static str>,
+}
+
+/// A pen for each curve in turn, but for those that say their colour. Where the colours begin again, the lines are dotted.
+fn pens() -> impl FnMut(&Curve) -> Pen {
+    let mut taken = 0;
+    move |curve| {
+        let number = curve.color.unwrap_or(taken);
+        let color = number % COLORS.len();
+        let dashes = match (curve.is_input, number >= COLORS.len()) {
+            (true, false) => Some("6 3"),
+            (true, true) => Some("6 3 1.5 3"),
+            (false, true) => Some("1.5 1.5"),
+            (false, false) => None,
+        };
+        if curve.color.is_none() {
+            taken += 1;
+        }
+        Pen { class: CLASSES[color], color: COLORS[color], dashes }
+    }
+}
+
+fn draw_panel<'a>(
+    panel: &'a Panel,
+    pens: &[Pen],
+    chart: &Chart,
+    time: &Scale,
+    legend_top: f64,
+    top: f64,
+) -> DrawnPanel<'a> {
+    let scale = range(&panel.curves);
+    let legend = panel.curves.iter().zip(pens).zip(legend_places(&panel.curves));
+    let legend = legend.map(|((curve, pen), (x, line))| {
+        let y = legend_top + (line + 1) as f64 * LEGEND - 2.0;
+        LegendEntry {
+            name: &curve.name,
+            pen: *pen,
+            x: Pixels(x),
+            line_y: Pixels(y - 4.0),
+            text_x: Pixels(x + SAMPLE + 6.0),
+            text_y: Pixels(y),
+        }
+    });
+    let ticks = scale.ticks(5.0).into_iter().map(|tick| {
+        let y = scale.y(tick, top);
+        Tick { at: Pixels(y), text_y: Pixels(y + 4.0), label: tick_label(tick) }
+    });
+    let path = if chart.over.is_some() { lines } else { stairs };
+    let curves = panel.curves.iter().zip(pens).map(|(curve, pen)| DrawnCurve {
+        pen: *pen,
+        path: path(&points(&chart.time, &curve.values, time), time, &|value| scale.y(value, top)),
+    });
+    DrawnPanel {
+        label: &panel.label,
+        top: Pixels(top),
+        middle: Pixels(top + PANEL / 2.0),
+        legend: legend.collect(),
+        ticks: ticks.collect(),
+        curves: curves.collect(),
+    }
+}
+
+/// A Boolean: high where it is TRUE.
+fn draw_lane<'a>(lane: &'a Curve, pen: Pen, times: &[f64], time: &Scale, top: f64) -> DrawnLane<'a> {
+    let bottom = top + LANE;
+    let points = points(times, &lane.values, time);
+    let path = stairs(&points, time, &|value| if value == 0.0 { bottom } else { top });
+    // A gap in the line ends an area.
+    let area = |line: &str| {
+        let start = line.split(' ').next().unwrap_or_default();
+        format!("M{line}V{}H{start}Z", Pixels(bottom))
+    };
+    let areas = path.split('M').filter(|line| line.contains('H')).map(area).collect();
+    DrawnLane {
+        name: &lane.name,
+        name_y: Pixels(top - 4.0),
+        grid_top: Pixels(top - 2.0),
+        curve: DrawnCurve { pen, path },
+        areas,
+    }
+}
+
+impl Scale {
+    /// All of the time; a second where that is nothing.
+    fn of_time(times: &[f64]) -> Scale {
+        match (times.first(), times.last()) {
+            (Some(from), Some(to)) if from < to => Scale { from: *from, to: *to },
+            (Some(from), _) => Scale { from: *from, to: from + 1.0 },
+            _ => Scale { from: 0.0, to: 1.0 },
+        }
+    }
+
+    /// A time's place from the left.
+    fn x(&self, time: f64) -> f64 {
+        LEFT + self.part(time) * (WIDTH - LEFT - RIGHT)
+    }
+
+    /// A value's place in a panel, from the top.
+    fn y(&self, value: f64, top: f64) -> f64 {
+        top + PANEL - self.part(value) * PANEL
+    }
+}
+
+/// The range that a panel shows: all values that can be drawn, with some room.
+fn range(curves: &[Curve]) -> Scale {
+    Scale::around(curves.iter().flat_map(|curve| &curve.values).copied())
+}
+
+/// Where each name of a legend begins: from the left, and in which line.
+fn legend_places(curves: &[Curve]) -> Vec<(f64, usize)> {
+    let (mut x, mut line) = (LEFT, 0);
+    let place = |curve: &Curve| {
+        let width = 28.0 + curve.name.chars().count() as f64 * 7.3 + 18.0;
+        if x > LEFT && x + width > WIDTH {
+            (x, line) = (LEFT, line + 1);
+        }
+        let place = (x, line);
+        x += width;
+        place
+    };
+    curves.iter().map(place).collect()
+}
+
+fn legend_height(curves: &[Curve]) -> f64 {
+    let lines = legend_places(curves).last().map_or(0, |(_, line)| line + 1);
+    lines as f64 * LEGEND + 6.0
+}
+
+/// The points of a curve that are seen: of many within half a pixel of time the first, the last, the lowest, the
+/// highest and a gap.
+fn points(times: &[f64], values: &[f64], time: &Scale) -> Vec<(f64, f64)> {
+    let column = |index: &usize| (time.x(times[*index]) * 2.0) as i64;
+    let order = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
+    let indices: Vec<usize> = (0..times.len()).collect();
+    let mut seen = Vec::new();
+    for column in indices.chunk_by(|a, b| column(a) == column(b)) {
+        let drawn = || column.iter().copied().filter(|index| is_drawn(values[*index]));
+        let gap = column.iter().copied().find(|index| !is_drawn(values[*index]));
+        let ends = [column.first().copied(), column.last().copied()];
+        let mut kept: Vec<usize> =
+            ends.into_iter().chain([drawn().min_by(order), drawn().max_by(order), gap]).flatten().collect();
+        kept.sort_unstable();
+        kept.dedup();
+        seen.extend(kept.into_iter().map(|index| (times[index], values[index])));
+    }
+    seen
+}
+
+/// A path that holds each value until the next point.
+fn stairs(points: &[(f64, f64)], time: &Scale, y: &dyn Fn(f64) -> f64) -> String {
+    let mut path = String::new();
+    let mut last = None;
+    for (place, (from, value)) in points.iter().enumerate() {
+        if !is_drawn(*value) {
+            last = None;
+            continue;
+        }
+        let y = Pixels(y(*value)).to_string();
+        let held_to = points.get(place + 1).map(|(to, _)| Pixels(time.x(*to)));
+        match &last {
+            // The same value again makes the stair longer.
+            Some(before) if *before == y && held_to.is_some() => path.truncate(path.rfind('H').unwrap_or(path.len())),
+            Some(before) if *before == y => {}
+            Some(_) => {
+                let _ = write!(path, "V{y}");
+            }
+            None => {
+                let _ = write!(path, "M{} {y}", Pixels(time.x(*from)));
+            }
+        }
+        if let Some(to) = held_to {
+            let _ = write!(path, "H{to}");
+        }
+        last = Some(y);
+    }
+    path
+}
+
+/// A path straight from point to point.
+fn lines(points: &[(f64, f64)], over: &Scale, y: &dyn Fn(f64) -> f64) -> String {
+    let mut path = String::new();
+    let mut is_gap = true;
+    for (at, value) in points {
+        if is_drawn(*value) {
+            let _ = write!(path, "{}{} {}", if is_gap { 'M' } else { 'L' }, Pixels(over.x(*at)), Pixels(y(*value)));
+        }
+        is_gap = !is_drawn(*value);
+    }
+    path
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(name: &str, values: &[f64]) -> Curve {
+        Curve { name: name.into(), values: values.to_vec(), is_input: false, color: None }
+    }
+
+    fn chart(values: &[f64]) -> Chart {
+        let time = (0..values.len()).map(|point| point as f64).collect();
+        let panels = vec![Panel { label: "l/min".into(), curves: vec![curve("FLOW", values)] }];
+        Chart { title: "A <pump>".into(), time, over: None, panels, lanes: vec![curve("ON", values)] }
+    }
+
+    #[test]
+    fn a_long_legend_takes_several_lines() {
+        let curves: Vec<Curve> = std::iter::repeat_with(|| curve("A_LONG_NAME_OF_A_SIGNAL", &[])).take(7).collect();
+        let lines: Vec<usize> = legend_places(&curves).iter().map(|(_, line)| *line).collect();
+        assert_eq!(lines, [0, 0, 0, 1, 1, 1, 2]);
+        assert_eq!(legend_height(&curves), 60.0);
+        assert!(legend_places(&curves).iter().all(|(x, _)| *x < WIDTH / 1.5));
+    }
+
+    #[test]
+    fn a_panel_shows_all_finite_values() {
+        let scale = range(&[curve("X", &[1.0, f64::NAN]), curve("X", &[3.0, f64::INFINITY])]);
+        assert!(scale.from < 1.0 && scale.from > 0.8 && scale.to > 3.0 && scale.to < 3.2);
+        let scale = range(&[curve("X", &[0.0, 0.0])]);
+        assert_eq!((scale.from, scale.to), (-0.5, 0.5));
+        let scale = range(&[curve("X", &[f64::NAN])]);
+        assert_eq!((scale.from, scale.to), (0.0, 1.0));
+    }
+
+    #[test]
+    fn values_are_held_until_the_next_point() {
+        let time = Scale { from: 0.0, to: 4.0 };
+        let at = |seconds| Pixels(time.x(seconds));
+        let path = |values: [f64; 5]| {
+            let points: Vec<(f64, f64)> = (0..5).map(f64::from).zip(values).collect();
+            stairs(&points, &time, &|value| value)
+        };
+        assert_eq!(path([1.0, 1.0, 2.0, 2.0, 2.0]), format!("M{} 1H{}V2H{}", at(0.0), at(2.0), at(4.0)));
+        assert_eq!(
+            path([1.0, f64::NAN, 2.0, 2.0, 2.0]),
+            format!("M{} 1H{}M{} 2H{}", at(0.0), at(1.0), at(2.0), at(4.0))
+        );
+        assert_eq!(path([1.0, 1.0, 1.0, 1.0, 3.0]), format!("M{} 1H{}V3", at(0.0), at(4.0)));
+    }
+
+    #[test]
+    fn a_characteristic_is_a_line_over_its_variable() {
+        let over = Scale { from: -1.0, to: 1.0 };
+        let points = [(-1.0, 5.0), (0.0, 7.0), (0.5, f64::NAN), (1.0, 9.0)];
+        let at = |value| Pixels(over.x(value));
+        assert_eq!(lines(&points, &over, &|value| value), format!("M{} 5L{} 7M{} 9", at(-1.0), at(0.0), at(1.0)));
+        let mut chart = chart(&[0.0, 1.0]);
+        chart.over = Some("VALVE in %".into());
+        let drawing = svg(&chart).unwrap();
+        assert!(drawing.contains(">VALVE in %</text>") && !drawing.contains("time in s"));
+    }
+
+    #[test]
+    fn every_point_is_drawn_where_there_are_few_and_extremes_and_gaps_where_there_are_many() {
+        let time = Scale { from: 0.0, to: 1000.0 };
+        let few: Vec<f64> = (0..=1000).map(f64::from).collect();
+        assert_eq!(points(&few, &few, &time).len(), few.len());
+
+        let many: Vec<f64> = (0..=100_000).map(|point| f64::from(point) / 100.0).collect();
+        let mut values = vec![1.0; many.len()];
+        (values[50_010], values[50_020], values[70_000]) = (9.0, -9.0, f64::NAN);
+        let seen = points(&many, &values, &time);
+        assert!(seen.len() < 4 * WIDTH as usize, "{}", seen.len());
+        assert!(seen.contains(&(500.1, 9.0)) && seen.contains(&(500.2, -9.0)));
+        assert!(seen.iter().any(|(at, value)| *at == 700.0 && value.is_nan()));
+        assert_eq!((seen[0], seen[seen.len() - 1]), ((0.0, 1.0), (1000.0, 1.0)));
+    }
+
+    #[test]
+    fn inputs_alone_are_dashed_and_no_two_curves_look_alike() {
+        let mut pens = pens();
+        let mut looks = Vec::new();
+        for is_input in [true, false].repeat(7) {
+            let pen = pens(&Curve { is_input, ..curve("X", &[]) });
+            assert_eq!(pen.dashes.is_some_and(|dashes| dashes.starts_with('6')), is_input);
+            assert!(!looks.contains(&(pen.color, pen.dashes)));
+            looks.push((pen.color, pen.dashes));
+        }
+    }
+
+    #[test]
+    fn a_curve_that_says_its_colour_takes_none_from_the_others() {
+        let mut pens = pens();
+        let of = |color| Curve { color, ..curve("X", &[]) };
+        let colors = [None, Some(0), Some(5), None].map(|color| pens(&of(color)).color);
+        assert_eq!(colors, [COLORS[0], COLORS[0], COLORS[5], COLORS[1]]);
+    }
+
+    #[test]
+    fn a_chart_has_its_title_its_axes_and_the_names_of_its_curves() {
+        let drawing = svg(&chart(&[0.0, 1.0, 1.0])).unwrap();
+        assert!(drawing.contains("aria-label=\"A &lt;pump&gt;\"") && drawing.contains(">A &lt;pump&gt;</text>"));
+        for text in ["l/min", "FLOW", "ON", "time in s"] {
+            assert_eq!(drawing.matches(&format!(">{text}</text>")).count(), 1, "{text}");
+        }
+        assert!(!drawing.contains("stroke-dasharray"));
+        assert_eq!(drawing, svg(&chart(&[0.0, 1.0, 1.0])).unwrap());
+    }
+
+    #[test]
+    fn any_values_give_a_drawing_without_a_number_that_is_none() {
+        let values = [f64::NAN, f64::INFINITY, f64::MAX, f64::MIN, 0.0, 1e300, -1e300, 5e-324];
+        let charts = [chart(&values), chart(&[3.0]), chart(&[]), chart(&[f64::NAN; 2]), chart(&[1e300; 3])];
+        for chart in charts {
+            let drawing = svg(&chart).unwrap();
+            assert!(!drawing.contains("NaN") && !drawing.contains("inf"), "{drawing}");
+        }
+        crate::picture::png(&svg(&chart(&values)).unwrap()).unwrap();
+    }
+
+    #[test]
+    fn a_chart_that_does_not_fit_its_time_is_refused() {
+        let error = |chart: &Chart| format!("{:#}", svg(chart).unwrap_err());
+        let mut short = chart(&[0.0, 1.0, 2.0]);
+        short.lanes[0].values.pop();
+        assert_eq!(error(&short), "ON has 2 values for 3 points of time; give one value a point");
+        let mut back = chart(&[0.0, 1.0, 2.0]);
+        back.time[2] = 0.5;
+        assert_eq!(error(&back), "the chart's time goes back from 1 s to 0.5 s; it must ascend");
+        back.time[2] = f64::INFINITY;
+        assert_eq!(error(&back), "the chart's time has the value inf; every point of time must be a finite number");
+    }
+}

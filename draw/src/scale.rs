@@ -1,0 +1,74 @@
+//! Axes of drawings: from a range of values to a part of a length, with round numbers for ticks.
+
+/// Larger numbers would overflow on the way to pixels; they are left out as infinity is.
+const LARGEST: f64 = 1e300;
+
+/// A range of values.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    /// The value at the lower end.
+    pub from: f64,
+    /// The value at the upper end.
+    pub to: f64,
+}
+
+impl Scale {
+    /// All values that can be drawn, with some room.
+    pub fn around(values: impl Iterator<Item = f64>) -> Scale {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for value in values.filter(|value| is_drawn(*value)) {
+            (low, high) = (low.min(value), high.max(value));
+        }
+        if low > high {
+            return Scale { from: 0.0, to: 1.0 };
+        }
+        let room = if high > low { (high - low) * 0.06 } else { high.abs().max(1.0) * 0.5 };
+        Scale { from: low - room, to: high + room }
+    }
+
+    /// Where a value is, from 0 to 1.
+    pub fn part(&self, value: f64) -> f64 {
+        (value - self.from) / (self.to - self.from)
+    }
+
+    /// Round numbers within, about `count` of them.
+    pub fn ticks(&self, count: f64) -> Vec<f64> {
+        let step = round_step((self.to - self.from) / count);
+        let first = (self.from / step - 1e-9).ceil() as i64;
+        let last = (self.to / step + 1e-9).floor() as i64;
+        (first..=last).map(|tick| tick as f64 * step).collect()
+    }
+}
+
+/// The smallest of 1, 2, 5, 10 ... that is not less.
+pub fn round_step(least: f64) -> f64 {
+    let power = 10f64.powf(least.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power).into_iter().find(|step| *step >= least * 0.999);
+    step.unwrap_or(least)
+}
+
+/// Whether a value can be drawn.
+pub fn is_drawn(value: f64) -> bool {
+    value.abs() <= LARGEST
+}
+
+/// A round number without the digits that a double adds to it.
+pub fn tick_label(tick: f64) -> String {
+    let rounded: f64 = format!("{tick:.9e}").parse().unwrap_or(tick);
+    if rounded != 0.0 && !(1e-4..1e7).contains(&rounded.abs()) { format!("{rounded:e}") } else { rounded.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_numbers_within_the_range() {
+        let ticks = |from, to, count| Scale { from, to }.ticks(count);
+        assert_eq!(ticks(0.0, 60.0, 8.0), [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0]);
+        assert_eq!(ticks(-0.6, 10.6, 5.0), [0.0, 5.0, 10.0]);
+        assert_eq!(ticks(-2.0, 2.0, 4.0), [-2.0, -1.0, 0.0, 1.0, 2.0]);
+        let labels: Vec<_> = ticks(0.0, 0.6, 6.0).into_iter().map(tick_label).collect();
+        assert_eq!(labels, ["0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6"]);
+    }
+}

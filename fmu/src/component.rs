@@ -1,0 +1,344 @@
+//! What a host holds: an instance, the log categories chosen for it, and the states of it that were saved.
+
+use crate::cyclic::Cyclic;
+use crate::instance::Instance;
+use crate::log::{Category, Selection};
+use crate::preset::{Argument, Preset};
+use crate::refusal::Refusal;
+use crate::table::{Fingerprint, Guid};
+use blocks::Block;
+use std::ffi::{CStr, c_void};
+use std::{iter, ptr};
+
+/// The address of a saved instance. It is only compared, never followed.
+pub type StateAddress = *mut c_void;
+
+/// What a new instance starts from.
+#[derive(Debug)]
+pub struct Origin<B> {
+    /// What the GUID is made of: two FMUs have the same only if they start from the same values.
+    pub hash: u128,
+    /// The block with its start values.
+    pub fresh: Fresh<B>,
+}
+
+/// A block that was not called yet.
+#[derive(Debug)]
+pub enum Fresh<B> {
+    /// It is made anew: the start values are those of the library.
+    New(fn() -> B),
+    /// It is copied.
+    Copy(Box<B>),
+}
+
+/// What a library makes instances of. Every [`Block`] is one.
+pub trait Library: 'static {
+    /// What an instance calls.
+    type Block: Cyclic;
+
+    /// What the instances start from of the FMU with this GUID and these resources, the URI of a folder.
+    ///
+    /// # Errors
+    /// The GUID is missing or that of another FMU; what the resources should hold is missing or damaged.
+    fn open(guid: Argument, resources: Argument) -> Result<Origin<Self::Block>, Refusal>;
+}
+
+impl<B: Block> Library for B {
+    type Block = B;
+
+    /// With another GUID than the library's, it is that of a preset, whose start values are read from the resources.
+    fn open(guid: Argument, resources: Argument) -> Result<Origin<B>, Refusal> {
+        let (name, own) = (guid.name, Guid::<B>::TEXT);
+        let guid = guid.value.ok_or_else(|| {
+            format!("{name} = NULL: this library is {own}; take the modelDescription.xml that came with it")
+        })?;
+        if guid.to_bytes() == own.as_bytes() {
+            return Ok(Origin { hash: Fingerprint::<B>::HASH, fresh: Fresh::New(B::default) });
+        }
+        let Preset { hash, block } = Preset::read(name, guid, resources)?;
+        Ok(Origin { hash, fresh: Fresh::Copy(Box::new(block)) })
+    }
+}
+
+/// An instance with its log and its saved states.
+#[derive(Debug)]
+pub struct Component<B> {
+    /// The instance.
+    pub instance: Instance<B>,
+    /// What is logged.
+    pub logged: Selection,
+    /// What the user should know of the present call although it succeeds; to be logged at its end.
+    pub advice: Vec<String>,
+    is_step_advised: bool,
+    /// The states that were given out. They end with the component.
+    saved: Vec<Box<Instance<B>>>,
+    origin: Origin<B>,
+}
+
+impl<B: Cyclic> Component<B> {
+    /// A new component with logging on or off; errors are logged in any case.
+    pub fn new(origin: Origin<B>, logging_on: bool) -> Component<B> {
+        Component {
+            instance: origin.instance(),
+            logged: if logging_on { Selection::ALL } else { Selection::ERRORS },
+            advice: Vec::new(),
+            is_step_advised: false,
+            saved: Vec::new(),
+            origin,
+        }
+    }
+
+    /// Selects the named categories, or all without a name; with logging off, none. Earlier selections do not count.
+    ///
+    /// # Errors
+    /// A category that is NULL or unknown.
+    pub fn set_debug_logging<'a>(
+        &mut self,
+        logging_on: bool,
+        names: impl ExactSizeIterator<Item = Option<&'a CStr>>,
+    ) -> Result<(), Refusal> {
+        let named = Selection::named(names)?;
+        self.logged = if logging_on { named } else { Selection::NONE };
+        Ok(())
+    }
+
+    /// Ends Initialization Mode, with advice on the settings.
+    ///
+    /// # Errors
+    /// As [`Instance::exit_initialization_mode`].
+    pub fn exit_initialization_mode(&mut self) -> Result<(), Refusal> {
+        self.instance.exit_initialization_mode()?;
+        if self.logged.contains(&Category::ADVICE) {
+            self.advice = self.instance.advice();
+        }
+        Ok(())
+    }
+
+    /// Makes a step, with advice on its length once in the component's life.
+    ///
+    /// # Errors
+    /// As [`Instance::do_step`].
+    pub fn do_step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
+        self.instance.do_step(tc, h)?;
+        if !self.is_step_advised && self.logged.contains(&Category::ADVICE) {
+            self.advice.extend(self.instance.advice_on_step(h));
+            self.is_step_advised = !self.advice.is_empty();
+        }
+        Ok(())
+    }
+
+    /// Resets the instance to that of a new component. Log categories and saved states stay.
+    pub fn reset(&mut self) {
+        self.instance = self.origin.instance();
+    }
+
+    /// The instance and all saved states, to be dropped one by one.
+    pub fn into_instances(self) -> impl Iterator<Item = Instance<B>> {
+        iter::once(self.instance).chain(self.saved.into_iter().map(|saved| *saved))
+    }
+
+    /// Saves the instance: in the state that the host names or, if that is NULL, in a new one.
+    ///
+    /// # Errors
+    /// A state that this component did not give, or that is freed.
+    pub fn get_state(&mut self, state: &mut StateAddress) -> Result<(), Refusal> {
+        self.keep(state, self.instance.clone())
+    }
+
+    /// Restores the instance from a saved state.
+    ///
+    /// # Errors
+    /// As [`Component::get_state`].
+    pub fn set_state(&mut self, state: StateAddress) -> Result<(), Refusal> {
+        self.instance = self.saved(state)?.clone();
+        Ok(())
+    }
+
+    /// Frees a saved state and sets it to NULL. NULL is left alone.
+    ///
+    /// # Errors
+    /// As [`Component::get_state`].
+    pub fn free_state(&mut self, state: &mut StateAddress) -> Result<(), Refusal> {
+        if !state.is_null() {
+            let place = self.find(*state)?;
+            self.saved.swap_remove(place);
+            *state = ptr::null_mut();
+        }
+        Ok(())
+    }
+
+    /// The number of bytes that a saved state takes.
+    ///
+    /// # Errors
+    /// As [`Component::get_state`].
+    pub fn serialized_size(&self, state: StateAddress) -> Result<usize, Refusal> {
+        Ok(self.saved(state)?.to_bytes(self.origin.hash).len())
+    }
+
+    /// Writes a saved state to the front of `bytes`.
+    ///
+    /// # Errors
+    /// As [`Component::get_state`]; too little room.
+    pub fn serialize(&self, state: StateAddress, bytes: &mut [u8]) -> Result<(), Refusal> {
+        let serialized = self.saved(state)?.to_bytes(self.origin.hash);
+        let (size, length) = (bytes.len(), serialized.len());
+        let room = bytes.get_mut(..length).ok_or_else(|| format!("size = {size}: the state takes {length} bytes"))?;
+        room.copy_from_slice(&serialized);
+        Ok(())
+    }
+
+    /// Makes a saved state of bytes: in the state that the host names or, if that is NULL, in a new one.
+    ///
+    /// # Errors
+    /// As [`Component::get_state`]; bytes that [`Instance::from_bytes`] refuses.
+    pub fn deserialize(&mut self, bytes: &[u8], state: &mut StateAddress) -> Result<(), Refusal> {
+        self.keep(state, Instance::from_bytes(self.instance.block(), bytes, self.origin.hash)?)
+    }
+
+    fn keep(&mut self, state: &mut StateAddress, instance: Instance<B>) -> Result<(), Refusal> {
+        if state.is_null() {
+            let mut instance = Box::new(instance);
+            *state = ptr::from_mut(&mut *instance).cast();
+            self.saved.push(instance);
+        } else {
+            let place = self.find(*state)?;
+            *self.saved[place] = instance;
+        }
+        Ok(())
+    }
+
+    fn saved(&self, state: StateAddress) -> Result<&Instance<B>, Refusal> {
+        self.find(state).map(|place| &*self.saved[place])
+    }
+
+    /// The place of a state among those that were given.
+    fn find(&self, state: StateAddress) -> Result<usize, Refusal> {
+        self.saved.iter().position(|known| ptr::from_ref(&**known).cast() == state.cast_const()).ok_or_else(|| {
+            "FMUstate was not given by this instance, or is freed; to move a state to another instance, serialize it"
+                .into()
+        })
+    }
+}
+
+impl<B: Cyclic> Origin<B> {
+    fn instance(&self) -> Instance<B> {
+        Instance::new(match &self.fresh {
+            Fresh::New(new) => new(),
+            Fresh::Copy(block) => block.as_ref().clone(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_block::{FIRST, SETUP, Sum};
+
+    fn component() -> Component<Sum> {
+        let fresh = Fresh::New(Sum::default);
+        Component::new(Origin { hash: Fingerprint::<Sum>::HASH, fresh }, false)
+    }
+
+    #[test]
+    fn a_library_opens_its_own_guid_and_no_other_without_resources() {
+        let open = |value| {
+            let (guid, resources) = (Argument { name: "guid", value }, Argument { name: "resources", value: None });
+            Sum::open(guid, resources).map(|origin| origin.hash).map_err(|refusal| refusal.reason().to_string())
+        };
+        let own = std::ffi::CString::new(Guid::<Sum>::TEXT).unwrap();
+        assert_eq!(open(Some(&own)), Ok(Fingerprint::<Sum>::HASH));
+        assert!(open(None).unwrap_err().starts_with("guid = NULL: this library is {"));
+        let other = open(Some(c"{1}")).unwrap_err();
+        assert!(
+            other.starts_with("guid = \"{1}\": this library is {") && other.ends_with("but resources is NULL"),
+            "{other}"
+        );
+    }
+
+    #[test]
+    fn logging_is_off_whatever_is_named_when_it_is_switched_off() {
+        let mut component = component();
+        assert_eq!(component.logged, Selection::ERRORS);
+        component.set_debug_logging(true, [Some(c"logStatusFatal")].into_iter()).unwrap();
+        assert!(component.logged != Selection::NONE && component.logged != Selection::ALL);
+        component.set_debug_logging(true, [].into_iter()).unwrap();
+        assert_eq!(component.logged, Selection::ALL);
+        component.set_debug_logging(false, [Some(c"logStatusFatal")].into_iter()).unwrap();
+        assert_eq!(component.logged, Selection::NONE);
+    }
+
+    /// A component in Initialization Mode that logs what `logged` selects.
+    fn initializing(logged: Selection) -> Component<Sum> {
+        let mut component = component();
+        component.logged = logged;
+        component.instance.setup_experiment(0.0, None).unwrap();
+        component.instance.enter_initialization_mode(&SETUP).unwrap();
+        component
+    }
+
+    #[test]
+    fn advice_on_the_settings_comes_with_the_restart_and_only_while_it_is_logged() {
+        for (logged, expected) in [(Selection::ALL, 1), (Selection::ERRORS, 0), (Selection::NONE, 0)] {
+            let mut component = initializing(logged);
+            component.instance.set(&[FIRST], &[6]).unwrap();
+            component.exit_initialization_mode().unwrap();
+            assert_eq!(component.advice.len(), expected);
+            assert!(component.advice.iter().all(|advice| advice == "FIRST = 6: the count starts late"));
+        }
+    }
+
+    #[test]
+    fn a_step_below_a_hundredth_of_the_cycle_is_advised_on_once() {
+        let mut component = initializing(Selection::ALL);
+        component.exit_initialization_mode().unwrap();
+        // CYCLE is 0.1 s: a step of a hundredth, one of nothing, one of what rounding leaves.
+        for (tc, h) in [(0.0, 0.001), (0.001, 0.0), (0.001, 1e-16)] {
+            component.do_step(tc, h).unwrap();
+            assert_eq!(component.advice, Vec::<String>::new(), "{h:?}");
+        }
+        component.do_step(0.001, 0.0005).unwrap();
+        let expected = "communicationStepSize = 0.0005: CYCLE = 0.1 s is 200 times as long, and only one step in so many \
+                        makes a call; is CYCLE given in ms instead of s?";
+        assert_eq!(std::mem::take(&mut component.advice), [expected]);
+        component.do_step(0.0015, 0.0005).unwrap();
+        assert_eq!(component.advice, Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_step_is_not_advised_on_while_advice_is_not_logged() {
+        let mut component = initializing(Selection::ERRORS);
+        component.exit_initialization_mode().unwrap();
+        component.do_step(0.0, 0.0005).unwrap();
+        assert_eq!(component.advice, Vec::<String>::new());
+        component.logged = Selection::ALL;
+        component.do_step(0.0005, 0.0005).unwrap();
+        assert_eq!(component.advice.len(), 1);
+    }
+
+    #[test]
+    fn a_state_is_found_by_the_address_that_was_given_and_by_no_other() {
+        let mut component = component();
+        let mut states = [ptr::null_mut(); 3];
+        for state in &mut states {
+            component.keep(state, Instance::new(Sum::default())).unwrap();
+        }
+        assert_eq!(states.map(|state| component.find(state).unwrap()), [0, 1, 2]);
+        assert!(component.find(ptr::null_mut()).unwrap_err().reason().contains("not given by this instance"));
+        component.free_state(&mut states[0].clone()).unwrap();
+        assert_eq!(component.find(states[2]).unwrap(), 0, "the last one has taken the place of the first");
+        assert!(component.find(states[0]).is_err(), "freed");
+    }
+
+    #[test]
+    fn a_state_that_is_given_again_is_overwritten_where_it_is() {
+        let mut component = component();
+        let mut state = ptr::null_mut();
+        component.get_state(&mut state).unwrap();
+        let place = state;
+        component.instance.terminate();
+        component.get_state(&mut state).unwrap();
+        assert_eq!((component.saved.len(), state), (1, place));
+        let bytes = |instance: &Instance<Sum>| instance.to_bytes(Fingerprint::<Sum>::HASH);
+        assert_eq!(bytes(&component.saved[0]), bytes(&component.instance));
+    }
+}

@@ -1,0 +1,73 @@
+//! What an instance calls every CYCLE: a block whose table is compiled in, or a program whose table is known at run time only.
+
+use blocks::{Block, LReal, Real, Stored, Table, Time, Value};
+
+macro_rules! cyclic {
+    ($( $(#[$doc:meta])* fn $this:ident.$name:ident($($receiver:tt)+) ($($argument:ident: $type:ty),*) $(-> $result:ty)? = $Trait:ident; )*) => {
+        /// What an instance calls every CYCLE, by row number of its table. Every [`Block`] is one, at no cost: calls are resolved
+        /// while the library is compiled, and the table is a constant then. A PLC program that is read at run time is another
+        /// one, with a table of its own.
+        ///
+        /// A clone is a saved state.
+        pub trait Cyclic: Clone + Send + 'static {
+            /// The table.
+            fn table(&self) -> &Table;
+            /// Appends all values and the memory to `bytes`.
+            fn store(&self, bytes: &mut Vec<u8>);
+            /// What [`Cyclic::store`] wrote, as another one of this kind; `None` if there is none in `bytes`.
+            fn restored(&self, bytes: &mut &[u8]) -> Option<Self>;
+            $( $(#[$doc])* fn $name($($receiver)+, $($argument: $type),*) $(-> $result)?; )*
+        }
+
+        impl<B: Block> Cyclic for B {
+            #[inline(always)]
+            fn table(&self) -> &Table {
+                B::TABLE
+            }
+
+            fn store(&self, bytes: &mut Vec<u8>) {
+                self.write(bytes);
+            }
+
+            fn restored(&self, bytes: &mut &[u8]) -> Option<Self> {
+                <B as Stored>::read(bytes)
+            }
+
+            $(
+                #[inline(always)]
+                fn $name($($receiver)+, $($argument: $type),*) $(-> $result)? {
+                    blocks::$Trait::$name($this, $($argument),*)
+                }
+            )*
+        }
+    };
+}
+
+cyclic! {
+    /// The time between two calls.
+    fn self.cycle(&self) () -> Time = Block;
+    /// As [`Block::get`].
+    fn self.get(&self) (row: usize) -> Option<Value> = Block;
+    /// As [`Block::set`].
+    fn self.set(&mut self) (row: usize, value: Value) -> bool = Block;
+    /// As [`Block::real`].
+    fn self.real(&self) (row: usize) -> Option<Real> = Block;
+    /// As [`Block::real_mut`].
+    fn self.real_mut(&mut self) (row: usize) -> Option<&mut Real> = Block;
+    /// As [`Block::lreal`].
+    fn self.lreal(&self) (row: usize) -> Option<LReal> = Block;
+    /// As [`Block::lreal_mut`].
+    fn self.lreal_mut(&mut self) (row: usize) -> Option<&mut LReal> = Block;
+    /// As [`Block::set_mean`].
+    fn self.set_mean(&mut self) (percent: LReal) = Block;
+    /// As [`blocks::Law::restart`].
+    fn self.restart(&mut self) () = Law;
+    /// As [`blocks::Law::call`].
+    fn self.call(&mut self) () = Law;
+    /// As [`blocks::Law::check`].
+    fn self.check(&self) () -> Result<(), String> = Law;
+    /// As [`blocks::Law::advice`].
+    fn self.advice(&self) () -> Vec<String> = Law;
+    /// As [`blocks::Law::pulse`].
+    fn self.pulse(&self) () -> i32 = Law;
+}

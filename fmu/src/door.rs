@@ -1,0 +1,134 @@
+//! The door through which every call of a host goes: it checks the state, catches panics, and tells the host why a call is
+//! refused. What is behind it may panic and refuse; what is before it, the C functions of a version of FMI, only turns
+//! pointers into references.
+
+use crate::component::Component;
+use crate::cyclic::Cyclic;
+use crate::log::Category;
+use crate::refusal::{Answer, Refusal};
+use crate::state::Function;
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Whom to tell.
+pub trait Host {
+    /// Logs a message of a function that answers `Ok`, or that refuses.
+    fn tell(&self, function: &Function, answer: Result<(), Answer>, category: &Category, message: &str);
+
+    /// Logs why a function refuses.
+    fn log(&self, function: &Function, refusal: &Refusal) {
+        self.tell(function, Err(refusal.answer()), Category::of(refusal.answer()), refusal.reason());
+    }
+}
+
+/// A component with its host.
+#[derive(Debug)]
+pub struct Door<B, H> {
+    pub(crate) component: Component<B>,
+    host: H,
+}
+
+impl<B: Cyclic, H: Host> Door<B, H> {
+    /// A door to what `component` makes. If that refuses or panics, the host is told, whatever it wants to be logged: without
+    /// an instance, this is the only way to say what is wrong.
+    pub fn new(
+        host: H,
+        function: &Function,
+        component: impl FnOnce() -> Result<Component<B>, Refusal>,
+    ) -> Option<Door<B, H>> {
+        match catch_unwind(AssertUnwindSafe(component)).unwrap_or_else(|panic| Err(panic_refusal(panic))) {
+            Ok(component) => Some(Door { component, host }),
+            Err(refusal) => {
+                host.log(function, &refusal);
+                None
+            }
+        }
+    }
+
+    /// Every function on a component goes through here.
+    pub fn enter(
+        &mut self,
+        function: &'static Function,
+        body: impl FnOnce(&mut Component<B>) -> Result<(), Refusal>,
+    ) -> Result<(), Answer> {
+        match catch_unwind(AssertUnwindSafe(|| {
+            self.component.instance.may(function)?;
+            body(&mut self.component)
+        })) {
+            Ok(Ok(())) => {
+                if !self.component.advice.is_empty() {
+                    self.advise(function);
+                }
+                Ok(())
+            }
+            Ok(Err(refusal)) => Err(self.refuse(function, &refusal)),
+            Err(panic) => Err(self.lock(function, panic)),
+        }
+    }
+
+    /// Drops the component, whatever panics.
+    pub fn close(self) {
+        // One by one: a panic while another unwinds would end the process.
+        self.component.into_instances().for_each(discard);
+    }
+
+    /// Logs a refusal and gives its answer.
+    #[cold]
+    #[inline(never)]
+    fn refuse(&self, function: &Function, refusal: &Refusal) -> Answer {
+        if self.component.logged.contains(Category::of(refusal.answer())) {
+            self.host.log(function, refusal);
+        }
+        refusal.answer()
+    }
+
+    /// Logs what the user should know of a call that succeeded.
+    #[cold]
+    #[inline(never)]
+    fn advise(&mut self, function: &Function) {
+        for advice in std::mem::take(&mut self.component.advice) {
+            self.host.tell(function, Ok(()), &Category::ADVICE, &advice);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn lock(&mut self, function: &Function, panic: Box<dyn Any + Send>) -> Answer {
+        self.component.instance.lock();
+        self.refuse(function, &panic_refusal(panic))
+    }
+}
+
+#[cold]
+fn panic_refusal(panic: Box<dyn Any + Send>) -> Refusal {
+    let text = panic.downcast_ref::<&str>().copied().or(panic.downcast_ref::<String>().map(String::as_str));
+    let reason = format!("panic in the block: {}; the instance is locked", text.unwrap_or("no message"));
+    discard(panic);
+    Refusal::new(Answer::Fatal, reason)
+}
+
+/// Drops what a block made, and catches a panic in doing so.
+fn discard<T>(value: T) {
+    if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(value)))
+        && let Err(another) = catch_unwind(AssertUnwindSafe(|| drop(panic)))
+    {
+        // A payload that panics again when it is dropped is leaked.
+        std::mem::forget(another);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_in_dropping_what_a_block_made_ends_there() {
+        struct Loud;
+        impl Drop for Loud {
+            fn drop(&mut self) {
+                panic!("dropped");
+            }
+        }
+        discard(Loud);
+    }
+}

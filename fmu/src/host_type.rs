@@ -1,0 +1,44 @@
+//! Values as a host passes them: what a version of FMI has to say of each of its types.
+
+use crate::cyclic::Cyclic;
+use blocks::{Kind, Value};
+
+/// The words of a version of FMI.
+pub trait Version {
+    /// What the names of its functions begin with.
+    const PREFIX: &'static str;
+
+    /// Its name of the type that holds PLC values of a kind, as in the name of the function that sets it.
+    fn name_of(kind: Kind) -> &'static str;
+}
+
+/// A type of values, as C passes it in a version of FMI.
+pub trait HostType<V: Version>: Copy {
+    /// Whether PLC values of this kind are values of this type.
+    fn holds(kind: Kind) -> bool;
+
+    /// The PLC value of a kind that this type holds.
+    ///
+    /// # Errors
+    /// The range, as a text, if the value lies outside.
+    fn to_plc(self, kind: Kind) -> Result<Value, &'static str>;
+
+    /// The PLC value in this type; `None` if it is of another.
+    fn from_plc(value: Value) -> Option<Self>;
+
+    /// The value for a message.
+    fn text(self) -> String;
+
+    /// Writes variables in the ordinary cases, see [`ordinary`](crate::ordinary). False, and nothing is changed, in every other
+    /// case.
+    #[inline(always)]
+    fn set_ordinary<B: Cyclic>(_block: &mut B, _references: &[u32], _values: &[Self]) -> bool {
+        false
+    }
+
+    /// Reads variables in the ordinary case. False, and nothing is written, in every other case.
+    #[inline(always)]
+    fn get_ordinary<B: Cyclic>(_block: &B, _references: &[u32], _values: &mut [Self]) -> bool {
+        false
+    }
+}

@@ -1,0 +1,517 @@
+//! One instance: its state, the experiment, access to variables by value reference, and its serialized form.
+//!
+//! A refused call changes nothing, not even the state: the host can correct and repeat it.
+
+use crate::cyclic::Cyclic;
+use crate::host_type::{HostType, Version};
+use crate::refusal::Refusal;
+use crate::session::Session;
+use crate::state::{Function, State};
+use blocks::table::fingerprint::checksum;
+use blocks::{Role, Row, Stored, Table};
+
+/// One instance. A clone is a saved state.
+#[derive(Clone, Debug)]
+pub struct Instance<B> {
+    pub(crate) session: Session<B>,
+    pub(crate) state: State,
+    /// Start and stop time in seconds, infinite if no stop time is defined; `None` before they are set up.
+    experiment: Option<(f64, f64)>,
+}
+
+impl<B: Cyclic> Instance<B> {
+    /// A new instance with the start values of this block.
+    pub fn new(block: B) -> Self {
+        Instance { session: Session::new(block), state: State::Instantiated, experiment: None }
+    }
+
+    /// Checks that the function may be called in the present state.
+    ///
+    /// # Errors
+    /// The state, and the states in which the function may be called.
+    pub fn may(&self, function: &Function) -> Result<(), Refusal> {
+        self.state.may(function)
+    }
+
+    /// The block, with its present values.
+    pub fn block(&self) -> &B {
+        &self.session.block
+    }
+
+    /// Sets start and stop time in seconds.
+    ///
+    /// # Errors
+    /// A start time that is not finite; a stop time that is NaN or before the start.
+    pub fn setup_experiment(&mut self, start: f64, stop: Option<f64>) -> Result<(), Refusal> {
+        if !start.is_finite() {
+            return Err(format!("startTime = {start:?}: must be finite").into());
+        }
+        if let Some(stop) = stop
+            && (stop.is_nan() || stop < start)
+        {
+            return Err(format!("stopTime = {stop:?}: must not lie before startTime = {start:?}").into());
+        }
+        self.experiment = Some((start, stop.unwrap_or(f64::INFINITY)));
+        Ok(())
+    }
+
+    /// Enters Initialization Mode. `setup` is the function that sets the start time, for the message.
+    ///
+    /// # Errors
+    /// There is no start time yet.
+    pub fn enter_initialization_mode(&mut self, setup: &Function) -> Result<(), Refusal> {
+        if self.experiment.is_none() {
+            return Err(format!("the start time is unknown: call {} first", setup.name).into());
+        }
+        self.state = State::InitializationMode;
+        Ok(())
+    }
+
+    /// Restarts the block with the values that are set. The first cyclic call is at the start time.
+    ///
+    /// # Errors
+    /// CYCLE below 1 ms, or what the block itself refuses.
+    pub fn exit_initialization_mode(&mut self) -> Result<(), Refusal> {
+        let (start, stop) = self.experiment.unwrap_or((0.0, f64::INFINITY));
+        self.session.restart(start, stop)?;
+        self.state = State::StepComplete;
+        Ok(())
+    }
+
+    /// What the block will do with its settings, as far as a user may not expect it.
+    pub fn advice(&self) -> Vec<String> {
+        self.session.block.advice()
+    }
+
+    /// What may be wrong with a step of `h` seconds that was made.
+    pub fn advice_on_step(&self, h: f64) -> Option<String> {
+        self.session.advice_on_step(h)
+    }
+
+    /// After a panic: every call is refused from now on, and it can only be freed.
+    pub fn lock(&mut self) {
+        self.state = State::Locked;
+    }
+
+    /// Ends the simulation.
+    pub fn terminate(&mut self) {
+        self.state = State::Terminated;
+    }
+
+    /// The end of the last step in seconds; the furthest end if the last step began a little before it.
+    pub fn last_successful_time(&self) -> f64 {
+        self.session.end()
+    }
+
+    /// Reads variables into `values`, which is as long as `references`. In Initialization Mode, what the block computes has
+    /// the values that the restart would give with what is set so far; 0 if the restart would be refused.
+    ///
+    /// # Errors
+    /// A reference that is unknown or of another type; nothing is written then.
+    pub fn get<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> Result<(), Refusal> {
+        let table = self.session.block.table();
+        for reference in references {
+            row::<V, T>(table, *reference, "Get")?;
+        }
+        let is_computed = |reference: &u32| !table.rows[*reference as usize].role.is_settable();
+        let is_restart_read = self.state == State::InitializationMode && references.iter().any(is_computed);
+        let restarted = if is_restart_read { self.session.restarted() } else { None };
+        for (reference, value) in references.iter().zip(values) {
+            let block = restarted.as_ref().filter(|_| is_computed(reference)).unwrap_or(&self.session.block);
+            if let Some(got) = block.get(*reference as usize).and_then(T::from_plc) {
+                *value = got;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes variables. `values` is as long as `references`.
+    ///
+    /// # Errors
+    /// A reference that is unknown, of another type or not settable now, or a value outside the range of its type;
+    /// nothing is written then.
+    pub fn set<V: Version, T: HostType<V>>(&mut self, references: &[u32], values: &[T]) -> Result<(), Refusal> {
+        for (reference, value) in references.iter().zip(values) {
+            let row = row::<V, T>(self.session.block.table(), *reference, "Set")?;
+            if !self.may_set(row.role) {
+                return Err(read_only(row, V::PREFIX));
+            }
+            if let Err(range) = value.to_plc(row.kind) {
+                return Err(format!("{} = {}: {range}", row.full_name(), value.text()).into());
+            }
+        }
+        for (reference, value) in references.iter().zip(values) {
+            let row = *reference as usize;
+            if let Ok(value) = value.to_plc(self.session.block.table().rows[row].kind) {
+                self.session.block.set(row, value);
+            }
+        }
+        Ok(())
+    }
+
+    fn may_set(&self, role: Role) -> bool {
+        match role {
+            Role::Input | Role::Parameter => true,
+            Role::Fixed | Role::Cycle => self.state != State::StepComplete,
+            Role::Output | Role::Local => false,
+        }
+    }
+
+    /// Gives time derivatives of Real inputs: in the steps from now on, the block sees the input extrapolated from the
+    /// start of the step. A derivative holds until it is changed; 0 removes it. All slices have the same length.
+    ///
+    /// # Errors
+    /// A reference that is not a Real input, an order other than 1 to 4, a derivative that is not finite; nothing is
+    /// changed then.
+    pub fn set_input_derivatives<V: Version>(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        derivatives: &[f64],
+    ) -> Result<(), Refusal>
+    where
+        f64: HostType<V>,
+    {
+        let given = || references.iter().zip(orders).zip(derivatives).map(|((row, order), by)| (*row, *order, *by));
+        for (reference, order, derivative) in given() {
+            let row = row::<V, f64>(self.session.block.table(), reference, "Set")?;
+            Session::<B>::check_derivative(row, order, derivative)?;
+        }
+        self.session.set_derivatives(given());
+        Ok(())
+    }
+
+    /// Makes every call from `tc` on before `tc + h`, in seconds.
+    ///
+    /// # Errors
+    /// A time that the clock refuses; an extrapolated input that may leave its range. No call is made then.
+    pub fn do_step(&mut self, tc: f64, h: f64) -> Result<(), Refusal> {
+        self.session.step(tc, h)
+    }
+
+    /// The instance as bytes: magic and version, fingerprint of the FMU, length, content, checksum; little endian.
+    pub fn to_bytes(&self, fingerprint: u128) -> Vec<u8> {
+        let mut content = Vec::new();
+        (self.state as u8).write(&mut content);
+        self.experiment.is_some().write(&mut content);
+        let (start, stop) = self.experiment.unwrap_or_default();
+        start.write(&mut content);
+        stop.write(&mut content);
+        self.session.store(&mut content);
+
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend_from_slice(&fingerprint.to_be_bytes());
+        (content.len() as u64).write(&mut bytes);
+        bytes.extend_from_slice(&content);
+        let checksum = checksum(&bytes);
+        bytes.extend_from_slice(&checksum.to_le_bytes());
+        bytes
+    }
+
+    /// The instance, of a block like this one, from which [`Instance::to_bytes`] made these bytes, here or in another process,
+    /// for an FMU with this fingerprint.
+    ///
+    /// # Errors
+    /// The bytes are not a serialized state, belong to another FMU, or are damaged.
+    pub fn from_bytes(block: &B, bytes: &[u8], fingerprint: u128) -> Result<Self, Refusal> {
+        let rest = bytes.strip_prefix(MAGIC).ok_or("the bytes are not a serialized state of this format")?;
+        let rest = rest
+            .strip_prefix(&fingerprint.to_be_bytes())
+            .ok_or_else(|| format!("the state is of another FMU or version; this is {}", block.table().name))?;
+        let damaged = || Refusal::from("the serialized state is damaged");
+        let (mut rest, checksum_bytes) = rest.split_last_chunk().ok_or_else(damaged)?;
+        if checksum(&bytes[..bytes.len() - checksum_bytes.len()]) != u128::from_le_bytes(*checksum_bytes) {
+            return Err(damaged());
+        }
+        let content = &mut rest;
+        let length = u64::read(content).ok_or_else(damaged)?;
+        if length != content.len() as u64 {
+            return Err(damaged());
+        }
+        Self::read(block, content).filter(|_| content.is_empty()).ok_or_else(damaged)
+    }
+
+    fn read(block: &B, bytes: &mut &[u8]) -> Option<Self> {
+        let state = State::numbered(u8::read(bytes)?)?;
+        let has_experiment = bool::read(bytes)?;
+        let times = (f64::read(bytes)?, f64::read(bytes)?);
+        let experiment = has_experiment.then_some(times);
+        Some(Instance { session: Session::restored(block, bytes)?, state, experiment })
+    }
+}
+
+/// What a serialized state begins with; the last byte is the version of the format.
+const MAGIC: &[u8] = b"plcfmu\0\x01";
+
+/// The row of the variable with a value reference, which must be of the type `T`. `access` is Get or Set, for the message.
+fn row<'a, V: Version, T: HostType<V>>(table: &'a Table, reference: u32, access: &str) -> Result<&'a Row, Refusal> {
+    match table.rows.get(reference as usize) {
+        Some(row) if T::holds(row.kind) => Ok(row),
+        _ => Err(no_variable::<V>(table, reference, |kind| format!("{}{access}{kind}", V::PREFIX))),
+    }
+}
+
+/// The refusal of a reference that is not one of a variable of the right type; `functions` names those for another type.
+pub fn no_variable<V: Version>(table: &Table, reference: u32, functions: impl Fn(&str) -> String) -> Refusal {
+    match table.rows.get(reference as usize) {
+        Some(row) => {
+            let (name, kind) = (row.full_name(), V::name_of(row.kind));
+            format!("value reference {reference} is {name}, a {kind}: use {}", functions(kind))
+        }
+        None => format!("value reference {reference} is unknown: they go from 0 to {}", table.rows.len() - 1),
+    }
+    .into()
+}
+
+fn read_only(row: &Row, prefix: &str) -> Refusal {
+    match row.role {
+        Role::Fixed | Role::Cycle => format!(
+            "{} is a fixed parameter: set it before {prefix}ExitInitializationMode, or call {prefix}Reset first",
+            row.full_name()
+        ),
+        _ => format!("{} is computed by the block and can only be read", row.full_name()),
+    }
+    .into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::refusal::Answer;
+    use crate::table::Fingerprint;
+    use crate::test_block::{COUNT, CYCLE, FACTOR, FIRST, ON, Other, SETUP, SUM, Sum, U, V};
+    use crate::v2::value::Boolean;
+
+    const HASH: u128 = Fingerprint::<Sum>::HASH;
+
+    fn initialized(setup: impl FnOnce(&mut Instance<Sum>)) -> Instance<Sum> {
+        let mut instance = Instance::new(Sum::default());
+        instance.setup_experiment(0.0, None).unwrap();
+        instance.enter_initialization_mode(&SETUP).unwrap();
+        setup(&mut instance);
+        instance.exit_initialization_mode().unwrap();
+        instance
+    }
+
+    fn real(instance: &Instance<Sum>, reference: u32) -> f64 {
+        let mut value = [f64::NAN];
+        instance.get(&[reference], &mut value).unwrap();
+        value[0]
+    }
+
+    fn integer(instance: &Instance<Sum>, reference: u32) -> i32 {
+        let mut value = [-1];
+        instance.get(&[reference], &mut value).unwrap();
+        value[0]
+    }
+
+    fn reason(result: Result<(), Refusal>) -> String {
+        result.unwrap_err().reason().to_string()
+    }
+
+    #[test]
+    fn the_restart_takes_the_values_then_set_and_the_first_call_is_at_the_start_time() {
+        let mut instance = initialized(|instance| instance.set(&[FIRST], &[5]).unwrap());
+        assert_eq!(integer(&instance, COUNT), 5);
+        instance.do_step(0.0, 0.1).unwrap();
+        assert_eq!(integer(&instance, COUNT), 6);
+    }
+
+    #[test]
+    fn in_initialization_mode_outputs_have_what_the_restart_gives_with_the_values_set_so_far() {
+        let mut instance = Instance::new(Sum::default());
+        instance.setup_experiment(0.0, None).unwrap();
+        instance.set(&[FIRST], &[5]).unwrap();
+        assert_eq!(integer(&instance, COUNT), 0, "the start value");
+        instance.enter_initialization_mode(&SETUP).unwrap();
+        assert_eq!(integer(&instance, COUNT), 5);
+        instance.set(&[FIRST], &[7]).unwrap();
+        let before = instance.to_bytes(HASH);
+        let mut values = [0; 3];
+        instance.get(&[COUNT, FIRST, COUNT], &mut values).unwrap();
+        assert_eq!(values, [7, 7, 7]);
+        assert_eq!(instance.to_bytes(HASH), before, "reading changes nothing");
+        instance.exit_initialization_mode().unwrap();
+        assert_eq!(integer(&instance, COUNT), 7);
+    }
+
+    #[test]
+    fn in_initialization_mode_outputs_are_0_where_the_restart_would_be_refused() {
+        let mut instance = Instance::new(Sum::default());
+        instance.setup_experiment(0.0, None).unwrap();
+        instance.enter_initialization_mode(&SETUP).unwrap();
+        instance.set(&[FIRST], &[-1]).unwrap();
+        assert_eq!(integer(&instance, COUNT), 0);
+        instance.set(&[FIRST], &[3]).unwrap();
+        instance.set(&[CYCLE], &[0.0]).unwrap();
+        assert_eq!(integer(&instance, COUNT), 0);
+        instance.set(&[CYCLE], &[0.001]).unwrap();
+        assert_eq!(integer(&instance, COUNT), 3);
+    }
+
+    #[test]
+    fn a_cycle_of_0_and_what_the_block_refuses_keep_the_instance_in_initialization_mode() {
+        let mut instance = Instance::new(Sum::default());
+        instance.setup_experiment(0.0, None).unwrap();
+        instance.enter_initialization_mode(&SETUP).unwrap();
+        instance.set(&[CYCLE], &[0.0]).unwrap();
+        assert_eq!(
+            reason(instance.exit_initialization_mode()),
+            "CYCLE = 0.0 s: the time between two calls must be at least 0.001 s"
+        );
+        instance.set(&[CYCLE], &[0.001]).unwrap();
+        instance.set(&[FIRST], &[-1]).unwrap();
+        assert_eq!(reason(instance.exit_initialization_mode()), "FIRST = -1: must not be below 0");
+        instance.set(&[FIRST], &[0]).unwrap();
+        instance.exit_initialization_mode().unwrap();
+    }
+
+    #[test]
+    fn one_wrong_value_among_several_changes_none() {
+        let mut instance = Instance::new(Sum::default());
+        assert_eq!(
+            reason(instance.set(&[U, FACTOR, V], &[1.0, f64::NAN, 3.0])),
+            "FACTOR = NaN: a REAL takes finite numbers of at most 3.4028235e38"
+        );
+        assert_eq!([real(&instance, U), real(&instance, FACTOR), real(&instance, V)], [0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_refused_reference_is_named_with_what_to_use_instead() {
+        let mut instance = initialized(|_| ());
+        assert_eq!(reason(instance.set(&[9], &[0.0])), "value reference 9 is unknown: they go from 0 to 8");
+        assert_eq!(reason(instance.set(&[ON], &[1.0])), "value reference 2 is ON, a Boolean: use fmi2SetBoolean");
+        assert_eq!(reason(instance.get(&[U], &mut [0])), "value reference 0 is U, a Real: use fmi2GetReal");
+        assert_eq!(reason(instance.set(&[SUM], &[1.0])), "SUM is computed by the block and can only be read");
+        assert_eq!(
+            reason(instance.set(&[CYCLE], &[1.0])),
+            "CYCLE is a fixed parameter: set it before fmi2ExitInitializationMode, or call fmi2Reset first"
+        );
+        assert!(reason(instance.set(&[FIRST], &[1])).starts_with("FIRST is a fixed parameter"));
+        instance.set(&[FACTOR], &[2.0]).unwrap();
+    }
+
+    #[test]
+    fn only_real_inputs_have_derivatives_of_order_1_to_4() {
+        let mut instance = Instance::new(Sum::default());
+        assert!(reason(instance.set_input_derivatives(&[FACTOR], &[1], &[1.0])).contains("FACTOR is not a Real input"));
+        assert!(reason(instance.set_input_derivatives(&[ON], &[1], &[1.0])).contains("Boolean"));
+        for order in [0, 5, -1] {
+            assert!(reason(instance.set_input_derivatives(&[U], &[order], &[1.0])).contains(&format!("order {order}")));
+        }
+        assert!(reason(instance.set_input_derivatives(&[U], &[1], &[f64::NAN])).contains("NaN"));
+        instance.set_input_derivatives(&[U], &[4], &[1.0]).unwrap();
+    }
+
+    #[test]
+    fn a_boolean_input_takes_what_is_set() {
+        let mut instance = initialized(|_| ());
+        for (set, got) in [(1, 1), (0, 0), (-7, 1)] {
+            instance.set(&[ON], &[Boolean(set)]).unwrap();
+            let mut value = [Boolean(9)];
+            instance.get(&[ON], &mut value).unwrap();
+            assert_eq!(value, [Boolean(got)]);
+        }
+    }
+
+    #[test]
+    fn the_last_successful_time_is_the_end_of_the_last_step() {
+        let mut instance = initialized(|_| ());
+        instance.do_step(0.0, 2.5).unwrap();
+        assert_eq!(instance.last_successful_time(), 2.5);
+        instance.do_step(2.5, -1.0).unwrap_err();
+        assert_eq!(instance.last_successful_time(), 2.5, "a refused step is none");
+    }
+
+    #[test]
+    fn a_terminated_instance_makes_no_step_but_can_be_read() {
+        let mut instance = initialized(|_| ());
+        instance.terminate();
+        assert_eq!(
+            reason(instance.may(&Function::fmi2DoStep)),
+            "not allowed in state terminated, only in stepComplete"
+        );
+        instance.may(&Function::fmi2GetReal).unwrap();
+    }
+
+    #[test]
+    fn a_locked_instance_refuses_every_function_for_good() {
+        let mut instance = initialized(|_| ());
+        instance.lock();
+        for function in [Function::fmi2GetReal, Function::fmi2Reset, Function::fmi2CancelStep] {
+            let refusal = instance.may(&function).unwrap_err();
+            assert_eq!(refusal.answer(), Answer::Fatal, "{}", function.name);
+            assert!(refusal.reason().contains("locked"), "{}: {}", function.name, refusal.reason());
+        }
+    }
+
+    #[test]
+    fn reset_is_a_fresh_instance() {
+        assert_eq!(Instance::new(Sum::default()).to_bytes(HASH), Instance::new(Sum::default()).to_bytes(HASH));
+        assert_ne!(initialized(|_| ()).to_bytes(HASH), Instance::new(Sum::default()).to_bytes(HASH));
+    }
+
+    #[test]
+    fn a_serialized_state_goes_on_bit_for_bit() {
+        let mut instance = initialized(|instance| {
+            instance.set(&[U], &[0.1]).unwrap();
+            instance.set_input_derivatives(&[V], &[1], &[0.3]).unwrap();
+        });
+        instance.do_step(0.0, 0.25).unwrap();
+        let mut restored = Instance::from_bytes(&Sum::default(), &instance.to_bytes(HASH), HASH).unwrap();
+        for instance in [&mut instance, &mut restored] {
+            instance.do_step(0.25, 1.0).unwrap();
+        }
+        assert_eq!(real(&instance, SUM).to_bits(), real(&restored, SUM).to_bits());
+        assert_eq!(instance.to_bytes(HASH), restored.to_bytes(HASH));
+    }
+
+    #[test]
+    fn a_serialized_state_keeps_the_state_it_was_made_in() {
+        let kept = |instance: &Instance<Sum>| {
+            Instance::from_bytes(&Sum::default(), &instance.to_bytes(HASH), HASH).unwrap().state
+        };
+        let mut instance = Instance::new(Sum::default());
+        assert_eq!(kept(&instance), State::Instantiated);
+        instance.setup_experiment(0.0, None).unwrap();
+        instance.enter_initialization_mode(&SETUP).unwrap();
+        assert_eq!(kept(&instance), State::InitializationMode);
+        instance.exit_initialization_mode().unwrap();
+        assert_eq!(kept(&instance), State::StepComplete);
+        instance.terminate();
+        assert_eq!(kept(&instance), State::Terminated);
+    }
+
+    #[test]
+    fn no_damage_to_a_serialized_state_goes_unnoticed() {
+        let bytes = initialized(|_| ()).to_bytes(HASH);
+        for place in 0..bytes.len() {
+            for bit in 0..8 {
+                let mut damaged = bytes.clone();
+                damaged[place] ^= 1 << bit;
+                assert!(Instance::from_bytes(&Sum::default(), &damaged, HASH).is_err(), "byte {place}, bit {bit}");
+            }
+            assert!(Instance::from_bytes(&Sum::default(), &bytes[..place], HASH).is_err(), "cut to {place} bytes");
+        }
+        let longer = [&bytes[..], &[0]].concat();
+        assert!(Instance::from_bytes(&Sum::default(), &longer, HASH).is_err());
+    }
+
+    #[test]
+    fn a_state_of_another_fmu_is_refused_by_name() {
+        let reason =
+            Instance::from_bytes(&Other::default(), &initialized(|_| ()).to_bytes(HASH), Fingerprint::<Other>::HASH)
+                .unwrap_err();
+        assert!(reason.reason().contains("another FMU"), "{}", reason.reason());
+    }
+
+    #[test]
+    fn without_a_start_time_there_is_no_initialization_mode() {
+        let mut instance = Instance::new(Sum::default());
+        assert!(reason(instance.enter_initialization_mode(&SETUP)).contains("call setup first"));
+        for (start, stop) in [(f64::NAN, None), (f64::INFINITY, None), (1.0, Some(0.5)), (1.0, Some(f64::NAN))] {
+            assert!(instance.setup_experiment(start, stop).is_err(), "{start} {stop:?}");
+        }
+        instance.setup_experiment(1.0, Some(1.0)).unwrap();
+    }
+}

@@ -1,0 +1,272 @@
+//! The ordinary case of what a host calls in every control cycle, in fewer instructions: it sets one or two inputs or
+//! parameters, makes a step of one CYCLE from where the last one ended, and reads outputs.
+//!
+//! Nothing here decides anything. Each function does what the checked one of the same name does, where nothing that that one
+//! checks can fail, and says whether it did; if not, nothing has happened, and the caller goes on with the checked one. Leave
+//! this file out, and all FMUs do the same, more slowly.
+//!
+//! | here | the checked one |
+//! |---|---|
+//! | [`Door::try_ordinary`] | [`Door::enter`] |
+//! | [`Instance::get_ordinary`], [`Instance::set_ordinary`] | [`Instance::get`], [`Instance::set`] |
+//! | [`Instance::make_ordinary_step`], [`Session::make_ordinary_step`] | [`Instance::do_step`], [`Session::step`] |
+//! | [`Clock::make_ordinary_step`], [`Clock::check_and_make_ordinary_step`] | [`Clock::advance`] |
+
+use crate::clock::{Clock, MOST_DRIFT, RESOLUTION, ROUNDINGS, SAME};
+use crate::component::Component;
+use crate::cyclic::Cyclic;
+use crate::door::{Door, Host};
+use crate::host_type::{HostType, Version};
+use crate::instance::Instance;
+use crate::mean::Mean;
+use crate::refusal::Answer;
+use crate::session::Session;
+use crate::state::{Function, State};
+use blocks::Kind;
+use blocks::table::number;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// So many steps are known to be ordinary after one look.
+const ORDINARY_STEPS: i64 = 1000;
+
+impl State {
+    /// Whether the function may be called in this state, and does there what it does while the block runs.
+    #[inline(always)]
+    fn allows_ordinary(self, function: &Function) -> bool {
+        function.ordinary & self as u8 != 0
+    }
+}
+
+impl<B: Cyclic, H: Host> Door<B, H> {
+    /// The functions of a control cycle come here first: `ordinary` does the call in the ordinary case and says whether it was
+    /// that. If not, nothing has happened, and the caller goes on with [`Door::enter`].
+    ///
+    /// A panic of the block makes the call fatal, as there.
+    #[inline(always)]
+    pub fn try_ordinary(
+        &mut self,
+        function: &'static Function,
+        ordinary: impl FnOnce(&mut Component<B>) -> bool,
+    ) -> Option<Result<(), Answer>> {
+        if !self.component.instance.state.allows_ordinary(function) {
+            return None;
+        }
+        match catch_unwind(AssertUnwindSafe(|| ordinary(&mut self.component))) {
+            Ok(true) => Some(Ok(())),
+            Ok(false) => None,
+            Err(panic) => Some(Err(self.lock(function, panic))),
+        }
+    }
+}
+
+impl<B: Cyclic> Instance<B> {
+    /// Reads variables, if all are numbers.
+    #[inline(always)]
+    pub fn get_ordinary<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> bool {
+        T::get_ordinary(&self.session.block, references, values)
+    }
+
+    /// Writes one or two numbers.
+    #[inline(always)]
+    pub fn set_ordinary<V: Version, T: HostType<V>>(&mut self, references: &[u32], values: &[T]) -> bool {
+        T::set_ordinary(&mut self.session.block, references, values)
+    }
+
+    /// Makes a step from a call to the next.
+    #[inline(always)]
+    pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
+        self.session.make_ordinary_step(tc, h)
+    }
+}
+
+/// Writes one or two REAL inputs or parameters, or one LREAL, with values in range.
+#[inline(always)]
+pub fn set_numbers<B: Cyclic>(block: &mut B, references: &[u32], values: &[f64]) -> bool {
+    let table = block.table();
+    let fits = |reference: &u32, value: &f64| {
+        table.tunable_reals.get(*reference as usize) == Some(&true) && number::is_real(*value)
+    };
+    let put = |block: &mut B, reference: &u32, value: &f64| {
+        if let Some(real) = block.real_mut(*reference as usize) {
+            *real = *value as f32;
+        }
+    };
+    // No loop: in one the compiler would compute the addresses of all REALs first.
+    match (references, values) {
+        ([reference], [value]) if fits(reference, value) => put(block, reference, value),
+        ([reference], [value]) => return set_lreal(block, *reference, *value),
+        ([first, second], [one, other]) if fits(first, one) && fits(second, other) => {
+            put(block, first, one);
+            put(block, second, other);
+        }
+        _ => return false,
+    }
+    true
+}
+
+/// Writes an LREAL that may be set at any time; false, and nothing is changed, if it is none, or the value is not in range.
+#[inline]
+fn set_lreal<B: Cyclic>(block: &mut B, reference: u32, value: f64) -> bool {
+    let fits = block.table().tunable_lreals.get(reference as usize) == Some(&true) && value.is_finite();
+    if fits && let Some(lreal) = block.lreal_mut(reference as usize) {
+        *lreal = value;
+    }
+    fits
+}
+
+/// Reads REALs and LREALs.
+#[inline(always)]
+pub fn get_numbers<B: Cyclic>(block: &B, references: &[u32], values: &mut [f64]) -> bool {
+    if let ([reference], [value]) = (references, &mut *values)
+        && let Some(real) = block.real(*reference as usize)
+    {
+        *value = f64::from(real);
+        return true;
+    }
+    get_many(block, references, values)
+}
+
+/// Reads REALs and LREALs; false, and nothing is written, if one is neither.
+#[inline]
+fn get_many<B: Cyclic>(block: &B, references: &[u32], values: &mut [f64]) -> bool {
+    let rows = block.table().rows;
+    let is_number =
+        |reference: &u32| rows.get(*reference as usize).is_some_and(|row| matches!(row.kind, Kind::Real | Kind::LReal));
+    let are_numbers = references.iter().all(is_number);
+    if are_numbers {
+        for (value, reference) in values.iter_mut().zip(references) {
+            *value = real_or_lreal(block, *reference as usize).unwrap_or_default();
+        }
+    }
+    are_numbers
+}
+
+/// A function of its own: in a loop the compiler would compute the addresses of all variables first.
+#[inline(never)]
+fn real_or_lreal<B: Cyclic>(block: &B, row: usize) -> Option<f64> {
+    block.real(row).map(f64::from).or_else(|| block.lreal(row))
+}
+
+impl<B: Cyclic> Session<B> {
+    /// Makes the ordinary step, which is the one from a call to the next, and says whether it was one. If not, nothing has
+    /// happened, and [`Session::step`] makes it.
+    #[inline(always)]
+    pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
+        let is_ordinary = self.extrapolations.is_empty()
+            && (self.clock.make_ordinary_step(tc, h) || self.clock.check_and_make_ordinary_step(tc, h));
+        if is_ordinary {
+            let mut mean = Mean::default();
+            self.call(&mut mean);
+            Self::show_mean(&mut self.block, mean);
+        }
+        is_ordinary
+    }
+}
+
+impl Clock {
+    /// Goes from `tc` to `tc + h` if that is an ordinary step, which holds one call, and says whether it is.
+    #[inline]
+    pub fn check_and_make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
+        let is_ordinary = self.is_ordinary(tc, h);
+        if is_ordinary {
+            self.ordinary_below = if self.stays_ordinary(tc) { self.tick + ORDINARY_STEPS } else { 0 };
+            self.advance_by_a_tick(tc, h);
+        }
+        is_ordinary
+    }
+
+    /// Goes from `tc` to `tc + h` if that is known to be an ordinary step, which holds one call, and says whether it is.
+    #[inline(always)]
+    pub fn make_ordinary_step(&mut self, tc: f64, h: f64) -> bool {
+        // Bits are compared faster than numbers. Where 0 stands against -0, `advance` makes the step.
+        let is_ordinary = self.tick < self.ordinary_below
+            && tc.to_bits() == self.end.to_bits()
+            && h.to_bits() == self.period.to_bits();
+        if is_ordinary {
+            debug_assert!(self.is_ordinary(tc, h));
+            self.advance_by_a_tick(tc, h);
+        }
+        is_ordinary
+    }
+
+    #[inline(always)]
+    fn advance_by_a_tick(&mut self, tc: f64, h: f64) {
+        self.tick += 1;
+        self.next = self.tick;
+        self.end = tc + h;
+        self.since += h;
+    }
+
+    /// The ordinary step goes from where the last one ended, at a tick, to the next tick: nothing that `check_and_advance`
+    /// checks can fail then, and the result is the same.
+    #[inline]
+    pub(crate) fn is_ordinary(&self, tc: f64, h: f64) -> bool {
+        h == self.period
+            && self.offset == 0.0
+            && self.next == self.tick
+            && tc < self.horizon
+            && if tc == self.end { self.drift(tc) < MOST_DRIFT * self.cycle } else { self.is_at_tick(tc) }
+    }
+
+    /// Whether only the rounding of a host that computes its points anew separates `tc` from the tick at which the last step
+    /// ended: 6 * 0.1 is not 5 * 0.1 + 0.1.
+    #[inline]
+    pub(crate) fn is_at_tick(&self, tc: f64) -> bool {
+        // Of a `tc` that is not finite, the magnitude is that of `end`.
+        let rounding = self.rounding * tc.abs().min(self.end.abs()).max(self.start.abs());
+        self.drift(tc) <= rounding && (self.end - tc) * 1000.0 <= SAME * self.cycle + rounding
+    }
+
+    /// How far the host's time is from the clock's tick, in milliseconds.
+    fn drift(&self, tc: f64) -> f64 {
+        ((tc - self.start) * 1000.0 - self.tick as f64 * self.cycle).abs()
+    }
+
+    /// Whether, after an ordinary step from `tc` on, the next `ORDINARY_STEPS` steps of one CYCLE are ordinary too: they
+    /// end before the horizon, and the roundings of `end` cannot add up to the drift that is allowed.
+    fn stays_ordinary(&self, tc: f64) -> bool {
+        let steps = ORDINARY_STEPS as f64 + 1.0;
+        let last = tc + steps * self.period;
+        let rounding = ROUNDINGS * RESOLUTION * tc.abs().max(last.abs()).max(self.start.abs());
+        last < self.horizon && self.drift(tc) + steps * rounding < 0.9 * MOST_DRIFT * self.cycle
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_block::{COUNT, CYCLE, FIRST, ON, SUM, Sum, U, V};
+
+    #[test]
+    fn reals_and_lreals_are_read_at_once_and_nothing_is_if_one_is_of_another_type() {
+        let block = Sum { u: 0.5, v: 0.1, sum: -3.0, ..Sum::default() };
+        let mut values = [9.0; 3];
+        assert!(get_numbers(&block, &[V, U, SUM], &mut values));
+        assert_eq!(values, [0.1, 0.5, -3.0]);
+        let mut values = [9.0; 2];
+        for other in [ON, FIRST, CYCLE, COUNT, 1000, u32::MAX] {
+            assert!(!get_numbers(&block, &[V, other], &mut values), "{other}");
+            assert_eq!(values, [9.0; 2]);
+        }
+    }
+
+    #[test]
+    fn an_lreal_is_set_at_once_if_it_is_an_input_and_the_value_a_number() {
+        let mut block = Sum::default();
+        assert!(set_numbers(&mut block, &[V], &[0.1]));
+        assert_eq!(block.v, 0.1);
+        for (reference, value) in [(V, f64::NAN), (V, f64::INFINITY), (SUM, 1.0), (CYCLE, 1.0), (ON, 1.0), (1000, 1.0)]
+        {
+            assert!(!set_numbers(&mut block, &[reference], &[value]), "{reference}");
+        }
+        assert_eq!((block.v, block.sum), (0.1, 0.0));
+    }
+
+    #[test]
+    fn nothing_is_ordinary_in_initialization_mode() {
+        use State::{InitializationMode, StepComplete};
+        let function = Function::new("get", &[InitializationMode, StepComplete]);
+        assert!(InitializationMode.may(&function).is_ok() && !InitializationMode.allows_ordinary(&function));
+        assert!(StepComplete.allows_ordinary(&function));
+    }
+}

@@ -1,0 +1,115 @@
+//! Which function may be called in which state.
+
+use crate::refusal::{Answer, Refusal};
+
+/// The states that an instance can be in. A step is either refused before it begins or runs to its end, so the standard's
+/// states stepInProgress, stepFailed, stepCanceled and error do not occur.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum State {
+    /// After it is instantiated or reset.
+    Instantiated = 1,
+    /// Between entering and leaving Initialization Mode.
+    InitializationMode = 2,
+    /// Ready for a step.
+    StepComplete = 4,
+    /// After the end.
+    Terminated = 8,
+    /// After a panic. The block may be half changed, so the instance can only be freed.
+    Locked = 16,
+}
+
+impl State {
+    /// The states that last: an instance can be saved in them.
+    const LASTING: [State; 4] =
+        [State::Instantiated, State::InitializationMode, State::StepComplete, State::Terminated];
+
+    /// The lasting state with this number.
+    pub fn numbered(number: u8) -> Option<State> {
+        State::LASTING.into_iter().find(|state| *state as u8 == number)
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            State::Instantiated => "instantiated",
+            State::InitializationMode => "Initialization Mode",
+            State::StepComplete => "stepComplete",
+            State::Terminated => "terminated",
+            State::Locked => "locked",
+        }
+    }
+
+    /// Whether the function may be called in this state.
+    fn allows(self, function: &Function) -> bool {
+        function.allowed & self as u8 != 0
+    }
+
+    /// Checks that the function may be called in this state.
+    ///
+    /// # Errors
+    /// The state, and the states in which the function may be called.
+    pub fn may(self, function: &Function) -> Result<(), Refusal> {
+        if self.allows(function) { Ok(()) } else { Err(self.not_now(function)) }
+    }
+
+    fn not_now(self, function: &Function) -> Refusal {
+        if self == State::Locked {
+            let reason = "the instance is locked after a panic; only fmi2FreeInstance is left";
+            return Refusal::new(Answer::Fatal, reason.into());
+        }
+        let allowed: Vec<_> =
+            State::LASTING.into_iter().filter(|state| function.allowed & *state as u8 != 0).map(State::name).collect();
+        format!("not allowed in state {}, only in {}", self.name(), allowed.join(", ")).into()
+    }
+}
+
+/// A C function: its name and the states in which the standard allows it.
+#[derive(Debug)]
+pub struct Function {
+    /// The name, with which a log message begins.
+    pub name: &'static str,
+    allowed: u8,
+    /// Where it is called while the block runs, and so in a control cycle.
+    pub(crate) ordinary: u8,
+}
+
+impl Function {
+    /// A function that is allowed in these states.
+    pub const fn new(name: &'static str, states: &[State]) -> Function {
+        let mut allowed = 0;
+        let mut i = 0;
+        while i < states.len() {
+            allowed |= states[i] as u8;
+            i += 1;
+        }
+        // Not in Initialization Mode, where outputs are read from a restarted copy of the block.
+        Function { name, allowed, ordinary: allowed & !(State::InitializationMode as u8) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use State::{InitializationMode, Instantiated, StepComplete, Terminated};
+
+    const STEP: Function = Function::new("step", &[StepComplete]);
+    const SET: Function = Function::new("set", &[Instantiated, InitializationMode, StepComplete]);
+
+    #[test]
+    fn a_function_in_a_wrong_state_is_refused_with_the_states_it_is_for() {
+        let reason = |result: Result<(), Refusal>| result.unwrap_err().reason().to_string();
+        assert_eq!(reason(Instantiated.may(&STEP)), "not allowed in state instantiated, only in stepComplete");
+        assert_eq!(
+            reason(Terminated.may(&SET)),
+            "not allowed in state terminated, only in instantiated, Initialization Mode, stepComplete"
+        );
+        assert!(reason(State::Locked.may(&SET)).contains("locked"));
+        StepComplete.may(&SET).unwrap();
+    }
+
+    #[test]
+    fn every_state_but_locked_can_be_saved() {
+        let numbers: Vec<u8> = (0..=255).filter(|number| State::numbered(*number).is_some()).collect();
+        assert_eq!(numbers, [Instantiated, InitializationMode, StepComplete, Terminated].map(|state| state as u8));
+    }
+}

@@ -1,0 +1,205 @@
+//! An .fmu file, unpacked and loaded.
+
+use crate::instance::Instance;
+use crate::library::Library;
+use crate::package::binary::Binary;
+use crate::package::temporary;
+use crate::package::{LibraryFile, Package};
+use anyhow::{Context, Result, bail};
+use modeldescription::Table;
+use modeldescription::v2::{Capabilities, Interface, ModelDescription};
+use std::env::consts::{ARCH, OS};
+use std::io::{Read, Seek};
+use std::path::Path;
+
+/// An FMU for co-simulation whose library for this platform is loaded. The folder that it was unpacked to is removed after
+/// the last instance and this value are gone.
+#[derive(Debug)]
+pub struct Fmu {
+    /// Its modelDescription.xml.
+    pub description: ModelDescription,
+    /// Its library.
+    pub library: Library,
+    /// The URI of its resources.
+    resources: String,
+}
+
+impl Fmu {
+    /// Unpacks and loads the FMU at `path`. This runs code of the FMU.
+    ///
+    /// # Errors
+    /// The file is damaged or not an FMU for co-simulation, or it has no library for this platform.
+    pub fn open(path: &Path) -> Result<Fmu> {
+        let load = || Fmu::load(&mut Package::open(path)?, &std::env::temp_dir());
+        load().with_context(|| path.display().to_string())
+    }
+
+    /// The same for a package that is open, unpacked to a temporary folder in `place`.
+    ///
+    /// # Errors
+    /// As [`Fmu::open`].
+    pub fn load<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<Fmu> {
+        let file = library(package)?.clone();
+        let folder =
+            temporary::builder().tempdir_in(place).with_context(|| format!("no folder in {}", place.display()))?;
+        package.archive.unpack(folder.path())?;
+        let resources = uri(&folder.path().join("resources"));
+        let path = folder.path().join(&file.path);
+        Ok(Fmu { description: package.description.clone(), library: Library::open_in(folder, &path)?, resources })
+    }
+
+    /// A new instance.
+    ///
+    /// # Errors
+    /// The FMU refuses, with its messages.
+    pub fn instantiate(&self, name: &str) -> Result<Instance> {
+        Instance::instantiate(&self.library, name, &self.description.guid, Some(&self.resources))
+    }
+
+    /// What an FMU that was made with `fmu::export!` tells of its block.
+    ///
+    /// # Errors
+    /// It was not, or its table is damaged.
+    pub fn table(&self) -> Result<Table> {
+        Ok(Interface::parse(&self.library.interface()?)?.table)
+    }
+
+    /// What the FMU can do.
+    pub fn capabilities(&self) -> Capabilities {
+        self.description.co_simulation.as_ref().map(|flags| flags.capabilities.clone()).unwrap_or_default()
+    }
+}
+
+/// The library that is loaded on this platform. This reads the package and runs none of its code.
+///
+/// # Errors
+/// The FMU is not for co-simulation, or has no library for this platform.
+pub fn library<R: Read + Seek>(package: &Package<R>) -> Result<&LibraryFile> {
+    if package.description.co_simulation.is_none() {
+        bail!("the FMU is for model exchange only: a simulator with a solver can run it, this one cannot");
+    }
+    let platforms = platforms(OS, ARCH);
+    let file = platforms.iter().find_map(|name| package.libraries.iter().find(|file| file.platform == *name));
+    file.with_context(|| {
+        format!(
+            "the FMU has no library for this platform ({}), only for {}: get or build it for {0}",
+            platforms.first().map_or_else(|| format!("{OS} on {ARCH}"), ToString::to_string),
+            package.platforms()
+        )
+    })
+}
+
+/// Whether the library for this platform has a block's table, as those made with `fmu::export!` have. None of its code runs.
+///
+/// # Errors
+/// The FMU is damaged, or as [`library`].
+pub fn has_table<R: Read + Seek>(package: &mut Package<R>) -> Result<bool> {
+    let file = library(package)?.clone();
+    let bytes = package.library(&file)?;
+    Ok(Binary::read(&bytes).with_context(|| file.path.clone())?.has_table)
+}
+
+/// FMI's folders for a platform, the best first. FMI 2.0 has none for Linux on ARM; both of these are in use.
+fn platforms(os: &str, arch: &str) -> &'static [&'static str] {
+    match (os, arch) {
+        ("linux", "x86_64") => &["linux64"],
+        ("linux", "x86") => &["linux32"],
+        ("linux", "aarch64") => &["aarch64-linux", "linux64"],
+        ("windows", "x86_64") => &["win64"],
+        ("windows", "x86") => &["win32"],
+        ("macos", _) => &["darwin64"],
+        _ => &[],
+    }
+}
+
+/// A folder as a URI (RFC 8089).
+fn uri(folder: &Path) -> String {
+    let path = folder.display().to_string().replace('\\', "/");
+    let mut uri = String::from("file:");
+    if !path.starts_with("//") {
+        // A path that begins with // names its host itself: a share on Windows.
+        uri.push_str(if path.starts_with('/') { "//" } else { "///" });
+    }
+    for byte in path.bytes() {
+        if byte.is_ascii_alphanumeric() || b"/:-._~".contains(&byte) {
+            uri.push(char::from(byte));
+        } else {
+            uri.push_str(&format!("%{byte:02X}"));
+        }
+    }
+    uri
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::package::{DESCRIPTION, archive};
+    use modeldescription::v2::{CoSimulation, ModelExchange};
+    use std::io::Cursor;
+
+    /// What is said about an FMU with this description and this file as its library.
+    fn error(description: &ModelDescription, library: &str) -> String {
+        let files = [
+            (DESCRIPTION.to_string(), modeldescription::v2::write(description)),
+            (library.to_string(), b"not a library".to_vec()),
+        ];
+        let mut package = Package::read(Cursor::new(archive::write(&files.into()).unwrap())).unwrap();
+        let place = tempfile::tempdir().unwrap();
+        let error = Fmu::load(&mut package, place.path()).unwrap_err();
+        assert_eq!(std::fs::read_dir(place.path()).unwrap().count(), 0, "the temporary folder is still there");
+        format!("{error:#}")
+    }
+
+    fn pump() -> ModelDescription {
+        let co_simulation = CoSimulation { model_identifier: "PUMP".into(), ..CoSimulation::default() };
+        ModelDescription {
+            model_name: "PUMP".into(),
+            guid: "{1}".into(),
+            co_simulation: Some(co_simulation),
+            ..ModelDescription::default()
+        }
+    }
+
+    #[test]
+    fn an_fmu_without_a_library_for_this_platform_names_those_it_has() {
+        let error = error(&pump(), "binaries/plan9/PUMP.so");
+        let here = platforms(OS, ARCH)[0];
+        assert_eq!(
+            error,
+            format!("the FMU has no library for this platform ({here}), only for plan9: get or build it for {here}")
+        );
+    }
+
+    #[test]
+    fn an_fmu_for_model_exchange_is_refused() {
+        let model_exchange = ModelExchange { model_identifier: "PUMP".into(), ..ModelExchange::default() };
+        let description = ModelDescription { co_simulation: None, model_exchange: Some(model_exchange), ..pump() };
+        assert!(error(&description, "binaries/linux64/PUMP.so").contains("model exchange only"));
+    }
+
+    #[test]
+    fn a_file_that_is_not_a_library_leaves_no_temporary_folder() {
+        let path = format!("binaries/{}/PUMP.so", platforms(OS, ARCH)[0]);
+        let error = error(&pump(), &path);
+        assert!(error.contains("PUMP.so cannot be loaded: "), "{error}");
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let error = format!("{:#}", Fmu::open(Path::new("no/such.fmu")).unwrap_err());
+        assert!(error.starts_with("no/such.fmu: "), "{error}");
+    }
+
+    #[test]
+    fn a_folder_is_named_as_a_uri() {
+        assert_eq!(uri(Path::new("/tmp/a b/50%/ä#?")), "file:///tmp/a%20b/50%25/%C3%A4%23%3F");
+        assert_eq!(uri(Path::new("C:\\x y\\resources")), "file:///C:/x%20y/resources");
+        assert_eq!(uri(Path::new("\\\\server\\share\\x")), "file://server/share/x");
+    }
+
+    #[test]
+    fn linux_on_arm_prefers_the_folder_that_says_so() {
+        assert_eq!(platforms("linux", "aarch64"), ["aarch64-linux", "linux64"]);
+        assert_eq!(platforms("macos", "aarch64"), ["darwin64"]);
+    }
+}

@@ -1,0 +1,190 @@
+//! A shared library of FMI 2.0 for co-simulation, loaded: its functions as C declares them.
+//!
+//! The functions stay unsafe to call; [`Instance`](crate::instance::Instance) is the safe way. The tests and the
+//! benchmarks call them as any host may.
+
+#![allow(unsafe_code)]
+
+use anyhow::{Context, Result, anyhow};
+use std::error::Error;
+use std::ffi::{c_char, c_double, c_int, c_uint, c_void};
+use std::path::Path;
+use std::sync::Arc;
+use tempfile::TempDir;
+
+/// `fmi2Component`, `fmi2FMUstate`.
+pub type Pointer = *mut c_void;
+
+/// `fmi2CallbackLogger`.
+pub type Logger = unsafe extern "C" fn(Pointer, *const c_char, c_int, *const c_char, *const c_char, ...);
+
+/// `fmi2CallbackFunctions`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct CallbackFunctions {
+    /// Called with every message.
+    pub logger: Option<Logger>,
+    /// Gives zeroed memory, as `calloc` does. Libraries made here never call it.
+    pub allocate_memory: Option<unsafe extern "C" fn(usize, usize) -> Pointer>,
+    /// Frees such memory. Libraries made here never call it.
+    pub free_memory: Option<unsafe extern "C" fn(Pointer)>,
+    /// Called at the end of an asynchronous step. Libraries made here never call it.
+    pub step_finished: Option<unsafe extern "C" fn(Pointer, c_int)>,
+    /// The first argument of the logger.
+    pub environment: Pointer,
+}
+
+/// `fmi2Error`: what an optional function that the library does not export returns.
+const ERROR: c_int = 3;
+
+/// The function of a symbol; for an optional one that is missing, a stand-in that returns `fmi2Error`.
+macro_rules! function {
+    (required $library:ident $path:ident $symbol:literal ($($argument:ty),*) -> $result:ty) => {
+        // SAFETY: FMI 2.0 gives this symbol this type.
+        *unsafe { $library.get($symbol) }
+            .map_err(|error| anyhow!("{} does not export {}: {}", $path.display(), $symbol, reason(&error)))?
+    };
+    (optional $library:ident $path:ident $symbol:literal ($($argument:ty),*) -> $result:ty) => {{
+        unsafe extern "C" fn missing($(_: $argument),*) -> $result {
+            ERROR
+        }
+        // SAFETY: FMI 2.0 gives this symbol this type.
+        let found = unsafe { $library.get::<unsafe extern "C" fn($($argument),*) -> $result>($symbol) };
+        found.map_or(missing, |function| *function)
+    }};
+}
+
+macro_rules! library {
+    ($($need:ident $field:ident $symbol:literal ($($argument:ty),*) -> $result:ty;)*) => {
+        /// A loaded library. The clones share it: it is unloaded with the last of them, and the functions must not be
+        /// called afterwards.
+        ///
+        /// FMI asks for all 34 functions, but libraries exist that lack those which they do not support. The
+        /// functions that no co-simulation can do without are required. Any other is replaced by one that returns
+        /// `fmi2Error`, as the standard wants it from a function that is not supported.
+        #[derive(Clone, Debug)]
+        pub struct Library {
+            $(
+                #[doc = concat!("`", $symbol, "`")]
+                pub $field: unsafe extern "C" fn($($argument),*) -> $result,
+            )*
+            loaded: Arc<Loaded>,
+        }
+
+        /// The names of the 34 functions.
+        pub const FUNCTIONS: &[&str] = &[$($symbol),*];
+
+        /// What the names of all functions of FMI 2.0 begin with, those for model exchange too.
+        pub const PREFIX: &str = "fmi2";
+
+        impl Library {
+            fn load(path: &Path, folder: Option<TempDir>) -> Result<Library> {
+                let library = load(path)
+                    .map_err(|error| anyhow!("{} cannot be loaded: {}", path.display(), reason(&error)))?;
+                Ok(Library {
+                    $($field: function!($need library path $symbol ($($argument),*) -> $result),)*
+                    loaded: Arc::new(Loaded { library, _folder: folder }),
+                })
+            }
+        }
+    };
+}
+
+library! {
+    required get_types_platform "fmi2GetTypesPlatform" () -> *const c_char;
+    required get_version "fmi2GetVersion" () -> *const c_char;
+    optional set_debug_logging "fmi2SetDebugLogging" (Pointer, c_int, usize, *const *const c_char) -> c_int;
+    required instantiate "fmi2Instantiate" (*const c_char, c_int, *const c_char, *const c_char, *const CallbackFunctions, c_int, c_int) -> Pointer;
+    required free_instance "fmi2FreeInstance" (Pointer) -> ();
+    required setup_experiment "fmi2SetupExperiment" (Pointer, c_int, c_double, c_double, c_int, c_double) -> c_int;
+    required enter_initialization_mode "fmi2EnterInitializationMode" (Pointer) -> c_int;
+    required exit_initialization_mode "fmi2ExitInitializationMode" (Pointer) -> c_int;
+    required terminate "fmi2Terminate" (Pointer) -> c_int;
+    required reset "fmi2Reset" (Pointer) -> c_int;
+    required get_real "fmi2GetReal" (Pointer, *const c_uint, usize, *mut c_double) -> c_int;
+    required get_integer "fmi2GetInteger" (Pointer, *const c_uint, usize, *mut c_int) -> c_int;
+    required get_boolean "fmi2GetBoolean" (Pointer, *const c_uint, usize, *mut c_int) -> c_int;
+    optional get_string "fmi2GetString" (Pointer, *const c_uint, usize, *mut *const c_char) -> c_int;
+    required set_real "fmi2SetReal" (Pointer, *const c_uint, usize, *const c_double) -> c_int;
+    required set_integer "fmi2SetInteger" (Pointer, *const c_uint, usize, *const c_int) -> c_int;
+    required set_boolean "fmi2SetBoolean" (Pointer, *const c_uint, usize, *const c_int) -> c_int;
+    optional set_string "fmi2SetString" (Pointer, *const c_uint, usize, *const *const c_char) -> c_int;
+    optional get_fmu_state "fmi2GetFMUstate" (Pointer, *mut Pointer) -> c_int;
+    optional set_fmu_state "fmi2SetFMUstate" (Pointer, Pointer) -> c_int;
+    optional free_fmu_state "fmi2FreeFMUstate" (Pointer, *mut Pointer) -> c_int;
+    optional serialized_fmu_state_size "fmi2SerializedFMUstateSize" (Pointer, Pointer, *mut usize) -> c_int;
+    optional serialize_fmu_state "fmi2SerializeFMUstate" (Pointer, Pointer, *mut u8, usize) -> c_int;
+    optional deserialize_fmu_state "fmi2DeSerializeFMUstate" (Pointer, *const u8, usize, *mut Pointer) -> c_int;
+    optional get_directional_derivative "fmi2GetDirectionalDerivative" (Pointer, *const c_uint, usize, *const c_uint, usize, *const c_double, *mut c_double) -> c_int;
+    optional set_real_input_derivatives "fmi2SetRealInputDerivatives" (Pointer, *const c_uint, usize, *const c_int, *const c_double) -> c_int;
+    optional get_real_output_derivatives "fmi2GetRealOutputDerivatives" (Pointer, *const c_uint, usize, *const c_int, *mut c_double) -> c_int;
+    required do_step "fmi2DoStep" (Pointer, c_double, c_double, c_int) -> c_int;
+    optional cancel_step "fmi2CancelStep" (Pointer) -> c_int;
+    optional get_status "fmi2GetStatus" (Pointer, c_int, *mut c_int) -> c_int;
+    optional get_real_status "fmi2GetRealStatus" (Pointer, c_int, *mut c_double) -> c_int;
+    optional get_integer_status "fmi2GetIntegerStatus" (Pointer, c_int, *mut c_int) -> c_int;
+    optional get_boolean_status "fmi2GetBooleanStatus" (Pointer, c_int, *mut c_int) -> c_int;
+    optional get_string_status "fmi2GetStringStatus" (Pointer, c_int, *mut *const c_char) -> c_int;
+}
+
+/// The library and the folder that it was unpacked to, which goes after it.
+#[derive(Debug)]
+struct Loaded {
+    library: libloading::Library,
+    _folder: Option<TempDir>,
+}
+
+#[cfg(not(windows))]
+fn load(path: &Path) -> Result<libloading::Library, libloading::Error> {
+    // SAFETY: the initialisers of a library can do anything; see the module `host`.
+    unsafe { libloading::Library::new(path) }
+}
+
+/// Windows looks for the other libraries that this one needs in its own folder, too.
+#[cfg(windows)]
+fn load(path: &Path) -> Result<libloading::Library, libloading::Error> {
+    use libloading::os::windows::{LOAD_WITH_ALTERED_SEARCH_PATH, Library};
+    // SAFETY: the initialisers of a library can do anything; see the module `host`.
+    unsafe { Library::load_with_flags(path, LOAD_WITH_ALTERED_SEARCH_PATH) }.map(Into::into)
+}
+
+/// What the system says about a failure; libloading's own text does not hold it.
+fn reason(error: &libloading::Error) -> String {
+    error.source().map_or(error.to_string(), ToString::to_string)
+}
+
+impl Library {
+    /// Loads a library and finds its functions. This runs code of the library.
+    ///
+    /// # Errors
+    /// It cannot be loaded, or lacks a function that every co-simulation needs.
+    pub fn open(path: &Path) -> Result<Library> {
+        Library::load(path, None)
+    }
+
+    /// The same for a library in a temporary folder, which is removed when the library has been unloaded.
+    ///
+    /// # Errors
+    /// As [`Library::open`]; the folder is removed then, too.
+    pub fn open_in(folder: TempDir, path: &Path) -> Result<Library> {
+        Library::load(path, Some(folder))
+    }
+
+    /// The table that a library made with `fmu::export!` holds, as JSON.
+    ///
+    /// # Errors
+    /// The library was not made with `fmu::export!`.
+    pub fn interface(&self) -> Result<String> {
+        type Interface = unsafe extern "C" fn(*mut u8, usize) -> usize;
+        // SAFETY: `fmu::export!` gives the symbol this type.
+        let interface = unsafe { self.loaded.library.get::<Interface>("plcfmu_interface") }
+            .map_err(|_| anyhow!("the library has no table: its last line should be fmu::export!(MyBlock);"))?;
+        // SAFETY: NULL asks for the length alone; then the buffer is as long as that.
+        let json = unsafe {
+            let mut json = vec![0; interface(std::ptr::null_mut(), 0)];
+            interface(json.as_mut_ptr(), json.len());
+            json
+        };
+        String::from_utf8(json).context("the library's table is not UTF-8")
+    }
+}

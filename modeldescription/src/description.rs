@@ -1,0 +1,370 @@
+//! What an FMU is, whatever version of FMI its `modelDescription.xml` is written in.
+//!
+//! The elements and words below are the same in every version.
+
+use crate::error::Error;
+use crate::xml::attributes::*;
+use crate::xml::lexical::{SPACES, Value};
+use crate::xml::read::{Attribute, Document, Tag};
+use crate::xml::write::Xml;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::fmt;
+
+/// What an FMU is: what a master, a study or a tool has to know of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Description {
+    /// The version of FMI, such as `2.0`.
+    pub fmi_version: &'static str,
+    /// The model's name.
+    pub model_name: String,
+    /// Identifies the interface; the library compares it with its own.
+    pub guid: String,
+    /// A short description of the model.
+    pub description: Option<String>,
+    /// The model's author.
+    pub author: Option<String>,
+    /// The model's version.
+    pub version: Option<String>,
+    /// The copyright notice.
+    pub copyright: Option<String>,
+    /// The licence.
+    pub license: Option<String>,
+    /// The tool that made the FMU.
+    pub generation_tool: Option<String>,
+    /// When the FMU was made, as `xs:dateTime`.
+    pub generation_date_and_time: Option<String>,
+    /// What the FMU can do in co-simulation, if it supports that.
+    pub co_simulation: Option<Support>,
+    /// What the FMU can do in model exchange, if it supports that.
+    pub model_exchange: Option<Support>,
+    /// All units that are used.
+    pub units: Vec<Unit>,
+    /// The categories of the FMU's messages.
+    pub log_categories: Vec<LogCategory>,
+    /// The simulation that the FMU proposes.
+    pub default_experiment: Option<DefaultExperiment>,
+    /// The variables.
+    pub variables: Vec<Variable>,
+}
+
+/// What an FMU can do in one kind of simulation.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Support {
+    /// The name of the library.
+    pub model_identifier: String,
+    /// The names of the capabilities and their values as text, as `modelDescription.xml` has them and in its order.
+    pub capabilities: Vec<(&'static str, String)>,
+}
+
+/// A variable, with what its type definition says where it says nothing itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// Its number in the C functions. Variables of one type that share it are one variable with two names.
+    pub value_reference: u32,
+    /// A short text.
+    pub description: Option<String>,
+    /// Who sets it.
+    pub causality: Causality,
+    /// When it changes.
+    pub variability: Variability,
+    /// How it gets its first value; `None` for an input and for the independent variable.
+    pub initial: Option<Initial>,
+    /// How it is read and written; `None` if it is a text.
+    pub kind: Option<Type>,
+    /// The standard's name of its type.
+    pub type_name: &'static str,
+    /// The unit of its values.
+    pub unit: Option<String>,
+    /// The unit in which its values are displayed by default.
+    pub display_unit: Option<String>,
+    /// The lowest value that the model is made for.
+    pub min: Option<f64>,
+    /// The highest value that the model is made for.
+    pub max: Option<f64>,
+    /// The value before initialization; true is 1.
+    pub start: Option<f64>,
+    /// The same of a text.
+    pub start_text: Option<String>,
+}
+
+impl Default for Variable {
+    /// A continuous local Real without a name, the standard's defaults.
+    fn default() -> Variable {
+        Variable {
+            name: String::new(),
+            value_reference: 0,
+            description: None,
+            causality: Causality::Local,
+            variability: Variability::Continuous,
+            initial: None,
+            kind: Some(Type::Real),
+            type_name: Type::Real.name(),
+            unit: None,
+            display_unit: None,
+            min: None,
+            max: None,
+            start: None,
+            start_text: None,
+        }
+    }
+}
+
+/// How a variable is read and written. An enumeration counts as an Integer.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Type {
+    /// A floating-point number.
+    Real,
+    /// A whole number.
+    Integer,
+    /// TRUE or FALSE.
+    Boolean,
+}
+
+impl Type {
+    /// All of them, in their order.
+    pub const ALL: [Type; 3] = [Type::Real, Type::Integer, Type::Boolean];
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Type::Real => "Real",
+            Type::Integer => "Integer",
+            Type::Boolean => "Boolean",
+        }
+    }
+
+    /// A value of this type as `modelDescription.xml` and the start values of a preset have it; true is 1.
+    pub fn text(self, value: f64) -> String {
+        match self {
+            Type::Real => format!("{value:?}"),
+            Type::Integer => (value as i64).to_string(),
+            Type::Boolean => (value != 0.0).to_string(),
+        }
+    }
+}
+
+impl Description {
+    /// The name of the library; that of co-simulation if the FMU supports both.
+    pub fn model_identifier(&self) -> Option<&str> {
+        let support = self.co_simulation.as_ref().or(self.model_exchange.as_ref());
+        support.map(|support| support.model_identifier.as_str())
+    }
+
+    /// The variable with this name.
+    pub fn variable(&self, name: &str) -> Option<&Variable> {
+        self.variables.iter().find(|variable| variable.name == name)
+    }
+
+    /// The start value of the variable with this name; true is 1.
+    pub fn start(&self, name: &str) -> Option<f64> {
+        self.variable(name)?.start
+    }
+}
+
+impl Support {
+    /// Whether the FMU has the capability of this name.
+    pub fn can(&self, capability: &str) -> bool {
+        self.capabilities.iter().any(|(name, value)| *name == capability && value == "true")
+    }
+}
+
+impl Variable {
+    /// Whether a host may set it: it is an input or a parameter, and not constant.
+    pub fn is_settable(&self) -> bool {
+        matches!(self.causality, Causality::Input | Causality::Parameter) && self.variability != Variability::Constant
+    }
+
+    /// Whether it may be set while the simulation runs.
+    pub fn is_tunable(&self) -> bool {
+        self.is_settable() && (self.causality == Causality::Input || self.variability == Variability::Tunable)
+    }
+
+    /// Whether a value lies outside of the declared range.
+    pub fn is_outside(&self, value: f64) -> bool {
+        self.min.is_some_and(|min| value < min) || self.max.is_some_and(|max| value > max)
+    }
+
+    /// The range for a message, such as `0.0 to ...`.
+    pub fn range(&self) -> String {
+        let show = |bound: Option<f64>| bound.map_or("...".into(), |bound| format!("{bound:?}"));
+        format!("{} to {}", show(self.min), show(self.max))
+    }
+}
+
+elements! {
+    /// The capabilities of an FMU for co-simulation: attributes of the element `CoSimulation`, and an object in the JSON
+    /// of a library.
+    #[serde(default)]
+    Capabilities and json {
+        /// The FMU only connects to a tool, which has to be installed.
+        needs_execution_tool "needsExecutionTool": bool = false;
+        /// Communication steps may differ in size.
+        can_handle_variable_communication_step_size "canHandleVariableCommunicationStepSize": bool = false;
+        /// Derivatives of inputs are accepted.
+        can_interpolate_inputs "canInterpolateInputs": bool = false;
+        /// The highest order of derivatives that outputs have.
+        max_output_derivative_order "maxOutputDerivativeOrder": u32 = 0;
+        /// A step may continue after its call has returned. (The spelling is the standard's.)
+        can_run_asynchronuously "canRunAsynchronuously": bool = false;
+        /// A process can hold only one instance.
+        can_be_instantiated_only_once_per_process "canBeInstantiatedOnlyOncePerProcess": bool = false;
+        /// The FMU does not use the host's memory functions.
+        can_not_use_memory_management_functions "canNotUseMemoryManagementFunctions": bool = false;
+        /// The FMU's state can be saved and restored.
+        can_get_and_set_fmu_state "canGetAndSetFMUstate": bool = false;
+        /// A saved state can be converted to bytes and back.
+        can_serialize_fmu_state "canSerializeFMUstate": bool = false;
+        /// Partial derivatives are provided.
+        provides_directional_derivative "providesDirectionalDerivative": bool = false;
+    }
+
+    /// `Unit`: a unit and its definition in SI units.
+    Unit "Unit" {
+        /// Its name, by which variables refer to it.
+        name "name": String;
+    }, children {
+        /// Its definition in SI units.
+        base_unit: Option<BaseUnit>;
+        /// Units in which its values may be displayed.
+        display_units: Vec<DisplayUnit>;
+    }
+
+    /// `BaseUnit`: a value in SI units is `factor` * value + `offset`.
+    #[derive(Copy)]
+    #[allow(non_snake_case)] // A is the ampere, K the kelvin
+    BaseUnit "BaseUnit" {
+        /// Exponent of the kilogram.
+        kg "kg": i32 = 0, omitted;
+        /// Exponent of the metre.
+        m "m": i32 = 0, omitted;
+        /// Exponent of the second.
+        s "s": i32 = 0, omitted;
+        /// Exponent of the ampere.
+        A "A": i32 = 0, omitted;
+        /// Exponent of the kelvin.
+        K "K": i32 = 0, omitted;
+        /// Exponent of the mole.
+        mol "mol": i32 = 0, omitted;
+        /// Exponent of the candela.
+        cd "cd": i32 = 0, omitted;
+        /// Exponent of the radian.
+        rad "rad": i32 = 0, omitted;
+        /// Multiplied with a value.
+        factor "factor": f64 = 1.0, omitted;
+        /// Added to the product.
+        offset "offset": f64 = 0.0, omitted;
+    }
+
+    /// `DisplayUnit`: the displayed value is `factor` * value + `offset`.
+    DisplayUnit "DisplayUnit" {
+        /// Its name, by which variables refer to it.
+        name "name": String;
+        /// Multiplied with a value.
+        factor "factor": f64 = 1.0, omitted;
+        /// Added to the product.
+        offset "offset": f64 = 0.0, omitted;
+    }
+
+    /// `Category`: a category of log messages.
+    LogCategory "Category" and json {
+        /// Its name, as the host's logger receives it.
+        name "name": String;
+        /// What its messages tell.
+        description "description": Option<String>;
+    }
+
+    /// `DefaultExperiment`: the simulation that the FMU proposes.
+    #[derive(Copy)]
+    DefaultExperiment "DefaultExperiment" {
+        /// The start time in seconds.
+        start_time "startTime": Option<f64>;
+        /// The stop time in seconds.
+        stop_time "stopTime": Option<f64>;
+        /// The relative tolerance.
+        tolerance "tolerance": Option<f64>;
+        /// The communication step size in seconds.
+        step_size "stepSize": Option<f64>;
+    }
+}
+
+words! {
+    /// Who sets a variable.
+    Causality {
+        /// The host, before the simulation or, if tunable, between steps.
+        Parameter "parameter",
+        /// The FMU, from parameters.
+        CalculatedParameter "calculatedParameter",
+        /// Another FMU or the host, during the simulation.
+        Input "input",
+        /// The FMU, for others.
+        Output "output",
+        /// The FMU, for itself.
+        Local "local",
+        /// Nobody: it is the time.
+        Independent "independent",
+    }
+
+    /// When a variable changes.
+    Variability {
+        /// Never.
+        Constant "constant",
+        /// Not after initialization.
+        Fixed "fixed",
+        /// Between steps, when the host sets it.
+        Tunable "tunable",
+        /// At certain instants.
+        Discrete "discrete",
+        /// At any time.
+        Continuous "continuous",
+    }
+
+    /// How a variable gets its first value.
+    Initial {
+        /// It is the start value.
+        Exact "exact",
+        /// It is found by iteration from the start value.
+        Approx "approx",
+        /// It is computed from other variables.
+        Calculated "calculated",
+    }
+}
+
+/// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema.
+pub(crate) fn list(attributes: &impl Attributes) -> Vec<(&'static str, String)> {
+    let mut list = Vec::new();
+    attributes.write(&mut |name, value| list.push((name, value.to_owned())));
+    list
+}
+
+impl Capabilities {
+    /// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema.
+    pub fn list(&self) -> Vec<(&'static str, String)> {
+        list(self)
+    }
+}
+
+impl BaseUnit {
+    /// The names of the attributes in `modelDescription.xml` and their values as text, in the order of the schema, without
+    /// those that have their defaults.
+    pub fn list(&self) -> Vec<(&'static str, String)> {
+        list(self)
+    }
+}
+
+impl Causality {
+    /// Whether a variable of this causality may have this variability: the table of FMI 2.0, section 2.2.7. Importers
+    /// refuse an FMU that breaks it.
+    pub fn allows(self, variability: Variability) -> bool {
+        use Variability::{Constant, Continuous, Discrete, Fixed, Tunable};
+        match self {
+            Causality::Parameter | Causality::CalculatedParameter => matches!(variability, Fixed | Tunable),
+            Causality::Input => matches!(variability, Discrete | Continuous),
+            Causality::Output => matches!(variability, Constant | Discrete | Continuous),
+            Causality::Local => true,
+            Causality::Independent => variability == Continuous,
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! A modelDescription.xml in the version of FMI that it is written in.
+
+use crate::description::{DefaultExperiment, Description};
+use crate::error::Error;
+use crate::interface::Interface;
+use crate::v2;
+
+/// The versions of FMI that are supported, as `fmiVersion` states them.
+pub const VERSIONS: &[&str] = &[v2::FMI_VERSION];
+
+/// The most findings that [`ModelDescription::check`] tells; one more sentence counts the rest.
+pub const MOST_FINDINGS: usize = v2::MOST_FINDINGS;
+
+/// A modelDescription.xml. What it says is a [`Description`]; this is for those who write and check the file itself.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ModelDescription {
+    /// Of FMI 2.0.
+    V2(Box<v2::ModelDescription>),
+}
+
+/// What a preset of an FMU has in place of the original's.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Preset {
+    /// The model's name.
+    pub model_name: String,
+    /// The GUID.
+    pub guid: String,
+    /// The places of variables and their start values; true is 1.
+    pub starts: Vec<(usize, f64)>,
+    /// The simulation that the FMU proposes.
+    pub default_experiment: Option<DefaultExperiment>,
+}
+
+impl ModelDescription {
+    /// The model description of the FMU with this library.
+    ///
+    /// # Errors
+    /// What the table says that a model description must not: an unknown unit, a start value out of range, a name twice.
+    pub fn of(interface: &Interface) -> Result<ModelDescription, Error> {
+        v2::ModelDescription::of(interface).map(ModelDescription::from)
+    }
+
+    /// Reads a modelDescription.xml, made by any tool.
+    ///
+    /// # Errors
+    /// As [`v2::read`].
+    pub fn read(bytes: &[u8]) -> Result<ModelDescription, Error> {
+        v2::read(bytes).map(ModelDescription::from)
+    }
+
+    /// The file. The same model description always gives the same bytes.
+    pub fn write(&self) -> Vec<u8> {
+        let ModelDescription::V2(own) = self;
+        v2::write(own)
+    }
+
+    /// What it says of the FMU.
+    pub fn description(&self) -> Description {
+        let ModelDescription::V2(own) = self;
+        own.description()
+    }
+
+    /// All mistakes that a schema does not find but that mislead a host, one sentence each. The model of a preset has another
+    /// name than the library.
+    pub fn check(&self, is_preset: bool) -> Vec<String> {
+        let ModelDescription::V2(own) = self;
+        if !is_preset {
+            return v2::check(own);
+        }
+        let mut own = own.clone();
+        own.model_name = own.model_identifier().unwrap_or_default().to_string();
+        v2::check(&own)
+    }
+
+    /// The same with a licence.
+    pub fn with_license(mut self, license: Option<String>) -> ModelDescription {
+        let ModelDescription::V2(own) = &mut self;
+        own.license = license;
+        self
+    }
+
+    /// The model description of a preset. Declared ranges are widened to the start values: FMI requires that the one lies
+    /// within the other, but the blocks take any value.
+    ///
+    /// # Panics
+    /// A start value is for a variable that there is not.
+    pub fn with(&self, preset: Preset) -> ModelDescription {
+        let ModelDescription::V2(own) = self;
+        let mut own = own.clone();
+        own.model_name = preset.model_name;
+        own.guid = preset.guid;
+        own.default_experiment = preset.default_experiment;
+        for (place, start) in preset.starts {
+            own.set_start(place, start);
+        }
+        ModelDescription::V2(own)
+    }
+}
+
+impl From<v2::ModelDescription> for ModelDescription {
+    fn from(own: v2::ModelDescription) -> ModelDescription {
+        ModelDescription::V2(Box::new(own))
+    }
+}

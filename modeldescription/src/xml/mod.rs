@@ -1,0 +1,6 @@
+//! The XML of a model description in any version of FMI: elements and attributes from tables, read within limits and written.
+
+pub(crate) mod attributes;
+pub(crate) mod lexical;
+pub(crate) mod read;
+pub(crate) mod write;

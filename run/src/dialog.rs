@@ -1,0 +1,285 @@
+//! What a block's documentation says of its dialog: what its variables are in a loop, and its settings in groups.
+//!
+//! A block says it in a fence of its documentation:
+//!
+//! ````text
+//! ```dialog
+//! setpoint: SP_INT
+//! process value: PV_IN, PV
+//! manipulated value: LMN
+//! manual: MAN_ON, MAN
+//! controller: GAIN, TI, TD, TM_LAG
+//! structure: P_SEL, I_SEL, D_SEL
+//!
+//! [Process value]
+//! PVPER_ON
+//! PV_FAC, PV_OFF if PVPER_ON
+//! ```
+//! ````
+//!
+//! A block without the fence has a group for its inputs and one for its parameters, and no roles.
+
+use crate::fmus::Part;
+use crate::plan::near;
+use anyhow::{Context, Result, bail};
+use blocks::Role;
+use modeldescription::Table;
+use serde::{Deserialize, Serialize};
+
+/// What the variables of an FMU are in a loop. All names are the FMU's own.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[serde(default)]
+pub struct Roles {
+    /// The setpoint that a user changes.
+    pub setpoint: Option<String>,
+    /// Where a controller takes the process value from (an input), or where a plant gives it (an output).
+    pub process_value: Option<String>,
+    /// The process value that is drawn, in the setpoint's unit.
+    pub shown_process_value: Option<String>,
+    /// The manipulated value: an output of a controller, an input of a plant.
+    pub manipulated_value: Option<String>,
+    /// The switch to manual mode and the manual value.
+    pub manual: Option<(String, String)>,
+    /// GAIN, TI, TD and TM_LAG, as far as there are such.
+    pub controller: Vec<String>,
+    /// The switches of the P, I and D action.
+    pub structure: Vec<String>,
+    /// Pulses: outputs of a controller (up, down or heat, cool), inputs of a plant.
+    pub pulses: Vec<String>,
+    /// The settings of the pulse former: period, shortest pulse, ratio.
+    pub pulse_former: Vec<String>,
+    /// The inputs of a plant that disturb it.
+    pub disturbances: Vec<String>,
+    /// More pairs by meaning, which both ends name in the same way, such as `high stop`: LMNR_HS.
+    pub signals: Vec<(String, String)>,
+}
+
+/// Settings that belong together.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Group {
+    /// Its title.
+    pub title: String,
+    /// Its settings, in order.
+    pub fields: Vec<Field>,
+}
+
+/// A setting of a group.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Field {
+    /// The variable.
+    pub name: String,
+    /// When it has an effect: each inner list is joined by AND, the lists by OR; empty is always. `(name, wanted)`.
+    pub used_if: Vec<Vec<(String, bool)>>,
+}
+
+/// What the documentation says, or the default: a group for the inputs and one for the parameters.
+///
+/// # Errors
+/// A line of the fence that cannot be read, a name that the block does not have, a setting that is in no group or in two.
+pub fn of(table: &Table) -> Result<(Roles, Vec<Group>)> {
+    let Some(lines) = fence(&table.docs)? else { return Ok((Roles::default(), default_groups(table))) };
+    let mut roles = Roles::default();
+    let mut groups: Vec<Group> = Vec::new();
+    for line in lines.iter().map(|line| line.trim()).filter(|line| !line.is_empty()) {
+        let mut read = || match line.strip_prefix('[') {
+            Some(title) => {
+                let title = title.strip_suffix(']').context("a title ends with ]")?.trim();
+                if title.is_empty() {
+                    bail!("the title is empty");
+                }
+                groups.push(Group { title: title.into(), fields: Vec::new() });
+                Ok(())
+            }
+            None => match groups.last_mut() {
+                None => roles.read(table, line),
+                Some(group) => {
+                    group.fields.extend(fields(table, line)?);
+                    Ok(())
+                }
+            },
+        };
+        read().with_context(|| format!("{}: the line {line:?} of its dialog", table.name))?;
+    }
+    check(table, &groups)?;
+    Ok((roles, groups))
+}
+
+/// The lines between "```dialog" and "```".
+fn fence(docs: &str) -> Result<Option<Vec<&str>>> {
+    let begin = |line: &&str| line.trim() == "```dialog";
+    let mut after = docs.lines().skip_while(|line| !begin(line)).skip(1).peekable();
+    if after.peek().is_none() && !docs.lines().any(|line| begin(&line)) {
+        return Ok(None);
+    }
+    let mut lines = Vec::new();
+    loop {
+        match after.next().context("a dialog ends with the line ```")? {
+            line if line.trim() == "```" => break,
+            line => lines.push(line),
+        }
+    }
+    if after.any(|line| begin(&line)) {
+        bail!("there are two dialogs: write one");
+    }
+    Ok(Some(lines))
+}
+
+fn default_groups(table: &Table) -> Vec<Group> {
+    let group = |title: &str, is_of: fn(Role) -> bool| Group {
+        title: title.into(),
+        fields: table
+            .variables
+            .iter()
+            .filter(|row| is_of(row.role))
+            .map(|row| Field { name: row.name.clone(), used_if: Vec::new() })
+            .collect(),
+    };
+    let inputs = group("Inputs", |role| role == Role::Input);
+    let parameters = group("Parameters", |role| role.is_settable() && role != Role::Input);
+    [inputs, parameters].into_iter().filter(|group| !group.fields.is_empty()).collect()
+}
+
+/// Names of the table, separated by commas.
+fn names(table: &Table, text: &str) -> Result<Vec<String>> {
+    text.split(',').map(|name| known(table, name.trim())).collect()
+}
+
+fn known(table: &Table, name: &str) -> Result<String> {
+    if table.find(name).is_some() {
+        return Ok(name.into());
+    }
+    let hint = near(name, table.variables.iter().map(|row| row.name.as_str()))
+        .map_or_else(String::new, |near| format!("; did you mean {near}?"));
+    bail!("there is no variable {name:?}{hint}")
+}
+
+/// `NAMES` or `NAMES if CONDITION`.
+fn fields(table: &Table, line: &str) -> Result<Vec<Field>> {
+    let (listed, used_if) = match line.split_once(" if ") {
+        Some((listed, condition)) => (listed, self::condition(table, condition)?),
+        None => (line, Vec::new()),
+    };
+    let field = |name: String| match table.find(&name).map(|row| table.variables[row].role) {
+        Some(role) if !role.is_settable() => {
+            bail!("{name} is {}: only inputs and parameters are in groups", role.name())
+        }
+        _ => Ok(Field { name, used_if: used_if.clone() }),
+    };
+    names(table, listed)?.into_iter().map(field).collect()
+}
+
+/// `A and not B or C`.
+fn condition(table: &Table, text: &str) -> Result<Vec<Vec<(String, bool)>>> {
+    let switch = |words: &[&str]| {
+        let (name, wanted) = match words {
+            ["not", name] => (name, false),
+            [name] => (name, true),
+            _ => bail!("{:?}: write NAME or not NAME, joined by and and or", words.join(" ")),
+        };
+        let name = known(table, name)?;
+        if table.find(&name).is_some_and(|row| !table.variables[row].role.is_settable()) {
+            bail!("{name} is neither an input nor a parameter: a condition names settings");
+        }
+        Ok((name, wanted))
+    };
+    let words: Vec<&str> = text.split_whitespace().collect();
+    words.split(|word| *word == "or").map(|all| all.split(|word| *word == "and").map(switch).collect()).collect()
+}
+
+/// Each setting has to be in one group.
+fn check(table: &Table, groups: &[Group]) -> Result<()> {
+    let all: Vec<&str> = groups.iter().flat_map(|group| &group.fields).map(|field| field.name.as_str()).collect();
+    for row in table.variables.iter().filter(|row| row.role.is_settable()) {
+        match all.iter().filter(|name| **name == row.name).count() {
+            1 => {}
+            0 => bail!("{}: {} is in no group of its dialog: add it to one", table.name, row.name),
+            _ => bail!("{}: {} is in its dialog more than once: leave it in one group", table.name, row.name),
+        }
+    }
+    Ok(())
+}
+
+impl Roles {
+    /// By what a controller drives a plant: the manipulated value, the pulses.
+    pub fn driving(&self) -> impl Iterator<Item = &String> {
+        self.manipulated_value.iter().chain(&self.pulses)
+    }
+
+    /// What tells that an actuator is at one of its stops.
+    pub fn stops(&self) -> impl Iterator<Item = &String> {
+        self.signals.iter().filter(|(meaning, _)| meaning.ends_with("stop")).map(|(_, name)| name)
+    }
+
+    /// `ROLE: NAMES`
+    fn read(&mut self, table: &Table, line: &str) -> Result<()> {
+        let (role, listed) = line.split_once(':').context("write ROLE: NAMES, or [Title] to begin a group")?;
+        let (role, mut names) = (role.trim(), names(table, listed)?);
+        let most = match role {
+            "setpoint" | "manipulated value" => 1,
+            "process value" | "manual" => 2,
+            "controller" => 4,
+            "structure" | "pulse former" => 3,
+            "pulses" => 2,
+            "disturbances" => usize::MAX,
+            _ if role.strip_prefix("signal ").is_some_and(|what| !what.trim().is_empty()) => 1,
+            _ => bail!(
+                "{role:?} is no role: setpoint, process value, manipulated value, manual, controller, structure, pulses, \
+                 pulse former, disturbances, signal NAME"
+            ),
+        };
+        if names.len() > most {
+            let most = if most == 1 { "one name".into() } else { format!("{most} names") };
+            bail!("{role} has {most} at most");
+        }
+        let first = names[0].clone();
+        match role {
+            "setpoint" => self.setpoint = Some(first),
+            "process value" => {
+                self.shown_process_value = Some(names.pop().unwrap_or_else(|| first.clone()));
+                self.process_value = Some(first);
+            }
+            "manipulated value" => self.manipulated_value = Some(first),
+            "manual" => {
+                let [on, value] = names.as_slice() else { bail!("manual has two names: the switch and the value") };
+                self.manual = Some((on.clone(), value.clone()));
+            }
+            "controller" => self.controller = names,
+            "structure" => self.structure = names,
+            "pulses" => self.pulses = names,
+            "pulse former" => self.pulse_former = names,
+            "disturbances" => self.disturbances = names,
+            signal => self.signals.push((signal.trim_start_matches("signal ").trim().into(), first)),
+        }
+        Ok(())
+    }
+
+    /// What the FMU is in a loop.
+    pub fn part(&self, table: &Table) -> Part {
+        let is = |name: &Option<String>, role: Role| {
+            let row = name.as_ref().and_then(|name| table.find(name));
+            row.is_some_and(|row| table.variables[row].role == role)
+        };
+        let has_pulses = |role: Role| is(&self.pulses.first().cloned(), role);
+        if self.setpoint.is_some() || is(&self.manipulated_value, Role::Output) || has_pulses(Role::Output) {
+            Part::Controller
+        } else if is(&self.manipulated_value, Role::Input)
+            || is(&self.process_value, Role::Output)
+            || has_pulses(Role::Input)
+        {
+            Part::Plant
+        } else {
+            Part::Other
+        }
+    }
+}
+
+impl Field {
+    /// Whether it has an effect, with these switches.
+    pub fn is_used(&self, is_on: impl Fn(&str) -> bool) -> bool {
+        self.used_if.is_empty()
+            || self.used_if.iter().any(|all| all.iter().all(|(name, wanted)| is_on(name) == *wanted))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,514 @@
+//! A system as a TOML file, such as `loop.toml`: what to run, written by hand.
+//!
+//! ```toml
+//! step = 1.0
+//! stop = 600.0
+//! record = ["PID.OUT", "FURNACE.TEMP"]
+//!
+//! [fmus]                                  # in the order in which they are stepped
+//! PID = "PID.fmu"                         # relative to this file
+//! FURNACE = "FURNACE.fmu"
+//!
+//! [connections]                           # from an output to an input, or to several
+//! PID.OUT = "FURNACE.POWER"
+//! FURNACE.TEMP = "PID.PV"
+//!
+//! [settings]
+//! PID.GAIN = 2.0
+//! FURNACE = { AMBIENT = 15.0 }            # the same as FURNACE.AMBIENT = 15.0
+//!
+//! [[events]]
+//! time = 300.0
+//! set.PID.SP = 80.0
+//! ```
+//!
+//! Names of variables have points, and so have TOML's keys: both ways of writing give the same name.
+
+use crate::plan::near;
+use crate::system::{Connection, Exchange, Member, Place, Recorded, Setting, System, Value};
+use anyhow::{Context, Result, anyhow, bail};
+use parameters::{Options, Reading, Source};
+use serde::Deserialize;
+use serde::de::{self, DeserializeOwned, MapAccess, SeqAccess, Visitor};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+
+/// The largest file, in bytes.
+const LARGEST: u64 = 1 << 20;
+
+/// Reads a parameter file, named as the user names it.
+pub type ReadParameters = fn(&str, &Options) -> Result<Reading>;
+
+/// What is to be said of a parameter file that was read, a sentence each.
+pub fn remarks(reading: &Reading) -> Vec<String> {
+    reading.remarks.to_string().lines().map(str::to_string).collect()
+}
+
+/// What the file may hold.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Content {
+    start: Option<Spanned<Node>>,
+    stop: Option<Spanned<Node>>,
+    step: Option<Spanned<Node>>,
+    #[serde(default)]
+    exchange: Exchange,
+    #[serde(default)]
+    record: Vec<Spanned<String>>,
+    fmus: Entries<Spanned<String>>,
+    #[serde(default)]
+    connections: Entries<Spanned<Node>>,
+    #[serde(default)]
+    parameters: Entries<Spanned<ParametersOf>>,
+    #[serde(default)]
+    settings: Entries<Spanned<Node>>,
+    #[serde(default)]
+    events: Vec<Event>,
+}
+
+/// From which file an FMU has its values.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ParametersOf {
+    file: Spanned<String>,
+    #[serde(rename = "loop")]
+    name: Option<Spanned<String>>,
+    block: Option<String>,
+    #[serde(default)]
+    offset: usize,
+}
+
+/// What is set at a time.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Event {
+    time: Spanned<Node>,
+    set: Entries<Spanned<Node>>,
+}
+
+/// A value, a list, or a table of them.
+pub enum Node {
+    /// `true` or `false`.
+    Boolean(bool),
+    /// An integer or a floating-point number.
+    Number(f64),
+    /// A text in quotation marks.
+    Text(String),
+    /// Values in brackets.
+    List(Vec<Spanned<Node>>),
+    /// A table, written as a section or in braces.
+    Table(Entries<Spanned<Node>>),
+}
+
+/// The keys of a table with their values, in the order of the file.
+pub struct Entries<T>(Vec<(Spanned<String>, T)>);
+
+impl<T> Default for Entries<T> {
+    fn default() -> Entries<T> {
+        Entries(Vec::new())
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Entries<T> {
+    fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<Entries<T>, D::Error> {
+        struct Table<T>(std::marker::PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Table<T> {
+            type Value = Entries<T>;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+                formatter.write_str("a table")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Entries<T>, A::Error> {
+                entries(map)
+            }
+        }
+        deserializer.deserialize_map(Table(std::marker::PhantomData))
+    }
+}
+
+impl<'de> Deserialize<'de> for Node {
+    fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<Node, D::Error> {
+        struct Any;
+        impl<'de> Visitor<'de> for Any {
+            type Value = Node;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+                formatter.write_str("a number, true, false, or a text")
+            }
+
+            fn visit_bool<E>(self, value: bool) -> Result<Node, E> {
+                Ok(Node::Boolean(value))
+            }
+
+            fn visit_i64<E>(self, value: i64) -> Result<Node, E> {
+                Ok(Node::Number(value as f64))
+            }
+
+            fn visit_f64<E>(self, value: f64) -> Result<Node, E> {
+                Ok(Node::Number(value))
+            }
+
+            fn visit_str<E>(self, text: &str) -> Result<Node, E> {
+                Ok(Node::Text(text.into()))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Node, A::Error> {
+                let mut nodes = Vec::new();
+                while let Some(node) = list.next_element()? {
+                    nodes.push(node);
+                }
+                Ok(Node::List(nodes))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Node, A::Error> {
+                Ok(Node::Table(entries(map)?))
+            }
+        }
+        deserializer.deserialize_any(Any)
+    }
+}
+
+fn entries<'de, T: Deserialize<'de>, A: MapAccess<'de>>(mut map: A) -> Result<Entries<T>, A::Error> {
+    let mut entries = Vec::new();
+    while let Some(entry) = map.next_entry()? {
+        entries.push(entry);
+    }
+    Ok(Entries(entries))
+}
+
+/// Reads a system from a file. The paths of FMUs are relative to `fmus`, if there is such a folder, and else to the folder of
+/// the file; those of parameter files, which `parameters` reads, are relative to the folder of the file.
+///
+/// # Errors
+/// What is wrong, with file, line and column.
+pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Result<System> {
+    Reader::open(path, fmus, parameters)?.system()
+}
+
+/// A value of nested tables.
+struct Entry<'a> {
+    /// The keys, joined by points.
+    name: String,
+    /// That of the last key.
+    place: Place,
+    node: &'a Spanned<Node>,
+}
+
+/// Reads a file whose errors have line and column.
+pub struct Reader<'a> {
+    source: Source,
+    folder: &'a Path,
+    fmus: &'a Path,
+    parameters: ReadParameters,
+}
+
+impl<'a> Reader<'a> {
+    /// For the file at `path`; see [`read`] for `fmus`.
+    pub fn open(path: &'a Path, fmus: Option<&'a Path>, parameters: ReadParameters) -> Result<Reader<'a>> {
+        let shown = path.display().to_string();
+        let size = fs::metadata(path).with_context(|| format!("{shown} cannot be read"))?.len();
+        if size > LARGEST {
+            bail!("{shown} has {size} bytes; at most {LARGEST} are accepted");
+        }
+        let bytes = fs::read(path).with_context(|| format!("{shown} cannot be read"))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Ok(Reader { source: Source::new(shown, bytes), folder, fmus: fmus.unwrap_or(folder), parameters })
+    }
+
+    /// What reads parameter files.
+    pub fn parameters(&self) -> ReadParameters {
+        self.parameters
+    }
+
+    /// The content of the file.
+    pub fn content<T: DeserializeOwned>(&self) -> Result<T> {
+        toml::from_str(&self.source.text).map_err(|error| {
+            let message = anyhow!("{}", plain(error.message()));
+            match error.span() {
+                Some(span) => message.context(self.place(span).to_string()),
+                None => message.context(self.source.file.clone()),
+            }
+        })
+    }
+
+    fn system(&self) -> Result<System> {
+        let content: Content = self.content()?;
+        let seconds = |node: &Option<Spanned<Node>>| node.as_ref().map(|node| self.seconds(node)).transpose();
+        let mut system = System {
+            start: seconds(&content.start)?,
+            stop: seconds(&content.stop)?,
+            step: seconds(&content.step)?,
+            exchange: content.exchange,
+            ..System::default()
+        };
+        for (name, file) in &content.fmus.0 {
+            system.members.push(self.member(name, file)?);
+        }
+        if system.members.is_empty() {
+            bail!("{}: [fmus] is empty: write a line NAME = \"FILE.fmu\" for each FMU", self.source.file);
+        }
+        for entry in self.flat(&content.connections) {
+            for to in self.inputs(entry.node)? {
+                let place = Some(entry.place.clone());
+                system.connections.push(Connection { from: entry.name.clone(), to, place });
+            }
+        }
+        for (name, parameters) in &content.parameters.0 {
+            let known: Vec<_> = system.members.iter().map(|member| member.name.as_str()).collect();
+            self.known(name, &known)?;
+            self.add_parameters(name.get_ref(), parameters.get_ref(), &mut system)?;
+        }
+        system.settings.extend(self.all_settings(&content.settings, &content.events)?);
+        for name in &content.record {
+            let place = Some(self.place(name.span()));
+            system.record.push(Recorded { variable: name.get_ref().clone(), place });
+        }
+        Ok(system)
+    }
+
+    fn member(&self, name: &Spanned<String>, file: &Spanned<String>) -> Result<Member> {
+        let path = self.fmus.join(file.get_ref());
+        if name.get_ref().is_empty() {
+            bail!("{}: an FMU needs a name: write NAME = \"FILE.fmu\"", self.place(name.span()));
+        }
+        if !path.is_file() {
+            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            let files = fs::read_dir(folder).into_iter().flatten().flatten();
+            let names: Vec<String> = files
+                .map(|file| file.file_name().to_string_lossy().into_owned())
+                .filter(|name| name.ends_with(".fmu"))
+                .collect();
+            let wanted = path.file_name().unwrap_or_default().to_string_lossy();
+            let hint = near(&wanted, names.iter().map(String::as_str)).map_or_else(
+                || "name another folder with --fmus, or correct the path".into(),
+                |near| format!("did you mean {near}?"),
+            );
+            bail!("{}: there is no file {}; {hint}", self.place(file.span()), path.display());
+        }
+        Ok(Member { name: name.get_ref().clone(), path })
+    }
+
+    /// Adds the values that a parameter file has for an FMU.
+    fn add_parameters(&self, member: &str, of: &ParametersOf, system: &mut System) -> Result<()> {
+        let here = self.place(of.file.span());
+        let options = Options { block: of.block.clone(), name: None, offset: of.offset };
+        let path = self.folder.join(of.file.get_ref()).display().to_string();
+        let reading = (self.parameters)(&path, &options).with_context(|| here.to_string())?;
+        let names: Vec<_> = reading.loops.iter().map(|of| of.name.as_str()).collect();
+        if let Some(name) = &of.name {
+            self.known(name, &names)?;
+        } else if names.len() != 1 {
+            let (file, count, names) = (of.file.get_ref(), names.len(), names.join(", "));
+            bail!("{here}: {file} has {count} loops: write loop = \"NAME\", one of {names}");
+        }
+        let name = of.name.as_ref().map(Spanned::get_ref);
+        for found in reading.loops.iter().filter(|of| name.is_none_or(|name| of.name == *name)) {
+            system.settings.extend(Setting::of_loop(found, member, Some(&here)));
+        }
+        system.remarks.extend(remarks(&reading));
+        Ok(())
+    }
+
+    /// An error with a suggestion, unless the name is one of those that are known.
+    fn known(&self, name: &Spanned<String>, names: &[&str]) -> Result<()> {
+        let wrong = name.get_ref();
+        if names.contains(&wrong.as_str()) {
+            return Ok(());
+        }
+        let hint =
+            near(wrong, names.iter().copied()).map_or_else(String::new, |near| format!("; did you mean {near}?"));
+        bail!("{}: there is no {wrong}, only {}{hint}", self.place(name.span()), names.join(", "))
+    }
+
+    /// The inputs to which an output is connected.
+    fn inputs(&self, node: &Spanned<Node>) -> Result<Vec<String>> {
+        let one = |node: &Spanned<Node>, expected| match node.get_ref() {
+            Node::Text(name) => Ok(name.clone()),
+            other => Err(self.wrong(node, expected, other)),
+        };
+        match node.get_ref() {
+            Node::List(list) if !list.is_empty() => {
+                list.iter().map(|node| one(node, "the name of an input, \"FMU.INPUT\"")).collect()
+            }
+            _ => Ok(vec![one(node, "the name of an input, \"FMU.INPUT\", or a list of such names")?]),
+        }
+    }
+
+    /// What is set at the start and later.
+    pub fn all_settings(&self, table: &Entries<Spanned<Node>>, events: &[Event]) -> Result<Vec<Setting>> {
+        let mut settings = Vec::new();
+        self.settings(table, None, &mut settings)?;
+        for event in events {
+            self.settings(&event.set, Some(self.seconds(&event.time)?), &mut settings)?;
+        }
+        Ok(settings)
+    }
+
+    fn settings(&self, table: &Entries<Spanned<Node>>, time: Option<f64>, settings: &mut Vec<Setting>) -> Result<()> {
+        for Entry { name, place, node } in self.flat(table) {
+            let value = self.value(node)?;
+            settings.push(Setting { variable: name, value, time, is_preliminary: false, place: Some(place) });
+        }
+        Ok(())
+    }
+
+    /// What a variable can be set to.
+    pub fn value(&self, node: &Spanned<Node>) -> Result<Value> {
+        match node.get_ref() {
+            Node::Boolean(value) => Ok(Value::Boolean(*value)),
+            Node::Number(number) if number.is_finite() => Ok(Value::Number(*number)),
+            other => bail!(self.wrong(node, "a finite number, true or false", other)),
+        }
+    }
+
+    /// The values of a table and of those inside it.
+    fn flat<'t>(&self, table: &'t Entries<Spanned<Node>>) -> Vec<Entry<'t>> {
+        let mut flat = Vec::new();
+        self.add(&mut flat, "", table);
+        flat
+    }
+
+    fn add<'t>(&self, flat: &mut Vec<Entry<'t>>, prefix: &str, table: &'t Entries<Spanned<Node>>) {
+        for (key, node) in &table.0 {
+            let name = format!("{prefix}{}", key.get_ref());
+            match node.get_ref() {
+                // TOML's reader limits the depth.
+                Node::Table(inner) => self.add(flat, &format!("{name}."), inner),
+                _ => flat.push(Entry { name, place: self.place(key.span()), node }),
+            }
+        }
+    }
+
+    /// A time in seconds.
+    ///
+    /// # Errors
+    /// It is not a finite number; with line and column.
+    pub fn seconds(&self, node: &Spanned<Node>) -> Result<f64> {
+        match node.get_ref() {
+            Node::Number(number) if number.is_finite() => Ok(*number),
+            other => bail!(self.wrong(node, "a finite number, the time in seconds", other)),
+        }
+    }
+
+    /// The error for a value of another kind than expected.
+    pub fn wrong(&self, node: &Spanned<Node>, expected: &str, found: &Node) -> anyhow::Error {
+        let found = match found {
+            Node::Boolean(value) => value.to_string(),
+            Node::Number(number) => number.to_string(),
+            Node::Text(text) => format!("the text {text:?}"),
+            Node::List(_) => "a list".into(),
+            Node::Table(_) => "a table".into(),
+        };
+        anyhow!("{}: expected {expected}; found {found}", self.place(node.span()))
+    }
+
+    /// Line and column of a part of the file.
+    pub fn place(&self, span: Range<usize>) -> Place {
+        let parameters::Place { line, column, .. } = self.source.place(span);
+        Place { file: self.source.file.clone(), line, column }
+    }
+}
+
+/// A system as the text of such a file, whose paths are relative to `folder` where they can be. Values of parameter files
+/// become settings.
+///
+/// # Errors
+/// A path is not text.
+pub fn write(system: &System, folder: &Path) -> Result<String> {
+    use toml::{Table, Value as Item};
+    let item = |value: Value| match value {
+        Value::Boolean(value) => Item::Boolean(value),
+        Value::Number(number) => Item::Float(number),
+    };
+    let mut content = Table::new();
+    for (name, seconds) in [("start", system.start), ("stop", system.stop), ("step", system.step)] {
+        content.extend(seconds.map(|seconds| (name.to_string(), Item::Float(seconds))));
+    }
+    if system.exchange == Exchange::Parallel {
+        content.insert("exchange".into(), "parallel".into());
+    }
+    if !system.record.is_empty() {
+        let names = system.record.iter().map(|of| Item::from(of.variable.as_str()));
+        content.insert("record".into(), Item::Array(names.collect()));
+    }
+    let mut fmus = Table::new();
+    for Member { name, path } in &system.members {
+        let path = relative(path, folder);
+        let path = path.to_str().with_context(|| format!("{} is not valid Unicode", path.display()))?;
+        fmus.insert(name.clone(), path.into());
+    }
+    content.insert("fmus".into(), Item::Table(fmus));
+    let mut connections: BTreeMap<&str, Vec<Item>> = BTreeMap::new();
+    for Connection { from, to, .. } in &system.connections {
+        connections.entry(from).or_default().push(to.as_str().into());
+    }
+    let connections = connections.into_iter().map(|(from, mut to)| {
+        let to = if to.len() == 1 { to.remove(0) } else { Item::Array(to) };
+        (from.to_string(), to)
+    });
+    content.insert("connections".into(), Item::Table(connections.collect()));
+    let firm = |variable: &str| system.settings.iter().any(|of| !of.is_preliminary && of.variable == variable);
+    let connected = |variable: &str| system.connections.iter().any(|of| of.to == variable);
+    let (mut settings, mut events) = (Table::new(), Vec::<(f64, Table)>::new());
+    for Setting { variable, value, time, is_preliminary, .. } in &system.settings {
+        let entry = (variable.clone(), item(*value));
+        match time {
+            None if *is_preliminary && (firm(variable) || connected(variable)) => {}
+            None => settings.extend([entry]),
+            Some(time) => match events.iter_mut().find(|(other, _)| other == time) {
+                Some((_, set)) => set.extend([entry]),
+                None => events.push((*time, Table::from_iter([entry]))),
+            },
+        }
+    }
+    content.insert("settings".into(), Item::Table(settings));
+    let event = |(time, set)| {
+        Item::Table(Table::from_iter([("time".to_string(), Item::Float(time)), ("set".to_string(), Item::Table(set))]))
+    };
+    if !events.is_empty() {
+        content.insert("events".into(), Item::Array(events.into_iter().map(event).collect()));
+    }
+    Ok(toml::to_string(&content)?)
+}
+
+/// A path as a file in `folder` names it.
+fn relative(path: &Path, folder: &Path) -> PathBuf {
+    let absolute = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let path = absolute(path);
+    path.strip_prefix(absolute(folder)).map(Path::to_path_buf).unwrap_or(path)
+}
+
+/// A message of TOML's reader in the words of a user: "expected a list; found the text \"max\"".
+pub fn plain(message: &str) -> String {
+    let message = message.trim().replace('\n', "; ");
+    let wrong = ["invalid type: ", "invalid value: "].iter().find_map(|kind| message.strip_prefix(kind));
+    let Some((found, expected)) = wrong.and_then(|rest| rest.rsplit_once(", expected ")) else { return message };
+    let (expected, rest) =
+        expected.split_once("; ").map_or((expected, String::new()), |(expected, rest)| (expected, format!("; {rest}")));
+    let hint = if (found, expected) == ("map", "a sequence") { ": write [[NAME]] in place of [NAME]" } else { "" };
+    let expected = match expected {
+        "u64" | "usize" => "a whole number from 0 on",
+        "f64" => "a number",
+        "a sequence" => "a list",
+        "a map" => "a table { NAME = VALUE, ... }",
+        "a string" => "a text in quotation marks",
+        other => other,
+    };
+    let value = || found.split_once('`').map(|(_, value)| value.trim_end_matches('`'));
+    let found = match found.split_once(' ') {
+        Some(("string", text)) => format!("the text {text}"),
+        Some(("integer" | "floating" | "boolean", _)) => value().unwrap_or(found).to_string(),
+        None if found == "map" => "a table".into(),
+        None if found == "sequence" => "a list".into(),
+        _ => found.to_string(),
+    };
+    format!("expected {expected}; found {found}{hint}{rest}")
+}
+
+#[cfg(test)]
+mod tests;

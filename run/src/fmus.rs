@@ -1,0 +1,77 @@
+//! The FMUs that there are to run: what they are, and instances of them.
+
+use crate::component::Component;
+use crate::system::Value;
+use anyhow::Result;
+use modeldescription::Table;
+use modeldescription::v2::{ModelDescription, Typed};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// FMUs by name: blocks that are linked in, or FMUs behind their C interface.
+pub trait Fmus {
+    /// What an FMU's modelDescription.xml says.
+    ///
+    /// # Errors
+    /// There is no such FMU, or it cannot be read.
+    fn description(&self, fmu: &str) -> Result<Arc<ModelDescription>>;
+
+    /// The table of an FMU that was made with `fmu::export!`; a foreign FMU has none.
+    ///
+    /// # Errors
+    /// There is no such FMU, or it cannot be read.
+    fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>>;
+
+    /// A new instance of an FMU.
+    ///
+    /// # Errors
+    /// There is no such FMU, or it refuses.
+    fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>>;
+}
+
+/// Values by the variable's name.
+pub type Values = BTreeMap<String, Value>;
+
+/// An FMU in a loop.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+pub struct Member {
+    /// Its name in the loop.
+    pub name: String,
+    /// The FMU's name among those that there are.
+    pub fmu: String,
+    /// Its settings; the others have their start values.
+    #[serde(default)]
+    pub values: Values,
+}
+
+/// What an FMU is in a loop.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Part {
+    /// It has a setpoint or gives a manipulated value.
+    Controller,
+    /// It takes a manipulated value and has a process value.
+    Plant,
+    /// Neither is known of it.
+    Other,
+}
+
+/// The start value of a variable of an FMU; true is 1.
+pub fn start(description: &ModelDescription, name: &str) -> Option<f64> {
+    match &description.variable(name)?.typed {
+        Typed::Real(real) => real.start,
+        Typed::Integer(integer) => integer.start.map(f64::from),
+        Typed::Enumeration(enumeration) => enumeration.start.map(f64::from),
+        Typed::Boolean(boolean) => boolean.start.map(|start| f64::from(u8::from(start))),
+        Typed::String(_) => None,
+    }
+}
+
+/// A value as a number; true is 1.
+pub fn number_of(value: Value) -> f64 {
+    match value {
+        Value::Boolean(value) => f64::from(u8::from(value)),
+        Value::Number(value) => value,
+    }
+}

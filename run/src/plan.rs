@@ -1,0 +1,606 @@
+//! A system whose names are resolved and checked: what [`run`](crate::master::run) needs in every step, by position.
+
+use crate::component::Type;
+use crate::system::{Connection, Exchange, Place, Recorded, Setting, System, Value, own_name};
+use anyhow::{Context, Result, bail};
+use modeldescription::v2::{Causality, ModelDescription, TypeAttributes, Typed, Variability, Variable};
+use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
+
+/// A step may miss the end, and an event its communication point, by so much of a step: rounding, no more.
+pub const ROUNDING: f64 = 1e-6;
+
+/// What to do in a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The start in seconds.
+    pub start: f64,
+    /// The communication step in seconds.
+    pub step: f64,
+    /// The member that proposes it; none if the system has it.
+    pub step_proposed_by: Option<usize>,
+    /// How many steps are made.
+    pub steps: usize,
+    /// When values go from output to input.
+    pub exchange: Exchange,
+    /// What each FMU does, in the order of the system's members.
+    pub members: Vec<MemberPlan>,
+    /// What is recorded.
+    pub columns: Vec<Column>,
+    /// What the user should know, although it can be run: values outside the range that the FMU declares.
+    pub warnings: Vec<String>,
+}
+
+/// What one FMU does.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MemberPlan {
+    /// Its name.
+    pub name: String,
+    /// Set before Initialization Mode.
+    pub parameters: Vec<Assignment>,
+    /// Set in Initialization Mode.
+    pub inputs: Vec<Assignment>,
+    /// Set at a time in seconds, the earliest first.
+    pub events: Vec<(f64, Assignment)>,
+    /// The inputs that are connected.
+    pub connected: Block,
+    /// Where their values are: which member's, and at which place in its `observed`.
+    pub sources: Vec<(usize, usize)>,
+    /// The outputs that are connected.
+    pub outputs: Block,
+    /// Where these are in `observed`.
+    pub output_places: Vec<usize>,
+    /// All that is read after each step: the outputs that are connected, and what is recorded.
+    pub observed: Block,
+}
+
+/// A variable and its value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Assignment {
+    /// The variable's type.
+    pub kind: Type,
+    /// The variable's value reference.
+    pub reference: u32,
+    /// The value; true is 1.
+    pub value: f64,
+}
+
+/// Variables of one FMU, by type, so that one call reads or writes all of a type.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Block {
+    /// The value references, those of the type `Type::ALL[0]` first.
+    pub references: Vec<u32>,
+    /// How many there are of each type.
+    pub counts: [usize; 3],
+}
+
+impl Block {
+    /// Each variable once.
+    fn of(variables: impl IntoIterator<Item = (Type, u32)>) -> Block {
+        let mut variables: Vec<_> = variables.into_iter().collect();
+        variables.sort_unstable();
+        variables.dedup();
+        let count = |kind| variables.iter().filter(|(of, _)| *of == kind).count();
+        Block { counts: Type::ALL.map(count), references: variables.iter().map(|(_, reference)| *reference).collect() }
+    }
+
+    /// The variables, in order.
+    fn variables(&self) -> impl Iterator<Item = (Type, u32)> {
+        let kinds = Type::ALL.iter().zip(self.counts).flat_map(|(kind, count)| std::iter::repeat_n(*kind, count));
+        kinds.zip(self.references.iter().copied())
+    }
+
+    /// Where a variable is, which has to be there.
+    fn place(&self, variable: (Type, u32)) -> usize {
+        self.variables().take_while(|other| *other != variable).count()
+    }
+
+    /// The types that there are, with the range of their variables.
+    #[inline]
+    pub fn groups(&self) -> impl Iterator<Item = (Type, std::ops::Range<usize>)> {
+        let mut end = 0;
+        let ranges = Type::ALL.iter().zip(&self.counts).map(move |(kind, count)| {
+            end += count;
+            (*kind, end - count..end)
+        });
+        ranges.filter(|(_, range)| !range.is_empty())
+    }
+}
+
+/// A variable that is recorded.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Column {
+    /// `FMU.VARIABLE`
+    pub name: String,
+    /// The unit of its values, if the FMU names one.
+    pub unit: Option<String>,
+    /// How its values are written.
+    pub kind: Type,
+    /// Whether it is an input.
+    pub is_input: bool,
+    /// Which member it belongs to, and its place in the member's `observed`.
+    pub source: (usize, usize),
+    /// Recorded before its FMU makes the step, and not after it: the FMUs that read it see this value.
+    pub is_before_step: bool,
+}
+
+/// A connection whose ends are known: member and variable.
+pub struct Wire<'a> {
+    /// The output.
+    pub from: Reference<'a>,
+    /// The input.
+    pub to: Reference<'a>,
+}
+
+/// A variable of a member.
+#[derive(Clone, Copy)]
+pub struct Reference<'a> {
+    /// The number of the member.
+    pub member: usize,
+    /// Its variable.
+    pub variable: &'a Variable,
+    /// How that is read and written.
+    pub kind: Type,
+}
+
+impl Wire<'_> {
+    /// Whether it ends at this variable: two names of one value reference are one input.
+    pub fn is_to(&self, reference: &Reference) -> bool {
+        self.to.member == reference.member && self.to.key() == reference.key()
+    }
+}
+
+impl Reference<'_> {
+    fn key(&self) -> (Type, u32) {
+        (self.kind, self.variable.value_reference)
+    }
+
+    fn is(&self, other: &Reference) -> bool {
+        self.member == other.member && self.variable.name == other.variable.name
+    }
+}
+
+impl Plan {
+    /// Resolves the names of a system; `descriptions` are those of its members, in their order.
+    ///
+    /// # Errors
+    /// What is wrong with a name, a value, a connection or a time, and what to do.
+    pub fn of(system: &System, descriptions: &[&ModelDescription]) -> Result<Plan> {
+        let names = Names::of(system, descriptions)?;
+        let (start, (step, step_proposed_by), steps) = times(system, descriptions)?;
+        let wires = wires(&names, &system.connections)?;
+        let mut plan = Plan {
+            start,
+            step,
+            step_proposed_by,
+            steps,
+            exchange: system.exchange,
+            members: system
+                .members
+                .iter()
+                .map(|of| MemberPlan { name: of.name.clone(), ..Default::default() })
+                .collect(),
+            columns: Vec::new(),
+            warnings: Vec::new(),
+        };
+        let set = plan.set(&names, &system.settings, &wires)?;
+        let recorded = recorded(&names, &system.record, &wires, &set)?;
+        for (member, of) in plan.members.iter_mut().enumerate() {
+            let from = wires.iter().filter(|wire| wire.from.member == member).map(|wire| wire.from.key());
+            let shown = recorded.iter().filter(|reference| reference.member == member).map(Reference::key);
+            of.observed = Block::of(from.clone().chain(shown));
+            of.outputs = Block::of(from);
+            of.output_places = of.outputs.variables().map(|output| of.observed.place(output)).collect();
+            of.connected = Block::of(wires.iter().filter(|wire| wire.to.member == member).map(|wire| wire.to.key()));
+        }
+        plan.connect(&wires)?;
+        plan.columns = recorded.iter().map(|reference| plan.column(&names, reference, &wires)).collect();
+        Ok(plan)
+    }
+
+    /// The time of a communication point in seconds, computed anew: nothing adds up.
+    #[inline]
+    pub fn time(&self, step: usize) -> f64 {
+        self.start + step as f64 * self.step
+    }
+
+    /// Sorts the settings by when they are made, and gives the inputs that the user sets.
+    fn set<'a>(&mut self, names: &Names<'a>, settings: &[Setting], wires: &[Wire]) -> Result<Vec<Reference<'a>>> {
+        let mut inputs = Vec::new();
+        let effective = effective(names, settings, wires)?;
+        let mut set_before = HashSet::with_capacity(effective.len());
+        for (setting, reference) in &effective {
+            // Adding 0 makes 0 of -0, which is the same time.
+            let time = setting.time.map(|time| (time + 0.0).to_bits());
+            let is_first = set_before.insert((reference.member, reference.variable.name.as_str(), time));
+            let mut set = || {
+                if !is_first {
+                    bail!("{} is set twice at the same time: remove one of the settings", setting.variable);
+                }
+                self.set_one(names, setting, reference, wires)
+            };
+            located(setting.place.as_ref(), set())?;
+            if reference.variable.causality == Causality::Input && !setting.is_preliminary {
+                inputs.push(*reference);
+            }
+        }
+        for member in &mut self.members {
+            member.events.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        }
+        Ok(inputs)
+    }
+
+    fn set_one(&mut self, names: &Names, setting: &Setting, reference: &Reference, wires: &[Wire]) -> Result<()> {
+        let (name, variable) = (&setting.variable, reference.variable);
+        if let Some(wire) = wires.iter().find(|wire| wire.is_to(reference)) {
+            bail!("{name} cannot be set: it is connected to {}", names.full(&wire.from));
+        }
+        if !variable.is_settable() {
+            let what = variable.causality;
+            bail!("{name} cannot be set: its causality is {what}; only inputs and parameters can be set");
+        }
+        let value = value(reference.kind, setting.value).with_context(|| format!("{name} cannot be set"))?;
+        let (min, max) = names.range(reference);
+        if min.is_some_and(|min| value < min) || max.is_some_and(|max| value > max) {
+            let show = |bound: Option<f64>| bound.map_or("...".into(), |bound| format!("{bound:?}"));
+            self.warnings.push(format!(
+                "{name} = {value:?} is outside of the range that the FMU declares, {} to {}",
+                show(min),
+                show(max)
+            ));
+        }
+        let assignment = Assignment { kind: reference.kind, reference: variable.value_reference, value };
+        let is_input = variable.causality == Causality::Input;
+        let member = &mut self.members[reference.member];
+        match setting.time {
+            None if is_input => member.inputs.push(assignment),
+            None => member.parameters.push(assignment),
+            Some(time) => {
+                if !is_input && variable.variability != Variability::Tunable {
+                    bail!("{name} cannot be set at {time:?} s: it is a {} parameter", variable.variability);
+                }
+                let last = self.start + (self.steps - 1) as f64 * self.step;
+                if time < self.start || time > last + ROUNDING * self.step {
+                    bail!(
+                        "{name} cannot be set at {time:?} s: the first step begins at {:?} s, the last at {last:?} s",
+                        self.start
+                    );
+                }
+                member.events.push((time, assignment));
+            }
+        }
+        Ok(())
+    }
+
+    /// Tells each connected input where its value is.
+    fn connect(&mut self, wires: &[Wire]) -> Result<()> {
+        for member in 0..self.members.len() {
+            let inputs: Vec<_> = self.members[member].connected.variables().collect();
+            for input in inputs {
+                let wire = wires.iter().find(|wire| wire.to.member == member && wire.to.key() == input);
+                let from = wire.context("a connected input has a connection")?.from;
+                let place = self.members[from.member].observed.place(from.key());
+                self.members[member].sources.push((from.member, place));
+            }
+        }
+        Ok(())
+    }
+
+    fn column(&self, names: &Names, reference: &Reference, wires: &[Wire]) -> Column {
+        let causality = reference.variable.causality;
+        let is_shown_before = |wire: &Wire| self.exchange == Exchange::Parallel || wire.to.member <= wire.from.member;
+        let own: Vec<&Wire> = wires.iter().filter(|wire| wire.from.is(reference)).collect();
+        let all: Vec<&Wire> = wires.iter().filter(|wire| wire.from.member == reference.member).collect();
+        let readers = if own.is_empty() { all } else { own };
+        let is_set = matches!(causality, Causality::Input | Causality::Parameter);
+        Column {
+            name: names.full(reference),
+            unit: names.unit(reference).map(str::to_string),
+            kind: reference.kind,
+            is_input: causality == Causality::Input,
+            source: (reference.member, self.members[reference.member].observed.place(reference.key())),
+            is_before_step: !is_set && !readers.is_empty() && readers.into_iter().all(is_shown_before),
+        }
+    }
+}
+
+/// Start, communication step with the member that proposes it, and number of steps.
+fn times(system: &System, descriptions: &[&ModelDescription]) -> Result<(f64, (f64, Option<usize>), usize)> {
+    let experiments = || descriptions.iter().filter_map(|description| description.default_experiment);
+    let start = system.start.or_else(|| experiments().filter_map(|of| of.start_time).reduce(f64::min)).unwrap_or(0.0);
+    let steps = descriptions.iter().map(|of| of.default_experiment.and_then(|experiment| experiment.step_size));
+    let proposed = steps.enumerate().filter_map(|(member, step)| Some((step?, Some(member))));
+    let proposed = proposed.min_by(|(a, _), (b, _)| a.total_cmp(b));
+    let step = system.step.map(|step| (step, None)).or(proposed);
+    let (step, proposed_by) = step.context("no FMU proposes a communication step: give one with --step")?;
+    let stop = system.stop.or_else(|| experiments().filter_map(|of| of.stop_time).reduce(f64::max));
+    let stop = stop.context("no FMU proposes a stop time: give one with --stop")?;
+    if !(step > 0.0 && step.is_finite()) {
+        bail!("the communication step is {step:?} s: it has to be positive and finite");
+    }
+    if !start.is_finite() || !stop.is_finite() {
+        bail!("start {start:?} s, stop {stop:?} s: both have to be finite");
+    }
+    let steps = ((stop - start) / step + ROUNDING).floor();
+    if steps < 1.0 {
+        bail!("from {start:?} s to {stop:?} s there is no whole communication step of {step:?} s");
+    }
+    if steps > 1e12 || start + step == start || stop - step == stop {
+        bail!("a communication step of {step:?} s is too small for a run from {start:?} s to {stop:?} s");
+    }
+    Ok((start, (step, proposed_by), steps as usize))
+}
+
+/// The settings that take effect, with their variables: a preliminary one gives way to a connection and to another setting.
+pub fn effective<'a, 's>(
+    names: &Names<'a>,
+    settings: &'s [Setting],
+    wires: &[Wire],
+) -> Result<Vec<(&'s Setting, Reference<'a>)>> {
+    let find = |setting: &'s Setting| Ok((setting, located(setting.place.as_ref(), names.find(&setting.variable))?));
+    let mut effective = settings.iter().map(find).collect::<Result<Vec<_>>>()?;
+    let firm: Vec<_> = effective.iter().filter(|(of, _)| !of.is_preliminary && of.time.is_none()).copied().collect();
+    effective.retain(|(setting, reference)| {
+        let is_overridden = || firm.iter().any(|(_, other)| other.is(reference));
+        !setting.is_preliminary || !(is_overridden() || wires.iter().any(|wire| wire.is_to(reference)))
+    });
+    Ok(effective)
+}
+
+/// The result with the place in a file that it concerns.
+fn located<T>(place: Option<&Place>, result: Result<T>) -> Result<T> {
+    match place {
+        Some(place) => result.with_context(|| place.to_string()),
+        None => result,
+    }
+}
+
+/// The connections with their ends.
+///
+/// # Errors
+/// An end that does not exist, or that does not fit the other.
+pub fn wires<'a>(names: &Names<'a>, connections: &[Connection]) -> Result<Vec<Wire<'a>>> {
+    let mut wires: Vec<Wire> = Vec::new();
+    for connection in connections {
+        let wire = || {
+            let wire = wire(names, connection)
+                .with_context(|| format!("{} cannot be connected to {}", connection.from, connection.to))?;
+            if let Some(other) = wires.iter().find(|other| other.is_to(&wire.to)) {
+                let (to, from) = (names.full(&wire.to), names.full(&other.from));
+                bail!("{to} has two sources, {from} and {}: remove one of the connections", connection.from);
+            }
+            Ok(wire)
+        };
+        let wire = located(connection.place.as_ref(), wire())?;
+        wires.push(wire);
+    }
+    Ok(wires)
+}
+
+fn wire<'a>(names: &Names<'a>, connection: &Connection) -> Result<Wire<'a>> {
+    let (from, to) = (names.find(&connection.from)?, names.find(&connection.to)?);
+    for (name, end, wanted) in [(&connection.from, &from, Causality::Output), (&connection.to, &to, Causality::Input)] {
+        let is = end.variable.causality;
+        if is != wanted {
+            bail!("the causality of {name} is {is}; a connection goes from an output to an input");
+        }
+    }
+    let (from_type, to_type) = (from.kind.name(), to.kind.name());
+    match (from.kind, to.kind) {
+        (from, to) if from == to => {}
+        // Every Integer is a Real.
+        (Type::Integer, Type::Real) => {}
+        (Type::Boolean, Type::Real) => {
+            let reals = names.outputs(from.member, Type::Real);
+            bail!(
+                "it is {from_type}, and the input is {to_type}: connect a Real output of the same FMU, such as a mean over \
+                 the step ({})",
+                if reals.is_empty() { "it has none".into() } else { reals.join(", ") }
+            );
+        }
+        _ => bail!("it is {from_type}, and the input is {to_type}"),
+    }
+    if let (Some(from_unit), Some(to_unit)) = (names.unit(&from), names.unit(&to))
+        && from_unit != to_unit
+    {
+        bail!("it is in {from_unit}, and the input in {to_unit}: values are not converted");
+    }
+    Ok(Wire { from, to })
+}
+
+/// The variables to record, each once.
+fn recorded<'a>(
+    names: &Names<'a>,
+    wanted: &[Recorded],
+    wires: &[Wire],
+    set: &[Reference],
+) -> Result<Vec<Reference<'a>>> {
+    let mut recorded: Vec<Reference> = Vec::new();
+    for Recorded { variable, place } in wanted {
+        let reference = located(place.as_ref(), names.find(variable))?;
+        if !recorded.iter().any(|other| other.is(&reference)) {
+            recorded.push(reference);
+        }
+    }
+    if wanted.is_empty() {
+        for member in 0..names.descriptions.len() {
+            recorded.extend(names.all(member).filter(|reference| match reference.variable.causality {
+                Causality::Output => true,
+                Causality::Input => {
+                    wires.iter().any(|wire| wire.to.is(reference)) || set.iter().any(|other| other.is(reference))
+                }
+                _ => false,
+            }));
+        }
+    }
+    Ok(recorded)
+}
+
+/// A value as the variable has it.
+pub fn value(kind: Type, value: Value) -> Result<f64> {
+    match (kind, value) {
+        (Type::Boolean, Value::Boolean(value)) => Ok(f64::from(u8::from(value))),
+        (Type::Boolean, Value::Number(value)) if value == 0.0 || value == 1.0 => Ok(value),
+        (Type::Boolean, Value::Number(value)) => bail!("it is Boolean, {value:?} is neither true (1) nor false (0)"),
+        (_, Value::Boolean(value)) => bail!("it is {}, {value} is not a number", kind.name()),
+        (Type::Real, Value::Number(value)) => Ok(value),
+        (Type::Integer, Value::Number(value)) if f64::from(value as i32) == value => Ok(value),
+        (Type::Integer, Value::Number(value)) => bail!("it is Integer, {value:?} is not an integer of 32 bits"),
+    }
+}
+
+/// The names of a system.
+pub struct Names<'a> {
+    /// The members' names.
+    members: Vec<&'a str>,
+    descriptions: &'a [&'a ModelDescription],
+}
+
+impl<'a> Names<'a> {
+    /// The names of a system, whose members have these descriptions.
+    ///
+    /// # Errors
+    /// There is no member, or two have one name.
+    pub fn of(system: &'a System, descriptions: &'a [&'a ModelDescription]) -> Result<Names<'a>> {
+        let members: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
+        assert_eq!(members.len(), descriptions.len(), "each member has a description");
+        if members.is_empty() {
+            bail!("there is no FMU to run");
+        }
+        for (number, name) in members.iter().enumerate() {
+            if members[..number].contains(name) {
+                bail!(
+                    "two FMUs are named {name}: give one another name, NAME={}",
+                    system.members[number].path.display()
+                );
+            }
+        }
+        Ok(Names { members, descriptions })
+    }
+
+    /// The variable of the name `FMU.VARIABLE`.
+    pub fn find(&self, name: &str) -> Result<Reference<'a>> {
+        // Both parts may contain points: the longest name of an FMU decides.
+        let rest = |member: usize| own_name(name, self.members[member]);
+        let member = (0..self.members.len())
+            .filter(|member| rest(*member).is_some())
+            .max_by_key(|member| self.members[*member].len());
+        let Some(member) = member else {
+            let first = name.split('.').next().unwrap_or(name);
+            let known = self.members.join(", ");
+            if let Some(member) = self.with_variable(name) {
+                bail!("{name} does not name its FMU: write {member}.{name}");
+            }
+            let hint = near(first, self.members.iter().copied())
+                .map_or_else(String::new, |near| format!("; did you mean {near}?"));
+            bail!("{name} names no FMU of this run, write FMU.VARIABLE; there is {known}{hint}");
+        };
+        let variable = rest(member).unwrap_or_default();
+        let Some(found) = self.descriptions[member].variable(variable) else {
+            let near = near(variable, self.descriptions[member].model_variables.iter().map(|of| of.name.as_str()));
+            let member = self.members[member];
+            let hint =
+                near.map_or_else(|| "plcfmu info lists them".into(), |near| format!("did you mean {member}.{near}?"));
+            bail!("{member} has no variable {variable}; {hint}");
+        };
+        let kind =
+            kind(&found.typed).with_context(|| format!("{name} is a String, which cannot be set or recorded"))?;
+        Ok(Reference { member, variable: found, kind })
+    }
+
+    /// The first member with a variable of this name.
+    fn with_variable(&self, name: &str) -> Option<&'a str> {
+        let member = self.descriptions.iter().position(|description| description.variable(name).is_some())?;
+        Some(self.members[member])
+    }
+
+    /// All variables of a member that have numbers.
+    fn all(&self, member: usize) -> impl Iterator<Item = Reference<'a>> {
+        let variables = self.descriptions[member].model_variables.iter();
+        variables.filter_map(move |variable| Some(Reference { member, variable, kind: kind(&variable.typed)? }))
+    }
+
+    /// The names of a member's outputs of one type, the first few.
+    fn outputs(&self, member: usize, kind: Type) -> Vec<String> {
+        let of_type = |output: &Reference| output.kind == kind && output.variable.causality == Causality::Output;
+        self.all(member).filter(of_type).take(6).map(|output| output.variable.name.clone()).collect()
+    }
+
+    /// The full name, `MEMBER.VARIABLE`.
+    pub fn full(&self, reference: &Reference) -> String {
+        format!("{}.{}", self.members[reference.member], reference.variable.name)
+    }
+
+    /// The type definition that a variable refers to.
+    fn declared(&self, member: usize, variable: &Variable) -> Option<&'a TypeAttributes> {
+        let name = variable.typed.declared_type()?;
+        let types = &self.descriptions[member].type_definitions;
+        types.iter().find(|of| of.name == name).map(|of| &of.attributes)
+    }
+
+    /// A variable's unit: its own, or that of its type.
+    fn unit(&self, reference: &Reference<'a>) -> Option<&'a str> {
+        self.unit_of(reference.member, reference.variable)
+    }
+
+    /// The same for a variable of any type.
+    pub fn unit_of(&self, member: usize, variable: &'a Variable) -> Option<&'a str> {
+        let Typed::Real(real) = &variable.typed else { return None };
+        let own = real.attributes.unit.as_deref();
+        own.or_else(|| match self.declared(member, variable) {
+            Some(TypeAttributes::Real(attributes)) => attributes.unit.as_deref(),
+            _ => None,
+        })
+    }
+
+    /// A variable's least and greatest value: its own, or those of its type.
+    pub fn range(&self, reference: &Reference) -> (Option<f64>, Option<f64>) {
+        let declared = self.declared(reference.member, reference.variable);
+        match &reference.variable.typed {
+            Typed::Real(real) => {
+                let (own, of_type) = (
+                    &real.attributes,
+                    match declared {
+                        Some(TypeAttributes::Real(attributes)) => Some(attributes),
+                        _ => None,
+                    },
+                );
+                (own.min.or(of_type.and_then(|of| of.min)), own.max.or(of_type.and_then(|of| of.max)))
+            }
+            Typed::Integer(integer) => {
+                let (own, of_type) = (
+                    &integer.attributes,
+                    match declared {
+                        Some(TypeAttributes::Integer(attributes)) => Some(attributes),
+                        _ => None,
+                    },
+                );
+                let min = own.min.or(of_type.and_then(|of| of.min));
+                let max = own.max.or(of_type.and_then(|of| of.max));
+                (min.map(f64::from), max.map(f64::from))
+            }
+            _ => (None, None),
+        }
+    }
+}
+
+/// How a variable is read and written; a String is not.
+pub fn kind(typed: &Typed) -> Option<Type> {
+    match typed {
+        Typed::Real(_) => Some(Type::Real),
+        Typed::Integer(_) | Typed::Enumeration(_) => Some(Type::Integer),
+        Typed::Boolean(_) => Some(Type::Boolean),
+        Typed::String(_) => None,
+    }
+}
+
+/// The name that is most like a wrong one, if there is one that is like it at all. Capitals do not matter.
+pub fn near<'a>(wrong: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let wrong = wrong.to_lowercase();
+    let likeness = |name: &str| strsim::normalized_damerau_levenshtein(&wrong, &name.to_lowercase());
+    let rated = names.map(|name| (likeness(name), name)).filter(|(likeness, _)| *likeness >= 0.5);
+    rated.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, name)| name)
+}
+
+#[cfg(test)]
+mod tests;

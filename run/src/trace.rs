@@ -1,0 +1,368 @@
+//! The recording of a run: the last calls exactly, those before them as an overview. It does not grow beyond a bound.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+/// So many calls are held exactly, at least.
+pub const EXACT: usize = 65_536;
+
+/// So many calls are packed together.
+const CHUNK: usize = 1024;
+
+/// The overview has at most so many buckets; then each two become one.
+const BUCKETS: usize = 4096;
+
+/// So many calls are in a bucket at first.
+const FIRST_WIDTH: usize = 16;
+
+/// The values of several variables in each call.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    /// How many variables there are.
+    width: usize,
+    /// How many calls there were.
+    calls: usize,
+    /// The calls before the first chunk.
+    overview: Overview,
+    chunks: VecDeque<Chunk>,
+    /// The calls after the last chunk, row by row.
+    rows: Vec<f64>,
+}
+
+/// Calls that are packed, variable by variable.
+#[derive(Clone, Debug)]
+struct Chunk {
+    /// The number of its first call.
+    first: usize,
+    calls: usize,
+    columns: Vec<Packed>,
+}
+
+/// The values of a variable, all bits of them.
+#[derive(Clone, Debug)]
+enum Packed {
+    /// The same in each call.
+    Constant(f64),
+    Flags(Box<[bool]>),
+    Single(Box<[f32]>),
+    Double(Box<[f64]>),
+}
+
+/// The lowest and the highest values of buckets of calls, from call 0 on.
+#[derive(Clone, Debug)]
+struct Overview {
+    /// How many calls are in it.
+    calls: usize,
+    /// How many calls are in each bucket but the last, which may have fewer.
+    bucket: usize,
+    /// The buckets of each variable.
+    columns: Vec<Vec<Extremes>>,
+}
+
+/// The lowest and the highest of several values of a variable; what is not a number does not count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Extremes {
+    low: f64,
+    high: f64,
+    /// Whether the highest comes after the lowest.
+    rises: bool,
+}
+
+impl Extremes {
+    const NONE: Extremes = Extremes { low: f64::NAN, high: f64::NAN, rises: true };
+
+    fn of(value: f64) -> Extremes {
+        Extremes { low: value, high: value, rises: true }
+    }
+
+    /// Takes in values that come after these.
+    fn extend(&mut self, later: Extremes) {
+        if later.low.is_nan() {
+            return;
+        }
+        if self.low.is_nan() {
+            *self = later;
+            return;
+        }
+        let (is_lower, is_higher) = (later.low < self.low, later.high > self.high);
+        self.rises = match (is_lower, is_higher) {
+            (true, true) => later.rises,
+            (true, false) => false,
+            (false, true) => true,
+            (false, false) => self.rises,
+        };
+        (self.low, self.high) = (self.low.min(later.low), self.high.max(later.high));
+    }
+
+    /// The two values in the order of time.
+    fn in_time(self) -> (f64, f64) {
+        if self.rises { (self.low, self.high) } else { (self.high, self.low) }
+    }
+}
+
+impl Packed {
+    fn of(values: impl Iterator<Item = f64> + Clone) -> Packed {
+        let first = values.clone().next().unwrap_or(f64::NAN);
+        if values.clone().all(|value| value.to_bits() == first.to_bits()) {
+            return Packed::Constant(first);
+        }
+        let is_flag = |value: f64| value.to_bits() == 0 || value == 1.0;
+        if values.clone().all(is_flag) {
+            return Packed::Flags(values.map(|value| value == 1.0).collect());
+        }
+        if values.clone().all(|value| f64::from(value as f32).to_bits() == value.to_bits()) {
+            return Packed::Single(values.map(|value| value as f32).collect());
+        }
+        Packed::Double(values.collect())
+    }
+
+    fn get(&self, place: usize) -> f64 {
+        match self {
+            Packed::Constant(value) => *value,
+            Packed::Flags(values) => f64::from(u8::from(values[place])),
+            Packed::Single(values) => f64::from(values[place]),
+            Packed::Double(values) => values[place],
+        }
+    }
+}
+
+impl Overview {
+    /// Takes in the calls that follow.
+    fn take(&mut self, chunk: &Chunk) {
+        for (buckets, packed) in self.columns.iter_mut().zip(&chunk.columns) {
+            for place in 0..chunk.calls {
+                let value = Extremes::of(packed.get(place));
+                match buckets.get_mut((self.calls + place) / self.bucket) {
+                    Some(bucket) => bucket.extend(value),
+                    None => buckets.push(value),
+                }
+            }
+        }
+        self.calls += chunk.calls;
+        while self.calls.div_ceil(self.bucket) > BUCKETS - CHUNK / FIRST_WIDTH {
+            self.bucket *= 2;
+            for buckets in &mut self.columns {
+                let count = buckets.len().div_ceil(2);
+                for pair in 0..count {
+                    let mut both = buckets[2 * pair];
+                    if let Some(later) = buckets.get(2 * pair + 1) {
+                        both.extend(*later);
+                    }
+                    buckets[pair] = both;
+                }
+                buckets.truncate(count);
+            }
+        }
+    }
+}
+
+impl Trace {
+    /// An empty one of so many variables.
+    pub fn new(width: usize) -> Trace {
+        Trace {
+            width,
+            calls: 0,
+            overview: Overview { calls: 0, bucket: FIRST_WIDTH, columns: vec![Vec::new(); width] },
+            chunks: VecDeque::with_capacity(EXACT / CHUNK + 2),
+            rows: Vec::with_capacity(CHUNK * width),
+        }
+    }
+
+    /// How many calls there were.
+    pub fn calls(&self) -> usize {
+        self.calls
+    }
+
+    /// The calls that are held exactly.
+    pub fn exact(&self) -> Range<usize> {
+        self.overview.calls..self.calls
+    }
+
+    /// Records a call.
+    ///
+    /// # Panics
+    /// There are not as many values as variables.
+    pub fn push(&mut self, row: &[f64]) {
+        assert_eq!(row.len(), self.width, "each variable has a value");
+        self.rows.extend_from_slice(row);
+        self.calls += 1;
+        if self.calls - self.packed() == CHUNK {
+            self.pack();
+        }
+    }
+
+    /// Adds variables, which were not a number in the calls so far.
+    pub fn widen(&mut self, count: usize) {
+        self.pack();
+        self.width += count;
+        let buckets = self.overview.calls.div_ceil(self.overview.bucket);
+        for _ in 0..count {
+            self.overview.columns.push(vec![Extremes::NONE; buckets]);
+        }
+        for chunk in &mut self.chunks {
+            chunk.columns.extend((0..count).map(|_| Packed::Constant(f64::NAN)));
+        }
+        self.rows = Vec::with_capacity(CHUNK * self.width);
+    }
+
+    /// How many calls are before the rows.
+    fn packed(&self) -> usize {
+        self.chunks.back().map_or(self.overview.calls, |chunk| chunk.first + chunk.calls)
+    }
+
+    /// Packs the rows, and lets go what is no longer held exactly.
+    fn pack(&mut self) {
+        let first = self.packed();
+        let calls = self.calls - first;
+        if calls == 0 {
+            return;
+        }
+        let column = |column| Packed::of(self.rows[column..].iter().step_by(self.width).copied());
+        let columns = (0..self.width).map(column).collect();
+        self.chunks.push_back(Chunk { first, calls, columns });
+        self.rows.clear();
+        while let Some(oldest) = self.chunks.front()
+            && self.calls - (oldest.first + oldest.calls) >= EXACT
+        {
+            self.overview.take(oldest);
+            self.chunks.pop_front();
+        }
+    }
+
+    /// How many bytes it holds, free room included.
+    #[cfg(any(test, feature = "doubles"))]
+    pub fn capacity(&self) -> usize {
+        let of = |packed: &Packed| match packed {
+            Packed::Constant(_) => 0,
+            Packed::Flags(values) => values.len(),
+            Packed::Single(values) => 4 * values.len(),
+            Packed::Double(values) => 8 * values.len(),
+        };
+        let chunks = self.chunks.iter().flat_map(|chunk| &chunk.columns).map(of).sum::<usize>();
+        let columns = self.chunks.iter().map(|chunk| chunk.columns.capacity() * size_of::<Packed>()).sum::<usize>();
+        let overview =
+            self.overview.columns.iter().map(|column| column.capacity() * size_of::<Extremes>()).sum::<usize>();
+        8 * self.rows.capacity() + self.chunks.capacity() * size_of::<Chunk>() + chunks + columns + overview
+    }
+
+    /// The value of a variable in a call; not a number if the call is no longer held exactly.
+    pub fn get(&self, column: usize, call: usize) -> f64 {
+        if call >= self.packed() {
+            let place = (call - self.packed()) * self.width + column;
+            return self.rows.get(place).copied().unwrap_or(f64::NAN);
+        }
+        let chunk = self.chunks.partition_point(|chunk| chunk.first + chunk.calls <= call);
+        match self.chunks.get(chunk) {
+            Some(chunk) if chunk.first <= call => chunk.columns[column].get(call - chunk.first),
+            _ => f64::NAN,
+        }
+    }
+
+    /// The values of a variable in calls; not a number where the call is no longer held exactly.
+    pub fn column(&self, column: usize, calls: Range<usize>) -> impl Iterator<Item = f64> + '_ {
+        calls.map(move |call| self.get(column, call))
+    }
+
+    /// Gives each value of a variable in calls that are held exactly, with the number of its call.
+    fn each(&self, column: usize, calls: Range<usize>, mut give: impl FnMut(usize, f64)) {
+        for chunk in &self.chunks {
+            let all = chunk.first..chunk.first + chunk.calls;
+            for call in calls.start.max(all.start)..calls.end.min(all.end) {
+                give(call, chunk.columns[column].get(call - chunk.first));
+            }
+        }
+        let packed = self.packed();
+        for call in calls.start.max(packed)..calls.end {
+            give(call, self.rows[(call - packed) * self.width + column]);
+        }
+    }
+
+    /// The curve of a variable in calls, as [`Curve`] says, for the groups that [`Trace::groups`] gives.
+    fn extremes(&self, column: usize, calls: &Range<usize>, groups: &Groups) -> Vec<(f64, f64)> {
+        let mut all = vec![Extremes::NONE; groups.count];
+        let mut put = |call: usize, value: Extremes| all[groups.of(call)].extend(value);
+        if calls.start < self.overview.calls {
+            let width = self.overview.bucket;
+            let last = calls.end.min(self.overview.calls).div_ceil(width);
+            for bucket in calls.start / width..last {
+                put((bucket * width).max(calls.start), self.overview.columns[column][bucket]);
+            }
+        }
+        let exact = calls.start.max(self.overview.calls)..calls.end;
+        if !exact.is_empty() {
+            let mut group = groups.of(exact.start);
+            let mut end = groups.first_call(group + 1);
+            self.each(column, exact, |call, value| {
+                while call >= end {
+                    group += 1;
+                    end = groups.first_call(group + 1);
+                }
+                all[group].extend(Extremes::of(value));
+            });
+        }
+        all.into_iter().map(Extremes::in_time).collect()
+    }
+
+    /// The curves of variables in calls, with at most so many points, 2 at least.
+    pub fn curves(&self, columns: &[usize], calls: Range<usize>, points: usize) -> Curves {
+        let calls = calls.start.min(self.calls)..calls.end.min(self.calls);
+        let count = calls.len();
+        if count == 0 || calls.start >= self.overview.calls && count <= points {
+            let values = columns.iter().map(|column| self.column(*column, calls.clone()).collect()).collect();
+            return Curves { calls: calls.collect(), values, is_exact: true };
+        }
+        let groups = Groups { first: calls.start, calls: count, count: (points / 2).clamp(1, count.max(1)) };
+        // A bucket of the overview may be wider than a group: the groups behind its first one are empty.
+        let is_there = |group: &usize| {
+            let (first, end) = (groups.first_call(*group), groups.first_call(group + 1));
+            *group == 0 || end > self.overview.calls || first.next_multiple_of(self.overview.bucket) < end
+        };
+        let there: Vec<usize> = (0..groups.count).filter(is_there).collect();
+        let mut curves = Curves { calls: Vec::with_capacity(2 * there.len()), values: Vec::new(), is_exact: false };
+        for (place, group) in there.iter().enumerate() {
+            let first = groups.first_call(*group);
+            let end = there.get(place + 1).map_or(calls.end, |next| groups.first_call(*next));
+            curves.calls.extend([first, end - 1]);
+        }
+        for column in columns {
+            let extremes = self.extremes(*column, &calls, &groups);
+            curves.values.push(there.iter().flat_map(|group| [extremes[*group].0, extremes[*group].1]).collect());
+        }
+        curves
+    }
+}
+
+/// Calls in groups that are as equal as can be.
+struct Groups {
+    /// The first call.
+    first: usize,
+    /// How many calls there are.
+    calls: usize,
+    /// How many groups, not more than calls unless there are no calls.
+    count: usize,
+}
+
+impl Groups {
+    fn first_call(&self, group: usize) -> usize {
+        self.first + (group as u64 * self.calls as u64).div_ceil(self.count as u64) as usize
+    }
+
+    fn of(&self, call: usize) -> usize {
+        ((call - self.first) as u64 * self.count as u64 / self.calls as u64) as usize
+    }
+}
+
+/// Curves: each point is a call. If they are not exact, each two points are a group of calls: its first and its last call,
+/// with the lowest and the highest value of each variable in the group, in the order in which they occur.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curves {
+    /// The numbers of the calls.
+    pub calls: Vec<usize>,
+    /// The values of each variable.
+    pub values: Vec<Vec<f64>>,
+    /// Whether each call is there.
+    pub is_exact: bool,
+}
+
+#[cfg(test)]
+mod tests;

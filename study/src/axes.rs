@@ -1,0 +1,400 @@
+//! The axes of a study with their variables resolved: the point of every run.
+
+use crate::distribution::Distribution;
+use crate::results::Quantity;
+use crate::sampling::{LEAST_PROBABILITY, Sampler};
+use crate::{Along, Axis, Sampling, Study};
+use anyhow::{Context, Result, bail};
+use modeldescription::digits::short;
+use modeldescription::v2::ModelDescription;
+use run::component::Type;
+use run::fmus;
+use run::plan::{self, Names, Reference, effective, value, wires};
+use run::system::{Setting, System, Value};
+use std::ops::Range;
+
+/// The axes of a study.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Axes {
+    axes: Vec<Resolved>,
+    /// How many runs there are at each point of the grid.
+    samples: u64,
+    /// How many runs there are.
+    count: u64,
+    sampler: Sampler,
+    /// What gets the values, for each coordinate.
+    pub targets: Vec<Target>,
+}
+
+/// A variable that an axis varies.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Target {
+    /// `FMU.VARIABLE`
+    pub name: String,
+    /// Its unit, if the FMU names one.
+    pub unit: Option<String>,
+    /// The number of its member.
+    pub member: usize,
+    /// Its type.
+    pub kind: Type,
+    /// Its value reference.
+    pub reference: u32,
+    /// When it is set, in seconds; at the start without it.
+    pub time: Option<f64>,
+    /// The least and the greatest value that the FMU declares.
+    range: (Option<f64>, Option<f64>),
+    /// What the values of the axis are multiplied by, if they are factors.
+    base: Option<f64>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Resolved {
+    values: Values,
+    /// How many variables it has.
+    width: usize,
+    /// How many points of the grid have the same value one after the other.
+    stride: u64,
+    /// How many values it adds to the grid.
+    length: u64,
+}
+
+/// Where values come from.
+#[derive(Clone, Debug, PartialEq)]
+enum Values {
+    /// A value for all variables, for each point along the axis.
+    Shared(Vec<f64>),
+    /// A value for each variable, for each point along the axis, one behind the other.
+    Rows(Vec<f64>),
+    Range {
+        from: f64,
+        to: f64,
+        count: u64,
+        logarithmic: bool,
+    },
+    /// With the number of the distribution, from 0.
+    Drawn(Distribution, usize),
+}
+
+impl Target {
+    fn of(names: &Names, reference: &Reference, time: Option<f64>, base: Option<f64>) -> Target {
+        Target {
+            name: names.full(reference),
+            unit: names.unit_of(reference.member, reference.variable).map(str::to_string),
+            member: reference.member,
+            kind: reference.kind,
+            reference: reference.variable.value_reference,
+            time,
+            range: names.range(reference),
+            base,
+        }
+    }
+
+    /// Whether both set the same thing at the same time. Two names of one value reference are the same variable.
+    fn is_same(&self, other: &Target) -> bool {
+        self.is_variable(other.member, other.kind, other.reference) && self.time == other.time
+    }
+
+    fn is_variable(&self, member: usize, kind: Type, reference: u32) -> bool {
+        (self.member, self.kind, self.reference) == (member, kind, reference)
+    }
+
+    /// The column of its values.
+    pub fn coordinate(&self) -> Quantity {
+        let name = match self.time {
+            None => self.name.clone(),
+            Some(time) => format!("{}@{time}", self.name),
+        };
+        Quantity { name, unit: self.unit.clone() }
+    }
+
+    /// What sets it.
+    fn setting(&self, value: f64) -> Setting {
+        Setting {
+            variable: self.name.clone(),
+            value: Value::Number(value),
+            time: self.time,
+            is_preliminary: false,
+            place: None,
+        }
+    }
+
+    /// What the variable gets if the axis has this value.
+    fn absolute(&self, value: f64) -> f64 {
+        self.base.map_or(value, |base| base * value)
+    }
+
+    fn is_outside(&self, value: f64) -> bool {
+        self.range.0.is_some_and(|min| value < min) || self.range.1.is_some_and(|max| value > max)
+    }
+
+    /// Checks a value as the variable gets it.
+    fn check(&self, value: f64) -> Result<()> {
+        if !value.is_finite() {
+            bail!("{} = {value}: give values and factors whose products are finite", self.name);
+        }
+        plan::value(self.kind, Value::Number(value)).with_context(|| format!("{} = {value:?}", self.name))?;
+        Ok(())
+    }
+}
+
+impl Axes {
+    /// Resolves the axes of a study.
+    ///
+    /// # Errors
+    /// Which axis is wrong, and what to do.
+    pub fn of(study: &Study, system: &System, names: &Names, descriptions: &[&ModelDescription]) -> Result<Axes> {
+        study.check()?;
+        let count = study.count()?;
+        let samples = if study.distributions() > 0 { study.samples } else { 1 };
+        let mut axes = Axes {
+            axes: Vec::new(),
+            samples,
+            count,
+            sampler: Sampler::new(study.sampling, study.seed, samples, study.distributions()),
+            targets: Vec::new(),
+        };
+        let (mut stride, mut distributions) = (count / samples, 0);
+        for (number, axis) in study.axes.iter().enumerate() {
+            let mut add = || {
+                let targets = targets(axis, system, names, descriptions)?;
+                for (place, target) in targets.iter().enumerate() {
+                    if targets[..place].iter().any(|other| other.is_same(target)) {
+                        bail!("{} is named twice: name it once", target.name);
+                    }
+                    if let Some(other) = axes.targets.iter().position(|other| other.is_same(target)) {
+                        let is_of = |axis: &usize| axes.coordinates(*axis).contains(&other);
+                        let other = (0..axes.axes.len()).find(is_of).unwrap_or_default();
+                        let label = study.axes[other].label(other);
+                        bail!("{} is varied by {label} too: leave it in one of them", target.coordinate().name);
+                    }
+                }
+                let values = values(axis, &targets, &mut distributions)?;
+                Ok((values, targets))
+            };
+            let (values, targets) = add().with_context(|| axis.label(number))?;
+            let length = axis.along.length();
+            stride /= length;
+            axes.axes.push(Resolved { values, width: targets.len(), stride, length });
+            axes.targets.extend(targets);
+        }
+        Ok(axes)
+    }
+
+    /// How many runs there are.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// The values of a run, for each coordinate.
+    ///
+    /// # Panics
+    /// There is no such run.
+    pub fn point(&self, run: u64) -> Vec<f64> {
+        assert!(run < self.count, "there are {} runs, there is no run {run}", self.count);
+        let (grid, sample) = (run / self.samples, run % self.samples);
+        let mut point = Vec::with_capacity(self.targets.len());
+        for axis in &self.axes {
+            let place = grid / axis.stride % axis.length;
+            let shared = match &axis.values {
+                Values::Rows(values) => {
+                    let row = &values[place as usize * axis.width..][..axis.width];
+                    point.extend_from_slice(row);
+                    continue;
+                }
+                Values::Shared(values) => values[place as usize],
+                Values::Range { from, to, count, logarithmic } => between(*from, *to, place, *count, *logarithmic),
+                Values::Drawn(distribution, number) => distribution.quantile(self.sampler.probability(*number, sample)),
+            };
+            point.extend(std::iter::repeat_n(shared, axis.width));
+        }
+        for (value, target) in point.iter_mut().zip(&self.targets) {
+            *value = target.absolute(*value);
+        }
+        point
+    }
+
+    /// What the user should know: one sentence for each axis with values outside of the range that an FMU declares, and
+    /// numbers of samples that are probably not meant.
+    pub fn warnings(&self, study: &Study) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if study.distributions() > 0 && self.samples == 1 {
+            warnings.push("samples = 1: each distribution has a single value; give the number of samples".into());
+        } else if study.distributions() > 0 && study.sampling == Sampling::Sobol && !self.samples.is_power_of_two() {
+            warnings.push(format!(
+                "samples = {}: a Sobol sequence is most even with a power of 2, such as {}",
+                self.samples,
+                self.samples.next_power_of_two()
+            ));
+        }
+        for (number, axis) in self.axes.iter().enumerate() {
+            let targets = &self.targets[self.coordinates(number)];
+            let outside = targets.iter().enumerate().find_map(|(place, target)| {
+                let values = axis.extremes(place, self.samples).map(|value| target.absolute(value));
+                let value = values.into_iter().find(|value| target.is_outside(*value))?;
+                Some((target, value))
+            });
+            if let Some((target, value)) = outside {
+                let show = |bound: Option<f64>| bound.map_or("...".into(), |bound| format!("{bound:?}"));
+                warnings.push(format!(
+                    "{}: values such as {} = {} are outside of the range that the FMU declares, {} to {}",
+                    study.axes[number].label(number),
+                    target.name,
+                    short(value),
+                    show(target.range.0),
+                    show(target.range.1),
+                ));
+            }
+        }
+        warnings
+    }
+
+    /// Where the coordinates of an axis are.
+    pub fn coordinates(&self, axis: usize) -> Range<usize> {
+        let first = self.axes[..axis].iter().map(|axis| axis.width).sum();
+        first..first + self.axes[axis].width
+    }
+}
+
+/// The system with these values for targets, in place of what it sets there itself; without a value a target is not set.
+pub(super) fn varied(system: &System, names: &Names, targets: &[Target], point: &[f64]) -> System {
+    let is_replaced = |setting: &Setting| {
+        // A name that is not known is the plan's to refuse.
+        names.find(&setting.variable).is_ok_and(|of| {
+            let is = |target: &Target| target.is_variable(of.member, of.kind, of.variable.value_reference);
+            targets.iter().any(|target| is(target) && target.time == setting.time)
+        })
+    };
+    let kept = system.settings.iter().filter(|setting| !is_replaced(setting)).cloned();
+    let settings = kept.chain(targets.iter().zip(point).map(|(target, value)| target.setting(*value))).collect();
+    System { settings, ..system.clone() }
+}
+
+impl Resolved {
+    /// The least and the greatest value for a variable; of a distribution, about those that so many samples reach.
+    fn extremes(&self, place: usize, samples: u64) -> [f64; 2] {
+        let among = |values: &mut dyn Iterator<Item = f64>| {
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[min, max], value| [min.min(value), max.max(value)])
+        };
+        match &self.values {
+            Values::Shared(values) => among(&mut values.iter().copied()),
+            Values::Rows(values) => among(&mut values.iter().skip(place).step_by(self.width).copied()),
+            Values::Range { from, to, .. } => [from.min(*to), from.max(*to)],
+            Values::Drawn(distribution, _) => {
+                let share = 0.5 / samples as f64;
+                [distribution.quantile(share), distribution.quantile(1.0 - share)]
+            }
+        }
+    }
+}
+
+/// The value number `place` of a range.
+fn between(from: f64, to: f64, place: u64, count: u64, logarithmic: bool) -> f64 {
+    if place == 0 {
+        from
+    } else if place + 1 == count {
+        to
+    } else if logarithmic {
+        // Powers of ten come out as such.
+        let (low, high) = (libm::log10(from), libm::log10(to));
+        libm::exp10(low + (high - low) * place as f64 / (count - 1) as f64)
+    } else {
+        from + (to - from) * place as f64 / (count - 1) as f64
+    }
+}
+
+/// The variables of an axis.
+fn targets(axis: &Axis, system: &System, names: &Names, descriptions: &[&ModelDescription]) -> Result<Vec<Target>> {
+    let wires = wires(names, &system.connections)?;
+    let settings = effective(names, &system.settings, &wires)?;
+    let target = |name: &String| {
+        let found = names.find(name)?;
+        if !axis.relative {
+            return Ok(Target::of(names, &found, axis.time, None));
+        }
+        if found.kind == Type::Boolean {
+            bail!("{name} is Boolean, which has no factors: leave relative out and write values = [false, true]");
+        }
+        let key = (found.member, found.kind, found.variable.value_reference);
+        // What is in force when the axis sets its value: the setting of the same time, the last one before, or the start value.
+        let set = settings
+            .iter()
+            .filter(|(_, of)| (of.member, of.kind, of.variable.value_reference) == key)
+            .filter(|(setting, _)| match (setting.time, axis.time) {
+                (None, _) => true,
+                (Some(at), Some(time)) => at <= time,
+                (Some(_), None) => false,
+            })
+            .max_by(|(a, _), (b, _)| {
+                let time = |of: &Setting| of.time.unwrap_or(f64::NEG_INFINITY);
+                time(a).total_cmp(&time(b))
+            });
+        let base = match set {
+            Some((setting, _)) => Some(value(found.kind, setting.value).with_context(|| name.clone())?),
+            None => fmus::start(descriptions[found.member], &found.variable.name),
+        };
+        match base {
+            None => bail!("{name} has no start value that factors could multiply: set it in the loop"),
+            Some(0.0) => bail!(
+                "{name} is 0 in the loop, and so with every factor: leave relative out, or set another value in the loop"
+            ),
+            base => Ok(Target::of(names, &found, axis.time, base)),
+        }
+    };
+    axis.variables.iter().map(target).collect()
+}
+
+/// The values of an axis, each checked with each variable that gets it.
+fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<Values> {
+    let number = |target: &Target, given: Value| {
+        let value = match given {
+            Value::Boolean(_) => value(target.kind, given).with_context(|| target.name.clone())?,
+            Value::Number(number) => number,
+        };
+        target.check(target.absolute(value)).map(|()| value)
+    };
+    match &axis.along {
+        Along::Values(list) => {
+            let shared = |given: &Value| {
+                let numbers: Vec<f64> = targets.iter().map(|target| number(target, *given)).collect::<Result<_>>()?;
+                Ok(numbers[0])
+            };
+            Ok(Values::Shared(list.iter().map(shared).collect::<Result<_>>()?))
+        }
+        Along::Rows(rows) => {
+            let each = rows.iter().flat_map(|row| targets.iter().zip(row));
+            Ok(Values::Rows(each.map(|(target, given)| number(target, *given)).collect::<Result<_>>()?))
+        }
+        Along::Range { from, to, count, logarithmic } => {
+            for target in targets {
+                // Between finite ends all is finite.
+                let step = if target.kind == Type::Real { count - 1 } else { 1 };
+                (0..*count)
+                    .step_by(step as usize)
+                    .try_for_each(|place| {
+                        target.check(target.absolute(between(*from, *to, place, *count, *logarithmic)))
+                    })
+                    .context("range: write the values as a list, values = [...]")?;
+            }
+            Ok(Values::Range { from: *from, to: *to, count: *count, logarithmic: *logarithmic })
+        }
+        Along::Uniform { .. } | Along::Normal { .. } | Along::LogNormal { .. } | Along::Triangular { .. } => {
+            if let Some(target) = targets.iter().find(|target| target.kind != Type::Real) {
+                bail!(
+                    "{} is {}, and distributions give fractions: write its values as a list, values = [...]",
+                    target.name,
+                    target.kind.name()
+                );
+            }
+            let distribution = Distribution::of(&axis.along).context("it is a distribution")?;
+            let ends =
+                [LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY].map(|probability| distribution.quantile(probability));
+            for target in targets {
+                ends.iter()
+                    .try_for_each(|end| target.check(target.absolute(*end)))
+                    .context("the deviation is too large")?;
+            }
+            *distributions += 1;
+            Ok(Values::Drawn(distribution, *distributions - 1))
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! What can be wrong with a study whatever its loop is.
+
+use crate::distribution::Distribution;
+use crate::sampling::{SOBOL_AXES, SOBOL_SAMPLES};
+use crate::{Along, Axis, Sampling, Study};
+use anyhow::{Context, Result, bail};
+use run::system::Value;
+
+/// How many runs a study has at most.
+const MOST_RUNS: u64 = 1_000_000_000;
+
+impl Study {
+    /// Checks what does not depend on the loop.
+    ///
+    /// # Errors
+    /// Which axis or limit is wrong, and what to do.
+    pub fn check(&self) -> Result<()> {
+        for (number, axis) in self.axes.iter().enumerate() {
+            axis.check().with_context(|| axis.label(number))?;
+        }
+        let distributions = self.distributions();
+        if self.samples == 0 {
+            bail!("samples = 0: give the number of samples of the distributions, 1 or more");
+        }
+        if distributions == 0 && self.samples > 1 {
+            bail!(
+                "samples = {}, but no axis has a distribution: leave samples out, or give an axis uniform, normal, log_normal \
+                 or triangular",
+                self.samples
+            );
+        }
+        if distributions > 0 && self.sampling == Sampling::Sobol {
+            if self.samples > SOBOL_SAMPLES {
+                bail!(
+                    "samples = {}: a Sobol sequence has {SOBOL_SAMPLES} at most; take fewer, or sampling = \"latin_hypercube\"",
+                    self.samples
+                );
+            }
+            if distributions > SOBOL_AXES {
+                bail!(
+                    "{distributions} axes have distributions: a Sobol sequence has {SOBOL_AXES} at most; take fewer, or \
+                     sampling = \"latin_hypercube\""
+                );
+            }
+        }
+        self.count().map(|_| ())
+    }
+
+    /// How many runs the axes span.
+    ///
+    /// # Errors
+    /// More than 10^9.
+    pub fn count(&self) -> Result<u64> {
+        let lengths = self.axes.iter().map(|axis| axis.along.length());
+        let samples = if self.distributions() > 0 { self.samples } else { 1 };
+        let count = lengths.chain([samples]).try_fold(1_u64, |count, length| count.checked_mul(length));
+        match count {
+            Some(count) if count <= MOST_RUNS => Ok(count),
+            _ => {
+                let factors: Vec<String> = self
+                    .axes
+                    .iter()
+                    .map(|axis| axis.along.length())
+                    .chain([samples])
+                    .filter(|length| *length > 1)
+                    .map(|length| length.to_string())
+                    .collect();
+                bail!(
+                    "the axes span {} runs, a study has {MOST_RUNS} at most: take fewer values or samples",
+                    factors.join(" x ")
+                )
+            }
+        }
+    }
+
+    /// How many axes have a distribution.
+    pub(super) fn distributions(&self) -> usize {
+        self.axes.iter().filter(|axis| Distribution::of(&axis.along).is_some()).count()
+    }
+}
+
+impl Axis {
+    /// How errors name it: its number, from 1, and its variables.
+    pub fn label(&self, number: usize) -> String {
+        format!("axis {} ({})", number + 1, self.variables.join(", "))
+    }
+
+    fn check(&self) -> Result<()> {
+        if self.variables.is_empty() {
+            bail!("it has no variable: write variable = \"FMU.VARIABLE\"");
+        }
+        if let Some(time) = self.time
+            && !time.is_finite()
+        {
+            bail!("time = {time:?}: give a time in seconds");
+        }
+        self.along.check(self.variables.len())
+    }
+}
+
+impl Along {
+    /// How many values it adds to the grid; 1 for a distribution.
+    pub(super) fn length(&self) -> u64 {
+        match self {
+            Along::Values(values) => values.len() as u64,
+            Along::Rows(rows) => rows.len() as u64,
+            Along::Range { count, .. } => *count,
+            Along::Uniform { .. } | Along::Normal { .. } | Along::LogNormal { .. } | Along::Triangular { .. } => 1,
+        }
+    }
+
+    /// Checks the values of an axis with so many variables.
+    fn check(&self, variables: usize) -> Result<()> {
+        match self {
+            Along::Values(values) => {
+                if values.is_empty() {
+                    bail!("values is empty: give at least one value");
+                }
+                values.iter().try_for_each(|value| finite_value(*value))
+            }
+            Along::Rows(rows) => {
+                if rows.is_empty() {
+                    bail!("values is empty: give at least one row");
+                }
+                for (number, row) in rows.iter().enumerate() {
+                    if row.len() != variables {
+                        let (values, variables) = (counted(row.len(), "value"), counted(variables, "variable"));
+                        bail!("row {} of values has {values} for {variables}: give each variable one", number + 1);
+                    }
+                    row.iter().try_for_each(|value| finite_value(*value))?;
+                }
+                Ok(())
+            }
+            Along::Range { from, to, count, logarithmic } => {
+                finite("range", &[("from", *from), ("to", *to)])?;
+                if *count < 2 {
+                    bail!(
+                        "range: count = {count}: a range has at least 2 values; for a single one write values = [{from:?}]"
+                    );
+                }
+                if from == to {
+                    bail!("range: from and to are both {from:?}: give different ends, or write values = [{from:?}]");
+                }
+                if *logarithmic && !(*from > 0.0 && *to > 0.0) {
+                    bail!(
+                        "range: from = {from:?}, to = {to:?}: both ends of a logarithmic range are above 0; give such ends, or \
+                         leave logarithmic out"
+                    );
+                }
+                spread("range", from.min(*to), from.max(*to))
+            }
+            Along::Uniform { min, max } => {
+                finite("uniform", &[("min", *min), ("max", *max)])?;
+                ordered("uniform", ("min", *min), ("max", *max))?;
+                spread("uniform", *min, *max)
+            }
+            Along::Normal { mean, deviation, min, max } => {
+                finite("normal", &[("mean", *mean), ("deviation", *deviation)])?;
+                let bounds: Vec<_> = [("min", *min), ("max", *max)]
+                    .into_iter()
+                    .filter_map(|(name, value)| Some((name, value?)))
+                    .collect();
+                finite("normal", &bounds)?;
+                positive("normal", "deviation", *deviation)?;
+                if let (Some(min), Some(max)) = (min, max) {
+                    ordered("normal", ("min", *min), ("max", *max))?;
+                }
+                match Distribution::of(self) {
+                    Some(Distribution::Truncated { share, .. }) if share <= 0.0 => bail!(
+                        "normal: min and max leave nothing of the distribution, whose mean is {mean:?} and deviation {deviation:?}: \
+                         give bounds nearer to the mean"
+                    ),
+                    _ => Ok(()),
+                }
+            }
+            Along::LogNormal { median, deviation } => {
+                finite("log_normal", &[("median", *median), ("deviation", *deviation)])?;
+                positive("log_normal", "median", *median)?;
+                positive("log_normal", "deviation", *deviation)
+            }
+            Along::Triangular { min, mode, max } => {
+                finite("triangular", &[("min", *min), ("mode", *mode), ("max", *max)])?;
+                ordered("triangular", ("min", *min), ("max", *max))?;
+                if mode < min || mode > max {
+                    bail!(
+                        "triangular: mode = {mode:?} is not between min = {min:?} and max = {max:?}: correct one of them"
+                    );
+                }
+                spread("triangular", *min, *max)
+            }
+        }
+    }
+}
+
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+fn finite_value(value: Value) -> Result<()> {
+    match value {
+        Value::Number(number) if !number.is_finite() => bail!("values has {number}: give finite numbers"),
+        _ => Ok(()),
+    }
+}
+
+fn finite(what: &str, numbers: &[(&str, f64)]) -> Result<()> {
+    match numbers.iter().find(|(_, number)| !number.is_finite()) {
+        Some((name, number)) => bail!("{what}: {name} = {number}: give a finite number"),
+        None => Ok(()),
+    }
+}
+
+fn positive(what: &str, name: &str, number: f64) -> Result<()> {
+    if number > 0.0 {
+        return Ok(());
+    }
+    bail!("{what}: {name} = {number:?}: it has to be above 0")
+}
+
+fn ordered(what: &str, (low, min): (&str, f64), (high, max): (&str, f64)) -> Result<()> {
+    if min > max {
+        bail!("{what}: {low} = {min:?} is above {high} = {max:?}: exchange them");
+    }
+    if min == max {
+        bail!("{what}: {low} and {high} are both {min:?}: give different bounds, or write values = [{min:?}]");
+    }
+    Ok(())
+}
+
+/// The difference of two finite numbers has to be finite too.
+fn spread(what: &str, min: f64, max: f64) -> Result<()> {
+    if (max - min).is_finite() {
+        return Ok(());
+    }
+    bail!("{what}: {min:?} and {max:?} are too far apart: give bounds whose difference is below 1.8e308")
+}

@@ -1,0 +1,464 @@
+//! What a user expects of the runs of a study, such as `overshoot < 10 %`.
+//!
+//! ```text
+//! overshoot < 10 %             of each run
+//! p95(settling) < 300 s        of a percentile of all runs; also min(..), median(..) and max(..)
+//! mean(travel) <= 250          of the mean
+//! TANK.LEVEL.violation == 0    the unit may be left out
+//! ```
+
+use crate::results::{Quantity, Results};
+use crate::summary::{mean, percentile};
+use anyhow::{Context, Result, bail};
+use modeldescription::digits::short;
+use run::plan::near;
+use std::fmt;
+
+/// An expectation: each run, or a percentile or the mean of all runs, keeps to a bound.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expectation {
+    /// As the user writes it.
+    pub text: String,
+    /// The number of the figure's column.
+    pub figure: usize,
+    /// What is compared.
+    pub of: Of,
+    /// How it is compared.
+    pub comparison: Comparison,
+    /// With what, in the figure's unit.
+    pub bound: f64,
+}
+
+/// What of a figure is compared with the bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Of {
+    /// The value of each run.
+    Each,
+    /// A percentile of all runs, from 0, the least value, to 100, the greatest.
+    Percentile(f64),
+    /// The mean of all runs.
+    Mean,
+}
+
+/// How a value is compared with the bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Comparison {
+    /// `<`
+    Less,
+    /// `<=`
+    AtMost,
+    /// `>`
+    Greater,
+    /// `>=`
+    AtLeast,
+    /// `==`
+    Equal,
+}
+
+impl Comparison {
+    /// All of them; a sign that begins like another one comes first.
+    const ALL: [Comparison; 5] =
+        [Comparison::AtMost, Comparison::AtLeast, Comparison::Equal, Comparison::Less, Comparison::Greater];
+
+    /// As it is written.
+    pub fn sign(self) -> &'static str {
+        match self {
+            Comparison::Less => "<",
+            Comparison::AtMost => "<=",
+            Comparison::Greater => ">",
+            Comparison::AtLeast => ">=",
+            Comparison::Equal => "==",
+        }
+    }
+
+    /// Whether a value keeps to the bound; NaN does not.
+    pub fn holds(self, value: f64, bound: f64) -> bool {
+        match self {
+            Comparison::Less => value < bound,
+            Comparison::AtMost => value <= bound,
+            Comparison::Greater => value > bound,
+            Comparison::AtLeast => value >= bound,
+            Comparison::Equal => value == bound,
+        }
+    }
+
+    /// How far a value is on the wrong side of the bound; the larger, the worse.
+    fn excess(self, value: f64, bound: f64) -> f64 {
+        match self {
+            Comparison::Less | Comparison::AtMost => value - bound,
+            Comparison::Greater | Comparison::AtLeast => bound - value,
+            Comparison::Equal => (value - bound).abs(),
+        }
+    }
+
+    /// What a run without the figure counts as in a percentile: the worst that there is.
+    fn worst(self) -> f64 {
+        match self {
+            Comparison::Less | Comparison::AtMost => f64::INFINITY,
+            Comparison::Greater | Comparison::AtLeast => f64::NEG_INFINITY,
+            Comparison::Equal => f64::NAN,
+        }
+    }
+}
+
+/// What came of an expectation.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Verdict {
+    /// The runs that do not keep to it: first those without the figure, then those with the value furthest from the bound,
+    /// at the end those that failed. Empty if the expectation is of all runs together and is met.
+    pub offending: Vec<u64>,
+    /// What is wrong, a sentence; none if it is met.
+    pub problem: Option<String>,
+}
+
+impl Expectation {
+    /// Reads `FIGURE < NUMBER [UNIT]`, with <, <=, >, >= or ==. In place of a figure there may be `pN(FIGURE)` for a percentile
+    /// (0 to 100), `min(FIGURE)`, `median(FIGURE)`, `max(FIGURE)` or `mean(FIGURE)`.
+    ///
+    /// # Errors
+    /// What is wrong with it: there is no such figure, the unit is not that of the figure.
+    pub fn parse(text: &str, figures: &[Quantity]) -> Result<Expectation> {
+        let text = text.trim();
+        let read = || {
+            let sign = |(at, _): (usize, char)| {
+                Comparison::ALL.into_iter().find(|of| text[at..].starts_with(of.sign())).map(|of| (at, of))
+            };
+            let Some((at, comparison)) = text.char_indices().find_map(sign) else {
+                if text.contains('=') {
+                    bail!("a bound is compared with <, <=, >, >= or ==, not with =");
+                }
+                bail!("there is no <, <=, >, >= or ==; write for example overshoot < 10 %");
+            };
+            let (left, right) = (text[..at].trim(), text[at + comparison.sign().len()..].trim());
+            let (of, figure) = subject(left, figures)?;
+            let bound = bound(right, &figures[figure])?;
+            Ok(Expectation { text: text.into(), figure, of, comparison, bound })
+        };
+        read().with_context(|| format!("expectation {text:?}"))
+    }
+
+    /// Whether the runs keep to it.
+    pub fn verdict(&self, results: &Results) -> Verdict {
+        let figure = &results.figures[self.figure];
+        let value = |run: u64| results.figures_of(run)[self.figure];
+        let mut offending: Vec<u64> =
+            (0..results.count()).filter(|run| !self.comparison.holds(value(*run), self.bound)).collect();
+        let worth = |run: &u64| match (results.errors.contains_key(run), value(*run).is_nan()) {
+            (true, _) => (2, 0.0),
+            (false, true) => (0, 0.0),
+            (false, false) => (1, self.comparison.excess(value(*run), self.bound)),
+        };
+        offending.sort_by(|a, b| {
+            let ((first, a), (second, b)) = (worth(a), worth(b));
+            first.cmp(&second).then(b.total_cmp(&a))
+        });
+        let runs = results.count();
+        let problem = if self.of == Of::Each {
+            offending.first().map(|worst| {
+                let count = offending.len();
+                let (do_not, which) = if count == 1 { ("does", "it is") } else { ("do", "the worst is") };
+                format!(
+                    "{count} of {} {do_not} not keep to it; {which} run {worst}: {}",
+                    runs_text(runs),
+                    self.reason(results, *worst)
+                )
+            })
+        } else {
+            self.problem_of_all(results, figure)
+        };
+        if problem.is_none() {
+            offending.clear();
+        }
+        Verdict { offending, problem }
+    }
+
+    /// What is wrong with the value of all runs together.
+    fn problem_of_all(&self, results: &Results, figure: &Quantity) -> Option<String> {
+        let absent = results.figure(self.figure).filter(|value| value.is_nan()).count();
+        let replaced = |value: f64| if value.is_nan() { self.comparison.worst() } else { value };
+        let mut values: Vec<f64> = results.figure(self.figure).map(replaced).collect();
+        values.sort_unstable_by(f64::total_cmp);
+        let (name, value) = match self.of {
+            Of::Mean => ("mean".to_string(), mean(&values)),
+            Of::Percentile(0.0) => ("least value".to_string(), percentile(&values, 0.0)),
+            Of::Percentile(50.0) => ("median".to_string(), percentile(&values, 50.0)),
+            Of::Percentile(100.0) => ("greatest value".to_string(), percentile(&values, 100.0)),
+            Of::Percentile(percent) => (format!("{} percentile", ordinal(percent)), percentile(&values, percent)),
+            Of::Each => return None,
+        };
+        // One value that cannot be said makes an equality void, wherever it stands.
+        let value = value.filter(|_| !(absent > 0 && self.comparison == Comparison::Equal));
+        if value.is_some_and(|value| self.comparison.holds(value, self.bound)) {
+            return None;
+        }
+        if results.count() == 0 {
+            return Some(format!("the {name} of {} cannot be said: there are no runs", figure.name));
+        }
+        Some(match value.filter(|value| value.is_finite() || absent == 0) {
+            Some(value) => format!("the {name} of {} is {}", figure.name, with_unit(value, figure)),
+            None => {
+                let failed = results.errors.len();
+                let of_these = if failed > 0 { format!(" ({failed} of them failed)") } else { String::new() };
+                let have = if absent == 1 { "has" } else { "have" };
+                format!(
+                    "the {name} of {} cannot be said: {absent} of {} {have} no {}{of_these}",
+                    figure.name,
+                    runs_text(results.count()),
+                    figure.name
+                )
+            }
+        })
+    }
+
+    /// Why a run does not keep to it: its value, that it has none, or its error.
+    pub fn reason(&self, results: &Results, run: u64) -> String {
+        let figure = &results.figures[self.figure];
+        match (results.errors.get(&run), results.figures_of(run)[self.figure]) {
+            (Some(error), _) => format!("it failed: {error}"),
+            (None, value) if value.is_nan() => match figure.name.as_str() {
+                "settling" => "the process value does not settle".into(),
+                "rise" => "the process value does not reach 90 % of the step".into(),
+                "overshoot" => "no overshoot, since the process value does not reach the setpoint".into(),
+                name => format!("it has no {name}"),
+            },
+            (None, value) => format!("{} is {}", figure.name, with_unit(value, figure)),
+        }
+    }
+}
+
+/// What is compared, and the number of the figure.
+fn subject(text: &str, figures: &[Quantity]) -> Result<(Of, usize)> {
+    let find = |name: &str| figures.iter().position(|figure| figure.name == name);
+    // A variable's name may have brackets.
+    if let Some(figure) = find(text) {
+        return Ok((Of::Each, figure));
+    }
+    if text.is_empty() {
+        bail!("there is no figure before the sign; write for example overshoot < 10 %");
+    }
+    let Some((function, name)) = text.strip_suffix(')').and_then(|text| text.split_once('(')) else {
+        return Err(unknown(text, figures));
+    };
+    let (function, name) = (function.trim(), name.trim());
+    let of = match function {
+        "min" => Of::Percentile(0.0),
+        "median" => Of::Percentile(50.0),
+        "max" => Of::Percentile(100.0),
+        "mean" => Of::Mean,
+        _ => match function.strip_prefix('p').map(str::parse::<f64>) {
+            Some(Ok(percent)) if (0.0..=100.0).contains(&percent) => Of::Percentile(percent),
+            Some(Ok(percent)) => bail!("p{percent}({name}): a percentile is from p0 to p100"),
+            _ => bail!("{function}({name}): write p95({name}), or min, median, max or mean for p95"),
+        },
+    };
+    Ok((of, find(name).ok_or_else(|| unknown(name, figures))?))
+}
+
+fn unknown(name: &str, figures: &[Quantity]) -> anyhow::Error {
+    let names = || figures.iter().map(|figure| figure.name.as_str());
+    let help = match near(name, names()) {
+        Some(near) => format!("did you mean {near}?"),
+        None => format!("there are {}", names().collect::<Vec<_>>().join(", ")),
+    };
+    anyhow::anyhow!("the study has no figure {name}; {help}")
+}
+
+/// A number, and the figure's unit or none.
+fn bound(text: &str, figure: &Quantity) -> Result<f64> {
+    let is_of_number = |letter: char| letter.is_ascii_digit() || "+-.".contains(letter);
+    let mut end = text.find(|letter| !is_of_number(letter)).unwrap_or(text.len());
+    // An exponent, and not the first letter of a unit.
+    if let Some(exponent) = text[end..].strip_prefix(['e', 'E'])
+        && exponent.trim_start_matches(['+', '-']).starts_with(|letter: char| letter.is_ascii_digit())
+    {
+        let rest = exponent.trim_start_matches(['+', '-']).trim_start_matches(|letter: char| letter.is_ascii_digit());
+        end = text.len() - rest.len();
+    }
+    let (number, unit) = (&text[..end], text[end..].trim());
+    let number = match number.parse::<f64>() {
+        Ok(number) if number.is_finite() && !unit.starts_with(',') => number,
+        _ => bail!("{text:?} is not a number with a unit (the decimal sign is a point)"),
+    };
+    match figure.unit.as_deref() {
+        _ if unit.is_empty() => Ok(number),
+        Some(own) if own == unit => Ok(number),
+        Some(own) => bail!("{} is in {own}, not in {unit}", figure.name),
+        None => bail!("{} has no unit, write the number alone", figure.name),
+    }
+}
+
+/// A value with the unit of its figure.
+pub fn with_unit(value: f64, of: &Quantity) -> String {
+    match &of.unit {
+        Some(unit) => format!("{} {unit}", short(value)),
+        None => short(value),
+    }
+}
+
+/// A number of runs: `1 run`, `2 runs`.
+pub fn runs_text(count: u64) -> String {
+    if count == 1 { "1 run".into() } else { format!("{count} runs") }
+}
+
+/// A number as a rank: 95th, 2nd, 99.9th.
+fn ordinal(number: f64) -> String {
+    let is_whole = number.fract() == 0.0;
+    let ending = match (number % 10.0, number % 100.0) {
+        (_, 11.0..=13.0) => "th",
+        (1.0, _) if is_whole => "st",
+        (2.0, _) if is_whole => "nd",
+        (3.0, _) if is_whole => "rd",
+        _ => "th",
+    };
+    format!("{number}{ending}")
+}
+
+impl fmt::Display for Expectation {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str(&self.text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::Row;
+
+    const NONE: f64 = f64::NAN;
+
+    fn figures() -> Vec<Quantity> {
+        let quantity =
+            |name: &str, unit: &str| Quantity { name: name.into(), unit: (!unit.is_empty()).then(|| unit.to_string()) };
+        vec![
+            quantity("overshoot", "%"),
+            quantity("settling", "s"),
+            quantity("pulses", ""),
+            quantity("FMU.der(x).max", "m/s"),
+            quantity("iae", "degC s"),
+        ]
+    }
+
+    /// Results with overshoot and settling; no values at all is a run that failed.
+    fn results(rows: &[Option<(f64, f64)>]) -> Results {
+        let mut results = Results::new(Vec::new(), figures());
+        for row in rows {
+            let (overshoot, settling) = row.unwrap_or((NONE, NONE));
+            let error = row.is_none().then(|| "PLANT: division by zero".to_string());
+            results.push(&[], &Row { figures: vec![overshoot, settling, NONE, NONE, NONE], error });
+        }
+        results
+    }
+
+    fn parse(text: &str) -> Expectation {
+        Expectation::parse(text, &figures()).unwrap()
+    }
+
+    fn error(text: &str) -> String {
+        format!("{:#}", Expectation::parse(text, &figures()).unwrap_err())
+    }
+
+    #[test]
+    fn an_expectation_names_a_figure_a_comparison_and_a_bound() {
+        let parts = |text: &str| {
+            let of = parse(text);
+            (of.figure, of.of, of.comparison, of.bound)
+        };
+        assert_eq!(parts("overshoot < 10 %"), (0, Of::Each, Comparison::Less, 10.0));
+        assert_eq!(parts(" overshoot<=10%"), (0, Of::Each, Comparison::AtMost, 10.0));
+        assert_eq!(parts("p95(settling) < 300 s"), (1, Of::Percentile(95.0), Comparison::Less, 300.0));
+        assert_eq!(parts("p99.9( settling ) > 3e2s"), (1, Of::Percentile(99.9), Comparison::Greater, 300.0));
+        assert_eq!(parts("pulses == 0"), (2, Of::Each, Comparison::Equal, 0.0));
+        assert_eq!(parts("max(pulses) >= -1.5e+1"), (2, Of::Percentile(100.0), Comparison::AtLeast, -15.0));
+        assert_eq!(parts("mean(iae)< 5 degC s"), (4, Of::Mean, Comparison::Less, 5.0));
+        assert_eq!(parts("FMU.der(x).max < 1"), (3, Of::Each, Comparison::Less, 1.0));
+        assert_eq!(parts("median(FMU.der(x).max) < 1 m/s"), (3, Of::Percentile(50.0), Comparison::Less, 1.0));
+    }
+
+    #[test]
+    fn a_wrong_expectation_says_what_to_write() {
+        let cases = [
+            ("overshot < 10", "the study has no figure overshot; did you mean overshoot?"),
+            ("p95(setling) < 1", "the study has no figure setling; did you mean settling?"),
+            ("x < 1", "the study has no figure x; there are overshoot, settling, pulses, FMU.der(x).max, iae"),
+            ("overshoot < 10 s", "overshoot is in %, not in s"),
+            ("pulses < 10 s", "pulses has no unit, write the number alone"),
+            ("overshoot < ten", "\"ten\" is not a number with a unit (the decimal sign is a point)"),
+            ("overshoot < 2,5 %", "\"2,5 %\" is not a number with a unit (the decimal sign is a point)"),
+            ("overshoot = 1", "a bound is compared with <, <=, >, >= or ==, not with ="),
+            ("overshoot", "there is no <, <=, >, >= or ==; write for example overshoot < 10 %"),
+            ("< 1", "there is no figure before the sign; write for example overshoot < 10 %"),
+            ("p101(pulses) < 1", "p101(pulses): a percentile is from p0 to p100"),
+            ("best(pulses) < 1", "best(pulses): write p95(pulses), or min, median, max or mean for p95"),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(error(text), format!("expectation {text:?}: {expected}"));
+        }
+    }
+
+    #[test]
+    fn runs_without_the_figure_and_failed_runs_do_not_keep_to_it() {
+        let results = results(&[Some((12.5, 1.0)), Some((5.0, 1.0)), None, Some((NONE, 1.0)), Some((30.0, 1.0))]);
+        let expectation = parse("overshoot < 10 %");
+        let verdict = expectation.verdict(&results);
+        assert_eq!(verdict.offending, [3, 4, 0, 2]);
+        assert_eq!(
+            verdict.problem.unwrap(),
+            "4 of 5 runs do not keep to it; the worst is run 3: no overshoot, since the process value does not reach the setpoint"
+        );
+        assert_eq!(expectation.reason(&results, 4), "overshoot is 30 %");
+        assert_eq!(expectation.reason(&results, 2), "it failed: PLANT: division by zero");
+        assert_eq!(
+            parse("settling == 1").verdict(&results).problem.unwrap(),
+            "1 of 5 runs does not keep to it; it is run 2: it failed: PLANT: division by zero"
+        );
+    }
+
+    #[test]
+    fn an_expectation_that_is_met_has_no_offending_runs() {
+        let results = results(&[Some((9.0, 1.0)), Some((10.0, 100.0)), Some((1.0, 2.0))]);
+        for met in [
+            "overshoot <= 10",
+            "max(overshoot) < 10.5",
+            "median(settling) == 2",
+            "min(settling) >= 1",
+            "p50(overshoot) > 8",
+        ] {
+            assert_eq!(parse(met).verdict(&results), Verdict::default(), "{met}");
+        }
+        assert_eq!(parse("overshoot < 10").verdict(&results).offending, [1]);
+        assert_eq!(parse("overshoot > 9").verdict(&results).offending, [2, 0]);
+    }
+
+    #[test]
+    fn a_percentile_counts_a_run_without_the_figure_as_the_worst() {
+        let rows: Vec<_> = (0..=10).map(|run| Some((f64::from(run), if run < 9 { 1.0 } else { NONE }))).collect();
+        let results = results(&rows);
+        let problem = |text: &str| parse(text).verdict(&results).problem;
+        assert_eq!(problem("p80(settling) < 2 s"), None);
+        assert_eq!(
+            problem("p90(settling) < 2 s").unwrap(),
+            "the 90th percentile of settling cannot be said: 2 of 11 runs have no settling"
+        );
+        assert_eq!(
+            problem("min(settling) > 0 s").unwrap(),
+            "the least value of settling cannot be said: 2 of 11 runs have no settling"
+        );
+        assert_eq!(
+            problem("mean(settling) < 2 s").unwrap(),
+            "the mean of settling cannot be said: 2 of 11 runs have no settling"
+        );
+        assert_eq!(
+            problem("min(settling) == 1").unwrap(),
+            "the least value of settling cannot be said: 2 of 11 runs have no settling"
+        );
+        assert_eq!(problem("p95(overshoot) < 9 %").unwrap(), "the 95th percentile of overshoot is 9.5 %");
+        assert_eq!(parse("p95(overshoot) < 9 %").verdict(&results).offending, [10, 9]);
+        assert_eq!(problem("mean(overshoot) > 5").unwrap(), "the mean of overshoot is 5 %");
+    }
+
+    #[test]
+    fn percentiles_are_named_as_they_are_spoken() {
+        let names = [1.0, 2.0, 3.0, 11.0, 12.0, 13.0, 21.0, 95.0, 99.9].map(ordinal);
+        assert_eq!(names, ["1st", "2nd", "3rd", "11th", "12th", "13th", "21st", "95th", "99.9th"]);
+    }
+}

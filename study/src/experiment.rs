@@ -1,0 +1,306 @@
+//! A job whose names are resolved: the point of each run, and what makes a row of it.
+
+use crate::axes::{Axes, Target, varied};
+use crate::measures::{Measures, Traces};
+use crate::results::{Quantity, Row};
+use crate::{Job, Signals, Study};
+use anyhow::{Context, Result};
+use modeldescription::digits::short;
+use modeldescription::v2::{Causality, ModelDescription};
+use run::component::Reset;
+use run::dialog::Roles;
+use run::master::{self, Recording, Run};
+use run::plan::{Assignment, MemberPlan, Names, Plan};
+use run::system::{Recorded, System};
+
+/// A study that can be run.
+///
+/// To run points that are not its own, such as those of an optimiser, give axes any values: they say which coordinates there
+/// are, and [`Executor::row`] takes any values for them.
+#[derive(Clone, Debug)]
+pub struct Experiment {
+    /// What a run does, with the values of the first point.
+    pub plan: Plan,
+    /// What a point consists of.
+    pub coordinates: Vec<Quantity>,
+    /// What a row consists of.
+    pub figures: Vec<Quantity>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// The names of the loop's signals; none of them if the setpoint or the process value is not known.
+    pub signals: Signals,
+    axes: Axes,
+    measures: Measures,
+    /// Where the values of a point are in the plan, for each coordinate.
+    slots: Vec<Slot>,
+    /// The same plan, which records in addition what the system does.
+    recording: Plan,
+}
+
+/// Where a value is in a plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Slot {
+    member: usize,
+    /// Which list of the member's plan it is in.
+    list: List,
+    place: usize,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum List {
+    Parameters,
+    Inputs,
+    Events,
+}
+
+impl Slot {
+    /// Finds the value of a variable, which has to be there once.
+    fn of(plan: &Plan, target: &Target) -> Option<Slot> {
+        let own = &plan.members[target.member];
+        let is = |assignment: &Assignment| (assignment.kind, assignment.reference) == (target.kind, target.reference);
+        let (list, place) = match target.time {
+            Some(time) => (List::Events, own.events.iter().position(|(at, of)| *at == time && is(of))?),
+            None => match own.parameters.iter().position(is) {
+                Some(place) => (List::Parameters, place),
+                None => (List::Inputs, own.inputs.iter().position(is)?),
+            },
+        };
+        Some(Slot { member: target.member, list, place })
+    }
+
+    fn value(self, members: &mut [MemberPlan]) -> &mut f64 {
+        let own = &mut members[self.member];
+        match self.list {
+            List::Parameters => &mut own.parameters[self.place].value,
+            List::Inputs => &mut own.inputs[self.place].value,
+            List::Events => &mut own.events[self.place].1.value,
+        }
+    }
+}
+
+impl Experiment {
+    /// Resolves a job. `descriptions` are those of the system's members, in their order; `roles` are those of the first member,
+    /// if its library has a table.
+    ///
+    /// # Errors
+    /// What is wrong with which axis, variable or figure, and what to do.
+    pub fn of(job: &Job, descriptions: &[&ModelDescription], roles: Option<&Roles>) -> Result<Experiment> {
+        let (system, study) = (&job.system, &job.study);
+        // What is wrong with the loop itself is not the axes' fault.
+        Plan::of(system, descriptions)?;
+        let names = Names::of(system, descriptions)?;
+        let axes = Axes::of(study, system, &names, descriptions)?;
+        let first = axes.point(0);
+        for (number, axis) in study.axes.iter().enumerate() {
+            let own = axes.coordinates(number);
+            let alone = varied(system, &names, &axes.targets[own.clone()], &first[own]);
+            Plan::of(&alone, descriptions).with_context(|| axis.label(number))?;
+        }
+        let measures = Measures::of(study, system, &names, roles)?;
+        let record = |system| System { record: recorded(measures.columns.iter()), ..system };
+        // Each axis has one warning of its own, for all of its values.
+        let fixed = Plan::of(&record(varied(system, &names, &axes.targets, &[])), descriptions)?;
+        let mut warnings = [fixed.warnings, axes.warnings(study), measures.warnings.clone()].concat();
+        let varied = varied(system, &names, &axes.targets, &first);
+        let all = Plan::of(&varied, descriptions)?;
+        let columns = all.columns.iter().map(|column| &column.name).chain(&measures.columns);
+        let recording = Plan::of(&System { record: recorded(columns), ..varied.clone() }, descriptions)?;
+        let plan = Plan { warnings: Vec::new(), ..Plan::of(&record(varied), descriptions)? };
+        warnings.extend(constant_setpoint(study, system, &measures.signals, &names));
+        let end = plan.time(plan.steps);
+        warnings.extend(study.window.from.filter(|from| *from >= end).map(|from| {
+            format!(
+                "window: from = {from:?} s is not before the end of the run at {} s: there are no figures of the loop",
+                short(end)
+            )
+        }));
+        let slots = axes
+            .targets
+            .iter()
+            .map(|target| Slot::of(&plan, target).with_context(|| format!("{} is not in the plan", target.name)))
+            .collect::<Result<Vec<_>>>()?;
+        Ok(Experiment {
+            coordinates: axes.targets.iter().map(Target::coordinate).collect(),
+            figures: measures.figures.clone(),
+            plan,
+            warnings,
+            signals: measures.signals.clone(),
+            axes,
+            measures,
+            slots,
+            recording,
+        })
+    }
+
+    /// How many runs the axes span.
+    pub fn count(&self) -> u64 {
+        self.axes.count()
+    }
+
+    /// The values of a run, for each coordinate, as its variables get them.
+    ///
+    /// # Panics
+    /// There is no such run.
+    pub fn point(&self, run: u64) -> Vec<f64> {
+        self.axes.point(run)
+    }
+
+    /// Puts the values of a point into the plan.
+    fn set(&mut self, point: &[f64]) {
+        assert_eq!(point.len(), self.slots.len(), "a value for each coordinate");
+        for (slot, value) in self.slots.iter().zip(point) {
+            *slot.value(&mut self.plan.members) = *value;
+            *slot.value(&mut self.recording.members) = *value;
+        }
+    }
+}
+
+/// What the user should know if no run has a step of the setpoint.
+fn constant_setpoint(study: &Study, system: &System, signals: &Signals, names: &Names) -> Option<String> {
+    let setpoint = signals.setpoint.as_ref()?;
+    // An output may change by itself.
+    let causality = names.find(setpoint).ok()?.variable.causality;
+    let is_set = matches!(causality, Causality::Input | Causality::Parameter);
+    let is_connected = system.connections.iter().any(|of| of.to == *setpoint);
+    let has_event = system.settings.iter().any(|of| of.time.is_some() && of.variable == *setpoint);
+    let has_axis = study.axes.iter().any(|axis| axis.time.is_some() && axis.variables.contains(setpoint));
+    (is_set && !is_connected && !has_event && !has_axis).then(|| {
+        format!(
+            "{setpoint} does not change during a run: there are no rise, overshoot and settling; for these, write [[events]] with \
+             time = SECONDS and set = {{ {setpoint} = VALUE }}"
+        )
+    })
+}
+
+/// Variables to record.
+fn recorded<'a>(names: impl Iterator<Item = &'a String>) -> Vec<Recorded> {
+    names.map(|name| Recorded::from(name.as_str())).collect()
+}
+
+/// Makes runs one after the other with the same instances, which are reset between them.
+#[derive(Debug)]
+pub struct Executor<C> {
+    experiment: Experiment,
+    run: Option<Run<C>>,
+    traces: Traces,
+    /// Each run needs new instances, since reset ones compute something else.
+    is_reset_wrong: bool,
+}
+
+impl<C: Reset> Executor<C> {
+    /// For an experiment.
+    pub fn new(experiment: Experiment) -> Executor<C> {
+        Executor { experiment, run: None, traces: Traces::default(), is_reset_wrong: false }
+    }
+
+    /// Makes each run with new instances, as after a [`check_reset`](Executor::check_reset) that finds a difference.
+    pub fn renew(&mut self) {
+        self.is_reset_wrong = true;
+    }
+
+    /// The experiment.
+    pub fn experiment(&self) -> &Experiment {
+        &self.experiment
+    }
+
+    /// Makes the run of a point; `instantiate` gives a new component for each member when there are none that can be reset.
+    /// What an FMU refuses becomes the row's error.
+    ///
+    /// # Panics
+    /// The point has not a value for each coordinate.
+    pub fn row(&mut self, point: &[f64], mut instantiate: impl FnMut(usize) -> Result<C>) -> Row {
+        let is_reset = self.run.is_some();
+        let mut figures = self.figures(point, &mut instantiate, |_| {});
+        if figures.is_err() && is_reset {
+            // Why a run fails must not depend on the runs before it.
+            figures = self.figures(point, &mut instantiate, |_| {});
+        }
+        match figures {
+            Ok(figures) => Row { figures, error: None },
+            Err(error) => {
+                let error = format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ");
+                Row { figures: vec![f64::NAN; self.experiment.figures.len()], error: Some(error) }
+            }
+        }
+    }
+
+    /// The same, with all that the run records: the signals of the loop, what figures are taken of, and what the system records.
+    /// The instances are new ones.
+    ///
+    /// # Errors
+    /// Which FMU refused what, when.
+    ///
+    /// # Panics
+    /// As [`Executor::row`].
+    pub fn recording(&mut self, point: &[f64], instantiate: impl FnMut(usize) -> Result<C>) -> Result<Recording> {
+        // Some FMUs allow one instance in a process.
+        self.run = None;
+        self.experiment.set(point);
+        let plan = &self.experiment.recording;
+        master::run(plan, &mut instances(plan, instantiate)?, |_| {})
+    }
+
+    /// Compares what reset instances compute with what new ones do: the run of the second point after that of the first. If any
+    /// bit differs, all further runs are made with new instances. A worker calls it once, before its first run.
+    ///
+    /// Gives a sentence for the user if they differ.
+    pub fn check_reset(&mut self, mut instantiate: impl FnMut(usize) -> Result<C>) -> Option<String> {
+        let (first, second) = (self.experiment.point(0), self.experiment.point(1.min(self.experiment.count() - 1)));
+        let mut values = |executor: &mut Self, point: &[f64]| {
+            let mut bits = Vec::new();
+            let figures =
+                executor.figures(point, &mut instantiate, |row| bits.extend(row.iter().map(|value| value.to_bits())));
+            (bits, figures.is_err())
+        };
+        self.run = None;
+        values(self, &first);
+        let is_reset = self.run.is_some();
+        let after_reset = values(self, &second);
+        self.run = None;
+        let anew = values(self, &second);
+        self.is_reset_wrong = is_reset && after_reset != anew;
+        self.is_reset_wrong.then(|| {
+            "an FMU computes something else after a reset than a new instance does: each run gets new instances, which \
+             takes longer; tell the maker of the FMU"
+                .into()
+        })
+    }
+
+    /// The figures of a point. `observe` gets what each step records.
+    fn figures(
+        &mut self,
+        point: &[f64],
+        instantiate: &mut impl FnMut(usize) -> Result<C>,
+        mut observe: impl FnMut(&[f64]),
+    ) -> Result<Vec<f64>> {
+        self.experiment.set(point);
+        let plan = &self.experiment.plan;
+        let stop = plan.time(plan.steps).max(plan.time(plan.steps - 1) + plan.step);
+        let used = self.run.take().filter(|_| !self.is_reset_wrong);
+        let mut run = match used {
+            Some(mut run) => {
+                run.restart(plan, Some(stop))?;
+                run
+            }
+            None => Run::begin(plan, instances(plan, instantiate)?, Some(stop))?,
+        };
+        let measures = &self.experiment.measures;
+        measures.begin(&mut self.traces);
+        for _ in 0..plan.steps {
+            run.step(plan)?;
+            measures.step(&mut self.traces, run.time(), run.row());
+            observe(run.row());
+        }
+        run.terminate(plan)?;
+        self.run = Some(run);
+        Ok(measures.end(&self.traces, plan.step))
+    }
+}
+
+/// A new component for each member.
+fn instances<C>(plan: &Plan, instantiate: impl FnMut(usize) -> Result<C>) -> Result<Vec<C>> {
+    (0..plan.members.len()).map(instantiate).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,98 @@
+//! The results of a finished study in their folder: with `--resume`, its runs are not made again.
+
+use super::hash;
+use super::output::{self, Format};
+use crate::results::Row;
+use anyhow::{Context, Result, bail, ensure};
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::path::Path;
+
+/// What `summary.json` says of the table with the runs.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq, Eq)]
+pub struct Table {
+    /// The name of its file.
+    pub file: String,
+    /// The SHA-256 of the file in hexadecimal digits.
+    pub sha256: String,
+}
+
+impl Table {
+    /// That of a folder.
+    ///
+    /// # Errors
+    /// There is no such table, or it cannot be read.
+    pub fn of(out: &Path, format: Format) -> Result<Table> {
+        let path = format.file(out);
+        let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Table { file, sha256: hash(&path)? })
+    }
+}
+
+/// What is needed of `summary.json`.
+#[derive(Deserialize)]
+struct Summary {
+    fingerprint: String,
+    table: Table,
+}
+
+/// The rows of a study that has left its results in a folder; none if no study has left any. The table has so many coordinates
+/// and figures.
+///
+/// # Errors
+/// The results are those of another study, or the table is not the one that the study has written; what to do.
+pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize) -> Result<Option<Vec<Row>>> {
+    const REMEDY: &str = "name another folder with --out, or begin anew without --resume";
+    let path = out.join("summary.json");
+    if !path.exists() {
+        return Ok(None);
+    }
+    let text = fs::read(&path).with_context(|| format!("{} cannot be read", path.display()))?;
+    let Some(summary) = serde_json::from_slice::<Summary>(&text).ok().filter(|of| of.fingerprint == fingerprint) else {
+        bail!(
+            "{} has the results of another study: the study, an FMU or plcfmu has changed since; {REMEDY}",
+            out.display()
+        );
+    };
+    let mut formats = Format::value_variants().iter().copied();
+    let format = formats.find(|format| format.file(out).ends_with(&summary.table.file));
+    let format = format.with_context(|| format!("{} is damaged: {REMEDY}", path.display()))?;
+    let table = format.file(out);
+    ensure!(table.is_file(), "{} is missing: {REMEDY}", table.display());
+    ensure!(
+        Table::of(out, format)? == summary.table,
+        "{} has changed since the study has written it: {REMEDY}",
+        table.display()
+    );
+    Ok(Some(output::read(&table, format, coordinates, figures)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::{Quantity, Results};
+
+    #[test]
+    fn results_of_another_study_and_a_changed_table_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path();
+        assert_eq!(rows(out, "f", 1, 1).unwrap(), None);
+        let quantity = |name: &str| vec![Quantity { name: name.into(), unit: None }];
+        let mut results = Results::new(quantity("C.GAIN"), quantity("iae"));
+        let row = Row { figures: vec![0.1], error: None };
+        results.push(&[2.0], &row);
+        output::write(&Format::Csv.file(out), Format::Csv, &results).unwrap();
+        let table = Table::of(out, Format::Csv).unwrap();
+        let summary = serde_json::json!({ "fingerprint": "f", "table": table });
+        fs::write(out.join("summary.json"), summary.to_string()).unwrap();
+        assert_eq!(rows(out, "f", 1, 1).unwrap(), Some(vec![row]));
+
+        let error = |fingerprint: &str| rows(out, fingerprint, 1, 1).unwrap_err().to_string();
+        assert!(error("g").contains("has the results of another study"), "{}", error("g"));
+        fs::write(Format::Csv.file(out), "run,C.GAIN,iae,error\n0,2.0,0.2,\n").unwrap();
+        assert!(error("f").contains("runs.csv has changed since the study has written it"), "{}", error("f"));
+        fs::remove_file(Format::Csv.file(out)).unwrap();
+        assert!(error("f").contains("runs.csv is missing"), "{}", error("f"));
+    }
+}

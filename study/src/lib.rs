@@ -1,0 +1,177 @@
+//! Studies: one loop, run many times with different values, in worker processes.
+//!
+//! A [`Job`] says what to run: a [`System`] and a [`Study`] of it. Its axes span the *points*: the values that one run is given.
+//! [`Experiment`](experiment::Experiment) checks the names and knows the point of every run from its number alone, so that
+//! the result does not depend on where, in which order or in how many parts the runs are made.
+//!
+//! ```text
+//! study.toml --read--> Job --+                 +-- worker process (FMUs) --+
+//! study.json --bundle--------+--> Pool --points+-- worker process (FMUs) --+rows--> parts --> output: runs.parquet, runs.csv
+//! ```
+//!
+//! The main process loads no native code: a crash or an endless loop of an FMU costs one run.
+
+mod axes;
+pub mod bundle;
+mod check;
+pub mod distribution;
+pub mod expect;
+pub mod experiment;
+pub mod finished;
+mod job;
+pub mod junit;
+mod measures;
+pub mod output;
+pub mod parts;
+pub mod pictures;
+pub mod pool;
+pub mod process;
+pub mod read;
+pub mod report;
+pub mod results;
+pub mod sampling;
+pub mod summary;
+pub mod tune;
+pub mod tuned;
+pub mod tuning;
+pub mod worker;
+
+pub use job::{Along, Axis, Job, Limit, Sampling, Signals, Study, Take, Taken, Window};
+
+use anyhow::{Context, Result, ensure};
+use host::hexadecimal;
+use run::file::ReadParameters;
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use std::error::Error;
+use std::fmt;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// The job without what its result does not depend on: where its parts are written in files, and remarks on these.
+pub fn bare(job: &Job) -> Job {
+    let mut job = job.clone();
+    job.system.remarks.clear();
+    job.system.settings.iter_mut().for_each(|of| of.place = None);
+    job.system.connections.iter_mut().for_each(|of| of.place = None);
+    job.system.record.iter_mut().for_each(|of| of.place = None);
+    job
+}
+
+/// What the rows of a job depend on, as a SHA-256 in hexadecimal digits: the job itself, the content of its FMUs and the
+/// version of this program. Not where the FMUs are.
+///
+/// # Errors
+/// An FMU cannot be read.
+pub fn fingerprint(job: &Job) -> Result<String> {
+    #[derive(Serialize)]
+    struct Content<'a> {
+        version: &'a str,
+        job: &'a Job,
+    }
+    let mut job = bare(job);
+    for member in &mut job.system.members {
+        member.path = PathBuf::from(hash(&member.path)?);
+    }
+    let content = serde_json::to_vec(&Content { version: env!("CARGO_PKG_VERSION"), job: &job })?;
+    Ok(hexadecimal::digits(&Sha256::digest(content)))
+}
+
+/// The SHA-256 of a file in hexadecimal digits.
+fn hash(path: &Path) -> Result<String> {
+    let shown = || path.display().to_string();
+    let mut digest = Sha256::new();
+    io::copy(&mut File::open(path).with_context(shown)?, &mut Writer(&mut digest)).with_context(shown)?;
+    Ok(hexadecimal::digits(&digest.finalize()))
+}
+
+/// Hashes what is written.
+struct Writer<'a>(&'a mut Sha256);
+
+impl io::Write for Writer<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.update(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The user has interrupted a command; what to do to go on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Interrupted(pub String);
+
+impl fmt::Display for Interrupted {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        write!(formatter, "interrupted: {}", self.0)
+    }
+}
+
+impl Error for Interrupted {}
+
+/// A study as the user names it: a study.toml, or the study.json of a bundle.
+///
+/// # Errors
+/// What is wrong with the file, with line and column.
+pub fn open(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Result<read::Reading> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
+        ensure!(fmus.is_none(), "{} is a bundle, which has its own FMUs: omit --fmus", path.display());
+        return bundle::open(path);
+    }
+    read::read(path, fmus, parameters)
+}
+
+/// An error with the name of its file in front, unless it begins with a place in this file.
+pub fn located(error: anyhow::Error, path: &Path) -> anyhow::Error {
+    let shown = path.display().to_string();
+    if error.to_string().starts_with(&shown) { error } else { error.context(shown) }
+}
+
+/// Removes the files of a folder whose names are those of an older study's files, and the folder if nothing else is in it.
+///
+/// # Errors
+/// A file cannot be removed.
+pub fn clear(folder: &Path, is_old: impl Fn(&str) -> bool) -> Result<()> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        entries => entries.with_context(|| folder.display().to_string())?,
+    };
+    for entry in entries {
+        let path = entry?.path();
+        if path.is_file() && path.file_name().and_then(|name| name.to_str()).is_some_and(&is_old) {
+            fs::remove_file(&path).with_context(|| format!("{} cannot be removed", path.display()))?;
+        }
+    }
+    // It fails if the folder has something else in it, which is the user's.
+    let _ = fs::remove_dir(folder);
+    Ok(())
+}
+
+/// Makes a folder and those above it.
+fn make_folder(path: &Path) -> Result<()> {
+    fs::create_dir_all(path).with_context(|| format!("the folder {} cannot be made", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_files_of_an_older_study_are_removed() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("pictures");
+        fs::create_dir(&folder).unwrap();
+        for name in ["scatter.svg", "holiday.png"] {
+            fs::write(folder.join(name), name).unwrap();
+        }
+        clear(&folder, |name| name.starts_with("scatter")).unwrap();
+        let left: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        assert_eq!(left, ["holiday.png"]);
+        clear(&folder, |_| true).unwrap();
+        assert!(!folder.exists());
+        clear(&folder, |_| true).unwrap();
+    }
+}

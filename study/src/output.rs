@@ -1,0 +1,292 @@
+//! The results of a study as a table: a row for each run, as Parquet or CSV. The same results give the same bytes.
+//!
+//! The columns are `run`, the coordinates of its point, its figures, and `error`. A figure that cannot be said is null in
+//! Parquet and an empty field in CSV; true is 1.
+
+use crate::results::{Quantity, Results, Row};
+use anyhow::{Context, Result};
+use host::package::temporary;
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::column::writer::ColumnWriter;
+use parquet::data_type::ByteArray;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::writer::SerializedFileWriter;
+use parquet::record::RowAccessor;
+use parquet::schema::types::{PrimitiveTypeBuilder, Type, TypePtr};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// So many rows a row group of Parquet has.
+const ROW_GROUP: u64 = 1 << 17;
+
+/// The format of the table.
+#[derive(clap::ValueEnum, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Format {
+    /// Apache Parquet
+    #[default]
+    Parquet,
+    /// Comma-separated values
+    Csv,
+}
+
+impl Format {
+    /// The table's file in the folder of the results.
+    pub fn file(self, folder: &Path) -> PathBuf {
+        folder.join(match self {
+            Format::Parquet => "runs.parquet",
+            Format::Csv => "runs.csv",
+        })
+    }
+}
+
+/// Writes the table beside its place, and renames it.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write(path: &Path, format: Format, results: &Results) -> Result<()> {
+    match format {
+        Format::Parquet => temporary::place(path, |to| write_parquet(to, results), |_| Ok(())),
+        Format::Csv => temporary::place(path, |to| write_csv(to, results), |_| Ok(())),
+    }
+}
+
+/// Writes CSV (RFC 4180) with a header. A number is the shortest that reads back bit-equal.
+///
+/// # Errors
+/// Those of `to`.
+pub fn write_csv(to: &mut impl Write, results: &Results) -> Result<()> {
+    write!(to, "run")?;
+    for Quantity { name, .. } in results.coordinates.iter().chain(&results.figures) {
+        write!(to, ",{}", field(name))?;
+    }
+    writeln!(to, ",error")?;
+    for run in 0..results.count() {
+        write!(to, "{run}")?;
+        for value in results.point(run) {
+            write!(to, ",{value:?}")?;
+        }
+        for value in results.figures_of(run) {
+            if value.is_nan() {
+                write!(to, ",")?;
+            } else {
+                write!(to, ",{value:?}")?;
+            }
+        }
+        writeln!(to, ",{}", results.errors.get(&run).map_or_else(String::new, |error| field(error)))?;
+    }
+    Ok(())
+}
+
+/// Reads the rows of a table that [`write()`] has written, with so many coordinates and figures.
+///
+/// # Errors
+/// The file cannot be read, or it is damaged.
+pub fn read(path: &Path, format: Format, coordinates: usize, figures: usize) -> Result<Vec<Row>> {
+    let shown = || path.display().to_string();
+    let file = File::open(path).with_context(shown)?;
+    let rows = match format {
+        Format::Parquet => read_parquet(file, coordinates, figures),
+        Format::Csv => read_csv(BufReader::new(file), coordinates, figures),
+    };
+    rows.with_context(shown)
+}
+
+fn read_csv(from: impl BufRead, coordinates: usize, figures: usize) -> Result<Vec<Row>> {
+    let row = |line: &str| -> Option<Row> {
+        // Numbers have no commas, and the error is the last field.
+        let mut fields = line.splitn(coordinates + figures + 2, ',').skip(1 + coordinates);
+        let number = |field: &str| if field.is_empty() { Some(f64::NAN) } else { field.parse().ok() };
+        let figures = fields.by_ref().take(figures).map(number).collect::<Option<_>>()?;
+        Some(Row { figures, error: Some(unquoted(fields.next()?)).filter(|error| !error.is_empty()) })
+    };
+    let rows = from
+        .lines()
+        .enumerate()
+        .skip(1)
+        .map(|(number, line)| row(&line?).with_context(|| format!("line {} is damaged", number + 1)));
+    rows.collect()
+}
+
+fn read_parquet(from: File, coordinates: usize, figures: usize) -> Result<Vec<Row>> {
+    let reader = SerializedFileReader::new(from)?;
+    let row = |row: &parquet::record::Row| Row {
+        // What is null is no number.
+        figures: (0..figures).map(|figure| row.get_double(1 + coordinates + figure).unwrap_or(f64::NAN)).collect(),
+        error: row.get_string(1 + coordinates + figures).ok().cloned(),
+    };
+    reader.get_row_iter(None)?.map(|read| Ok(row(&read?))).collect()
+}
+
+/// The text of a field of CSV.
+fn unquoted(field: &str) -> String {
+    match field.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) {
+        Some(quoted) => quoted.replace("\"\"", "\""),
+        None => field.into(),
+    }
+}
+
+/// A text as a field of CSV.
+fn field(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
+}
+
+/// Writes Parquet without compression. The key `units` of the metadata is a JSON object with the unit of each column that
+/// has one.
+///
+/// # Errors
+/// Those of `to`.
+pub fn write_parquet(to: &mut (impl Write + Send), results: &Results) -> Result<()> {
+    let quantities = results.coordinates.iter().chain(&results.figures);
+    let units: BTreeMap<_, _> = quantities.filter_map(|of| Some((&of.name, of.unit.as_ref()?))).collect();
+    let units = KeyValue::new("units".into(), serde_json::to_string(&units)?);
+    let properties = WriterProperties::builder()
+        .set_created_by(concat!("plcfmu ", env!("CARGO_PKG_VERSION")).into())
+        .set_key_value_metadata(Some(vec![units]))
+        .build();
+    let mut writer = SerializedFileWriter::new(to, schema(results)?, Arc::new(properties))?;
+    let mut first = 0;
+    while first < results.count() {
+        let runs = first..(first + ROW_GROUP).min(results.count());
+        first = runs.end;
+        let mut group = writer.next_row_group()?;
+        let mut place = 0;
+        while let Some(mut column) = group.next_column()? {
+            write_column(column.untyped(), place, results, runs.clone())?;
+            column.close()?;
+            place += 1;
+        }
+        group.close()?;
+    }
+    writer.close()?;
+    Ok(())
+}
+
+fn schema(results: &Results) -> Result<TypePtr> {
+    fn column(name: &str, physical: Physical, repetition: Repetition) -> PrimitiveTypeBuilder<'_> {
+        Type::primitive_type_builder(name, physical).with_repetition(repetition)
+    }
+    let mut columns = vec![column("run", Physical::INT64, Repetition::REQUIRED).build()?];
+    for Quantity { name, .. } in &results.coordinates {
+        columns.push(column(name, Physical::DOUBLE, Repetition::REQUIRED).build()?);
+    }
+    for Quantity { name, .. } in &results.figures {
+        columns.push(column(name, Physical::DOUBLE, Repetition::OPTIONAL).build()?);
+    }
+    let error = column("error", Physical::BYTE_ARRAY, Repetition::OPTIONAL);
+    columns.push(error.with_logical_type(Some(LogicalType::String)).build()?);
+    let columns = columns.into_iter().map(Arc::new).collect();
+    Ok(Arc::new(Type::group_type_builder("runs").with_fields(columns).build()?))
+}
+
+/// Writes some rows of the column at `place`.
+fn write_column(to: &mut ColumnWriter, place: usize, results: &Results, runs: Range<u64>) -> Result<()> {
+    let coordinates = results.coordinates.len();
+    // Whether there is a value, and those that there are.
+    match to {
+        ColumnWriter::Int64ColumnWriter(to) => {
+            let numbers = runs.map(i64::try_from).collect::<Result<Vec<_>, _>>()?;
+            to.write_batch(&numbers, None, None)?;
+        }
+        ColumnWriter::DoubleColumnWriter(to) if place <= coordinates => {
+            let values: Vec<f64> = runs.map(|run| results.point(run)[place - 1]).collect();
+            to.write_batch(&values, None, None)?;
+        }
+        ColumnWriter::DoubleColumnWriter(to) => {
+            let values: Vec<f64> = runs.map(|run| results.figures_of(run)[place - 1 - coordinates]).collect();
+            let is_there: Vec<i16> = values.iter().map(|value| i16::from(!value.is_nan())).collect();
+            let values: Vec<f64> = values.into_iter().filter(|value| !value.is_nan()).collect();
+            to.write_batch(&values, Some(&is_there), None)?;
+        }
+        ColumnWriter::ByteArrayColumnWriter(to) => {
+            let errors: Vec<_> = runs.map(|run| results.errors.get(&run)).collect();
+            let is_there: Vec<i16> = errors.iter().map(|error| i16::from(error.is_some())).collect();
+            let errors: Vec<ByteArray> =
+                errors.into_iter().flatten().map(|error| ByteArray::from(error.as_str())).collect();
+            to.write_batch(&errors, Some(&is_there), None)?;
+        }
+        _ => return Err(anyhow::anyhow!("the schema has other columns")).context("runs.parquet"),
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn results() -> Results {
+        let quantity = |name: &str, unit: Option<&str>| Quantity { name: name.into(), unit: unit.map(Into::into) };
+        let mut results = Results::new(
+            vec![quantity("C.GAIN", None), quantity("P.LAG", Some("s"))],
+            vec![quantity("rise", Some("s")), quantity("overshoot", Some("%"))],
+        );
+        results.push(&[0.1, 30.0], &Row { figures: vec![1.0 / 3.0, f64::NAN], error: None });
+        let error = Some("P: \"dry\", twice".into());
+        results.push(&[1e-300, -0.0], &Row { figures: vec![f64::NAN, f64::NAN], error });
+        results.push(&[2.0, 5.0], &Row { figures: vec![f64::INFINITY, 4.0], error: None });
+        results
+    }
+
+    #[test]
+    fn csv_has_the_shortest_numbers_and_empty_fields() {
+        let mut csv = Vec::new();
+        write_csv(&mut csv, &results()).unwrap();
+        assert_eq!(
+            String::from_utf8(csv).unwrap(),
+            "run,C.GAIN,P.LAG,rise,overshoot,error\n\
+             0,0.1,30.0,0.3333333333333333,,\n\
+             1,1e-300,-0.0,,,\"P: \"\"dry\"\", twice\"\n\
+             2,2.0,5.0,inf,4.0,\n"
+        );
+    }
+
+    #[test]
+    fn parquet_reads_back_with_the_values_of_the_csv() {
+        let (mut csv, mut bytes) = (Vec::new(), Vec::new());
+        write_csv(&mut csv, &results()).unwrap();
+        write_parquet(&mut bytes, &results()).unwrap();
+        let mut again = Vec::new();
+        write_parquet(&mut again, &results()).unwrap();
+        assert_eq!(bytes, again, "the bytes are the same");
+
+        let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).unwrap();
+        let metadata = reader.metadata().file_metadata().key_value_metadata().unwrap();
+        assert_eq!(metadata[0].value.as_deref(), Some(r#"{"P.LAG":"s","overshoot":"%","rise":"s"}"#));
+        let mut read = results();
+        read = Results::new(read.coordinates, read.figures);
+        for (run, row) in reader.get_row_iter(None).unwrap().enumerate() {
+            let row = row.unwrap();
+            assert_eq!(row.get_long(0).unwrap(), run as i64);
+            let value = |column| row.get_double(column).unwrap_or(f64::NAN);
+            let error = row.get_string(5).ok().cloned();
+            read.push(&[value(1), value(2)], &Row { figures: vec![value(3), value(4)], error });
+        }
+        let mut from_parquet = Vec::new();
+        write_csv(&mut from_parquet, &read).unwrap();
+        assert_eq!(from_parquet, csv);
+    }
+
+    #[test]
+    fn both_formats_read_back_with_the_rows_that_were_written() {
+        let (folder, results) = (tempfile::tempdir().unwrap(), results());
+        for format in [Format::Parquet, Format::Csv] {
+            let path = format.file(folder.path());
+            write(&path, format, &results).unwrap();
+            let mut read_back = Results::new(results.coordinates.clone(), results.figures.clone());
+            for (run, row) in (0..).zip(read(&path, format, 2, 2).unwrap()) {
+                read_back.push(results.point(run), &row);
+            }
+            let csv = |results: &Results| {
+                let mut csv = Vec::new();
+                write_csv(&mut csv, results).unwrap();
+                String::from_utf8(csv).unwrap()
+            };
+            assert_eq!(csv(&read_back), csv(&results), "{format:?}");
+        }
+    }
+}

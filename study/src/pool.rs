@@ -1,0 +1,467 @@
+//! Worker processes that make runs at the same time. Rows come in the order of their points, whoever makes them.
+//!
+//! A worker that crashes, or makes no row within the limit, is replaced. The run that it was at is made once more by a worker
+//! that announces which FMU it calls; if that ends too, the run's row has the reason, and the others go on.
+
+use crate::Job;
+use crate::experiment::Experiment;
+use crate::process::{End, Starter, TICK, Worker};
+use crate::results::Row;
+use crate::worker::{self, FLUSH};
+use anyhow::{Context, Result, bail};
+use host::package::Package;
+use modeldescription::Table;
+use run::master::Recording;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// A chunk of runs should take so long: much longer than its messages, and short enough for the last chunks to end together.
+const CHUNK: Duration = Duration::from_millis(300);
+
+/// The largest chunk.
+const LARGEST_CHUNK: u64 = 1 << 16;
+
+/// So many values of points and rows may wait for an earlier row.
+const MOST_WAITING: u64 = 1 << 23;
+
+/// How to make runs.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The program `plcfmu`, which the workers run.
+    pub program: PathBuf,
+    /// How many workers there are; at least 1.
+    pub jobs: usize,
+    /// How long one run may take.
+    pub limit: Duration,
+    /// No more runs are made when this becomes true.
+    pub interrupted: Arc<AtomicBool>,
+}
+
+impl Options {
+    /// A worker for each core, with 300 s for a run.
+    ///
+    /// # Errors
+    /// The program does not find itself.
+    pub fn new() -> Result<Options> {
+        Ok(Options {
+            program: std::env::current_exe().context("the program plcfmu does not find itself")?,
+            jobs: thread::available_parallelism().map_or(1, usize::from),
+            limit: Duration::from_secs(300),
+            interrupted: Arc::default(),
+        })
+    }
+}
+
+/// Where rows go, in the order of their numbers.
+pub trait Sink {
+    /// The next row, with its number and point.
+    ///
+    /// # Errors
+    /// It cannot be kept: no more runs are made.
+    fn row(&mut self, number: u64, point: &[f64], row: Row) -> Result<()>;
+
+    /// There has been no row for a while.
+    ///
+    /// # Errors
+    /// As [`Sink::row`].
+    fn idle(&mut self) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// Takes the next row, with its number and point.
+pub type Receive<'a> = dyn FnMut(u64, &[f64], Row) -> Result<()> + 'a;
+
+/// A function as a sink.
+struct Each<'a>(&'a mut Receive<'a>);
+
+impl Sink for Each<'_> {
+    fn row(&mut self, number: u64, point: &[f64], row: Row) -> Result<()> {
+        (self.0)(number, point, row)
+    }
+}
+
+/// Worker processes for one job. They end when this is dropped.
+#[derive(Debug)]
+pub struct Pool {
+    experiment: Experiment,
+    tables: Vec<Option<Table>>,
+    starter: Starter,
+    slots: Vec<Slot>,
+    /// How the first FMU that has printed something has ended, with the number of its run.
+    printed: Mutex<Option<(u64, String)>>,
+}
+
+/// The place of one worker.
+#[derive(Debug, Default)]
+struct Slot {
+    worker: Option<Worker>,
+    /// How long a run takes, as far as it is known.
+    run: Option<Duration>,
+}
+
+impl Pool {
+    /// Starts the first worker, which checks the job, and whether instances that were reset compute what new ones do: if not,
+    /// this is one of the experiment's warnings, and each run is made with new instances. The others start when they are needed.
+    ///
+    /// # Errors
+    /// What is wrong with the job or with an FMU.
+    pub fn start(job: &Job, options: &Options) -> Result<Pool> {
+        let mut starter = Starter {
+            program: options.program.clone(),
+            job: serde_json::to_string(job)?,
+            members: job.system.members.iter().map(|member| member.name.clone()).collect(),
+            renews: false,
+            limit: options.limit,
+            interrupted: options.interrupted.clone(),
+        };
+        let (mut worker, interfaces) = starter.start(false)?;
+        let tables = interfaces.iter().map(|of| of.as_deref().map(worker::table).transpose());
+        let tables: Vec<Option<Table>> = tables.collect::<Result<_>>()?;
+        let descriptions = job.system.members.iter().map(|member| Ok(Package::open(&member.path)?.description));
+        let descriptions = descriptions.collect::<Result<Vec<_>>>()?;
+        let mut experiment =
+            worker::experiment(job, &descriptions.iter().collect::<Vec<_>>(), tables.first().and_then(Option::as_ref))?;
+        let mut slots: Vec<Slot> = (0..options.jobs.max(1)).map(|_| Slot::default()).collect();
+        match worker.check_reset() {
+            Ok(warning) => {
+                starter.renews = warning.is_some();
+                experiment.warnings.extend(warning);
+                slots[0].worker = Some(worker);
+            }
+            // Nothing is known. Its runs will say why, if it was not an interruption.
+            Err(_) => starter.renews = true,
+        }
+        Ok(Pool { experiment, tables, starter, slots, printed: Mutex::default() })
+    }
+
+    /// The experiment of the job.
+    pub fn experiment(&self) -> &Experiment {
+        &self.experiment
+    }
+
+    /// What the library of each member says of its block, if it has a table.
+    pub fn tables(&self) -> &[Option<Table>] {
+        &self.tables
+    }
+
+    /// How an FMU has crashed or was ended, and what it has printed last; none if there is no such FMU.
+    pub fn printed(&self) -> Option<String> {
+        let printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
+        printed.as_ref().map(|(_, text)| text.clone())
+    }
+
+    /// Whether no more runs are made.
+    pub fn is_interrupted(&self) -> bool {
+        self.starter.interrupted.load(Ordering::Relaxed)
+    }
+
+    /// Makes `count` runs. `point` gives the point of each by its number, from 0; `each` gets the rows in this order. After an
+    /// interruption it gets those that are there, and others are missing.
+    ///
+    /// # Errors
+    /// A worker cannot be started, or an error of `each`.
+    pub fn rows(&mut self, count: u64, point: &(dyn Fn(u64) -> Vec<f64> + Sync), each: &mut Receive<'_>) -> Result<()> {
+        self.rows_into(count, point, &mut Each(each))
+    }
+
+    /// The same for a sink that is also told when there are no rows for a while.
+    ///
+    /// # Errors
+    /// A worker cannot be started, or an error of the sink.
+    pub fn rows_into(
+        &mut self,
+        count: u64,
+        point: &(dyn Fn(u64) -> Vec<f64> + Sync),
+        sink: &mut dyn Sink,
+    ) -> Result<()> {
+        let width = (self.experiment.coordinates.len() + self.experiment.figures.len()).max(1) as u64;
+        let shared = Shared {
+            next: Mutex::new(Next { first: 0, delivered: 0, is_over: false }),
+            moved: Condvar::new(),
+            count,
+            jobs: self.slots.len() as u64,
+            most_waiting: MOST_WAITING / width + 1,
+        };
+        let figures = self.experiment.figures.len();
+        let (starter, slots, printed) = (&self.starter, &mut self.slots, &self.printed);
+        thread::scope(|scope| {
+            let (sender, batches) = mpsc::channel::<Result<Batch>>();
+            for slot in slots.iter_mut().take(usize::try_from(count).unwrap_or(usize::MAX)) {
+                let (sender, shared) = (sender.clone(), &shared);
+                scope.spawn(move || {
+                    let made = Maker { starter, slot, figures, sender: &sender, printed }.work(shared, point);
+                    if let Err(error) = made
+                        && !starter.interrupted.load(Ordering::Relaxed)
+                    {
+                        // Whoever does not listen any more has an error already.
+                        let _ = sender.send(Err(error));
+                    }
+                });
+            }
+            drop(sender);
+            let result = deliver(&batches, &shared, sink);
+            shared.stop();
+            result
+        })
+    }
+
+    /// Makes the run of a point with all that is recorded.
+    ///
+    /// # Errors
+    /// An FMU refuses or crashes, or there is an interruption.
+    pub fn curve(&mut self, point: &[f64]) -> Result<Recording> {
+        let slot = &mut self.slots[0];
+        match slot.worker(&self.starter)?.curve(point) {
+            Ok(recording) => recording,
+            Err(end) => {
+                slot.worker = None;
+                bail!("{}", end.text(&self.starter))
+            }
+        }
+    }
+}
+
+impl Slot {
+    fn worker(&mut self, starter: &Starter) -> Result<&mut Worker> {
+        let worker = match self.worker.take() {
+            Some(worker) => worker,
+            None => starter.start(false)?.0,
+        };
+        Ok(self.worker.insert(worker))
+    }
+}
+
+/// Rows that follow each other.
+struct Batch {
+    /// The number of the first.
+    first: u64,
+    rows: Vec<(Vec<f64>, Row)>,
+}
+
+impl Batch {
+    /// Gives the number of the run after the last.
+    fn hand_on(self, sink: &mut dyn Sink) -> Result<u64> {
+        let mut number = self.first;
+        for (point, row) in self.rows {
+            sink.row(number, &point, row)?;
+            number += 1;
+        }
+        Ok(number)
+    }
+}
+
+/// What the threads of the workers share.
+struct Shared {
+    next: Mutex<Next>,
+    moved: Condvar,
+    count: u64,
+    jobs: u64,
+    /// So many rows may wait for an earlier one.
+    most_waiting: u64,
+}
+
+struct Next {
+    /// The first run that nobody has.
+    first: u64,
+    /// The first that has not been delivered.
+    delivered: u64,
+    is_over: bool,
+}
+
+impl Shared {
+    fn next(&self) -> MutexGuard<'_, Next> {
+        self.next.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The next chunk, of about `wanted` runs. Waits while too many rows wait for an earlier one.
+    fn take(&self, wanted: u64, interrupted: &AtomicBool) -> Option<std::ops::Range<u64>> {
+        let mut next = self.next();
+        loop {
+            if next.is_over || next.first >= self.count || interrupted.load(Ordering::Relaxed) {
+                return None;
+            }
+            if next.first - next.delivered < self.most_waiting {
+                break;
+            }
+            next = self.moved.wait_timeout(next, TICK).map_or_else(|error| error.into_inner().0, |of| of.0);
+        }
+        // The last chunks are small, so that all workers are busy until the end.
+        let fair = (self.count - next.first).div_ceil(2 * self.jobs);
+        let first = next.first;
+        next.first += wanted.min(fair).max(1);
+        Some(first..next.first)
+    }
+
+    fn deliver(&self, delivered: u64) {
+        self.next().delivered = delivered;
+        self.moved.notify_all();
+    }
+
+    fn stop(&self) {
+        self.next().is_over = true;
+        self.moved.notify_all();
+    }
+}
+
+/// Hands on rows in their order.
+fn deliver(batches: &Receiver<Result<Batch>>, shared: &Shared, sink: &mut dyn Sink) -> Result<()> {
+    let (mut waiting, mut next) = (BTreeMap::new(), 0);
+    loop {
+        match batches.recv_timeout(TICK) {
+            Ok(batch) => {
+                let batch = batch?;
+                waiting.insert(batch.first, batch);
+                while let Some(batch) = waiting.remove(&next) {
+                    next = batch.hand_on(sink)?;
+                }
+                shared.deliver(next);
+            }
+            Err(RecvTimeoutError::Timeout) => sink.idle()?,
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+    }
+    // After an interruption.
+    for batch in waiting.into_values() {
+        batch.hand_on(sink)?;
+    }
+    Ok(())
+}
+
+/// Makes runs with one worker after the other.
+struct Maker<'a> {
+    starter: &'a Starter,
+    slot: &'a mut Slot,
+    figures: usize,
+    sender: &'a Sender<Result<Batch>>,
+    printed: &'a Mutex<Option<(u64, String)>>,
+}
+
+impl Maker<'_> {
+    fn work(&mut self, shared: &Shared, point: &(dyn Fn(u64) -> Vec<f64> + Sync)) -> Result<()> {
+        while let Some(chunk) = shared.take(self.wanted(), &self.starter.interrupted) {
+            let (points, began) = (chunk.clone().map(point).collect::<Vec<_>>(), Instant::now());
+            let count = points.len();
+            if !self.chunk(chunk.start, points)? {
+                break;
+            }
+            self.slot.run = Some(began.elapsed() / u32::try_from(count).unwrap_or(u32::MAX).max(1));
+        }
+        Ok(())
+    }
+
+    /// How many runs the next chunk should have.
+    fn wanted(&self) -> u64 {
+        let Some(run) = self.slot.run else { return 1 };
+        ((CHUNK.as_nanos() / run.as_nanos().max(1)) as u64).clamp(1, LARGEST_CHUNK)
+    }
+
+    /// Makes a chunk of runs; `false` after an interruption.
+    fn chunk(&mut self, first: u64, mut points: Vec<Vec<f64>>) -> Result<bool> {
+        let mut next = first;
+        while !points.is_empty() {
+            let worker = self.slot.worker(self.starter)?;
+            let (sender, end) = (self.sender, worker.rows(&mut points, |rows| hand_in(self.sender, &mut next, rows)));
+            let Some(end) = end else { break };
+            self.slot.worker = None;
+            if end == End::Interrupted {
+                return Ok(false);
+            }
+            // Which run it was is not known exactly: a few rows may not have been sent.
+            let lost = self.slot.run.map_or(64, |run| (2 * FLUSH).as_nanos() / run.as_nanos().max(1) + 1);
+            let rest = points.split_off(usize::try_from(lost).unwrap_or(usize::MAX).min(points.len()));
+            let mut announcing = self.starter.start(true)?.0;
+            match announcing.rows(&mut points, |rows| hand_in(sender, &mut next, rows)) {
+                None => {}
+                Some(End::Interrupted) => return Ok(false),
+                Some(end) => {
+                    self.keep_printed(next, &announcing, &end);
+                    let error = format!("{}, twice", end.text(self.starter));
+                    let row = Row { figures: vec![f64::NAN; self.figures], error: Some(error) };
+                    let point = points.remove(0);
+                    hand_in(sender, &mut next, vec![(point, row)]);
+                }
+            }
+            points.extend(rest);
+        }
+        Ok(true)
+    }
+
+    /// Keeps what an FMU has printed. It is no part of the run's row, whose bytes have to be the same each time.
+    fn keep_printed(&self, run: u64, worker: &Worker, end: &End) {
+        let lines = worker.printed();
+        let mut printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
+        if !lines.is_empty() && printed.as_ref().is_none_or(|(first, _)| run < *first) {
+            *printed = Some((run, format!("{}; it has printed: {}", end.text(self.starter), lines.join(" / "))));
+        }
+    }
+}
+
+/// Hands in the next rows.
+fn hand_in(sender: &Sender<Result<Batch>>, next: &mut u64, rows: Vec<(Vec<f64>, Row)>) {
+    let first = *next;
+    *next += rows.len() as u64;
+    // Whoever does not listen any more has an error already, and stops the others.
+    let _ = sender.send(Ok(Batch { first, rows }));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shared(count: u64, jobs: u64, most_waiting: u64) -> Shared {
+        let next = Mutex::new(Next { first: 0, delivered: 0, is_over: false });
+        Shared { next, moved: Condvar::new(), count, jobs, most_waiting }
+    }
+
+    fn batch(first: u64, count: u64) -> Result<Batch> {
+        let rows = (first..first + count).map(|run| (vec![run as f64], Row { figures: vec![1.0], error: None }));
+        Ok(Batch { first, rows: rows.collect() })
+    }
+
+    fn delivered(batches: Vec<Result<Batch>>) -> (Result<()>, Vec<u64>) {
+        let (sender, receiver) = mpsc::channel();
+        batches.into_iter().for_each(|batch| sender.send(batch).unwrap());
+        drop(sender);
+        let mut numbers = Vec::new();
+        let mut each = |number: u64, point: &[f64], _: Row| {
+            assert_eq!(point, [number as f64]);
+            numbers.push(number);
+            Ok(())
+        };
+        (deliver(&receiver, &shared(10, 2, 100), &mut Each(&mut each)), numbers)
+    }
+
+    #[test]
+    fn rows_come_in_order_and_after_an_interruption_with_gaps() {
+        let (result, numbers) = delivered(vec![batch(4, 2), batch(0, 3), batch(8, 2), batch(3, 1)]);
+        result.unwrap();
+        assert_eq!(numbers, [0, 1, 2, 3, 4, 5, 8, 9]);
+    }
+
+    #[test]
+    fn a_worker_that_cannot_be_started_ends_it_all() {
+        let (result, numbers) = delivered(vec![batch(0, 1), Err(anyhow::anyhow!("no memory")), batch(1, 1)]);
+        assert_eq!((result.unwrap_err().to_string(), numbers), ("no memory".into(), vec![0]));
+    }
+
+    #[test]
+    fn the_last_chunks_are_small_and_each_run_is_handed_out_once() {
+        let (shared, never) = (shared(100, 2, 1000), AtomicBool::new(false));
+        let chunks: Vec<_> = std::iter::from_fn(|| shared.take(40, &never)).collect();
+        assert_eq!(chunks[0], 0..25);
+        assert!(
+            chunks
+                .windows(2)
+                .all(|pair| pair[0].end == pair[1].start && pair[1].clone().count() <= pair[0].clone().count())
+        );
+        assert_eq!(chunks.last().cloned(), Some(99..100));
+        never.store(true, Ordering::Relaxed);
+        assert_eq!(super::tests::shared(100, 2, 1000).take(40, &never), None);
+    }
+}

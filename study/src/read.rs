@@ -1,0 +1,314 @@
+//! A study as a TOML file, such as `study.toml`: what varies from run to run, and what each run yields, written by hand.
+//!
+//! ```toml
+//! loop = "furnace.toml"                   # a description as for `plcfmu run`, relative to this file
+//! samples = 1000
+//! seed = 1
+//!
+//! [[axes]]
+//! variable = "FURNACE.TM_LAG"
+//! relative = true
+//! normal = { mean = 1.0, deviation = 0.2, min = 0.5 }
+//!
+//! [[limits]]
+//! variable = "FURNACE.TEMP"
+//! max = 90.0
+//! ```
+
+use crate::{Along, Axis, Job, Limit, Sampling, Signals, Study, Taken, Window};
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use run::file::{self, Entries, Event, Node, ReadParameters, Reader, plain};
+use run::system::{Setting, System, Value};
+use serde::Deserialize;
+use std::path::Path;
+use toml::{Spanned, Table};
+
+/// How many samples there may be.
+const SAMPLES: std::ops::RangeInclusive<u64> = 1..=1_000_000_000;
+
+/// What the kinds of values of an axis look like.
+const KINDS: &str = "values = [...], range, uniform, normal, log_normal or triangular";
+
+/// What a study.toml says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reading {
+    /// The name of the study: that of its file, without the extension.
+    pub name: String,
+    /// What to run.
+    pub job: Job,
+    /// Its table `[tune]`, for `plcfmu tune-study`.
+    pub tune: Option<Table>,
+}
+
+/// What the file may hold.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Content {
+    #[serde(rename = "loop")]
+    description: Option<Spanned<String>>,
+    start: Option<Spanned<Node>>,
+    stop: Option<Spanned<Node>>,
+    step: Option<Spanned<Node>>,
+    #[serde(default)]
+    settings: Entries<Spanned<Node>>,
+    #[serde(default)]
+    events: Vec<Event>,
+    samples: Option<Spanned<u64>>,
+    #[serde(default)]
+    seed: u64,
+    #[serde(default)]
+    sampling: Sampling,
+    #[serde(default)]
+    axes: Vec<Spanned<AxisOf>>,
+    #[serde(default)]
+    signals: Signals,
+    #[serde(default)]
+    window: Window,
+    #[serde(default)]
+    values: Vec<Taken>,
+    #[serde(default)]
+    limits: Vec<Limit>,
+    main: Option<String>,
+    tune: Option<Table>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AxisOf {
+    variable: Option<String>,
+    variables: Option<Vec<String>>,
+    time: Option<Spanned<Node>>,
+    #[serde(default)]
+    relative: bool,
+    values: Option<Spanned<Node>>,
+    range: Option<Spanned<Table>>,
+    uniform: Option<Spanned<Table>>,
+    normal: Option<Spanned<Table>>,
+    log_normal: Option<Spanned<Table>>,
+    triangular: Option<Spanned<Table>>,
+}
+
+/// Reads a study from a file. The path of the loop is relative to the folder of the file, those of FMUs as for
+/// [`file::read`].
+///
+/// # Errors
+/// What is wrong, with file, line and column.
+pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Result<Reading> {
+    let reader = Reader::open(path, fmus, parameters)?;
+    let content: Content = reader.content()?;
+    let seconds = |node: &Option<Spanned<Node>>| node.as_ref().map(|node| reader.seconds(node)).transpose();
+    let mut system = description(&reader, path, fmus, content.description.as_ref())?;
+    system.start = seconds(&content.start)?.or(system.start);
+    system.stop = seconds(&content.stop)?.or(system.stop);
+    system.step = seconds(&content.step)?.or(system.step);
+    replace(&mut system.settings, reader.all_settings(&content.settings, &content.events)?);
+    if let Some(samples) = &content.samples {
+        let (least, most) = (SAMPLES.start(), SAMPLES.end());
+        let place = reader.place(samples.span());
+        ensure!(SAMPLES.contains(samples.get_ref()), "{place}: samples is from {least} to {most}");
+    }
+    let study = Study {
+        axes: content.axes.iter().map(|axis| self::axis(&reader, axis)).collect::<Result<_>>()?,
+        samples: content.samples.map_or(Study::default().samples, Spanned::into_inner),
+        seed: content.seed,
+        sampling: content.sampling,
+        signals: content.signals,
+        window: content.window,
+        values: content.values,
+        limits: content.limits,
+        main: content.main,
+    };
+    // Before the numbers are written as JSON, which has no NaN.
+    study.check().with_context(|| path.display().to_string())?;
+    let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    Ok(Reading { name, job: Job { system, study }, tune: content.tune })
+}
+
+/// The system of a study's loop.
+fn description(reader: &Reader, path: &Path, fmus: Option<&Path>, file: Option<&Spanned<String>>) -> Result<System> {
+    let shown = path.display();
+    let file = file.with_context(|| {
+        format!("{shown} names no loop: write loop = \"FILE.toml\", a description of the loop as for plcfmu run")
+    })?;
+    let place = reader.place(file.span());
+    let path = path.with_file_name(file.get_ref());
+    ensure!(
+        path.is_file(),
+        "{place}: there is no file {}: write the path of the loop's description, relative to {shown}",
+        path.display()
+    );
+    file::read(&path, fmus, reader.parameters())
+}
+
+/// Puts settings in the place of those of the same variable and time.
+fn replace(settings: &mut Vec<Setting>, by: Vec<Setting>) {
+    let is_replaced = |of: &Setting| {
+        by.iter().any(|other| !of.is_preliminary && of.variable == other.variable && of.time == other.time)
+    };
+    settings.retain(|of| !is_replaced(of));
+    settings.extend(by);
+}
+
+fn axis(reader: &Reader, axis: &Spanned<AxisOf>) -> Result<Axis> {
+    let place = reader.place(axis.span());
+    let axis = axis.get_ref();
+    let variables = match (&axis.variable, &axis.variables) {
+        (Some(variable), None) => vec![variable.clone()],
+        (None, Some(variables)) if !variables.is_empty() => variables.clone(),
+        (Some(_), Some(_)) => bail!("{place}: an axis has either variable or variables: remove one of them"),
+        _ => bail!("{place}: the axis names no variable: write variable = \"FMU.VARIABLE\""),
+    };
+    let tables = [
+        ("range", &axis.range),
+        ("uniform", &axis.uniform),
+        ("normal", &axis.normal),
+        ("log_normal", &axis.log_normal),
+        ("triangular", &axis.triangular),
+    ];
+    let tables: Vec<_> = tables.into_iter().filter_map(|(name, table)| Some((name, table.as_ref()?))).collect();
+    let along = match (&axis.values, tables.as_slice()) {
+        (Some(values), []) => self::values(reader, values, variables.len())?,
+        (None, [(name, table)]) => {
+            let one = Table::from_iter([((*name).to_string(), toml::Value::Table(table.get_ref().clone()))]);
+            Along::deserialize(toml::Value::Table(one))
+                .map_err(|error| anyhow!("{}: {name}: {}", reader.place(table.span()), plain(&error.to_string())))?
+        }
+        (None, []) => bail!("{place}: the axis of {} has no values: write one of {KINDS}", variables.join(", ")),
+        (values, tables) => {
+            let names = values.iter().map(|_| "values").chain(tables.iter().map(|(name, _)| *name));
+            let names: Vec<_> = names.collect();
+            bail!(
+                "{place}: the axis of {} has {}: an axis has one kind of values; write another [[axes]] for the other",
+                variables.join(", "),
+                names.join(" and ")
+            )
+        }
+    };
+    let time = axis.time.as_ref().map(|node| reader.seconds(node)).transpose()?;
+    Ok(Axis { variables, time, relative: axis.relative, along })
+}
+
+/// A list of values, or of rows with a value for each variable.
+fn values(reader: &Reader, node: &Spanned<Node>, width: usize) -> Result<Along> {
+    let expected = "a list of values, or for several variables of rows [VALUE, ...]";
+    let Node::List(list) = node.get_ref() else { bail!(reader.wrong(node, expected, node.get_ref())) };
+    if list.is_empty() {
+        bail!("{}: values is empty: write at least one value", reader.place(node.span()));
+    }
+    if !matches!(list[0].get_ref(), Node::List(_)) {
+        return Ok(Along::Values(list.iter().map(|node| reader.value(node)).collect::<Result<_>>()?));
+    }
+    let row = |node: &Spanned<Node>| -> Result<Vec<Value>> {
+        match node.get_ref() {
+            Node::List(row) if row.len() == width => row.iter().map(|node| reader.value(node)).collect(),
+            Node::List(row) => {
+                let (place, count) = (reader.place(node.span()), row.len());
+                bail!("{place}: the row has {count} values for {width} variables: write one for each")
+            }
+            other => bail!(reader.wrong(node, "a row [VALUE, ...], as the first is", other)),
+        }
+    };
+    Ok(Along::Rows(list.iter().map(row).collect::<Result<_>>()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    const LOOP: &str = "step = 1.0\nstop = 60.0\n[fmus]\nC = \"C.fmu\"\n[settings]\nC.GAIN = 2.0\nC.TI = 9.0\n\
+                        [[events]]\ntime = 5.0\nset.C.SP = 60.0\n";
+
+    fn read_text(text: &str) -> Result<Reading> {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("C.fmu"), "").unwrap();
+        fs::write(folder.path().join("loop.toml"), LOOP).unwrap();
+        let path = folder.path().join("study.toml");
+        fs::write(&path, text).unwrap();
+        read(&path, None, |_, _| unreachable!())
+    }
+
+    fn error(text: &str) -> String {
+        let error = format!("{:#}", read_text(text).unwrap_err());
+        error[error.find("study.toml").unwrap_or(0)..].to_string()
+    }
+
+    #[test]
+    fn a_study_is_read_on_top_of_its_loop() {
+        let text = r#"
+            loop = "loop.toml"
+            stop = 30
+            samples = 10
+            sampling = "sobol"
+            settings = { C = { GAIN = 3 } }
+            tune = { anything = 1 }
+            window = { from = 5 }
+            limits = [{ variable = "C.PV", max = 90 }]
+            values = [{ variable = "C.LMN", take = ["min", "last"] }]
+            [[events]]
+            time = 5
+            set.C.SP = 70
+            [[axes]]
+            variable = "C.TI"
+            values = [1, 2.5]
+            [[axes]]
+            variables = ["C.A", "C.B"]
+            values = [[1, true], [2, false]]
+            [[axes]]
+            variable = "C.SP"
+            time = 7
+            relative = true
+            normal = { mean = 1, deviation = 0.1 }
+        "#;
+        let Reading { name, job, tune } = read_text(text).unwrap();
+        assert_eq!(name, "study");
+        let settings: Vec<_> = job.system.settings.iter().map(|of| (&*of.variable, of.value, of.time)).collect();
+        assert_eq!(
+            settings,
+            [
+                ("C.TI", Value::Number(9.0), None),
+                ("C.GAIN", Value::Number(3.0), None),
+                ("C.SP", Value::Number(70.0), Some(5.0))
+            ]
+        );
+        assert_eq!((job.system.step, job.system.stop), (Some(1.0), Some(30.0)));
+        let [list, rows, normal] = job.study.axes.as_slice() else { panic!("{:?}", job.study.axes) };
+        assert_eq!(list.along, Along::Values(vec![Value::Number(1.0), Value::Number(2.5)]));
+        let row = |number, flag| vec![Value::Number(number), Value::Boolean(flag)];
+        assert_eq!(rows.along, Along::Rows(vec![row(1.0, true), row(2.0, false)]));
+        assert_eq!(normal.along, Along::Normal { mean: 1.0, deviation: 0.1, min: None, max: None });
+        assert_eq!((normal.time, normal.relative, rows.variables.len()), (Some(7.0), true, 2));
+        assert_eq!((job.study.samples, job.study.sampling), (10, Sampling::Sobol));
+        assert!(tune.is_some_and(|tune| tune.contains_key("anything")));
+    }
+
+    #[test]
+    fn what_is_wrong_has_its_place_and_a_remedy() {
+        assert_eq!(
+            error("stop = 1"),
+            "study.toml names no loop: write loop = \"FILE.toml\", a description of the loop as for plcfmu run"
+        );
+        assert!(error("loop = \"none.toml\"").starts_with("study.toml:1:8: there is no file "));
+        let axis = |text: &str| error(&format!("loop = \"loop.toml\"\n[[axes]]\n{text}"));
+        assert_eq!(
+            axis("variable = \"C.A\"\nvalues = [1]\nuniform = { min = 0, max = 1 }"),
+            "study.toml:2:1: the axis of C.A has values and uniform: an axis has one kind of values; write another \
+             [[axes]] for the other"
+        );
+        assert!(axis("variable = \"C.A\"\nvariables = [\"C.B\"]\nvalues = [1]").contains("remove one of them"));
+        assert!(axis("values = [1]").contains("write variable = \"FMU.VARIABLE\""));
+        assert!(axis("variable = \"C.A\"").contains("write one of values = [...], range"));
+        assert_eq!(
+            axis("variable = \"C.A\"\nvalues = [1, \"x\"]"),
+            "study.toml:4:14: expected a finite number, true or false; found the text \"x\""
+        );
+        assert!(axis("variables = [\"C.A\", \"C.B\"]\nvalues = [[1]]").contains("1 values for 2 variables"));
+        let wrong = axis("variable = \"C.A\"\nuniform = { min = 0, most = 1 }");
+        assert!(wrong.starts_with("study.toml:4:11: uniform: unknown field `most`"), "{wrong}");
+        let wrong = axis("variable = \"C.A\"\nuniform = { min = nan, max = 1 }");
+        assert_eq!(wrong, "study.toml: axis 1 (C.A): uniform: min = NaN: give a finite number");
+        let wrong = axis("variable = \"C.A\"\nvalue = [1]");
+        assert!(wrong.starts_with("study.toml:4:1: unknown field `value`, expected one of"), "{wrong}");
+        assert!(error("loop = \"loop.toml\"\nsamples = 0").ends_with("samples is from 1 to 1000000000"));
+    }
+}

@@ -1,0 +1,606 @@
+//! What a study writes of its results: a page, a file for programs, pictures, and the text of the command. None of it says
+//! when or on which machine the runs were made, so that the same study gives the same bytes everywhere.
+
+use crate::expect::{Expectation, Of, Verdict, runs_text, with_unit};
+use crate::finished::Table;
+use crate::pictures;
+use crate::results::{Quantity, Results};
+use crate::summary::{Distribution, PERCENTS, Summary};
+use crate::{Along, Axis, Job, Sampling, Signals};
+use anyhow::{Context, Result, bail};
+use askama::Template;
+use draw::picture;
+use host::package::temporary;
+use modeldescription::digits::short;
+use run::master::Recording;
+use run::plan::near;
+use run::system::Value;
+use serde::{Serialize, Serializer};
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// At most so many runs are named with their settings.
+const MOST_RUNS: usize = 10;
+/// So many for figures that are not the main one.
+const FEW_RUNS: usize = 3;
+
+/// What a report is of.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    /// The study's name.
+    pub name: &'a str,
+    /// What was run.
+    pub job: &'a Job,
+    /// What the results depend on, from [`fingerprint`](super::fingerprint).
+    pub fingerprint: &'a str,
+    /// The table with the runs.
+    pub table: &'a Table,
+    /// The loop's signals, `FMU.VARIABLE`.
+    pub signals: &'a Signals,
+    /// What the runs came to.
+    pub results: &'a Results,
+    /// What they came to together.
+    pub summary: &'a Summary,
+    /// The number of the main figure's column, from [`main_figure`].
+    pub main: Option<usize>,
+    /// What was expected, and what came of it.
+    pub verdicts: &'a [(Expectation, Verdict)],
+    /// The curves of runs, at least of those that are wanted by [`curves_wanted`], by their numbers.
+    pub curves: &'a [(u64, Recording)],
+}
+
+/// The figure by which curves are chosen and points coloured: the study's, else `iae`, else the first. None if
+/// there are no figures.
+///
+/// # Errors
+/// The study has no such figure.
+pub fn main_figure(job: &Job, figures: &[Quantity]) -> Result<Option<usize>> {
+    let find = |name: &str| figures.iter().position(|figure| figure.name == name);
+    let Some(main) = &job.study.main else {
+        return Ok(find("iae").or((!figures.is_empty()).then_some(0)));
+    };
+    if let Some(figure) = find(main) {
+        return Ok(Some(figure));
+    }
+    let names = || figures.iter().map(|figure| figure.name.as_str());
+    match near(main, names()) {
+        Some(near) => bail!("main = {main:?}: the study has no such figure; did you mean {near}?"),
+        None => {
+            bail!("main = {main:?}: the study has no such figure; there are {}", names().collect::<Vec<_>>().join(", "))
+        }
+    }
+}
+
+/// The runs whose curves a report shows, each once: the worst, the one in the middle and the best.
+pub fn curves_wanted(summary: &Summary, main: Option<usize>) -> Vec<u64> {
+    let mut wanted = Vec::new();
+    for (_, run) in main.map(|main| chosen(&summary.figures[main])).unwrap_or_default() {
+        if !wanted.contains(&run) {
+            wanted.push(run);
+        }
+    }
+    wanted
+}
+
+/// The runs of a distribution that have a name.
+fn chosen(of: &Distribution) -> Vec<(&'static str, u64)> {
+    let named = [("worst", of.worst.first().copied()), ("median", of.middle), ("best", of.best)];
+    named.into_iter().filter_map(|(name, run)| Some((name, run?))).collect()
+}
+
+/// Writes `summary.json`, `summary.html` and the folder `pictures`, each file beside its place and renamed.
+///
+/// # Errors
+/// A picture cannot be drawn, or a file cannot be written.
+pub fn write(folder: &Path, report: &Report) -> Result<Vec<PathBuf>> {
+    let pictures = pictures(report)?;
+    let mut files = vec![
+        (folder.join("summary.json"), json(report)?.into_bytes()),
+        (folder.join("summary.html"), html(report, &pictures)?.into_bytes()),
+    ];
+    for picture in &pictures {
+        let path = |ending: &str| folder.join("pictures").join(format!("{}.{ending}", picture.name));
+        files.push((path("svg"), picture.svg.clone().into_bytes()));
+        files.push((path("png"), picture::png(&picture.svg)?));
+    }
+    for (path, content) in &files {
+        temporary::place(path, |writer| Ok(writer.write_all(content)?), |_| Ok(()))?;
+    }
+    Ok(files.into_iter().map(|(path, _)| path).collect())
+}
+
+/// A picture of a report.
+struct Picture {
+    /// The name of its files without the ending.
+    name: String,
+    /// The figure that it shows the distribution of.
+    figure: Option<usize>,
+    svg: String,
+}
+
+/// All pictures: the curves and the scatter plot of the main figure, then the histograms.
+fn pictures(report: &Report) -> Result<Vec<Picture>> {
+    let mut drawn = Vec::new();
+    if let Some(main) = report.main {
+        let of = &report.summary.figures[main];
+        let recording = |run: u64| report.curves.iter().find(|(of, _)| *of == run).map(|(_, recording)| recording);
+        let mut runs: Vec<(&str, u64, &Recording)> = Vec::new();
+        for (word, run) in chosen(of) {
+            if let Some(recording) = recording(run).filter(|_| runs.iter().all(|(_, of, _)| *of != run)) {
+                runs.push((word, run, recording));
+            }
+        }
+        let title = format!("Runs with the worst, the median and the best {}", of.figure.name);
+        let svg = pictures::curves(&title, report.signals, &of.figure, &runs)?;
+        drawn.push(("curves".to_string(), None, svg));
+        drawn.push((
+            "scatter".into(),
+            None,
+            pictures::scatter(report.results, report.summary, main, &logarithmic(report))?,
+        ));
+    }
+    for (column, of) in report.summary.figures.iter().enumerate() {
+        let svg = pictures::histogram(of, report.results.figure(column))?;
+        drawn.push((format!("histogram_{}", file_name(&of.figure.name)), Some(column), svg));
+    }
+    let mut names = BTreeSet::new();
+    let picture = |(mut name, figure, svg): (String, Option<usize>, Option<String>)| {
+        // Two names that differ in signs which a file's name cannot have.
+        while !names.insert(name.to_lowercase()) {
+            name.push('_');
+        }
+        Some(Picture { name, figure, svg: svg? })
+    };
+    Ok(drawn.into_iter().filter_map(picture).collect())
+}
+
+/// Whether the values of a coordinate are told by their ratios.
+fn logarithmic(report: &Report) -> Vec<bool> {
+    let has_ratios = |along: &Along| matches!(along, Along::Range { logarithmic: true, .. } | Along::LogNormal { .. });
+    let of_axis = |name: &str, axis: &Axis| has_ratios(&axis.along) && axis.variables.iter().any(|of| of == name);
+    let is_logarithmic = |of: &Quantity| {
+        // A value that is set later is named FMU.VARIABLE@SECONDS.
+        let name = of.name.split('@').next().unwrap_or_default();
+        report.job.study.axes.iter().any(|axis| of_axis(name, axis))
+    };
+    report.results.coordinates.iter().map(is_logarithmic).collect()
+}
+
+/// A name that every file system takes.
+fn file_name(name: &str) -> String {
+    let kept = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '.' | '-' | '_');
+    name.chars().map(|letter| if kept(letter) { letter } else { '_' }).collect()
+}
+
+/// A text without the control characters that XML and HTML forbid.
+pub(crate) fn printable(text: &str) -> String {
+    let is_forbidden = |letter: char| {
+        letter.is_control() && !matches!(letter, '\n' | '\t') || matches!(letter, '\u{fffe}' | '\u{ffff}')
+    };
+    text.chars().map(|letter| if is_forbidden(letter) { '\u{fffd}' } else { letter }).collect()
+}
+
+/// The first ten of `count` runs with what is to be said of them, and their settings.
+pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item = (u64, String)>) -> String {
+    let mut text = String::new();
+    for (run, reason) in runs.take(MOST_RUNS) {
+        let line_end = if text.is_empty() { "" } else { "\n" };
+        let _ = write!(text, "{line_end}run {run}: {reason}");
+        if !results.coordinates.is_empty() {
+            let _ = write!(text, "\n    {}", settings(results, run));
+        }
+    }
+    let more = count.saturating_sub(MOST_RUNS);
+    if more > 0 {
+        let _ = write!(text, "\nand {more} more");
+    }
+    text
+}
+
+/// Whether a file has the name of a picture of a study.
+pub fn is_picture(name: &str) -> bool {
+    let stem = name.strip_suffix(".svg").or_else(|| name.strip_suffix(".png"));
+    stem.is_some_and(|stem| stem == "curves" || stem == "scatter" || stem.starts_with("histogram_"))
+}
+
+/// What a run was given: `FURNACE.GAIN = 1.2, PID.TI = 20 s`.
+fn settings(results: &Results, run: u64) -> String {
+    let setting = |(of, value): (&Quantity, &f64)| format!("{} = {}", of.name, with_unit(*value, of));
+    results.coordinates.iter().zip(results.point(run)).map(setting).collect::<Vec<_>>().join(", ")
+}
+
+/// Runs by their numbers: `run 1`, `runs 1, 2, 3 and 7 more`.
+fn numbers(runs: &[u64], count: u64) -> String {
+    let named = runs.iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
+    let run = if count == 1 { "run" } else { "runs" };
+    match count - runs.len() as u64 {
+        0 => format!("{run} {named}"),
+        more => format!("{run} {named} and {more} more"),
+    }
+}
+
+impl Report<'_> {
+    /// What is wrong with the runs that failed, a sentence; none if no run failed.
+    pub(crate) fn failure_text(&self) -> Option<String> {
+        let summary = self.summary;
+        let first = summary.failures.first()?;
+        let most = if summary.failures.len() == 1 { "" } else { "most frequent reason: " };
+        let text = format!("{} of {} failed: {most}{}", summary.failed, runs_text(summary.runs), first.reason);
+        Some(printable(&text))
+    }
+}
+
+/// What the command prints: the percentiles, what failed, and the verdicts.
+pub fn text(report: &Report) -> String {
+    let summary = report.summary;
+    let mut text = format!("{}: {}", report.name, runs_text(summary.runs));
+    if summary.failed > 0 {
+        let _ = write!(text, ", {} failed", summary.failed);
+    }
+    text.push('\n');
+    let mut rows = vec![["", "5 %", "median", "95 %", "worst", "run"].map(str::to_string)];
+    for of in &summary.figures {
+        let percent =
+            |wanted: f64| of.percentiles.iter().find(|(percent, _)| *percent == wanted).map(|(_, value)| *value);
+        let number = |value: Option<f64>| value.map_or_else(|| "-".to_string(), short);
+        let worst = of.worst.first();
+        let value = worst.map(|run| report.results.figures_of(*run)[of_column(summary, of)]);
+        rows.push([
+            pictures::axis(&of.figure),
+            number(percent(5.0)),
+            number(percent(50.0)),
+            number(percent(95.0)),
+            number(value),
+            worst.map_or_else(|| "-".into(), u64::to_string),
+        ]);
+    }
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..6).map(width).collect();
+    for row in &rows {
+        let _ = write!(text, "  {:<1$}", row[0], widths[0]);
+        for (column, cell) in row.iter().enumerate().skip(1) {
+            let _ = write!(text, "  {cell:>0$}", widths[column]);
+        }
+        text.push('\n');
+    }
+    for of in &summary.figures {
+        if let Some(sentence) = absent_text(summary, of) {
+            let _ = writeln!(text, "  {sentence}");
+        }
+    }
+    for failure in &summary.failures {
+        let runs = &failure.runs[..failure.runs.len().min(FEW_RUNS)];
+        let _ = writeln!(text, "  failed: {}: {}", numbers(runs, failure.count), failure.reason);
+    }
+    for (expectation, verdict) in report.verdicts {
+        match &verdict.problem {
+            None => {
+                let _ = writeln!(text, "met: {expectation}");
+            }
+            Some(problem) => {
+                let _ = writeln!(text, "not met: {expectation}: {problem}");
+                let runs = verdict.offending.iter().map(|run| (*run, expectation.reason(report.results, *run)));
+                for line in listed(report.results, verdict.offending.len(), runs).lines() {
+                    let _ = writeln!(text, "    {line}");
+                }
+            }
+        }
+    }
+    printable(&text)
+}
+
+fn of_column(summary: &Summary, of: &Distribution) -> usize {
+    summary.figures.iter().position(|other| std::ptr::eq(other, of)).unwrap_or(0)
+}
+
+/// How many runs did not fail and yet have no such figure; none if there are no such runs.
+fn absent_text(summary: &Summary, of: &Distribution) -> Option<String> {
+    let count = summary.runs - summary.failed - of.count;
+    (count > 0 && !of.absent.is_empty()).then(|| {
+        let have = if count == 1 { "has" } else { "have" };
+        let runs = numbers(&of.absent[..of.absent.len().min(FEW_RUNS)], count);
+        format!("{} {have} no {}: {runs}", runs_text(count), of.figure.name)
+    })
+}
+
+/// Names with values, in their order.
+struct Pairs<T>(Vec<(String, T)>);
+
+impl<T: Serialize> Serialize for Pairs<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
+    }
+}
+
+/// `summary.json`.
+#[derive(Serialize)]
+struct Document<'a> {
+    study: &'a str,
+    fingerprint: &'a str,
+    table: &'a Table,
+    runs: u64,
+    failed: u64,
+    failures: &'a [crate::summary::Failure],
+    axes: &'a [Axis],
+    samples: u64,
+    seed: u64,
+    sampling: Sampling,
+    coordinates: &'a [Quantity],
+    main: Option<&'a str>,
+    figures: Vec<FigureDocument<'a>>,
+    expectations: Vec<ExpectationDocument<'a>>,
+}
+
+#[derive(Serialize)]
+struct FigureDocument<'a> {
+    name: &'a str,
+    unit: Option<&'a str>,
+    /// How many runs have it.
+    count: u64,
+    min: Option<f64>,
+    percentiles: Pairs<f64>,
+    max: Option<f64>,
+    mean: Option<f64>,
+    deviation: Option<f64>,
+    /// Spearman's rank correlation with each coordinate.
+    correlations: Pairs<Option<f64>>,
+    best: Option<RunDocument>,
+    median: Option<RunDocument>,
+    worst: Vec<RunDocument>,
+    /// Runs without it that have not failed.
+    absent: &'a [u64],
+}
+
+#[derive(Serialize)]
+struct RunDocument {
+    run: u64,
+    value: f64,
+    settings: Pairs<f64>,
+}
+
+#[derive(Serialize)]
+struct ExpectationDocument<'a> {
+    expectation: &'a str,
+    met: bool,
+    problem: Option<&'a str>,
+    /// How many runs do not keep to it.
+    count: usize,
+    /// The first of them.
+    runs: Vec<OffendingDocument>,
+}
+
+#[derive(Serialize)]
+struct OffendingDocument {
+    run: u64,
+    reason: String,
+    settings: Pairs<f64>,
+}
+
+/// `summary.json`.
+fn json(report: &Report) -> Result<String> {
+    let (study, summary, results) = (&report.job.study, report.summary, report.results);
+    let settings = |run: u64| {
+        Pairs(results.coordinates.iter().map(|of| of.name.clone()).zip(results.point(run).iter().copied()).collect())
+    };
+    let figure = |(column, of): (usize, &Distribution)| {
+        let document = |run: u64| RunDocument { run, value: results.figures_of(run)[column], settings: settings(run) };
+        let correlations = summary.coordinates.iter().map(|of| of.name.clone()).zip(of.correlations.iter().copied());
+        FigureDocument {
+            name: &summary.figures[column].figure.name,
+            unit: summary.figures[column].figure.unit.as_deref(),
+            count: of.count,
+            min: of.min,
+            percentiles: Pairs(of.percentiles.iter().map(|(percent, value)| (format!("p{percent}"), *value)).collect()),
+            max: of.max,
+            mean: of.mean,
+            deviation: of.deviation,
+            correlations: Pairs(correlations.collect()),
+            best: of.best.map(document),
+            median: of.middle.map(document),
+            worst: of.worst.iter().copied().map(document).collect(),
+            absent: &summary.figures[column].absent,
+        }
+    };
+    let expectation = |(expectation, verdict): &'_ (Expectation, Verdict)| {
+        let offending = |run: &u64| OffendingDocument {
+            run: *run,
+            reason: expectation.reason(results, *run),
+            settings: settings(*run),
+        };
+        (verdict.problem.is_none(), verdict.offending.iter().take(MOST_RUNS).map(offending).collect::<Vec<_>>())
+    };
+    let expectations = report.verdicts.iter().map(|pair| {
+        let (met, runs) = expectation(pair);
+        let (of, verdict) = pair;
+        let problem = verdict.problem.as_deref();
+        ExpectationDocument { expectation: &of.text, met, problem, count: verdict.offending.len(), runs }
+    });
+    let document = Document {
+        study: report.name,
+        fingerprint: report.fingerprint,
+        table: report.table,
+        runs: summary.runs,
+        failed: summary.failed,
+        failures: &summary.failures,
+        axes: &study.axes,
+        samples: study.samples,
+        seed: study.seed,
+        sampling: study.sampling,
+        coordinates: &summary.coordinates,
+        main: report.main.map(|main| summary.figures[main].figure.name.as_str()),
+        figures: summary.figures.iter().enumerate().map(figure).collect(),
+        expectations: expectations.collect(),
+    };
+    let mut text = serde_json::to_string_pretty(&document).context("the summary cannot be written as JSON")?;
+    text.push('\n');
+    Ok(text)
+}
+
+/// What the page shows.
+#[derive(Template)]
+#[template(path = "summary.html")]
+struct Page<'a> {
+    name: String,
+    /// How many runs, and how many of them failed.
+    about: String,
+    expectations: Vec<ExpectationPart>,
+    /// SVG drawings of the main figure.
+    pictures: Vec<&'a str>,
+    main: Option<String>,
+    axes: Vec<AxisPart>,
+    sampling: Option<String>,
+    percents: Vec<String>,
+    figures: Vec<FigurePart<'a>>,
+    coordinates: Vec<String>,
+    /// Whether there is any rank correlation.
+    has_influence: bool,
+    failures: Vec<(String, String)>,
+}
+
+struct ExpectationPart {
+    text: String,
+    is_met: bool,
+    problem: String,
+    runs: String,
+}
+
+struct AxisPart {
+    variables: String,
+    values: String,
+    when: String,
+}
+
+struct FigurePart<'a> {
+    name: String,
+    anchor: String,
+    title: String,
+    count: u64,
+    /// Least, percentiles, greatest, mean, deviation.
+    numbers: Vec<String>,
+    correlations: Vec<String>,
+    absent: Option<String>,
+    histogram: Option<&'a str>,
+    /// What the worst runs have: the number, the figure, the settings.
+    worst: Vec<(u64, String, Vec<String>)>,
+    is_lower_better: bool,
+}
+
+/// `summary.html`.
+fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
+    let (study, summary, results) = (&report.job.study, report.summary, report.results);
+    let mut about = runs_text(summary.runs);
+    let failed = match summary.failed {
+        0 => "; none failed.".to_string(),
+        failed => format!("; {failed} failed."),
+    };
+    about.push_str(&failed);
+    let expectation = |(of, verdict): &(Expectation, Verdict)| ExpectationPart {
+        text: printable(&of.text),
+        is_met: verdict.problem.is_none(),
+        problem: match (&verdict.problem, of.of) {
+            (Some(problem), _) => printable(problem),
+            (None, Of::Each) => "every run keeps to it".into(),
+            (None, _) => String::new(),
+        },
+        runs: printable(&listed(
+            results,
+            verdict.offending.len(),
+            verdict.offending.iter().map(|run| (*run, of.reason(results, *run))),
+        )),
+    };
+    let cells = |run: u64| results.point(run).iter().map(|value| short(*value)).collect();
+    let figure = |(column, of): (usize, &Distribution)| {
+        let number = |value: Option<f64>| value.map_or_else(String::new, short);
+        let percentiles = of.percentiles.iter().map(|(_, value)| Some(*value));
+        let percentiles: Vec<Option<f64>> = percentiles.chain(std::iter::repeat(None)).take(PERCENTS.len()).collect();
+        let all = [of.min].into_iter().chain(percentiles).chain([of.max, of.mean, of.deviation]);
+        let most = if report.main == Some(column) { MOST_RUNS } else { FEW_RUNS };
+        let worst = of.worst.iter().take(most);
+        let histogram = pictures.iter().find(|picture| picture.figure == Some(column));
+        FigurePart {
+            name: printable(&of.figure.name),
+            anchor: format!("figure-{column}"),
+            title: printable(&pictures::axis(&of.figure)),
+            count: of.count,
+            numbers: all.map(number).collect(),
+            correlations: of
+                .correlations
+                .iter()
+                .map(|correlation| correlation.map_or_else(String::new, |correlation| format!("{correlation:.2}")))
+                .collect(),
+            absent: absent_text(summary, of),
+            histogram: histogram.map(|picture| picture.svg.as_str()),
+            worst: worst.map(|run| (*run, short(results.figures_of(*run)[column]), cells(*run))).collect(),
+            is_lower_better: crate::summary::is_lower_better(&of.figure.name),
+        }
+    };
+    let failures = summary.failures.iter().map(|of| (numbers(&of.runs, of.count), printable(&of.reason)));
+    let has_samples = study.axes.iter().any(|axis| is_sampled(&axis.along));
+    let sampling = match study.sampling {
+        Sampling::Random => "at random",
+        Sampling::LatinHypercube => "as a Latin hypercube",
+        Sampling::Sobol => "as a Sobol sequence",
+    };
+    let page = Page {
+        name: printable(report.name),
+        about,
+        expectations: report.verdicts.iter().map(expectation).collect(),
+        pictures: pictures.iter().filter(|of| of.figure.is_none()).map(|of| of.svg.as_str()).collect(),
+        main: report.main.map(|main| printable(&summary.figures[main].figure.name)),
+        axes: study.axes.iter().map(axis_part).collect(),
+        sampling: has_samples.then(|| format!("{} samples {sampling}, seed {}.", study.samples, study.seed)),
+        percents: PERCENTS.iter().map(|percent| format!("{percent} %")).collect(),
+        figures: summary.figures.iter().enumerate().map(figure).collect(),
+        has_influence: summary.figures.iter().any(|of| of.correlations.iter().any(Option::is_some)),
+        coordinates: summary.coordinates.iter().map(|of| printable(&pictures::axis(of))).collect(),
+        failures: failures.collect(),
+    };
+    Ok(page.render()?)
+}
+
+fn is_sampled(along: &Along) -> bool {
+    !matches!(along, Along::Values(_) | Along::Rows(_) | Along::Range { .. })
+}
+
+/// An axis in words.
+fn axis_part(axis: &Axis) -> AxisPart {
+    let value = |value: &Value| match value {
+        Value::Boolean(value) => value.to_string(),
+        Value::Number(value) => short(*value),
+    };
+    let list = |values: &[Value]| values.iter().map(value).collect::<Vec<_>>().join(", ");
+    let ends = |min: Option<f64>, max: Option<f64>| match (min, max) {
+        (Some(min), Some(max)) => format!(", from {} to {}", short(min), short(max)),
+        (Some(min), None) => format!(", not below {}", short(min)),
+        (None, Some(max)) => format!(", not above {}", short(max)),
+        (None, None) => String::new(),
+    };
+    let mut values = match &axis.along {
+        Along::Values(values) => list(values),
+        Along::Rows(rows) => rows.iter().map(|row| format!("({})", list(row))).collect::<Vec<_>>().join(", "),
+        Along::Range { from, to, count, logarithmic } => {
+            let ratios = if *logarithmic { ", with equal ratios" } else { "" };
+            format!("{count} values from {} to {}{ratios}", short(*from), short(*to))
+        }
+        Along::Uniform { min, max } => format!("uniform from {} to {}", short(*min), short(*max)),
+        Along::Normal { mean, deviation, min, max } => {
+            format!("normal, mean {}, deviation {}{}", short(*mean), short(*deviation), ends(*min, *max))
+        }
+        Along::LogNormal { median, deviation } => {
+            format!("log-normal, median {}, deviation of the logarithm {}", short(*median), short(*deviation))
+        }
+        Along::Triangular { min, mode, max } => {
+            format!("triangular from {} to {}, mode {}", short(*min), short(*max), short(*mode))
+        }
+    };
+    if axis.relative {
+        values.push_str(", times the value of the loop");
+    }
+    let when = axis.time.map_or_else(|| "from the start on".into(), |time| format!("at {} s", short(time)));
+    AxisPart { variables: printable(&axis.variables.join(", ")), values, when }
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -1,0 +1,200 @@
+use super::*;
+use crate::Study;
+use crate::junit;
+use crate::results::Row;
+use serde_json::{Value as Json, json};
+use std::fs;
+
+/// A small study with all that a report needs.
+pub(crate) struct Sample {
+    job: Job,
+    table: Table,
+    signals: Signals,
+    pub(crate) results: Results,
+    summary: Summary,
+    verdicts: Vec<(Expectation, Verdict)>,
+    curves: Vec<(u64, Recording)>,
+}
+
+fn quantity(name: &str, unit: &str) -> Quantity {
+    Quantity { name: name.into(), unit: (!unit.is_empty()).then(|| unit.to_string()) }
+}
+
+/// A recording of three calls.
+pub(crate) fn recording(top: f64) -> Recording {
+    let column = |name: &str, unit: &str| json!({"name": name, "unit": unit, "kind": "Real", "is_input": false, "source": [0, 0], "is_before_step": false});
+    let columns = [column("PID.SP", "degC"), column("HEATER.TEMP", "degC"), column("PID.LMN", "%")];
+    let values = [60.0, 20.0, 90.0, 60.0, top, 40.0, 60.0, 60.0, 35.0];
+    serde_json::from_value(json!({"columns": columns, "times": [0.0, 1.0, 2.0], "values": values})).unwrap()
+}
+
+impl Sample {
+    /// Four runs, one of which failed, with what is expected of them.
+    pub(crate) fn new(expected: &[&str]) -> Sample {
+        let axis = |variable: &str, along: Along| Axis {
+            variables: vec![variable.into()],
+            time: None,
+            relative: false,
+            along,
+        };
+        let axes = vec![
+            axis("HEATER.GAIN", Along::Normal { mean: 2.5, deviation: 1.0, min: Some(1.0), max: None }),
+            axis("PID.TI", Along::Uniform { min: 5.0, max: 45.0 }),
+        ];
+        let coordinates = vec![quantity("HEATER.GAIN", "K/%"), quantity("PID.TI", "s")];
+        let mut results = Results::new(coordinates, vec![quantity("overshoot", "%"), quantity("iae", "degC s")]);
+        let error = Some("HEATER: it <broke>\u{1b}".to_string());
+        let rows = [([4.0, 100.0], None), ([8.0, 300.0], None), ([f64::NAN; 2], error), ([12.0, 200.0], None)];
+        for (run, (figures, error)) in rows.into_iter().enumerate() {
+            let run = run as f64 + 1.0;
+            results.push(&[run, 10.0 * run], &Row { figures: figures.to_vec(), error });
+        }
+        let expectation = |text: &&str| {
+            let expectation = Expectation::parse(text, &results.figures).unwrap();
+            let verdict = expectation.verdict(&results);
+            (expectation, verdict)
+        };
+        Sample {
+            job: Job { study: Study { axes, samples: 4, seed: 7, ..Study::default() }, ..Job::default() },
+            table: Table { file: "runs.csv".into(), sha256: "4567".into() },
+            signals: Signals {
+                setpoint: Some("PID.SP".into()),
+                process_value: Some("HEATER.TEMP".into()),
+                manipulated_value: Some("PID.LMN".into()),
+                pulses: None,
+            },
+            summary: Summary::of(&results, MOST_RUNS),
+            verdicts: expected.iter().map(expectation).collect(),
+            curves: vec![(1, recording(80.0)), (3, recording(65.0)), (0, recording(60.0))],
+            results,
+        }
+    }
+
+    pub(crate) fn report(&self) -> Report<'_> {
+        Report {
+            name: "furnace <A>",
+            job: &self.job,
+            fingerprint: "0123",
+            table: &self.table,
+            signals: &self.signals,
+            results: &self.results,
+            summary: &self.summary,
+            main: main_figure(&self.job, &self.results.figures).unwrap(),
+            verdicts: &self.verdicts,
+            curves: &self.curves,
+        }
+    }
+}
+
+#[test]
+fn the_main_figure_is_the_studys_else_iae_else_the_first() {
+    let figures = [quantity("overshoot", "%"), quantity("iae", "K s")];
+    let mut job = Job::default();
+    assert_eq!(main_figure(&job, &figures).unwrap(), Some(1));
+    assert_eq!(main_figure(&job, &figures[..1]).unwrap(), Some(0));
+    assert_eq!(main_figure(&job, &[]).unwrap(), None);
+    job.study.main = Some("overshoot".into());
+    assert_eq!(main_figure(&job, &figures).unwrap(), Some(0));
+    job.study.main = Some("overshot".into());
+    let error = main_figure(&job, &figures).unwrap_err().to_string();
+    assert_eq!(error, "main = \"overshot\": the study has no such figure; did you mean overshoot?");
+    job.study.main = Some("x".into());
+    let error = main_figure(&job, &figures).unwrap_err().to_string();
+    assert_eq!(error, "main = \"x\": the study has no such figure; there are overshoot, iae");
+}
+
+#[test]
+fn the_curves_are_those_of_the_worst_the_middle_and_the_best_run() {
+    let sample = Sample::new(&[]);
+    assert_eq!(curves_wanted(&sample.summary, Some(1)), [1, 3, 0]);
+    assert_eq!(curves_wanted(&sample.summary, None), [0; 0]);
+}
+
+#[test]
+fn the_command_prints_percentiles_failures_and_verdicts() {
+    let text = text(&Sample::new(&["overshoot < 10 %", "p50(iae) < 1000"]).report());
+    let expected = "\
+furnace <A>: 4 runs, 1 failed
+                  5 %  median  95 %  worst  run
+  overshoot in %  4.4       8  11.6     12    3
+  iae in degC s   110     200   290    300    1
+  failed: run 2: HEATER: it <broke>\u{fffd}
+not met: overshoot < 10 %: 2 of 4 runs do not keep to it; the worst is run 3: overshoot is 12 %
+    run 3: overshoot is 12 %
+        HEATER.GAIN = 4 K/%, PID.TI = 40 s
+    run 2: it failed: HEATER: it <broke>\u{fffd}
+        HEATER.GAIN = 3 K/%, PID.TI = 30 s
+met: p50(iae) < 1000
+";
+    assert_eq!(text, expected);
+}
+
+#[test]
+fn runs_without_a_figure_are_counted_and_named() {
+    let mut results = Results::new(Vec::new(), vec![quantity("settling", "s")]);
+    for value in [1.0, f64::NAN, 3.0, f64::NAN, f64::NAN, f64::NAN] {
+        results.push(&[], &Row { figures: vec![value], error: None });
+    }
+    let summary = Summary::of(&results, MOST_RUNS);
+    let sentence = absent_text(&summary, &summary.figures[0]).unwrap();
+    assert_eq!(sentence, "4 runs have no settling: runs 1, 3, 4 and 1 more");
+}
+
+#[test]
+fn the_summary_for_programs_has_settings_by_name() {
+    let sample = Sample::new(&["overshoot < 10 %"]);
+    let summary: Json = serde_json::from_str(&json(&sample.report()).unwrap()).unwrap();
+    let overshoot = &summary["figures"][0];
+    assert_eq!(summary["runs"], 4);
+    assert_eq!(summary["main"], "iae");
+    assert_eq!(overshoot["percentiles"]["p50"], 8.0);
+    assert_eq!(overshoot["correlations"]["PID.TI"], 1.0);
+    let settings = json!({"HEATER.GAIN": 4.0, "PID.TI": 40.0});
+    assert_eq!(overshoot["worst"][0], json!({"run": 3, "value": 12.0, "settings": settings}));
+    let expectation = &summary["expectations"][0];
+    assert_eq!((&expectation["met"], &expectation["count"]), (&json!(false), &json!(2)));
+    assert_eq!(expectation["runs"][0], json!({"run": 3, "reason": "overshoot is 12 %", "settings": settings}));
+    assert_eq!(summary["axes"][1]["along"]["uniform"]["max"], 45.0);
+}
+
+#[test]
+fn the_page_shows_everything_and_loads_nothing() {
+    let sample = Sample::new(&["overshoot < 10 %", "p50(iae) < 1000"]);
+    let report = sample.report();
+    let page = html(&report, &pictures(&report).unwrap()).unwrap();
+    for text in [
+        "<title>furnace &lt;A&gt;</title>",
+        "<p class=\"summary\">4 runs; 1 failed.</p>",
+        "<td class=\"not-met\">not met</td>",
+        "<td class=\"met\">met</td>",
+        "HEATER: it &lt;broke&gt;\u{fffd}",
+        "normal, mean 2.5, deviation 1, not below 1",
+        "4 samples at random, seed 7.",
+        "Runs with the worst, the median and the best iae",
+        "iae in degC s over HEATER.GAIN and PID.TI",
+        "overshoot of 3 runs",
+    ] {
+        assert!(page.contains(text), "{text}");
+    }
+    assert_eq!(page.matches("<svg ").count(), 4);
+    for outside in ["http:", "https:", "src=", "@import"] {
+        let own = page.replace("http://www.w3.org/2000/svg", "");
+        assert!(!own.contains(outside), "{outside}");
+    }
+    assert_eq!(page, html(&report, &pictures(&report).unwrap()).unwrap());
+}
+
+#[test]
+fn a_report_is_a_page_a_file_for_programs_and_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let sample = Sample::new(&[]);
+    let files = write(folder.path(), &sample.report()).unwrap();
+    let names: Vec<String> = files
+        .iter()
+        .map(|file| file.strip_prefix(folder.path()).unwrap().to_string_lossy().replace('\\', "/"))
+        .collect();
+    assert_eq!(names[..4], ["summary.json", "summary.html", "pictures/curves.svg", "pictures/curves.png"]);
+    assert_eq!(names[8..], ["pictures/histogram_iae.svg", "pictures/histogram_iae.png"]);
+    assert!(files.iter().all(|file| fs::metadata(file).unwrap().len() > 500));
+    junit::write(&folder.path().join("junit.xml"), &sample.report()).unwrap();
+}

@@ -1,0 +1,152 @@
+//! Which samples the distributions have: a function of the seed, the axis and the number of the sample alone.
+//!
+//! - Random: the samples of an axis are words of a ChaCha8 key stream, whose key is the seed and the axis; the number of the
+//!   sample is the position in the stream. An axis that is added behind the others does not change their samples.
+//! - Latin hypercube (M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21, 1979): sample `s` of an axis lies in the
+//!   stratum `p(s)` of as many strata as there are samples, at a random place there. The permutation `p` is a Feistel network
+//!   with cycle walking (J. Black, P. Rogaway, "Ciphers with Arbitrary Finite Domains", CT-RSA 2002): nothing is stored, and
+//!   any sample is computed by itself.
+//! - Sobol: the sequence of the crate `sobol_burley` with Owen scrambling (B. Burley, "Practical Hash-based Owen Scrambling",
+//!   Journal of Computer Graphics Techniques 9, 2020); its first 2^16 samples in up to 256 dimensions.
+
+use crate::Sampling;
+use chacha20::ChaCha8Rng;
+use chacha20::rand_core::{Rng, SeedableRng};
+
+/// How many samples a Sobol sequence has at most.
+pub const SOBOL_SAMPLES: u64 = 1 << 16;
+/// How many axes a Sobol sequence has at most.
+pub const SOBOL_AXES: usize = sobol_burley::NUM_DIMENSIONS as usize;
+/// No probability is less, and none is nearer to 1.
+pub const LEAST_PROBABILITY: f64 = f64::EPSILON / 2.0;
+
+/// What a key stream is for.
+#[derive(Clone, Copy)]
+enum Use {
+    /// The random part of samples.
+    Samples = 0,
+    /// The order of the strata of a Latin hypercube.
+    Permutation = 1,
+    /// The scrambling of a Sobol sequence.
+    Scrambling = 2,
+}
+
+/// Gives the probabilities whose quantiles are the samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sampler {
+    seed: u64,
+    samples: u64,
+    method: Method,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Method {
+    Random,
+    /// With the order of the strata for each axis.
+    LatinHypercube(Vec<Permutation>),
+    /// With the seed of the scrambling.
+    Sobol(u32),
+}
+
+impl Sampler {
+    /// For so many samples, 1 to 10^9, of so many distributions.
+    pub fn new(sampling: Sampling, seed: u64, samples: u64, axes: usize) -> Sampler {
+        let permutation = |axis| Permutation::new(seed, axis, samples);
+        let method = match sampling {
+            Sampling::Random => Method::Random,
+            Sampling::LatinHypercube => Method::LatinHypercube((0..axes).map(permutation).collect()),
+            Sampling::Sobol => Method::Sobol(stream(seed, 0, Use::Scrambling).next_u32()),
+        };
+        Sampler { seed, samples, method }
+    }
+
+    /// The probability of a sample on an axis, from [`LEAST_PROBABILITY`] to 1 - `LEAST_PROBABILITY`. Only axes with a distribution count.
+    ///
+    /// # Panics
+    /// There is no such sample or axis.
+    pub fn probability(&self, axis: usize, sample: u64) -> f64 {
+        assert!(sample < self.samples, "there are {} samples, not {sample}", self.samples);
+        match &self.method {
+            Method::Random => centered(self.bits(axis, sample), 52),
+            Method::LatinHypercube(permutations) => {
+                let stratum = permutations[axis].of(sample) as f64;
+                // Stratum and place together have 53 bits at most, so that their sum is exact.
+                (stratum + centered(self.bits(axis, sample), 22)) / self.samples as f64
+            }
+            // The crate's numbers are multiples of 2^-23: the middle of the interval that each stands for.
+            Method::Sobol(seed) => {
+                f64::from(sobol_burley::sample(sample as u32, axis as u32, *seed)) + 0.5 / f64::from(1 << 23)
+            }
+        }
+    }
+
+    /// The random bits of a sample.
+    fn bits(&self, axis: usize, sample: u64) -> u64 {
+        let mut stream = stream(self.seed, axis, Use::Samples);
+        stream.set_word_pos(2 * u128::from(sample));
+        stream.next_u64()
+    }
+}
+
+/// The random numbers of an axis.
+fn stream(seed: u64, axis: usize, purpose: Use) -> ChaCha8Rng {
+    let mut key = [0; 32];
+    for (bytes, word) in key.chunks_exact_mut(8).zip([seed, axis as u64, purpose as u64]) {
+        bytes.copy_from_slice(&word.to_le_bytes());
+    }
+    ChaCha8Rng::from_seed(key)
+}
+
+/// A number above 0 and below 1 from the highest of 64 bits: the middle of one of 2^count intervals.
+fn centered(bits: u64, count: u32) -> f64 {
+    ((bits >> (64 - count)) as f64 + 0.5) / (1_u64 << count) as f64
+}
+
+/// How many rounds the network has.
+const ROUNDS: usize = 8;
+
+/// A permutation of the numbers below `count`.
+#[derive(Clone, Debug, PartialEq)]
+struct Permutation {
+    count: u64,
+    /// How many bits each half of a number has.
+    half: u32,
+    keys: [u64; ROUNDS],
+}
+
+impl Permutation {
+    fn new(seed: u64, axis: usize, count: u64) -> Permutation {
+        let bits = u64::BITS - count.saturating_sub(1).leading_zeros();
+        let mut stream = stream(seed, axis, Use::Permutation);
+        Permutation { count, half: bits.div_ceil(2).max(1), keys: std::array::from_fn(|_| stream.next_u64()) }
+    }
+
+    /// Where a number below `count` goes.
+    fn of(&self, number: u64) -> u64 {
+        // The network permutes the numbers below a power of 4. Walking its cycle on until it is below `count` again permutes those.
+        let mut number = self.network(number);
+        while number >= self.count {
+            number = self.network(number);
+        }
+        number
+    }
+
+    fn network(&self, number: u64) -> u64 {
+        let mask = (1 << self.half) - 1;
+        let (mut left, mut right) = (number >> self.half, number & mask);
+        for key in self.keys {
+            (left, right) = (right, left ^ (mix(right ^ key) & mask));
+        }
+        left << self.half | right
+    }
+}
+
+/// Spreads each bit over all bits: the finalizer of SplitMix64 (G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014).
+fn mix(mut value: u64) -> u64 {
+    value = (value ^ (value >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    value = (value ^ (value >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    value ^ (value >> 31)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,265 @@
+//! Ms, the largest sensitivity of a loop, for candidates of a search: how robust the loop is against a plant that changes.
+//!
+//! It needs a linear model of each plant. The model is identified from a step of the manual value: the loop is run in manual
+//! mode, with all its events left out, and the process value is recorded. So the model's gain is that between the manual value
+//! and the process value as the controller sees it; what the block does to its manipulated value behind the manual value, and
+//! pulses with an actuator, are in it.
+//!
+//! The controller is the ideal form with the candidate's GAIN, TI, TD and TM_LAG, see [`rules`](control::rules). The dead time is
+//! longer than the plant's by half a CYCLE for the hold of the manipulated value, and by half a period of the pulse former: the
+//! block's own one, or an FMU that the manipulated value goes to.
+
+use crate::Job;
+use anyhow::{Context, Result, bail};
+use control::identify::{self, Identified, Method, Model, Recorded};
+use control::margins;
+use control::rules::{FILTER, Settings};
+use control::tune::Controller;
+use modeldescription::Table;
+use run::dialog;
+use run::fmus::{Member, Values};
+use run::master::Recording;
+use run::system::{self, Setting, Value, own_name};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// By how much the manual value steps by default, in its unit.
+const HEIGHT: f64 = 20.0;
+/// When it steps by default, in parts of the run.
+const SHARE: f64 = 0.1;
+
+/// The step of the manual value by which the plants are identified.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[serde(default, deny_unknown_fields)]
+pub struct Step {
+    /// The manual value before the step; by default what the loop sets, else its start value.
+    pub from: Option<f64>,
+    /// The manual value after it; by default 20 more.
+    pub to: Option<f64>,
+    /// When it is, in seconds; by default after a tenth of the run.
+    pub time: Option<f64>,
+    /// The end of the run in seconds; by default that of the study.
+    pub stop: Option<f64>,
+    /// Whether the plant integrates.
+    pub is_integrating: bool,
+}
+
+/// A controller whose linear form is known.
+pub struct Linear {
+    controller: Controller,
+    /// The period in seconds of a pulse former that is another FMU, by its name `FMU.VARIABLE`.
+    period: Option<(String, f64)>,
+}
+
+/// How the plants are identified: a job to run with the points of the study, and what to look at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identification {
+    /// The loop in manual mode.
+    pub job: Job,
+    /// `FMU.VARIABLE` of the manual value.
+    manual: String,
+    /// `FMU.VARIABLE` of the process value.
+    process_value: String,
+    is_integrating: bool,
+}
+
+impl Linear {
+    /// The controller is the first member of the loop, with this table.
+    ///
+    /// # Errors
+    /// Why there is no linear form of it, and what to do.
+    pub fn of(job: &Job, table: &Arc<Table>) -> Result<Linear> {
+        let member = job.system.members.first().context("there is no controller")?;
+        let values = of_member(job, &member.name);
+        let member = Member { name: member.name.clone(), fmu: table.name.clone(), values };
+        let controller = Controller::of_table(&member, table)?;
+        if controller.is_step_controller() {
+            bail!("{} is a step controller, and its motor integrates: {SENSITIVITY_UNKNOWN}", controller.member.fmu);
+        }
+        let linear = Linear { controller, period: None };
+        linear.settings(&Values::new())?;
+        Ok(linear)
+    }
+
+    /// The same with the pulse former that the controller is connected to, if there is one. The tables are those of the members.
+    ///
+    /// # Errors
+    /// A table is damaged.
+    pub fn with_pulse_former(mut self, job: &Job, tables: &[Option<Table>]) -> Result<Linear> {
+        let controller = &self.controller.member.name;
+        for (member, table) in job.system.members.iter().zip(tables).skip(1) {
+            let Some(table) = table else { continue };
+            let is_connected = job
+                .system
+                .connections
+                .iter()
+                .any(|of| own_name(&of.from, controller).is_some() && own_name(&of.to, &member.name).is_some());
+            let (roles, _) = dialog::of(table)?;
+            let period = roles.pulse_former.first().and_then(|name| table.find(name));
+            if let Some(row) = period.filter(|_| is_connected && roles.controller.is_empty()) {
+                let row = &table.variables[row];
+                let value = match of_member(job, &member.name).get(&row.name) {
+                    Some(Value::Number(value)) => *value,
+                    _ => row.start,
+                };
+                self.period = Some((format!("{}.{}", member.name, row.name), value));
+            }
+        }
+        Ok(self)
+    }
+
+    /// Whether Ms depends on a variable of the loop, other than through the model of the plant.
+    pub fn has(&self, variable: &str) -> bool {
+        let Controller { table, roles, .. } = &self.controller;
+        let is_period = || self.period.as_ref().is_some_and(|(name, _)| name == variable);
+        let own = own_name(variable, &self.controller.member.name);
+        let mut names = roles.controller.iter().chain(roles.pulse_former.first());
+        is_period() || own.is_some_and(|own| own == table.variables[table.cycle].name || names.any(|name| name == own))
+    }
+
+    /// The loop in manual mode, to identify the plants with. Axes that act later than the start are left out of its points: see
+    /// [`Identification::is_in_point`].
+    ///
+    /// # Errors
+    /// The controller has no manual mode.
+    pub fn identification(&self, job: &Job, step: &Step, start: f64, stop: f64) -> Result<Identification> {
+        let (name, fmu) = (&self.controller.member.name, &self.controller.member.fmu);
+        let roles = &self.controller.roles;
+        let Some((switch, manual)) = &roles.manual else {
+            bail!("{fmu} has no manual value that could step");
+        };
+        let process_value = roles.shown_process_value.as_ref().or(roles.process_value.as_ref());
+        let process_value = process_value.with_context(|| format!("{fmu} does not tell its process value"))?;
+        let from = step.from.unwrap_or_else(|| self.controller.value(manual));
+        let [switch, manual, process_value] = [switch, manual, process_value].map(|of| format!("{name}.{of}"));
+        let to = step.to.unwrap_or(from + HEIGHT);
+        let stop = step.stop.unwrap_or(stop);
+        let time = step.time.unwrap_or(start + SHARE * (stop - start));
+        if from == to || !from.is_finite() || !to.is_finite() {
+            bail!("the manual value steps from {from} to {to}: both have to be numbers, and not the same");
+        }
+        if !(start < time && time < stop) {
+            bail!("the step of the manual value is at {time} s: it has to be between {start} and {stop} s");
+        }
+        let setting = |variable: &String, value: Value, time: Option<f64>| Setting {
+            variable: variable.clone(),
+            value,
+            time,
+            is_preliminary: false,
+            place: None,
+        };
+        let mut job = job.clone();
+        job.system.stop = Some(stop);
+        let is_of_step = |variable: &String| [&switch, &manual].contains(&variable);
+        job.system.settings.retain(|of| of.time.is_none() && !is_of_step(&of.variable));
+        job.system.settings.extend([
+            setting(&switch, Value::Boolean(true), None),
+            setting(&manual, Value::Number(from), None),
+            setting(&manual, Value::Number(to), Some(time)),
+        ]);
+        job.system.record = [&manual, &process_value].map(|of| system::Recorded::from(of.as_str())).into();
+        job.study.axes.retain(|axis| axis.time.is_none());
+        Ok(Identification { job, manual, process_value, is_integrating: step.is_integrating })
+    }
+
+    /// Ms with a plant, for settings of the controller on top of the loop's; infinite if the loop is unstable.
+    ///
+    /// # Errors
+    /// Why there is no linear form of these settings.
+    pub fn sensitivity(&self, model: &Model, settings: &Values) -> Result<f64> {
+        let value = |name: &str| self.value(settings, name);
+        let cycle = value(&self.controller.table.variables[self.controller.table.cycle].name);
+        let period = self.period.as_ref().map(|(name, value)| match settings.get(name) {
+            Some(Value::Number(value)) => *value,
+            _ => *value,
+        });
+        let period = period.or(self.with(settings).own_period()).unwrap_or_default();
+        let added = (cycle + period) / 2.0;
+        let model = Model { dead_time: model.dead_time + added, ..*model };
+        Ok(margins::of(&model, &self.settings(settings)?).sensitivity.unwrap_or(f64::INFINITY))
+    }
+
+    /// The name by which [`sensitivity`](Linear::sensitivity) takes a variable of the loop: that of the controller without the
+    /// name of the FMU, the pulse former's period with it; none for others.
+    pub fn own_name<'a>(&self, variable: &'a str) -> Option<&'a str> {
+        let is_period = self.period.as_ref().is_some_and(|(name, _)| name == variable);
+        if is_period { Some(variable) } else { own_name(variable, &self.controller.member.name) }
+    }
+
+    /// The controller with other settings.
+    fn with(&self, settings: &Values) -> Controller {
+        let Controller { member, table, roles, groups } = &self.controller;
+        let mut values = member.values.clone();
+        values.extend(settings.iter().map(|(name, value)| (name.clone(), *value)));
+        let member = Member { values, ..member.clone() };
+        Controller { member, table: table.clone(), roles: roles.clone(), groups: groups.clone() }
+    }
+
+    fn value(&self, settings: &Values, name: &str) -> f64 {
+        match settings.get(name) {
+            Some(Value::Number(value)) => *value,
+            Some(Value::Boolean(value)) => f64::from(u8::from(*value)),
+            None => self.controller.value(name),
+        }
+    }
+
+    /// The controller in the ideal form, as the block computes with its settings.
+    fn settings(&self, values: &Values) -> Result<Settings> {
+        let controller = self.with(values);
+        let fmu = &controller.member.fmu;
+        let is_on =
+            |place: usize| controller.roles.structure.get(place).is_none_or(|name| controller.value(name) != 0.0);
+        let number = |place: usize| controller.roles.controller.get(place).map(|name| controller.value(name));
+        if !is_on(0) {
+            bail!("the P action of {fmu} is off: {SENSITIVITY_UNKNOWN}");
+        }
+        let sampling = controller.sampling();
+        let gain = number(0).unwrap_or_default();
+        let ti = number(1).filter(|_| is_on(1)).map(|ti| ti.max(sampling / 2.0));
+        let td = number(2).filter(|td| is_on(2) && *td > 0.0).map(|td| td.max(sampling));
+        let tm_lag = td.map_or(0.0, |td| number(3).unwrap_or(td / FILTER).max(sampling / 2.0));
+        Ok(Settings { gain, ti, td, tm_lag })
+    }
+}
+
+/// What to do if there is no linear form.
+const SENSITIVITY_UNKNOWN: &str = "Ms is not known for it; remove the constraint of ms, and bound overshoot instead";
+
+impl Identification {
+    /// For each coordinate of a study's point, whether the point of this job has it.
+    pub fn is_in_point(job: &Job) -> Vec<bool> {
+        job.study.axes.iter().flat_map(|axis| axis.variables.iter().map(|_| axis.time.is_none())).collect()
+    }
+
+    /// The plant's model from the recorded step.
+    ///
+    /// # Errors
+    /// Why the record says nothing about the plant, and what to do.
+    pub fn model(&self, recording: &Recording) -> Result<Identified> {
+        let column = |name: &String| -> Result<Vec<f64>> {
+            let place = recording.columns.iter().position(|column| column.name == *name);
+            Ok(recording.column(place.with_context(|| format!("{name} is not recorded"))?).collect())
+        };
+        let (input, output) = (column(&self.manual)?, column(&self.process_value)?);
+        let recorded = Recorded { times: &recording.times, input: &input, output: &output };
+        identify::of(&recorded, Method::LeastSquares, self.is_integrating)
+    }
+}
+
+/// What the loop sets of a member at the start.
+fn of_member(job: &Job, name: &str) -> Values {
+    let own = |setting: &&Setting| setting.time.is_none();
+    let mut values = Values::new();
+    let mut settings: Vec<&Setting> = job.system.settings.iter().filter(own).collect();
+    // Other settings take precedence over those of a parameter file.
+    settings.sort_by_key(|setting| !setting.is_preliminary);
+    for setting in settings {
+        if let Some(variable) = own_name(&setting.variable, name) {
+            values.insert(variable.into(), setting.value);
+        }
+    }
+    values
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,146 @@
+use super::*;
+use crate::{Along, Axis};
+use run::component::Component;
+use run::fmus::Fmus;
+use run::master;
+use run::plan::Plan;
+use run::system::{Connection, System};
+use run::test_home::{self, TestHome};
+
+fn value(variable: &str, value: f64, time: Option<f64>) -> Setting {
+    Setting { variable: variable.into(), value: Value::Number(value), time, is_preliminary: false, place: None }
+}
+
+fn switch(variable: &str, value: bool) -> Setting {
+    Setting { value: Value::Boolean(value), ..self::value(variable, 0.0, None) }
+}
+
+/// A loop of a PI controller with a lag, and a study of it.
+fn job(settings: Vec<Setting>) -> Job {
+    let member = |name: &str, fmu: &str| system::Member { name: name.into(), path: format!("{fmu}.fmu").into() };
+    let connection = |from: &str, to: &str| Connection { from: from.into(), to: to.into(), place: None };
+    Job {
+        system: System {
+            members: vec![member("C", "PID"), member("P", "LAG")],
+            connections: vec![connection("C.OUT", "P.POWER"), connection("P.TEMP", "C.PV_IN")],
+            settings: [vec![value("C.CYCLE", 0.1, None), value("C.SP", 60.0, Some(1.0))], settings].concat(),
+            start: Some(0.0),
+            stop: Some(100.0),
+            step: Some(0.1),
+            ..System::default()
+        },
+        ..Job::default()
+    }
+}
+
+fn linear(job: &Job) -> Result<Linear> {
+    Linear::of(job, &Arc::new(test_home::table::<test_home::Pid>()))
+}
+
+fn error<T>(result: Result<T>) -> String {
+    format!("{:#}", result.err().unwrap())
+}
+
+fn recorded(job: &Job) -> Recording {
+    let home = TestHome::default();
+    let descriptions = ["PID", "LAG"].map(|fmu| home.description(fmu).unwrap());
+    let plan = Plan::of(&job.system, &descriptions.each_ref().map(|of| &**of)).unwrap();
+    let mut components: Vec<Box<dyn Component>> =
+        vec![home.instantiate("PID", "C").unwrap(), home.instantiate("LAG", "P").unwrap()];
+    master::run(&plan, &mut components, |_| {}).unwrap()
+}
+
+#[test]
+fn the_plant_is_identified_from_a_step_of_the_manual_value_without_the_events_of_the_loop() {
+    let job = job(vec![value("P.K", 1.8, None), switch("C.MAN_ON", false), value("P.LOAD", 30.0, Some(50.0))]);
+    let linear = linear(&job).unwrap();
+    let identification = linear.identification(&job, &Step::default(), 0.0, 100.0).unwrap();
+    let identified = identification.model(&recorded(&identification.job)).unwrap();
+    let Model { gain, time_constant, dead_time, .. } = identified.model;
+    assert!((gain / 1.8 - 1.0).abs() < 0.01 && (time_constant / 10.0 - 1.0).abs() < 0.02, "{identified:?}");
+    assert!((0.0..0.2).contains(&dead_time), "{dead_time}");
+}
+
+#[test]
+fn the_step_begins_where_the_loop_has_its_manual_value() {
+    let job = job(vec![value("C.MAN", 35.0, None)]);
+    let linear = linear(&job).unwrap();
+    let manual = |step: &Step| {
+        let identification = linear.identification(&job, step, 0.0, 100.0).unwrap();
+        let settings = identification.job.system.settings.into_iter();
+        settings.filter(|of| of.variable == "C.MAN").map(|of| (of.time, of.value)).collect::<Vec<_>>()
+    };
+    let expected = |from: f64, to: f64, time: f64| vec![(None, Value::Number(from)), (Some(time), Value::Number(to))];
+    assert_eq!(manual(&Step::default()), expected(35.0, 55.0, 10.0));
+    let step = Step { from: Some(50.0), to: Some(40.0), time: Some(30.0), ..Step::default() };
+    assert_eq!(manual(&step), expected(50.0, 40.0, 30.0));
+}
+
+#[test]
+fn a_step_that_tells_nothing_is_refused() {
+    let job = job(Vec::new());
+    let linear = linear(&job).unwrap();
+    let refused = |step: &Step| error(linear.identification(&job, step, 0.0, 100.0));
+    assert_eq!(
+        refused(&Step { from: Some(5.0), to: Some(5.0), ..Step::default() }),
+        "the manual value steps from 5 to 5: both have to be numbers, and not the same"
+    );
+    assert_eq!(
+        refused(&Step { time: Some(100.0), ..Step::default() }),
+        "the step of the manual value is at 100 s: it has to be between 0 and 100 s"
+    );
+}
+
+#[test]
+fn axes_that_act_during_the_run_have_no_coordinate_in_the_identification() {
+    let axis = |variable: &str, time: Option<f64>| Axis {
+        variables: vec![variable.into()],
+        time,
+        relative: false,
+        along: Along::Values(vec![Value::Number(1.0)]),
+    };
+    let mut job = job(Vec::new());
+    job.study.axes = vec![axis("P.K", None), axis("P.LOAD", Some(5.0)), axis("P.T", None)];
+    assert_eq!(Identification::is_in_point(&job), [true, false, true]);
+    let identification = linear(&job).unwrap().identification(&job, &Step::default(), 0.0, 100.0).unwrap();
+    let axes: Vec<_> = identification.job.study.axes.iter().map(|axis| axis.variables[0].as_str()).collect();
+    assert_eq!(axes, ["P.K", "P.T"]);
+}
+
+#[test]
+fn ms_is_that_of_the_ideal_controller_with_half_a_cycle_more_dead_time() {
+    let job = job(vec![value("C.GAIN", 2.0, None), value("C.TI", 8.0, None)]);
+    let linear = linear(&job).unwrap();
+    let model = Model { gain: 1.5, time_constant: 10.0, dead_time: 1.0, ..Model::default() };
+    let expected = |gain: f64, ti: f64, dead_time: f64| {
+        let settings = Settings { gain, ti: Some(ti), td: None, tm_lag: 0.0 };
+        margins::of(&Model { dead_time, ..model }, &settings).sensitivity.unwrap()
+    };
+    let with = |given: &[(&str, f64)]| {
+        let values = given.iter().map(|(name, value)| (name.to_string(), Value::Number(*value))).collect();
+        linear.sensitivity(&model, &values).unwrap()
+    };
+    assert_eq!(with(&[]), expected(2.0, 8.0, 1.05));
+    assert_eq!(with(&[("GAIN", 3.0), ("TI", 6.0)]), expected(3.0, 6.0, 1.05));
+    assert_eq!(with(&[("CYCLE", 0.5)]), expected(2.0, 8.0, 1.25));
+    // The block raises TI to half of CYCLE.
+    assert_eq!(with(&[("GAIN", 0.01), ("TI", 0.01)]), expected(0.01, 0.05, 1.05));
+    assert_eq!(with(&[("GAIN", 100.0)]), f64::INFINITY, "an unstable loop");
+}
+
+#[test]
+fn a_controller_without_p_action_has_no_ideal_form() {
+    let error = error(linear(&job(vec![switch("C.P_SEL", false)])));
+    assert_eq!(
+        error,
+        "the P action of PID is off: Ms is not known for it; remove the constraint of ms, and bound overshoot instead"
+    );
+}
+
+#[test]
+fn an_fmu_that_does_not_control_is_refused() {
+    let mut job = job(Vec::new());
+    job.system.members.swap(0, 1);
+    let refused = Linear::of(&job, &Arc::new(test_home::table::<test_home::Lag>()));
+    assert!(error(refused).starts_with("LAG is not a controller with a GAIN"), "a plant is first");
+}

@@ -1,0 +1,304 @@
+//! What a search has found: as text, and in files.
+
+use crate::results::Quantity;
+use crate::tune::{Candidate, Outcome, Over};
+use crate::tuning::Tuning;
+use anyhow::{Result, anyhow};
+use blocks::table::number::to_value;
+use draw::picture;
+use draw::plot::{self, Chart, Curve, Panel};
+use host::package::temporary;
+use modeldescription::digits::short;
+use parameters::{Block, Format, Loop, Origin};
+use run::file;
+use run::fmus::number_of;
+use run::system::{System, own_name};
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// A search with its result.
+#[derive(Clone, Copy, Debug)]
+pub struct Found<'a> {
+    /// What was searched for.
+    pub tuning: &'a Tuning,
+    /// What was found.
+    pub outcome: &'a Outcome,
+    /// What the present settings come to.
+    pub present: &'a Candidate,
+}
+
+impl Found<'_> {
+    fn best(&self) -> &Candidate {
+        &self.outcome.candidates[self.outcome.best]
+    }
+
+    /// Why there is no result, if there is none.
+    pub fn problem(&self) -> Option<String> {
+        let best = self.best();
+        if best.is_feasible() {
+            return None;
+        }
+        let broken = self.tuning.problem.constraints.iter().filter(|constraint| !constraint.holds(&best.rows));
+        let broken: Vec<String> = broken
+            .map(|constraint| {
+                let value = constraint.value(&best.rows);
+                if value.is_nan() {
+                    return format!("{} (not known for every plant)", constraint.0.text);
+                }
+                let unit = self.tuning.figures[constraint.0.figure].unit.as_deref().unwrap_or_default();
+                format!("{} ({} {unit}", constraint.0.text, short(value)).trim_end().to_string() + ")"
+            })
+            .collect();
+        let what = if broken.is_empty() {
+            format!("{} cannot be said for every plant", self.tuning.figures[self.tuning.problem.minimize].name)
+        } else {
+            format!("what stands in the way is {}", broken.join(" and "))
+        };
+        Some(format!(
+            "no candidate keeps all constraints; with the one that is the closest, {what}. Allow more, or search wider ranges"
+        ))
+    }
+
+    /// What the user should know of the result.
+    pub fn remarks(&self) -> Vec<String> {
+        let search = self.tuning.problem.search.iter().zip(&self.best().values);
+        let ends = search.filter_map(|(search, value)| {
+            let end = search.end(*value)?;
+            Some(format!(
+                "{} = {} is at the {end} of its range: a wider range may give more",
+                search.variable,
+                short(*value)
+            ))
+        });
+        let front = (self.tuning.problem.front.is_some() && self.best().is_feasible() && self.outcome.front.len() == 1)
+            .then(|| "the front is one point: both figures are the lowest with the same settings".to_string());
+        ends.chain(front).collect()
+    }
+
+    /// Settings, figures and constraints, compared with the present settings.
+    pub fn text(&self) -> String {
+        let (best, problem) = (self.best(), &self.tuning.problem);
+        let found = if best.is_feasible() { "found" } else { "closest" };
+        let (plants, candidates) = (self.tuning.plants(), self.outcome.candidates.len());
+        let plural = if plants == 1 { "" } else { "s" };
+        let mut text = format!("{plants} plant{plural}, {candidates} candidates\n\n");
+        let mut settings = vec![["setting", found, "now", ""].map(String::from).to_vec()];
+        for (place, search) in problem.search.iter().enumerate() {
+            let unit = self.tuning.units[place].clone().unwrap_or_default();
+            let [new, old] = [best, self.present].map(|of| short(of.values[place]));
+            settings.push(vec![search.variable.clone(), new, old, unit]);
+        }
+        text += &table(&settings);
+        let header = ["figure", found, "", "now", "", ""];
+        let mut figures = vec![header.map(String::from).to_vec()];
+        figures.push(
+            [if plants == 1 { "" } else { "over all plants" }, "highest", "mean", "highest", "mean", ""]
+                .map(String::from)
+                .to_vec(),
+        );
+        for (place, Quantity { name, unit }) in self.tuning.figures.iter().enumerate() {
+            let values =
+                [best, self.present].map(|of| of.rows.iter().map(|row| row.figures[place]).collect::<Vec<_>>());
+            let cells = values.iter().flat_map(|values| [Over::Worst, Over::Mean].map(|over| known(over.of(values))));
+            let mut row = vec![name.clone()];
+            row.extend(cells);
+            row.push(unit.clone().unwrap_or_default());
+            figures.push(row);
+        }
+        text += "\n";
+        text += &table(&figures);
+        if !problem.constraints.is_empty() {
+            let mut constraints = vec![["constraint", found, "now", ""].map(String::from).to_vec()];
+            for constraint in &problem.constraints {
+                let [new, old] = [best, self.present].map(|of| known(Some(constraint.value(&of.rows))));
+                let state = match (constraint.holds(&best.rows), constraint.holds(&self.present.rows)) {
+                    (false, _) => "broken",
+                    (true, _) if constraint.is_active(&best.rows) => "active",
+                    (true, false) => "broken now",
+                    (true, true) => "",
+                };
+                constraints.push(vec![constraint.0.text.clone(), new, old, state.into()]);
+            }
+            text += "\n";
+            text += &table(&constraints);
+        }
+        if let Some(front) = self.front_text() {
+            let _ = writeln!(text, "\n{front}");
+        }
+        text
+    }
+
+    fn front_text(&self) -> Option<String> {
+        let second = &self.tuning.figures[self.tuning.problem.front?];
+        let first = &self.tuning.figures[self.tuning.problem.minimize];
+        let of = |number: &usize| {
+            let candidate = &self.outcome.candidates[*number];
+            let shown = |quantity: &Quantity, value: Option<f64>| {
+                let unit = quantity.unit.as_deref().unwrap_or_default();
+                format!("{} {} {unit}", quantity.name, known(value)).trim_end().to_string()
+            };
+            format!("{}, {}", shown(first, candidate.objective), shown(second, candidate.second))
+        };
+        let (from, to) = (self.outcome.front.first()?, self.outcome.front.last()?);
+        Some(format!("front: {} settings, from {} to {}", self.outcome.front.len(), of(from), of(to)))
+    }
+
+    /// The front as CSV: the settings, and of each figure the highest value and the mean over the plants.
+    fn front_csv(&self) -> String {
+        let search = self.tuning.problem.search.iter().map(|search| search.variable.clone());
+        let figures =
+            self.tuning.figures.iter().flat_map(|of| ["highest", "mean"].map(|what| format!("{}.{what}", of.name)));
+        let mut csv = search.chain(figures).collect::<Vec<_>>().join(",") + "\n";
+        for number in &self.outcome.front {
+            let candidate = &self.outcome.candidates[*number];
+            let values = candidate.values.iter().map(|value| format!("{value:?}"));
+            let figures = (0..self.tuning.figures.len()).flat_map(|place| {
+                let values: Vec<f64> = candidate.rows.iter().map(|row| row.figures[place]).collect();
+                [Over::Worst, Over::Mean]
+                    .map(|over| over.of(&values).map_or_else(String::new, |value| format!("{value:?}")))
+            });
+            csv += &(values.chain(figures).collect::<Vec<_>>().join(",") + "\n");
+        }
+        csv
+    }
+
+    /// The settings as CSV.
+    fn settings_csv(&self) -> String {
+        let mut csv = String::from("setting,unit,found,now\n");
+        for (place, search) in self.tuning.problem.search.iter().enumerate() {
+            let unit = self.tuning.units[place].as_deref().unwrap_or_default();
+            let [new, old] = [self.best(), self.present].map(|of| of.values[place]);
+            let _ = writeln!(csv, "{},{unit},{new:?},{old:?}", search.variable);
+        }
+        csv
+    }
+
+    /// The second figure and the settings over the first one.
+    fn chart(&self) -> Option<Chart> {
+        let problem = &self.tuning.problem;
+        let second = &self.tuning.figures[problem.front?];
+        let candidates: Vec<&Candidate> =
+            self.outcome.front.iter().map(|number| &self.outcome.candidates[*number]).collect();
+        if candidates.len() < 2 {
+            return None;
+        }
+        let labelled = |name: &str, unit: Option<&String>| match unit {
+            Some(unit) => format!("{name} in {unit}"),
+            None => name.to_string(),
+        };
+        let panel = |name: &str, unit: Option<&String>, values: Vec<f64>| Panel {
+            label: unit.cloned().unwrap_or_default(),
+            curves: vec![Curve { name: name.into(), values, is_input: false, color: None }],
+        };
+        let seconds = candidates.iter().map(|of| of.second.unwrap_or(f64::NAN)).collect();
+        let mut panels = vec![panel(&second.name, second.unit.as_ref(), seconds)];
+        for (place, search) in problem.search.iter().enumerate() {
+            let values = candidates.iter().map(|of| of.values[place]).collect();
+            panels.push(panel(&search.variable, self.tuning.units[place].as_ref(), values));
+        }
+        let first = &self.tuning.figures[problem.minimize];
+        let over = match problem.over {
+            Over::Worst => "of the worst plant",
+            Over::Mean => "mean over the plants",
+            Over::P95 => "95th percentile over the plants",
+        };
+        Some(Chart {
+            title: format!("Front of {} and {}, {over}", first.name, second.name),
+            time: candidates.iter().map(|of| of.objective.unwrap_or(f64::NAN)).collect(),
+            over: Some(labelled(&first.name, first.unit.as_ref())),
+            panels,
+            lanes: Vec::new(),
+        })
+    }
+}
+
+/// Writes the files of a result to a folder, each beside its place and renamed.
+///
+/// # Errors
+/// A file cannot be written, or a setting does not fit into the block's type.
+pub fn write(folder: &Path, found: &Found) -> Result<Vec<PathBuf>> {
+    let system = found.tuning.system(&found.best().values);
+    std::fs::create_dir_all(folder).map_err(|error| anyhow!("{} cannot be made: {error}", folder.display()))?;
+    let mut files: Vec<(&str, Vec<u8>)> = vec![("tuned.toml", file::write(&system, folder)?.into_bytes())];
+    files.extend(parameter_file(found.tuning, &system)?.map(|content| ("tuned.json", content)));
+    files.push(("settings.csv", found.settings_csv().into_bytes()));
+    if found.tuning.problem.front.is_some() {
+        files.push(("front.csv", found.front_csv().into_bytes()));
+    }
+    if let Some(chart) = found.chart() {
+        let svg = plot::svg(&chart)?;
+        files.push(("front.png", picture::png(&svg)?));
+        files.push(("front.svg", svg.into_bytes()));
+    }
+    let mut paths = Vec::new();
+    for (name, content) in files {
+        let path = folder.join(name);
+        temporary::place(&path, |to| Ok(to.write_all(&content)?), |_| Ok(()))?;
+        paths.push(path);
+    }
+    Ok(paths)
+}
+
+/// The controller's settings as a parameter file, if its block is one of those that have such files.
+fn parameter_file(tuning: &Tuning, system: &System) -> Result<Option<Vec<u8>>> {
+    let known = |table: &modeldescription::Table| Block::all().into_iter().find(|block| block.is_called(&table.name));
+    let Some(block) = tuning.table().and_then(known) else { return Ok(None) };
+    let Some(controller) = system.members.first() else { return Ok(None) };
+    let mut one = Loop::new(controller.name.as_str(), block.clone());
+    let mut settings: Vec<_> = system.settings.iter().filter(|of| of.time.is_none()).collect();
+    // Other settings take precedence over those of a parameter file.
+    settings.sort_by_key(|of| !of.is_preliminary);
+    for setting in settings {
+        let own = own_name(&setting.variable, &controller.name);
+        if let Some(member) = own.and_then(|own| block.find(own)) {
+            let value = to_value(number_of(setting.value), block.members[member].kind);
+            let value = value.map_err(|why| anyhow!("{}: {why}", setting.variable))?;
+            one.set(member, value, Origin::Default);
+        }
+    }
+    let content = parameters::write(Format::Json, &[one], "plcfmu tune-study").map_err(anyhow::Error::msg)?;
+    Ok(Some(content))
+}
+
+/// A figure for people; - if it cannot be said.
+fn known(value: Option<f64>) -> String {
+    value.filter(|value| !value.is_nan()).map_or_else(|| "-".into(), short)
+}
+
+/// Rows in columns: the first one and the last one begin at the left, the others end at the right.
+fn table(rows: &[Vec<String>]) -> String {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
+    let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();
+    let mut text = String::new();
+    for row in rows {
+        let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, width))| match column {
+            0 => format!("{cell:width$}"),
+            _ if column + 1 == columns => cell.clone(),
+            _ => format!("{cell:>width$}"),
+        });
+        text += cells.collect::<Vec<_>>().join("  ").trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_end_below_each_other_and_a_line_has_no_spaces_at_its_end() {
+        let rows = [["setting", "found", "now", ""], ["C.GAIN", "1.5", "0.25", ""], ["C.TI", "80", "100", "s"]];
+        assert_eq!(
+            table(&rows.map(|row| row.map(String::from).to_vec())),
+            "setting  found   now\nC.GAIN     1.5  0.25\nC.TI        80   100  s\n"
+        );
+    }
+
+    #[test]
+    fn a_figure_that_cannot_be_said_is_a_dash() {
+        assert_eq!([None, Some(f64::NAN), Some(f64::INFINITY), Some(0.5)].map(known), ["-", "-", "inf", "0.5"]);
+    }
+}

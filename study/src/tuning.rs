@@ -1,0 +1,365 @@
+//! Searches for the settings that are the best for all plants of a study, with the runs made by a pool of workers.
+
+use crate::expect::Expectation;
+use crate::pool::{Options, Pool};
+use crate::read::Reading;
+use crate::results::{Quantity, Row};
+use crate::tune::robustness::{Identification, Linear};
+use crate::tune::{self, Candidate, Grid, Outcome, Problem, SENSITIVITY, Search, Tune};
+use crate::{Along, Axis, Job};
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use control::identify::Model;
+use host::package::Package;
+use modeldescription::Table;
+use modeldescription::v2::{ModelDescription, Typed};
+use run::file::plain;
+use run::fmus::Values;
+use run::plan::near;
+use run::system::{Setting, System, Value, own_name};
+use serde::Deserialize;
+use std::sync::Arc;
+use std::thread;
+
+/// A study has at most so many plants for a search.
+const MOST_PLANTS: u64 = 10_000;
+/// A model that fits worse, in percent, gets a remark.
+const GOOD_FIT: f64 = 85.0;
+
+/// A search that can be made.
+#[derive(Debug)]
+pub struct Tuning {
+    /// What is searched for.
+    pub problem: Problem,
+    /// The settings that the loop has now, for each search variable.
+    pub present: Vec<f64>,
+    /// The figures of a row, [`SENSITIVITY`] behind the others if it is needed.
+    pub figures: Vec<Quantity>,
+    /// The units of the search variables.
+    pub units: Vec<Option<String>>,
+    /// What the user should know.
+    pub remarks: Vec<String>,
+    system: System,
+    plants: Vec<Vec<f64>>,
+    robustness: Option<Robustness>,
+    pool: Pool,
+    jobs: usize,
+}
+
+/// What Ms is computed from.
+struct Robustness {
+    linear: Linear,
+    /// For each plant.
+    models: Vec<Model>,
+    /// The places of the controller's own variables in a point, with their names.
+    own: Vec<(usize, String)>,
+}
+
+impl Tuning {
+    /// Checks a study with its table `[tune]` and starts the workers. If Ms is needed, the plants are identified.
+    ///
+    /// # Errors
+    /// What is wrong with the study or an FMU, and what to do; a plant cannot be identified.
+    pub fn start(reading: &Reading, options: &Options) -> Result<Tuning> {
+        let table = reading.tune.clone().context(
+            "the study has no table [tune]: write one with minimize = \"iae\" and a table [[tune.search]] for each setting",
+        )?;
+        let mut tune = Tune::deserialize(table).map_err(|error| anyhow!("[tune]: {}", plain(&error.to_string())))?;
+        tune.check().context("[tune]")?;
+        let base = &reading.job;
+        let mut present = Vec::new();
+        for search in &mut tune.search {
+            let is_axis =
+                base.study.axes.iter().any(|axis| axis.time.is_none() && axis.variables.contains(&search.variable));
+            ensure!(!is_axis, "{0} is searched and is a variable of an axis: remove one of both", search.variable);
+            let (grid, value) = variable(&base.system, &search.variable)?;
+            search.grid = grid;
+            present.push(value);
+        }
+        let job = with_axes(base, &tune.search, &present);
+        let pool = Pool::start(&job, options)?;
+        let experiment = pool.experiment();
+        let count = experiment.count();
+        ensure!(
+            count <= MOST_PLANTS,
+            "the axes span {count} plants: a search takes {MOST_PLANTS} at most; take fewer samples, or shorter lists"
+        );
+        let varied = experiment.coordinates.len() - tune.search.len();
+        let plants: Vec<Vec<f64>> = (0..count).map(|run| experiment.point(run)[..varied].to_vec()).collect();
+        let units = experiment.coordinates[varied..].iter().map(|quantity| quantity.unit.clone()).collect();
+        let mut figures = experiment.figures.clone();
+        let mut remarks = experiment.warnings.clone();
+        figures.push(Quantity { name: SENSITIVITY.into(), unit: None });
+        let problem = problem(&tune, &figures)?;
+        let used = std::iter::once(problem.minimize).chain(problem.front);
+        let mut used = used.chain(problem.constraints.iter().map(|of| of.0.figure));
+        let robustness = if used.any(|figure| figure + 1 == figures.len()) {
+            let names = experiment.coordinates[..varied].iter().map(|quantity| quantity.name.clone()).collect();
+            Some(
+                Robustness::of(&tune, base, pool.tables(), names, &plants, options, &mut remarks)
+                    .context(SENSITIVITY)?,
+            )
+        } else {
+            figures.pop();
+            None
+        };
+        let system = base.system.clone();
+        Ok(Tuning { problem, present, figures, units, remarks, system, plants, robustness, pool, jobs: options.jobs })
+    }
+
+    /// How many plants there are.
+    pub fn plants(&self) -> usize {
+        self.plants.len()
+    }
+
+    /// The table of the controller's block, if its library has one.
+    pub fn table(&self) -> Option<&Table> {
+        self.pool.tables().first()?.as_ref()
+    }
+
+    /// Whether the user has ended the search.
+    pub fn is_interrupted(&self) -> bool {
+        self.pool.is_interrupted()
+    }
+
+    /// Searches. `progress` gets the number of candidates that are evaluated, and the best one. Gives what was found and what
+    /// the present settings come to.
+    ///
+    /// # Errors
+    /// A worker cannot be started, or the search is interrupted before the first candidates are known.
+    pub fn search(&mut self, progress: impl FnMut(usize, &Candidate)) -> Result<(Outcome, Candidate)> {
+        let (problem, present) = (self.problem.clone(), self.present.clone());
+        let outcome = tune::search(&problem, Some(&present), |batch| self.evaluate(batch), progress)?;
+        if let Some(known) = outcome.candidates.iter().find(|candidate| candidate.values == present) {
+            let known = known.clone();
+            return Ok((outcome, known));
+        }
+        let rows = self.evaluate(std::slice::from_ref(&present))?.and_then(|mut rows| rows.pop());
+        let unknown = || vec![Row { figures: vec![f64::NAN; self.figures.len()], error: None }; self.plants.len()];
+        let rows = rows.unwrap_or_else(unknown);
+        Ok((outcome, Candidate::of(&problem, present, rows)))
+    }
+
+    /// The loop with other settings.
+    pub fn system(&self, values: &[f64]) -> System {
+        let mut system = self.system.clone();
+        for (search, value) in self.problem.search.iter().zip(values) {
+            system.settings.retain(|of| of.time.is_some() || of.variable != search.variable);
+            system.settings.push(Setting {
+                variable: search.variable.clone(),
+                value: Value::Number(*value),
+                time: None,
+                is_preliminary: false,
+                place: None,
+            });
+        }
+        system
+    }
+
+    /// A row for each plant for each candidate; none after an interruption.
+    fn evaluate(&mut self, batch: &[Vec<f64>]) -> Result<Option<Vec<Vec<Row>>>> {
+        let plants = &self.plants;
+        let point = |run: u64| {
+            let (candidate, plant) = (run as usize / plants.len(), run as usize % plants.len());
+            [plants[plant].as_slice(), &batch[candidate]].concat()
+        };
+        let mut rows = Vec::new();
+        self.pool.rows((batch.len() * plants.len()) as u64, &point, &mut |_, _, row| {
+            rows.push(row);
+            Ok(())
+        })?;
+        if rows.len() < batch.len() * plants.len() {
+            return Ok(None);
+        }
+        let mut rows: Vec<Vec<Row>> = rows.chunks(plants.len()).map(<[Row]>::to_vec).collect();
+        if let Some(robustness) = &self.robustness {
+            robustness.add(&self.problem.search, plants, batch, &mut rows, self.jobs)?;
+        }
+        Ok(Some(rows))
+    }
+}
+
+impl Robustness {
+    fn of(
+        tune: &Tune,
+        job: &Job,
+        tables: &[Option<Table>],
+        names: Vec<String>,
+        plants: &[Vec<f64>],
+        options: &Options,
+        remarks: &mut Vec<String>,
+    ) -> Result<Robustness> {
+        let controller = job.system.members.first().map_or("", |member| &member.name);
+        let table = tables.first().and_then(Option::as_ref).with_context(|| {
+            format!("{controller} is a foreign FMU: what its settings mean is not known; bound overshoot instead of Ms")
+        })?;
+        let linear = Linear::of(job, &Arc::new(table.clone()))?.with_pulse_former(job, tables)?;
+        let ignored = tune.search.iter().map(|of| of.variable.as_str()).filter(|name| !linear.has(name));
+        let ignored: Vec<_> = ignored.collect();
+        if !ignored.is_empty() {
+            remarks.push(format!(
+                "Ms does not depend on {} here: the model of each plant is that with what the loop sets",
+                ignored.join(" and ")
+            ));
+        }
+        let in_point = Identification::is_in_point(job);
+        let models = match tune.model {
+            Some(model) => vec![model; plants.len()],
+            None => identify(&linear, tune, job, &in_point, plants, options, remarks)?,
+        };
+        let own = |(place, name): (usize, String)| {
+            let own = linear.own_name(&name)?.to_string();
+            in_point[place].then_some((place, own))
+        };
+        let own = names.into_iter().enumerate().filter_map(own).collect();
+        Ok(Robustness { linear, models, own })
+    }
+
+    /// Adds Ms to the rows of candidates, with several threads.
+    fn add(
+        &self,
+        search: &[Search],
+        plants: &[Vec<f64>],
+        batch: &[Vec<f64>],
+        rows: &mut [Vec<Row>],
+        jobs: usize,
+    ) -> Result<()> {
+        let mut work: Vec<(&Vec<f64>, &mut Vec<Row>)> = batch.iter().zip(rows).collect();
+        let share = work.len().div_ceil(jobs.max(1)).max(1);
+        let controller = search.iter().map(|of| self.linear.own_name(&of.variable)).collect::<Vec<_>>();
+        let one = |values: &[f64], rows: &mut [Row]| -> Result<()> {
+            for ((plant, model), row) in plants.iter().zip(&self.models).zip(rows) {
+                let of_plant = self.own.iter().map(|(place, name)| (name.clone(), Value::Number(plant[*place])));
+                let searched = controller.iter().zip(values);
+                let searched = searched.filter_map(|(name, value)| Some(((*name)?.to_string(), Value::Number(*value))));
+                let settings: Values = of_plant.chain(searched).collect();
+                row.figures.push(self.linear.sensitivity(model, &settings)?);
+            }
+            Ok(())
+        };
+        thread::scope(|scope| {
+            let threads: Vec<_> = work
+                .chunks_mut(share)
+                .map(|share| scope.spawn(|| share.iter_mut().try_for_each(|(values, rows)| one(values, rows))))
+                .collect();
+            threads.into_iter().try_for_each(|thread| thread.join().unwrap_or_else(|_| bail!("a thread has panicked")))
+        })
+    }
+}
+
+impl std::fmt::Debug for Robustness {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
+        formatter.debug_struct("Robustness").field("models", &self.models).finish_non_exhaustive()
+    }
+}
+
+/// The models of all plants, from a step of the manual value.
+fn identify(
+    linear: &Linear,
+    tune: &Tune,
+    job: &Job,
+    in_point: &[bool],
+    plants: &[Vec<f64>],
+    options: &Options,
+    remarks: &mut Vec<String>,
+) -> Result<Vec<Model>> {
+    let advised = |error: anyhow::Error| {
+        anyhow!(
+            "{error:#}; change [tune.step], or give the plant's model in [tune], as \
+             model = {{ gain = ..., time_constant = ..., dead_time = ... }}"
+        )
+    };
+    let descriptions = descriptions(&job.system)?;
+    let experiments = || descriptions.iter().filter_map(|of| of.default_experiment);
+    let start = job.system.start.or(experiments().filter_map(|of| of.start_time).reduce(f64::min)).unwrap_or(0.0);
+    let stop = job.system.stop.or(experiments().filter_map(|of| of.stop_time).reduce(f64::max));
+    let stop = tune.step.stop.or(stop).context("the study has no stop time: give one")?;
+    let identification = linear.identification(job, &tune.step, start, stop).map_err(advised)?;
+    let mut pool = Pool::start(&identification.job, options).context("the loop in manual mode").map_err(advised)?;
+    let mut models = Vec::new();
+    let mut worst: Option<(f64, usize)> = None;
+    for (number, plant) in plants.iter().enumerate() {
+        let point: Vec<f64> = plant.iter().zip(in_point).filter_map(|(value, is_in)| is_in.then_some(*value)).collect();
+        let identified = pool.curve(&point).and_then(|recording| identification.model(&recording));
+        let identified = identified.with_context(|| format!("plant {number}")).map_err(advised)?;
+        if identified.fit < worst.map_or(GOOD_FIT, |(fit, _)| fit) {
+            worst = Some((identified.fit, number));
+        }
+        models.push(identified.model);
+    }
+    remarks.extend(worst.map(|(fit, number)| {
+        format!("the model of plant {number} fits the step of the manual value by {fit:.0} % only: Ms is as uncertain")
+    }));
+    Ok(models)
+}
+
+fn descriptions(system: &System) -> Result<Vec<ModelDescription>> {
+    system.members.iter().map(|member| Ok(Package::open(&member.path)?.description)).collect()
+}
+
+/// What is searched for, by the numbers of the figures.
+fn problem(tune: &Tune, figures: &[Quantity]) -> Result<Problem> {
+    let figure = |key: &str, name: &String| {
+        figures.iter().position(|figure| figure.name == *name).with_context(|| {
+            let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
+            let hint = near(name, names.iter().copied()).map_or_else(String::new, |near| format!("; is it {near}?"));
+            format!("{key}: there is no figure {name}, only {}{hint}", names.join(", "))
+        })
+    };
+    let constraint = |text: &String| Ok(tune::Constraint(Expectation::parse(text, figures)?));
+    let problem = || -> Result<Problem> {
+        Ok(Problem {
+            minimize: figure("minimize", &tune.minimize)?,
+            over: tune.over,
+            constraints: tune.constraints.iter().map(constraint).collect::<Result<_>>()?,
+            front: tune.front.as_ref().map(|name| figure("front", name)).transpose()?,
+            evaluations: tune.evaluations,
+            seed: tune.seed,
+            search: tune.search.clone(),
+        })
+    };
+    problem().context("[tune]")
+}
+
+/// The job whose points end with the values of a candidate.
+fn with_axes(job: &Job, search: &[Search], present: &[f64]) -> Job {
+    let mut job = job.clone();
+    job.study.axes.extend(search.iter().zip(present).map(|(search, value)| Axis {
+        variables: vec![search.variable.clone()],
+        time: None,
+        relative: false,
+        along: Along::Values(vec![Value::Number(*value)]),
+    }));
+    job
+}
+
+/// What values of a variable there are, and which one the loop has now.
+fn variable(system: &System, name: &str) -> Result<(Grid, f64)> {
+    let found = system.members.iter().find_map(|member| Some((member, own_name(name, &member.name)?)));
+    let (member, own) = found.with_context(|| {
+        let names: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
+        format!("[tune]: {name} is searched, and there is no such FMU, only {}; write FMU.VARIABLE", names.join(", "))
+    })?;
+    let description = Package::open(&member.path)?.description;
+    let variable = description.variable(own).with_context(|| {
+        let names = description.model_variables.iter().map(|of| of.name.as_str());
+        let hint = near(own, names).map_or_else(String::new, |near| format!(": is it {near}?"));
+        format!("[tune]: {} has no variable {own}{hint}", member.name)
+    })?;
+    let grid = match &variable.typed {
+        // A TIME of a PLC, which has milliseconds, is shown in them.
+        Typed::Real(real) if real.attributes.display_unit.as_deref() == Some("ms") => Grid::Milliseconds,
+        Typed::Real(_) => Grid::Digits,
+        Typed::Integer(_) => Grid::Whole,
+        _ => bail!(
+            "[tune]: {name} is searched, and it is neither a Real nor an Integer: make it an axis, or run two studies"
+        ),
+    };
+    let own_settings = || system.settings.iter().filter(|of| of.time.is_none() && of.variable == name);
+    let set = own_settings().find(|of| !of.is_preliminary).or(own_settings().next());
+    let value = match set.map(|of| of.value) {
+        Some(Value::Number(value)) => Some(value),
+        Some(Value::Boolean(_)) => bail!("{name} is set to a truth value, and it is a number"),
+        None => run::fmus::start(&description, own),
+    };
+    Ok((grid, value.unwrap_or_default()))
+}

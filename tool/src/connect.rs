@@ -1,0 +1,408 @@
+//! How a controller and a plant are connected: a proposal, with the reason for each connection.
+//!
+//! A known loop of the same two FMUs is taken as it is, unless the controller's settings leave its inputs without effect. Else
+//! the ends are found by what they are in a loop, then by equal names, then by an equal unit that only one output and one
+//! input have.
+
+use crate::describe::describe;
+use crate::home::Home;
+use crate::message::{Description, KnownLoop, Member, Part, Proposal, Values, Variable, Wire};
+use anyhow::{Result, bail};
+use run::fmus::number_of;
+use run::system::{Value, own_name};
+use std::ops::{Deref, DerefMut};
+
+/// The most other connections that are listed.
+const MOST_OTHERS: usize = 2000;
+
+/// An FMU in the proposal.
+struct End<'a> {
+    member: &'a Member,
+    description: Description,
+}
+
+impl<'m> End<'m> {
+    fn of(home: &dyn Home, member: &'m Member) -> Result<End<'m>> {
+        Ok(End { member, description: describe(home, &member.fmu)? })
+    }
+
+    fn full(&self, name: &str) -> String {
+        format!("{}.{name}", self.member.name)
+    }
+
+    fn variable(&self, name: &str) -> Option<&Variable> {
+        self.description.variables.iter().find(|of| of.name == name)
+    }
+
+    fn of_role<'a>(&'a self, role: &'a str) -> impl Iterator<Item = &'a Variable> {
+        self.description.variables.iter().filter(move |of| of.role == role)
+    }
+
+    /// The present value of a setting; true is 1.
+    fn value(&self, name: &str) -> f64 {
+        let start = || self.variable(name).map(|of| of.start);
+        self.member.values.get(name).copied().or_else(start).map_or(0.0, number_of)
+    }
+
+    /// Whether an input has an effect with the present settings.
+    fn is_used(&self, name: &str) -> bool {
+        let mut fields = self.description.groups.iter().flat_map(|group| &group.fields);
+        fields.find(|field| field.name == name).is_none_or(|field| field.is_used(|name| self.value(name) != 0.0))
+    }
+
+    /// The inputs by which a controller drives it: the manipulated value, the pulses.
+    fn driven(&self) -> Vec<&String> {
+        self.description.roles.driving().filter(|name| self.has_input(name)).collect()
+    }
+
+    /// Whether its pulses move an actuator between two stops; without stops, how long they are on is the manipulated value.
+    fn has_stops(&self) -> bool {
+        self.description.roles.stops().next().is_some()
+    }
+
+    fn has_input(&self, name: &str) -> bool {
+        self.variable(name).is_some_and(|of| of.role == "input")
+    }
+
+    fn has_output(&self, name: &str) -> bool {
+        self.variable(name).is_some_and(|of| of.role == "output")
+    }
+}
+
+/// How FMI reads and writes a variable of this type.
+fn type_of(variable: &Variable) -> &str {
+    match variable.kind.as_str() {
+        "REAL" | "LREAL" | "TIME" => "Real",
+        "WORD" | "INT" => "Integer",
+        "BOOL" => "Boolean",
+        other => other,
+    }
+}
+
+/// Whether the types and the units of two ends allow a connection.
+fn fits(from: &Variable, to: &Variable) -> bool {
+    let types = (type_of(from), type_of(to));
+    let is_unit_equal = match (&from.unit, &to.unit) {
+        (Some(from), Some(to)) => from == to,
+        _ => true,
+    };
+    (types.0 == types.1 || types == ("Integer", "Real")) && is_unit_equal
+}
+
+/// Proposes connections.
+///
+/// # Errors
+/// There is no such FMU, or both have one name.
+pub fn propose(home: &dyn Home, controller: &Member, plant: &Member) -> Result<Proposal> {
+    if controller.name == plant.name {
+        bail!("two members are named {}: rename one", plant.name);
+    }
+    let (controller, plant) = (&End::of(home, controller)?, &End::of(home, plant)?);
+    let mut proposal = draft(home, controller, plant);
+    if let (Some(own), Some(of_plant)) = (&controller.description.cycle, &plant.description.cycle) {
+        proposal.values.insert(plant.full(of_plant), Value::Number(controller.value(own)));
+    }
+    remarks(home, controller, plant, &mut proposal);
+    others(controller, plant, &mut proposal);
+    Ok(proposal.proposal)
+}
+
+/// The connections that are proposed.
+fn draft(home: &dyn Home, controller: &End, plant: &End) -> Draft {
+    let mut proposal = Draft::default();
+    match known(home, controller, plant) {
+        Some(of) => take_known(&of, controller, plant, &mut proposal),
+        None => {
+            by_roles(controller, plant, &mut proposal);
+            by_names(controller, plant, &mut proposal);
+            by_units(controller, plant, &mut proposal);
+        }
+    }
+    proposal
+}
+
+/// The plants of the catalogue that a controller drives by the connections that are proposed.
+fn fitting_plants(home: &dyn Home, controller: &End) -> Vec<String> {
+    let is_fitting = |name: &String| {
+        let member =
+            Member { name: format!("{}_PLANT", controller.member.name), fmu: name.clone(), ..Member::default() };
+        End::of(home, &member).is_ok_and(|plant| {
+            let is_driven = draft(home, controller, &plant).is_driven(controller);
+            is_driven && !plant.driven().is_empty()
+        })
+    };
+    let plants = home.entries().into_iter().filter(|entry| entry.part == Part::Plant && !entry.is_foreign);
+    plants.map(|entry| entry.name).filter(is_fitting).collect()
+}
+
+/// A proposal that is being made.
+#[derive(Default)]
+struct Draft {
+    proposal: Proposal,
+    /// Ends that belong together and do not fit: the input, and what to say if nothing else goes there.
+    misfits: Vec<(String, String)>,
+}
+
+impl Draft {
+    /// Whether something goes from the controller to the plant.
+    fn is_driven(&self, controller: &End) -> bool {
+        let prefix = format!("{}.", controller.member.name);
+        self.connections.iter().any(|wire| wire.from.starts_with(&prefix))
+    }
+}
+
+impl Deref for Draft {
+    type Target = Proposal;
+
+    fn deref(&self) -> &Proposal {
+        &self.proposal
+    }
+}
+
+impl DerefMut for Draft {
+    fn deref_mut(&mut self) -> &mut Proposal {
+        &mut self.proposal
+    }
+}
+
+/// A known loop, with its controller and its plant.
+struct Known {
+    of: KnownLoop,
+    controller: usize,
+    plant: usize,
+}
+
+/// The known loop of these two; if there are several, one whose step is its controller's cycle.
+fn known(home: &dyn Home, controller: &End, plant: &End) -> Option<Known> {
+    let is = |end: &End, fmu: &str| end.member.fmu == fmu || end.description.block == fmu;
+    let mut all = Vec::new();
+    for of in home.known_loops() {
+        let [first, second] = of.setup.members.as_slice() else { continue };
+        let (own, other) = if is(controller, &first.fmu) && is(plant, &second.fmu) {
+            (0, 1)
+        } else if is(controller, &second.fmu) && is(plant, &first.fmu) {
+            (1, 0)
+        } else {
+            continue;
+        };
+        let known = Known { of, controller: own, plant: other };
+        let wires = known.wires(controller, plant);
+        let all_there = wires.iter().all(|(from, output, to, input)| from.has_output(output) && to.has_input(input));
+        let all_used = wires.iter().all(|(_, _, to, input)| to.is_used(input));
+        if !wires.is_empty() && all_there && all_used {
+            all.push(known);
+        }
+    }
+    let is_each_call = |known: &Known| {
+        let values = &known.of.setup.members[known.controller].values;
+        let cycle = controller.description.cycle.as_ref();
+        let start = || cycle.and_then(|name| controller.variable(name)).map(|of| of.start);
+        let cycle = cycle.and_then(|name| values.get(name).copied()).or_else(start).map(number_of);
+        known.of.setup.step.is_none() || known.of.setup.step == cycle
+    };
+    let place = all.iter().position(is_each_call).unwrap_or(0);
+    (!all.is_empty()).then(|| all.swap_remove(place))
+}
+
+impl Known {
+    /// The connections between the two: an output of one, an input of the other.
+    fn wires<'a>(
+        &self,
+        controller: &'a End<'a>,
+        plant: &'a End<'a>,
+    ) -> Vec<(&'a End<'a>, String, &'a End<'a>, String)> {
+        let members = &self.of.setup.members;
+        let end = |name: &str| {
+            let of = |place: usize| Some(own_name(name, &members[place].name)?.to_string());
+            let own = of(self.controller).map(|variable| (controller, variable));
+            own.or_else(|| of(self.plant).map(|variable| (plant, variable)))
+        };
+        let wire = |(from, to): &(String, String)| {
+            let ((from, output), (to, input)) = (end(from)?, end(to)?);
+            Some((from, output, to, input))
+        };
+        self.of.setup.connections.iter().filter_map(wire).collect()
+    }
+}
+
+fn take_known(known: &Known, controller: &End, plant: &End, proposal: &mut Draft) {
+    for (from, output, to, input) in known.wires(controller, plant) {
+        let reason = format!("as in the known loop \"{}\"", known.of.title);
+        proposal.connections.push(Wire { from: from.full(&output), to: to.full(&input), reason });
+    }
+    let values = &known.of.setup.members[known.plant].values;
+    let of_plant = values.iter().filter(|(name, _)| plant.variable(name).is_some());
+    proposal.values = of_plant.map(|(name, value)| (plant.full(name), *value)).collect::<Values>();
+    proposal.step = known.of.setup.step;
+    proposal.exchange = known.of.setup.exchange;
+    if let (Some(step), Some(cycle)) = (proposal.step, &controller.description.cycle)
+        && step == number_or(&known.of.setup.members[known.controller].values, cycle, controller)
+    {
+        // A call in each step: also with the cycle that the controller has now.
+        proposal.step = None;
+    }
+}
+
+/// A value of a known loop, else the start value; true is 1.
+fn number_or(values: &Values, name: &str, end: &End) -> f64 {
+    values.get(name).copied().or_else(|| end.variable(name).map(|of| of.start)).map_or(0.0, number_of)
+}
+
+/// Adds a connection if both ends are there, fit, and the input is free.
+fn connect(from: &End, output: &str, to: &End, input: &str, reason: &str, proposal: &mut Draft) {
+    let (Some(output), Some(input)) = (from.variable(output), to.variable(input)) else { return };
+    let full = to.full(&input.name);
+    let is_free = !proposal.connections.iter().any(|wire| wire.to == full);
+    if output.role != "output" || input.role != "input" || !is_free || !to.is_used(&input.name) {
+        return;
+    }
+    if !fits(output, input) {
+        let shown = |of: &Variable| of.unit.clone().unwrap_or_else(|| type_of(of).to_lowercase());
+        let (output, from_unit, to_unit) = (from.full(&output.name), shown(output), shown(input));
+        let text = format!(
+            "{output} ({from_unit}) does not fit {full} ({to_unit}), though {reason}: values are not converted"
+        );
+        proposal.misfits.push((full, text));
+        return;
+    }
+    let unit = match &output.unit {
+        Some(unit) if input.unit.is_some() => format!(", both in {unit}"),
+        _ => String::new(),
+    };
+    proposal.connections.push(Wire { from: from.full(&output.name), to: full, reason: format!("{reason}{unit}") });
+}
+
+fn by_roles(controller: &End, plant: &End, proposal: &mut Draft) {
+    let (own, of_plant) = (&controller.description.roles, &plant.description.roles);
+    // Both would drive the plant twice.
+    if own.pulses.is_empty() || of_plant.pulses.is_empty() {
+        if let (Some(output), Some(input)) = (&own.manipulated_value, &of_plant.manipulated_value) {
+            connect(controller, output, plant, input, "both are the manipulated value", proposal);
+        }
+    } else if controller.has_stops() == plant.has_stops() {
+        for (output, input) in own.pulses.iter().zip(&of_plant.pulses) {
+            connect(controller, output, plant, input, "both are the pulses of the manipulated value", proposal);
+        }
+    } else {
+        let act = |end: &End, pulses: &[String]| {
+            let how = if end.has_stops() { "move an actuator between its stops" } else { "act while they are on" };
+            format!("{} of {} {how}", pulses.join(" and "), end.member.name)
+        };
+        let (from, to) = (act(controller, &own.pulses), act(plant, &of_plant.pulses));
+        let text = format!("{from}, and {to}: they are different pulses and not connected");
+        proposal.misfits.push((plant.full(&of_plant.pulses[0]), text));
+    }
+    if let (Some(output), Some(input)) = (&of_plant.process_value, &own.process_value) {
+        connect(plant, output, controller, input, "both are the process value", proposal);
+    }
+    for (meaning, name) in &own.signals {
+        for (_, other) in of_plant.signals.iter().filter(|(of, _)| of == meaning) {
+            let reason = format!("both are the {meaning}");
+            connect(plant, other, controller, name, &reason, proposal);
+            connect(controller, name, plant, other, &reason, proposal);
+        }
+    }
+}
+
+fn by_names(controller: &End, plant: &End, proposal: &mut Draft) {
+    for (from, to) in [(controller, plant), (plant, controller)] {
+        for output in from.of_role("output").filter(|of| to.has_input(&of.name)) {
+            connect(from, &output.name, to, &output.name, "they have the same name", proposal);
+        }
+    }
+}
+
+/// If nothing goes from one to the other yet: the only output and the only input of one unit.
+fn by_units(controller: &End, plant: &End, proposal: &mut Draft) {
+    for (from, to) in [(controller, plant), (plant, controller)] {
+        let prefix = format!("{}.", from.member.name);
+        if proposal.connections.iter().any(|wire| wire.from.starts_with(&prefix)) {
+            continue;
+        }
+        let mut pairs = Vec::new();
+        for output in from.of_role("output").filter(|of| of.unit.is_some()) {
+            let inputs = to.of_role("input").filter(|of| of.unit == output.unit && fits(output, of));
+            let inputs = inputs.filter(|of| to.is_used(&of.name));
+            pairs.extend(inputs.map(|input| (output, input)));
+        }
+        if let [(output, input)] = pairs.as_slice() {
+            let reason = format!("same unit, {}", output.unit.as_deref().unwrap_or_default());
+            let wire = Wire { from: from.full(&output.name), to: to.full(&input.name), reason };
+            proposal.connections.push(wire);
+        }
+    }
+}
+
+/// Says what is left open.
+fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft) {
+    let is_connected = |full: &str| proposal.connections.iter().any(|wire| wire.to == full);
+    let mut open: Vec<String> = Vec::new();
+    let own = &controller.description.roles;
+    let from_plant = format!("{}.", plant.member.name);
+    let from_controller = format!("{}.", controller.member.name);
+    if let Some(input) = own.process_value.as_deref().filter(|name| controller.has_input(name))
+        && !proposal.connections.iter().any(|wire| wire.from.starts_with(&from_plant))
+    {
+        open.push(controller.full(input));
+    }
+    if let Some(input) = plant.driven().first().filter(|_| !proposal.is_driven(controller)) {
+        open.push(plant.full(input));
+    }
+    let signals =
+        own.signals.iter().map(|(_, name)| name).filter(|name| controller.has_input(name) && controller.is_used(name));
+    open.extend(signals.map(|name| controller.full(name)).filter(|full| !is_connected(full)));
+    open.sort();
+    open.dedup();
+    let nothing = open.into_iter().map(|full| format!("nothing is connected to {full}"));
+    // Another end of the controller may take the process value, as a peripheral word.
+    let from_other = |full: &str| {
+        full.starts_with(&from_controller) && proposal.connections.iter().any(|wire| wire.from.starts_with(&from_plant))
+    };
+    let misfits = proposal.misfits.iter().filter(|(full, _)| !is_connected(full) && !from_other(full));
+    let remarks: Vec<String> = misfits.map(|(_, text)| text.clone()).chain(nothing).collect();
+    if proposal.connections.is_empty() {
+        let (controller, plant) = (&controller.member.name, &plant.member.name);
+        proposal
+            .remarks
+            .push(format!("no output of {controller} or {plant} clearly belongs to an input of the other: choose"));
+    }
+    proposal.remarks.extend(remarks);
+    if !plant.driven().is_empty() && !proposal.is_driven(controller) {
+        let fitting = fitting_plants(home, controller);
+        if !fitting.is_empty() {
+            let text = format!("plants that {} can drive: {}", controller.member.fmu, fitting.join(", "));
+            proposal.remarks.push(text);
+        }
+    }
+    if plant.description.part == Part::Controller {
+        proposal.remarks.push(format!("{} is a controller, too", plant.member.fmu));
+    }
+}
+
+/// Lists all other connections that are possible.
+fn others(controller: &End, plant: &End, proposal: &mut Draft) {
+    for (from, to) in [(controller, plant), (plant, controller)] {
+        for output in from.of_role("output") {
+            for input in to.of_role("input").filter(|input| fits(output, input)) {
+                let (full, full_input) = (from.full(&output.name), to.full(&input.name));
+                if proposal.connections.iter().any(|wire| wire.from == full && wire.to == full_input) {
+                    continue;
+                }
+                if proposal.others.len() == MOST_OTHERS {
+                    proposal
+                        .remarks
+                        .push(format!("more than {MOST_OTHERS} connections are possible: not all are listed"));
+                    return;
+                }
+                let reason = match (&output.unit, &input.unit) {
+                    (Some(unit), Some(_)) => format!("same unit, {unit}"),
+                    _ => format!("same type, {}", type_of(input)),
+                };
+                proposal.others.push(Wire { from: full, to: full_input, reason });
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,355 @@
+//! What there is: the catalogue, an FMU with its variables and groups, the loops of a parameter file; and what a block does
+//! with settings before they are sent.
+
+use crate::home::Home;
+use crate::message::{
+    Catalogue, Checked, Description, Loop, Loops, Part, Problem, ReadFile, Remark, Setting, Values, Variable,
+};
+use anyhow::{Context, Result, bail};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use blocks::table::number::{number, to_value};
+use blocks::{Kind, Role};
+use modeldescription::v2::{Causality, ModelDescription, Variability};
+use modeldescription::{Row, Table};
+use parameters::{Format, Options, Origin, Problems, Source};
+use run::dialog::{self, Group, Roles};
+use run::fmus::{self, number_of};
+use run::plan::{Names, kind};
+use run::system::{System, Value};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The largest parameter file that is read, in bytes.
+const LARGEST: usize = 64 << 20;
+
+/// Which FMUs there are.
+pub fn catalogue(home: &dyn Home) -> Catalogue {
+    Catalogue { fmus: home.entries(), loops: home.known_loops() }
+}
+
+/// An FMU with its variables, groups and roles.
+///
+/// # Errors
+/// There is no such FMU, or its documentation is wrong.
+pub fn describe(home: &dyn Home, fmu: &str) -> Result<Description> {
+    let description = home.description(fmu)?;
+    let entry = home.entries().into_iter().find(|entry| entry.name == fmu);
+    let aliases = |block: &str| {
+        let blocks = home.blocks();
+        blocks.iter().find(|of| of.name == block).map(|of| of.aliases.clone()).unwrap_or_default()
+    };
+    let Some(table) = home.table(fmu)? else {
+        let (roles, groups) = foreign_groups(&description);
+        return Ok(Description {
+            name: fmu.into(),
+            block: description.model_name.clone(),
+            summary: description.description.clone().unwrap_or_default(),
+            aliases: Vec::new(),
+            part: entry.map_or(Part::Other, |entry| entry.part),
+            cycle: None,
+            variables: foreign_variables(&description),
+            roles,
+            groups,
+        });
+    };
+    let (roles, groups) = dialog::of(&table).with_context(|| fmu.to_string())?;
+    Ok(Description {
+        name: fmu.into(),
+        block: table.name.clone(),
+        summary: table.summary(),
+        aliases: if table.aliases.is_empty() { aliases(&table.name) } else { table.aliases.clone() },
+        part: entry.map_or_else(|| roles.part(&table), |entry| entry.part),
+        cycle: table.variables.get(table.cycle).map(|row| row.name.clone()),
+        variables: table.variables.iter().map(|row| variable(row, &description)).collect(),
+        roles,
+        groups,
+    })
+}
+
+/// A number as a value of this PLC type.
+fn shown(kind: Kind, value: f64) -> Value {
+    match kind {
+        Kind::Bool => Value::Boolean(value != 0.0),
+        _ => Value::Number(value),
+    }
+}
+
+/// The unit in which people read the values of a variable.
+fn unit(row: &Row) -> Option<String> {
+    match row.kind {
+        Kind::Time => Some("s".into()),
+        _ => row.unit.clone(),
+    }
+}
+
+fn variable(row: &Row, description: &ModelDescription) -> Variable {
+    Variable {
+        name: row.name.clone(),
+        description: row.description.clone(),
+        kind: row.kind.name().into(),
+        role: row.role.name().into(),
+        is_tunable: matches!(row.role, Role::Input | Role::Parameter),
+        // A preset has other start values than its block.
+        start: shown(row.kind, fmus::start(description, &row.name).unwrap_or(row.start)),
+        min: row.min,
+        max: row.max,
+        unit: unit(row),
+    }
+}
+
+fn foreign_variables(description: &ModelDescription) -> Vec<Variable> {
+    let system =
+        System { members: vec![run::system::Member { name: "FMU".into(), path: "".into() }], ..System::default() };
+    let descriptions = [description];
+    let Ok(names) = Names::of(&system, &descriptions) else { return Vec::new() };
+    let variable = |of: &modeldescription::v2::Variable| {
+        let kind = kind(&of.typed)?;
+        let reference = names.find(&format!("FMU.{}", of.name)).ok()?;
+        let (min, max) = names.range(&reference);
+        let role = match (of.causality, of.variability) {
+            (Causality::Input, _) => "input",
+            (Causality::Output, _) => "output",
+            (Causality::Parameter, Variability::Tunable) => "parameter",
+            (Causality::Parameter, _) => "fixed",
+            _ => "local",
+        };
+        let start = fmus::start(description, &of.name).unwrap_or(0.0);
+        Some(Variable {
+            name: of.name.clone(),
+            description: of.description.clone().unwrap_or_default(),
+            kind: kind.name().into(),
+            role: role.into(),
+            is_tunable: matches!(role, "input" | "parameter"),
+            start: if kind == run::component::Type::Boolean {
+                Value::Boolean(start != 0.0)
+            } else {
+                Value::Number(start)
+            },
+            min,
+            max,
+            unit: names.unit_of(0, of).map(str::to_string),
+        })
+    };
+    description.model_variables.iter().filter_map(variable).collect()
+}
+
+/// The inputs and the parameters of a foreign FMU.
+fn foreign_groups(description: &ModelDescription) -> (Roles, Vec<Group>) {
+    let fields = |causality: Causality| {
+        let variables = description.model_variables.iter();
+        let settable = variables.filter(move |of| of.causality == causality && of.is_settable());
+        settable
+            .filter(|of| kind(&of.typed).is_some())
+            .map(|of| dialog::Field { name: of.name.clone(), used_if: Vec::new() })
+    };
+    let groups = [("Inputs", Causality::Input), ("Parameters", Causality::Parameter)];
+    let groups = groups.map(|(title, causality)| Group { title: title.into(), fields: fields(causality).collect() });
+    (Roles::default(), groups.into_iter().filter(|group| !group.fields.is_empty()).collect())
+}
+
+/// Reads a parameter file. What is wrong with it is in the answer.
+///
+/// # Errors
+/// The content is not Base64.
+pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
+    if file.content.len() / 4 * 3 > LARGEST {
+        bail!("{} is larger than {} MiB: split it", file.file, LARGEST >> 20);
+    }
+    let bytes =
+        STANDARD.decode(&file.content).with_context(|| format!("the content of {} is not Base64", file.file))?;
+    let refused = |message: String, help: Option<String>| Loops {
+        loops: Vec::new(),
+        problems: vec![Problem { place: None, message, help }],
+        is_refused: true,
+    };
+    let Some(format) = Format::of_file(&file.file) else {
+        let endings: Vec<String> =
+            Format::ALL.iter().flat_map(|format| format.extensions()).map(|ending| format!(".{ending}")).collect();
+        let message = format!("{}: the ending of its name is not that of a parameter file", file.file);
+        return Ok(refused(message, Some(format!("files that are read end in {}", endings.join(", ")))));
+    };
+    let options = Options { block: file.block.clone(), name: file.name.clone(), offset: 0 };
+    let source = Source::new(file.file.as_str(), bytes);
+    Ok(match parameters::read(format, &source, &home.blocks(), &options) {
+        Ok(reading) => Loops {
+            loops: reading.loops.iter().map(as_message).collect(),
+            problems: problems(reading.remarks),
+            is_refused: false,
+        },
+        Err(wrong) => Loops { loops: Vec::new(), problems: problems(wrong), is_refused: true },
+    })
+}
+
+fn problems(problems: Problems) -> Vec<Problem> {
+    let problem = |of: parameters::Problem| Problem {
+        place: of.place.map(|place| (place.line, place.column)),
+        message: of.message,
+        help: of.help,
+    };
+    problems.problems.into_iter().map(problem).collect()
+}
+
+/// A loop as a message.
+fn as_message(of: &parameters::Loop) -> Loop {
+    let members = &of.block.members;
+    let setting = |setting: &parameters::Setting| Setting {
+        name: members[setting.member].name.clone(),
+        value: shown(members[setting.member].kind, number(setting.value)),
+        origin: (setting.origin != Origin::Default).then(|| setting.origin.to_string()),
+    };
+    let cycle = of.settings.iter().find(|setting| members[setting.member].role == Role::Cycle);
+    Loop {
+        name: of.name.clone(),
+        block: of.block.name.clone(),
+        cycle: cycle.map(|setting| number(setting.value)),
+        settings: of.settings.iter().map(setting).collect(),
+        warnings: of.warnings(),
+    }
+}
+
+/// A loop of a message as one of a parameter file.
+///
+/// # Errors
+/// A block that the catalogue does not have, a setting that the block does not have, a value that its type does not hold.
+pub fn as_loop(home: &dyn Home, of: &Loop) -> Result<parameters::Loop> {
+    let block = home.blocks().into_iter().find(|block| block.is_called(&of.block));
+    let block = block.with_context(|| format!("{}: there is no block {:?} here", of.name, of.block))?;
+    let mut one = parameters::Loop::new(of.name.as_str(), Arc::clone(&block));
+    for setting in &of.settings {
+        let member = block.find(&setting.name).filter(|member| block.members[*member].role.is_settable());
+        let member =
+            member.with_context(|| format!("{}: {} has no setting {:?}", of.name, block.name, setting.name))?;
+        let given = number_of(setting.value);
+        let value = to_value(given, block.members[member].kind)
+            .map_err(|range| anyhow::anyhow!("{}: {} = {given:?}: {range}", of.name, setting.name))?;
+        let origin = setting.origin.as_ref().map_or(Origin::Default, |file| Origin::File { file: file.clone() });
+        one.set(member, value, origin);
+    }
+    Ok(one)
+}
+
+/// What a block does with settings; the others have their start values.
+///
+/// # Errors
+/// There is no such FMU, or its documentation is wrong.
+pub fn check(home: &dyn Home, fmu: &str, values: &Values) -> Result<Checked> {
+    let description = describe(home, fmu)?;
+    let table = home.table(fmu)?;
+    let mut checked = Checked::default();
+    let mut good: BTreeMap<&str, f64> = BTreeMap::new();
+    for (name, value) in values {
+        let variable = description.variables.iter().find(|of| of.name == *name);
+        let row = table.as_deref().and_then(|table| table.find(name).map(|row| &table.variables[row]));
+        match (variable, examine(name, variable, row, *value)) {
+            (_, Err(text)) => {
+                checked.remarks.push(Remark { variables: vec![name.clone()], text, is_error: true });
+            }
+            (Some(variable), Ok(held)) => {
+                good.insert(name, held);
+                if held.to_bits() != number_of(*value).to_bits() && !(held == 0.0 && number_of(*value) == 0.0) {
+                    checked.rounded.insert(name.clone(), as_given(*value, held));
+                }
+                if let Some(text) = outside(variable, held) {
+                    checked.remarks.push(Remark { variables: vec![name.clone()], text, is_error: false });
+                }
+            }
+            (None, Ok(_)) => {}
+        }
+    }
+    let value = |name: &str| {
+        let own = description.variables.iter().find(|of| of.name == name).map(|of| number_of(of.start));
+        good.get(name).copied().or(own).unwrap_or(0.0)
+    };
+    for field in description.groups.iter().flat_map(|group| &group.fields) {
+        if !field.is_used(|name| value(name) != 0.0) {
+            checked.unused.push(field.name.clone());
+        }
+    }
+    if let Some(table) = &table {
+        checked.remarks.extend(advice(home, table, &value, &checked.remarks));
+    }
+    Ok(checked)
+}
+
+/// The value as the type holds it.
+fn examine(name: &str, variable: Option<&Variable>, row: Option<&Row>, value: Value) -> Result<f64, String> {
+    let Some(variable) = variable else { return Err(format!("there is no variable {name:?}")) };
+    if matches!(variable.role.as_str(), "output" | "local") {
+        return Err(format!("{name} is {}: only inputs and parameters can be set", variable.role));
+    }
+    let is_boolean = matches!(variable.start, Value::Boolean(_));
+    let given = match value {
+        Value::Boolean(value) if !is_boolean => {
+            return Err(format!("{name} is {}, {value} is not a number", variable.kind));
+        }
+        value => number_of(value),
+    };
+    if !given.is_finite() {
+        return Err(format!("{name} = {given:?}: it is not a finite number"));
+    }
+    let Some(row) = row else {
+        return match variable.kind.as_str() {
+            "Integer" if f64::from(given as i32) != given => {
+                Err(format!("{name} = {given:?}: it is not an integer of 32 bits"))
+            }
+            "Boolean" if given != 0.0 && given != 1.0 => {
+                Err(format!("{name} = {given:?}: it is neither true nor false"))
+            }
+            _ => Ok(given),
+        };
+    };
+    if row.role == Role::Cycle && given < 0.0005 {
+        return Err(format!("{name} = {given:?} s: the time between two calls must be at least 0.001 s"));
+    }
+    to_value(given, row.kind).map(number).map_err(|range| format!("{name} = {given:?}: {range}"))
+}
+
+/// What the type holds, as it was given.
+fn as_given(given: Value, held: f64) -> Value {
+    match given {
+        Value::Boolean(_) => Value::Boolean(held != 0.0),
+        Value::Number(_) => Value::Number(held),
+    }
+}
+
+/// A sentence if the value is outside the range in which it makes sense.
+fn outside(variable: &Variable, value: f64) -> Option<String> {
+    let unit = variable.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
+    let (bound, which) = match (variable.min, variable.max) {
+        (Some(min), _) if value < min => (min, "lowest"),
+        (_, Some(max)) if value > max => (max, "highest"),
+        _ => return None,
+    };
+    Some(format!("{} = {value}{unit}: the {which} sensible value is {bound}{unit}", variable.name))
+}
+
+/// What the block says of its settings.
+fn advice(home: &dyn Home, table: &Table, value: &dyn Fn(&str) -> f64, refused: &[Remark]) -> Vec<Remark> {
+    if refused.iter().any(|remark| remark.is_error) {
+        // The block would be asked about other values than the user's.
+        return Vec::new();
+    }
+    let Some(block) = home.blocks().into_iter().find(|block| block.name == table.name) else { return Vec::new() };
+    let settings = block.members.iter().enumerate().filter(|(_, member)| member.role.is_settable());
+    let settings: Vec<_> = settings
+        .filter_map(|(index, member)| Some((index, to_value(value(&member.name), member.kind).ok()?)))
+        .collect();
+    let remark = |text: String| Remark { variables: named(table, &text), text, is_error: false };
+    block.advice(&settings).into_iter().map(remark).collect()
+}
+
+/// The variables that a sentence names, each once.
+fn named(table: &Table, text: &str) -> Vec<String> {
+    let is_of_name = |character: char| character.is_alphanumeric() || character == '_' || character == '.';
+    let mut named: Vec<String> = Vec::new();
+    for word in text.split(|character| !is_of_name(character)).map(|word| word.trim_matches('.')) {
+        if table.find(word).is_some() && !named.iter().any(|known| known == word) {
+            named.push(word.to_string());
+        }
+    }
+    named
+}
+
+#[cfg(test)]
+mod tests;

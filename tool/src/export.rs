@@ -1,0 +1,298 @@
+//! What a user takes away: files as text or bytes.
+
+use crate::describe::as_loop;
+use crate::home::Home;
+use crate::message::{Loop, Values};
+use crate::report::{self, Report};
+use crate::session::{Record, Session};
+use crate::signals;
+use anyhow::{Result, bail};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use control::figures;
+use parameters::Format;
+use run::master::write_csv;
+use run::system::{Exchange, Value};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use toml_writer::TomlWrite;
+
+/// The longest description that `plcfmu run` reads, in bytes.
+const LONGEST_DESCRIPTION: usize = 1 << 20;
+
+/// What to take away.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(tag = "what", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Request {
+    /// Loops as a parameter file.
+    Parameters {
+        /// `awl`, `scl`, `db`, `xml`, `json`, `ssv`: the ending of the file.
+        format: String,
+        /// The loops with their values.
+        loops: Vec<Loop>,
+        /// What they were made of, for a comment.
+        origin: String,
+    },
+    /// A run as a description for `plcfmu run`: setup, connections, what was done.
+    Description {
+        /// The run; the present one without it.
+        #[serde(default)]
+        run: Option<usize>,
+    },
+    /// A run as CSV, every call that is still held.
+    Csv {
+        /// The run; the present one without it.
+        #[serde(default)]
+        run: Option<usize>,
+        /// The variables, by `MEMBER.VARIABLE`; all without it.
+        #[serde(default)]
+        variables: Vec<String>,
+    },
+    /// One page with parameters, curves and figures, as HTML.
+    Report {
+        /// The loop with its values.
+        of: Loop,
+        /// The values before, to compare with; may be empty.
+        #[serde(default)]
+        before: Vec<crate::message::Setting>,
+        /// The run; the present one without it.
+        #[serde(default)]
+        run: Option<usize>,
+        /// A picture of the curves, an `<svg>` or a `data:` URL of a PNG; drawn by the engine without it.
+        #[serde(default)]
+        picture: Option<String>,
+        /// The date, as it is to be written.
+        #[serde(default)]
+        date: Option<String>,
+    },
+    /// The home's FMU of a block with these start values.
+    Preset {
+        /// The loop with its values.
+        of: Loop,
+    },
+}
+
+/// A file to take away.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Exported {
+    /// Its name.
+    pub file: String,
+    /// Its media type.
+    pub media_type: String,
+    /// Its bytes, Base64.
+    pub content: String,
+    /// What the user should know, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// Makes a file.
+///
+/// # Errors
+/// What it cannot be made of, and what to do.
+pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<Exported> {
+    match request {
+        Request::Parameters { format, loops, origin } => parameter_file(home, format, loops, origin),
+        Request::Description { run } => {
+            let record = session.record(*run)?;
+            let (text, remarks) = description(record)?;
+            let file = format!("{}.toml", file_name(&record.setup().members[0].name));
+            Ok(Exported::of(file, "application/toml", text.into_bytes(), remarks))
+        }
+        Request::Csv { run, variables } => {
+            let record = session.record(*run)?;
+            let (text, remarks) = csv(record, variables)?;
+            let file = format!("{}.csv", file_name(&record.setup().members[0].name));
+            Ok(Exported::of(file, "text/csv", text, remarks))
+        }
+        Request::Report { of, before, run, picture, date } => {
+            // A report of settings alone needs no run.
+            let record = match run {
+                Some(run) => Some(session.record(Some(*run))?),
+                None => session.record(None).ok(),
+            };
+            // A loop without a setpoint has no figures.
+            let of_run = figures::Request { run: *run, ..figures::Request::default() };
+            let figures = record.and_then(|_| signals::figures(home, session, &of_run).ok());
+            let report = Report {
+                of,
+                before,
+                record,
+                figures: figures.as_ref(),
+                picture: picture.as_deref(),
+                date: date.as_deref(),
+            };
+            let page = report::page(home, &report)?;
+            Ok(Exported::of(format!("{}.html", file_name(&of.name)), "text/html", page.into_bytes(), Vec::new()))
+        }
+        Request::Preset { of } => preset(home, of),
+    }
+}
+
+impl Exported {
+    fn of(file: String, media_type: &str, content: Vec<u8>, remarks: Vec<String>) -> Exported {
+        Exported { file, media_type: media_type.into(), content: STANDARD.encode(content), remarks }
+    }
+}
+
+/// A name of a loop as that of a file, on any system.
+fn file_name(name: &str) -> String {
+    let plain = |letter: char| if letter.is_alphanumeric() || matches!(letter, '-' | '_' | '.') { letter } else { '_' };
+    let name: String = name.chars().take(80).map(plain).collect();
+    let name = name.trim_matches('.');
+    if name.is_empty() { "loop".into() } else { name.into() }
+}
+
+fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -> Result<Exported> {
+    let ending = format.to_lowercase();
+    let Some(kind) = Format::of_file(&format!("file.{ending}")) else {
+        let endings: Vec<_> = Format::ALL.iter().flat_map(|format| format.extensions()).copied().collect();
+        bail!("{format:?} is no format of parameter files: take one of {}", endings.join(", "));
+    };
+    let [first, rest @ ..] = loops else { bail!("there is no loop to write: open or add one first") };
+    let loops = loops.iter().map(|of| as_loop(home, of)).collect::<Result<Vec<_>>>()?;
+    // What comes from the page goes into a comment.
+    let origin: String =
+        origin.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).take(300).collect();
+    let content = parameters::write(kind, &loops, &origin).map_err(anyhow::Error::msg)?;
+    let name = if rest.is_empty() { file_name(&first.name) } else { "loops".into() };
+    let media_type = match kind {
+        Format::Step7 | Format::Tia => "text/plain",
+        Format::Openness | Format::Ssv => "application/xml",
+        Format::Json => "application/json",
+        Format::Dump => "application/octet-stream",
+    };
+    let remarks = loops.iter().flat_map(|of| of.warnings().into_iter().map(|text| format!("{}: {text}", of.name)));
+    let remarks: Vec<_> = remarks.take(100).collect();
+    Ok(Exported::of(format!("{name}.{ending}"), media_type, content, remarks))
+}
+
+fn preset(home: &dyn Home, of: &Loop) -> Result<Exported> {
+    let one = as_loop(home, of)?;
+    let content = home.preset(&one)?;
+    Ok(Exported::of(format!("{}.fmu", file_name(&of.name)), "application/octet-stream", content, one.warnings()))
+}
+
+/// A run as a description that `plcfmu run` runs with the same bits.
+fn description(record: &Record) -> Result<(String, Vec<String>)> {
+    let mut remarks = Vec::new();
+    let setup = record.setup();
+    let mut calls = record.calls();
+    if let Some(exchange) = record.exchanges().first() {
+        calls = exchange.call;
+        remarks.push(format!(
+            "It ends at call {calls} ({:?} s), when {} was exchanged: a description has the same FMUs all the time.",
+            record.time(calls),
+            setup.members.get(1).map_or("a plant", |member| member.name.as_str())
+        ));
+    }
+    if calls == 0 {
+        bail!("the run has made no call: make one at least, and take it away then");
+    }
+    let mut text = String::new();
+    describe_run(&mut text, record, calls)?;
+    if text.len() > LONGEST_DESCRIPTION {
+        remarks.push(format!(
+            "It has {} MiB, because each call of a ramp has its own event: 'plcfmu run' reads at most {} MiB.",
+            text.len().div_ceil(1 << 20),
+            LONGEST_DESCRIPTION >> 20
+        ));
+    }
+    Ok((text, remarks))
+}
+
+fn describe_run(text: &mut String, record: &Record, calls: usize) -> Result<()> {
+    let setup = record.setup();
+    writeln!(text, "# Run {} of the parameter tool, {calls} calls: plcfmu run FILE.toml", record.number())?;
+    for (name, seconds) in [("start", record.time(0)), ("step", record.step()), ("stop", record.time(calls))] {
+        write!(text, "{name} = ")?;
+        text.value(seconds)?;
+        text.newline()?;
+    }
+    if setup.exchange == Exchange::Parallel {
+        writeln!(text, "exchange = \"parallel\"")?;
+    }
+    writeln!(text, "\n[fmus]")?;
+    for member in &setup.members {
+        entry(text, &member.name, |text| text.value(format!("{}.fmu", member.fmu).as_str()))?;
+    }
+    if !setup.connections.is_empty() {
+        writeln!(text, "\n[connections]")?;
+        let mut inputs: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for (from, to) in &setup.connections {
+            inputs.entry(from).or_default().push(to);
+        }
+        for (from, to) in inputs {
+            entry(text, from, |text| match to[..] {
+                [to] => text.value(to),
+                _ => text.value(to.as_slice()),
+            })?;
+        }
+    }
+    let is_connected = |variable: &str| setup.connections.iter().any(|(_, to)| to == variable);
+    writeln!(text, "\n[settings]")?;
+    for member in &setup.members {
+        for (name, value) in &member.values {
+            let variable = format!("{}.{name}", member.name);
+            if !is_connected(&variable) {
+                entry(text, &variable, |text| write_value(text, *value))?;
+            }
+        }
+    }
+    // The last value counts if a variable was set twice before one call.
+    let mut events: BTreeMap<usize, Values> = BTreeMap::new();
+    for event in record.events().events.into_iter().filter(|event| event.call < calls) {
+        events.entry(event.call).or_default().insert(event.variable, event.value);
+    }
+    for (call, values) in events {
+        write!(text, "\n[[events]]\ntime = ")?;
+        text.value(record.time(call))?;
+        text.newline()?;
+        for (variable, value) in values {
+            text.key("set")?;
+            text.key_sep()?;
+            entry(text, &variable, |text| write_value(text, value))?;
+        }
+    }
+    Ok(())
+}
+
+/// A line `key = value`.
+fn entry(text: &mut String, key: &str, value: impl FnOnce(&mut String) -> std::fmt::Result) -> std::fmt::Result {
+    text.key(key)?;
+    write!(text, " = ")?;
+    value(text)?;
+    text.newline()
+}
+
+fn write_value(text: &mut String, value: Value) -> std::fmt::Result {
+    match value {
+        Value::Boolean(value) => text.value(value),
+        Value::Number(value) => text.value(value),
+    }
+}
+
+/// A run as CSV, as `plcfmu run --out` writes it.
+fn csv(record: &Record, variables: &[String]) -> Result<(Vec<u8>, Vec<String>)> {
+    let columns: Vec<usize> = match variables {
+        [] => (0..record.columns().len()).collect(),
+        _ => variables.iter().map(|name| record.column(name)).collect::<Result<_>>()?,
+    };
+    let trace = record.trace();
+    let calls = trace.exact();
+    let mut remarks = Vec::new();
+    if calls.start > 0 {
+        remarks.push(format!(
+            "The calls before call {} ({:?} s) are held as an overview only and not in the file.",
+            calls.start,
+            record.time(calls.start)
+        ));
+    }
+    let mut content = Vec::new();
+    let rows = calls.map(|call| (record.time(call), columns.iter().map(move |column| trace.get(*column, call))));
+    write_csv(&mut content, columns.iter().map(|column| &record.columns()[*column]), rows)?;
+    Ok((content, remarks))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,252 @@
+use super::*;
+use crate::message::{Member, Setting, Setup};
+use crate::test_home::TestHome;
+use run::fmus::Fmus;
+use run::master::{self, Recording};
+use run::system::{self, Connection, System};
+
+fn home() -> TestHome {
+    TestHome::default()
+}
+
+fn values(given: &[(&str, f64)]) -> Values {
+    given.iter().map(|(name, value)| (name.to_string(), Value::Number(*value))).collect()
+}
+
+fn member(name: &str, fmu: &str, given: &[(&str, f64)]) -> Member {
+    Member { name: name.into(), fmu: fmu.into(), values: values(given) }
+}
+
+fn setup(name: &str) -> Setup {
+    let wire = |from: &str, to: &str| (from.to_string(), to.to_string());
+    Setup {
+        members: vec![
+            member(name, "PID", &[("GAIN", 0.7), ("SP", 40.0), ("PV_IN", 3.0)]),
+            member("P", "LAG", &[("CYCLE", 0.5)]),
+        ],
+        connections: vec![wire(&format!("{name}.OUT"), "P.POWER"), wire("P.TEMP", &format!("{name}.PV_IN"))],
+        ..Setup::default()
+    }
+}
+
+/// A run with a step, a ramp, manual and a setting of the plant.
+fn session(name: &str) -> Session {
+    let mut session = Session::default();
+    session.start(&home(), setup(name)).unwrap();
+    session.run(10).unwrap();
+    session.send(&values(&[(&format!("{name}.SP"), 61.1), (&format!("{name}.GAIN"), 1.3)])).unwrap();
+    session.ramp(&format!("{name}.SP"), 20.0, 7.0).unwrap();
+    session.run(40).unwrap();
+    let manual = [(format!("{name}.MAN_ON"), Value::Boolean(true)), (format!("{name}.MAN"), Value::Number(33.3))];
+    session.send(&manual.into_iter().collect()).unwrap();
+    session.run(30).unwrap();
+    session
+}
+
+fn take(session: &Session, request: &Request) -> Exported {
+    export(&home(), session, request).unwrap_or_else(|error| panic!("{error:#}"))
+}
+
+fn text(exported: &Exported) -> String {
+    String::from_utf8(STANDARD.decode(&exported.content).unwrap()).unwrap()
+}
+
+fn error(session: &Session, request: &Request) -> String {
+    format!("{:#}", export(&home(), session, request).unwrap_err())
+}
+
+fn one(name: &str, settings: &[(&str, f64)]) -> Loop {
+    let setting = |(name, value): &(&str, f64)| Setting {
+        name: name.to_string(),
+        value: Value::Number(*value),
+        origin: Some("plant.awl:3:4".into()),
+    };
+    Loop {
+        name: name.into(),
+        block: "PID".into(),
+        cycle: Some(0.5),
+        settings: settings.iter().map(setting).collect(),
+        warnings: Vec::new(),
+    }
+}
+
+fn csv_of(session: &Session) -> String {
+    text(&take(session, &Request::Csv { run: None, variables: Vec::new() }))
+}
+
+/// Runs a description as `plcfmu run` does, and records what the session does.
+fn run_description(text: &str, session: &Session) -> Recording {
+    let content: toml::Table = text.parse().unwrap();
+    let number = |name: &str| Some(content[name].as_float().unwrap());
+    let value = |value: &toml::Value| match value {
+        toml::Value::Boolean(value) => Value::Boolean(*value),
+        value => Value::Number(value.as_float().unwrap()),
+    };
+    let setting = |(variable, given): (&String, &toml::Value), time| system::Setting {
+        variable: variable.clone(),
+        value: value(given),
+        time,
+        is_preliminary: false,
+        place: None,
+    };
+    let table = |name: &str| content.get(name).map(|of| of.as_table().unwrap().clone()).unwrap_or_default();
+    let mut system = System {
+        start: number("start"),
+        step: number("step"),
+        stop: number("stop"),
+        record: session.record(None).unwrap().columns().iter().map(|column| column.name.as_str().into()).collect(),
+        ..System::default()
+    };
+    // The table of this crate sorts its keys, the command keeps their order: that of the text.
+    let mut fmus: Vec<_> = table("fmus").into_iter().collect();
+    fmus.sort_by_key(|(name, file)| text.find(&format!("{name} = {file}")).or(text.find(&format!("= {file}"))));
+    for (name, file) in &fmus {
+        system.members.push(system::Member { name: name.clone(), path: file.as_str().unwrap().into() });
+    }
+    for (from, to) in &table("connections") {
+        let inputs = to.as_array().cloned().unwrap_or_else(|| vec![to.clone()]);
+        system.connections.extend(inputs.iter().map(|to| Connection {
+            from: from.clone(),
+            to: to.as_str().unwrap().into(),
+            place: None,
+        }));
+    }
+    system.settings.extend(table("settings").iter().map(|entry| setting(entry, None)));
+    for event in content.get("events").and_then(toml::Value::as_array).into_iter().flatten() {
+        let time = event["time"].as_float();
+        system.settings.extend(event["set"].as_table().unwrap().iter().map(|entry| setting(entry, time)));
+    }
+    let home = home();
+    let fmu = |path: &std::path::Path| path.to_str().unwrap().strip_suffix(".fmu").unwrap().to_string();
+    let names: Vec<String> = system.members.iter().map(|member| fmu(&member.path)).collect();
+    let descriptions: Vec<_> = names.iter().map(|name| home.description(name).unwrap()).collect();
+    let descriptions: Vec<_> = descriptions.iter().map(|of| &**of).collect();
+    let plan = run::plan::Plan::of(&system, &descriptions).unwrap();
+    let mut components: Vec<_> = names.iter().map(|name| home.instantiate(name, name).unwrap()).collect();
+    master::run(&plan, &mut components, |_| {}).unwrap()
+}
+
+#[test]
+fn a_description_runs_with_the_bits_of_the_session() {
+    let session = session("C");
+    let exported = take(&session, &Request::Description { run: None });
+    assert_eq!((exported.file.as_str(), exported.media_type.as_str()), ("C.toml", "application/toml"));
+    let text = text(&exported);
+    let recording = run_description(&text, &session);
+    assert_eq!(recording.times.len(), 80);
+    let mut csv = Vec::new();
+    recording.write_csv(&mut csv).unwrap();
+    let own = csv_of(&session);
+    assert_eq!(String::from_utf8(csv).unwrap().lines().next(), own.lines().next());
+    for ((time, row), line) in recording.rows().zip(own.lines().skip(1)) {
+        let own: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        assert_eq!(own[0].to_bits(), time.to_bits());
+        assert_eq!(
+            own[1..].iter().map(|value| value.to_bits()).collect::<Vec<_>>(),
+            row.iter().map(|value| value.to_bits()).collect::<Vec<_>>()
+        );
+    }
+    // The value that the connection replaces is not in it, which the command would refuse.
+    assert!(!text.contains("\"C.PV_IN\" = 3"), "{text}");
+    assert!(text.contains("\"C.GAIN\" = 0.7\n") && text.contains("set.\"C.MAN_ON\" = true\n"), "{text}");
+}
+
+#[test]
+fn names_of_any_kind_are_quoted_in_a_description() {
+    for name in ["Tank 1", "\"q\" = [", "ü'\\\n#", "a=b"] {
+        let session = session(name);
+        let exported = take(&session, &Request::Description { run: None });
+        assert_eq!(run_description(&text(&exported), &session).times.len(), 80, "{name}");
+        assert!(!exported.file.contains(['/', '\\', '"', '\n', ' ']), "{}", exported.file);
+    }
+}
+
+#[test]
+fn one_output_may_go_to_several_inputs() {
+    let mut session = Session::default();
+    let mut setup = setup("C");
+    setup.connections.push(("C.OUT".into(), "P.LOAD".into()));
+    session.start(&home(), setup).unwrap();
+    session.run(3).unwrap();
+    let text = text(&take(&session, &Request::Description { run: None }));
+    assert!(text.contains("\"C.OUT\" = [\"P.POWER\", \"P.LOAD\"]"), "{text}");
+    assert_eq!(run_description(&text, &session).times.len(), 3);
+}
+
+#[test]
+fn a_description_ends_where_the_plant_was_exchanged() {
+    let mut session = session("C");
+    session.exchange(&home(), vec![member("Q", "LAG", &[])], Vec::new()).unwrap();
+    session.run(5).unwrap();
+    let exported = take(&session, &Request::Description { run: None });
+    assert!(exported.remarks[0].contains("call 80"), "{:?}", exported.remarks);
+    assert!(text(&exported).contains("stop = 40.0"));
+    let mut fresh = Session::default();
+    fresh.start(&home(), setup("C")).unwrap();
+    assert!(error(&fresh, &Request::Description { run: None }).contains("no call"));
+    assert!(error(&Session::default(), &Request::Description { run: None }).contains("start a loop first"));
+}
+
+#[test]
+fn csv_has_the_columns_that_are_asked_for_and_reads_back() {
+    let session = session("C");
+    let variables = vec!["C.OUT".to_string(), "C.UP".to_string()];
+    let text = text(&take(&session, &Request::Csv { run: None, variables }));
+    assert!(text.starts_with("time,C.OUT,C.UP\n0.0,"), "{text}");
+    let table = control::csv::Table::read(&text).unwrap();
+    let record = session.record(None).unwrap();
+    let out = record.column("C.OUT").unwrap();
+    for (call, value) in table.column("C.OUT").unwrap().values.iter().enumerate() {
+        assert_eq!(value.to_bits(), record.trace().get(out, call).to_bits());
+    }
+    let wrong = Request::Csv { run: None, variables: vec!["C.OUR".into()] };
+    assert!(error(&session, &wrong).contains("did you mean C.OUT?"));
+}
+
+#[test]
+fn parameter_files_read_back_with_the_same_values() {
+    let session = Session::default();
+    let loops = vec![one("TIC101", &[("GAIN", 0.1), ("TI", 12.345), ("MAN_ON", 1.0)]), one("TIC102", &[])];
+    for format in ["awl", "scl", "db", "json", "ssv"] {
+        let loops = if format == "ssv" { loops[..1].to_vec() } else { loops.clone() };
+        let request = Request::Parameters { format: format.into(), loops: loops.clone(), origin: "plant\nawl".into() };
+        let exported = take(&session, &request);
+        assert!(exported.file.ends_with(&format!(".{format}")), "{}", exported.file);
+        let read = crate::describe::read(
+            &home(),
+            &crate::message::ReadFile {
+                file: exported.file.clone(),
+                content: exported.content.clone(),
+                block: None,
+                name: None,
+            },
+        );
+        let read = read.unwrap();
+        assert!(!read.is_refused, "{format}: {:?}", read.problems);
+        assert_eq!(read.loops.len(), loops.len(), "{format}");
+        let value = |name: &str| read.loops[0].settings.iter().find(|of| of.name == name).unwrap().value;
+        assert_eq!(value("GAIN"), Value::Number(f64::from(0.1f32)), "{format}");
+        assert_eq!(value("TI"), Value::Number(12.345), "{format}");
+        assert_eq!(value("MAN_ON"), Value::Boolean(true), "{format}");
+    }
+    let request =
+        |format: &str, loops: Vec<Loop>| Request::Parameters { format: format.into(), loops, origin: String::new() };
+    assert!(error(&session, &request("docx", loops.clone())).contains("awl, scl"));
+    assert!(error(&session, &request("awl", Vec::new())).contains("no loop"));
+    assert!(error(&session, &request("awl", vec![one("A", &[("NOPE", 1.0)])])).contains("no setting \"NOPE\""));
+}
+
+#[test]
+fn a_preset_is_what_the_home_makes() {
+    let session = Session::default();
+    let exported = take(&session, &Request::Preset { of: one("../TIC 101", &[]) });
+    assert_eq!((exported.file.as_str(), text(&exported).as_str()), ("_TIC_101.fmu", "../TIC 101"));
+}
+
+#[test]
+fn requests_are_read_as_the_page_writes_them() {
+    let json =
+        r#"{"what": "report", "of": {"name": "A", "block": "PID", "cycle": 0.5, "settings": [], "warnings": []}}"#;
+    assert!(matches!(serde_json::from_str(json).unwrap(), Request::Report { date: None, run: None, .. }));
+    assert!(serde_json::from_str::<Request>(r#"{"what": "csv"}"#).is_ok());
+}

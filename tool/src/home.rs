@@ -1,0 +1,25 @@
+//! Where the tool lives: the catalogue that it shows.
+
+use crate::message::{Entry, KnownLoop};
+use anyhow::Result;
+use parameters::Block;
+use run::fmus::Fmus;
+use std::sync::Arc;
+
+/// A home of the engine: the page with the blocks linked in, or the command with FMUs.
+pub trait Home: Fmus {
+    /// The FMUs that there are.
+    fn entries(&self) -> Vec<Entry>;
+
+    /// Loops that are known to work.
+    fn known_loops(&self) -> Vec<KnownLoop>;
+
+    /// The blocks that parameter files are read and written for, those of the catalogue.
+    fn blocks(&self) -> Vec<Arc<Block>>;
+
+    /// The home's FMU of a block with other start values, as bytes.
+    ///
+    /// # Errors
+    /// There is no such FMU here, or a value does not fit.
+    fn preset(&self, of: &parameters::Loop) -> Result<Vec<u8>>;
+}

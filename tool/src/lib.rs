@@ -1,0 +1,23 @@
+//! What the parameter tool computes: opening, checking, running, recording, figures, identification, tuning, replay, export.
+//!
+//! [`Engine`] takes a [`Request`](message::Request) and gives an [`Answer`](message::Answer). It has no files, sockets, clocks
+//! or threads: what FMUs there are, and how they are stepped, is up to its [`Home`](home::Home). One home is the page, where
+//! the blocks are linked in as WebAssembly; the other is the command, which steps FMUs through their C interface. Both compute
+//! the same bits.
+
+pub mod connect;
+pub mod describe;
+mod engine;
+pub mod export;
+pub mod home;
+pub mod known;
+pub mod message;
+pub mod preset;
+mod report;
+pub mod session;
+pub mod signals;
+#[cfg(test)]
+mod test_home;
+mod travel;
+
+pub use engine::Engine;

@@ -1,0 +1,402 @@
+//! The messages of the engine: a [`Request`] in, an [`Answer`] out, each a JSON object.
+//!
+//! The page posts the same requests to the engine in WebAssembly and to the one behind `plcfmu tool`.
+//!
+//! ```json
+//! {"do": "start", "members": [{"name": "TIC101", "fmu": "PUMP", "values": {"GAIN": 2.0}}], "connections": []}
+//! ```
+//!
+//! An answer is `{"ok": ...}`, whose content depends on the request, or `{"error": {"message": ..., "help": ...}}`.
+//! A variable of a loop is named `MEMBER.VARIABLE`. Times are in seconds. A number that is not finite is the text `"NaN"`,
+//! `"inf"` or `"-inf"`. Bytes are Base64.
+
+use serde::{Deserialize, Serialize};
+
+pub use run::fmus::{Member, Part, Values};
+pub use run::system::{Exchange, Value};
+
+/// What the page asks for.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Request {
+    /// Which FMUs there are. Answer: [`Catalogue`].
+    Catalogue,
+    /// An FMU with its variables, groups and roles. Answer: [`Description`].
+    Describe {
+        /// The FMU's name in the catalogue.
+        fmu: String,
+    },
+    /// Reads a parameter file. Answer: [`Loops`].
+    Read(ReadFile),
+    /// What a block does with settings, before they are sent. Answer: [`Checked`].
+    Check {
+        /// The FMU's name in the catalogue.
+        fmu: String,
+        /// Its settings; the others have their start values.
+        values: Values,
+    },
+    /// How a controller and a plant are connected. Answer: [`Proposal`].
+    Propose {
+        /// The controller.
+        controller: Member,
+        /// The plant.
+        plant: Member,
+    },
+    /// Begins a run; one that is there is kept as an earlier run. Answer: [`State`].
+    Start(Setup),
+    /// Where the present run is, as after a reload of the page. Answer: [`State`].
+    State,
+    /// Sets variables before the next call. Answer: [`State`].
+    Send {
+        /// The values, by `MEMBER.VARIABLE`.
+        values: Values,
+    },
+    /// Moves a variable evenly to a value, call by call. Answer: [`State`].
+    Ramp {
+        /// `MEMBER.VARIABLE`
+        variable: String,
+        /// The last value.
+        to: f64,
+        /// How long it takes.
+        seconds: f64,
+    },
+    /// Makes calls. Answer: [`State`].
+    Run {
+        /// How many, one at least.
+        calls: usize,
+    },
+    /// Replaces all members but the first by others, which begin now; the controller goes on. Answer: [`State`].
+    Exchange {
+        /// The new members.
+        members: Vec<Member>,
+        /// All connections.
+        connections: Vec<(String, String)>,
+    },
+    /// The curves of a run, thinned out. Answer: [`Curves`].
+    View(View),
+    /// What was done in a run. Answer: [`Events`].
+    Events {
+        /// The run; the present one without it.
+        run: Option<usize>,
+    },
+    /// Begins again with the same setup and makes the same calls with the same events. Answer: [`State`].
+    Again,
+    /// What a run comes to. Answer: [`Figures`](control::figures::Figures).
+    Figures(control::figures::Request),
+    /// A plant's model from a step in a run or in a CSV file. Answer: [`Identified`](control::identify::Identified).
+    Identify(control::identify::Request),
+    /// Settings for a plant's model by a rule, with what they lead to. Answer: [`Tuned`](control::tune::Tuned).
+    Tune(control::tune::Request),
+    /// RATIOFAC from a heating and a cooling step. Answer: [`Ratio`](control::tune::Ratio).
+    Ratio(control::tune::RatioRequest),
+    /// The mean of a block's pulses over an input. Answer: [`Characteristics`](control::characteristic::Characteristics).
+    Characteristic(control::characteristic::Request),
+    /// The names of a CSV file's columns, as its header has them. Answer: a list of texts.
+    Columns {
+        /// The file's text.
+        text: String,
+    },
+    /// A recorded file through the block. Answer: [`Replayed`](control::replay::Replayed).
+    Replay(control::replay::Request),
+    /// The files in which a preset differs from its block's FMU. Answer: [`Preset`](crate::preset::Preset).
+    Preset(crate::preset::Request),
+    /// A file to take away. Answer: [`Exported`](crate::export::Exported).
+    Export(crate::export::Request),
+}
+
+/// What there is to choose from.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+pub struct Catalogue {
+    /// The FMUs, in the order in which they are shown.
+    pub fmus: Vec<Entry>,
+    /// Loops that are known to work: examples for connections and settings.
+    pub loops: Vec<KnownLoop>,
+}
+
+/// An FMU of the catalogue.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Entry {
+    /// Its name, by which all other requests name it.
+    pub name: String,
+    /// What it does, in one sentence.
+    pub summary: String,
+    /// What it is in a loop.
+    pub part: Part,
+    /// Whether it is a foreign FMU: native code of somebody else.
+    pub is_foreign: bool,
+}
+
+/// A loop that is known to work.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct KnownLoop {
+    /// What it shows.
+    pub title: String,
+    /// Its members and connections.
+    pub setup: Setup,
+}
+
+/// An FMU as a dialog shows it.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Description {
+    /// Its name in the catalogue.
+    pub name: String,
+    /// The name of its block, by which parameter files know it.
+    pub block: String,
+    /// What it does, in one sentence.
+    pub summary: String,
+    /// The other names by which a PLC project may call the block.
+    pub aliases: Vec<String>,
+    /// What it is in a loop.
+    pub part: Part,
+    /// The variable that holds the time between two calls; a foreign FMU has none.
+    pub cycle: Option<String>,
+    /// Its variables, in the order of the table.
+    pub variables: Vec<Variable>,
+    /// What its variables are in a loop.
+    pub roles: run::dialog::Roles,
+    /// Its settings in groups, in the order of the dialog.
+    pub groups: Vec<run::dialog::Group>,
+}
+
+/// A variable of an FMU.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Variable {
+    /// Its name, `GAIN`.
+    pub name: String,
+    /// A short text.
+    pub description: String,
+    /// Its PLC type, `REAL`; that of FMI in a foreign FMU, `Real`.
+    pub kind: String,
+    /// `input`, `parameter`, `fixed`, `cycle`, `output`, `local`
+    pub role: String,
+    /// Whether it can be set while the loop runs.
+    pub is_tunable: bool,
+    /// Its value in a new instance.
+    pub start: Value,
+    /// The lowest value that makes sense.
+    pub min: Option<f64>,
+    /// The highest value that makes sense.
+    pub max: Option<f64>,
+    /// Its physical unit; s of a TIME.
+    pub unit: Option<String>,
+}
+
+/// A parameter file.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct ReadFile {
+    /// Its name, whose ending says the format.
+    pub file: String,
+    /// Its bytes, Base64.
+    pub content: String,
+    /// The block, where the file does not say it.
+    #[serde(default)]
+    pub block: Option<String>,
+    /// The loop's name, where the file does not say it.
+    #[serde(default)]
+    pub name: Option<String>,
+}
+
+/// The loops of a file.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Loops {
+    /// The loops, in the order of the file; none if something is wrong with it.
+    pub loops: Vec<Loop>,
+    /// What is wrong, or what the user should know.
+    pub problems: Vec<Problem>,
+    /// Whether the file could not be used.
+    pub is_refused: bool,
+}
+
+/// A loop of a file.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Loop {
+    /// Its name.
+    pub name: String,
+    /// Its block; one of the catalogue has this name.
+    pub block: String,
+    /// The time between two calls.
+    pub cycle: Option<f64>,
+    /// Its values.
+    pub settings: Vec<Setting>,
+    /// What the block will do with them where a user may not expect it, and values out of range.
+    pub warnings: Vec<String>,
+}
+
+/// A value of a loop.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Setting {
+    /// The variable.
+    pub name: String,
+    /// Its value.
+    pub value: Value,
+    /// Where the value comes from, `plant.awl:12:8`; without it, it is the block's start value.
+    pub origin: Option<String>,
+}
+
+/// Something about a place of a file.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Problem {
+    /// The line and the column, from 1, if it has a place.
+    pub place: Option<(usize, usize)>,
+    /// What is wrong.
+    pub message: String,
+    /// What to do.
+    pub help: Option<String>,
+}
+
+/// What a block does with settings.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+pub struct Checked {
+    /// Sentences, with the settings that they name.
+    pub remarks: Vec<Remark>,
+    /// The settings that have no effect with the others as they are, by name.
+    pub unused: Vec<String>,
+    /// The values as the PLC's types hold them, where they differ from what was given.
+    pub rounded: Values,
+}
+
+/// A sentence about settings.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Remark {
+    /// The variables that it is about.
+    pub variables: Vec<String>,
+    /// The sentence.
+    pub text: String,
+    /// Whether the FMU will refuse the value.
+    pub is_error: bool,
+}
+
+/// How a controller and a plant are connected.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+pub struct Proposal {
+    /// The connections that are proposed.
+    pub connections: Vec<Wire>,
+    /// All others that are possible.
+    pub others: Vec<Wire>,
+    /// Settings that go with the proposed connections, by `MEMBER.VARIABLE`.
+    pub values: Values,
+    /// The communication step that goes with them; the controller's cycle without it.
+    #[serde(default)]
+    pub step: Option<f64>,
+    /// When values go from output to input, in the known loop that this is taken from.
+    #[serde(default)]
+    pub exchange: Exchange,
+    /// What the user should know, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// A possible connection.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Wire {
+    /// The output, `MEMBER.VARIABLE`.
+    pub from: String,
+    /// The input, `MEMBER.VARIABLE`.
+    pub to: String,
+    /// Why it is proposed.
+    pub reason: String,
+}
+
+/// What to run: a controller first, then its plant and what else there is.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+pub struct Setup {
+    /// The FMUs, in the order in which they are stepped.
+    pub members: Vec<Member>,
+    /// From an output to an input, both `MEMBER.VARIABLE`.
+    pub connections: Vec<(String, String)>,
+    /// The communication step; by default the first member's cycle.
+    #[serde(default)]
+    pub step: Option<f64>,
+    /// When values go from output to input.
+    #[serde(default)]
+    pub exchange: Exchange,
+}
+
+/// Where the run is.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct State {
+    /// The number of the run, from 0.
+    pub run: usize,
+    /// How many calls have been made.
+    pub calls: usize,
+    /// When the last call was, in seconds; 0 before the first.
+    pub time: f64,
+    /// The communication step in seconds.
+    pub step: f64,
+    /// The values of all variables after the last call, by `MEMBER.VARIABLE`.
+    pub values: Values,
+    /// What has ended the run: which FMU failed, and its messages.
+    pub failure: Option<String>,
+    /// What the FMUs and the plan say since the last answer, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// Which curves to show.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct View {
+    /// The run; the present one without it.
+    #[serde(default)]
+    pub run: Option<usize>,
+    /// The variables, by `MEMBER.VARIABLE`.
+    pub variables: Vec<String>,
+    /// The beginning in seconds; that of the run without it.
+    #[serde(default)]
+    pub from: Option<f64>,
+    /// The end in seconds; the last call without it.
+    #[serde(default)]
+    pub to: Option<f64>,
+    /// At most so many points.
+    pub points: usize,
+}
+
+/// Curves: each row is a call. If they are not exact, each two rows are a group of calls, at the times of its first and its
+/// last one, with the lowest and the highest value of each variable in the group, in the order in which they occur.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+pub struct Curves {
+    /// The times in seconds.
+    pub times: Vec<f64>,
+    /// The values of each variable at these times; `null` is not a number; true is 1.
+    pub values: Vec<Vec<f64>>,
+    /// Their units.
+    pub units: Vec<Option<String>>,
+    /// Whether every call is there.
+    pub is_exact: bool,
+}
+
+/// What was done, in the order of time.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+pub struct Events {
+    /// What was done.
+    pub events: Vec<Event>,
+    /// How many calls the run has made.
+    pub calls: usize,
+}
+
+/// A value that was set while the loop ran.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Event {
+    /// Before which call, from 0.
+    pub call: usize,
+    /// When that call is, in seconds.
+    pub time: f64,
+    /// `MEMBER.VARIABLE`
+    pub variable: String,
+    /// The value.
+    pub value: Value,
+}
+
+/// What the engine answers.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(rename_all = "snake_case")]
+pub enum Answer {
+    /// What was asked for.
+    Ok(serde_json::Value),
+    /// Why there is no answer.
+    Error(Error),
+}
+
+/// Why a request was refused.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+pub struct Error {
+    /// What is wrong, with name and value, and what to do: one sentence.
+    pub message: String,
+}

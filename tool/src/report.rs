@@ -1,0 +1,355 @@
+//! A loop on one page: its settings, what the block does with them, what was done, how it went. HTML that loads nothing.
+
+mod chart;
+
+use crate::describe::{check, describe};
+use crate::home::Home;
+use crate::message::{Description, Loop, Setting, Variable, View};
+use crate::session::Record;
+use anyhow::{Context, Result, bail};
+use chart::{Axis, Chart, Curve};
+use control::figures::Figures;
+use modeldescription::digits::short;
+use run::dialog::Roles;
+use run::fmus::number_of;
+use run::system::Value;
+use std::fmt::{self, Write};
+
+/// So many points a curve has.
+const POINTS: usize = 1500;
+
+/// At most so many events are listed.
+const MOST_EVENTS: usize = 100;
+
+/// The largest picture that is taken, in bytes.
+const LARGEST_PICTURE: usize = 16 << 20;
+
+/// What is reported.
+pub(crate) struct Report<'a> {
+    /// The loop with its values.
+    pub(crate) of: &'a Loop,
+    /// The values before; may be empty.
+    pub(crate) before: &'a [Setting],
+    /// The run, if there is one.
+    pub(crate) record: Option<&'a Record>,
+    /// What it comes to.
+    pub(crate) figures: Option<&'a Figures>,
+    /// The curves as the user sees them; drawn here without it.
+    pub(crate) picture: Option<&'a str>,
+    /// As it is to be written.
+    pub(crate) date: Option<&'a str>,
+}
+
+/// A text inside an element or a quoted attribute.
+pub(crate) struct Text<'a>(pub(crate) &'a str);
+
+impl fmt::Display for Text<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        for letter in self.0.chars() {
+            match letter {
+                '&' => formatter.write_str("&amp;")?,
+                '<' => formatter.write_str("&lt;")?,
+                '>' => formatter.write_str("&gt;")?,
+                '"' => formatter.write_str("&quot;")?,
+                '\'' => formatter.write_str("&#39;")?,
+                // XML and HTML allow no other control characters.
+                letter if letter.is_control() && !matches!(letter, '\n' | '\t') => formatter.write_char('\u{fffd}')?,
+                letter => formatter.write_char(letter)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The page.
+///
+/// # Errors
+/// There is no such block here, or the picture is none.
+pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
+    let fmu = fmu_of(home, &report.of.block)?;
+    let description = describe(home, &fmu)?;
+    let values = report.of.settings.iter().map(|setting| (setting.name.clone(), setting.value)).collect();
+    let checked = check(home, &fmu, &values)?;
+    let mut page = String::new();
+    let (name, block) = (Text(&report.of.name), Text(&description.block));
+    write!(
+        page,
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n\
+         <title>{name}</title>\n<style>\n{}</style>\n</head>\n<body>\n<h1>{name}</h1>\n",
+        include_str!("report.css")
+    )?;
+    write!(page, "<p class=\"about\">{block}: {}", Text(&description.summary))?;
+    let cycle = report.of.cycle.or_else(|| {
+        let name = description.cycle.as_ref()?;
+        report.of.settings.iter().find(|setting| setting.name == *name).map(|setting| number_of(setting.value))
+    });
+    if let (Some(cycle), Some(name)) = (cycle, &description.cycle) {
+        write!(page, " {} {cycle} s.", Text(name))?;
+    }
+    writeln!(page, "</p>")?;
+    if let Some(date) = report.date {
+        writeln!(page, "<p class=\"about\">{}</p>", Text(date))?;
+    }
+    if !checked.remarks.is_empty() {
+        writeln!(page, "<h2>What the block does with the settings</h2>\n<ul>")?;
+        for remark in &checked.remarks {
+            writeln!(page, "<li>{}</li>", Text(&remark.text))?;
+        }
+        writeln!(page, "</ul>")?;
+    }
+    run(&mut page, report, &description.roles)?;
+    settings(&mut page, report, &description, &checked.unused)?;
+    if let Some(record) = report.record {
+        events(&mut page, record)?;
+    }
+    page.push_str("</body>\n</html>\n");
+    Ok(page)
+}
+
+/// The FMU of the catalogue that is this block.
+fn fmu_of(home: &dyn Home, block: &str) -> Result<String> {
+    let is = |name: &str| matches!(home.table(name), Ok(Some(table)) if table.name == block);
+    let found = home.entries().into_iter().find(|entry| is(&entry.name));
+    if let Some(entry) = found {
+        return Ok(entry.name);
+    }
+    // Known by another name, such as that of the PLC project.
+    let known = home.blocks().into_iter().find(|known| known.is_called(block));
+    let known = known.with_context(|| format!("there is no block {block:?} here"))?;
+    let is = |name: &str| matches!(home.table(name), Ok(Some(table)) if table.name == known.name);
+    let found = home.entries().into_iter().find(|entry| is(&entry.name));
+    Ok(found.with_context(|| format!("there is no FMU of the block {block:?} here"))?.name)
+}
+
+/// Figures and curves.
+fn run(page: &mut String, report: &Report, roles: &Roles) -> Result<()> {
+    if let Some(figures) = report.figures {
+        writeln!(
+            page,
+            "<h2>Figures</h2>\n<p class=\"about\">From {} s to {} s.</p>\n<dl class=\"figures\">",
+            short(figures.from),
+            short(figures.to)
+        )?;
+        let (unit, travel) = (figures.unit.as_deref().unwrap_or(""), figures.travel_unit.as_deref().unwrap_or(""));
+        let shown: [(&str, Option<f64>, String); 7] = [
+            ("Rise", figures.rise, "s".into()),
+            ("Overshoot", figures.overshoot, "%".into()),
+            ("Settled after", figures.settled, "s".into()),
+            ("Largest deviation", figures.peak, unit.into()),
+            ("IAE", figures.iae, if unit.is_empty() { "s".into() } else { format!("{unit} s") }),
+            ("Travel", figures.travel, travel.into()),
+            ("Pulses", figures.pulses.map(|pulses| pulses as f64), String::new()),
+        ];
+        for (name, value, unit) in shown {
+            if let Some(value) = value {
+                let value = short(value);
+                writeln!(page, "<div><dt>{name}</dt> <dd>{value} {}</dd></div>", Text(&unit))?;
+            }
+        }
+        writeln!(page, "</dl>")?;
+        if !figures.remarks.is_empty() {
+            writeln!(page, "<ul>")?;
+            for remark in &figures.remarks {
+                writeln!(page, "<li>{}</li>", Text(remark))?;
+            }
+            writeln!(page, "</ul>")?;
+        }
+    }
+    if let Some(picture) = report.picture {
+        let source = source(picture)?;
+        writeln!(
+            page,
+            "<h2>Curves</h2>\n<figure><img src=\"{}\" alt=\"The curves of the run\"></figure>",
+            Text(&source)
+        )?;
+    } else if let Some(record) = report.record
+        && record.calls() > 1
+        && let Some(drawing) = curves(record, roles)?
+    {
+        writeln!(page, "<h2>Curves</h2>\n<figure>{drawing}</figure>")?;
+    }
+    Ok(())
+}
+
+/// A picture as the source of an image, in which no script runs.
+fn source(picture: &str) -> Result<String> {
+    use base64::Engine;
+    use base64::engine::general_purpose::STANDARD;
+    if picture.len() > LARGEST_PICTURE {
+        bail!("the picture has more than {} MiB", LARGEST_PICTURE >> 20);
+    }
+    if picture.trim_start().starts_with("<svg") {
+        return Ok(format!("data:image/svg+xml;base64,{}", STANDARD.encode(picture.trim())));
+    }
+    let is_data = ["data:image/png;base64,", "data:image/svg+xml;base64,"].iter().any(|start| {
+        picture.strip_prefix(start).is_some_and(|data| {
+            data.bytes().all(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'+' | b'/' | b'='))
+        })
+    });
+    if !is_data {
+        bail!("the picture is neither an <svg> nor a data: URL of a PNG in Base64");
+    }
+    Ok(picture.into())
+}
+
+/// The curves of the first member: setpoint and process value, manipulated value, pulses.
+fn curves(record: &Record, roles: &Roles) -> Result<Option<String>> {
+    let Some(member) = record.setup().members.first() else { return Ok(None) };
+    let process_value = roles.shown_process_value.as_ref().or(roles.process_value.as_ref());
+    let manual = roles.manual.as_ref().map(|(switch, _)| switch);
+    let left = [roles.setpoint.as_ref(), process_value].into_iter().flatten().map(|name| (name, Axis::Left));
+    let right = roles.manipulated_value.iter().map(|name| (name, Axis::Right));
+    let lanes = roles.pulses.iter().chain(manual).map(|name| (name, Axis::Lane));
+    let mut wanted: Vec<(String, Axis)> =
+        left.chain(right).chain(lanes).map(|(name, axis)| (format!("{}.{name}", member.name), axis)).collect();
+    wanted.retain(|(name, _)| record.column(name).is_ok());
+    if wanted.is_empty() {
+        return Ok(None);
+    }
+    let view = View {
+        run: None,
+        variables: wanted.iter().map(|(name, _)| name.clone()).collect(),
+        from: None,
+        to: None,
+        points: POINTS,
+    };
+    let curves = record.view(&view)?;
+    let prefix = format!("{}.", member.name);
+    let all = wanted.iter().zip(&curves.values).zip(&curves.units).map(|(((name, axis), values), unit)| Curve {
+        name: name.strip_prefix(&prefix).unwrap_or(name),
+        unit: unit.as_deref(),
+        values,
+        axis: *axis,
+    });
+    Ok(Some(Chart { times: &curves.times, curves: all.collect() }.svg()?))
+}
+
+/// The settings in their groups.
+fn settings(page: &mut String, report: &Report, description: &Description, unused: &[String]) -> Result<()> {
+    let has_before = !report.before.is_empty();
+    writeln!(page, "<h2>Settings</h2>\n<table>\n<thead><tr><th>Name</th><th class=\"number\">Value</th><th>Unit</th>")?;
+    if has_before {
+        writeln!(page, "<th class=\"number\">Before</th>")?;
+    }
+    writeln!(page, "<th class=\"number\">Start</th><th>From</th><th>Meaning</th></tr></thead>\n<tbody>")?;
+    let width = if has_before { 7 } else { 6 };
+    let is_start = |variable: &Variable, value: Value| shown(variable, value) == shown(variable, variable.start);
+    let is_shown = |name: &str| {
+        let set = report.of.settings.iter().find(|setting| setting.name == name);
+        let variable = description.variables.iter().find(|variable| variable.name == name);
+        let is_at_start = set.zip(variable).is_none_or(|(set, variable)| is_start(variable, set.value));
+        let was_at_start = !report.before.iter().any(|setting| setting.name == name);
+        !(unused.iter().any(|unused| unused == name) && is_at_start && was_at_start)
+    };
+    for group in &description.groups {
+        if !group.fields.iter().any(|field| is_shown(&field.name)) {
+            continue;
+        }
+        writeln!(page, "<tr><th colspan=\"{width}\" scope=\"rowgroup\">{}</th></tr>", Text(&group.title))?;
+        for field in group.fields.iter().filter(|field| is_shown(&field.name)) {
+            let Some(variable) = description.variables.iter().find(|variable| variable.name == field.name) else {
+                continue;
+            };
+            let set = report.of.settings.iter().find(|setting| setting.name == field.name);
+            let value = set.map_or(variable.start, |setting| setting.value);
+            let before = report.before.iter().find(|setting| setting.name == field.name).map(|setting| setting.value);
+            // What was not given before had its start value.
+            let before = before.or_else(|| has_before.then_some(variable.start));
+            let reference = before.unwrap_or(variable.start);
+            let is_changed = shown(variable, value) != shown(variable, reference);
+            let is_unused = unused.contains(&field.name);
+            let class = match (is_changed, is_unused) {
+                (true, _) => " class=\"changed\"",
+                (_, true) => " class=\"unused\"",
+                _ => "",
+            };
+            let mut from = match set.and_then(|setting| setting.origin.as_deref()) {
+                _ if is_changed && before.is_some() => "changed".to_string(),
+                Some(origin) => origin.to_string(),
+                None if is_start(variable, value) => "start value".into(),
+                None => "set".into(),
+            };
+            if is_unused {
+                from.push_str(", no effect");
+            }
+            write!(
+                page,
+                "<tr{class}><td class=\"name\">{}</td><td class=\"number\">{}</td><td>{}</td>",
+                Text(&field.name),
+                Text(&shown(variable, value)),
+                Text(variable.unit.as_deref().unwrap_or(""))
+            )?;
+            if has_before {
+                let before = before.map_or_else(String::new, |value| shown(variable, value));
+                write!(page, "<td class=\"number\">{}</td>", Text(&before))?;
+            }
+            writeln!(
+                page,
+                "<td class=\"number\">{}</td><td class=\"from\">{}</td><td>{}</td></tr>",
+                Text(&shown(variable, variable.start)),
+                Text(&from),
+                Text(&variable.description)
+            )?;
+        }
+    }
+    writeln!(page, "</tbody>\n</table>")?;
+    let fields = description.groups.iter().flat_map(|group| &group.fields).map(|field| field.name.as_str());
+    let rest: Vec<_> = fields.filter(|name| !is_shown(name)).collect();
+    if !rest.is_empty() {
+        let are = if rest.len() == 1 { "its start value" } else { "their start values" };
+        writeln!(page, "<p class=\"rest\">Without effect, and at {are}: {}.</p>", Text(&rest.join(", ")))?;
+    }
+    Ok(())
+}
+
+/// A value as its PLC type shows it.
+fn shown(variable: &Variable, value: Value) -> String {
+    match (variable.kind.as_str(), value) {
+        ("BOOL" | "Boolean", value) => if number_of(value) == 0.0 { "FALSE" } else { "TRUE" }.into(),
+        ("REAL", value) => format!("{}", number_of(value) as f32),
+        (_, value) => format!("{}", number_of(value)),
+    }
+}
+
+/// What was done while it ran.
+fn events(page: &mut String, record: &Record) -> Result<()> {
+    let events = record.events();
+    writeln!(page, "<h2>What was done</h2>")?;
+    write!(page, "<p>Run {}: {} calls, {} s apart.", record.number(), events.calls, short(record.step()))?;
+    for (from, to) in &record.setup().connections {
+        write!(page, " {} goes to {}.", Text(from), Text(to))?;
+    }
+    if let Some(failure) = record.failure() {
+        write!(page, " It ended with an error: {}", Text(failure))?;
+    }
+    writeln!(page, "</p>")?;
+    if !events.events.is_empty() {
+        writeln!(
+            page,
+            "<table>\n<thead><tr><th class=\"number\">Time</th><th>Variable</th><th class=\"number\">Value</th></tr></thead>\n<tbody>"
+        )?;
+        for event in events.events.iter().take(MOST_EVENTS) {
+            let value = match event.value {
+                Value::Boolean(value) => if value { "TRUE" } else { "FALSE" }.to_string(),
+                Value::Number(value) => format!("{value}"),
+            };
+            writeln!(
+                page,
+                "<tr><td class=\"number\">{} s</td><td>{}</td><td class=\"number\">{}</td></tr>",
+                short(event.time),
+                Text(&event.variable),
+                Text(&value)
+            )?;
+        }
+        writeln!(page, "</tbody>\n</table>")?;
+        if events.events.len() > MOST_EVENTS {
+            writeln!(page, "<p>And {} more.</p>", events.events.len() - MOST_EVENTS)?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,788 @@
+//! What runs: a loop that is set, stepped and recorded while a user works with it, and the runs before it.
+//!
+//! A run has the same bits as `plcfmu run` of its [`Setup`] with its [`Done`] events: what is sent is set before the next
+//! call, when the plan of a description would set it.
+
+use crate::home::Home;
+use crate::message::{self, Curves, Event, Events, Setup, State, Values, View};
+use anyhow::{Context, Result, bail};
+use blocks::table::number::to_value;
+use modeldescription::Table;
+use modeldescription::v2::{Causality, ModelDescription, Variability};
+use run::component::{Component, Type};
+use run::master::Run;
+use run::plan::{self, Assignment, Column, Names, Plan, Reference};
+use run::system::{self, Connection, Recorded, Setting, System, Value};
+use run::trace::Trace;
+use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::sync::Arc;
+
+/// The most calls of a request.
+pub const MOST_CALLS: usize = 100_000;
+
+/// The most calls over which a ramp goes.
+pub const MOST_RAMP: usize = 100_000;
+
+/// The most events of a run.
+pub const MOST_EVENTS: usize = 1_000_000;
+
+/// The most members of a loop.
+const MOST_MEMBERS: usize = 100;
+
+/// The longest name of a member, in characters.
+const LONGEST_NAME: usize = 200;
+
+/// The most variables that are recorded of a foreign FMU.
+const MOST_RECORDED: usize = 1000;
+
+/// The most calls of a block in one communication step.
+const MOST_CALLS_OF_STEP: f64 = 1000.0;
+
+/// So many earlier runs are kept.
+const EARLIER: usize = 5;
+
+/// The present run and the earlier ones.
+#[derive(Default)]
+pub struct Session {
+    /// The oldest first.
+    earlier: VecDeque<Record>,
+    present: Option<Present>,
+    /// How many runs there were.
+    runs: usize,
+}
+
+/// What a run was and what it has recorded.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// The number of the run, from 0.
+    number: usize,
+    setup: Setup,
+    /// The time of call 0 in seconds.
+    start: f64,
+    /// The communication step in seconds.
+    step: f64,
+    /// All variables that are recorded, of all members that there were.
+    columns: Vec<Column>,
+    /// The place of each column.
+    places: HashMap<String, usize>,
+    /// What was set, in the order of the calls.
+    done: Vec<Done>,
+    exchanges: Vec<Exchanged>,
+    trace: Trace,
+    failure: Option<String>,
+}
+
+/// A variable that was set while the loop ran.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Done {
+    /// Before which call, from 0.
+    pub call: usize,
+    /// The variable, as a column of the record.
+    pub column: usize,
+    /// Its type.
+    pub kind: Type,
+    /// Its value; true is 1.
+    pub value: f64,
+}
+
+/// Members that took the place of others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exchanged {
+    /// Before which call, from 0.
+    pub call: usize,
+    /// All members but the first.
+    pub members: Vec<message::Member>,
+    /// All connections.
+    pub connections: Vec<(String, String)>,
+}
+
+/// A run that can go on.
+struct Present {
+    record: Record,
+    /// What runs now: after an exchange, not what the record began with.
+    wired: Wired,
+    run: Run<Box<dyn Component>>,
+    /// The columns of the plan, as columns of the record.
+    of_plan: Vec<usize>,
+    /// A row of the record.
+    row: Vec<f64>,
+    ramps: BTreeMap<usize, Ramp>,
+    /// What to say with the next answer.
+    remarks: Vec<String>,
+}
+
+/// A system with the descriptions of its members and its plan.
+struct Wired {
+    system: System,
+    descriptions: Vec<Arc<ModelDescription>>,
+    tables: Vec<Option<Arc<Table>>>,
+    plan: Plan,
+}
+
+/// A variable on its way to a value.
+#[derive(Clone, Copy)]
+struct Ramp {
+    member: usize,
+    assignment: Assignment,
+    /// The call of the first event.
+    first: usize,
+    /// How many events there are.
+    calls: usize,
+    from: f64,
+    to: f64,
+}
+
+impl Record {
+    /// The number of the run, from 0.
+    pub fn number(&self) -> usize {
+        self.number
+    }
+
+    /// What the run began with.
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    /// What was set while it ran, in the order of the calls.
+    pub fn done(&self) -> &[Done] {
+        &self.done
+    }
+
+    /// Which members were exchanged while it ran.
+    pub fn exchanges(&self) -> &[Exchanged] {
+        &self.exchanges
+    }
+
+    /// How many calls were made.
+    pub fn calls(&self) -> usize {
+        self.trace.calls()
+    }
+
+    /// The communication step in seconds.
+    pub fn step(&self) -> f64 {
+        self.step
+    }
+
+    /// When a call is, in seconds.
+    pub fn time(&self, call: usize) -> f64 {
+        self.start + call as f64 * self.step
+    }
+
+    /// The variables that are recorded, with types and units.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// The column of a variable, `MEMBER.VARIABLE`.
+    ///
+    /// # Errors
+    /// There is no such variable; a similar one is named.
+    pub fn column(&self, variable: &str) -> Result<usize> {
+        if let Some(place) = self.places.get(variable) {
+            return Ok(*place);
+        }
+        let hint = plan::near(variable, self.columns.iter().map(|column| column.name.as_str()))
+            .map_or_else(String::new, |near| format!("; did you mean {near}?"));
+        bail!("run {} has recorded no variable {variable:?}{hint}", self.number)
+    }
+
+    /// The recorded values.
+    pub fn trace(&self) -> &Trace {
+        &self.trace
+    }
+
+    /// What has ended the run.
+    pub fn failure(&self) -> Option<&str> {
+        self.failure.as_deref()
+    }
+
+    /// What was set, as a message.
+    pub fn events(&self) -> Events {
+        let event = |done: &Done| Event {
+            call: done.call,
+            time: self.time(done.call),
+            variable: self.columns[done.column].name.clone(),
+            value: shown(done.kind, done.value),
+        };
+        Events { events: self.done.iter().map(event).collect(), calls: self.calls() }
+    }
+
+    /// The calls from one time to another, both in seconds and inclusive; all without them.
+    pub fn calls_between(&self, from: Option<f64>, to: Option<f64>) -> std::ops::Range<usize> {
+        let place = |time: f64| (time - self.start) / self.step;
+        let first = from.map_or(0, |from| (place(from) - plan::ROUNDING).ceil().max(0.0) as usize);
+        let end = to.map_or(self.calls(), |to| ((place(to) + plan::ROUNDING).floor() + 1.0).max(0.0) as usize);
+        let end = end.min(self.calls());
+        first.min(end)..end
+    }
+
+    /// The curves of variables, thinned out.
+    ///
+    /// # Errors
+    /// There is no such variable; fewer than 2 points are asked for.
+    pub fn view(&self, view: &View) -> Result<Curves> {
+        if view.points < 2 {
+            bail!("points = {}: a curve needs at least 2", view.points);
+        }
+        let columns = view.variables.iter().map(|name| self.column(name)).collect::<Result<Vec<_>>>()?;
+        let curves = self.trace.curves(&columns, self.calls_between(view.from, view.to), view.points);
+        Ok(Curves {
+            times: curves.calls.into_iter().map(|call| self.time(call)).collect(),
+            values: curves.values,
+            units: columns.iter().map(|column| self.columns[*column].unit.clone()).collect(),
+            is_exact: curves.is_exact,
+        })
+    }
+
+    /// Adds the plan's columns that are new; gives the column of each.
+    fn admit(&mut self, plan: &Plan) -> Vec<usize> {
+        let before = self.columns.len();
+        let place = |column: &Column| match self.places.get(&column.name) {
+            Some(place) => *place,
+            None => {
+                let place = self.columns.len();
+                self.places.insert(column.name.clone(), place);
+                self.columns.push(column.clone());
+                place
+            }
+        };
+        let places = plan.columns.iter().map(place).collect();
+        if self.columns.len() > before {
+            self.trace.widen(self.columns.len() - before);
+        }
+        places
+    }
+}
+
+impl Session {
+    /// Begins a run; the present one is kept as an earlier run.
+    ///
+    /// # Errors
+    /// What is wrong with the setup, or which FMU refuses it. The present run goes on then.
+    pub fn start(&mut self, home: &dyn Home, setup: Setup) -> Result<State> {
+        let mut present = Present::begin(home, setup)?;
+        present.record.number = self.runs;
+        self.runs += 1;
+        if let Some(before) = self.present.replace(present) {
+            self.earlier.push_back(before.record);
+            if self.earlier.len() > EARLIER {
+                self.earlier.pop_front();
+            }
+        }
+        self.state()
+    }
+
+    fn present(&mut self) -> Result<&mut Present> {
+        self.present.as_mut().context("nothing runs: start a loop first")
+    }
+
+    /// Where the present run is. Remarks are given once.
+    ///
+    /// # Errors
+    /// Nothing runs.
+    pub fn state(&mut self) -> Result<State> {
+        Ok(self.present()?.state())
+    }
+
+    /// A run, the present one without a number.
+    ///
+    /// # Errors
+    /// There is no such run, or it is no longer kept.
+    pub fn record(&self, run: Option<usize>) -> Result<&Record> {
+        let present = self.present.as_ref().map(|present| &present.record);
+        let Some(run) = run else {
+            return present.context("nothing runs: start a loop first");
+        };
+        let mut all = self.earlier.iter().chain(present);
+        all.find(|record| record.number == run)
+            .with_context(|| format!("there is no run {run}: the present one and the {EARLIER} before it are kept"))
+    }
+
+    /// Sets variables before the next call.
+    ///
+    /// # Errors
+    /// A variable that there is not, that is connected or fixed, or a value that it does not take. Nothing is set then.
+    pub fn send(&mut self, values: &Values) -> Result<State> {
+        self.present()?.send(values)?;
+        self.state()
+    }
+
+    /// Moves a variable evenly to a value, with an event before each of the next calls.
+    ///
+    /// # Errors
+    /// As [`Session::send`]; the variable has no number, or the ramp takes too long.
+    pub fn ramp(&mut self, variable: &str, to: f64, seconds: f64) -> Result<State> {
+        self.present()?.ramp(variable, to, seconds)?;
+        self.state()
+    }
+
+    /// Makes calls.
+    ///
+    /// # Errors
+    /// No call or too many; the run has ended. An FMU that fails is no error: [`State::failure`] says so.
+    pub fn run(&mut self, calls: usize) -> Result<State> {
+        if !(1..=MOST_CALLS).contains(&calls) {
+            bail!("{calls} calls: a request makes 1 to {MOST_CALLS}, ask again for more");
+        }
+        self.present()?.run(calls)?;
+        self.state()
+    }
+
+    /// Replaces all members but the first, which goes on.
+    ///
+    /// # Errors
+    /// What is wrong with them; all goes on as before then. If one of them fails when it is initialized, the run has ended and the
+    /// first member is kept.
+    pub fn exchange(
+        &mut self,
+        home: &dyn Home,
+        members: Vec<message::Member>,
+        connections: Vec<(String, String)>,
+    ) -> Result<State> {
+        self.present()?.exchange(home, members, connections)?;
+        self.state()
+    }
+
+    /// Begins again with the same setup, and makes the same calls with the same events.
+    ///
+    /// # Errors
+    /// As [`Session::start`].
+    pub fn again(&mut self, home: &dyn Home) -> Result<State> {
+        let before = &self.present()?.record;
+        let (setup, calls) = (before.setup.clone(), before.calls());
+        let name = |done: &Done| before.columns[done.column].name.clone();
+        let done: Vec<_> = before.done.iter().map(|done| (*done, name(done))).collect();
+        let exchanges = before.exchanges.clone();
+        self.start(home, setup)?;
+        let present = self.present()?;
+        let (mut done, mut exchanges) = (done.into_iter().peekable(), exchanges.into_iter().peekable());
+        loop {
+            let call = present.run.steps();
+            while let Some(of) = exchanges.next_if(|exchange| exchange.call <= call) {
+                present.exchange(home, of.members, of.connections)?;
+            }
+            while let Some((event, name)) = done.next_if(|(event, _)| event.call <= call) {
+                let (member, assignment, _) = present.wired.assignment(&name, shown(event.kind, event.value))?;
+                present.put(member, assignment, &name)?;
+            }
+            if call >= calls || present.record.failure.is_some() {
+                break;
+            }
+            present.call();
+        }
+        self.state()
+    }
+
+    /// The curves of a run.
+    ///
+    /// # Errors
+    /// There is no such run or variable.
+    pub fn view(&self, view: &View) -> Result<Curves> {
+        self.record(view.run)?.view(view)
+    }
+}
+
+impl Present {
+    fn begin(home: &dyn Home, setup: Setup) -> Result<Present> {
+        let wired = Wired::of(home, &setup.members, &setup.connections, setup.exchange, Begin::New(setup.step))?;
+        let components = wired.instantiate(home, &setup.members)?;
+        let run = Run::begin(&wired.plan, components, None)?;
+        let mut record = Record {
+            number: 0,
+            setup,
+            start: wired.plan.start,
+            step: wired.plan.step,
+            columns: Vec::new(),
+            places: HashMap::new(),
+            done: Vec::new(),
+            exchanges: Vec::new(),
+            trace: Trace::new(0),
+            failure: None,
+        };
+        let of_plan = record.admit(&wired.plan);
+        let row = run.values(&wired.plan);
+        let remarks = wired.plan.warnings.clone();
+        Ok(Present { record, wired, run, of_plan, row, ramps: BTreeMap::new(), remarks })
+    }
+
+    fn state(&mut self) -> State {
+        let record = &self.record;
+        let columns = self.of_plan.iter().zip(&self.wired.plan.columns);
+        State {
+            run: record.number,
+            calls: record.calls(),
+            time: record.time(record.calls().saturating_sub(1)),
+            step: record.step,
+            values: columns.map(|(place, of)| (of.name.clone(), shown(of.kind, self.row[*place]))).collect(),
+            failure: record.failure.clone(),
+            remarks: std::mem::take(&mut self.remarks),
+        }
+    }
+
+    fn is_running(&self) -> Result<()> {
+        match &self.record.failure {
+            Some(failure) => bail!("the run has ended ({failure}): start again, or exchange the plant"),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses more events than fit.
+    fn check_room(&self, more: usize) -> Result<()> {
+        let coming: usize = self.ramps.values().map(|ramp| ramp.first + ramp.calls - self.run.steps()).sum();
+        if self.record.done.len() + coming + more > MOST_EVENTS {
+            bail!("a run has {MOST_EVENTS} events at most: start again, or make shorter ramps");
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, values: &Values) -> Result<()> {
+        self.is_running()?;
+        self.check_room(values.len())?;
+        let all = values.iter().map(|(name, value)| Ok((name, self.wired.assignment(name, *value)?)));
+        for (name, (member, assignment, warning)) in all.collect::<Result<Vec<_>>>()? {
+            self.put(member, assignment, name)?;
+            self.remarks.extend(warning);
+        }
+        Ok(())
+    }
+
+    /// Sets a variable before the next call. A ramp of it ends.
+    fn put(&mut self, member: usize, assignment: Assignment, name: &str) -> Result<()> {
+        let (call, column) = (self.run.steps(), self.record.column(name)?);
+        self.ramps.remove(&column);
+        self.note(call, column, assignment);
+        self.run.set(member, assignment);
+        Ok(())
+    }
+
+    /// Notes an event; of two events of a variable before one call, the later counts.
+    fn note(&mut self, call: usize, column: usize, assignment: Assignment) {
+        let Assignment { kind, value, .. } = assignment;
+        let mut last = self.record.done.iter_mut().rev().take_while(|done| done.call == call);
+        match last.find(|done| done.column == column) {
+            Some(done) => done.value = value,
+            None => self.record.done.push(Done { call, column, kind, value }),
+        }
+    }
+
+    fn ramp(&mut self, variable: &str, to: f64, seconds: f64) -> Result<()> {
+        self.is_running()?;
+        let (member, assignment, warning) = self.wired.assignment(variable, Value::Number(to))?;
+        if assignment.kind == Type::Boolean {
+            bail!("{variable} is Boolean: only a number can move evenly");
+        }
+        let calls = (seconds / self.record.step).round().max(1.0);
+        if !(seconds >= 0.0 && calls <= MOST_RAMP as f64) {
+            let most = MOST_RAMP as f64 * self.record.step;
+            bail!("a ramp of {seconds:?} s: it takes 0 to {most:?} s, {MOST_RAMP} calls");
+        }
+        let calls = calls as usize;
+        self.check_room(calls)?;
+        let (column, first) = (self.record.column(variable)?, self.run.steps());
+        let sent = self.record.done.iter().rev().take_while(|done| done.call == first);
+        let sent = sent.filter(|done| done.column == column).map(|done| done.value).next();
+        let from = sent.unwrap_or_else(|| self.present_value(column));
+        self.ramps.insert(column, Ramp { member, assignment, first, calls, from, to });
+        self.remarks.extend(warning);
+        Ok(())
+    }
+
+    /// What a variable of the plan has after the last call.
+    fn present_value(&self, column: usize) -> f64 {
+        let place = self.of_plan.iter().position(|of| *of == column);
+        place.map_or(f64::NAN, |place| self.run.values(&self.wired.plan)[place])
+    }
+
+    /// Sets the next value of each ramp.
+    fn follow_ramps(&mut self) {
+        let call = self.run.steps();
+        let ramps: Vec<(usize, Ramp)> = self.ramps.iter().map(|(column, ramp)| (*column, *ramp)).collect();
+        for (column, ramp) in ramps {
+            let number = call - ramp.first + 1;
+            let between = ramp.from + (ramp.to - ramp.from) * (number as f64 / ramp.calls as f64);
+            let value = match ramp.assignment.kind {
+                _ if number >= ramp.calls => ramp.to,
+                Type::Integer => between.round(),
+                _ => between,
+            };
+            let assignment = Assignment { value, ..ramp.assignment };
+            self.note(call, column, assignment);
+            self.run.set(ramp.member, assignment);
+            if number >= ramp.calls {
+                self.ramps.remove(&column);
+            }
+        }
+    }
+
+    fn run(&mut self, calls: usize) -> Result<()> {
+        self.is_running()?;
+        for _ in 0..calls {
+            self.call();
+            if self.record.failure.is_some() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes a call.
+    fn call(&mut self) {
+        self.follow_ramps();
+        let failed = self.run.step(&self.wired.plan).err();
+        let counts = failed.is_none() || self.run.abandon_step();
+        if let Some(error) = failed {
+            self.record.failure = Some(format!("{error:#}"));
+            self.ramps.clear();
+        }
+        if counts {
+            for (place, value) in self.of_plan.iter().zip(self.run.row()) {
+                self.row[*place] = *value;
+            }
+            self.record.trace.push(&self.row);
+        }
+    }
+
+    fn exchange(
+        &mut self,
+        home: &dyn Home,
+        members: Vec<message::Member>,
+        connections: Vec<(String, String)>,
+    ) -> Result<()> {
+        let Some(first) = self.record.setup.members.first() else { bail!("there is no controller") };
+        if self.record.failure.is_some() && self.run.at() == 0 {
+            bail!("{} itself has failed: start again", first.name);
+        }
+        let all: Vec<message::Member> = std::iter::once(first).chain(&members).cloned().collect();
+        let begin = Begin::Later { start: self.record.start, step: self.record.step };
+        let wired = Wired::of(home, &all, &connections, self.record.setup.exchange, begin)?;
+        let mut components = Vec::new();
+        for member in &members {
+            components.push(wired.instance(home, member)?);
+        }
+        self.run.exchange(&wired.plan, components)?;
+        self.remarks.extend(wired.plan.warnings.iter().cloned());
+        self.ramps.retain(|_, ramp| ramp.member == 0);
+        self.of_plan = self.record.admit(&wired.plan);
+        self.row = vec![f64::NAN; self.record.columns.len()];
+        for (place, value) in self.of_plan.iter().zip(self.run.values(&wired.plan)) {
+            self.row[*place] = value;
+        }
+        self.wired = wired;
+        self.record.failure = None;
+        self.record.exchanges.push(Exchanged { call: self.run.steps(), members, connections });
+        Ok(())
+    }
+}
+
+/// When members begin.
+enum Begin {
+    /// With the run, with this communication step.
+    New(Option<f64>),
+    /// While it runs.
+    Later { start: f64, step: f64 },
+}
+
+impl Wired {
+    /// Checks members and connections, and makes a plan that records everything.
+    fn of(
+        home: &dyn Home,
+        members: &[message::Member],
+        connections: &[(String, String)],
+        exchange: system::Exchange,
+        begin: Begin,
+    ) -> Result<Wired> {
+        check_names(members)?;
+        let descriptions = members.iter().map(|of| home.description(&of.fmu)).collect::<Result<Vec<_>>>()?;
+        let tables = members.iter().map(|of| home.table(&of.fmu)).collect::<Result<Vec<_>>>()?;
+        let borrowed: Vec<&ModelDescription> = descriptions.iter().map(|of| &**of).collect();
+        let (start, step) = match begin {
+            Begin::Later { start, step } => (start, step),
+            Begin::New(step) => {
+                let experiments = borrowed.iter().filter_map(|of| of.default_experiment?.start_time);
+                let start = experiments.reduce(f64::min).unwrap_or(0.0);
+                let own = cycle(&members[0], borrowed[0], tables[0].as_deref());
+                let proposed = || own.or(borrowed[0].default_experiment.and_then(|of| of.step_size));
+                let step = step.or_else(proposed);
+                (start, step.with_context(|| format!("{} proposes no communication step: give one", members[0].name))?)
+            }
+        };
+        for ((member, description), table) in members.iter().zip(&borrowed).zip(&tables) {
+            if let Some(cycle) = cycle(member, description, table.as_deref())
+                && step / cycle.max(0.001) > MOST_CALLS_OF_STEP
+            {
+                bail!(
+                    "{} is called every {cycle:?} s, which is more than {MOST_CALLS_OF_STEP} times in a communication \
+                     step of {step:?} s: make the step shorter",
+                    member.name
+                );
+            }
+        }
+        let mut record = Vec::new();
+        for ((member, description), table) in members.iter().zip(&borrowed).zip(&tables) {
+            let most = if table.is_some() { usize::MAX } else { MOST_RECORDED };
+            record.extend(
+                recorded(description, most)
+                    .map(|variable| Recorded { variable: format!("{}.{variable}", member.name), place: None }),
+            );
+        }
+        let setting = |member: &message::Member, (name, value): (&String, &Value)| Setting {
+            variable: format!("{}.{name}", member.name),
+            value: *value,
+            time: None,
+            is_preliminary: true,
+            place: None,
+        };
+        let system = System {
+            members: members
+                .iter()
+                .map(|of| system::Member { name: of.name.clone(), path: format!("{}.fmu", of.fmu).into() })
+                .collect(),
+            settings: members.iter().flat_map(|of| of.values.iter().map(move |value| setting(of, value))).collect(),
+            connections: connections
+                .iter()
+                .map(|(from, to)| Connection { from: from.clone(), to: to.clone(), place: None })
+                .collect(),
+            record,
+            start: Some(start),
+            stop: Some(start + step),
+            step: Some(step),
+            exchange,
+            remarks: Vec::new(),
+        };
+        let names = Names::of(&system, &borrowed)?;
+        for setting in &system.settings {
+            let reference = names.find(&setting.variable)?;
+            fitting(tables[reference.member].as_deref(), &reference, &setting.variable, setting.value)?;
+        }
+        let mut plan = Plan::of(&system, &borrowed)?;
+        for (member, (description, table)) in members.iter().zip(borrowed.iter().zip(&tables)) {
+            let count = recorded(description, usize::MAX).count();
+            if table.is_none() && count > MOST_RECORDED {
+                plan.warnings.push(format!("{}: {MOST_RECORDED} of {count} variables are recorded", member.name));
+            }
+        }
+        Ok(Wired { system, descriptions, tables, plan })
+    }
+
+    fn instance(&self, home: &dyn Home, member: &message::Member) -> Result<Box<dyn Component>> {
+        home.instantiate(&member.fmu, &member.name).with_context(|| member.name.clone())
+    }
+
+    fn instantiate(&self, home: &dyn Home, members: &[message::Member]) -> Result<Vec<Box<dyn Component>>> {
+        members.iter().map(|member| self.instance(home, member)).collect()
+    }
+
+    /// What to set while the loop runs: the member, and a warning if the value is outside the declared range.
+    fn assignment(&self, name: &str, value: Value) -> Result<(usize, Assignment, Option<String>)> {
+        let descriptions: Vec<&ModelDescription> = self.descriptions.iter().map(|of| &**of).collect();
+        let names = Names::of(&self.system, &descriptions)?;
+        let reference = names.find(name)?;
+        let variable = reference.variable;
+        if !variable.is_settable() {
+            bail!(
+                "{name} cannot be set: its causality is {}; only inputs and parameters can be set",
+                variable.causality
+            );
+        }
+        let wires = plan::wires(&names, &self.system.connections)?;
+        if let Some(wire) = wires.iter().find(|wire| wire.is_to(&reference)) {
+            bail!("{name} cannot be set: it is connected to {}", names.full(&wire.from));
+        }
+        if variable.causality == Causality::Parameter && variable.variability != Variability::Tunable {
+            bail!(
+                "{name} cannot be changed while the loop runs, because it is a fixed parameter: restart with the new value"
+            );
+        }
+        let value = fitting(self.tables[reference.member].as_deref(), &reference, name, value)?;
+        let (min, max) = names.range(&reference);
+        let is_outside = min.is_some_and(|min| value < min) || max.is_some_and(|max| value > max);
+        let warning = is_outside.then(|| {
+            let show = |bound: Option<f64>| bound.map_or("...".into(), |bound| format!("{bound:?}"));
+            format!("{name} = {value:?} is outside of the range that the FMU declares, {} to {}", show(min), show(max))
+        });
+        let assignment = Assignment { kind: reference.kind, reference: variable.value_reference, value };
+        Ok((reference.member, assignment, warning))
+    }
+}
+
+/// A value as the variable takes it.
+///
+/// # Errors
+/// It is of another type, not finite, or outside the range of the PLC's type.
+fn fitting(table: Option<&Table>, reference: &Reference, name: &str, value: Value) -> Result<f64> {
+    let value = plan::value(reference.kind, value).with_context(|| format!("{name} cannot be set"))?;
+    if !value.is_finite() {
+        bail!("{name} cannot be set: {value:?} is not a finite number");
+    }
+    let row = table.and_then(|table| table.variables.iter().find(|row| row.name == reference.variable.name));
+    if let Some(row) = row {
+        to_value(value, row.kind).map_err(|range| anyhow::anyhow!("{name} cannot be set to {value:?}: {range}"))?;
+    }
+    Ok(value)
+}
+
+/// A value as a message has it.
+fn shown(kind: Type, value: f64) -> Value {
+    match kind {
+        Type::Boolean => Value::Boolean(value != 0.0),
+        _ => Value::Number(value),
+    }
+}
+
+/// The time between two calls of a block; a foreign FMU has none.
+fn cycle(member: &message::Member, description: &ModelDescription, table: Option<&Table>) -> Option<f64> {
+    let row = table?.variables.get(table?.cycle)?;
+    match member.values.get(&row.name) {
+        Some(Value::Number(cycle)) => Some(*cycle),
+        _ => run::fmus::start(description, &row.name).or(Some(row.start)),
+    }
+}
+
+/// What to record of an FMU: at most so many variables, inputs and outputs first.
+fn recorded(description: &ModelDescription, most: usize) -> impl Iterator<Item = &str> {
+    let variables =
+        || description.model_variables.iter().filter(|of| !matches!(of.typed, modeldescription::v2::Typed::String(_)));
+    let is_terminal =
+        |of: &&modeldescription::v2::Variable| matches!(of.causality, Causality::Input | Causality::Output);
+    let has_room = variables().count() <= most;
+    let all = variables().filter(move |_| has_room);
+    let terminals = variables().filter(move |of| !has_room && is_terminal(of));
+    let others = variables().filter(move |of| !has_room && !is_terminal(of));
+    all.chain(terminals.chain(others).take(most)).map(|of| of.name.as_str())
+}
+
+/// Refuses names of members that cannot be told apart.
+fn check_names(members: &[message::Member]) -> Result<()> {
+    if members.is_empty() {
+        bail!("there is nothing to run: a loop has a member at least");
+    }
+    if members.len() > MOST_MEMBERS {
+        bail!("{} members: a loop has at most {MOST_MEMBERS}", members.len());
+    }
+    for (number, member) in members.iter().enumerate() {
+        let name = &member.name;
+        if name.is_empty() || name.chars().count() > LONGEST_NAME {
+            bail!(
+                "the name of member {} has {} characters: 1 to {LONGEST_NAME} are allowed",
+                number + 1,
+                name.chars().count()
+            );
+        }
+        for other in &members[..number] {
+            if *name == other.name {
+                bail!("two members are named {name}: rename one");
+            }
+            let is_before = |a: &str, b: &str| b.strip_prefix(a).is_some_and(|rest| rest.starts_with('.'));
+            if is_before(name, &other.name) || is_before(&other.name, name) {
+                bail!(
+                    "the members {} and {name} cannot be told apart: one name must not begin with the other and a point",
+                    other.name
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

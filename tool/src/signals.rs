@@ -1,0 +1,183 @@
+//! The signals of a recorded loop, found by what the first member's variables are in a loop: for figures and identification.
+
+use crate::describe::describe;
+use crate::home::Home;
+use crate::session::{Record, Session};
+use crate::travel;
+use anyhow::{Context, Result};
+use control::figures::{self, Figures};
+use control::identify::{self, Data, Identified};
+
+/// The signals of a loop in the calls that are held exactly.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Signals {
+    /// When the calls are, in seconds.
+    pub times: Vec<f64>,
+    /// The setpoint.
+    pub setpoint: Vec<f64>,
+    /// The process value in the setpoint's unit.
+    pub process_value: Vec<f64>,
+    /// The manipulated value; empty if the controller has pulses only.
+    pub manipulated_value: Vec<f64>,
+    /// The pulse outputs; may be empty.
+    pub pulses: Vec<Vec<bool>>,
+    /// The unit of the process value.
+    pub unit: Option<String>,
+    /// The unit of the manipulated value.
+    pub travel_unit: Option<String>,
+    /// What the user should know, a sentence each.
+    pub remarks: Vec<String>,
+}
+
+impl Signals {
+    /// The signals of a run from one time to another, both in seconds; of all calls without them.
+    ///
+    /// # Errors
+    /// The first member tells no setpoint or no process value.
+    pub fn of(home: &dyn Home, record: &Record, from: Option<f64>, to: Option<f64>) -> Result<Signals> {
+        let controller = record.setup().members.first().context("there is no controller")?;
+        let roles = describe(home, &controller.fmu)?.roles;
+        let wanted = record.calls_between(from, to);
+        let exact = record.trace().exact();
+        let calls = wanted.start.max(exact.start)..wanted.end.max(exact.start);
+        let column = |name: &String| record.column(&format!("{}.{name}", controller.name));
+        let values = |column: usize| record.trace().column(column, calls.clone()).collect::<Vec<_>>();
+        let unit = |column: usize| record.columns()[column].unit.clone();
+        let needed = |role: &Option<String>, what: &str| {
+            let missing = || format!("{} does not tell which of its variables is its {what}", controller.fmu);
+            column(role.as_ref().with_context(missing)?)
+        };
+        let setpoint = needed(&roles.setpoint, "setpoint")?;
+        let process_value = needed(&roles.shown_process_value.or(roles.process_value), "process value")?;
+        let manipulated_value = roles.manipulated_value.as_ref().map(column).transpose()?;
+        let pulses = roles.pulses.iter().map(column).collect::<Result<Vec<_>>>()?;
+        let mut remarks = Vec::new();
+        if wanted.start < calls.start {
+            let (first, count) = (record.time(calls.start), calls.len());
+            remarks.push(format!(
+                "only the last {count} calls count, from {first:?} s on: earlier ones are no longer held one by one"
+            ));
+        }
+        Ok(Signals {
+            times: calls.clone().map(|call| record.time(call)).collect(),
+            setpoint: values(setpoint),
+            process_value: values(process_value),
+            manipulated_value: manipulated_value.map_or_else(Vec::new, values),
+            pulses: pulses.into_iter().map(|of| values(of).into_iter().map(|value| value == 1.0).collect()).collect(),
+            unit: unit(process_value),
+            travel_unit: manipulated_value.and_then(unit),
+            remarks,
+        })
+    }
+
+    /// The same for the figures.
+    pub fn borrowed(&self) -> figures::Signals<'_> {
+        figures::Signals {
+            times: &self.times,
+            setpoint: &self.setpoint,
+            process_value: &self.process_value,
+            manipulated_value: &self.manipulated_value,
+            pulses: &self.pulses,
+            unit: self.unit.as_deref(),
+            travel_unit: self.travel_unit.as_deref(),
+        }
+    }
+}
+
+/// The figures of a run.
+///
+/// # Errors
+/// There is no such run; as [`Signals::of`].
+pub fn figures(home: &dyn Home, session: &Session, request: &figures::Request) -> Result<Figures> {
+    // The last change of the setpoint may be before the window.
+    let signals = Signals::of(home, session.record(request.run)?, None, None)?;
+    let mut figures = figures::of(&signals.borrowed(), request);
+    if signals.times.first().is_some_and(|first| figures.from <= *first) {
+        figures.remarks.extend(signals.remarks);
+    }
+    Ok(figures)
+}
+
+/// A plant's model from a step in a run or in a file.
+///
+/// # Errors
+/// There is no such run, or it says nothing about the plant; what is wrong with the file.
+pub fn identify(home: &dyn Home, session: &Session, request: &identify::Request) -> Result<Identified> {
+    let Data::Run { run, from, to } = request.data else { return identify::of_csv(request) };
+    let record = session.record(run)?;
+    let signals = Signals::of(home, record, from, to)?;
+    let mut identified = if signals.manipulated_value.is_empty() && !signals.times.is_empty() {
+        travel::identify(home, record, &signals, request)?
+    } else {
+        let (times, input) = (&signals.times, &signals.manipulated_value);
+        let recorded = identify::Recorded { times, input, output: &signals.process_value };
+        identify::of(&recorded, request.method, request.is_integrating)?
+    };
+    identified.remarks.extend(signals.remarks);
+    Ok(identified)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::{Member, Setup, Values};
+    use crate::test_home::TestHome;
+    use run::system::Value;
+
+    fn session(home: &TestHome, is_manual: bool) -> Session {
+        let values = |given: &[(&str, f64)]| -> Values {
+            given.iter().map(|(name, value)| (name.to_string(), Value::Number(*value))).collect()
+        };
+        let member = |name: &str, fmu: &str, given: &[(&str, f64)]| Member {
+            name: name.into(),
+            fmu: fmu.into(),
+            values: values(given),
+        };
+        let manual = f64::from(u8::from(is_manual));
+        let controller = member("C", "PID", &[("GAIN", 1.0), ("TI", 8.0), ("MAN_ON", manual), ("CYCLE", 0.1)]);
+        let connections = [("C.OUT", "P.POWER"), ("P.TEMP", "C.PV_IN")];
+        let setup = Setup {
+            members: vec![controller, member("P", "LAG", &[("CYCLE", 0.1)])],
+            connections: connections.map(|(from, to)| (from.into(), to.into())).into(),
+            ..Setup::default()
+        };
+        let mut session = Session::default();
+        session.start(home, setup).unwrap();
+        session.run(50).unwrap();
+        session.send(&values(&[("C.SP", 60.0), ("C.MAN", 40.0)])).unwrap();
+        session.run(1000).unwrap();
+        session
+    }
+
+    #[test]
+    fn the_figures_are_those_of_the_setpoint_step_of_the_run() {
+        let home = TestHome::default();
+        let figures = figures(&home, &session(&home, false), &figures::Request::default()).unwrap();
+        assert_eq!(
+            (figures.from, figures.unit.as_deref(), figures.travel_unit.as_deref()),
+            (5.0, Some("degC"), Some("%"))
+        );
+        assert!(figures.rise.is_some() && figures.settled.is_some(), "{figures:?}");
+        // UP and DOWN are its pulses: UP comes with the step, which is above 50 %, and DOWN later.
+        assert!(figures.pulses.is_some_and(|pulses| pulses >= 2), "{figures:?}");
+    }
+
+    #[test]
+    fn a_plant_is_identified_from_a_manual_step_of_the_run() {
+        let home = TestHome::default();
+        let data = Data::Run { run: None, from: None, to: None };
+        let request = identify::Request { data, method: identify::Method::LeastSquares, is_integrating: false };
+        let model = identify(&home, &session(&home, true), &request).unwrap().model;
+        assert!((model.gain / 1.5 - 1.0).abs() < 0.01 && (model.time_constant / 10.0 - 1.0).abs() < 0.02, "{model:?}");
+    }
+
+    #[test]
+    fn a_foreign_controller_tells_no_setpoint() {
+        let home = TestHome::default();
+        let mut session = Session::default();
+        let member = Member { name: "F".into(), fmu: "FOREIGN".into(), values: Values::new() };
+        session.start(&home, Setup { members: vec![member], step: Some(0.1), ..Setup::default() }).unwrap();
+        let error = figures(&home, &session, &figures::Request::default()).unwrap_err();
+        assert_eq!(error.to_string(), "FOREIGN does not tell which of its variables is its setpoint");
+    }
+}

@@ -1,0 +1,60 @@
+//! The FMUs for tests, as a catalogue.
+
+use crate::home::Home;
+use crate::message::{Entry, KnownLoop, Part};
+use anyhow::Result;
+use modeldescription::Table;
+use modeldescription::v2::ModelDescription;
+use run::component::Component;
+use run::fmus::Fmus;
+pub use run::test_home::{FOREIGN, Pid};
+use std::ops::Deref;
+use std::sync::Arc;
+
+/// Blocks, and a foreign FMU.
+#[derive(Debug, Default)]
+pub struct TestHome {
+    fmus: run::test_home::TestHome,
+    pub loops: Vec<KnownLoop>,
+}
+
+impl Deref for TestHome {
+    type Target = run::test_home::TestHome;
+
+    fn deref(&self) -> &run::test_home::TestHome {
+        &self.fmus
+    }
+}
+
+impl Fmus for TestHome {
+    fn description(&self, fmu: &str) -> Result<Arc<ModelDescription>> {
+        self.fmus.description(fmu)
+    }
+
+    fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>> {
+        self.fmus.table(fmu)
+    }
+
+    fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>> {
+        self.fmus.instantiate(fmu, name)
+    }
+}
+
+impl Home for TestHome {
+    fn entries(&self) -> Vec<Entry> {
+        let entry = |name: &str, part, is_foreign| Entry { name: name.into(), summary: name.into(), part, is_foreign };
+        vec![entry("PID", Part::Controller, false), entry("LAG", Part::Plant, false), entry(FOREIGN, Part::Plant, true)]
+    }
+
+    fn known_loops(&self) -> Vec<KnownLoop> {
+        self.loops.clone()
+    }
+
+    fn blocks(&self) -> Vec<Arc<parameters::Block>> {
+        vec![Arc::new(parameters::Block::of::<Pid>())]
+    }
+
+    fn preset(&self, of: &parameters::Loop) -> Result<Vec<u8>> {
+        Ok(of.name.clone().into_bytes())
+    }
+}

@@ -1,0 +1,117 @@
+//! How far a step controller has moved its actuator: its pulses, summed up with the time that the actuator takes from stop to
+//! stop. Stops and backlash are not in it.
+
+use crate::home::Home;
+use crate::session::Record;
+use crate::signals::Signals;
+use anyhow::{Context, Result, bail};
+use control::identify::{self, Identified, Recorded};
+use control::tune::Controller;
+use modeldescription::digits::short;
+
+/// A pulse moves this part of the whole travel from sample to sample: it looks like a step, also if the controller is called often.
+const MOVE: f64 = 0.04;
+
+/// A plant's model, from the travel of the actuator to the process value.
+///
+/// # Errors
+/// The controller is no step controller, not each of its calls is recorded, or the record says nothing about the plant.
+pub fn identify(
+    home: &dyn Home,
+    record: &Record,
+    signals: &Signals,
+    request: &identify::Request,
+) -> Result<Identified> {
+    let member = record.setup().members.first().context("there is no controller")?;
+    let remedy = "identify from a CSV file with the position of the actuator";
+    let controller = Controller::of(home, member)?;
+    let motor_time = controller.motor_time_setting().filter(|_| controller.is_step_controller());
+    let (Some(motor_time), [up, down]) = (motor_time, signals.pulses.as_slice()) else {
+        bail!("{} has no manipulated value, and what its pulses move is not known: {remedy}", member.fmu);
+    };
+    let cycle = record.column(&format!("{}.{}", member.name, controller.cycle_setting()))?;
+    let column = record.column(&format!("{}.{motor_time}", member.name))?;
+    let last = record.trace().exact().end.saturating_sub(1);
+    let value = |column: usize| record.trace().column(column, last..last + 1).next();
+    let (Some(cycle), Some(seconds)) = (value(cycle), value(column)) else { bail!("there is no call in the run") };
+    let interval = record.time(1) - record.time(0);
+    if interval > 1.5 * cycle {
+        bail!(
+            "a step of the run takes {} s, and {} is called every {} s: not each pulse is recorded; {remedy}",
+            short(interval),
+            member.fmu,
+            short(cycle)
+        );
+    }
+    if seconds <= 0.0 {
+        bail!("{motor_time} is {seconds} s: set it to the time that the actuator takes from stop to stop");
+    }
+    let percent = 100.0 * interval / seconds;
+    let travel = travel(up, down, percent);
+    let stride = stride(&travel, percent);
+    let (times, input, output) = thinned(&signals.times, &travel, &signals.process_value, stride);
+    let recorded = Recorded { times: &times, input: &input, output: &output };
+    let names = controller.roles.pulses.join(" and ");
+    let mut identified = identify::of(&recorded, request.method, request.is_integrating)
+        .with_context(|| format!("the manipulated value is the travel by {names}"))?;
+    identified.remarks.insert(
+        0,
+        format!(
+            "The manipulated value is the travel by {names}: 100 % in {motor_time} = {} s. Backlash is not known: let the \
+             pulse before it have the same direction.",
+            short(seconds)
+        ),
+    );
+    Ok(identified)
+}
+
+/// The mean of the travel in each call, in percent; `percent` is what a pulse of one call moves.
+fn travel(up: &[bool], down: &[bool], percent: f64) -> Vec<f64> {
+    let mut position = 0.0;
+    let mean = |(up, down): (&bool, &bool)| {
+        let way = percent * (f64::from(u8::from(*up)) - f64::from(u8::from(*down)));
+        position += way;
+        position - way / 2.0
+    };
+    up.iter().zip(down).map(mean).collect()
+}
+
+/// How many calls make one sample.
+fn stride(travel: &[f64], percent: f64) -> usize {
+    let (low, high) = travel.iter().fold((0.0_f64, 0.0_f64), |(low, high), at| (low.min(*at), high.max(*at)));
+    ((MOVE * (high - low) / percent).ceil() as usize).max(1)
+}
+
+/// One sample for so many calls: the mean of the input over them, the output at their beginning.
+fn thinned(times: &[f64], input: &[f64], output: &[f64], stride: usize) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+    let firsts = |values: &[f64]| values.iter().copied().step_by(stride).collect::<Vec<_>>();
+    let means = input.chunks(stride).map(|part| part.iter().sum::<f64>() / part.len() as f64).collect();
+    (firsts(times), means, firsts(output))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_travel_is_the_sum_of_the_pulses_and_its_mean_lies_in_the_middle_of_a_call() {
+        let up = [false, true, true, false, false, false];
+        let down = [false, false, false, false, true, false];
+        assert_eq!(travel(&up, &down, 4.0), [0.0, 2.0, 6.0, 8.0, 6.0, 4.0]);
+    }
+
+    #[test]
+    fn a_sample_has_so_many_calls_that_a_pulse_moves_a_part_of_the_travel_that_counts() {
+        assert_eq!(stride(&[0.0, 2.0, 6.0, 8.0], 4.0), 1);
+        // 300 calls of 0.1 %: 0.04 of 30 % is 12 calls.
+        let travel: Vec<f64> = (0..=300).map(|call| f64::from(call) * 0.1).collect();
+        assert_eq!(stride(&travel, 0.1), 12);
+        assert_eq!(stride(&[0.0; 9], 0.1), 1);
+    }
+
+    #[test]
+    fn thinned_samples_keep_the_mean_of_the_input() {
+        let (times, input, output) = thinned(&[0.0, 1.0, 2.0], &[2.0, 4.0, 5.0], &[7.0, 8.0, 9.0], 2);
+        assert_eq!((times, input, output), (vec![0.0, 2.0], vec![3.0, 5.0], vec![7.0, 9.0]));
+    }
+}

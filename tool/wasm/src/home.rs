@@ -1,0 +1,183 @@
+//! The home of the engine in the page: the FMUs that are linked in.
+
+use crate::component::Instance;
+use crate::plants;
+use anyhow::{Context, Result, bail};
+use fmu::v2::interface;
+use modeldescription::v2::{Interface, ModelDescription};
+use modeldescription::{Table, shortened};
+use parameters::{Block, Loop};
+use run::component::Component;
+use run::dialog;
+use run::fmus::Fmus;
+use std::sync::Arc;
+use tool::home::Home;
+use tool::known;
+use tool::message::{Entry, KnownLoop, Part};
+
+/// Blocks and plants, in the order in which they are shown: one line for each FMU.
+macro_rules! for_each_fmu {
+    ($each:ident) => {
+        $each!(blocks::ContC);
+        $each!(blocks::ContS);
+        $each!(blocks::Pulsegen);
+        $each!(blocks::PulsCtr);
+        $each!(blocks::Hlg);
+        $each!(plants::process::Process);
+        $each!(plants::heater::Heater);
+        $each!(plants::valve::Valve);
+        $each!(plants::thermo::Thermo);
+        $each!(plants::tank::Tank);
+        $each!(plants::drive::Drive);
+        $each!(plants::sensor::Sensor);
+    };
+}
+
+/// The FMUs that are linked in.
+pub struct Linked {
+    fmus: Vec<Fmu>,
+    blocks: Vec<Arc<Block>>,
+}
+
+/// An FMU that is linked in.
+struct Fmu {
+    part: Part,
+    table: Arc<Table>,
+    description: Arc<ModelDescription>,
+    instantiate: fn(&str) -> Result<Box<dyn Component>>,
+}
+
+impl Fmu {
+    /// As the packer reads it from the FMU's library.
+    fn of<B: blocks::Block + 'static>() -> Result<Fmu> {
+        let interface = Interface::parse(&interface::json::<B>())?;
+        let description = Arc::new(ModelDescription::of(&interface)?);
+        let instantiate = |name: &str| Ok(Box::new(Instance::<B>::new(name)?) as Box<dyn Component>);
+        let (roles, _) = dialog::of(&interface.table)?;
+        Ok(Fmu { part: roles.part(&interface.table), table: Arc::new(interface.table), description, instantiate })
+    }
+}
+
+impl Linked {
+    /// All of them.
+    ///
+    /// # Panics
+    /// The table of a block is faulty; then it has no FMU either.
+    pub fn new() -> Linked {
+        let (mut fmus, mut blocks) = (Vec::new(), Vec::new());
+        macro_rules! add {
+            ($Block:ty) => {
+                fmus.push(Fmu::of::<$Block>().expect("the packer accepts the table"));
+                blocks.push(Arc::new(Block::of::<$Block>()));
+            };
+        }
+        for_each_fmu!(add);
+        Linked { fmus, blocks }
+    }
+
+    fn find(&self, name: &str) -> Result<&Fmu> {
+        let found = self.fmus.iter().find(|fmu| fmu.table.name == name);
+        found.with_context(|| format!("there is no FMU {:?}", shortened(name)))
+    }
+}
+
+impl Default for Linked {
+    fn default() -> Linked {
+        Linked::new()
+    }
+}
+
+impl Fmus for Linked {
+    fn description(&self, fmu: &str) -> Result<Arc<ModelDescription>> {
+        Ok(self.find(fmu)?.description.clone())
+    }
+
+    fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>> {
+        Ok(Some(self.find(fmu)?.table.clone()))
+    }
+
+    fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>> {
+        (self.find(fmu)?.instantiate)(name)
+    }
+}
+
+impl Home for Linked {
+    fn entries(&self) -> Vec<Entry> {
+        let entry = |fmu: &Fmu| Entry {
+            name: fmu.table.name.clone(),
+            summary: fmu.table.summary(),
+            part: fmu.part,
+            is_foreign: false,
+        };
+        self.fmus.iter().map(entry).collect()
+    }
+
+    fn known_loops(&self) -> Vec<KnownLoop> {
+        known::loops(|name| self.find(name).is_ok())
+    }
+
+    fn blocks(&self) -> Vec<Arc<Block>> {
+        self.blocks.clone()
+    }
+
+    fn preset(&self, of: &Loop) -> Result<Vec<u8>> {
+        bail!("{}: the page has no FMU of {}: give it one", of.name, of.block.name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use run::component::Type;
+
+    #[test]
+    fn every_fmu_makes_a_call_and_gives_all_its_values() {
+        let home = Linked::new();
+        assert!(home.entries().len() >= 5);
+        for entry in home.entries() {
+            let description = home.description(&entry.name).unwrap();
+            assert_eq!(description.model_name, entry.name);
+            assert_ne!(entry.part, Part::Other, "{}", entry.name);
+            let mut instance = home.instantiate(&entry.name, "x").unwrap();
+            instance.setup(0.0, None).unwrap();
+            instance.enter_initialization().unwrap();
+            instance.exit_initialization().unwrap();
+            instance.step(0.0, description.default_experiment.unwrap().step_size.unwrap()).unwrap();
+            for (variable, row) in
+                description.model_variables.iter().zip(&home.table(&entry.name).unwrap().unwrap().variables)
+            {
+                let kind = match row.kind {
+                    blocks::Kind::Bool => Type::Boolean,
+                    blocks::Kind::Int | blocks::Kind::Word => Type::Integer,
+                    _ => Type::Real,
+                };
+                let mut value = [f64::NAN];
+                instance.read(kind, &[variable.value_reference], &mut value).unwrap();
+                assert!(value[0].is_finite(), "{}.{}", entry.name, variable.name);
+            }
+            instance.terminate().unwrap();
+        }
+    }
+
+    #[test]
+    fn an_instance_refuses_in_the_words_of_a_host() {
+        let home = Linked::new();
+        let name = &home.entries()[0].name;
+        let mut instance = home.instantiate(name, "x").unwrap();
+        let refusal = |result: Result<()>| format!("{:#}", result.unwrap_err());
+        let early = refusal(instance.step(0.0, 1.0));
+        assert!(early.starts_with("at 0.0 s, step 1.0 s: ") && early.contains("DoStep returned "), "{early}");
+        assert!(early.contains("Error: not allowed in state instantiated"), "{early}");
+        assert_eq!(refusal(instance.write(Type::Integer, &[0], &[0.5])), "0.5 is not an integer of 32 bits");
+        assert!(home.instantiate(name, "").is_err() && home.instantiate(name, "a\0").is_err());
+    }
+
+    #[test]
+    fn what_is_missing_is_named_with_what_to_do() {
+        let home = Linked::new();
+        assert_eq!(home.table("PUMP").unwrap_err().to_string(), "there is no FMU \"PUMP\"");
+        let block = home.blocks().remove(0);
+        let refusal = home.preset(&Loop::new("TIC101", block)).unwrap_err().to_string();
+        assert_eq!(refusal, "TIC101: the page has no FMU of CONT_C: give it one");
+    }
+}

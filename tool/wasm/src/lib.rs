@@ -1,0 +1,57 @@
+//! The engine as WebAssembly: [`home`] has the blocks and plants of this repository linked in, and three functions take a
+//! request and give the answer.
+//!
+//! The page calls [`room`] with the length of the request in bytes, writes it to the memory at the address that it gets (JSON,
+//! UTF-8), calls [`message`], which gives the length of the answer, and reads that at [`answer`]. Nothing is imported.
+
+// The exported functions are found by their names; there is no other unsafe code here.
+#![cfg_attr(target_family = "wasm", allow(unsafe_code))]
+
+mod component;
+pub mod home;
+
+/// The plants of the examples, as build.rs takes them in.
+pub mod plants {
+    include!(concat!(env!("OUT_DIR"), "/plants.rs"));
+}
+
+use home::Linked;
+use std::cell::RefCell;
+use tool::Engine;
+
+struct Page {
+    engine: Engine<Linked>,
+    request: Vec<u8>,
+    answer: String,
+}
+
+thread_local! {
+    static PAGE: RefCell<Page> =
+        RefCell::new(Page { engine: Engine::new(Linked::new()), request: Vec::new(), answer: String::new() });
+}
+
+/// Makes room for a request of `length` bytes and gives its address.
+#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
+pub extern "C" fn room(length: usize) -> usize {
+    PAGE.with_borrow_mut(|page| {
+        page.request.clear();
+        page.request.resize(length, 0);
+        page.request.as_ptr().addr()
+    })
+}
+
+/// Answers the request and gives the length of the answer in bytes.
+#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
+pub extern "C" fn message() -> usize {
+    PAGE.with_borrow_mut(|page| {
+        let request = std::mem::take(&mut page.request);
+        page.answer = page.engine.message(&String::from_utf8_lossy(&request));
+        page.answer.len()
+    })
+}
+
+/// The address of the last answer.
+#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
+pub extern "C" fn answer() -> usize {
+    PAGE.with_borrow(|page| page.answer.as_ptr().addr())
+}

@@ -1,0 +1,268 @@
+//! Recordings through the blocks that are linked in.
+
+use control::replay::{Replayed, Request, replay};
+use run::component::{Component, Type};
+use run::fmus::Fmus;
+use run::system::Value;
+use std::fmt::Write;
+use std::path::Path;
+use tool::message::Member;
+use tool_wasm::home::Linked;
+
+fn member(fmu: &str, values: &[(&str, f64)]) -> Member {
+    let value = |(name, value): &(&str, f64)| (name.to_string(), Value::Number(*value));
+    Member { name: "TIC101".into(), fmu: fmu.into(), values: values.iter().map(value).collect() }
+}
+
+fn request(controller: Member, text: String) -> Request {
+    Request { controller, text, columns: Vec::new(), tolerance: None, try_suspects: true }
+}
+
+fn run(request: &Request) -> Replayed {
+    replay(&Linked::new(), request).unwrap_or_else(|error| panic!("{error:#}"))
+}
+
+/// A block that runs a lag in closed loop, and what a recorder on the plant writes.
+struct Plant<'a> {
+    fmu: &'a str,
+    values: &'a [(&'a str, f64)],
+    calls: usize,
+    /// Calls that the recorder writes no row for.
+    unwritten: &'a [usize],
+    /// Rows in which the block is not called.
+    uncalled: &'a [usize],
+    /// The call of the first row.
+    from: usize,
+    decimals: usize,
+}
+
+impl Default for Plant<'_> {
+    fn default() -> Self {
+        Plant { fmu: "CONT_C", values: &[], calls: 400, unwritten: &[], uncalled: &[], from: 0, decimals: 3 }
+    }
+}
+
+impl Plant<'_> {
+    /// `time;SP;PV;LMN;MAN_ON;MAN` of a run with two steps of the setpoint and a while in manual.
+    fn record(&self) -> String {
+        let home = Linked::new();
+        let description = home.description(self.fmu).unwrap();
+        let find = |name: &str| {
+            let variable = description.variable(name).unwrap_or_else(|| panic!("{name}"));
+            let kind = match variable.typed {
+                modeldescription::v2::Typed::Real(_) => Type::Real,
+                modeldescription::v2::Typed::Boolean(_) => Type::Boolean,
+                _ => Type::Integer,
+            };
+            (kind, variable.value_reference)
+        };
+        let mut block = home.instantiate(self.fmu, "PLC").unwrap();
+        let set = |block: &mut dyn Component, name: &str, value: f64| {
+            let (kind, reference) = find(name);
+            block.write(kind, &[reference], &[value]).unwrap();
+        };
+        block.setup(0.0, None).unwrap();
+        for (name, value) in self.values {
+            set(&mut *block, name, *value);
+        }
+        block.enter_initialization().unwrap();
+        block.exit_initialization().unwrap();
+        let mut cycle = [0.0];
+        block.read(Type::Real, &[find("CYCLE").1], &mut cycle).unwrap();
+        let is_word = self.values.contains(&("PVPER_ON", 1.0));
+        let (mut text, mut pv, mut lmn, mut made) = (String::from("time;SP;PV;LMN;MAN_ON;MAN\n"), 20.0f64, 0.0, 0);
+        for call in 0..self.calls {
+            let sp = if call < 30 {
+                20.0
+            } else if call < 220 {
+                60.0
+            } else {
+                45.0
+            };
+            let (manual, man) = ((320..340).contains(&call), 30.0);
+            let pv_in = if is_word { (pv * 276.48).round() / 276.48 } else { (pv * 1000.0).round() / 1000.0 };
+            if !self.uncalled.contains(&call) {
+                set(&mut *block, "SP_INT", sp);
+                set(&mut *block, "PV_IN", pv_in);
+                if is_word {
+                    set(&mut *block, "PV_PER", (pv * 276.48).round());
+                }
+                set(&mut *block, "MAN_ON", f64::from(u8::from(manual)));
+                set(&mut *block, "MAN", man);
+                block.step(made as f64 * cycle[0], cycle[0]).unwrap();
+                made += 1;
+                let mut now = [0.0];
+                block.read(Type::Real, &[find("LMN").1], &mut now).unwrap();
+                lmn = now[0];
+            }
+            if call >= self.from && !self.unwritten.contains(&call) {
+                let d = self.decimals;
+                let time = call as f64 * cycle[0];
+                writeln!(text, "{time:.3};{sp:.1};{pv_in:.d$};{lmn:.d$};{};{man:.1}", u8::from(manual)).unwrap();
+            }
+            // A lag of 40 calls with gain 0.9, an ambient temperature of 20, and an oven door.
+            let door = if call > 120 { -4.0 } else { 0.0 };
+            pv += (20.0 + 0.9 * lmn + door - pv) / 40.0;
+        }
+        text
+    }
+}
+
+/// The settings of the file with which all recordings are replayed.
+const FILE: [(&str, f64); 4] = [("GAIN", 2.0), ("TI", 20.0), ("CYCLE", 1.0), ("LMN_HLM", 90.0)];
+
+/// Settings of the file with others.
+fn with<'a>(others: &[(&'a str, f64)]) -> Vec<(&'a str, f64)> {
+    let kept = FILE.into_iter().filter(|(name, _)| others.iter().all(|(other, _)| other != name));
+    kept.chain(others.iter().copied()).collect()
+}
+
+/// What a recording of a plant with these settings says, replayed with those of the file.
+fn with_fault(faults: &[(&str, f64)]) -> Replayed {
+    let values = with(faults);
+    run(&request(member("CONT_C", &FILE), Plant { values: &values, ..Plant::default() }.record()))
+}
+
+/// The first suspect, which has to fit.
+fn named(replayed: &Replayed) -> &str {
+    let first = replayed.suspects.first().unwrap_or_else(|| panic!("{} {:?}", replayed.verdict, replayed.remarks));
+    assert!(first.fits, "{}\n{:#?}\n{:?}", replayed.verdict, replayed.suspects, replayed.remarks);
+    assert!(replayed.verdict.contains(first.text.trim_end_matches('.')), "{}", replayed.verdict);
+    &first.text
+}
+
+#[test]
+fn the_measured_recordings_are_equal_from_the_first_call_on_bit_for_bit() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/traces");
+    let mut count = 0;
+    for file in std::fs::read_dir(folder).unwrap() {
+        let path = file.unwrap().path();
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        if path.extension().is_none_or(|extension| extension != "csv") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).unwrap();
+        let rows = text.lines().filter(|line| !line.starts_with('#')).count() - 1;
+        let replayed = run(&request(member(&name[..6], &[]), text));
+        assert!(replayed.verdict.contains("equal from the first call on, bit for bit"), "{name}: {}", replayed.verdict);
+        assert_eq!(replayed.calls, rows, "{name}");
+        assert!(replayed.outputs.len() >= 3 && replayed.outputs.iter().all(|of| of.first.is_none()), "{name}");
+        count += 1;
+    }
+    assert!(count > 20);
+}
+
+#[test]
+fn a_single_wrong_digit_of_a_measured_recording_is_found() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/traces/CONT_C_02_derivative.csv");
+    let text = std::fs::read_to_string(path).unwrap();
+    let mut lines: Vec<String> = text.lines().map(str::to_string).collect();
+    let header: Vec<_> = lines.iter().find(|line| line.starts_with("call")).unwrap().split(',').collect();
+    let column = header.iter().position(|name| *name == "out_LMN").unwrap();
+    let row = 6;
+    let at = lines.iter().position(|line| line.starts_with(&format!("{row},"))).unwrap();
+    let mut cells: Vec<String> = lines[at].split(',').map(str::to_string).collect();
+    cells[column] = format!("{}", cells[column].parse::<f64>().unwrap() + 0.001);
+    lines[at] = cells.join(",");
+    let replayed = run(&request(member("CONT_C", &[]), lines.join("\n")));
+    let lmn = replayed.outputs.iter().find(|of| of.variable == "LMN").unwrap();
+    assert_eq!((lmn.first.map(|first| first.0), lmn.different), (Some(row), 1), "{}", replayed.verdict);
+    assert!(replayed.verdict.starts_with("LMN differs from call 6"), "{}", replayed.verdict);
+}
+
+#[test]
+fn a_rounded_recording_with_the_right_settings_is_equal() {
+    for decimals in [1, 2, 3, 5] {
+        let text = Plant { values: &FILE, decimals, ..Plant::default() }.record();
+        let replayed = run(&request(member("CONT_C", &FILE), text));
+        assert!(replayed.verdict.contains("equal from the first call on"), "{decimals}: {}", replayed.verdict);
+        assert!(replayed.suspects.is_empty());
+    }
+}
+
+#[test]
+fn a_recording_that_begins_in_the_middle_is_taken_up_bumplessly() {
+    for from in [100, 230] {
+        let text = Plant { values: &FILE, from, ..Plant::default() }.record();
+        let replayed = run(&request(member("CONT_C", &FILE), text));
+        assert!(replayed.verdict.contains("equal from the first call on"), "{from}: {}", replayed.verdict);
+        let says = |words: &str| replayed.remarks.iter().any(|remark| remark.contains(words));
+        assert!(says("brought to the recorded LMN in manual"), "{from}: {:?}", replayed.remarks);
+    }
+}
+
+#[test]
+fn another_cycle_is_named() {
+    for (cycle, words) in [
+        (0.5, "CYCLE is 0.5 s instead of 1 s"),
+        (2.0, "CYCLE is 2 s"),
+        (10.0, "CYCLE is 10 s"),
+        (0.3, "CYCLE is 0.3 s"),
+    ] {
+        let replayed = with_fault(&[("CYCLE", cycle)]);
+        assert!(named(&replayed).starts_with(words), "{}", replayed.verdict);
+    }
+}
+
+#[test]
+fn another_sign_of_the_gain_is_named() {
+    assert!(named(&with_fault(&[("GAIN", -2.0)])).starts_with("GAIN is -2 instead of 2"));
+}
+
+#[test]
+fn other_limits_are_named() {
+    assert!(named(&with_fault(&[("LMN_HLM", 70.0)])).starts_with("LMN_HLM is 70 instead of 90"));
+    assert!(named(&with_fault(&[("LMN_LLM", 10.0)])).starts_with("LMN_LLM is 10 instead of 0"));
+}
+
+#[test]
+fn the_word_of_the_periphery_is_named() {
+    // Both terminals are in the recording, and the block reads the other one.
+    let values = with(&[("PVPER_ON", 1.0), ("PV_FAC", 1.1)]);
+    let text = Plant { values: &values, ..Plant::default() }.record();
+    let mut lines: Vec<String> = text.lines().map(str::to_string).collect();
+    lines[0] = "time;SP;PV_IN;LMN;MAN_ON;MAN;PV_PER".into();
+    for line in &mut lines[1..] {
+        let pv: f64 = line.split(';').nth(2).unwrap().parse().unwrap();
+        line.push_str(&format!(";{}", (pv * 276.48).round()));
+    }
+    let file = with(&[("PV_FAC", 1.1)]);
+    let replayed = run(&request(member("CONT_C", &file), lines.join("\n")));
+    assert!(named(&replayed).starts_with("PVPER_ON is TRUE instead of FALSE"));
+}
+
+#[test]
+fn another_structure_is_named() {
+    assert!(named(&with_fault(&[("I_SEL", 0.0)])).starts_with("I_SEL is FALSE instead of TRUE"));
+    assert!(named(&with_fault(&[("D_SEL", 1.0), ("TD", 10.0)])).len() > 5);
+}
+
+#[test]
+fn minutes_taken_for_seconds_are_named() {
+    assert!(named(&with_fault(&[("TI", 1200.0)])).starts_with("TI is 1200 s instead of 20 s: minutes"));
+}
+
+#[test]
+fn a_dead_band_is_named() {
+    assert!(named(&with_fault(&[("DEADB_W", 0.5)])).starts_with("DEADB_W is 0.5 instead of 0"));
+    let file = with(&[("DEADB_W", 0.5)]);
+    let text = Plant { values: &FILE, ..Plant::default() }.record();
+    assert!(named(&run(&request(member("CONT_C", &file), text))).starts_with("DEADB_W is 0 instead of 0.5"));
+}
+
+#[test]
+fn a_missed_call_and_a_missing_row_are_named() {
+    let text = Plant { values: &FILE, uncalled: &[57], ..Plant::default() }.record();
+    let replayed = run(&request(member("CONT_C", &FILE), text));
+    assert!(named(&replayed).starts_with("the call of line 59 (57 s) is left out"), "{}", replayed.verdict);
+    let text = Plant { values: &FILE, unwritten: &[57], ..Plant::default() }.record();
+    let replayed = run(&request(member("CONT_C", &FILE), text));
+    assert!(named(&replayed).starts_with("one more call is made before line 59"), "{}", replayed.verdict);
+}
+
+#[test]
+fn two_faults_at_once_are_named() {
+    let replayed = with_fault(&[("GAIN", -2.0), ("LMN_LLM", -50.0)]);
+    let text = named(&replayed);
+    assert!(text.contains("GAIN is -2") && text.contains("LMN_LLM is -50"), "{text}");
+}
