@@ -1,8 +1,8 @@
 //! The home of the engine in the page: the FMUs that are linked in.
 
 use crate::component::Instance;
-use crate::plants;
 use anyhow::{Context, Result, bail};
+use blocks::EachBlock;
 use fmu::v2::interface;
 use modeldescription::v2::{Interface, ModelDescription};
 use modeldescription::{Table, shortened};
@@ -14,24 +14,6 @@ use std::sync::Arc;
 use tool::home::Home;
 use tool::known;
 use tool::message::{Entry, KnownLoop, Part};
-
-/// Blocks and plants, in the order in which they are shown: one line for each FMU.
-macro_rules! for_each_fmu {
-    ($each:ident) => {
-        $each!(blocks::ContC);
-        $each!(blocks::ContS);
-        $each!(blocks::Pulsegen);
-        $each!(blocks::PulsCtr);
-        $each!(blocks::Hlg);
-        $each!(plants::process::Process);
-        $each!(plants::heater::Heater);
-        $each!(plants::valve::Valve);
-        $each!(plants::thermo::Thermo);
-        $each!(plants::tank::Tank);
-        $each!(plants::drive::Drive);
-        $each!(plants::sensor::Sensor);
-    };
-}
 
 /// The FMUs that are linked in.
 pub struct Linked {
@@ -49,7 +31,7 @@ struct Fmu {
 
 impl Fmu {
     /// As the packer reads it from the FMU's library.
-    fn of<B: blocks::Block + 'static>() -> Result<Fmu> {
+    fn of<B: blocks::Block>() -> Result<Fmu> {
         let interface = Interface::parse(&interface::json::<B>())?;
         let description = Arc::new(ModelDescription::of(&interface)?);
         let instantiate = |name: &str| Ok(Box::new(Instance::<B>::new(name)?) as Box<dyn Component>);
@@ -59,25 +41,27 @@ impl Fmu {
 }
 
 impl Linked {
-    /// All of them.
+    /// All of them: the blocks, then the plants.
     ///
     /// # Panics
     /// The table of a block is faulty; then it has no FMU either.
     pub fn new() -> Linked {
-        let (mut fmus, mut blocks) = (Vec::new(), Vec::new());
-        macro_rules! add {
-            ($Block:ty) => {
-                fmus.push(Fmu::of::<$Block>().expect("the packer accepts the table"));
-                blocks.push(Arc::new(Block::of::<$Block>()));
-            };
-        }
-        for_each_fmu!(add);
-        Linked { fmus, blocks }
+        let mut linked = Linked { fmus: Vec::new(), blocks: Vec::new() };
+        blocks::for_each_block(&mut linked);
+        plants::for_each_plant(&mut linked);
+        linked
     }
 
     fn find(&self, name: &str) -> Result<&Fmu> {
         let found = self.fmus.iter().find(|fmu| fmu.table.name == name);
         found.with_context(|| format!("there is no FMU {:?}", shortened(name)))
+    }
+}
+
+impl EachBlock for Linked {
+    fn block<B: blocks::Block>(&mut self) {
+        self.fmus.push(Fmu::of::<B>().expect("the packer accepts the table"));
+        self.blocks.push(Arc::new(Block::of::<B>()));
     }
 }
 
