@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The product; `tests` and `examples` use it.
-const PRODUCT: [&str; 12] = [
+const PRODUCT: [&str; 13] = [
     "blocks",
     "control",
     "draw",
