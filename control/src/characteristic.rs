@@ -6,7 +6,7 @@ use modeldescription::{Characteristic, Table};
 use run::dialog;
 use run::fmus::Fmus;
 use run::fmus::Member;
-use run::fmus::{self, number_of};
+use run::fmus::number_of;
 use run::master::Run;
 use run::plan::Plan;
 use run::system::{self, Setting, System, Value};
@@ -67,9 +67,9 @@ pub fn characteristics(home: &dyn Fmus, member: &Member) -> Result<Characteristi
 }
 
 /// The member's value of a setting; true is 1.
-fn value(member: &Member, table: &Table, row: usize, description: &modeldescription::v2::ModelDescription) -> f64 {
+fn value(member: &Member, table: &Table, row: usize, description: &modeldescription::Description) -> f64 {
     let row = &table.variables[row];
-    let start = || fmus::start(description, &row.name).unwrap_or(row.start);
+    let start = || description.start(&row.name).unwrap_or(row.start);
     member.values.get(&row.name).map_or_else(start, |value| number_of(*value))
 }
 

@@ -15,9 +15,7 @@ use crate::tune::{Controller, Predicted, Request};
 use anyhow::{Context, Result, bail};
 use blocks::{Kind, Role};
 use modeldescription::digits::short;
-use modeldescription::v2::{
-    Boolean, Causality, CoSimulation, Integer, ModelDescription, Real, Typed, Variability, Variable,
-};
+use modeldescription::{Causality, Description, Support, Variability, Variable};
 use run::component::{Component, Type};
 use run::fmus::Fmus;
 use run::fmus::Values;
@@ -147,25 +145,20 @@ impl Component for Plant {
 }
 
 /// The process as an FMU would describe it.
-fn description() -> ModelDescription {
+fn description() -> Description {
     let variable = |(reference, (name, kind, causality)): (usize, &(&str, Type, Causality))| Variable {
         name: (*name).into(),
         value_reference: reference as u32,
-        description: None,
         causality: *causality,
         variability: Variability::Discrete,
-        initial: None,
-        can_handle_multiple_set_per_time_instant: None,
-        typed: match kind {
-            Type::Real => Typed::Real(Real::default()),
-            Type::Integer => Typed::Integer(Integer::default()),
-            Type::Boolean => Typed::Boolean(Boolean::default()),
-        },
+        kind: Some(*kind),
+        type_name: kind.name(),
+        ..Variable::default()
     };
-    ModelDescription {
-        co_simulation: Some(CoSimulation::default()),
-        model_variables: VARIABLES.iter().enumerate().map(variable).collect(),
-        ..ModelDescription::default()
+    Description {
+        co_simulation: Some(Support::default()),
+        variables: VARIABLES.iter().enumerate().map(variable).collect(),
+        ..Description::default()
     }
 }
 

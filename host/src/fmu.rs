@@ -6,8 +6,7 @@ use crate::package::binary::Binary;
 use crate::package::temporary;
 use crate::package::{LibraryFile, Package};
 use anyhow::{Context, Result, bail};
-use modeldescription::Table;
-use modeldescription::v2::{Capabilities, Interface, ModelDescription};
+use modeldescription::{Description, Interface, Table};
 use std::env::consts::{ARCH, OS};
 use std::io::{Read, Seek};
 use std::path::Path;
@@ -16,8 +15,8 @@ use std::path::Path;
 /// the last instance and this value are gone.
 #[derive(Debug)]
 pub struct Fmu {
-    /// Its modelDescription.xml.
-    pub description: ModelDescription,
+    /// What it is.
+    pub description: Description,
     /// Its library.
     pub library: Library,
     /// The URI of its resources.
@@ -64,9 +63,9 @@ impl Fmu {
         Ok(Interface::parse(&self.library.interface()?)?.table)
     }
 
-    /// What the FMU can do.
-    pub fn capabilities(&self) -> Capabilities {
-        self.description.co_simulation.as_ref().map(|flags| flags.capabilities.clone()).unwrap_or_default()
+    /// Whether the FMU has the capability of this name.
+    pub fn can(&self, capability: &str) -> bool {
+        self.description.co_simulation.as_ref().is_some_and(|support| support.can(capability))
     }
 }
 
@@ -134,15 +133,13 @@ fn uri(folder: &Path) -> String {
 mod tests {
     use super::*;
     use crate::package::{DESCRIPTION, archive};
-    use modeldescription::v2::{CoSimulation, ModelExchange};
+    use modeldescription::v2::{self, CoSimulation, ModelDescription, ModelExchange};
     use std::io::Cursor;
 
     /// What is said about an FMU with this description and this file as its library.
     fn error(description: &ModelDescription, library: &str) -> String {
-        let files = [
-            (DESCRIPTION.to_string(), modeldescription::v2::write(description)),
-            (library.to_string(), b"not a library".to_vec()),
-        ];
+        let files =
+            [(DESCRIPTION.to_string(), v2::write(description)), (library.to_string(), b"not a library".to_vec())];
         let mut package = Package::read(Cursor::new(archive::write(&files.into()).unwrap())).unwrap();
         let place = tempfile::tempdir().unwrap();
         let error = Fmu::load(&mut package, place.path()).unwrap_err();

@@ -19,7 +19,7 @@
 use crate::fmu::Fmu;
 use crate::instance::{Instance, Message};
 use anyhow::{Context, Result, bail};
-use modeldescription::v2::ModelDescription;
+use modeldescription::Description;
 use run::master::{self, Recording};
 use run::plan::Plan;
 use run::system::System;
@@ -54,7 +54,7 @@ impl Fmus {
                 }
             };
             let is_there_twice = of.members.iter().any(|(_, other)| *other == place);
-            if is_there_twice && of.fmus[place].capabilities().can_be_instantiated_only_once_per_process {
+            if is_there_twice && of.fmus[place].can("canBeInstantiatedOnlyOncePerProcess") {
                 bail!("{} can be instantiated only once per process: a run cannot have two of it", shown());
             }
             of.members.push((member.name.clone(), place));
@@ -63,7 +63,7 @@ impl Fmus {
     }
 
     /// The descriptions of the members.
-    pub fn descriptions(&self) -> Vec<&ModelDescription> {
+    pub fn descriptions(&self) -> Vec<&Description> {
         self.members.iter().map(|(_, place)| &self.fmus[*place].description).collect()
     }
 

@@ -7,6 +7,7 @@ use crate::xml::attributes::*;
 use crate::xml::lexical::{SPACES, Value};
 use crate::xml::read::{Attribute, Document, Tag};
 use crate::xml::write::Xml;
+use blocks::Kind;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::fmt;
@@ -127,6 +128,15 @@ impl Type {
     /// All of them, in their order.
     pub const ALL: [Type; 3] = [Type::Real, Type::Integer, Type::Boolean];
 
+    /// The type that holds the values of a PLC type: a TIME is a number of seconds.
+    pub const fn of(kind: Kind) -> Type {
+        match kind {
+            Kind::Real | Kind::LReal | Kind::Time => Type::Real,
+            Kind::Word | Kind::Int => Type::Integer,
+            Kind::Bool => Type::Boolean,
+        }
+    }
+
     /// Its name.
     pub const fn name(self) -> &'static str {
         match self {
@@ -175,6 +185,11 @@ impl Variable {
     /// Whether a host may set it: it is an input or a parameter, and not constant.
     pub fn is_settable(&self) -> bool {
         matches!(self.causality, Causality::Input | Causality::Parameter) && self.variability != Variability::Constant
+    }
+
+    /// Whether it is one of several named numbers.
+    pub fn is_enumeration(&self) -> bool {
+        self.type_name == "Enumeration"
     }
 
     /// Whether it may be set while the simulation runs.

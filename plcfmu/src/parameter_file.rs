@@ -7,8 +7,7 @@ use blocks::Value;
 use blocks::table::number::to_value;
 use host::fmu::Fmu;
 use host::package::Package;
-use modeldescription::v2::{Interface, ModelDescription, Typed, Variable};
-use modeldescription::{Row, Table};
+use modeldescription::{Description, Interface, Row, Table};
 use parameters::problem::drawn;
 use parameters::{Block, Format, Loop, Member, Options, Origin, Part, Problems, Reading, Source};
 use std::fs;
@@ -105,7 +104,7 @@ fn read_fmu(name: &str, blocks: &[Arc<Block>], options: &Options) -> Result<Read
 }
 
 /// Whether an FMU is named as one of this block.
-pub(crate) fn is_of(description: &ModelDescription, block: &Block) -> bool {
+pub(crate) fn is_of(description: &Description, block: &Block) -> bool {
     description.model_identifier() == Some(&block.name)
 }
 
@@ -113,7 +112,7 @@ pub(crate) fn is_of(description: &ModelDescription, block: &Block) -> bool {
 ///
 /// # Errors
 /// The FMU lacks a start value, or the block cannot have it.
-pub(crate) fn start_values(description: &ModelDescription, block: &Arc<Block>, name: &str, file: &str) -> Result<Loop> {
+pub(crate) fn start_values(description: &Description, block: &Arc<Block>, name: &str, file: &str) -> Result<Loop> {
     let mut one = Loop::new(name, block.clone());
     for (index, value) in values(description, block)? {
         one.set(index, value, Origin::File { file: file.to_string() });
@@ -122,26 +121,15 @@ pub(crate) fn start_values(description: &ModelDescription, block: &Arc<Block>, n
 }
 
 /// The start values that an FMU has for the settings of a block.
-fn values(description: &ModelDescription, block: &Block) -> Result<Vec<(usize, Value)>> {
+fn values(description: &Description, block: &Block) -> Result<Vec<(usize, Value)>> {
     let mut values = Vec::new();
     for (index, member) in block.members.iter().enumerate().filter(|(_, member)| member.role.is_settable()) {
         let name = &member.name;
-        let variable = description.model_variables.iter().find(|variable| variable.name == *name);
-        let start = variable.and_then(start).with_context(|| format!("the FMU has no start value of {name}"))?;
+        let start = description.start(name).with_context(|| format!("the FMU has no start value of {name}"))?;
         let value = to_value(start, member.kind).map_err(|range| anyhow!("{name} starts at {start}, but {range}"))?;
         values.push((index, value));
     }
     Ok(values)
-}
-
-/// The start value of a variable as a number.
-fn start(variable: &Variable) -> Option<f64> {
-    match &variable.typed {
-        Typed::Real(real) => real.start,
-        Typed::Integer(integer) => integer.start.map(f64::from),
-        Typed::Boolean(boolean) => boolean.start.map(|start| f64::from(u8::from(start))),
-        Typed::Enumeration(_) | Typed::String(_) => None,
-    }
 }
 
 /// The block of an FMU that was made with `fmu::export!`, from the table in its library for this machine. This loads the library.

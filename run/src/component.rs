@@ -1,32 +1,7 @@
 //! What the engine needs of an FMU: an instance that it can initialize, set, step and read, whatever is behind it.
 
 use anyhow::Result;
-use serde::{Deserialize, Serialize};
-
-/// How a variable is read and written. An enumeration counts as an Integer.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Type {
-    /// A floating-point number.
-    Real,
-    /// A whole number.
-    Integer,
-    /// TRUE or FALSE.
-    Boolean,
-}
-
-impl Type {
-    /// All of them, in their order.
-    pub const ALL: [Type; 3] = [Type::Real, Type::Integer, Type::Boolean];
-
-    /// FMI's name of the type.
-    pub fn name(self) -> &'static str {
-        match self {
-            Type::Real => "Real",
-            Type::Integer => "Integer",
-            Type::Boolean => "Boolean",
-        }
-    }
-}
+pub use modeldescription::Type;
 
 /// What a run needs of an instance of an FMU.
 pub trait Component {

@@ -3,19 +3,18 @@
 use crate::component::Component;
 use crate::system::Value;
 use anyhow::Result;
-use modeldescription::Table;
-use modeldescription::v2::{ModelDescription, Typed};
+use modeldescription::{Description, Table};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// FMUs by name: blocks that are linked in, or FMUs behind their C interface.
 pub trait Fmus {
-    /// What an FMU's modelDescription.xml says.
+    /// What an FMU is, as its modelDescription.xml says.
     ///
     /// # Errors
     /// There is no such FMU, or it cannot be read.
-    fn description(&self, fmu: &str) -> Result<Arc<ModelDescription>>;
+    fn description(&self, fmu: &str) -> Result<Arc<Description>>;
 
     /// The table of an FMU that was made with `fmu::export!`; a foreign FMU has none.
     ///
@@ -55,17 +54,6 @@ pub enum Part {
     Plant,
     /// Neither is known of it.
     Other,
-}
-
-/// The start value of a variable of an FMU; true is 1.
-pub fn start(description: &ModelDescription, name: &str) -> Option<f64> {
-    match &description.variable(name)?.typed {
-        Typed::Real(real) => real.start,
-        Typed::Integer(integer) => integer.start.map(f64::from),
-        Typed::Enumeration(enumeration) => enumeration.start.map(f64::from),
-        Typed::Boolean(boolean) => boolean.start.map(|start| f64::from(u8::from(start))),
-        Typed::String(_) => None,
-    }
 }
 
 /// A value as a number; true is 1.

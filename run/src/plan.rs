@@ -3,7 +3,7 @@
 use crate::component::Type;
 use crate::system::{Connection, Exchange, Place, Recorded, Setting, System, Value, own_name};
 use anyhow::{Context, Result, bail};
-use modeldescription::v2::{Causality, ModelDescription, TypeAttributes, Typed, Variability, Variable};
+use modeldescription::{Causality, Description, Variability, Variable};
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
@@ -165,7 +165,7 @@ impl Plan {
     ///
     /// # Errors
     /// What is wrong with a name, a value, a connection or a time, and what to do.
-    pub fn of(system: &System, descriptions: &[&ModelDescription]) -> Result<Plan> {
+    pub fn of(system: &System, descriptions: &[&Description]) -> Result<Plan> {
         let names = Names::of(system, descriptions)?;
         let (start, (step, step_proposed_by), steps) = times(system, descriptions)?;
         let wires = wires(&names, &system.connections)?;
@@ -232,24 +232,8 @@ impl Plan {
 
     fn set_one(&mut self, names: &Names, setting: &Setting, reference: &Reference, wires: &[Wire]) -> Result<()> {
         let (name, variable) = (&setting.variable, reference.variable);
-        if let Some(wire) = wires.iter().find(|wire| wire.is_to(reference)) {
-            bail!("{name} cannot be set: it is connected to {}", names.full(&wire.from));
-        }
-        if !variable.is_settable() {
-            let what = variable.causality;
-            bail!("{name} cannot be set: its causality is {what}; only inputs and parameters can be set");
-        }
-        let value = value(reference.kind, setting.value).with_context(|| format!("{name} cannot be set"))?;
-        let (min, max) = names.range(reference);
-        if min.is_some_and(|min| value < min) || max.is_some_and(|max| value > max) {
-            let show = |bound: Option<f64>| bound.map_or("...".into(), |bound| format!("{bound:?}"));
-            self.warnings.push(format!(
-                "{name} = {value:?} is outside of the range that the FMU declares, {} to {}",
-                show(min),
-                show(max)
-            ));
-        }
-        let assignment = Assignment { kind: reference.kind, reference: variable.value_reference, value };
+        let (assignment, warning) = assignment(names, name, setting.value, reference, wires)?;
+        self.warnings.extend(warning);
         let is_input = variable.causality == Causality::Input;
         let member = &mut self.members[reference.member];
         match setting.time {
@@ -295,7 +279,7 @@ impl Plan {
         let is_set = matches!(causality, Causality::Input | Causality::Parameter);
         Column {
             name: names.full(reference),
-            unit: names.unit(reference).map(str::to_string),
+            unit: reference.variable.unit.clone(),
             kind: reference.kind,
             is_input: causality == Causality::Input,
             source: (reference.member, self.members[reference.member].observed.place(reference.key())),
@@ -305,7 +289,7 @@ impl Plan {
 }
 
 /// Start, communication step with the member that proposes it, and number of steps.
-fn times(system: &System, descriptions: &[&ModelDescription]) -> Result<(f64, (f64, Option<usize>), usize)> {
+fn times(system: &System, descriptions: &[&Description]) -> Result<(f64, (f64, Option<usize>), usize)> {
     let experiments = || descriptions.iter().filter_map(|description| description.default_experiment);
     let start = system.start.or_else(|| experiments().filter_map(|of| of.start_time).reduce(f64::min)).unwrap_or(0.0);
     let steps = descriptions.iter().map(|of| of.default_experiment.and_then(|experiment| experiment.step_size));
@@ -400,7 +384,7 @@ fn wire<'a>(names: &Names<'a>, connection: &Connection) -> Result<Wire<'a>> {
         }
         _ => bail!("it is {from_type}, and the input is {to_type}"),
     }
-    if let (Some(from_unit), Some(to_unit)) = (names.unit(&from), names.unit(&to))
+    if let (Some(from_unit), Some(to_unit)) = (&from.variable.unit, &to.variable.unit)
         && from_unit != to_unit
     {
         bail!("it is in {from_unit}, and the input in {to_unit}: values are not converted");
@@ -436,6 +420,32 @@ fn recorded<'a>(
     Ok(recorded)
 }
 
+/// What is set by giving a variable a value, and a warning if the value lies outside of the range that the FMU declares.
+///
+/// # Errors
+/// The variable is connected or cannot be set; the value is of another type.
+pub fn assignment(
+    names: &Names,
+    name: &str,
+    given: Value,
+    reference: &Reference,
+    wires: &[Wire],
+) -> Result<(Assignment, Option<String>)> {
+    let variable = reference.variable;
+    if let Some(wire) = wires.iter().find(|wire| wire.is_to(reference)) {
+        bail!("{name} cannot be set: it is connected to {}", names.full(&wire.from));
+    }
+    if !variable.is_settable() {
+        let what = variable.causality;
+        bail!("{name} cannot be set: its causality is {what}; only inputs and parameters can be set");
+    }
+    let value = value(reference.kind, given).with_context(|| format!("{name} cannot be set"))?;
+    let warning = variable
+        .is_outside(value)
+        .then(|| format!("{name} = {value:?} is outside of the range that the FMU declares, {}", variable.range()));
+    Ok((Assignment { kind: reference.kind, reference: variable.value_reference, value }, warning))
+}
+
 /// A value as the variable has it.
 pub fn value(kind: Type, value: Value) -> Result<f64> {
     match (kind, value) {
@@ -453,7 +463,7 @@ pub fn value(kind: Type, value: Value) -> Result<f64> {
 pub struct Names<'a> {
     /// The members' names.
     members: Vec<&'a str>,
-    descriptions: &'a [&'a ModelDescription],
+    descriptions: &'a [&'a Description],
 }
 
 impl<'a> Names<'a> {
@@ -461,7 +471,7 @@ impl<'a> Names<'a> {
     ///
     /// # Errors
     /// There is no member, or two have one name.
-    pub fn of(system: &'a System, descriptions: &'a [&'a ModelDescription]) -> Result<Names<'a>> {
+    pub fn of(system: &'a System, descriptions: &'a [&'a Description]) -> Result<Names<'a>> {
         let members: Vec<&str> = system.members.iter().map(|member| member.name.as_str()).collect();
         assert_eq!(members.len(), descriptions.len(), "each member has a description");
         if members.is_empty() {
@@ -497,14 +507,13 @@ impl<'a> Names<'a> {
         };
         let variable = rest(member).unwrap_or_default();
         let Some(found) = self.descriptions[member].variable(variable) else {
-            let near = near(variable, self.descriptions[member].model_variables.iter().map(|of| of.name.as_str()));
+            let near = near(variable, self.descriptions[member].variables.iter().map(|of| of.name.as_str()));
             let member = self.members[member];
             let hint =
                 near.map_or_else(|| "plcfmu info lists them".into(), |near| format!("did you mean {member}.{near}?"));
             bail!("{member} has no variable {variable}; {hint}");
         };
-        let kind =
-            kind(&found.typed).with_context(|| format!("{name} is a String, which cannot be set or recorded"))?;
+        let kind = found.kind.with_context(|| format!("{name} is a String, which cannot be set or recorded"))?;
         Ok(Reference { member, variable: found, kind })
     }
 
@@ -516,8 +525,8 @@ impl<'a> Names<'a> {
 
     /// All variables of a member that have numbers.
     fn all(&self, member: usize) -> impl Iterator<Item = Reference<'a>> {
-        let variables = self.descriptions[member].model_variables.iter();
-        variables.filter_map(move |variable| Some(Reference { member, variable, kind: kind(&variable.typed)? }))
+        let variables = self.descriptions[member].variables.iter();
+        variables.filter_map(move |variable| Some(Reference { member, variable, kind: variable.kind? }))
     }
 
     /// The names of a member's outputs of one type, the first few.
@@ -529,68 +538,6 @@ impl<'a> Names<'a> {
     /// The full name, `MEMBER.VARIABLE`.
     pub fn full(&self, reference: &Reference) -> String {
         format!("{}.{}", self.members[reference.member], reference.variable.name)
-    }
-
-    /// The type definition that a variable refers to.
-    fn declared(&self, member: usize, variable: &Variable) -> Option<&'a TypeAttributes> {
-        let name = variable.typed.declared_type()?;
-        let types = &self.descriptions[member].type_definitions;
-        types.iter().find(|of| of.name == name).map(|of| &of.attributes)
-    }
-
-    /// A variable's unit: its own, or that of its type.
-    fn unit(&self, reference: &Reference<'a>) -> Option<&'a str> {
-        self.unit_of(reference.member, reference.variable)
-    }
-
-    /// The same for a variable of any type.
-    pub fn unit_of(&self, member: usize, variable: &'a Variable) -> Option<&'a str> {
-        let Typed::Real(real) = &variable.typed else { return None };
-        let own = real.attributes.unit.as_deref();
-        own.or_else(|| match self.declared(member, variable) {
-            Some(TypeAttributes::Real(attributes)) => attributes.unit.as_deref(),
-            _ => None,
-        })
-    }
-
-    /// A variable's least and greatest value: its own, or those of its type.
-    pub fn range(&self, reference: &Reference) -> (Option<f64>, Option<f64>) {
-        let declared = self.declared(reference.member, reference.variable);
-        match &reference.variable.typed {
-            Typed::Real(real) => {
-                let (own, of_type) = (
-                    &real.attributes,
-                    match declared {
-                        Some(TypeAttributes::Real(attributes)) => Some(attributes),
-                        _ => None,
-                    },
-                );
-                (own.min.or(of_type.and_then(|of| of.min)), own.max.or(of_type.and_then(|of| of.max)))
-            }
-            Typed::Integer(integer) => {
-                let (own, of_type) = (
-                    &integer.attributes,
-                    match declared {
-                        Some(TypeAttributes::Integer(attributes)) => Some(attributes),
-                        _ => None,
-                    },
-                );
-                let min = own.min.or(of_type.and_then(|of| of.min));
-                let max = own.max.or(of_type.and_then(|of| of.max));
-                (min.map(f64::from), max.map(f64::from))
-            }
-            _ => (None, None),
-        }
-    }
-}
-
-/// How a variable is read and written; a String is not.
-pub fn kind(typed: &Typed) -> Option<Type> {
-    match typed {
-        Typed::Real(_) => Some(Type::Real),
-        Typed::Integer(_) | Typed::Enumeration(_) => Some(Type::Integer),
-        Typed::Boolean(_) => Some(Type::Boolean),
-        Typed::String(_) => None,
     }
 }
 

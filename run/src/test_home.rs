@@ -5,7 +5,7 @@ use crate::fmus::Fmus;
 use anyhow::{Context, Result, bail};
 use blocks::table::number::{number, to_value};
 use blocks::{Block, Characteristic, Kind, Law, Real};
-use modeldescription::v2::{Capabilities, FMI_VERSION, Interface, ModelDescription};
+use modeldescription::{Capabilities, Description, Interface, ModelDescription, VERSIONS};
 use modeldescription::{Response, Row, Table};
 use std::cell::Cell;
 use std::rc::Rc;
@@ -250,7 +250,7 @@ pub fn table<B: Block>() -> Table {
 }
 
 impl Fmus for TestHome {
-    fn description(&self, fmu: &str) -> Result<Arc<ModelDescription>> {
+    fn description(&self, fmu: &str) -> Result<Arc<Description>> {
         let table = match fmu {
             "PID" => table::<Pid>(),
             "LAG" | FOREIGN => table::<Lag>(),
@@ -258,12 +258,12 @@ impl Fmus for TestHome {
         };
         let interface = Interface {
             table,
-            version: FMI_VERSION.into(),
+            version: VERSIONS[0].into(),
             guid: "{0}".into(),
             capabilities: Capabilities::default(),
             log_categories: Vec::new(),
         };
-        Ok(Arc::new(ModelDescription::of(&interface)?))
+        Ok(Arc::new(ModelDescription::of(&interface)?.description()))
     }
 
     fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>> {

@@ -6,9 +6,7 @@ use crate::sampling::{LEAST_PROBABILITY, Sampler};
 use crate::{Along, Axis, Sampling, Study};
 use anyhow::{Context, Result, bail};
 use modeldescription::digits::short;
-use modeldescription::v2::ModelDescription;
 use run::component::Type;
-use run::fmus;
 use run::plan::{self, Names, Reference, effective, value, wires};
 use run::system::{Setting, System, Value};
 use std::ops::Range;
@@ -79,12 +77,12 @@ impl Target {
     fn of(names: &Names, reference: &Reference, time: Option<f64>, base: Option<f64>) -> Target {
         Target {
             name: names.full(reference),
-            unit: names.unit_of(reference.member, reference.variable).map(str::to_string),
+            unit: reference.variable.unit.clone(),
             member: reference.member,
             kind: reference.kind,
             reference: reference.variable.value_reference,
             time,
-            range: names.range(reference),
+            range: (reference.variable.min, reference.variable.max),
             base,
         }
     }
@@ -142,7 +140,7 @@ impl Axes {
     ///
     /// # Errors
     /// Which axis is wrong, and what to do.
-    pub fn of(study: &Study, system: &System, names: &Names, descriptions: &[&ModelDescription]) -> Result<Axes> {
+    pub fn of(study: &Study, system: &System, names: &Names) -> Result<Axes> {
         study.check()?;
         let count = study.count()?;
         let samples = if study.distributions() > 0 { study.samples } else { 1 };
@@ -156,7 +154,7 @@ impl Axes {
         let (mut stride, mut distributions) = (count / samples, 0);
         for (number, axis) in study.axes.iter().enumerate() {
             let mut add = || {
-                let targets = targets(axis, system, names, descriptions)?;
+                let targets = targets(axis, system, names)?;
                 for (place, target) in targets.iter().enumerate() {
                     if targets[..place].iter().any(|other| other.is_same(target)) {
                         bail!("{} is named twice: name it once", target.name);
@@ -303,7 +301,7 @@ fn between(from: f64, to: f64, place: u64, count: u64, logarithmic: bool) -> f64
 }
 
 /// The variables of an axis.
-fn targets(axis: &Axis, system: &System, names: &Names, descriptions: &[&ModelDescription]) -> Result<Vec<Target>> {
+fn targets(axis: &Axis, system: &System, names: &Names) -> Result<Vec<Target>> {
     let wires = wires(names, &system.connections)?;
     let settings = effective(names, &system.settings, &wires)?;
     let target = |name: &String| {
@@ -330,7 +328,7 @@ fn targets(axis: &Axis, system: &System, names: &Names, descriptions: &[&ModelDe
             });
         let base = match set {
             Some((setting, _)) => Some(value(found.kind, setting.value).with_context(|| name.clone())?),
-            None => fmus::start(descriptions[found.member], &found.variable.name),
+            None => found.variable.start,
         };
         match base {
             None => bail!("{name} has no start value that factors could multiply: set it in the loop"),

@@ -6,7 +6,7 @@ use crate::results::{Quantity, Row};
 use crate::{Job, Signals, Study};
 use anyhow::{Context, Result};
 use modeldescription::digits::short;
-use modeldescription::v2::{Causality, ModelDescription};
+use modeldescription::{Causality, Description};
 use run::component::Reset;
 use run::dialog::Roles;
 use run::master::{self, Recording, Run};
@@ -84,12 +84,12 @@ impl Experiment {
     ///
     /// # Errors
     /// What is wrong with which axis, variable or figure, and what to do.
-    pub fn of(job: &Job, descriptions: &[&ModelDescription], roles: Option<&Roles>) -> Result<Experiment> {
+    pub fn of(job: &Job, descriptions: &[&Description], roles: Option<&Roles>) -> Result<Experiment> {
         let (system, study) = (&job.system, &job.study);
         // What is wrong with the loop itself is not the axes' fault.
         Plan::of(system, descriptions)?;
         let names = Names::of(system, descriptions)?;
-        let axes = Axes::of(study, system, &names, descriptions)?;
+        let axes = Axes::of(study, system, &names)?;
         let first = axes.point(0);
         for (number, axis) in study.axes.iter().enumerate() {
             let own = axes.coordinates(number);

@@ -100,7 +100,7 @@ impl<'a> Columns<'a> {
     }
 
     fn unit(&self, reference: &Reference<'a>) -> Option<String> {
-        self.names.unit_of(reference.member, reference.variable).map(str::to_string)
+        reference.variable.unit.clone()
     }
 }
 

@@ -11,7 +11,7 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use control::identify::Model;
 use host::package::Package;
 use modeldescription::Table;
-use modeldescription::v2::{ModelDescription, Typed};
+use modeldescription::{Description, Type};
 use run::file::plain;
 use run::fmus::Values;
 use run::plan::near;
@@ -292,7 +292,7 @@ fn identify(
     Ok(models)
 }
 
-fn descriptions(system: &System) -> Result<Vec<ModelDescription>> {
+fn descriptions(system: &System) -> Result<Vec<Description>> {
     system.members.iter().map(|member| Ok(Package::open(&member.path)?.description)).collect()
 }
 
@@ -341,15 +341,15 @@ fn variable(system: &System, name: &str) -> Result<(Grid, f64)> {
     })?;
     let description = Package::open(&member.path)?.description;
     let variable = description.variable(own).with_context(|| {
-        let names = description.model_variables.iter().map(|of| of.name.as_str());
+        let names = description.variables.iter().map(|of| of.name.as_str());
         let hint = near(own, names).map_or_else(String::new, |near| format!(": is it {near}?"));
         format!("[tune]: {} has no variable {own}{hint}", member.name)
     })?;
-    let grid = match &variable.typed {
+    let grid = match variable.kind {
         // A TIME of a PLC, which has milliseconds, is shown in them.
-        Typed::Real(real) if real.attributes.display_unit.as_deref() == Some("ms") => Grid::Milliseconds,
-        Typed::Real(_) => Grid::Digits,
-        Typed::Integer(_) => Grid::Whole,
+        Some(Type::Real) if variable.display_unit.as_deref() == Some("ms") => Grid::Milliseconds,
+        Some(Type::Real) => Grid::Digits,
+        Some(Type::Integer) if !variable.is_enumeration() => Grid::Whole,
         _ => bail!(
             "[tune]: {name} is searched, and it is neither a Real nor an Integer: make it an axis, or run two studies"
         ),
@@ -359,7 +359,7 @@ fn variable(system: &System, name: &str) -> Result<(Grid, f64)> {
     let value = match set.map(|of| of.value) {
         Some(Value::Number(value)) => Some(value),
         Some(Value::Boolean(_)) => bail!("{name} is set to a truth value, and it is a number"),
-        None => run::fmus::start(&description, own),
+        None => description.start(own),
     };
     Ok((grid, value.unwrap_or_default()))
 }

@@ -19,7 +19,7 @@ use host::package::Package;
 use host::simulation::Fmus;
 use host::standard_output;
 use modeldescription::Table;
-use modeldescription::v2::Interface;
+use modeldescription::{Description, Interface};
 use run::component::{Component, Reset, Type};
 use run::dialog;
 use run::master::Recording;
@@ -87,11 +87,7 @@ pub fn table(interface: &str) -> Result<Table> {
 ///
 /// # Errors
 /// What is wrong with the job.
-pub fn experiment(
-    job: &Job,
-    descriptions: &[&modeldescription::v2::ModelDescription],
-    table: Option<&Table>,
-) -> Result<Experiment> {
+pub fn experiment(job: &Job, descriptions: &[&Description], table: Option<&Table>) -> Result<Experiment> {
     let roles = table.map(dialog::of).transpose()?.map(|(roles, _)| roles);
     Experiment::of(job, descriptions, roles.as_ref())
 }

@@ -12,7 +12,7 @@
 use blocks::{ContC, Law, Time};
 use host::fmu::Fmu;
 use host::instance::Instance;
-use modeldescription::v2::ModelDescription;
+use modeldescription::Description;
 use plants::Heater;
 use plcfmu::package::ssp;
 use run::master::Run;
@@ -74,7 +74,7 @@ impl Fmus {
         Ok(Fmus(["CONT_C", "HEATER"].into_iter().map(open).collect::<Result<_>>()?))
     }
 
-    fn descriptions(&self) -> Vec<&ModelDescription> {
+    fn descriptions(&self) -> Vec<&Description> {
         self.0.iter().map(|fmu| &fmu.description).collect()
     }
 

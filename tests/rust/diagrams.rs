@@ -3,8 +3,8 @@
 use blocks::{Block, EachBlock, Role, for_each_block};
 use draw::diagram;
 use fmu::v2::interface;
+use modeldescription::Interface;
 use modeldescription::Table;
-use modeldescription::v2::Interface;
 use std::collections::BTreeSet;
 
 /// The tables of the blocks that have a diagram, as their libraries tell them.

@@ -2,8 +2,8 @@
 
 use blocks::{Block, EachBlock, Kind, Role, Row, Time, Value, Word, for_each_block};
 use fmu::v2::interface;
+use modeldescription::Interface;
 use modeldescription::Table;
-use modeldescription::v2::Interface;
 use run::dialog::{self, Field};
 use std::collections::BTreeSet;
 

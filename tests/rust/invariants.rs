@@ -1,4 +1,4 @@
-//! The invariants in the layout table of README.md, checked by reading the sources. Comments and strings count as code does
+//! The invariants in docs/architecture.md, checked by reading the sources. Comments and strings count as code does
 //! (except for the word unsafe): what a file must not know it does not mention either.
 //!
 //! Each finding is one line, `file:line contains "what"`; below the findings follows what to do.
@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The product; `tests` and `examples` use it.
-const PRODUCT: [&str; 13] = [
+const PRODUCT: &[&str] = &[
     "blocks",
     "control",
     "draw",
@@ -20,6 +20,7 @@ const PRODUCT: [&str; 13] = [
     "plants",
     "plcfmu",
     "run",
+    "scl",
     "study",
     "tool",
     "xtask",
@@ -55,6 +56,7 @@ fn crates_depend_on_each_other_one_way() {
             "fmu" | "modeldescription" | "parameters" | "plants" => &["blocks"],
             "draw" => &["blocks", "modeldescription"],
             "run" => &["blocks", "modeldescription", "parameters"],
+            "scl" => &["blocks", "parameters"],
             "control" | "host" => &["blocks", "modeldescription", "parameters", "run"],
             "study" => &["blocks", "control", "draw", "host", "modeldescription", "parameters", "run"],
             "tool" => &["blocks", "control", "draw", "modeldescription", "parameters", "plants", "run"],
@@ -98,6 +100,7 @@ fn no_code_but_that_of_the_blocks_names_a_block() {
         "parameters",
         "plcfmu",
         "run/src",
+        "scl/src",
         "study/src",
         "tool/src",
         "xtask",
@@ -265,6 +268,16 @@ fn examples_are_made_with_what_any_user_has() {
         }),
         "an example imports packages that a user can install, and its neighbours in examples/; not the tests",
     );
+}
+
+#[test]
+fn the_architecture_page_names_every_room_and_every_test_of_this_file() {
+    let page = read("docs/architecture.md");
+    let tests = read(THIS_FILE);
+    let tests = tests.split("#[test]\nfn ").skip(1).map(|rest| format!("`{}`", rest.split('(').next().unwrap()));
+    let rooms = PRODUCT.iter().map(|folder| format!("| `{folder}/` |"));
+    let findings: Vec<String> = tests.chain(rooms).filter(|name| !page.contains(name.as_str())).collect();
+    assert_none(&findings, "add it to docs/architecture.md, which is where a reader looks first");
 }
 
 // How the sources are read

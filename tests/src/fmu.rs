@@ -1,8 +1,8 @@
 //! The FMU libraries that the tests call: built or handed in, loaded, and their tables read.
 
 use host::library::Library;
+use modeldescription::Interface;
 use modeldescription::Row;
-use modeldescription::v2::Interface;
 use plcfmu::build::compile::{Linkage, compile};
 use plcfmu::build::platform::Platform;
 use plcfmu::build::workspace::{FmuCrate, Workspace};

@@ -10,13 +10,11 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use blocks::table::number::{number, to_value};
 use blocks::{Kind, Role};
-use modeldescription::v2::{Causality, ModelDescription, Variability};
-use modeldescription::{Row, Table};
+use modeldescription::{Causality, Row, Table, Type, Variability};
 use parameters::{Format, Options, Origin, Problems, Source};
 use run::dialog::{self, Group, Roles};
-use run::fmus::{self, number_of};
-use run::plan::{Names, kind};
-use run::system::{System, Value};
+use run::fmus::number_of;
+use run::system::Value;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -83,7 +81,7 @@ fn unit(row: &Row) -> Option<String> {
     }
 }
 
-fn variable(row: &Row, description: &ModelDescription) -> Variable {
+fn variable(row: &Row, description: &modeldescription::Description) -> Variable {
     Variable {
         name: row.name.clone(),
         description: row.description.clone(),
@@ -91,22 +89,16 @@ fn variable(row: &Row, description: &ModelDescription) -> Variable {
         role: row.role.name().into(),
         is_tunable: matches!(row.role, Role::Input | Role::Parameter),
         // A preset has other start values than its block.
-        start: shown(row.kind, fmus::start(description, &row.name).unwrap_or(row.start)),
+        start: shown(row.kind, description.start(&row.name).unwrap_or(row.start)),
         min: row.min,
         max: row.max,
         unit: unit(row),
     }
 }
 
-fn foreign_variables(description: &ModelDescription) -> Vec<Variable> {
-    let system =
-        System { members: vec![run::system::Member { name: "FMU".into(), path: "".into() }], ..System::default() };
-    let descriptions = [description];
-    let Ok(names) = Names::of(&system, &descriptions) else { return Vec::new() };
-    let variable = |of: &modeldescription::v2::Variable| {
-        let kind = kind(&of.typed)?;
-        let reference = names.find(&format!("FMU.{}", of.name)).ok()?;
-        let (min, max) = names.range(&reference);
+fn foreign_variables(description: &modeldescription::Description) -> Vec<Variable> {
+    let variable = |of: &modeldescription::Variable| {
+        let kind = of.kind?;
         let role = match (of.causality, of.variability) {
             (Causality::Input, _) => "input",
             (Causality::Output, _) => "output",
@@ -114,34 +106,28 @@ fn foreign_variables(description: &ModelDescription) -> Vec<Variable> {
             (Causality::Parameter, _) => "fixed",
             _ => "local",
         };
-        let start = fmus::start(description, &of.name).unwrap_or(0.0);
+        let start = of.start.unwrap_or(0.0);
         Some(Variable {
             name: of.name.clone(),
             description: of.description.clone().unwrap_or_default(),
             kind: kind.name().into(),
             role: role.into(),
             is_tunable: matches!(role, "input" | "parameter"),
-            start: if kind == run::component::Type::Boolean {
-                Value::Boolean(start != 0.0)
-            } else {
-                Value::Number(start)
-            },
-            min,
-            max,
-            unit: names.unit_of(0, of).map(str::to_string),
+            start: if kind == Type::Boolean { Value::Boolean(start != 0.0) } else { Value::Number(start) },
+            min: of.min,
+            max: of.max,
+            unit: of.unit.clone(),
         })
     };
-    description.model_variables.iter().filter_map(variable).collect()
+    description.variables.iter().filter_map(variable).collect()
 }
 
 /// The inputs and the parameters of a foreign FMU.
-fn foreign_groups(description: &ModelDescription) -> (Roles, Vec<Group>) {
+fn foreign_groups(description: &modeldescription::Description) -> (Roles, Vec<Group>) {
     let fields = |causality: Causality| {
-        let variables = description.model_variables.iter();
+        let variables = description.variables.iter();
         let settable = variables.filter(move |of| of.causality == causality && of.is_settable());
-        settable
-            .filter(|of| kind(&of.typed).is_some())
-            .map(|of| dialog::Field { name: of.name.clone(), used_if: Vec::new() })
+        settable.filter(|of| of.kind.is_some()).map(|of| dialog::Field { name: of.name.clone(), used_if: Vec::new() })
     };
     let groups = [("Inputs", Causality::Input), ("Parameters", Causality::Parameter)];
     let groups = groups.map(|(title, causality)| Group { title: title.into(), fields: fields(causality).collect() });

@@ -12,8 +12,7 @@ use blocks::table::fingerprint;
 use blocks::table::number::{number, to_value};
 use blocks::table::start::{self, Start};
 use blocks::{Kind, Value};
-use modeldescription::shortened;
-use modeldescription::v2::{ModelDescription, Typed};
+use modeldescription::{self, Description, ModelDescription, Type, shortened};
 use parameters::Block;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -44,7 +43,9 @@ pub fn guid_of(text: &str) -> String {
 #[derive(Clone, Copy, Debug)]
 pub struct Original<'a> {
     /// Its model description.
-    pub description: &'a ModelDescription,
+    pub xml: &'a ModelDescription,
+    /// What that says.
+    pub description: &'a Description,
     /// The GUID of the block's own FMU: its own, unless it is a preset itself.
     pub library: &'a str,
     /// Its documentation, if it has one.
@@ -90,7 +91,7 @@ impl Original<'_> {
         };
         let text = start.to_string();
         let guid = guid_of(&text);
-        let description = modeldescription::v2::write(&self.with_values(&name, &guid, values)?);
+        let description = self.xml.with(self.changes(&name, &guid, values)?).write();
         let description = String::from_utf8(description).context(DESCRIPTION)?;
         let mut files = BTreeMap::from([(DESCRIPTION.to_string(), description), (path(), text)]);
         if let Some(page) = self.page {
@@ -104,17 +105,12 @@ impl Original<'_> {
     /// Refuses a block of which this is not an FMU.
     fn fits(&self, own: &str, block: &Block) -> Result<()> {
         ensure!(block.name == own, "it is an FMU of {own}, not of {}", block.name);
-        let variables = &self.description.model_variables;
+        let variables = &self.description.variables;
         let other = "it was made from another version of the block";
         ensure!(variables.len() == block.members.len(), "{other}: it has {} variables", variables.len());
         for (variable, member) in variables.iter().zip(&block.members) {
-            let is_time = matches!(&variable.typed, Typed::Real(real) if real.attributes.unit.as_deref() == Some("s"));
-            let is_same = match member.kind {
-                Kind::Real | Kind::LReal => matches!(variable.typed, Typed::Real(_)),
-                Kind::Time => is_time,
-                Kind::Word | Kind::Int => matches!(variable.typed, Typed::Integer(_)),
-                Kind::Bool => matches!(variable.typed, Typed::Boolean(_)),
-            };
+            let is_same = variable.kind == Some(Type::of(member.kind))
+                && (member.kind != Kind::Time || variable.unit.as_deref() == Some("s"));
             ensure!(
                 variable.name == member.name && is_same,
                 "{other}: where it has {:?}, the block has {} ({})",
@@ -126,30 +122,13 @@ impl Original<'_> {
         Ok(())
     }
 
-    /// The model description with other start values.
-    fn with_values(&self, name: &str, guid: &str, values: &parameters::Loop) -> Result<ModelDescription> {
-        let mut description = self.description.clone();
-        description.model_name = name.into();
-        description.guid = guid.into();
-        for setting in &values.settings {
-            let number = number(setting.value);
-            match &mut description.model_variables[setting.member].typed {
-                Typed::Real(real) => {
-                    real.start = Some(number);
-                    widen(&mut real.attributes.min, &mut real.attributes.max, number);
-                }
-                Typed::Integer(integer) => {
-                    integer.start = Some(number as i32);
-                    widen(&mut integer.attributes.min, &mut integer.attributes.max, number as i32);
-                }
-                Typed::Boolean(boolean) => boolean.start = Some(number != 0.0),
-                Typed::String(_) | Typed::Enumeration(_) => {}
-            }
-        }
+    /// What the preset's model description has in place of the original's.
+    fn changes(&self, name: &str, guid: &str, values: &parameters::Loop) -> Result<modeldescription::Preset> {
+        let mut default_experiment = self.description.default_experiment;
         let cycle =
             values.settings.iter().find(|setting| values.block.members[setting.member].role == blocks::Role::Cycle);
         if let (Some(Value::Time(cycle)), Some(experiment)) =
-            (cycle.map(|setting| setting.value), &mut description.default_experiment)
+            (cycle.map(|setting| setting.value), &mut default_experiment)
         {
             let cycle = f64::from(cycle.milliseconds());
             ensure!(cycle >= 1.0, "the time between two calls is {} s: it must be at least 0.001 s", cycle / 1000.0);
@@ -159,14 +138,9 @@ impl Original<'_> {
             }
             experiment.step_size = Some(cycle / 1000.0);
         }
-        Ok(description)
+        let starts = values.settings.iter().map(|setting| (setting.member, number(setting.value))).collect();
+        Ok(modeldescription::Preset { model_name: name.into(), guid: guid.into(), starts, default_experiment })
     }
-}
-
-/// Widens a declared range to a start value: FMI requires that the one lies within the other, but the blocks take any value.
-fn widen<T: PartialOrd + Copy>(min: &mut Option<T>, max: &mut Option<T>, start: T) {
-    *min = min.map(|min| if start < min { start } else { min });
-    *max = max.map(|max| if start > max { start } else { max });
 }
 
 /// The name as one that C and every file system accept: letters, digits and underscores.
@@ -202,11 +176,12 @@ pub fn of(home: &dyn Home, request: &Request) -> Result<Preset> {
     let values = as_loop(home, &request.of)?;
     let file = |path: &str| request.files.get(path).map(String::as_str);
     let text = file(DESCRIPTION).with_context(|| format!("it is no FMU: it has no {DESCRIPTION}"))?;
-    let description = modeldescription::v2::read(text.as_bytes()).context(DESCRIPTION)?;
+    let xml = ModelDescription::read(text.as_bytes()).context(DESCRIPTION)?;
+    let description = xml.description();
     let path = path();
     let start = file(&path).map(Start::parse).transpose().map_err(|error| anyhow!("{path}: {error}"))?;
     let library = start.map_or_else(|| description.guid.clone(), |start| start.library);
-    let original = Original { description: &description, library: &library, page: file(PAGE) };
+    let original = Original { xml: &xml, description: &description, library: &library, page: file(PAGE) };
     let preset = original.preset(&values)?;
     // The library of another version would refuse the start values, or take them for others.
     let name = &values.block.name;

@@ -8,7 +8,7 @@ use crate::message::{self, Curves, Event, Events, Setup, State, Values, View};
 use anyhow::{Context, Result, bail};
 use blocks::table::number::to_value;
 use modeldescription::Table;
-use modeldescription::v2::{Causality, ModelDescription, Variability};
+use modeldescription::{Causality, Description};
 use run::component::{Component, Type};
 use run::master::Run;
 use run::plan::{self, Assignment, Column, Names, Plan, Reference};
@@ -114,7 +114,7 @@ struct Present {
 /// A system with the descriptions of its members and its plan.
 struct Wired {
     system: System,
-    descriptions: Vec<Arc<ModelDescription>>,
+    descriptions: Vec<Arc<Description>>,
     tables: Vec<Option<Arc<Table>>>,
     plan: Plan,
 }
@@ -594,7 +594,7 @@ impl Wired {
         check_names(members)?;
         let descriptions = members.iter().map(|of| home.description(&of.fmu)).collect::<Result<Vec<_>>>()?;
         let tables = members.iter().map(|of| home.table(&of.fmu)).collect::<Result<Vec<_>>>()?;
-        let borrowed: Vec<&ModelDescription> = descriptions.iter().map(|of| &**of).collect();
+        let borrowed: Vec<&Description> = descriptions.iter().map(|of| &**of).collect();
         let (start, step) = match begin {
             Begin::Later { start, step } => (start, step),
             Begin::New(step) => {
@@ -674,33 +674,17 @@ impl Wired {
 
     /// What to set while the loop runs: the member, and a warning if the value is outside the declared range.
     fn assignment(&self, name: &str, value: Value) -> Result<(usize, Assignment, Option<String>)> {
-        let descriptions: Vec<&ModelDescription> = self.descriptions.iter().map(|of| &**of).collect();
+        let descriptions: Vec<&Description> = self.descriptions.iter().map(|of| &**of).collect();
         let names = Names::of(&self.system, &descriptions)?;
         let reference = names.find(name)?;
-        let variable = reference.variable;
-        if !variable.is_settable() {
-            bail!(
-                "{name} cannot be set: its causality is {}; only inputs and parameters can be set",
-                variable.causality
-            );
-        }
         let wires = plan::wires(&names, &self.system.connections)?;
-        if let Some(wire) = wires.iter().find(|wire| wire.is_to(&reference)) {
-            bail!("{name} cannot be set: it is connected to {}", names.full(&wire.from));
-        }
-        if variable.causality == Causality::Parameter && variable.variability != Variability::Tunable {
+        let (assignment, warning) = plan::assignment(&names, name, value, &reference, &wires)?;
+        if !reference.variable.is_tunable() {
             bail!(
                 "{name} cannot be changed while the loop runs, because it is a fixed parameter: restart with the new value"
             );
         }
-        let value = fitting(self.tables[reference.member].as_deref(), &reference, name, value)?;
-        let (min, max) = names.range(&reference);
-        let is_outside = min.is_some_and(|min| value < min) || max.is_some_and(|max| value > max);
-        let warning = is_outside.then(|| {
-            let show = |bound: Option<f64>| bound.map_or("...".into(), |bound| format!("{bound:?}"));
-            format!("{name} = {value:?} is outside of the range that the FMU declares, {} to {}", show(min), show(max))
-        });
-        let assignment = Assignment { kind: reference.kind, reference: variable.value_reference, value };
+        fitting(self.tables[reference.member].as_deref(), &reference, name, value)?;
         Ok((reference.member, assignment, warning))
     }
 }
@@ -730,20 +714,18 @@ fn shown(kind: Type, value: f64) -> Value {
 }
 
 /// The time between two calls of a block; a foreign FMU has none.
-fn cycle(member: &message::Member, description: &ModelDescription, table: Option<&Table>) -> Option<f64> {
+fn cycle(member: &message::Member, description: &Description, table: Option<&Table>) -> Option<f64> {
     let row = table?.variables.get(table?.cycle)?;
     match member.values.get(&row.name) {
         Some(Value::Number(cycle)) => Some(*cycle),
-        _ => run::fmus::start(description, &row.name).or(Some(row.start)),
+        _ => description.start(&row.name).or(Some(row.start)),
     }
 }
 
 /// What to record of an FMU: at most so many variables, inputs and outputs first.
-fn recorded(description: &ModelDescription, most: usize) -> impl Iterator<Item = &str> {
-    let variables =
-        || description.model_variables.iter().filter(|of| !matches!(of.typed, modeldescription::v2::Typed::String(_)));
-    let is_terminal =
-        |of: &&modeldescription::v2::Variable| matches!(of.causality, Causality::Input | Causality::Output);
+fn recorded(description: &Description, most: usize) -> impl Iterator<Item = &str> {
+    let variables = || description.variables.iter().filter(|of| of.kind.is_some());
+    let is_terminal = |of: &&modeldescription::Variable| matches!(of.causality, Causality::Input | Causality::Output);
     let has_room = variables().count() <= most;
     let all = variables().filter(move |_| has_room);
     let terminals = variables().filter(move |of| !has_room && is_terminal(of));

@@ -3,8 +3,7 @@
 use crate::home::Home;
 use crate::message::{Entry, KnownLoop, Part};
 use anyhow::Result;
-use modeldescription::Table;
-use modeldescription::v2::ModelDescription;
+use modeldescription::{Description, Table};
 use run::component::Component;
 use run::fmus::Fmus;
 pub use run::test_home::{FOREIGN, Pid};
@@ -27,7 +26,7 @@ impl Deref for TestHome {
 }
 
 impl Fmus for TestHome {
-    fn description(&self, fmu: &str) -> Result<Arc<ModelDescription>> {
+    fn description(&self, fmu: &str) -> Result<Arc<Description>> {
         self.fmus.description(fmu)
     }
 

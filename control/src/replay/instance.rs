@@ -9,8 +9,8 @@ use run::component::{Component, Type};
 use run::dialog::Roles;
 use run::fmus::Fmus;
 use run::fmus::Member;
-use run::fmus::{number_of, start};
-use run::plan::{kind, near};
+use run::fmus::number_of;
+use run::plan::near;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -64,8 +64,8 @@ impl<'a> Block<'a> {
         for row in &table.variables {
             let missing = || format!("{} does not describe its variable {}", of.fmu, row.name);
             let variable = description.variable(&row.name).with_context(missing)?;
-            variables.push((kind(&variable.typed).with_context(missing)?, variable.value_reference));
-            settings.push(start(&description, &row.name).unwrap_or(row.start));
+            variables.push((variable.kind.with_context(missing)?, variable.value_reference));
+            settings.push(description.start(&row.name).unwrap_or(row.start));
         }
         let mut given = Vec::new();
         for (name, value) in &of.values {

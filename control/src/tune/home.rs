@@ -3,7 +3,7 @@
 use anyhow::Result;
 use blocks::{Block, Int, Law, Real};
 use modeldescription::Table;
-use modeldescription::v2::{Capabilities, FMI_VERSION, Interface, ModelDescription};
+use modeldescription::{Capabilities, Description, Interface, ModelDescription, VERSIONS};
 use run::component::Component;
 use run::fmus::Fmus;
 use run::test_home::{FOREIGN, Lag, Linked, TestHome, table};
@@ -295,19 +295,19 @@ impl Law for Stepper {
 #[derive(Debug, Default)]
 pub struct Controllers;
 
-fn described<B: Block>() -> Result<Arc<ModelDescription>> {
+fn described<B: Block>() -> Result<Arc<Description>> {
     let interface = Interface {
         table: table::<B>(),
-        version: FMI_VERSION.into(),
+        version: VERSIONS[0].into(),
         guid: "{0}".into(),
         capabilities: Capabilities::default(),
         log_categories: Vec::new(),
     };
-    Ok(Arc::new(ModelDescription::of(&interface)?))
+    Ok(Arc::new(ModelDescription::of(&interface)?.description()))
 }
 
 impl Fmus for Controllers {
-    fn description(&self, fmu: &str) -> Result<Arc<ModelDescription>> {
+    fn description(&self, fmu: &str) -> Result<Arc<Description>> {
         match fmu {
             "PID" => described::<Pid>(),
             "PULSER" => described::<Pulser>(),

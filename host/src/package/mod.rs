@@ -6,8 +6,7 @@ pub mod temporary;
 
 use anyhow::{Context, Result, bail};
 use archive::Archive;
-use modeldescription::shortened;
-use modeldescription::v2::ModelDescription;
+use modeldescription::{Description, ModelDescription, shortened};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
@@ -27,7 +26,9 @@ pub struct Package<R> {
     /// What is in it.
     pub archive: Archive<R>,
     /// Its modelDescription.xml.
-    pub description: ModelDescription,
+    pub xml: ModelDescription,
+    /// What that says of the FMU.
+    pub description: Description,
     /// Its libraries, one for each platform.
     pub libraries: Vec<LibraryFile>,
 }
@@ -60,7 +61,8 @@ impl<R: Read + Seek> Package<R> {
     pub fn read(reader: R) -> Result<Package<R>> {
         let mut archive = Archive::open(reader)?;
         let xml = archive.read(DESCRIPTION, LONGEST_DESCRIPTION)?;
-        let description = modeldescription::v2::read(&xml).context(DESCRIPTION)?;
+        let xml = ModelDescription::read(&xml).context(DESCRIPTION)?;
+        let description = xml.description();
         let identifier = description
             .model_identifier()
             .with_context(|| format!("{DESCRIPTION} is neither for co-simulation nor for model exchange"))?;
@@ -74,7 +76,7 @@ impl<R: Read + Seek> Package<R> {
                 format!("binaries/win64/{identifier}.dll")
             );
         }
-        Ok(Package { archive, description, libraries })
+        Ok(Package { archive, xml, description, libraries })
     }
 
     /// The bytes of one of the libraries.
@@ -104,21 +106,21 @@ fn library(path: &str, identifier: &str) -> Option<LibraryFile> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use modeldescription::v2::CoSimulation;
+    use modeldescription::v2::{self, CoSimulation};
     use std::collections::BTreeMap;
     use std::io::Cursor;
 
     /// The files of a small FMU.
     fn files() -> BTreeMap<String, Vec<u8>> {
         let co_simulation = CoSimulation { model_identifier: "PUMP".into(), ..CoSimulation::default() };
-        let description = ModelDescription {
+        let description = v2::ModelDescription {
             model_name: "PUMP".into(),
             guid: "{1}".into(),
             co_simulation: Some(co_simulation),
-            ..ModelDescription::default()
+            ..v2::ModelDescription::default()
         };
         [
-            (DESCRIPTION, modeldescription::v2::write(&description)),
+            (DESCRIPTION, v2::write(&description)),
             ("binaries/linux64/PUMP.so", vec![1]),
             ("binaries/linux64/libother.so", vec![2]),
             ("binaries/win64/PUMP.dll", vec![3]),
@@ -176,8 +178,9 @@ mod tests {
     #[test]
     fn a_description_for_nothing_is_refused() {
         let mut files = files();
-        let nothing = ModelDescription { model_name: "PUMP".into(), guid: "{1}".into(), ..ModelDescription::default() };
-        files.insert(DESCRIPTION.into(), modeldescription::v2::write(&nothing));
+        let nothing =
+            v2::ModelDescription { model_name: "PUMP".into(), guid: "{1}".into(), ..v2::ModelDescription::default() };
+        files.insert(DESCRIPTION.into(), v2::write(&nothing));
         assert!(sentence(read(&files)).starts_with("modelDescription.xml"));
     }
 

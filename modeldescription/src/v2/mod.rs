@@ -16,8 +16,6 @@ mod description;
 mod mapping;
 
 use crate::error::Error;
-#[doc(hidden)] // until its users take it from the crate
-pub use crate::interface::Interface;
 use crate::xml::attributes::Element;
 pub use crate::xml::read::Limits;
 use crate::xml::read::{Schema, read_root};

@@ -1,6 +1,7 @@
 //! What the crate promises, a test for each clause.
 
 mod check;
+mod description;
 mod random;
 mod read;
 mod sample;

@@ -1,6 +1,7 @@
 //! Random descriptions, random damage.
 
 use crate::sample::everything;
+use modeldescription::Interface;
 use modeldescription::v2::*;
 use proptest::collection::vec;
 use proptest::option;

@@ -1,7 +1,7 @@
 //! From a block's table to a model description.
 
-use modeldescription::Error;
 use modeldescription::v2::*;
+use modeldescription::{Error, Interface};
 
 /// A row in JSON as the `fmu` crate writes it.
 fn row(name: &str, kind: &str, role: &str, rest: &str) -> String {

@@ -4,8 +4,7 @@ use super::{LONGEST_NAME, functions, print, shown};
 use crate::package::check::{STEPS, check, run as run_library};
 use anyhow::{Result, bail};
 use host::package::Package;
-use modeldescription::shortened;
-use modeldescription::v2::{FMI_VERSION, ModelDescription};
+use modeldescription::{Description, shortened};
 use std::path::{Path, PathBuf};
 
 /// Check FMU files, whoever made them
@@ -87,18 +86,19 @@ fn examine(file: &Path, is_run: bool) -> Verdict {
 }
 
 /// What an FMU is, in one line, whatever its texts contain.
-fn headline(description: &ModelDescription) -> String {
+fn headline(description: &Description) -> String {
     format!(
-        "{:?}: FMI {FMI_VERSION} for {}, {} variables, GUID {:?}",
+        "{:?}: FMI {} for {}, {} variables, GUID {:?}",
         shortened(&description.model_name),
+        description.fmi_version,
         kinds(description).join(" and "),
-        description.model_variables.len(),
+        description.variables.len(),
         shortened(&description.guid)
     )
 }
 
 /// What an FMU is made for.
-pub(super) fn kinds(description: &ModelDescription) -> Vec<&'static str> {
+pub(super) fn kinds(description: &Description) -> Vec<&'static str> {
     let co_simulation = description.co_simulation.as_ref().map(|_| "co-simulation");
     let model_exchange = description.model_exchange.as_ref().map(|_| "model exchange");
     co_simulation.into_iter().chain(model_exchange).collect()
@@ -107,15 +107,16 @@ pub(super) fn kinds(description: &ModelDescription) -> Vec<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use modeldescription::v2::CoSimulation;
+    use modeldescription::Support;
 
     #[test]
     fn an_fmu_is_one_line_whatever_its_texts_contain() {
-        let mut description = ModelDescription {
+        let mut description = Description {
+            fmi_version: "2.0",
             model_name: "PUMP".into(),
             guid: "{1}".into(),
-            co_simulation: Some(CoSimulation::default()),
-            ..ModelDescription::default()
+            co_simulation: Some(Support::default()),
+            ..Description::default()
         };
         assert_eq!(headline(&description), r#""PUMP": FMI 2.0 for co-simulation, 0 variables, GUID "{1}""#);
         description.model_name = "PUMP\n  linux64: fine\u{9b}31m".into();

@@ -7,9 +7,7 @@ use anyhow::{Context, Result, bail};
 use blocks::table::start::Start;
 use host::package::Package;
 use host::package::binary::Binary;
-use modeldescription::v2::{
-    CoSimulation, DefaultExperiment, FMI_VERSION, ModelDescription, RealAttributes, TypeAttributes, Typed, Variable,
-};
+use modeldescription::{DefaultExperiment, Description, Support, Type, Variable};
 use serde_json::{Map, Value, json};
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
@@ -65,7 +63,7 @@ pub fn run(options: &Options) -> Result<()> {
 /// All that is printed of an FMU.
 #[derive(Debug)]
 struct Fmu {
-    description: ModelDescription,
+    description: Description,
     /// If it is a preset: of what, or what is wrong with its start values.
     preset: Option<Result<Start>>,
     libraries: Vec<Library>,
@@ -119,6 +117,9 @@ fn preset_json(preset: &Result<Start>) -> Value {
 /// What an FMU can do: the attribute's name in FMI, whether it is set, and what it means.
 type Capability = (&'static str, bool, &'static str);
 
+/// The capability that is a number.
+const OUTPUT_DERIVATIVES: &str = "maxOutputDerivativeOrder";
+
 /// What the flags of both kinds of FMU mean.
 const MEANINGS: [(&str, &str); 10] = [
     ("needsExecutionTool", "needs its tool installed to run"),
@@ -133,94 +134,40 @@ const MEANINGS: [(&str, &str); 10] = [
     ("providesDirectionalDerivative", "provides partial derivatives"),
 ];
 
-/// The flags among the attributes of an element.
-fn flags(attributes: Vec<(&'static str, String)>) -> Vec<Capability> {
-    let flag = |(name, value): (&'static str, String)| {
-        let (_, meaning) = MEANINGS.iter().find(|(flag, _)| *flag == name)?;
-        Some((name, value == "true", *meaning))
+/// The flags among the capabilities.
+fn flags(support: &Support) -> Vec<Capability> {
+    let flag = |(name, value): &(&'static str, String)| {
+        let (_, meaning) = MEANINGS.iter().find(|(flag, _)| flag == name)?;
+        Some((*name, value == "true", *meaning))
     };
-    attributes.into_iter().filter_map(flag).collect()
+    support.capabilities.iter().filter_map(flag).collect()
 }
 
-/// A variable's attributes, with those of its declared type where it has none of its own.
-#[derive(Debug, Default, PartialEq)]
-struct Attributes {
-    unit: Option<String>,
-    min: Option<Number>,
-    max: Option<Number>,
-    start: Option<Number>,
+/// The highest order of derivatives that outputs have.
+fn output_derivatives(support: &Support) -> u32 {
+    let mut capabilities = support.capabilities.iter();
+    let order = capabilities.find(|(name, _)| *name == OUTPUT_DERIVATIVES);
+    order.and_then(|(_, order)| order.parse().ok()).unwrap_or(0)
 }
 
-/// A value of any type.
-#[derive(Clone, Debug, PartialEq)]
-enum Number {
-    Real(f64),
-    Integer(i32),
-    Boolean(bool),
-    String(String),
+/// A number for people.
+fn number_text(number: f64) -> String {
+    let text = format!("{number:?}");
+    text.strip_suffix(".0").unwrap_or(&text).to_string()
 }
 
-impl Number {
-    fn text(&self) -> String {
-        match self {
-            Number::Real(real) => {
-                let text = format!("{real:?}");
-                text.strip_suffix(".0").unwrap_or(&text).to_string()
-            }
-            Number::Integer(integer) => integer.to_string(),
-            Number::Boolean(boolean) => boolean.to_string(),
-            Number::String(text) => format!("\"{}\"", shown(text, LONGEST_NAME)),
-        }
-    }
-
-    /// JSON has no infinite numbers: they become text.
-    fn json(&self) -> Value {
-        match self {
-            Number::Real(real) if !real.is_finite() => json!(real.to_string()),
-            Number::Real(real) => json!(real),
-            Number::Integer(integer) => json!(integer),
-            Number::Boolean(boolean) => json!(boolean),
-            Number::String(text) => json!(text),
-        }
-    }
+/// A value of a variable for people.
+fn value_text(variable: &Variable, value: f64) -> String {
+    if variable.kind == Some(Type::Boolean) { Type::Boolean.text(value) } else { number_text(value) }
 }
 
-fn attributes(variable: &Variable, description: &ModelDescription) -> Attributes {
-    let named = |name: &str| description.type_definitions.iter().find(|definition| definition.name == name);
-    let declared = variable.typed.declared_type().and_then(named).map(|definition| &definition.attributes);
-    let none = RealAttributes::default();
-    match &variable.typed {
-        Typed::Real(real) => {
-            let (own, declared) =
-                (&real.attributes, if let Some(TypeAttributes::Real(it)) = declared { it } else { &none });
-            Attributes {
-                unit: own.unit.clone().or_else(|| declared.unit.clone()),
-                min: own.min.or(declared.min).map(Number::Real),
-                max: own.max.or(declared.max).map(Number::Real),
-                start: real.start.map(Number::Real),
-            }
-        }
-        Typed::Integer(integer) => {
-            let own = &integer.attributes;
-            let (min, max) = match declared {
-                Some(TypeAttributes::Integer(declared)) => (declared.min, declared.max),
-                _ => (None, None),
-            };
-            Attributes {
-                unit: None,
-                min: own.min.or(min).map(Number::Integer),
-                max: own.max.or(max).map(Number::Integer),
-                start: integer.start.map(Number::Integer),
-            }
-        }
-        Typed::Enumeration(enumeration) => Attributes {
-            unit: None,
-            min: enumeration.attributes.min.map(Number::Integer),
-            max: enumeration.attributes.max.map(Number::Integer),
-            start: enumeration.start.map(Number::Integer),
-        },
-        Typed::Boolean(boolean) => Attributes { start: boolean.start.map(Number::Boolean), ..Attributes::default() },
-        Typed::String(text) => Attributes { start: text.start.clone().map(Number::String), ..Attributes::default() },
+/// A value of a variable for scripts. JSON has no infinite numbers: they become text.
+fn value_json(variable: &Variable, value: f64) -> Value {
+    match variable.kind {
+        Some(Type::Boolean) => json!(value != 0.0),
+        Some(Type::Integer) => json!(value as i64),
+        _ if value.is_finite() => json!(value),
+        _ => json!(value.to_string()),
     }
 }
 
@@ -229,17 +176,16 @@ impl Fmu {
     fn json(&self, file: &Path) -> Value {
         let description = &self.description;
         let mut capabilities = Map::new();
-        let object = |attributes| -> Map<String, Value> {
-            flags(attributes).into_iter().map(|(name, is_set, _)| (name.to_string(), json!(is_set))).collect()
+        let object = |support| -> Map<String, Value> {
+            flags(support).into_iter().map(|(name, is_set, _)| (name.to_string(), json!(is_set))).collect()
         };
-        if let Some(CoSimulation { capabilities: co_simulation_flags, .. }) = &description.co_simulation {
-            let mut flags = object(co_simulation_flags.list());
-            let order = co_simulation_flags.max_output_derivative_order;
-            flags.insert("maxOutputDerivativeOrder".into(), json!(order));
+        if let Some(support) = &description.co_simulation {
+            let mut flags = object(support);
+            flags.insert(OUTPUT_DERIVATIVES.into(), json!(output_derivatives(support)));
             capabilities.insert("CoSimulation".into(), flags.into());
         }
-        if let Some(model_exchange_flags) = &description.model_exchange {
-            capabilities.insert("ModelExchange".into(), object(model_exchange_flags.list()).into());
+        if let Some(support) = &description.model_exchange {
+            capabilities.insert("ModelExchange".into(), object(support).into());
         }
         let libraries: Vec<Value> = self.libraries.iter().map(Library::json).collect();
         let categories = description.log_categories.iter();
@@ -253,11 +199,10 @@ impl Fmu {
                 "stepSize": experiment.step_size,
             })
         });
-        let variables: Vec<Value> =
-            description.model_variables.iter().map(|variable| variable_json(variable, description)).collect();
+        let variables: Vec<Value> = description.variables.iter().map(variable_json).collect();
         json!({
             "file": file.display().to_string(),
-            "fmiVersion": FMI_VERSION,
+            "fmiVersion": description.fmi_version,
             "kinds": kinds(description),
             "modelName": description.model_name,
             "modelIdentifier": description.model_identifier(),
@@ -288,7 +233,7 @@ impl Fmu {
         let fields = [
             ("Model", vec![shown(&description.model_name, LONGEST_NAME)]),
             ("Description", optional(&description.description)),
-            ("Kind", vec![format!("FMI {FMI_VERSION} for {}", kinds(description).join(" and "))]),
+            ("Kind", vec![format!("FMI {} for {}", description.fmi_version, kinds(description).join(" and "))]),
             ("GUID", vec![shown(&description.guid, LONGEST_NAME)]),
             ("Preset", self.preset.iter().map(preset_text).collect()),
             ("Made by", if made.is_empty() { Vec::new() } else { vec![made.join(", ")] }),
@@ -356,12 +301,9 @@ impl Library {
 }
 
 /// The capabilities that an FMU has, a line each.
-fn capabilities(description: &ModelDescription) -> Vec<String> {
+fn capabilities(description: &Description) -> Vec<String> {
     let mut all = Vec::new();
-    if let Some(co_simulation) = &description.co_simulation {
-        all.extend(flags(co_simulation.capabilities.list()));
-    }
-    for capability in description.model_exchange.iter().flat_map(|model_exchange| flags(model_exchange.list())) {
+    for capability in description.co_simulation.iter().chain(&description.model_exchange).flat_map(flags) {
         if !all.contains(&capability) {
             all.push(capability);
         }
@@ -371,9 +313,9 @@ fn capabilities(description: &ModelDescription) -> Vec<String> {
         .filter(|(_, is_set, _)| *is_set)
         .map(|(name, _, meaning)| format!("{name}: {meaning}"))
         .collect();
-    match description.co_simulation.as_ref().map_or(0, |flags| flags.capabilities.max_output_derivative_order) {
+    match description.co_simulation.as_ref().map_or(0, output_derivatives) {
         0 => {}
-        order => lines.push(format!("maxOutputDerivativeOrder = {order}: provides derivatives of outputs")),
+        order => lines.push(format!("{OUTPUT_DERIVATIVES} = {order}: provides derivatives of outputs")),
     }
     lines
 }
@@ -388,12 +330,12 @@ fn experiment(experiment: &DefaultExperiment) -> Option<String> {
     ];
     let fields: Vec<String> = fields
         .into_iter()
-        .filter_map(|(name, value, unit)| Some(format!("{name} {}{unit}", Number::Real(value?).text())))
+        .filter_map(|(name, value, unit)| Some(format!("{name} {}{unit}", number_text(value?))))
         .collect();
     (!fields.is_empty()).then(|| fields.join(", "))
 }
 
-fn categories(description: &ModelDescription) -> Vec<String> {
+fn categories(description: &Description) -> Vec<String> {
     let line = |(name, text): (&String, &Option<String>)| match text {
         Some(text) => format!("{}: {}", shown(name, LONGEST_NAME), shown(text, LONGEST_TEXT)),
         None => shown(name, LONGEST_NAME),
@@ -401,31 +343,31 @@ fn categories(description: &ModelDescription) -> Vec<String> {
     description.log_categories.iter().map(|category| line((&category.name, &category.description))).collect()
 }
 
-fn variable_json(variable: &Variable, description: &ModelDescription) -> Value {
-    let Attributes { unit, min, max, start } = attributes(variable, description);
-    let json = |number: Option<Number>| number.map(|number| number.json());
+fn variable_json(variable: &Variable) -> Value {
+    let json = |value: Option<f64>| value.map(|value| value_json(variable, value));
     json!({
         "name": variable.name,
         "valueReference": variable.value_reference,
         "causality": variable.causality.word(),
         "variability": variable.variability.word(),
-        "initial": variable.initial_or_default().map(|initial| initial.word()),
-        "type": variable.typed.name(),
-        "unit": unit,
-        "min": json(min),
-        "max": json(max),
-        "start": json(start),
+        "initial": variable.initial.map(|initial| initial.word()),
+        "type": variable.type_name,
+        "unit": variable.unit,
+        "min": json(variable.min),
+        "max": json(variable.max),
+        "start": json(variable.start).or(variable.start_text.as_ref().map(|text| json!(text))),
         "description": variable.description,
     })
 }
 
 /// The variables, a line each.
-fn table(description: &ModelDescription) -> String {
+fn table(description: &Description) -> String {
     let head = ["Name", "Causality", "Variability", "Type", "Unit", "Range", "Start", "Description"];
     let mut rows = vec![head.map(str::to_string)];
-    for variable in &description.model_variables {
-        let Attributes { unit, min, max, start } = attributes(variable, description);
-        let [min, max, start] = [min, max, start].map(|number| number.map(|number| number.text()));
+    for variable in &description.variables {
+        let text = |value: Option<f64>| value.map(|value| value_text(variable, value));
+        let start_text = variable.start_text.as_ref().map(|text| format!("\"{}\"", shown(text, LONGEST_NAME)));
+        let (min, max, start) = (text(variable.min), text(variable.max), text(variable.start).or(start_text));
         let range = match (min, max) {
             (Some(min), Some(max)) => format!("{min} to {max}"),
             (Some(min), None) => format!(">= {min}"),
@@ -436,8 +378,8 @@ fn table(description: &ModelDescription) -> String {
             shown(&variable.name, LONGEST_NAME),
             variable.causality.word().to_string(),
             variable.variability.word().to_string(),
-            variable.typed.name().to_string(),
-            unit.map_or(String::new(), |unit| shown(&unit, LONGEST_NAME)),
+            variable.type_name.to_string(),
+            variable.unit.as_deref().map_or(String::new(), |unit| shown(unit, LONGEST_NAME)),
             range,
             start.unwrap_or_default(),
             shown(variable.description.as_deref().unwrap_or_default(), LONGEST_TEXT),
@@ -446,7 +388,7 @@ fn table(description: &ModelDescription) -> String {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..head.len() - 1).map(width).collect();
     let lines: String = rows.iter().map(|row| columns(row, &widths)).collect();
-    format!("\n  {} variables\n\n{lines}", description.model_variables.len())
+    format!("\n  {} variables\n\n{lines}", description.variables.len())
 }
 
 /// A row with its cells below one another's; the last cell is wrapped. `widths` are those of all others.
@@ -543,7 +485,7 @@ mod tests {
         let damaged = Err(anyhow::anyhow!("it is damaged"));
         Fmu {
             preset: None,
-            description: modeldescription::v2::read(XML.as_bytes()).unwrap(),
+            description: modeldescription::ModelDescription::read(XML.as_bytes()).unwrap().description(),
             libraries: vec![library("linux64", Ok(linux)), library("darwin64", Ok(macos)), library("win64", damaged)],
         }
     }

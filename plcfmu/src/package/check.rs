@@ -7,13 +7,12 @@ use crate::package::preset;
 use anyhow::{Context, Result, bail, ensure};
 use blocks::table::start::Start;
 use host::fmu::Fmu;
-use host::instance::{Instance, Type};
+use host::instance::Instance;
 use host::library::FUNCTIONS;
 use host::package::binary::Binary;
 use host::package::{DESCRIPTION, LibraryFile, Package, temporary};
 use memchr::memmem;
-use modeldescription::shortened;
-use modeldescription::v2::{Interface, ModelDescription, Typed, Variable};
+use modeldescription::{Interface, MOST_FINDINGS, ModelDescription, Variable, shortened};
 use std::io::{Read, Seek};
 use std::path::Path;
 
@@ -35,18 +34,15 @@ pub struct Report {
 pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
     let mut report = Report::default();
     let impossible = |variable: &&Variable| !variable.causality.allows(variable.variability);
-    for variable in package.description.model_variables.iter().filter(impossible) {
+    for variable in package.description.variables.iter().filter(impossible) {
         report.errors.push(format!("{DESCRIPTION}: {}", contradiction(variable)));
     }
     let is_error = |finding: &String| report.errors.iter().any(|error| error.ends_with(finding.as_str()));
     let preset = preset::start(package);
-    let mut findings = match preset {
-        Ok(Some(_)) => preset::remarks(&package.description),
-        _ => modeldescription::v2::check(&package.description),
-    };
+    let mut findings = package.xml.check(matches!(preset, Ok(Some(_))));
     findings.retain(|finding| !is_error(finding));
     report.remarks = findings;
-    report.errors.truncate(modeldescription::v2::MOST_FINDINGS);
+    report.errors.truncate(MOST_FINDINGS);
     for file in package.libraries.clone() {
         match check_library(package, &file, &preset) {
             Ok(binary) => report.libraries.push((file, binary)),
@@ -144,9 +140,9 @@ fn contradiction(variable: &Variable) -> String {
 ///
 /// # Errors
 /// What is wrong.
-pub fn packed(path: &Path, description: &ModelDescription, has_host: bool) -> Result<()> {
+pub fn packed(path: &Path, xml: &ModelDescription, has_host: bool) -> Result<()> {
     let mut package = Package::open(path)?;
-    ensure!(package.description == *description, "{DESCRIPTION} does not read back as it was written");
+    ensure!(package.xml == *xml, "{DESCRIPTION} does not read back as it was written");
     let report = check(&mut package);
     ensure!(report.errors.is_empty(), report.errors.join("; "));
     ensure!(report.remarks.is_empty(), "{DESCRIPTION}: {}", report.remarks.join("; "));
@@ -182,21 +178,12 @@ pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()>
     for call in 0..STEPS {
         instance.step(start + f64::from(call) * step, step)?;
     }
-    for variable in &description.model_variables {
-        let Some(kind) = fmi_type(&variable.typed) else { continue };
+    for variable in &description.variables {
+        let Some(kind) = variable.kind else { continue };
         let value = instance.get(kind, variable.value_reference);
         value.with_context(|| format!("{:?} cannot be read", shortened(&variable.name)))?;
     }
     instance.terminate()
-}
-
-fn fmi_type(typed: &Typed) -> Option<Type> {
-    match typed {
-        Typed::Real(_) => Some(Type::Real),
-        Typed::Integer(_) | Typed::Enumeration(_) => Some(Type::Integer),
-        Typed::Boolean(_) => Some(Type::Boolean),
-        Typed::String(_) => None,
-    }
 }
 
 #[cfg(test)]
@@ -204,7 +191,8 @@ mod tests {
     use super::*;
     use host::doubles::macos;
     use host::package::archive;
-    use modeldescription::v2::Variability;
+    use modeldescription::Variability;
+    use modeldescription::v2::{ModelDescription, write};
 
     /// What the library of a small block tells of it.
     fn interface() -> Interface {
@@ -222,13 +210,13 @@ mod tests {
     /// What the check says of an FMU with this library.
     fn verdict(library: &[u8], expected: &ModelDescription) -> String {
         let files = [
-            ("modelDescription.xml".to_string(), modeldescription::v2::write(&description())),
+            ("modelDescription.xml".to_string(), write(&description())),
             ("binaries/linux64/PUMP.so".to_string(), library.to_vec()),
         ];
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("PUMP.fmu");
         std::fs::write(&path, archive::write(&files.into()).unwrap()).unwrap();
-        format!("{:#}", packed(&path, expected, true).unwrap_err())
+        format!("{:#}", packed(&path, &expected.clone().into(), true).unwrap_err())
     }
 
     #[test]
@@ -249,7 +237,7 @@ mod tests {
     /// What the check says of an FMU with this description and this library for macOS.
     fn report(description: &ModelDescription, library: Vec<u8>) -> Report {
         let files = [
-            ("modelDescription.xml".to_string(), modeldescription::v2::write(description)),
+            ("modelDescription.xml".to_string(), write(description)),
             ("binaries/darwin64/PUMP.dylib".to_string(), library),
         ];
         let bytes = archive::write(&files.into()).unwrap();

@@ -183,7 +183,7 @@ fn sums(files: &BTreeMap<String, Vec<u8>>) -> String {
 mod tests {
     use super::*;
     use host::package::DESCRIPTION;
-    use modeldescription::v2::{CoSimulation, ModelDescription};
+    use modeldescription::v2::{CoSimulation, ModelDescription, write};
 
     /// An FMU with these libraries: platform and content.
     fn fmu(libraries: &[(&str, &str)]) -> Vec<u8> {
@@ -195,7 +195,7 @@ mod tests {
             co_simulation: Some(co_simulation),
             ..ModelDescription::default()
         };
-        let mut files = merge::Files::from([(DESCRIPTION.into(), modeldescription::v2::write(&description))]);
+        let mut files = merge::Files::from([(DESCRIPTION.into(), write(&description))]);
         for (platform, content) in libraries {
             files.insert(format!("binaries/{platform}/PUMP.so"), content.as_bytes().to_vec());
         }

@@ -4,10 +4,9 @@ use crate::package::check;
 use anyhow::{Context, Result, bail, ensure};
 use host::package::{DESCRIPTION, Package};
 use modeldescription::shortened;
-use modeldescription::v2::{ModelDescription, Variable};
+use modeldescription::{Description, ModelDescription, Variable};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Seek};
-use std::mem;
 
 /// The files of an FMU, by their path there.
 pub type Files = BTreeMap<String, Vec<u8>>;
@@ -118,20 +117,21 @@ pub fn platforms(files: &Files) -> BTreeSet<String> {
 /// The first difference of two model descriptions, in words.
 fn difference(first: &[u8], second: &[u8]) -> String {
     let described = || -> Result<Option<String>> {
-        Ok(difference_of(&modeldescription::v2::read(first)?, &modeldescription::v2::read(second)?))
+        let read = |xml| Ok::<_, modeldescription::Error>(ModelDescription::read(xml)?.description());
+        Ok(difference_of(&read(first)?, &read(second)?))
     };
     described().ok().flatten().unwrap_or_else(|| line_difference(first, second))
 }
 
-fn difference_of(first: &ModelDescription, second: &ModelDescription) -> Option<String> {
+fn difference_of(first: &Description, second: &Description) -> Option<String> {
     let quoted = |text: &str| format!("{:?}", shortened(text));
     let differ = |what: &str, a: &str, b: &str| (a != b).then(|| format!("{what} is {} and {}", quoted(a), quoted(b)));
-    let identifier = |description: &ModelDescription| description.model_identifier().unwrap_or_default().to_string();
-    let license = |description: &ModelDescription| description.license.clone().unwrap_or_default();
+    let identifier = |description: &Description| description.model_identifier().unwrap_or_default().to_string();
+    let license = |description: &Description| description.license.clone().unwrap_or_default();
     differ("the model's name", &first.model_name, &second.model_name)
         .or_else(|| differ("the model identifier", &identifier(first), &identifier(second)))
         .or_else(|| {
-            let mut pairs = first.model_variables.iter().zip(&second.model_variables);
+            let mut pairs = first.variables.iter().zip(&second.variables);
             let (own, other) = pairs.find(|(own, other)| own != other)?;
             Some(if own.name == other.name {
                 format!("variable {} has another {} in one than in the other", quoted(&own.name), attribute(own, other))
@@ -140,7 +140,7 @@ fn difference_of(first: &ModelDescription, second: &ModelDescription) -> Option<
             })
         })
         .or_else(|| {
-            let (a, b) = (first.model_variables.len(), second.model_variables.len());
+            let (a, b) = (first.variables.len(), second.variables.len());
             (a != b).then(|| format!("they have {a} and {b} variables"))
         })
         .or_else(|| differ("the GUID", &first.guid, &second.guid))
@@ -149,14 +149,14 @@ fn difference_of(first: &ModelDescription, second: &ModelDescription) -> Option<
 
 /// In what two variables of one name differ.
 fn attribute(own: &Variable, other: &Variable) -> &'static str {
-    let has_equal_kind = mem::discriminant(&own.typed) == mem::discriminant(&other.typed);
+    let value = |of: &Variable| (of.unit.clone(), of.display_unit.clone(), of.min, of.max, of.start);
     let equal = [
         ("description", own.description == other.description),
         ("causality", own.causality == other.causality),
         ("variability", own.variability == other.variability),
         ("value reference", own.value_reference == other.value_reference),
-        ("type", has_equal_kind),
-        ("unit, range or start value", own.typed == other.typed),
+        ("type", own.type_name == other.type_name),
+        ("unit, range or start value", value(own) == value(other) && own.start_text == other.start_text),
     ];
     equal.into_iter().find(|(_, is_equal)| !is_equal).map_or("way to get its first value", |(attribute, _)| attribute)
 }
@@ -185,7 +185,7 @@ pub fn join_all(packages: Vec<(String, Files)>) -> Result<Files> {
 mod tests {
     use super::*;
     use host::package::archive;
-    use modeldescription::v2::{CoSimulation, Real, Typed};
+    use modeldescription::v2::{CoSimulation, ModelDescription, Real, Typed, Variable, write};
 
     fn description(change: impl FnOnce(&mut ModelDescription)) -> ModelDescription {
         let co_simulation = CoSimulation { model_identifier: "PUMP".into(), ..CoSimulation::default() };
@@ -202,7 +202,7 @@ mod tests {
     /// An FMU with these libraries: platform and content.
     fn fmu(libraries: &[(&str, &[u8])]) -> Files {
         let mut files = Files::from([
-            (DESCRIPTION.to_string(), modeldescription::v2::write(&description(|_| ()))),
+            (DESCRIPTION.to_string(), write(&description(|_| ()))),
             ("documentation/index.html".to_string(), b"pumps".to_vec()),
         ]);
         for (platform, content) in libraries {
@@ -247,7 +247,7 @@ mod tests {
     fn the_first_difference_of_two_model_descriptions_is_told_in_words() {
         let of = |change: &dyn Fn(&mut ModelDescription)| {
             let mut files = fmu(&[("win64", b"3")]);
-            files.insert(DESCRIPTION.into(), modeldescription::v2::write(&description(change)));
+            files.insert(DESCRIPTION.into(), write(&description(change)));
             refusal(fmu(&[("linux64", b"1")]), files)
         };
         let name = |name: &str| {
@@ -276,18 +276,18 @@ mod tests {
         };
         let other = pump(&|real| real.start = Some(1.0));
         assert_eq!(
-            difference_of(&pump(&|_| ()), &other),
+            difference_of(&pump(&|_| ()).description(), &other.description()),
             Some("variable \"Q\" has another unit, range or start value in one than in the other".into())
         );
         let mut text = pump(&|_| ());
         text.model_variables[0].description = Some("Flow".into());
         assert_eq!(
-            difference_of(&pump(&|_| ()), &text),
+            difference_of(&pump(&|_| ()).description(), &text.description()),
             Some("variable \"Q\" has another description in one than in the other".into())
         );
         text.model_variables[0].name = "P".into();
         assert_eq!(
-            difference_of(&pump(&|_| ()), &text),
+            difference_of(&pump(&|_| ()).description(), &text.description()),
             Some("where one has the variable \"Q\", the other has \"P\"".into())
         );
     }

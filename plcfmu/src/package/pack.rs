@@ -20,7 +20,7 @@ use host::package::DESCRIPTION;
 use host::package::archive;
 use host::package::binary::{self, Binary};
 use host::package::temporary;
-use modeldescription::v2::{self, Interface, ModelDescription};
+use modeldescription::{Interface, ModelDescription};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -307,24 +307,19 @@ fn begin(workspace: &Workspace, folder: &Path) -> Result<File> {
 
 /// Packs one FMU and returns its size in bytes.
 fn pack(built: &Built, plan: &Plan, path: &Path) -> Result<usize> {
-    let mut description = ModelDescription::of(&built.interface)?;
-    description.license = built.fmu_crate.license.clone();
-    let bytes = archive::write(&files(built, &description)?)?;
-    temporary::place(
-        path,
-        |file| Ok(file.write_all(&bytes)?),
-        |packed| check::packed(packed, &description, plan.has_host),
-    )?;
+    let xml = ModelDescription::of(&built.interface)?.with_license(built.fmu_crate.license.clone());
+    let bytes = archive::write(&files(built, &xml)?)?;
+    temporary::place(path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, plan.has_host))?;
     Ok(bytes.len())
 }
 
 /// Everything that is in an FMU, by its path there.
-fn files(built: &Built, description: &ModelDescription) -> Result<BTreeMap<String, Vec<u8>>> {
-    let Built { interface, libraries, .. } = built;
+fn files(built: &Built, xml: &ModelDescription) -> Result<BTreeMap<String, Vec<u8>>> {
+    let Built { interface, libraries, fmu_crate, .. } = built;
     let table = &interface.table;
     let name = &table.name;
     let mut files = BTreeMap::new();
-    files.insert(DESCRIPTION.to_string(), v2::write(description));
+    files.insert(DESCRIPTION.to_string(), xml.write());
     for (folder, library) in libraries {
         let content = fs::read(library).with_context(|| format!("{} cannot be read", library.display()))?;
         let suffix = platform::system(folder).map_or("", |(_, suffix)| suffix);
@@ -335,7 +330,7 @@ fn files(built: &Built, description: &ModelDescription) -> Result<BTreeMap<Strin
     files.extend(reference::files(table, &recordings.responses[0]));
     files.insert(
         "documentation/index.html".into(),
-        page::html(table, &interface.guid, &recordings, description.license.as_deref())?.into_bytes(),
+        page::html(table, &interface.guid, &recordings, fmu_crate.license.as_deref())?.into_bytes(),
     );
     for (licence, text) in LICENCES {
         files.insert(format!("documentation/licenses/{licence}"), text.into());

@@ -7,8 +7,7 @@ use crate::package::check;
 use anyhow::{Result, anyhow, bail, ensure};
 use blocks::table::start::{self, Start};
 use host::package::{DESCRIPTION, Package};
-use modeldescription::shortened;
-use modeldescription::v2::{Causality, ModelDescription, Typed};
+use modeldescription::{Causality, Description, shortened};
 use parameters::Loop;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -65,20 +64,15 @@ pub fn start<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Start>> 
 }
 
 /// The start values of all inputs and parameters, by name, in the form of the file.
-fn values(description: &ModelDescription) -> BTreeMap<&str, String> {
+fn values(description: &Description) -> BTreeMap<&str, String> {
     let settings = description
-        .model_variables
+        .variables
         .iter()
         .filter(|variable| matches!(variable.causality, Causality::Input | Causality::Parameter));
     settings
         .map(|variable| {
-            let value = match &variable.typed {
-                Typed::Real(real) => real.start.map(|start| format!("{start:?}")),
-                Typed::Integer(integer) => integer.start.map(|start| start.to_string()),
-                Typed::Boolean(boolean) => boolean.start.map(|start| start.to_string()),
-                Typed::String(_) | Typed::Enumeration(_) => None,
-            };
-            (variable.name.as_str(), value.unwrap_or_default())
+            let value = variable.kind.zip(variable.start).filter(|_| !variable.is_enumeration());
+            (variable.name.as_str(), value.map_or_else(String::new, |(kind, start)| kind.text(start)))
         })
         .collect()
 }
@@ -156,6 +150,7 @@ impl<R: Read + Seek> Original<R> {
         };
         let page = page.as_deref().map(String::from_utf8_lossy);
         let original = tool::preset::Original {
+            xml: &self.package.xml,
             description: &self.package.description,
             library: &self.library,
             page: page.as_deref(),
@@ -169,13 +164,6 @@ impl<R: Read + Seek> Original<R> {
     }
 }
 
-/// What may surprise of a preset's model description. That the model has another name than its library is as it should be.
-pub fn remarks(description: &ModelDescription) -> Vec<String> {
-    let mut description = description.clone();
-    description.model_name = description.model_identifier().unwrap_or_default().to_string();
-    modeldescription::v2::check(&description)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -183,7 +171,7 @@ mod tests {
     use host::doubles::macos;
     use host::library::FUNCTIONS;
     use host::package::archive;
-    use modeldescription::v2::Interface;
+    use modeldescription::{Interface, ModelDescription};
     use parameters::{Block, Member, Origin};
     use std::io::Cursor;
     use std::sync::Arc;
@@ -198,12 +186,12 @@ mod tests {
     type Files = BTreeMap<String, Vec<u8>>;
 
     fn files(has_table: bool) -> Files {
-        let description = ModelDescription::of(&Interface::parse(TABLE).unwrap()).unwrap();
+        let xml = ModelDescription::of(&Interface::parse(TABLE).unwrap()).unwrap();
         let functions: Vec<&str> = FUNCTIONS.iter().copied().chain(has_table.then_some("plcfmu_interface")).collect();
         let mut library = macos(object::Architecture::X86_64, &functions);
         library.extend(b"{1}");
         [
-            (DESCRIPTION, modeldescription::v2::write(&description)),
+            (DESCRIPTION, xml.write()),
             ("binaries/darwin64/PUMP.dylib", library),
             ("extra/org.fmi-standard.fmi-ls-ref/PUMP_out.csv", b"time".to_vec()),
             ("documentation/fmi-ls-ref.txt", b"About it".to_vec()),
@@ -252,7 +240,7 @@ mod tests {
         assert_eq!((experiment.step_size, experiment.stop_time), (Some(0.02), Some(0.06)));
     }
 
-    fn values_text(description: &ModelDescription) -> String {
+    fn values_text(description: &Description) -> String {
         let all: Vec<String> =
             super::values(description).into_iter().map(|(name, value)| format!("{name} = {value}")).collect();
         all.join(", ")

@@ -6,7 +6,7 @@ use blocks::{Kind, Role};
 use draw::response::{Recording, Sweep};
 use host::instance::{Instance, Type};
 use host::library::Library;
-use modeldescription::v2::Interface;
+use modeldescription::Interface;
 use modeldescription::{Characteristic, Response, Row, Table};
 use std::collections::BTreeMap;
 use std::fmt::Write;

@@ -7,9 +7,8 @@
 use crate::package::preset::identifier;
 use anyhow::{Context, Result, bail};
 use askama::Template;
-use host::instance::Type;
 use host::package::{Package, archive};
-use modeldescription::v2::{Causality, ModelDescription, Typed, Unit};
+use modeldescription::{Causality, Description, Unit};
 use run::plan::{Names, Plan, effective, value, wires};
 use run::system::{Exchange, Setting, System, Value};
 use std::collections::BTreeMap;
@@ -102,7 +101,7 @@ struct UnitDefinition<'a> {
 /// The FMUs of a system, each file once.
 struct Resources {
     /// Canonical path, name in the SSP file, content, description.
-    files: Vec<(PathBuf, String, Vec<u8>, ModelDescription)>,
+    files: Vec<(PathBuf, String, Vec<u8>, Description)>,
     /// Which file each member of the system has.
     of: Vec<usize>,
 }
@@ -113,7 +112,7 @@ struct Resources {
 /// What is wrong with which FMU, name, value or connection, and what to do.
 pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
     let resources = Resources::open(system)?;
-    let descriptions: Vec<&ModelDescription> = resources.of.iter().map(|of| &resources.files[*of].3).collect();
+    let descriptions: Vec<&Description> = resources.of.iter().map(|of| &resources.files[*of].3).collect();
     let plan = Plan::of(system, &descriptions)?;
     let names = Names::of(system, &descriptions)?;
     let wires = wires(&names, &system.connections)?;
@@ -124,26 +123,23 @@ pub fn write(system: &System, name: &str, options: Options) -> Result<Ssp> {
     for (member, description) in descriptions.iter().enumerate() {
         let is_connected =
             |name: &str| wires.iter().any(|wire| wire.to.member == member && wire.to.variable.name == name);
-        let connectors = description.model_variables.iter().filter_map(|variable| {
+        let connectors = description.variables.iter().filter_map(|variable| {
             let kind = match variable.causality {
                 Causality::Input if options.only_connected && !is_connected(&variable.name) => return None,
                 Causality::Input => "input",
                 Causality::Output => "output",
                 _ => return None,
             };
-            let type_name = type_name(&variable.typed);
-            Some(Connector { name: &variable.name, kind, type_name, unit: names.unit_of(member, variable) })
+            // SSP has other words for an enumeration.
+            let type_name = (!variable.is_enumeration()).then_some(variable.type_name);
+            Some(Connector { name: &variable.name, kind, type_name, unit: variable.unit.as_deref() })
         });
         let mut parameters = Vec::new();
         for (setting, reference) in
             settings.iter().filter(|(of, reference)| reference.member == member && of.time.is_none())
         {
             let number = value(reference.kind, setting.value)?;
-            let (type_name, value) = match reference.kind {
-                Type::Real => ("Real", format!("{number:?}")),
-                Type::Integer => ("Integer", number.to_string()),
-                Type::Boolean => ("Boolean", (number == 1.0).to_string()),
-            };
+            let (type_name, value) = (reference.kind.name(), reference.kind.text(number));
             parameters.push(Parameter { name: &reference.variable.name, type_name, value });
         }
         components.push(Component {
@@ -212,17 +208,6 @@ impl Resources {
     }
 }
 
-/// The name of a type in SSP.
-fn type_name(typed: &Typed) -> Option<&'static str> {
-    match typed {
-        Typed::Real(_) => Some("Real"),
-        Typed::Integer(_) => Some("Integer"),
-        Typed::Boolean(_) => Some("Boolean"),
-        Typed::String(_) => Some("String"),
-        Typed::Enumeration(_) => None,
-    }
-}
-
 /// The definitions of all units of the connectors. A file has one definition of a unit's name.
 fn units<'a>(components: &[Component], resources: &'a Resources) -> Result<Vec<UnitDefinition<'a>>> {
     let mut used: Vec<&str> = components.iter().flat_map(|of| &of.connectors).filter_map(|of| of.unit).collect();
@@ -231,7 +216,7 @@ fn units<'a>(components: &[Component], resources: &'a Resources) -> Result<Vec<U
     let mut definitions = Vec::new();
     for name in used {
         let of_files = resources.files.iter().filter_map(|(.., file, _, description)| {
-            let unit = description.unit_definitions.iter().find(|unit| unit.name == name)?;
+            let unit = description.units.iter().find(|unit| unit.name == name)?;
             Some((file, unit))
         });
         let mut of_files = of_files.peekable();

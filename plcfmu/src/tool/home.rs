@@ -8,8 +8,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use host::fmu::{Fmu, has_table};
 use host::package::{Package, temporary};
-use modeldescription::v2::{Interface, ModelDescription};
-use modeldescription::{Table, shortened};
+use modeldescription::{Description, Interface, Table, shortened};
 use parameters::{Block, Format, Loop};
 use run::component::Component;
 use run::fmus::Fmus;
@@ -31,7 +30,7 @@ const MOST_UPLOADS: usize = 20;
 pub struct Known {
     /// Its name in the catalogue.
     pub name: String,
-    description: Arc<ModelDescription>,
+    description: Arc<Description>,
     /// What an FMU that was made with `fmu::export!` tells of its block.
     table: Option<Arc<Table>>,
     part: Part,
@@ -142,7 +141,7 @@ impl Collection {
     }
 
     /// The start values of an FMU of a known block, as a parameter file; `None` for any other FMU.
-    fn parameters(&self, description: &ModelDescription, name: &str) -> Option<File> {
+    fn parameters(&self, description: &Description, name: &str) -> Option<File> {
         let of_block = |block: &Arc<Block>| parameter_file::start_values(description, block, name, name).ok();
         let mut blocks = self.blocks.iter().filter(|block| parameter_file::is_of(description, block));
         let one = blocks.find_map(of_block)?;
@@ -296,7 +295,7 @@ impl FmuHome {
 }
 
 impl Fmus for FmuHome {
-    fn description(&self, fmu: &str) -> Result<Arc<ModelDescription>> {
+    fn description(&self, fmu: &str) -> Result<Arc<Description>> {
         Ok(self.known(fmu)?.description.clone())
     }
 

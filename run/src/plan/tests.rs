@@ -1,35 +1,21 @@
 use super::*;
 use crate::system::Member;
-use modeldescription::v2::{
-    Boolean, CoSimulation, DefaultExperiment, Enumeration, Integer, IntegerAttributes, Real, RealAttributes,
-    SimpleType, Text,
-};
+use modeldescription::DefaultExperiment;
 
-fn variable(name: &str, value_reference: u32, causality: Causality, typed: Typed) -> Variable {
-    Variable {
-        name: name.into(),
-        value_reference,
-        description: None,
-        causality,
-        variability: Variability::Tunable,
-        initial: None,
-        can_handle_multiple_set_per_time_instant: None,
-        typed,
-    }
+fn variable(name: &str, value_reference: u32, causality: Causality, of: Variable) -> Variable {
+    Variable { name: name.into(), value_reference, causality, variability: Variability::Tunable, ..of }
 }
 
-fn real(unit: Option<&str>, min: Option<f64>, max: Option<f64>) -> Typed {
-    let attributes = RealAttributes { unit: unit.map(str::to_string), min, max, ..RealAttributes::default() };
-    Typed::Real(Real { attributes, ..Real::default() })
+fn real(unit: Option<&str>, min: Option<f64>, max: Option<f64>) -> Variable {
+    Variable { unit: unit.map(str::to_string), min, max, ..Variable::default() }
 }
 
-fn description(variables: Vec<Variable>, experiment: Option<DefaultExperiment>) -> ModelDescription {
-    ModelDescription {
-        co_simulation: Some(CoSimulation::default()),
-        default_experiment: experiment,
-        model_variables: variables,
-        ..ModelDescription::default()
-    }
+fn of(kind: Option<Type>) -> Variable {
+    Variable { kind, ..Variable::default() }
+}
+
+fn description(variables: Vec<Variable>, default_experiment: Option<DefaultExperiment>) -> Description {
+    Description { variables, default_experiment, ..Description::default() }
 }
 
 fn experiment(start: f64, stop: f64, step: f64) -> Option<DefaultExperiment> {
@@ -42,43 +28,35 @@ fn experiment(start: f64, stop: f64, step: f64) -> Option<DefaultExperiment> {
 }
 
 /// A controller: LMN and the Boolean HIGH of PV_PER, SP and GAIN.
-fn controller() -> ModelDescription {
+fn controller() -> Description {
     use Causality::{Input, Output, Parameter};
     let plain = || real(None, None, None);
     let mut cycle = variable("CYCLE", 4, Parameter, real(Some("s"), Some(0.001), None));
     cycle.variability = Variability::Fixed;
     let variables = vec![
         variable("SP", 0, Input, plain()),
-        variable("PV_PER", 1, Input, Typed::Integer(Integer::default())),
-        variable("ON", 2, Input, Typed::Boolean(Boolean::default())),
+        variable("PV_PER", 1, Input, of(Some(Type::Integer))),
+        variable("ON", 2, Input, of(Some(Type::Boolean))),
         variable("GAIN", 3, Parameter, plain()),
         cycle,
         variable("LMN", 5, Output, plain()),
-        variable("HIGH", 6, Output, Typed::Boolean(Boolean::default())),
+        variable("HIGH", 6, Output, of(Some(Type::Boolean))),
         variable("STATE.SUM", 7, Causality::Local, plain()),
     ];
     description(variables, experiment(0.0, 60.0, 1.0))
 }
 
 /// A plant: TEMP in degC and T_PER of POWER in %.
-fn plant() -> ModelDescription {
+fn plant() -> Description {
     use Causality::{Input, Output};
-    let mut typed = real(None, None, None);
-    if let Typed::Real(real) = &mut typed {
-        real.declared_type = Some("Percent".into());
-    }
     let variables = vec![
-        variable("POWER", 0, Input, typed),
-        variable("MODE", 0, Input, Typed::Enumeration(Enumeration::default())),
+        variable("POWER", 0, Input, real(Some("%"), Some(0.0), Some(100.0))),
+        variable("MODE", 0, Input, of(Some(Type::Integer))),
         variable("TEMP", 1, Output, real(Some("degC"), None, None)),
-        variable("T_PER", 2, Output, Typed::Integer(Integer::default())),
-        variable("NAME", 3, Output, Typed::String(Text::default())),
+        variable("T_PER", 2, Output, of(Some(Type::Integer))),
+        variable("NAME", 3, Output, of(None)),
     ];
-    let attributes =
-        RealAttributes { unit: Some("%".into()), min: Some(0.0), max: Some(100.0), ..RealAttributes::default() };
-    let percent =
-        SimpleType { name: "Percent".into(), description: None, attributes: TypeAttributes::Real(attributes) };
-    ModelDescription { type_definitions: vec![percent], ..description(variables, experiment(5.0, 90.0, 0.1)) }
+    description(variables, experiment(5.0, 90.0, 0.1))
 }
 
 const LOOP: [&str; 2] = ["C.LMN=P.POWER", "P.T_PER=C.PV_PER"];
@@ -316,30 +294,6 @@ fn an_fmu_that_proposes_no_times_asks_for_them() {
     assert_eq!(error(&system), "no FMU proposes a stop time: give one with --stop");
     system.stop = Some(1.0);
     assert_eq!(Plan::of(&system, &[&silent]).unwrap().start, 0.0);
-}
-
-#[test]
-fn the_range_of_an_integer_is_that_of_its_type_unless_it_has_its_own() {
-    let attributes = |min, max| IntegerAttributes { min, max, ..IntegerAttributes::default() };
-    let typed = Typed::Integer(Integer {
-        declared_type: Some("Word".into()),
-        attributes: attributes(Some(0), None),
-        ..Integer::default()
-    });
-    let word = SimpleType {
-        name: "Word".into(),
-        description: None,
-        attributes: TypeAttributes::Integer(attributes(Some(-5), Some(9))),
-    };
-    let description = ModelDescription {
-        type_definitions: vec![word],
-        ..description(vec![variable("N", 0, Causality::Input, typed)], experiment(0.0, 1.0, 1.0))
-    };
-    let mut system = System { members: vec![Member { name: "C".into(), path: "C.fmu".into() }], ..System::default() };
-    for (value, is_outside) in [(0.0, false), (-1.0, true), (9.0, false), (10.0, true)] {
-        system.settings = vec![format!("C.N={value}").parse().unwrap()];
-        assert_eq!(Plan::of(&system, &[&description]).unwrap().warnings.len(), usize::from(is_outside), "{value}");
-    }
 }
 
 #[test]

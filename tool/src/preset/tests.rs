@@ -1,6 +1,6 @@
 use super::*;
 use blocks::Role;
-use modeldescription::v2::Interface;
+use modeldescription::Interface;
 use parameters::{Member, Origin};
 use std::sync::Arc;
 
@@ -23,16 +23,16 @@ fn values() -> parameters::Loop {
 
 #[test]
 fn a_preset_is_three_files_with_one_guid_and_leaves_the_recorded_results_out() {
-    let description = ModelDescription::of(&Interface::parse(TABLE).unwrap()).unwrap();
+    let xml = ModelDescription::of(&Interface::parse(TABLE).unwrap()).unwrap();
     let page = "<p>{1}</p><!-- preset --><!-- end of preset --><!-- recorded -->x<!-- end of recorded -->";
-    let original = Original { description: &description, library: "{1}", page: Some(page) };
+    let original = Original { xml: &xml, description: &xml.description(), library: "{1}", page: Some(page) };
     let preset = original.preset(&values()).unwrap();
     assert_eq!(preset.name, "P_1");
     assert_eq!(preset.files.keys().collect::<Vec<_>>(), [PAGE, DESCRIPTION, "resources/start.txt"]);
     let start = &preset.files["resources/start.txt"];
     assert!(start.contains("library = {1}\n") && start.contains("FLOW = 7.5\n"), "{start}");
     assert_eq!(preset.guid, guid_of(start));
-    let declared = modeldescription::v2::read(preset.files[DESCRIPTION].as_bytes()).unwrap();
+    let declared = ModelDescription::read(preset.files[DESCRIPTION].as_bytes()).unwrap().description();
     assert_eq!((declared.guid.as_str(), declared.model_name.as_str()), (preset.guid.as_str(), "P_1"));
     assert!(preset.files[PAGE].starts_with(&format!("<p>{}</p>", preset.guid)));
     assert_eq!(preset.left_out, ["extra/org.fmi-standard.fmi-ls-ref/", "documentation/fmi-ls-ref.txt"]);

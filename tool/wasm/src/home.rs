@@ -4,8 +4,7 @@ use crate::component::Instance;
 use anyhow::{Context, Result, bail};
 use blocks::EachBlock;
 use fmu::v2::interface;
-use modeldescription::v2::{Interface, ModelDescription};
-use modeldescription::{Table, shortened};
+use modeldescription::{Description, Interface, ModelDescription, Table, shortened};
 use parameters::{Block, Loop};
 use run::component::Component;
 use run::dialog;
@@ -25,7 +24,7 @@ pub struct Linked {
 struct Fmu {
     part: Part,
     table: Arc<Table>,
-    description: Arc<ModelDescription>,
+    description: Arc<Description>,
     instantiate: fn(&str) -> Result<Box<dyn Component>>,
 }
 
@@ -33,7 +32,7 @@ impl Fmu {
     /// As the packer reads it from the FMU's library.
     fn of<B: blocks::Block>() -> Result<Fmu> {
         let interface = Interface::parse(&interface::json::<B>())?;
-        let description = Arc::new(ModelDescription::of(&interface)?);
+        let description = Arc::new(ModelDescription::of(&interface)?.description());
         let instantiate = |name: &str| Ok(Box::new(Instance::<B>::new(name)?) as Box<dyn Component>);
         let (roles, _) = dialog::of(&interface.table)?;
         Ok(Fmu { part: roles.part(&interface.table), table: Arc::new(interface.table), description, instantiate })
@@ -72,7 +71,7 @@ impl Default for Linked {
 }
 
 impl Fmus for Linked {
-    fn description(&self, fmu: &str) -> Result<Arc<ModelDescription>> {
+    fn description(&self, fmu: &str) -> Result<Arc<Description>> {
         Ok(self.find(fmu)?.description.clone())
     }
 
@@ -128,7 +127,7 @@ mod tests {
             instance.exit_initialization().unwrap();
             instance.step(0.0, description.default_experiment.unwrap().step_size.unwrap()).unwrap();
             for (variable, row) in
-                description.model_variables.iter().zip(&home.table(&entry.name).unwrap().unwrap().variables)
+                description.variables.iter().zip(&home.table(&entry.name).unwrap().unwrap().variables)
             {
                 let kind = match row.kind {
                     blocks::Kind::Bool => Type::Boolean,

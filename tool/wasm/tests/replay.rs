@@ -49,9 +49,9 @@ impl Plant<'_> {
         let description = home.description(self.fmu).unwrap();
         let find = |name: &str| {
             let variable = description.variable(name).unwrap_or_else(|| panic!("{name}"));
-            let kind = match variable.typed {
-                modeldescription::v2::Typed::Real(_) => Type::Real,
-                modeldescription::v2::Typed::Boolean(_) => Type::Boolean,
+            let kind = match variable.kind {
+                Some(Type::Real) => Type::Real,
+                Some(Type::Boolean) => Type::Boolean,
                 _ => Type::Integer,
             };
             (kind, variable.value_reference)
