@@ -60,6 +60,22 @@ def pytest_terminal_summary(terminalreporter):
         terminalreporter.write_line(f"skipped: {tests}: {reason}")
 
 
+@pytest.fixture(scope="session")
+def expect():
+    """Compares a text with the file of this name in `expected/`. With UPDATE_EXPECT=1 it writes the file."""
+    folder = pathlib.Path(__file__).parent / "expected"
+
+    def expect(name, text):
+        path = folder / name
+        if os.environ.get("UPDATE_EXPECT"):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(text.encode())
+        expected = path.read_text(encoding="utf-8") if path.exists() else ""
+        assert text == expected, f"{path.relative_to(folder.parents[1])}: UPDATE_EXPECT=1 writes what is said now"
+
+    return expect
+
+
 def built(program):
     """The path of a program of the workspace. Both packages are named, so that cargo compiles with the features of both."""
     build = ["cargo", "build", "--quiet", "--package", "plcfmu", "--package", "xtask", "--bin", program]
