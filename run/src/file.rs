@@ -256,6 +256,7 @@ impl<'a> Reader<'a> {
             stop: seconds(&content.stop)?,
             step: seconds(&content.step)?,
             exchange: content.exchange,
+            sources: vec![self.source.file.clone().into()],
             ..System::default()
         };
         for (name, file) in &content.fmus.0 {
@@ -326,6 +327,7 @@ impl<'a> Reader<'a> {
             system.settings.extend(Setting::of_loop(found, member, Some(&here)));
         }
         system.remarks.extend(remarks(&reading));
+        system.sources.push(path.into());
         Ok(())
     }
 
