@@ -106,7 +106,7 @@ blocks::block! {
     /// 3. Steady state: TEMP = T_AMB + RISE (p / 100 %) / L. The door lowers it and makes the furnace faster, by L each.
     /// 4. A power change at time t begins to act at t + DELAY_TM, within a CYCLE too. The disturbances act at once.
     /// 5. POWER and DOOR are limited to 0 ... 100 %.
-    /// 6. T_PER is what an analog input module makes of TEMP, for PV_PER; it saturates at the ends of its range. With
+    /// 6. T_PER is TEMP as an analog input word, for PV_PER, without overrange: it saturates at the ends of its range. With
     ///    CONT_C's PVPER_ON, PV_FAC = (T_PER_100 - T_PER_0) / 100 and PV_OFF = T_PER_0 make degC of it again.
     /// 7. All parameters but DELAY_MAX may be tuned while the furnace runs. DELAY_TM counts up to DELAY_MAX, or to its
     ///    own value at the start where that is longer.
@@ -204,8 +204,8 @@ blocks::block! {
             /// Temperature that the sensor shows as an analog input word, for PV_PER
             ///
             /// Connect it to PV_PER of the controller, with PVPER_ON = TRUE, PV_FAC = 4 and PV_OFF = 0: what a module
-            /// for 0 ... 400 degC measures, in steps of 0.014 K. It saturates at the ends of the range, as a real
-            /// module nearly does.
+            /// for 0 ... 400 degC measures, in steps of 0.014 K. It saturates at the ends of the range; a real
+            /// module goes on to 32511 and gives 32767 beyond.
             t_per: Word, from t_start t_per_0 t_per_100;
             /// Temperature of the furnace itself
             ///

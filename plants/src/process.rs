@@ -109,7 +109,7 @@ blocks::block! {
     /// 4. With INTEG: PV changes by GAIN (U + LOAD - U_0) a second, once the lags have settled, and rests only where U +
     ///    LOAD is U_0.
     /// 5. A change of U or LOAD at time t begins to act at t + DEAD_TM, within a CYCLE too.
-    /// 6. PV_PER is what an analog input module makes of PV, for PV_PER; it saturates at the ends of its range, PV does
+    /// 6. PV_PER is PV as an analog input word, for PV_PER, without overrange: it saturates at the ends of its range, PV does
     ///    not. With CONT_C's PVPER_ON, PV_FAC = (PV_PER_100 - PV_PER_0) / 100 and PV_OFF = PV_PER_0 make PV of it again.
     /// 7. All parameters but INTEG and DEAD_MAX may be tuned while the process runs. DEAD_TM counts up to DEAD_MAX, or to
     ///    its own value at the start where that is longer. A new GAIN or U_0 acts through the lags; a new PV_0 shifts PV

@@ -115,7 +115,7 @@ blocks::block! {
     ///    RISE / DROP makes the loop alike for both.
     /// 6. Disturbances: T_AMB, the temperature around the chamber, and LOAD, the heat released by the load in the
     ///    chamber, as the temperature rise that it causes.
-    /// 7. T_PER is what an analog input module makes of TEMP, for PV_PER; it saturates at the ends of its range. With
+    /// 7. T_PER is TEMP as an analog input word, for PV_PER, without overrange: it saturates at the ends of its range. With
     ///    PVPER_ON, PV_FAC = (T_PER_100 - T_PER_0) / 100 and PV_OFF = T_PER_0 make degC of it again.
     ///
     /// # Limits of use

@@ -139,7 +139,7 @@ blocks::block! {
     ///    heated, another. Steady state: TEMP = T_IN + RISE F.
     /// 10. CURVE 1 is a linear characteristic, 30 to 50 an equal percentage one that closes tight, below 1 one that
     ///     opens quickly.
-    /// 11. T_PER is what an analog input module makes of TEMP, for PV_PER; it saturates at the ends of its range.
+    /// 11. T_PER is TEMP as an analog input word, for PV_PER, without overrange: it saturates at the ends of its range.
     ///
     /// # Limits of use
     ///
