@@ -85,7 +85,7 @@ fn named(name: &str) -> Option<String> {
     let timer = name.strip_suffix("_LTIME").unwrap_or(name);
     let is_timer = TIMERS.contains(&timer);
     let is_counter = name.split_once('_').is_some_and(|(kind, of)| COUNTERS.contains(&kind) && COUNTED.contains(&of));
-    let is_other = ["R_TRIG", "F_TRIG", "SR", "RS", "RUNTIME"].contains(&name) || TEXTS.contains(&name);
+    let is_other = ["R_TRIG", "F_TRIG", "SR", "RS", "RUNTIME", "RD_SYS_T"].contains(&name) || TEXTS.contains(&name);
     (is_timer || is_counter || is_other).then(|| name.to_string())
 }
 

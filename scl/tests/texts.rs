@@ -6,15 +6,15 @@ use scl::program::{Scalar, Type};
 use scl::{Options, compile};
 use std::sync::Arc;
 
-/// What a condition on the text `s` = 'Valve 7' and the character `c` = 'x' is.
-fn holds(condition: &str) -> bool {
+/// Whether `y` is TRUE behind statements with the text `s` = 'Valve 7' and the character `c` = 'x'.
+fn runs(statements: &str) -> bool {
     let source = format!(
         "FUNCTION_BLOCK \"B\" {{ S7_Optimized_Access := 'TRUE' }} VAR_OUTPUT y : Bool; n : DInt; END_VAR
         VAR s : String := 'Valve 7'; short : String[4]; c : Char := 'x'; END_VAR
-        BEGIN #short := #s; #y := {condition}; END_FUNCTION_BLOCK"
+        BEGIN #short := #s; {statements} END_FUNCTION_BLOCK"
     );
     let compiled = compile(&[Source::new("b.scl", source.into())], &Options::default());
-    let compiled = compiled.unwrap_or_else(|errors| panic!("{condition}: {}", errors[0]));
+    let compiled = compiled.unwrap_or_else(|errors| panic!("{statements}: {}", errors[0]));
     let root = compiled.root.unwrap();
     let mut machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
     machine.call(root.cycle, 0).unwrap();
@@ -22,6 +22,22 @@ fn holds(condition: &str) -> bool {
         panic!("y is no BOOL")
     };
     machine.get(Scalar::Bool, offset) == true.into()
+}
+
+/// Whether a condition holds.
+fn holds(condition: &str) -> bool {
+    runs(&format!("#y := {condition};"))
+}
+
+#[test]
+fn a_text_in_the_condition_of_a_loop_is_calculated_in_each_run() {
+    let shortened = "#s := MID(IN := #s, L := 99, P := 2); #n := #n + 1;";
+    for loops in [
+        format!("WHILE LEFT(IN := #s, L := 1) <> '7' DO {shortened} END_WHILE;"),
+        format!("REPEAT {shortened} UNTIL LEFT(IN := #s, L := 1) = '7' END_REPEAT;"),
+    ] {
+        assert!(runs(&format!("{loops} #y := #n = 6 AND #s = '7';")), "{loops}");
+    }
 }
 
 #[test]

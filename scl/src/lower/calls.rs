@@ -55,24 +55,7 @@ impl Lowerer<'_, '_> {
             return operand;
         }
         match self.callee(callee, arguments) {
-            Callee::Function(block) => {
-                if self.compiler.blocks[block].result == Type::Void {
-                    let name = self.compiler.blocks[block].name.clone();
-                    return self.error(span, format!("{name} has no value"), Some("call it as a statement"));
-                }
-                let (code, result) = self.aside(|lowerer| lowerer.call_function(block, arguments, span));
-                match result {
-                    Some((Type::Elementary(of), place)) => {
-                        let value = Expr::Load(of.scalar(), place);
-                        Operand::Value(of, Expr::After(code, Box::new(value)))
-                    }
-                    Some((of, place)) => {
-                        self.code.extend(code);
-                        Operand::Variable(of, place)
-                    }
-                    None => Operand::Wrong(None),
-                }
-            }
+            Callee::Function(block) => self.value_of_function(block, arguments, span),
             Callee::Instance(block, _) => {
                 let name = self.compiler.blocks[block].name.clone();
                 let help = "call it as a statement and read its outputs";
@@ -82,6 +65,26 @@ impl Lowerer<'_, '_> {
                 self.arguments_of_wrong(arguments);
                 Operand::Wrong(None)
             }
+        }
+    }
+
+    /// The value of a function with a source.
+    pub fn value_of_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Operand {
+        if self.compiler.blocks[block].result == Type::Void {
+            let name = self.compiler.blocks[block].name.clone();
+            return self.error(span, format!("{name} has no value"), Some("call it as a statement"));
+        }
+        let (code, result) = self.aside(|lowerer| lowerer.call_function(block, arguments, span));
+        match result {
+            Some((Type::Elementary(of), place)) => {
+                let value = Expr::Load(of.scalar(), place);
+                Operand::Value(of, Expr::After(code, Box::new(value)))
+            }
+            Some((of, place)) => {
+                self.code.extend(code);
+                Operand::Variable(of, place)
+            }
+            None => Operand::Wrong(None),
         }
     }
 
@@ -351,7 +354,7 @@ impl Lowerer<'_, '_> {
             self.error(name.span, message, help.as_deref());
         }
         let found = found?;
-        let is_wrong_way = argument.is_output != (found.section == SectionKind::Output);
+        let is_wrong_way = argument.name.is_some() && argument.is_output != (found.section == SectionKind::Output);
         if is_wrong_way {
             let arrow = if argument.is_output { ":=" } else { "=>" };
             self.error(argument.span, format!("{} is supplied with {arrow}", found.name), None);
@@ -535,7 +538,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// Calls a function; its value is in the place.
-    fn call_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Option<(Type, Place)> {
+    pub fn call_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Option<(Type, Place)> {
         self.called(block, span);
         if self.is_list(block, arguments) {
             return None;

@@ -82,7 +82,7 @@ const POINTERS: [&str; 22] = [
 ];
 
 /// Functions of texts and of the clock, which do not exist here yet.
-const LATER: [&str; 32] = [
+const LATER: [&str; 30] = [
     "S_CONV",
     "S_COMP",
     "S_MOVE",
@@ -94,8 +94,6 @@ const LATER: [&str; 32] = [
     "SPLIT",
     "ATH",
     "HTA",
-    "RD_SYS_T",
-    "RD_LOC_T",
     "WR_SYS_T",
     "WR_LOC_T",
     "T_CONV",
@@ -234,6 +232,10 @@ impl Lowerer<'_, '_> {
                 Operand::Value(Elementary::Time, convert(low, Scalar::I64, Scalar::I32, Convert::Value, at))
             }
             ("RUNTIME", _) => self.runtime(&given),
+            ("RD_SYS_T" | "RD_LOC_T", _) => match self.compiler.system_block("RD_SYS_T") {
+                Some(block) => self.value_of_function(block, arguments, span),
+                None => Operand::Wrong(None),
+            },
             ("MAX_LEN", _) => self.capacity(&given),
             _ if crate::library::TEXTS.contains(&name) => self.text_function(&given).unwrap_or(Operand::Wrong(None)),
             _ => {
@@ -249,6 +251,11 @@ impl Lowerer<'_, '_> {
         let given = Given { arguments, name, span };
         match name {
             "RESET_TIMER" | "PRESET_TIMER" => self.timer_function(&given),
+            "RD_SYS_T" | "RD_LOC_T" => {
+                if let Some(block) = self.compiler.system_block("RD_SYS_T") {
+                    self.call_function(block, arguments, span);
+                }
+            }
             "MOVE_BLK" | "UMOVE_BLK" | "FILL_BLK" | "UFILL_BLK" => self.block_of_elements(&given),
             _ => match self.function(name, arguments, None, span) {
                 Some(Operand::Wrong(_)) => {}
@@ -467,10 +474,31 @@ impl Lowerer<'_, '_> {
         let condition = self.argument(given, "G", 0);
         let condition = self.condition(condition, given.span);
         let operands = vec![self.argument(given, "IN0", 1), self.argument(given, "IN1", 2)];
+        if let [Operand::Text(..) | Operand::Variable(..), Operand::Text(..) | Operand::Variable(..)] =
+            operands.as_slice()
+        {
+            return self.selected_variable(condition, operands, given.span);
+        }
         let Some(of) = self.common_of(&operands, expected, given.span) else { return Operand::Wrong(None) };
         let mut values = self.all(operands, of, given.span).into_iter();
         let (Some(no), Some(yes)) = (values.next(), values.next()) else { return Operand::Wrong(None) };
         Operand::Value(of, Expr::Select(of.scalar(), Box::new([condition, yes, no])))
+    }
+
+    /// SEL of two texts or structures: a copy of one of them.
+    fn selected_variable(&mut self, condition: Expr, operands: Vec<Operand>, span: Span) -> Operand {
+        let of = operands.iter().find_map(|operand| match operand {
+            Operand::Variable(of, _) => Some(of.clone()),
+            _ => None,
+        });
+        let of = of.unwrap_or(Type::Text { capacity: 254, wide: false });
+        let chosen = Variable::whole(of.clone(), self.temp(self.compiler.lowered(&of)));
+        let mut branches =
+            operands.into_iter().map(|operand| self.aside(|lowerer| lowerer.assign(&chosen, operand, span)).0);
+        let (no, yes) = (branches.next().unwrap_or_default(), branches.next().unwrap_or_default());
+        drop(branches);
+        self.push(span, What::If(condition, yes, no));
+        Operand::Variable(of, chosen.place)
     }
 
     fn multiplexed(&mut self, given: &Given, expected: Option<Elementary>) -> Operand {
