@@ -1,0 +1,244 @@
+"""`plcfmu build FILE.scl`: the FMU of a PLC program gives the bits of the cases that judge the language, keeps the promises of
+our FMUs on states and restart, and tells with file and line why it stops."""
+
+import json
+import pathlib
+import struct
+import subprocess
+import zipfile
+
+import fmpy
+import pytest
+from fmpy import fmi2
+
+import host
+
+CASES = pathlib.Path(__file__).parents[1] / "scl/tests/cases"
+EXAMPLES = ("tank", "furnace", "conveyor")
+
+pytestmark = host.in_fmpy
+
+
+def example(name):
+    return json.loads((CASES / f"example_{name}.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def build(command, tmp_path_factory):
+    """Packs the program of a text; gives the process and the folder."""
+
+    def build(source, *options):
+        folder = tmp_path_factory.mktemp("program")
+        (folder / "machine.scl").write_text(source, encoding="utf-8")
+        arguments = [command, "build", "machine.scl", *options]
+        return subprocess.run(arguments, cwd=folder, capture_output=True, text=True), folder
+
+    return build
+
+
+class Running:
+    """An instance of a program's FMU, driven by names."""
+
+    def __init__(self, path, before=()):
+        self.folder = fmpy.extract(str(path))
+        description = fmpy.read_model_description(self.folder)
+        self.variables = {variable.name: variable for variable in description.modelVariables}
+        identifier = description.coSimulation.modelIdentifier
+        self.messages = []
+
+        def logger(environment, name, status, category, message):
+            self.messages.append(message.decode())
+
+        callbacks = fmi2.fmi2CallbackFunctions()
+        callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(logger)
+        callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmi2.calloc)
+        callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmi2.free)
+        self.slave = fmi2.FMU2Slave(
+            guid=description.guid, unzipDirectory=self.folder, modelIdentifier=identifier, instanceName="machine"
+        )
+        self.slave.instantiate(loggingOn=True, callbacks=callbacks)
+        self.start(before)
+
+    def start(self, before=()):
+        self.slave.setupExperiment(startTime=0.0)
+        self.slave.enterInitializationMode()
+        for name, value in before:
+            self.set(name, value)
+        self.slave.exitInitializationMode()
+        self.calls = 0
+
+    def set(self, name, value):
+        variable = self.variables[name]
+        {"Real": self.slave.setReal, "Integer": self.slave.setInteger, "Boolean": self.slave.setBoolean}[variable.type](
+            [variable.valueReference], [value]
+        )
+
+    def get(self, name):
+        variable = self.variables[name]
+        get = {"Real": self.slave.getReal, "Integer": self.slave.getInteger, "Boolean": self.slave.getBoolean}
+        return get[variable.type]([variable.valueReference])[0]
+
+    def call(self, seconds):
+        self.slave.doStep(self.calls * seconds, seconds)
+        self.calls += 1
+
+
+def given(value, of):
+    """The value of a case for an FMU: a REAL stands as bits, a TIME in milliseconds."""
+    if of in ("REAL", "LREAL"):
+        bits = int(value, 16)
+        return struct.unpack("<f", struct.pack("<I", bits))[0] if of == "REAL" else struct.unpack("<d", struct.pack("<Q", bits))[0]
+    number = int(value, 16) if isinstance(value, str) else int(value)
+    if of == "TIME":
+        return number / 1000
+    return number
+
+
+def got(value, of):
+    """The value of an FMU as a case has it."""
+    if of == "REAL":
+        return struct.unpack("<I", struct.pack("<f", value))[0]
+    if of == "TIME":
+        return round(value * 1000)
+    if of == "WORD":
+        return int(value) & 0xFFFF
+    return int(value)
+
+
+def expected(value, of):
+    return int(value, 16) if isinstance(value, str) else int(value)
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_an_example_gives_the_bits_of_its_case_in_every_call(build, name):
+    case = example(name)
+    done, folder = build(case["scl"], f"--cycle={case['cycle_ms']}ms", f"--fb={case['block']}")
+    assert done.returncode == 0, done.stderr
+    running = Running(folder / f"{case['block']}.fmu")
+    for call, (inputs, outputs) in enumerate(zip(case["tape"], case["expected"])):
+        for variable, value in zip(case["inputs"], inputs):
+            running.set(variable["name"], given(value, variable["type"]))
+        running.call(case["cycle_ms"] / 1000)
+        for variable, value in zip(case["outputs"], outputs):
+            found = got(running.get(variable["name"]), variable["type"])
+            assert found == expected(value, variable["type"]), f"call {call}, {variable['name']}"
+    running.slave.terminate()
+    running.slave.freeInstance()
+
+
+COUNTER = """
+FUNCTION_BLOCK "Counter"
+{ S7_Optimized_Access := 'TRUE' }
+VERSION : 0.1
+   VAR_INPUT
+      enable : Bool := TRUE;
+      limit { S7_SetPoint := 'True'} : DInt := 3;   // the count that stops; min 0, max 100000
+      index : Int;
+   END_VAR
+   VAR_OUTPUT
+      count : DInt;
+      speed : Real;   // parts made; unit: 1/min
+   END_VAR
+   VAR_IN_OUT
+      sum : Real;
+   END_VAR
+   VAR
+      list : Array[0..2] of Int;
+      t : TON_TIME;
+   END_VAR
+BEGIN
+    #t(IN := #enable, PT := T#1s);
+    IF #enable AND #count < #limit THEN
+        #count := #count + 1;
+    END_IF;
+    #speed := DINT_TO_REAL(#count) * 2.0;
+    #sum := #sum + 0.5;
+    #list[#index] := 7;
+END_FUNCTION_BLOCK
+"""
+
+
+@pytest.fixture(scope="module")
+def counter(build):
+    done, folder = build(COUNTER, "--cycle=0.5s")
+    assert done.returncode == 0, done.stderr
+    return folder / "Counter.fmu"
+
+
+def test_the_model_description_comes_from_the_source(counter):
+    assert fmpy.validation.validate_fmu(str(counter)) == []
+    description = fmpy.read_model_description(str(counter))
+    variables = {variable.name: variable for variable in description.modelVariables}
+    limit, speed = variables["limit"], variables["speed"]
+    assert (limit.causality, limit.variability, limit.type, limit.start) == ("parameter", "tunable", "Integer", "3")
+    assert (limit.min, limit.max, limit.description) == ("0", "100000", "the count that stops")
+    assert (speed.causality, speed.unit, speed.description) == ("output", "1/min", "parts made")
+    assert (variables["sum"].causality, variables["sum_out"].causality) == ("input", "output")
+    assert (variables["t.Q"].causality, variables["list[1]"].causality) == ("local", "local")
+    assert (variables["CYCLE"].start, description.defaultExperiment.stepSize) == ("0.5", "0.5")
+
+
+def test_a_program_counts_by_its_parameter_and_an_in_out_keeps_what_the_host_gives(counter):
+    running = Running(counter, [("limit", 2), ("sum", 1.25)])
+    for count, is_over in ((1, False), (2, False), (2, True)):
+        running.call(0.5)
+        # TON: from the first call on, so 1 s later in the third.
+        assert (running.get("count"), running.get("speed"), bool(running.get("t.Q"))) == (count, 2.0 * count, is_over)
+        assert (running.get("sum"), running.get("sum_out")) == (1.25, 1.75)
+    # Tunable: it holds from the next call on.
+    running.set("limit", 5)
+    running.call(0.5)
+    assert running.get("count") == 3
+
+
+def test_a_state_goes_on_with_the_same_bits_and_in_another_instance(counter):
+    running, other = Running(counter), Running(counter)
+    running.call(0.5)
+    state = running.slave.getFMUState()
+    serialized = running.slave.serializeFMUState(state)
+    running.call(0.5)
+    running.call(0.5)
+    after = [running.get(name) for name in ("count", "t.ET", "sum_out")]
+    running.slave.setFMUState(state)
+    running.calls = other.calls = 1
+    other.slave.setFMUState(other.slave.deSerializeFMUState(serialized))
+    for again in (running, other):
+        again.call(0.5)
+        again.call(0.5)
+        assert [again.get(name) for name in ("count", "t.ET", "sum_out")] == after
+    running.slave.freeFMUState(state)
+
+
+def test_a_stop_is_an_error_with_file_and_line_and_a_reset_begins_again(counter):
+    running = Running(counter)
+    running.call(0.5)
+    running.set("index", 3)
+    with pytest.raises(fmi2.FMICallException):
+        running.call(0.5)
+    line = COUNTER.splitlines().index("    #list[#index] := 7;") + 1
+    assert f"machine.scl:{line}: index 3 is outside of 0..2 (call 1, 0.5 s after the start)" in running.messages[-1]
+    assert running.get("count") == 1, "the values are those before the call"
+    running.slave.reset()
+    running.start()
+    running.call(0.5)
+    assert running.get("count") == 1
+
+
+def test_a_source_that_was_changed_by_hand_is_refused(counter, tmp_path):
+    with zipfile.ZipFile(counter) as original, zipfile.ZipFile(tmp_path / "Counter.fmu", "w") as changed:
+        for name in original.namelist():
+            content = original.read(name)
+            changed.writestr(name, content.replace(b"* 2.0", b"* 3.0") if name.endswith(".scl") else content)
+    with pytest.raises(Exception):
+        Running(tmp_path / "Counter.fmu")
+
+
+def test_what_is_wrong_is_told_with_its_place_and_nothing_is_written(build):
+    done, folder = build(COUNTER.replace("#count := #count + 1", "#count := #cuont + 1"), "--cycle=1s")
+    line = COUNTER.splitlines().index("        #count := #count + 1;") + 1
+    assert done.returncode == 1 and f"machine.scl:{line}:" in done.stderr and "cuont" in done.stderr, done.stderr
+    assert list(folder.glob("*.fmu")) == []
+    done, _ = build(COUNTER)
+    assert done.returncode == 1 and "--cycle 100ms" in done.stderr
+    done, _ = build(COUNTER, "--cycle=1s", "--parameter=enabel")
+    assert done.returncode == 1 and "--parameter enabel: Counter has no such variable that is an input: enable" in done.stderr
