@@ -31,7 +31,7 @@ def build(command, tmp_path_factory):
         folder = tmp_path_factory.mktemp("program")
         (folder / "machine.scl").write_text(source, encoding="utf-8")
         arguments = [command, "build", "machine.scl", *options]
-        return subprocess.run(arguments, cwd=folder, capture_output=True, text=True), folder
+        return subprocess.run(arguments, cwd=folder, env=host.environment(), capture_output=True, text=True), folder
 
     return build
 

@@ -164,17 +164,23 @@ impl Cyclic for Program {
         true
     }
 
-    // Values that a host reads and writes by number go through `get` and `set`.
-    fn real(&self, _row: usize) -> Option<Real> {
-        None
+    fn real(&self, row: usize) -> Option<Real> {
+        match self.get(row)? {
+            Value::Real(real) => Some(real),
+            _ => None,
+        }
     }
 
+    // The machine has bytes and no places of numbers: what is set goes through `set`.
     fn real_mut(&mut self, _row: usize) -> Option<&mut Real> {
         None
     }
 
-    fn lreal(&self, _row: usize) -> Option<LReal> {
-        None
+    fn lreal(&self, row: usize) -> Option<LReal> {
+        match self.get(row)? {
+            Value::LReal(lreal) => Some(lreal),
+            _ => None,
+        }
     }
 
     fn lreal_mut(&mut self, _row: usize) -> Option<&mut LReal> {
@@ -311,5 +317,40 @@ impl Library for Program {
             .into());
         }
         Ok(Origin { hash: loaded.hash, fresh: Fresh::Copy(Box::new(Program::new(loaded))) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SOURCE: &str = "FUNCTION_BLOCK Pump VAR_INPUT level : REAL := 1.5; on : BOOL; END_VAR
+        VAR_OUTPUT flow : REAL; END_VAR VAR_IN_OUT sum : DINT; END_VAR
+        BEGIN flow := level * 2.0; sum := sum + 1; END_FUNCTION_BLOCK";
+
+    fn pump() -> Program {
+        let manifest = Manifest { cycle: 100, sources: vec!["pump.scl".into()], ..Manifest::default() };
+        let loaded = Loaded::new(&manifest, &[Source::new("pump.scl", SOURCE.into())]);
+        Program::new(Arc::new(loaded.unwrap_or_else(|error| panic!("{error}"))))
+    }
+
+    fn row(program: &Program, name: &str) -> usize {
+        program.table().find(name).unwrap_or_else(|| panic!("{name}"))
+    }
+
+    #[test]
+    fn what_is_set_is_read_and_computed_with_and_an_in_out_is_an_input_and_an_output() {
+        let mut pump = pump();
+        let [level, flow, sum, sum_out] = ["level", "flow", "sum", "sum_out"].map(|name| row(&pump, name));
+        assert_eq!(pump.get(level), Some(Value::Real(1.5)));
+        assert!(pump.set(level, Value::Real(4.0)) && pump.set(sum, Value::Whole(blocks::Kind::DInt, 7)));
+        pump.restart();
+        for _ in 0..2 {
+            pump.call();
+            assert_eq!((pump.get(level), pump.real(flow)), (Some(Value::Real(4.0)), Some(8.0)));
+            let whole = |whole| Some(Value::Whole(blocks::Kind::DInt, whole));
+            assert_eq!((pump.get(sum), pump.get(sum_out)), (whole(7), whole(8)));
+        }
+        assert!(!pump.set(level, Value::Bool(true)) && !pump.set(99, Value::Real(1.0)));
     }
 }

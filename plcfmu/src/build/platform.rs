@@ -122,7 +122,8 @@ fn of(folder: &str) -> impl Iterator<Item = &'static Platform> {
     PLATFORMS.iter().filter(move |platform| platform.folder == folder)
 }
 
-fn folders() -> Vec<&'static str> {
+/// FMI's names of the platforms.
+pub fn folders() -> Vec<&'static str> {
     let mut folders: Vec<_> = PLATFORMS.iter().map(|platform| platform.folder).collect();
     folders.dedup();
     folders

@@ -9,6 +9,7 @@ use crate::build::platform::{self, Platform};
 use crate::build::workspace::{FmuCrate, Workspace};
 use crate::package::check;
 use crate::package::merge;
+use crate::package::program;
 use crate::package::reference;
 use crate::page;
 use crate::progress::Progress;
@@ -149,7 +150,14 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     let plan = plan(workspace, options, crates.len())?;
     let folder = options.out.clone().unwrap_or_else(|| workspace.fmus());
     let _lock = begin(workspace, &folder)?;
-    let all = build(workspace, options, crates, &plan)?;
+    let is_all = options.names.is_empty() && options.packages.is_empty();
+    let programs = workspace.programs.as_ref().filter(|_| is_all);
+    let (all, libraries) = build(workspace, options, crates, programs, &plan)?;
+    for (platform, library) in &libraries {
+        let place = program::library_in(&folder, platform);
+        fs::create_dir_all(temporary::folder(&place)).with_context(|| place.display().to_string())?;
+        fs::copy(library, &place).with_context(|| format!("{} cannot be written", place.display()))?;
+    }
     let progress = Progress::bar(all.len());
     for built in &all {
         let name = &built.interface.table.name;
@@ -177,12 +185,20 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Builds everything and checks every library. Nothing is packed yet.
-fn build(workspace: &Workspace, options: &Options, crates: Vec<FmuCrate>, plan: &Plan) -> Result<Vec<Built>> {
+/// Builds everything and checks every library; with the library of programs for each platform, if it is asked for. Nothing is
+/// packed yet.
+fn build(
+    workspace: &Workspace,
+    options: &Options,
+    crates: Vec<FmuCrate>,
+    programs: Option<&FmuCrate>,
+    plan: &Plan,
+) -> Result<(Vec<Built>, BTreeMap<&'static str, PathBuf>)> {
+    let together: Vec<FmuCrate> = crates.iter().chain(programs).cloned().collect();
     let host = plan.host.folder;
     let mut libraries: BTreeMap<&'static str, BTreeMap<String, PathBuf>> = BTreeMap::new();
     for (folder, targets) in &plan.built {
-        match compile_joined(workspace, &crates, targets) {
+        match compile_joined(workspace, &together, targets) {
             Ok(paths) => {
                 libraries.insert(folder, paths);
             }
@@ -190,6 +206,8 @@ fn build(workspace: &Workspace, options: &Options, crates: Vec<FmuCrate>, plan: 
             Err(error) => return Err(error),
         }
     }
+    let of_programs = |paths: &mut BTreeMap<String, PathBuf>| paths.remove(&programs?.name);
+    let of_programs = libraries.iter_mut().filter_map(|(folder, paths)| Some((*folder, of_programs(paths)?))).collect();
     let mut all = Vec::new();
     for fmu_crate in crates {
         let mut own: BTreeMap<&'static str, PathBuf> = plan.given.clone();
@@ -213,7 +231,7 @@ fn build(workspace: &Workspace, options: &Options, crates: Vec<FmuCrate>, plan: 
     let made: Vec<_> =
         all.iter().map(|built| (built.fmu_crate.name.as_str(), built.interface.table.name.as_str())).collect();
     check_names(&made)?;
-    Ok(all)
+    Ok((all, of_programs))
 }
 
 /// Says which glibc FMUs need that were linked against this machine's.

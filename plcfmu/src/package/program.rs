@@ -133,18 +133,30 @@ fn read(files: &[PathBuf], options: &Options) -> Result<(Manifest, Vec<Source>)>
     Ok((manifest, sources))
 }
 
-/// The library of programs for each platform: those in the folder `programs` beside this command or, in a clone of plcfmu, that of
-/// this machine, which is built once.
+/// The library of programs for a platform in a folder of FMUs.
+pub fn library_in(folder: &Path, platform: &str) -> PathBuf {
+    let suffix = platform::system(platform).map_or("", |(_, suffix)| suffix);
+    folder.join("programs").join(platform).join(format!("program{suffix}"))
+}
+
+/// The folder of FMUs whose libraries of programs are taken.
+const FMUS: &str = "PLCFMU_FMUS";
+
+/// The library of programs for each platform: those in the folder `programs` beside this command, those that were packed with the
+/// FMUs in the folder that the variable PLCFMU_FMUS names or, in a clone of plcfmu, that of this machine, which is built once.
 fn libraries() -> Result<BTreeMap<&'static str, PathBuf>> {
     let mut libraries = BTreeMap::new();
-    let beside = std::env::current_exe().ok().and_then(|own| Some(own.parent()?.join("programs")));
-    for entry in beside.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten().flatten() {
-        let Ok(folder) = platform::folder(&entry.file_name().to_string_lossy()) else { continue };
-        let suffix = platform::system(folder).map_or("", |(_, suffix)| suffix);
-        libraries.insert(folder, entry.path().join(format!("program{suffix}")));
-    }
-    if !libraries.is_empty() {
-        return Ok(libraries);
+    let beside = std::env::current_exe().ok().and_then(|own| Some(own.parent()?.to_path_buf()));
+    for folder in beside.into_iter().chain(std::env::var_os(FMUS).map(PathBuf::from)) {
+        for platform in platform::folders() {
+            let library = library_in(&folder, platform);
+            if library.is_file() {
+                libraries.insert(platform, library);
+            }
+        }
+        if !libraries.is_empty() {
+            return Ok(libraries);
+        }
     }
     let workspace = Workspace::find().ok().and_then(|workspace| Some((workspace.programs.clone()?, workspace)));
     let Some((package, workspace)) = workspace else {
