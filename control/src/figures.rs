@@ -670,6 +670,16 @@ mod tests {
     }
 
     #[test]
+    fn the_guide_has_a_line_for_each_figure() {
+        let guide = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/studies.md")).unwrap();
+        for Figure { key, meaning, .. } in FIGURES {
+            let is_line_of =
+                |line: &str| line.starts_with(&format!("| `{key}` | ")) && line.ends_with(&format!(" | {meaning} |"));
+            assert!(guide.lines().any(is_line_of), "write in docs/studies.md: | `{key}` | unit | {meaning} |");
+        }
+    }
+
+    #[test]
     fn an_empty_run_has_no_figures() {
         let figures = all(&[], &[], &[]);
         assert_eq!(figures.all_remarks(), ["there is no call in this part of the run"]);
