@@ -21,6 +21,7 @@ const FEWEST_POINTS: usize = 11;
 /// Whose.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "CharacteristicRequest"))]
 pub struct Request {
     /// The block with its settings.
     pub member: Member,
@@ -28,6 +29,7 @@ pub struct Request {
 
 /// The characteristics that the block's table describes, with these settings.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Characteristics {
     /// One for each characteristic of the table that sweeps another variable or shows others.
     pub sweeps: Vec<Sweep>,
@@ -35,6 +37,7 @@ pub struct Characteristics {
 
 /// The mean of variables over an input.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Sweep {
     /// What it shows.
     pub title: String,

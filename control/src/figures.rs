@@ -21,6 +21,7 @@ const NOT_FINITE: &str = "is not a number in some calls";
 /// Of which part of which run.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(default, deny_unknown_fields)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "FiguresRequest", optional_fields = nullable))]
 pub struct Request {
     /// The run; the present one without it.
     pub run: Option<usize>,
@@ -51,6 +52,7 @@ pub struct Signals<'a> {
 
 /// The figures of a run. What cannot be said is absent, and `remarks` say why.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Figures {
     /// From where on, in seconds.
     pub from: f64,

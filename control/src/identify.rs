@@ -39,6 +39,7 @@ const SETTLED: f64 = 0.02;
 /// What to identify from.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "IdentifyRequest", optional_fields = nullable))]
 pub struct Request {
     /// The recorded step.
     pub data: Data,
@@ -52,6 +53,7 @@ pub struct Request {
 /// Where the step is recorded.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub enum Data {
     /// In a run of the tool: the loop's manipulated value and process value.
     Run {
@@ -90,6 +92,7 @@ pub enum Data {
 /// How a model is found.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Method {
     /// The tangent at the point of inflection.
     Tangent,
@@ -109,6 +112,7 @@ pub enum Method {
 /// [`tune`](crate::tune) takes it into account.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Model {
     /// K in units of the process value per unit of the manipulated value; per second of an integrating plant.
     pub gain: f64,
@@ -126,6 +130,7 @@ pub struct Model {
 
 /// A model with how well it fits.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Identified {
     /// The model.
     pub model: Model,

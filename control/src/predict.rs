@@ -180,7 +180,7 @@ impl Schedule {
     fn of(controller: &Controller, request: &Request, dead_time: f64, values: &Values) -> Result<Schedule> {
         let cycle = controller.cycle();
         let calls = |time: f64| (time / cycle).ceil() as usize;
-        let period = request.pulse_period.or(controller.own_period()).unwrap_or(cycle).max(controller.sampling());
+        let period = controller.own_period().unwrap_or(cycle).max(controller.sampling());
         if period > cycle * MOST_CALLS as f64 / 10.0 {
             bail!(
                 "the pulses have a period of {period} s and the block a CYCLE of {cycle} s: that takes too many calls"
@@ -193,7 +193,7 @@ impl Schedule {
             Some(Value::Number(ti)) => 5.0 * ti,
             _ => 5.0 * lag,
         };
-        let motor_time = motor_time(controller, request).unwrap_or_default();
+        let motor_time = controller.motor_time().unwrap_or_default();
         let duration = slow + 15.0 * dead_time + 2.0 * motor_time + 10.0 * period;
         let step = rest + rest.max(5);
         let wanted = if duration / cycle < MOST_CALLS as f64 { calls(duration) } else { MOST_CALLS };
@@ -203,11 +203,6 @@ impl Schedule {
     fn time(&self, call: usize) -> f64 {
         call as f64 * self.cycle
     }
-}
-
-/// The motor time of a step controller.
-fn motor_time(controller: &Controller, request: &Request) -> Option<f64> {
-    request.motor_time.or_else(|| controller.motor_time()).filter(|_| controller.is_step_controller())
 }
 
 /// Simulates the loop with these settings; with what the user should know.
@@ -226,12 +221,12 @@ pub fn predict(
     let dead_time = request.model.dead_time + controller.cycle() / 2.0;
     let schedule = Schedule::of(controller, request, dead_time, values)?;
     let scaling = if terminal.is_word { Some(word_scaling(home, controller, &terminal)?) } else { None };
-    let motor_time = motor_time(controller, request);
+    let motor_time = controller.motor_time();
     if controller.is_step_controller() && motor_time.is_none() {
         bail!("the motor time of the actuator is not known; give it");
     }
     let gain = controller.roles.controller.first().and_then(|name| values.get(name));
-    let height = step_height(request, gain)?;
+    let height = step_height(request, gain);
     let level = controller.value(setpoint);
     if let Some((factor, offset)) = scaling {
         let word = |value: f64| (value - offset) / factor;
@@ -275,18 +270,13 @@ pub fn predict(
     Ok((predicted, remarks))
 }
 
-/// The step of the setpoint.
-fn step_height(request: &Request, gain: Option<&Value>) -> Result<f64> {
-    if let Some(height) = request.setpoint_step {
-        if height == 0.0 || !height.is_finite() {
-            bail!("the step of the setpoint is {height}: it has to be a number other than 0");
-        }
-        return Ok(height);
-    }
-    Ok(match gain {
+/// The step of the setpoint, in units of the process value: the tenth of what the process value does over 100 % of the
+/// manipulated value; of an integrating plant as much as moves the manipulated value by 10 % at first.
+fn step_height(request: &Request, gain: Option<&Value>) -> f64 {
+    match gain {
         Some(Value::Number(gain)) if request.model.is_integrating => STEP / gain,
         _ => STEP * request.model.gain,
-    })
+    }
 }
 
 /// Where the process value goes in.

@@ -36,6 +36,7 @@ const MOST_POINTS: usize = 8_000;
 /// What to replay.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "ReplayRequest", optional_fields = nullable))]
 pub struct Request {
     /// The block with the file's parameters.
     pub controller: Member,
@@ -54,6 +55,7 @@ pub struct Request {
 
 /// What came out.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Replayed {
     /// Which column is which variable of the block.
     pub columns: Vec<(String, String)>,
@@ -73,6 +75,7 @@ pub struct Replayed {
 
 /// An output, recorded and computed.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Compared {
     /// The variable.
     pub variable: String,
@@ -92,6 +95,7 @@ pub struct Compared {
 
 /// A change that was tried.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Suspect {
     /// What was changed, in one sentence.
     pub text: String,

@@ -40,6 +40,7 @@ const RATIOS: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 /// What to tune.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "TuneRequest", optional_fields = nullable))]
 pub struct Request {
     /// The plant.
     pub model: Model,
@@ -55,21 +56,12 @@ pub struct Request {
     /// Ultimate gain and period, for the ultimate rule; computed from the model without it.
     #[serde(default)]
     pub ultimate: Option<(f64, f64)>,
-    /// The period of a pulse former behind the controller, in seconds; that of the controller's own one without it.
-    #[serde(default)]
-    pub pulse_period: Option<f64>,
-    /// How long the actuator of a step controller takes from stop to stop, in seconds; the controller's own setting without it.
-    #[serde(default)]
-    pub motor_time: Option<f64>,
-    /// The step of the setpoint that is simulated, in units of the process value; by default the tenth of what the process value
-    /// does over 100 % of the manipulated value, and of an integrating plant as much as moves it by 10 % at first.
-    #[serde(default)]
-    pub setpoint_step: Option<f64>,
 }
 
 /// A rule.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Rule {
     /// Ziegler and Nichols, from the step answer.
     ZieglerNicholsStep,
@@ -92,6 +84,7 @@ pub enum Rule {
 /// Which actions the controller has.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Structure {
     /// Proportional.
     P,
@@ -103,6 +96,7 @@ pub enum Structure {
 
 /// Settings and what they lead to.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Tuned {
     /// The settings in the block's form, by the block's names, the switches of the structure included.
     pub values: Values,
@@ -123,6 +117,7 @@ pub struct Tuned {
 /// A heating and a cooling step.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct RatioRequest {
     /// The plant with the manipulated value above 0.
     pub heating: Model,
@@ -132,6 +127,7 @@ pub struct RatioRequest {
 
 /// How a three-step pulse former makes up for heating and cooling of different strength.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Ratio {
     /// RATIOFAC.
     pub ratio: f64,
@@ -143,6 +139,7 @@ pub struct Ratio {
 
 /// A simulated loop.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Predicted {
     /// In seconds.
     pub times: Vec<f64>,
@@ -255,7 +252,7 @@ impl Controller {
 
     /// How long the actuator of a step controller takes from stop to stop, in seconds: the TIME in the group of its stops.
     pub fn motor_time(&self) -> Option<f64> {
-        self.motor_time_setting().map(|name| self.value(name))
+        self.motor_time_setting().filter(|_| self.is_step_controller()).map(|name| self.value(name))
     }
 
     /// The setting of this time.
@@ -303,13 +300,8 @@ pub fn tune(home: &dyn Fmus, request: &Request) -> Result<Tuned> {
     let controller = Controller::of(home, &request.controller)?;
     controller.require(request.structure)?;
     request.model.check()?;
-    for (what, time) in [("pulse period", request.pulse_period), ("motor time", request.motor_time)] {
-        if let Some(time) = time.filter(|time| !(*time >= 0.0 && time.is_finite())) {
-            bail!("the {what} is {time} s: it has to be a number from 0 on");
-        }
-    }
     let mut remarks = Vec::new();
-    let (cycle, period) = (controller.cycle(), request.pulse_period.or(controller.own_period()).unwrap_or_default());
+    let (cycle, period) = (controller.cycle(), controller.own_period().unwrap_or_default());
     let added = cycle / 2.0 + period / 2.0;
     let model = Model { dead_time: request.model.dead_time + added, ..request.model };
     if added > request.model.dead_time {
@@ -451,7 +443,7 @@ fn coarseness(controller: &Controller, request: &Request) -> Option<String> {
     controller.table.find(pulse)?;
     controller.table.find(dead_band)?;
     let seconds = controller.value(pulse).max(controller.cycle());
-    let motor_time = request.motor_time.or_else(|| controller.motor_time()).filter(|time| *time > 0.0)?;
+    let motor_time = controller.motor_time().filter(|time| *time > 0.0)?;
     let moved = (request.model.gain * 100.0 * seconds / motor_time).abs();
     (controller.value(dead_band) < moved / 2.0).then(|| {
         format!(

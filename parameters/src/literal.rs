@@ -28,7 +28,8 @@ pub fn parse(literal: &str, kind: Kind) -> Result<Value, String> {
 }
 
 /// Why a text is not a literal of a type.
-enum Refusal {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
     /// It has another form.
     Form,
     /// It has the form, but not a value of the type; the text says what the type takes.
@@ -174,8 +175,12 @@ fn has_single_underscores_inside(text: &str) -> bool {
     !text.starts_with('_') && !text.ends_with('_') && !text.contains("__")
 }
 
-/// The number of a decimal or of digits with a base. Beyond 64 bits it is the nearest end of their range.
-fn integer(literal: &str) -> Result<i64, Refusal> {
+/// The number of a decimal or of digits with a base, such as `-12` or `16#FF_00`. Beyond 127 bits it is the nearest end of
+/// their range.
+///
+/// # Errors
+/// The text is no such number.
+pub fn integer(literal: &str) -> Result<i128, Refusal> {
     let (is_negative, unsigned) = signed(literal);
     let (base, digits) = match unsigned.split_once('#') {
         Some(("2", digits)) => (2, digits),
@@ -187,24 +192,44 @@ fn integer(literal: &str) -> Result<i64, Refusal> {
     if digits.is_empty() || !has_single_underscores_inside(digits) {
         return Err(Refusal::Form);
     }
-    let mut number = 0i64;
+    let mut number = 0i128;
     for digit in digits.chars().filter(|digit| *digit != '_') {
         let digit = digit.to_digit(base).ok_or(Refusal::Form)?;
-        number = number.saturating_mul(i64::from(base)).saturating_add(i64::from(digit));
+        number = number.saturating_mul(i128::from(base)).saturating_add(i128::from(digit));
     }
     Ok(if is_negative { -number } else { number })
 }
 
-/// The units of a TIME from the longest to the shortest: the name, the milliseconds, and how many make one of the next longer
-/// unit.
-const UNITS: [(&str, i128, i128); 5] =
-    [("D", 86_400_000, i128::MAX), ("H", 3_600_000, 24), ("M", 60_000, 60), ("S", 1000, 60), ("MS", 1, 1000)];
+/// The units of a TIME or LTIME from the longest to the shortest: the name, the nanoseconds, and how many make one of the next
+/// longer unit.
+const UNITS: [(&str, i128, i128); 7] = [
+    ("D", 86_400_000_000_000, i128::MAX),
+    ("H", 3_600_000_000_000, 24),
+    ("M", 60_000_000_000, 60),
+    ("S", 1_000_000_000, 60),
+    ("MS", MILLISECOND, 1000),
+    ("US", 1000, 1000),
+    ("NS", 1, 1000),
+];
+
+/// In nanoseconds.
+const MILLISECOND: i128 = 1_000_000;
 
 const TIME_RANGE: Refusal = Refusal::Range("a TIME of T#-24D20H31M23S648MS ... T#24D20H31M23S647MS");
 
 fn milliseconds(literal: &str) -> Result<i32, Refusal> {
-    let (is_negative, mut rest) = signed(prefixed(literal, &["T", "TIME"]).ok_or(Refusal::Form)?);
-    let mut units = UNITS.iter();
+    let sum = duration(prefixed(literal, &["T", "TIME"]).ok_or(Refusal::Form)?, MILLISECOND)?;
+    i32::try_from(sum).map_err(|_| TIME_RANGE)
+}
+
+/// A duration without its type, such as `1H_30M` or `-2.5S`, as a multiple of a resolution in nanoseconds: the units are no
+/// shorter than it. Beyond 127 bits of a unit it is the nearest end of their range.
+///
+/// # Errors
+/// The text is no such duration, or no multiple of the resolution.
+pub fn duration(literal: &str, resolution: i128) -> Result<i128, Refusal> {
+    let (is_negative, mut rest) = signed(literal);
+    let mut units = UNITS.iter().filter(|(_, length, _)| *length >= resolution);
     let mut sum = 0i128;
     let mut is_first = true;
     let mut is_last = false;
@@ -223,12 +248,13 @@ fn milliseconds(literal: &str) -> Result<i32, Refusal> {
             return Err(Refusal::Form);
         }
         is_last = fraction.is_some();
-        // A TIME has at most 2147483648 ms; whatever is beyond 64 bits is beyond it.
-        let whole = i128::from(integer(whole)?);
+        let whole = integer(whole)?;
+        let length = length / resolution;
         if !is_first && whole >= *most {
             return Err(Refusal::Range("a TIME whose units after the first are below one of the next longer unit"));
         }
-        sum += whole * length + fraction_of(fraction.unwrap_or_default(), *length)?;
+        let fraction = fraction_of(fraction.unwrap_or_default(), length)?;
+        sum = sum.saturating_add(whole.saturating_mul(length)).saturating_add(fraction);
         is_first = false;
         // `T#1D_2H`: an underscore between two units.
         rest = match after_unit.strip_prefix('_') {
@@ -240,14 +266,14 @@ fn milliseconds(literal: &str) -> Result<i32, Refusal> {
     if is_first {
         return Err(Refusal::Form);
     }
-    i32::try_from(if is_negative { -sum } else { sum }).map_err(|_| TIME_RANGE)
+    Ok(if is_negative { -sum } else { sum })
 }
 
-/// The milliseconds of the decimals of a unit that has `length` milliseconds.
+/// The decimals of a unit that is `length` times the resolution, as a multiple of the resolution.
 fn fraction_of(decimals: &str, length: i128) -> Result<i128, Refusal> {
     const NOT_WHOLE: Refusal = Refusal::Range("a TIME of whole milliseconds");
-    // 86 400 000 has 2^11 and 5^5 as factors: more than 11 decimals without a 0 at the end never give a whole number.
-    const MOST_DECIMALS: usize = 11;
+    // 86 400 000 000 000 has 2^17 and 5^11 as factors: more than 17 decimals without a 0 at the end never give a whole number.
+    const MOST_DECIMALS: usize = 17;
     let decimals = decimals.trim_end_matches(['0', '_']);
     let mut numerator = 0i128;
     let mut denominator = 1i128;
@@ -287,7 +313,7 @@ fn time_text(milliseconds: i32) -> String {
         return "T#0MS".to_string();
     }
     let mut text = if milliseconds < 0 { "T#-" } else { "T#" }.to_string();
-    let mut rest = i128::from(milliseconds).abs();
+    let mut rest = i128::from(milliseconds).abs() * MILLISECOND;
     for (name, length, _) in UNITS {
         if rest >= length {
             text.push_str(&format!("{}{name}", rest / length));
@@ -521,7 +547,8 @@ mod tests {
 
     #[test]
     fn times_at_the_borders_of_their_units_read_back() {
-        let borders = UNITS.iter().flat_map(|(_, length, _)| [length - 1, *length, length + 1]).chain([0, 1]);
+        let lengths = UNITS.iter().map(|(_, length, _)| length / MILLISECOND);
+        let borders = lengths.flat_map(|length| [length - 1, length, length + 1]).chain([0, 1]);
         for border in borders.map(|border| border as i32).chain([i32::MIN, i32::MIN + 1, i32::MAX - 1, i32::MAX]) {
             for milliseconds in [border, border.wrapping_neg()] {
                 assert!(reads_back(Value::Time(Time::ms(milliseconds))), "{milliseconds} ms");

@@ -117,7 +117,7 @@ fn underlined(text: &str, place: &Place) -> String {
 }
 
 /// The candidate that differs least from a name, if it is like enough to be what was meant.
-pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     /// No name of a block or a member is longer.
     const LONGEST: usize = 60;
     if name.len() > LONGEST {
@@ -133,7 +133,7 @@ pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a s
 }
 
 /// The text in backquotes for a message: shortened, without characters that would disturb a terminal.
-pub(crate) fn quoted(text: &str) -> String {
+pub fn quoted(text: &str) -> String {
     const MOST_CHARACTERS: usize = 40;
     let mut shown: String = text.chars().take(MOST_CHARACTERS).flat_map(escaped).collect();
     if text.chars().nth(MOST_CHARACTERS).is_some() {

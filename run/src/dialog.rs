@@ -29,6 +29,7 @@ use serde::{Deserialize, Serialize};
 /// What the variables of an FMU are in a loop. All names are the FMU's own.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(default)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Roles {
     /// The setpoint that a user changes.
     pub setpoint: Option<String>,
@@ -56,6 +57,7 @@ pub struct Roles {
 
 /// Settings that belong together.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Group {
     /// Its title.
     pub title: String,
@@ -65,6 +67,7 @@ pub struct Group {
 
 /// A setting of a group.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Field {
     /// The variable.
     pub name: String,

@@ -34,6 +34,7 @@ pub type Values = BTreeMap<String, Value>;
 
 /// An FMU in a loop.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub struct Member {
     /// Its name in the loop.
     pub name: String,
@@ -47,6 +48,7 @@ pub struct Member {
 /// What an FMU is in a loop.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Part {
     /// It has a setpoint or gives a manipulated value.
     Controller,

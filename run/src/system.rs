@@ -67,6 +67,7 @@ pub struct Recorded {
 
 /// A value as the user writes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(type = "boolean | number | \"NaN\" | \"inf\" | \"-inf\""))]
 pub enum Value {
     /// `true` or `false`
     Boolean(bool),
@@ -110,6 +111,7 @@ impl fmt::Display for Place {
 /// When values go from output to input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
 pub enum Exchange {
     /// Before each FMU's step: it gets what the FMUs before it computed in this step, and what those after it computed in
     /// the previous one (Gauss-Seidel).

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The product; `tests` and `examples` use it.
-const PRODUCT: [&str; 12] = [
+const PRODUCT: [&str; 13] = [
     "blocks",
     "control",
     "draw",
@@ -19,6 +19,7 @@ const PRODUCT: [&str; 12] = [
     "parameters",
     "plcfmu",
     "run",
+    "scl",
     "study",
     "tool",
     "xtask",
@@ -54,6 +55,7 @@ fn crates_depend_on_each_other_one_way() {
             "fmu" | "modeldescription" | "parameters" => &["blocks"],
             "draw" => &["blocks", "modeldescription"],
             "run" => &["blocks", "modeldescription", "parameters"],
+            "scl" => &["blocks", "parameters"],
             "control" | "host" => &["blocks", "modeldescription", "parameters", "run"],
             "study" => &["blocks", "control", "draw", "host", "modeldescription", "parameters", "run"],
             "tool" => &["blocks", "control", "draw", "modeldescription", "parameters", "run"],
@@ -95,6 +97,7 @@ fn no_code_but_that_of_the_blocks_names_a_block() {
         "parameters",
         "plcfmu",
         "run/src",
+        "scl/src",
         "study/src",
         "tool/src",
         "xtask",

@@ -24,6 +24,7 @@ const LONGEST_DESCRIPTION: usize = 1 << 20;
 /// What to take away.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(tag = "what", rename_all = "snake_case", deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(rename = "Export", optional_fields = nullable))]
 pub enum Request {
     /// Loops as a parameter file.
     Parameters {
@@ -62,9 +63,6 @@ pub enum Request {
         /// A picture of the curves, an `<svg>` or a `data:` URL of a PNG; drawn by the engine without it.
         #[serde(default)]
         picture: Option<String>,
-        /// The date, as it is to be written.
-        #[serde(default)]
-        date: Option<String>,
     },
     /// The home's FMU of a block with these start values.
     Preset {
@@ -75,6 +73,7 @@ pub enum Request {
 
 /// A file to take away.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Exported {
     /// Its name.
     pub file: String,
@@ -105,7 +104,7 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
             let file = format!("{}.csv", file_name(&record.setup().members[0].name));
             Ok(Exported::of(file, "text/csv", text, remarks))
         }
-        Request::Report { of, before, run, picture, date } => {
+        Request::Report { of, before, run, picture } => {
             // A report of settings alone needs no run.
             let record = match run {
                 Some(run) => Some(session.record(Some(*run))?),
@@ -114,14 +113,7 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
             // A loop without a setpoint has no figures.
             let of_run = figures::Request { run: *run, ..figures::Request::default() };
             let figures = record.and_then(|_| signals::figures(home, session, &of_run).ok());
-            let report = Report {
-                of,
-                before,
-                record,
-                figures: figures.as_ref(),
-                picture: picture.as_deref(),
-                date: date.as_deref(),
-            };
+            let report = Report { of, before, record, figures: figures.as_ref(), picture: picture.as_deref() };
             let page = report::page(home, &report)?;
             Ok(Exported::of(format!("{}.html", file_name(&of.name)), "text/html", page.into_bytes(), Vec::new()))
         }

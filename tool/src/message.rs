@@ -6,7 +6,7 @@
 //! {"do": "start", "members": [{"name": "TIC101", "fmu": "PUMP", "values": {"GAIN": 2.0}}], "connections": []}
 //! ```
 //!
-//! An answer is `{"ok": ...}`, whose content depends on the request, or `{"error": {"message": ..., "help": ...}}`.
+//! An answer is `{"ok": ...}`, whose content depends on the request, or `{"error": {"message": ...}}`.
 //! A variable of a loop is named `MEMBER.VARIABLE`. Times are in seconds. A number that is not finite is the text `"NaN"`,
 //! `"inf"` or `"-inf"`. Bytes are Base64.
 
@@ -18,6 +18,7 @@ pub use run::system::{Exchange, Value};
 /// What the page asks for.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub enum Request {
     /// Which FMUs there are. Answer: [`Catalogue`].
     Catalogue,
@@ -106,6 +107,7 @@ pub enum Request {
 
 /// What there is to choose from.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Catalogue {
     /// The FMUs, in the order in which they are shown.
     pub fmus: Vec<Entry>,
@@ -115,6 +117,7 @@ pub struct Catalogue {
 
 /// An FMU of the catalogue.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Entry {
     /// Its name, by which all other requests name it.
     pub name: String,
@@ -128,6 +131,7 @@ pub struct Entry {
 
 /// A loop that is known to work.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct KnownLoop {
     /// What it shows.
     pub title: String,
@@ -137,6 +141,7 @@ pub struct KnownLoop {
 
 /// An FMU as a dialog shows it.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Description {
     /// Its name in the catalogue.
     pub name: String,
@@ -160,6 +165,7 @@ pub struct Description {
 
 /// A variable of an FMU.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Variable {
     /// Its name, `GAIN`.
     pub name: String,
@@ -168,6 +174,7 @@ pub struct Variable {
     /// Its PLC type, `REAL`; that of FMI in a foreign FMU, `Real`.
     pub kind: String,
     /// `input`, `parameter`, `fixed`, `cycle`, `output`, `local`
+    #[cfg_attr(test, ts(type = "\"input\" | \"parameter\" | \"fixed\" | \"cycle\" | \"output\" | \"local\""))]
     pub role: String,
     /// Whether it can be set while the loop runs.
     pub is_tunable: bool,
@@ -183,6 +190,7 @@ pub struct Variable {
 
 /// A parameter file.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct ReadFile {
     /// Its name, whose ending says the format.
     pub file: String,
@@ -198,6 +206,7 @@ pub struct ReadFile {
 
 /// The loops of a file.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Loops {
     /// The loops, in the order of the file; none if something is wrong with it.
     pub loops: Vec<Loop>,
@@ -209,6 +218,7 @@ pub struct Loops {
 
 /// A loop of a file.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Loop {
     /// Its name.
     pub name: String,
@@ -224,6 +234,7 @@ pub struct Loop {
 
 /// A value of a loop.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Setting {
     /// The variable.
     pub name: String,
@@ -235,6 +246,7 @@ pub struct Setting {
 
 /// Something about a place of a file.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Problem {
     /// The line and the column, from 1, if it has a place.
     pub place: Option<(usize, usize)>,
@@ -246,6 +258,7 @@ pub struct Problem {
 
 /// What a block does with settings.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Checked {
     /// Sentences, with the settings that they name.
     pub remarks: Vec<Remark>,
@@ -257,6 +270,7 @@ pub struct Checked {
 
 /// A sentence about settings.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Remark {
     /// The variables that it is about.
     pub variables: Vec<String>,
@@ -268,6 +282,7 @@ pub struct Remark {
 
 /// How a controller and a plant are connected.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Proposal {
     /// The connections that are proposed.
     pub connections: Vec<Wire>,
@@ -287,6 +302,7 @@ pub struct Proposal {
 
 /// A possible connection.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Wire {
     /// The output, `MEMBER.VARIABLE`.
     pub from: String,
@@ -298,6 +314,7 @@ pub struct Wire {
 
 /// What to run: a controller first, then its plant and what else there is.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Setup {
     /// The FMUs, in the order in which they are stepped.
     pub members: Vec<Member>,
@@ -313,6 +330,7 @@ pub struct Setup {
 
 /// Where the run is.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct State {
     /// The number of the run, from 0.
     pub run: usize,
@@ -332,6 +350,7 @@ pub struct State {
 
 /// Which curves to show.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct View {
     /// The run; the present one without it.
     #[serde(default)]
@@ -351,10 +370,12 @@ pub struct View {
 /// Curves: each row is a call. If they are not exact, each two rows are a group of calls, at the times of its first and its
 /// last one, with the lowest and the highest value of each variable in the group, in the order in which they occur.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Curves {
     /// The times in seconds.
     pub times: Vec<f64>,
     /// The values of each variable at these times; `null` is not a number; true is 1.
+    #[cfg_attr(test, ts(type = "(number | null)[][]"))]
     pub values: Vec<Vec<f64>>,
     /// Their units.
     pub units: Vec<Option<String>>,
@@ -364,6 +385,7 @@ pub struct Curves {
 
 /// What was done, in the order of time.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Events {
     /// What was done.
     pub events: Vec<Event>,
@@ -373,6 +395,7 @@ pub struct Events {
 
 /// A value that was set while the loop ran.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Event {
     /// Before which call, from 0.
     pub call: usize,

@@ -54,6 +54,7 @@ pub struct Original<'a> {
 
 /// What a preset has in place of the original's files.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Preset {
     /// Its name, which is an identifier.
     pub name: String,
@@ -161,6 +162,7 @@ pub fn identifier(name: &str) -> String {
 /// A preset of an FMU that the page has opened.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(rename = "PresetRequest"))]
 pub struct Request {
     /// The loop with its values.
     pub of: Loop,

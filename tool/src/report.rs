@@ -36,8 +36,6 @@ pub(crate) struct Report<'a> {
     pub(crate) figures: Option<&'a Figures>,
     /// The curves as the user sees them; drawn here without it.
     pub(crate) picture: Option<&'a str>,
-    /// As it is to be written.
-    pub(crate) date: Option<&'a str>,
 }
 
 /// A text inside an element or a quoted attribute.
@@ -89,9 +87,6 @@ pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
         write!(page, " {} {cycle} s.", Text(name))?;
     }
     writeln!(page, "</p>")?;
-    if let Some(date) = report.date {
-        writeln!(page, "<p class=\"about\">{}</p>", Text(date))?;
-    }
     if !checked.remarks.is_empty() {
         writeln!(page, "<h2>What the block does with the settings</h2>\n<ul>")?;
         for remark in &checked.remarks {

@@ -17,9 +17,6 @@ fn request(fmu: &str, rule: Rule, structure: Structure, model: Model, values: &[
         controller: Member { name: "TIC101".into(), fmu: fmu.into(), values },
         closed_loop: None,
         ultimate: None,
-        pulse_period: None,
-        motor_time: None,
-        setpoint_step: None,
     }
 }
 
@@ -73,32 +70,10 @@ fn a_rule_gets_half_a_cycle_more_dead_time_and_gives_the_settings_and_switches_o
 }
 
 #[test]
-fn the_predicted_curve_is_that_of_the_linear_loop_while_no_limit_acts() {
-    // CHR's "20 %" overshoots by 11.7 % as PI and by 34.8 % as PID. Half a cycle of 10 ms changes the dead time by 0.5 %.
-    for (structure, expected, bound) in [(Structure::Pi, 11.7, 0.2), (Structure::Pid, 34.8, 1.0)] {
-        let mut request =
-            request("PID", Rule::ChrSetpoint20, structure, lag(1.0, 10.0, 1.0), &[("CYCLE", 0.01), ("SP", 40.0)]);
-        request.setpoint_step = Some(0.2);
-        let Predicted { times, setpoint, process_value, manipulated_value, overshoot, settled } =
-            tuned(&request).predicted;
-        let overshoot = overshoot.unwrap();
-        assert!((overshoot - expected).abs() < bound, "{structure:?}: {overshoot}");
-        assert!(settled.unwrap() < 20.0);
-        assert_eq!((setpoint[0], process_value[0], manipulated_value[0]), (40.0, 40.0, 50.0));
-        assert!((setpoint.last().unwrap() - 40.2).abs() < 1e-5);
-        assert!((process_value.last().unwrap() - 40.2).abs() < 1e-3);
-        assert!(times.len() < 2000 && times.windows(2).all(|pair| pair[0] < pair[1]));
-        assert_eq!([times.len(); 3], [setpoint.len(), process_value.len(), manipulated_value.len()]);
-    }
-}
-
-#[test]
 fn a_limit_that_acts_in_the_prediction_is_named() {
     let plain = request("PID", Rule::ChrSetpoint20, Structure::Pid, lag(1.0, 10.0, 1.0), &[]);
     let remarks = tuned(&plain).remarks;
     assert!(remarks.iter().any(|remark| remark.contains("stays at its limit of 100 for")), "{remarks:?}");
-    let small = Request { setpoint_step: Some(0.2), ..plain };
-    assert!(!tuned(&small).remarks.iter().any(|remark| remark.contains("limit")));
 }
 
 #[test]
@@ -191,12 +166,11 @@ fn pulses_add_half_a_period_whether_it_is_a_time_or_a_number_of_calls() {
     let last = *tuned_pulser.predicted.process_value.last().unwrap();
     assert!((last - 10.0).abs() < 0.5, "{last}");
     assert!(tuned_pulser.predicted.overshoot.is_some());
-    // A pulse former behind a controller.
-    let behind =
-        Request { pulse_period: Some(2.0), ..request("PID", Rule::Simc, Structure::Pi, lag(1.0, 10.0, 1.0), &[]) };
-    let behind = tuned(&behind);
-    assert!((behind.dead_time - 2.05).abs() < 1e-12);
-    assert!(behind.remarks[0].starts_with("The sampling costs more than the plant's dead time"));
+    // Forty calls of 0.1 s.
+    let slow = [("CYCLE", 0.1), ("N", 40.0)];
+    let slow = tuned(&request("PULSER", Rule::Simc, Structure::Pi, lag(1.0, 10.0, 1.0), &slow));
+    assert!((slow.dead_time - 3.05).abs() < 1e-12);
+    assert!(slow.remarks[0].starts_with("The sampling costs more than the plant's dead time"), "{:?}", slow.remarks);
 }
 
 #[test]
@@ -211,10 +185,6 @@ fn a_step_controller_has_pi_only_and_a_valve_in_its_prediction() {
     assert!((manipulated_value.last().unwrap() - 60.0).abs() < 1.5, "{:?}", manipulated_value.last());
     assert!(manipulated_value.iter().all(|position| (0.0..=100.0).contains(position)));
     assert!(settled.is_some());
-    // A slower motor makes another curve.
-    let slow = tuned(&Request { motor_time: Some(60.0), ..stepper(Structure::Pi) });
-    assert_eq!(slow.values, pi.values);
-    assert_ne!(slow.predicted, pi.predicted);
     for structure in [Structure::P, Structure::Pid] {
         assert_eq!(error(&stepper(structure)), "STEPPER is a step controller, which has PI only: take PI");
     }
@@ -230,9 +200,6 @@ fn what_cannot_be_tuned_says_why() {
     assert_eq!(error(&request("PULSER", Rule::Amigo, Structure::Pid, model, &[])), "PULSER has no D action: take PI");
     let slow = request("PID", Rule::ChrSetpoint0, Structure::Pi, lag(1.0, 1e8, 1.0), &[]);
     assert!(error(&slow).starts_with("TI would be 120000000 s, and the longest TIME is 2147483.647 s"));
-    let none = Request { setpoint_step: Some(0.0), ..request("PID", Rule::Simc, Structure::Pi, model, &[]) };
-    let remark = &tuned(&none).remarks[0];
-    assert!(remark.starts_with("There is no predicted curve: the step of the setpoint is 0"), "{remark}");
 }
 
 #[test]
@@ -242,11 +209,9 @@ fn numbers_without_sense_are_refused_and_cost_no_time() {
     for cycle in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(error(&of(&[("CYCLE", cycle)])).ends_with("it has to be a millisecond at least"), "{cycle}");
     }
-    let long = Request { pulse_period: Some(1e9), ..of(&[]) };
+    let long = request("PULSER", Rule::Simc, Structure::Pi, model, &[("N", 1e7)]);
     let remarks = tuned(&long).remarks;
     assert!(remarks.iter().any(|remark| remark.contains("takes too many calls")), "{remarks:?}");
-    assert!(error(&Request { pulse_period: Some(f64::NAN), ..of(&[]) }).starts_with("the pulse period is NaN s"));
-    assert!(error(&Request { motor_time: Some(-1.0), ..of(&[]) }).starts_with("the motor time is -1 s"));
     // A million calls would be needed: the simulation ends earlier.
     let slow = tuned(&Request { model: lag(1.0, 10_000.0, 100.0), ..of(&[("CYCLE", 0.001)]) });
     assert!(slow.predicted.times.len() < 2000 && *slow.predicted.times.last().unwrap() < 201.0);

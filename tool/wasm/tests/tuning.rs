@@ -1,7 +1,7 @@
 //! The tuning rules with the real blocks: settings in each block's form, and the curve that its own arithmetic gives.
 
 use control::identify::{self, Data, Method, Model};
-use control::tune::{Request, Rule, Structure, Tuned, tune};
+use control::tune::{Predicted, Request, Rule, Structure, Tuned, tune};
 use run::system::Value;
 use tool::message::{Member, Setup, Values};
 use tool::session::Session;
@@ -20,9 +20,6 @@ fn request(fmu: &str, rule: Rule, structure: Structure, values: &[(&str, f64)]) 
         },
         closed_loop: None,
         ultimate: None,
-        pulse_period: None,
-        motor_time: None,
-        setpoint_step: None,
     }
 }
 
@@ -37,9 +34,18 @@ fn last(curve: &[f64]) -> f64 {
 #[test]
 fn cont_c_overshoots_as_the_linear_loop_does() {
     for (structure, expected, bound) in [(Structure::Pi, 11.7, 0.2), (Structure::Pid, 34.8, 1.0)] {
-        let plain = request("CONT_C", Rule::ChrSetpoint20, structure, &[("CYCLE", 0.01), ("SP_INT", 40.0)]);
-        let overshoot = tuned(&Request { setpoint_step: Some(0.2), ..plain }).predicted.overshoot.unwrap();
+        // No limit acts.
+        let wide = [("CYCLE", 0.01), ("SP_INT", 40.0), ("LMN_HLM", 1e6), ("LMN_LLM", -1e6)];
+        let Tuned { predicted, remarks, .. } = tuned(&request("CONT_C", Rule::ChrSetpoint20, structure, &wide));
+        assert!(!remarks.iter().any(|remark| remark.contains("limit")), "{remarks:?}");
+        let Predicted { times, setpoint, process_value, manipulated_value, overshoot, settled } = predicted;
+        let overshoot = overshoot.unwrap();
         assert!((overshoot - expected).abs() < bound, "{structure:?}: {overshoot}");
+        assert!(settled.unwrap() < 20.0);
+        assert_eq!((setpoint[0], process_value[0]), (40.0, 40.0));
+        assert!((last(&setpoint) - 50.0).abs() < 1e-5 && (last(&process_value) - 50.0).abs() < 0.05);
+        assert!(times.len() < 2000 && times.windows(2).all(|pair| pair[0] < pair[1]));
+        assert_eq!([times.len(); 3], [setpoint.len(), process_value.len(), manipulated_value.len()]);
     }
 }
 
@@ -91,7 +97,10 @@ fn cont_s_gets_pi_and_a_valve_that_takes_mtr_tm() {
     let predicted = &pi.predicted;
     assert!((last(&predicted.process_value) - 10.0).abs() < 1.0, "{}", last(&predicted.process_value));
     assert!((last(&predicted.manipulated_value) - 60.0).abs() < 1.5, "{}", last(&predicted.manipulated_value));
-    let slow = tuned(&Request { motor_time: Some(60.0), ..request("CONT_S", Rule::Simc, Structure::Pi, &fine) });
+    // A slower motor makes another curve with the same settings.
+    let slow = fine.map(|(name, value)| (name, if name == "MTR_TM" { 60.0 } else { value }));
+    let slow = tuned(&request("CONT_S", Rule::Simc, Structure::Pi, &slow));
+    assert_eq!(slow.values, pi.values);
     assert_ne!(slow.predicted, pi.predicted);
 }
 

@@ -177,7 +177,8 @@ async function example(known) {
       ([from, to]) => /** @type {[string, string]} */ ([own(from), own(to)]),
     );
     const copies = members.map((member) => ({ ...member, values: { ...member.values } }));
-    await store.connect(copies, connections);
+    const { step, exchange } = known.setup;
+    await store.connect({ members: copies, connections, step, exchange });
   } catch (error) {
     store.say(error);
   }

@@ -1,348 +1,666 @@
-// The messages of the tool: tool/src/message.rs and the modules beside it, in the words of TypeScript.
+// Made of tool/src/message.rs and the modules beside it by `UPDATE_EXPECT=1 cargo test -p tool typescript`.
 
-export type Value = boolean | number | "NaN" | "inf" | "-inf";
+/** Values by the variable's name. */
 export type Values = Record<string, Value>;
+
+/** What there is to choose from. */
+export type Catalogue = {
+/** The FMUs, in the order in which they are shown. */
+fmus: Array<Entry>,
+/** Loops that are known to work: examples for connections and settings. */
+loops: Array<KnownLoop>, };
+
+/** Whose. */
+export type CharacteristicRequest = {
+/** The block with its settings. */
+member: Member, };
+
+/** The characteristics that the block's table describes, with these settings. */
+export type Characteristics = {
+/** One for each characteristic of the table that sweeps another variable or shows others. */
+sweeps: Array<Sweep>, };
+
+/** What a block does with settings. */
+export type Checked = {
+/** Sentences, with the settings that they name. */
+remarks: Array<Remark>,
+/** The settings that have no effect with the others as they are, by name. */
+unused: Array<string>,
+/** The values as the PLC's types hold them, where they differ from what was given. */
+rounded: Values, };
+
+/** An output, recorded and computed. */
+export type Compared = {
+/** The variable. */
+variable: string,
+/** The first call that differs, from 0, with its time in seconds. */
+first: [number, number] | null,
+/** How many calls differ. */
+different: number,
+/** The largest difference. */
+largest: number,
+/** To draw: times in seconds. */
+times: Array<number>,
+/** The recorded values. */
+recorded: Array<number>,
+/** What the block computes. */
+computed: Array<number>, };
+
+/**
+ * Curves: each row is a call. If they are not exact, each two rows are a group of calls, at the times of its first and its
+ * last one, with the lowest and the highest value of each variable in the group, in the order in which they occur.
+ */
+export type Curves = {
+/** The times in seconds. */
+times: Array<number>,
+/** The values of each variable at these times; `null` is not a number; true is 1. */
+values: (number | null)[][],
+/** Their units. */
+units: Array<string | null>,
+/** Whether every call is there. */
+is_exact: boolean, };
+
+/** Where the step is recorded. */
+export type Data = { "run": {
+/** The run; the present one without it. */
+run?: number | null,
+/** The beginning in seconds; shortly before the last step of the manipulated value without it. */
+from?: number | null,
+/** The end in seconds; the last call without it. */
+to?: number | null, } } | { "csv": {
+/** The text. */
+text: string,
+/** The column of the time; by its name without it. */
+time?: string | null,
+/** The column of the manipulated value; by its name without it. */
+input?: string | null,
+/** The column of the process value; by its name without it. */
+output?: string | null,
+/** Which of the rows, in the file's seconds. */
+from?: number | null,
+/** The end. */
+to?: number | null, } };
+
+/** An FMU as a dialog shows it. */
+export type Description = {
+/** Its name in the catalogue. */
+name: string,
+/** The name of its block, by which parameter files know it. */
+block: string,
+/** What it does, in one sentence. */
+summary: string,
+/** The other names by which a PLC project may call the block. */
+aliases: Array<string>,
+/** What it is in a loop. */
+part: Part,
+/** The variable that holds the time between two calls; a foreign FMU has none. */
+cycle: string | null,
+/** Its variables, in the order of the table. */
+variables: Array<Variable>,
+/** What its variables are in a loop. */
+roles: Roles,
+/** Its settings in groups, in the order of the dialog. */
+groups: Array<Group>, };
+
+/** An FMU of the catalogue. */
+export type Entry = {
+/** Its name, by which all other requests name it. */
+name: string,
+/** What it does, in one sentence. */
+summary: string,
+/** What it is in a loop. */
+part: Part,
+/** Whether it is a foreign FMU: native code of somebody else. */
+is_foreign: boolean, };
+
+/** A value that was set while the loop ran. */
+export type Event = {
+/** Before which call, from 0. */
+call: number,
+/** When that call is, in seconds. */
+time: number,
+/** `MEMBER.VARIABLE` */
+variable: string,
+/** The value. */
+value: Value, };
+
+/** What was done, in the order of time. */
+export type Events = {
+/** What was done. */
+events: Array<Event>,
+/** How many calls the run has made. */
+calls: number, };
+
+/** When values go from output to input. */
+export type Exchange = "sequential" | "parallel";
+
+/** What to take away. */
+export type Export = { "what": "parameters",
+/** `awl`, `scl`, `db`, `xml`, `json`, `ssv`: the ending of the file. */
+format: string,
+/** The loops with their values. */
+loops: Array<Loop>,
+/** What they were made of, for a comment. */
+origin: string, } | { "what": "description",
+/** The run; the present one without it. */
+run?: number | null, } | { "what": "csv",
+/** The run; the present one without it. */
+run?: number | null,
+/** The variables, by `MEMBER.VARIABLE`; all without it. */
+variables: Array<string>, } | { "what": "report",
+/** The loop with its values. */
+of: Loop,
+/** The values before, to compare with; may be empty. */
+before: Array<Setting>,
+/** The run; the present one without it. */
+run?: number | null,
+/** A picture of the curves, an `<svg>` or a `data:` URL of a PNG; drawn by the engine without it. */
+picture?: string | null, } | { "what": "preset",
+/** The loop with its values. */
+of: Loop, };
+
+/** A file to take away. */
+export type Exported = {
+/** Its name. */
+file: string,
+/** Its media type. */
+media_type: string,
+/** Its bytes, Base64. */
+content: string,
+/** What the user should know, a sentence each. */
+remarks: Array<string>, };
+
+/** A setting of a group. */
+export type Field = {
+/** The variable. */
+name: string,
+/** When it has an effect: each inner list is joined by AND, the lists by OR; empty is always. `(name, wanted)`. */
+used_if: Array<Array<[string, boolean]>>, };
+
+/** The figures of a run. What cannot be said is absent, and `remarks` say why. */
+export type Figures = {
+/** From where on, in seconds. */
+from: number,
+/** Up to where, in seconds. */
+to: number,
+/** From 10 % to 90 % of the step, in seconds. */
+rise: number | null,
+/** Beyond the setpoint, in percent of the step; 0 if the process value does not pass the setpoint. */
+overshoot: number | null,
+/** From which time on the process value stays within 2 % of the step around the setpoint, in seconds after the step. */
+settled: number | null,
+/** The integral of the deviation's amount, in the unit of the process value times seconds. */
+iae: number | null,
+/** The integral of the deviation's square. */
+ise: number | null,
+/** The largest amount of the deviation. */
+peak: number | null,
+/** How far the manipulated value moves, in its unit: the sum of the amounts of its changes. */
+travel: number | null,
+/** How many pulses begin, on all pulse outputs. */
+pulses: number | null,
+/** The unit of the process value. */
+unit: string | null,
+/** The unit of the manipulated value. */
+travel_unit: string | null,
+/** What could not be said, and why. */
+remarks: Array<string>, };
+
+/** Of which part of which run. */
+export type FiguresRequest = {
+/** The run; the present one without it. */
+run?: number | null,
+/** The beginning in seconds; the last change of the setpoint without it. */
+from?: number | null,
+/** The end in seconds; the last call without it. */
+to?: number | null, };
+
+/** Settings that belong together. */
+export type Group = {
+/** Its title. */
+title: string,
+/** Its settings, in order. */
+fields: Array<Field>, };
+
+/** A model with how well it fits. */
+export type Identified = {
+/** The model. */
+model: Model,
+/** How well it fits: 100 (1 - NRMSE) in percent. */
+fit: number,
+/** The data that were used and the model's answer, to draw. */
+times: Array<number>,
+/** The measured process value. */
+measured: Array<number>,
+/** The model's process value. */
+modelled: Array<number>,
+/** What the user should know, a sentence each. */
+remarks: Array<string>, };
+
+/** What to identify from. */
+export type IdentifyRequest = {
+/** The recorded step. */
+data: Data,
+/** How. */
+method: Method,
+/** Whether the plant integrates. */
+is_integrating: boolean, };
+
+/** A loop that is known to work. */
+export type KnownLoop = {
+/** What it shows. */
+title: string,
+/** Its members and connections. */
+setup: Setup, };
+
+/** A loop of a file. */
+export type Loop = {
+/** Its name. */
+name: string,
+/** Its block; one of the catalogue has this name. */
+block: string,
+/** The time between two calls. */
+cycle: number | null,
+/** Its values. */
+settings: Array<Setting>,
+/** What the block will do with them where a user may not expect it, and values out of range. */
+warnings: Array<string>, };
+
+/** The loops of a file. */
+export type Loops = {
+/** The loops, in the order of the file; none if something is wrong with it. */
+loops: Array<Loop>,
+/** What is wrong, or what the user should know. */
+problems: Array<Problem>,
+/** Whether the file could not be used. */
+is_refused: boolean, };
+
+/** An FMU in a loop. */
+export type Member = {
+/** Its name in the loop. */
+name: string,
+/** The FMU's name among those that there are. */
+fmu: string,
+/** Its settings; the others have their start values. */
+values: Values, };
+
+/** How a model is found. */
+export type Method = "tangent" | "two_points" | "area" | "least_squares";
+
+/**
+ * A plant: a lag with dead time, or an integrator with dead time.
+ *
+ * The gain is that between the manipulated value that leaves the controller and the process value that the controller compares
+ * with the setpoint. A model that is identified from a loop's signals has this gain: factors and offsets of the process value
+ * that the block applies (PV_FAC) are in it. What the block applies to the manipulated value inside (LMN_FAC) is not;
+ * [`tune`](crate::tune) takes it into account.
+ */
+export type Model = {
+/** K in units of the process value per unit of the manipulated value; per second of an integrating plant. */
+gain: number,
+/** T in seconds; 0 of an integrating plant. */
+time_constant: number,
+/** A second lag in seconds, or 0. */
+second_time_constant: number,
+/** L in seconds. */
+dead_time: number,
+/** Whether the plant integrates. */
+is_integrating: boolean, };
+
+/** What an FMU is in a loop. */
 export type Part = "controller" | "plant" | "other";
 
-export interface Entry {
-  name: string;
-  summary: string;
-  part: Part;
-  is_foreign: boolean;
-}
-export interface KnownLoop {
-  title: string;
-  setup: Setup;
-}
-export interface Catalogue {
-  fmus: Entry[];
-  loops: KnownLoop[];
-}
+/** A simulated loop. */
+export type Predicted = {
+/** In seconds. */
+times: Array<number>,
+/** The setpoint. */
+setpoint: Array<number>,
+/** The process value. */
+process_value: Array<number>,
+/** The manipulated value. */
+manipulated_value: Array<number>,
+/** Its overshoot in percent of the step. */
+overshoot: number | null,
+/** When it has settled, in seconds. */
+settled: number | null, };
 
-export interface Variable {
-  name: string;
-  description: string;
-  kind: string;
-  role: "input" | "parameter" | "fixed" | "cycle" | "output" | "local";
-  is_tunable: boolean;
-  start: Value;
-  min: number | null;
-  max: number | null;
-  unit: string | null;
-}
-export interface Roles {
-  setpoint: string | null;
-  process_value: string | null;
-  shown_process_value: string | null;
-  manipulated_value: string | null;
-  manual: [string, string] | null;
-  controller: string[];
-  structure: string[];
-  pulses: string[];
-  pulse_former: string[];
-  disturbances: string[];
-  signals: [string, string][];
-}
-export interface Field {
-  name: string;
-  used_if: [string, boolean][][];
-}
-export interface Group {
-  title: string;
-  fields: Field[];
-}
-export interface Description {
-  name: string;
-  block: string;
-  summary: string;
-  aliases: string[];
-  part: Part;
-  cycle: string | null;
-  variables: Variable[];
-  roles: Roles;
-  groups: Group[];
-}
+/** What a preset has in place of the original's files. */
+export type Preset = {
+/** Its name, which is an identifier. */
+name: string,
+/** Its GUID. */
+guid: string,
+/** The files that are new or differ, by path. */
+files: { [key in string]: string },
+/** The files that it does not have. A folder ends with `/`. */
+left_out: Array<string>,
+/** What the user should know, a sentence each. */
+remarks: Array<string>, };
 
-export interface Setting {
-  name: string;
-  value: Value;
-  origin: string | null;
-}
-export interface Loop {
-  name: string;
-  block: string;
-  cycle: number | null;
-  settings: Setting[];
-  warnings: string[];
-}
-export interface Problem {
-  place: [number, number] | null;
-  message: string;
-  help: string | null;
-}
-export interface Loops {
-  loops: Loop[];
-  problems: Problem[];
-  is_refused: boolean;
-}
-export interface Remark {
-  variables: string[];
-  text: string;
-  is_error: boolean;
-}
-export interface Checked {
-  remarks: Remark[];
-  unused: string[];
-  rounded: Values;
-}
-export interface Wire {
-  from: string;
-  to: string;
-  reason: string;
-}
-export interface Proposal {
-  connections: Wire[];
-  others: Wire[];
-  values: Values;
-  remarks: string[];
-}
+/** A preset of an FMU that the page has opened. */
+export type PresetRequest = {
+/** The loop with its values. */
+of: Loop,
+/** The FMU's `modelDescription.xml`, `documentation/index.html` and `resources/start.txt`, as far as it has them. */
+files: { [key in string]: string }, };
 
-export interface Member {
-  name: string;
-  fmu: string;
-  values: Values;
-}
-export interface Setup {
-  members: Member[];
-  connections: [string, string][];
-  step?: number | null;
-  exchange?: "sequential" | "parallel";
-}
-export interface State {
-  run: number;
-  calls: number;
-  time: number;
-  step: number;
-  values: Values;
-  failure: string | null;
-  remarks: string[];
-}
-export interface Curves {
-  times: number[];
-  values: (number | null)[][];
-  units: (string | null)[];
-  is_exact: boolean;
-}
-export interface Event {
-  call: number;
-  time: number;
-  variable: string;
-  value: Value;
-}
-export interface Events {
-  events: Event[];
-  calls: number;
-}
+/** Something about a place of a file. */
+export type Problem = {
+/** The line and the column, from 1, if it has a place. */
+place: [number, number] | null,
+/** What is wrong. */
+message: string,
+/** What to do. */
+help: string | null, };
 
-export interface Figures {
-  from: number;
-  to: number;
-  rise: number | null;
-  overshoot: number | null;
-  settled: number | null;
-  iae: number | null;
-  ise: number | null;
-  peak: number | null;
-  travel: number | null;
-  pulses: number | null;
-  unit: string | null;
-  travel_unit: string | null;
-  remarks: string[];
-}
+/** How a controller and a plant are connected. */
+export type Proposal = {
+/** The connections that are proposed. */
+connections: Array<Wire>,
+/** All others that are possible. */
+others: Array<Wire>,
+/** Settings that go with the proposed connections, by `MEMBER.VARIABLE`. */
+values: Values,
+/** The communication step that goes with them; the controller's cycle without it. */
+step: number | null,
+/** When values go from output to input, in the known loop that this is taken from. */
+exchange: Exchange,
+/** What the user should know, a sentence each. */
+remarks: Array<string>, };
 
-export type Data =
-  | { run: { run?: number | null; from?: number | null; to?: number | null } }
-  | {
-      csv: {
-        text: string;
-        time?: string | null;
-        input?: string | null;
-        output?: string | null;
-        from?: number | null;
-        to?: number | null;
-      };
-    };
-export type Method = "tangent" | "two_points" | "area" | "least_squares";
-export interface Model {
-  gain: number;
-  time_constant: number;
-  second_time_constant?: number;
-  dead_time: number;
-  is_integrating?: boolean;
-}
-export interface Identified {
-  model: Model;
-  fit: number;
-  times: number[];
-  measured: number[];
-  modelled: number[];
-  remarks: string[];
-}
-export type Rule =
-  | "ziegler_nichols_step"
-  | "ziegler_nichols_ultimate"
-  | "chr_setpoint0"
-  | "chr_setpoint20"
-  | "chr_disturbance0"
-  | "chr_disturbance20"
-  | "simc"
-  | "amigo";
+/** How a three-step pulse former makes up for heating and cooling of different strength. */
+export type Ratio = {
+/** RATIOFAC. */
+ratio: number,
+/** The model to tune the controller with: the weaker gain, the longer dead time. */
+model: Model,
+/** What the user should know, a sentence each. */
+remarks: Array<string>, };
+
+/** A heating and a cooling step. */
+export type RatioRequest = {
+/** The plant with the manipulated value above 0. */
+heating: Model,
+/** The plant with the manipulated value below 0. */
+cooling: Model, };
+
+/** A parameter file. */
+export type ReadFile = {
+/** Its name, whose ending says the format. */
+file: string,
+/** Its bytes, Base64. */
+content: string,
+/** The block, where the file does not say it. */
+block?: string | null,
+/** The loop's name, where the file does not say it. */
+name?: string | null, };
+
+/** A sentence about settings. */
+export type Remark = {
+/** The variables that it is about. */
+variables: Array<string>,
+/** The sentence. */
+text: string,
+/** Whether the FMU will refuse the value. */
+is_error: boolean, };
+
+/** What to replay. */
+export type ReplayRequest = {
+/** The block with the file's parameters. */
+controller: Member,
+/** The text of the CSV file. */
+text: string,
+/** Which column is which variable of the block; `time` is the time. By their names without it. */
+columns: Array<[string, string]>,
+/** How far a value may be off and still counts as equal: that of the recording's resolution. */
+tolerance?: number | null,
+/** Whether to try what usually is the matter. */
+try_suspects: boolean, };
+
+/** What came out. */
+export type Replayed = {
+/** Which column is which variable of the block. */
+columns: Array<[string, string]>,
+/** How many calls were made. */
+calls: number,
+/** One for each output that the file has. */
+outputs: Array<Compared>,
+/** What was tried, the best first. */
+suspects: Array<Suspect>,
+/** The conclusion, in one sentence. */
+verdict: string,
+/** Whether the recording depends on the controller's settings: equal outputs say nothing about them otherwise. */
+is_conclusive: boolean,
+/** What the user should know, a sentence each. */
+remarks: Array<string>, };
+
+/** What the page asks for. */
+export type Request = { "do": "catalogue" } | { "do": "describe",
+/** The FMU's name in the catalogue. */
+fmu: string, } | { "do": "read" } & ReadFile | { "do": "check",
+/** The FMU's name in the catalogue. */
+fmu: string,
+/** Its settings; the others have their start values. */
+values: Values, } | { "do": "propose",
+/** The controller. */
+controller: Member,
+/** The plant. */
+plant: Member, } | { "do": "start" } & Setup | { "do": "state" } | { "do": "send",
+/** The values, by `MEMBER.VARIABLE`. */
+values: Values, } | { "do": "ramp",
+/** `MEMBER.VARIABLE` */
+variable: string,
+/** The last value. */
+to: number,
+/** How long it takes. */
+seconds: number, } | { "do": "run",
+/** How many, one at least. */
+calls: number, } | { "do": "exchange",
+/** The new members. */
+members: Array<Member>,
+/** All connections. */
+connections: Array<[string, string]>, } | { "do": "view" } & View | { "do": "events",
+/** The run; the present one without it. */
+run?: number | null, } | { "do": "again" } | { "do": "figures" } & FiguresRequest | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
+/** The file's text. */
+text: string, } | { "do": "replay" } & ReplayRequest | { "do": "preset" } & PresetRequest | { "do": "export" } & Export;
+
+/** What the variables of an FMU are in a loop. All names are the FMU's own. */
+export type Roles = {
+/** The setpoint that a user changes. */
+setpoint: string | null,
+/** Where a controller takes the process value from (an input), or where a plant gives it (an output). */
+process_value: string | null,
+/** The process value that is drawn, in the setpoint's unit. */
+shown_process_value: string | null,
+/** The manipulated value: an output of a controller, an input of a plant. */
+manipulated_value: string | null,
+/** The switch to manual mode and the manual value. */
+manual: [string, string] | null,
+/** GAIN, TI, TD and TM_LAG, as far as there are such. */
+controller: Array<string>,
+/** The switches of the P, I and D action. */
+structure: Array<string>,
+/** Pulses: outputs of a controller (up, down or heat, cool), inputs of a plant. */
+pulses: Array<string>,
+/** The settings of the pulse former: period, shortest pulse, ratio. */
+pulse_former: Array<string>,
+/** The inputs of a plant that disturb it. */
+disturbances: Array<string>,
+/** More pairs by meaning, which both ends name in the same way, such as `high stop`: LMNR_HS. */
+signals: Array<[string, string]>, };
+
+/** A rule. */
+export type Rule = "ziegler_nichols_step" | "ziegler_nichols_ultimate" | "chr_setpoint0" | "chr_setpoint20" | "chr_disturbance0" | "chr_disturbance20" | "simc" | "amigo";
+
+/** A value of a loop. */
+export type Setting = {
+/** The variable. */
+name: string,
+/** Its value. */
+value: Value,
+/** Where the value comes from, `plant.awl:12:8`; without it, it is the block's start value. */
+origin: string | null, };
+
+/** What to run: a controller first, then its plant and what else there is. */
+export type Setup = {
+/** The FMUs, in the order in which they are stepped. */
+members: Array<Member>,
+/** From an output to an input, both `MEMBER.VARIABLE`. */
+connections: Array<[string, string]>,
+/** The communication step; by default the first member's cycle. */
+step: number | null,
+/** When values go from output to input. */
+exchange: Exchange, };
+
+/** Where the run is. */
+export type State = {
+/** The number of the run, from 0. */
+run: number,
+/** How many calls have been made. */
+calls: number,
+/** When the last call was, in seconds; 0 before the first. */
+time: number,
+/** The communication step in seconds. */
+step: number,
+/** The values of all variables after the last call, by `MEMBER.VARIABLE`. */
+values: Values,
+/** What has ended the run: which FMU failed, and its messages. */
+failure: string | null,
+/** What the FMUs and the plan say since the last answer, a sentence each. */
+remarks: Array<string>, };
+
+/** Which actions the controller has. */
 export type Structure = "p" | "pi" | "pid";
-export interface Predicted {
-  times: number[];
-  setpoint: number[];
-  process_value: number[];
-  manipulated_value: number[];
-  overshoot: number | null;
-  settled: number | null;
-}
-export interface Tuned {
-  values: Values;
-  dead_time: number;
-  sensitivity: number | null;
-  gain_margin: number | null;
-  phase_margin: number | null;
-  predicted: Predicted;
-  remarks: string[];
-}
-export interface Ratio {
-  ratio: number;
-  model: Model;
-  remarks: string[];
-}
-export interface Sweep {
-  title: string;
-  variable: string;
-  unit: string | null;
-  inputs: number[];
-  outputs: [string, number[]][];
-}
-export interface Characteristics {
-  sweeps: Sweep[];
-}
-export interface Compared {
-  variable: string;
-  first: [number, number] | null;
-  different: number;
-  largest: number;
-  times: number[];
-  recorded: number[];
-  computed: number[];
-}
-export interface Suspect {
-  text: string;
-  values: Values;
-  different: number;
-  largest: number;
-  fits: boolean;
-}
-export interface Replayed {
-  columns: [string, string][];
-  calls: number;
-  outputs: Compared[];
-  suspects: Suspect[];
-  verdict: string;
-  is_conclusive: boolean;
-  remarks: string[];
-}
-export interface Preset {
-  name: string;
-  guid: string;
-  files: Record<string, string>;
-  left_out: string[];
-  remarks: string[];
-}
 
-export interface Exported {
-  file: string;
-  media_type: string;
-  content: string;
-  remarks: string[];
-}
+/** A change that was tried. */
+export type Suspect = {
+/** What was changed, in one sentence. */
+text: string,
+/** The settings that were changed. */
+values: Values,
+/** How many calls still differ. */
+different: number,
+/** The largest difference. */
+largest: number,
+/** Whether nothing differs any more. */
+fits: boolean, };
 
-export type Export =
-  | { what: "parameters"; format: string; loops: Loop[]; origin: string }
-  | { what: "description"; run?: number | null }
-  | { what: "csv"; run?: number | null; variables?: string[] }
-  | { what: "report"; of: Loop; before: Setting[]; run?: number | null; picture?: string | null }
-  | { what: "preset"; of: Loop };
+/** The mean of variables over an input. */
+export type Sweep = {
+/** What it shows. */
+title: string,
+/** The variable of the horizontal axis. */
+variable: string,
+/** Its unit. */
+unit: string | null,
+/** Its values. */
+inputs: Array<number>,
+/** Each variable with its means; true counts 1. */
+outputs: Array<[string, Array<number>]>, };
 
-/** What the page asks for, and what it is answered. */
+/** What to tune. */
+export type TuneRequest = {
+/** The plant. */
+model: Model,
+/** The rule. */
+rule: Rule,
+/** P, PI or PID. */
+structure: Structure,
+/** The controller with its present settings: CYCLE, the normalisation and the pulse former count. */
+controller: Member,
+/** The time constant of the closed loop that SIMC is given, in seconds; the dead time without it. */
+closed_loop?: number | null,
+/** Ultimate gain and period, for the ultimate rule; computed from the model without it. */
+ultimate?: [number, number] | null, };
+
+/** Settings and what they lead to. */
+export type Tuned = {
+/** The settings in the block's form, by the block's names, the switches of the structure included. */
+values: Values,
+/** The dead time that was used: the model's, half a cycle, half a pulse period. */
+dead_time: number,
+/** The largest sensitivity. */
+sensitivity: number | null,
+/** How much more gain the loop takes, as a factor. */
+gain_margin: number | null,
+/** The phase margin in degrees. */
+phase_margin: number | null,
+/** The simulated setpoint step of the real block with the model. */
+predicted: Predicted,
+/** What the user should know, a sentence each. */
+remarks: Array<string>, };
+
+/** A value as the user writes it. */
+export type Value = boolean | number | "NaN" | "inf" | "-inf";
+
+/** A variable of an FMU. */
+export type Variable = {
+/** Its name, `GAIN`. */
+name: string,
+/** A short text. */
+description: string,
+/** Its PLC type, `REAL`; that of FMI in a foreign FMU, `Real`. */
+kind: string,
+/** `input`, `parameter`, `fixed`, `cycle`, `output`, `local` */
+role: "input" | "parameter" | "fixed" | "cycle" | "output" | "local",
+/** Whether it can be set while the loop runs. */
+is_tunable: boolean,
+/** Its value in a new instance. */
+start: Value,
+/** The lowest value that makes sense. */
+min: number | null,
+/** The highest value that makes sense. */
+max: number | null,
+/** Its physical unit; s of a TIME. */
+unit: string | null, };
+
+/** Which curves to show. */
+export type View = {
+/** The run; the present one without it. */
+run?: number | null,
+/** The variables, by `MEMBER.VARIABLE`. */
+variables: Array<string>,
+/** The beginning in seconds; that of the run without it. */
+from?: number | null,
+/** The end in seconds; the last call without it. */
+to?: number | null,
+/** At most so many points. */
+points: number, };
+
+/** A possible connection. */
+export type Wire = {
+/** The output, `MEMBER.VARIABLE`. */
+from: string,
+/** The input, `MEMBER.VARIABLE`. */
+to: string,
+/** Why it is proposed. */
+reason: string, };
+
+/** Each request with its answer. */
 export interface Dialogue {
-  catalogue: { request: { do: "catalogue" }; answer: Catalogue };
-  describe: { request: { do: "describe"; fmu: string }; answer: Description };
-  read: {
-    request: { do: "read"; file: string; content: string; block?: string | null; name?: string | null };
-    answer: Loops;
-  };
-  check: { request: { do: "check"; fmu: string; values: Values }; answer: Checked };
-  propose: { request: { do: "propose"; controller: Member; plant: Member }; answer: Proposal };
-  start: { request: { do: "start" } & Setup; answer: State };
-  send: { request: { do: "send"; values: Values }; answer: State };
-  ramp: { request: { do: "ramp"; variable: string; to: number; seconds: number }; answer: State };
-  run: { request: { do: "run"; calls: number }; answer: State };
-  exchange: {
-    request: { do: "exchange"; members: Member[]; connections: [string, string][] };
-    answer: State;
-  };
-  view: {
-    request: {
-      do: "view";
-      run?: number | null;
-      variables: string[];
-      from?: number | null;
-      to?: number | null;
-      points: number;
-    };
-    answer: Curves;
-  };
-  events: { request: { do: "events"; run?: number | null }; answer: Events };
-  again: { request: { do: "again" }; answer: State };
-  figures: {
-    request: { do: "figures"; run?: number | null; from?: number | null; to?: number | null };
-    answer: Figures;
-  };
-  identify: {
-    request: { do: "identify"; data: Data; method: Method; is_integrating?: boolean };
-    answer: Identified;
-  };
-  tune: {
-    request: {
-      do: "tune";
-      model: Model;
-      rule: Rule;
-      structure: Structure;
-      controller: Member;
-      closed_loop?: number | null;
-      ultimate?: [number, number] | null;
-    };
-    answer: Tuned;
-  };
-  ratio: { request: { do: "ratio"; heating: Model; cooling: Model }; answer: Ratio };
-  characteristic: { request: { do: "characteristic"; member: Member }; answer: Characteristics };
-  columns: { request: { do: "columns"; text: string }; answer: string[] };
-  replay: {
-    request: {
-      do: "replay";
-      controller: Member;
-      text: string;
-      columns?: [string, string][];
-      tolerance?: number | null;
-      try_suspects?: boolean;
-    };
-    answer: Replayed;
-  };
-  preset: { request: { do: "preset"; of: Loop; files: Record<string, string> }; answer: Preset };
-  export: { request: { do: "export" } & Export; answer: Exported };
+  catalogue: { request: Extract<Request, { do: "catalogue" }>; answer: Catalogue };
+  describe: { request: Extract<Request, { do: "describe" }>; answer: Description };
+  read: { request: Extract<Request, { do: "read" }>; answer: Loops };
+  check: { request: Extract<Request, { do: "check" }>; answer: Checked };
+  propose: { request: Extract<Request, { do: "propose" }>; answer: Proposal };
+  start: { request: Extract<Request, { do: "start" }>; answer: State };
+  state: { request: Extract<Request, { do: "state" }>; answer: State };
+  send: { request: Extract<Request, { do: "send" }>; answer: State };
+  ramp: { request: Extract<Request, { do: "ramp" }>; answer: State };
+  run: { request: Extract<Request, { do: "run" }>; answer: State };
+  exchange: { request: Extract<Request, { do: "exchange" }>; answer: State };
+  view: { request: Extract<Request, { do: "view" }>; answer: Curves };
+  events: { request: Extract<Request, { do: "events" }>; answer: Events };
+  again: { request: Extract<Request, { do: "again" }>; answer: State };
+  figures: { request: Extract<Request, { do: "figures" }>; answer: Figures };
+  identify: { request: Extract<Request, { do: "identify" }>; answer: Identified };
+  tune: { request: Extract<Request, { do: "tune" }>; answer: Tuned };
+  ratio: { request: Extract<Request, { do: "ratio" }>; answer: Ratio };
+  columns: { request: Extract<Request, { do: "columns" }>; answer: Array<string> };
+  replay: { request: Extract<Request, { do: "replay" }>; answer: Replayed };
+  characteristic: { request: Extract<Request, { do: "characteristic" }>; answer: Characteristics };
+  preset: { request: Extract<Request, { do: "preset" }>; answer: Preset };
+  export: { request: Extract<Request, { do: "export" }>; answer: Exported };
 }
-export type Request = Dialogue[keyof Dialogue]["request"];

@@ -29,6 +29,10 @@ const ROOM = "DEAD_MAX";
 const CHAIN = { fmu: "SENSOR", from: "U", to: "Y", noise: "NOISE", steps: "STEPS" };
 const PLANT = "PLANT";
 const SENSOR = "SENSOR";
+const EXCHANGES = {
+  sequential: "Each of them gets what those before it have just computed (sequential).",
+  parallel: "All of them get their inputs at once, before any of them is stepped (parallel).",
+};
 
 /** @type {HTMLElement} */
 let body;
@@ -123,7 +127,7 @@ export async function choose(fmu, values = {}) {
     const wires = proposal.connections.map(({ from, to }) => /** @type {[string, string]} */ ([from, to]));
     const members = [plant];
     const connections = await throughSensor(loop, description, members, wires);
-    await store.connect(members, connections, true);
+    await store.connect({ members, connections, step: proposal.step, exchange: proposal.exchange }, true);
     if (Object.keys(own).length > 0) {
       store.edit(own);
       if (store.edited().length > 0) {
@@ -209,7 +213,10 @@ async function show() {
   const plant = plantOf(loop);
   try {
     const parts = plant ? await connected(loop, plant) : await unconnected();
-    const shown = JSON.stringify([loop.id, loop.members, loop.connections, store.catalogue.fmus, loop.notes.plant]);
+    const shown = JSON.stringify([
+      [loop.id, loop.members, loop.connections, loop.step, loop.exchange],
+      [store.catalogue.fmus, loop.notes.plant],
+    ]);
     if (mine !== drawings || (shown === drawn && body.childElementCount > 0)) return;
     const focus =
       document.activeElement instanceof HTMLElement && body.contains(document.activeElement)
@@ -244,7 +251,11 @@ function chooser(loop, plant) {
   );
   list.addEventListener("change", () => {
     if (list.value) choose(list.value);
-    else store.connect([], loop.connections.filter(isOwn(loop)), true);
+    else
+      store.connect(
+        { members: [], connections: loop.connections.filter(isOwn(loop)), step: null, exchange: "sequential" },
+        true,
+      );
   });
   return element("p", { class: "row" }, element("label", { for: "plant-choice" }, "Plant"), list);
 }
@@ -400,6 +411,8 @@ async function sentences(loop, plant) {
       { class: "sentences" },
       inputs.filter(isThere).map(row),
       common && element("li", { class: "faint" }, `All of them: ${common}`),
+      element("li", { class: "faint", id: "exchange" }, EXCHANGES[loop.exchange]),
+      loop.step !== null && element("li", { class: "faint", id: "step" }, `The communication step is ${loop.step} s.`),
       remarks,
     ),
     free.length > 0 &&
@@ -421,7 +434,8 @@ async function rewire(loop, to, from) {
   const rest = loop.connections.filter((wire) => wire[1] !== to);
   const connections = from ? [...rest, /** @type {[string, string]} */ ([from, to])] : rest;
   const isRunning = store.isLive();
-  await store.connect(loop.members, connections, true);
+  const { members, step, exchange } = loop;
+  await store.connect({ members, connections, step, exchange }, true);
   if (isRunning) store.say("The plant has begun anew with the changed connection; the controller went on.");
 }
 

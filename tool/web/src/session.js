@@ -7,7 +7,7 @@ import { ask } from "tool/engine.js";
 import { store } from "tool/store.js";
 
 const KEY = "plcfmu";
-const VERSION = 1;
+const VERSION = 2;
 /** A run of more calls is not made again. */
 const MOST_CALLS = 200_000;
 /** Nor is one in which more was set: a long ramp sets a value in each call. */
@@ -66,6 +66,8 @@ function save() {
     warnings: loop.warnings,
     members: loop.members,
     connections: loop.connections,
+    step: loop.step,
+    exchange: loop.exchange,
     notes: loop.notes,
     settings: Object.entries(loop.settings).map(([name, one]) => {
       const { file, origin, sent, value, wrong, why } = one;
@@ -115,7 +117,7 @@ export async function resume() {
 async function resumeLoop(one) {
   const loop = await store.add(one.name, one.fmu, undefined, one.file);
   Object.assign(loop, { member: one.member, warnings: one.warnings, notes: one.notes });
-  Object.assign(loop, { members: one.members, connections: one.connections });
+  Object.assign(loop, { members: one.members, connections: one.connections, step: one.step, exchange: one.exchange });
   for (const { name, ...values } of one.settings) {
     if (loop.settings[name]) Object.assign(loop.settings[name], values);
   }

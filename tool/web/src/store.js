@@ -7,7 +7,7 @@
  *   the start value of the block, the value of the file, the value in force (`sent`) and the one in the field (`value`); it is
  *   *edited* as long as these two differ, and `store.send()` puts the edited ones in force: in the engine's run too, if this
  *   loop runs there. `loop.members` are the other FMUs of the loop (plant, sensor), `loop.connections` the wires between them,
- *   both as `start` takes them; change them with `store.connect(...)`.
+ *   `loop.step` and `loop.exchange` how they are stepped, all as `start` takes them; change them with `store.connect(...)`.
  * - The controller's member is named as the loop, made plain: `loop.member`. Its variables in the engine are
  *   `variable(loop, "GAIN")` = `TIC101.GAIN`.
  * - A run: `store.begin()` starts (Setup from the loop), `store.calls(n)` makes calls, `store.again()` repeats, `store.now(values)`
@@ -67,6 +67,8 @@
  * @property {Checked | undefined} checked what the block does with the present values
  * @property {Member[]} members the other FMUs: the plant, ...
  * @property {[string, string][]} connections
+ * @property {number | null} step the communication step in seconds; that of the controller's cycle without it
+ * @property {import("./messages").Exchange} exchange
  * @property {Record<string, any>} notes what a panel keeps with a loop, by the panel's name; plain data
  * @property {number[]} runs
  * @property {Change[]} undo
@@ -209,6 +211,8 @@ export const store = {
       checked: undefined,
       members: [],
       connections: [],
+      step: null,
+      exchange: "sequential",
       notes: {},
       runs: [],
       undo: [],
@@ -384,19 +388,26 @@ export const store = {
   },
 
   /**
-   * Sets the other members of the shown loop and all its connections. A run goes on with the present controller, if `exchange`.
+   * Sets the other members of the shown loop, all its connections, the communication step and when values are exchanged. A run
+   * goes on with the present controller, if `isGoingOn`, with the step and the exchange that it began with.
    *
-   * @param {Member[]} members
-   * @param {[string, string][]} connections
-   * @param {boolean} [exchange]
+   * @param {Pick<Work, "members" | "connections" | "step" | "exchange">} changed
+   * @param {boolean} [isGoingOn]
    */
-  async connect(members, connections, exchange = false) {
+  async connect(changed, isGoingOn = false) {
     const loop = store.loop;
     if (!loop) return;
-    loop.members = members;
-    loop.connections = connections;
+    const { step, exchange } = loop;
+    Object.assign(loop, changed);
+    const { members, connections } = loop;
     try {
-      if (exchange && store.isLive()) await store.take(ask({ do: "exchange", members, connections }));
+      if (isGoingOn && store.isLive()) {
+        await store.take(ask({ do: "exchange", members, connections }));
+        if (step !== loop.step || exchange !== loop.exchange)
+          store.say(
+            "The run keeps its communication step and exchange; those of the new plant hold from the next run on.",
+          );
+      }
     } catch (error) {
       store.say(error);
     }
@@ -408,12 +419,17 @@ export const store = {
     return store.loop !== undefined && store.live === store.loop;
   },
 
-  /** What `start` takes for the shown loop: the values in force. */
+  /**
+   * What `start` takes for the shown loop: the values in force.
+   *
+   * @returns {import("./messages").Setup}
+   */
   setup() {
     const loop = store.loop;
-    if (!loop) return { members: [], connections: [] };
+    if (!loop) return { members: [], connections: [], step: null, exchange: "sequential" };
     const controller = { name: loop.member, fmu: loop.description.name, values: valuesOf(loop, "sent") };
-    return { members: [controller, ...loop.members], connections: loop.connections };
+    const { connections, step, exchange } = loop;
+    return { members: [controller, ...loop.members], connections, step, exchange };
   },
 
   /** Begins a run of the shown loop with the values in force. */

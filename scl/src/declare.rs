@@ -1,0 +1,629 @@
+//! Blocks, types and data blocks as they are declared.
+
+use crate::compile::{BlockId, Compiler, State};
+use crate::lexer::Span;
+use crate::lower::{Lowerer, Operand};
+use crate::program::{self, Base, Body, Function, Local, Place};
+use crate::syntax::{
+    Block, BlockKind, Member, SectionKind, Statement, StatementKind, Type as Written, TypeKind, attribute, key,
+};
+use crate::types::{Array, Elementary, Field, Structure, Type};
+use crate::undeclared::What;
+use parameters::problem::nearest;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+/// No program has more memory, in bytes.
+const MOST_MEMORY: usize = 64 << 20;
+
+/// A block that can be called.
+#[derive(Debug)]
+pub struct Interface {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub kind: BlockKind,
+    /// Where it is declared; `None` for a native one.
+    pub source: Option<BlockId>,
+    /// Its parameters and statics, in the order of declaration.
+    pub members: Vec<Parameter>,
+    /// Its names.
+    pub symbols: Rc<HashMap<String, Symbol>>,
+    /// The type of its value.
+    pub result: Type,
+    /// The record of an instance.
+    pub record: usize,
+    /// Its function in the program.
+    pub function: usize,
+}
+
+/// A parameter or a static variable of a block.
+#[derive(Clone, Debug)]
+pub struct Parameter {
+    /// Its name as it is written.
+    pub name: String,
+    /// Its name in capitals.
+    pub key: String,
+    /// What it is.
+    pub section: SectionKind,
+    /// Its type.
+    pub of: Type,
+    /// Where it is.
+    pub slot: Slot,
+    /// What its author says of it.
+    pub comment: String,
+    /// Whether it is a setting.
+    pub is_setting: bool,
+    /// Whether it is hidden.
+    pub is_hidden: bool,
+    /// Whether its value survives a power failure.
+    pub is_retained: bool,
+}
+
+/// Where a variable of a block is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slot {
+    /// A member of the instance.
+    Member(usize),
+    /// A local of the function.
+    Local(usize),
+}
+
+/// What a name stands for in a block.
+#[derive(Clone, Debug)]
+pub enum Symbol {
+    /// A variable.
+    Variable(SectionKind, Type, Slot),
+    /// A constant.
+    Constant(Operand),
+}
+
+/// A variable of the memory that all blocks see.
+#[derive(Clone, Debug)]
+pub struct Global {
+    /// Its member of the memory.
+    pub member: usize,
+    /// Its type.
+    pub of: Type,
+}
+
+impl Global {
+    /// Where it is.
+    pub fn place(&self) -> Place {
+        Place::of(Base::Memory).member(self.member)
+    }
+}
+
+impl Compiler<'_> {
+    /// A type in the program.
+    pub fn lowered(&self, of: &Type) -> program::Type {
+        of.lowered(&|block| self.blocks[block].record)
+    }
+
+    /// A type as it is written.
+    pub fn type_of(&mut self, written: &Written, file: usize, symbols: &Rc<HashMap<String, Symbol>>) -> Type {
+        match &written.kind {
+            TypeKind::Name(name, is_quoted) => self.type_named(name, *is_quoted, written.span, file),
+            TypeKind::Text(wide, length) => {
+                let capacity = match length {
+                    Some(length) => self.constant_whole(*length, file, symbols).unwrap_or(254),
+                    None => 254,
+                };
+                let most = if *wide { 16382 } else { 254 };
+                if !(1..=most).contains(&capacity) {
+                    let message = format!("a text of {capacity} characters: 1 to {most} are possible");
+                    self.error(written.span, message, None);
+                    return Type::Wrong;
+                }
+                Type::Text { capacity: capacity as u16, wide: *wide }
+            }
+            TypeKind::Array(bounds, of) => {
+                let of = self.type_of(of, file, symbols);
+                if of == Type::Wrong {
+                    return Type::Wrong;
+                }
+                let open = bounds.iter().filter(|bounds| bounds.is_none()).count();
+                if open == bounds.len() {
+                    return Type::Open(Rc::new(of), open);
+                }
+                let mut known = Vec::new();
+                for bounds in bounds {
+                    let Some([low, high]) = bounds else { return Type::Wrong };
+                    let low = self.constant_whole(*low, file, symbols);
+                    let high = self.constant_whole(*high, file, symbols);
+                    let (Some(low), Some(high)) = (low, high) else { return Type::Wrong };
+                    let is_range = low <= high && i32::try_from(low).is_ok() && i32::try_from(high).is_ok();
+                    if !is_range {
+                        self.error(written.span, format!("{low}..{high} is no range of an index"), None);
+                        return Type::Wrong;
+                    }
+                    known.push((low as i32, high as i32));
+                }
+                if matches!(of, Type::Array(_) | Type::Open(..)) {
+                    let message = "an array of arrays";
+                    self.error(written.span, message, Some("use several dimensions: ARRAY[0..1, 0..2]"));
+                    return Type::Wrong;
+                }
+                let array = Type::Array(Rc::new(Array { bounds: known, of }));
+                if self.program.size(&self.lowered(&array)) > MOST_MEMORY {
+                    self.error(written.span, "this array is larger than the memory of a CPU", None);
+                    return Type::Wrong;
+                }
+                array
+            }
+            TypeKind::Struct(members) => Type::Structure(Rc::new(self.structure_of("", members, file, symbols))),
+            TypeKind::Reference => self.refused_type(written.span, "REF_TO"),
+            TypeKind::Wrong => Type::Wrong,
+        }
+    }
+
+    fn refused_type(&mut self, span: Span, name: &str) -> Type {
+        let help = match name {
+            "S5TIME" | "TIMER" | "COUNTER" => "S5 timers: use TON, TOF or TP",
+            "POINTER" | "ANY" | "VARIANT" | "REF_TO" | "DB_ANY" => {
+                "a pointer of this kind has no type here; pass the variable itself, or ARRAY[*]"
+            }
+            "DT" | "DATE_AND_TIME" => "use DTL",
+            _ => "hardware: feed its values through inputs",
+        };
+        self.error(span, format!("{name} is not supported"), Some(help));
+        Type::Wrong
+    }
+
+    fn type_named(&mut self, name: &str, is_quoted: bool, span: Span, file: usize) -> Type {
+        let capitals = key(name);
+        if !is_quoted {
+            if let Some(elementary) = Elementary::named(&capitals) {
+                if self.cpu != crate::compile::Cpu::S71500
+                    && matches!(
+                        elementary,
+                        Elementary::LWord | Elementary::LInt | Elementary::ULInt | Elementary::LTime
+                    )
+                    && file != self.library_file()
+                {
+                    self.warn(span, format!("{} exists on S7-1500 only", elementary.name()), None);
+                }
+                return Type::Elementary(elementary);
+            }
+            if capitals == "VOID" {
+                return Type::Void;
+            }
+        }
+        if let Some(id) = self.names.get(&capitals).copied() {
+            return match self.block(id).kind {
+                BlockKind::Type => self.structure(id),
+                BlockKind::FunctionBlock => self.interface(id).map_or(Type::Wrong, Type::Instance),
+                _ => {
+                    self.error(span, format!("{name} is no type"), None);
+                    Type::Wrong
+                }
+            };
+        }
+        if let Some(of) = self.system_block(&capitals) {
+            return Type::Instance(of);
+        }
+        if capitals == "DTL" {
+            return self.dtl();
+        }
+        let is_hardware =
+            ["HW_", "TO_", "TCON_", "TADDR_", "IP_V4", "OB_", "CONN_", "PORT", "RTM", "PIP", "AOM_", "EVENT_"];
+        let is_refused = matches!(
+            capitals.as_str(),
+            "S5TIME"
+                | "TIMER"
+                | "COUNTER"
+                | "POINTER"
+                | "ANY"
+                | "VARIANT"
+                | "DB_ANY"
+                | "DT"
+                | "DATE_AND_TIME"
+                | "REMOTE"
+                | "BLOCK_DB"
+                | "BLOCK_FB"
+                | "BLOCK_FC"
+                | "ERRORSTRUCT"
+                | "NREF"
+                | "CREF"
+        );
+        if is_refused || !is_quoted && is_hardware.iter().any(|prefix| capitals.starts_with(prefix)) {
+            return self.refused_type(span, &capitals);
+        }
+        if let Some(message) = crate::lower::refused(&capitals) {
+            self.error(span, message.0, Some(&message.1));
+            return Type::Wrong;
+        }
+        let like = nearest(name, self.names.values().map(|id| self.block(*id).name.text.as_str())).map(str::to_string);
+        match like {
+            Some(like) => {
+                let help = format!("\"{like}\" is declared: is it meant?");
+                self.error(span, format!("no source declares the type \"{name}\""), Some(&help));
+            }
+            None => self.miss(name, span, What::Type),
+        }
+        Type::Wrong
+    }
+
+    /// The record of a date with time.
+    pub fn dtl(&mut self) -> Type {
+        let id = (usize::MAX, 0);
+        if let Some(State::Known(of)) = self.types.get(&id) {
+            return of.clone();
+        }
+        let fields = [
+            ("YEAR", Elementary::UInt),
+            ("MONTH", Elementary::USInt),
+            ("DAY", Elementary::USInt),
+            ("WEEKDAY", Elementary::USInt),
+            ("HOUR", Elementary::USInt),
+            ("MINUTE", Elementary::USInt),
+            ("SECOND", Elementary::USInt),
+            ("NANOSECOND", Elementary::UDInt),
+        ];
+        let members = fields.map(|(name, of)| (name.to_string(), program::Type::Scalar(of.scalar())));
+        let record = self.program.add_record("DTL", members);
+        let fields = fields.map(|(name, of)| Field {
+            name: name.to_string(),
+            key: name.to_string(),
+            of: Type::Elementary(of),
+            comment: String::new(),
+            is_setting: false,
+            is_hidden: false,
+        });
+        // 1970-01-01, a Thursday.
+        let start = &mut self.program.records[record].start;
+        start[..2].copy_from_slice(&1970u16.to_le_bytes());
+        start[2..5].copy_from_slice(&[1, 1, 5]);
+        let of = Type::Structure(Rc::new(Structure { name: "DTL".into(), fields: fields.into(), record }));
+        self.types.insert(id, State::Known(of.clone()));
+        of
+    }
+
+    /// The type of a TYPE.
+    pub fn structure(&mut self, id: BlockId) -> Type {
+        match self.types.get(&id) {
+            Some(State::Known(of)) => return of.clone(),
+            Some(State::Open) => {
+                let name = &self.block(id).name;
+                self.error(name.span, format!("{} contains itself", name.text), None);
+                return Type::Wrong;
+            }
+            None => {}
+        }
+        self.types.insert(id, State::Open);
+        let block = self.block(id);
+        let symbols = crate::compile::nothing();
+        let of = match (&block.of, block.sections.first()) {
+            (_, Some(section)) => {
+                Type::Structure(Rc::new(self.structure_of(&block.name.text, &section.members, id.0, &symbols)))
+            }
+            (Some(of), None) => self.type_of(of, id.0, &symbols),
+            (None, None) => {
+                self.error(block.name.span, format!("{} has no members", block.name.text), None);
+                Type::Wrong
+            }
+        };
+        self.types.insert(id, State::Known(of.clone()));
+        of
+    }
+
+    fn structure_of(
+        &mut self,
+        name: &str,
+        members: &[Member],
+        file: usize,
+        symbols: &Rc<HashMap<String, Symbol>>,
+    ) -> Structure {
+        let mut fields: Vec<Field> = Vec::new();
+        let mut starts = Vec::new();
+        for member in members {
+            let of = self.member_type(member, file, symbols);
+            for name in &member.names {
+                if fields.iter().any(|field| field.key == name.key()) {
+                    self.error(name.span, format!("{} is declared twice", name.text), None);
+                    continue;
+                }
+                starts.push(member.start.as_ref());
+                fields.push(Field {
+                    name: name.text.clone(),
+                    key: name.key(),
+                    of: of.clone(),
+                    comment: member.comment.clone(),
+                    is_setting: is_setting(member),
+                    is_hidden: is_hidden(member),
+                });
+            }
+        }
+        let lowered: Vec<_> = fields.iter().map(|field| (field.name.clone(), self.lowered(&field.of))).collect();
+        let record =
+            self.add_record(name, lowered, members.first().map_or(Span::default(), |member| member.names[0].span));
+        for (number, start) in starts.into_iter().enumerate() {
+            if let Some(start) = start {
+                self.start_member(record, number, &fields[number].of.clone(), start, file, symbols);
+            }
+        }
+        Structure { name: name.to_string(), fields, record }
+    }
+
+    fn member_type(&mut self, member: &Member, file: usize, symbols: &Rc<HashMap<String, Symbol>>) -> Type {
+        if let Some(at) = &member.at {
+            self.error(at.span, "AT is not supported", Some("use slices such as .%X0, or copy the members one by one"));
+            return Type::Wrong;
+        }
+        let Some(written) = &member.of else { return Type::Wrong };
+        // `{InstructionName := 'TON_TIME'}` says the same as the type.
+        self.type_of(written, file, symbols)
+    }
+
+    /// Adds a record, unless the memory would be too large.
+    fn add_record(&mut self, name: &str, members: Vec<(String, program::Type)>, span: Span) -> usize {
+        let size = members.iter().fold(0usize, |size, (_, of)| size.saturating_add(self.program.size(of)));
+        if self.bytes.saturating_add(size) > MOST_MEMORY {
+            self.error(span, "the variables are larger than the memory of a CPU", None);
+            return self.program.add_record(name, []);
+        }
+        self.bytes += size;
+        self.program.add_record(name, members)
+    }
+
+    /// The interface of a block.
+    pub fn interface(&mut self, id: BlockId) -> Option<usize> {
+        match self.block_of.get(&id) {
+            Some(State::Known(block)) => return Some(*block),
+            Some(State::Open) => {
+                let name = &self.block(id).name;
+                self.error(name.span, format!("{} contains an instance of itself", name.text), None);
+                return None;
+            }
+            None => {}
+        }
+        self.block_of.insert(id, State::Open);
+        let block = self.block(id);
+        let mut symbols = self.constants(block, id.0);
+        let mut members = Vec::new();
+        let mut statics: Vec<(String, program::Type)> = Vec::new();
+        let mut starts = Vec::new();
+        let (mut parameters, mut locals) = (Vec::new(), Vec::new());
+        let known = Rc::new(symbols.clone());
+        let result = match &block.of {
+            Some(of) if block.kind == BlockKind::Function => self.type_of(of, id.0, &known),
+            _ => Type::Void,
+        };
+        for section in block.sections.iter().filter(|section| section.kind != SectionKind::Constant) {
+            let kind = match section.kind {
+                SectionKind::Static if block.kind != BlockKind::FunctionBlock => SectionKind::Temp,
+                kind => kind,
+            };
+            for member in &section.members {
+                let of = self.member_type(member, id.0, &known);
+                for name in &member.names {
+                    if symbols.contains_key(&name.key()) {
+                        self.error(name.span, format!("{} is declared twice", name.text), None);
+                        continue;
+                    }
+                    let in_instance = block.kind == BlockKind::FunctionBlock
+                        && kind != SectionKind::Temp
+                        && (kind != SectionKind::InOut || of.is_elementary());
+                    let is_parameter = matches!(kind, SectionKind::Input | SectionKind::InOut)
+                        || kind == SectionKind::Output && !is_copied(&of);
+                    let slot = if in_instance {
+                        statics.push((name.text.clone(), self.lowered(&of)));
+                        starts.push(member.start.as_ref().map(|start| (of.clone(), start)));
+                        Slot::Member(statics.len() - 1)
+                    } else {
+                        let list = if is_parameter { &mut parameters } else { &mut locals };
+                        let by_reference = is_parameter && !is_copied(&of);
+                        list.push(Local {
+                            name: name.text.clone(),
+                            ty: of.lowered(&|block| self.blocks[block].record),
+                            by_reference,
+                        });
+                        // The parameters come first; their number is not known yet.
+                        Slot::Local(if is_parameter { list.len() - 1 } else { usize::MAX - (list.len() - 1) })
+                    };
+                    symbols.insert(name.key(), Symbol::Variable(kind, of.clone(), slot));
+                    members.push(Parameter {
+                        name: name.text.clone(),
+                        key: name.key(),
+                        section: kind,
+                        of: of.clone(),
+                        slot,
+                        comment: member.comment.clone(),
+                        is_setting: is_setting(member),
+                        is_hidden: is_hidden(member),
+                        is_retained: section.is_retained,
+                    });
+                }
+            }
+        }
+        if result != Type::Void {
+            locals.push(Local { name: block.name.text.clone(), ty: self.lowered(&result), by_reference: false });
+            let slot = Slot::Local(usize::MAX - (locals.len() - 1));
+            symbols.insert(block.name.key(), Symbol::Variable(SectionKind::Output, result.clone(), slot));
+        }
+        let count = parameters.len();
+        parameters.extend(locals);
+        let settle = |slot: &mut Slot| {
+            if let Slot::Local(number) = slot
+                && *number > usize::MAX / 2
+            {
+                *number = count + (usize::MAX - *number);
+            }
+        };
+        members.iter_mut().for_each(|member| settle(&mut member.slot));
+        for symbol in symbols.values_mut() {
+            if let Symbol::Variable(_, _, slot) = symbol {
+                settle(slot);
+            }
+        }
+        let is_block = block.kind == BlockKind::FunctionBlock;
+        let record = match self.shared_record(id) {
+            Some(record) => record,
+            None if is_block => self.add_record(&block.name.text, statics, block.name.span),
+            None => 0,
+        };
+        for (number, start) in starts.into_iter().enumerate() {
+            if let Some((of, start)) = start {
+                self.start_member(record, number, &of, start, id.0, &known);
+            }
+        }
+        self.program.functions.push(Function {
+            name: block.name.text.clone(),
+            instance: is_block.then_some(record),
+            locals: parameters,
+            parameters: count,
+            body: Body::Code(Vec::new()),
+        });
+        self.blocks.push(Interface {
+            name: block.name.text.clone(),
+            kind: block.kind,
+            source: Some(id),
+            members,
+            symbols: Rc::new(symbols),
+            result,
+            record,
+            function: self.program.functions.len() - 1,
+        });
+        self.block_of.insert(id, State::Known(self.blocks.len() - 1));
+        Some(self.blocks.len() - 1)
+    }
+
+    /// The constants of a block: each may use those before it.
+    fn constants(&mut self, block: &Block, file: usize) -> HashMap<String, Symbol> {
+        let mut symbols = HashMap::new();
+        if file == self.library_file() {
+            crate::library::constants(self.cpu, &block.name.text, &mut symbols);
+        }
+        for section in block.sections.iter().filter(|section| section.kind == SectionKind::Constant) {
+            for member in &section.members {
+                let known = Rc::new(symbols.clone());
+                let of = member.of.as_ref().map(|of| self.type_of(of, file, &known));
+                let value = match &member.start {
+                    Some(crate::syntax::Start::Value(value)) => {
+                        let mut lowerer = Lowerer::of_constants(self, file, known);
+                        lowerer.constant(*value, of.as_ref())
+                    }
+                    _ => {
+                        let name = &member.names[0];
+                        self.error(name.span, format!("the constant {} has no value", name.text), None);
+                        Operand::Wrong(None)
+                    }
+                };
+                for name in &member.names {
+                    symbols.insert(name.key(), Symbol::Constant(value.clone()));
+                }
+            }
+        }
+        symbols
+    }
+
+    /// A data block or another name that all blocks see.
+    pub fn global(&mut self, name: &str) -> Option<Global> {
+        match self.globals.get(name) {
+            Some(State::Known(global)) => return Some(global.clone()),
+            Some(State::Open) => return None,
+            None => {}
+        }
+        let Some(id) = self.names.get(name).copied() else { return self.declared(name) };
+        let block = self.block(id);
+        if block.kind != BlockKind::DataBlock {
+            return None;
+        }
+        self.globals.insert(name.to_string(), State::Open);
+        let symbols = crate::compile::nothing();
+        let of = match (&block.of, block.sections.as_slice()) {
+            (_, [section, rest @ ..]) => {
+                // `VAR` and `VAR RETAIN` may both be there.
+                let mut structure = self.structure_of(&block.name.text, &section.members, id.0, &symbols);
+                if !rest.is_empty() {
+                    structure = self.joined(block, id.0, &symbols);
+                }
+                Type::Structure(Rc::new(structure))
+            }
+            (Some(of), []) => self.type_of(of, id.0, &symbols),
+            (None, []) => Type::Structure(Rc::new(self.structure_of(&block.name.text, &[], id.0, &symbols))),
+        };
+        let global = self.add_global(&block.name.text, of);
+        self.start_values(block, id.0, &global);
+        Some(global)
+    }
+
+    /// The members of all sections of a data block.
+    fn joined(&mut self, block: &Block, file: usize, symbols: &Rc<HashMap<String, Symbol>>) -> Structure {
+        let parts: Vec<Structure> =
+            block.sections.iter().map(|section| self.structure_of("", &section.members, file, symbols)).collect();
+        let mut members = Vec::new();
+        let mut bytes = Vec::new();
+        for part in &parts {
+            let record = &self.program.records[part.record];
+            for member in &record.members {
+                let end = member.offset + self.program.size(&member.ty);
+                bytes.push(record.start[member.offset..end].to_vec());
+                members.push((member.name.clone(), member.ty.clone()));
+            }
+        }
+        let record = self.add_record(&block.name.text, members, block.name.span);
+        let record_of = &mut self.program.records[record];
+        for (member, bytes) in record_of.members.iter().zip(bytes) {
+            record_of.start[member.offset..member.offset + bytes.len()].copy_from_slice(&bytes);
+        }
+        Structure {
+            name: block.name.text.clone(),
+            fields: parts.into_iter().flat_map(|part| part.fields).collect(),
+            record,
+        }
+    }
+
+    /// Adds a variable that all blocks see.
+    pub fn add_global(&mut self, name: &str, of: Type) -> Global {
+        let lowered = self.lowered(&of);
+        let member = self.program.extend_record(self.program.memory, name, lowered);
+        let global = Global { member, of };
+        self.globals.insert(key(name), State::Known(global.clone()));
+        global
+    }
+
+    /// A tag or an instance that the options declare.
+    fn declared(&mut self, name: &str) -> Option<Global> {
+        let (written, of) = self.options.declared.iter().find(|(declared, _)| key(declared) == name)?;
+        let of = self.type_named(of.trim_matches('"'), false, Span::default(), 0);
+        Some(self.add_global(written, of))
+    }
+
+    /// `BEGIN a.b := 1;` of a data block.
+    fn start_values(&mut self, block: &Block, file: usize, global: &Global) {
+        for statement in &block.body {
+            self.start_value_of(statement, file, global);
+        }
+    }
+
+    fn start_value_of(&mut self, statement: &Statement, file: usize, global: &Global) {
+        let StatementKind::Assign(targets, value) = &statement.kind else {
+            self.error(statement.span, "a data block has start values only, such as a := 1;", None);
+            return;
+        };
+        for (target, _) in targets {
+            let mut lowerer = Lowerer::of_constants(self, file, crate::compile::nothing());
+            let Some((place, of)) = lowerer.member_of(global, *target) else { continue };
+            let Some(offset) = self.offset(&place) else { continue };
+            let memory = self.program.memory;
+            let start = crate::syntax::Start::Value(*value);
+            self.start_at(memory, offset, &of, &start, file, &crate::compile::nothing());
+        }
+    }
+}
+
+/// Whether an argument of this type is copied into the function.
+pub fn is_copied(of: &Type) -> bool {
+    matches!(of, Type::Elementary(_) | Type::Text { .. } | Type::Wrong)
+}
+
+fn is_setting(member: &Member) -> bool {
+    attribute(&member.attributes, "S7_SETPOINT").is_some_and(|value| value.eq_ignore_ascii_case("true"))
+}
+
+fn is_hidden(member: &Member) -> bool {
+    ["EXTERNALVISIBLE", "EXTERNALACCESSIBLE"]
+        .iter()
+        .any(|name| attribute(&member.attributes, name).is_some_and(|value| value.eq_ignore_ascii_case("false")))
+}

@@ -1,0 +1,182 @@
+//! What an FMU shows of a program.
+
+use crate::compile::Compiler;
+use crate::declare::{Parameter, Slot};
+use crate::program::Scalar;
+use crate::syntax::SectionKind;
+use crate::types::{Class, Elementary, Type};
+
+/// What a variable is for the one who uses the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Read in each call.
+    Input,
+    /// Read in each call, and changed rarely: a setting.
+    Parameter,
+    /// Written in each call.
+    Output,
+    /// Read and written: an input, and an output with `_out` behind its name.
+    InOut,
+    /// Inside.
+    Local,
+}
+
+/// A variable of a program: a number, or a text.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variable {
+    /// Its name as it is written, with the members and indices that lead to it: `par.levelFull`, `feedback[1]`.
+    pub name: String,
+    /// The name of its type: REAL, for example.
+    pub of: &'static str,
+    /// What it is in the memory; `None` for a text.
+    pub scalar: Option<Scalar>,
+    /// What it is.
+    pub role: Role,
+    /// Whether its value survives a power failure.
+    pub is_retained: bool,
+    /// What its author says of it.
+    pub comment: Comment,
+}
+
+/// A comment such as `// level of the tank; unit: bar, min 0, max 10`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Comment {
+    /// What remains without unit and range.
+    pub text: String,
+    /// The unit.
+    pub unit: Option<String>,
+    /// The lowest sensible value.
+    pub min: Option<f64>,
+    /// The highest sensible value.
+    pub max: Option<f64>,
+}
+
+/// So many variables are shown; what is beyond is inside.
+const MOST: usize = 100_000;
+
+/// Reads a comment: `unit: bar`, `min 0` and `max 10` may stand anywhere in it, between commas or semicolons.
+pub fn comment(text: &str) -> Comment {
+    let mut comment = Comment::default();
+    let mut rest = Vec::new();
+    for part in text.split([',', ';', '\n']) {
+        let part = part.trim();
+        let (word, value) = part.split_once([':', ' ', '=']).unwrap_or((part, ""));
+        let value = value.trim().trim_start_matches([':', '=']).trim();
+        let number = value.parse::<f64>().ok();
+        match (word.to_ascii_lowercase().as_str(), number) {
+            ("unit", _) if !value.is_empty() => comment.unit = Some(value.to_string()),
+            ("min", Some(number)) => comment.min = Some(number),
+            ("max", Some(number)) => comment.max = Some(number),
+            _ if part.is_empty() => {}
+            _ => rest.push(part),
+        }
+    }
+    comment.text = rest.join(", ");
+    comment
+}
+
+/// The variables of a block.
+pub fn variables(compiler: &Compiler, block: usize) -> Vec<Variable> {
+    let mut found = Vec::new();
+    for member in &compiler.blocks[block].members {
+        let Slot::Member(_) = member.slot else { continue };
+        let role = match member.section {
+            SectionKind::Input if member.is_setting => Role::Parameter,
+            SectionKind::Input => Role::Input,
+            SectionKind::Output => Role::Output,
+            SectionKind::InOut => Role::InOut,
+            _ if member.is_setting => Role::Parameter,
+            _ => Role::Local,
+        };
+        if !member.is_hidden {
+            add(compiler, &member.name, &member.of, role, member, &member.comment, &mut found);
+        }
+    }
+    found
+}
+
+fn add(
+    compiler: &Compiler,
+    name: &str,
+    of: &Type,
+    role: Role,
+    member: &Parameter,
+    text: &str,
+    found: &mut Vec<Variable>,
+) {
+    if found.len() >= MOST {
+        return;
+    }
+    let mut push = |of: &'static str, scalar: Option<Scalar>| {
+        let is_retained = member.is_retained;
+        found.push(Variable { name: name.to_string(), of, scalar, role, is_retained, comment: comment(text) });
+    };
+    match of {
+        Type::Elementary(elementary) if elementary.class() == Class::Date => {}
+        Type::Elementary(elementary) => push(elementary.name(), Some(elementary.scalar())),
+        Type::Text { wide: false, .. } => push("STRING", None),
+        Type::Text { wide: true, .. } => push("WSTRING", None),
+        Type::Array(array) => {
+            let mut index: Vec<i32> = array.bounds.iter().map(|(low, _)| *low).collect();
+            loop {
+                let indices: Vec<String> = index.iter().map(i32::to_string).collect();
+                add(compiler, &format!("{name}[{}]", indices.join(",")), &array.of, role, member, text, found);
+                if found.len() >= MOST || !next(&mut index, &array.bounds) {
+                    return;
+                }
+            }
+        }
+        Type::Structure(structure) => {
+            for field in structure.fields.iter().filter(|field| !field.is_hidden) {
+                let role = if role == Role::Local && field.is_setting { Role::Parameter } else { role };
+                add(compiler, &format!("{name}.{}", field.name), &field.of, role, member, &field.comment, found);
+            }
+        }
+        Type::Instance(block) => {
+            for inner in &compiler.blocks[*block].members {
+                if let (Slot::Member(_), false) = (inner.slot, inner.is_hidden) {
+                    add(
+                        compiler,
+                        &format!("{name}.{}", inner.name),
+                        &inner.of,
+                        Role::Local,
+                        member,
+                        &inner.comment,
+                        found,
+                    );
+                }
+            }
+        }
+        Type::Open(..) | Type::Void | Type::Wrong => {}
+    }
+}
+
+/// The next index, the last one fastest.
+fn next(index: &mut [i32], bounds: &[(i32, i32)]) -> bool {
+    for (index, (low, high)) in index.iter_mut().zip(bounds).rev() {
+        if *index < *high {
+            *index += 1;
+            return true;
+        }
+        *index = *low;
+    }
+    false
+}
+
+/// Whether a type is shown as a whole number of an FMU: integers and bit strings up to 32 bits but UDINT.
+pub fn is_integer(of: &str) -> bool {
+    Elementary::named(of).is_some_and(|of| of.is_whole() && of.bits() <= 32 && of != Elementary::UDInt)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_comment_may_give_unit_and_range() {
+        let found = comment("level of the tank; unit: bar, min 0, max 10");
+        assert_eq!((found.text.as_str(), found.unit.as_deref()), ("level of the tank", Some("bar")));
+        assert_eq!((found.min, found.max), (Some(0.0), Some(10.0)));
+        assert_eq!(comment("minimum level").text, "minimum level");
+    }
+}

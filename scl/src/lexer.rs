@@ -1,0 +1,427 @@
+//! Text to tokens.
+
+use std::ops::Range;
+
+/// Bytes of a source's text.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Span {
+    /// The source, in the order in which they were given.
+    pub file: u32,
+    /// The first byte.
+    pub start: u32,
+    /// The byte behind the last one.
+    pub end: u32,
+}
+
+impl Span {
+    /// The bytes.
+    pub fn range(self) -> Range<usize> {
+        self.start as usize..self.end as usize
+    }
+
+    /// From the start of this one to the end of another.
+    pub fn to(self, end: Span) -> Span {
+        Span { end: end.end.max(self.start), ..self }
+    }
+}
+
+/// What a token is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A keyword or a name without quotation marks.
+    Word,
+    /// `#name` or `#"name"`.
+    Local,
+    /// `"name"`.
+    Quoted,
+    /// A number, or a literal with a type: `1.5`, `16#FF`, `T#2S`, `STRING#'a'`.
+    Literal,
+    /// `'text'`.
+    Text,
+    /// `%I0.0`, `%X3`.
+    Percent,
+    /// An operator or a bracket.
+    Symbol,
+    /// What no token begins with, or a text or a name that does not end.
+    Unknown,
+    /// The end of the file.
+    End,
+}
+
+/// One token.
+#[derive(Clone, Copy, Debug)]
+pub struct Token {
+    /// What it is.
+    pub kind: Kind,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// A source in tokens.
+#[derive(Debug)]
+pub struct Tokens {
+    /// All tokens but comments, attributes and the lines of regions; the last one is the end.
+    pub tokens: Vec<Token>,
+    /// The comments, in the order of the text.
+    pub comments: Vec<Span>,
+    /// The attributes in braces, in the order of the text.
+    pub attributes: Vec<Span>,
+    /// A comment or an attribute that does not end.
+    pub unclosed: Option<Span>,
+}
+
+/// The operators and brackets, the longer ones first.
+const SYMBOLS: [&str; 33] = [
+    "...", "..", ":=", "=>", "+=", "-=", "*=", "/=", "**", "<=", ">=", "<>", "?=", "+", "-", "*", "/", "=", "<", ">",
+    "&", "(", ")", "[", "]", ",", ";", ":", ".", "^", "}", "|", "@",
+];
+
+/// The types that stand before `#` in a literal.
+const PREFIXES: [&str; 40] = [
+    "B",
+    "BOOL",
+    "BYTE",
+    "C",
+    "CHAR",
+    "D",
+    "DATE",
+    "DATE_AND_TIME",
+    "DINT",
+    "DT",
+    "DTL",
+    "DW",
+    "DWORD",
+    "INT",
+    "L",
+    "LDT",
+    "LINT",
+    "LREAL",
+    "LT",
+    "LTIME",
+    "LTIME_OF_DAY",
+    "LTOD",
+    "LW",
+    "LWORD",
+    "P",
+    "REAL",
+    "S5T",
+    "S5TIME",
+    "SINT",
+    "STRING",
+    "T",
+    "TIME",
+    "TIME_OF_DAY",
+    "TOD",
+    "UDINT",
+    "UINT",
+    "ULINT",
+    "USINT",
+    "W",
+    "WORD",
+];
+
+/// Those whose literal is a text.
+const TEXTS: [&str; 4] = ["CHAR", "STRING", "WCHAR", "WSTRING"];
+
+/// The tokens of a text.
+pub fn tokens(text: &str, file: u32) -> Tokens {
+    let mut lexer = Lexer {
+        text,
+        file,
+        at: 0,
+        line: 0,
+        is_head: false,
+        declaring: 0,
+        found: Tokens { tokens: Vec::new(), comments: Vec::new(), attributes: Vec::new(), unclosed: None },
+    };
+    while lexer.at < text.len() {
+        lexer.next();
+    }
+    lexer.push(Kind::End, text.len());
+    lexer.found
+}
+
+struct Lexer<'a> {
+    text: &'a str,
+    file: u32,
+    at: usize,
+    /// The first byte of the line.
+    line: usize,
+    /// Between the name of a block and its first section, where TITLE takes a line.
+    is_head: bool,
+    /// How many sections and structures are open: in none of them a line may begin with REGION.
+    declaring: usize,
+    found: Tokens,
+}
+
+/// Whether a name may go on with the character.
+pub fn is_word(character: char) -> bool {
+    character == '_' || character.is_alphanumeric()
+}
+
+impl Lexer<'_> {
+    fn rest(&self) -> &str {
+        &self.text[self.at..]
+    }
+
+    /// The end of what satisfies a condition from byte `from` on.
+    fn end_of(&self, from: usize, is_part: impl Fn(char) -> bool) -> usize {
+        self.text[from..].find(|character| !is_part(character)).map_or(self.text.len(), |length| from + length)
+    }
+
+    fn span(&self, end: usize) -> Span {
+        Span { file: self.file, start: self.at as u32, end: end as u32 }
+    }
+
+    fn push(&mut self, kind: Kind, end: usize) {
+        let span = self.span(end);
+        self.found.tokens.push(Token { kind, span });
+        self.at = end;
+    }
+
+    fn next(&mut self) {
+        let rest = self.rest();
+        let Some(first) = rest.chars().next() else { return };
+        match first {
+            '\n' => {
+                self.at += 1;
+                self.line = self.at;
+            }
+            _ if first.is_whitespace() || first == '\u{feff}' => self.at += first.len_utf8(),
+            '/' if rest.starts_with("//") => {
+                let end = self.end_of(self.at, |character| character != '\n');
+                self.comment(end);
+            }
+            '(' if rest.starts_with("(*") => self.comment_to("*)", 2),
+            '(' if rest.starts_with("(/*") => self.comment_to("*/)", 3),
+            '/' if rest.starts_with("/*") => self.comment_to("*/", 2),
+            '{' => self.attribute(),
+            '#' => self.local(),
+            '"' => self.quoted(Kind::Quoted, self.at),
+            '\'' => self.characters(self.at),
+            '%' => self.percent(),
+            '0'..='9' => self.number(self.at),
+            _ if is_word(first) => self.word(),
+            _ => match SYMBOLS.into_iter().find(|symbol| rest.starts_with(symbol)) {
+                Some(symbol) => self.push(Kind::Symbol, self.at + symbol.len()),
+                None => self.push(Kind::Unknown, self.at + first.len_utf8()),
+            },
+        }
+    }
+
+    fn comment(&mut self, end: usize) {
+        let span = self.span(end);
+        self.found.comments.push(span);
+        self.at = end;
+    }
+
+    fn comment_to(&mut self, close: &str, opening: usize) {
+        let from = self.at + opening;
+        match self.text[from..].find(close) {
+            Some(length) => self.comment(from + length + close.len()),
+            None => {
+                self.found.unclosed.get_or_insert(self.span(from));
+                self.at = self.text.len();
+            }
+        }
+    }
+
+    /// `{ key := 'value'; ... }`: the first brace outside of quotation marks ends it.
+    fn attribute(&mut self) {
+        let mut quote = None;
+        for (offset, character) in self.rest().char_indices() {
+            match (quote, character) {
+                (None, '}') => {
+                    let span = self.span(self.at + offset + 1);
+                    self.found.attributes.push(span);
+                    self.at = span.end as usize;
+                    return;
+                }
+                (None, '\'' | '"') => quote = Some(character),
+                (Some(open), _) if open == character => quote = None,
+                (Some(_), '\n') => quote = None,
+                _ => {}
+            }
+        }
+        self.found.unclosed.get_or_insert(self.span(self.at + 1));
+        self.at = self.text.len();
+    }
+
+    fn local(&mut self) {
+        let from = self.at + 1;
+        match self.text[from..].chars().next() {
+            Some('"') => self.quoted(Kind::Local, from),
+            Some(first) if is_word(first) => self.push(Kind::Local, self.end_of(from, is_word)),
+            _ => self.push(Kind::Unknown, from),
+        }
+    }
+
+    /// A name whose opening quotation mark is at byte `from`.
+    fn quoted(&mut self, kind: Kind, from: usize) {
+        let end = self.end_of(from + 1, |character| !matches!(character, '"' | '\n' | '\r'));
+        match self.text[end..].starts_with('"') && end > from + 1 {
+            true => self.push(kind, end + 1),
+            false => self.push(Kind::Unknown, end),
+        }
+    }
+
+    /// A text whose opening apostrophe is at byte `from`. A literal with a type begins before it.
+    fn characters(&mut self, from: usize) {
+        let kind = if from == self.at { Kind::Text } else { Kind::Literal };
+        let mut is_escaped = false;
+        for (offset, character) in self.text[from + 1..].char_indices() {
+            let at = from + 1 + offset;
+            match character {
+                '\n' | '\r' => return self.push(Kind::Unknown, at),
+                _ if is_escaped => is_escaped = false,
+                '$' => is_escaped = true,
+                '\'' => return self.push(kind, at + 1),
+                _ => {}
+            }
+        }
+        self.push(Kind::Unknown, self.text.len());
+    }
+
+    fn percent(&mut self) {
+        let mut end = self.end_of(self.at + 1, is_word);
+        let mut parts = self.text[end..].char_indices();
+        if let (Some((_, '.')), Some((_, '0'..='9' | 'D' | 'd'))) = (parts.next(), parts.next()) {
+            end = self.end_of(end + 1, |character| is_word(character) || character == '.');
+        }
+        self.push(if end == self.at + 1 { Kind::Unknown } else { Kind::Percent }, end);
+    }
+
+    /// A number whose digits begin at byte `from`. A literal with a type begins before it.
+    fn number(&mut self, from: usize) {
+        let is_digit = |character: char| character.is_ascii_digit() || character == '_';
+        let mut end = self.end_of(from, is_digit);
+        let bytes = self.text.as_bytes();
+        let digit_at = |at: usize| bytes.get(at).is_some_and(u8::is_ascii_digit);
+        if bytes.get(end) == Some(&b'#') {
+            return self.push(Kind::Literal, self.end_of(end + 1, is_word));
+        }
+        if bytes.get(end) == Some(&b'.') && digit_at(end + 1) && !self.is_member_number() {
+            end = self.end_of(end + 1, is_digit);
+        }
+        if matches!(bytes.get(end), Some(b'e' | b'E')) {
+            let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+            if digit_at(end + 1 + sign) {
+                end = self.end_of(end + 1 + sign, is_digit);
+            }
+        }
+        // `10ms`: what follows belongs to it, so that one message says it.
+        self.push(Kind::Literal, self.end_of(end, is_word));
+    }
+
+    /// Whether a number follows a point: the bit of an address.
+    fn is_member_number(&self) -> bool {
+        let Some(last) = self.found.tokens.last() else { return false };
+        last.kind == Kind::Symbol && &self.text[last.span.range()] == "." && last.span.end as usize == self.at
+    }
+
+    fn word(&mut self) {
+        let end = self.end_of(self.at, is_word);
+        let word = self.text[self.at..end].to_ascii_uppercase();
+        if self.text[end..].starts_with('#') && (PREFIXES.contains(&&*word) || TEXTS.contains(&&*word)) {
+            return self.literal(&word, end + 1);
+        }
+        let is_first = self.text[self.line..self.at].trim_start_matches('\u{feff}').trim().is_empty();
+        match &*word {
+            "REGION" | "END_REGION" if is_first && self.declaring == 0 => {
+                self.at = self.end_of(end, |character| character != '\n');
+                return;
+            }
+            "TITLE" if self.is_head && self.text[end..].trim_start().starts_with('=') => {
+                self.at = self.end_of(end, |character| character != '\n');
+                return;
+            }
+            "FUNCTION_BLOCK" | "FUNCTION" | "DATA_BLOCK" | "TYPE" | "ORGANIZATION_BLOCK" => {
+                self.is_head = true;
+                self.declaring = 0;
+            }
+            "BEGIN" => (self.is_head, self.declaring) = (false, 0),
+            "STRUCT" => self.declaring += 1,
+            "END_VAR" | "END_STRUCT" => self.declaring = self.declaring.saturating_sub(1),
+            _ if word == "VAR" || word.starts_with("VAR_") => {
+                (self.is_head, self.declaring) = (false, self.declaring + 1);
+            }
+            _ => {}
+        }
+        self.push(Kind::Word, end);
+    }
+
+    /// A literal behind its type and `#`, which ends at byte `from`.
+    fn literal(&mut self, prefix: &str, from: usize) {
+        let bytes = self.text.as_bytes();
+        if bytes.get(from) == Some(&b'\'') {
+            return self.characters(from);
+        }
+        let signed = from + usize::from(matches!(bytes.get(from), Some(b'+' | b'-')));
+        match prefix {
+            "P" => {
+                let end = self.end_of(from, |character| is_word(character) || matches!(character, '.' | '#' | '"'));
+                self.push(Kind::Literal, end);
+            }
+            "REAL" | "LREAL" if bytes.get(signed).is_some_and(u8::is_ascii_digit) => self.number(signed),
+            "T" | "TIME" | "LT" | "LTIME" | "S5T" | "S5TIME" => {
+                let is_part = |character| is_word(character) || character == '.';
+                self.push(Kind::Literal, self.end_of(signed, is_part));
+            }
+            "D" | "DATE" | "TOD" | "TIME_OF_DAY" | "LTOD" | "LTIME_OF_DAY" | "DT" | "DATE_AND_TIME" | "LDT" | "DTL" => {
+                let is_part = |character| is_word(character) || matches!(character, '.' | '-' | ':');
+                self.push(Kind::Literal, self.end_of(from, is_part));
+            }
+            // A number with or without a base: `W#16#FF`, `INT#-5`, `BOOL#TRUE`.
+            _ => {
+                let end = self.end_of(signed, is_word);
+                let end = if bytes.get(end) == Some(&b'#') { self.end_of(end + 1, is_word) } else { end };
+                self.push(Kind::Literal, end);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(text: &str) -> String {
+        let found = tokens(text, 0);
+        found.tokens.iter().map(|token| format!("{:?}:{} ", token.kind, &text[token.span.range()])).collect()
+    }
+
+    #[test]
+    fn literals_end_where_an_operator_begins() {
+        assert_eq!(
+            shown("T#1m_30s-INT#-5+1.5e-3*16#FFe-1"),
+            "Literal:T#1m_30s Symbol:- Literal:INT#-5 Symbol:+ Literal:1.5e-3 Symbol:* Literal:16#FFe Symbol:- Literal:1 End: "
+        );
+        assert_eq!(shown("1..5"), "Literal:1 Symbol:.. Literal:5 End: ");
+        assert_eq!(shown("DTL#2020-01-02-03:04:05.6;"), "Literal:DTL#2020-01-02-03:04:05.6 Symbol:; End: ");
+        assert_eq!(shown("NOT#x"), "Word:NOT Local:#x End: ");
+    }
+
+    #[test]
+    fn names_have_quotation_marks_a_hash_or_neither() {
+        assert_eq!(
+            shown("#\"a b\".%X3 := \"D B\".c[1]"),
+            "Local:#\"a b\" Symbol:. Percent:%X3 Symbol::= Quoted:\"D B\" Symbol:. Word:c Symbol:[ Literal:1 Symbol:] End: "
+        );
+        assert_eq!(shown("%I0.0;%DB5.DBX1.2"), "Percent:%I0.0 Symbol:; Percent:%DB5.DBX1.2 End: ");
+        assert_eq!(shown("DB5.DBX0.1"), "Word:DB5 Symbol:. Word:DBX0 Symbol:. Literal:1 End: ");
+    }
+
+    #[test]
+    fn comments_attributes_and_regions_are_no_tokens() {
+        let text = "REGION it's\n a { S7_X := '}' } (* 'b *) := /* \" */ 1; // '\nEND_REGION c\n(/* d */)";
+        assert_eq!(shown(text), "Word:a Symbol::= Literal:1 Symbol:; End: ");
+        assert_eq!(tokens(text, 0).comments.len(), 4);
+        assert_eq!(shown("VAR\n region : INT;"), "Word:VAR Word:region Symbol:: Word:INT Symbol:; End: ");
+    }
+
+    #[test]
+    fn a_text_ends_in_its_line() {
+        assert_eq!(shown("'it$'s' 'open\n1"), "Text:'it$'s' Unknown:'open Literal:1 End: ");
+        assert_eq!(shown("STRING#'a'\"x\n"), "Literal:STRING#'a' Unknown:\"x End: ");
+    }
+}

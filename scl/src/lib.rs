@@ -1,0 +1,21 @@
+//! PLC programs in SCL, as S7-300, S7-400, S7-1200 and S7-1500 execute them: read, checked, and run.
+
+mod compile;
+mod constant;
+mod declare;
+mod lexer;
+mod library;
+mod lint;
+mod lower;
+mod parser;
+mod report;
+mod start;
+mod syntax;
+mod types;
+mod undeclared;
+
+pub mod interface;
+pub mod machine;
+pub mod program;
+
+pub use compile::{Compiled, Cpu, Options, Root, compile};

@@ -1,0 +1,263 @@
+//! Timers, counters and edges: SCL that every program may use.
+
+use crate::compile::{BlockId, Compiler, Cpu, State};
+use crate::declare::{Interface, Parameter, Slot, Symbol};
+use crate::lexer::Span;
+use crate::lower::Operand;
+use crate::program::{Body, Function, Value};
+use crate::syntax::{BlockKind, ExpressionId, ExpressionKind, SectionKind, key};
+use crate::types::{Elementary, Type};
+use blocks::{Kind, Role, Table};
+use parameters::Source;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+const TIMERS: [&str; 4] = ["TON", "TOF", "TP", "TONR"];
+const COUNTERS: [&str; 3] = ["CTU", "CTD", "CTUD"];
+const COUNTED: [&str; 8] = ["SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT"];
+
+/// The library as a source: its timers for TIME and LTIME, its counters for all integers.
+pub fn source() -> Source {
+    let text = include_str!("library.scl");
+    let mut all = String::new();
+    for block in text.split("\n\n").filter(|block| block.contains("END_FUNCTION")) {
+        let name = block.split('"').nth(1).unwrap_or_default();
+        if TIMERS.contains(&name) {
+            all += block;
+            all += &block.replace("TIME", "LTIME").replace(&format!("\"{name}\""), &format!("\"{name}_LTIME\""));
+        } else if COUNTERS.contains(&name) {
+            for of in COUNTED {
+                all += &block
+                    .replace(": INT", &format!(": {of}"))
+                    .replace(&format!("\"{name}\""), &format!("\"{name}_{of}\""));
+            }
+        } else {
+            all += block;
+        }
+        all.push('\n');
+    }
+    Source::new("the library", all.into_bytes())
+}
+
+/// The constants that a block of the library uses.
+pub fn constants(cpu: Cpu, name: &str, symbols: &mut HashMap<String, Symbol>) {
+    let mut add = |name: &str, of: Elementary, value: i128| {
+        let value = Operand::Value(of, crate::program::Expr::Const(Value::new(of.scalar(), value as u64)));
+        symbols.insert(name.to_string(), Symbol::Constant(value));
+    };
+    add("__CLASSIC", Elementary::Bool, i128::from(cpu == Cpu::S7300));
+    add("__UNIT", Elementary::LInt, if name.ends_with("_LTIME") { 1 } else { 1_000_000 });
+    let counted = name.split_once('_').and_then(|(_, of)| Elementary::named(of)).filter(|of| of.is_whole());
+    if let Some(of) = counted {
+        let (low, high) = of.range();
+        add("__MIN", of, low);
+        add("__MAX", of, high);
+    }
+}
+
+/// The block of the library that a type stands for, and the methods that it may have if it is of a general kind.
+fn named(name: &str) -> Option<String> {
+    let name = match name {
+        "IEC_TIMER" => "TON",
+        "IEC_LTIMER" => "TON_LTIME",
+        "IEC_COUNTER" | "CTU" => "CTU_INT",
+        "IEC_SCOUNTER" => "CTU_SINT",
+        "IEC_DCOUNTER" => "CTU_DINT",
+        "IEC_LCOUNTER" => "CTU_LINT",
+        "IEC_USCOUNTER" => "CTU_USINT",
+        "IEC_UCOUNTER" => "CTU_UINT",
+        "IEC_UDCOUNTER" => "CTU_UDINT",
+        "IEC_ULCOUNTER" => "CTU_ULINT",
+        "CTD" => "CTD_INT",
+        "CTUD" => "CTUD_INT",
+        // STEP 7's numbers.
+        "SFB0" => "CTU_INT",
+        "SFB1" => "CTD_INT",
+        "SFB2" => "CTUD_INT",
+        "SFB3" => "TP",
+        "SFB4" => "TON",
+        "SFB5" => "TOF",
+        _ => name.strip_suffix("_TIME").unwrap_or(name),
+    };
+    let timer = name.strip_suffix("_LTIME").unwrap_or(name);
+    let is_timer = TIMERS.contains(&timer);
+    let is_counter = name.split_once('_').is_some_and(|(kind, of)| COUNTERS.contains(&kind) && COUNTED.contains(&of));
+    let is_other = ["R_TRIG", "F_TRIG", "SR", "RS", "RUNTIME"].contains(&name);
+    (is_timer || is_counter || is_other).then(|| name.to_string())
+}
+
+/// Whether a name is a kind of timer or counter that a variable of a general type may be called as.
+pub fn is_method(name: &str) -> bool {
+    let kind = name.split_once('_').map_or(name, |(kind, _)| kind);
+    (TIMERS.contains(&kind) || COUNTERS.contains(&kind)) && named(name).is_some()
+}
+
+impl Compiler<'_> {
+    /// A block of the library or a native one.
+    pub fn system_block(&mut self, name: &str) -> Option<usize> {
+        if let Some(id) = named(name).and_then(|name| self.library.get(&name).copied()) {
+            return self.interface(id);
+        }
+        self.native(name)
+    }
+
+    /// Blocks of the library that have the same members have one record, so that one variable may be called as any of them.
+    pub fn shared_record(&mut self, id: BlockId) -> Option<usize> {
+        if id.0 != self.library_file() {
+            return None;
+        }
+        let name = self.block(id).name.key();
+        let (kind, of) = name.split_once('_').map_or((name.as_str(), ""), |(kind, of)| (kind, of));
+        let first = if TIMERS.contains(&kind) {
+            TIMERS[0]
+        } else if COUNTERS.contains(&kind) {
+            COUNTERS[0]
+        } else {
+            return None;
+        };
+        if kind == first {
+            return None;
+        }
+        let first = if of.is_empty() { first.to_string() } else { format!("{first}_{of}") };
+        let id = self.library.get(&first).copied()?;
+        self.interface(id).map(|block| self.blocks[block].record)
+    }
+
+    /// The block as which a variable is called or read, if its type may be several.
+    pub fn as_method(&mut self, of: usize, method: &str) -> Option<usize> {
+        let id = self.blocks[of].source.filter(|(file, _)| *file == self.library_file())?;
+        let own = self.block(id).name.key();
+        let suffix = own.split_once('_').map_or("", |(_, of)| of);
+        let name = match (method.contains('_'), suffix) {
+            (false, "") => method.to_string(),
+            (false, of) => format!("{method}_{of}"),
+            (true, _) => method.to_string(),
+        };
+        let called = self.system_block(&name)?;
+        (self.blocks[called].record == self.blocks[of].record).then_some(called)
+    }
+
+    /// Whether a block is a timer, whose outputs are brought up to date when they are read.
+    pub fn is_timer(&self, of: usize) -> bool {
+        let Some(id) = self.blocks[of].source.filter(|(file, _)| *file == self.library_file()) else { return false };
+        let name = self.block(id).name.key();
+        TIMERS.contains(&name.strip_suffix("_LTIME").unwrap_or(&name))
+    }
+
+    /// As what the variables of general types are called: by the last name of their paths.
+    pub fn collect_kinds(&mut self) {
+        for tree in &self.trees[..self.library_file()] {
+            for number in 0..tree.expressions.len() {
+                let ExpressionKind::Call(callee, _) = &tree.expressions[ExpressionId(number as u32)].kind else {
+                    continue;
+                };
+                let ExpressionKind::Member(base, method) = &tree.expressions[*callee].kind else { continue };
+                let method = method.key();
+                let Some(name) = last_name(tree, *base).filter(|_| is_method(&method)) else { continue };
+                let earlier = self.kinds.entry(name.0.clone()).or_insert_with(|| method.clone());
+                if *earlier != method {
+                    let message = format!("{} is called as {earlier} and as {method}", name.0);
+                    self.report.error(name.1, message, Some("use one variable for each"));
+                }
+            }
+        }
+    }
+
+    /// A native block of this name.
+    fn native(&mut self, name: &str) -> Option<usize> {
+        if let Some(block) = self.natives.get(name) {
+            return Some(*block);
+        }
+        let table = table(name)?;
+        let record = self.program.add_native(table.name)?;
+        self.program.functions.push(Function {
+            name: table.name.to_string(),
+            instance: Some(record),
+            locals: Vec::new(),
+            parameters: 0,
+            body: Body::Native(table.name),
+        });
+        let members = table.rows.iter().enumerate().map(|(number, row)| Parameter {
+            name: row.full_name(),
+            key: row.full_name(),
+            section: match row.role {
+                Role::Input | Role::Parameter | Role::Fixed | Role::Cycle => SectionKind::Input,
+                Role::Output => SectionKind::Output,
+                Role::Local => SectionKind::Static,
+            },
+            of: Type::Elementary(match row.kind {
+                Kind::Real => Elementary::Real,
+                Kind::LReal => Elementary::LReal,
+                Kind::Time => Elementary::Time,
+                Kind::Word => Elementary::Word,
+                Kind::Int => Elementary::Int,
+                Kind::Bool => Elementary::Bool,
+            }),
+            slot: Slot::Member(number),
+            comment: row.description.to_string(),
+            is_setting: false,
+            is_hidden: false,
+            is_retained: false,
+        });
+        let members: Vec<Parameter> = members.collect();
+        let symbols = members
+            .iter()
+            .map(|member| (member.key.clone(), Symbol::Variable(member.section, member.of.clone(), member.slot)));
+        self.blocks.push(Interface {
+            name: table.name.to_string(),
+            kind: BlockKind::FunctionBlock,
+            source: None,
+            symbols: Rc::new(symbols.collect()),
+            members,
+            result: Type::Void,
+            record,
+            function: self.program.functions.len() - 1,
+        });
+        self.natives.insert(name.to_string(), self.blocks.len() - 1);
+        Some(self.blocks.len() - 1)
+    }
+
+    /// An instance that no source declares, made because its use tells its type.
+    pub fn implied(&mut self, name: &str, of: usize) -> crate::declare::Global {
+        match self.globals.get(&key(name)) {
+            Some(State::Known(global)) => global.clone(),
+            _ => self.add_global(name, Type::Instance(of)),
+        }
+    }
+}
+
+/// The last name of a path, in capitals.
+pub fn last_name(tree: &crate::syntax::Tree, path: ExpressionId) -> Option<(String, Span)> {
+    match &tree.expressions[path].kind {
+        ExpressionKind::Name(_, name) | ExpressionKind::Member(_, name) => Some((name.key(), name.span)),
+        ExpressionKind::Index(base, _) => last_name(tree, *base),
+        _ => None,
+    }
+}
+
+/// The tables of the native blocks.
+fn tables() -> Vec<&'static Table> {
+    struct Tables(Vec<&'static Table>);
+    impl blocks::EachBlock for Tables {
+        fn block<B: blocks::Block>(&mut self) {
+            self.0.push(B::TABLE);
+        }
+    }
+    let mut tables = Tables(Vec::new());
+    blocks::for_each_block(&mut tables);
+    tables.0
+}
+
+/// The names of the native blocks.
+pub fn natives() -> Vec<&'static str> {
+    tables().into_iter().map(|table| table.name).collect()
+}
+
+/// The table of a native block, by its name or another one: `FB41`.
+fn table(name: &str) -> Option<&'static Table> {
+    let is_it = |table: &&Table| {
+        let mut names = table.aliases.iter().chain([&table.name]);
+        names.any(|alias| alias.replace(' ', "").eq_ignore_ascii_case(name))
+    };
+    tables().into_iter().find(is_it)
+}

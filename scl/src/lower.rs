@@ -1,0 +1,254 @@
+//! Statements and expressions to the typed program.
+
+mod calls;
+mod convert;
+mod expressions;
+mod functions;
+mod operators;
+mod paths;
+mod statements;
+
+use crate::compile::Compiler;
+use crate::declare::{Slot, Symbol};
+use crate::lexer::Span;
+use crate::program::{self, At, Base, Body, Expr, Local, Place, Statement, Value, What};
+use crate::syntax::{ExpressionId, Expressions, key};
+use crate::types::{Elementary, Type};
+use std::collections::HashMap;
+use std::rc::Rc;
+
+pub use expressions::DTL_BYTES;
+pub use functions::refused;
+
+/// The result of an expression.
+#[derive(Clone, Debug)]
+pub enum Operand {
+    /// A whole number without a type.
+    Whole(i128),
+    /// A number with a fraction without a type, as LREAL and as REAL.
+    Fraction(f64, f32),
+    /// A text, and whether its characters have 16 bits.
+    Text(Vec<u16>, Option<bool>),
+    /// A number.
+    Value(Elementary, Expr),
+    /// A structure, an array, a text or an instance.
+    Variable(Type, Place),
+    /// What a message has told already; the name if no source declares it.
+    Wrong(Option<String>),
+}
+
+/// A loop around a statement.
+struct Loop {
+    /// Its variable, if it counts.
+    variable: Option<Place>,
+}
+
+/// A label.
+struct LabelOf {
+    number: usize,
+    /// The loops around it; `None` if only jumps to it were met so far.
+    loops: Option<Vec<usize>>,
+    /// Where is jumped to it, and the loops around that.
+    jumps: Vec<(Span, Vec<usize>)>,
+}
+
+/// The translation of one block.
+pub struct Lowerer<'c, 'a> {
+    compiler: &'c mut Compiler<'a>,
+    file: usize,
+    block: Option<usize>,
+    symbols: Rc<HashMap<String, Symbol>>,
+    locals: Vec<Local>,
+    code: Vec<Statement>,
+    loops: Vec<(usize, Loop)>,
+    loop_count: usize,
+    labels: HashMap<String, LabelOf>,
+    eno: Option<usize>,
+}
+
+impl<'a> Compiler<'a> {
+    /// Translates the statements of a block.
+    pub fn translate(&mut self, block: usize) {
+        let Some(id) = self.blocks[block].source else { return };
+        let function = self.blocks[block].function;
+        let symbols = self.blocks[block].symbols.clone();
+        let locals = std::mem::take(&mut self.program.functions[function].locals);
+        let temps = locals.len();
+        let body = &self.block(id).body;
+        let mut lowerer = Lowerer::new(self, id.0, symbols);
+        lowerer.block = Some(block);
+        lowerer.locals = locals;
+        lowerer.statements(body);
+        lowerer.check_labels();
+        let Lowerer { locals, mut code, eno, .. } = lowerer;
+        if let Some(eno) = eno {
+            let value = Expr::Const(Value::from(true));
+            code.insert(0, Statement { at: At::default(), what: What::Assign(Place::of(Base::Local(eno)), value) });
+        }
+        let names: Vec<(usize, String)> = self.temps(block, temps);
+        crate::lint::unwritten(self, id, &names, &code);
+        let function = &mut self.program.functions[function];
+        function.locals = locals;
+        function.body = Body::Code(code);
+    }
+
+    /// The temporary numbers of a block.
+    fn temps(&self, block: usize, count: usize) -> Vec<(usize, String)> {
+        let temps = self.blocks[block]
+            .members
+            .iter()
+            .filter(|member| member.section == crate::syntax::SectionKind::Temp && member.of.is_elementary());
+        temps
+            .filter_map(|member| match member.slot {
+                Slot::Local(number) if number < count => Some((number, member.name.clone())),
+                _ => None,
+            })
+            .collect()
+    }
+
+    /// A constant whole number, of an array's bound for example.
+    pub fn constant_whole(
+        &mut self,
+        id: ExpressionId,
+        file: usize,
+        symbols: &Rc<HashMap<String, Symbol>>,
+    ) -> Option<i128> {
+        let mut lowerer = Lowerer::new(self, file, symbols.clone());
+        lowerer.whole(id)
+    }
+}
+
+impl<'c, 'a> Lowerer<'c, 'a> {
+    fn new(compiler: &'c mut Compiler<'a>, file: usize, symbols: Rc<HashMap<String, Symbol>>) -> Lowerer<'c, 'a> {
+        Lowerer {
+            compiler,
+            file,
+            block: None,
+            symbols,
+            locals: Vec::new(),
+            code: Vec::new(),
+            loops: Vec::new(),
+            loop_count: 0,
+            labels: HashMap::new(),
+            eno: None,
+        }
+    }
+
+    /// The reader of a constant expression.
+    pub fn of_constants(
+        compiler: &'c mut Compiler<'a>,
+        file: usize,
+        symbols: Rc<HashMap<String, Symbol>>,
+    ) -> Lowerer<'c, 'a> {
+        Lowerer::new(compiler, file, symbols)
+    }
+
+    fn expressions(&self) -> &'a Expressions {
+        self.compiler.expressions(self.file)
+    }
+
+    fn span(&self, id: ExpressionId) -> Span {
+        self.expressions()[id].span
+    }
+
+    fn at(&self, span: Span) -> At {
+        self.compiler.at(span)
+    }
+
+    fn error(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) -> Operand {
+        self.compiler.error(span, message, help);
+        Operand::Wrong(None)
+    }
+
+    fn warn(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
+        self.compiler.warn(span, message, help);
+    }
+
+    fn push(&mut self, span: Span, what: What) {
+        let at = self.at(span);
+        self.code.push(Statement { at, what });
+    }
+
+    /// The code that a part makes.
+    fn aside<T>(&mut self, part: impl FnOnce(&mut Self) -> T) -> (Vec<Statement>, T) {
+        let outer = std::mem::take(&mut self.code);
+        let result = part(self);
+        (std::mem::replace(&mut self.code, outer), result)
+    }
+
+    /// A new temporary of the program.
+    fn temp(&mut self, ty: program::Type) -> Place {
+        let name = format!("_{}", self.locals.len());
+        self.locals.push(Local { name, ty, by_reference: false });
+        Place::of(Base::Local(self.locals.len() - 1))
+    }
+
+    /// A constant: of a type, or of its own.
+    pub fn constant(&mut self, id: ExpressionId, of: Option<&Type>) -> Operand {
+        let span = self.span(id);
+        let operand = self.operand(id, of.and_then(Type::elementary));
+        match (operand, of) {
+            (Operand::Wrong(key), _) => Operand::Wrong(key),
+            (Operand::Text(text, wide), None | Some(Type::Text { .. })) => Operand::Text(text, wide),
+            (operand, Some(Type::Elementary(of))) => {
+                let value = self.converted(operand, *of, span);
+                match value {
+                    Expr::Const(_) => Operand::Value(*of, value),
+                    _ => self.error(span, "this is no constant", None),
+                }
+            }
+            (_, Some(Type::Wrong)) => Operand::Wrong(None),
+            (operand @ Operand::Variable(..), Some(Type::Structure(_))) => operand,
+            (_, Some(of)) => self.error(span, format!("this is no start value of {of}"), None),
+            // STEP 7: by its notation.
+            (Operand::Whole(whole), None) => {
+                let of = if i16::try_from(whole).is_ok() { Elementary::Int } else { Elementary::DInt };
+                let value = self.converted(Operand::Whole(whole), of, span);
+                Operand::Value(of, value)
+            }
+            (Operand::Fraction(_, narrow), None) => Operand::Value(Elementary::Real, Expr::Const(narrow.into())),
+            (operand @ Operand::Value(_, Expr::Const(_)), None) => operand,
+            (_, None) => self.error(span, "this is no constant", None),
+        }
+    }
+
+    /// A constant whole number.
+    fn whole(&mut self, id: ExpressionId) -> Option<i128> {
+        let span = self.span(id);
+        match self.operand(id, None) {
+            Operand::Whole(whole) => Some(whole),
+            Operand::Value(of, Expr::Const(value)) if of.is_whole() || of == Elementary::Char => {
+                let bits = value.bits();
+                Some(if of == Elementary::ULInt || of == Elementary::LWord {
+                    bits.into()
+                } else {
+                    i128::from(bits as i64)
+                })
+            }
+            Operand::Wrong(name) => {
+                // Only a constant can stand here.
+                if let Some(name) = name {
+                    self.guess(&name, Elementary::Int);
+                }
+                None
+            }
+            Operand::Text(text, _) if text.len() == 1 => Some(text[0].into()),
+            _ => {
+                self.error(span, "a constant whole number is expected here", None);
+                None
+            }
+        }
+    }
+
+    /// What the surroundings tell of the type of a name that no source declares.
+    fn guess(&mut self, name: &str, of: Elementary) {
+        if let Some(missing) = self.compiler.undeclared.get_mut(name) {
+            missing.of.get_or_insert(of);
+        }
+    }
+
+    /// The symbol of a name.
+    fn symbol(&self, name: &str) -> Option<Symbol> {
+        self.symbols.get(&key(name)).cloned()
+    }
+}

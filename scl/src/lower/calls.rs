@@ -1,0 +1,634 @@
+//! Calls of functions and instances.
+
+use super::paths::{Path, Variable};
+use super::{Lowerer, Operand};
+use crate::compile::Cpu;
+use crate::declare::{Parameter, Slot, is_copied};
+use crate::lexer::Span;
+use crate::program::{self, Call, Expr, Place, What};
+use crate::syntax::{Argument, BlockKind, ExpressionId, ExpressionKind, Scope, SectionKind, key};
+use crate::types::{Elementary, Type};
+use crate::undeclared::What as Missing;
+use parameters::problem::nearest;
+
+/// What is called.
+enum Callee {
+    /// A function.
+    Function(usize),
+    /// An instance: its block, its record as a block, and where it is.
+    Instance(usize, Place),
+    /// What a message has told already.
+    Wrong,
+}
+
+impl Lowerer<'_, '_> {
+    /// A call as a statement.
+    pub fn call_statement(&mut self, id: ExpressionId) {
+        let expressions = self.expressions();
+        let ExpressionKind::Call(callee, arguments) = &expressions[id].kind else { return };
+        let span = expressions[id].span;
+        if let Some(name) = self.function_name(*callee)
+            && self.statement_function(&name, arguments, span)
+        {
+            return;
+        }
+        match self.callee(*callee, arguments) {
+            Callee::Instance(block, place) => self.call_instance(block, place, arguments, span),
+            Callee::Function(block) => {
+                self.call_function(block, arguments, span);
+            }
+            Callee::Wrong => self.arguments_of_wrong(arguments),
+        }
+    }
+
+    /// A call in an expression.
+    pub fn call_value(
+        &mut self,
+        callee: ExpressionId,
+        arguments: &[Argument],
+        expected: Option<Elementary>,
+        span: Span,
+    ) -> Operand {
+        if let Some(name) = self.function_name(callee)
+            && let Some(operand) = self.function(&name, arguments, expected, span)
+        {
+            return operand;
+        }
+        match self.callee(callee, arguments) {
+            Callee::Function(block) => {
+                if self.compiler.blocks[block].result == Type::Void {
+                    let name = self.compiler.blocks[block].name.clone();
+                    return self.error(span, format!("{name} has no value"), Some("call it as a statement"));
+                }
+                let (code, result) = self.aside(|lowerer| lowerer.call_function(block, arguments, span));
+                match result {
+                    Some((Type::Elementary(of), place)) => {
+                        let value = Expr::Load(of.scalar(), place);
+                        Operand::Value(of, Expr::After(code, Box::new(value)))
+                    }
+                    Some((of, place)) => {
+                        self.code.extend(code);
+                        Operand::Variable(of, place)
+                    }
+                    None => Operand::Wrong(None),
+                }
+            }
+            Callee::Instance(block, _) => {
+                let name = self.compiler.blocks[block].name.clone();
+                let help = "call it as a statement and read its outputs";
+                self.error(span, format!("an instance of {name} has no value"), Some(help))
+            }
+            Callee::Wrong => {
+                self.arguments_of_wrong(arguments);
+                Operand::Wrong(None)
+            }
+        }
+    }
+
+    /// The arguments of what is not known: what is wrong in them is told.
+    fn arguments_of_wrong(&mut self, arguments: &[Argument]) {
+        for argument in arguments {
+            if argument.is_output {
+                self.target(argument.value);
+            } else {
+                self.operand(argument.value, None);
+            }
+        }
+    }
+
+    /// Whether a call is one of an instance.
+    pub fn is_instance(&self, callee: ExpressionId) -> bool {
+        match &self.expressions()[callee].kind {
+            ExpressionKind::Name(Scope::Global, name) => {
+                let block = self.compiler.names.get(&name.key());
+                block.is_none_or(|id| self.compiler.block(*id).kind == BlockKind::DataBlock)
+            }
+            ExpressionKind::Name(_, name) => self.symbol(&name.text).is_some(),
+            ExpressionKind::Member(..) => true,
+            ExpressionKind::Index(base, indices) => {
+                let is_constant =
+                    |index: &ExpressionId| matches!(self.expressions()[*index].kind, ExpressionKind::Literal(_));
+                indices.iter().all(is_constant) && self.is_instance(*base)
+            }
+            _ => false,
+        }
+    }
+
+    /// The name of a function without a source: a bare one that nothing hides.
+    fn function_name(&self, callee: ExpressionId) -> Option<String> {
+        match &self.expressions()[callee].kind {
+            ExpressionKind::Name(Scope::Bare, name) if self.symbol(&name.text).is_none() => {
+                let is_declared =
+                    self.compiler.names.contains_key(&name.key()) && self.file != self.compiler.library_file();
+                (!is_declared).then(|| name.key())
+            }
+            _ => None,
+        }
+    }
+
+    fn callee(&mut self, id: ExpressionId, arguments: &[Argument]) -> Callee {
+        let expressions = self.expressions();
+        let span = expressions[id].span;
+        match &expressions[id].kind {
+            ExpressionKind::Name(scope, name) => {
+                let is_own = *scope != Scope::Global && self.symbol(&name.text).is_some();
+                // Within a function its name is its value, too.
+                let declared = self.compiler.names.get(&name.key()).copied();
+                if let Some(declared) = declared
+                    && (!is_own || self.compiler.block(declared).kind == BlockKind::Function)
+                {
+                    match self.compiler.block(declared).kind {
+                        BlockKind::Function => {
+                            return self.compiler.interface(declared).map_or(Callee::Wrong, Callee::Function);
+                        }
+                        BlockKind::FunctionBlock => {
+                            let help = "declare an instance: in VAR, or as a data block";
+                            self.error(span, format!("{} is called without an instance", name.text), Some(help));
+                            return Callee::Wrong;
+                        }
+                        BlockKind::Type | BlockKind::OrganizationBlock => {
+                            self.error(span, format!("{} cannot be called", name.text), None);
+                            return Callee::Wrong;
+                        }
+                        BlockKind::DataBlock => {}
+                    }
+                }
+                if declared.is_none() && !is_own && self.compiler.global(&name.key()).is_none() {
+                    return self.undeclared_callee(*scope, &name.text, arguments, span);
+                }
+                self.instance_at(id, None)
+            }
+            ExpressionKind::Member(base, method) => {
+                // STEP 7: `FB10.DB20(...)`.
+                if let ExpressionKind::Name(_, block) = &expressions[*base].kind
+                    && self.symbol(&block.text).is_none()
+                    && let Some(declared) = self.compiler.names.get(&block.key()).copied()
+                    && self.compiler.block(declared).kind == BlockKind::FunctionBlock
+                {
+                    return self.of_data_block(declared, &method.text, method.span);
+                }
+                let capitals = method.key();
+                if crate::library::is_method(&capitals) {
+                    if let ExpressionKind::Name(Scope::Global, name) = &expressions[*base].kind
+                        && self.compiler.global(&name.key()).is_none()
+                        && let Some(of) = self.compiler.system_block(&capitals)
+                    {
+                        let global = self.compiler.implied(&name.text, of);
+                        return Callee::Instance(of, global.place());
+                    }
+                    return self.instance_at(*base, Some(&capitals));
+                }
+                if matches!(&expressions[*base].kind, ExpressionKind::Name(Scope::Bare, name)
+                    if self.symbol(&name.text).is_none() && self.compiler.system_block(&name.key()).is_some())
+                {
+                    // STEP 7: `TON.DB10(...)`.
+                    let ExpressionKind::Name(_, name) = &expressions[*base].kind else { return Callee::Wrong };
+                    let Some(of) = self.compiler.system_block(&name.key()) else { return Callee::Wrong };
+                    if self.compiler.global(&capitals).is_none() {
+                        let global = self.compiler.implied(&method.text, of);
+                        return Callee::Instance(of, global.place());
+                    }
+                }
+                self.instance_at(id, None)
+            }
+            ExpressionKind::Index(..) => self.instance_at(id, None),
+            _ => {
+                self.error(span, "this cannot be called", None);
+                Callee::Wrong
+            }
+        }
+    }
+
+    /// An instance of a block in a data block.
+    fn of_data_block(&mut self, declared: crate::compile::BlockId, name: &str, span: Span) -> Callee {
+        let Some(block) = self.compiler.interface(declared) else { return Callee::Wrong };
+        let global = match self.compiler.global(&key(name)) {
+            Some(global) => global,
+            None => self.compiler.implied(name, block),
+        };
+        if global.of != Type::Instance(block) {
+            let of = self.compiler.blocks[block].name.clone();
+            self.error(span, format!("{name} is no instance of {of}"), None);
+            return Callee::Wrong;
+        }
+        Callee::Instance(block, global.place())
+    }
+
+    fn instance_at(&mut self, id: ExpressionId, method: Option<&str>) -> Callee {
+        let span = self.span(id);
+        match self.path(id) {
+            Path::Variable(Variable { of: Type::Instance(block), place, .. }) => {
+                let name = crate::library::last_name(&self.compiler.trees[self.file], id).map(|(name, _)| name);
+                let kind = name.and_then(|name| self.compiler.kinds.get(&name).cloned());
+                let method = method.map(str::to_string).or(kind.filter(|_| method.is_none()));
+                let called = match &method {
+                    Some(method) => self.compiler.as_method(block, method),
+                    None => Some(block),
+                };
+                match (called, method) {
+                    (Some(called), _) => Callee::Instance(called, place),
+                    (None, Some(method)) => {
+                        let of = self.compiler.blocks[block].name.clone();
+                        self.error(span, format!("a {of} cannot be called as {method}"), None);
+                        Callee::Wrong
+                    }
+                    (None, None) => Callee::Wrong,
+                }
+            }
+            Path::Variable(variable) => {
+                if variable.of != Type::Wrong {
+                    self.error(span, format!("{} cannot be called", variable.of), None);
+                }
+                Callee::Wrong
+            }
+            Path::Constant(_) => {
+                self.error(span, "a constant cannot be called", None);
+                Callee::Wrong
+            }
+            Path::Missing(..) | Path::Wrong => Callee::Wrong,
+        }
+    }
+
+    /// A name that no source declares, as what its use tells.
+    fn undeclared_callee(&mut self, scope: Scope, name: &str, arguments: &[Argument], span: Span) -> Callee {
+        let capitals = key(name);
+        for kind in ["R_TRIG", "F_TRIG"] {
+            if capitals.starts_with(kind)
+                && capitals != kind
+                && let Some(of) = self.compiler.system_block(kind)
+            {
+                let global = self.compiler.implied(name, of);
+                return Callee::Instance(of, global.place());
+            }
+        }
+        let formal: Vec<String> =
+            arguments.iter().filter_map(|argument| argument.name.as_ref().map(|name| name.key())).collect();
+        let blocks: Vec<usize> = (0..self.compiler.blocks.len())
+            .filter(|block| {
+                let interface = &self.compiler.blocks[*block];
+                interface.kind == BlockKind::FunctionBlock
+                    && interface.source.is_some_and(|(file, _)| file != self.compiler.library_file())
+                    && formal.iter().all(|name| {
+                        name == "EN"
+                            || name == "ENO"
+                            || interface.members.iter().any(|member| {
+                                member.key == *name
+                                    && !matches!(member.section, SectionKind::Static | SectionKind::Temp)
+                            })
+                    })
+            })
+            .collect();
+        let named: Vec<usize> = blocks
+            .iter()
+            .copied()
+            .filter(|block| capitals.contains(&key(&self.compiler.blocks[*block].name)))
+            .collect();
+        let found = match (blocks.as_slice(), named.as_slice()) {
+            ([only], _) if !formal.is_empty() => Some(*only),
+            (_, [only]) => Some(*only),
+            _ => None,
+        };
+        if let Some(block) = found {
+            let global = self.compiler.implied(name, block);
+            let of = self.compiler.blocks[block].name.clone();
+            let message = format!("no source declares \"{name}\": it is taken for an instance of {of}");
+            self.warn(span, message, None);
+            return Callee::Instance(block, global.place());
+        }
+        if let Some((message, help)) = super::refused(&capitals) {
+            self.error(span, message, Some(&help));
+            return Callee::Wrong;
+        }
+        if scope == Scope::Local {
+            self.error(span, format!("#{name} is not declared in this block"), None);
+            return Callee::Wrong;
+        }
+        let is_instance = capitals.ends_with("_DB")
+            || capitals.starts_with("DB")
+            || blocks.len() > 1 && !formal.is_empty()
+            || capitals.starts_with('I')
+                && name.chars().nth(1).is_some_and(char::is_uppercase)
+                && name.starts_with('i');
+        self.compiler.miss(name, span, if is_instance { Missing::Instance } else { Missing::Function });
+        Callee::Wrong
+    }
+
+    /// The parameter that an argument supplies.
+    fn parameter(&mut self, block: usize, argument: &Argument, arguments: usize) -> Option<Parameter> {
+        let interface = &self.compiler.blocks[block];
+        let is_parameter = |member: &&Parameter| {
+            matches!(member.section, SectionKind::Input | SectionKind::Output | SectionKind::InOut)
+        };
+        let Some(name) = &argument.name else {
+            let inputs: Vec<&Parameter> = interface.members.iter().filter(is_parameter).collect();
+            if let ([only], 1) = (inputs.as_slice(), arguments) {
+                return Some((*only).clone());
+            }
+            let of = interface.name.clone();
+            let message = format!("the parameters of {of} are supplied by name");
+            self.error(argument.span, message, Some("write name := value"));
+            return None;
+        };
+        let found = interface.members.iter().filter(is_parameter).find(|member| member.key == name.key()).cloned();
+        if found.is_none() {
+            let like =
+                nearest(&name.text, interface.members.iter().filter(is_parameter).map(|member| member.name.as_str()));
+            let help = like.map(|like| format!("it has {like}"));
+            let message = format!("{} has no parameter {}", interface.name, name.text);
+            self.error(name.span, message, help.as_deref());
+        }
+        let found = found?;
+        let is_wrong_way = argument.is_output != (found.section == SectionKind::Output);
+        if is_wrong_way {
+            let arrow = if argument.is_output { ":=" } else { "=>" };
+            self.error(argument.span, format!("{} is supplied with {arrow}", found.name), None);
+            return None;
+        }
+        Some(found)
+    }
+
+    fn is_enabling(&mut self, argument: &Argument) -> bool {
+        let name = argument.name.as_ref().map(|name| name.key()).unwrap_or_default();
+        match name.as_str() {
+            "EN" => {
+                self.error(argument.span, "EN is not supported", Some("call the block within IF"));
+                true
+            }
+            "ENO" => {
+                self.error(argument.span, "ENO is not supported here", Some("give the block an output of its own"));
+                true
+            }
+            _ => false,
+        }
+    }
+
+    fn called(&mut self, block: usize, span: Span) {
+        if let Some(caller) = self.block {
+            self.compiler.calls.push((caller, block, span));
+        }
+    }
+
+    fn call_instance(&mut self, block: usize, place: Place, arguments: &[Argument], span: Span) {
+        self.called(block, span);
+        let place = self.frozen(place, span);
+        let has_own = |compiler: &crate::compile::Compiler, key: &str| {
+            compiler.blocks[block].members.iter().any(|member| member.key == key)
+        };
+        let mut supplied: Vec<String> = Vec::new();
+        let mut in_outs = Vec::new();
+        let mut references: Vec<(usize, Place)> = Vec::new();
+        let mut outputs = Vec::new();
+        for argument in arguments {
+            let name = argument.name.as_ref().map(|name| name.key()).unwrap_or_default();
+            if !has_own(self.compiler, &name) && self.is_enabling(argument) {
+                continue;
+            }
+            let Some(parameter) = self.parameter(block, argument, arguments.len()) else {
+                self.arguments_of_wrong(std::slice::from_ref(argument));
+                continue;
+            };
+            if supplied.contains(&parameter.key) {
+                self.error(argument.span, format!("{} is supplied twice", parameter.name), None);
+            }
+            supplied.push(parameter.key.clone());
+            match (parameter.section, parameter.slot) {
+                (SectionKind::Input, Slot::Member(number)) => {
+                    let value_span = self.span(argument.value);
+                    let operand = self.operand(argument.value, parameter.of.elementary());
+                    let formal = Variable::whole(parameter.of, place.clone().member(number));
+                    self.assign(&formal, operand, value_span);
+                }
+                (SectionKind::InOut, Slot::Member(number)) => {
+                    let Some(mut actual) = self.target(argument.value) else { continue };
+                    actual.place = self.frozen(actual.place, span);
+                    in_outs.push((Variable::whole(parameter.of, place.clone().member(number)), actual, argument.span));
+                }
+                (SectionKind::InOut, Slot::Local(number)) => {
+                    if let Some(actual) = self.reference(&parameter, argument) {
+                        references.push((number, actual));
+                    }
+                }
+                (_, Slot::Member(number)) => {
+                    let formal = Variable::whole(parameter.of, place.clone().member(number));
+                    outputs.push((formal, argument));
+                }
+                _ => {}
+            }
+        }
+        for (formal, actual, span) in &in_outs {
+            let value = self.value_of(actual, *span);
+            self.assign(formal, value, *span);
+        }
+        let function = self.compiler.blocks[block].function;
+        let passed = self.passed_references(block, references, span);
+        let call = Call { function, instance: Some(place), arguments: passed, outputs: Vec::new() };
+        self.push(span, What::Call(call));
+        for (formal, actual, span) in &in_outs {
+            let value = self.value_of(formal, *span);
+            self.check_argument(actual, *span);
+            self.assign(actual, value, *span);
+        }
+        for (formal, argument) in outputs {
+            self.store_output(formal, argument);
+        }
+    }
+
+    fn check_argument(&mut self, actual: &Variable, span: Span) {
+        let counted = self.loops.iter().any(|(_, one)| one.variable.as_ref() == Some(&actual.place));
+        if counted && self.compiler.cpu != Cpu::S7300 {
+            self.error(span, "the loop variable must not be written in its loop", None);
+        }
+    }
+
+    fn store_output(&mut self, formal: Variable, argument: &Argument) {
+        let span = argument.span;
+        let value = self.value_of(&formal, span);
+        match self.target(argument.value) {
+            Some(target) => {
+                self.check_argument(&target, span);
+                self.assign(&target, value, span);
+            }
+            None => {
+                if let (ExpressionKind::Name(_, name), Operand::Value(of, _)) =
+                    (&self.expressions()[argument.value].kind, &value)
+                {
+                    let name = name.key();
+                    self.guess(&name, *of);
+                }
+            }
+        }
+    }
+
+    /// What is passed by reference for an argument.
+    fn reference(&mut self, parameter: &Parameter, argument: &Argument) -> Option<Place> {
+        let span = self.span(argument.value);
+        let operand = self.operand(argument.value, None);
+        let (of, place) = match operand {
+            Operand::Variable(of, place) => (of, place),
+            Operand::Wrong(_) => return None,
+            other => {
+                let found = self.type_name(&other);
+                self.error(span, format!("{} is a {}, not {found}", parameter.name, parameter.of), None);
+                return None;
+            }
+        };
+        let fits = match (&parameter.of, &of) {
+            (Type::Open(formal, dimensions), Type::Array(actual)) => {
+                actual.bounds.len() == *dimensions && formal.is_like(&actual.of)
+            }
+            (Type::Open(formal, dimensions), Type::Open(actual, others)) => {
+                dimensions == others && formal.is_like(actual)
+            }
+            (Type::Instance(formal), Type::Instance(actual)) => {
+                self.compiler.blocks[*formal].record == self.compiler.blocks[*actual].record
+            }
+            (Type::Wrong, _) | (_, Type::Wrong) => return None,
+            (formal, actual) => formal.is_like(actual),
+        };
+        if !fits {
+            self.error(span, format!("{} is a {}, not a {of}", parameter.name, parameter.of), None);
+            return None;
+        }
+        Some(self.frozen(place, span))
+    }
+
+    fn passed_references(
+        &mut self,
+        block: usize,
+        references: Vec<(usize, Place)>,
+        span: Span,
+    ) -> Vec<program::Argument> {
+        let parameters = self.compiler.program.functions[self.compiler.blocks[block].function].parameters;
+        let mut passed = Vec::new();
+        for number in 0..parameters {
+            match references.iter().find(|(local, _)| *local == number) {
+                Some((_, place)) => passed.push(program::Argument::Reference(place.clone())),
+                None => {
+                    let member =
+                        self.compiler.blocks[block].members.iter().find(|member| member.slot == Slot::Local(number));
+                    let name = member.map(|member| member.name.clone()).unwrap_or_default();
+                    if !self.compiler.report.has_errors() {
+                        let message = format!("the in-out parameter {name} is missing");
+                        self.error(span, message, Some("a structured in-out is supplied in each call"));
+                    }
+                    passed.push(program::Argument::Start);
+                }
+            }
+        }
+        passed
+    }
+
+    /// Calls a function; its value is in the place.
+    fn call_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Option<(Type, Place)> {
+        self.called(block, span);
+        let members = self.compiler.blocks[block].members.clone();
+        let function = self.compiler.blocks[block].function;
+        let count = self.compiler.program.functions[function].parameters;
+        let mut passed: Vec<Option<program::Argument>> = vec![None; count];
+        let mut copied = Vec::new();
+        let mut behind: Vec<(Variable, Variable, Span)> = Vec::new();
+        let mut stored = Vec::new();
+        let mut supplied: Vec<String> = Vec::new();
+        let has_own = |key: &str| members.iter().any(|member| member.key == key);
+        for argument in arguments {
+            let name = argument.name.as_ref().map(|name| name.key()).unwrap_or_default();
+            if !has_own(&name) && self.is_enabling(argument) {
+                continue;
+            }
+            let Some(parameter) = self.parameter(block, argument, arguments.len()) else {
+                self.arguments_of_wrong(std::slice::from_ref(argument));
+                continue;
+            };
+            supplied.push(parameter.key.clone());
+            let Slot::Local(number) = parameter.slot else { continue };
+            if number < count && !is_copied(&parameter.of) {
+                passed[number] = self.reference(&parameter, argument).map(program::Argument::Reference);
+                continue;
+            }
+            match parameter.section {
+                SectionKind::Input => passed[number] = self.input(&parameter, argument),
+                SectionKind::InOut => {
+                    let Some(mut actual) = self.target(argument.value) else { continue };
+                    actual.place = self.frozen(actual.place, argument.span);
+                    self.check_argument(&actual, argument.span);
+                    let value = self.value_of(&actual, argument.span);
+                    passed[number] = self.by_copy(&parameter.of, value, argument.span);
+                    let temp = self.temp(self.compiler.lowered(&parameter.of));
+                    copied.push((number, temp.clone()));
+                    behind.push((actual, Variable::whole(parameter.of, temp), argument.span));
+                }
+                _ => {
+                    let temp = self.temp(self.compiler.lowered(&parameter.of));
+                    copied.push((number, temp.clone()));
+                    stored.push((Variable::whole(parameter.of, temp), argument));
+                }
+            }
+        }
+        self.check_supplied(block, &members, &supplied, span);
+        let result = self.compiler.blocks[block].result.clone();
+        let mut value = None;
+        if result != Type::Void {
+            let name = key(&self.compiler.blocks[block].name);
+            let symbol = self.compiler.blocks[block].symbols.get(&name).cloned();
+            if let Some(crate::declare::Symbol::Variable(_, of, Slot::Local(number))) = symbol {
+                let temp = self.temp(self.compiler.lowered(&of));
+                copied.push((number, temp.clone()));
+                value = Some((of, temp));
+            }
+        }
+        let passed = passed.into_iter().map(|argument| argument.unwrap_or(program::Argument::Start)).collect();
+        self.push(span, What::Call(Call { function, instance: None, arguments: passed, outputs: copied }));
+        for (actual, formal, span) in behind {
+            let value = self.value_of(&formal, span);
+            self.assign(&actual, value, span);
+        }
+        for (formal, argument) in stored {
+            self.store_output(formal, argument);
+        }
+        value
+    }
+
+    fn check_supplied(&mut self, block: usize, members: &[Parameter], supplied: &[String], span: Span) {
+        let missing: Vec<&str> = members
+            .iter()
+            .filter(|member| matches!(member.section, SectionKind::Input | SectionKind::InOut | SectionKind::Output))
+            .filter(|member| !supplied.contains(&member.key))
+            .map(|member| member.name.as_str())
+            .collect();
+        if !missing.is_empty() {
+            let name = self.compiler.blocks[block].name.clone();
+            let message = format!("{name} is called without {}", missing.join(", "));
+            self.error(span, message, Some("a function needs all its parameters"));
+        }
+    }
+
+    fn input(&mut self, parameter: &Parameter, argument: &Argument) -> Option<program::Argument> {
+        let operand = self.operand(argument.value, parameter.of.elementary());
+        self.by_copy(&parameter.of, operand, self.span(argument.value))
+    }
+
+    fn by_copy(&mut self, of: &Type, operand: Operand, span: Span) -> Option<program::Argument> {
+        match of {
+            Type::Elementary(of) => Some(program::Argument::Value(self.converted(operand, *of, span))),
+            Type::Text { .. } => match operand {
+                Operand::Wrong(_) => None,
+                Operand::Text(..) | Operand::Variable(Type::Text { .. }, _) => {
+                    self.text_place(operand).map(program::Argument::Copy)
+                }
+                other => {
+                    let found = self.type_name(&other);
+                    self.error(span, format!("expected {of}, found {found}"), None);
+                    None
+                }
+            },
+            _ => None,
+        }
+    }
+}
+
+impl Variable {
+    /// All of a variable.
+    pub fn whole(of: Type, place: Place) -> Variable {
+        Variable { of, place, slice: None, section: None, timer: None }
+    }
+}

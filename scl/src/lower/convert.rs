@@ -1,0 +1,246 @@
+//! Conversions between types, implicit ones and explicit ones.
+
+use super::{Lowerer, Operand};
+use crate::compile::Cpu;
+use crate::lexer::Span;
+use crate::program::{At, Binary, Convert, Expr, Scalar, Unary, Value};
+use crate::types::{Class, Elementary};
+
+/// A conversion in the program, calculated at once if it is of a constant.
+pub fn convert(value: Expr, from: Scalar, to: Scalar, how: Convert, at: At) -> Expr {
+    if from == to && matches!(how, Convert::Value | Convert::Bits) {
+        return value;
+    }
+    if let Expr::Const(constant) = value
+        && let Some((converted, _)) = how.of(constant, to)
+    {
+        return Expr::Const(converted);
+    }
+    Expr::Convert(how, from, to, Box::new(value), at)
+}
+
+/// An operation in the program, calculated at once if both are constants and nothing is to be warned of.
+pub fn binary(operation: Binary, of: Scalar, left: Expr, right: Expr, at: At) -> Expr {
+    if let (Expr::Const(left), Expr::Const(right)) = (&left, &right)
+        && let Some((result, false)) = operation.of(*left, *right)
+    {
+        return Expr::Const(result);
+    }
+    Expr::Binary(operation, of, Box::new(left), Box::new(right), at)
+}
+
+/// An operation on one number.
+pub fn unary(operation: Unary, of: Scalar, value: Expr) -> Expr {
+    if let Expr::Const(constant) = value
+        && let Some(result) = operation.of(constant)
+    {
+        return Expr::Const(result);
+    }
+    Expr::Unary(operation, of, Box::new(value))
+}
+
+/// 0 of a type.
+pub fn zero(of: Elementary) -> Expr {
+    Expr::Const(Value::new(of.scalar(), 0))
+}
+
+impl Lowerer<'_, '_> {
+    /// The type of a whole number without one.
+    pub fn widest(&self, whole: i128) -> Elementary {
+        match self.compiler.cpu {
+            Cpu::S71500 => Elementary::LInt,
+            _ if i32::try_from(whole).is_ok() => Elementary::DInt,
+            _ => Elementary::LInt,
+        }
+    }
+
+    /// The type of a number with a fraction without one.
+    pub fn widest_real(&self) -> Elementary {
+        if self.compiler.cpu == Cpu::S7300 { Elementary::Real } else { Elementary::LReal }
+    }
+
+    /// The operand as a number of a type, as an assignment converts it.
+    pub fn converted(&mut self, operand: Operand, to: Elementary, span: Span) -> Expr {
+        match operand {
+            Operand::Value(from, value) => self.implicit(value, from, to, span),
+            Operand::Whole(whole) => self.whole_as(whole, to, span),
+            Operand::Fraction(wide, narrow) => match to.class() {
+                Class::Real if to == Elementary::Real => Expr::Const(narrow.into()),
+                Class::Real => Expr::Const(wide.into()),
+                _ => {
+                    let real = self.widest_real();
+                    let value =
+                        if real == Elementary::Real { Expr::Const(narrow.into()) } else { Expr::Const(wide.into()) };
+                    self.implicit(value, real, to, span)
+                }
+            },
+            Operand::Text(text, _) if to.class() == Class::Character => {
+                if text.len() != 1 {
+                    self.error(span, format!("a text of {} characters is no {}", text.len(), to.name()), None);
+                }
+                Expr::Const(Value::new(to.scalar(), text.first().copied().unwrap_or(0).into()))
+            }
+            Operand::Text(..) => {
+                self.error(span, format!("expected {}, found a text", to.name()), None);
+                zero(to)
+            }
+            Operand::Variable(of, _) => {
+                self.error(span, format!("expected {}, found {of}", to.name()), None);
+                zero(to)
+            }
+            Operand::Wrong(name) => {
+                if let Some(name) = name {
+                    self.guess(&name, to);
+                }
+                // No constant, so that nothing is concluded from it.
+                Expr::After(Vec::new(), Box::new(zero(to)))
+            }
+        }
+    }
+
+    fn whole_as(&mut self, whole: i128, to: Elementary, span: Span) -> Expr {
+        match to.class() {
+            Class::Bool if whole == 0 || whole == 1 => Expr::Const(Value::from(whole == 1)),
+            Class::Bool => {
+                self.error(span, format!("{whole} is no BOOL"), Some("write TRUE or FALSE"));
+                zero(to)
+            }
+            Class::Real if to == Elementary::Real => Expr::Const((whole as f32).into()),
+            Class::Real => Expr::Const((whole as f64).into()),
+            Class::Date => {
+                self.error(span, format!("{whole} is no {}", to.name()), None);
+                zero(to)
+            }
+            _ => {
+                let value = Value::new(to.scalar(), whole as u64);
+                let (low, high) = to.range();
+                let is_bits = to.class() == Class::Bits && whole < 0 && whole >= -(1 << (to.bits() - 1));
+                let is_pattern = self.compiler.text(span).contains('#') && whole < 1 << to.bits();
+                if !(low..=high).contains(&whole) && !is_bits && !is_pattern {
+                    let becomes =
+                        if to.scalar().is_signed() { value.bits() as i64 as i128 } else { value.bits().into() };
+                    let message = format!("{whole} does not fit {}: it becomes {becomes}", to.name());
+                    self.warn(span, message, Some("give the constant a type, such as DINT#50000"));
+                }
+                Expr::Const(value)
+            }
+        }
+    }
+
+    /// What an assignment converts by itself.
+    pub fn implicit(&mut self, value: Expr, from: Elementary, to: Elementary, span: Span) -> Expr {
+        use Class::{Bits, Bool, Character, Date, Integer, Real, Time};
+        if from == to {
+            return value;
+        }
+        let at = self.at(span);
+        let may = |elementary: Elementary, others: &[Elementary]| others.contains(&elementary);
+        let is_possible = match (from.class(), to.class()) {
+            (Bits | Integer | Real, Bits | Integer | Real) => true,
+            (Time, Bits | Integer) => of_time(to),
+            (Bits | Integer, Time) => of_time(from),
+            (Character, Bits | Integer) => {
+                may(to, &[Elementary::Byte, Elementary::USInt, Elementary::SInt]) || from == Elementary::WChar
+            }
+            (Bits | Integer, Character) => {
+                may(from, &[Elementary::Byte, Elementary::USInt, Elementary::SInt]) || to == Elementary::WChar
+            }
+            (Time, Time) => return self.time(value, from, to, at),
+            (Character, Character) => true,
+            (Date, Bits | Integer) | (Bits | Integer, Date) => from.bits() == to.bits(),
+            (Bool, _) | (_, Bool) => false,
+            _ => false,
+        };
+        if !is_possible {
+            let help = match (from.class(), to.class()) {
+                (Bool, Bits | Integer) | (Bits | Integer, Bool) => {
+                    format!("write {}_TO_{}(...)", from.name(), to.name())
+                }
+                (Time, Real) | (Real, Time) => "convert through DINT, which counts milliseconds".to_string(),
+                (Real, Bool) => "compare it with a number".to_string(),
+                _ => format!("convert it with {}_TO_{} if there is such a function", from.name(), to.name()),
+            };
+            self.error(span, format!("{} is not converted to {}", from.name(), to.name()), Some(&help));
+            return zero(to);
+        }
+        if let Some(loss) = loss(from, to).filter(|_| !matches!(value, Expr::Const(_))) {
+            self.warn(span, format!("{} becomes {}: {loss}", from.name(), to.name()), None);
+        }
+        if let (Expr::Const(constant), Real, Integer | Bits) = (&value, from.class(), to.class()) {
+            let message = format!("{constant} becomes {}: it is rounded", to.name());
+            self.warn(span, message, None);
+        }
+        convert(value, from.scalar(), to.scalar(), Convert::Value, at)
+    }
+
+    /// Between TIME and LTIME.
+    fn time(&mut self, value: Expr, from: Elementary, to: Elementary, at: At) -> Expr {
+        const NANOSECONDS: i64 = 1_000_000;
+        let factor = Expr::Const(NANOSECONDS.into());
+        match (from, to) {
+            (Elementary::Time, Elementary::LTime) => {
+                let wide = convert(value, Scalar::I32, Scalar::I64, Convert::Value, at);
+                binary(Binary::Mul, Scalar::I64, wide, factor, at)
+            }
+            _ => {
+                let milliseconds = binary(Binary::Div, Scalar::I64, value, factor, at);
+                convert(milliseconds, Scalar::I64, Scalar::I32, Convert::Value, at)
+            }
+        }
+    }
+
+    /// `X_TO_Y(value)`.
+    pub fn explicit(&mut self, value: Expr, from: Elementary, to: Elementary, span: Span) -> Operand {
+        use Class::{Bits, Bool, Character, Date, Integer, Real, Time};
+        let at = self.at(span);
+        let are_bits = |real: Elementary, bits: Elementary| {
+            real.class() == Real && bits.class() == Bits && real.bits() == bits.bits()
+        };
+        let value = match (from.class(), to.class()) {
+            _ if are_bits(from, to) || are_bits(to, from) => {
+                convert(value, from.scalar(), to.scalar(), Convert::Bits, at)
+            }
+            (Time, Time) if from != to => self.time(value, from, to, at),
+            (Bits | Integer | Real | Bool | Time | Character, Bits | Integer | Real | Bool | Time | Character) => {
+                convert(value, from.scalar(), to.scalar(), Convert::Value, at)
+            }
+            (Date, Bits | Integer | Date) | (Bits | Integer, Date) => {
+                convert(value, from.scalar(), to.scalar(), Convert::Value, at)
+            }
+            _ => return self.error(span, format!("there is no {}_TO_{}", from.name(), to.name()), None),
+        };
+        Operand::Value(to, value)
+    }
+}
+
+fn of_time(elementary: Elementary) -> bool {
+    matches!(
+        elementary,
+        Elementary::DInt
+            | Elementary::UDInt
+            | Elementary::DWord
+            | Elementary::LInt
+            | Elementary::ULInt
+            | Elementary::LWord
+    )
+}
+
+/// What an implicit conversion may lose.
+fn loss(from: Elementary, to: Elementary) -> Option<&'static str> {
+    use Class::{Bits, Integer, Real};
+    match (from.class(), to.class()) {
+        (Real, Real) if from == Elementary::LReal => Some("it is rounded"),
+        (Real, Bits | Integer) => Some("it is rounded, and what does not fit is cut off"),
+        (Bits, Real) if from.bits() >= 32 => Some("its number, not its bits"),
+        (Bits | Integer, Real) => {
+            let digits = if to == Elementary::Real { 24 } else { 53 };
+            (from.bits() - u32::from(from.scalar().is_signed()) > digits).then_some("it is rounded")
+        }
+        (Bits | Integer, Bits | Integer) if from.bits() > to.bits() => Some("its high bits are cut off"),
+        (Integer, Integer) if from.scalar().is_signed() && !to.scalar().is_signed() => {
+            Some("a negative number becomes a large one")
+        }
+        (Integer, Integer) if from.bits() == to.bits() => Some("a large number becomes a negative one"),
+        _ => None,
+    }
+}

@@ -1,0 +1,130 @@
+//! Expressions.
+
+use super::{Lowerer, Operand};
+use crate::constant::{self, Literal};
+use crate::lexer::Span;
+use crate::program::{self, Base, Expr, Place, Value};
+use crate::syntax::{ExpressionId, ExpressionKind};
+use crate::types::{Elementary, Type};
+
+/// The bytes of a DTL.
+pub const DTL_BYTES: usize = 12;
+
+impl Lowerer<'_, '_> {
+    /// An expression; `expected` is the type of what it is assigned to alone.
+    pub fn operand(&mut self, id: ExpressionId, expected: Option<Elementary>) -> Operand {
+        let expressions = self.expressions();
+        let span = expressions[id].span;
+        match &expressions[id].kind {
+            ExpressionKind::Literal(text) => self.literal(text, span),
+            ExpressionKind::Unary(operator, operand) => {
+                let operand = self.operand(*operand, None);
+                self.unary(*operator, operand, span)
+            }
+            ExpressionKind::Binary(..) => {
+                // A chain such as `a + b + c` leans to the left: it is followed without going deeper.
+                let mut chain = Vec::new();
+                let mut first = id;
+                while let ExpressionKind::Binary(operator, left, right) = &expressions[first].kind {
+                    chain.push((*operator, *right, expressions[first].span));
+                    first = *left;
+                }
+                let mut left = self.operand(first, None);
+                for (operator, right, span) in chain.into_iter().rev() {
+                    let right = self.operand(right, None);
+                    left = self.binary(operator, left, right, span);
+                }
+                left
+            }
+            ExpressionKind::Call(callee, arguments) => self.call_value(*callee, arguments, expected, span),
+            _ => self.load(id),
+        }
+    }
+
+    /// A literal.
+    pub fn literal(&mut self, text: &str, span: Span) -> Operand {
+        match constant::read(text) {
+            Ok(Literal::Whole(whole, None)) => Operand::Whole(whole),
+            Ok(Literal::Whole(whole, Some(of))) => {
+                Operand::Value(of, Expr::Const(Value::new(of.scalar(), whole as u64)))
+            }
+            Ok(Literal::Fraction(wide, narrow, None)) => Operand::Fraction(wide, narrow),
+            Ok(Literal::Fraction(_, narrow, Some(Elementary::Real))) => {
+                Operand::Value(Elementary::Real, Expr::Const(narrow.into()))
+            }
+            Ok(Literal::Fraction(wide, ..)) => Operand::Value(Elementary::LReal, Expr::Const(wide.into())),
+            Ok(Literal::Truth(truth)) => Operand::Value(Elementary::Bool, Expr::Const(truth.into())),
+            Ok(Literal::Text(text, wide)) => Operand::Text(text, wide),
+            Ok(Literal::Moment(parts)) => {
+                let of = self.compiler.dtl();
+                let place = self.constant_place(self.compiler.lowered(&of), &moment(parts));
+                Operand::Variable(of, place)
+            }
+            Err((expected, help)) => {
+                let found = parameters::problem::quoted(text);
+                self.error(span, format!("expected {expected}, found {found}"), help)
+            }
+        }
+    }
+
+    /// The bytes of a DTL literal.
+    pub fn moment(&mut self, id: ExpressionId) -> Option<[u8; DTL_BYTES]> {
+        let expressions = self.expressions();
+        let ExpressionKind::Literal(text) = &expressions[id].kind else { return None };
+        match constant::read(text) {
+            Ok(Literal::Moment(parts)) => Some(moment(parts)),
+            _ => {
+                self.error(expressions[id].span, "expected a DTL such as DTL#2020-01-02-03:04:05.6", None);
+                None
+            }
+        }
+    }
+
+    /// A place with constant bytes.
+    fn constant_place(&mut self, of: program::Type, bytes: &[u8]) -> Place {
+        let constants = self.compiler.program.constants;
+        let member = self.compiler.program.extend_record(constants, "constant", of);
+        let record = &mut self.compiler.program.records[constants];
+        let offset = record.members[member].offset;
+        record.start[offset..offset + bytes.len()].copy_from_slice(bytes);
+        Place::of(Base::Constants).member(member)
+    }
+
+    /// Where a text is.
+    pub fn text_place(&mut self, operand: Operand) -> Option<Place> {
+        match operand {
+            Operand::Text(text, wide) => Some(self.text_constant(&text, wide.unwrap_or(false))),
+            Operand::Variable(_, place) => Some(place),
+            _ => None,
+        }
+    }
+
+    /// A constant text.
+    pub fn text_constant(&mut self, text: &[u16], wide: bool) -> Place {
+        let wide = wide || text.iter().any(|unit| *unit > 255);
+        let of = Type::Text { capacity: text.len().min(16382) as u16, wide };
+        let lowered = self.compiler.lowered(&of);
+        let mut bytes = vec![0; self.compiler.program.size(&lowered)];
+        crate::start::write_text(&of, text, &mut bytes);
+        self.constant_place(lowered, &bytes)
+    }
+}
+
+fn moment([year, month, day, hour, minute, second, nanosecond]: [u32; 7]) -> [u8; DTL_BYTES] {
+    let mut bytes = [0; DTL_BYTES];
+    bytes[..2].copy_from_slice(&(year as u16).to_le_bytes());
+    let parts = [month, day, weekday(year, month, day), hour, minute, second];
+    for (byte, part) in bytes[2..8].iter_mut().zip(parts) {
+        *byte = part as u8;
+    }
+    bytes[8..].copy_from_slice(&nanosecond.to_le_bytes());
+    bytes
+}
+
+/// 1 is Sunday.
+fn weekday(year: u32, month: u32, day: u32) -> u32 {
+    // Sakamoto's method.
+    const MONTHS: [u32; 12] = [0, 3, 2, 5, 0, 3, 5, 1, 4, 6, 2, 4];
+    let year = if month < 3 { year - 1 } else { year };
+    (year + year / 4 - year / 100 + year / 400 + MONTHS[month as usize - 1] + day) % 7 + 1
+}

@@ -1,0 +1,458 @@
+//! Names, members, indices and slices.
+
+use super::convert::{convert, zero};
+use super::{Lowerer, Operand};
+use crate::compile::Cpu;
+use crate::declare::{Global, Slot, Symbol};
+use crate::lexer::Span;
+use crate::program::{Base, Binary, Call, Convert, Expr, Place, Scalar, Step, Value, What};
+use crate::syntax::{BlockKind, ExpressionId, ExpressionKind, Name, Scope, SectionKind, key};
+use crate::types::{Elementary, Type};
+use crate::undeclared::What as Missing;
+use parameters::problem::nearest;
+
+/// What an absolute address is told.
+pub const ABSOLUTE: &str = "an absolute address has no value in an FMU; make it an input of the block";
+
+/// A variable or a part of one.
+#[derive(Clone, Debug)]
+pub struct Variable {
+    /// Its type.
+    pub of: Type,
+    /// Where it is.
+    pub place: Place,
+    /// Some of its bits.
+    pub slice: Option<Slice>,
+    /// The section, if it is a variable of the block itself, or a part of one.
+    pub section: Option<SectionKind>,
+    /// The timer that is brought up to date before it is read.
+    pub timer: Option<(usize, Place)>,
+}
+
+/// Some bits of a variable.
+#[derive(Clone, Copy, Debug)]
+pub struct Slice {
+    /// The type of the bits.
+    pub of: Elementary,
+    /// How many bits are below them.
+    pub shift: u32,
+}
+
+/// What a path leads to.
+pub enum Path {
+    /// A variable.
+    Variable(Variable),
+    /// A constant.
+    Constant(Operand),
+    /// A name that no source declares: its key, and the members behind it.
+    Missing(String, String),
+    /// What a message has told already.
+    Wrong,
+}
+
+impl Lowerer<'_, '_> {
+    /// A path as a number, or as a variable that is none.
+    pub fn load(&mut self, id: ExpressionId) -> Operand {
+        match self.path(id) {
+            Path::Variable(variable) => self.value_of(&variable, self.span(id)),
+            Path::Constant(operand) => operand,
+            Path::Missing(name, members) => Operand::Wrong(Some(name).filter(|_| members.is_empty())),
+            Path::Wrong => Operand::Wrong(None),
+        }
+    }
+
+    /// The value of a variable.
+    pub fn value_of(&mut self, variable: &Variable, span: Span) -> Operand {
+        let Type::Elementary(of) = variable.of else {
+            return match &variable.of {
+                Type::Wrong => Operand::Wrong(None),
+                of => Operand::Variable(of.clone(), variable.place.clone()),
+            };
+        };
+        let at = self.at(span);
+        let mut value = Expr::Load(of.scalar(), variable.place.clone());
+        if let Some((block, place)) = &variable.timer {
+            let function = self.compiler.blocks[*block].function;
+            let call = Call { function, instance: Some(place.clone()), arguments: Vec::new(), outputs: Vec::new() };
+            let (update, ()) = self.aside(|lowerer| lowerer.push(span, What::Call(call)));
+            value = Expr::After(update, Box::new(value));
+        }
+        let Some(slice) = variable.slice else { return Operand::Value(of, value) };
+        let shift = Expr::Const(Value::from(slice.shift));
+        let shifted = super::convert::binary(Binary::Shr, of.scalar(), value, shift, at);
+        Operand::Value(slice.of, convert(shifted, of.scalar(), slice.of.scalar(), Convert::Value, at))
+    }
+
+    /// A path to what can be written; everything else is told.
+    pub fn target(&mut self, id: ExpressionId) -> Option<Variable> {
+        let span = self.span(id);
+        if matches!(self.expressions()[id].kind, ExpressionKind::Call(..) | ExpressionKind::Literal(_)) {
+            self.error(span, "nothing can be written here", Some("write a variable"));
+            return None;
+        }
+        match self.path(id) {
+            Path::Variable(variable) => Some(variable),
+            Path::Constant(_) => {
+                self.error(span, "a constant cannot be written", None);
+                None
+            }
+            Path::Missing(..) | Path::Wrong => None,
+        }
+    }
+
+    /// What a path leads to.
+    pub fn path(&mut self, id: ExpressionId) -> Path {
+        let span = self.span(id);
+        let expressions = self.expressions();
+        match &expressions[id].kind {
+            ExpressionKind::Name(scope, name) => self.name(*scope, name),
+            ExpressionKind::Member(base, name) => match self.path(*base) {
+                Path::Variable(variable) => self.member(variable, name),
+                Path::Missing(missing, members) => self.missing_member(missing, &members, &name.text, span),
+                Path::Constant(_) => {
+                    self.error(span, format!("a constant has no member {}", name.text), None);
+                    Path::Wrong
+                }
+                Path::Wrong => Path::Wrong,
+            },
+            ExpressionKind::Index(base, indices) => match self.path(*base) {
+                Path::Variable(variable) => self.indexed(variable, indices, span),
+                Path::Missing(missing, members) => {
+                    for index in indices {
+                        self.operand(*index, None);
+                    }
+                    let members = if members.is_empty() { String::new() } else { format!("{members}[]") };
+                    if members.is_empty() {
+                        return self.missing_member(missing, "", "[]", span);
+                    }
+                    Path::Missing(missing, members)
+                }
+                _ => Path::Wrong,
+            },
+            ExpressionKind::Address => {
+                self.error(span, ABSOLUTE, None);
+                Path::Wrong
+            }
+            ExpressionKind::Pointer(_) => {
+                let help = "pass the variable itself, or ARRAY[*]";
+                self.error(span, "a pointer of this kind has no type here", Some(help));
+                Path::Wrong
+            }
+            ExpressionKind::Wrong => Path::Wrong,
+            _ => {
+                self.error(span, "expected a variable", None);
+                Path::Wrong
+            }
+        }
+    }
+
+    fn missing_member(&mut self, missing: String, members: &str, name: &str, span: Span) -> Path {
+        let path = if members.is_empty() { name.to_string() } else { format!("{members}.{name}") };
+        if is_data_address(name) {
+            self.compiler.undeclared.remove(&missing);
+            self.error(span, ABSOLUTE, None);
+            return Path::Wrong;
+        }
+        if name.starts_with('%') {
+            return Path::Wrong;
+        }
+        if let Some(undeclared) = self.compiler.undeclared.get_mut(&missing) {
+            // What is below a member is told with it.
+            let top = path.split('.').next().unwrap_or_default().trim_end_matches("[]").to_string();
+            undeclared.members.insert(top);
+        }
+        Path::Missing(missing, path)
+    }
+
+    fn name(&mut self, scope: Scope, name: &Name) -> Path {
+        if scope != Scope::Global {
+            match self.symbol(&name.text) {
+                Some(Symbol::Variable(section, of, slot)) => {
+                    let place = match slot {
+                        Slot::Member(number) => Place::of(Base::Instance).member(number),
+                        Slot::Local(number) => Place::of(Base::Local(number)),
+                    };
+                    return Path::Variable(Variable { of, place, slice: None, section: Some(section), timer: None });
+                }
+                Some(Symbol::Constant(operand)) => return Path::Constant(operand),
+                None => {}
+            }
+            match name.key().as_str() {
+                "TRUE" => return Path::Constant(Operand::Value(Elementary::Bool, Expr::Const(true.into()))),
+                "FALSE" => return Path::Constant(Operand::Value(Elementary::Bool, Expr::Const(false.into()))),
+                "ENO" if self.block.is_some() => {
+                    let place = match self.eno {
+                        Some(eno) => Place::of(Base::Local(eno)),
+                        None => {
+                            self.eno = Some(self.locals.len());
+                            self.temp(crate::program::Type::Scalar(Scalar::Bool))
+                        }
+                    };
+                    let of = Type::Elementary(Elementary::Bool);
+                    return Path::Variable(Variable { of, place, slice: None, section: None, timer: None });
+                }
+                _ => {}
+            }
+        }
+        if scope == Scope::Local {
+            let names: Vec<String> = self.block.map_or_else(Vec::new, |block| {
+                self.compiler.blocks[block].members.iter().map(|member| member.name.clone()).collect()
+            });
+            let like = nearest(&name.text, names.iter().map(String::as_str));
+            let help = like.map(|like| format!("#{like} is declared: is it meant?"));
+            self.error(name.span, format!("#{} is not declared in this block", name.text), help.as_deref());
+            return Path::Wrong;
+        }
+        self.global(scope, name)
+    }
+
+    /// The variable ENO of the block.
+    pub fn eno_path(&mut self, name: &Name) -> Path {
+        self.name(Scope::Bare, name)
+    }
+
+    fn global(&mut self, scope: Scope, name: &Name) -> Path {
+        let capitals = name.key();
+        if let Some(Global { member, of }) = self.compiler.global(&capitals) {
+            let place = Place::of(Base::Memory).member(member);
+            return Path::Variable(Variable { of, place, slice: None, section: None, timer: None });
+        }
+        let constant = self.compiler.options.constants.iter().find(|(constant, _)| key(constant) == capitals);
+        if let Some((_, value)) = constant {
+            let value = value.clone();
+            return Path::Constant(self.literal(&value, name.span));
+        }
+        if let Some(kind) = self.compiler.names.get(&capitals).map(|id| self.compiler.block(*id).kind) {
+            let what = match kind {
+                BlockKind::Type => "a type",
+                BlockKind::DataBlock => return Path::Wrong,
+                _ => "a block, and no variable",
+            };
+            self.error(name.span, format!("{} is {what}", name.text), None);
+            return Path::Wrong;
+        }
+        if scope == Scope::Bare && is_address(&capitals) {
+            self.error(name.span, ABSOLUTE, None);
+            return Path::Wrong;
+        }
+        self.compiler.miss(&name.text, name.span, Missing::Variable);
+        Path::Missing(capitals, String::new())
+    }
+
+    /// A member of a variable.
+    pub fn member(&mut self, variable: Variable, name: &Name) -> Path {
+        let capitals = name.key();
+        match &variable.of {
+            Type::Structure(structure) => {
+                if let Some(number) = structure.fields.iter().position(|field| field.key == capitals) {
+                    let of = structure.fields[number].of.clone();
+                    return Path::Variable(Variable {
+                        of,
+                        place: variable.place.member(number),
+                        timer: None,
+                        ..variable
+                    });
+                }
+                if is_data_address(&name.text) {
+                    self.error(name.span, ABSOLUTE, None);
+                    return Path::Wrong;
+                }
+                let like = nearest(&name.text, structure.fields.iter().map(|field| field.name.as_str()));
+                self.no_member(&variable.of.to_string(), name, like.map(str::to_string))
+            }
+            Type::Instance(block) => {
+                let interface = &self.compiler.blocks[*block];
+                let found = interface.members.iter().find(|member| member.key == capitals).cloned();
+                let Some(found) = found else {
+                    let like = nearest(&name.text, interface.members.iter().map(|member| member.name.as_str()));
+                    let like = like.map(str::to_string);
+                    let of = interface.name.clone();
+                    return self.no_member(&of, name, like);
+                };
+                let Slot::Member(number) = found.slot else {
+                    let message = format!("{} belongs to one call only: it cannot be read from outside", name.text);
+                    self.error(name.span, message, None);
+                    return Path::Wrong;
+                };
+                let updates = self.compiler.cpu != Cpu::S7300
+                    && self.file != self.compiler.library_file()
+                    && found.section == SectionKind::Output
+                    && self.compiler.is_timer(*block);
+                let timer = updates.then(|| (self.kind_of(&variable, *block), variable.place.clone()));
+                let place = variable.place.clone().member(number);
+                Path::Variable(Variable { of: found.of, place, timer, ..variable })
+            }
+            Type::Elementary(of) => match slice(&capitals, *of, variable.slice) {
+                Some(slice) => Path::Variable(Variable { slice: Some(slice), ..variable }),
+                None => {
+                    let of = of.name();
+                    self.no_member(of, name, None)
+                }
+            },
+            Type::Wrong => Path::Wrong,
+            of => {
+                let of = of.to_string();
+                self.no_member(&of, name, None)
+            }
+        }
+    }
+
+    /// The kind of a timer, which its type may leave open.
+    fn kind_of(&mut self, variable: &Variable, block: usize) -> usize {
+        let name = self.name_of(&variable.place);
+        let kind = name.and_then(|name| self.compiler.kinds.get(&name).cloned());
+        kind.and_then(|kind| self.compiler.as_method(block, &kind)).unwrap_or(block)
+    }
+
+    /// The last name of a place, in capitals.
+    fn name_of(&self, place: &Place) -> Option<String> {
+        let members = place.steps.iter().filter_map(|step| match step {
+            Step::Member(number) => Some(*number),
+            Step::Index(..) => None,
+        });
+        let mut of = match place.base {
+            Base::Memory => crate::program::Type::Record(self.compiler.program.memory),
+            Base::Instance => crate::program::Type::Record(self.compiler.blocks[self.block?].record),
+            Base::Local(local) => self.locals[local].ty.clone(),
+            Base::Constants => return None,
+        };
+        let mut name = None;
+        for number in members {
+            while let crate::program::Type::Array { of: inner, .. } = of {
+                of = *inner;
+            }
+            let crate::program::Type::Record(record) = of else { return None };
+            let member = self.compiler.program.records[record].members.get(number)?;
+            name = Some(key(&member.name));
+            of = member.ty.clone();
+        }
+        name
+    }
+
+    fn no_member(&mut self, of: &str, name: &Name, like: Option<String>) -> Path {
+        let help = like.map(|like| format!("it has {like}"));
+        self.error(name.span, format!("{of} has no member {}", name.text), help.as_deref());
+        Path::Wrong
+    }
+
+    fn indexed(&mut self, variable: Variable, indices: &[ExpressionId], span: Span) -> Path {
+        let (of, dimensions) = match &variable.of {
+            Type::Array(array) => (array.of.clone(), array.bounds.len()),
+            Type::Open(of, dimensions) => ((**of).clone(), *dimensions),
+            Type::Text { wide, .. } => (Type::Elementary(if *wide { Elementary::WChar } else { Elementary::Char }), 1),
+            Type::Wrong => return Path::Wrong,
+            of => {
+                let message = format!("{of} has no elements");
+                self.error(span, message, None);
+                return Path::Wrong;
+            }
+        };
+        if indices.len() != dimensions {
+            let message = format!("{} indices for {dimensions} dimensions", indices.len());
+            self.error(span, message, None);
+            return Path::Wrong;
+        }
+        let bounds = match &variable.of {
+            Type::Array(array) => array.bounds.iter().copied().map(Some).collect(),
+            _ => vec![None; dimensions],
+        };
+        let numbers = indices.iter().zip(bounds).map(|(index, bounds)| self.index(*index, bounds)).collect();
+        let at = self.at(span);
+        let mut place = variable.place;
+        place.steps.push(Step::Index(numbers, at));
+        Path::Variable(Variable { of, place, timer: None, ..variable })
+    }
+
+    fn index(&mut self, id: ExpressionId, bounds: Option<(i32, i32)>) -> Expr {
+        let span = self.span(id);
+        let operand = self.operand(id, None);
+        if let Operand::Value(of, _) = &operand
+            && !of.is_whole()
+        {
+            self.error(span, format!("an index is an integer, not a {}", of.name()), None);
+            return zero(Elementary::DInt);
+        }
+        let value = match operand {
+            Operand::Value(of, value) => {
+                let to = if of.bits() > 32 || of == Elementary::UDInt || of == Elementary::DWord {
+                    Scalar::I64
+                } else {
+                    Scalar::I32
+                };
+                let at = self.at(span);
+                convert(value, of.scalar(), to, Convert::Value, at)
+            }
+            other => self.converted(other, Elementary::DInt, span),
+        };
+        if let (Expr::Const(number), Some((low, high))) = (&value, bounds) {
+            let number = number.bits() as i64;
+            if !(i64::from(low)..=i64::from(high)).contains(&number) {
+                self.error(span, format!("index {number} is outside of {low}..{high}"), None);
+            }
+        }
+        value
+    }
+
+    /// The place and the type of a member of a data block, in its start values.
+    pub fn member_of(&mut self, global: &Global, id: ExpressionId) -> Option<(Place, Type)> {
+        let root = Variable { of: global.of.clone(), place: global.place(), slice: None, section: None, timer: None };
+        match self.path_in(root, id)? {
+            Path::Variable(variable) => Some((variable.place, variable.of)),
+            _ => None,
+        }
+    }
+
+    fn path_in(&mut self, root: Variable, id: ExpressionId) -> Option<Path> {
+        let span = self.span(id);
+        let expressions = self.expressions();
+        let found = match &expressions[id].kind {
+            ExpressionKind::Name(_, name) => self.member(root, name),
+            ExpressionKind::Member(base, name) => match self.path_in(root, *base)? {
+                Path::Variable(variable) => self.member(variable, name),
+                other => other,
+            },
+            ExpressionKind::Index(base, indices) => match self.path_in(root, *base)? {
+                Path::Variable(variable) => self.indexed(variable, indices, span),
+                other => other,
+            },
+            _ => {
+                self.error(span, "expected a member of the data block", None);
+                return None;
+            }
+        };
+        Some(found)
+    }
+}
+
+/// `%X3`, `B1` of a variable, or of a slice.
+fn slice(name: &str, of: Elementary, within: Option<Slice>) -> Option<Slice> {
+    let name = name.strip_prefix('%').unwrap_or(name);
+    let bits = match name.chars().next()? {
+        'X' => 1,
+        'B' => 8,
+        'W' => 16,
+        'D' => 32,
+        _ => return None,
+    };
+    let number: u32 = name[1..].parse().ok()?;
+    let whole = within.map_or(of, |slice| slice.of);
+    let shift = number.checked_mul(bits)?;
+    let is_part = whole.is_whole() && bits <= whole.bits() && shift < whole.bits();
+    is_part.then(|| Slice { of: Elementary::bit_string(bits), shift: shift + within.map_or(0, |slice| slice.shift) })
+}
+
+/// Whether a name without quotation marks is an absolute address: `I0`, `MW10`, `PEW256`.
+fn is_address(name: &str) -> bool {
+    let letters = name.trim_end_matches(|last: char| last.is_ascii_digit());
+    let area = letters.strip_suffix(['B', 'W', 'D', 'X']).unwrap_or(letters);
+    let is_area =
+        matches!(area, "I" | "E" | "Q" | "A" | "M" | "PI" | "PE" | "PQ" | "PA" | "T" | "C" | "Z" | "DB" | "DI" | "L");
+    is_area && letters.len() < name.len() || matches!(name, "M" | "I" | "Q" | "E" | "A" | "MW" | "MB" | "MD")
+}
+
+/// Whether a member of a data block is an absolute address: `DBX0`, `%DBW2`.
+fn is_data_address(name: &str) -> bool {
+    let name = name.trim_start_matches('%').to_uppercase();
+    let number = ["DBX", "DBB", "DBW", "DBD", "D"].iter().find_map(|area| name.strip_prefix(area));
+    number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'.')))
+}

@@ -1,0 +1,422 @@
+//! Statements.
+
+use super::convert::{binary, zero};
+use super::paths::{Slice, Variable};
+use super::{LabelOf, Loop, Lowerer, Operand};
+use crate::compile::Cpu;
+use crate::lexer::Span;
+use crate::program::{self, Arm, Expr, For, Place, Scalar, Step, Value, What};
+use crate::syntax::{Binary, ExpressionId, ExpressionKind, Label, Name, SectionKind, Statement, StatementKind};
+use crate::types::{Elementary, Type};
+
+impl Lowerer<'_, '_> {
+    /// Statements, one after the other.
+    pub fn statements(&mut self, statements: &[Statement]) {
+        self.warn_of_calls(statements);
+        for statement in statements {
+            self.statement(statement);
+        }
+    }
+
+    /// An instance that is called twice, one time surely after the other.
+    fn warn_of_calls(&mut self, statements: &[Statement]) {
+        let mut called: Vec<&str> = Vec::new();
+        for statement in statements {
+            let StatementKind::Call(call) = &statement.kind else { continue };
+            let ExpressionKind::Call(callee, _) = &self.expressions()[*call].kind else { continue };
+            let name = self.compiler.text(self.span(*callee));
+            let is_instance = self.is_instance(*callee);
+            if called.contains(&name) && is_instance {
+                let message = format!("the instance {name} is called a second time in this cycle");
+                self.warn(statement.span, message, Some("call it once, or use two instances"));
+            }
+            called.push(name);
+        }
+    }
+
+    fn body(&mut self, statements: &[Statement]) -> Vec<program::Statement> {
+        self.aside(|lowerer| lowerer.statements(statements)).0
+    }
+
+    fn condition_of(&mut self, id: ExpressionId) -> Expr {
+        let span = self.span(id);
+        let operand = self.operand(id, Some(Elementary::Bool));
+        self.condition(operand, span)
+    }
+
+    fn statement(&mut self, statement: &Statement) {
+        let span = statement.span;
+        match &statement.kind {
+            StatementKind::Assign(targets, value) => self.assignments(targets, *value, span),
+            StatementKind::Call(call) => self.call_statement(*call),
+            StatementKind::If(arms, otherwise) => self.conditional(arms, otherwise, span),
+            StatementKind::Case(selector, arms, otherwise) => self.case(*selector, arms, otherwise, span),
+            StatementKind::For(variable, range, step, body) => self.counting(*variable, *range, *step, body, span),
+            StatementKind::While(condition, body) => {
+                let condition = self.condition_of(*condition);
+                let body = self.in_loop(None, body);
+                self.push(span, What::While(condition, body));
+            }
+            StatementKind::Repeat(body, condition) => {
+                let body = self.in_loop(None, body);
+                let condition = self.condition_of(*condition);
+                self.push(span, What::Repeat(body, condition));
+            }
+            StatementKind::Exit | StatementKind::Continue => {
+                if self.loops.is_empty() {
+                    let name = if matches!(statement.kind, StatementKind::Exit) { "EXIT" } else { "CONTINUE" };
+                    self.error(span, format!("{name} stands in no loop"), Some("RETURN leaves the block"));
+                    return;
+                }
+                let is_exit = matches!(statement.kind, StatementKind::Exit);
+                self.push(span, if is_exit { What::Break } else { What::Continue });
+            }
+            StatementKind::Return(value) => {
+                if let Some(value) = value {
+                    let condition = self.condition_of(*value);
+                    let name = Name { text: "ENO".to_string(), span };
+                    if let super::paths::Path::Variable(eno) = self.eno_path(&name) {
+                        self.push(span, What::Assign(eno.place, condition));
+                    }
+                }
+                self.push(span, What::Return);
+            }
+            StatementKind::Goto(name) => {
+                let loops: Vec<usize> = self.loops.iter().map(|(number, _)| *number).collect();
+                let label = self.label(&name.text);
+                label.jumps.push((name.span, loops));
+                let number = label.number;
+                self.push(span, What::Goto(number));
+            }
+            StatementKind::Label(name) => {
+                let loops: Vec<usize> = self.loops.iter().map(|(number, _)| *number).collect();
+                let label = self.label(&name.text);
+                let number = label.number;
+                if label.loops.replace(loops).is_some() {
+                    self.error(name.span, format!("the label {} stands twice", name.text), None);
+                    return;
+                }
+                self.push(span, What::Label(number));
+            }
+        }
+    }
+
+    fn label(&mut self, name: &str) -> &mut LabelOf {
+        let number = self.labels.len();
+        self.labels.entry(name.to_string()).or_insert(LabelOf { number, loops: None, jumps: Vec::new() })
+    }
+
+    /// Jumps go to labels of the block, and never into a loop.
+    pub fn check_labels(&mut self) {
+        for (name, label) in std::mem::take(&mut self.labels) {
+            for (span, loops) in &label.jumps {
+                match &label.loops {
+                    None => {
+                        self.error(*span, format!("there is no label {name} in this block"), None);
+                    }
+                    Some(inside) if !loops.starts_with(inside) => {
+                        self.error(
+                            *span,
+                            format!("GOTO jumps into the loop of the label {name}"),
+                            Some("use IF in the loop"),
+                        );
+                    }
+                    Some(_) => {}
+                }
+            }
+        }
+    }
+
+    fn assignments(&mut self, targets: &[(ExpressionId, Option<Binary>)], value: ExpressionId, span: Span) {
+        let mut value_span = self.span(value);
+        let mut next: Option<Operand> = None;
+        for (target, operator) in targets.iter().rev() {
+            let place = self.target(*target);
+            let target_span = self.span(*target);
+            let of = place.as_ref().and_then(|place| place.slice.map_or(place.of.elementary(), |slice| Some(slice.of)));
+            let mut operand = match next.take() {
+                Some(operand) => operand,
+                None => self.operand(value, of.filter(|_| operator.is_none())),
+            };
+            let Some(variable) = place else {
+                self.guess_target(*target, &operand);
+                next = Some(operand);
+                continue;
+            };
+            self.check_written(&variable, target_span);
+            self.note_of_type(&variable, value, &operand, value_span);
+            if let Some(operator) = operator {
+                let before = self.value_of(&variable, target_span);
+                operand = self.binary(*operator, before, operand, span);
+            }
+            self.assign(&variable, operand, value_span);
+            next = Some(self.value_of(&variable, target_span));
+            value_span = target_span;
+        }
+    }
+
+    /// `#dint := #int * 1000` wraps in INT, `#real := #int / 2` divides integers, `#real := #int * 0.1` is rounded twice.
+    fn note_of_type(&mut self, variable: &Variable, value: ExpressionId, operand: &Operand, span: Span) {
+        let ExpressionKind::Binary(operator, ..) = &self.expressions()[value].kind else { return };
+        let (Type::Elementary(to), Operand::Value(of, value)) = (&variable.of, operand) else { return };
+        if matches!(value, Expr::Const(_)) {
+            return;
+        }
+        let (of, to) = (*of, *to);
+        let is_sum = matches!(operator, Binary::Add | Binary::Subtract | Binary::Multiply);
+        if is_sum && of.is_whole() && to.is_whole() && of.bits() < to.bits() {
+            let help = format!("convert an operand first: {}_TO_{}(...)", of.name(), to.name());
+            self.warn(
+                span,
+                format!("this is calculated in {} and wraps there, before it becomes {}", of.name(), to.name()),
+                Some(&help),
+            );
+        }
+        if *operator == Binary::Divide && of.is_whole() && to.class() == crate::types::Class::Real {
+            let message = format!("this divides integers: the fraction is lost before it becomes {}", to.name());
+            self.warn(span, message, Some("convert an operand first, or write 2.0 instead of 2"));
+        }
+    }
+
+    /// What is not to be written.
+    fn check_written(&mut self, variable: &Variable, span: Span) {
+        if variable.section == Some(SectionKind::Input) && self.file != self.compiler.library_file() {
+            self.warn(
+                span,
+                "an input is written: the caller does not see it",
+                Some("use a static or temporary variable"),
+            );
+        }
+        let counted = self.loops.iter().any(|(_, one)| one.variable.as_ref() == Some(&variable.place));
+        if counted {
+            let name = self.compiler.text(span).trim_start_matches('#').to_string();
+            if self.compiler.cpu == Cpu::S7300 {
+                self.warn(span, format!("the loop variable {name} is written in its loop: the new value counts"), None);
+            } else {
+                let message = format!("the loop variable {name} must not be written in its loop");
+                self.error(span, message, Some("use WHILE, or EXIT to leave the loop"));
+            }
+        }
+    }
+
+    /// What an assignment tells of a name that no source declares.
+    fn guess_target(&mut self, target: ExpressionId, operand: &Operand) {
+        let ExpressionKind::Name(_, name) = &self.expressions()[target].kind else { return };
+        match operand {
+            Operand::Value(of, _) => self.guess(&name.key(), *of),
+            Operand::Fraction(..) => self.guess(&name.key(), Elementary::Real),
+            Operand::Whole(_) => self.guess(&name.key(), Elementary::Int),
+            _ => {}
+        }
+    }
+
+    /// Stores a value in a variable, converted to its type.
+    pub fn assign(&mut self, variable: &Variable, operand: Operand, span: Span) {
+        let place = variable.place.clone();
+        match &variable.of {
+            Type::Elementary(of) => match variable.slice {
+                None => {
+                    let value = self.converted(operand, *of, span);
+                    self.push(span, What::Assign(place, value));
+                }
+                Some(slice) => {
+                    let value = self.converted(operand, slice.of, span);
+                    let value = self.with_slice(*of, slice, &place, value, span);
+                    self.push(span, What::Assign(place, value));
+                }
+            },
+            Type::Wrong => {}
+            of => match operand {
+                Operand::Wrong(_) => {}
+                Operand::Text(text, wide) if matches!(of, Type::Text { .. }) => {
+                    let Type::Text { wide: to, .. } = of else { return };
+                    let from = self.text_constant(&text, wide.unwrap_or(*to) || *to);
+                    self.push(span, What::Copy(place, from));
+                }
+                Operand::Variable(from, source) if of.is_like(&from) && !matches!(of, Type::Instance(_)) => {
+                    self.push(span, What::Copy(place, source));
+                }
+                other => {
+                    let (of, found) = (of.to_string(), self.type_name(&other));
+                    self.error(span, format!("expected {of}, found {found}"), None);
+                }
+            },
+        }
+    }
+
+    /// The whole of which a slice gets a new value.
+    fn with_slice(&mut self, of: Elementary, slice: Slice, place: &Place, value: Expr, span: Span) -> Expr {
+        let at = self.at(span);
+        let scalar = of.scalar();
+        let ones = if slice.of.bits() == 64 { u64::MAX } else { (1 << slice.of.bits()) - 1 };
+        let keep = Expr::Const(Value::new(scalar, !(ones << slice.shift)));
+        let kept = binary(program::Binary::And, scalar, Expr::Load(scalar, place.clone()), keep, at);
+        // Bits are extended without a sign.
+        let wide = super::convert::convert(value, slice.of.scalar(), scalar, program::Convert::Value, at);
+        let shifted = binary(program::Binary::Shl, scalar, wide, Expr::Const(slice.shift.into()), at);
+        binary(program::Binary::Or, scalar, kept, shifted, at)
+    }
+
+    fn conditional(&mut self, arms: &[(ExpressionId, Vec<Statement>)], otherwise: &[Statement], span: Span) {
+        let [(condition, body), rest @ ..] = arms else { return };
+        let condition = self.condition_of(*condition);
+        let body = self.body(body);
+        // ELSIF is translated from the last one, so that many need no depth here.
+        let mut lowered: Vec<(program::At, Expr, Vec<program::Statement>, Vec<program::Statement>)> = Vec::new();
+        for (id, statements) in rest {
+            let at = self.at(self.span(*id));
+            let (before, condition) = self.aside(|lowerer| lowerer.condition_of(*id));
+            let statements = self.body(statements);
+            lowered.push((at, condition, statements, before));
+        }
+        let mut last = self.body(otherwise);
+        for (at, condition, statements, mut before) in lowered.into_iter().rev() {
+            before.push(program::Statement { at, what: What::If(condition, statements, last) });
+            last = before;
+        }
+        self.push(span, What::If(condition, body, last));
+    }
+
+    fn case(
+        &mut self,
+        selector: ExpressionId,
+        arms: &[(Vec<Label>, Vec<Statement>)],
+        otherwise: &[Statement],
+        span: Span,
+    ) {
+        let selector_span = self.span(selector);
+        let operand = self.operand(selector, None);
+        let value = match operand {
+            Operand::Value(of, value) if of.is_whole() || of.class() == crate::types::Class::Character => value,
+            Operand::Wrong(name) => {
+                if let Some(name) = name {
+                    self.guess(&name, Elementary::Int);
+                }
+                zero(Elementary::LInt)
+            }
+            Operand::Whole(_) => {
+                let of = self.widest(0);
+                self.converted(operand, of, selector_span)
+            }
+            other => {
+                let of = self.type_name(&other);
+                self.error(
+                    selector_span,
+                    format!("CASE selects by an integer or a bit string, not by {of}"),
+                    Some("use IF"),
+                );
+                zero(Elementary::LInt)
+            }
+        };
+        let mut taken: Vec<(i64, i64)> = Vec::new();
+        let mut lowered = Vec::new();
+        for (labels, body) in arms {
+            let mut values = Vec::new();
+            for label in labels {
+                if let Some(range) = self.range_of(label) {
+                    let label_span = self.span(label.low);
+                    if taken.iter().any(|(low, high)| range.0 <= *high && *low <= range.1) {
+                        self.warn(label_span, "this value of CASE stands twice: the first one counts", None);
+                    }
+                    taken.push(range);
+                    values.push(range);
+                }
+            }
+            let body = self.body(body);
+            lowered.push(Arm { values, body });
+        }
+        let otherwise = self.body(otherwise);
+        self.push(span, What::Case(value, lowered, otherwise));
+    }
+
+    fn range_of(&mut self, label: &Label) -> Option<(i64, i64)> {
+        let low = self.whole(label.low)?;
+        let high = match label.high {
+            Some(high) => self.whole(high)?,
+            None => low,
+        };
+        if low > high {
+            self.error(self.span(label.low), format!("{low}..{high} is no range"), Some("write the lower value first"));
+            return None;
+        }
+        Some((low as i64, high as i64))
+    }
+
+    fn in_loop(&mut self, variable: Option<Place>, body: &[Statement]) -> Vec<program::Statement> {
+        self.loop_count += 1;
+        self.loops.push((self.loop_count, Loop { variable }));
+        let body = self.body(body);
+        self.loops.pop();
+        body
+    }
+
+    fn counting(
+        &mut self,
+        variable: ExpressionId,
+        [first, last]: [ExpressionId; 2],
+        step: Option<ExpressionId>,
+        body: &[Statement],
+        span: Span,
+    ) {
+        let target = self.target(variable);
+        let variable_span = self.span(variable);
+        let of = match target.as_ref().map(|target| &target.of) {
+            Some(Type::Elementary(of)) if of.is_whole() => *of,
+            None | Some(Type::Wrong) => Elementary::DInt,
+            Some(of) => {
+                let message = format!("a loop counts in an integer, not in {of}");
+                self.error(variable_span, message, None);
+                Elementary::DInt
+            }
+        };
+        if let Some(target) = &target {
+            self.check_written(target, variable_span);
+        } else {
+            self.guess_target(variable, &Operand::Value(Elementary::Int, zero(Elementary::Int)));
+        }
+        let mut number = |id: ExpressionId| {
+            let span = self.span(id);
+            let operand = self.operand(id, Some(of));
+            self.converted(operand, of, span)
+        };
+        let first = number(first);
+        let (last_id, last) = (last, number(last));
+        let step_value = step.map(number);
+        if let (Some(step), Some(Expr::Const(value))) = (step, &step_value)
+            && value.bits() == 0
+        {
+            self.error(self.span(step), "a step of 0 never ends", None);
+        }
+        let is_limit = |value: &Value| value.bits() == of.range().1 as u64 || value.bits() == of.range().0 as u64;
+        if let Expr::Const(value) = &last
+            && is_limit(value)
+            && value.bits() != 0
+        {
+            let message =
+                format!("the loop goes to the limit of {}: here it ends, a CPU may count for ever", of.name());
+            self.warn(self.span(last_id), message, Some("count in a larger type"));
+        }
+        let place = target.map(|target| target.place);
+        let body = self.in_loop(place.clone(), body);
+        let Some(variable) = place else { return };
+        let step = step_value.unwrap_or(Expr::Const(Value::new(of.scalar(), 1)));
+        self.push(span, What::For(Box::new(For { variable, first, last, step, body })));
+    }
+
+    /// The place with its indices calculated once.
+    pub fn frozen(&mut self, mut place: Place, span: Span) -> Place {
+        for step in &mut place.steps {
+            let Step::Index(indices, _) = step else { continue };
+            for index in indices {
+                if matches!(index, Expr::Const(_)) {
+                    continue;
+                }
+                let of: Scalar = index.ty();
+                let temp = self.temp(program::Type::Scalar(of));
+                let value = std::mem::replace(index, Expr::Load(of, temp.clone()));
+                self.push(span, What::Assign(temp, value));
+            }
+        }
+        place
+    }
+}

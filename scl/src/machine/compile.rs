@@ -1,0 +1,420 @@
+//! From the typed program to instructions.
+
+mod expr;
+mod place;
+mod statement;
+
+use super::code::{Code, Native, Op, Part, Register, Target, ZERO};
+use crate::program::walk::{self, Look};
+use crate::program::{At, Body, Call, Expr, Function, Program, Scalar, Statement, Type, align};
+use blocks::{Block, EachBlock, for_each_block};
+
+/// The largest memory of a program, in bytes.
+const LARGEST_MEMORY: usize = 64 << 20;
+
+/// How deep calls may be nested.
+const DEEPEST: usize = 256;
+
+impl Code {
+    /// Compiles a program.
+    ///
+    /// # Errors
+    /// The program is too large, a function calls itself, or the parts of the program do not fit together: a sentence with the
+    /// function and the line.
+    pub fn compile(program: &Program) -> Result<Code, String> {
+        let memory = program.records.get(program.memory).ok_or("the program has no memory")?;
+        let constants = program.records.get(program.constants).ok_or("the program has no constants")?;
+        let mut code = Code { files: program.files.clone(), state: memory.start.len(), ..Code::default() };
+        code.start.clone_from(&memory.start);
+        code.start.resize(align(code.state, 8), 0);
+        let constants_at = code.start.len();
+        code.start.extend(&constants.start);
+        code.start.resize(align(code.start.len(), 8), 0);
+        let frames = code.start.len();
+        let count = program.functions.len();
+        code.entries = vec![Target::MAX; count];
+        code.callable = program.functions.iter().map(|it| it.parameters == 0 && it.instance.is_none()).collect();
+        let mut compiler = Compiler {
+            program,
+            code,
+            constants: constants_at,
+            spaces: vec![Space { registers: usize::from(ZERO) + 1, memory: frames, depth: 0 }; count],
+            homes: vec![(ZERO, Vec::new()); count],
+            begun: vec![false; count],
+            natives: Vec::new(),
+        };
+        for function in 0..count {
+            compiler.function(function, 0)?;
+        }
+        let Compiler { mut code, spaces, natives, .. } = compiler;
+        let ends = |end: fn(&Space) -> usize, least| spaces.iter().map(end).max().unwrap_or(0).max(least);
+        code.registers = ends(|space| space.registers, 1);
+        code.depth = ends(|space| space.depth, 0);
+        code.start.resize(ends(|space| space.memory, frames), 0);
+        code.natives = natives.into_iter().map(|(_, law, size)| (law, size)).collect();
+        if code.start.len() > LARGEST_MEMORY {
+            return Err(format!(
+                "the program needs {} MB of memory; at most {} MB are possible",
+                code.start.len() >> 20,
+                LARGEST_MEMORY >> 20
+            ));
+        }
+        Ok(code)
+    }
+}
+
+/// The first registers, bytes and level of calls that a function and all that it calls leave free.
+#[derive(Clone, Copy)]
+struct Space {
+    registers: usize,
+    memory: usize,
+    depth: usize,
+}
+
+struct Compiler<'a> {
+    program: &'a Program,
+    code: Code,
+    /// The address of the constants.
+    constants: usize,
+    /// Of each function that is compiled.
+    spaces: Vec<Space>,
+    /// Of each function that is compiled, the register with the address of its instance, and the places of its locals.
+    homes: Vec<(Register, Vec<Home>)>,
+    begun: Vec<bool>,
+    natives: Vec<(&'static str, Native, usize)>,
+}
+
+/// Where a local is.
+#[derive(Clone, Debug)]
+enum Home {
+    /// A number.
+    Register(Register),
+    /// Its address, behind which a [`Type::Open`] has its bounds.
+    Reference(Register),
+    /// At an address.
+    Memory(usize),
+}
+
+/// A function while it is compiled.
+struct Scope<'a> {
+    function: &'a Function,
+    /// The register with the address of the instance.
+    instance: Register,
+    homes: Vec<Home>,
+    /// The next register that is free.
+    next: usize,
+    /// The most registers that were in use.
+    most: usize,
+    /// The instruction at each label: those of the program, then those that the compiler makes.
+    labels: Vec<Option<Target>>,
+    /// Where `Break` and `Continue` go in the innermost loop.
+    loops: Vec<(usize, usize)>,
+    /// The line of what is being compiled.
+    at: At,
+    /// The run of statements to which the next one belongs, and its [`Op::Mark`].
+    run: Option<(u32, usize)>,
+}
+
+impl<'a> Compiler<'a> {
+    /// Compiles what a function calls, then the function.
+    fn function(&mut self, number: usize, depth: usize) -> Result<(), String> {
+        if self.code.entries[number] != Target::MAX {
+            return Ok(());
+        }
+        let program = self.program;
+        let function = &program.functions[number];
+        if self.begun[number] {
+            return Err(format!("{} calls itself", function.name));
+        }
+        if depth > DEEPEST {
+            return Err(format!("{} is called by more than {DEEPEST} functions inside one another", function.name));
+        }
+        self.begun[number] = true;
+        let Body::Code(body) = &function.body else {
+            // A native block has no code of its own.
+            self.code.entries[number] = 0;
+            self.code.callable[number] = false;
+            return Ok(());
+        };
+        let mut space = self.spaces[number];
+        for callee in callees(body) {
+            if callee >= program.functions.len() {
+                return Err(format!("{} calls a function that does not exist", function.name));
+            }
+            self.function(callee, depth + 1)?;
+            let below = self.spaces[callee];
+            space.registers = space.registers.max(below.registers);
+            space.memory = space.memory.max(below.memory);
+            space.depth = space.depth.max(below.depth + 1);
+        }
+        let first = self.code.ops.len();
+        let mut scope = self.scope(function, body, space)?;
+        self.code.entries[number] = first as Target;
+        self.prologue(&scope);
+        self.statements(&mut scope, body).map_err(|error| {
+            let file = program.files.get(usize::from(scope.at.file)).map_or("", String::as_str);
+            format!("{file}:{}: {}: {error}", scope.at.line, function.name)
+        })?;
+        self.emit(&scope, Op::Return);
+        self.resolve(first, &scope)?;
+        // What calls this function takes what lies behind its registers and its frame.
+        space.registers = scope.most;
+        space.memory = self.frame(function, space.memory, function.locals.len());
+        self.spaces[number] = space;
+        self.homes[number] = (scope.instance, scope.homes);
+        Ok(())
+    }
+
+    /// The locals of a function get their places.
+    fn scope(&self, function: &'a Function, body: &[Statement], space: Space) -> Result<Scope<'a>, String> {
+        let mut next = space.registers;
+        let mut take = |count: usize| {
+            next += count;
+            Register::try_from(next).map(|_| (next - count) as Register).map_err(|_| {
+                format!(
+                    "{} has too many variables, or is called by too many functions inside one another",
+                    function.name
+                )
+            })
+        };
+        let instance = take(1)?;
+        let mut homes = Vec::new();
+        for (number, local) in function.locals.iter().enumerate() {
+            self.check(&local.ty, 0)?;
+            homes.push(match &local.ty {
+                Type::Open { dimensions, .. } if local.by_reference => Home::Reference(take(1 + 2 * dimensions)?),
+                Type::Open { .. } => return Err(format!("{}: an open array is passed by reference", local.name)),
+                _ if local.by_reference => Home::Reference(take(1)?),
+                Type::Scalar(_) => Home::Register(take(1)?),
+                _ => Home::Memory(self.frame(function, space.memory, number)),
+            });
+            if local.by_reference && number >= function.parameters {
+                return Err(format!("{} is by reference but no parameter", local.name));
+            }
+        }
+        let mut labels = Labels::default();
+        walk::statements(body, &mut labels);
+        if labels.0 > body.len() + 100_000 {
+            return Err(format!("{}: a label has too great a number", function.name));
+        }
+        let labels = vec![None; labels.0];
+        Ok(Scope {
+            function,
+            instance,
+            homes,
+            next,
+            most: next,
+            labels,
+            loops: Vec::new(),
+            at: At::default(),
+            run: None,
+        })
+    }
+
+    /// The address of a local in the frame of a function that begins at `start`, aligned; of the number behind the last one, the end.
+    fn frame(&self, function: &Function, start: usize, number: usize) -> usize {
+        let mut address = start;
+        for (index, local) in function.locals.iter().enumerate() {
+            if local.by_reference || matches!(local.ty, Type::Scalar(_)) {
+                continue;
+            }
+            address = align(address, self.program.align(&local.ty));
+            if index >= number {
+                return address;
+            }
+            address = address.saturating_add(self.program.size(&local.ty));
+        }
+        align(address, 8)
+    }
+
+    /// Refuses types that do not exist or have no size.
+    fn check(&self, ty: &Type, depth: usize) -> Result<(), String> {
+        match ty {
+            Type::Record(record) if *record >= self.program.records.len() => Err("a record does not exist".to_string()),
+            Type::Array { of, bounds } => {
+                if bounds.is_empty() || bounds.iter().any(|(low, high)| low > high) || depth > 16 {
+                    return Err("an array has no elements".to_string());
+                }
+                if self.program.size(ty) > LARGEST_MEMORY {
+                    return Err(format!("an array is larger than {} MB", LARGEST_MEMORY >> 20));
+                }
+                self.check(of, depth + 1)
+            }
+            Type::Open { of, dimensions } if (1..=6).contains(dimensions) => self.check(of, depth + 1),
+            Type::Open { .. } => Err("an open array has 1 to 6 dimensions".to_string()),
+            _ => Ok(()),
+        }
+    }
+
+    /// Start values of the locals behind the parameters.
+    fn prologue(&mut self, scope: &Scope) {
+        let function = scope.function;
+        let (mut first, mut count) = (ZERO, 0);
+        for (number, local) in function.locals.iter().enumerate().skip(function.parameters) {
+            match scope.homes[number] {
+                Home::Register(register) => {
+                    first = if count == 0 { register } else { first };
+                    count += 1;
+                }
+                Home::Memory(address) => self.start_values(scope, address, &local.ty),
+                Home::Reference(_) => {}
+            }
+        }
+        if count > 0 {
+            // The registers of numbers follow one another, because no parameter lies among them.
+            self.emit(scope, Op::Clear { from: first, count });
+        }
+    }
+
+    /// The start values of a type to an address.
+    fn start_values(&mut self, scope: &Scope, address: usize, ty: &Type) {
+        let image = self.program.start(ty);
+        let (from, size) = (self.code.images.len() as u32, image.len() as u32);
+        self.code.images.extend(image);
+        self.emit(scope, Op::Image { to: address as u32, from, size });
+    }
+
+    /// Puts the instructions at the labels into the jumps of a function.
+    fn resolve(&mut self, first: usize, scope: &Scope) -> Result<(), String> {
+        for op in &mut self.code.ops[first..] {
+            if let Op::Jump { to }
+            | Op::Back { to }
+            | Op::JumpIf { to, .. }
+            | Op::JumpUnless { to, .. }
+            | Op::JumpInside { to, .. }
+            | Op::ForTest { to, .. } = op
+            {
+                let target = scope.labels.get(*to as usize).copied().flatten();
+                *to = target.ok_or_else(|| format!("{}: a label is missing", scope.function.name))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn emit(&mut self, scope: &Scope, op: Op) {
+        self.code.ops.push(op);
+        self.code.lines.push(scope.at);
+    }
+
+    /// A list of the parts of a type that are to be compared.
+    fn parts(&self, ty: &Type, offset: usize, parts: &mut Vec<Part>) -> Result<(), String> {
+        const MOST: usize = 10_000;
+        match ty {
+            Type::Scalar(ty) => parts.push(Part::Numbers { ty: *ty, offset: offset as u32, count: 1 }),
+            Type::Text { capacity, wide } => {
+                parts.push(Part::Text { offset: offset as u32, capacity: *capacity, wide: *wide });
+            }
+            Type::Array { of, .. } => {
+                let size = self.program.size(of).max(1);
+                let count = self.program.size(ty) / size;
+                if let Type::Scalar(ty) = **of {
+                    parts.push(Part::Numbers { ty, offset: offset as u32, count: count as u32 });
+                } else {
+                    for index in 0..count {
+                        self.parts(of, offset + index * size, parts)?;
+                    }
+                }
+            }
+            Type::Record(record) => {
+                for member in &self.program.records[*record].members {
+                    self.parts(&member.ty, offset + member.offset, parts)?;
+                }
+            }
+            Type::Open { .. } => return Err("an open array cannot be compared".to_string()),
+        }
+        if parts.len() > MOST { Err(format!("more than {MOST} members are compared")) } else { Ok(()) }
+    }
+
+    /// The number of the law of a block, and the size of its instance.
+    fn native(&mut self, name: &'static str) -> Result<(u16, usize), String> {
+        let known = self.natives.iter().position(|(known, ..)| *known == name);
+        let number = match known {
+            Some(number) => number,
+            None => {
+                let (law, size) = law(name).ok_or_else(|| format!("there is no block {name}"))?;
+                self.natives.push((name, law, size));
+                self.natives.len() - 1
+            }
+        };
+        Ok((number as u16, self.natives[number].2))
+    }
+}
+
+/// How many labels there are.
+#[derive(Default)]
+struct Labels(usize);
+
+impl Look for Labels {
+    fn statement(&mut self, statement: &Statement) {
+        use crate::program::What;
+        if let What::Label(label) | What::Goto(label) = statement.what {
+            self.0 = self.0.max(label.saturating_add(1));
+        }
+    }
+}
+
+/// The functions that statements call.
+fn callees(body: &[Statement]) -> Vec<usize> {
+    struct Callees(Vec<usize>);
+    impl Look for Callees {
+        fn call(&mut self, call: &Call) {
+            self.0.push(call.function);
+        }
+    }
+    let mut callees = Callees(Vec::new());
+    walk::statements(body, &mut callees);
+    callees.0.sort_unstable();
+    callees.0.dedup();
+    callees.0
+}
+
+/// Whether statements are run while an expression is calculated.
+fn runs_statements(expr: &Expr) -> bool {
+    struct Finds(bool);
+    impl Look for Finds {
+        fn expr(&mut self, expr: &Expr) {
+            self.0 |= matches!(expr, Expr::After(..));
+        }
+    }
+    let mut finds = Finds(false);
+    walk::expr(expr, &mut finds);
+    finds.0
+}
+
+/// The law of the block of this name, and the size of its instance.
+fn law(name: &str) -> Option<(Native, usize)> {
+    fn call<B: Block>(instance: &mut [u8], room: &mut Vec<u8>) -> bool {
+        let Some(mut block) = B::read(&mut &*instance) else { return false };
+        block.call();
+        room.clear();
+        block.write(room);
+        instance.copy_from_slice(room);
+        true
+    }
+    struct Find<'a>(&'a str, Option<(Native, usize)>);
+    impl EachBlock for Find<'_> {
+        fn block<B: Block>(&mut self) {
+            if B::TABLE.name == self.0 {
+                let mut instance = Vec::new();
+                B::default().write(&mut instance);
+                self.1 = Some((call::<B>, instance.len()));
+            }
+        }
+    }
+    let mut find = Find(name, None);
+    for_each_block(&mut find);
+    find.1
+}
+
+fn wrong_type(expected: impl std::fmt::Display, found: impl std::fmt::Display) -> String {
+    format!("expected {expected}, found {found}")
+}
+
+/// What the warning of an operation says.
+fn warning(by_zero: bool, ty: Scalar) -> String {
+    match (by_zero, ty.is_float()) {
+        (true, false) => "division by 0: the result is 0".to_string(),
+        (true, true) => "division by 0: the result is infinite or not a number".to_string(),
+        (false, _) => format!("overflow: the result lies outside of {ty}, its low bits are kept"),
+    }
+}

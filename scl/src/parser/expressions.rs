@@ -1,0 +1,264 @@
+//! Expressions, by the precedence of their operators.
+
+use super::{Failed, Parsed, Parser, bare};
+use crate::lexer::{Kind, Span};
+use crate::syntax::{Argument, Binary, ExpressionId, ExpressionKind, Name, Scope, Unary, key};
+
+/// Above all operators with two operands.
+const HIGHEST: u8 = 8;
+
+/// So many operators may stand in a chain.
+const MOST_LEVELS: u32 = 300;
+
+/// The words that are no names.
+const RESERVED: [&str; 40] = [
+    "AND",
+    "BEGIN",
+    "BY",
+    "CASE",
+    "CONTINUE",
+    "DIV",
+    "DO",
+    "ELSE",
+    "ELSIF",
+    "END_CASE",
+    "END_DATA_BLOCK",
+    "END_FOR",
+    "END_FUNCTION",
+    "END_FUNCTION_BLOCK",
+    "END_IF",
+    "END_ORGANIZATION_BLOCK",
+    "END_REPEAT",
+    "END_STRUCT",
+    "END_TYPE",
+    "END_VAR",
+    "END_WHILE",
+    "EXIT",
+    "FOR",
+    "FUNCTION",
+    "FUNCTION_BLOCK",
+    "GOTO",
+    "IF",
+    "MOD",
+    "NOT",
+    "OF",
+    "OR",
+    "REPEAT",
+    "RETURN",
+    "THEN",
+    "TO",
+    "UNTIL",
+    "VAR",
+    "WHILE",
+    "XOR",
+    "DATA_BLOCK",
+];
+
+/// Whether a word in capitals is no name.
+pub fn is_reserved(word: &str) -> bool {
+    RESERVED.contains(&word)
+}
+
+impl Parser<'_> {
+    /// An expression.
+    pub fn expression(&mut self) -> Parsed<ExpressionId> {
+        self.above(0)
+    }
+
+    /// The operator at the token, and how strongly it binds.
+    fn operator(&self) -> Option<(Binary, u8)> {
+        let operator = match self.token().kind {
+            Kind::Symbol => match self.symbol_ahead(0) {
+                "**" => (Binary::Power, HIGHEST),
+                "*" => (Binary::Multiply, 7),
+                "/" => (Binary::Divide, 7),
+                "+" => (Binary::Add, 6),
+                "-" => (Binary::Subtract, 6),
+                "<" => (Binary::Less, 5),
+                ">" => (Binary::Greater, 5),
+                "<=" => (Binary::LessOrEqual, 5),
+                ">=" => (Binary::GreaterOrEqual, 5),
+                "=" => (Binary::Equal, 4),
+                "<>" => (Binary::NotEqual, 4),
+                "&" => (Binary::And, 3),
+                _ => return None,
+            },
+            Kind::Word => match self.word_ahead(0).as_str() {
+                "MOD" => (Binary::Modulo, 7),
+                "DIV" => (Binary::Divide, 7),
+                "AND" => (Binary::And, 3),
+                "XOR" => (Binary::Xor, 2),
+                "OR" => (Binary::Or, 1),
+                _ => return None,
+            },
+            _ => return None,
+        };
+        Some(operator)
+    }
+
+    /// An expression of operators that bind more strongly than `strength`.
+    fn above(&mut self, strength: u8) -> Parsed<ExpressionId> {
+        let is_signed = matches!(self.symbol_ahead(0), "-" | "+");
+        let mut left = self.operand()?;
+        while let Some((operator, own)) = self.operator().filter(|(_, own)| *own > strength) {
+            if operator == Binary::Power && is_signed {
+                let span = self.tree.expressions[left].span.to(self.span());
+                let message = "a sign before `**`: documents contradict each other on which comes first";
+                return self.refuse(span, message, Some("write -(a ** b) or (-a) ** b"));
+            }
+            self.step();
+            let right = self.deeper(|parser| parser.above(own))?;
+            left = self.binary(operator, left, right);
+            self.check_depth(left)?;
+        }
+        Ok(left)
+    }
+
+    /// An operand with its signs.
+    fn operand(&mut self) -> Parsed<ExpressionId> {
+        let start = self.span();
+        let unary = match self.symbol_ahead(0) {
+            "-" => Unary::Minus,
+            "+" => Unary::Plus,
+            _ if self.is_word("NOT") => Unary::Not,
+            _ => return self.primary(),
+        };
+        self.step();
+        let operand = self.deeper(Parser::operand)?;
+        Ok(self.add(ExpressionKind::Unary(unary, operand), start))
+    }
+
+    fn primary(&mut self) -> Parsed<ExpressionId> {
+        let start = self.span();
+        let token = self.token();
+        let text = self.text_of(token);
+        match token.kind {
+            Kind::Literal | Kind::Text => {
+                self.step();
+                Ok(self.add(ExpressionKind::Literal(text.to_string()), start))
+            }
+            Kind::Percent => {
+                self.step();
+                Ok(self.add(ExpressionKind::Address, start))
+            }
+            Kind::Symbol if text == "(" => {
+                self.step();
+                let inner = self.deeper(Parser::expression)?;
+                self.expect(")")?;
+                Ok(inner)
+            }
+            Kind::Word if is_reserved(&self.word_ahead(0)) => self.fail("an expression"),
+            Kind::Word | Kind::Local | Kind::Quoted => {
+                let name = self.numbered_name()?;
+                let scope = match token.kind {
+                    Kind::Local => Scope::Local,
+                    Kind::Quoted => Scope::Global,
+                    _ => Scope::Bare,
+                };
+                let variable = self.add(ExpressionKind::Name(scope, name), start);
+                self.steps_of(variable, start)
+            }
+            _ => self.fail("an expression"),
+        }
+    }
+
+    /// A name; in STEP 7 blocks have a number: `FB 12`.
+    pub fn numbered_name(&mut self) -> Parsed<Name> {
+        let mut name = self.name("a name")?;
+        let token = self.token();
+        let is_kind = matches!(key(&name.text).as_str(), "FB" | "FC" | "DB" | "UDT" | "OB" | "SFB" | "SFC");
+        if is_kind && token.kind == Kind::Literal && self.text_of(token).bytes().all(|byte| byte.is_ascii_digit()) {
+            name.text.push_str(self.text_of(token));
+            name.span = name.span.to(token.span);
+            self.step();
+        }
+        Ok(name)
+    }
+
+    /// Members, indices and calls behind a variable.
+    fn steps_of(&mut self, mut variable: ExpressionId, start: Span) -> Parsed<ExpressionId> {
+        loop {
+            match self.symbol_ahead(0) {
+                "." => {
+                    self.step();
+                    let token = self.token();
+                    let name = match token.kind {
+                        Kind::Word | Kind::Quoted | Kind::Percent | Kind::Literal | Kind::Local => self.step(),
+                        _ => return self.fail("the name of a member"),
+                    };
+                    let name = Name { text: bare(self.text_of(name)).to_string(), span: name.span };
+                    variable = self.add(ExpressionKind::Member(variable, name), start);
+                }
+                "[" => {
+                    self.step();
+                    let mut indices = vec![self.deeper(Parser::expression)?];
+                    while self.takes(",") {
+                        indices.push(self.deeper(Parser::expression)?);
+                    }
+                    self.expect("]")?;
+                    variable = self.add(ExpressionKind::Index(variable, indices), start);
+                }
+                "(" => {
+                    self.step();
+                    let arguments = self.deeper(Parser::arguments)?;
+                    variable = self.add(ExpressionKind::Call(variable, arguments), start);
+                }
+                "^" => {
+                    self.step();
+                    variable = self.add(ExpressionKind::Pointer(variable), start);
+                }
+                _ => return Ok(variable),
+            }
+            self.check_depth(variable)?;
+        }
+    }
+
+    /// A chain such as `a + b + c` goes one level deeper with each operator.
+    fn check_depth(&mut self, id: ExpressionId) -> Parsed<()> {
+        if self.tree.expressions[id].depth <= MOST_LEVELS {
+            return Ok(());
+        }
+        let message = format!("an expression of more than {MOST_LEVELS} operators in a chain");
+        self.refuse(self.before(), &message, Some("divide it by variables"))
+    }
+
+    /// The arguments of a call up to its closing bracket.
+    fn arguments(&mut self) -> Parsed<Vec<Argument>> {
+        let mut arguments = Vec::new();
+        while !self.takes(")") {
+            let start = self.span();
+            let is_name = matches!(self.token().kind, Kind::Word | Kind::Quoted | Kind::Local);
+            let named = matches!(self.symbol_ahead(1), ":=" | "=>") && is_name;
+            let name = if named { Some(self.name("a parameter")?) } else { None };
+            let is_output = self.symbol_ahead(0) == "=>";
+            if named {
+                self.step();
+            }
+            // `x := ,` and `x => )`: a parameter that is shown but not supplied.
+            if named && matches!(self.symbol_ahead(0), "," | ")") {
+                self.takes(",");
+                continue;
+            }
+            let value = self.expression()?;
+            arguments.push(Argument { name, is_output, value, span: start.to(self.before()) });
+            if !self.takes(",") && !self.is_symbol(")") {
+                return self.fail("`,` or `)`");
+            }
+        }
+        Ok(arguments)
+    }
+
+    /// An expression, or where there is none a wrong one: the error is told, the statement goes on.
+    pub fn expression_or_wrong(&mut self, is_end: impl Fn(&Self) -> bool) -> ExpressionId {
+        let start = self.span();
+        match self.expression() {
+            Ok(expression) => expression,
+            Err(Failed) => {
+                while !self.is_end() && !self.is_symbol(";") && !is_end(self) && !self.is_statement_end() {
+                    self.step();
+                }
+                self.add(ExpressionKind::Wrong, start)
+            }
+        }
+    }
+}

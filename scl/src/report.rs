@@ -1,0 +1,73 @@
+//! What is wrong with a program, and what its author should know.
+
+use crate::lexer::Span;
+use parameters::{Problem, Problems, Source};
+
+/// So many messages of one kind are shown of a program.
+const MOST: usize = 1000;
+
+/// What was found in the sources of a program.
+#[derive(Debug, Default)]
+pub struct Report {
+    errors: Vec<Finding>,
+    warnings: Vec<Finding>,
+}
+
+/// One thing that was found.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Finding {
+    span: Span,
+    message: String,
+    help: Option<String>,
+}
+
+impl Report {
+    /// What makes a program impossible.
+    pub fn error(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
+        add(&mut self.errors, span, message.into(), help);
+    }
+
+    /// What may not be what its author expects.
+    pub fn warning(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
+        add(&mut self.warnings, span, message.into(), help);
+    }
+
+    /// Whether there is an error.
+    pub fn has_errors(&self) -> bool {
+        !self.errors.is_empty()
+    }
+
+    /// How many errors there are.
+    pub fn errors(&self) -> usize {
+        self.errors.len()
+    }
+
+    /// The errors of each source, and the warnings.
+    pub fn problems(mut self, sources: &[Source]) -> (Vec<Problems>, Vec<Problems>) {
+        (of_sources(&mut self.errors, sources), of_sources(&mut self.warnings, sources))
+    }
+}
+
+fn add(findings: &mut Vec<Finding>, span: Span, message: String, help: Option<&str>) {
+    if findings.len() < MOST {
+        findings.push(Finding { span, message, help: help.map(str::to_string) });
+    }
+}
+
+fn of_sources(findings: &mut Vec<Finding>, sources: &[Source]) -> Vec<Problems> {
+    findings.sort();
+    findings.dedup();
+    let of_source = |(file, source): (usize, &Source)| {
+        let problems: Vec<Problem> = findings
+            .iter()
+            .filter(|finding| finding.span.file as usize == file)
+            .map(|finding| Problem {
+                place: Some(source.place(finding.span.range())),
+                message: finding.message.clone(),
+                help: finding.help.clone(),
+            })
+            .collect();
+        (!problems.is_empty()).then(|| Problems { file: source.file.clone(), text: source.text.clone(), problems })
+    };
+    sources.iter().enumerate().filter_map(of_source).collect()
+}

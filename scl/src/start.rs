@@ -1,0 +1,233 @@
+//! Start values.
+
+use crate::compile::Compiler;
+use crate::declare::Symbol;
+use crate::lexer::Span;
+use crate::lower::{Lowerer, Operand};
+use crate::program::{Base, Expr, Place, Step, Type as Lowered};
+use crate::syntax::{Expressions, Start};
+use crate::types::Type;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+impl Compiler<'_> {
+    /// Writes the start value of a member of a record.
+    pub fn start_member(
+        &mut self,
+        record: usize,
+        number: usize,
+        of: &Type,
+        start: &Start,
+        file: usize,
+        symbols: &Rc<HashMap<String, Symbol>>,
+    ) {
+        let Some(member) = self.program.records[record].members.get(number) else { return };
+        let offset = member.offset;
+        self.start_at(record, offset, of, start, file, symbols);
+    }
+
+    /// Writes a start value into a record.
+    pub fn start_at(
+        &mut self,
+        record: usize,
+        offset: usize,
+        of: &Type,
+        start: &Start,
+        file: usize,
+        symbols: &Rc<HashMap<String, Symbol>>,
+    ) {
+        let mut bytes = std::mem::take(&mut self.program.records[record].start);
+        let size = self.program.size(&self.lowered(of));
+        if let Some(part) = bytes.get_mut(offset..offset + size) {
+            let mut starting = Starting { compiler: self, file, symbols };
+            starting.write(of, start, part);
+        }
+        self.program.records[record].start = bytes;
+    }
+
+    /// How many bytes of the memory are before a place with constant indices.
+    pub fn offset(&self, place: &Place) -> Option<usize> {
+        if place.base != Base::Memory {
+            return None;
+        }
+        let mut of = Lowered::Record(self.program.memory);
+        let mut offset = 0;
+        for step in &place.steps {
+            (offset, of) = match (step, of) {
+                (Step::Member(number), Lowered::Record(record)) => {
+                    let member = &self.program.records[record].members[*number];
+                    (offset + member.offset, member.ty.clone())
+                }
+                (Step::Index(indices, _), Lowered::Array { of, bounds }) => {
+                    let mut number = 0usize;
+                    for (index, (low, high)) in indices.iter().zip(&bounds) {
+                        let Expr::Const(index) = index else { return None };
+                        let index = index.bits() as i64;
+                        if !(i64::from(*low)..=i64::from(*high)).contains(&index) {
+                            return None;
+                        }
+                        let extent = (i64::from(*high) - i64::from(*low) + 1) as usize;
+                        number = number * extent + (index - i64::from(*low)) as usize;
+                    }
+                    (offset + number * self.program.size(&of), *of)
+                }
+                _ => return None,
+            };
+        }
+        Some(offset)
+    }
+}
+
+struct Starting<'c, 'a> {
+    compiler: &'c mut Compiler<'a>,
+    file: usize,
+    symbols: &'c Rc<HashMap<String, Symbol>>,
+}
+
+impl Starting<'_, '_> {
+    fn expressions(&self) -> &Expressions {
+        self.compiler.expressions(self.file)
+    }
+
+    fn span(&self, start: &Start) -> Span {
+        match start {
+            Start::Value(value) => self.expressions()[*value].span,
+            Start::List(_, span) | Start::Members(_, span) => *span,
+            Start::Repeat(count, _) => self.expressions()[*count].span,
+        }
+    }
+
+    fn write(&mut self, of: &Type, start: &Start, bytes: &mut [u8]) {
+        match (of, start) {
+            (Type::Wrong, _) => {}
+            (Type::Array(array), _) => {
+                let size = self.compiler.program.size(&self.compiler.lowered(&array.of));
+                let mut at = 0;
+                self.fill(&array.of, size, start, bytes, &mut at);
+            }
+            (Type::Structure(structure), Start::Members(members, _)) => {
+                for (name, start) in members {
+                    let number = structure.fields.iter().position(|field| field.key == name.key());
+                    let Some(number) = number else {
+                        self.compiler.error(name.span, format!("{of} has no member {}", name.text), None);
+                        continue;
+                    };
+                    self.member(structure.record, number, &structure.fields[number].of, start, bytes);
+                }
+            }
+            (Type::Structure(structure), Start::List(list, span)) => {
+                if list.len() > structure.fields.len() {
+                    self.compiler.error(*span, format!("{of} has {} members only", structure.fields.len()), None);
+                }
+                for (number, (start, field)) in list.iter().zip(&structure.fields).enumerate() {
+                    self.member(structure.record, number, &field.of, start, bytes);
+                }
+            }
+            (Type::Instance(block), Start::Members(members, _)) => {
+                for (name, start) in members {
+                    let interface = &self.compiler.blocks[*block];
+                    let found = interface.members.iter().find(|member| member.key == name.key()).cloned();
+                    let record = interface.record;
+                    match found {
+                        Some(crate::declare::Parameter { of, slot: crate::declare::Slot::Member(number), .. }) => {
+                            self.member(record, number, &of, start, bytes);
+                        }
+                        _ => self.compiler.error(name.span, format!("there is no member {}", name.text), None),
+                    }
+                }
+            }
+            (Type::Text { .. }, Start::Value(value)) => {
+                let mut lowerer = Lowerer::of_constants(self.compiler, self.file, self.symbols.clone());
+                let text = lowerer.constant(*value, Some(of));
+                if let Operand::Text(text, _) = text {
+                    write_text(of, &text, bytes);
+                }
+            }
+            (Type::Elementary(elementary), Start::Value(value)) => {
+                let mut lowerer = Lowerer::of_constants(self.compiler, self.file, self.symbols.clone());
+                if let Operand::Value(_, Expr::Const(value)) =
+                    lowerer.constant(*value, Some(&Type::Elementary(*elementary)))
+                {
+                    value.write(bytes);
+                }
+            }
+            // `(5)` and `[5]` of one.
+            (_, Start::List(list, _)) if list.len() == 1 => self.write(of, &list[0], bytes),
+            (Type::Structure(structure), Start::Value(value)) if structure.name == "DTL" => {
+                let mut lowerer = Lowerer::of_constants(self.compiler, self.file, self.symbols.clone());
+                if let Some(moment) = lowerer.moment(*value) {
+                    bytes[..crate::lower::DTL_BYTES].copy_from_slice(&moment);
+                }
+            }
+            _ => {
+                let span = self.span(start);
+                self.compiler.error(span, format!("this is no start value of {of}"), None);
+            }
+        }
+    }
+
+    fn member(&mut self, record: usize, number: usize, of: &Type, start: &Start, bytes: &mut [u8]) {
+        let offset = self.compiler.program.records[record].members[number].offset;
+        let size = self.compiler.program.size(&self.compiler.lowered(of));
+        self.write(of, start, &mut bytes[offset..offset + size]);
+    }
+
+    /// Writes the elements of an array one after the other; `at` is the number of bytes that are written.
+    fn fill(&mut self, of: &Type, size: usize, start: &Start, bytes: &mut [u8], at: &mut usize) {
+        match start {
+            Start::List(list, _) => {
+                // In an array of structures a list in parentheses is one element.
+                let is_element = matches!(of, Type::Structure(_) | Type::Instance(_))
+                    && self.compiler.text(self.span(start)).starts_with('(');
+                if is_element {
+                    return self.element(of, size, start, bytes, at);
+                }
+                for start in list {
+                    if *at > bytes.len() {
+                        return;
+                    }
+                    self.fill(of, size, start, bytes, at);
+                }
+            }
+            Start::Repeat(count, list) => {
+                let count = self.compiler.constant_whole(*count, self.file, self.symbols).unwrap_or(0);
+                for _ in 0..count.clamp(0, (bytes.len() / size.max(1) + 1) as i128) {
+                    for start in list {
+                        if *at > bytes.len() {
+                            return;
+                        }
+                        self.fill(of, size, start, bytes, at);
+                    }
+                }
+            }
+            _ => self.element(of, size, start, bytes, at),
+        }
+    }
+
+    fn element(&mut self, of: &Type, size: usize, start: &Start, bytes: &mut [u8], at: &mut usize) {
+        let end = *at + size;
+        match bytes.get_mut(*at..end).filter(|_| size > 0) {
+            Some(part) => self.write(of, start, part),
+            None => {
+                let span = self.span(start);
+                self.compiler.error(span, "there are more start values than elements", None);
+            }
+        }
+        // One beyond the end is told, what follows is not.
+        *at = if end > bytes.len() { bytes.len() + 1 } else { end };
+    }
+}
+
+/// Writes a text, cut to what there is room for.
+pub fn write_text(of: &Type, text: &[u16], bytes: &mut [u8]) {
+    let Type::Text { capacity, wide } = of else { return };
+    let length = text.len().min(usize::from(*capacity));
+    bytes[..2].copy_from_slice(&(length as u16).to_le_bytes());
+    for (number, unit) in text[..length].iter().enumerate() {
+        if *wide {
+            bytes[2 + number * 2..][..2].copy_from_slice(&unit.to_le_bytes());
+        } else {
+            bytes[2 + number] = u8::try_from(*unit).unwrap_or(b'?');
+        }
+    }
+}

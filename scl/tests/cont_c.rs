@@ -1,0 +1,167 @@
+//! CONT_C written in SCL (`data/cont_c.scl`) gives the bits of its law in `blocks`, which was written by others in another
+//! language.
+
+use blocks::{Block, ContC, Kind, Law, Role, Row, Time, Value, Word};
+use parameters::Source;
+use scl::machine::{Code, Machine};
+use scl::program::{Program, Scalar, Type};
+use scl::{Options, compile};
+use std::sync::Arc;
+
+/// Calls in all; `PLCFMU_CALLS=1000000` makes a million of them.
+fn calls() -> usize {
+    std::env::var("PLCFMU_CALLS").map_or(if cfg!(debug_assertions) { 100_000 } else { 1_000_000 }, |calls| {
+        calls.parse().expect("PLCFMU_CALLS is a number")
+    })
+}
+
+/// The controller in SCL.
+struct Controller {
+    machine: Machine,
+    cycle: usize,
+    /// Where the variable of each row of the table lies.
+    rows: Vec<(Scalar, usize)>,
+}
+
+impl Controller {
+    fn new() -> Controller {
+        let source = Source::new("cont_c.scl", include_bytes!("data/cont_c.scl").to_vec());
+        let compiled = compile(&[source], &Options::default()).unwrap_or_else(|errors| panic!("{}", errors[0]));
+        let root = compiled.root.expect("cont_c.scl has a block");
+        let rows = ContC::TABLE.rows.iter().map(|row| place(&compiled.program, &root.instance, row)).collect();
+        let code = Code::compile(&compiled.program).expect("what is translated fits together");
+        Controller { machine: Machine::new(Arc::new(code)), cycle: root.cycle, rows }
+    }
+
+    fn set(&mut self, row: usize, value: Value) {
+        let (ty, offset) = self.rows[row];
+        self.machine.set(scl::program::Value::new(ty, bits(value)), offset);
+    }
+
+    fn get(&self, row: usize) -> u64 {
+        let (ty, offset) = self.rows[row];
+        self.machine.get(ty, offset).bits()
+    }
+}
+
+fn place(program: &Program, instance: &str, row: &Row) -> (Scalar, usize) {
+    match program.find(&format!("{instance}.{}", row.name)) {
+        Some((offset, Type::Scalar(ty))) => (ty, offset),
+        _ => panic!("cont_c.scl has no {}", row.name),
+    }
+}
+
+/// The bits of a value as the machine keeps them; all that is not a number is alike.
+fn bits(value: Value) -> u64 {
+    match value {
+        Value::Real(real) if real.is_nan() => u64::from(f32::NAN.to_bits()),
+        Value::Real(real) => u64::from(real.to_bits()),
+        Value::LReal(lreal) => lreal.to_bits(),
+        Value::Time(time) => i64::from(time.milliseconds()) as u64,
+        Value::Word(word) => u64::from(word.value() as u16),
+        Value::Int(int) => i64::from(int) as u64,
+        Value::Bool(bool) => u64::from(bool),
+    }
+}
+
+/// Random numbers (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut bits = self.0;
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        bits ^ (bits >> 31)
+    }
+
+    fn below(&mut self, count: u64) -> u64 {
+        (self.next() >> 11) % count
+    }
+
+    /// A number between `-most` and `most`, with all its bits random.
+    fn real(&mut self, most: f32) -> f32 {
+        (self.below(1 << 24) as f32 / (1 << 23) as f32 - 1.0) * most
+    }
+
+    /// A value for a row: mostly a usual one, sometimes one that no loop has.
+    fn value(&mut self, row: &Row) -> Value {
+        match row.kind {
+            Kind::Bool => Value::Bool(self.below(2) == 1),
+            Kind::Time => Value::Time(Time::ms(match self.below(4) {
+                0 => 1 + self.below(1000) as i32,
+                1 => self.below(2) as i32,
+                _ => 1 + self.below(100_000) as i32,
+            })),
+            Kind::Word => Value::Word(Word::new(self.next() as i16)),
+            Kind::Int => Value::Int(self.next() as i16),
+            Kind::LReal => Value::LReal(f64::from(self.real(100.0))),
+            Kind::Real => Value::Real(match self.below(16) {
+                0 => self.real(1e12),
+                1 => [0.0, -0.0, 1e-30, 100.0][self.below(4) as usize],
+                _ => self.real(150.0),
+            }),
+        }
+    }
+}
+
+/// Makes calls with some switches mostly against their start value, and compares all outputs.
+fn compare(controller: &mut Controller, random: &mut Random, switches: &[usize], calls: usize) {
+    let table = ContC::TABLE;
+    let mut block = ContC::default();
+    controller.machine.restart();
+    for (index, row) in table.rows.iter().enumerate() {
+        assert_eq!(controller.get(index), bits(row.start), "start value of {}", row.name);
+    }
+    let is_switch = |row: &Row| row.kind == Kind::Bool && row.role.is_settable();
+    for call in 0..calls {
+        for (index, row) in table.rows.iter().enumerate() {
+            let changes = match row.role {
+                _ if row.name == "COM_RST" => call % 97 == 96 || call % 97 == 0,
+                _ if !row.role.is_settable() || is_switch(row) && !switches.contains(&index) => false,
+                // A switch is mostly the other way round, and mostly all stays as it was in the last call.
+                _ => random.below(if row.role == Role::Input { 3 } else { 40 }) == 0 || call == 0,
+            };
+            if changes {
+                let value = match row.start {
+                    _ if row.name == "COM_RST" => Value::Bool(call % 97 == 96),
+                    Value::Bool(start) => Value::Bool(start == (random.below(8) == 0)),
+                    _ => random.value(row),
+                };
+                block.set(index, value);
+                controller.set(index, value);
+            }
+        }
+        block.call();
+        controller.machine.call(controller.cycle, 0).expect("nothing stops");
+        for (index, row) in table.rows.iter().enumerate().filter(|(_, row)| !row.role.is_settable()) {
+            let (law, mut scl) = (block.get(index).unwrap(), controller.get(index));
+            if row.kind == Kind::Real && f32::from_bits(scl as u32).is_nan() {
+                scl = u64::from(f32::NAN.to_bits());
+            }
+            assert_eq!(
+                scl,
+                bits(law),
+                "{} in call {call} with {switches:?} is {law:?} by the law: {block:?}",
+                row.name
+            );
+        }
+    }
+}
+
+#[test]
+fn the_law_in_scl_gives_the_bits_of_the_law_in_rust_with_every_switch() {
+    let table = ContC::TABLE;
+    let manual = table.find("MAN_ON").unwrap();
+    let switches = table.rows.iter().enumerate().filter(|(_, row)| row.kind == Kind::Bool && row.role.is_settable());
+    let mut runs = vec![vec![], vec![manual]];
+    // Each one in manual mode, in which the block starts, and in automatic mode.
+    runs.extend(switches.flat_map(|(index, _)| [vec![index], vec![index, manual]]));
+    let mut random = Random(41);
+    let mut controller = Controller::new();
+    let calls = calls() / runs.len() + 1;
+    for switches in runs {
+        compare(&mut controller, &mut random, &switches, calls);
+    }
+}

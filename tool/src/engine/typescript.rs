@@ -1,0 +1,79 @@
+//! The page's types of the messages, `tool/web/src/messages.d.ts`, made of the Rust types.
+
+use super::each_answer;
+use crate::message::Request;
+use run::system::Value;
+use std::collections::BTreeMap;
+use std::{env, fs};
+use ts_rs::{Config, TS, TypeVisitor};
+
+/// What the file consists of.
+pub(super) struct Types {
+    config: Config,
+    declarations: BTreeMap<String, String>,
+    answers: String,
+}
+
+impl TypeVisitor for Types {
+    fn visit<T: TS + 'static + ?Sized>(&mut self) {
+        let is_declared = T::output_path().is_some();
+        if is_declared && !self.declarations.contains_key(&T::ident(&self.config)) {
+            let declaration = format!("{}export {}\n", T::docs().unwrap_or_default(), T::decl(&self.config));
+            self.declarations.insert(T::ident(&self.config), declaration);
+            T::visit_dependencies(self);
+        }
+        T::visit_generics(self);
+    }
+}
+
+impl Types {
+    /// The answer to a request, which is given as the pattern in Rust.
+    pub(super) fn answer<T: TS + 'static>(&mut self, request: &str) {
+        let name =
+            request.trim_start_matches("Request::").split(|of: char| !of.is_alphabetic()).next().unwrap_or_default();
+        let name = name.to_lowercase();
+        let answer = T::name(&self.config);
+        self.answers +=
+            &format!("  {name}: {{ request: Extract<Request, {{ do: \"{name}\" }}>; answer: {answer} }};\n");
+        self.visit::<T>();
+    }
+}
+
+fn types() -> String {
+    let config = Config::new().with_large_int("number");
+    let mut types = Types { config, declarations: BTreeMap::new(), answers: String::new() };
+    types.visit::<Request>();
+    each_answer(&mut types);
+    let all: Vec<_> = types.declarations.into_values().collect();
+    let values = format!("{{ [key in string]: {} }}", Value::ident(&types.config));
+    let text = format!(
+        "// Made of tool/src/message.rs and the modules beside it by `UPDATE_EXPECT=1 cargo test -p tool typescript`.\n\n\
+         /**\n * Values by the variable's name.\n */\nexport type Values = Record<string, Value>;\n\n{}\n\
+         /**\n * Each request with its answer.\n */\nexport interface Dialogue {{\n{}}}\n",
+        all.join("\n").replace(&values, "Values"),
+        types.answers
+    );
+    let mut lines: Vec<String> = Vec::new();
+    for line in text.lines().map(str::trim_end) {
+        // A comment of one line.
+        if line == " */" && lines.len() > 1 && lines[lines.len() - 2] == "/**" {
+            let comment = lines.pop().unwrap_or_default();
+            lines.pop();
+            lines.push(format!("/**{} */", comment.trim_start_matches(" *")));
+        } else {
+            lines.push(line.into());
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+#[test]
+fn the_types_of_the_page_are_those_of_the_engine() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/web/src/messages.d.ts");
+    let types = types();
+    if env::var_os("UPDATE_EXPECT").is_some() {
+        fs::write(path, &types).unwrap();
+    }
+    let is_current = fs::read_to_string(path).unwrap() == types;
+    assert!(is_current, "{path} is not current: run UPDATE_EXPECT=1 cargo test -p tool typescript");
+}
