@@ -112,8 +112,8 @@ pub fn json<B: Block>() -> String {
             row.kind.name(),
             row.role.name(),
             number(row.start),
-            optional(row.min.map(|min| format!("{:?}", number(min).min(decimal(min))))),
-            optional(row.max.map(|max| format!("{:?}", number(max).max(decimal(max))))),
+            optional(row.least().map(|min| format!("{min:?}"))),
+            optional(row.greatest().map(|max| format!("{max:?}"))),
             optional(row.unit.map(quoted)),
             if from.is_empty() { String::new() } else { format!(r#","from":[{}]"#, from.join(",")) },
         );
@@ -145,15 +145,6 @@ pub fn json<B: Block>() -> String {
 
 fn list<T>(items: &[T], text: impl Fn(&T) -> String) -> String {
     items.iter().map(text).collect::<Vec<_>>().join(",")
-}
-
-/// The value as it is written in decimals: 0.1 for the REAL next to it, which is a little more. A range includes both, so
-/// that neither a host that computes in doubles nor the REAL itself falls outside it.
-fn decimal(value: Value) -> f64 {
-    match value {
-        Value::Real(real) => real.to_string().parse().unwrap_or(f64::from(real)),
-        other => number(other),
-    }
 }
 
 fn optional(text: Option<String>) -> String {
