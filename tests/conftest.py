@@ -49,6 +49,22 @@ def pytest_generate_tests(metafunc):
 
 
 @pytest.fixture(scope="session")
+def expect():
+    """Compares a text with the file of this name in `expected/`. With UPDATE_EXPECT=1 it writes the file."""
+    folder = pathlib.Path(__file__).parent / "expected"
+
+    def expect(name, text):
+        path = folder / name
+        if os.environ.get("UPDATE_EXPECT"):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(text.encode())
+        expected = path.read_text(encoding="utf-8") if path.exists() else ""
+        assert text == expected, f"{path.relative_to(folder.parents[1])}: UPDATE_EXPECT=1 writes what is said now"
+
+    return expect
+
+
+@pytest.fixture(scope="session")
 def command():
     """The program `plcfmu`: that of PLCFMU_COMMAND, or built."""
     if os.environ.get("PLCFMU_COMMAND"):

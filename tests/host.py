@@ -23,6 +23,7 @@ import fmpy
 from fmpy import fmi2
 from lxml import etree
 
+import oracle
 import plcfmu
 import pytest
 import remote
@@ -47,8 +48,8 @@ CO_SIMULATION = """
 FUNCTIONS = COMMON + CO_SIMULATION
 
 # The FMUs of the manuals' blocks, and which of them tell the mean of their pulses.
-CONTROLLERS = ("CONT_C", "CONT_S", "PULSEGEN", "PULS_CTR", "HLG")
-MEAN = {"PULSEGEN": "Q_MEAN", "PULS_CTR": "Q_MEAN", "CONT_S": "QLMN_MEAN"}
+CONTROLLERS = tuple(oracle.BLOCKS)
+MEAN = {name: block.MEAN for name, block in oracle.BLOCKS.items() if block.MEAN}
 
 # The platform whose libraries are tested; "" is this machine.
 PLATFORM = os.environ.get("PLCFMU_PLATFORM", "")

@@ -101,6 +101,8 @@ class Block:
 
     INPUTS = {}
     OUTPUTS = {}
+    # The FMU's output that tells the mean of the pulses, if it has one; `pulse` is that of one call: +1, -1 or 0.
+    MEAN = None
 
     def __init__(self):
         for name, (data_type, start) in self.INPUTS.items():
@@ -268,6 +270,7 @@ class CONT_S(Block):
         **terminals(BOOL, QLMNUP=False, QLMNDN=False),
         **terminals(REAL, PV=0.0, ER=0.0),
     }
+    MEAN = "QLMN_MEAN"
 
     def clear_memory(self):
         self.a = 0  # the running pulse: +1 up, -1 down, 0 none
@@ -290,6 +293,9 @@ class CONT_S(Block):
         self.pulse_stage(self.demand(e, t, motor))
         self.QLMNUP = self.a == +1
         self.QLMNDN = self.a == -1
+
+    def pulse(self):
+        return int(self.QLMNUP) - int(self.QLMNDN)
 
     def at_stop(self, direction):
         """Is the valve reported at the stop that lies in this direction?"""
@@ -364,6 +370,7 @@ class PULSEGEN(Block):
         **terminals(BOOL, MAN_ON=False, POS_P_ON=False, NEG_P_ON=False),
     }
     OUTPUTS = terminals(BOOL, QPOS_P=False, QNEG_P=False)
+    MEAN = "Q_MEAN"
 
     def clear_memory(self):
         self.inv_last = ZERO  # INV of the last call
@@ -380,6 +387,10 @@ class PULSEGEN(Block):
         else:
             self.automatic()
         self.inv_last = self.INV
+
+    def pulse(self):
+        """With two steps QNEG_P is no pulse, only the opposite of QPOS_P."""
+        return int(self.QPOS_P) - int(self.QNEG_P and self.STEP3_ON)
 
     def manual(self):
         if self.STEP3_ON:
@@ -449,6 +460,7 @@ class PULS_CTR(Block):
         **terminals(TIME, CYCLE=10),
     }
     OUTPUTS = terminals(BOOL, QPOS_P=False)
+    MEAN = "Q_MEAN"
 
     def __init__(self):
         super().__init__()
@@ -480,6 +492,9 @@ class PULS_CTR(Block):
         generator.CYCLE = self.CYCLE
         generator.call()
         self.QPOS_P = generator.QPOS_P
+
+    def pulse(self):
+        return self.DI_PULSEGEN.pulse()
 
 
 class HLG(Block):
@@ -529,3 +544,7 @@ class HLG(Block):
             self.remainder = 0
         else:
             self.HLG = self.HLG + direction * step
+
+
+# All of them by name.
+BLOCKS = {block.__name__: block for block in Block.__subclasses__()}

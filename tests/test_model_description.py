@@ -9,8 +9,6 @@ import pytest
 from fmpy.validation import validate_fmu
 
 import host
-import oracle
-from host import MEAN
 
 FMI_TYPE = {
     "REAL": "Real",
@@ -242,6 +240,11 @@ def test_every_unit_is_defined_and_every_definition_is_used(fmu):
         assert real.get("displayUnit") in unit.xpath("DisplayUnit/@name")
 
 
+def test_the_units_are_those_of_the_library(fmu):
+    for row, x in zip(fmu.table["variables"], scalar_variables(fmu)):
+        assert typed(x).get("unit") == ("s" if row["kind"] == "TIME" else row["unit"]), row["name"]
+
+
 def test_times_are_in_seconds_and_shown_in_milliseconds(fmu):
     for row, x in zip(fmu.table["variables"], scalar_variables(fmu)):
         if row["kind"] == "TIME":
@@ -284,109 +287,12 @@ def test_there_are_no_continuous_states(fmu):
     assert fmu.xml.find("ModelStructure/Derivatives") is None
 
 
-# --- The manual's interface, from a second text -----------------------------------------------------
-
-INPUTS = {
-    "CONT_C": "COM_RST MAN_ON INT_HOLD I_ITL_ON SP_INT PV_IN PV_PER MAN I_ITLVAL DISV",
-    "CONT_S": "COM_RST LMNR_HS LMNR_LS LMNS_ON LMNUP LMNDN SP_INT PV_IN PV_PER DISV",
-    "PULSEGEN": "INV MAN_ON POS_P_ON NEG_P_ON SYN_ON COM_RST",
-    "PULS_CTR": "SP_INT PV_PER COM_RST",
-    "HLG": "E01 S0 S1 TH_TZ TR_TZ STOP SET INIT R",
-}
-FIXED = {"PULS_CTR": {"CYCLE", "RED_FAC"}, "HLG": {"TZ"}}
-RANGES = {
-    "CONT_C": {"CYCLE": (0.001, None), "DEADB_W": (0, None)},
-    "CONT_S": {"CYCLE": (0.001, None), "DEADB_W": (0, None)},
-    "PULSEGEN": {"CYCLE": (0.001, None), "INV": (-100, 100), "RATIOFAC": (0.1, 10)},
-    "PULS_CTR": {"CYCLE": (0.001, None), "RED_FAC": (1, None)},
-    "HLG": {
-        "TZ": (0.001, None),
-        "S0": (-32767, 32767),
-        "S1": (-32767, 32767),
-        "TH_TZ": (0, None),
-        "TR_TZ": (0, None),
-    },
-}
-KIND = {oracle.REAL: "REAL", oracle.TIME: "TIME", oracle.BOOL: "BOOL", oracle.INT: "INT", oracle.WORD: "WORD"}
+# --- The manuals' blocks ------------------------------------------------------------------------------
 
 
-def terminals(block, prefix=""):
-    """Terminals of a block and of the blocks inside it: data type and start value by name."""
-    found = {prefix + name: (*terminal, True) for name, terminal in block.INPUTS.items()}
-    found.update({prefix + name: (*terminal, False) for name, terminal in block.OUTPUTS.items()})
-    for name, inner in vars(block).items():
-        if isinstance(inner, oracle.Block):
-            found.update(terminals(inner, f"{prefix}{name}."))
-    return found
-
-
-def test_a_controller_has_the_terminals_of_the_manual(controller):
-    expected = terminals(getattr(oracle, controller.name)())
-    ours = {MEAN.get(controller.name), FIXED.get(controller.name) == {"TZ"} and "TZ"}
-    ours |= {"DI_PULSEGEN.Q_MEAN"} & set(controller.variables)
-    assert set(controller.variables) - ours == set(expected)
-
-
-def test_a_controllers_terminals_have_the_manuals_types_and_starts(controller):
-    block = getattr(oracle, controller.name)()
-    for name, (data_type, _, is_input) in terminals(block).items():
-        kind = controller.kinds[name]
-        assert kind == {"WORD": "WORD", "INT": "INT"}.get(kind, KIND[data_type]), name
-        if is_input and controller.variables[name].causality != "local":
-            start = block.get(name)
-            expected = start / 1000 if kind == "TIME" else float(start)
-            assert number(typed(xml_of(controller, name)), "start") == expected, name
-
-
-def xml_of(fmu, name):
-    (x,) = fmu.xml.xpath("ModelVariables/ScalarVariable[@name=$name]", name=name)
-    return x
-
-
-def test_words_and_integers_are_told_apart(controller):
-    words = {name.split(".")[-1] for name, kind in controller.kinds.items() if kind == "WORD"}
-    assert words <= {"PV_PER", "LMN_PER"}
-    for name, kind in controller.kinds.items():
-        if name.split(".")[-1] in ("PV_PER", "LMN_PER"):
-            assert kind == "WORD"
-
-
-def test_signals_are_inputs_and_settings_tunable_parameters(controller):
-    assert set(controller.of("input")) == set(INPUTS[controller.name].split())
-    fixed = FIXED.get(controller.name, {"CYCLE"})
-    assert set(controller.of("parameter", variability="fixed")) == fixed
-    block = getattr(oracle, controller.name)()
-    outputs = set(block.OUTPUTS) | {MEAN[controller.name]} if controller.name in MEAN else set(block.OUTPUTS)
-    assert set(controller.of("output")) == outputs
-
-
-def test_the_nested_blocks_give_settings_as_parameters_and_wires_as_locals(open_fmu):
-    fmu = open_fmu("PULS_CTR")
-    wired = {f"DI_CONT_C.{name}" for name in ("COM_RST", "CYCLE", "SP_INT", "PV_PER")}
-    wired |= {f"DI_PULSEGEN.{name}" for name in ("INV", "PER_TM", "COM_RST", "CYCLE")}
-    for name, (_, _, is_input) in terminals(oracle.PULS_CTR()).items():
-        if "." in name:
-            expected = "parameter" if is_input and name not in wired else "local"
-            assert fmu.variables[name].causality == expected, name
-            assert fmu.variables[name].variability == {"parameter": "tunable", "local": "discrete"}[expected]
-
-
-def test_ranges_are_those_of_the_manuals_tables(controller):
-    """To the digit: a host that checks ranges must take the manual's own limits."""
+def test_a_signal_in_percent_says_so(controller):
+    """The manual leaves it to the user whether the controllers' REALs are percent or physical values, so they have no unit."""
     for name, variable in controller.variables.items():
-        expected = RANGES.get(controller.name, {}).get(name, (None, None))
-        if "." in name:
-            instance, terminal = name.split(".")
-            expected = RANGES[instance[len("DI_") :]].get(terminal, (None, None))
-        low, high = (None if limit is None else float(limit) for limit in (variable.min, variable.max))
-        assert (low, high) == expected, name
-
-
-def test_only_times_have_units(controller):
-    """The manual leaves it to the user whether the controllers' REALs are percent or physical
-    values, and a unit would stop masters that refuse a mismatch."""
-    for name, variable in controller.variables.items():
-        assert variable.unit == ("s" if controller.kinds[name] == "TIME" else None), name
         if name.split(".")[-1] in ("INV", "Q_MEAN", "QLMN_MEAN"):
             assert "percent" in variable.description
 

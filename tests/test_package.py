@@ -5,6 +5,7 @@ import hashlib
 import html.parser
 import re
 import struct
+import subprocess
 import zipfile
 import zlib
 
@@ -350,3 +351,17 @@ def test_fmpy_gets_the_reference_results_from_the_files(fmu, manifest):
             )
             compared += 1
     assert compared >= len(results)
+
+
+# --- What the command says of it ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("what", ["info", "check"])
+def test_the_command_tells_what_is_in_it(command, open_fmu, expect, what):
+    """All but the library, which differs with the machine, and the GUID."""
+    path = open_fmu("HLG").path
+    done = subprocess.run([command, what, path.name], cwd=path.parent, capture_output=True, text=True, encoding="utf-8")
+    assert (done.returncode, done.stderr) == (0, "")
+    text = re.sub(r"\{[0-9a-f-]{36}\}", "{GUID}", done.stdout)
+    text = re.sub(r"(?m)^  (Libraries .*\n( {10,}.*\n)*|binaries/.*\n)", "", text)
+    expect(f"{what}/HLG.txt", "".join(f"{line.rstrip()}\n" for line in text.splitlines()))

@@ -96,4 +96,4 @@ def test_the_fmu_does_what_the_tape_says(run, open_fmu):
 
 @pytest.mark.parametrize("run", RUNS, ids=str)
 def test_the_second_text_of_the_law_does_what_the_tape_says(run):
-    assert wrong(run, OnOracle(getattr(oracle, run.block)())) == []
+    assert wrong(run, OnOracle(oracle.BLOCKS[run.block]())) == []

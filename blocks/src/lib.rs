@@ -17,6 +17,17 @@
 //! *measured* (recorded at the terminals of a real block), *observed* (published descriptions of how the blocks
 //! behave), *decided* (by us, where all of these are silent).
 
+/// Says which blocks a vendor has, in the file of the vendor.
+macro_rules! vendor {
+    ($($block:ident::$Block:ident),* $(,)?) => {
+        $(pub use $block::$Block;)*
+
+        pub(crate) fn for_each_block(what: &mut impl crate::EachBlock) {
+            $(what.block::<$Block>();)*
+        }
+    };
+}
+
 mod abb;
 mod siemens;
 pub mod table;
@@ -32,32 +43,27 @@ pub trait EachBlock {
     fn block<B: Block>(&mut self);
 }
 
-macro_rules! export {
-    ($($vendor:ident::$block:ident),* $(,)?) => {
-        $(pub use $vendor::$block;)*
+pub use abb::*;
+pub use siemens::*;
 
-        /// Does something with every block of this crate, for example collects their tables:
-        ///
-        /// ```
-        /// use blocks::{Block, EachBlock, Table, for_each_block};
-        ///
-        /// struct Tables(Vec<&'static Table>);
-        ///
-        /// impl EachBlock for Tables {
-        ///     fn block<B: Block>(&mut self) {
-        ///         self.0.push(B::TABLE);
-        ///     }
-        /// }
-        ///
-        /// let mut tables = Tables(Vec::new());
-        /// for_each_block(&mut tables);
-        /// assert!(tables.0.iter().any(|table| table.name == "CONT_C"));
-        /// ```
-        pub fn for_each_block(what: &mut impl EachBlock) {
-            $(what.block::<$block>();)*
-        }
-    };
+/// Does something with every block of this crate, for example collects their tables:
+///
+/// ```
+/// use blocks::{Block, EachBlock, Table, for_each_block};
+///
+/// struct Tables(Vec<&'static Table>);
+///
+/// impl EachBlock for Tables {
+///     fn block<B: Block>(&mut self) {
+///         self.0.push(B::TABLE);
+///     }
+/// }
+///
+/// let mut tables = Tables(Vec::new());
+/// for_each_block(&mut tables);
+/// assert!(tables.0.iter().any(|table| table.name == "CONT_C"));
+/// ```
+pub fn for_each_block(what: &mut impl EachBlock) {
+    siemens::for_each_block(what);
+    abb::for_each_block(what);
 }
-
-// Every block of this crate stands in this list.
-export!(siemens::ContC, siemens::ContS, siemens::Pulsegen, siemens::PulsCtr, abb::Hlg);

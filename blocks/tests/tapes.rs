@@ -2,9 +2,9 @@
 //! tests/tapes.py plays them on the FMU and on the second text of the law.
 
 use blocks::table::number::{number, to_value};
-use blocks::{Block, EachBlock, Kind, Real, for_each_block};
+use blocks::{Block, EachBlock, Kind, Real, Table, for_each_block};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// One value of a sequence; a TIME in seconds, a BOOL as 0 or 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +31,24 @@ impl Run {
         let is_new = |(name, _): &&Sequence| !self.set.iter().any(|(own, _)| own == name);
         let set = common.set.iter().filter(is_new).chain(&self.set).cloned().collect();
         Run { set, ..self.clone() }
+    }
+
+    /// With the settings of the run or the characteristic of the documentation that its heading names, `Response 2. ...`.
+    fn as_documented<B: Block>(&self) -> Run {
+        let number = |word| self.title.strip_prefix(word)?.split(". ").next()?.parse::<usize>().ok();
+        let set = if let Some(number) = number("Response ") {
+            B::TABLE.responses[number - 1].set.to_vec()
+        } else if let Some(number) = number("Characteristic ") {
+            B::TABLE.characteristics[number - 1].set.iter().map(|(name, value)| (0, *name, *value)).collect()
+        } else {
+            return self.clone();
+        };
+        let sequence = |(call, name, value): &(u32, &str, f64)| {
+            let mut values = vec![Expected::Anything; *call as usize];
+            values.push(Expected::Exactly(*value));
+            ((*name).to_string(), values)
+        };
+        Run { set: set.iter().map(sequence).chain(self.set.iter().cloned()).collect(), ..self.clone() }
     }
 
     fn calls(&self) -> usize {
@@ -86,7 +104,7 @@ fn runs(text: &str) -> Vec<Run> {
     let lines = text.lines().filter(|line| !line.starts_with('#'));
     let text = lines.collect::<Vec<_>>().join("\n");
     for case in text.split("\n\n").map(str::trim).filter(|case| !case.is_empty()) {
-        let (title, body) = case.split_once('\n').unwrap_or_else(|| panic!("a heading without lines: {case}"));
+        let (title, body) = case.split_once('\n').unwrap_or((case, ""));
         let count = body.lines().map(|line| line.matches('|').count()).max().unwrap_or(0);
         let (settings, answers): (Vec<_>, Vec<_>) = body.lines().partition(|line| !line.contains("->"));
         let settings: Vec<_> = settings.iter().flat_map(|line| line.split(',')).map(|one| sides(one, "=")).collect();
@@ -152,25 +170,60 @@ fn value(token: &str) -> Expected {
     }
 }
 
-#[test]
-fn every_block_does_what_its_tapes_say() {
-    struct Play(Vec<String>);
+/// The folder of a block.
+fn folder(block: &str) -> PathBuf {
+    let vendors = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("src")).unwrap();
+    let mut folders = vendors.map(|entry| entry.unwrap().path().join(block.to_lowercase()));
+    folders.find(|folder| folder.is_dir()).unwrap_or_else(|| panic!("{block} has no folder in blocks/src"))
+}
+
+/// A block with the runs of its tape, and what is wrong in them.
+struct Played {
+    table: &'static Table,
+    runs: Vec<Run>,
+    wrong: Vec<String>,
+}
+
+/// All blocks.
+fn played() -> Vec<Played> {
+    struct Play(Vec<Played>);
     impl EachBlock for Play {
         fn block<B: Block>(&mut self) {
-            let runs = runs(&tape(B::TABLE.name));
-            assert!(!runs.is_empty(), "the tape of {} is empty", B::TABLE.name);
-            let wrong = runs.iter().filter_map(|run| Some((run, run.play::<B>().err()?)));
-            self.0.extend(wrong.map(|(run, error)| format!("{}: {}: {error}", B::TABLE.name, run.title)));
+            let file = folder(B::TABLE.name).join("clauses.txt");
+            let text = fs::read_to_string(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+            let runs = runs(&text);
+            let failed = runs.iter().filter_map(|run| Some((run, run.as_documented::<B>().play::<B>().err()?)));
+            let wrong = failed.map(|(run, error)| format!("{}: {}: {error}", B::TABLE.name, run.title)).collect();
+            self.0.push(Played { table: B::TABLE, runs, wrong });
         }
     }
     let mut play = Play(Vec::new());
     for_each_block(&mut play);
-    assert!(play.0.is_empty(), "\n{}", play.0.join("\n"));
+    assert!(play.0.len() >= 5);
+    play.0
 }
 
-fn tape(block: &str) -> String {
-    let vendors = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("src")).unwrap();
-    let mut files = vendors.map(|entry| entry.unwrap().path().join(block.to_lowercase()).join("clauses.txt"));
-    let file = files.find(|file| file.is_file()).unwrap_or_else(|| panic!("{block} has no clauses.txt in its folder"));
-    fs::read_to_string(&file).unwrap()
+#[test]
+fn every_block_does_what_its_tape_says() {
+    let wrong: Vec<_> = played().into_iter().flat_map(|block| block.wrong).collect();
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_clause_and_every_run_of_the_documentation_has_a_test() {
+    for Played { table, runs, .. } in played() {
+        let name = table.name;
+        let has_run = |heading: &str| runs.iter().any(|run| run.title.starts_with(heading));
+        let tests = fs::read_to_string(folder(name).join("tests.rs")).unwrap_or_default();
+        let clauses = table.docs.split("# Clauses\n").nth(1).unwrap_or("").split("\n# ").next().unwrap_or("");
+        for number in clauses.lines().filter_map(|line| line.split_once(". ")?.0.trim().parse::<usize>().ok()) {
+            let is_tested = has_run(&format!("{number}. ")) || tests.contains(&format!("fn clause_{number}_"));
+            assert!(is_tested, "{name}: clause {number} is neither on the tape nor in tests.rs");
+        }
+        for (word, count) in [("Response", table.responses.len()), ("Characteristic", table.characteristics.len())] {
+            for heading in (1..=count).map(|number| format!("{word} {number}. ")) {
+                assert!(has_run(&heading), "{name}: the tape has no case {heading:?}");
+            }
+        }
+    }
 }

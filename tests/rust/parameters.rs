@@ -1,57 +1,70 @@
-//! Parameter files of the manuals' blocks: the addresses of their instance data blocks, and round trips of all blocks.
+//! Parameter files of the blocks: their tables against those that the manuals print, addresses of the instance data blocks
+//! included, and round trips of all blocks.
 
-use blocks::{Time, Value};
+use blocks::table::number::number;
+use blocks::{EachBlock, Row, Table, Time, Value, for_each_block};
 use parameters::layout::addresses;
 use parameters::{Block, Format, Loop, Options, Origin, Source, literal, read, write};
+use std::fs::{self, DirEntry};
+use std::path::Path;
 use std::sync::Arc;
 
 fn block(name: &str) -> Arc<Block> {
     Block::all().into_iter().find(|block| block.name == name).unwrap()
 }
 
-/// The address of each member as the manuals print it.
-fn layout(name: &str) -> Vec<String> {
-    let block = block(name);
-    let (addresses, _) = addresses(&block);
-    let members = block.members.iter().zip(addresses);
-    members.filter_map(|(member, address)| Some(format!("{} {}", address?, member.name))).collect()
+/// The tables of all blocks of ours.
+fn tables() -> Vec<&'static Table> {
+    struct Tables(Vec<&'static Table>);
+    impl EachBlock for Tables {
+        fn block<B: blocks::Block>(&mut self) {
+            self.0.push(B::TABLE);
+        }
+    }
+    let mut tables = Tables(Vec::new());
+    for_each_block(&mut tables);
+    tables.0
 }
 
-#[track_caller]
-fn assert_layout(name: &str, expected: &str, size: usize) {
-    let expected: Vec<&str> = expected.split(',').map(str::trim).collect();
-    assert_eq!(layout(name), expected);
-    assert_eq!(addresses(&block(name)).1, size, "{name}: what lies behind the outputs is the block's memory");
-}
-
-#[test]
-fn cont_c_has_the_addresses_of_its_instance_data_block() {
-    let expected = "0.0 COM_RST, 0.1 MAN_ON, 0.2 PVPER_ON, 0.3 P_SEL, 0.4 I_SEL, 0.5 INT_HOLD, 0.6 I_ITL_ON, 0.7 D_SEL, \
-                    2 CYCLE, 6 SP_INT, 10 PV_IN, 14 PV_PER, 16 MAN, 20 GAIN, 24 TI, 28 TD, 32 TM_LAG, 36 DEADB_W, 40 LMN_HLM, \
-                    44 LMN_LLM, 48 PV_FAC, 52 PV_OFF, 56 LMN_FAC, 60 LMN_OFF, 64 I_ITLVAL, 68 DISV, 72 LMN, 76 LMN_PER, \
-                    78.0 QLMN_HLM, 78.1 QLMN_LLM, 80 LMN_P, 84 LMN_I, 88 LMN_D, 92 PV, 96 ER";
-    assert_layout("CONT_C", expected, 100);
-}
-
-#[test]
-fn cont_s_has_the_addresses_of_its_instance_data_block() {
-    let expected = "0.0 COM_RST, 0.1 LMNR_HS, 0.2 LMNR_LS, 0.3 LMNS_ON, 0.4 LMNUP, 0.5 LMNDN, 0.6 PVPER_ON, 2 CYCLE, \
-                    6 SP_INT, 10 PV_IN, 14 PV_PER, 16 GAIN, 20 TI, 24 DEADB_W, 28 PV_FAC, 32 PV_OFF, 36 PULSE_TM, \
-                    40 BREAK_TM, 44 MTR_TM, 48 DISV, 52.0 QLMNUP, 52.1 QLMNDN, 54 PV, 58 ER";
-    assert_layout("CONT_S", expected, 62);
-}
-
-#[test]
-fn pulsegen_has_the_addresses_of_its_instance_data_block() {
-    let expected = "0 INV, 4 PER_TM, 8 P_B_TM, 12 RATIOFAC, 16.0 STEP3_ON, 16.1 ST2BI_ON, 16.2 MAN_ON, 16.3 POS_P_ON, \
-                    16.4 NEG_P_ON, 16.5 SYN_ON, 16.6 COM_RST, 18 CYCLE, 22.0 QPOS_P, 22.1 QNEG_P";
-    assert_layout("PULSEGEN", expected, 24);
+/// A table as the manual prints it, one line for each terminal: address, name, type, start, range and unit; and what we
+/// make of it, its role. The block's own memory and the instances inside lie behind `size`.
+fn as_manual(table: &Table) -> Vec<String> {
+    let (addresses, size) = addresses(&block(table.name));
+    let own = table.rows.iter().enumerate().filter(|(row, of)| of.path[0].is_empty() && table.mean != Some(*row));
+    let line = |(row, of): (usize, &Row)| {
+        let address = addresses[row].map_or(String::new(), |address| address.to_string());
+        let value = |value: Value| match value {
+            Value::Time(time) => format!("{}ms", time.milliseconds()),
+            Value::Bool(value) => value.to_string().to_uppercase(),
+            Value::Real(value) => value.to_string(),
+            value => number(value).to_string(),
+        };
+        let limits = [("min", of.min), ("max", of.max)].into_iter();
+        let limits = limits.filter_map(|(word, limit)| Some(format!(" {word} {}", value(limit?)))).collect::<String>();
+        let unit = of.unit.map_or(String::new(), |unit| format!(" unit {unit}"));
+        let (kind, role, start) = (of.kind.name(), of.role.name(), value(of.start));
+        format!("{address:<5}{:<9}{kind:<5}{role:<10}{start}{limits}{unit}", of.name)
+    };
+    own.map(line).chain([format!("{size:<5}size")]).collect()
 }
 
 #[test]
-fn puls_ctr_has_the_addresses_of_the_manuals_table() {
-    // The instances inside lie behind these.
-    assert_layout("PULS_CTR", "0 SP_INT, 4 PV_PER, 6 RED_FAC, 8.0 COM_RST, 10 CYCLE, 14.0 QPOS_P", 16);
+fn the_tables_of_the_blocks_are_those_of_the_manuals() {
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../blocks/src");
+    let mut compared = 0;
+    for table in tables() {
+        let folder = |vendor: DirEntry| vendor.path().join(table.name.to_lowercase()).join("manual.txt");
+        let mut files = fs::read_dir(&sources).unwrap().map(|vendor| folder(vendor.unwrap()));
+        // Not every vendor prints a table.
+        let Some(file) = files.find(|file| file.is_file()) else { continue };
+        let text = fs::read_to_string(&file).unwrap();
+        let manual: Vec<_> = text.lines().filter(|line| !line.starts_with('#')).collect();
+        let is_without_addresses = text.contains("# no addresses");
+        let of = |line: String| if is_without_addresses { line[5..].to_string() } else { line };
+        assert_eq!(as_manual(table).into_iter().map(of).collect::<Vec<_>>(), manual, "{}", file.display());
+        compared += 1;
+    }
+    assert!(compared >= 5);
 }
 
 #[test]

@@ -2,4 +2,4 @@
 
 mod hlg;
 
-pub use hlg::Hlg;
+vendor!(hlg::Hlg);

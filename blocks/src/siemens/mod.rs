@@ -7,7 +7,4 @@ mod error_signal;
 mod puls_ctr;
 mod pulsegen;
 
-pub use cont_c::ContC;
-pub use cont_s::ContS;
-pub use puls_ctr::PulsCtr;
-pub use pulsegen::Pulsegen;
+vendor!(cont_c::ContC, cont_s::ContS, pulsegen::Pulsegen, puls_ctr::PulsCtr);

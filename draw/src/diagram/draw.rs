@@ -59,6 +59,8 @@ struct Signal<'a> {
     title: String,
     stroke_width: f64,
     path: String,
+    /// The path of its dashed wires.
+    dashes: String,
     heads: String,
     /// Where wires branch off.
     dots: Vec<(Pixels, Pixels)>,
@@ -253,6 +255,7 @@ fn signals<'a>(checked: &'a Checked) -> Vec<Signal<'a>> {
                 // As in function block diagrams: a bit is a thin wire, a number a thick one.
                 stroke_width: if is_boolean[wire.signal] { 1.0 } else { 1.8 },
                 path: String::new(),
+                dashes: String::new(),
                 heads: String::new(),
                 dots: Vec::new(),
             });
@@ -301,8 +304,9 @@ fn draw_wire(signal: &mut Signal, wire: &Wire, to: &Element) {
     if let Some(last) = points.last_mut() {
         *last = Point { x: end.x - dx * back, y: end.y - dy * back };
     }
+    let path = if wire.is_dashed { &mut signal.dashes } else { &mut signal.path };
     for (place, Point { x, y }) in points.iter().enumerate() {
-        let _ = write!(signal.path, "{}{} {}", if place == 0 { 'M' } else { 'L' }, Pixels(*x), Pixels(*y));
+        let _ = write!(path, "{}{} {}", if place == 0 { 'M' } else { 'L' }, Pixels(*x), Pixels(*y));
     }
     if !is_switch {
         let base = Point { x: end.x - dx * HEAD.0, y: end.y - dy * HEAD.0 };

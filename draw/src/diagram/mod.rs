@@ -34,6 +34,7 @@
 //! | `A > x12 > B.top > C` | wires from the right of A to the top of B, from its right to the left of C. `x12` and `y7` are corners: the wire goes there level or upright. Ends are `NAME`, `NAME.top`, `NAME.left+1` (one unit below the middle), `NAME.TRUE` and `NAME.FALSE` (contacts of a switch), `NAME.PIN` (of a block inside) |
 //! | `15,3 > y6 > ER` | a wire that branches off another one at this point |
 //! | `PV: A > B` | wires that carry the variable PV, with all that branches off them |
+//! | `dashed A > B` | wires that act in some states only, such as the tracking of an integrator in manual mode |
 //! | `icon SYMBOL`, `icon "PI"` | what stands for the block where there is room for little |
 //! | `// ...` | a remark |
 //!

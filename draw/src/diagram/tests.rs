@@ -137,6 +137,15 @@ fn booleans_are_thin_wires_on_both_sides_of_a_switch() {
 }
 
 #[test]
+fn a_dashed_wire_is_drawn_so_beside_the_others_of_its_signal() {
+    let drawing = svg(&documented(&PUMP.replace("55,6 > y14.5", "dashed 55,6 > y14.5"))).unwrap();
+    let wire = drawing.split_once("id=\"wire-LMN\"").unwrap().1.split_once("</g>").unwrap().0;
+    let (plain, dashed) = wire.split_once("stroke-width").unwrap();
+    assert!(!plain.contains("M550 60") && dashed.contains("M550 60"), "{wire}");
+    assert!(dashed.contains("stroke-dasharray"), "{wire}");
+}
+
+#[test]
 fn ids_are_unique_in_a_page_with_several_diagrams() {
     let page = drawing() + &svg_with(&documented(PUMP), "second-").unwrap();
     let ids: Vec<&str> = page.split(" id=\"").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();

@@ -16,6 +16,8 @@ pub struct Wire {
     pub from: Option<usize>,
     /// The element where it ends.
     pub to: usize,
+    /// It acts in some states only.
+    pub is_dashed: bool,
 }
 
 /// A word of a line that describes wires.
@@ -93,8 +95,12 @@ impl<'a> Word<'a> {
 
 impl Diagram {
     /// Adds the wires that a line describes: `A > B`, `A > x12 > B.top > C`, or `12,7 > C`, which branches off the wire
-    /// there. With `PV:` before them they carry that variable.
+    /// there. With `PV:` before them they carry that variable, with `dashed` they are drawn so.
     pub fn add_wires(&mut self, line: usize, text: &str) -> Result<()> {
+        let (is_dashed, text) = match text.strip_prefix("dashed ") {
+            Some(text) => (true, text),
+            None => (false, text),
+        };
         let (name, path) = match text.split_once(':') {
             Some((name, path)) => (Some(name.trim()), path),
             None => (None, text),
@@ -110,7 +116,7 @@ impl Diagram {
                 Word::End { .. } => {
                     // In the middle of a chain, the place is that where the wire before comes in.
                     let start = if begin == 0 { self.start(&words[0])? } else { self.start(&words[begin].right())? };
-                    let wire = self.wire(line, start, &words[begin + 1..end], &words[end])?;
+                    let wire = Wire { is_dashed, ..self.wire(line, start, &words[begin + 1..end], &words[end])? };
                     self.name(wire.signal, name)?;
                     self.wires.push(wire);
                     begin = end;
@@ -165,7 +171,7 @@ impl Diagram {
         };
         let is_upright = matches!(place, Place::Side(Side::Top | Side::Bottom, _));
         let points = route(start, corners, self.meet(to, place)?, is_upright)?;
-        Ok(Wire { line, signal, points, from, to })
+        Ok(Wire { line, signal, points, from, to, is_dashed: false })
     }
 
     fn name(&mut self, signal: usize, name: Option<&str>) -> Result<()> {

@@ -3,6 +3,7 @@
 use crate::component::Instance;
 use crate::plants;
 use anyhow::{Context, Result, bail};
+use blocks::EachBlock;
 use fmu::table::Guid;
 use modeldescription::{Description, Interface, ModelDescription, Table, shortened};
 use parameters::{Block, Loop};
@@ -14,14 +15,9 @@ use tool::home::Home;
 use tool::known;
 use tool::message::{Entry, KnownLoop, Part};
 
-/// Blocks and plants, in the order in which they are shown: one line for each FMU.
-macro_rules! for_each_fmu {
+/// The plants, in the order in which they are shown behind the blocks: one line for each.
+macro_rules! for_each_plant {
     ($each:ident) => {
-        $each!(blocks::ContC);
-        $each!(blocks::ContS);
-        $each!(blocks::Pulsegen);
-        $each!(blocks::PulsCtr);
-        $each!(blocks::Hlg);
         $each!(plants::process::Process);
         $each!(plants::heater::Heater);
         $each!(plants::valve::Valve);
@@ -63,20 +59,27 @@ impl Linked {
     /// # Panics
     /// The table of a block is faulty; then it has no FMU either.
     pub fn new() -> Linked {
-        let (mut fmus, mut blocks) = (Vec::new(), Vec::new());
+        let mut linked = Linked { fmus: Vec::new(), blocks: Vec::new() };
+        blocks::for_each_block(&mut linked);
         macro_rules! add {
-            ($Block:ty) => {
-                fmus.push(Fmu::of::<$Block>().expect("the packer accepts the table"));
-                blocks.push(Arc::new(Block::of::<$Block>()));
+            ($Plant:ty) => {
+                linked.block::<$Plant>()
             };
         }
-        for_each_fmu!(add);
-        Linked { fmus, blocks }
+        for_each_plant!(add);
+        linked
     }
 
     fn find(&self, name: &str) -> Result<&Fmu> {
         let found = self.fmus.iter().find(|fmu| fmu.table.name == name);
         found.with_context(|| format!("there is no FMU {:?}", shortened(name)))
+    }
+}
+
+impl EachBlock for Linked {
+    fn block<B: blocks::Block>(&mut self) {
+        self.fmus.push(Fmu::of::<B>().expect("the packer accepts the table"));
+        self.blocks.push(Arc::new(Block::of::<B>()));
     }
 }
 

@@ -58,8 +58,8 @@ crate::block! {
             init: Int = 0;
             /// Resets the output to 0
             ///
-            /// While it is TRUE the output is 0 at once, without a ramp. It is the only way to exactly 0, because a set
-            /// point of 0 means to stay. STOP and SET have priority.
+            /// While it is TRUE the output is 0 at once, without a ramp. A set point of 0 means to stay, so the output
+            /// reaches exactly 0 by R, or by SET with INIT = 0. STOP and SET have priority.
             r: Bool = false;
         }
         cycle {

@@ -155,8 +155,8 @@ crate::block! {
             /// Time lag of the derivative action; range: TM_LAG >= CYCLE / 2
             ///
             /// The time constant with which LMN_D decays. It limits the kick: at an error step LMN_D is TD / (TM_LAG +
-            /// CYCLE / 2) times LMN_P, and each further call leaves the same share of it: 8, 4.8, 2.88 for GAIN * ER =
-            /// 2, TD 10 s, TM_LAG 2 s, CYCLE 1 s. Choose TD / 10 ... TD / 5; larger if noise moves the actuator. A
+            /// CYCLE / 2) times LMN_P, and each further call multiplies it by the same factor, here 0.6: 8, 4.8, 2.88 for
+            /// GAIN * ER = 2, TD 10 s, TM_LAG 2 s, CYCLE 1 s. Choose TD / 10 ... TD / 5; larger if noise moves the actuator. A
             /// value below CYCLE / 2 counts as CYCLE / 2: the whole kick then falls into one call, 20, 0, 0.
             tm_lag: Time = Time::ms(2_000);
             /// Dead band: half the width of the band in which the error counts as 0
@@ -171,10 +171,10 @@ crate::block! {
             ///
             /// The manipulated value is held at or below it, in manual mode too, before LMN_FAC and LMN_OFF. Once LMN
             /// is there, QLMN_HLM is TRUE and the integral does not rise further (anti-windup): LMN leaves the limit as
-            /// soon as LMN_P or LMN_D falls, and not only after a grown integral has been worked off. LMN_I alone does
-            /// not exceed it either, unless manual mode or I_ITL_ON has set it there. If LMN_HLM is lowered during a
-            /// run, to 10 for example, LMN and LMN_I go down to 10 at once. Keep it above LMN_LLM, and if LMN_PER is
-            /// used, keep LMN_HLM * LMN_FAC + LMN_OFF within 118.5 %.
+            /// soon as LMN_P or LMN_D falls, without first unwinding the integral. LMN_I alone does not exceed it
+            /// either, unless manual mode or I_ITL_ON has set it there. If LMN_HLM is lowered during a run, to 10 for
+            /// example, LMN and LMN_I go down to 10 at once. Keep it above LMN_LLM, and see LMN_PER for how far it may
+            /// be raised.
             lmn_hlm: Real = 100.0;
             /// Low limit of the manipulated value; range: -100 % ... LMN_HLM or a physical value
             ///
@@ -203,7 +203,7 @@ crate::block! {
             /// reverses an actuator: 30 becomes 70. LMN_PER is made of LMN, as percent: with LMN_FAC = 15 it wraps
             /// where the limited value passes 7.9. A change during a run makes LMN jump.
             lmn_fac: Real = 1.0;
-            /// Offset of the manipulated value; LMN_PER wraps where LMN passes 118.5 %
+            /// Offset of the manipulated value
             ///
             /// Added last, in manual mode too: MAN = 40 and LMN_OFF = 10 give LMN = 50. With LMN_FAC = 0.5 and LMN_OFF
             /// = 50, limits of -100 and 100 become 0 and 100. With LMN_HLM = 100 an offset of 20 allows LMN = 120, and

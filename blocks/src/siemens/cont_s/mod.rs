@@ -86,8 +86,8 @@ crate::block! {
             pv_in: Real = 0.0;
             /// Process value as an analog input word: 27648 is 100 %
             ///
-            /// Used while PVPER_ON is TRUE: what an analog input module gives for 0 ... 100 % is 0 ... 27648; overflow
-            /// of the module ends at 32511, which is 117.6 %. Words from 32768 on are negative: 65535 is -1. Scale with
+            /// Used while PVPER_ON is TRUE: what an analog input module gives for 0 ... 100 % is 0 ... 27648; its
+            /// overrange ends at 32511, which is 117.6 %. Words from 32768 on are negative: 65535 is -1. Scale with
             /// PV_FAC and PV_OFF.
             pv_per: Word = Word::new(0);
         }
@@ -105,8 +105,8 @@ crate::block! {
             ///
             /// The I action repeats the travel of the P action every TI while the error stays: with GAIN = 2 and an
             /// error of 10 it adds 20 % of travel in each TI. Begin with the plant's time constant, but not more than 8
-            /// times its dead time. A TI far below the time that the valve takes for the P action, |e| MTR_TM / 100, is
-            /// not reached: the effective reset time is not shortened below a tenth of TI. 0 switches the I action off,
+            /// times its dead time. Where the valve takes long for the P action (|e| MTR_TM / 100 above 0.9 TI), the I
+            /// action falls behind: the reset time in pauses is never below a tenth of TI. 0 switches the I action off,
             /// unlike in CONT_C; the valve then follows GAIN times the error, with a permanent error. Between 0 and
             /// CYCLE / 2 the block uses CYCLE / 2.
             ti: Time = Time::ms(20_000);

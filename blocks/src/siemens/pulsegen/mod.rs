@@ -50,7 +50,7 @@ crate::block! {
             ratiofac: Real = 1.0, min 0.1, max 10.0;
             /// Three-step control: positive and negative pulses; otherwise two-step control
             ///
-            /// TRUE: QPOS_P and QNEG_P drive two actuators, such as heating and cooling, or open and close. FALSE:
+            /// TRUE: QPOS_P and QNEG_P drive two actuators, such as heating and cooling. FALSE:
             /// QPOS_P drives one actuator and QNEG_P is its opposite; ST2BI_ON then says which range INV has. A change
             /// takes effect with the next period, for the pulse width, and at once for the outputs.
             step3_on: Bool = true;

@@ -30,25 +30,28 @@ blocks::block! {
     /// box SCALE 13,8 "x N_MAX /" "32767" with N_MAX
     /// sum ER 26,8 left + bottom -
     /// box CONTROL 36,8 proportional with CTRL_TM
-    /// input LOAD 38,15
-    /// box LIMIT 50,8 limit with M_MAX
-    /// box INERTIA 66,8 integrate with ACC_TM COAST_TM
+    /// input LOAD 33,15
+    /// sum DEMAND 45,8 left + bottom +
+    /// box LIMIT 54,8 limit with M_MAX
+    /// sum NET 64,8 left + bottom -
+    /// box INERTIA 74,8 integrate with ACC_TM COAST_TM
     /// output SP_RPM 23,2
-    /// output TORQUE 58,2
-    /// output SPEED 79,8
-    /// box COUNTS 76,25 "32767 /" "N_MAX"
-    /// output N_ACT 82,25
+    /// output TORQUE 63,2
+    /// output SPEED 87,8
+    /// box COUNTS 84,25 "32767 /" "N_MAX"
+    /// output N_ACT 90,25
     /// input RESET 0,28
     /// box MONITOR 41,27 "|SP_RPM - SPEED|" "> ERR_MAX" with ERR_MAX
     /// output TRIP 52,27
     /// text 52,30 "TRIP: no torque"
     /// box CALL 12,19 "every CYCLE" with CYCLE
-    /// SP > SCALE > ER > CONTROL > LIMIT > INERTIA > SPEED
-    /// LOAD > LIMIT.bottom
+    /// SP > SCALE > ER > CONTROL > DEMAND > LIMIT > NET > INERTIA > SPEED
+    /// LOAD > DEMAND.bottom
+    /// 43,15 > y16.5 > NET.bottom
     /// 20.5,8 > y2 > SP_RPM
-    /// 56,8 > y2 > TORQUE
-    /// 74,8 > y18 > ER.bottom
-    /// 76,8 > COUNTS.top
+    /// 61,8 > y2 > TORQUE
+    /// 82,8 > y18 > ER.bottom
+    /// 84,8 > COUNTS.top
     /// COUNTS > N_ACT
     /// 22.5,8 > y26 > MONITOR.left-1
     /// 41,18 > MONITOR.top
@@ -109,7 +112,7 @@ blocks::block! {
     /// 5. Tripped, the drive has no torque and coasts to rest. A rising edge of RESET makes it go on, with the setpoint
     ///    as it is: one that is too far away trips it again in the same call. So bring the setpoint to N_ACT first (SET
     ///    and INIT, or R, of HLG).
-    /// 6. LOAD is limited to the torque limit: a load does not drive the drive, it may only keep it from accelerating.
+    /// 6. LOAD is limited to the torque limit: an overhauling load is not modelled.
     ///
     /// # Limits of use
     ///

@@ -155,12 +155,12 @@ blocks::block! {
             t2: LReal = 0.0, min 0.0, unit "s";
             /// Dead time; range: 0 ... DEAD_MAX
             ///
-            /// After a change of U nothing happens for so long. The larger its share of T1, the less gain the loop bears.
+            /// A change of U takes effect after it. The larger its share of T1, the less gain the loop bears.
             /// It may be tuned during a run, up to DEAD_MAX.
             dead_tm: LReal = 1.0, min 0.0, unit "s";
         }
         fixed {
-            /// Integrating: PV has no rest of its own
+            /// Integrating process: PV does not settle by itself
             ///
             /// TRUE: PV is the integral of what FALSE would show, as for a level or a position. Only U + LOAD = U_0 holds it.
             /// A P action alone then leaves no error at a setpoint, but one behind a LOAD.

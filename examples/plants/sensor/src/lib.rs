@@ -82,8 +82,8 @@ blocks::block! {
     /// # Clauses
     ///
     /// 1. Call k samples U at its time and holds Y until the next call, as an analog input does: no dead time but that.
-    /// 2. Noise: g(k) depends on k and SEED only. It has mean 0 and standard deviation 1, no value beyond 6, and no value
-    ///    tells of another one. It is the sum of twelve evenly distributed numbers, which is close to Gaussian.
+    /// 2. Noise: g(k) depends on k and SEED only. It has mean 0 and standard deviation 1, no value beyond 6, and
+    ///    the values are independent. It is the sum of twelve uniformly distributed numbers, which is close to Gaussian.
     /// 3. The noise is new in every CYCLE: with half of CYCLE there is twice as much of it in a second.
     /// 4. The filter takes the noise down to NOISE sqrt(a / (2 - a)) with a = 1 - exp(-CYCLE / LAG_TM): to 0.22 of it for a
     ///    LAG_TM of ten CYCLE. It starts at the first value.
@@ -116,7 +116,7 @@ blocks::block! {
             /// Two thirds of the values are within NOISE of the true one, 95 % within twice as much. Take it from a record
             /// of the plant at rest: a sixth of the width of the band in which the value moves.
             noise: LReal = 0.1, min 0.0;
-            /// Chooses the noise: another number, another course of the same kind
+            /// Seed of the noise: another number gives another sequence
             ///
             /// Two sensors with the same SEED have the same noise, which they would not have on a plant: give each its own.
             seed: Int = 1;

@@ -113,8 +113,8 @@ blocks::block! {
     /// 4. Steady state: TEMP = T_AMB + LOAD + RISE (h / 100 %) - DROP (c / 100 %).
     /// 5. With the defaults one percent of cooling moves the temperature twice as far as one of heating: RATIOFAC =
     ///    RISE / DROP makes the loop alike for both.
-    /// 6. Disturbances: T_AMB, the temperature around the chamber, and LOAD, what the things in the chamber give off,
-    ///    as the temperature rise that they cause.
+    /// 6. Disturbances: T_AMB, the temperature around the chamber, and LOAD, the heat released by the load in the
+    ///    chamber, as the temperature rise that it causes.
     /// 7. T_PER is what an analog input module makes of TEMP, for PV_PER; it saturates at the ends of its range. With
     ///    PVPER_ON, PV_FAC = (T_PER_100 - T_PER_0) / 100 and PV_OFF = T_PER_0 make degC of it again.
     ///
@@ -150,8 +150,8 @@ blocks::block! {
             t_amb: LReal = 20.0, min -273.15, unit "degC";
             /// Disturbance: temperature rise that what is in the chamber causes
             ///
-            /// Heat that the things in the chamber give off, as the rise that they would cause in the end: 10 needs 17
-            /// % less heating or 8 % more cooling.
+            /// Heat released by the load in the chamber, as the rise that it would cause in the end: 10 needs 17 % less
+            /// heating or 8 % more cooling.
             load: LReal = 0.0, unit "K";
         }
         parameter {

@@ -21,7 +21,7 @@ blocks::block! {
     ///
     /// For CONT_S: with degC for setpoint and process value, CYCLE 100 ms, PULSE_TM and BREAK_TM 300 ms (a pulse of 300
     /// ms moves the valve by 1 %, which is 0.8 K) its defaults GAIN 2, TI 20 s, DEADB_W 1 and MTR_TM 30 s bring it from
-    /// 20 to 60 degC in 90 s with some ten pulses, and make up for a pressure drop to 3 bar with some five in 70 s.
+    /// 20 to 60 degC in 90 s with about ten pulses, and correct a pressure drop to 3 bar with about five in 70 s.
     ///
     /// # Diagram
     ///
@@ -36,21 +36,23 @@ blocks::block! {
     /// output LMNR_LS 35,17
     /// output LMNR 43,0
     /// box CURVE 50,7 curve with CURVE
-    /// box FLOW_F 65,7 "x sqrt(PRES /" "PRES_NOM)" with FLOW_MAX PRES_NOM
+    /// box ROOT 65,7 "x sqrt(PRES /" "PRES_NOM)" with PRES_NOM
     /// input PRES 53,17
-    /// output FLOW 76,1
+    /// box SCALE 83,7 multiply with FLOW_MAX
+    /// output FLOW 92,7
+    /// text 74.5,6.2 "F"
     /// UP > x9 > MOTOR.UP
     /// DOWN > MOTOR.DOWN
     /// DRIVE > x9 > MOTOR.DRIVE
-    /// MOTOR.TRAVEL > STEM > CURVE > FLOW_F
+    /// MOTOR.TRAVEL > STEM > CURVE > ROOT
     /// STEM.top > y-4 > LMNR_HS
     /// STEM.bottom > y17 > LMNR_LS
     /// 41,7 > y0 > LMNR
-    /// PRES > FLOW_F.bottom
+    /// PRES > ROOT.bottom
     ///
     /// // the heat exchanger
-    /// FLOW_F > x74 > y22 > x4 > y28 > RISE
-    /// 74,7 > y1 > FLOW
+    /// ROOT > x74 > y22 > x4 > y28 > RISE
+    /// 74,7 > SCALE > FLOW
     /// box RISE 12,28 multiply with RISE
     /// input T_IN 10,36
     /// sum TARGET 21,28 left + bottom +
@@ -99,7 +101,7 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// \text{FLOW} = \text{FLOW_MAX}\,f(x)\,\sqrt{\frac{\text{PRES}}{\text{PRES_NOM}}}, \qquad f(x) = \frac{\text{CURVE}^x - 1}{\text{CURVE} - 1}, \qquad \text{HX_TM}\,\frac{d\,\text{T_HX}}{dt} = \text{T_IN} + \text{RISE}\,F - \text{T_HX}
+    /// F = f(x)\,\sqrt{\frac{\text{PRES}}{\text{PRES_NOM}}}, \qquad \text{FLOW} = \text{FLOW_MAX}\,F, \qquad f(x) = \frac{\text{CURVE}^x - 1}{\text{CURVE} - 1}, \qquad \text{HX_TM}\,\frac{d\,\text{T_HX}}{dt} = \text{T_IN} + \text{RISE}\,F - \text{T_HX}
     /// ```
     ///
     /// The law:
