@@ -214,9 +214,11 @@ mod tests {
     #[test]
     fn a_limit_of_a_real_holds_its_decimal_and_itself() {
         // The REAL next to 0.1 lies above it, the one next to 0.7 below.
-        assert_eq!((decimal(Value::Real(0.1)), number(Value::Real(0.1))), (0.1, 0.10000000149011612));
-        assert_eq!((decimal(Value::Real(0.7)), number(Value::Real(0.7))), (0.7, 0.699999988079071));
-        assert_eq!(decimal(Value::Real(f32::MAX)), 3.4028235e38);
+        let row = |limit| Row { min: Some(Value::Real(limit)), max: Some(Value::Real(limit)), ..Row::EMPTY };
+        let limits = |limit| (row(limit).least().unwrap(), row(limit).greatest().unwrap());
+        assert_eq!(limits(0.1), (0.1, 0.10000000149011612));
+        assert_eq!(limits(0.7), (0.699999988079071, 0.7));
+        assert_eq!(limits(f32::MAX).1, 3.4028235e38);
         assert!(json::<Sum>().contains(r#""start":1.0,"min":0.1,"max":10.0"#));
     }
 
