@@ -27,7 +27,7 @@ ROOT = pathlib.Path(__file__).parents[1]
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="the programs that stand between are shell scripts")
 
 RUNS = 15
-# Some runs do not keep to it.
+# Some runs fail.
 EXPECTATION = "HEATER.TEMP.max < 45 degC"
 CURVE = 5
 STUDY = """

@@ -11,5 +11,6 @@ pub mod page;
 pub mod parameter_file;
 #[cfg(feature = "s7")]
 pub mod plc;
+pub mod program;
 pub mod progress;
 pub mod tool;

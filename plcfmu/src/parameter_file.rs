@@ -14,7 +14,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Reads the loops of a file: a parameter file, whose format is that of its ending if none is given, and its encoding found out as
+/// Reads the loops of a file: a parameter file, whose extension selects the format if none is given, and its encoding found out as
 /// [`Source::new`] does; an FMU, whose start values are those of one loop; or a data block of a PLC, `s7://HOST/RACK/SLOT/DBn`.
 ///
 /// # Errors
@@ -77,19 +77,22 @@ pub fn read_any(name: &str, options: &Options) -> Result<Reading> {
     read(name, None, None, &Block::all(), options)
 }
 
-/// The format of a file, by the ending of its name.
+/// The format of a file, by its extension.
 ///
 /// # Errors
-/// There is none with this ending.
+/// The extension is that of no format.
 pub fn format_of(name: &str) -> Result<Format> {
     Format::of_file(name).with_context(|| {
-        let endings: Vec<String> =
-            Format::ALL.iter().flat_map(|format| format.extensions()).map(|ending| format!(".{ending}")).collect();
-        format!("{name}: the ending of the name says no format; those of parameter files are {}", endings.join(", "))
+        let extensions: Vec<String> = Format::ALL
+            .iter()
+            .flat_map(|format| format.extensions())
+            .map(|extension| format!(".{extension}"))
+            .collect();
+        format!("{name}: the extension is that of no parameter file; those are {}", extensions.join(", "))
     })
 }
 
-/// The loop that an FMU is: it is called as the FMU, and has its start values.
+/// An FMU as a loop: its name and its start values.
 fn read_fmu(name: &str, blocks: &[Arc<Block>], options: &Options) -> Result<Reading> {
     let description = Package::open(Path::new(name))?.description;
     let called = options.name.as_deref().unwrap_or(&description.model_name);

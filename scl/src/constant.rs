@@ -35,6 +35,7 @@ pub fn read(text: &str) -> Result<Literal, (String, Option<&'static str>)> {
         "DW" => Elementary::DWord,
         "LW" => Elementary::LWord,
         "L" => Elementary::DInt,
+        "DT" | "DATE_AND_TIME" => return Err(("no DT".into(), Some("use DTL"))),
         "T" => Elementary::Time,
         "LT" => Elementary::LTime,
         "D" => Elementary::Date,
@@ -76,7 +77,7 @@ pub fn read(text: &str) -> Result<Literal, (String, Option<&'static str>)> {
             "FALSE" | "0" => Ok(Literal::Truth(false)),
             _ => Err(("TRUE or FALSE".into(), None)),
         },
-        Class::Date => Err((format!("no {}", of.name()), Some("write the time as a DTL, or as a number"))),
+        Class::Date => date(rest, of).map(|number| Literal::Whole(number, Some(of))),
         _ => number(rest, Some(of)),
     }
 }
@@ -158,6 +159,32 @@ fn characters(text: &str) -> Vec<u16> {
     units
 }
 
+/// A date or a time of day as its CPU counts it.
+fn date(text: &str, of: Elementary) -> Result<i128, (String, Option<&'static str>)> {
+    const DAY: i128 = 86_400;
+    const SECOND: i128 = 1_000_000_000;
+    // DATE counts from 1990-01-01, LDT from 1970-01-01.
+    let (text, origin, unit) = match of {
+        Elementary::Date => (text.to_string(), days(1990, 1, 1), DAY * SECOND),
+        Elementary::Ldt => (text.to_string(), days(1970, 1, 1), 1),
+        Elementary::Tod => (format!("1970-01-01-{text}"), days(1970, 1, 1), SECOND / 1000),
+        _ => (format!("1970-01-01-{text}"), days(1970, 1, 1), 1),
+    };
+    let expected = || (format!("a {}, such as D#2020-01-02 or TOD#03:04:05.6", of.name()), None);
+    let Ok(Literal::Moment([year, month, day, hour, minute, second, nanosecond])) = moment(&text) else {
+        return Err(expected());
+    };
+    let seconds = (days(year, month, day) - origin) * DAY + i128::from(hour * 3600 + minute * 60 + second);
+    in_range((seconds * SECOND + i128::from(nanosecond)) / unit, of)
+}
+
+/// The days since 0000-03-01.
+fn days(year: u32, month: u32, day: u32) -> i128 {
+    // The year begins in March, so that the leap day is its last one.
+    let (year, month) = if month < 3 { (i128::from(year) - 1, month + 9) } else { (i128::from(year), month - 3) };
+    365 * year + year / 4 - year / 100 + year / 400 + i128::from((153 * month + 2) / 5 + day) - 1
+}
+
 /// `2020-01-02-03:04:05.6`.
 fn moment(text: &str) -> Result<Literal, (String, Option<&'static str>)> {
     let wrong = || ("a DTL such as DTL#2020-01-02-03:04:05.6".to_string(), None);
@@ -208,6 +235,15 @@ mod tests {
         assert_eq!(whole("LT#1ms_5ns"), (1_000_005, Some(Elementary::LTime)));
         assert_eq!(read("T#25d"), Err(("a TIME of -2147483648 to 2147483647 ms".into(), None)));
         assert!(read("S5T#2S").unwrap_err().1.unwrap().contains("use TON, TOF or TP"));
+    }
+
+    #[test]
+    fn dates_are_counted_from_the_day_of_their_type() {
+        assert_eq!(whole("D#1990-01-01"), (0, Some(Elementary::Date)));
+        assert_eq!(whole("D#2000-03-01"), (3712, Some(Elementary::Date)));
+        assert_eq!(whole("TOD#01:00:00.5"), (3_600_500, Some(Elementary::Tod)));
+        assert_eq!(whole("LDT#1970-01-02-00:00:00"), (86_400_000_000_000, Some(Elementary::Ldt)));
+        assert!(read("TOD#25:00:00").is_err());
     }
 
     #[test]

@@ -439,7 +439,9 @@ impl Compiler<'_> {
         if result != Type::Void {
             locals.push(Local { name: block.name.text.clone(), ty: self.lowered(&result), by_reference: false });
             let slot = Slot::Local(usize::MAX - (locals.len() - 1));
-            symbols.insert(block.name.key(), Symbol::Variable(SectionKind::Output, result.clone(), slot));
+            let value = Symbol::Variable(SectionKind::Output, result.clone(), slot);
+            symbols.entry("RET_VAL".to_string()).or_insert(value.clone());
+            symbols.insert(block.name.key(), value);
         }
         let count = parameters.len();
         parameters.extend(locals);

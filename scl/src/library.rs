@@ -16,6 +16,9 @@ const TIMERS: [&str; 4] = ["TON", "TOF", "TP", "TONR"];
 const COUNTERS: [&str; 3] = ["CTU", "CTD", "CTUD"];
 const COUNTED: [&str; 8] = ["SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT"];
 
+/// Functions of texts.
+pub const TEXTS: [&str; 9] = ["LEN", "LEFT", "MID", "RIGHT", "CONCAT", "FIND", "DELETE", "INSERT", "REPLACE"];
+
 /// The library as a source: its timers for TIME and LTIME, its counters for all integers.
 pub fn source() -> Source {
     let text = include_str!("library.scl");
@@ -82,7 +85,7 @@ fn named(name: &str) -> Option<String> {
     let timer = name.strip_suffix("_LTIME").unwrap_or(name);
     let is_timer = TIMERS.contains(&timer);
     let is_counter = name.split_once('_').is_some_and(|(kind, of)| COUNTERS.contains(&kind) && COUNTED.contains(&of));
-    let is_other = ["R_TRIG", "F_TRIG", "SR", "RS", "RUNTIME"].contains(&name);
+    let is_other = ["R_TRIG", "F_TRIG", "SR", "RS", "RUNTIME", "RD_SYS_T"].contains(&name) || TEXTS.contains(&name);
     (is_timer || is_counter || is_other).then(|| name.to_string())
 }
 

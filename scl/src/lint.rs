@@ -139,7 +139,8 @@ impl Flow<'_> {
         let (Base::Local(number), []) = (place.base, place.steps.as_slice()) else { return };
         let Some((_, name)) = self.temps.iter().find(|(temp, _)| *temp == number) else { return };
         // Once for each temporary.
-        if self.written.insert(number) {
+        let is_told = self.found.iter().any(|(_, told)| told == name);
+        if self.written.insert(number) && !is_told {
             self.found.push((at, name.clone()));
         }
     }

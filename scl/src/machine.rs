@@ -190,26 +190,6 @@ impl Machine {
     pub fn forget_coverage(&mut self) {
         self.covered.fill(false);
     }
-
-    /// A machine that stops at an instruction.
-    fn stop(&self, op: u32, cause: Cause) -> Stop {
-        let At { file, line } = self.code.lines[op as usize];
-        Stop { file: self.file(file), line, cause }
-    }
-
-    fn file(&self, number: u16) -> String {
-        self.code.files.get(usize::from(number)).cloned().unwrap_or_default()
-    }
-
-    /// Tells what an instruction warns of, once.
-    #[cold]
-    fn warn(&mut self, op: u32) {
-        if self.warned.insert(op) {
-            let At { file, line } = self.code.lines[op as usize];
-            let message = self.code.warnings.get(&op).cloned().unwrap_or_default();
-            self.warnings.push(Warning { file: self.file(file), line, message });
-        }
-    }
 }
 
 #[cfg(test)]

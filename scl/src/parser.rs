@@ -32,6 +32,7 @@ pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
         at: 0,
         depth: 0,
         gotos: BTreeSet::new(),
+        is_data: false,
         tree: Tree::default(),
         report,
         most,
@@ -53,6 +54,8 @@ struct Parser<'a> {
     depth: usize,
     /// The labels to which the block jumps: what tells them from the values of CASE.
     gotos: BTreeSet<String>,
+    /// Within a data block, whose own elements are written `[1]`.
+    is_data: bool,
     tree: Tree,
     report: &'a mut Report,
     most: usize,

@@ -249,6 +249,8 @@ pub enum Step {
     Member(usize),
     /// To an element of an array, with an integer for each dimension, or to a character of a text, from 1 on.
     Index(Vec<Expr>, At),
+    /// To the length of a text, a `U16`. What is beyond the capacity counts as the capacity.
+    Length,
 }
 
 /// A number that is calculated.

@@ -62,7 +62,7 @@ fn crates_depend_on_each_other_one_way() {
             // It links everything into one program, on which nothing depends.
             "tool/wasm" => continue,
             "plcfmu" => {
-                &["blocks", "control", "draw", "host", "modeldescription", "parameters", "run", "study", "tool"]
+                &["blocks", "control", "draw", "host", "modeldescription", "parameters", "run", "scl", "study", "tool"]
             }
             "xtask" => &["blocks", "modeldescription", "parameters", "plcfmu"],
             tests if tests.starts_with("tests") => continue,

@@ -1,42 +1,73 @@
-//! `plcfmu check`: says in one sentence each what is wrong with FMUs.
+//! `plcfmu check`: says in one sentence each what is wrong with FMUs, and with programs in SCL.
 
 use super::{LONGEST_NAME, functions, print, shown};
 use crate::package::check::{STEPS, check, run as run_library};
+use crate::program;
 use anyhow::{Result, bail};
 use host::package::Package;
 use modeldescription::{Description, shortened};
+use parameters::problem::drawn;
 use std::path::{Path, PathBuf};
 
-/// Check FMU files, whoever made them
+/// Check FMU files, whoever made them, or a program in SCL
 ///
 /// Reads the archive, the model description and the libraries, and says in one sentence each what is wrong. No foreign
 /// code runs unless --run is given.
+///
+/// All sources of a program (.scl, .udt, .db) are named together. What is wrong with it is told with file, line and column, and
+/// so is what its author may not expect: a temporary that is read before it is written, a REAL compared for equality, a
+/// conversion that loses something.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
-    /// The FMUs
-    #[arg(value_name = "FILE.fmu", required = true)]
+    /// The FMUs, and the sources of a program
+    #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
     /// Also load this machine's library and let it make some steps: this runs its code
     #[arg(long)]
     pub run: bool,
+    /// How a program in SCL is read
+    #[command(flatten, next_help_heading = "Programs in SCL")]
+    pub program: program::Options,
 }
 
-/// Checks FMUs and prints what they are and what is wrong with them.
+/// Checks FMUs and a program, and prints what they are and what is wrong with them.
 ///
 /// # Errors
-/// The number of FMUs that are wrong; what is wrong has been printed.
+/// The number of FMUs that are wrong, or that the program is; what is wrong has been printed.
 pub fn run(options: &Options) -> Result<()> {
+    let (sources, fmus): (Vec<PathBuf>, Vec<PathBuf>) =
+        options.files.iter().cloned().partition(|file| program::is_source(file));
+    if !sources.is_empty() {
+        check_program(&sources, &options.program)?;
+    }
     let mut wrong = 0;
-    for file in &options.files {
+    for file in &fmus {
         let verdict = examine(file, options.run);
         let lines: String = verdict.lines.iter().map(|line| format!("  {line}\n")).collect();
         print(&format!("{}\n{lines}", file.display()))?;
         wrong += usize::from(verdict.is_wrong);
     }
-    match (wrong, options.files.len()) {
+    match (wrong, fmus.len()) {
         (0, _) => Ok(()),
         (_, 1) => bail!("the FMU is wrong"),
         (wrong, all) => bail!("{wrong} of {all} FMUs are wrong"),
+    }
+}
+
+/// Prints what is wrong with a program, or of what its author is warned.
+fn check_program(sources: &[PathBuf], options: &program::Options) -> Result<()> {
+    let count =
+        |problems: &[parameters::Problems]| problems.iter().map(|of_file| of_file.problems.len()).sum::<usize>();
+    match program::compile(sources, options)? {
+        Ok(compiled) => {
+            compiled.warnings.iter().try_for_each(|problems| print(&drawn(problems)))?;
+            let block = compiled.root.map_or_else(String::new, |root| format!("; {} is run", root.block));
+            print(&format!("no errors, {} warnings{block}\n", count(&compiled.warnings)))
+        }
+        Err(errors) => {
+            errors.iter().try_for_each(|problems| print(&drawn(problems)))?;
+            bail!("the program has {} errors", count(&errors))
+        }
     }
 }
 

@@ -38,7 +38,7 @@ pub struct Options {
     /// Where the instance begins in a dump, in bytes
     #[arg(long, default_value_t = 0)]
     offset: usize,
-    /// The format of the file with the parameters, if its ending does not say it: awl, scl, db, xml, bin, json, ssv
+    /// The format of the file with the parameters, if its extension does not say it: awl, scl, db, xml, bin, json, ssv
     #[arg(long, value_parser = params::format, requires = "from")]
     format: Option<Format>,
     /// The encoding of a text, such as windows-1251, if it is neither UTF-8 nor UTF-16 nor windows-1252
@@ -137,7 +137,7 @@ fn read(options: &Options, blocks: &[Arc<Block>]) -> Result<Vec<Loop>> {
     params::loops(from, options.format, options.encoding.as_deref(), blocks, &of_file, &options.loops)
 }
 
-/// The present start values of the one FMU, as a loop that is called as the file to write.
+/// The present start values of the one FMU, as a loop named after the file to write.
 fn own(options: &Options, blocks: &[Arc<Block>]) -> Result<Vec<Loop>> {
     let name = options.out.as_deref().and_then(Path::file_stem);
     let name = name.context("give the FMU to write with -o: the preset gets its name")?.to_string_lossy().into_owned();

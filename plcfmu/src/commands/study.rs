@@ -63,7 +63,7 @@ pub struct Options {
     /// Also write the curves of these runs, as plcfmu run --out does
     #[arg(long, value_name = "RUN,...", value_delimiter = ',')]
     curves: Vec<u64>,
-    /// What each run should keep to, such as "overshoot < 10 %"; the exit code is 1 if one does not
+    /// Require every run to meet this, for example "overshoot < 10 %"; exit code 1 if one does not
     #[arg(long, value_name = "TEXT")]
     expect: Vec<String>,
     /// Write what is expected as tests in JUnit's format

@@ -55,24 +55,7 @@ impl Lowerer<'_, '_> {
             return operand;
         }
         match self.callee(callee, arguments) {
-            Callee::Function(block) => {
-                if self.compiler.blocks[block].result == Type::Void {
-                    let name = self.compiler.blocks[block].name.clone();
-                    return self.error(span, format!("{name} has no value"), Some("call it as a statement"));
-                }
-                let (code, result) = self.aside(|lowerer| lowerer.call_function(block, arguments, span));
-                match result {
-                    Some((Type::Elementary(of), place)) => {
-                        let value = Expr::Load(of.scalar(), place);
-                        Operand::Value(of, Expr::After(code, Box::new(value)))
-                    }
-                    Some((of, place)) => {
-                        self.code.extend(code);
-                        Operand::Variable(of, place)
-                    }
-                    None => Operand::Wrong(None),
-                }
-            }
+            Callee::Function(block) => self.value_of_function(block, arguments, span),
             Callee::Instance(block, _) => {
                 let name = self.compiler.blocks[block].name.clone();
                 let help = "call it as a statement and read its outputs";
@@ -82,6 +65,26 @@ impl Lowerer<'_, '_> {
                 self.arguments_of_wrong(arguments);
                 Operand::Wrong(None)
             }
+        }
+    }
+
+    /// The value of a function with a source.
+    pub fn value_of_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Operand {
+        if self.compiler.blocks[block].result == Type::Void {
+            let name = self.compiler.blocks[block].name.clone();
+            return self.error(span, format!("{name} has no value"), Some("call it as a statement"));
+        }
+        let (code, result) = self.aside(|lowerer| lowerer.call_function(block, arguments, span));
+        match result {
+            Some((Type::Elementary(of), place)) => {
+                let value = Expr::Load(of.scalar(), place);
+                Operand::Value(of, Expr::After(code, Box::new(value)))
+            }
+            Some((of, place)) => {
+                self.code.extend(code);
+                Operand::Variable(of, place)
+            }
+            None => Operand::Wrong(None),
         }
     }
 
@@ -252,6 +255,10 @@ impl Lowerer<'_, '_> {
     /// A name that no source declares, as what its use tells.
     fn undeclared_callee(&mut self, scope: Scope, name: &str, arguments: &[Argument], span: Span) -> Callee {
         let capitals = key(name);
+        if scope == Scope::Local {
+            self.error(span, format!("#{name} is not declared in this block"), None);
+            return Callee::Wrong;
+        }
         for kind in ["R_TRIG", "F_TRIG"] {
             if capitals.starts_with(kind)
                 && capitals != kind
@@ -267,6 +274,7 @@ impl Lowerer<'_, '_> {
             .filter(|block| {
                 let interface = &self.compiler.blocks[*block];
                 interface.kind == BlockKind::FunctionBlock
+                    && self.block != Some(*block)
                     && interface.source.is_some_and(|(file, _)| file != self.compiler.library_file())
                     && formal.iter().all(|name| {
                         name == "EN"
@@ -299,10 +307,6 @@ impl Lowerer<'_, '_> {
             self.error(span, message, Some(&help));
             return Callee::Wrong;
         }
-        if scope == Scope::Local {
-            self.error(span, format!("#{name} is not declared in this block"), None);
-            return Callee::Wrong;
-        }
         let is_instance = capitals.ends_with("_DB")
             || capitals.starts_with("DB")
             || blocks.len() > 1 && !formal.is_empty()
@@ -311,6 +315,20 @@ impl Lowerer<'_, '_> {
                 && name.starts_with('i');
         self.compiler.miss(name, span, if is_instance { Missing::Instance } else { Missing::Function });
         Callee::Wrong
+    }
+
+    fn told_by_position(&mut self, block: usize, span: Span) {
+        let message = format!("the parameters of {} are supplied by name", self.compiler.blocks[block].name);
+        self.error(span, message, Some("write name := value"));
+    }
+
+    /// Whether there is a list by position, which is told.
+    fn is_list(&mut self, block: usize, arguments: &[Argument]) -> bool {
+        let position = arguments.iter().find(|argument| argument.name.is_none()).filter(|_| arguments.len() > 1);
+        if let Some(argument) = position {
+            self.told_by_position(block, argument.span);
+        }
+        position.is_some()
     }
 
     /// The parameter that an argument supplies.
@@ -324,9 +342,7 @@ impl Lowerer<'_, '_> {
             if let ([only], 1) = (inputs.as_slice(), arguments) {
                 return Some((*only).clone());
             }
-            let of = interface.name.clone();
-            let message = format!("the parameters of {of} are supplied by name");
-            self.error(argument.span, message, Some("write name := value"));
+            self.told_by_position(block, argument.span);
             return None;
         };
         let found = interface.members.iter().filter(is_parameter).find(|member| member.key == name.key()).cloned();
@@ -338,7 +354,7 @@ impl Lowerer<'_, '_> {
             self.error(name.span, message, help.as_deref());
         }
         let found = found?;
-        let is_wrong_way = argument.is_output != (found.section == SectionKind::Output);
+        let is_wrong_way = argument.name.is_some() && argument.is_output != (found.section == SectionKind::Output);
         if is_wrong_way {
             let arrow = if argument.is_output { ":=" } else { "=>" };
             self.error(argument.span, format!("{} is supplied with {arrow}", found.name), None);
@@ -370,6 +386,9 @@ impl Lowerer<'_, '_> {
 
     fn call_instance(&mut self, block: usize, place: Place, arguments: &[Argument], span: Span) {
         self.called(block, span);
+        if self.is_list(block, arguments) {
+            return;
+        }
         let place = self.frozen(place, span);
         let has_own = |compiler: &crate::compile::Compiler, key: &str| {
             compiler.blocks[block].members.iter().any(|member| member.key == key)
@@ -519,8 +538,11 @@ impl Lowerer<'_, '_> {
     }
 
     /// Calls a function; its value is in the place.
-    fn call_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Option<(Type, Place)> {
+    pub fn call_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Option<(Type, Place)> {
         self.called(block, span);
+        if self.is_list(block, arguments) {
+            return None;
+        }
         let members = self.compiler.blocks[block].members.clone();
         let function = self.compiler.blocks[block].function;
         let count = self.compiler.program.functions[function].parameters;
@@ -607,7 +629,7 @@ impl Lowerer<'_, '_> {
         self.by_copy(&parameter.of, operand, self.span(argument.value))
     }
 
-    fn by_copy(&mut self, of: &Type, operand: Operand, span: Span) -> Option<program::Argument> {
+    pub(super) fn by_copy(&mut self, of: &Type, operand: Operand, span: Span) -> Option<program::Argument> {
         match of {
             Type::Elementary(of) => Some(program::Argument::Value(self.converted(operand, *of, span))),
             Type::Text { .. } => match operand {

@@ -115,7 +115,8 @@ impl Lowerer<'_, '_> {
                 let value = Value::new(to.scalar(), whole as u64);
                 let (low, high) = to.range();
                 let is_bits = to.class() == Class::Bits && whole < 0 && whole >= -(1 << (to.bits() - 1));
-                let is_pattern = self.compiler.text(span).contains('#') && whole < 1 << to.bits();
+                let text = self.compiler.text(span);
+                let is_pattern = ["2#", "8#", "16#"].iter().any(|base| text.contains(base)) && whole < 1 << to.bits();
                 if !(low..=high).contains(&whole) && !is_bits && !is_pattern {
                     let becomes =
                         if to.scalar().is_signed() { value.bits() as i64 as i128 } else { value.bits().into() };

@@ -82,17 +82,7 @@ const POINTERS: [&str; 22] = [
 ];
 
 /// Functions of texts and of the clock, which do not exist here yet.
-const LATER: [&str; 42] = [
-    "CONCAT",
-    "LEN",
-    "LEFT",
-    "MID",
-    "RIGHT",
-    "FIND",
-    "DELETE",
-    "INSERT",
-    "REPLACE",
-    "MAX_LEN",
+const LATER: [&str; 30] = [
     "S_CONV",
     "S_COMP",
     "S_MOVE",
@@ -104,8 +94,6 @@ const LATER: [&str; 42] = [
     "SPLIT",
     "ATH",
     "HTA",
-    "RD_SYS_T",
-    "RD_LOC_T",
     "WR_SYS_T",
     "WR_LOC_T",
     "T_CONV",
@@ -244,6 +232,12 @@ impl Lowerer<'_, '_> {
                 Operand::Value(Elementary::Time, convert(low, Scalar::I64, Scalar::I32, Convert::Value, at))
             }
             ("RUNTIME", _) => self.runtime(&given),
+            ("RD_SYS_T" | "RD_LOC_T", _) => match self.compiler.system_block("RD_SYS_T") {
+                Some(block) => self.value_of_function(block, arguments, span),
+                None => Operand::Wrong(None),
+            },
+            ("MAX_LEN", _) => self.capacity(&given),
+            _ if crate::library::TEXTS.contains(&name) => self.text_function(&given).unwrap_or(Operand::Wrong(None)),
             _ => {
                 let (message, help) = refused(name)?;
                 self.error(span, message, Some(&help))
@@ -257,6 +251,11 @@ impl Lowerer<'_, '_> {
         let given = Given { arguments, name, span };
         match name {
             "RESET_TIMER" | "PRESET_TIMER" => self.timer_function(&given),
+            "RD_SYS_T" | "RD_LOC_T" => {
+                if let Some(block) = self.compiler.system_block("RD_SYS_T") {
+                    self.call_function(block, arguments, span);
+                }
+            }
             "MOVE_BLK" | "UMOVE_BLK" | "FILL_BLK" | "UFILL_BLK" => self.block_of_elements(&given),
             _ => match self.function(name, arguments, None, span) {
                 Some(Operand::Wrong(_)) => {}
@@ -475,10 +474,31 @@ impl Lowerer<'_, '_> {
         let condition = self.argument(given, "G", 0);
         let condition = self.condition(condition, given.span);
         let operands = vec![self.argument(given, "IN0", 1), self.argument(given, "IN1", 2)];
+        if let [Operand::Text(..) | Operand::Variable(..), Operand::Text(..) | Operand::Variable(..)] =
+            operands.as_slice()
+        {
+            return self.selected_variable(condition, operands, given.span);
+        }
         let Some(of) = self.common_of(&operands, expected, given.span) else { return Operand::Wrong(None) };
         let mut values = self.all(operands, of, given.span).into_iter();
         let (Some(no), Some(yes)) = (values.next(), values.next()) else { return Operand::Wrong(None) };
         Operand::Value(of, Expr::Select(of.scalar(), Box::new([condition, yes, no])))
+    }
+
+    /// SEL of two texts or structures: a copy of one of them.
+    fn selected_variable(&mut self, condition: Expr, operands: Vec<Operand>, span: Span) -> Operand {
+        let of = operands.iter().find_map(|operand| match operand {
+            Operand::Variable(of, _) => Some(of.clone()),
+            _ => None,
+        });
+        let of = of.unwrap_or(Type::Text { capacity: 254, wide: false });
+        let chosen = Variable::whole(of.clone(), self.temp(self.compiler.lowered(&of)));
+        let mut branches =
+            operands.into_iter().map(|operand| self.aside(|lowerer| lowerer.assign(&chosen, operand, span)).0);
+        let (no, yes) = (branches.next().unwrap_or_default(), branches.next().unwrap_or_default());
+        drop(branches);
+        self.push(span, What::If(condition, yes, no));
+        Operand::Variable(of, chosen.place)
     }
 
     fn multiplexed(&mut self, given: &Given, expected: Option<Elementary>) -> Operand {
@@ -661,16 +681,89 @@ impl Lowerer<'_, '_> {
         let function = self.compiler.blocks[block].function;
         let result = self.temp(program::Type::Scalar(Scalar::F64));
         let value = Expr::Load(Scalar::F64, memory.place.clone());
-        let locals = &self.compiler.program.functions[function].locals;
-        let local = locals.iter().position(|local| local.name.eq_ignore_ascii_case("RUNTIME")).unwrap_or(0);
         let call = program::Call {
             function,
             instance: None,
             arguments: vec![program::Argument::Value(value)],
-            outputs: vec![(0, memory.place), (local, result.clone())],
+            outputs: vec![(0, memory.place), (self.value_local(function), result.clone())],
         };
         let (code, ()) = self.aside(|lowerer| lowerer.push(given.span, What::Call(call)));
         Operand::Value(Elementary::LReal, Expr::After(code, Box::new(Expr::Load(Scalar::F64, result))))
+    }
+
+    /// The local with the value of a function: it has the function's name.
+    fn value_local(&self, function: usize) -> usize {
+        let function = &self.compiler.program.functions[function];
+        function.locals.iter().position(|local| local.name.eq_ignore_ascii_case(&function.name)).unwrap_or(0)
+    }
+
+    /// A function of texts, of which the library has one for two texts.
+    fn text_function(&mut self, given: &Given) -> Option<Operand> {
+        let block = self.compiler.system_block(given.name)?;
+        let is_input = |member: &&crate::declare::Parameter| member.section == crate::syntax::SectionKind::Input;
+        let inputs: Vec<_> = self.compiler.blocks[block].members.iter().filter(is_input).cloned().collect();
+        let mut passed = Vec::new();
+        for (position, parameter) in inputs.iter().enumerate() {
+            let position = if given.arguments.len() == 1 { 0 } else { position };
+            // Of a single argument the name does not matter: S in STEP 7, IN in TIA.
+            let name = if inputs.len() == 1 { given.arguments.first()?.name.as_ref() } else { None };
+            let name = name.map_or(parameter.key.clone(), |name| name.key());
+            passed.push(self.text_argument(given, &name, position, &parameter.of)?);
+        }
+        let mut value = self.text_call(block, passed, given.span);
+        let mut number = inputs.len();
+        while given.name == "CONCAT" && given.find(&format!("IN{}", number + 1), number).is_some() {
+            let added = self.text_argument(given, &format!("IN{}", number + 1), number, &inputs[1].of)?;
+            let before = program::Argument::Copy(self.text_place(value)?);
+            value = self.text_call(block, vec![before, added], given.span);
+            number += 1;
+        }
+        Some(value)
+    }
+
+    fn text_argument(&mut self, given: &Given, name: &str, position: usize, of: &Type) -> Option<program::Argument> {
+        let span = self.argument_span(given, name, position);
+        match (self.argument(given, name, position), of) {
+            (Operand::Value(Elementary::Char, code), Type::Text { .. }) => {
+                let text = self.temp(program::Type::Text { capacity: 1, wide: false });
+                let part = |step| Place { steps: vec![step], ..text.clone() };
+                let first = program::Step::Index(vec![Expr::Const(1_i32.into())], self.at(span));
+                self.push(span, What::Assign(part(first), code));
+                self.push(span, What::Assign(part(program::Step::Length), Expr::Const(1_u16.into())));
+                Some(program::Argument::Copy(text))
+            }
+            (operand, of) => self.by_copy(of, operand, span),
+        }
+    }
+
+    /// Calls a function of the library; a text is calculated before the statement.
+    fn text_call(&mut self, block: usize, passed: Vec<program::Argument>, span: Span) -> Operand {
+        let function = self.compiler.blocks[block].function;
+        let of = self.compiler.blocks[block].result.clone();
+        let result = self.temp(self.compiler.lowered(&of));
+        let outputs = vec![(self.value_local(function), result.clone())];
+        let call = What::Call(program::Call { function, instance: None, arguments: passed, outputs });
+        match of {
+            Type::Elementary(of) => {
+                let (code, ()) = self.aside(|lowerer| lowerer.push(span, call));
+                Operand::Value(of, Expr::After(code, Box::new(Expr::Load(of.scalar(), result))))
+            }
+            of => {
+                self.push(span, call);
+                Operand::Variable(of, result)
+            }
+        }
+    }
+
+    /// The most characters of a text.
+    fn capacity(&mut self, given: &Given) -> Operand {
+        match self.argument(given, "IN", 0) {
+            Operand::Variable(Type::Text { capacity, .. }, _) => {
+                Operand::Value(Elementary::DInt, Expr::Const(i32::from(capacity).into()))
+            }
+            Operand::Wrong(name) => Operand::Wrong(name),
+            _ => self.error(given.span, "MAX_LEN is for texts", None),
+        }
     }
 
     fn timer_function(&mut self, given: &Given) {

@@ -289,7 +289,14 @@ impl Lowerer<'_, '_> {
                     self.no_member(of, name, None)
                 }
             },
+            Type::Text { .. } if capitals == "__LENGTH" && self.file == self.compiler.library_file() => {
+                let mut place = variable.place.clone();
+                place.steps.push(Step::Length);
+                Path::Variable(Variable { of: Type::Elementary(Elementary::UInt), place, ..variable })
+            }
             Type::Wrong => Path::Wrong,
+            // A data block that is an array: `"DB"."THIS"[1]`.
+            Type::Array(_) if capitals == "THIS" => Path::Variable(variable),
             of => {
                 let of = of.to_string();
                 self.no_member(&of, name, None)
@@ -308,7 +315,7 @@ impl Lowerer<'_, '_> {
     fn name_of(&self, place: &Place) -> Option<String> {
         let members = place.steps.iter().filter_map(|step| match step {
             Step::Member(number) => Some(*number),
-            Step::Index(..) => None,
+            _ => None,
         });
         let mut of = match place.base {
             Base::Memory => crate::program::Type::Record(self.compiler.program.memory),

@@ -40,8 +40,12 @@ impl Lowerer<'_, '_> {
 
     fn condition_of(&mut self, id: ExpressionId) -> Expr {
         let span = self.span(id);
-        let operand = self.operand(id, Some(Elementary::Bool));
-        self.condition(operand, span)
+        // What is calculated before it belongs to it: a loop calculates it in each run.
+        let (before, condition) = self.aside(|lowerer| {
+            let operand = lowerer.operand(id, Some(Elementary::Bool));
+            lowerer.condition(operand, span)
+        });
+        if before.is_empty() { condition } else { Expr::After(before, Box::new(condition)) }
     }
 
     fn statement(&mut self, statement: &Statement) {
@@ -262,17 +266,16 @@ impl Lowerer<'_, '_> {
         let condition = self.condition_of(*condition);
         let body = self.body(body);
         // ELSIF is translated from the last one, so that many need no depth here.
-        let mut lowered: Vec<(program::At, Expr, Vec<program::Statement>, Vec<program::Statement>)> = Vec::new();
+        let mut lowered: Vec<(program::At, Expr, Vec<program::Statement>)> = Vec::new();
         for (id, statements) in rest {
             let at = self.at(self.span(*id));
-            let (before, condition) = self.aside(|lowerer| lowerer.condition_of(*id));
+            let condition = self.condition_of(*id);
             let statements = self.body(statements);
-            lowered.push((at, condition, statements, before));
+            lowered.push((at, condition, statements));
         }
         let mut last = self.body(otherwise);
-        for (at, condition, statements, mut before) in lowered.into_iter().rev() {
-            before.push(program::Statement { at, what: What::If(condition, statements, last) });
-            last = before;
+        for (at, condition, statements) in lowered.into_iter().rev() {
+            last = vec![program::Statement { at, what: What::If(condition, statements, last) }];
         }
         self.push(span, What::If(condition, body, last));
     }

@@ -45,6 +45,27 @@ pub(crate) enum Op {
         base: Register,
         offset: u32,
     },
+    /// The same for frequent types, without a look at the type.
+    LoadBool {
+        to: Register,
+        base: Register,
+        offset: u32,
+    },
+    Load32 {
+        to: Register,
+        base: Register,
+        offset: u32,
+    },
+    Store8 {
+        from: Register,
+        base: Register,
+        offset: u32,
+    },
+    Store32 {
+        from: Register,
+        base: Register,
+        offset: u32,
+    },
     /// An operation on one number.
     One {
         to: Register,
@@ -217,6 +238,26 @@ pub(crate) enum Op {
         law: u16,
         instance: Register,
     },
+}
+
+impl Op {
+    /// Reads a number from the memory.
+    pub(crate) fn load(ty: Scalar, to: Register, base: Register, offset: u32) -> Op {
+        match ty {
+            Scalar::Bool => Op::LoadBool { to, base, offset },
+            Scalar::F32 | Scalar::U32 => Op::Load32 { to, base, offset },
+            _ => Op::Load { ty, to, base, offset },
+        }
+    }
+
+    /// Writes a number to the memory.
+    pub(crate) fn store(ty: Scalar, from: Register, base: Register, offset: u32) -> Op {
+        match ty.size() {
+            1 => Op::Store8 { from, base, offset },
+            4 => Op::Store32 { from, base, offset },
+            _ => Op::Store { ty, from, base, offset },
+        }
+    }
 }
 
 /// The bounds of an index, and how far its elements lie apart.

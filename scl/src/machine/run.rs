@@ -1,22 +1,24 @@
 //! The instructions at work.
 
 use super::code::{Bounds, Op, Part, Register};
-use super::{Cause, Machine, Stop};
-use crate::program::{Binary, Scalar, Value};
+use super::{Cause, Code, Machine, Stop, Warning};
+use crate::program::{At, Binary, Scalar, Value};
 use std::cmp::Ordering;
-use std::sync::Arc;
+use std::collections::BTreeSet;
 
 impl Machine {
     /// Runs from an instruction to the end of its function.
     pub(super) fn run(&mut self, entry: u32, now: i64) -> Result<(), Stop> {
-        let code = Arc::clone(&self.code);
+        let Machine { code, memory, registers, returns, room, covered, warned, warnings, .. } = self;
+        // Slices in variables of their own are faster than fields of the machine.
+        let (code, memory, registers) = (&**code, &mut memory[..], &mut registers[..]);
         let ops = &code.ops[..];
         let mut budget = i64::from(self.budget);
         let mut next = entry;
-        self.returns.clear();
+        returns.clear();
         macro_rules! reg {
             ($register:expr) => {
-                self.registers[$register as usize]
+                registers[$register as usize]
             };
         }
         macro_rules! f32_of {
@@ -36,21 +38,32 @@ impl Machine {
                 Op::Const { to, bits } => reg!(to) = bits,
                 Op::Move { to, from } => reg!(to) = reg!(from),
                 Op::Clear { from, count } => {
-                    self.registers[usize::from(from)..][..usize::from(count)].fill(0);
+                    registers[usize::from(from)..][..usize::from(count)].fill(0);
                 }
                 Op::Load { ty, to, base, offset } => {
-                    reg!(to) = load(ty, &self.memory[address!(base) + offset as usize..]);
+                    reg!(to) = load(ty, &memory[address!(base) + offset as usize..]);
                 }
                 Op::Store { ty, from, base, offset } => {
                     let bits = reg!(from);
-                    store(ty, bits, &mut self.memory[address!(base) + offset as usize..]);
+                    store(ty, bits, &mut memory[address!(base) + offset as usize..]);
+                }
+                Op::LoadBool { to, base, offset } => {
+                    reg!(to) = u64::from(memory[address!(base) + offset as usize] != 0);
+                }
+                Op::Load32 { to, base, offset } => {
+                    reg!(to) = u64::from(four(&memory[address!(base) + offset as usize..]));
+                }
+                Op::Store8 { from, base, offset } => memory[address!(base) + offset as usize] = reg!(from) as u8,
+                Op::Store32 { from, base, offset } => {
+                    let bytes = (reg!(from) as u32).to_le_bytes();
+                    memory[address!(base) + offset as usize..][..4].copy_from_slice(&bytes);
                 }
                 Op::One { to, a, function } => reg!(to) = function(reg!(a)),
                 Op::OneChecked { to, a, function } => {
                     let (result, warns) = function(reg!(a));
                     reg!(to) = result;
                     if warns {
-                        self.warn(op);
+                        warn(code, warned, warnings, op);
                     }
                 }
                 Op::Two { to, a, b, function } => reg!(to) = function(reg!(a), reg!(b)),
@@ -58,7 +71,7 @@ impl Machine {
                     let (result, warns) = function(reg!(a), reg!(b));
                     reg!(to) = result;
                     if warns {
-                        self.warn(op);
+                        warn(code, warned, warnings, op);
                     }
                 }
                 Op::AddF32 { to, a, b } => reg!(to) = u64::from((f32_of!(a) + f32_of!(b)).to_bits()),
@@ -73,64 +86,29 @@ impl Machine {
                 Op::Address { to, base, offset } => reg!(to) = reg!(base) + u64::from(offset),
                 Op::Index { to, base, index, bounds } => {
                     let Bounds { low, high, stride } = code.bounds[bounds as usize];
-                    let index = reg!(index) as i64;
-                    if index < low || index > high {
-                        return Err(self.stop(op, Cause::Index { index, low, high }));
-                    }
-                    reg!(to) = reg!(base) + (index - low) as u64 * stride;
+                    let index = code.inside(op, reg!(index) as i64, low, high)?;
+                    reg!(to) = reg!(base) + index * stride;
                 }
                 Op::IndexOpen { number, index, bounds } => {
                     let (low, high) = (reg!(bounds) as i64, reg!(bounds + 1) as i64);
-                    let index = reg!(index) as i64;
-                    if index < low || index > high {
-                        return Err(self.stop(op, Cause::Index { index, low, high }));
-                    }
-                    reg!(number) = reg!(number) * (high - low + 1) as u64 + (index - low) as u64;
+                    let index = code.inside(op, reg!(index) as i64, low, high)?;
+                    reg!(number) = reg!(number) * (high - low + 1) as u64 + index;
                 }
                 Op::Scale { to, base, number, size } => reg!(to) = reg!(base) + reg!(number) * u64::from(size),
-                Op::Copy { to, from, size } => {
-                    let (to, from, size) = (address!(to), address!(from), size as usize);
-                    self.memory.copy_within(from..from + size, to);
-                }
-                Op::Image { to, from, size } => {
-                    let image = &code.images[from as usize..][..size as usize];
-                    self.memory[to as usize..][..size as usize].copy_from_slice(image);
-                }
-                Op::CopyText { to, from, to_capacity, from_capacity, wide } => {
-                    let (to, from) = (address!(to), address!(from));
-                    let length = length(&self.memory[from..], from_capacity).min(usize::from(to_capacity));
-                    let size = length << u32::from(wide);
-                    self.memory.copy_within(from + 2..from + 2 + size, to + 2);
-                    self.memory[to..to + 2].copy_from_slice(&(length as u16).to_le_bytes());
-                }
-                Op::CompareText { op, to, a, b, capacities, wide } => {
-                    let a = characters(&self.memory[address!(a)..], capacities.0, wide);
-                    let b = characters(&self.memory[address!(b)..], capacities.1, wide);
-                    reg!(to) = u64::from(holds(op, a.cmp(b)));
-                }
-                Op::Same { to, a, b, parts } => {
-                    let (a, b) = (&self.memory[address!(a)..], &self.memory[address!(b)..]);
-                    reg!(to) = u64::from(code.parts[parts as usize].iter().all(|part| same(*part, a, b)));
+                Op::Copy { .. } | Op::Image { .. } | Op::CopyText { .. } | Op::CompareText { .. } | Op::Same { .. } => {
+                    whole(ops[op as usize], code, memory, registers);
                 }
                 Op::Now { to } => reg!(to) = now as u64,
                 Op::Jump { to } => next = to,
                 Op::Back { to } => {
                     budget -= 1;
                     if budget < 0 {
-                        return Err(self.stop(op, Cause::Budget(self.budget)));
+                        return Err(code.stop(op, Cause::Budget(self.budget)));
                     }
                     next = to;
                 }
-                Op::JumpIf { condition, to } => {
-                    if reg!(condition) != 0 {
-                        next = to;
-                    }
-                }
-                Op::JumpUnless { condition, to } => {
-                    if reg!(condition) == 0 {
-                        next = to;
-                    }
-                }
+                Op::JumpIf { condition, to } => next = if reg!(condition) != 0 { to } else { next },
+                Op::JumpUnless { condition, to } => next = if reg!(condition) == 0 { to } else { next },
                 Op::JumpInside { value, range, to } => {
                     let (low, high) = code.ranges[range as usize];
                     if (low..=high).contains(&(reg!(value) as i64)) {
@@ -139,43 +117,105 @@ impl Machine {
                 }
                 Op::ForTest { ty, value, last, to } => {
                     if reg!(last + 1) == 0 {
-                        return Err(self.stop(op, Cause::Step));
+                        return Err(code.stop(op, Cause::Step));
                     }
                     if has_ended(ty, reg!(value), reg!(last), reg!(last + 1)) {
                         next = to;
                     }
                 }
                 Op::ForStep { ty, value, step } => {
-                    let sum = Binary::Add.of(Value::new(ty, reg!(value)), Value::new(ty, reg!(step)));
-                    if let Some((sum, beyond)) = sum {
-                        reg!(value) = sum.bits();
-                        reg!(value + 1) = u64::from(beyond);
-                    }
+                    (reg!(value), reg!(value + 1)) = stepped(ty, reg!(value), reg!(step));
                 }
                 Op::Mark { run, count } => {
-                    self.covered[run as usize] = true;
+                    covered[run as usize] = true;
                     budget -= i64::from(count);
                 }
                 Op::Call { to } => {
                     if budget < 0 {
-                        return Err(self.stop(op, Cause::Budget(self.budget)));
+                        return Err(code.stop(op, Cause::Budget(self.budget)));
                     }
-                    self.returns.push(next);
+                    returns.push(next);
                     next = to;
                 }
-                Op::Return => match self.returns.pop() {
+                Op::Return => match returns.pop() {
                     Some(caller) => next = caller,
                     None => return Ok(()),
                 },
                 Op::Native { law, instance } => {
                     let (law, size) = code.natives[usize::from(law)];
-                    let instance = &mut self.memory[address!(instance)..][..size];
-                    if !law(instance, &mut self.room) {
-                        return Err(self.stop(op, Cause::Instance));
+                    let instance = &mut memory[address!(instance)..][..size];
+                    if !law(instance, room) {
+                        return Err(code.stop(op, Cause::Instance));
                     }
                 }
             }
         }
+    }
+}
+
+/// Copies and comparisons of whole variables.
+fn whole(op: Op, code: &Code, memory: &mut [u8], registers: &mut [u64]) {
+    let address = |register: Register| registers[usize::from(register)] as usize;
+    match op {
+        Op::Copy { to, from, size } => {
+            let (to, from, size) = (address(to), address(from), size as usize);
+            memory.copy_within(from..from + size, to);
+        }
+        Op::Image { to, from, size } => {
+            let image = &code.images[from as usize..][..size as usize];
+            memory[to as usize..][..size as usize].copy_from_slice(image);
+        }
+        Op::CopyText { to, from, to_capacity, from_capacity, wide } => {
+            let (to, from) = (address(to), address(from));
+            let length = length(&memory[from..], from_capacity).min(usize::from(to_capacity));
+            let size = length << u32::from(wide);
+            memory.copy_within(from + 2..from + 2 + size, to + 2);
+            memory[to..to + 2].copy_from_slice(&(length as u16).to_le_bytes());
+        }
+        Op::CompareText { op, to, a, b, capacities, wide } => {
+            let a = characters(&memory[address(a)..], capacities.0, wide);
+            let b = characters(&memory[address(b)..], capacities.1, wide);
+            registers[usize::from(to)] = u64::from(holds(op, a.cmp(b)));
+        }
+        Op::Same { to, a, b, parts } => {
+            let (a, b) = (&memory[address(a)..], &memory[address(b)..]);
+            registers[usize::from(to)] = u64::from(code.parts[parts as usize].iter().all(|part| same(*part, a, b)));
+        }
+        _ => {}
+    }
+}
+
+impl Code {
+    /// How far an index lies behind the lowest one.
+    #[inline(always)]
+    fn inside(&self, op: u32, index: i64, low: i64, high: i64) -> Result<u64, Stop> {
+        if index < low || index > high {
+            return Err(self.stop(op, Cause::Index { index, low, high }));
+        }
+        Ok((index - low) as u64)
+    }
+
+    /// Why an instruction stops the program.
+    #[cold]
+    fn stop(&self, op: u32, cause: Cause) -> Stop {
+        let (file, line) = self.line(op);
+        Stop { file, line, cause }
+    }
+
+    /// The file and the line of an instruction.
+    fn line(&self, op: u32) -> (String, u32) {
+        let At { file, line } = self.lines[op as usize];
+        (self.files.get(usize::from(file)).cloned().unwrap_or_default(), line)
+    }
+}
+
+/// Tells what an instruction warns of, once.
+#[cold]
+fn warn(code: &Code, warned: &mut BTreeSet<u32>, warnings: &mut Vec<Warning>, op: u32) {
+    if warned.insert(op) {
+        let (file, line) = code.line(op);
+        let message = code.warnings.get(&op).cloned().unwrap_or_default();
+        warnings.push(Warning { file, line, message });
     }
 }
 
@@ -188,6 +228,12 @@ fn has_ended(ty: Scalar, value: u64, last: u64, step: u64) -> bool {
     } else {
         value as i64 > last as i64
     }
+}
+
+/// The next value of a loop, and whether it lies beyond the type.
+fn stepped(ty: Scalar, value: u64, step: u64) -> (u64, u64) {
+    let sum = Binary::Add.of(Value::new(ty, value), Value::new(ty, step));
+    sum.map_or((value, 1), |(sum, beyond)| (sum.bits(), u64::from(beyond)))
 }
 
 /// Reads a number.

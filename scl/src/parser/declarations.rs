@@ -63,6 +63,7 @@ impl Parser<'_> {
             return self.skip_block(end);
         }
         self.takes_word("BEGIN");
+        self.is_data = kind == BlockKind::DataBlock;
         block.body = self.statements(false);
         let is_stray =
             |parser: &Self| parser.is_statement_end() && parser.block_kind().is_none() && !parser.is_word(end);
@@ -113,6 +114,10 @@ impl Parser<'_> {
                     self.step();
                     self.step();
                     self.step();
+                    // `1.0.2`
+                    while self.is_symbol(".") || self.token().kind == Kind::Literal {
+                        self.step();
+                    }
                     self.takes(";");
                 }
                 (

@@ -147,6 +147,11 @@ impl Parser<'_> {
                 self.expect(")")?;
                 Ok(inner)
             }
+            Kind::Symbol if text == "[" && self.is_data => {
+                let name = Name { text: "THIS".to_string(), span: start };
+                let array = self.add(ExpressionKind::Name(Scope::Bare, name), start);
+                self.steps_of(array, start)
+            }
             Kind::Word if is_reserved(&self.word_ahead(0)) => self.fail("an expression"),
             Kind::Word | Kind::Local | Kind::Quoted => {
                 let name = self.numbered_name()?;

@@ -124,6 +124,7 @@ impl Program {
                 (Step::Index(indices, _), Type::Text { wide, .. }) if indices.len() == 1 => {
                     Type::Scalar(if wide { Scalar::U16 } else { Scalar::U8 })
                 }
+                (Step::Length, Type::Text { .. }) => Type::Scalar(Scalar::U16),
                 _ => return None,
             };
         }

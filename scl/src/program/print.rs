@@ -165,6 +165,7 @@ impl Print<'_> {
                     let indices: Vec<String> = indices.iter().map(|index| self.expr(index)).collect();
                     text += &format!("[{}]", indices.join(", "));
                 }
+                Step::Length => text += ".length",
             }
         }
         text

@@ -43,9 +43,7 @@ impl Compiler<'_> {
                 (_, found) if found != Type::Scalar(*ty) => Err(wrong_type(ty, "another type")),
                 (Location::Register(from), _) if into.is_none() => Ok(from),
                 (Location::Register(from), _) => op(self, scope, &|to| Op::Move { to, from }),
-                (Location::Memory { base, offset }, _) => {
-                    op(self, scope, &|to| Op::Load { ty: *ty, to, base, offset: offset as u32 })
-                }
+                (Location::Memory { base, offset }, _) => op(self, scope, &|to| Op::load(*ty, to, base, offset as u32)),
             },
             Expr::Unary(unary, ty, a) => {
                 let a = self.typed(scope, a, *ty, None)?;

@@ -42,8 +42,9 @@ impl Compiler<'_> {
                     let member = record.members.get(*number).ok_or("a member does not exist")?;
                     (Location::Memory { base, offset: offset + member.offset }, member.ty.clone())
                 }
+                (Step::Length, Type::Text { .. }) => (Location::Memory { base, offset }, Type::Scalar(Scalar::U16)),
                 (Step::Index(indices, at), ty) => self.element(scope, place, (base, offset), ty, indices, *at)?,
-                _ => return Err("only a record has members".to_string()),
+                _ => return Err("only a record has members, and a text a length".to_string()),
             };
         }
         Ok((location, ty))
@@ -162,7 +163,7 @@ impl Compiler<'_> {
             Location::Register(to) if to == from => {}
             Location::Register(to) => self.emit(scope, Op::Move { to, from }),
             Location::Memory { base, offset } => {
-                self.emit(scope, Op::Store { ty, from, base, offset: offset as u32 });
+                self.emit(scope, Op::store(ty, from, base, offset as u32));
             }
         }
     }

@@ -1,0 +1,45 @@
+//! The clock of a program: it begins at 2000-01-01 00:00:00, a Saturday.
+
+use parameters::Source;
+use scl::machine::{Code, Machine};
+use scl::program::Type;
+use scl::{Options, compile};
+use std::sync::Arc;
+
+const PROGRAM: &str = r#"
+FUNCTION_BLOCK "Clock"
+   VAR
+      now : DTL;
+      local : DTL;
+      result : Int;
+   END_VAR
+BEGIN
+   #result := RD_SYS_T(#now);
+   RD_LOC_T(OUT => #local);
+END_FUNCTION_BLOCK
+"#;
+
+#[test]
+fn the_clock_counts_days_months_and_leap_years() {
+    let compiled = compile(&[Source::new("clock.scl", PROGRAM.into())], &Options::default()).unwrap();
+    let cycle = compiled.root.as_ref().unwrap().cycle;
+    let mut machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
+    let days = [
+        (0, [2000, 1, 1, 7]),
+        (59, [2000, 2, 29, 3]),
+        (60, [2000, 3, 1, 4]),
+        (366, [2001, 1, 1, 2]),
+        (36584, [2100, 3, 1, 2]),
+    ];
+    for (day, date) in days {
+        machine.call(cycle, (day * 86_400 + 3_723) * 1_000_000_000 + 5).unwrap();
+        for variable in ["now", "local"] {
+            let get = |name: &str| match compiled.program.find(&format!("Clock.{variable}.{name}")) {
+                Some((offset, Type::Scalar(of))) => machine.get(of, offset).bits(),
+                other => panic!("{name}: {other:?}"),
+            };
+            assert_eq!(["YEAR", "MONTH", "DAY", "WEEKDAY"].map(get), date, "day {day}");
+            assert_eq!(["HOUR", "MINUTE", "SECOND", "NANOSECOND"].map(get), [1, 2, 3, 5]);
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! Damaged and hostile sources: whatever they hold, there is a program or a list of errors.
+
+use parameters::Source;
+use proptest::prelude::*;
+use scl::machine::{Code, Machine};
+use scl::{Options, compile};
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+/// The programs of the cases: the examples and those by hand, one after the other.
+fn programs() -> &'static [String] {
+    static PROGRAMS: OnceLock<Vec<String>> = OnceLock::new();
+    PROGRAMS.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases");
+        let mut programs = Vec::new();
+        for file in ["example_tank.json", "example_furnace.json", "example_conveyor.json", "hand.json"] {
+            let json: serde_json::Value =
+                serde_json::from_str(&std::fs::read_to_string(folder.join(file)).unwrap()).unwrap();
+            let cases = json["cases"].as_array().cloned().unwrap_or_else(|| vec![json.clone()]);
+            programs.extend(cases.iter().map(|case| case["scl"].as_str().unwrap().to_string()));
+        }
+        programs
+    })
+}
+
+fn pick(index: prop::sample::Index) -> &'static str {
+    &programs()[index.index(programs().len())]
+}
+
+/// Compiles it and makes a call; an error is told with its file.
+fn try_it(text: &str) {
+    match compile(&[Source::new("a.scl", text.into())], &Options::default()) {
+        Ok(compiled) => {
+            let code = Code::compile(&compiled.program).unwrap_or_else(|error| panic!("{error}\n{text}"));
+            if let Some(root) = compiled.root {
+                // It may stop: with a reason.
+                let _ = Machine::new(Arc::new(code)).call(root.cycle, 0);
+            }
+        }
+        Err(errors) => assert!(errors.iter().all(|problems| !problems.problems.is_empty())),
+    }
+}
+
+/// The words of a program, with what is between them.
+fn words(text: &str) -> Vec<&str> {
+    text.split_inclusive([' ', '\n', ';', '(', ')', ',', '.', '#', '[', ']']).collect()
+}
+
+#[test]
+fn a_program_that_is_cut_anywhere_is_told() {
+    for program in programs() {
+        for end in (0..program.len()).step_by(499) {
+            try_it(&program[..program.floor_char_boundary(end)]);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_program_with_words_of_another_is_told(
+        one: prop::sample::Index,
+        other: prop::sample::Index,
+        places in prop::collection::vec((any::<prop::sample::Index>(), any::<prop::sample::Index>()), 1..6),
+    ) {
+        let (one, other) = (words(pick(one)), words(pick(other)));
+        let mut mixed = one;
+        for (to, from) in places {
+            let to = to.index(mixed.len());
+            mixed[to] = other[from.index(other.len())];
+        }
+        try_it(&mixed.concat());
+    }
+
+    #[test]
+    fn a_program_with_words_left_out_or_twice_is_told(
+        program: prop::sample::Index,
+        places in prop::collection::vec((any::<prop::sample::Index>(), any::<bool>()), 1..6),
+    ) {
+        let mut words = words(pick(program));
+        for (at, twice) in places {
+            let at = at.index(words.len());
+            if twice {
+                words.insert(at, words[at]);
+            } else if words.len() > 1 {
+                words.remove(at);
+            }
+        }
+        try_it(&words.concat());
+    }
+}

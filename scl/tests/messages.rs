@@ -1,0 +1,306 @@
+//! What is refused, and of what an author is warned: each with its place, what it is and what to do.
+
+use parameters::{Problems, Source};
+use scl::{Cpu, Options, compile};
+
+const HEAD: &str = r#"TYPE "Pair"
+   STRUCT
+      x : Int;
+      y : Int;
+   END_STRUCT;
+END_TYPE
+FUNCTION "Twice" : Int
+   VAR_INPUT
+      a : Int;
+   END_VAR
+BEGIN
+   #Twice := #a * 2;
+END_FUNCTION
+FUNCTION_BLOCK "Sub"
+{ S7_Optimized_Access := 'TRUE' }
+   VAR_INPUT
+      a : Int;
+   END_VAR
+   VAR_OUTPUT
+      b : Int;
+   END_VAR
+   VAR_IN_OUT
+      p : "Pair";
+   END_VAR
+BEGIN
+   #b := #a;
+END_FUNCTION_BLOCK
+"#;
+
+const VARIABLES: &str = r#"   VAR_INPUT
+      in : Int;
+   END_VAR
+   VAR
+      flag : Bool; b : Byte; w : Word; dw : DWord; i : Int; d : DInt; u : UInt; r : Real; l : LReal; t : Time;
+      s : String[10]; array : Array[1..3] of Int; pair : "Pair"; sub : "Sub"; timer : TON_TIME; any : IEC_TIMER;
+   END_VAR
+   VAR_TEMP
+      temp : Int;
+   END_VAR
+   VAR CONSTANT
+      TEN : Int := 10;
+   END_VAR
+"#;
+
+fn lines(problems: &[Problems]) -> Vec<String> {
+    problems.iter().flat_map(|problems| problems.to_string().lines().map(str::to_string).collect::<Vec<_>>()).collect()
+}
+
+/// The errors and the warnings of a text.
+fn told(text: &str, cpu: Option<Cpu>) -> (Vec<String>, Vec<String>) {
+    let source = Source::new("a.scl", text.into());
+    match compile(&[source], &Options { cpu, ..Options::default() }) {
+        Ok(compiled) => (Vec::new(), lines(&compiled.warnings)),
+        Err(errors) => (lines(&errors), Vec::new()),
+    }
+}
+
+/// A program with these declarations and statements; the statements begin in the line that is returned.
+fn program(declarations: &str, statements: &str) -> (String, usize) {
+    let before = format!("{HEAD}FUNCTION_BLOCK \"Main\"\n{VARIABLES}{declarations}BEGIN\n");
+    let line = before.lines().count() + 1;
+    (format!("{before}{statements}\nEND_FUNCTION_BLOCK\n"), line)
+}
+
+#[track_caller]
+fn refused(statements: &str, says: &str) {
+    let (text, line) = program("", statements);
+    let (errors, _) = told(&text, None);
+    let place = format!("a.scl:{line}:");
+    assert!(
+        errors.len() == 1 && errors[0].starts_with(&place) && errors[0].contains(says),
+        "{statements}\n{errors:#?}"
+    );
+}
+
+#[track_caller]
+fn undeclarable(member: &str, says: &str) {
+    let (text, _) = program(&format!("   VAR\n{member}\n   END_VAR\n"), "");
+    let (errors, _) = told(&text, None);
+    assert!(errors.len() == 1 && errors[0].contains(says), "{member}\n{errors:#?}");
+}
+
+#[track_caller]
+fn warned(statements: &str, says: &str) {
+    let (text, line) = program("", statements);
+    let (errors, warnings) = told(&text, None);
+    assert_eq!(errors, Vec::<String>::new(), "{statements}");
+    let place = format!("a.scl:{line}:");
+    let found = warnings.iter().filter(|warning| warning.starts_with(&place)).collect::<Vec<_>>();
+    assert!(found.len() == 1 && found[0].contains(says), "{statements}\n{warnings:#?}");
+}
+
+#[track_caller]
+fn silent(statements: &str) {
+    let (text, _) = program("", statements);
+    assert_eq!(told(&text, None), (Vec::new(), Vec::new()), "{statements}");
+}
+
+#[test]
+fn what_has_no_value_outside_of_a_plc_is_refused() {
+    let address = "an absolute address has no value in an FMU; make it an input of the block";
+    for statement in
+        ["#flag := %I0.0;", "#w := %MW10;", "#flag := I0.0;", "#w := MW10;", "DB5.DBW2 := 1;", "\"D\".%DBX0.0 := TRUE;"]
+    {
+        refused(statement, address);
+    }
+    refused("#i := PEEK(area := 16#84, dbNumber := 1, byteOffset := 0);", "PEEK is not supported; a pointer");
+    refused("\"MC_Power\"(Axis := 1);", "MC_POWER talks to the PLC's hardware or system; make its values inputs");
+    refused("#i := RDREC(REQ := TRUE);", "talks to the PLC's hardware or system");
+    refused("#i := S_ODT(T_NO := 1);", "use TON, TOF or TP");
+    refused("#t := S5T#2S;", "S5 timers: use TON, TOF or TP with T#");
+    refused("#i := BCD16_TO_INT(#w);", "BCD and S5TIME: work with INT and TIME");
+    refused("#i := #i^;", "a pointer of this kind has no type here; pass the variable itself, or ARRAY[*]");
+    refused("#i ?= 1;", "a pointer of this kind has no type here");
+    refused("#i := P#DB1.DBX0.0;", "a pointer of this kind has no type here");
+}
+
+#[test]
+fn types_without_a_meaning_here_are_refused() {
+    for of in ["Variant", "Any", "Pointer", "DB_ANY", "REF_TO Int"] {
+        undeclarable(
+            &format!("x : {of};"),
+            "a pointer of this kind has no type here; pass the variable itself, or ARRAY[*]",
+        );
+    }
+    for of in ["S5Time", "Timer", "Counter"] {
+        undeclarable(&format!("x : {of};"), "S5 timers: use TON, TOF or TP");
+    }
+    undeclarable("x : HW_IO;", "hardware: feed its values through inputs");
+    undeclarable("x : PID_Compact;", "its law is not published; available are CONT_C");
+    undeclarable("x : Array[3..1] of Int;", "3..1 is no range of an index");
+    undeclarable("x : Array[0..2000000000] of LReal;", "larger than the memory of a CPU");
+    undeclarable("x : Array[0..1] of Array[0..1] of Int;", "use several dimensions");
+    undeclarable("x : Int := 'text';", "expected INT, found a text");
+    undeclarable("x : Array[0..1] of Int := [1, 2, 3];", "more start values than elements");
+    undeclarable("x : Array[0..1] of Int := [5(1)];", "more start values than elements");
+    undeclarable("i : Int;", "i is declared twice");
+    undeclarable("x : \"Main\";", "Main contains an instance of itself");
+}
+
+#[test]
+fn types_that_do_not_fit_are_refused() {
+    refused("#flag := #i;", "INT is not converted to BOOL; write INT_TO_BOOL(...)");
+    refused("#i := #flag;", "BOOL is not converted to INT; write BOOL_TO_INT(...)");
+    refused("IF #i THEN #i := 0; END_IF;", "a condition is a BOOL, not INT; compare it, with `<> 0` for example");
+    refused("#r := #t;", "TIME is not converted to REAL; convert through DINT");
+    refused("#t := #t * #r;", "TIME * REAL is not possible");
+    refused("#t := #t * #t;", "TIME * TIME is not possible; TIME is added to TIME");
+    refused("#flag := #flag AND #i;", "BOOL AND INT is not possible; both sides are BOOL");
+    refused("#r := #r MOD 2.0;", "MOD is for integers");
+    refused("#i := #array;", "expected INT, found ARRAY[1..3] OF INT");
+    refused("#pair := #array;", "expected \"Pair\", found ARRAY[1..3] OF INT");
+    refused("#i := #array[4];", "index 4 is outside of 1..3");
+    refused("#i := #array[1, 2];", "2 indices for 1 dimensions");
+    refused("#i := #i[1];", "INT has no elements");
+    refused("#i := #array[#r];", "an index is an integer, not a REAL");
+    refused("#i := #pair.z;", "\"Pair\" has no member z");
+    refused("#flag := #w.%X16;", "WORD has no member %X16");
+    refused("#TEN := 1;", "a constant cannot be written");
+    refused("#i := 10ms;", "a duration begins with T#");
+    refused("#r := -#r ** 2.0;", "write -(a ** b) or (-a) ** b");
+    refused("CASE #r OF 1: ; END_CASE;", "CASE selects by an integer or a bit string, not by REAL; use IF");
+    refused("FOR #r := 1 TO 2 DO ; END_FOR;", "a loop counts in an integer, not in REAL");
+    refused("FOR #i := 1 TO 2 BY 0 DO ; END_FOR;", "a step of 0 never ends");
+    refused("FOR #i := 1 TO 2 DO #i := 3; END_FOR;", "the loop variable i must not be written in its loop");
+    refused("EXIT;", "EXIT stands in no loop; RETURN leaves the block");
+    refused("GOTO L1;", "there is no label L1 in this block");
+    refused("GOTO L1; WHILE #flag DO L1: #i := 1; END_WHILE;", "GOTO jumps into the loop of the label L1");
+}
+
+#[test]
+fn calls_that_do_not_fit_are_refused() {
+    refused("#sub(c := 1, p := #pair);", "Sub has no parameter c");
+    refused("#sub(a => #i, p := #pair);", "a is supplied with :=");
+    refused("#sub(b := #i, p := #pair);", "b is supplied with =>");
+    refused("#sub(a := 1);", "the in-out parameter p is missing");
+    refused("#sub(a := 1, p := #array);", "p is a \"Pair\", not a ARRAY[1..3] OF INT");
+    refused("#i := \"Twice\"();", "Twice is called without a; a function needs all its parameters");
+    refused("#i := \"Twice\"(#i, #i);", "the parameters of Twice are supplied by name");
+    refused("\"Sub\"(a := 1);", "Sub is called without an instance; declare an instance");
+    refused(
+        "#i := #sub(a := 1, p := #pair);",
+        "an instance of Sub has no value; call it as a statement and read its outputs",
+    );
+    refused("#timer.CTU(CU := TRUE);", "cannot be called as CTU");
+    refused("#i();", "INT cannot be called");
+    refused("#y := 1;", "#y is not declared in this block");
+    refused("#tmer(IN := TRUE);", "#tmer is not declared in this block");
+}
+
+#[test]
+fn names_that_no_source_declares_are_told_with_what_to_do() {
+    refused(
+        "#flag := \"Start\";",
+        "no source declares the tags \"Start\" : BOOL; --tag \"Start : BOOL\" makes it an input or output",
+    );
+    refused("IF \"A\" AND NOT \"B\" THEN \"C\" := 2.5; END_IF;", "the tags \"A\" : BOOL, \"B\" : BOOL, \"C\" : REAL;");
+    refused("\"Data\".x := \"Data\".y[1].z;", "the data block \"Data\": Data.x, Data.y; export this DB as source");
+    refused(
+        "\"Other\"(x := 1);",
+        "no source declares the function \"Other\"; in TIA Portal: Generate source from blocks",
+    );
+    refused(
+        "\"Motor_DB\"(x := 1);",
+        "no source declares the instance \"Motor_DB\"; say which block it is an instance of",
+    );
+    undeclarable(
+        "x : \"typeMotor\";",
+        "no source declares the type \"typeMotor\"; in TIA Portal: Generate source from blocks",
+    );
+    undeclarable("x : \"Pairs\";", "no source declares the type \"Pairs\"; \"Pair\" is declared: is it meant?");
+    // What its use tells is taken for it.
+    silent("\"X\".TON(IN := TRUE, PT := T#1s); #flag := \"X\".Q;");
+    silent("\"R_TRIG_DB_1\"(CLK := #flag, Q => #flag);");
+    warned("\"Sub_DB\"(a := 1, p := #pair);", "no source declares \"Sub_DB\": it is taken for an instance of Sub");
+    refused("\"X\".TON(IN := TRUE, PT := T#1s); \"X\".TOF(IN := TRUE, PT := T#1s);", "X is called as TON and as TOF");
+}
+
+#[test]
+fn blocks_that_cannot_be_are_refused() {
+    let (errors, _) = told("FUNCTION_BLOCK \"A\"\nKNOW_HOW_PROTECT\nBEGIN\nEND_FUNCTION_BLOCK\n", None);
+    assert_eq!(errors, ["a.scl:2:1: A: protected block without source; ask its author for the source"]);
+    let (errors, _) =
+        told("TYPE \"A\"\nSTRUCT x : Int; END_STRUCT;\nEND_TYPE\nDATA_BLOCK \"a\"\nBEGIN\nEND_DATA_BLOCK", None);
+    assert_eq!(
+        errors,
+        ["a.scl:4:12: a is declared twice: first in a.scl:1; rename one of them, or leave one file away"]
+    );
+    let (errors, _) = told("FUNCTION \"A\" : Void\nBEGIN\nNETWORK\nTITLE =\n  A I0.0;\nEND_FUNCTION", None);
+    assert!(errors[0].starts_with("a.scl:3:1: this block is in STL or LAD, not in SCL"), "{errors:#?}");
+    let two =
+        "FUNCTION \"A\" : Void\nBEGIN\n\"B\"();\nEND_FUNCTION\nFUNCTION \"B\" : Void\nBEGIN\n\"A\"();\nEND_FUNCTION";
+    let (errors, _) = told(two, None);
+    assert!(errors.iter().any(|error| error == "a.scl:7:1: A calls itself through B; use a loop"), "{errors:#?}");
+}
+
+#[test]
+fn what_may_surprise_is_told() {
+    warned(
+        "#d := #i * 1000;",
+        "this is calculated in INT and wraps there, before it becomes DINT; convert an operand first",
+    );
+    warned("#r := #i / 2;", "this divides integers: the fraction is lost before it becomes REAL");
+    warned("#r := #i * 0.1;", "LREAL becomes REAL: it is rounded");
+    warned(
+        "#i := INT#1 + 50000;",
+        "50000 does not fit INT: it becomes -15536; give the constant a type, such as DINT#50000",
+    );
+    warned("#i := #d;", "DINT becomes INT: its high bits are cut off");
+    warned("#u := #i;", "INT becomes UINT: a negative number becomes a large one");
+    warned("#i := #r;", "REAL becomes INT: it is rounded, and what does not fit is cut off");
+    warned("#r := #dw;", "DWORD becomes REAL: its number, not its bits");
+    warned("#flag := #r = 0.1;", "REAL values are compared for equality; rounding may keep them from being equal");
+    warned("#flag := #r < #l;", "REAL is compared with LREAL");
+    warned("#i := #temp;", "the temporary temp may be read before it is written: it is 0 then");
+    warned("IF #flag THEN #temp := 1; END_IF; #i := #temp;", "the temporary temp may be read before it is written");
+    warned("CASE #i OF 1..3: ; 2: ; END_CASE;", "this value of CASE stands twice: the first one counts");
+    warned(
+        "#timer(IN := #flag, PT := T#1s); #timer(IN := TRUE, PT := T#1s);",
+        "#timer is called a second time in this cycle",
+    );
+    warned("#in := 1;", "an input is written: the caller does not see it");
+    warned(
+        "FOR #i := 1 TO 32767 DO ; END_FOR;",
+        "the loop goes to the limit of INT: here it ends, a CPU may count for ever",
+    );
+    warned("ABS(#i);", "the value of ABS is not used");
+}
+
+#[test]
+fn what_is_clear_is_not_told() {
+    silent("#d := INT_TO_DINT(#i) * 1000; #r := #r * 0.1 + 2; #w := 16#FFFF; #i := -32768; #i := W#16#FFFF;");
+    silent("IF #flag THEN #temp := 1; ELSE #temp := 2; END_IF; #i := #temp;");
+    silent("FOR #temp := 1 TO 3 DO #array[#temp] := #temp; END_FOR; #b := 255; #t := T#1s * 2 + #t / 3;");
+    silent("CASE #i OF #TEN: #r := 1; 0..5, 7: #r := 2; ELSE #r := 3; END_CASE; #pair := #pair; #s := 'text';");
+    silent(
+        "IF #s = 'text' AND #s[1] = 't' THEN #flag := 1; END_IF; #any.TON(IN := #flag, PT := T#1s); #flag := #any.Q;",
+    );
+}
+
+#[test]
+fn the_dialect_of_step_7_has_its_own_rules() {
+    let text = "FUNCTION_BLOCK FB1\nVAR_TEMP\n i : INT;\nEND_VAR\nBEGIN\nFOR i := 1 TO 3 DO\n i := i;\nEND_FOR;\nEND_FUNCTION_BLOCK";
+    let (errors, warnings) = told(text, None);
+    assert_eq!(errors, Vec::<String>::new());
+    assert_eq!(warnings, ["a.scl:7:2: the loop variable i is written in its loop: the new value counts"]);
+    let (errors, _) = told(text, Some(Cpu::S71500));
+    assert_eq!(errors.len(), 1);
+}
+
+#[test]
+fn all_errors_of_all_sources_are_told_at_once() {
+    let source = |name: &str, text: &str| Source::new(name, text.into());
+    let sources = [
+        source("a.scl", "FUNCTION_BLOCK \"A\"\nVAR x : Foo; END_VAR\nBEGIN\n#y := 1;\n#x := ;\nEND_FUNCTION_BLOCK"),
+        source("b.udt", "TYPE \"B\"\nSTRUCT\n z : Variant;\nEND_STRUCT;\nEND_TYPE"),
+    ];
+    let errors = lines(&compile(&sources, &Options::default()).unwrap_err());
+    let places: Vec<&str> = errors.iter().map(|error| error.split(": ").next().unwrap()).collect();
+    assert_eq!(places, ["a.scl:2:9", "a.scl:4:1", "a.scl:5:7", "b.udt:3:6"]);
+}
