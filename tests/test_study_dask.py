@@ -52,7 +52,7 @@ take = ["max", "last"]
 
 
 def write_study(path, seed=1):
-    loop = ROOT / "examples" / "loops" / "furnace.toml"
+    loop = ROOT / "plants" / "loops" / "furnace.toml"
     path.write_text(STUDY.format(loop=loop, samples=RUNS // 3, seed=seed), encoding="utf-8")
     return path
 

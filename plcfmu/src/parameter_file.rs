@@ -10,7 +10,6 @@ use host::package::Package;
 use modeldescription::{Description, Interface, Row, Table};
 use parameters::problem::drawn;
 use parameters::{Block, Format, Loop, Member, Options, Origin, Part, Problems, Reading, Source};
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -170,20 +169,15 @@ pub(crate) fn block(table: &Table) -> Result<Block> {
     Ok(Block::new(table.name.clone(), table.aliases.clone(), members?))
 }
 
-/// Refuses to write onto a file that is read, or to a PLC.
+/// Refuses to write to a PLC.
 ///
 /// # Errors
-/// Both names are of one file, or the target is a PLC.
-pub fn check_target(target: &str, read: &str) -> Result<()> {
+/// The target is a PLC.
+pub fn check_target(target: &str) -> Result<()> {
     if is_plc(target) {
         bail!(
             "{target}: plcfmu never writes to a PLC: write a source text, such as plant.awl, and load it with the engineering tool"
         );
-    }
-    if let (Ok(one), Ok(other)) = (fs::canonicalize(target), fs::canonicalize(read))
-        && one == other
-    {
-        bail!("{target} is the file that is read: write to another one");
     }
     Ok(())
 }

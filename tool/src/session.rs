@@ -648,6 +648,7 @@ impl Wired {
             step: Some(step),
             exchange,
             remarks: Vec::new(),
+            sources: Vec::new(),
         };
         let names = Names::of(&system, &borrowed)?;
         for setting in &system.settings {

@@ -123,7 +123,11 @@ pub(super) fn loops(
 
 /// Writes the loops beside the file's place, and renames that.
 fn write(target: &str, options: &Options, loops: &[Loop]) -> Result<()> {
-    check_target(target, &options.file)?;
+    check_target(target)?;
+    temporary::check_outputs(
+        [Path::new(target)],
+        options.fmu.iter().map(PathBuf::as_path).chain([Path::new(&options.file)]),
+    )?;
     let format = format_of(target)?;
     let origin = format!("Made by plcfmu {} from {}", env!("CARGO_PKG_VERSION"), options.file);
     let bytes = parameters::write(format, loops, &origin).map_err(|error| anyhow::anyhow!("{target}: {error}"))?;
