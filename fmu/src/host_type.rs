@@ -5,8 +5,14 @@ use blocks::{Kind, Value};
 
 /// The words of a version of FMI.
 pub trait Version {
+    /// Its number, as modelDescription.xml has it.
+    const NUMBER: &'static str;
+
     /// What the names of its functions begin with.
     const PREFIX: &'static str;
+
+    /// What the FMUs can do: the attributes of modelDescription.xml and their values. Those that are left out are false.
+    const CAPABILITIES: &'static [(&'static str, &'static str)];
 
     /// Its name of the type that holds PLC values of a kind, as in the name of the function that sets it.
     fn name_of(kind: Kind) -> &'static str;

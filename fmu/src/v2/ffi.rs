@@ -9,14 +9,15 @@
 // The contract above is the safety section of every function here.
 #![allow(clippy::missing_safety_doc, clippy::too_many_arguments)]
 
+use super::Fmi2;
 use super::value::Boolean;
-use super::{Fmi2, VERSION, interface};
 pub use crate::component::StateAddress;
 use crate::component::{Component, Library};
 use crate::cyclic::Cyclic;
 use crate::door::{Door, Host};
 use crate::host_type::HostType;
 use crate::instance::no_variable;
+use crate::interface;
 use crate::log::{self, Category};
 use crate::preset::Argument;
 use crate::refusal::{Answer, Refusal};
@@ -341,7 +342,7 @@ macro_rules! functions {
 functions! {
     ($)
     fn fmi2GetTypesPlatform() -> *const c_char { c"default".as_ptr() };
-    fn fmi2GetVersion() -> *const c_char { VERSION.as_ptr() };
+    fn fmi2GetVersion() -> *const c_char { c"2.0".as_ptr() };
     fn fmi2SetDebugLogging[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, logging_on: c_int, count: usize, categories: *const *const c_char,
     ) -> Status => |c| {
@@ -498,7 +499,7 @@ unsafe fn instantiate<L: Library>(
 /// Copies what the library says of itself (see [`interface::json`]) to `buffer`, at most `size` bytes, and returns its full
 /// length in bytes.
 pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
-    let json = interface::json::<B>();
+    let json = interface::json::<Fmi2, B>();
     if !buffer.is_null() {
         let length = size.min(json.len());
         // SAFETY: the caller's buffer has `size` bytes, which is at least `length`.
