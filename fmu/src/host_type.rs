@@ -1,9 +1,9 @@
-//! Values as a host passes them: what a version of FMI has to say of each of its types.
+//! Values as a host passes them: what a version of the standard has to say of each of its types.
 
 use crate::cyclic::Cyclic;
 use blocks::{Kind, Value};
 
-/// The words of a version of FMI.
+/// The words of a version of the standard.
 pub trait Version {
     /// Its number, as modelDescription.xml has it.
     const NUMBER: &'static str;
@@ -18,7 +18,7 @@ pub trait Version {
     fn name_of(kind: Kind) -> &'static str;
 }
 
-/// A type of values, as C passes it in a version of FMI.
+/// A type of values, as C passes it in a version of the standard.
 pub trait HostType<V: Version>: Copy {
     /// Whether PLC values of this kind are values of this type.
     fn holds(kind: Kind) -> bool;
