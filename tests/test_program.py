@@ -137,7 +137,7 @@ VERSION : 0.1
    END_VAR
    VAR_OUTPUT
       count : DInt;
-      speed : Real;   // parts made; unit: 1/min
+      speed : Real;   // parts made; unit: rpm
    END_VAR
    VAR_IN_OUT
       sum : Real;
@@ -172,7 +172,7 @@ def test_the_model_description_comes_from_the_source(counter):
     limit, speed = variables["limit"], variables["speed"]
     assert (limit.causality, limit.variability, limit.type, limit.start) == ("parameter", "tunable", "Integer", "3")
     assert (limit.min, limit.max, limit.description) == ("0", "100000", "the count that stops")
-    assert (speed.causality, speed.unit, speed.description) == ("output", "1/min", "parts made")
+    assert (speed.causality, speed.unit, speed.description) == ("output", "rpm", "parts made")
     assert (variables["sum"].causality, variables["sum_out"].causality) == ("input", "output")
     assert (variables["t.Q"].causality, variables["list[1]"].causality) == ("local", "local")
     assert (variables["CYCLE"].start, description.defaultExperiment.stepSize) == ("0.5", "0.5")

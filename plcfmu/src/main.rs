@@ -4,7 +4,7 @@ use ::study::{Interrupted, worker};
 use clap::{Parser, Subcommand};
 #[cfg(feature = "server")]
 use plcfmu::commands::tool;
-use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, run, ssp, study, tune_study};
+use plcfmu::commands::{build, check, figures, gains, info, merge, new, params, preset, run, ssp, study, tune_study};
 #[cfg(feature = "server")]
 use plcfmu::tool::child;
 use std::process::ExitCode;
@@ -30,6 +30,8 @@ enum Command {
     StudyWorker(worker::Options),
     Params(params::Options),
     Gains(gains::Options),
+    #[command(hide = true)]
+    Figures(figures::Options),
     /// Make a crate for a block of your own
     ///
     /// The crate builds as it stands: it comes with the sources that it needs.
@@ -66,6 +68,7 @@ fn main() -> ExitCode {
         Command::TuneStudy(options) => tune_study::run(&options),
         Command::Params(options) => params::run(&options),
         Command::Gains(options) => gains::run(&options),
+        Command::Figures(options) => figures::run(&options),
         Command::New(options) => new::run(&options),
         Command::Build(options) => build::run(&options),
         Command::Merge(options) => merge::run(&options),

@@ -47,11 +47,11 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Translates a program.
+    /// Translates a program. A unit that a comment gives is one of the table if it is known.
     ///
     /// # Errors
     /// All that is wrong with the sources, with file, line and column; there is no block to be run.
-    pub fn new(manifest: &Manifest, sources: &[Source]) -> Result<Loaded, String> {
+    pub fn new(manifest: &Manifest, sources: &[Source], is_unit: fn(&str) -> bool) -> Result<Loaded, String> {
         let options = Options {
             cpu: manifest.cpu,
             block: manifest.block.clone(),
@@ -63,7 +63,7 @@ impl Loaded {
         })?;
         let root = compiled.root.as_ref().ok_or("the sources have no FUNCTION_BLOCK to be run: name one with --fb")?;
         let code = Code::compile(&compiled.program)?;
-        let (table, places, own_cycle) = table::of(manifest, &compiled.program, root)?;
+        let (table, places, own_cycle) = table::of(manifest, &compiled.program, root, is_unit)?;
         let mut bytes = manifest.to_string().into_bytes();
         for source in sources {
             bytes.extend((source.text.len() as u64).to_le_bytes());
@@ -302,7 +302,7 @@ impl Library for Program {
             Some(loaded) => loaded.clone(),
             None => {
                 let sources: Vec<Source> = sources.into_iter().map(|(name, bytes)| Source::new(name, bytes)).collect();
-                let loaded = Arc::new(Loaded::new(&manifest, &sources)?);
+                let loaded = Arc::new(Loaded::new(&manifest, &sources, |_| false)?);
                 known.insert(key, loaded.clone());
                 loaded
             }
@@ -330,7 +330,7 @@ mod tests {
 
     fn pump() -> Program {
         let manifest = Manifest { cycle: 100, sources: vec!["pump.scl".into()], ..Manifest::default() };
-        let loaded = Loaded::new(&manifest, &[Source::new("pump.scl", SOURCE.into())]);
+        let loaded = Loaded::new(&manifest, &[Source::new("pump.scl", SOURCE.into())], |_| true);
         Program::new(Arc::new(loaded.unwrap_or_else(|error| panic!("{error}"))))
     }
 

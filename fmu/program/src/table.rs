@@ -20,15 +20,8 @@ pub struct Place {
 /// The name of the row that holds the time between two calls.
 const CYCLE: &str = "CYCLE";
 
-/// The units that a table may name, of those that engineers write in comments; what is another unit stays in the text.
-const UNITS: &[&str] = &[
-    "1", "%", "%/s", "s", "ms", "min", "h", "degC", "K", "Pa", "kPa", "bar", "mbar", "m", "mm", "m/s", "kg", "kg/s",
-    "kg/h", "l", "l/s", "l/min", "m3", "m3/s", "m3/h", "A", "mA", "V", "mV", "W", "kW", "N", "J", "rad", "deg",
-    "rad/s", "1/min", "Hz",
-];
-
 /// The table, the place of each row but that of the cycle, and where the block has a CYCLE of its own. A table lives as long as the
-/// process: a library is asked for few programs.
+/// process: a library is asked for few programs. A unit in a comment that is none of `is_unit` stays in the text.
 ///
 /// # Errors
 /// A name in the manifest that the block does not have.
@@ -36,6 +29,7 @@ pub fn of(
     manifest: &Manifest,
     program: &Program,
     root: &Root,
+    is_unit: fn(&str) -> bool,
 ) -> Result<(&'static Table, Vec<Place>, Option<usize>), String> {
     let mut rows: Vec<Row> = Vec::new();
     let mut places: Vec<Place> = Vec::new();
@@ -54,10 +48,10 @@ pub fn of(
         let start = scl::program::Value::read(ty, &program.records[program.memory].start[offset..]).to_plc(kind);
         let is_in_out = variable.role == interface::Role::InOut;
         let name = structured(&variable.name);
-        rows.push(row(&name, variable, kind, role, start));
+        rows.push(row(&name, variable, kind, role, start, is_unit));
         places.push(Place { ty, offset, is_in_out });
         if is_in_out {
-            rows.push(row(&format!("{name}_out"), variable, kind, Role::Output, start));
+            rows.push(row(&format!("{name}_out"), variable, kind, Role::Output, start, is_unit));
             places.push(Place { ty, offset, is_in_out: false });
         }
     }
@@ -130,12 +124,12 @@ fn role(manifest: &Manifest, variable: &Variable) -> Role {
     }
 }
 
-fn row(name: &str, variable: &Variable, kind: Kind, role: Role, start: Value) -> Row {
+fn row(name: &str, variable: &Variable, kind: Kind, role: Role, start: Value, is_unit: fn(&str) -> bool) -> Row {
     let comment = &variable.comment;
     let is_real = kind.class() == Class::Real;
     let is_time = matches!(kind, Kind::Time | Kind::LTime);
     let unit = comment.unit.as_deref();
-    let shown = unit.filter(|unit| is_real && !is_time && UNITS.contains(unit));
+    let shown = unit.filter(|unit| is_real && !is_time && is_unit(unit));
     let mut description = comment.text.clone();
     let mut add = |text: String| {
         description += if description.is_empty() { "" } else { "; " };

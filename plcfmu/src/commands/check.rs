@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 /// so is what its author may not expect: a temporary that is read before it is written, a REAL compared for equality, a
 /// conversion that loses something.
 #[derive(clap::Args, Clone, Debug, Default)]
+#[group(skip)] // clap names a group after the type, and that of the programs has the same name
 pub struct Options {
     /// The FMUs, and the sources of a program
     #[arg(value_name = "FILE", required = true)]

@@ -12,7 +12,7 @@ use draw::{diagram, picture};
 use host::fmu::platforms;
 use host::library::Library;
 use host::package::{DESCRIPTION, archive, temporary};
-use modeldescription::{Interface, ModelDescription};
+use modeldescription::{Interface, ModelDescription, units};
 use parameters::Source;
 use program::{FILE, Loaded, Manifest};
 use std::collections::BTreeMap;
@@ -58,9 +58,10 @@ fn milliseconds(text: &str) -> Result<u32> {
 /// All that is wrong with the sources, with file, line and column; the library of programs is missing.
 pub fn pack(files: &[PathBuf], options: &Options, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
     let (manifest, sources) = read(files, options)?;
-    let loaded = Loaded::new(&manifest, &sources).map_err(anyhow::Error::msg)?;
+    let loaded =
+        Loaded::new(&manifest, &sources, |unit| units::definition(unit).is_some()).map_err(anyhow::Error::msg)?;
     let warnings = loaded.warnings.iter().map(ToString::to_string).filter(|text| !text.is_empty()).collect();
-    let interface = Interface::parse(&fmu::v2::interface::json_of(loaded.table, &loaded.guid()))?;
+    let interface = Interface::parse(&fmu::interface::json_of::<fmu::v2::Fmi2>(loaded.table, &loaded.guid()))?;
     let name = &interface.table.name;
     let xml = ModelDescription::of(&interface)?;
     let libraries = libraries()?;
