@@ -20,6 +20,7 @@ import urllib.parse
 import zipfile
 
 import fmpy
+import psutil
 import pytest
 
 import host
@@ -100,7 +101,10 @@ class Tool:
 
     def children(self):
         """The processes that it has started."""
-        return set(map(int, subprocess.run(["pgrep", "-P", str(self.process.pid)], capture_output=True).stdout.split()))
+        try:
+            return {child.pid for child in psutil.Process(self.process.pid).children()}
+        except psutil.NoSuchProcess:
+            return set()
 
     def wait_for(self, text):
         """Waits until it prints a line with this text to standard error."""
