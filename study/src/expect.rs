@@ -83,8 +83,8 @@ impl Comparison {
         }
     }
 
-    /// How far a value is on the wrong side of the bound; the larger, the worse.
-    fn excess(self, value: f64, bound: f64) -> f64 {
+    /// How far a value is on the wrong side of the bound, below 0 if it is not; the larger, the worse.
+    pub fn excess(self, value: f64, bound: f64) -> f64 {
         match self {
             Comparison::Less | Comparison::AtMost => value - bound,
             Comparison::Greater | Comparison::AtLeast => bound - value,

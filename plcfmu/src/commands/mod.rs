@@ -2,6 +2,7 @@
 
 pub mod build;
 pub mod check;
+pub mod child;
 pub mod figures;
 pub mod gains;
 pub mod info;
