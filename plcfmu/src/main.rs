@@ -4,7 +4,7 @@ use ::study::{Interrupted, worker};
 use clap::{Parser, Subcommand};
 #[cfg(feature = "server")]
 use plcfmu::commands::tool;
-use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, run, ssp, study, tune_study};
+use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, run, ssp, study, test, tune_study};
 #[cfg(feature = "server")]
 use plcfmu::tool::child;
 use std::process::ExitCode;
@@ -21,6 +21,7 @@ struct Arguments {
 enum Command {
     Info(info::Options),
     Check(check::Options),
+    Test(test::Options),
     Run(run::Options),
     Ssp(ssp::Options),
     Study(study::Options),
@@ -56,6 +57,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Info(options) => info::run(&options),
         Command::Check(options) => check::run(&options),
+        Command::Test(options) => test::run(&options),
         Command::Run(options) => run::run(&options),
         Command::Ssp(options) => ssp::run(&options),
         Command::Study(options) => study::run(&options),

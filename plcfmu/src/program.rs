@@ -1,5 +1,7 @@
 //! PLC programs in SCL: files and options to a typed program.
 
+pub mod trial;
+
 use anyhow::{Error, Result, anyhow};
 use parameters::{Problems, Source};
 use scl::{Compiled, Cpu};
