@@ -3,6 +3,7 @@ its FMU is there. `open_fmu(NAME)` is a certain one.
 
 In the modules of `PRESETS_TOO`, `fmu` is also a preset of each of them, with start values of its own."""
 
+import collections
 import json
 import os
 import pathlib
@@ -48,6 +49,17 @@ def pytest_generate_tests(metafunc):
         metafunc.parametrize("fmu", host.names() + presets or [NONE], indirect=True, scope="session")
 
 
+def pytest_terminal_summary(terminalreporter):
+    """Which tests were skipped, one line for each reason, which says what to install."""
+    reasons = collections.defaultdict(collections.Counter)
+    for report in terminalreporter.stats.get("skipped", []):
+        file, _, reason = report.longrepr
+        reasons[reason.removeprefix("Skipped: ")][pathlib.Path(file).name] += 1
+    for reason, files in sorted(reasons.items()):
+        tests = ", ".join(f"{count} of {file}" for file, count in sorted(files.items()))
+        terminalreporter.write_line(f"skipped: {tests}: {reason}")
+
+
 @pytest.fixture(scope="session")
 def expect():
     """Compares a text with the file of this name in `expected/`. With UPDATE_EXPECT=1 it writes the file."""
@@ -64,18 +76,27 @@ def expect():
     return expect
 
 
-@pytest.fixture(scope="session")
-def command():
-    """The program `plcfmu`: that of PLCFMU_COMMAND, or built."""
-    if os.environ.get("PLCFMU_COMMAND"):
-        return os.environ["PLCFMU_COMMAND"]
-    build = ["cargo", "build", "--quiet", "--package", "plcfmu", "--bin", "plcfmu"]
+def built(program):
+    """The path of a program of the workspace. Both packages are named, so that cargo compiles with the features of both."""
+    build = ["cargo", "build", "--quiet", "--package", "plcfmu", "--package", "xtask", "--bin", program]
     build.append("--message-format=json-render-diagnostics")
     root = pathlib.Path(__file__).parents[1]
     messages = subprocess.run(build, stdout=subprocess.PIPE, text=True, check=True, cwd=root).stdout
     executables = [json.loads(line).get("executable") for line in messages.splitlines()]
     (executable,) = filter(None, executables)
     return executable
+
+
+@pytest.fixture(scope="session")
+def command():
+    """The program `plcfmu`: that of PLCFMU_COMMAND, or built."""
+    return os.environ.get("PLCFMU_COMMAND") or built("plcfmu")
+
+
+@pytest.fixture(scope="session")
+def packer():
+    """The program behind `cargo xtask`."""
+    return built("xtask")
 
 
 @pytest.fixture(scope="session")

@@ -27,7 +27,7 @@ PAGES = [
     *(f"{name}.html" for name in ("README", "docs/import", "python/index")),
     *(f"{folder}/README.html" for folder in ("blocks", "examples", "fmu", "plcfmu", "tests")),
     "examples/cascade.py.html",
-    "examples/plants/index.html",
+    "plants/index.html",
     *FMU_PAGES,
 ]
 SHOWN = ["index.html", "examples/README.html", "python/index.html", *FMU_PAGES]

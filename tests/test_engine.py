@@ -26,10 +26,11 @@ SESSIONS = sorted(path.stem for path in (ROOT / "tests/sessions").glob("*.json")
 # Nothing that one description can say: members are exchanged, nothing runs.
 NO_DESCRIPTION = ("descriptions", "exchange", "refusals")
 
-LARGEST = 1_500_000
+LARGEST = 1_600_000
 
 pytestmark = [
     pytest.mark.skipif(NODE is None, reason="no node: on Debian and Ubuntu 'apt install nodejs'"),
+    tool.needs_page,
     host.in_fmpy,
 ]
 
@@ -51,7 +52,7 @@ def in_the_page(page, asked):
 
 @pytest.fixture(scope="session")
 def page():
-    return tool.page()
+    return tool.PAGE
 
 
 @pytest.fixture(scope="module")
@@ -111,10 +112,10 @@ def test_the_page_has_every_fmu_of_a_block_and_of_a_plant(page):
     assert {name for name, part in fmus.items() if part == "controller"} == {*host.CONTROLLERS}
 
 
-def test_the_page_knows_the_loops_of_the_examples(page):
+def test_the_page_knows_the_loops_of_the_plants(page):
     (catalogue,) = in_the_page(page, [{"do": "catalogue"}])
     loops = json.loads(catalogue)["ok"]["loops"]
-    assert len(loops) == len(list((ROOT / "examples/loops").glob("*.toml")))
+    assert len(loops) == len(list((ROOT / "plants/loops").glob("*.toml")))
     for known in loops:
         started, ran = in_the_page(page, [{"do": "start", **known["setup"]}, {"do": "run", "calls": 100}])
         assert json.loads(ran)["ok"]["calls"] == 100, started

@@ -306,7 +306,7 @@ if __name__ == "__main__":
 
 
 def test_a_new_file_is_taken_up_without_an_edit_elsewhere(tmp_path):
-    shutil.copytree(EXAMPLES, tmp_path / "examples", ignore=shutil.ignore_patterns("plants", "my_block", "__pycache__"))
+    shutil.copytree(EXAMPLES, tmp_path / "examples", ignore=shutil.ignore_patterns("my_block", "__pycache__"))
     (tmp_path / "tests").mkdir()
     for path in [*TESTS.glob("*.py"), TESTS / "pytest.ini"]:
         shutil.copy(path, tmp_path / "tests")

@@ -1,5 +1,5 @@
 """Descriptions of loops: what `plcfmu run` makes of them is what it makes of the same options, and an error has its place.
-test_masters.py runs the descriptions of examples/loops in other masters."""
+test_masters.py runs the descriptions of plants/loops in other masters."""
 
 import csv
 import io
@@ -12,7 +12,7 @@ import pytest
 
 import host
 
-EXAMPLES = sorted((pathlib.Path(__file__).parents[1] / "examples" / "loops").glob("*.toml"))
+EXAMPLES = sorted((pathlib.Path(__file__).parents[1] / "plants" / "loops").glob("*.toml"))
 # Of each example: the variable that ends at a value, and how near.
 ENDS = {
     "chamber": ("THERMO.TEMP", 50.0, 0.5),

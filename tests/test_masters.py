@@ -1,6 +1,6 @@
 """The same closed loops run by other co-simulation masters: the recordings are equal, bit for bit.
 
-The loops are the descriptions in examples/loops. `plcfmu run` runs them, `plcfmu ssp` packs them for libcosim and Ecos.
+The loops are the descriptions in plants/loops. `plcfmu run` runs them, `plcfmu ssp` packs them for libcosim and Ecos.
 
 The reference is a loop in this file, which drives the FMUs by FMPy: before each step every connected input gets what the
 output has now, then all FMUs step. `plcfmu run` with `exchange = "parallel"`, libcosim, Ecos and the masters made of the Rust
@@ -41,12 +41,12 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-LOOPS = pathlib.Path(__file__).parents[1] / "examples" / "loops"
+LOOPS = pathlib.Path(__file__).parents[1] / "plants" / "loops"
 
 
 class Loop:
     """FMUs with their start values, which outputs go to which inputs, and how many steps of which length: a description as
-    those in examples/loops."""
+    those in plants/loops."""
 
     def __init__(self, path):
         self.path = path

@@ -2,7 +2,6 @@
 was there is still there and whole; and a block of one's own is made as the READMEs say. `plcfmu new` and `plcfmu build`
 outside the repository."""
 
-import json
 import os
 import pathlib
 import re
@@ -20,22 +19,6 @@ import host
 ROOT = pathlib.Path(__file__).parents[1]
 NAME = "HLG"
 LAW = "blocks/src/abb/hlg/mod.rs"
-
-
-def built(package):
-    """The program of a package of the workspace."""
-    build = ["cargo", "build", "--quiet", "--package", package, "--bin", package]
-    build.append("--message-format=json-render-diagnostics")
-    messages = subprocess.run(build, stdout=subprocess.PIPE, text=True, check=True, cwd=ROOT).stdout
-    executables = [json.loads(line).get("executable") for line in messages.splitlines()]
-    (executable,) = filter(None, executables)
-    return executable
-
-
-@pytest.fixture(scope="module")
-def packer():
-    """The program behind `cargo xtask`."""
-    return built("xtask")
 
 
 class Clone:
@@ -167,9 +150,8 @@ def test_a_block_of_ones_own_is_made_as_the_readme_says(clone):
 
 
 @pytest.fixture(scope="module")
-def plcfmu():
+def plcfmu(command):
     """Runs the command `plcfmu`, without a connection and without a terminal."""
-    command = os.environ.get("PLCFMU_COMMAND") or built("plcfmu")
 
     def run(*arguments, cwd, **variables):
         variables = {**os.environ, "CARGO_NET_OFFLINE": "true", **variables}

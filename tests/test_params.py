@@ -180,10 +180,10 @@ def test_the_input_is_not_overwritten_and_an_unknown_ending_is_refused(params, t
     text = (FILES / "right" / "loops.json").read_bytes()
     (tmp_path / "a.json").write_bytes(text)
     assert params("a.json", "--to", "./a.json").stderr.endswith(
-        "error: ./a.json is the file that is read: write to another one\n"
+        "error: ./a.json is read by this command: write to another file\n"
     )
     assert (tmp_path / "a.json").read_bytes() == text
-    assert "a.txt: the ending of the name says no format; those of parameter files are .awl" in params("a.txt").stderr
+    assert "a.txt: the extension is that of no parameter file; those are .awl" in params("a.txt").stderr
     (tmp_path / "a.txt").write_bytes(text)
     assert params("a.txt", "--format", "json").returncode == 0
 

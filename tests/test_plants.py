@@ -1,4 +1,4 @@
-"""The example plants against their documented equations.
+"""The plants against their documented equations.
 
 Each plant is held to its steady state, its time constants and, where it moves, to a numerical integration of
 the differential equations of its documentation, which shares nothing with the plant's own closed solution.

@@ -14,7 +14,7 @@ from lxml import etree
 import host
 from test_masters import ecos, package
 
-LOOPS = sorted((pathlib.Path(__file__).parents[1] / "examples" / "loops").glob("*.toml"))
+LOOPS = sorted((pathlib.Path(__file__).parents[1] / "plants" / "loops").glob("*.toml"))
 FURNACE = next(path for path in LOOPS if path.stem == "furnace")
 SCHEMA = pathlib.Path(fmpy.__file__).parent / "ssp" / "schema"
 SPACES = {

@@ -200,7 +200,7 @@ def test_a_finished_study_is_not_made_again(study, with_faulty, tmp_path):
     # What is asked in addition is answered.
     asked = ["--expect=P.Y.max < 0", "--curves=0", "--junit=junit.xml"]
     done = study("--out=out", "--limit=0.4", "--resume", *asked, **given)
-    assert done.returncode == 1 and "3 of 3 runs do not keep to it" in done.stderr
+    assert done.returncode == 1 and "3 of 3 runs fail" in done.stderr
     assert (tmp_path / "out/curves/run_0.csv").is_file() and 'failures="2"' in (tmp_path / "junit.xml").read_text()
     assert not (tmp_path / "out/runs.csv").exists()
     assert study("--out=out", "--format=csv", "--limit=0.4", "--resume", **given).returncode == 0

@@ -27,7 +27,7 @@ ROOT = pathlib.Path(__file__).parents[1]
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="the programs that stand between are shell scripts")
 
 RUNS = 15
-# Some runs do not keep to it.
+# Some runs fail.
 EXPECTATION = "HEATER.TEMP.max < 45 degC"
 CURVE = 5
 STUDY = """
@@ -52,7 +52,7 @@ take = ["max", "last"]
 
 
 def write_study(path, seed=1):
-    loop = ROOT / "examples" / "loops" / "furnace.toml"
+    loop = ROOT / "plants" / "loops" / "furnace.toml"
     path.write_text(STUDY.format(loop=loop, samples=RUNS // 3, seed=seed), encoding="utf-8")
     return path
 

@@ -6,7 +6,6 @@ The page is target/tool/plcfmu-tool.html (`cargo xtask tool`), or the file that 
 import base64
 import importlib.util
 import json
-import os
 import pathlib
 import re
 import shutil
@@ -16,9 +15,9 @@ import zipfile
 import pytest
 
 import host
+from tool import PAGE, needs_page
 
 ROOT = pathlib.Path(__file__).parents[1]
-TOOL = pathlib.Path(os.environ.get("PLCFMU_TOOL", ROOT / "target/tool/plcfmu-tool.html")).resolve()
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 PACKAGES = ("playwright", "axe_playwright_python")
 MISSING = [package for package in PACKAGES if importlib.util.find_spec(package) is None]
@@ -26,6 +25,7 @@ MISSING = [package for package in PACKAGES if importlib.util.find_spec(package) 
 pytestmark = [
     pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed (tests/requirements.txt)"),
     pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian and Ubuntu 'apt install chromium'"),
+    needs_page,
 ]
 
 FILES = ROOT / "tests/parameters"
@@ -49,7 +49,6 @@ HOSTILE = "<img src=x onerror='document.title=1'>"
 def browser():
     from playwright.sync_api import sync_playwright
 
-    assert TOOL.is_file(), f"{TOOL} is missing: make it with `cargo xtask tool`"
     with sync_playwright() as playwright:
         arguments = "--no-sandbox --disable-gpu --no-first-run --disable-background-networking --disable-component-update"
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=[*arguments.split(), "--disable-sync"])
@@ -70,7 +69,7 @@ def open_tool(browser):
         page.on("console", lambda message: messages.append(message.text))
         page.on("pageerror", lambda error: messages.append(str(error)))
         page.on("request", lambda request: None if is_inside(request.url) else messages.append(request.url))
-        page.goto(TOOL.as_uri())
+        page.goto(PAGE.as_uri())
         page.locator("#new-block option").first.wait_for(state="attached")
         return page
 
@@ -673,7 +672,7 @@ def test_a_reload_keeps_loops_values_edits_and_the_run(page):
 def test_two_tabs_do_not_disturb_each_other(page):
     new_loop(page, "CONT_C", "FIRST")
     other = page.context.new_page()
-    other.goto(TOOL.as_uri())
+    other.goto(PAGE.as_uri())
     other.locator("#new-block option").first.wait_for(state="attached")
     assert other.locator("table.loops").count() == 0
     new_loop(other, "CONT_C", "SECOND")
@@ -686,7 +685,7 @@ def test_two_tabs_do_not_disturb_each_other(page):
 
 def test_a_lost_server_is_said_and_the_page_goes_on_by_itself(browser):
     """The page is that of the server; what it asks is answered here, until the server is lost."""
-    html = TOOL.read_text().replace('name="plcfmu-home" content="page"', 'name="plcfmu-home" content="server"')
+    html = PAGE.read_text().replace('name="plcfmu-home" content="page"', 'name="plcfmu-home" content="server"')
     html = html.replace("connect-src 'none'", "connect-src 'self'")
     context = browser.new_context(viewport={"width": DESKTOP, "height": 900})
     context.set_default_timeout(10_000)

@@ -8,7 +8,6 @@ import csv
 import importlib.util
 import json
 import math
-import os
 import pathlib
 import re
 import shutil
@@ -18,9 +17,9 @@ import zipfile
 import pytest
 
 import host
+from tool import PAGE, needs_page
 
 ROOT = pathlib.Path(__file__).parents[1]
-TOOL = pathlib.Path(os.environ.get("PLCFMU_TOOL") or ROOT / "target/tool/plcfmu-tool.html")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 PACKAGES = ("playwright", "axe_playwright_python")
 MISSING = [package for package in PACKAGES if importlib.util.find_spec(package) is None]
@@ -28,7 +27,7 @@ MISSING = [package for package in PACKAGES if importlib.util.find_spec(package) 
 pytestmark = [
     pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed (tests/requirements.txt)"),
     pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian and Ubuntu 'apt install chromium'"),
-    pytest.mark.skipif(not TOOL.exists(), reason=f"no {TOOL}: make it with `cargo xtask tool`"),
+    needs_page,
 ]
 
 DESKTOP, PHONE = (1280, 900), (390, 844)
@@ -62,7 +61,7 @@ def open_tool(browser):
         page.set_default_timeout(10_000)
         page.on("console", lambda message: messages.append(f"{message.type}: {message.text}"))
         page.on("pageerror", lambda error: messages.append(str(error)))
-        page.goto(TOOL.resolve().as_uri())
+        page.goto(PAGE.as_uri())
         pages.append(page)
         return page
 
@@ -202,7 +201,7 @@ def number(text):
 
 
 def screenshot(page, name):
-    folder = TOOL.parent / "screenshots"
+    folder = PAGE.parent / "screenshots"
     folder.mkdir(exist_ok=True)
     page.screenshot(path=folder / f"{name}.png", full_page=True)
 

@@ -28,7 +28,7 @@ def written(folder, **changes):
     """The example's study in a folder, with four of the plants, fewer candidates, and what is changed."""
     text = (EXAMPLES / "studies/furnace_tuning.toml").read_text()
     changes = {
-        'loop = "../loops/': f'loop = "{EXAMPLES.as_posix()}/loops/',
+        'loop = "../..': f'loop = "{EXAMPLES.parent.as_posix()}',
         "values = [0.8, 1.0, 1.2]": "values = [0.8, 1.2]",
         "values = [3.0, 5.0, 8.0]": "values = [3.0, 8.0]",
         "evaluations = 400": "evaluations = 100",

@@ -10,15 +10,11 @@ import subprocess
 import pytest
 
 ROOT = pathlib.Path(__file__).parents[1]
-REMEDY = "there is no %s: make it with `cargo xtask tool`, or set PLCFMU_TOOL to it"
 
-
-def page():
-    """The path of the page with the engine in it."""
-    path = pathlib.Path(os.environ.get("PLCFMU_TOOL") or ROOT / "target/tool/plcfmu-tool.html")
-    if not path.is_file():
-        pytest.fail(REMEDY % path, pytrace=False)
-    return path
+# The page with the engine in it.
+PAGE = pathlib.Path(os.environ.get("PLCFMU_TOOL") or ROOT / "target/tool/plcfmu-tool.html").resolve()
+NO_PAGE = "no page of the parameter tool: 'rustup target add wasm32-unknown-unknown', then 'cargo xtask tool'"
+needs_page = pytest.mark.skipif(not PAGE.is_file(), reason=NO_PAGE)
 
 
 class Server:

@@ -268,10 +268,10 @@ def page_of(source):
 
 
 def kind(name):
-    """Whether an FMU is a PLC block, a plant, or an example of a user's own block; told by where its crate is."""
-    if (ROOT / "fmu" / "libraries" / name.lower()).is_dir():
-        return "block"
-    return "plant" if (ROOT / "examples" / "plants" / name.lower()).is_dir() else "own"
+    """Whether an FMU is a PLC block, a plant, or an example of a user's own block; told by where it stands."""
+    if (ROOT / "plants" / "src" / f"{name.lower()}.rs").is_file():
+        return "plant"
+    return "block" if (ROOT / "fmu" / "libraries" / name.lower()).is_dir() else "own"
 
 
 def said_of(member):

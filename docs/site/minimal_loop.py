@@ -17,10 +17,10 @@ def start(path):
 controller, of = start("CONT_C.fmu")
 plant, at = start("HEATER.fmu")
 controller.setBoolean([of["MAN_ON"]], [False])
-controller.setReal([of[name] for name in ("CYCLE", "SP_INT", "GAIN", "TI")], [STEP, 60.0, 1.4, 80.0])
+controller.setReal([of[name] for name in ("CYCLE", "SP_INT", "GAIN", "TI")], [STEP, 60.0, 0.7, 130.0])
 controller.exitInitializationMode()
 plant.exitInitializationMode()
-for k in range(600):
+for k in range(900):
     controller.setReal([of["PV_IN"]], plant.getReal([at["TEMP"]]))
     controller.doStep(k * STEP, STEP)
     plant.setReal([at["POWER"]], controller.getReal([of["LMN"]]))

@@ -52,7 +52,7 @@ impl Format {
         }
     }
 
-    /// The endings of its files, the usual one first.
+    /// The extensions of its files, the usual one first.
     pub const fn extensions(self) -> &'static [&'static str] {
         match self {
             Format::Step7 => &["awl", "scl", "stl"],
@@ -64,7 +64,7 @@ impl Format {
         }
     }
 
-    /// The format of a file, by the ending of its name in any case.
+    /// The format of a file, by its extension in any case.
     pub fn of_file(name: &str) -> Option<Format> {
         let extension = name.rsplit(['/', '\\']).next()?.rsplit_once('.')?.1.to_lowercase();
         Format::ALL.iter().copied().find(|format| format.extensions().contains(&extension.as_str()))

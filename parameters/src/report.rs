@@ -107,7 +107,7 @@ impl<'a> Report<'a> {
         Err(())
     }
 
-    /// The name of a loop to which the file gives none: the user's, or that of the file without folder and ending.
+    /// The name of a loop to which the file gives none: the user's, or that of the file without folder and extension.
     pub(crate) fn loop_name(&self, options: &Options) -> String {
         options.name.clone().unwrap_or_else(|| {
             let file = self.source.file.trim_end_matches(['/', '\\']);

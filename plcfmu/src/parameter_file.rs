@@ -10,11 +10,10 @@ use host::package::Package;
 use modeldescription::{Description, Interface, Row, Table};
 use parameters::problem::drawn;
 use parameters::{Block, Format, Loop, Member, Options, Origin, Part, Problems, Reading, Source};
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Reads the loops of a file: a parameter file, whose format is that of its ending if none is given, and its encoding found out as
+/// Reads the loops of a file: a parameter file, whose extension selects the format if none is given, and its encoding found out as
 /// [`Source::new`] does; an FMU, whose start values are those of one loop; or a data block of a PLC, `s7://HOST/RACK/SLOT/DBn`.
 ///
 /// # Errors
@@ -77,19 +76,22 @@ pub fn read_any(name: &str, options: &Options) -> Result<Reading> {
     read(name, None, None, &Block::all(), options)
 }
 
-/// The format of a file, by the ending of its name.
+/// The format of a file, by its extension.
 ///
 /// # Errors
-/// There is none with this ending.
+/// The extension is that of no format.
 pub fn format_of(name: &str) -> Result<Format> {
     Format::of_file(name).with_context(|| {
-        let endings: Vec<String> =
-            Format::ALL.iter().flat_map(|format| format.extensions()).map(|ending| format!(".{ending}")).collect();
-        format!("{name}: the ending of the name says no format; those of parameter files are {}", endings.join(", "))
+        let extensions: Vec<String> = Format::ALL
+            .iter()
+            .flat_map(|format| format.extensions())
+            .map(|extension| format!(".{extension}"))
+            .collect();
+        format!("{name}: the extension is that of no parameter file; those are {}", extensions.join(", "))
     })
 }
 
-/// The loop that an FMU is: it is called as the FMU, and has its start values.
+/// An FMU as a loop: its name and its start values.
 fn read_fmu(name: &str, blocks: &[Arc<Block>], options: &Options) -> Result<Reading> {
     let description = Package::open(Path::new(name))?.description;
     let called = options.name.as_deref().unwrap_or(&description.model_name);
@@ -167,20 +169,15 @@ pub(crate) fn block(table: &Table) -> Result<Block> {
     Ok(Block::new(table.name.clone(), table.aliases.clone(), members?))
 }
 
-/// Refuses to write onto a file that is read, or to a PLC.
+/// Refuses to write to a PLC.
 ///
 /// # Errors
-/// Both names are of one file, or the target is a PLC.
-pub fn check_target(target: &str, read: &str) -> Result<()> {
+/// The target is a PLC.
+pub fn check_target(target: &str) -> Result<()> {
     if is_plc(target) {
         bail!(
             "{target}: plcfmu never writes to a PLC: write a source text, such as plant.awl, and load it with the engineering tool"
         );
-    }
-    if let (Ok(one), Ok(other)) = (fs::canonicalize(target), fs::canonicalize(read))
-        && one == other
-    {
-        bail!("{target} is the file that is read: write to another one");
     }
     Ok(())
 }

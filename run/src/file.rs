@@ -190,6 +190,17 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     Reader::open(path, fmus, parameters)?.system()
 }
 
+/// Reads a system from a text, the content of a file that is called `name` in errors. The FMUs need not be there, and have the
+/// paths that are written.
+///
+/// # Errors
+/// What is wrong, with line and column; a text names no parameter files.
+pub fn parse(name: &str, text: &str) -> Result<System> {
+    let parameters: ReadParameters = |file, _| bail!("{file} cannot be read here");
+    let source = Source::new(name, text.as_bytes().to_vec());
+    Reader { source, folder: Path::new(""), fmus: None, parameters }.system()
+}
+
 /// A value of nested tables.
 struct Entry<'a> {
     /// The keys, joined by points.
@@ -203,7 +214,8 @@ struct Entry<'a> {
 pub struct Reader<'a> {
     source: Source,
     folder: &'a Path,
-    fmus: &'a Path,
+    /// Where the FMUs are; nowhere, if they need not be there.
+    fmus: Option<&'a Path>,
     parameters: ReadParameters,
 }
 
@@ -217,7 +229,7 @@ impl<'a> Reader<'a> {
         }
         let bytes = fs::read(path).with_context(|| format!("{shown} cannot be read"))?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        Ok(Reader { source: Source::new(shown, bytes), folder, fmus: fmus.unwrap_or(folder), parameters })
+        Ok(Reader { source: Source::new(shown, bytes), folder, fmus: fmus.or(Some(folder)), parameters })
     }
 
     /// What reads parameter files.
@@ -244,6 +256,7 @@ impl<'a> Reader<'a> {
             stop: seconds(&content.stop)?,
             step: seconds(&content.step)?,
             exchange: content.exchange,
+            sources: vec![self.source.file.clone().into()],
             ..System::default()
         };
         for (name, file) in &content.fmus.0 {
@@ -272,10 +285,13 @@ impl<'a> Reader<'a> {
     }
 
     fn member(&self, name: &Spanned<String>, file: &Spanned<String>) -> Result<Member> {
-        let path = self.fmus.join(file.get_ref());
         if name.get_ref().is_empty() {
             bail!("{}: an FMU needs a name: write NAME = \"FILE.fmu\"", self.place(name.span()));
         }
+        let Some(folder) = self.fmus else {
+            return Ok(Member { name: name.get_ref().clone(), path: file.get_ref().into() });
+        };
+        let path = folder.join(file.get_ref());
         if !path.is_file() {
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
             let files = fs::read_dir(folder).into_iter().flatten().flatten();
@@ -311,6 +327,7 @@ impl<'a> Reader<'a> {
             system.settings.extend(Setting::of_loop(found, member, Some(&here)));
         }
         system.remarks.extend(remarks(&reading));
+        system.sources.push(path.into());
         Ok(())
     }
 

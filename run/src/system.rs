@@ -5,7 +5,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use parameters::{Loop, Origin};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// FMUs that run together. Variables are named `FMU.VARIABLE`, such as `PID.OUT`.
@@ -29,6 +29,16 @@ pub struct System {
     pub exchange: Exchange,
     /// What the user should know of the files that it was read from.
     pub remarks: Vec<String>,
+    /// The files that it was read from, FMUs apart.
+    #[serde(skip)]
+    pub sources: Vec<PathBuf>,
+}
+
+impl System {
+    /// The files that it was read from and those of its FMUs, onto which nothing should be written.
+    pub fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.sources.iter().chain(self.members.iter().map(|member| &member.path)).map(PathBuf::as_path)
+    }
 }
 
 /// An FMU in a system.

@@ -104,7 +104,7 @@ impl Comparison {
 /// What came of an expectation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verdict {
-    /// The runs that do not keep to it: first those without the figure, then those with the value furthest from the bound,
+    /// The runs that fail: first those without the figure, then those with the value furthest from the bound,
     /// at the end those that failed. Empty if the expectation is of all runs together and is met.
     pub offending: Vec<u64>,
     /// What is wrong, a sentence; none if it is met.
@@ -137,7 +137,7 @@ impl Expectation {
         read().with_context(|| format!("expectation {text:?}"))
     }
 
-    /// Whether the runs keep to it.
+    /// Whether the runs meet it.
     pub fn verdict(&self, results: &Results) -> Verdict {
         let figure = &results.figures[self.figure];
         let value = |run: u64| results.figures_of(run)[self.figure];
@@ -156,12 +156,8 @@ impl Expectation {
         let problem = if self.of == Of::Each {
             offending.first().map(|worst| {
                 let count = offending.len();
-                let (do_not, which) = if count == 1 { ("does", "it is") } else { ("do", "the worst is") };
-                format!(
-                    "{count} of {} {do_not} not keep to it; {which} run {worst}: {}",
-                    runs_text(runs),
-                    self.reason(results, *worst)
-                )
+                let (fail, which) = if count == 1 { ("fails", "") } else { ("fail", "worst: ") };
+                format!("{count} of {} {fail}; {which}run {worst}: {}", runs_text(runs), self.reason(results, *worst))
             })
         } else {
             self.problem_of_all(results, figure)
@@ -186,13 +182,13 @@ impl Expectation {
             Of::Percentile(percent) => (format!("{} percentile", ordinal(percent)), percentile(&values, percent)),
             Of::Each => return None,
         };
-        // One value that cannot be said makes an equality void, wherever it stands.
+        // One absent value makes an equality void, wherever it stands.
         let value = value.filter(|_| !(absent > 0 && self.comparison == Comparison::Equal));
         if value.is_some_and(|value| self.comparison.holds(value, self.bound)) {
             return None;
         }
         if results.count() == 0 {
-            return Some(format!("the {name} of {} cannot be said: there are no runs", figure.name));
+            return Some(format!("{} has no {name}: there are no runs", figure.name));
         }
         Some(match value.filter(|value| value.is_finite() || absent == 0) {
             Some(value) => format!("the {name} of {} is {}", figure.name, with_unit(value, figure)),
@@ -201,7 +197,7 @@ impl Expectation {
                 let of_these = if failed > 0 { format!(" ({failed} of them failed)") } else { String::new() };
                 let have = if absent == 1 { "has" } else { "have" };
                 format!(
-                    "the {name} of {} cannot be said: {absent} of {} {have} no {}{of_these}",
+                    "{} has no {name}: {absent} of {} {have} no {}{of_these}",
                     figure.name,
                     runs_text(results.count()),
                     figure.name
@@ -210,7 +206,7 @@ impl Expectation {
         })
     }
 
-    /// Why a run does not keep to it: its value, that it has none, or its error.
+    /// Why a run fails: its value, that it has none, or its error.
     pub fn reason(&self, results: &Results, run: u64) -> String {
         let figure = &results.figures[self.figure];
         match (results.errors.get(&run), results.figures_of(run)[self.figure]) {
@@ -396,20 +392,20 @@ mod tests {
     }
 
     #[test]
-    fn runs_without_the_figure_and_failed_runs_do_not_keep_to_it() {
+    fn runs_without_the_figure_and_failed_runs_fail() {
         let results = results(&[Some((12.5, 1.0)), Some((5.0, 1.0)), None, Some((NONE, 1.0)), Some((30.0, 1.0))]);
         let expectation = parse("overshoot < 10 %");
         let verdict = expectation.verdict(&results);
         assert_eq!(verdict.offending, [3, 4, 0, 2]);
         assert_eq!(
             verdict.problem.unwrap(),
-            "4 of 5 runs do not keep to it; the worst is run 3: no overshoot, since the process value does not reach the setpoint"
+            "4 of 5 runs fail; worst: run 3: no overshoot, since the process value does not reach the setpoint"
         );
         assert_eq!(expectation.reason(&results, 4), "overshoot is 30 %");
         assert_eq!(expectation.reason(&results, 2), "it failed: PLANT: division by zero");
         assert_eq!(
             parse("settling == 1").verdict(&results).problem.unwrap(),
-            "1 of 5 runs does not keep to it; it is run 2: it failed: PLANT: division by zero"
+            "1 of 5 runs fails; run 2: it failed: PLANT: division by zero"
         );
     }
 
@@ -437,19 +433,16 @@ mod tests {
         assert_eq!(problem("p80(settling) < 2 s"), None);
         assert_eq!(
             problem("p90(settling) < 2 s").unwrap(),
-            "the 90th percentile of settling cannot be said: 2 of 11 runs have no settling"
+            "settling has no 90th percentile: 2 of 11 runs have no settling"
         );
         assert_eq!(
             problem("min(settling) > 0 s").unwrap(),
-            "the least value of settling cannot be said: 2 of 11 runs have no settling"
+            "settling has no least value: 2 of 11 runs have no settling"
         );
-        assert_eq!(
-            problem("mean(settling) < 2 s").unwrap(),
-            "the mean of settling cannot be said: 2 of 11 runs have no settling"
-        );
+        assert_eq!(problem("mean(settling) < 2 s").unwrap(), "settling has no mean: 2 of 11 runs have no settling");
         assert_eq!(
             problem("min(settling) == 1").unwrap(),
-            "the least value of settling cannot be said: 2 of 11 runs have no settling"
+            "settling has no least value: 2 of 11 runs have no settling"
         );
         assert_eq!(problem("p95(overshoot) < 9 %").unwrap(), "the 95th percentile of overshoot is 9.5 %");
         assert_eq!(parse("p95(overshoot) < 9 %").verdict(&results).offending, [10, 9]);

@@ -91,7 +91,7 @@ mod tests {
             <failure message=\"1 of 4 runs failed: HEATER: it &lt;broke&gt;\u{fffd}\">run 2: HEATER: it &lt;broke&gt;\u{fffd}\n    HEATER.GAIN = 3 K/%, PID.TI = 30 s</failure>\n\
             </testcase>\n\
             <testcase classname=\"furnace &lt;A&gt;\" name=\"overshoot &lt; 10 %\">\n\
-            <failure message=\"2 of 4 runs do not keep to it; the worst is run 3: overshoot is 12 %\">run 3: overshoot is 12 %\n    HEATER.GAIN = 4 K/%, PID.TI = 40 s\n\
+            <failure message=\"2 of 4 runs fail; worst: run 3: overshoot is 12 %\">run 3: overshoot is 12 %\n    HEATER.GAIN = 4 K/%, PID.TI = 40 s\n\
             run 2: it failed: HEATER: it &lt;broke&gt;\u{fffd}\n    HEATER.GAIN = 3 K/%, PID.TI = 30 s</failure>\n\
             </testcase>\n\
             <testcase classname=\"furnace &lt;A&gt;\" name=\"p50(overshoot) &lt; 20 %\"></testcase>\n\

@@ -49,7 +49,7 @@ pub(super) struct Traces {
     steps: u64,
 }
 
-/// What a variable's values come to so far. Once one of them is not a number, nothing is.
+/// Minimum, maximum and mean of a variable so far. Once one of them is not a number, nothing is.
 #[derive(Clone, Copy, Debug)]
 struct Running {
     min: f64,

@@ -1,6 +1,6 @@
 //! The results of a study as a table: a row for each run, as Parquet or CSV. The same results give the same bytes.
 //!
-//! The columns are `run`, the coordinates of its point, its figures, and `error`. A figure that cannot be said is null in
+//! The columns are `run`, the coordinates of its point, its figures, and `error`. A figure without a value is null in
 //! Parquet and an empty field in CSV; true is 1.
 
 use crate::results::{Quantity, Results, Row};

@@ -101,6 +101,7 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     system.start = seconds(&content.start)?.or(system.start);
     system.stop = seconds(&content.stop)?.or(system.stop);
     system.step = seconds(&content.step)?.or(system.step);
+    system.sources.push(path.to_path_buf());
     replace(&mut system.settings, reader.all_settings(&content.settings, &content.events)?);
     if let Some(samples) = &content.samples {
         let (least, most) = (SAMPLES.start(), SAMPLES.end());

@@ -365,7 +365,7 @@ struct ExpectationDocument<'a> {
     expectation: &'a str,
     met: bool,
     problem: Option<&'a str>,
-    /// How many runs do not keep to it.
+    /// How many runs fail.
     count: usize,
     /// The first of them.
     runs: Vec<OffendingDocument>,

@@ -15,7 +15,7 @@ pub struct Quantity {
 /// What one run comes to.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 pub struct Row {
-    /// A value for each figure of the experiment; NaN if it cannot be said.
+    /// A value for each figure of the experiment; NaN if it has no value.
     pub figures: Vec<f64>,
     /// Why the run failed; then all figures are NaN.
     pub error: Option<String>,
@@ -67,7 +67,7 @@ impl Results {
         &self.points[run as usize * width..][..width]
     }
 
-    /// The figures of a run; NaN where one cannot be said.
+    /// The figures of a run; NaN where one has no value.
     pub fn figures_of(&self, run: u64) -> &[f64] {
         let width = self.figures.len();
         &self.values[run as usize * width..][..width]

@@ -1,4 +1,4 @@
-//! What the runs of a study come to together: percentiles, and the worst runs with their settings.
+//! What the runs of a study have in common: percentiles, and the worst runs with their settings.
 //!
 //! A *percentile* is interpolated linearly between the two nearest values, as NumPy, pandas and spreadsheets do by default:
 //! of n values in ascending order, counted from 0, percentile p is at the place p / 100 (n - 1).

@@ -6,7 +6,7 @@
 //! Candidates are compared by Deb's rule: one that keeps all constraints is better than one that does not; of two that keep
 //! them, the one with the lower objective is better; of two that do not, the one with the lower violation. The violation is a
 //! sum over the constraints, and for each of them the mean over the plants of `v / (1 + v)`, where `v` is by how much the bound
-//! is passed, divided by the bound's amount. A figure that cannot be said, as that of a run that failed, counts as `v` without
+//! is passed, divided by the bound's amount. A figure without a value, as that of a run that failed, counts as `v` without
 //! end, and the objective has to be known for every plant as well.
 
 pub mod robustness;
@@ -90,7 +90,7 @@ impl Over {
         }
     }
 
-    /// The value that counts; none if one of them cannot be said.
+    /// The value that counts; none if one of them has no value.
     pub fn of(self, values: &[f64]) -> Option<f64> {
         if values.is_empty() || values.iter().any(|value| !value.is_finite()) {
             return None;
@@ -216,7 +216,7 @@ impl Tune {
 pub struct Constraint(pub Expectation);
 
 impl Constraint {
-    /// The value that is the closest to breaking it, or that breaks it the most; NaN if one cannot be said.
+    /// The value that is the closest to breaking it, or that breaks it the most; NaN if one has no value.
     pub fn value(&self, rows: &[Row]) -> f64 {
         let mut values: Vec<f64> = rows.iter().map(|row| row.figures[self.0.figure]).collect();
         if values.iter().any(|value| value.is_nan()) {
@@ -308,7 +308,7 @@ pub struct Candidate {
     pub values: Vec<f64>,
     /// A row for each plant.
     pub rows: Vec<Row>,
-    /// The figure that is minimized; none if it cannot be said for every plant.
+    /// The figure that is minimized; none if it has no value for some plant.
     pub objective: Option<f64>,
     /// The second figure of the front.
     pub second: Option<f64>,

@@ -51,7 +51,7 @@ impl Found<'_> {
             })
             .collect();
         let what = if broken.is_empty() {
-            format!("{} cannot be said for every plant", self.tuning.figures[self.tuning.problem.minimize].name)
+            format!("{} has no value for every plant", self.tuning.figures[self.tuning.problem.minimize].name)
         } else {
             format!("what stands in the way is {}", broken.join(" and "))
         };
@@ -213,6 +213,9 @@ impl Found<'_> {
     }
 }
 
+/// The names of the files that [`write`] may write.
+pub const FILES: [&str; 6] = ["tuned.toml", "tuned.json", "settings.csv", "front.csv", "front.png", "front.svg"];
+
 /// Writes the files of a result to a folder, each beside its place and renamed.
 ///
 /// # Errors
@@ -261,7 +264,7 @@ fn parameter_file(tuning: &Tuning, system: &System) -> Result<Option<Vec<u8>>> {
     Ok(Some(content))
 }
 
-/// A figure for people; - if it cannot be said.
+/// A figure for people; - if it has no value.
 fn known(value: Option<f64>) -> String {
     value.filter(|value| !value.is_nan()).map_or_else(|| "-".into(), short)
 }

@@ -13,6 +13,7 @@ use blocks::{ContC, Law, Time};
 use host::fmu::Fmu;
 use host::instance::Instance;
 use modeldescription::Description;
+use plants::Heater;
 use plcfmu::package::ssp;
 use run::master::Run;
 use run::plan::Plan;
@@ -28,7 +29,6 @@ use study::experiment::{Executor, Experiment};
 use study::worker;
 use study::{Along, Axis, Job, Study};
 use tests::setting;
-use tool_wasm::plants::heater::Heater;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 

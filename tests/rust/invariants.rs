@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The product; `tests` and `examples` use it.
-const PRODUCT: [&str; 13] = [
+const PRODUCT: &[&str] = &[
     "blocks",
     "control",
     "draw",
@@ -17,6 +17,7 @@ const PRODUCT: [&str; 13] = [
     "host",
     "modeldescription",
     "parameters",
+    "plants",
     "plcfmu",
     "run",
     "scl",
@@ -52,13 +53,13 @@ fn crates_depend_on_each_other_one_way() {
         let folder = folder.as_str().replace('\\', "/");
         let allowed: &[&str] = match folder.as_str() {
             "blocks" => &[],
-            "fmu" | "modeldescription" | "parameters" => &["blocks"],
+            "fmu" | "modeldescription" | "parameters" | "plants" => &["blocks"],
             "draw" => &["blocks", "modeldescription"],
             "run" => &["blocks", "modeldescription", "parameters"],
             "scl" => &["blocks", "parameters"],
             "control" | "host" => &["blocks", "modeldescription", "parameters", "run"],
             "study" => &["blocks", "control", "draw", "host", "modeldescription", "parameters", "run"],
-            "tool" => &["blocks", "control", "draw", "modeldescription", "parameters", "run"],
+            "tool" => &["blocks", "control", "draw", "modeldescription", "parameters", "plants", "run"],
             // It links everything into one program, on which nothing depends.
             "tool/wasm" => continue,
             "plcfmu" => {
@@ -66,19 +67,21 @@ fn crates_depend_on_each_other_one_way() {
             }
             "xtask" => &["blocks", "modeldescription", "parameters", "plcfmu"],
             tests if tests.starts_with("tests") => continue,
-            plants if plants.starts_with("examples/plants/") => &["blocks", "fmu", "dynamics"],
+            library if library.starts_with("fmu/libraries/") => &["blocks", "fmu", "plants"],
             // An FMU of ours is made as anyone's is.
             _ => &["blocks", "fmu"],
         };
         for dependency in &package.dependencies {
-            if folder == "blocks" || ours.contains(&*dependency.name) && !allowed.contains(&&*dependency.name) {
+            // Nothing but the mathematics that gives the same bits everywhere.
+            let is_alone = folder == "blocks" || folder == "plants" && !["blocks", "libm"].contains(&&*dependency.name);
+            if is_alone || ours.contains(&*dependency.name) && !allowed.contains(&&*dependency.name) {
                 findings.push(format!("{folder}/Cargo.toml depends on {}", dependency.name));
             }
         }
     }
     assert_none(
         &findings,
-        "dependencies run one way: blocks <- fmu <- fmu/libraries and examples; blocks <- modeldescription, parameters <- \
+        "dependencies run one way: blocks <- fmu <- fmu/libraries and examples; blocks <- plants; blocks <- modeldescription, parameters <- \
          run <- control, host <- study, tool <- plcfmu <- xtask; and blocks has none at all",
     );
 }
@@ -86,7 +89,7 @@ fn crates_depend_on_each_other_one_way() {
 #[test]
 fn no_code_but_that_of_the_blocks_names_a_block() {
     let names: BTreeSet<String> =
-        block_names().into_iter().flat_map(|(block, name)| [block, name.to_lowercase(), name]).collect();
+        declared("blocks").into_iter().flat_map(|(block, name)| [block, name.to_lowercase(), name]).collect();
     let mut files = Vec::new();
     for folder in [
         "control/src",
@@ -163,40 +166,46 @@ fn the_library_of_an_fmu_is_one_line() {
     for file in source_files("fmu/libraries").iter().filter(|file| file.ends_with(".rs")) {
         let text = read(file);
         let code: Vec<&str> = text.lines().filter(|line| !line.is_empty() && !line.starts_with("//!")).collect();
-        if !matches!(code.as_slice(), [line] if line.starts_with("fmu::export!(blocks::") && line.ends_with(");")) {
-            findings.push(format!("{file}:1 has other code than one line fmu::export!(blocks::NAME);"));
+        let exports =
+            |line: &str| ["blocks", "plants"].iter().any(|from| line.starts_with(&format!("fmu::export!({from}::")));
+        if !matches!(code.as_slice(), [line] if exports(line) && line.ends_with(");")) {
+            findings.push(format!("{file}:1 has other code than one line fmu::export!(blocks::NAME); or plants::NAME"));
         }
     }
-    assert_none(&findings, "a block's code goes to blocks/src, what all FMUs share to fmu/src");
+    assert_none(
+        &findings,
+        "a block's code goes to blocks/src, a plant's to plants/src, what all FMUs share to fmu/src",
+    );
 }
 
 #[test]
-fn every_block_has_a_library() {
+fn every_block_and_every_plant_has_a_library() {
     let libraries: String = source_files("fmu/libraries").iter().map(|file| read(file)).collect();
-    let missing = |(block, _): &&(String, String)| !libraries.contains(&format!("fmu::export!(blocks::{block});"));
-    let blocks = block_names();
-    let findings: Vec<String> = blocks
-        .iter()
-        .filter(missing)
-        .map(|(block, name)| format!("blocks/src has {block}, which makes {name}"))
-        .collect();
-    assert_none(&findings, "add a crate to fmu/libraries, see blocks/README.md");
+    let mut findings = Vec::new();
+    for from in ["blocks", "plants"] {
+        for (block, name) in declared(from) {
+            if !libraries.contains(&format!("fmu::export!({from}::{block});")) {
+                findings.push(format!("{from}/src has {block}, which makes {name}"));
+            }
+        }
+    }
+    assert_none(&findings, "add a crate to fmu/libraries, see docs/architecture.md");
 }
 
 #[test]
-fn every_plant_is_in_the_page_of_the_parameter_tool() {
-    let home = read("tool/wasm/src/home.rs");
-    let mut findings = Vec::new();
-    for file in source_files("examples/plants").iter().filter(|file| file.ends_with("/src/lib.rs")) {
-        let crate_name = file.trim_end_matches("/src/lib.rs").rsplit('/').next().unwrap();
-        let text = read(file);
-        let exported = text.lines().find_map(|line| line.strip_prefix("fmu::export!(")?.strip_suffix(");"));
-        let Some(plant) = exported else { continue };
-        if !home.contains(&format!("$each!(plants::{crate_name}::{plant});")) {
-            findings.push(format!("{file} exports {plant}"));
-        }
-    }
-    assert_none(&findings, "add it to the list in tool/wasm/src/home.rs");
+fn no_product_is_built_from_examples_or_tests() {
+    let rust = |file: &&String| file.ends_with(".rs") && !file.contains("/tests");
+    let product: Vec<String> = product_files().iter().filter(rust).cloned().collect();
+    let reads = |line: &str| first_of(&["include!(", "include_str!(", "include_bytes!(", "CARGO_MANIFEST_DIR"], line);
+    assert_none(
+        &find(&product, |line| first_of(&["examples/", "tests/"], line).filter(|_| reads(line).is_some())),
+        "the product stands without its examples and tests: move what it needs into a product crate",
+    );
+    let scripts: Vec<String> = product_files().into_iter().filter(|file| file.ends_with("build.rs")).collect();
+    assert_none(
+        &find(&scripts, |line| first_of(&["examples", "tests"], line)),
+        "a build script reads neither examples nor tests",
+    );
 }
 
 #[test]
@@ -306,16 +315,16 @@ fn begins_function(line: &str) -> bool {
     line.split_once("fn ").is_some_and(|(before, _)| before.split_whitespace().all(qualifies))
 }
 
-/// What the blocks are called in Rust and by their vendors: `ContC` and `CONT_C`.
-fn block_names() -> Vec<(String, String)> {
+/// What the blocks of a crate are called in Rust and by their vendors: `ContC` and `CONT_C`.
+fn declared(from: &str) -> Vec<(String, String)> {
     let mut names = Vec::new();
-    for file in outside(&["blocks/src/table/"], &source_files("blocks/src")) {
+    for file in outside(&["blocks/src/table/"], &source_files(&format!("{from}/src"))) {
         for line in read(&file).lines() {
             let block = line.trim().strip_prefix("pub struct ").and_then(|line| line.split_once(" as \""));
             names.extend(block.map(|(block, rest)| (block.to_string(), rest.split('"').next().unwrap().to_string())));
         }
     }
-    assert!(names.len() >= 5, "blocks/src has no blocks, or they are declared in another way: {names:?}");
+    assert!(names.len() >= 5, "{from}/src has no blocks, or they are declared in another way: {names:?}");
     names
 }
 

@@ -152,7 +152,7 @@ pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
     let Some(format) = Format::of_file(&file.file) else {
         let endings: Vec<String> =
             Format::ALL.iter().flat_map(|format| format.extensions()).map(|ending| format!(".{ending}")).collect();
-        let message = format!("{}: the ending of its name is not that of a parameter file", file.file);
+        let message = format!("{}: the extension is not that of a parameter file", file.file);
         return Ok(refused(message, Some(format!("files that are read end in {}", endings.join(", ")))));
     };
     let options = Options { block: file.block.clone(), name: file.name.clone(), offset: 0 };

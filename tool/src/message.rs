@@ -192,7 +192,7 @@ pub struct Variable {
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct ReadFile {
-    /// Its name, whose ending says the format.
+    /// Its name, whose extension selects the format.
     pub file: String,
     /// Its bytes, Base64.
     pub content: String,

@@ -648,6 +648,7 @@ impl Wired {
             step: Some(step),
             exchange,
             remarks: Vec::new(),
+            sources: Vec::new(),
         };
         let names = Names::of(&system, &borrowed)?;
         for setting in &system.settings {
@@ -736,7 +737,7 @@ fn recorded(description: &Description, most: usize) -> impl Iterator<Item = &str
 /// Refuses names of members that cannot be told apart.
 fn check_names(members: &[message::Member]) -> Result<()> {
     if members.is_empty() {
-        bail!("there is nothing to run: a loop has a member at least");
+        bail!("nothing to run: a loop needs at least one FMU");
     }
     if members.len() > MOST_MEMBERS {
         bail!("{} members: a loop has at most {MOST_MEMBERS}", members.len());

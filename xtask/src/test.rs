@@ -2,13 +2,17 @@
 
 use crate::deep;
 use crate::python::Environment;
-use anyhow::Result;
+use anyhow::{Context, Result};
+use plcfmu::build::compile::{Linkage, compile};
+use plcfmu::build::platform::Platform;
 use plcfmu::build::workspace::{self, Workspace};
 use plcfmu::command::{heading, output, run};
 use plcfmu::package::pack;
 use plcfmu::tool::make;
 use std::ffi::OsString;
-use std::path::Path;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// How much to test.
@@ -36,11 +40,13 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     pack::run(workspace, &pack::Options::default())?;
     heading("Rust tests");
     // Every package, also one that somebody has added; but the importers need libclang.
-    run(workspace::cargo().args(["test", "--workspace", "--exclude", "importers"]).current_dir(&workspace.root))?;
+    let mut tests = workspace::cargo();
+    tests.args(["test", "--workspace", "--exclude", "importers"]).env("PLCFMU_LIBRARIES", libraries(workspace)?);
+    run(tests.current_dir(&workspace.root))?;
     let libclang = libclang(&environment)?;
     heading("the parameter tool");
     let files = [("PLCFMU_FMUS", workspace.fmus()), ("PLCFMU_TOOL", make::place(workspace))];
-    make::run(workspace, &make::Options { fmus: Some(workspace.fmus()), ..make::Options::default() })?;
+    page(workspace)?;
     heading("other importers in Rust");
     let mut importers = workspace::cargo();
     importers.args(["test", "--manifest-path", "tests/importers/Cargo.toml"]).current_dir(&workspace.root);
@@ -55,6 +61,44 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     if options.platforms {
         heading("other platforms");
         run(Command::new(workspace.root.join(".ci/platforms")).current_dir(&workspace.root))?;
+    }
+    Ok(())
+}
+
+/// The folder with the libraries of all FMUs, those that were packed and those of `tests/fmus`.
+fn libraries(workspace: &Workspace) -> Result<PathBuf> {
+    let host = Platform::host()?;
+    let linkage = Linkage::choose(workspace, &host, false);
+    let folder = workspace.target.join("libraries");
+    // A crate may have gone since the last time, and its library with it.
+    remove(&folder, |folder| fs::remove_dir_all(folder))?;
+    fs::create_dir_all(&folder)?;
+    for library in compile(workspace, &workspace.crates, &host, &linkage)?.values() {
+        fs::copy(library, folder.join(library.file_name().unwrap_or_default()))?;
+    }
+    Ok(folder)
+}
+
+/// Makes the page of the parameter tool. Where its engine cannot be compiled none is left, and its tests are skipped.
+fn page(workspace: &Workspace) -> Result<()> {
+    let mut make = Command::new(std::env::current_exe()?);
+    make.args(["tool", "--fmus"]).arg(workspace.fmus()).current_dir(&workspace.root);
+    if cfg!(unix) && std::env::var_os(workspace::CROSS_CARGO).is_none() {
+        let cargo = workspace.root.join(".ci/cross-cargo");
+        let ready = Command::new(&cargo).args(["--ready", make::WEB.target]).output()?;
+        if !ready.status.success() {
+            print!("skipped, with its tests; what to install: {}", String::from_utf8_lossy(&ready.stdout));
+            return remove(&make::place(workspace), |page| fs::remove_file(page));
+        }
+        make.env(workspace::CROSS_CARGO, cargo);
+    }
+    run(&mut make)
+}
+
+/// Removes what an earlier run has left, if it has.
+fn remove(path: &Path, how: impl FnOnce(&Path) -> io::Result<()>) -> Result<()> {
+    if path.exists() {
+        how(path).with_context(|| format!("{} cannot be removed", path.display()))?;
     }
     Ok(())
 }

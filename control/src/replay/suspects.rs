@@ -158,7 +158,7 @@ fn settings(comparison: &Comparison) -> Vec<Try> {
     let cycle = Some(block.table.cycle);
     if let Some(spacing) = recording.spacing {
         let spacing = (spacing * 1000.0).round() / 1000.0;
-        tries.value(cycle, spacing, ": so far are the rows apart");
+        tries.value(cycle, spacing, ", the spacing of the rows");
         let own = block.settings[block.table.cycle];
         let calls = (spacing / own).round();
         if (2.0..=1000.0).contains(&calls) && (spacing / own / calls - 1.0).abs() < 0.02 {

@@ -1,10 +1,12 @@
 //! Temporary files and folders, made beside what they become. They are removed when the command ends; those that an
 //! interrupted command has left are recognized by their names.
 
-use anyhow::{Context, Result};
-use std::fs::{self, File};
+use anyhow::{Context, Result, bail, ensure};
+use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+#[cfg(unix)]
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
 
 /// What their names begin and end with.
 const NAME: (&str, &str) = (".plcfmu-", ".tmp");
@@ -16,7 +18,9 @@ pub fn builder() -> tempfile::Builder<'static, 'static> {
     builder
 }
 
-/// Writes a file beside its place, checks it there, and renames it: at every moment there is the old file or the new one.
+/// Writes a file beside its place, checks it there, and renames it: at every moment there is the old file or the new one, which
+/// has the old one's mode and owner. Symbolic links are followed. A device, a FIFO or a socket is written into when the file
+/// is checked.
 ///
 /// # Errors
 /// The file cannot be written, or `write` or `check` fails.
@@ -26,22 +30,86 @@ pub fn place(
     check: impl FnOnce(&Path) -> Result<()>,
 ) -> Result<()> {
     let failed = || format!("{} cannot be written", path.display());
-    let folder = folder(path);
-    fs::create_dir_all(folder).with_context(failed)?;
+    let present = present(path).with_context(failed)?;
+    let (path, stream) = match &present {
+        Some(of) if !of.is_file() => {
+            (path.to_path_buf(), Some(OpenOptions::new().write(true).open(path).with_context(failed)?))
+        }
+        _ => (linked(path), None),
+    };
+    let folder = if stream.is_some() { std::env::temp_dir() } else { folder(&path).to_path_buf() };
+    fs::create_dir_all(&folder).with_context(failed)?;
     #[cfg_attr(not(unix), expect(unused_mut))]
     let mut builder = builder();
     // As other files: the temporary ones of this crate are their owner's alone.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let beside = builder.tempfile_in(folder).with_context(failed)?;
+    let beside = builder.tempfile_in(&folder).with_context(failed)?;
     let mut writer = BufWriter::new(beside.as_file());
     write(&mut writer).with_context(failed)?;
     writer.flush().with_context(failed)?;
     drop(writer);
+    if let Some(mut stream) = stream {
+        check(beside.path())?;
+        return io::copy(&mut beside.reopen()?, &mut stream).map(drop).with_context(failed);
+    }
     // On the disk before it gets its name.
     beside.as_file().sync_all().with_context(failed)?;
     check(beside.path())?;
+    if let Some(present) = present {
+        // Only the superuser can give a file to somebody else.
+        #[cfg(unix)]
+        let _ = std::os::unix::fs::fchown(beside.as_file(), Some(present.uid()), Some(present.gid()));
+        beside.as_file().set_permissions(present.permissions()).with_context(failed)?;
+    }
     beside.persist(path).with_context(failed)?;
+    Ok(())
+}
+
+/// What is at `path`, or where its symbolic links lead to, if there is anything.
+fn present(path: &Path) -> Result<Option<Metadata>> {
+    match fs::metadata(path) {
+        Ok(of) if of.is_dir() => bail!("it is a folder: name a file in it"),
+        Ok(of) => Ok(Some(of)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Where the symbolic links of a path lead to, even if there is nothing yet. They form no circle: [`present`] has seen to that.
+fn linked(path: &Path) -> PathBuf {
+    match fs::read_link(path) {
+        Ok(target) => linked(&folder(path).join(target)),
+        Err(_) => path.to_path_buf(),
+    }
+}
+
+/// Checks the files that a command writes, before it begins: no output is a folder, is one of the inputs, or is named twice.
+/// Devices and the like may be named twice.
+///
+/// # Errors
+/// Which output it is, and what to do.
+pub fn check_outputs<'a>(
+    outputs: impl IntoIterator<Item = &'a Path>,
+    inputs: impl IntoIterator<Item = &'a Path>,
+) -> Result<()> {
+    let inputs: Vec<PathBuf> = inputs.into_iter().filter_map(|input| input.canonicalize().ok()).collect();
+    let mut seen: Vec<PathBuf> = Vec::new();
+    for output in outputs {
+        let failed = || format!("{} cannot be written", output.display());
+        if present(output).with_context(failed)?.is_some_and(|of| !of.is_file()) {
+            continue;
+        }
+        let file = linked(output);
+        let folder =
+            folder(&file).canonicalize().or_else(|_| std::path::absolute(folder(&file))).with_context(failed)?;
+        let file = folder.join(file.file_name().unwrap_or_default());
+        // On a file system that ignores case, the name that the file has.
+        let file = file.canonicalize().unwrap_or(file);
+        ensure!(!inputs.contains(&file), "{} is read by this command: write to another file", output.display());
+        ensure!(!seen.contains(&file), "{} is named for two outputs: name a file for each", output.display());
+        seen.push(file);
+    }
     Ok(())
 }
 
@@ -93,5 +161,46 @@ mod tests {
         place(&path, |file| Ok(file.write_all(b"new")?), |_| Ok(())).unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    fn put(path: &Path, content: &str) -> Result<()> {
+        place(path, |file| Ok(file.write_all(content.as_bytes())?), |_| Ok(()))
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_and_its_file_keeps_its_mode() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let [link, file] = ["link.csv", "data.csv"].map(|name| folder.path().join(name));
+        symlink("data.csv", &link).unwrap();
+        put(&link, "first").unwrap();
+        fs::set_permissions(&file, fs::Permissions::from_mode(0o600)).unwrap();
+        put(&link, "second").unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read_to_string(&file).unwrap(), "second");
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
+    }
+
+    #[test]
+    fn a_folder_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = format!("{:#}", put(folder.path(), "text").unwrap_err());
+        assert!(error.ends_with(" cannot be written: it is a folder: name a file in it"), "{error}");
+    }
+
+    #[test]
+    fn an_output_is_neither_an_input_nor_another_output() {
+        let folder = tempfile::tempdir().unwrap();
+        let [read, written] = ["read.fmu", "written.csv"].map(|name| folder.path().join(name));
+        fs::write(&read, "").unwrap();
+        let check = |outputs: &[&Path]| check_outputs(outputs.iter().copied(), [&*read]);
+        check(&[&written]).unwrap();
+        let roundabout = folder.path().join(".").join("read.fmu");
+        let error = check(&[&written, &roundabout]).unwrap_err().to_string();
+        assert!(error.ends_with("read.fmu is read by this command: write to another file"), "{error}");
+        let error = check(&[&written, &folder.path().join("./written.csv")]).unwrap_err().to_string();
+        assert!(error.ends_with("written.csv is named for two outputs: name a file for each"), "{error}");
+        check(&[&folder.path().join("missing/a.csv")]).unwrap();
     }
 }

@@ -61,7 +61,7 @@ class StudyResult:
         return {int(run): error for run, error in zip(table["run"], table["error"]) if error}
 
     def table(self) -> NDArray[np.void]:
-        """A row for each run: its number, what it was given, its figures (NaN where one cannot be said), its error.
+        """A row for each run: its number, what it was given, its figures (NaN where one has no value), its error.
 
         `pandas.DataFrame(result.table())` is the same for pandas. Raises StudyError if the file is runs.parquet and the
         package pyarrow is missing.

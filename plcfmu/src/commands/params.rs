@@ -32,13 +32,13 @@ pub struct Options {
     /// Where the instance begins in a dump or a PLC's data block, in bytes
     #[arg(long, default_value_t = 0)]
     pub offset: usize,
-    /// The format of FILE, if its ending does not say it: awl, scl, db, xml, bin, json, ssv
+    /// The format of FILE, if its extension does not say it: awl, scl, db, xml, bin, json, ssv
     #[arg(long, value_parser = format)]
     pub format: Option<Format>,
     /// The encoding of a text, such as windows-1251, if it is neither UTF-8 nor UTF-16 nor windows-1252
     #[arg(long)]
     pub encoding: Option<String>,
-    /// Write the loops to this file, in the format of its ending
+    /// Write the loops to this file; its extension selects the format
     #[arg(long, value_name = "FILE", conflicts_with = "diff")]
     pub to: Option<String>,
     /// Show only what is different in this file
@@ -52,11 +52,11 @@ pub struct Options {
     pub fmu: Vec<PathBuf>,
 }
 
-/// The format with this ending.
-pub(super) fn format(ending: &str) -> Result<Format, String> {
-    Format::of_file(&format!(".{ending}")).ok_or_else(|| {
-        let endings: Vec<&str> = Format::ALL.iter().flat_map(|format| format.extensions()).copied().collect();
-        format!("the formats are {}", endings.join(", "))
+/// The format with this extension.
+pub(super) fn format(extension: &str) -> Result<Format, String> {
+    Format::of_file(&format!(".{extension}")).ok_or_else(|| {
+        let extensions: Vec<&str> = Format::ALL.iter().flat_map(|format| format.extensions()).copied().collect();
+        format!("the formats are {}", extensions.join(", "))
     })
 }
 
@@ -123,7 +123,11 @@ pub(super) fn loops(
 
 /// Writes the loops beside the file's place, and renames that.
 fn write(target: &str, options: &Options, loops: &[Loop]) -> Result<()> {
-    check_target(target, &options.file)?;
+    check_target(target)?;
+    temporary::check_outputs(
+        [Path::new(target)],
+        options.fmu.iter().map(PathBuf::as_path).chain([Path::new(&options.file)]),
+    )?;
     let format = format_of(target)?;
     let origin = format!("Made by plcfmu {} from {}", env!("CARGO_PKG_VERSION"), options.file);
     let bytes = parameters::write(format, loops, &origin).map_err(|error| anyhow::anyhow!("{target}: {error}"))?;

@@ -38,7 +38,7 @@ pub struct Options {
     /// Where the instance begins in a dump, in bytes
     #[arg(long, default_value_t = 0)]
     offset: usize,
-    /// The format of the file with the parameters, if its ending does not say it: awl, scl, db, xml, bin, json, ssv
+    /// The format of the file with the parameters, if its extension does not say it: awl, scl, db, xml, bin, json, ssv
     #[arg(long, value_parser = params::format, requires = "from")]
     format: Option<Format>,
     /// The encoding of a text, such as windows-1251, if it is neither UTF-8 nor UTF-16 nor windows-1252
@@ -99,6 +99,8 @@ pub fn run(options: &Options) -> Result<()> {
         set(values, &options.set)?;
     }
     let made = make(&mut fmus, &loops, options)?;
+    let inputs = fmus.iter().map(|fmu| fmu.path.as_path()).chain(options.from.as_deref().map(Path::new));
+    temporary::check_outputs(made.iter().map(|made| made.path.as_path()), inputs)?;
     for Made { preset, block, path, advice } in &made {
         place(preset, path)?;
         let Preset { name, guid, .. } = preset;
@@ -137,7 +139,7 @@ fn read(options: &Options, blocks: &[Arc<Block>]) -> Result<Vec<Loop>> {
     params::loops(from, options.format, options.encoding.as_deref(), blocks, &of_file, &options.loops)
 }
 
-/// The present start values of the one FMU, as a loop that is called as the file to write.
+/// The present start values of the one FMU, as a loop named after the file to write.
 fn own(options: &Options, blocks: &[Arc<Block>]) -> Result<Vec<Loop>> {
     let name = options.out.as_deref().and_then(Path::file_stem);
     let name = name.context("give the FMU to write with -o: the preset gets its name")?.to_string_lossy().into_owned();
@@ -201,9 +203,6 @@ fn make(fmus: &mut [Fmu], loops: &[Loop], options: &Options) -> Result<Vec<Made>
             );
         }
         let path = options.out.clone().unwrap_or_else(|| folder.join(format!("{identifier}.fmu")));
-        if let Some(fmu) = fmus.iter().find(|fmu| is_same(&fmu.path, &path)) {
-            bail!("{} is one of the FMUs that presets are made of: write to another file", fmu.path.display());
-        }
         let Some(fmu) = fmus.iter_mut().find(|fmu| fmu.original.block == values.block.name) else { continue };
         let preset = fmu.original.preset(values);
         let preset = preset.with_context(|| format!("{} as preset {:?}", fmu.path.display(), values.name))?;
@@ -233,11 +232,6 @@ fn check_blocks(fmus: &[Fmu], loops: &[Loop]) -> Result<()> {
         missing.into_iter().map(|(block, loops)| format!("{block} (of {})", loops.join(", "))).collect();
     ensure!(missing.is_empty(), "there is no FMU of {}: name it, or its folder", missing.join(" and of "));
     Ok(())
-}
-
-/// Whether two paths lead to one file that is there.
-fn is_same(a: &Path, b: &Path) -> bool {
-    a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }
 
 /// Writes a preset, if it reads back as it should.

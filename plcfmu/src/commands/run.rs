@@ -2,7 +2,7 @@
 
 use crate::commands::system;
 use crate::progress::Progress;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use draw::picture;
 use draw::plot::{self, Chart, Curve, Panel};
 use host::instance::Type;
@@ -82,13 +82,13 @@ An FMU is foreign code that runs in this process: if it crashes, so does the run
 pub fn run(options: &Options) -> Result<()> {
     let is_svg = options.plot.as_deref().map(is_svg).transpose()?;
     let to_stdout = options.out.as_deref() == Some(Path::new("-"));
-    for file in options.out.iter().filter(|_| !to_stdout).chain(&options.plot).chain(&options.save) {
-        let folder = temporary::folder(file);
-        if !folder.is_dir() {
-            bail!("{} cannot be written: {} is not a folder", file.display(), folder.display());
-        }
-    }
     let system = options.system.system()?;
+    let outputs = options.out.iter().filter(|_| !to_stdout).chain(&options.plot).chain(&options.save);
+    temporary::check_outputs(outputs.clone().map(PathBuf::as_path), system.inputs())?;
+    for file in outputs {
+        let folder = temporary::folder(file);
+        ensure!(folder.is_dir(), "{} cannot be written: {} is not a folder", file.display(), folder.display());
+    }
     let mut simulation = Simulation::open(&system)?;
     for remark in &system.remarks {
         eprintln!("remark: {remark}");

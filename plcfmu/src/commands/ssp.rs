@@ -39,6 +39,7 @@ pub fn run(options: &Options) -> Result<()> {
         bail!("{} should end with .ssp", out.display());
     }
     let system = options.system.system()?;
+    temporary::check_outputs([out.as_path()], system.inputs())?;
     let name = ssp::system_name(out);
     let format = ssp::Options { version: options.version, only_connected: options.only_connected };
     let ssp = ssp::write(&system, &name, format)?;

@@ -63,7 +63,7 @@ pub struct Options {
     /// Also write the curves of these runs, as plcfmu run --out does
     #[arg(long, value_name = "RUN,...", value_delimiter = ',')]
     curves: Vec<u64>,
-    /// What each run should keep to, such as "overshoot < 10 %"; the exit code is 1 if one does not
+    /// Require every run to meet this, for example "overshoot < 10 %"; exit code 1 if one does not
     #[arg(long, value_name = "TEXT")]
     expect: Vec<String>,
     /// Write what is expected as tests in JUnit's format
@@ -99,6 +99,10 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 /// What is wrong and what to do; all runs fail; a run does not keep to what is expected; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
     let reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
+    let out = options.out.clone().unwrap_or_else(|| format!("{}_results", reading.name).into());
+    let table = options.format.file(&out);
+    let outputs = options.junit.iter().chain(&options.part).chain([&table]);
+    temporary::check_outputs(outputs.map(PathBuf::as_path), reading.job.system.inputs())?;
     let fingerprint = study::fingerprint(&reading.job)?;
     let interrupted = interruption()?;
     let mut pool = start(options, &reading, interrupted)?;
@@ -120,7 +124,6 @@ pub fn run(options: &Options) -> Result<()> {
         return print(&format!("{}: a bundle of {count} runs; plcfmu study runs it\n", file.display()));
     }
 
-    let out = options.out.clone().unwrap_or_else(|| format!("{}_results", reading.name).into());
     let mut parts = Parts::open(&out, &fingerprint, options.resume)?;
     let results = match finished(&out, options, pool.experiment(), &fingerprint, &mut parts)? {
         Some(results) => results,

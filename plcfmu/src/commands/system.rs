@@ -79,9 +79,11 @@ impl Arguments {
                 has_description = true;
                 let members = std::mem::take(&mut system.members);
                 let settings = std::mem::take(&mut system.settings);
+                let sources = std::mem::take(&mut system.sources);
                 system = file::read(path, self.fmus.as_deref(), parameter_file::read_any)?;
                 system.members.splice(0..0, members);
                 system.settings.splice(0..0, settings);
+                system.sources.extend(sources);
             } else if Format::of_file(file).is_some() {
                 self.add_loops(path, &mut system)?;
             } else {
@@ -117,6 +119,7 @@ impl Arguments {
         let options = parameters::Options { block: self.block.clone(), ..Default::default() };
         let reading = parameter_file::read_any(&shown.to_string(), &options)?;
         system.remarks.extend(file::remarks(&reading));
+        system.sources.push(path.to_path_buf());
         for of in &reading.loops {
             let fmu = folder.join(format!("{}.fmu", of.block.name));
             if !fmu.is_file() {

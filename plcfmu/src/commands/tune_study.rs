@@ -5,6 +5,7 @@ use super::{print, time_limit};
 use crate::parameter_file;
 use crate::progress::Progress;
 use anyhow::{Result, bail};
+use host::package::temporary;
 use modeldescription::digits::short;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -62,6 +63,9 @@ The README of plcfmu says what a study and its table [tune] are made of.";
 /// What is wrong and what to do; no candidate keeps the constraints; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
     let reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
+    let out = options.out.clone().unwrap_or_else(|| format!("{}_tuned", reading.name).into());
+    let outputs = tuned::FILES.map(|file| out.join(file));
+    temporary::check_outputs(outputs.iter().map(PathBuf::as_path), reading.job.system.inputs())?;
     let defaults = pool::Options::new()?;
     let pool_options = pool::Options {
         jobs: options.jobs.map_or(defaults.jobs, usize::from),
@@ -96,7 +100,6 @@ pub fn run(options: &Options) -> Result<()> {
     if let Some(problem) = found.problem() {
         bail!("{problem}");
     }
-    let out = options.out.clone().unwrap_or_else(|| format!("{}_tuned", reading.name).into());
     for path in tuned::write(&out, &found)? {
         print(&format!("{}\n", path.display()))?;
     }

@@ -190,6 +190,7 @@ fn what_is_written_reads_back() {
         step: Some(0.1),
         exchange: Exchange::Parallel,
         remarks: Vec::new(),
+        sources: Vec::new(),
     };
     let text = write(&system, folder.path()).unwrap();
     assert!(text.contains("b = \"PID.fmu\""), "{text}");

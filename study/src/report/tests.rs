@@ -119,7 +119,7 @@ furnace <A>: 4 runs, 1 failed
   overshoot in %  4.4       8  11.6     12    3
   iae in degC s   110     200   290    300    1
   failed: run 2: HEATER: it <broke>\u{fffd}
-not met: overshoot < 10 %: 2 of 4 runs do not keep to it; the worst is run 3: overshoot is 12 %
+not met: overshoot < 10 %: 2 of 4 runs fail; worst: run 3: overshoot is 12 %
     run 3: overshoot is 12 %
         HEATER.GAIN = 4 K/%, PID.TI = 40 s
     run 2: it failed: HEATER: it <broke>\u{fffd}

@@ -250,7 +250,7 @@ fn a_setup_that_cannot_run_is_refused_and_the_present_run_goes_on() {
         |a: &str, b: &str| Setup { members: vec![member(a, "PID", &[]), member(b, "LAG", &[])], ..Setup::default() };
     let wired = |from: &str, to: &str| Setup { connections: vec![(from.into(), to.into())], ..setup("LAG") };
     let cases = [
-        (Setup::default(), "there is nothing to run"),
+        (Setup::default(), "nothing to run"),
         (one("C", "NO_SUCH", &[]), "there is no FMU \"NO_SUCH\" here"),
         (one("", "PID", &[]), "the name of member 1 has 0 characters"),
         (one(&"x".repeat(201), "PID", &[]), "the name of member 1 has 201 characters"),

@@ -1,7 +1,6 @@
 //! The home of the engine in the page: the FMUs that are linked in.
 
 use crate::component::Instance;
-use crate::plants;
 use anyhow::{Context, Result, bail};
 use blocks::EachBlock;
 use fmu::v2::interface;
@@ -14,19 +13,6 @@ use std::sync::Arc;
 use tool::home::Home;
 use tool::known;
 use tool::message::{Entry, KnownLoop, Part};
-
-/// The plants, in the order in which they are shown behind the blocks: one line for each.
-macro_rules! for_each_plant {
-    ($each:ident) => {
-        $each!(plants::process::Process);
-        $each!(plants::heater::Heater);
-        $each!(plants::valve::Valve);
-        $each!(plants::thermo::Thermo);
-        $each!(plants::tank::Tank);
-        $each!(plants::drive::Drive);
-        $each!(plants::sensor::Sensor);
-    };
-}
 
 /// The FMUs that are linked in.
 pub struct Linked {
@@ -44,7 +30,7 @@ struct Fmu {
 
 impl Fmu {
     /// As the packer reads it from the FMU's library.
-    fn of<B: blocks::Block + 'static>() -> Result<Fmu> {
+    fn of<B: blocks::Block>() -> Result<Fmu> {
         let interface = Interface::parse(&interface::json::<B>())?;
         let description = Arc::new(ModelDescription::of(&interface)?.description());
         let instantiate = |name: &str| Ok(Box::new(Instance::<B>::new(name)?) as Box<dyn Component>);
@@ -54,19 +40,14 @@ impl Fmu {
 }
 
 impl Linked {
-    /// All of them.
+    /// All of them: the blocks, then the plants.
     ///
     /// # Panics
     /// The table of a block is faulty; then it has no FMU either.
     pub fn new() -> Linked {
         let mut linked = Linked { fmus: Vec::new(), blocks: Vec::new() };
         blocks::for_each_block(&mut linked);
-        macro_rules! add {
-            ($Plant:ty) => {
-                linked.block::<$Plant>()
-            };
-        }
-        for_each_plant!(add);
+        plants::for_each_plant(&mut linked);
         linked
     }
 

@@ -10,11 +10,6 @@
 mod component;
 pub mod home;
 
-/// The plants of the examples, as build.rs takes them in.
-pub mod plants {
-    include!(concat!(env!("OUT_DIR"), "/plants.rs"));
-}
-
 use home::Linked;
 use std::cell::RefCell;
 use tool::Engine;

@@ -12,7 +12,7 @@ use tool_wasm::home::Linked;
 
 /// The file of each loop with its title, which is the first line.
 fn files() -> Vec<(String, PathBuf)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/loops");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../plants/loops");
     let mut files: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
     let title = |path: &PathBuf| fs::read_to_string(path).unwrap().lines().next().unwrap()[2..].to_string();

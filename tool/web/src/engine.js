@@ -163,7 +163,7 @@ function content(answer) {
  * @param {BodyInit} body
  */
 async function post(where, type, body) {
-  const lost = "plcfmu tool does not answer any more. What is shown is kept; start it again and open its new address.";
+  const lost = "plcfmu tool has stopped responding. Nothing on this page is lost: restart it and open the new address.";
   let response;
   try {
     response = await fetch(where, { method: "POST", headers: { "Content-Type": type, "X-Page": tab }, body });

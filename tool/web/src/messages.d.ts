@@ -387,7 +387,7 @@ cooling: Model, };
 
 /** A parameter file. */
 export type ReadFile = {
-/** Its name, whose ending says the format. */
+/** Its name, whose extension selects the format. */
 file: string,
 /** Its bytes, Base64. */
 content: string,

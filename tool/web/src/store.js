@@ -116,7 +116,7 @@ export const store = {
   live: undefined,
   /** @type {Prediction | undefined} */
   prediction: undefined,
-  /** Whether the server does not answer any more. */
+  /** Whether the server has stopped responding. */
   isLost: false,
 
   /**

@@ -1,0 +1,3 @@
+//! DRIVE as an FMU: `plants/src/drive.rs`.
+
+fmu::export!(plants::Drive);

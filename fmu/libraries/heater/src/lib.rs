@@ -1,0 +1,3 @@
+//! HEATER as an FMU: `plants/src/heater.rs`.
+
+fmu::export!(plants::Heater);

@@ -1,0 +1,3 @@
+//! PROCESS as an FMU: `plants/src/process.rs`.
+
+fmu::export!(plants::Process);

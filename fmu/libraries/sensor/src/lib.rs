@@ -1,0 +1,3 @@
+//! SENSOR as an FMU: `plants/src/sensor.rs`.
+
+fmu::export!(plants::Sensor);

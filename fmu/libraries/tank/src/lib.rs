@@ -1,0 +1,3 @@
+//! TANK as an FMU: `plants/src/tank.rs`.
+
+fmu::export!(plants::Tank);

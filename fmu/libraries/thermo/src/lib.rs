@@ -1,0 +1,3 @@
+//! THERMO as an FMU: `plants/src/thermo.rs`.
+
+fmu::export!(plants::Thermo);

@@ -1,0 +1,3 @@
+//! VALVE as an FMU: `plants/src/valve.rs`.
+
+fmu::export!(plants::Valve);

@@ -1,0 +1,593 @@
+//! What a plant is made of: lags, transport delays and the analog input module, for blocks that stand in for a process.
+//!
+//! A plant is a block whose law advances a process by one `CYCLE` in each call, with its inputs held. Everything here
+//! is solved in closed form, not integrated in small steps: one step of a second gives the same as a hundred steps of
+//! ten milliseconds, apart from the rounding of a 64-bit number.
+//!
+//! `exp` and its relatives come from the crate `libm`, not from the system's mathematics library, whose last bits differ
+//! from platform to platform: a plant gives the same bits everywhere.
+//!
+//! ```
+//! use blocks::{LReal, Law};
+//! use plants::dynamics::{lag, limited, seconds};
+//!
+//! blocks::block! {
+//!     /// A boiler: heating power in, temperature out.
+//!     pub struct Boiler as "BOILER" {
+//!         input {
+//!             /// Heating power
+//!             power: LReal = 0.0, min 0.0, max 100.0, unit "%";
+//!         }
+//!         parameter {
+//!             /// Time lag of the boiler
+//!             tm_lag: LReal = 60.0, min 0.0, unit "s";
+//!         }
+//!         cycle {
+//!             /// Time by which a call advances the plant
+//!             cycle: Time = Time::ms(100), min Time::ms(1);
+//!         }
+//!         output {
+//!             /// Temperature
+//!             temp: LReal, unit "degC";
+//!         }
+//!     }
+//! }
+//!
+//! impl Law for Boiler {
+//!     fn restart(&mut self) {
+//!         self.clear();
+//!         self.temp = 20.0;
+//!     }
+//!
+//!     fn call(&mut self) {
+//!         let target = 20.0 + 0.8 * limited(self.power, 0.0, 100.0);
+//!         self.temp = lag(self.temp, target, self.tm_lag, seconds(self.cycle));
+//!     }
+//! }
+//!
+//! let mut boiler = Boiler { power: 100.0, ..Boiler::default() };
+//! boiler.restart();
+//! (0..600).for_each(|_| boiler.call());
+//! assert!((boiler.temp - (100.0 - 80.0 * (-1.0_f64).exp())).abs() < 1e-9);
+//! ```
+
+mod kept;
+
+use blocks::{LReal, Stored, Time, Word};
+pub use kept::Kept;
+
+/// The mathematics of the plants: the same bits on every platform.
+pub use libm::{exp, expm1 as exp_m1, log as ln};
+
+/// A TIME in seconds; 0 for a negative one.
+pub fn seconds(time: Time) -> LReal {
+    LReal::from(time.milliseconds().max(0)) / 1000.0
+}
+
+/// `x` within `low` ... `high`; NaN gives `low`. Unlike `f64::clamp` it accepts `low` above `high`, and gives one of
+/// them.
+pub fn limited(x: LReal, low: LReal, high: LReal) -> LReal {
+    if x > high {
+        high
+    } else if x >= low {
+        x
+    } else {
+        low
+    }
+}
+
+/// First-order lag: where `value` is after `seconds`, on its way to a constant `target`.
+///
+/// ```text
+/// time_constant * d value / dt = target - value
+/// ```
+///
+/// Without a time constant above 0 there is no lag: the value is the target at once. A value at its target stays there
+/// to the last bit. If `seconds` is not above 0, nothing happens.
+///
+/// For a law that does this in every call there is [`Lag`].
+///
+/// ```
+/// let value = plants::dynamics::lag(0.0, 100.0, 5.0, 10.0);
+/// assert!((value - 100.0 * (1.0 - (-2.0_f64).exp())).abs() < 1e-12);
+/// ```
+pub fn lag(value: LReal, target: LReal, time_constant: LReal, seconds: LReal) -> LReal {
+    Lag::default().step(value, target, time_constant, seconds)
+}
+
+/// Two lags in series, the first on its way to `target`, the second following the first: both after `seconds`.
+///
+/// ```text
+/// time_constants[0] * d values[0] / dt = target    - values[0]
+/// time_constants[1] * d values[1] / dt = values[0] - values[1]
+/// ```
+///
+/// Either time constant may be 0, as with [`lag`]; equal and nearly equal ones lose no accuracy.
+///
+/// For a law that does this in every call there is [`Lags`].
+///
+/// ```
+/// // From rest, with equal time constants: 1 - (1 + t/T) exp(-t/T).
+/// let [_, second] = plants::dynamics::lags([0.0, 0.0], 1.0, [4.0, 4.0], 4.0);
+/// assert!((second - (1.0 - 2.0 * (-1.0_f64).exp())).abs() < 1e-15);
+/// ```
+pub fn lags(values: [LReal; 2], target: LReal, time_constants: [LReal; 2], seconds: LReal) -> [LReal; 2] {
+    Lags::default().step(values, target, time_constants, seconds)
+}
+
+/// [`lag`] for the memory of a block: it computes `exp` only where the time constant or the duration has changed since the
+/// last step.
+///
+/// ```
+/// let mut filter = plants::dynamics::Lag::default();
+/// let often = (0..4).fold(0.0, |value, _| filter.step(value, 1.0, 5.0, 0.5));
+/// assert!((often - plants::dynamics::lag(0.0, 1.0, 5.0, 2.0)).abs() < 1e-15);
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lag(Kept<2, Way>);
+
+impl Lag {
+    /// Where `value` is after `seconds`.
+    #[inline]
+    pub fn step(&mut self, value: LReal, target: LReal, time_constant: LReal, seconds: LReal) -> LReal {
+        if seconds <= 0.0 || seconds.is_nan() {
+            return value;
+        }
+        let way =
+            self.0.of([time_constant, seconds], |[time_constant, seconds]| Way::of(passed(seconds, time_constant)));
+        way.from(value, target)
+    }
+}
+
+/// [`lags`] for the memory of a block: it computes `exp` only where a time constant or the duration has changed since the
+/// last step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lags(Kept<3, Ways>);
+
+impl Lags {
+    /// Where `values` are after `seconds`.
+    #[inline]
+    pub fn step(
+        &mut self,
+        values: [LReal; 2],
+        target: LReal,
+        [first, second]: [LReal; 2],
+        seconds: LReal,
+    ) -> [LReal; 2] {
+        if seconds <= 0.0 || seconds.is_nan() {
+            return values;
+        }
+        self.0
+            .of([first, second, seconds], |[first, second, seconds]| Ways::of([first, second], seconds))
+            .from(values, target)
+    }
+}
+
+/// The way that a lag goes in a time.
+#[derive(Clone, Copy, Debug)]
+enum Way {
+    /// All of it at once.
+    Whole,
+    /// This share of it.
+    Share(LReal),
+}
+
+impl Way {
+    /// The way in so many time constants.
+    fn of(passed: LReal) -> Way {
+        if passed == LReal::INFINITY { Way::Whole } else { Way::Share(share(passed)) }
+    }
+
+    #[inline]
+    fn from(self, value: LReal, target: LReal) -> LReal {
+        match self {
+            Way::Whole => target,
+            Way::Share(share) => value + (target - value) * share,
+        }
+    }
+}
+
+/// The ways that two lags in series go in a time.
+#[derive(Clone, Copy, Debug)]
+struct Ways {
+    first: Way,
+    second: Way,
+    /// What is left of the first lag's start in the second.
+    through: LReal,
+}
+
+impl Ways {
+    fn of(time_constants: [LReal; 2], seconds: LReal) -> Ways {
+        let [h1, h2] = time_constants.map(|time_constant| passed(seconds, time_constant));
+        // h2 (exp(-h1) - exp(-h2)) / (h2 - h1), written so that nothing cancels where both are close and nothing overflows
+        // where they are far apart.
+        let apart = (h2 - h1).abs();
+        let mean_decay = if apart == 0.0 { 1.0 } else { share(apart) / apart };
+        let through = h2 * (1.0 - share(h1.min(h2))) * mean_decay;
+        Ways { first: Way::of(h1), second: Way::of(h2), through }
+    }
+
+    #[inline]
+    fn from(self, [first, second]: [LReal; 2], target: LReal) -> [LReal; 2] {
+        let first_after = self.first.from(first, target);
+        match self.second {
+            Way::Whole => [first_after, first_after],
+            Way::Share(share) => [first_after, second + (target - second) * share + (first - target) * self.through],
+        }
+    }
+}
+
+/// How many time constants pass in `seconds`: infinitely many if there is no lag.
+fn passed(seconds: LReal, time_constant: LReal) -> LReal {
+    if time_constant > 0.0 { seconds / time_constant } else { LReal::INFINITY }
+}
+
+/// The part of the way that a lag covers in `passed` time constants: 1 - exp(-passed), accurate for small ones too.
+fn share(passed: LReal) -> LReal {
+    -exp_m1(-passed)
+}
+
+/// What an analog input module makes of a process value: 0 at `at_0`, 27648 at `at_100`, rounded to the nearest count.
+///
+/// It saturates: the word never leaves 0 ... 27648. Real modules continue to 118 % before they report an overflow; here
+/// the range ends where the sensor's does. `at_100` may be below `at_0`; if both are equal the word is 0.
+///
+/// ```
+/// assert_eq!(plants::dynamics::analog(100.0, 0.0, 400.0).value(), 6912);
+/// assert_eq!(plants::dynamics::analog(500.0, 0.0, 400.0).value(), 27648);
+/// assert_eq!(plants::dynamics::analog(-1.0, 0.0, 400.0).value(), 0);
+/// ```
+pub fn analog(value: LReal, at_0: LReal, at_100: LReal) -> Word {
+    if at_0 == at_100 {
+        return Word::new(0);
+    }
+    let counts = limited((value - at_0) / (at_100 - at_0) * 27648.0, 0.0, 27648.0);
+    // Not negative, so cutting off the fraction rounds half up.
+    Word::new((counts + 0.5) as i16)
+}
+
+/// Transport delay of a signal that is held for a cycle: what goes in comes out `delay` seconds later, exactly.
+///
+/// If the delay is not a multiple of the cycle, the output changes within the cycle: it has two parts, and the plant
+/// after it is solved for one part and then the other. The delay may change from cycle to cycle, from 0 to the longest
+/// that [`Delay::new`] was given; then values on their way arrive as if the new delay had always applied.
+///
+/// ```
+/// use blocks::Time;
+/// use plants::dynamics::Delay;
+///
+/// let cycle = Time::ms(100);
+/// let mut delay = Delay::new(0.25, cycle, 0.0);
+/// assert_eq!(delay.step(7.0, 0.25, cycle), [(0.05, 0.0), (0.05, 0.0)]);
+/// assert_eq!(delay.step(7.0, 0.25, cycle), [(0.05, 0.0), (0.05, 0.0)]);
+/// assert_eq!(delay.step(7.0, 0.25, cycle), [(0.05, 0.0), (0.05, 7.0)]);
+/// assert_eq!(delay.step(7.0, 0.25, cycle), [(0.05, 7.0), (0.05, 7.0)]);
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Delay {
+    /// What went in, one value a cycle, in a ring.
+    line: Vec<LReal>,
+    /// Where the next value goes.
+    next: u32,
+    /// How far back the output is.
+    back: Kept<3, Back>,
+}
+
+/// How far back the output of a delay is.
+#[derive(Clone, Copy, Debug)]
+struct Back {
+    /// In whole cycles.
+    cycles: usize,
+    /// The part of the present cycle, in seconds, in which the output is a cycle older still, and the rest of the cycle.
+    durations: [LReal; 2],
+}
+
+impl Delay {
+    /// The longest delay in cycles: 8 MB of memory. A longer one is cut to it; [`Delay::check`] says so beforehand.
+    pub const LONGEST: u32 = 1_000_000;
+
+    /// A delay line for delays of up to `longest` seconds, rounded up to whole cycles, filled with `past`. Only this
+    /// function allocates memory: call it in the restart of a block.
+    pub fn new(longest: LReal, cycle: Time, past: LReal) -> Delay {
+        let length = (cycles(longest, cycle).ceil() as usize).min(Delay::LONGEST as usize) + 1;
+        Delay { line: vec![past; length], next: 0, back: Kept::default() }
+    }
+
+    /// For [`Law::check`](blocks::Law::check): is there memory for delays of up to `longest` seconds?
+    ///
+    /// # Errors
+    /// A sentence that names the parameter, its value and the remedy.
+    pub fn check(parameter: &str, longest: LReal, cycle: Time) -> Result<(), String> {
+        if cycles(longest, cycle) <= LReal::from(Delay::LONGEST) {
+            return Ok(());
+        }
+        let most = LReal::from(Delay::LONGEST) * seconds(cycle);
+        Err(format!(
+            "{parameter} is {longest} s: with a CYCLE of {} ms there is memory for {most} s; make {parameter} \
+             shorter or CYCLE longer",
+            cycle.milliseconds()
+        ))
+    }
+
+    /// Takes the input of this cycle and gives what comes out during it: twice a duration in seconds and the value
+    /// for that long. Either duration may be 0; their sum is the cycle. Allocates nothing.
+    ///
+    /// A delay within a billionth of a cycle of a whole number of cycles is that number. A line that was not made by
+    /// [`Delay::new`] delays nothing.
+    #[inline]
+    pub fn step(&mut self, input: LReal, delay: LReal, cycle: Time) -> [(LReal, LReal); 2] {
+        let length = self.line.len();
+        if length == 0 {
+            return [(0.0, input), (seconds(cycle), input)];
+        }
+        let now = self.next as usize;
+        self.line[now] = input;
+        self.next = if now + 1 == length { 0 } else { self.next + 1 };
+
+        let numbers = [delay, LReal::from(cycle.milliseconds()), (length - 1) as LReal];
+        let Back { cycles, durations } =
+            self.back.of(numbers, |[delay, cycle, longest]| Back::of(delay, Time::ms(cycle as i32), longest));
+        // A delay of the whole line has no part that reaches further back: `cycles + 1` then goes round, for no time.
+        let value = |back: usize| self.line[if back > now { now + length - back } else { now - back }];
+        [(durations[0], value(cycles + 1)), (durations[1], value(cycles))]
+    }
+}
+
+impl Back {
+    /// Of a delay in seconds, at most `longest` cycles.
+    fn of(delay: LReal, cycle: Time, longest: LReal) -> Back {
+        let whole_cycle = seconds(cycle);
+        let delay = limited(cycles(delay, cycle), 0.0, longest);
+        let cycles = delay as usize;
+        let part = whole_cycle * (delay - cycles as LReal);
+        Back { cycles, durations: [part, whole_cycle - part] }
+    }
+}
+
+/// A delay in cycles, free of the rounding of its division: 0.3 s are 3 cycles of 0.1 s, not 2.9999999999999996.
+fn cycles(delay: LReal, cycle: Time) -> LReal {
+    const ROUNDING: LReal = 1e-9;
+    if cycle <= Time::ZERO {
+        return 0.0;
+    }
+    let cycles = delay / seconds(cycle);
+    let whole = (cycles + ROUNDING) as u64 as LReal;
+    if (cycles - whole).abs() <= ROUNDING { whole } else { cycles }
+}
+
+impl Stored for Lag {
+    fn write(&self, _bytes: &mut Vec<u8>) {}
+
+    fn read(_bytes: &mut &[u8]) -> Option<Self> {
+        Some(Lag::default())
+    }
+}
+
+impl Stored for Lags {
+    fn write(&self, _bytes: &mut Vec<u8>) {}
+
+    fn read(_bytes: &mut &[u8]) -> Option<Self> {
+        Some(Lags::default())
+    }
+}
+
+impl Stored for Delay {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        self.line.write(bytes);
+        self.next.write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let delay = Delay { line: Stored::read(bytes)?, next: Stored::read(bytes)?, back: Kept::default() };
+        ((delay.next as usize) < delay.line.len().max(1)).then_some(delay)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(a: LReal, b: LReal, relative: LReal) -> bool {
+        (a - b).abs() <= relative * b.abs()
+    }
+
+    /// The classical fourth-order integration of two lags in many small steps: an independent way to the same values.
+    fn lags_in_small_steps(mut x: [LReal; 2], target: LReal, t: [LReal; 2], seconds: LReal) -> [LReal; 2] {
+        let slope = |x: [LReal; 2]| [(target - x[0]) / t[0], (x[0] - x[1]) / t[1]];
+        let on = |x: [LReal; 2], d: [LReal; 2], h: LReal| [x[0] + h * d[0], x[1] + h * d[1]];
+        let h = seconds / 10_000.0;
+        for _ in 0..10_000 {
+            let k1 = slope(x);
+            let k2 = slope(on(x, k1, h / 2.0));
+            let k3 = slope(on(x, k2, h / 2.0));
+            let k4 = slope(on(x, k3, h));
+            x = [0, 1].map(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+        }
+        x
+    }
+
+    #[test]
+    fn a_lag_covers_63_percent_of_its_way_in_its_time_constant() {
+        assert!(close(lag(0.0, 1.0, 7.0, 7.0), 0.632_120_558_828_557_7, 1e-15));
+        assert!(close(lag(10.0, 2.0, 7.0, 14.0), 2.0 + 8.0 * 0.135_335_283_236_612_7, 1e-15));
+    }
+
+    #[test]
+    fn a_lag_without_a_time_constant_is_none() {
+        for time_constant in [0.0, -0.0, -5.0, LReal::NAN] {
+            assert_eq!(lag(0.7, 0.1, time_constant, 0.01), 0.1);
+            assert_eq!(lags([1.0, 2.0], 8.0, [time_constant; 2], 0.01), [8.0, 8.0]);
+        }
+        assert_eq!(lags([1.0, 2.0], 8.0, [0.0, 4.0], 1.0), [8.0, lag(2.0, 8.0, 4.0, 1.0)]);
+        assert_eq!(lags([1.0, 2.0], 8.0, [4.0, 0.0], 1.0), [lag(1.0, 8.0, 4.0, 1.0); 2]);
+    }
+
+    #[test]
+    fn a_lag_at_its_target_stays_there_to_the_last_bit() {
+        assert_eq!(lag(0.1, 0.1, 3.0, 0.7).to_bits(), 0.1_f64.to_bits());
+        assert_eq!(lags([0.1, 0.1], 0.1, [3.0, 5.0], 0.7), [0.1, 0.1]);
+    }
+
+    #[test]
+    fn in_no_time_nothing_happens_even_without_a_lag() {
+        for seconds in [0.0, -1.0, LReal::NAN] {
+            assert_eq!(lag(1.0, 9.0, 0.0, seconds), 1.0);
+            assert_eq!(lags([1.0, 2.0], 9.0, [0.0, 3.0], seconds), [1.0, 2.0]);
+        }
+    }
+
+    #[test]
+    fn two_lags_are_what_small_steps_give_for_apart_near_and_equal_time_constants() {
+        for t in [[2.0, 5.0], [5.0, 2.0], [3.0, 3.0], [3.0, 3.0 + 1e-9], [3.0 + 1e-5, 3.0], [0.5, 50.0]] {
+            let closed = lags([4.0, -1.0], 10.0, t, 2.5);
+            let small = lags_in_small_steps([4.0, -1.0], 10.0, t, 2.5);
+            for i in [0, 1] {
+                assert!(close(closed[i], small[i], 1e-12), "{t:?}: {closed:?}, in small steps {small:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn two_lags_in_a_thousand_steps_end_where_one_step_ends() {
+        let t = [2.0, 2.000_001];
+        let once = lags([4.0, -1.0], 10.0, t, 3.0);
+        let often = (0..1000).fold([4.0, -1.0], |x, _| lags(x, 10.0, t, 0.003));
+        assert!(close(often[0], once[0], 1e-13) && close(often[1], once[1], 1e-13));
+    }
+
+    #[test]
+    fn no_time_constant_however_extreme_gives_nan_or_leaves_the_range_of_the_values() {
+        let extremes = [1e-320, 1e-300, 1e-9, 1.0, 1e9, 1e300, LReal::INFINITY];
+        for first in extremes {
+            for second in extremes {
+                for value in lags([0.0, 0.5], 1.0, [first, second], 0.1) {
+                    assert!((0.0..=1.0).contains(&value), "{value} for {first}, {second}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn limited_takes_nan_and_limits_the_wrong_way_round() {
+        assert_eq!([-1.0, 0.0, 5.0, 9.0, 10.0].map(|x| limited(x, 0.0, 9.0)), [0.0, 0.0, 5.0, 9.0, 9.0]);
+        assert_eq!(limited(LReal::NAN, 2.0, 9.0), 2.0);
+        assert!([2.0, 9.0].contains(&limited(5.0, 9.0, 2.0)));
+    }
+
+    #[test]
+    fn the_analog_word_is_rounded_and_saturates() {
+        // 1 count is 400 / 27648 = 0.01447 K.
+        assert_eq!(analog(0.007, 0.0, 400.0).value(), 0);
+        assert_eq!(analog(0.008, 0.0, 400.0).value(), 1);
+        assert_eq!(analog(-50.0, -50.0, 150.0).value(), 0);
+        assert_eq!(analog(50.0, -50.0, 150.0).value(), 13824);
+        assert_eq!(analog(25.0, 100.0, 0.0).value(), 20736, "a range that counts down");
+        for (value, word) in [(400.1, 27648), (1e300, 27648), (-0.1, 0), (-1e300, 0), (LReal::NAN, 0)] {
+            assert_eq!(analog(value, 0.0, 400.0).value(), word, "{value}");
+        }
+        assert_eq!([6.0, 7.0, 8.0].map(|value| analog(value, 7.0, 7.0).value()), [0, 0, 0], "no range");
+    }
+
+    /// What comes out at the start of each cycle and of each cycle's second part, with 1, 2, 3 ... going in.
+    fn counted(delay: LReal, longest: LReal, cycle: Time, count: usize) -> Vec<[(LReal, LReal); 2]> {
+        let mut line = Delay::new(longest, cycle, 0.0);
+        (1..=count).map(|input| line.step(input as LReal, delay, cycle)).collect()
+    }
+
+    #[test]
+    fn a_delay_of_whole_cycles_comes_out_whole() {
+        // 0.3 / 0.1 is 2.9999999999999996.
+        let out = counted(0.3, 0.3, Time::ms(100), 5);
+        let after: Vec<_> = out.iter().map(|parts| parts[1]).collect();
+        assert_eq!(after, [(0.1, 0.0), (0.1, 0.0), (0.1, 0.0), (0.1, 1.0), (0.1, 2.0)]);
+        assert!(out.iter().all(|parts| parts[0].0 == 0.0));
+    }
+
+    #[test]
+    fn a_delay_between_whole_cycles_changes_within_the_cycle() {
+        // 2.25 s in cycles of 1 s: the input of the first cycle comes out from 0.25 s within the third on.
+        let out = counted(2.25, 10.0, Time::ms(1000), 4);
+        assert_eq!(out[2], [(0.25, 0.0), (0.75, 1.0)]);
+        assert_eq!(out[3], [(0.25, 1.0), (0.75, 2.0)]);
+        // Shorter than a cycle.
+        assert_eq!(counted(0.5, 0.5, Time::ms(2000), 2)[1], [(0.5, 1.0), (1.5, 2.0)]);
+    }
+
+    #[test]
+    fn no_delay_and_a_negative_one_pass_the_input_on() {
+        for delay in [0.0, -3.0, LReal::NAN] {
+            let out = counted(delay, 0.0, Time::ms(1000), 3);
+            assert_eq!(out.iter().map(|parts| parts[1]).collect::<Vec<_>>(), [(1.0, 1.0), (1.0, 2.0), (1.0, 3.0)]);
+        }
+    }
+
+    #[test]
+    fn a_delay_beyond_the_longest_is_the_longest() {
+        assert_eq!(counted(9.0, 2.0, Time::ms(1000), 6), counted(2.0, 2.0, Time::ms(1000), 6));
+    }
+
+    #[test]
+    fn a_delay_tuned_while_running_counts_back_from_now() {
+        let cycle = Time::ms(1000);
+        let mut line = Delay::new(5.0, cycle, 0.0);
+        for input in 1..=6 {
+            line.step(LReal::from(input), 4.0, cycle);
+        }
+        assert_eq!(line.step(7.0, 1.0, cycle)[1], (1.0, 6.0));
+        assert_eq!(line.step(8.0, 5.0, cycle)[1], (1.0, 3.0));
+    }
+
+    #[test]
+    fn a_delay_line_saved_and_read_back_goes_on_alike() {
+        let cycle = Time::ms(100);
+        let mut line = Delay::new(0.25, cycle, 1.0);
+        for input in 0..7 {
+            line.step(LReal::from(input), 0.25, cycle);
+        }
+        let mut bytes = Vec::new();
+        line.write(&mut bytes);
+        let mut rest = &bytes[..];
+        let mut again = Delay::read(&mut rest).unwrap();
+        assert!(rest.is_empty());
+        for input in [8.0, 9.0, 10.0, 11.0] {
+            assert_eq!(line.step(input, 0.25, cycle), again.step(input, 0.25, cycle));
+        }
+    }
+
+    #[test]
+    fn a_damaged_delay_line_is_refused_or_at_least_never_read_out_of_bounds() {
+        let cycle = Time::ms(100);
+        let mut bytes = Vec::new();
+        Delay::new(0.25, cycle, 1.0).write(&mut bytes);
+        // The line holds four values, at the places 0 to 3.
+        for next in [4, 200] {
+            *bytes.iter_mut().nth_back(3).unwrap() = next;
+            assert_eq!(Delay::read(&mut &bytes[..]), None, "the next value's place {next} lies outside");
+        }
+        for length in 0..4 {
+            let mut short = Delay { line: vec![0.0; length], next: 0, ..Delay::default() };
+            for input in 0..9 {
+                let [_, (seconds, _)] = short.step(LReal::from(input), 1e9, cycle);
+                assert_eq!(seconds, 0.1);
+            }
+        }
+    }
+
+    #[test]
+    fn a_delay_too_long_for_its_memory_is_refused_with_the_remedy() {
+        assert_eq!(Delay::check("DELAY_MAX", 1e6, Time::ms(1000)), Ok(()));
+        assert_eq!(
+            Delay::check("DELAY_MAX", 60_000.0, Time::ms(10)).unwrap_err(),
+            "DELAY_MAX is 60000 s: with a CYCLE of 10 ms there is memory for 10000 s; make DELAY_MAX shorter or \
+             CYCLE longer"
+        );
+        assert_eq!(Delay::new(1e300, Time::ms(10), 0.0).line.len(), 1_000_001);
+        assert_eq!(Delay::new(1.0, Time::ZERO, 0.0).line.len(), 1);
+    }
+
+    #[test]
+    fn seconds_are_exact_to_a_double() {
+        assert_eq!(seconds(Time::ms(100)), 0.1);
+        assert_eq!(seconds(Time::ms(-5)), 0.0);
+    }
+}

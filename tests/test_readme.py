@@ -1,0 +1,43 @@
+"""The commands of README.md do what it says of them. Its lines of Python are run by test_wheel.py."""
+
+import csv
+import pathlib
+import re
+import shlex
+import subprocess
+
+import host
+
+ROOT = pathlib.Path(__file__).parents[1]
+TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def printed(beginning):
+    """The command of README that begins so, as its words, with the FMUs where they are."""
+    (found,) = re.findall(rf"^    {beginning}((?:.*\\\n)*.*)$", TEXT, re.MULTILINE)
+    words = shlex.split(beginning + found.replace("\\\n", " "))
+    return [word.replace("target/fmu", str(host.FOLDER)) for word in words[1:]]
+
+
+def test_the_loop_of_the_picture_settles_when_the_caption_says_and_survives_the_door(command, tmp_path):
+    given = [command, *printed("plcfmu run"), "--out=loop.csv"]
+    subprocess.run(given, cwd=tmp_path, check=True, capture_output=True)
+    temperatures = [float(row["HEATER.TEMP"]) for row in csv.DictReader((tmp_path / "loop.csv").open())]
+    assert "60 °C after 133 s; at 300 s the door" in TEXT
+    # Within 2 % of the step of 40 K.
+    is_off = [abs(temperature - 60.0) > 0.8 for temperature in temperatures[:300]]
+    assert max(second for second, off in enumerate(is_off) if off) + 1 == 133
+    assert 57.0 < min(temperatures[300:]) < 57.2 and temperatures[-1] > 59.8
+    assert (tmp_path / "loop.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_a_plant_of_forty_loops_goes_from_the_plc_and_back(command, tmp_path):
+    source = "tests/parameters/plant.awl"
+    for beginning in ("plcfmu preset", f"plcfmu ssp {source}", f"plcfmu params {source} --to", "plcfmu params plant.json"):
+        given = [word.replace(source, str(ROOT / source)) for word in printed(beginning)]
+        done = subprocess.run([command, *given], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+    assert len(list((tmp_path / "presets").glob("*.fmu"))) == 40
+    compared = [command, "params", "tuned.awl", "--diff", str(ROOT / source)]
+    done = subprocess.run(compared, cwd=tmp_path, capture_output=True, text=True)
+    assert done.stdout == "no differences\n"
