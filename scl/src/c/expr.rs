@@ -13,9 +13,9 @@ impl Printer<'_> {
             Expr::Unary(op, ty, a) => {
                 let a = self.expr(a)?;
                 match (op, ty) {
-                    (Unary::Not, Scalar::Bool) => format!("!{a}"),
+                    (Unary::Not, Scalar::Bool) => format!("(!{a})"),
                     (Unary::Abs, ty) if ty.is_integer() && !ty.is_signed() => a,
-                    (Unary::Neg | Unary::Not | Unary::Abs | Unary::Swap | Unary::Frac, ty) => {
+                    (Unary::Neg | Unary::Not | Unary::Abs | Unary::Swap | Unary::Frac | Unary::Sqrt, ty) => {
                         format!("{}_{ty}({a})", format!("{op:?}").to_lowercase())
                     }
                     _ => return Err(format!("{op:?} cannot be printed as C")),
@@ -25,7 +25,6 @@ impl Printer<'_> {
                 let parts = self.exprs(&[&**left, &**right])?;
                 let (a, b) = (&parts[0], &parts[1]);
                 match (symbol(*op), ty) {
-                    (Some((symbol, _)), Scalar::Bool) if *op != Binary::Ne => format!("({a} {symbol} {b})"),
                     (Some((symbol, true)), _) => format!("({a} {symbol} {b})"),
                     (Some((symbol, _)), Scalar::F32 | Scalar::F64) => format!("({a} {symbol} {b})"),
                     _ if *op == Binary::Pow => return Err("Pow cannot be printed as C".to_string()),

@@ -36,7 +36,7 @@ impl Printer<'_> {
             What::Call(call) => self.call(call)?,
             What::If(condition, then, otherwise) => {
                 let condition = self.expr(condition)?;
-                self.line(&format!("if ({condition}) {{"));
+                self.line(&format!("if ({}) {{", bare(&condition)));
                 self.block(then)?;
                 if !otherwise.is_empty() {
                     self.line("} else {");
@@ -73,7 +73,7 @@ impl Printer<'_> {
                 self.looped(body)?;
                 self.scope.indent += 1;
                 let condition = self.expr(condition)?;
-                self.line(&format!("if ({condition}) {{ break; }}"));
+                self.line(&format!("if ({}) {{ break; }}", bare(&condition)));
                 self.scope.indent -= 1;
                 self.again("}");
             }
@@ -239,6 +239,17 @@ impl Printer<'_> {
         }
         Ok(())
     }
+}
+
+/// An expression without the parentheses around it.
+fn bare(expr: &str) -> &str {
+    let Some(inner) = expr.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')) else { return expr };
+    let mut depth = 0_i32;
+    let is_whole = inner.chars().all(|c| {
+        depth += i32::from(c == '(') - i32::from(c == ')');
+        depth >= 0
+    });
+    if is_whole { inner } else { expr }
 }
 
 /// Whether a value lies within a range.

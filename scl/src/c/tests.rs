@@ -63,9 +63,20 @@ fn in_c(program: &Program, name: &str) -> Option<Vec<(u32, Vec<u8>)>> {
     let text = format!("#define CALLS {CALLS}\n{}{MAIN}", print(program).unwrap());
     std::fs::write(&source, &text).unwrap();
     // What a random program calculates may be of no use.
-    let useless = ["-Wno-type-limits", "-Wno-tautological-compare", "-Wno-unused-but-set-variable"];
+    let useless = ["-Wno-type-limits", "-Wno-tautological-compare", "-Wno-unused-but-set-variable", "-Wno-self-assign"];
     let options = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-pedantic"];
-    let compiled = Command::new("cc").args(options).args(useless).arg(&source).arg("-o").arg(&binary).output().ok()?;
+    let variable = |name: &str| std::env::var(name).unwrap_or_default();
+    let compiler = if variable("CC").is_empty() { "cc".to_string() } else { variable("CC") };
+    let more = variable("CFLAGS");
+    let compiled = Command::new(compiler)
+        .args(options)
+        .args(useless)
+        .args(more.split_whitespace())
+        .arg(&source)
+        .arg("-o")
+        .arg(&binary)
+        .output()
+        .ok()?;
     assert!(compiled.status.success(), "{}:\n{}", source.display(), String::from_utf8_lossy(&compiled.stderr));
     let output = Command::new(&binary).output().unwrap();
     std::fs::remove_dir_all(&folder).unwrap();
@@ -116,7 +127,7 @@ fn printed_programs_give_the_bits_of_the_machine() {
         let program = Random::program(seed * 7919, 0, true);
         let Some(in_machine) = in_machine(&program) else { continue };
         let Some(in_c) = in_c(&program, &seed.to_string()) else {
-            eprintln!("there is no C compiler `cc`: nothing was compared");
+            eprintln!("there is no C compiler: nothing was compared");
             return;
         };
         for (call, ((stopped_c, c), (stopped, machine))) in in_c.iter().zip(&in_machine).enumerate() {

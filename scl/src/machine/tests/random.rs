@@ -283,7 +283,7 @@ impl Random {
                 let ops =
                     [Unary::Neg, Unary::Not, Unary::Abs, Unary::Swap, Unary::Frac, Unary::Sqrt, Unary::Exp, Unary::Sin];
                 let op = self.one_of(&ops);
-                let in_c = !matches!(op, Unary::Sqrt | Unary::Exp | Unary::Sin);
+                let in_c = !matches!(op, Unary::Exp | Unary::Sin);
                 if op.function(ty).is_none() || self.printable && !in_c {
                     return Expr::Const(self.value(ty));
                 }
