@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 /// How a program in SCL is read.
 #[derive(clap::Args, Clone, Debug, Default)]
+#[group(id = "program")]
 pub struct Options {
     /// The CPU whose rules hold: 300 (and 400), 1200 or 1500; without it, what the dialect of the sources tells
     #[arg(long, value_parser = cpu)]

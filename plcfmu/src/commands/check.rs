@@ -25,7 +25,7 @@ pub struct Options {
     /// Also load this machine's library and let it make some steps: this runs its code
     #[arg(long)]
     pub run: bool,
-    /// How a program in SCL is read
+    #[allow(missing_docs)]
     #[command(flatten, next_help_heading = "Programs in SCL")]
     pub program: program::Options,
 }
