@@ -88,8 +88,8 @@ def run(fmus, with_flow_controller):
     way = "cascade" if with_flow_controller else "single"
     step, drop = result.between(STEP, DROP), result.between(DROP, END)
     step_size = SETPOINT - AT_START
-    theory = 2.2 * LAMBDA, None, None, step_size * (LAMBDA + THETA)
-    result.quality += step.figures("TEMP", "SP_INT", AT_START, SETPOINT, unit="K s", prefix=f"{way}: ", theory=theory)
+    theory = {"rise": 2.2 * LAMBDA, "iae": step_size * (LAMBDA + THETA)}
+    result.quality += step.figures("TEMP", "SP_INT", AT_START, SETPOINT, unit="K", prefix=f"{way}: ", theory=theory)
     steady_flow = (SETPOINT - 20.0) / RISE_PER_FLOW
     left = math.sqrt(LOW_PRESSURE / PRESSURE)
     if with_flow_controller:

@@ -75,8 +75,8 @@ def run(fmus):
 
     step = result.between(STEP, DOOR)
     settled = DELAY + CYCLE / 2 + math.log(50) * LAMBDA
-    theory = 2.2 * LAMBDA, 0.0, settled, 10.0 * (LAMBDA + THETA)
-    result.quality += step.figures("PV", "SP_INT", 170.0, 180.0, unit="K s", theory=theory)
+    theory = {"rise": 2.2 * LAMBDA, "overshoot": 0.0, "settling": settled, "iae": 10.0 * (LAMBDA + THETA)}
+    result.quality += step.figures("PV", "SP_INT", 170.0, 180.0, unit="K", theory=theory)
 
     door = result.between(DOOR, END)
     more_power = 0.25 * (180.0 - 20.0) / K  # the door half open: a quarter more loss
@@ -115,15 +115,14 @@ def cold_start(fmus, by_hand):
 
     way = "by hand" if by_hand else "automatic"
     prefix = f"cold start {way}: "
-    theory = None, 0.0, None, None
-    result.quality += result.figures("PV", "SP_INT", COLD, HOT, unit="K s", prefix=prefix, theory=theory)
+    result.quality += result.figures("PV", "SP_INT", COLD, HOT, unit="K", prefix=prefix, theory={"overshoot": 0.0})
     return result
 
 
 def draw(result, path):
     quality = result.quality
     title = (
-        f"The furnace rises by 10 K in {quality['rise time, 10 ... 90 %']:.0f} s, with {quality['overshoot']:.1f} % overshoot; "
+        f"The furnace rises by 10 K in {quality['rise']:.0f} s, with {quality['overshoot']:.1f} % overshoot; "
         f"the open door costs {quality['door: largest deviation']:.1f} K"
     )
     labels = ["temperature in °C", "manipulated value in %", "parts of the manipulated value in %"]
@@ -146,9 +145,9 @@ def draw(result, path):
 
 def draw_cold_start(automatic, by_hand, path):
     title = (
-        f"From cold to {HOT:.0f} °C: settled after {by_hand.quality['cold start by hand: settling time to 2 %']:.0f} s "
+        f"From cold to {HOT:.0f} °C: settled after {by_hand.quality['cold start by hand: settling']:.0f} s "
         "if heated by hand first,\n"
-        f"after {automatic.quality['cold start automatic: settling time to 2 %']:.0f} s in automatic mode from the start"
+        f"after {automatic.quality['cold start automatic: settling']:.0f} s in automatic mode from the start"
     )
     labels = ["temperature in °C", "automatic from the start, in %", "by hand up to 170 °C, in %"]
     with plot.picture(path, title, labels, [1.1, 0.7, 1.2]) as axes:

@@ -85,7 +85,7 @@ def run(fmus, ratiofac):
     ):
         part = result.between(start, end)
         prefix = f"RATIOFAC {ratiofac}, {name}: "
-        result.quality += part.figures("PV", "SP_INT", low, high, unit="K s", prefix=prefix)
+        result.quality += part.figures("PV", "SP_INT", low, high, unit="K", prefix=prefix)
     gain = 2.0 * ratiofac
     result.quality.add(f"RATIOFAC {ratiofac}: phase margin in cooling, computed", phase_margin(gain), "degrees")
     held = (START - COLD) / (1.2 * ratiofac)

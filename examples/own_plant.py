@@ -26,7 +26,7 @@ def main():
     print(quality)
     result.to_csv(out / "own_plant.csv")
     title = "Your plant, here HEATER: 60 K more in {:.0f} s, with {:.0f} % overshoot"
-    title = title.format(quality["rise time, 10 ... 90 %"], quality["overshoot"])
+    title = title.format(quality["rise"], quality["overshoot"])
     panels = {"temperature in °C": ["CONT_C.SP_INT", "PLANT.TEMP"], "LMN in %": ["CONT_C.LMN"]}
     result.plot(out / "own_plant", panels, title)
     print(f"  CSV, PNG and SVG: {out}")

@@ -92,13 +92,13 @@ def run(fmus, end=END):
         different = int(np.sum(result[name] != result[f"PULS_CTR_{name}"]))
         result.quality.add(f"calls of {len(result)} with another {name} in PULS_CTR", different, "", 0)
     step = result.between(STEP, end)
-    theory = (
-        2.2 * LAMBDA,
-        "at most 2",
-        f"at most {THETA + math.log(50) * LAMBDA:.0f}",
-        (WARM - COLD) * (LAMBDA + THETA),
-    )
-    result.quality += step.figures("TEMP", "SP_INT", COLD, WARM, unit="K s", theory=theory)
+    theory = {
+        "rise": 2.2 * LAMBDA,
+        "overshoot": "at most 2",
+        "settling": f"at most {THETA + math.log(50) * LAMBDA:.0f}",
+        "iae": (WARM - COLD) * (LAMBDA + THETA),
+    }
+    result.quality += step.figures("TEMP", "SP_INT", COLD, WARM, unit="K", theory=theory)
     rest = result.between(end - 5 * PERIOD, end)
     result.quality.add("ripple of the temperature at rest", float(np.ptp(rest["TEMP"])), "K", "at most 0.03")
     return result

@@ -87,8 +87,8 @@ def furnace(fmus, with_ramp):
         )
     error = (HOT - COLD) / K * TI / GAIN if with_ramp else None
     prefix = f"furnace, {way}: "
-    theory = None, "at most 2", None, error
-    result.quality += rising.figures("PV", "SP_INT", COLD, HOT, unit="K s", prefix=prefix, theory=theory)
+    theory = {"overshoot": "at most 2", "iae": error}
+    result.quality += rising.figures("PV", "SP_INT", COLD, HOT, unit="K", prefix=prefix, theory=theory)
     result.quality.add(
         f"furnace, {way}: largest LMN",
         float(max(result["LMN"])),

@@ -90,9 +90,10 @@ def run(fmus):
 
     step = result.between(NEW_RATIO, DROP_B)
     before, after = 0.5 * step["FLOW_A"][-1], 0.6 * step["FLOW_A"][-1]
-    theory = 2.2 * LAMBDA, 0.0, math.log(50) * LAMBDA, (after - before) * LAMBDA
+    settling, iae = math.log(50) * LAMBDA, (after - before) * LAMBDA
+    theory = {"rise": 2.2 * LAMBDA, "overshoot": 0.0, "settling": settling, "iae": iae}
     prefix = "new ratio: "
-    result.quality += step.figures("FLOW_B", "SP_INT", before, after, unit="l/min s", prefix=prefix, theory=theory)
+    result.quality += step.figures("FLOW_B", "SP_INT", before, after, unit="l/min", prefix=prefix, theory=theory)
 
     drop = result.between(DROP_B, END)
     left = math.sqrt(LOW_PRESSURE / PRESSURE)
@@ -111,7 +112,7 @@ def run(fmus):
 def draw(result, path):
     title = (
         f"Flow B stays {result.quality['flow A rises: flow B is behind']:.1f} l/min behind while flow A rises, "
-        f"and takes a new ratio in {result.quality['new ratio: rise time, 10 ... 90 %']:.1f} s"
+        f"and takes a new ratio in {result.quality['new ratio: rise']:.1f} s"
     )
     with plot.picture(path, title, ["flow in l/min", "flow B in % of flow A", "valve B in %"], [1.5, 1, 0.8]) as axes:
         time = result.time

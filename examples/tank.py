@@ -74,10 +74,11 @@ def run(fmus, ti):
     name = f"TI {ti:.0f} s"
     step, drained = result.between(STEP, DRAINS), result.between(DRAINS, END)
     if ti == T:
-        theory = 2.2 * LAMBDA, 0.0, math.log(50) * LAMBDA, (HIGH - LOW) * LAMBDA
+        settling, iae = math.log(50) * LAMBDA, (HIGH - LOW) * LAMBDA
+        theory = {"rise": 2.2 * LAMBDA, "overshoot": 0.0, "settling": settling, "iae": iae}
     else:
-        theory = None, f"at most {100.0 * math.exp(-2):.1f}", None, None
-    result.quality += step.figures("LEVEL", "SP_INT", LOW, HIGH, unit="m s", prefix=f"{name}: ", theory=theory)
+        theory = {"overshoot": f"at most {100.0 * math.exp(-2):.1f}"}
+    result.quality += step.figures("LEVEL", "SP_INT", LOW, HIGH, unit="m", prefix=f"{name}: ", theory=theory)
     more = 100.0 * OUTFLOW / FLOW_MAX * (MORE_DRAIN / (100.0 * DRAIN) - 1.0)
     result.quality.add(f"{name}: drain, largest deviation", 100.0 * float(max(HIGH - drained["LEVEL"])), "cm")
     result.quality.add(

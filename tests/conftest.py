@@ -146,13 +146,14 @@ def controller(request, open_fmu):
 
 @pytest.fixture(scope="session")
 def pack_foreign():
-    """Makes an FMU in a folder of the source and the description that tests/foreign has under a name."""
+    """Makes an FMU in a folder of the source and the description that tests/foreign has under a name;
+    `defines` are options of the compiler."""
 
-    def pack_foreign(name, folder):
+    def pack_foreign(name, folder, *defines):
         source = pathlib.Path(__file__).parent / "foreign"
         library = folder / f"{name}{fmpy.sharedLibraryExtension}"
         compiler = os.environ.get("CC", "cc")
-        subprocess.run([compiler, "-shared", "-fPIC", "-o", library, source / f"{name}.c"], check=True)
+        subprocess.run([compiler, *defines, "-shared", "-fPIC", "-o", library, source / f"{name}.c"], check=True)
         path = folder / f"{name.upper()}.fmu"
         with zipfile.ZipFile(path, "w") as fmu:
             fmu.write(source / f"{name}.xml", "modelDescription.xml")

@@ -106,7 +106,7 @@ def test_a_source_that_does_not_compile_leaves_the_old_fmu(clone):
     failed = clone.pack()
     law.write_text(good, encoding="utf-8")
     assert failed.returncode == 1
-    assert "hlg.rs" in failed.stderr
+    assert "mod.rs" in failed.stderr
     assert clone.fmu.read_bytes() == old
     assert clone.left() == []
 

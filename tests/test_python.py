@@ -468,51 +468,34 @@ def lag(t):
     return 1 - math.exp(-t / 5)
 
 
-def test_a_first_order_lag_rises_in_2_2_time_constants_and_settles_in_3_9():
+def test_a_first_order_lag_has_the_figures_of_the_textbook():
     time, pv = answer(lag)
-    assert near(figures.rise_time(time, pv, 0, 1), 5 * math.log(9), 1e-4)
-    assert near(figures.rise_time(time, pv, 0, 1), 5 * 2.197, 1e-3)
-    assert near(figures.settling_time(time, pv, 0, 1), 5 * math.log(50), 1e-3)
-    assert figures.overshoot(pv, 0, 1) == 0.0
-
-
-def test_the_error_of_a_first_order_lag_adds_up_to_its_time_constant():
-    time, pv = answer(lag)
-    sp = np.ones_like(pv)
-    assert near(figures.integral_absolute_error(time, pv, sp), 5.0, 2e-3)
-    assert near(figures.integral_error(time, pv, sp), 5.0, 2e-3)
+    given = figures.step_figures(time, pv, np.ones_like(pv), 0, 1)
+    assert near(given["rise"], 5 * math.log(9), 1e-4)
+    assert near(given["settling"], 5 * math.log(50), 1e-3)
+    assert given["overshoot"] == 0.0
+    assert near(given["iae"], 5.0, 2e-3)
     # exp(-2 t / 5)
-    assert near(figures.integral_squared_error(time, pv, sp), 2.5, 3e-3)
-
-
-def test_a_second_order_lag_with_damping_one_half_overshoots_by_16_3_percent():
-    def signal(t):
-        w = math.sqrt(0.75)
-        return 1 - math.exp(-0.5 * t) * (math.cos(w * t) + 0.5 / w * math.sin(w * t))
-
-    _, pv = answer(signal, 30)
-    assert near(figures.overshoot(pv, 0, 1), 100 * math.exp(-math.pi / math.sqrt(3)), 1e-3)
-
-
-def test_a_step_down_has_the_figures_of_the_step_up():
-    time, up = answer(lambda t: 1 - 1.1 * math.exp(-t / 5) + 0.1 * math.exp(-t / 0.5), 60)
-    down = 80 - 30 * up
-    for figure in (figures.rise_time, figures.settling_time):
-        assert figure(time, down, 80, 50) == pytest.approx(figure(time, up, 0, 1), abs=1e-9)
-    assert figures.overshoot(down, 80, 50) == pytest.approx(figures.overshoot(up, 0, 1), abs=1e-9)
+    assert near(given["ise"], 2.5, 3e-3)
+    assert given["peak"] == 1.0
 
 
 def test_an_error_that_changes_its_sign_counts_whole_in_the_absolute_error_and_cancels_in_the_other():
     time, pv, sp = np.arange(5.0), np.array([2.0, 0.0, 2.0, 0.0, 1.0]), np.ones(5)
-    assert figures.integral_absolute_error(time, pv, sp) == 4.0
+    given = figures.step_figures(time, pv, sp, 0, 1, lmn=pv, unit="K", travel_unit="%")
+    assert (given["iae"], given["travel"]) == (4.0, 7.0)
+    assert [figure.unit for figure in given] == ["s", "%", "s", "K s", "K^2 s", "K", "%"]
     assert figures.integral_error(time, pv, sp) == 0.0
-    assert figures.travel(pv) == 7.0
 
 
-def test_what_is_never_reached_has_no_rise_time_and_no_settling_time():
+def test_a_figure_that_a_run_does_not_have_is_nan():
     time, stays = answer(lambda t: 0.5, 10)
-    assert math.isnan(figures.rise_time(time, stays, 0, 1))
-    assert math.isnan(figures.settling_time(time, stays, 0, 1))
+    given = figures.step_figures(time, stays, np.ones_like(stays), 0, 1)
+    assert math.isnan(given["rise"]) and math.isnan(given["settling"]) and given["peak"] == 0.5
+    stays[3] = math.nan
+    assert all(math.isnan(figure.value) for figure in figures.step_figures(time, stays, np.ones_like(stays), 0, 1))
+    with pytest.raises(ValueError, match="theory names no figure: settled"):
+        figures.step_figures(time, stays, stays, 0, 1, theory={"settled": 5.0})
 
 
 def recorded(signal=lag, end=100.0):
@@ -522,21 +505,17 @@ def recorded(signal=lag, end=100.0):
     return result
 
 
-def test_a_result_gives_the_four_figures_of_a_step_by_name_and_as_a_table():
+def test_a_result_gives_the_figures_of_a_step_by_name_and_as_a_table():
     result = recorded()
-    given = result.figures("PV", "SP", unit="K s", prefix="lag: ", theory=(10.99, 0.0, None, 5.0))
-    assert [figure.name for figure in given] == [
-        "lag: rise time, 10 ... 90 %",
-        "lag: overshoot",
-        "lag: settling time to 2 %",
-        "lag: integral of the absolute error",
-    ]
+    given = result.figures("PV", "SP", unit="K", prefix="lag: ", theory={"rise": 10.99, "overshoot": 0.0, "iae": 5.0})
+    names = ["rise", "overshoot", "settling", "iae", "ise", "peak"]
+    assert [figure.name for figure in given] == [f"lag: {name}" for name in names]
     # By default from the first process value, 0, to the last setpoint.
-    assert given["lag: rise time, 10 ... 90 %"] == figures.rise_time(result.time, result["PV"], 0.0, 1.0)
+    assert near(given["lag: rise"], 5 * math.log(9), 1e-4)
     lines = str(given).splitlines()
-    assert re.fullmatch(r"  lag: rise time, 10 \.\.\. 90 % +11 s +theory 11 s", lines[0])
-    assert re.fullmatch(r"  lag: settling time to 2 % +19\.6 s", lines[2])
-    with pytest.raises(KeyError, match="there is no figure 'rise'; there are lag: rise time"):
+    assert re.fullmatch(r"  lag: rise +11 s +theory 11 s", lines[0])
+    assert re.fullmatch(r"  lag: settling +19\.6 s", lines[2])
+    with pytest.raises(KeyError, match="there is no figure 'rise'; there are lag: rise"):
         given["rise"]
 
 

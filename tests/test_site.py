@@ -62,7 +62,7 @@ def test_the_reference_has_what_the_python_package_exports(site, documents):
 
     ids = documents[site / "python/index.html"].xpath("//@id")
     assert set(plcfmu.__all__) <= set(ids)
-    assert {"Instance.step", "Fmus.start", "Result.figures", "figures.overshoot"} <= set(ids)
+    assert {"Instance.step", "Fmus.start", "Result.figures", "figures.step_figures"} <= set(ids)
 
 
 def test_the_loop_of_the_front_page_settles_at_its_setpoint_in_25_lines():

@@ -375,9 +375,9 @@ def test_figures_are_there_with_units_or_with_a_reason(tool):
     manual(tool).uncheck()
     run_calls(tool, 400)
     figures = tool.locator("#figures")
-    tool.wait_for_function("() => !/IAE\\s*–/.test(document.querySelector('#figures').innerText)")
+    tool.wait_for_function("() => /IAE\\s*[0-9]/.test(document.querySelector('#figures').innerText)")
     assert re.search(r"IAE\s*[\d.]+", figures.inner_text()), figures.inner_text()
-    assert re.search(r"travel\s*[\d.]+ %", figures.inner_text()), figures.inner_text()
+    assert re.search(r"Travel\s*[\d.]+ %", figures.inner_text()), figures.inner_text()
 
 
 def identify_from_a_step(page, calls=200, cycle=1.0, rest=10):

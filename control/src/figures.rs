@@ -1,34 +1,213 @@
-//! What a run comes to: rise time, overshoot, settling, integrals of the control deviation, travel, pulses.
+//! Figures of a loop: how fast, how far, how much. [`FIGURES`] defines each of them once, for the parameter tool, its report,
+//! studies, the command and Python.
 //!
-//! All figures refer to a window of the run, [`Figures::from`] to [`Figures::to`]. By default it begins with the last change of
-//! the setpoint: the call in which the setpoint has the new value for the first time. A setpoint that changes in several calls
-//! in a row, a ramp, changes in the first of them.
+//! All figures refer to a window of a run. By default it begins with the last change of the setpoint: the call in which the
+//! setpoint has the new value for the first time. A setpoint that changes in several calls in a row, a ramp, changes in the
+//! first of them.
 //!
 //! The *step* goes from the process value in that call, which the new setpoint has not moved yet, to the last setpoint of the
-//! window. *Rise*, *overshoot* and *settling* are told of it; *rise* interpolates between two calls. The integrals are sums over
-//! the calls, each with the time to the next call.
+//! window. *Rise*, *overshoot* and *settling* refer to it; *rise* interpolates between two calls. The integrals are sums over
+//! the calls, each with the time to the next call; the last call of a run takes as long as the one before it.
 
 use modeldescription::digits::short;
-use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Half of the band in which the process value counts as settled, as a part of the step.
 const BAND: f64 = 0.02;
 /// The process value has to stay in the band for at least this part of the time since the step: else it may only cross it.
 const STAY: f64 = 0.1;
-/// How many remarks name a quantity with a value that is not a number.
+/// Ends the reason why a figure is absent.
 const NOT_FINITE: &str = "is not a number in some calls";
 
-/// Of which part of which run.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
-#[serde(default, deny_unknown_fields)]
-#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(rename = "FiguresRequest", optional_fields = nullable))]
-pub struct Request {
-    /// The run; the present one without it.
-    pub run: Option<usize>,
+/// A figure of a loop.
+#[derive(Debug)]
+pub struct Figure {
+    /// Its name, everywhere: `settling`.
+    pub key: &'static str,
+    /// Its title, `Settling time`.
+    pub title: &'static str,
+    /// What it is, in a few words.
+    pub meaning: &'static str,
+    /// Its unit.
+    pub unit: Unit,
+    /// Whether the lowest value is the best.
+    pub is_lower_better: bool,
+    /// Why a run does not have it, usually.
+    pub absent: &'static str,
+    /// What it needs besides setpoint and process value.
+    pub needs: Needs,
+    of: fn(&Window) -> Result<f64, String>,
+}
+
+/// A figure's unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// None: a number of events.
+    One,
+    /// Seconds.
+    Seconds,
+    /// Percent of the step.
+    Percent,
+    /// That of the process value.
+    ProcessValue,
+    /// That of the process value times seconds.
+    ProcessValueSeconds,
+    /// The square of the process value's times seconds.
+    SquareSeconds,
+    /// That of the manipulated value.
+    ManipulatedValue,
+}
+
+/// What a figure needs besides setpoint and process value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Needs {
+    /// Nothing.
+    Nothing,
+    /// The manipulated value.
+    ManipulatedValue,
+    /// Pulse outputs.
+    Pulses,
+}
+
+/// All figures, in the order in which they are shown.
+pub static FIGURES: [&Figure; 8] = [
+    &Figure {
+        key: "rise",
+        title: "Rise time",
+        meaning: "From 10 % to 90 % of the step",
+        unit: Unit::Seconds,
+        is_lower_better: true,
+        absent: "the process value does not reach 90 % of the step",
+        needs: Needs::Nothing,
+        of: |window| window.step()?.rise(),
+    },
+    &OVERSHOOT,
+    &SETTLING,
+    &Figure {
+        key: "iae",
+        title: "IAE",
+        meaning: "Integral of the deviation's amount",
+        unit: Unit::ProcessValueSeconds,
+        is_lower_better: true,
+        absent: NO_DEVIATION,
+        needs: Needs::Nothing,
+        of: |window| Ok(window.deviation()?.iae),
+    },
+    &Figure {
+        key: "ise",
+        title: "ISE",
+        meaning: "Integral of the deviation's square",
+        unit: Unit::SquareSeconds,
+        is_lower_better: true,
+        absent: NO_DEVIATION,
+        needs: Needs::Nothing,
+        of: |window| Ok(window.deviation()?.ise),
+    },
+    &Figure {
+        key: "peak",
+        title: "Largest deviation",
+        meaning: "Largest amount of the deviation",
+        unit: Unit::ProcessValue,
+        is_lower_better: true,
+        absent: NO_DEVIATION,
+        needs: Needs::Nothing,
+        of: |window| Ok(window.deviation()?.peak),
+    },
+    &Figure {
+        key: "travel",
+        title: "Travel",
+        meaning: "How far the manipulated value moves in all",
+        unit: Unit::ManipulatedValue,
+        is_lower_better: true,
+        absent: "the manipulated value is not a number in some calls",
+        needs: Needs::ManipulatedValue,
+        of: |window| window.travel(),
+    },
+    &Figure {
+        key: "pulses",
+        title: "Pulses",
+        meaning: "How many pulses begin, on all pulse outputs",
+        unit: Unit::One,
+        is_lower_better: true,
+        absent: "there are no pulses",
+        needs: Needs::Pulses,
+        of: |window| window.pulses(),
+    },
+];
+
+/// Overshoot, which a prediction tells too.
+pub static OVERSHOOT: Figure = Figure {
+    key: "overshoot",
+    title: "Overshoot",
+    meaning: "Beyond the setpoint, in percent of the step",
+    unit: Unit::Percent,
+    is_lower_better: true,
+    absent: "the process value does not reach the setpoint",
+    needs: Needs::Nothing,
+    of: |window| window.step()?.overshoot(),
+};
+
+/// Settling time, which a prediction tells too.
+pub static SETTLING: Figure = Figure {
+    key: "settling",
+    title: "Settling time",
+    meaning: "From the step until the process value stays within 2 % of the step around the setpoint",
+    unit: Unit::Seconds,
+    is_lower_better: true,
+    absent: "the process value does not settle",
+    needs: Needs::Nothing,
+    of: |window| window.settling(),
+};
+
+const NO_CALL: &str = "there is no call in this part of the run";
+const NO_DEVIATION: &str = "the setpoint or the process value is not a number in some calls";
+
+/// The figure of this name.
+pub fn find(key: &str) -> Option<&'static Figure> {
+    FIGURES.into_iter().find(|figure| figure.key == key)
+}
+
+impl Figure {
+    /// Its value, or why it has none.
+    ///
+    /// # Errors
+    /// Why a run has no such figure, as the end of a sentence.
+    pub fn value(&self, window: &Window) -> Result<f64, String> {
+        if window.calls.is_empty() { Err(NO_CALL.into()) } else { (self.of)(window) }
+    }
+}
+
+impl Unit {
+    /// Its text, with the units of the process value and of the manipulated value.
+    pub fn text(self, process_value: Option<&str>, manipulated_value: Option<&str>) -> Option<String> {
+        let seconds = |unit: Option<String>| unit.map_or_else(|| "s".into(), |unit| format!("{unit} s"));
+        match self {
+            Unit::One => None,
+            Unit::Seconds => Some("s".into()),
+            Unit::Percent => Some("%".into()),
+            Unit::ProcessValue => process_value.map(str::to_string),
+            Unit::ProcessValueSeconds => Some(seconds(process_value.map(str::to_string))),
+            Unit::SquareSeconds => Some(seconds(process_value.map(squared))),
+            Unit::ManipulatedValue => manipulated_value.map(str::to_string),
+        }
+    }
+}
+
+/// The square of a unit.
+fn squared(unit: &str) -> String {
+    let is_simple = unit.chars().all(|character| character.is_alphabetic() || character == '%');
+    if is_simple { format!("{unit}^2") } else { format!("({unit})^2") }
+}
+
+/// Of which part of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Span {
     /// The beginning in seconds; the last change of the setpoint without it.
     pub from: Option<f64>,
     /// The end in seconds; the last call without it.
     pub to: Option<f64>,
+    /// From which to which value the step goes, if it is known: then it begins with the first call.
+    pub step: Option<(f64, f64)>,
 }
 
 /// What a run has recorded of a loop: a value of each signal for every call.
@@ -44,72 +223,155 @@ pub struct Signals<'a> {
     pub manipulated_value: &'a [f64],
     /// The pulse outputs; may be empty.
     pub pulses: &'a [Vec<bool>],
-    /// The unit of the process value.
-    pub unit: Option<&'a str>,
-    /// The unit of the manipulated value.
+    /// The unit of the manipulated value, for a reason.
     pub travel_unit: Option<&'a str>,
 }
 
-/// The figures of a run. What cannot be said is absent, and `remarks` say why.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
-#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
-pub struct Figures {
-    /// From where on, in seconds.
-    pub from: f64,
-    /// Up to where, in seconds.
-    pub to: f64,
-    /// From 10 % to 90 % of the step, in seconds.
-    pub rise: Option<f64>,
-    /// Beyond the setpoint, in percent of the step; 0 if the process value does not pass the setpoint.
-    pub overshoot: Option<f64>,
-    /// From which time on the process value stays within 2 % of the step around the setpoint, in seconds after the step.
-    pub settled: Option<f64>,
-    /// The integral of the deviation's amount, in the unit of the process value times seconds.
-    pub iae: Option<f64>,
-    /// The integral of the deviation's square.
-    pub ise: Option<f64>,
-    /// The largest amount of the deviation.
-    pub peak: Option<f64>,
-    /// How far the manipulated value moves, in its unit: the sum of the amounts of its changes.
-    pub travel: Option<f64>,
-    /// How many pulses begin, on all pulse outputs.
-    pub pulses: Option<u64>,
-    /// The unit of the process value.
-    pub unit: Option<String>,
-    /// The unit of the manipulated value.
-    pub travel_unit: Option<String>,
-    /// What could not be said, and why.
-    pub remarks: Vec<String>,
+/// A part of a run. Signals are compared up to the end of the shortest one.
+#[derive(Debug)]
+pub struct Window<'a> {
+    signals: Signals<'a>,
+    /// Which calls it has.
+    calls: Range<usize>,
+    step: Result<Step<'a>, String>,
+    deviation: Result<Deviation, String>,
 }
 
-/// The figures of a recorded loop; `request.run` has no effect here. Signals are compared up to the end of the shortest one.
-pub fn of(signals: &Signals, request: &Request) -> Figures {
-    let count = signals.times.len().min(signals.setpoint.len()).min(signals.process_value.len());
-    let times = &signals.times[..count];
-    let mut figures = Figures {
-        unit: signals.unit.map(str::to_string),
-        travel_unit: signals.travel_unit.map(str::to_string),
-        ..Figures::default()
-    };
-    let end = request.to.map_or(count, |to| times.partition_point(|time| *time <= to));
-    let changed = last_change(&signals.setpoint[..end]);
-    let begin = request.from.map_or(changed.unwrap_or(0), |from| times.partition_point(|time| *time < from));
-    if begin >= end {
-        figures.from = request.from.unwrap_or_default();
-        figures.to = request.to.unwrap_or(figures.from);
-        figures.remarks.push("there is no call in this part of the run".into());
-        return figures;
+/// Integrals and extremes of the deviation.
+#[derive(Clone, Copy, Debug)]
+struct Deviation {
+    iae: f64,
+    ise: f64,
+    peak: f64,
+}
+
+/// A step of the setpoint with the answer of the process value.
+#[derive(Debug)]
+struct Step<'a> {
+    times: &'a [f64],
+    /// How much of the step is done, from 0 to 1.
+    done: Vec<f64>,
+    /// How far the process value goes beyond the setpoint, as a part of the step.
+    beyond: f64,
+    is_ramp: bool,
+}
+
+impl<'a> Window<'a> {
+    /// The part of a recorded loop.
+    pub fn of(signals: Signals<'a>, span: &Span) -> Window<'a> {
+        let count = signals.times.len().min(signals.setpoint.len()).min(signals.process_value.len());
+        let times = &signals.times[..count];
+        let end = span.to.map_or(count, |to| times.partition_point(|time| *time <= to));
+        let changed = if span.step.is_some() { Some(0) } else { last_change(&signals.setpoint[..end]) };
+        let begin = span.from.map_or(changed.unwrap_or(0), |from| times.partition_point(|time| *time < from));
+        let calls = begin..end.max(begin);
+        let step = match changed.filter(|changed| *changed >= begin && !calls.is_empty()) {
+            Some(call) => Step::of(&signals, call..end, span.step),
+            None => Err("the setpoint does not change in this part of the run".into()),
+        };
+        let deviation = Deviation::of(&signals, calls.clone());
+        Window { signals, calls, step, deviation }
     }
-    (figures.from, figures.to) = (times[begin], times[end - 1]);
-    integrals(&mut figures, signals, begin, end);
-    travel(&mut figures, signals, begin, end);
-    match changed.filter(|changed| *changed >= begin) {
-        Some(step) => step_figures(&mut figures, signals, step, end),
-        None => figures.remarks.push(
-            "no rise time, overshoot or settling time: the setpoint does not change in this part of the run".into(),
-        ),
+
+    /// The times of its first and its last call in seconds, unless it has none.
+    pub fn times(&self) -> Option<(f64, f64)> {
+        Some((self.signals.times[*self.calls.clone().next().as_ref()?], self.signals.times[self.calls.end - 1]))
     }
-    figures
+
+    /// The figures that its signals allow.
+    pub fn figures(&self) -> impl Iterator<Item = &'static Figure> {
+        let (has_travel, has_pulses) = (!self.signals.manipulated_value.is_empty(), !self.signals.pulses.is_empty());
+        applicable(has_travel, has_pulses)
+    }
+
+    /// What is to be said of figures, a sentence each: which of them are absent and why.
+    pub fn remarks(&self, figures: &[&Figure]) -> Vec<String> {
+        if self.calls.is_empty() {
+            return vec![NO_CALL.into()];
+        }
+        let mut reasons: Vec<(String, Vec<String>)> = Vec::new();
+        for figure in figures {
+            let Err(reason) = figure.value(self) else { continue };
+            match reasons.iter_mut().find(|(other, _)| *other == reason) {
+                Some((_, names)) => names.push(in_sentence(figure.title)),
+                None => reasons.push((reason, vec![in_sentence(figure.title)])),
+            }
+        }
+        let ramp = self.step.as_ref().is_ok_and(|step| step.is_ramp);
+        let ramp =
+            ramp.then(|| "the setpoint is a ramp: its duration is part of the rise and settling time".to_string());
+        let absent = reasons.into_iter().map(|(reason, names)| match names.split_last() {
+            Some((last, rest)) if !rest.is_empty() => format!("no {} or {last}: {reason}", rest.join(", ")),
+            _ => format!("no {}: {reason}", names.concat()),
+        });
+        ramp.into_iter().chain(absent).collect()
+    }
+
+    fn step(&self) -> Result<&Step<'a>, String> {
+        self.step.as_ref().map_err(Clone::clone)
+    }
+
+    fn deviation(&self) -> Result<Deviation, String> {
+        self.deviation.clone()
+    }
+
+    fn settling(&self) -> Result<f64, String> {
+        let step = self.step()?;
+        step.settling().map_err(|why| match self.standstill(step.times[0]) {
+            None => why,
+            Some((value, since)) => {
+                let unit = self.signals.travel_unit.map_or_else(String::new, |unit| format!(" {unit}"));
+                let (value, since) = (short(value), short(since));
+                format!(
+                    "{why}; the manipulated value has stood at {value}{unit} since {since} s: it is at a limit, in manual mode, \
+                     or the deviation is within the dead band"
+                )
+            }
+        })
+    }
+
+    fn travel(&self) -> Result<f64, String> {
+        let values = self.signals.manipulated_value.get(self.calls.start.saturating_sub(1)..self.calls.end);
+        let values = values.ok_or("the manipulated value is not recorded in all calls")?;
+        let travel: f64 = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+        if travel.is_finite() { Ok(travel) } else { Err(format!("the manipulated value {NOT_FINITE}")) }
+    }
+
+    fn pulses(&self) -> Result<f64, String> {
+        // Before the first call of a run the outputs are FALSE.
+        let begins = |pulse: &Vec<bool>| {
+            let calls = self.calls.start..self.calls.end.min(pulse.len());
+            calls.filter(|call| pulse[*call] && !(*call > 0 && pulse[call - 1])).count() as f64
+        };
+        Ok(self.signals.pulses.iter().map(begins).sum())
+    }
+
+    /// The manipulated value and since when, if it has not moved in the last tenth of the time since the step.
+    fn standstill(&self, step: f64) -> Option<(f64, f64)> {
+        let first = self.signals.times.partition_point(|time| *time < step);
+        let values = self.signals.manipulated_value.get(first..self.calls.end)?;
+        let last = *values.last()?;
+        let first_of_last = values.iter().rposition(|value| *value != last).map_or(0, |other| other + 1);
+        let times = &self.signals.times[first..self.calls.end];
+        let (begin, stop) = (times[0], times[times.len() - 1]);
+        let since = times[first_of_last];
+        (values.len() > 1 && stop - since >= STAY * (stop - begin)).then_some((last, since))
+    }
+}
+
+/// The figures of a loop with or without a manipulated value and pulses.
+pub fn applicable(has_manipulated_value: bool, has_pulses: bool) -> impl Iterator<Item = &'static Figure> {
+    FIGURES.into_iter().filter(move |figure| match figure.needs {
+        Needs::Nothing => true,
+        Needs::ManipulatedValue => has_manipulated_value,
+        Needs::Pulses => has_pulses,
+    })
+}
+
+/// A title inside a sentence; an abbreviation stays as it is.
+fn in_sentence(title: &str) -> String {
+    let is_abbreviation = title.chars().all(|letter| letter.is_ascii_uppercase());
+    if is_abbreviation { title.into() } else { title.to_lowercase() }
 }
 
 /// The call in which the last change of the setpoint, or the last ramp, begins.
@@ -120,21 +382,18 @@ fn last_change(setpoint: &[f64]) -> Option<usize> {
     Some(before.map_or(1, |call| call + 1))
 }
 
-fn integrals(figures: &mut Figures, signals: &Signals, begin: usize, end: usize) {
-    let (mut iae, mut ise, mut peak) = (0.0, 0.0, 0.0_f64);
-    for call in begin..end {
-        let deviation = (signals.setpoint[call] - signals.process_value[call]).abs();
-        let step = duration(signals.times, call);
-        iae += deviation * step;
-        ise += deviation * deviation * step;
-        peak = if deviation.is_nan() { deviation } else { peak.max(deviation) };
-    }
-    if iae.is_finite() && ise.is_finite() && peak.is_finite() {
-        (figures.iae, figures.ise, figures.peak) = (Some(iae), Some(ise), Some(peak));
-    } else {
-        figures
-            .remarks
-            .push(format!("no IAE, ISE or largest deviation: the setpoint or the process value {NOT_FINITE}"));
+impl Deviation {
+    fn of(signals: &Signals, calls: Range<usize>) -> Result<Deviation, String> {
+        let (mut iae, mut ise, mut peak) = (0.0, 0.0, 0.0_f64);
+        for call in calls {
+            let deviation = (signals.setpoint[call] - signals.process_value[call]).abs();
+            let step = duration(signals.times, call);
+            iae += deviation * step;
+            ise += deviation * deviation * step;
+            peak = if deviation.is_nan() { deviation } else { peak.max(deviation) };
+        }
+        let is_finite = iae.is_finite() && ise.is_finite() && peak.is_finite();
+        if is_finite { Ok(Deviation { iae, ise, peak }) } else { Err(NO_DEVIATION.into()) }
     }
 }
 
@@ -147,110 +406,72 @@ fn duration(times: &[f64], call: usize) -> f64 {
     }
 }
 
-fn travel(figures: &mut Figures, signals: &Signals, begin: usize, end: usize) {
-    if signals.manipulated_value.len() >= end {
-        let values = &signals.manipulated_value[begin.saturating_sub(1)..end];
-        let travel: f64 = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
-        if travel.is_finite() {
-            figures.travel = Some(travel);
-        } else {
-            figures.remarks.push(format!("no travel: the manipulated value {NOT_FINITE}"));
+impl<'a> Step<'a> {
+    /// The step that begins in the first of these calls, from and to the values that are given.
+    fn of(signals: &Signals<'a>, calls: Range<usize>, given: Option<(f64, f64)>) -> Result<Step<'a>, String> {
+        let (times, setpoints) = (&signals.times[calls.clone()], &signals.setpoint[calls.clone()]);
+        let values = &signals.process_value[calls];
+        let (start, setpoint) = given.unwrap_or((values[0], setpoints[setpoints.len() - 1]));
+        let height = setpoint - start;
+        if values.iter().chain(setpoints).chain([&height]).any(|value| !value.is_finite()) {
+            return Err(NO_DEVIATION.into());
         }
+        if height.abs() <= 1e-9 * setpoint.abs().max(start.abs()) {
+            return Err("the process value is at the new setpoint already".into());
+        }
+        Ok(Step {
+            times,
+            done: values.iter().map(|value| (value - start) / height).collect(),
+            beyond: values.iter().map(|value| (value - setpoint) / height).fold(0.0, f64::max),
+            is_ramp: setpoints.windows(2).any(|pair| pair[0] != pair[1]),
+        })
     }
-    if !signals.pulses.is_empty() {
-        // Before the first call of a run the outputs are FALSE.
-        let begins = |pulse: &Vec<bool>| {
-            let end = end.min(pulse.len());
-            (begin..end).filter(|call| pulse[*call] && !(*call > 0 && pulse[call - 1])).count() as u64
+
+    fn rise(&self) -> Result<f64, String> {
+        let crossing = |level: f64| {
+            let call = self.done.iter().position(|done| *done >= level)?;
+            let (before, after) = (self.done[call.checked_sub(1)?], self.done[call]);
+            let (first, second) = (self.times[call - 1], self.times[call]);
+            Some(first + (second - first) * (level - before) / (after - before))
         };
-        figures.pulses = Some(signals.pulses.iter().map(begins).sum());
-    }
-}
-
-/// Rise, overshoot and settling after the setpoint's change in the call `step`.
-fn step_figures(figures: &mut Figures, signals: &Signals, step: usize, end: usize) {
-    let (times, setpoints) = (&signals.times[step..end], &signals.setpoint[step..end]);
-    let values = &signals.process_value[step..end];
-    let (start, setpoint) = (values[0], setpoints[setpoints.len() - 1]);
-    let height = setpoint - start;
-    if values.iter().chain(setpoints).any(|value| !value.is_finite()) {
-        let remark = format!("no rise time, overshoot or settling time: setpoint or process value {NOT_FINITE}");
-        return figures.remarks.push(remark);
-    }
-    if height.abs() <= 1e-9 * setpoint.abs().max(start.abs()) {
-        let remark = "no rise time, overshoot or settling time: the process value is at the new setpoint already";
-        return figures.remarks.push(remark.into());
-    }
-    if setpoints.windows(2).any(|pair| pair[0] != pair[1]) {
-        figures.remarks.push("the setpoint is a ramp: its duration is part of the rise and settling time".into());
-    }
-    // How much of the step is done: from 0 to 1.
-    let done: Vec<f64> = values.iter().map(|value| (value - start) / height).collect();
-    let crossing = |level: f64| {
-        let call = done.iter().position(|done| *done >= level)?;
-        let (before, after) = (done[call.checked_sub(1)?], done[call]);
-        Some(times[call - 1] + (times[call] - times[call - 1]) * (level - before) / (after - before))
-    };
-    let beyond = values.iter().map(|value| (value - setpoint) / height).fold(0.0, f64::max);
-    match (crossing(0.1), crossing(0.9)) {
-        (Some(low), Some(high)) => figures.rise = Some(high - low),
-        _ => {
-            let highest = done.iter().copied().fold(f64::MIN, f64::max);
-            let so_far = (highest * 100.0).max(0.0);
-            figures.remarks.push(format!("no rise time: the process value has done {so_far:.0} % of the step so far"));
+        match (crossing(0.1), crossing(0.9)) {
+            (Some(low), Some(high)) => Ok(high - low),
+            _ => {
+                let highest = self.done.iter().copied().fold(f64::MIN, f64::max);
+                let so_far = (highest * 100.0).max(0.0);
+                Err(format!("the process value has done {so_far:.0} % of the step so far"))
+            }
         }
     }
-    let settled = settled(times, &done);
-    if beyond > 0.0 || settled.is_ok() {
-        figures.overshoot = Some(beyond * 100.0);
-    } else {
-        figures.remarks.push("no overshoot: the process value has not reached the setpoint yet".into());
-    }
-    match settled {
-        Ok(time) => figures.settled = Some(time),
-        Err(why) => {
-            let stuck = standstill(signals, step, end).map_or_else(String::new, |(value, since)| {
-                let unit = signals.travel_unit.map_or_else(String::new, |unit| format!(" {unit}"));
-                format!(
-                    "; the manipulated value has stood at {}{unit} since {} s: it is at a limit, in manual mode, or the \
-                     deviation is within the dead band",
-                    short(value),
-                    short(since)
-                )
-            });
-            figures.remarks.push(format!("no settling time: {why}{stuck}"));
+
+    fn overshoot(&self) -> Result<f64, String> {
+        if self.beyond > 0.0 || self.settling().is_ok() {
+            Ok(self.beyond * 100.0)
+        } else {
+            Err("the process value has not reached the setpoint yet".into())
         }
     }
-}
 
-/// When the step is done to within the band for good, in seconds after the step, or why that cannot be said.
-fn settled(times: &[f64], done: &[f64]) -> Result<f64, String> {
-    let percent = BAND * 100.0;
-    let is_outside = |done: &f64| (done - 1.0).abs() > BAND;
-    let first = done.iter().rposition(is_outside).map_or(0, |last| last + 1);
-    let (begin, end) = (times[0], times[times.len() - 1]);
-    let Some(since) = times.get(first) else {
-        let off = (done[done.len() - 1] - 1.0).abs() * 100.0;
-        return Err(format!("the process value is {off:.1} % of the step away from the setpoint at the end"));
-    };
-    if end - since < STAY * (end - begin) {
-        let stayed = end - since;
-        return Err(format!(
-            "the process value has been within {percent:.0} % of the step for {} s only and may leave it again",
-            short(stayed)
-        ));
+    /// When the step is done to within the band for good, in seconds after the step, or why it is not.
+    fn settling(&self) -> Result<f64, String> {
+        let (times, done) = (self.times, &self.done);
+        let percent = BAND * 100.0;
+        let is_outside = |done: &f64| (done - 1.0).abs() > BAND;
+        let first = done.iter().rposition(is_outside).map_or(0, |last| last + 1);
+        let (begin, end) = (times[0], times[times.len() - 1]);
+        let Some(since) = times.get(first) else {
+            let off = (done[done.len() - 1] - 1.0).abs() * 100.0;
+            return Err(format!("the process value is {off:.1} % of the step away from the setpoint at the end"));
+        };
+        if end - since < STAY * (end - begin) {
+            let stayed = end - since;
+            return Err(format!(
+                "the process value has been within {percent:.0} % of the step for {} s only and may leave it again",
+                short(stayed)
+            ));
+        }
+        Ok(since - begin)
     }
-    Ok(since - begin)
-}
-
-/// The manipulated value and since when, if it has not moved in the last tenth of the time since the step.
-fn standstill(signals: &Signals, step: usize, end: usize) -> Option<(f64, f64)> {
-    let values = signals.manipulated_value.get(step..end)?;
-    let last = *values.last()?;
-    let first = values.iter().rposition(|value| *value != last).map_or(0, |other| other + 1);
-    let times = &signals.times[step..end];
-    let (begin, stop) = (times[0], times[times.len() - 1]);
-    (values.len() > 1 && stop - times[first] >= STAY * (stop - begin)).then(|| (last, times[first]))
 }
 
 #[cfg(test)]
@@ -270,20 +491,63 @@ mod tests {
         (times, setpoint, value)
     }
 
-    fn all(times: &[f64], setpoint: &[f64], process_value: &[f64]) -> Figures {
-        of(&Signals { times, setpoint, process_value, ..Signals::default() }, &Request::default())
+    fn all<'a>(times: &'a [f64], setpoint: &'a [f64], process_value: &'a [f64]) -> Window<'a> {
+        Window::of(Signals { times, setpoint, process_value, ..Signals::default() }, &Span::default())
+    }
+
+    impl Window<'_> {
+        fn get(&self, key: &str) -> Option<f64> {
+            find(key).unwrap().value(self).ok()
+        }
+
+        fn all_remarks(&self) -> Vec<String> {
+            self.remarks(&self.figures().collect::<Vec<_>>())
+        }
+    }
+
+    #[test]
+    fn the_figures_of_a_short_step_can_be_checked_by_hand() {
+        let times: Vec<f64> = (0..12).map(f64::from).collect();
+        let setpoint: Vec<f64> = (0..12).map(|call| if call < 1 { 0.0 } else { 10.0 }).collect();
+        let value = [0.0, 0.0, 2.0, 4.0, 6.0, 8.0, 11.0, 10.1, 10.0, 10.0, 10.0, 10.0];
+        let figures = all(&times, &setpoint, &value);
+        // 1 is reached at 1.5 s, 9 at 5 1/3 s; 11 at 6 s is outside of 9.8 to 10.2; the step is at 1 s.
+        let expected = [
+            ("rise", 16.0 / 3.0 - 1.5),
+            ("overshoot", 10.0),
+            ("settling", 6.0),
+            ("iae", 10.0 + 8.0 + 6.0 + 4.0 + 2.0 + 1.0 + 0.1),
+            ("ise", 100.0 + 64.0 + 36.0 + 16.0 + 4.0 + 1.0 + 0.01),
+            ("peak", 10.0),
+        ];
+        for (key, expected) in expected {
+            let value = figures.get(key).unwrap();
+            assert!((value - expected).abs() < 1e-9, "{key}: {value}");
+        }
+        assert_eq!(figures.figures().map(|figure| figure.key).collect::<Vec<_>>(), expected.map(|(key, _)| key));
+    }
+
+    #[test]
+    fn rows_that_begin_with_the_step_say_from_where_to_where_it_goes() {
+        let (times, value) = ([0.0, 1.0, 2.0, 3.0, 4.0], [20.0, 40.0, 60.0, 60.0, 60.0]);
+        let signals = Signals { times: &times, setpoint: &[60.0; 5], process_value: &value, ..Signals::default() };
+        assert_eq!(Window::of(signals, &Span::default()).get("rise"), None);
+        let figures = Window::of(signals, &Span { step: Some((20.0, 60.0)), ..Span::default() });
+        // From 24 at 0.2 s to 56 at 1.8 s.
+        assert!((figures.get("rise").unwrap() - 1.6).abs() < 1e-12);
+        assert_eq!((figures.get("settling"), figures.get("iae")), (Some(2.0), Some(60.0)));
     }
 
     #[test]
     fn a_second_order_answer_has_the_figures_of_the_textbook() {
         let (times, setpoint, value) = second_order(30_000, 0.001, 1000);
         let figures = all(&times, &setpoint, &value);
-        assert_eq!((figures.from, figures.to), (1.0, times[29_999]));
+        assert_eq!(figures.times().unwrap(), (1.0, times[29_999]));
         // exp(-pi zeta / sqrt(1 - zeta^2)), and roots of the answer, computed independently.
-        assert!((figures.overshoot.unwrap() - 16.30335).abs() < 1e-4, "{figures:?}");
-        assert!((figures.rise.unwrap() - 1.6376).abs() < 2e-4, "{figures:?}");
-        assert!((figures.settled.unwrap() - 8.0764).abs() < 1.1e-3, "{figures:?}");
-        assert_eq!(figures.remarks, [""; 0]);
+        assert!((figures.get("overshoot").unwrap() - 16.30335).abs() < 1e-4, "{figures:?}");
+        assert!((figures.get("rise").unwrap() - 1.6376).abs() < 2e-4, "{figures:?}");
+        assert!((figures.get("settling").unwrap() - 8.0764).abs() < 1.1e-3, "{figures:?}");
+        assert_eq!(figures.all_remarks(), [""; 0]);
     }
 
     #[test]
@@ -291,8 +555,8 @@ mod tests {
         let times = [0.0, 0.5, 1.0, 1.5];
         let figures = all(&times, &[0.0, 10.0, 10.0, 10.0], &[0.0, 0.0, 4.0, 12.0]);
         // 10, 6 and 2 for half a second each.
-        assert_eq!((figures.iae, figures.ise, figures.peak), (Some(9.0), Some(70.0), Some(10.0)));
-        assert_eq!(figures.overshoot, Some(20.0));
+        assert_eq!((figures.get("iae"), figures.get("ise"), figures.get("peak")), (Some(9.0), Some(70.0), Some(10.0)));
+        assert_eq!(figures.get("overshoot"), Some(20.0));
     }
 
     #[test]
@@ -304,43 +568,52 @@ mod tests {
             process_value: &[0.0; 4],
             manipulated_value: &[7.0, 10.0, 30.0, 25.0],
             pulses: &pulses,
-            unit: Some("degC"),
             travel_unit: Some("%"),
         };
-        let figures = of(&signals, &Request::default());
-        assert_eq!((figures.travel, figures.pulses), (Some(25.0), Some(2)));
-        assert_eq!((figures.unit.as_deref(), figures.travel_unit.as_deref()), (Some("degC"), Some("%")));
-        let figures = of(&signals, &Request { from: Some(0.0), ..Request::default() });
-        assert_eq!((figures.travel, figures.pulses), (Some(28.0), Some(4)));
-        let window = Request { from: Some(0.5), to: Some(1.5), ..Request::default() };
-        let figures = of(&signals, &window);
-        assert_eq!((figures.from, figures.to, figures.travel, figures.pulses), (1.0, 1.0, Some(3.0), Some(1)));
+        let figures = Window::of(signals, &Span::default());
+        assert_eq!((figures.get("travel"), figures.get("pulses")), (Some(25.0), Some(2.0)));
+        let figures = Window::of(signals, &Span { from: Some(0.0), ..Span::default() });
+        assert_eq!((figures.get("travel"), figures.get("pulses")), (Some(28.0), Some(4.0)));
+        let window = Span { from: Some(0.5), to: Some(1.5), step: None };
+        let figures = Window::of(signals, &window);
+        assert_eq!(
+            (figures.times(), figures.get("travel"), figures.get("pulses")),
+            (Some((1.0, 1.0)), Some(3.0), Some(1.0))
+        );
     }
 
     #[test]
     fn a_step_down_has_the_same_figures_as_a_step_up() {
         let (times, setpoint, value) = second_order(3000, 0.01, 100);
-        let up = all(&times, &setpoint, &value);
+        let of = |window: Window| FIGURES.map(|figure| figure.value(&window).ok());
+        let up = of(all(&times, &setpoint, &value));
         let mirrored = |values: &[f64]| values.iter().map(|value| -value).collect::<Vec<_>>();
-        let down = all(&times, &mirrored(&setpoint), &mirrored(&value));
+        let down = of(all(&times, &mirrored(&setpoint), &mirrored(&value)));
         assert_eq!(up, down);
     }
 
     #[test]
     fn without_a_change_of_the_setpoint_there_are_integrals_only() {
         let figures = all(&[0.0, 1.0], &[5.0, 5.0], &[4.0, 4.0]);
-        assert_eq!((figures.iae, figures.rise, figures.overshoot, figures.settled), (Some(2.0), None, None, None));
-        assert!(figures.remarks[0].ends_with("the setpoint does not change in this part of the run"));
+        assert_eq!(
+            (figures.get("iae"), figures.get("rise"), figures.get("overshoot"), figures.get("settling")),
+            (Some(2.0), None, None, None)
+        );
+        assert!(figures.all_remarks()[0].ends_with("the setpoint does not change in this part of the run"));
     }
 
     #[test]
     fn a_process_value_that_is_still_on_its_way_has_neither_settled_nor_overshot() {
         let (times, setpoint, value) = second_order(200, 0.01, 100);
         let figures = all(&times, &setpoint, &value);
-        assert_eq!((figures.rise, figures.overshoot, figures.settled), (None, None, None));
-        assert!(figures.remarks[0].starts_with("no rise time: the process value has done 3"), "{:?}", figures.remarks);
-        assert!(figures.remarks[1].ends_with("has not reached the setpoint yet"));
-        assert!(figures.remarks[2].contains("% of the step away from the setpoint at the end"));
+        assert_eq!((figures.get("rise"), figures.get("overshoot"), figures.get("settling")), (None, None, None));
+        assert!(
+            figures.all_remarks()[0].starts_with("no rise time: the process value has done 3"),
+            "{:?}",
+            figures.all_remarks()
+        );
+        assert!(figures.all_remarks()[1].ends_with("has not reached the setpoint yet"));
+        assert!(figures.all_remarks()[2].contains("% of the step away from the setpoint at the end"));
     }
 
     #[test]
@@ -348,8 +621,8 @@ mod tests {
         // The answer passes the setpoint at 2.418 s.
         let (times, setpoint, value) = second_order(343, 0.01, 100);
         let figures = all(&times, &setpoint, &value);
-        assert_eq!(figures.settled, None);
-        assert!(figures.remarks.last().unwrap().ends_with("may leave it again"), "{:?}", figures.remarks);
+        assert_eq!(figures.get("settling"), None);
+        assert!(figures.all_remarks().last().unwrap().ends_with("may leave it again"), "{:?}", figures.all_remarks());
     }
 
     #[test]
@@ -367,9 +640,9 @@ mod tests {
             travel_unit: Some("%"),
             ..Signals::default()
         };
-        let figures = of(&signals, &Request::default());
-        assert_eq!(figures.settled, None);
-        let remark = figures.remarks.last().unwrap();
+        let figures = Window::of(signals, &Span::default());
+        assert_eq!(figures.get("settling"), None);
+        let remark = figures.all_remarks().pop().unwrap();
         assert!(
             remark.contains(
                 "stood at 100 % since 30 s: it is at a limit, in manual mode, or the \
@@ -384,21 +657,31 @@ mod tests {
         let setpoint = [0.0, 0.0, 2.0, 4.0, 6.0, 6.0, 6.0];
         let times: Vec<f64> = (0..7).map(f64::from).collect();
         let figures = all(&times, &setpoint, &[0.0, 0.0, 0.0, 3.0, 6.0, 6.0, 6.0]);
-        assert_eq!((figures.from, figures.settled), (2.0, Some(2.0)));
-        assert!(figures.remarks[0].starts_with("the setpoint is a ramp"));
+        assert_eq!((figures.times(), figures.get("settling")), (Some((2.0, 6.0)), Some(2.0)));
+        assert!(figures.all_remarks()[0].starts_with("the setpoint is a ramp"));
     }
 
     #[test]
     fn values_that_are_no_numbers_leave_figures_out_with_a_reason() {
         let figures = all(&[0.0, 1.0, 2.0], &[0.0, 1.0, 1.0], &[0.0, f64::NAN, 0.0]);
-        assert_eq!((figures.iae, figures.peak, figures.rise), (None, None, None));
-        assert_eq!(figures.remarks.len(), 2);
-        assert!(figures.remarks.iter().all(|remark| remark.ends_with(NOT_FINITE)), "{:?}", figures.remarks);
+        assert_eq!((figures.get("iae"), figures.get("peak"), figures.get("rise")), (None, None, None));
+        let all = "no rise time, overshoot, settling time, IAE, ISE or largest deviation";
+        assert_eq!(figures.all_remarks(), [format!("{all}: {NO_DEVIATION}")]);
+    }
+
+    #[test]
+    fn the_guide_has_a_line_for_each_figure() {
+        let guide = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/studies.md")).unwrap();
+        for Figure { key, meaning, .. } in FIGURES {
+            let is_line_of =
+                |line: &str| line.starts_with(&format!("| `{key}` | ")) && line.ends_with(&format!(" | {meaning} |"));
+            assert!(guide.lines().any(is_line_of), "write in docs/studies.md: | `{key}` | unit | {meaning} |");
+        }
     }
 
     #[test]
     fn an_empty_run_has_no_figures() {
         let figures = all(&[], &[], &[]);
-        assert_eq!(figures.remarks, ["there is no call in this part of the run"]);
+        assert_eq!(figures.all_remarks(), ["there is no call in this part of the run"]);
     }
 }

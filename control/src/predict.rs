@@ -9,7 +9,7 @@
 //! Pulses drive the model as they are, as 100 % or 0 or -100 %. The pulses of a step controller move a valve, which takes the motor
 //! time from stop to stop and begins in the middle.
 
-use crate::figures::{self, Signals};
+use crate::figures::{OVERSHOOT, SETTLING, Signals, Span, Window};
 use crate::process::Process;
 use crate::tune::{Controller, Predicted, Request};
 use anyhow::{Context, Result, bail};
@@ -397,13 +397,9 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
         manipulated_value: &manipulated_value,
         ..Signals::default()
     };
-    let figures = figures::of(&signals, &figures::Request::default());
-    let mut remarks: Vec<String> = figures
-        .remarks
-        .iter()
-        .filter(|remark| remark.contains("overshoot") || remark.contains("settling"))
-        .map(|remark| format!("Predicted: {remark}."))
-        .collect();
+    let window = Window::of(signals, &Span::default());
+    let told = window.remarks(&[&OVERSHOOT, &SETTLING]);
+    let mut remarks: Vec<String> = told.into_iter().map(|remark| format!("Predicted: {remark}.")).collect();
     if controller.roles.pulses.is_empty() {
         remarks.extend(saturation(&manipulated_value[step..], schedule, height));
     }
@@ -417,8 +413,8 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
         setpoint: pick(&setpoint),
         process_value: pick(&process_value),
         manipulated_value: pick(&manipulated_value),
-        overshoot: figures.overshoot,
-        settled: figures.settled,
+        overshoot: OVERSHOOT.value(&window).ok(),
+        settling: SETTLING.value(&window).ok(),
     };
     (predicted, remarks)
 }

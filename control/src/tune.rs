@@ -151,8 +151,8 @@ pub struct Predicted {
     pub manipulated_value: Vec<f64>,
     /// Its overshoot in percent of the step.
     pub overshoot: Option<f64>,
-    /// When it has settled, in seconds.
-    pub settled: Option<f64>,
+    /// Its settling time in seconds.
+    pub settling: Option<f64>,
 }
 
 /// A block that controls, with its present settings.

@@ -323,7 +323,7 @@ def style():
 
     These two of Pygments' styles are the ones with enough contrast on the panels.
     """
-    pages = (ROOT / "plcfmu" / "src" / "page" / "templates" / "style.css").read_text("utf-8")
+    pages = (ROOT / "draw" / "src" / "templates" / "style.css").read_text("utf-8")
     light, dark = (
         pygments.formatters.HtmlFormatter(style=name, nobackground=True).get_style_defs(".source")
         for name in ("xcode", "lightbulb")

@@ -1,6 +1,6 @@
 //! The door through which every call of a host goes: it checks the state, catches panics, and tells the host why a call is
-//! refused. What is behind it may panic and refuse; what is before it, the C functions of a version of FMI, only turns
-//! pointers into references.
+//! refused. What is behind it may panic and refuse; what is before it, the C functions of a version of the standard, only
+//! turn pointers into references.
 
 use crate::component::Component;
 use crate::cyclic::Cyclic;

@@ -1,18 +1,24 @@
-//! Values as a host passes them: what a version of FMI has to say of each of its types.
+//! Values as a host passes them: what a version of the standard has to say of each of its types.
 
 use crate::cyclic::Cyclic;
 use blocks::{Kind, Value};
 
-/// The words of a version of FMI.
+/// The words of a version of the standard.
 pub trait Version {
+    /// Its number, as modelDescription.xml has it.
+    const NUMBER: &'static str;
+
     /// What the names of its functions begin with.
     const PREFIX: &'static str;
+
+    /// What the FMUs can do: the attributes of modelDescription.xml and their values. Those that are left out are false.
+    const CAPABILITIES: &'static [(&'static str, &'static str)];
 
     /// Its name of the type that holds PLC values of a kind, as in the name of the function that sets it.
     fn name_of(kind: Kind) -> &'static str;
 }
 
-/// A type of values, as C passes it in a version of FMI.
+/// A type of values, as C passes it in a version of the standard.
 pub trait HostType<V: Version>: Copy {
     /// Whether PLC values of this kind are values of this type.
     fn holds(kind: Kind) -> bool;

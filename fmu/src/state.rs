@@ -54,7 +54,7 @@ impl State {
 
     fn not_now(self, function: &Function) -> Refusal {
         if self == State::Locked {
-            let reason = "the instance is locked after a panic; only fmi2FreeInstance is left";
+            let reason = "the instance is locked after a panic; it can only be freed";
             return Refusal::new(Answer::Fatal, reason.into());
         }
         let allowed: Vec<_> =

@@ -112,8 +112,8 @@ pub fn json<B: Block>() -> String {
             row.kind.name(),
             row.role.name(),
             number(row.start),
-            optional(row.min.map(|min| format!("{:?}", number(min).min(decimal(min))))),
-            optional(row.max.map(|max| format!("{:?}", number(max).max(decimal(max))))),
+            optional(row.least().map(|min| format!("{min:?}"))),
+            optional(row.greatest().map(|max| format!("{max:?}"))),
             optional(row.unit.map(quoted)),
             if from.is_empty() { String::new() } else { format!(r#","from":[{}]"#, from.join(",")) },
         );
@@ -145,15 +145,6 @@ pub fn json<B: Block>() -> String {
 
 fn list<T>(items: &[T], text: impl Fn(&T) -> String) -> String {
     items.iter().map(text).collect::<Vec<_>>().join(",")
-}
-
-/// The value as it is written in decimals: 0.1 for the REAL next to it, which is a little more. A range includes both, so
-/// that neither a host that computes in doubles nor the REAL itself falls outside it.
-fn decimal(value: Value) -> f64 {
-    match value {
-        Value::Real(real) => real.to_string().parse().unwrap_or(f64::from(real)),
-        other => number(other),
-    }
 }
 
 fn optional(text: Option<String>) -> String {
@@ -223,9 +214,11 @@ mod tests {
     #[test]
     fn a_limit_of_a_real_holds_its_decimal_and_itself() {
         // The REAL next to 0.1 lies above it, the one next to 0.7 below.
-        assert_eq!((decimal(Value::Real(0.1)), number(Value::Real(0.1))), (0.1, 0.10000000149011612));
-        assert_eq!((decimal(Value::Real(0.7)), number(Value::Real(0.7))), (0.7, 0.699999988079071));
-        assert_eq!(decimal(Value::Real(f32::MAX)), 3.4028235e38);
+        let row = |limit| Row { min: Some(Value::Real(limit)), max: Some(Value::Real(limit)), ..Row::EMPTY };
+        let limits = |limit| (row(limit).least().unwrap(), row(limit).greatest().unwrap());
+        assert_eq!(limits(0.1), (0.1, 0.10000000149011612));
+        assert_eq!(limits(0.7), (0.699999988079071, 0.7));
+        assert_eq!(limits(f32::MAX).1, 3.4028235e38);
         assert!(json::<Sum>().contains(r#""start":1.0,"min":0.1,"max":10.0"#));
     }
 

@@ -5,11 +5,11 @@
 use crate::library::{CallbackFunctions, Library, Logger, Pointer};
 use anyhow::{Context, Result, anyhow, bail};
 pub use run::component::Type;
-use run::component::{Component, Reset};
+use run::component::{Component, Reset, Terminated};
 use std::cell::Cell;
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// fmi2CoSimulation.
 const CO_SIMULATION: c_int = 1;
@@ -17,7 +17,11 @@ const CO_SIMULATION: c_int = 1;
 /// The values of fmi2Status, in order.
 const STATUS: [&str; 6] = ["fmi2OK", "fmi2Warning", "fmi2Discard", "fmi2Error", "fmi2Fatal", "fmi2Pending"];
 const WARNING: c_int = 1;
+const DISCARD: c_int = 2;
 const FATAL: c_int = 4;
+
+/// The fmi2StatusKind that tells whether an FMU ends the simulation.
+const TERMINATED: c_int = 3;
 
 /// So many messages are kept; later ones replace the earliest.
 const MOST_MESSAGES: usize = 100;
@@ -46,12 +50,29 @@ pub struct Message {
 }
 
 /// Filled by the logger, on any thread.
-#[derive(Debug, Default)]
-struct Messages(Mutex<Vec<Message>>);
+#[derive(Debug)]
+struct Messages {
+    /// The name of the instance.
+    of: String,
+    messages: Mutex<Vec<Message>>,
+}
+
+/// Gets what each instance logs, with its name.
+type Listener = Box<dyn Fn(&str, &str) + Send + Sync>;
+
+static LISTENER: OnceLock<Listener> = OnceLock::new();
+
+/// Sets who gets at once what any instance of this process logs, with its name. Only the first call has an effect.
+pub fn listen(listener: impl Fn(&str, &str) + Send + Sync + 'static) {
+    let _ = LISTENER.set(Box::new(listener));
+}
 
 impl Messages {
     fn add(&self, message: Message) {
-        let mut messages = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(listener) = LISTENER.get() {
+            listener(&self.of, &message.text);
+        }
+        let mut messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
         if messages.len() == MOST_MESSAGES {
             messages.remove(0);
         }
@@ -59,7 +80,7 @@ impl Messages {
     }
 
     fn take(&self) -> Vec<Message> {
-        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        std::mem::take(&mut *self.messages.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// What explains a failure: the errors, or everything if there are none.
@@ -83,9 +104,8 @@ impl Instance {
     /// The FMU refuses, with its messages.
     pub fn instantiate(library: &Library, name: &str, guid: &str, resources: Option<&str>) -> Result<Instance> {
         let text = |text: &str| CString::new(text).with_context(|| format!("{text:?} contains a NUL"));
-        let (name, guid) = (text(name)?, text(guid)?);
         let resources = resources.map(text).transpose()?;
-        let messages = Box::<Messages>::default();
+        let messages = Box::new(Messages { of: name.into(), messages: Mutex::default() });
         let callbacks = Box::new(CallbackFunctions {
             logger: Some(logger()),
             allocate_memory: Some(calloc),
@@ -93,6 +113,7 @@ impl Instance {
             step_finished: None,
             environment: ptr::from_ref(&*messages).cast_mut().cast(),
         });
+        let (name, guid) = (text(name)?, text(guid)?);
         // SAFETY: the strings end with NUL and outlive the call; callbacks and messages live as long as
         // the instance.
         let component = unsafe {
@@ -148,12 +169,24 @@ impl Instance {
     /// `fmi2DoStep` from `time` to `time + size`, in seconds.
     ///
     /// # Errors
-    /// The FMU refuses, discards the step or answers later (fmi2Pending), with its messages.
+    /// The FMU refuses, discards the step or answers later (fmi2Pending), with its messages; [`Terminated`].
     #[inline]
     pub fn step(&mut self, time: f64, size: f64) -> Result<()> {
         // SAFETY: the component is this instance's and lives.
         let status = unsafe { (self.library.do_step)(self.component, time, size, 1) };
+        if status == DISCARD && self.has_terminated() {
+            return Err(in_step(Terminated.into(), time, size));
+        }
         self.check("fmi2DoStep", status).map_err(|error| in_step(error, time, size))
+    }
+
+    /// Whether the FMU has discarded a step because it ends the simulation.
+    #[cold]
+    fn has_terminated(&self) -> bool {
+        let mut value = 0;
+        // SAFETY: the component is this instance's and lives; there is room for one value.
+        let status = unsafe { (self.library.get_boolean_status)(self.component, TERMINATED, &mut value) };
+        status == 0 && value != 0
     }
 
     /// `fmi2Terminate`

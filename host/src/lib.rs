@@ -5,18 +5,15 @@
 //! System: names, as the user writes them --Plan::of--> Plan --------------+--run--> Recording
 //! ```
 //!
-//! [`Simulation`](simulation::Simulation) does all of it.
-//!
-//! An FMU is foreign code in this process. What it reports as an error becomes an error here. A crash of an FMU, or one that
-//! never returns, ends or stops the whole process: nothing here can catch that.
+//! An FMU is foreign code. What it reports as an error becomes an error here. A crash of an FMU, or one that never returns, ends
+//! or stops its whole process: [`child`] gives it a process of its own.
 
+pub mod child;
 #[cfg(any(test, feature = "doubles"))]
 pub mod doubles;
 pub mod fmu;
-pub mod framing;
 pub mod hexadecimal;
 pub mod instance;
 pub mod library;
 pub mod package;
 pub mod simulation;
-pub mod standard_output;

@@ -1,27 +1,9 @@
-//! A system with its FMUs opened and instantiated, ready to run once.
-//!
-//! ```no_run
-//! use host::simulation::Simulation;
-//! use run::system::{Member, System};
-//!
-//! let system = System {
-//!     members: [("PID", "PID.fmu"), ("FURNACE", "FURNACE.fmu")].map(|(name, path)| Member { name: name.into(), path: path.into() }).into(),
-//!     connections: vec!["PID.OUT=FURNACE.POWER".parse()?, "FURNACE.TEMP=PID.PV".parse()?],
-//!     settings: vec!["PID.GAIN=2".parse()?, "PID.SP=60@120".parse()?],
-//!     stop: Some(600.0),
-//!     ..System::default()
-//! };
-//! let recording = Simulation::open(&system)?.run(|_| {})?;
-//! recording.write_csv(&mut std::io::stdout())?;
-//! # Ok::<(), anyhow::Error>(())
-//! ```
+//! The FMUs of a system, loaded into this process.
 
 use crate::fmu::Fmu;
-use crate::instance::{Instance, Message};
+use crate::instance::Instance;
 use anyhow::{Context, Result, bail};
 use modeldescription::Description;
-use run::master::{self, Recording};
-use run::plan::Plan;
 use run::system::System;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -85,44 +67,5 @@ impl Fmus {
     pub fn instantiate(&self, member: usize) -> Result<Instance> {
         let name = &self.members[member].0;
         self.of(member).instantiate(name).with_context(|| name.clone())
-    }
-}
-
-/// A system that is ready to run.
-#[derive(Debug)]
-pub struct Simulation {
-    /// What the run does.
-    pub plan: Plan,
-    instances: Vec<Instance>,
-}
-
-impl Simulation {
-    /// Opens the FMUs of a system, each file once, checks the system against them, and instantiates them. This runs code of
-    /// the FMUs.
-    ///
-    /// # Errors
-    /// What is wrong with which FMU, name, value, connection or time, and what to do.
-    pub fn open(system: &System) -> Result<Simulation> {
-        let fmus = Fmus::open(system, Fmu::open)?;
-        let plan = Plan::of(system, &fmus.descriptions())?;
-        let instances = (0..system.members.len()).map(|member| fmus.instantiate(member));
-        Ok(Simulation { plan, instances: instances.collect::<Result<_>>()? })
-    }
-
-    /// Runs it from start to stop. `progress` gets the number of steps that are made, after each. A simulation runs once.
-    ///
-    /// # Errors
-    /// Which FMU refused what, when, and its messages.
-    pub fn run(&mut self, progress: impl FnMut(usize)) -> Result<Recording> {
-        master::run(&self.plan, &mut self.instances, progress)
-    }
-
-    /// What the FMUs have logged since the last time, with the name of the FMU.
-    pub fn take_messages(&mut self) -> Vec<(String, Message)> {
-        let members = self.plan.members.iter().zip(&mut self.instances);
-        let messages = members.flat_map(|(member, instance)| {
-            instance.take_messages().into_iter().map(|message| (member.name.clone(), message))
-        });
-        messages.collect()
     }
 }

@@ -22,6 +22,21 @@ pub struct Interface {
 }
 
 impl Interface {
+    /// The interface of a block that is linked in, which nobody has to load: without capabilities and messages.
+    ///
+    /// # Errors
+    /// The parts of the table do not fit together.
+    pub fn linked(table: Table, guid: &str) -> Result<Interface, Error> {
+        table.check()?;
+        Ok(Interface {
+            table,
+            version: VERSIONS[0].into(),
+            guid: guid.into(),
+            capabilities: Capabilities::default(),
+            log_categories: Vec::new(),
+        })
+    }
+
     /// Reads the JSON that a library gives.
     ///
     /// # Errors

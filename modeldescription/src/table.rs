@@ -1,6 +1,7 @@
 //! A block's table, as its library tells it in JSON. Nothing here depends on a version of FMI.
 
 use crate::error::{Error, shortened};
+use blocks::table::number::number;
 use blocks::{Kind, Role};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer};
@@ -92,6 +93,50 @@ pub struct Characteristic {
     pub set: Vec<(String, f64)>,
     /// The variables that are drawn.
     pub show: Vec<String>,
+}
+
+impl From<&blocks::Table> for Table {
+    /// The table of a block that is linked in.
+    fn from(of: &blocks::Table) -> Table {
+        let texts = |texts: &[&str]| texts.iter().map(ToString::to_string).collect();
+        let row = |row: &blocks::Row| Row {
+            name: row.full_name(),
+            description: row.description.into(),
+            help: row.help.into(),
+            kind: row.kind,
+            role: row.role,
+            start: number(row.start),
+            min: row.least(),
+            max: row.greatest(),
+            unit: row.unit.map(str::to_string),
+            from: row.from.iter().map(|setting| of.rows[*setting].full_name()).collect(),
+        };
+        let response = |of: &blocks::Response| Response {
+            title: of.title.into(),
+            calls: of.calls,
+            set: of.set.iter().map(|(call, name, value)| (*call, name.to_string(), *value)).collect(),
+            show: texts(of.show),
+        };
+        let characteristic = |of: &blocks::Characteristic| Characteristic {
+            title: of.title.into(),
+            variable: of.variable.into(),
+            range: of.range,
+            points: of.points,
+            calls: of.calls,
+            set: of.set.iter().map(|(name, value)| (name.to_string(), *value)).collect(),
+            show: texts(of.show),
+        };
+        Table {
+            name: of.name.into(),
+            aliases: texts(of.aliases),
+            docs: of.docs.into(),
+            cycle: of.cycle,
+            mean: of.mean,
+            variables: of.rows.iter().map(row).collect(),
+            responses: of.responses.iter().map(response).collect(),
+            characteristics: of.characteristics.iter().map(characteristic).collect(),
+        }
+    }
 }
 
 impl Table {

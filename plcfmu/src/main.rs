@@ -1,12 +1,14 @@
 //! The command `plcfmu`.
 
-use ::study::{Interrupted, worker};
+use ::study::Interrupted;
 use clap::{Parser, Subcommand};
+use host::child::COMMAND;
+use host::package::temporary;
 #[cfg(feature = "server")]
 use plcfmu::commands::tool;
-use plcfmu::commands::{build, check, gains, info, merge, new, params, preset, run, ssp, study, test, tune_study};
-#[cfg(feature = "server")]
-use plcfmu::tool::child;
+use plcfmu::commands::{
+    build, check, child, figures, gains, info, merge, new, params, preset, run, ssp, study, test, tune_study,
+};
 use std::process::ExitCode;
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
@@ -26,11 +28,10 @@ enum Command {
     Ssp(ssp::Options),
     Study(study::Options),
     TuneStudy(tune_study::Options),
-    /// Make runs for `plcfmu study`
-    #[command(name = worker::COMMAND, hide = true)]
-    StudyWorker(worker::Options),
     Params(params::Options),
     Gains(gains::Options),
+    #[command(hide = true)]
+    Figures(figures::Options),
     /// Make a crate for a block of your own
     ///
     /// The crate builds as it stands: it comes with the sources that it needs.
@@ -44,16 +45,19 @@ enum Command {
     Preset(preset::Options),
     #[cfg(feature = "server")]
     Tool(tool::Options),
-    /// Run a foreign FMU for `plcfmu tool`
-    #[cfg(feature = "server")]
-    #[command(name = child::COMMAND, hide = true)]
-    ToolChild(child::Options),
+    /// Run foreign code for another process of plcfmu
+    #[command(name = COMMAND, hide = true)]
+    Child(child::Options),
 }
+
+/// The exit code if a file cannot be read. That of a finding is 1, that of a wrong command 2.
+const UNREADABLE: u8 = 3;
 
 /// The exit code after Ctrl-C, 128 and the number of its signal.
 const INTERRUPTED: u8 = 130;
 
 fn main() -> ExitCode {
+    temporary::remove_forgotten();
     let result = match Arguments::parse().command {
         Command::Info(options) => info::run(&options),
         Command::Check(options) => check::run(&options),
@@ -61,18 +65,17 @@ fn main() -> ExitCode {
         Command::Run(options) => run::run(&options),
         Command::Ssp(options) => ssp::run(&options),
         Command::Study(options) => study::run(&options),
-        Command::StudyWorker(options) => worker::run(&options),
         Command::TuneStudy(options) => tune_study::run(&options),
         Command::Params(options) => params::run(&options),
         Command::Gains(options) => gains::run(&options),
+        Command::Figures(options) => figures::run(&options),
         Command::New(options) => new::run(&options),
         Command::Build(options) => build::run(&options),
         Command::Merge(options) => merge::run(&options),
         Command::Preset(options) => preset::run(&options),
         #[cfg(feature = "server")]
         Command::Tool(options) => tool::run(&options),
-        #[cfg(feature = "server")]
-        Command::ToolChild(options) => child::run(&options),
+        Command::Child(options) => child::run(&options),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -82,7 +85,7 @@ fn main() -> ExitCode {
         }
         Err(error) => {
             eprintln!("error: {error:#}");
-            ExitCode::FAILURE
+            if error.is::<check::Unreadable>() { ExitCode::from(UNREADABLE) } else { ExitCode::FAILURE }
         }
     }
 }

@@ -2,6 +2,20 @@
 
 use anyhow::Result;
 pub use modeldescription::Type;
+use std::error::Error;
+use std::fmt;
+
+/// The FMU has ended the simulation in a step, which is no failure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Terminated;
+
+impl fmt::Display for Terminated {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("the FMU ended the simulation (fmi2Discard with fmi2Terminated)")
+    }
+}
+
+impl Error for Terminated {}
 
 /// What a run needs of an instance of an FMU.
 pub trait Component {
@@ -33,7 +47,7 @@ pub trait Component {
     /// Steps from `time` to `time + size`, in seconds.
     ///
     /// # Errors
-    /// The FMU refuses.
+    /// The FMU refuses; [`Terminated`].
     fn step(&mut self, time: f64, size: f64) -> Result<()>;
     /// Ends the simulation.
     ///
@@ -51,65 +65,35 @@ pub trait Reset: Component {
     fn reset(&mut self) -> Result<()>;
 }
 
-impl<C: Component + ?Sized> Component for &mut C {
-    fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
-        (**self).setup(start, stop)
-    }
-
-    fn enter_initialization(&mut self) -> Result<()> {
-        (**self).enter_initialization()
-    }
-
-    fn exit_initialization(&mut self) -> Result<()> {
-        (**self).exit_initialization()
-    }
-
-    fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
-        (**self).read(kind, references, values)
-    }
-
-    fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
-        (**self).write(kind, references, values)
-    }
-
-    fn step(&mut self, time: f64, size: f64) -> Result<()> {
-        (**self).step(time, size)
-    }
-
-    fn terminate(&mut self) -> Result<()> {
-        (**self).terminate()
-    }
+/// Makes a type a [`Component`](crate::component::Component) that forwards each call:
+/// `forward_component!([GENERICS] TYPE, self => TARGET)`.
+#[macro_export]
+macro_rules! forward_component {
+    ([$($generics:tt)*] $type:ty, $self:ident => $target:expr) => {
+        $crate::forward_component! { [$($generics)*] $type, $self => $target,
+            setup(start: f64, stop: Option<f64>)
+            enter_initialization()
+            exit_initialization()
+            read(kind: $crate::component::Type, references: &[u32], values: &mut [f64])
+            write(kind: $crate::component::Type, references: &[u32], values: &[f64])
+            step(time: f64, size: f64)
+            terminate()
+        }
+    };
+    ([$($generics:tt)*] $type:ty, $self:ident => $target:expr, $($name:ident($($argument:ident: $of:ty),*))*) => {
+        impl<$($generics)*> $crate::component::Component for $type {
+            $(
+                #[inline]
+                fn $name(&mut $self $(, $argument: $of)*) -> anyhow::Result<()> {
+                    $crate::component::Component::$name($target $(, $argument)*)
+                }
+            )*
+        }
+    };
 }
 
-impl<C: Component + ?Sized> Component for Box<C> {
-    fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
-        (**self).setup(start, stop)
-    }
-
-    fn enter_initialization(&mut self) -> Result<()> {
-        (**self).enter_initialization()
-    }
-
-    fn exit_initialization(&mut self) -> Result<()> {
-        (**self).exit_initialization()
-    }
-
-    fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
-        (**self).read(kind, references, values)
-    }
-
-    fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
-        (**self).write(kind, references, values)
-    }
-
-    fn step(&mut self, time: f64, size: f64) -> Result<()> {
-        (**self).step(time, size)
-    }
-
-    fn terminate(&mut self) -> Result<()> {
-        (**self).terminate()
-    }
-}
+forward_component!([C: Component + ?Sized] &mut C, self => &mut **self);
+forward_component!([C: Component + ?Sized] Box<C>, self => &mut **self);
 
 impl<C: Reset + ?Sized> Reset for Box<C> {
     fn reset(&mut self) -> Result<()> {

@@ -12,7 +12,7 @@
 //! before its own step. An output that no FMU reads is recorded as the other outputs of its FMU; if none of them is read, all
 //! are recorded after the step.
 
-use crate::component::{Component, Reset, Type};
+use crate::component::{Component, Reset, Terminated, Type};
 use crate::plan::{Assignment, Column, MemberPlan, Plan, ROUNDING};
 use crate::system::Exchange;
 use anyhow::{Context, Result, bail};
@@ -29,6 +29,8 @@ pub struct Recording {
     pub times: Vec<f64>,
     /// The rows, one behind the other.
     values: Vec<f64>,
+    /// Which FMU ended the run before its time, and when. There is no row of the step in which it did.
+    pub ended: Option<String>,
 }
 
 impl Recording {
@@ -43,7 +45,7 @@ impl Recording {
             let steps = plan.steps;
             bail!("{steps} steps of {width} variables do not fit into the memory: record fewer, or make longer steps");
         }
-        Ok(Recording { columns: plan.columns.clone(), times, values })
+        Ok(Recording { columns: plan.columns.clone(), times, values, ended: None })
     }
 
     /// The rows, in the order of time; true is 1.
@@ -111,7 +113,13 @@ pub fn run<C: Component>(plan: &Plan, components: &mut [C], mut progress: impl F
     let mut run = Run::begin(plan, components.iter_mut().collect(), Some(stop))?;
     let mut recording = Recording::of(plan)?;
     for step in 0..plan.steps {
-        run.step(plan)?;
+        match run.step(plan) {
+            Err(error) if error.is::<Terminated>() => {
+                recording.ended = Some(format!("{error:#}"));
+                break;
+            }
+            stepped => stepped?,
+        }
         recording.times.push(run.time());
         recording.values.extend_from_slice(run.row());
         progress(step + 1);

@@ -5,8 +5,7 @@ use crate::fmus::Fmus;
 use anyhow::{Context, Result, bail};
 use blocks::table::number::{number, to_value};
 use blocks::{Block, Characteristic, Kind, Law, Real};
-use modeldescription::{Capabilities, Description, Interface, ModelDescription, VERSIONS};
-use modeldescription::{Response, Row, Table};
+use modeldescription::{Description, Interface, ModelDescription, Table};
 use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -212,64 +211,20 @@ impl Default for TestHome {
 
 pub const FOREIGN: &str = "FOREIGN";
 
-/// A block's table as its library tells it.
-pub fn table<B: Block>() -> Table {
-    let text = |text: &str| text.to_string();
-    let row = |row: &blocks::Row| Row {
-        name: row.full_name(),
-        description: text(row.description),
-        help: text(row.help),
-        kind: row.kind,
-        role: row.role,
-        start: number(row.start),
-        min: row.min.map(number),
-        max: row.max.map(number),
-        unit: row.unit.map(text),
-        from: Vec::new(),
-    };
-    let characteristic = |of: &Characteristic| modeldescription::Characteristic {
-        title: text(of.title),
-        variable: text(of.variable),
-        range: of.range,
-        points: of.points,
-        calls: of.calls,
-        set: of.set.iter().map(|(name, value)| (text(name), *value)).collect(),
-        show: of.show.iter().map(|name| text(name)).collect(),
-    };
-    let response = Response { title: text("At rest"), calls: 60, set: Vec::new(), show: Vec::new() };
-    Table {
-        name: text(B::TABLE.name),
-        aliases: B::TABLE.aliases.iter().map(|alias| text(alias)).collect(),
-        docs: text(B::TABLE.docs),
-        cycle: B::TABLE.cycle,
-        mean: B::TABLE.mean,
-        variables: B::TABLE.rows.iter().map(row).collect(),
-        responses: vec![response],
-        characteristics: B::TABLE.characteristics.iter().map(characteristic).collect(),
-    }
-}
-
 impl Fmus for TestHome {
     fn description(&self, fmu: &str) -> Result<Arc<Description>> {
         let table = match fmu {
-            "PID" => table::<Pid>(),
-            "LAG" | FOREIGN => table::<Lag>(),
+            "PID" => Table::from(Pid::TABLE),
+            "LAG" | FOREIGN => Table::from(Lag::TABLE),
             _ => bail!("there is no FMU {fmu:?} here"),
         };
-        let interface = Interface {
-            table,
-            version: VERSIONS[0].into(),
-            guid: "{0}".into(),
-            capabilities: Capabilities::default(),
-            log_categories: Vec::new(),
-        };
-        Ok(Arc::new(ModelDescription::of(&interface)?.description()))
+        Ok(Arc::new(ModelDescription::of(&Interface::linked(table, "{0}")?)?.description()))
     }
 
     fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>> {
         match fmu {
-            "PID" => Ok(Some(Arc::new(table::<Pid>()))),
-            "LAG" => Ok(Some(Arc::new(table::<Lag>()))),
+            "PID" => Ok(Some(Arc::new(Table::from(Pid::TABLE)))),
+            "LAG" => Ok(Some(Arc::new(Table::from(Lag::TABLE)))),
             FOREIGN => Ok(None),
             _ => bail!("there is no FMU {fmu:?} here"),
         }

@@ -10,6 +10,7 @@
 use crate::results::{Quantity, Results};
 use crate::summary::{mean, percentile};
 use anyhow::{Context, Result, bail};
+use control::figures;
 use modeldescription::digits::short;
 use run::plan::near;
 use std::fmt;
@@ -82,8 +83,8 @@ impl Comparison {
         }
     }
 
-    /// How far a value is on the wrong side of the bound; the larger, the worse.
-    fn excess(self, value: f64, bound: f64) -> f64 {
+    /// How far a value is on the wrong side of the bound, below 0 if it is not; the larger, the worse.
+    pub fn excess(self, value: f64, bound: f64) -> f64 {
         match self {
             Comparison::Less | Comparison::AtMost => value - bound,
             Comparison::Greater | Comparison::AtLeast => bound - value,
@@ -211,11 +212,9 @@ impl Expectation {
         let figure = &results.figures[self.figure];
         match (results.errors.get(&run), results.figures_of(run)[self.figure]) {
             (Some(error), _) => format!("it failed: {error}"),
-            (None, value) if value.is_nan() => match figure.name.as_str() {
-                "settling" => "the process value does not settle".into(),
-                "rise" => "the process value does not reach 90 % of the step".into(),
-                "overshoot" => "no overshoot, since the process value does not reach the setpoint".into(),
-                name => format!("it has no {name}"),
+            (None, value) if value.is_nan() => match figures::find(&figure.name) {
+                Some(known) => format!("no {}, since {}", figure.name, known.absent),
+                None => format!("it has no {}", figure.name),
             },
             (None, value) => format!("{} is {}", figure.name, with_unit(value, figure)),
         }

@@ -3,14 +3,14 @@
 use crate::results::Quantity;
 use crate::{Limit, Signals, Study, Take};
 use anyhow::{Context, Result, bail};
-use control::figures;
+use control::figures::{self, Figure, Span, Window};
 use run::component::Type;
 use run::dialog::Roles;
 use run::plan::{Names, Reference};
 use run::system::System;
 
 /// The figures of a study, and which variables they are of.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(super) struct Measures {
     /// The variables, `FMU.VARIABLE`, each once: what a run has to record, in this order.
     pub columns: Vec<String>,
@@ -21,14 +21,15 @@ pub(super) struct Measures {
     /// The names of the loop's signals, if it has a setpoint and a process value.
     pub signals: Signals,
     loop_signals: Option<Loop>,
-    request: figures::Request,
+    span: Span,
     values: Vec<(usize, Vec<Take>)>,
     limits: Vec<(usize, Limit)>,
 }
 
 /// The columns of a loop's signals.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 struct Loop {
+    figures: Vec<&'static Figure>,
     setpoint: usize,
     process_value: usize,
     manipulated_value: Option<usize>,
@@ -117,7 +118,7 @@ impl Measures {
             warnings: Vec::new(),
             signals: Signals::default(),
             loop_signals: None,
-            request: figures::Request { run: None, from: study.window.from, to: study.window.to },
+            span: Span { from: study.window.from, to: study.window.to, step: None },
             values: Vec::new(),
             limits: Vec::new(),
         };
@@ -182,21 +183,12 @@ impl Measures {
             Ok(column)
         };
         let pulses = signals.pulses.iter().flatten().map(pulse).collect::<Result<Vec<_>>>()?;
-        let times_seconds = |unit: Option<String>| unit.map_or_else(|| "s".into(), |unit| format!("{unit} s"));
-        let seconds = || Some("s".to_string());
-        self.add_figure("rise", seconds())?;
-        self.add_figure("overshoot", Some("%".into()))?;
-        self.add_figure("settling", seconds())?;
-        self.add_figure("iae", Some(times_seconds(unit.clone())))?;
-        self.add_figure("ise", Some(times_seconds(unit.as_deref().map(squared))))?;
-        self.add_figure("peak", unit)?;
-        if manipulated.is_some() {
-            self.add_figure("travel", travel_unit)?;
-        }
-        if !pulses.is_empty() {
-            self.add_figure("pulses", None)?;
+        let figures: Vec<_> = figures::applicable(manipulated.is_some(), !pulses.is_empty()).collect();
+        for figure in &figures {
+            self.add_figure(figure.key, figure.unit.text(unit.as_deref(), travel_unit.as_deref()))?;
         }
         self.loop_signals = Some(Loop {
+            figures,
             setpoint: setpoint_column,
             process_value: process_column,
             manipulated_value: manipulated.map(|(column, _)| column),
@@ -303,18 +295,10 @@ impl Measures {
                 process_value: &traces.process_value,
                 manipulated_value: &traces.manipulated_value,
                 pulses: &traces.pulses,
-                unit: None,
                 travel_unit: None,
             };
-            let of = figures::of(&borrowed, &self.request);
-            let mut push = |figure: Option<f64>| all.push(figure.unwrap_or(f64::NAN));
-            [of.rise, of.overshoot, of.settled, of.iae, of.ise, of.peak].into_iter().for_each(&mut push);
-            if signals.manipulated_value.is_some() {
-                push(of.travel);
-            }
-            if !signals.pulses.is_empty() {
-                push(of.pulses.map(|pulses| pulses as f64));
-            }
+            let window = Window::of(borrowed, &self.span);
+            all.extend(signals.figures.iter().map(|figure| figure.value(&window).unwrap_or(f64::NAN)));
         }
         for (running, (_, take)) in traces.values.iter().zip(&self.values) {
             all.extend(take.iter().map(|take| match take {
@@ -345,10 +329,4 @@ fn signals(given: &Signals, first: &str, roles: Option<&Roles>) -> Signals {
         manipulated_value: either(&given.manipulated_value, &roles.manipulated_value),
         pulses: given.pulses.clone().or_else(pulses),
     }
-}
-
-/// The square of a unit.
-fn squared(unit: &str) -> String {
-    let is_simple = unit.chars().all(|character| character.is_alphabetic() || character == '%');
-    if is_simple { format!("{unit}^2") } else { format!("({unit})^2") }
 }

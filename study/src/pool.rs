@@ -1,7 +1,7 @@
 //! Worker processes that make runs at the same time. Rows come in the order of their points, whoever makes them.
 //!
 //! A worker that crashes, or makes no row within the limit, is replaced. The run that it was at is made once more by a worker
-//! that announces which FMU it calls; if that ends too, the run's row has the reason, and the others go on.
+//! that keeps what FMUs print; if that ends too, the run's row has the reason, and the others go on.
 
 use crate::Job;
 use crate::experiment::Experiment;
@@ -9,6 +9,7 @@ use crate::process::{End, Starter, TICK, Worker};
 use crate::results::Row;
 use crate::worker::{self, FLUSH};
 use anyhow::{Context, Result, bail};
+use host::child;
 use host::package::Package;
 use modeldescription::Table;
 use run::master::Recording;
@@ -113,12 +114,14 @@ impl Pool {
     /// What is wrong with the job or with an FMU.
     pub fn start(job: &Job, options: &Options) -> Result<Pool> {
         let mut starter = Starter {
-            program: options.program.clone(),
+            child: child::Starter {
+                program: options.program.clone(),
+                limit: options.limit,
+                interrupted: options.interrupted.clone(),
+            },
             job: serde_json::to_string(job)?,
             members: job.system.members.iter().map(|member| member.name.clone()).collect(),
             renews: false,
-            limit: options.limit,
-            interrupted: options.interrupted.clone(),
         };
         let (mut worker, interfaces) = starter.start(false)?;
         let tables = interfaces.iter().map(|of| of.as_deref().map(worker::table).transpose());
@@ -158,7 +161,7 @@ impl Pool {
 
     /// Whether no more runs are made.
     pub fn is_interrupted(&self) -> bool {
-        self.starter.interrupted.load(Ordering::Relaxed)
+        self.starter.child.interrupted.load(Ordering::Relaxed)
     }
 
     /// Makes `count` runs. `point` gives the point of each by its number, from 0; `each` gets the rows in this order. After an
@@ -197,7 +200,7 @@ impl Pool {
                 scope.spawn(move || {
                     let made = Maker { starter, slot, figures, sender: &sender, printed }.work(shared, point);
                     if let Err(error) = made
-                        && !starter.interrupted.load(Ordering::Relaxed)
+                        && !starter.child.interrupted.load(Ordering::Relaxed)
                     {
                         // Whoever does not listen any more has an error already.
                         let _ = sender.send(Err(error));
@@ -217,11 +220,13 @@ impl Pool {
     /// An FMU refuses or crashes, or there is an interruption.
     pub fn curve(&mut self, point: &[f64]) -> Result<Recording> {
         let slot = &mut self.slots[0];
-        match slot.worker(&self.starter)?.curve(point) {
+        let worker = slot.worker(&self.starter)?;
+        match worker.curve(point) {
             Ok(recording) => recording,
             Err(end) => {
+                let text = worker.text(&end, &self.starter);
                 slot.worker = None;
-                bail!("{}", end.text(&self.starter))
+                bail!("{text}")
             }
         }
     }
@@ -344,7 +349,7 @@ struct Maker<'a> {
 
 impl Maker<'_> {
     fn work(&mut self, shared: &Shared, point: &(dyn Fn(u64) -> Vec<f64> + Sync)) -> Result<()> {
-        while let Some(chunk) = shared.take(self.wanted(), &self.starter.interrupted) {
+        while let Some(chunk) = shared.take(self.wanted(), &self.starter.child.interrupted) {
             let (points, began) = (chunk.clone().map(point).collect::<Vec<_>>(), Instant::now());
             let count = points.len();
             if !self.chunk(chunk.start, points)? {
@@ -375,13 +380,13 @@ impl Maker<'_> {
             // Which run it was is not known exactly: a few rows may not have been sent.
             let lost = self.slot.run.map_or(64, |run| (2 * FLUSH).as_nanos() / run.as_nanos().max(1) + 1);
             let rest = points.split_off(usize::try_from(lost).unwrap_or(usize::MAX).min(points.len()));
-            let mut announcing = self.starter.start(true)?.0;
-            match announcing.rows(&mut points, |rows| hand_in(sender, &mut next, rows)) {
+            let mut listening = self.starter.start(true)?.0;
+            match listening.rows(&mut points, |rows| hand_in(sender, &mut next, rows)) {
                 None => {}
                 Some(End::Interrupted) => return Ok(false),
                 Some(end) => {
-                    self.keep_printed(next, &announcing, &end);
-                    let error = format!("{}, twice", end.text(self.starter));
+                    self.keep_printed(next, &listening, &end);
+                    let error = format!("{}, twice", listening.text(&end, self.starter));
                     let row = Row { figures: vec![f64::NAN; self.figures], error: Some(error) };
                     let point = points.remove(0);
                     hand_in(sender, &mut next, vec![(point, row)]);
@@ -397,7 +402,8 @@ impl Maker<'_> {
         let lines = worker.printed();
         let mut printed = self.printed.lock().unwrap_or_else(PoisonError::into_inner);
         if !lines.is_empty() && printed.as_ref().is_none_or(|(first, _)| run < *first) {
-            *printed = Some((run, format!("{}; it has printed: {}", end.text(self.starter), lines.join(" / "))));
+            *printed =
+                Some((run, format!("{}; it has printed: {}", worker.text(end, self.starter), lines.join(" / "))));
         }
     }
 }

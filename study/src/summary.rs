@@ -3,11 +3,12 @@
 //! A *percentile* is interpolated linearly between the two nearest values, as NumPy, pandas and spreadsheets do by default:
 //! of n values in ascending order, counted from 0, percentile p is at the place p / 100 (n - 1).
 //!
-//! Of every figure the lowest value is the best, but for the least value of a variable, `FMU.VARIABLE.min`: of this the
-//! highest is the best. For `FMU.VARIABLE.mean` and `FMU.VARIABLE.last`, of which neither end is better, the
+//! Which value of a figure is the best, says [`figures::FIGURES`]. Of the other figures the lowest is, but for the least value of a
+//! variable, `FMU.VARIABLE.min`: of this the highest is the best. For `FMU.VARIABLE.mean` and `FMU.VARIABLE.last`, of which neither end is better, the
 //! highest value counts as the worst.
 
 use crate::results::{Quantity, Results};
+use control::figures;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -112,7 +113,7 @@ impl Summary {
 
 /// Whether the lowest value of a figure is the best.
 pub fn is_lower_better(figure: &str) -> bool {
-    !figure.ends_with(".min")
+    figures::find(figure).map_or(!figure.ends_with(".min"), |known| known.is_lower_better)
 }
 
 /// The runs whose value is a finite number, by this value.

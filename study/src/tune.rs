@@ -12,7 +12,7 @@
 pub mod robustness;
 mod search;
 
-use crate::expect::{Comparison, Expectation, Of};
+use crate::expect::{Expectation, Of};
 use crate::results::Row;
 use crate::summary::{mean, percentile};
 use anyhow::{Result, bail};
@@ -255,11 +255,7 @@ impl Constraint {
 
     /// How far a value is beyond the bound; below 0 if it is not.
     fn beyond(&self, value: f64) -> f64 {
-        match self.0.comparison {
-            Comparison::Less | Comparison::AtMost => value - self.0.bound,
-            Comparison::Greater | Comparison::AtLeast => self.0.bound - value,
-            Comparison::Equal => (value - self.0.bound).abs(),
-        }
+        self.0.comparison.excess(value, self.0.bound)
     }
 
     /// By how much of the bound a value passes it.

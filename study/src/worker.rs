@@ -1,39 +1,34 @@
-//! A process that makes runs: what `plcfmu study-worker FOLDER` does until its input ends.
+//! A process that makes runs, in the role [`ROLE`] of [`host::child`].
 //!
 //! ```text
 //! Pool --Request--> standard input  of the worker --Experiment, Executor--> Instances
 //!      <--Reply---- standard output
 //! ```
 //!
-//! The messages of [`framing`] are in the format of postcard. There is one thread for the FMUs. Rows are sent
-//! a few milliseconds after they were made at the latest, so that a crash loses few of them.
+//! There is one thread for the FMUs. Rows are sent a few milliseconds after they were made at the latest, so that a crash loses
+//! few of them.
 
 use crate::Job;
 use crate::experiment::{Executor, Experiment};
 use crate::results::Row;
 use anyhow::{Context, Result, bail};
+use host::child::witness::Witnessed;
+use host::child::{Channel, serve};
 use host::fmu::{Fmu, has_table};
-use host::framing;
-use host::instance::Instance;
 use host::package::Package;
 use host::simulation::Fmus;
-use host::standard_output;
 use modeldescription::Table;
 use modeldescription::{Description, Interface};
-use run::component::{Component, Reset, Type};
+use run::component::Reset;
 use run::dialog;
 use run::master::Recording;
 use serde::{Deserialize, Serialize};
-use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::path::{Path, PathBuf};
-use std::process;
-use std::rc::Rc;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// The hidden command.
-pub const COMMAND: &str = "study-worker";
+/// The role of the process.
+pub const ROLE: &str = "worker";
 
 /// How long rows wait for others before they are sent.
 pub const FLUSH: Duration = Duration::from_millis(2);
@@ -45,8 +40,8 @@ pub enum Request {
     Begin {
         /// The [`Job`] as JSON.
         job: String,
-        /// Say before each call which FMU is called. This takes much longer.
-        announces: bool,
+        /// Send each row at once, so that the other side knows which run is under way.
+        is_prompt: bool,
         /// Make each run with new instances.
         renews: bool,
     },
@@ -61,8 +56,6 @@ pub enum Request {
 /// What a worker answers.
 #[derive(Debug, Deserialize, Serialize)]
 pub enum Reply {
-    /// From now on a member is called, until another is named.
-    At(u32),
     /// The FMUs are loaded; for each member what its library says of its block, if it has a table, as JSON.
     Ready(Vec<Option<String>>),
     /// What is wrong with the job, or why a curve cannot be made.
@@ -92,49 +85,26 @@ pub fn experiment(job: &Job, descriptions: &[&Description], table: Option<&Table
     Experiment::of(job, descriptions, roles.as_ref())
 }
 
-/// The options of the hidden command.
-#[derive(clap::Args, Clone, Debug)]
-pub struct Options {
-    /// Where the FMUs are unpacked
-    folder: PathBuf,
-}
-
-/// Makes runs as it is told on standard input.
+/// Makes runs as it is told on standard input, with the FMUs unpacked in `folder`.
 ///
 /// # Errors
 /// There is no standard output, or the other side has ended.
-pub fn run(options: &Options) -> Result<()> {
-    let output = Output(Rc::new(RefCell::new((standard_output::take().context("standard output")?, None))));
-    let (messages, at_work) = framing::input();
-    let mut messages = messages.into_iter().map(|message| Ok(postcard::from_bytes::<Request>(&message)?));
-    let Some(Request::Begin { job, announces, renews }) = messages.next().transpose()? else {
-        bail!("there is no job")
-    };
-    match begin(&job, &options.folder, &output) {
-        Err(error) => output.send(&Reply::Refused(format!("{error:#}")))?,
-        Ok((fmus, experiment, interfaces)) => {
-            output.send(&Reply::Ready(interfaces))?;
-            let begin = Serving { experiment, renews, flush: if announces { Duration::ZERO } else { FLUSH } };
-            if announces {
-                let instantiate = |member: usize| {
-                    output.at(member)?;
-                    Ok(Announced { instance: fmus.instantiate(member)?, member, output: output.clone() })
-                };
-                begin.serve(messages, &output, instantiate)?;
-            } else {
-                let instantiate = |member| fmus.instantiate(member);
-                begin.serve(messages, &output, instantiate)?;
-            }
-        }
-    }
-    drop(output);
-    // Without waiting for the thread that reads, which must not believe that this is over before.
-    drop(at_work);
-    process::exit(0)
+pub fn run(folder: &Path) -> Result<()> {
+    serve(folder, |channel| {
+        let Some(Request::Begin { job, is_prompt, renews }) = channel.next()? else { bail!("there is no job") };
+        let (fmus, experiment, interfaces) = match begin(&job, channel) {
+            Err(error) => return channel.send(&Reply::Refused(format!("{error:#}"))),
+            Ok(begun) => begun,
+        };
+        channel.send(&Reply::Ready(interfaces))?;
+        let flush = if is_prompt { Duration::ZERO } else { FLUSH };
+        let instantiate = |member| Witnessed::instantiate(&fmus, member, &channel.witness);
+        Serving { experiment, renews, flush }.serve(channel, instantiate)
+    })
 }
 
 /// Loads the FMUs and resolves the job.
-fn begin(job: &str, folder: &Path, output: &Output) -> Result<(Fmus, Experiment, Vec<Option<String>>)> {
+fn begin(job: &str, channel: &Channel) -> Result<(Fmus, Experiment, Vec<Option<String>>)> {
     let job: Job = serde_json::from_str(job)?;
     let mut interfaces = BTreeMap::new();
     let fmus = Fmus::open(&job.system, |path| {
@@ -142,9 +112,9 @@ fn begin(job: &str, folder: &Path, output: &Output) -> Result<(Fmus, Experiment,
             let mut package = Package::open(path)?;
             // The initialisers of the library run, and may crash.
             let member = job.system.members.iter().position(|member| member.path == path);
-            output.at(member.unwrap_or_default())?;
+            channel.witness.call(member.unwrap_or_default());
             let tells = has_table(&mut package)?;
-            let fmu = Fmu::load(&mut package, folder)?;
+            let fmu = Fmu::load(&mut package, &channel.folder)?;
             if tells {
                 interfaces.insert(path.to_path_buf(), fmu.library.interface()?);
             }
@@ -163,24 +133,19 @@ fn begin(job: &str, folder: &Path, output: &Output) -> Result<(Fmus, Experiment,
 struct Serving {
     experiment: Experiment,
     renews: bool,
-    /// How long rows wait for others. They do not while calls are announced: the other side then knows which run is under way.
+    /// How long rows wait for others.
     flush: Duration,
 }
 
 impl Serving {
     /// Answers the requests, until there are no more.
-    fn serve<C: Reset>(
-        self,
-        requests: impl Iterator<Item = Result<Request>>,
-        output: &Output,
-        mut instantiate: impl FnMut(usize) -> Result<C>,
-    ) -> Result<()> {
+    fn serve<C: Reset>(self, output: &Channel, mut instantiate: impl FnMut(usize) -> Result<C>) -> Result<()> {
         let mut executor = Executor::new(self.experiment);
         if self.renews {
             executor.renew();
         }
-        for request in requests {
-            match request? {
+        while let Some(request) = output.next()? {
+            match request {
                 Request::Begin { .. } => bail!("there is a job already"),
                 Request::CheckReset => output.send(&Reply::Reset(executor.check_reset(&mut instantiate)))?,
                 Request::Curve(point) => match executor.recording(&point, &mut instantiate) {
@@ -203,76 +168,6 @@ impl Serving {
             }
         }
         Ok(())
-    }
-}
-
-/// Where replies go, with the member that was announced last.
-#[derive(Clone, Debug)]
-struct Output(Rc<RefCell<(File, Option<usize>)>>);
-
-impl Output {
-    fn send(&self, reply: &Reply) -> Result<()> {
-        Ok(framing::send(&mut self.0.borrow_mut().0, &postcard::to_stdvec(reply)?)?)
-    }
-
-    /// Announces that a member is called.
-    fn at(&self, member: usize) -> Result<()> {
-        let last = self.0.borrow_mut().1.replace(member);
-        if last != Some(member) {
-            self.send(&Reply::At(u32::try_from(member)?))?;
-        }
-        Ok(())
-    }
-}
-
-/// An instance whose calls are announced, so that the other side knows which FMU has crashed.
-#[derive(Debug)]
-struct Announced {
-    instance: Instance,
-    member: usize,
-    output: Output,
-}
-
-impl Announced {
-    fn called(&mut self) -> Result<&mut Instance> {
-        self.output.at(self.member)?;
-        Ok(&mut self.instance)
-    }
-}
-
-impl Component for Announced {
-    fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
-        self.called()?.setup(start, stop)
-    }
-
-    fn enter_initialization(&mut self) -> Result<()> {
-        self.called()?.enter_initialization()
-    }
-
-    fn exit_initialization(&mut self) -> Result<()> {
-        self.called()?.exit_initialization()
-    }
-
-    fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
-        self.called()?.get_all(kind, references, values)
-    }
-
-    fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
-        self.called()?.set_all(kind, references, values)
-    }
-
-    fn step(&mut self, time: f64, size: f64) -> Result<()> {
-        self.called()?.step(time, size)
-    }
-
-    fn terminate(&mut self) -> Result<()> {
-        self.called()?.terminate()
-    }
-}
-
-impl Reset for Announced {
-    fn reset(&mut self) -> Result<()> {
-        self.called()?.reset()
     }
 }
 

@@ -1,7 +1,9 @@
-/* An FMU of somebody else, a lag from U to Y that fails as FAULT says once AT steps are made. It prints to standard output. */
+/* An FMU of somebody else, a lag from U to Y that fails as FAULT says once AT steps are made. It prints to standard output.
+   Another FAULT than 0 can be compiled in. */
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 typedef struct {
@@ -19,15 +21,21 @@ typedef struct {
 } Faulty;
 
 enum { OK, WARNING, DISCARD, ERROR };
-enum { NONE, ABORT, HANG, REFUSE, LEAVE };
+enum { NONE, ABORT, HANG, REFUSE, LEAVE, QUIT, END };
+
+#ifndef FAULT
+#define FAULT NONE
+#endif
 
 const char *fmi2GetTypesPlatform(void) { return "default"; }
 const char *fmi2GetVersion(void) { return "2.0"; }
 
 void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources, const Callbacks *callbacks,
                       int visible, int logging) {
-    Faulty *faulty = callbacks->allocate(1, sizeof *faulty);
+    Faulty *faulty = strcmp(guid, "faulty") ? NULL : callbacks->allocate(1, sizeof *faulty);
+    if (!faulty) return NULL;
     faulty->callbacks = callbacks;
+    faulty->fault = FAULT;
     puts("an FMU that talks");
     fflush(stdout);
     return faulty;
@@ -77,6 +85,36 @@ int fmi2DoStep(Faulty *of, double time, double size, int no_set) {
         return ERROR;
     case LEAVE:
         exit(3);
+    case QUIT:
+        of->callbacks->logger(of->callbacks->environment, "", OK, "logStatusOK", "no more water");
+        exit(0);
+    case END:
+        return DISCARD;
     }
     return OK;
 }
+
+/* 3 is fmi2Terminated. */
+int fmi2GetBooleanStatus(Faulty *of, int kind, int *value) {
+    *value = kind == 3 && of->fault == END;
+    return OK;
+}
+
+#define UNSUPPORTED(name) int name(void) { return ERROR; }
+UNSUPPORTED(fmi2SetDebugLogging)
+UNSUPPORTED(fmi2GetString)
+UNSUPPORTED(fmi2SetString)
+UNSUPPORTED(fmi2GetFMUstate)
+UNSUPPORTED(fmi2SetFMUstate)
+UNSUPPORTED(fmi2FreeFMUstate)
+UNSUPPORTED(fmi2SerializedFMUstateSize)
+UNSUPPORTED(fmi2SerializeFMUstate)
+UNSUPPORTED(fmi2DeSerializeFMUstate)
+UNSUPPORTED(fmi2GetDirectionalDerivative)
+UNSUPPORTED(fmi2SetRealInputDerivatives)
+UNSUPPORTED(fmi2GetRealOutputDerivatives)
+UNSUPPORTED(fmi2CancelStep)
+UNSUPPORTED(fmi2GetStatus)
+UNSUPPORTED(fmi2GetRealStatus)
+UNSUPPORTED(fmi2GetIntegerStatus)
+UNSUPPORTED(fmi2GetStringStatus)

@@ -2,13 +2,14 @@
 
 use crate::export::Exported;
 use crate::home::Home;
-use crate::message::{Answer, Catalogue, Checked, Curves, Description, Error, Events, Loops, Proposal, Request, State};
+use crate::message::{
+    Answer, Catalogue, Checked, Curves, Description, Error, Events, Figures, Loops, Proposal, Request, State,
+};
 use crate::preset::Preset;
 use crate::session::Session;
 use crate::{connect, describe, export, signals};
 use anyhow::Result;
 use control::characteristic::Characteristics;
-use control::figures::Figures;
 use control::identify::Identified;
 use control::replay::Replayed;
 use control::tune::{Ratio, Tuned};

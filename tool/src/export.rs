@@ -2,14 +2,13 @@
 
 use crate::describe::as_loop;
 use crate::home::Home;
-use crate::message::{Loop, Values};
+use crate::message::{FiguresRequest, Loop, Values};
 use crate::report::{self, Report};
 use crate::session::{Record, Session};
 use crate::signals;
 use anyhow::{Result, bail};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use control::figures;
 use parameters::Format;
 use run::master::write_csv;
 use run::system::{Exchange, Value};
@@ -111,7 +110,7 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
                 None => session.record(None).ok(),
             };
             // A loop without a setpoint has no figures.
-            let of_run = figures::Request { run: *run, ..figures::Request::default() };
+            let of_run = FiguresRequest { run: *run, ..FiguresRequest::default() };
             let figures = record.and_then(|_| signals::figures(home, session, &of_run).ok());
             let report = Report { of, before, record, figures: figures.as_ref(), picture: picture.as_deref() };
             let page = report::page(home, &report)?;

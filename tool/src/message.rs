@@ -82,8 +82,8 @@ pub enum Request {
     },
     /// Begins again with the same setup and makes the same calls with the same events. Answer: [`State`].
     Again,
-    /// What a run comes to. Answer: [`Figures`](control::figures::Figures).
-    Figures(control::figures::Request),
+    /// The figures of a run. Answer: [`Figures`].
+    Figures(FiguresRequest),
     /// A plant's model from a step in a run or in a CSV file. Answer: [`Identified`](control::identify::Identified).
     Identify(control::identify::Request),
     /// Settings for a plant's model by a rule, with what they lead to. Answer: [`Tuned`](control::tune::Tuned).
@@ -405,6 +405,53 @@ pub struct Event {
     pub variable: String,
     /// The value.
     pub value: Value,
+}
+
+/// Of which part of which run.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
+#[serde(default, deny_unknown_fields)]
+pub struct FiguresRequest {
+    /// The run; the present one without it.
+    pub run: Option<usize>,
+    /// The beginning in seconds; the last change of the setpoint without it.
+    pub from: Option<f64>,
+    /// The end in seconds; the last call without it.
+    pub to: Option<f64>,
+    /// The unit of the process value, where its variable has none.
+    pub unit: Option<String>,
+    /// The unit of the manipulated value, where its variable has none.
+    pub travel_unit: Option<String>,
+}
+
+/// The figures of a run, those that its signals allow.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Figures {
+    /// From where on, in seconds.
+    pub from: f64,
+    /// Up to where, in seconds.
+    pub to: f64,
+    /// The figures, in the order in which they are shown.
+    pub figures: Vec<Figure>,
+    /// Which figures are absent, and why.
+    pub remarks: Vec<String>,
+}
+
+/// A figure of a run.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Figure {
+    /// Its name, `settling`.
+    pub key: String,
+    /// Its title, `Settling time`.
+    pub title: String,
+    /// What it is, in a few words.
+    pub meaning: String,
+    /// Its value; it is absent if the remarks say why.
+    pub value: Option<f64>,
+    /// Its unit.
+    pub unit: Option<String>,
 }
 
 /// What the engine answers.

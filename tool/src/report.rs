@@ -4,11 +4,10 @@ mod chart;
 
 use crate::describe::{check, describe};
 use crate::home::Home;
-use crate::message::{Description, Loop, Setting, Variable, View};
+use crate::message::{Description, Figures, Loop, Setting, Variable, View};
 use crate::session::Record;
 use anyhow::{Context, Result, bail};
 use chart::{Axis, Chart, Curve};
-use control::figures::Figures;
 use modeldescription::digits::short;
 use run::dialog::Roles;
 use run::fmus::number_of;
@@ -127,20 +126,10 @@ fn run(page: &mut String, report: &Report, roles: &Roles) -> Result<()> {
             short(figures.from),
             short(figures.to)
         )?;
-        let (unit, travel) = (figures.unit.as_deref().unwrap_or(""), figures.travel_unit.as_deref().unwrap_or(""));
-        let shown: [(&str, Option<f64>, String); 7] = [
-            ("Rise", figures.rise, "s".into()),
-            ("Overshoot", figures.overshoot, "%".into()),
-            ("Settled after", figures.settled, "s".into()),
-            ("Largest deviation", figures.peak, unit.into()),
-            ("IAE", figures.iae, if unit.is_empty() { "s".into() } else { format!("{unit} s") }),
-            ("Travel", figures.travel, travel.into()),
-            ("Pulses", figures.pulses.map(|pulses| pulses as f64), String::new()),
-        ];
-        for (name, value, unit) in shown {
-            if let Some(value) = value {
-                let value = short(value);
-                writeln!(page, "<div><dt>{name}</dt> <dd>{value} {}</dd></div>", Text(&unit))?;
+        for figure in &figures.figures {
+            if let Some(value) = figure.value {
+                let (title, unit) = (Text(&figure.title), Text(figure.unit.as_deref().unwrap_or_default()));
+                writeln!(page, "<div><dt>{title}</dt> <dd>{} {unit}</dd></div>", short(value))?;
             }
         }
         writeln!(page, "</dl>")?;

@@ -2,10 +2,11 @@
 
 use crate::describe::describe;
 use crate::home::Home;
+use crate::message::{Figure, Figures, FiguresRequest};
 use crate::session::{Record, Session};
 use crate::travel;
 use anyhow::{Context, Result};
-use control::figures::{self, Figures};
+use control::figures::{self, Span, Window};
 use control::identify::{self, Data, Identified};
 
 /// The signals of a loop in the calls that are held exactly.
@@ -78,7 +79,6 @@ impl Signals {
             process_value: &self.process_value,
             manipulated_value: &self.manipulated_value,
             pulses: &self.pulses,
-            unit: self.unit.as_deref(),
             travel_unit: self.travel_unit.as_deref(),
         }
     }
@@ -88,14 +88,27 @@ impl Signals {
 ///
 /// # Errors
 /// There is no such run; as [`Signals::of`].
-pub fn figures(home: &dyn Home, session: &Session, request: &figures::Request) -> Result<Figures> {
+pub fn figures(home: &dyn Home, session: &Session, request: &FiguresRequest) -> Result<Figures> {
     // The last change of the setpoint may be before the window.
-    let signals = Signals::of(home, session.record(request.run)?, None, None)?;
-    let mut figures = figures::of(&signals.borrowed(), request);
-    if signals.times.first().is_some_and(|first| figures.from <= *first) {
-        figures.remarks.extend(signals.remarks);
+    let mut signals = Signals::of(home, session.record(request.run)?, None, None)?;
+    signals.unit = signals.unit.or_else(|| request.unit.clone());
+    signals.travel_unit = signals.travel_unit.or_else(|| request.travel_unit.clone());
+    let window = Window::of(signals.borrowed(), &Span { from: request.from, to: request.to, step: None });
+    let begin = request.from.unwrap_or_default();
+    let (from, to) = window.times().unwrap_or((begin, request.to.unwrap_or(begin)));
+    let all: Vec<_> = window.figures().collect();
+    let mut remarks = window.remarks(&all);
+    if signals.times.first().is_some_and(|first| from <= *first) {
+        remarks.extend(signals.remarks.iter().cloned());
     }
-    Ok(figures)
+    let figure = |of: &figures::Figure| Figure {
+        key: of.key.into(),
+        title: of.title.into(),
+        meaning: of.meaning.into(),
+        value: of.value(&window).ok(),
+        unit: of.unit.text(signals.unit.as_deref(), signals.travel_unit.as_deref()),
+    };
+    Ok(Figures { from, to, figures: all.into_iter().map(figure).collect(), remarks })
 }
 
 /// A plant's model from a step in a run or in a file.
@@ -152,14 +165,23 @@ mod tests {
     #[test]
     fn the_figures_are_those_of_the_setpoint_step_of_the_run() {
         let home = TestHome::default();
-        let figures = figures(&home, &session(&home, false), &figures::Request::default()).unwrap();
-        assert_eq!(
-            (figures.from, figures.unit.as_deref(), figures.travel_unit.as_deref()),
-            (5.0, Some("degC"), Some("%"))
-        );
-        assert!(figures.rise.is_some() && figures.settled.is_some(), "{figures:?}");
+        let figures = figures(&home, &session(&home, false), &FiguresRequest::default()).unwrap();
+        assert_eq!(figures.from, 5.0);
+        let units = figures.figures.iter().map(|figure| (figure.key.as_str(), figure.unit.as_deref()));
+        let expected = [
+            ("rise", Some("s")),
+            ("overshoot", Some("%")),
+            ("settling", Some("s")),
+            ("iae", Some("degC s")),
+            ("ise", Some("degC^2 s")),
+            ("peak", Some("degC")),
+            ("travel", Some("%")),
+            ("pulses", None),
+        ];
+        assert_eq!(units.collect::<Vec<_>>(), expected);
+        assert!(figures.figures.iter().all(|figure| figure.value.is_some()), "{figures:?}");
         // UP and DOWN are its pulses: UP comes with the step, which is above 50 %, and DOWN later.
-        assert!(figures.pulses.is_some_and(|pulses| pulses >= 2), "{figures:?}");
+        assert!(figures.figures[7].value >= Some(2.0), "{figures:?}");
     }
 
     #[test]
@@ -177,7 +199,7 @@ mod tests {
         let mut session = Session::default();
         let member = Member { name: "F".into(), fmu: "FOREIGN".into(), values: Values::new() };
         session.start(&home, Setup { members: vec![member], step: Some(0.1), ..Setup::default() }).unwrap();
-        let error = figures(&home, &session, &figures::Request::default()).unwrap_err();
+        let error = figures(&home, &session, &FiguresRequest::default()).unwrap_err();
         assert_eq!(error.to_string(), "FOREIGN does not tell which of its variables is its setpoint");
     }
 }

@@ -206,6 +206,17 @@ impl Row {
         from: &[],
     };
 
+    /// The lowest value that makes sense, as a number. It is not above the REAL nor above its decimals, so that neither a host
+    /// that computes in doubles nor the REAL itself falls below it.
+    pub fn least(&self) -> Option<f64> {
+        self.min.map(|min| number::number(min).min(number::decimal(min)))
+    }
+
+    /// The highest value that makes sense, as a number, likewise.
+    pub fn greatest(&self) -> Option<f64> {
+        self.max.map(|max| number::number(max).max(number::decimal(max)))
+    }
+
     /// The name with the instances that lead to it: `GAIN`, `DI_CONT_C.GAIN`.
     pub fn full_name(&self) -> String {
         let mut name: String =

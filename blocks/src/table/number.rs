@@ -52,6 +52,14 @@ pub fn number(value: Value) -> f64 {
     }
 }
 
+/// The value as it is written in decimals: 0.1 for the REAL next to it, which is a little more.
+pub(super) fn decimal(value: Value) -> f64 {
+    match value {
+        Value::Real(real) => real.to_string().parse().unwrap_or(f64::from(real)),
+        other => number(other),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,11 +2,10 @@
 
 use anyhow::Result;
 use blocks::{Block, Int, Law, Real};
-use modeldescription::Table;
-use modeldescription::{Capabilities, Description, Interface, ModelDescription, VERSIONS};
+use modeldescription::{Description, Interface, ModelDescription, Table};
 use run::component::Component;
 use run::fmus::Fmus;
-use run::test_home::{FOREIGN, Lag, Linked, TestHome, table};
+use run::test_home::{FOREIGN, Lag, Linked, TestHome};
 use std::sync::Arc;
 
 blocks::block! {
@@ -296,13 +295,7 @@ impl Law for Stepper {
 pub struct Controllers;
 
 fn described<B: Block>() -> Result<Arc<Description>> {
-    let interface = Interface {
-        table: table::<B>(),
-        version: VERSIONS[0].into(),
-        guid: "{0}".into(),
-        capabilities: Capabilities::default(),
-        log_categories: Vec::new(),
-    };
+    let interface = Interface::linked(Table::from(B::TABLE), "{0}")?;
     Ok(Arc::new(ModelDescription::of(&interface)?.description()))
 }
 
@@ -318,10 +311,10 @@ impl Fmus for Controllers {
 
     fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>> {
         Ok(Some(Arc::new(match fmu {
-            "PID" => table::<Pid>(),
-            "PULSER" => table::<Pulser>(),
-            "STEPPER" => table::<Stepper>(),
-            "LAG" => table::<Lag>(),
+            "PID" => Table::from(Pid::TABLE),
+            "PULSER" => Table::from(Pulser::TABLE),
+            "STEPPER" => Table::from(Stepper::TABLE),
+            "LAG" => Table::from(Lag::TABLE),
             FOREIGN => return Ok(None),
             other => return TestHome::default().table(other),
         })))

@@ -120,9 +120,9 @@ fn what_the_block_applies_to_its_output_is_made_up_for_by_gain() {
 fn a_falling_plant_gets_a_negative_gain_and_a_curve() {
     let falling = tuned(&request("PID", Rule::Simc, Structure::Pi, lag(-0.5, 10.0, 1.0), &[]));
     assert!(number(&falling, "GAIN") < 0.0);
-    let Predicted { setpoint, process_value, settled, .. } = falling.predicted;
+    let Predicted { setpoint, process_value, settling, .. } = falling.predicted;
     assert_eq!(setpoint.last(), Some(&-5.0));
-    assert!((process_value.last().unwrap() + 5.0).abs() < 0.01 && settled.is_some());
+    assert!((process_value.last().unwrap() + 5.0).abs() < 0.01 && settling.is_some());
 }
 
 #[test]
@@ -178,13 +178,13 @@ fn a_step_controller_has_pi_only_and_a_valve_in_its_prediction() {
     let stepper = |structure| request("STEPPER", Rule::Simc, structure, lag(1.0, 30.0, 3.0), &[]);
     let pi = tuned(&stepper(Structure::Pi));
     assert_eq!(pi.values.len(), 2);
-    let Predicted { process_value, manipulated_value, settled, .. } = &pi.predicted;
+    let Predicted { process_value, manipulated_value, settling, .. } = &pi.predicted;
     assert!((process_value.last().unwrap() - 10.0).abs() < 1.0, "{:?}", process_value.last());
     // The valve is within its stops, and begins in the middle.
     assert_eq!(manipulated_value[0], 50.0);
     assert!((manipulated_value.last().unwrap() - 60.0).abs() < 1.5, "{:?}", manipulated_value.last());
     assert!(manipulated_value.iter().all(|position| (0.0..=100.0).contains(position)));
-    assert!(settled.is_some());
+    assert!(settling.is_some());
     for structure in [Structure::P, Structure::Pid] {
         assert_eq!(error(&stepper(structure)), "STEPPER is a step controller, which has PI only: take PI");
     }

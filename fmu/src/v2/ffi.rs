@@ -9,14 +9,15 @@
 // The contract above is the safety section of every function here.
 #![allow(clippy::missing_safety_doc, clippy::too_many_arguments)]
 
+use super::Fmi2;
 use super::value::Boolean;
-use super::{Fmi2, VERSION, interface};
 pub use crate::component::StateAddress;
 use crate::component::{Component, Library};
 use crate::cyclic::Cyclic;
 use crate::door::{Door, Host};
 use crate::host_type::HostType;
 use crate::instance::no_variable;
+use crate::interface;
 use crate::log::{self, Category};
 use crate::preset::Argument;
 use crate::refusal::{Answer, Refusal};
@@ -262,7 +263,7 @@ unsafe fn set<B: Cyclic, T: HostType<Fmi2>>(
 /// - a C function of the library of an FMU: [`export!`](crate::export) has them all. `$d` is a `$` of that macro.
 macro_rules! functions {
     (($d:tt) $(
-        fn $name:ident $([$($state:ident)*])? ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)?
+        $name:ident $([$($state:ident)*])? ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)?
             $({ $($plain:tt)* })?
             $(, ordinary |$o:ident| $ordinary:expr)? $(=> |$c:ident| $body:expr)?;
     )*) => {
@@ -340,126 +341,126 @@ macro_rules! functions {
 // works too and gives the start values, and inputs may be set.
 functions! {
     ($)
-    fn fmi2GetTypesPlatform() -> *const c_char { c"default".as_ptr() };
-    fn fmi2GetVersion() -> *const c_char { VERSION.as_ptr() };
-    fn fmi2SetDebugLogging[Instantiated InitializationMode StepComplete Terminated](
+    fmi2GetTypesPlatform() -> *const c_char { c"default".as_ptr() };
+    fmi2GetVersion() -> *const c_char { c"2.0".as_ptr() };
+    fmi2SetDebugLogging[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, logging_on: c_int, count: usize, categories: *const *const c_char,
     ) -> Status => |c| {
         let categories = array(categories, count, "categories")?;
         c.set_debug_logging(logging_on != 0, categories.iter().map(|name| text(*name)))
     };
 
-    fn fmi2Instantiate(
+    fmi2Instantiate(
         instance_name: *const c_char, fmu_type: c_int, guid: *const c_char, resources: *const c_char,
         callbacks: *const CallbackFunctions, _visible: c_int, logging_on: c_int,
     ) -> Pointer {
         // SAFETY: the host's contract.
         unsafe { instantiate::<L>(instance_name, fmu_type, guid, resources, callbacks, logging_on) }
     };
-    fn fmi2FreeInstance(component: Pointer) {
+    fmi2FreeInstance(component: Pointer) {
         if !component.is_null() {
             // SAFETY: made by `fmi2Instantiate`, and not used again by the host's contract.
             unsafe { Box::from_raw(component.cast::<Door<L::Block, Caller>>()) }.close();
         }
     };
 
-    fn fmi2SetupExperiment[Instantiated](
+    fmi2SetupExperiment[Instantiated](
         component: Pointer, _tolerance_defined: c_int, _tolerance: f64, start_time: f64, stop_time_defined: c_int, stop_time: f64,
     ) -> Status => |c| c.instance.setup_experiment(start_time, (stop_time_defined != 0).then_some(stop_time));
-    fn fmi2EnterInitializationMode[Instantiated](component: Pointer) -> Status
+    fmi2EnterInitializationMode[Instantiated](component: Pointer) -> Status
         => |c| c.instance.enter_initialization_mode(&Function::fmi2SetupExperiment);
-    fn fmi2ExitInitializationMode[InitializationMode](component: Pointer) -> Status => |c| c.exit_initialization_mode();
-    fn fmi2Terminate[StepComplete](component: Pointer) -> Status => |c| {
+    fmi2ExitInitializationMode[InitializationMode](component: Pointer) -> Status => |c| c.exit_initialization_mode();
+    fmi2Terminate[StepComplete](component: Pointer) -> Status => |c| {
         c.instance.terminate();
         Ok(())
     };
-    fn fmi2Reset[Instantiated InitializationMode StepComplete Terminated](component: Pointer) -> Status => |c| {
+    fmi2Reset[Instantiated InitializationMode StepComplete Terminated](component: Pointer) -> Status => |c| {
         c.reset();
         Ok(())
     };
 
-    fn fmi2GetReal[Instantiated InitializationMode StepComplete Terminated](
+    fmi2GetReal[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut f64,
     ) -> Status, ordinary |c| get_ordinary(c, vr, count, value) => |c| get(c, vr, count, value);
-    fn fmi2GetInteger[Instantiated InitializationMode StepComplete Terminated](
+    fmi2GetInteger[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut c_int,
     ) -> Status => |c| get(c, vr, count, value);
-    fn fmi2GetBoolean[Instantiated InitializationMode StepComplete Terminated](
+    fmi2GetBoolean[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut Boolean,
     ) -> Status => |c| get(c, vr, count, value);
-    fn fmi2GetString[Instantiated InitializationMode StepComplete Terminated](
+    fmi2GetString[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, _value: *mut *const c_char,
     ) -> Status => |c| strings(c, array(vr, count, "vr")?);
-    fn fmi2SetReal[Instantiated InitializationMode StepComplete](
+    fmi2SetReal[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const f64,
     ) -> Status, ordinary |c| set_ordinary(c, vr, count, value) => |c| set(c, vr, count, value);
-    fn fmi2SetInteger[Instantiated InitializationMode StepComplete](
+    fmi2SetInteger[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const c_int,
     ) -> Status => |c| set(c, vr, count, value);
-    fn fmi2SetBoolean[Instantiated InitializationMode StepComplete](
+    fmi2SetBoolean[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const Boolean,
     ) -> Status => |c| set(c, vr, count, value);
-    fn fmi2SetString[Instantiated InitializationMode StepComplete](
+    fmi2SetString[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, _value: *const *const c_char,
     ) -> Status => |c| strings(c, array(vr, count, "vr")?);
 
-    fn fmi2GetFMUstate[Instantiated InitializationMode StepComplete Terminated](
+    fmi2GetFMUstate[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, state: *mut StateAddress,
     ) -> Status => |c| c.get_state(target(state, "FMUstate")?);
-    fn fmi2SetFMUstate[Instantiated InitializationMode StepComplete Terminated](
+    fmi2SetFMUstate[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, state: StateAddress,
     ) -> Status => |c| c.set_state(state);
-    fn fmi2FreeFMUstate[Instantiated InitializationMode StepComplete Terminated](
+    fmi2FreeFMUstate[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, state: *mut StateAddress,
     ) -> Status => |c| c.free_state(target(state, "FMUstate")?);
-    fn fmi2SerializedFMUstateSize[Instantiated InitializationMode StepComplete Terminated](
+    fmi2SerializedFMUstateSize[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, state: StateAddress, size: *mut usize,
     ) -> Status => |c| {
         *target(size, "size")? = c.serialized_size(state)?;
         Ok(())
     };
-    fn fmi2SerializeFMUstate[Instantiated InitializationMode StepComplete Terminated](
+    fmi2SerializeFMUstate[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, state: StateAddress, bytes: *mut u8, size: usize,
     ) -> Status => |c| c.serialize(state, array_mut(bytes, size, "serializedState")?);
-    fn fmi2DeSerializeFMUstate[Instantiated InitializationMode StepComplete Terminated](
+    fmi2DeSerializeFMUstate[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, bytes: *const u8, size: usize, state: *mut StateAddress,
     ) -> Status => |c| c.deserialize(array(bytes, size, "serializedState")?, target(state, "FMUstate")?);
 
-    fn fmi2GetDirectionalDerivative[InitializationMode StepComplete](
+    fmi2GetDirectionalDerivative[InitializationMode StepComplete](
         component: Pointer, _unknowns: *const u32, _unknown_count: usize, _knowns: *const u32, _known_count: usize,
         _known_changes: *const f64, _unknown_changes: *mut f64,
     ) -> Status => |_c| Err("not provided (providesDirectionalDerivative = false)".into());
-    fn fmi2SetRealInputDerivatives[Instantiated InitializationMode StepComplete](
+    fmi2SetRealInputDerivatives[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, order: *const c_int, value: *const f64,
     ) -> Status => |c| c.instance.set_input_derivatives(
         array(vr, count, "vr")?,
         array(order, count, "order")?,
         array(value, count, "value")?,
     );
-    fn fmi2GetRealOutputDerivatives[StepComplete Terminated](
+    fmi2GetRealOutputDerivatives[StepComplete Terminated](
         component: Pointer, _vr: *const u32, count: usize, _order: *const c_int, _value: *mut f64,
     ) -> Status => |_c| match count {
         0 => Ok(()),
         _ => Err("outputs change in steps and have no derivatives (maxOutputDerivativeOrder = 0)".into()),
     };
 
-    fn fmi2DoStep[StepComplete](component: Pointer, tc: f64, h: f64, _no_set_fmu_state_prior: c_int) -> Status,
+    fmi2DoStep[StepComplete](component: Pointer, tc: f64, h: f64, _no_set_fmu_state_prior: c_int) -> Status,
         ordinary |c| c.instance.make_ordinary_step(tc, h) => |c| c.do_step(tc, h);
-    fn fmi2CancelStep[Instantiated InitializationMode StepComplete Terminated](component: Pointer) -> Status
+    fmi2CancelStep[Instantiated InitializationMode StepComplete Terminated](component: Pointer) -> Status
         => |_c| Err("a step is complete when fmi2DoStep returns, so there is never one to cancel".into());
-    fn fmi2GetStatus[StepComplete Terminated](component: Pointer, kind: c_int, value: *mut Status) -> Status
+    fmi2GetStatus[StepComplete Terminated](component: Pointer, kind: c_int, value: *mut Status) -> Status
         => |_c| answer(value, no_status(kind));
-    fn fmi2GetRealStatus[StepComplete Terminated](component: Pointer, kind: c_int, value: *mut f64) -> Status
+    fmi2GetRealStatus[StepComplete Terminated](component: Pointer, kind: c_int, value: *mut f64) -> Status
         => |c| answer(value, match kind {
             LAST_SUCCESSFUL_TIME => Ok(c.instance.last_successful_time()),
             _ => no_status(kind),
         });
-    fn fmi2GetIntegerStatus[StepComplete Terminated](component: Pointer, kind: c_int, value: *mut c_int) -> Status
+    fmi2GetIntegerStatus[StepComplete Terminated](component: Pointer, kind: c_int, value: *mut c_int) -> Status
         => |_c| answer(value, no_status(kind));
     // A block never ends the simulation.
-    fn fmi2GetBooleanStatus[StepComplete Terminated](component: Pointer, kind: c_int, value: *mut Boolean) -> Status
+    fmi2GetBooleanStatus[StepComplete Terminated](component: Pointer, kind: c_int, value: *mut Boolean) -> Status
         => |_c| answer(value, if kind == TERMINATED { Ok(Boolean(0)) } else { no_status(kind) });
-    fn fmi2GetStringStatus[StepComplete Terminated](component: Pointer, kind: c_int, value: *mut *const c_char) -> Status
+    fmi2GetStringStatus[StepComplete Terminated](component: Pointer, kind: c_int, value: *mut *const c_char) -> Status
         => |_c| answer(value, no_status(kind));
 }
 
@@ -498,7 +499,7 @@ unsafe fn instantiate<L: Library>(
 /// Copies what the library says of itself (see [`interface::json`]) to `buffer`, at most `size` bytes, and returns its full
 /// length in bytes.
 pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
-    let json = interface::json::<B>();
+    let json = interface::json::<Fmi2, B>();
     if !buffer.is_null() {
         let length = size.min(json.len());
         // SAFETY: the caller's buffer has `size` bytes, which is at least `length`.

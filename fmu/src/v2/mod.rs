@@ -1,24 +1,49 @@
 //! FMI 2.0 for co-simulation over the core: the 34 C functions and what only this version says.
 //!
-//! [`ffi`] is the table of the functions, each written once; [`value`] are the types of their values; [`capabilities`] and
-//! [`interface`] are what the library says of itself.
+//! [`ffi`] is the table of the functions, each written once; [`value`] has the types of their values.
 
-pub mod capabilities;
 #[allow(missing_docs)] // the standard documents its functions
 pub mod ffi;
-pub mod interface;
 pub mod value;
 
-/// The version of FMI, as fmi2GetVersion and modelDescription.xml give it.
-pub const VERSION: &std::ffi::CStr = c"2.0";
+use crate::host_type::Version;
+use crate::refusal::Answer;
+use blocks::Kind;
 
-/// The words of FMI 2.0.
+/// FMI 2.0.
 #[derive(Clone, Copy, Debug)]
 pub struct Fmi2;
 
+impl Version for Fmi2 {
+    const NUMBER: &'static str = "2.0";
+    const PREFIX: &'static str = "fmi2";
+    const CAPABILITIES: &'static [(&'static str, &'static str)] = &[
+        // The clock makes the calls that fall into a step, whatever its size.
+        ("canHandleVariableCommunicationStepSize", "true"),
+        // The session extrapolates inputs. Outputs change in steps.
+        ("canInterpolateInputs", "true"),
+        ("maxOutputDerivativeOrder", "0"),
+        ("providesDirectionalDerivative", "false"),
+        // A state is a copy of the instance.
+        ("canGetAndSetFMUstate", "true"),
+        ("canSerializeFMUstate", "true"),
+        // No globals, no threads, memory of our own.
+        ("canRunAsynchronuously", "false"),
+        ("canBeInstantiatedOnlyOncePerProcess", "false"),
+        ("canNotUseMemoryManagementFunctions", "true"),
+    ];
+
+    fn name_of(kind: Kind) -> &'static str {
+        match kind {
+            Kind::Real | Kind::LReal | Kind::Time => "Real",
+            Kind::Word | Kind::Int => "Integer",
+            Kind::Bool => "Boolean",
+        }
+    }
+}
+
 /// What the standard calls the status of a refused call.
-pub fn status_name(answer: crate::refusal::Answer) -> &'static str {
-    use crate::refusal::Answer;
+pub fn status_name(answer: Answer) -> &'static str {
     match answer {
         Answer::Error => "fmi2Error",
         Answer::Discard => "fmi2Discard",

@@ -2,23 +2,11 @@
 
 use super::Fmi2;
 use crate::cyclic::Cyclic;
-use crate::host_type::{HostType, Version};
+use crate::host_type::HostType;
 use crate::ordinary;
 use blocks::table::number;
 use blocks::{Kind, Value, Word};
 use std::ffi::c_int;
-
-impl Version for Fmi2 {
-    const PREFIX: &'static str = "fmi2";
-
-    fn name_of(kind: Kind) -> &'static str {
-        match kind {
-            Kind::Real | Kind::LReal | Kind::Time => "Real",
-            Kind::Word | Kind::Int => "Integer",
-            Kind::Bool => "Boolean",
-        }
-    }
-}
 
 impl HostType<Fmi2> for f64 {
     fn holds(kind: Kind) -> bool {
@@ -113,6 +101,7 @@ impl HostType<Fmi2> for Boolean {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::host_type::Version;
     use blocks::Time;
 
     #[test]

@@ -7,9 +7,17 @@ use std::io::{self, BufWriter, Write};
 #[cfg(unix)]
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
+use tempfile::TempDir;
 
 /// What their names begin and end with.
 const NAME: (&str, &str) = (".plcfmu-", ".tmp");
+
+/// In a [`Folder`], locked by the process that uses it.
+const LOCK: &str = ".lock";
+
+/// Nothing takes as long.
+const A_DAY: Duration = Duration::from_secs(86_400);
 
 /// Makes temporary files and folders with these names.
 pub fn builder() -> tempfile::Builder<'static, 'static> {
@@ -118,6 +126,66 @@ pub fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
+/// A folder for what is unpacked, removed when this is dropped.
+#[derive(Debug)]
+pub struct Folder {
+    // Windows removes no file that is open: this goes first.
+    _lock: File,
+    folder: TempDir,
+}
+
+impl Folder {
+    /// In the folder for temporary files of the system.
+    ///
+    /// # Errors
+    /// It cannot be made.
+    pub fn new() -> Result<Folder> {
+        let make = || {
+            let folder = builder().tempdir()?;
+            let lock = File::create(folder.path().join(LOCK))?;
+            lock.lock()?;
+            io::Result::Ok(Folder { _lock: lock, folder })
+        };
+        make().context("there is no folder for temporary files")
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+/// Removes from the system's folder for temporary files what killed commands have left: the folders whose process is gone, and
+/// what is older than a day. What cannot be removed, such as that of other users, stays.
+pub fn remove_forgotten() {
+    remove_forgotten_in(&std::env::temp_dir());
+}
+
+fn remove_forgotten_in(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let (name, path) = (entry.file_name(), entry.path());
+        if !is_ours(&name.to_string_lossy()) {
+            continue;
+        }
+        let is_old = || {
+            let age = entry.metadata().ok().and_then(|of| of.modified().ok()).and_then(|time| time.elapsed().ok());
+            age.is_some_and(|age| age > A_DAY)
+        };
+        let is_forgotten = match File::open(path.join(LOCK)) {
+            Ok(lock) => lock.try_lock().is_ok(),
+            Err(_) => is_old(),
+        };
+        if is_forgotten {
+            let _ = if path.is_dir() { fs::remove_dir_all(&path) } else { fs::remove_file(&path) };
+        }
+    }
+}
+
+/// Whether a file or folder of this name is a temporary one of this program.
+fn is_ours(name: &str) -> bool {
+    name.starts_with(NAME.0) && name.ends_with(NAME.1)
+}
+
 /// Removes temporary files and folders that were left in `folder`.
 ///
 /// # Errors
@@ -126,7 +194,7 @@ pub fn remove_left(folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
-        if !(name.starts_with(NAME.0) && name.ends_with(NAME.1)) {
+        if !is_ours(&name) {
             continue;
         }
         if entry.file_type()?.is_dir() {
@@ -202,5 +270,21 @@ mod tests {
         let error = check(&[&written, &folder.path().join("./written.csv")]).unwrap_err().to_string();
         assert!(error.ends_with("written.csv is named for two outputs: name a file for each"), "{error}");
         check(&[&folder.path().join("missing/a.csv")]).unwrap();
+    }
+
+    #[test]
+    fn what_a_killed_command_has_left_is_removed_and_nothing_else() {
+        let temporary = tempfile::tempdir().unwrap();
+        let made = |name: &str| {
+            let path = temporary.path().join(name);
+            fs::create_dir(&path).unwrap();
+            path
+        };
+        let [left, used, new, other] = [".plcfmu-a.tmp", ".plcfmu-b.tmp", ".plcfmu-c.tmp", ".other-a.tmp"].map(made);
+        fs::write(left.join(LOCK), "").unwrap();
+        let lock = File::create(used.join(LOCK)).unwrap();
+        lock.lock().unwrap();
+        remove_forgotten_in(temporary.path());
+        assert_eq!([&left, &used, &new, &other].map(|path| path.exists()), [false, true, true, true]);
     }
 }

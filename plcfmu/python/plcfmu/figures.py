@@ -1,75 +1,26 @@
-"""Quality figures of a loop, as control engineering defines them.
+"""Quality figures of a loop, computed by the command `plcfmu`, so that they are those of the parameter tool and of studies.
 
-The functions take arrays: the times in seconds and the values at these times. For the figures of a setpoint step the
-arrays begin with the step.
+The functions take arrays: the times in seconds and the values at these times.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .parameters import called, command, reason
+
 Array = NDArray[np.float64]
-
-
-def rise_time(time: Array, pv: Array, start: float, end: float) -> float:
-    """Time in seconds from 10 % to 90 % of the way from `start` to `end`; NaN if it does not get there."""
-    share = (pv - start) / (end - start)
-    low, high = (first_crossing(time, share, level) for level in (0.1, 0.9))
-    return high - low
-
-
-def first_crossing(time: Array, values: Array, level: float) -> float:
-    """When `values` first reach `level` from below, in seconds, linear between two rows; NaN if they do not."""
-    above = np.nonzero(values >= level)[0]
-    if len(above) == 0:
-        return float("nan")
-    i = above[0]
-    if i == 0:
-        return float(time[0])
-    share = (level - values[i - 1]) / (values[i] - values[i - 1])
-    return float(time[i - 1] + share * (time[i] - time[i - 1]))
-
-
-def overshoot(pv: Array, start: float, end: float) -> float:
-    """How far the process value goes beyond `end`, in percent of the way from `start`; 0 if it does not."""
-    return max(0.0, 100.0 * float(np.max((pv - end) / (end - start))))
-
-
-def settling_time(time: Array, pv: Array, start: float, end: float, band: float = 0.02) -> float:
-    """Time in seconds from the step until the process value stays within `band` of the way (2 %) around `end`.
-
-    NaN if it is outside in the last row.
-    """
-    outside = np.nonzero(np.abs(pv - end) > band * abs(end - start))[0]
-    if len(outside) == 0:
-        return 0.0
-    if outside[-1] == len(time) - 1:
-        return float("nan")
-    return float(time[outside[-1] + 1] - time[0])
-
-
-def integral_absolute_error(time: Array, pv: Array, sp: Array) -> float:
-    """IAE: the integral of |sp - pv| over time, each row held until the next; in the unit of `pv` times seconds."""
-    return float(np.sum(np.abs(sp - pv)[:-1] * np.diff(time)))
-
-
-def integral_squared_error(time: Array, pv: Array, sp: Array) -> float:
-    """ISE: the integral of (sp - pv)^2 over time, each row held until the next; in the unit of `pv` squared, times s."""
-    return float(np.sum(((sp - pv) ** 2)[:-1] * np.diff(time)))
 
 
 def integral_error(time: Array, pv: Array, sp: Array) -> float:
     """The integral of sp - pv over time, with its sign, each row held until the next; in the unit of `pv` times s."""
     return float(np.sum((sp - pv)[:-1] * np.diff(time)))
-
-
-def travel(lmn: Array) -> float:
-    """How far the manipulated value moves in all, up and down, in its unit."""
-    return float(np.sum(np.abs(np.diff(lmn))))
 
 
 class Figure(NamedTuple):
@@ -121,19 +72,46 @@ def step_figures(
     sp: Array,
     start: float,
     end: float,
+    *,
+    lmn: Optional[Array] = None,
     unit: str = "",
+    travel_unit: str = "",
     prefix: str = "",
-    theory: Sequence[Any] = (None,) * 4,
+    theory: Optional[Mapping[str, Any]] = None,
 ) -> Figures:
-    """The four figures of a setpoint step from `start` to `end`: the integral in `unit`, `prefix` before each name."""
-    rise, over, settled, error = theory
+    """The figures of a setpoint step from `start` to `end`, with which the arrays begin.
+
+    They are those of the parameter tool and of studies, by the same names: rise, overshoot, settling, iae, ise and peak,
+    and with the manipulated value `lmn` also travel. A figure that a run does not have is NaN: a loop that has not settled
+    has no settling time. `unit` is that of the process value, such as "K", `travel_unit` that of `lmn`; `prefix` comes
+    before each name; `theory` is what is predicted for some of them, by their names.
+
+    Raises CommandNotFoundError if the command `plcfmu`, which computes them, is not there.
+    """
+    recorded = {
+        "times": np.asarray(time, float).tolist(),
+        "setpoint": _numbers(sp),
+        "process_value": _numbers(pv),
+        "manipulated_value": _numbers(() if lmn is None else lmn),
+        "step": (float(start), float(end)),
+        "unit": unit or None,
+        "travel_unit": travel_unit or None,
+    }
+    done = called(command(), "figures", given=json.dumps(recorded))
+    if done.returncode != 0:
+        raise ValueError(reason(done))
+    predicted = dict(theory or {})
     figures = Figures()
-    figures.add(f"{prefix}rise time, 10 ... 90 %", rise_time(time, pv, start, end), "s", rise)
-    figures.add(f"{prefix}overshoot", overshoot(pv, start, end), "%", over)
-    figures.add(f"{prefix}settling time to 2 %", settling_time(time, pv, start, end), "s", settled)
-    error_name = f"{prefix}integral of the absolute error"
-    figures.add(error_name, integral_absolute_error(time, pv, sp), unit, error)
+    for told in json.loads(done.stdout):
+        value = math.nan if told["value"] is None else told["value"]
+        figures.add(prefix + told["key"], value, told["unit"] or "", predicted.pop(told["key"], None))
+    if predicted:
+        raise ValueError(f"theory names no figure: {', '.join(predicted)}")
     return figures
+
+
+def _numbers(values: Any) -> list[Optional[float]]:
+    return [value if math.isfinite(value) else None for value in np.asarray(values, float).tolist()]
 
 
 def _number(value: Optional[Any]) -> str:

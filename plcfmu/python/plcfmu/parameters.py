@@ -87,10 +87,10 @@ def command() -> pathlib.Path:
     raise CommandNotFoundError(f"the command plcfmu was not found: {remedy}; or set {VARIABLE} to it")
 
 
-def called(program: pathlib.Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """What the program has said when it has ended."""
-    given = [os.fspath(program), *arguments]
-    return subprocess.run(given, stdin=subprocess.DEVNULL, capture_output=True, text=True, encoding="utf-8")
+def called(program: pathlib.Path, *arguments: str, given: str = "") -> subprocess.CompletedProcess[str]:
+    """What the program has said when it has ended. `given` is its standard input."""
+    call = [os.fspath(program), *arguments]
+    return subprocess.run(call, input=given, capture_output=True, text=True, encoding="utf-8")
 
 
 def reason(done: subprocess.CompletedProcess[str]) -> str:

@@ -102,22 +102,31 @@ class Result:
         start: Optional[float] = None,
         end: Optional[float] = None,
         *,
+        lmn: Optional[str] = None,
         unit: str = "",
         prefix: str = "",
-        theory: Sequence[Any] = (None,) * 4,
+        theory: Optional[Mapping[str, Any]] = None,
     ) -> Figures:
-        """The quality figures of a setpoint step, with which the rows begin.
+        """The quality figures of a setpoint step, with which the rows begin, as `figures.step_figures` describes them.
 
-        Rise time, overshoot, settling time and integral of the absolute error of the process value `pv`, on its way
-        from `start` to `end`; by default from its first value to the last setpoint. `unit` is that of the integral, such
-        as "K s"; `prefix` comes before each name; `theory` is what is predicted for the four.
+        The process value `pv` goes from `start` to `end`; by default from its first value to the last setpoint. `lmn` is
+        the manipulated value. `unit` is that of a difference of process values, such as "K", by default that of `pv`.
         """
         start = float(self[pv][0]) if start is None else start
         end = float(self[sp][-1]) if end is None else end
-        of_pv = self.signal(pv).unit
-        if not unit and of_pv:
-            unit = f"{'K' if of_pv == 'degC' else of_pv} s"
-        return step_figures(self.time, self[pv], self[sp], start, end, unit, prefix, theory)
+        of_pv = self.signal(pv).unit or ""
+        return step_figures(
+            self.time,
+            self[pv],
+            self[sp],
+            start,
+            end,
+            lmn=None if lmn is None else self[lmn],
+            unit=unit or ("K" if of_pv == "degC" else of_pv),
+            travel_unit="" if lmn is None else self.signal(lmn).unit or "",
+            prefix=prefix,
+            theory=theory,
+        )
 
     def to_csv(self, path: Path, digits: Optional[int] = None) -> None:
         """Writes the time and all signals, one row a line.

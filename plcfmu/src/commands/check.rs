@@ -1,13 +1,20 @@
 //! `plcfmu check`: says in one sentence each what is wrong with FMUs, and with programs in SCL.
 
-use super::{LONGEST_NAME, functions, print, shown};
-use crate::package::check::{STEPS, check, run as run_library};
+use super::study::interruption;
+use super::{LONGEST_NAME, functions, print, shown, time_limit};
+use crate::package::check::{STEPS, check, run_apart};
 use crate::program;
-use anyhow::{Result, bail};
+use anyhow::{Error, Result, bail};
+use host::child::Starter;
 use host::package::Package;
 use modeldescription::{Description, shortened};
 use parameters::problem::drawn;
+use std::fmt;
+use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+use study::Interrupted;
 
 /// Check FMU files, whoever made them, or a program in SCL
 ///
@@ -17,7 +24,8 @@ use std::path::{Path, PathBuf};
 /// All sources of a program (.scl, .udt, .db) are named together. What is wrong with it is told with file, line and column, and
 /// so is what its author may not expect: a temporary that is read before it is written, a REAL compared for equality, a
 /// conversion that loses something.
-#[derive(clap::Args, Clone, Debug, Default)]
+#[derive(clap::Args, Clone, Debug)]
+#[group(skip)] // clap names a group after the type, and that of the programs has the same name
 pub struct Options {
     /// The FMUs, and the sources of a program
     #[arg(value_name = "FILE", required = true)]
@@ -25,6 +33,9 @@ pub struct Options {
     /// Also load this machine's library and let it make some steps: this runs its code
     #[arg(long)]
     pub run: bool,
+    /// How long an FMU may take with --run, in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = time_limit)]
+    pub time_limit: f64,
     #[allow(missing_docs)]
     #[command(flatten, next_help_heading = "Programs in SCL")]
     pub program: program::Options,
@@ -41,11 +52,24 @@ pub fn run(options: &Options) -> Result<()> {
         check_program(&sources, &options.program)?;
     }
     let mut wrong = 0;
+    let limit = Duration::from_secs_f64(options.time_limit);
+    let starter = options.run.then(|| anyhow::Ok(Starter { limit, interrupted: interruption()?, ..Starter::new()? }));
+    let starter = starter.transpose()?;
+    let mut unreadable = None;
     for file in &fmus {
-        let verdict = examine(file, options.run);
+        let verdict = examine(file, starter.as_ref());
+        if starter.as_ref().is_some_and(|starter| starter.interrupted.load(Ordering::Relaxed)) {
+            bail!(Interrupted(format!("{} was not checked", file.display())));
+        }
+        if let Err(error) = File::open(file) {
+            unreadable.get_or_insert_with(|| Unreadable(format!("{} cannot be read: {error}", file.display())));
+        }
         let lines: String = verdict.lines.iter().map(|line| format!("  {line}\n")).collect();
         print(&format!("{}\n{lines}", file.display()))?;
         wrong += usize::from(verdict.is_wrong);
+    }
+    if let Some(unreadable) = unreadable {
+        return Err(Error::new(unreadable));
     }
     match (wrong, fmus.len()) {
         (0, _) => Ok(()),
@@ -85,7 +109,20 @@ impl Verdict {
     }
 }
 
-fn examine(file: &Path, is_run: bool) -> Verdict {
+/// A file that cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unreadable(String);
+
+impl fmt::Display for Unreadable {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Unreadable {}
+
+/// Examines an FMU; its code runs if there is a starter.
+fn examine(file: &Path, starter: Option<&Starter>) -> Verdict {
     let mut verdict = Verdict::default();
     let mut package = match Package::open(file) {
         Ok(package) => package,
@@ -104,9 +141,10 @@ fn examine(file: &Path, is_run: bool) -> Verdict {
         verdict.lines.push(format!("{}: {}{glibc}", file.path, functions(binary)));
     }
     // The code of an FMU that is wrong is not run.
-    if is_run && !verdict.is_wrong {
-        let place = std::env::temp_dir();
-        match run_library(&mut package, &place) {
+    if let Some(starter) = starter
+        && !verdict.is_wrong
+    {
+        match run_apart(starter, file) {
             Ok(()) => {
                 verdict.lines.push(format!("run: instantiated, initialized, {STEPS} steps, all variables read, freed"));
             }
@@ -163,7 +201,7 @@ mod tests {
 
     #[test]
     fn a_file_that_is_not_an_fmu_is_wrong() {
-        let verdict = examine(Path::new("/no/such/file.fmu"), true);
+        let verdict = examine(Path::new("/no/such/file.fmu"), None);
         assert!(verdict.is_wrong);
         assert!(verdict.lines[0].starts_with("WRONG: it cannot be opened: "), "{:?}", verdict.lines);
     }

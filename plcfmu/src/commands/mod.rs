@@ -2,6 +2,8 @@
 
 pub mod build;
 pub mod check;
+pub mod child;
+pub mod figures;
 pub mod gains;
 pub mod info;
 pub mod merge;

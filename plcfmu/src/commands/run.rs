@@ -1,18 +1,23 @@
 //! `plcfmu run`: runs FMUs together and records them.
 
-use crate::commands::system;
+use super::study::interruption;
+use super::{system, time_limit};
 use crate::progress::Progress;
 use anyhow::{Context, Result, bail, ensure};
 use draw::picture;
 use draw::plot::{self, Chart, Curve, Panel};
+use host::child::run::Finished;
+use host::child::{self, Starter};
 use host::instance::Type;
 use host::package::temporary;
-use host::simulation::Simulation;
 use run::file;
 use run::master::Recording;
+use run::plan::Plan;
 use std::io::{self, BufWriter, StdoutLock, Write};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+use study::Interrupted;
 
 /// So many messages of each FMU are shown.
 const MOST_MESSAGES: usize = 10;
@@ -35,6 +40,9 @@ pub struct Options {
     /// Write what is run as a description that `plcfmu run FILE.toml` runs again
     #[arg(long, value_name = "FILE.toml")]
     save: Option<PathBuf>,
+    /// How long one call of an FMU may take, in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
+    time_limit: f64,
 }
 
 const SHORT_HELP: &str = "\
@@ -73,7 +81,9 @@ Rows of the recording:
   none of them is read, all are recorded after the step.
   Numbers in the CSV read back bit-equal; Booleans are 1 and 0.
 
-An FMU is foreign code that runs in this process: if it crashes, so does the run.";
+FMUs are foreign code: they run in a process of their own. One that crashes or does not return ends the run with an error that
+names it. What they print goes to standard error. An FMU may end the run (fmi2Discard with fmi2Terminated): the rows up to then
+are written.";
 
 /// Runs FMUs.
 ///
@@ -89,29 +99,30 @@ pub fn run(options: &Options) -> Result<()> {
         let folder = temporary::folder(file);
         ensure!(folder.is_dir(), "{} cannot be written: {} is not a folder", file.display(), folder.display());
     }
-    let mut simulation = Simulation::open(&system)?;
+    let plan = child::run::plan(&system)?;
     for remark in &system.remarks {
         eprintln!("remark: {remark}");
     }
-    for warning in &simulation.plan.warnings {
+    for warning in &plan.warnings {
         eprintln!("warning: {warning}");
     }
 
-    let steps = simulation.plan.steps;
-    let progress = Progress::steps(steps);
-    let between = (steps / 1000).max(1);
+    let limit = Duration::from_secs_f64(options.time_limit);
+    let starter = Starter { limit, interrupted: interruption()?, ..Starter::new()? };
+    let progress = Progress::steps(plan.steps);
     let began = Instant::now();
-    let result = simulation.run(|done| {
-        if done % between == 0 {
-            progress.set(done);
-        }
-    });
+    let finished = child::run::run(&starter, &system, &plan, |done| progress.set(done));
     let took = began.elapsed().as_secs_f64();
     drop(progress);
-    show_messages(&mut simulation);
-    let recording = result?;
+    if starter.interrupted.load(Ordering::Relaxed) {
+        bail!(Interrupted("nothing was written".into()));
+    }
+    let Finished { messages, recording } = finished?;
+    show_messages(&plan, &messages);
+    let recording = recording?;
 
-    let mut lines = vec![summary(&simulation, took)];
+    let mut lines: Vec<String> = recording.ended.iter().cloned().collect();
+    lines.push(summary(&plan, recording.times.len(), took));
     if to_stdout {
         print(|to| recording.write_csv(to))?;
     } else if let Some(file) = &options.out {
@@ -121,7 +132,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
     if let (Some(file), Some(is_svg)) = (&options.plot, is_svg) {
         let names: Vec<_> = system.members.iter().map(|fmu| fmu.name.as_str()).collect();
-        let picture = draw(&recording, names.join(", "), simulation.plan.time(steps), is_svg)?;
+        let picture = draw(&recording, names.join(", "), plan.time(recording.times.len()), is_svg)?;
         temporary::place(file, |to| Ok(to.write_all(&picture)?), |_| Ok(()))?;
         lines.push(file.display().to_string());
     }
@@ -150,12 +161,11 @@ fn print(content: impl FnOnce(&mut BufWriter<StdoutLock>) -> io::Result<()>) -> 
 }
 
 /// What the FMUs have logged, on standard error; the errors among it are part of the error already.
-fn show_messages(simulation: &mut Simulation) {
-    let messages = simulation.take_messages();
-    for member in &simulation.plan.members {
+fn show_messages(plan: &Plan, messages: &[(String, String)]) {
+    for member in &plan.members {
         let own: Vec<_> = messages.iter().filter(|(name, _)| *name == member.name).collect();
         for (name, message) in own.iter().take(MOST_MESSAGES) {
-            eprintln!("{name}: {}", message.text);
+            eprintln!("{name}: {message}");
         }
         if own.len() > MOST_MESSAGES {
             eprintln!("{}: {} more messages", member.name, own.len() - MOST_MESSAGES);
@@ -163,9 +173,8 @@ fn show_messages(simulation: &mut Simulation) {
     }
 }
 
-fn summary(simulation: &Simulation, took: f64) -> String {
-    let plan = &simulation.plan;
-    let (steps, step) = (plan.steps, plan.step);
+fn summary(plan: &Plan, steps: usize, took: f64) -> String {
+    let step = plan.step;
     let proposed =
         plan.step_proposed_by.map_or_else(String::new, |member| format!(", as {} proposes", plan.members[member].name));
     format!(

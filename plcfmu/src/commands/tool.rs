@@ -2,7 +2,6 @@
 
 use super::{print, time_limit};
 use crate::tool::assets;
-use crate::tool::child::{Processes, Starter};
 use crate::tool::home::{Collection, File, Known};
 use crate::tool::page::{self, Content, Home};
 use crate::tool::server::Server;
@@ -13,6 +12,7 @@ use base64::prelude::BASE64_STANDARD;
 use draw::escape::Named;
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use host::child::Starter;
 use parameters::Format;
 use std::env;
 use std::fmt::Write as _;
@@ -64,17 +64,13 @@ Examples:
 /// # Errors
 /// There are no FMUs, a file cannot be opened, or the port is taken.
 pub fn run(options: &Options) -> Result<()> {
-    let processes = Processes::default();
-    let starter = Starter {
-        program: env::current_exe().context("the program plcfmu does not find itself")?,
-        limit: Duration::from_secs_f64(options.time_limit),
-        processes: processes.clone(),
-    };
+    let starter = Starter { limit: Duration::from_secs_f64(options.time_limit), ..Starter::new()? };
+    let interrupted = starter.interrupted.clone();
     let Opened { collection, start } = open(options, starter)?;
     let server = Server::bind(options.port)?;
     let url = server.url();
     let page = start.put_into(&page(&collection)?)?;
-    server.run(page, collection, &processes, || {
+    server.run(page, collection, &interrupted, || {
         // A closed standard output is no reason to end.
         let _ = print(&format!("{url}\n"));
         eprintln!("Ctrl-C ends it.");

@@ -4,8 +4,9 @@
 use crate::build::compile::GLIBC;
 use crate::build::platform;
 use crate::package::preset;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use blocks::table::start::Start;
+use host::child::{End, Prints, Starter, serve};
 use host::fmu::Fmu;
 use host::instance::Instance;
 use host::library::FUNCTIONS;
@@ -14,7 +15,7 @@ use host::package::{DESCRIPTION, LibraryFile, Package, temporary};
 use memchr::memmem;
 use modeldescription::{Interface, MOST_FINDINGS, ModelDescription, Variable, shortened};
 use std::io::{Read, Seek};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// How many communication steps an FMU makes when it is run.
 pub const STEPS: u32 = 10;
@@ -184,6 +185,36 @@ pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()>
         value.with_context(|| format!("{:?} cannot be read", shortened(&variable.name)))?;
     }
     instance.terminate()
+}
+
+/// The role of the process that [`run_apart`] starts.
+pub const ROLE: &str = "check";
+
+/// [`run`] in a process of its own.
+///
+/// # Errors
+/// As [`run`], or how the FMU has ended the process, and what it has logged and printed.
+pub fn run_apart(starter: &Starter, path: &Path) -> Result<()> {
+    let mut process = starter.start(ROLE, Prints::Kept)?;
+    process.send(&path);
+    match process.receive::<Option<String>>(|_| false) {
+        Ok(error) => error.map_or(Ok(()), |error| Err(anyhow!(error))),
+        Err(End::Interrupted) => bail!("interrupted"),
+        Err(End::Ended(what)) => bail!("the FMU {what}{}", process.last_words(None)),
+    }
+}
+
+/// The other side.
+///
+/// # Errors
+/// The other side has ended.
+pub fn child(folder: &Path) -> Result<()> {
+    serve(folder, |channel| {
+        let Some(path) = channel.next::<PathBuf>()? else { return Ok(()) };
+        channel.tell_messages();
+        let checked = Package::open(&path).and_then(|mut package| run(&mut package, folder));
+        channel.send(&checked.err().map(|error| format!("{error:#}")))
+    })
 }
 
 #[cfg(test)]

@@ -2,10 +2,11 @@
 
 use crate::package::preset::Original;
 use crate::parameter_file;
-use crate::tool::child::Starter;
+use crate::tool::child;
 use anyhow::{Context, Result, bail, ensure};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
+use host::child::Starter;
 use host::fmu::{Fmu, has_table};
 use host::package::{Package, temporary};
 use modeldescription::{Description, Interface, Table, shortened};
@@ -258,7 +259,7 @@ impl FmuHome {
         let mut package = Package::open(path)?;
         let mut table = None;
         if has_table(&mut package)? {
-            table = Some(Arc::new(Interface::parse(&self.collection.starter.interface(path)?)?.table));
+            table = Some(Arc::new(Interface::parse(&child::interface(&self.collection.starter, path)?)?.table));
         }
         let (name, path) = uploads.waiting.remove(place);
         let known = Known {
@@ -308,8 +309,8 @@ impl Fmus for FmuHome {
         let starter = &self.collection.starter;
         Ok(match &known.source {
             Source::Loaded(fmu, _) => Box::new(fmu.instantiate(name)?),
-            Source::Foreign(path) => Box::new(starter.instantiate(path, name)?),
-            Source::Uploaded(path) => Box::new(starter.instantiate(path, name)?),
+            Source::Foreign(path) => Box::new(child::instantiate(starter, path, name)?),
+            Source::Uploaded(path) => Box::new(child::instantiate(starter, path, name)?),
         })
     }
 }

@@ -5,7 +5,6 @@
 //! here does not help; `Origin`, if there is one, has to be that of the page; and what changes anything is a POST of a type, and
 //! with a header, that a page from elsewhere may not send without being asked, which it never is.
 
-use crate::tool::child::Processes;
 use crate::tool::home::{Collection, FmuHome};
 use anyhow::{Context, Result, anyhow, ensure};
 use axum::Router;
@@ -24,6 +23,7 @@ use host::hexadecimal;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -120,7 +120,13 @@ impl Server {
     ///
     /// # Errors
     /// The system cannot tell when the user interrupts it.
-    pub fn run(self, page: String, collection: Collection, processes: &Processes, ready: impl FnOnce()) -> Result<()> {
+    pub fn run(
+        self,
+        page: String,
+        collection: Collection,
+        is_interrupted: &AtomicBool,
+        ready: impl FnOnce(),
+    ) -> Result<()> {
         let Server { runtime, listener, token, port } = self;
         let (alive, are_over) = mpsc::channel();
         let shared = Arc::new(Shared {
@@ -139,7 +145,7 @@ impl Server {
         })?;
         // No more requests, then no more calls of foreign FMUs, then no more engines.
         drop(runtime);
-        processes.kill();
+        is_interrupted.store(true, Ordering::Relaxed);
         drop(shared);
         wait(&are_over);
         Ok(())

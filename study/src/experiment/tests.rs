@@ -1,11 +1,13 @@
 use super::*;
 use crate::{Along, Axis, Limit, Sampling, Study, Take, Taken};
 use anyhow::bail;
+use blocks::Block;
+use modeldescription::Table;
 use run::component::{Component, Type};
 use run::dialog;
 use run::fmus::Fmus;
 use run::system::{Member, Value};
-use run::test_home::{Lag, Linked, Pid, TestHome, table};
+use run::test_home::{Lag, Linked, Pid, TestHome};
 use std::cell::Cell;
 use std::rc::Rc;
 
@@ -33,7 +35,7 @@ fn values(values: &[f64]) -> Along {
 fn resolved(job: &Job) -> Result<Experiment> {
     let home = TestHome::default();
     let descriptions = [home.description("PID").unwrap(), home.description("LAG").unwrap()];
-    let (roles, _) = dialog::of(&table::<Pid>()).unwrap();
+    let (roles, _) = dialog::of(&Table::from(Pid::TABLE)).unwrap();
     Experiment::of(job, &descriptions.each_ref().map(|description| &**description), Some(&roles))
 }
 
@@ -406,7 +408,7 @@ enum Fault {
 impl Faulty {
     fn new(fault: Fault, instances: &Rc<Cell<usize>>) -> Faulty {
         instances.set(instances.get() + 1);
-        let table = table::<Pid>();
+        let table = Table::from(Pid::TABLE);
         let references = ["OUT", "TI"].map(|name| table.find(name).unwrap() as u32);
         Faulty { inner: Linked::new(), ti: 0.0, fault, residue: 0.0, instances: Rc::clone(instances), references }
     }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::message::{Member, Setup, Values};
+use crate::message::{Figure, Member, Setup, Values};
 use crate::session::Session;
 use crate::test_home::TestHome;
 
@@ -65,7 +65,18 @@ fn a_report_has_curves_with_axes_and_units_and_what_was_done() {
     let session = session("C");
     let now = of("C", Vec::new());
     let record = session.record(None).unwrap();
-    let figures = Figures { rise: Some(12.34567), unit: Some("degC".into()), iae: Some(7.0), ..Figures::default() };
+    let figure = |title: &str, value, unit: &str| Figure {
+        title: title.into(),
+        value,
+        unit: Some(unit.into()),
+        ..Figure::default()
+    };
+    let figures = vec![
+        figure("Rise time", Some(12.34567), "s"),
+        figure("Overshoot", None, "%"),
+        figure("ISE", Some(7.0), "degC^2 s"),
+    ];
+    let figures = Figures { figures, ..Figures::default() };
     let page = made(&Report { record: Some(record), figures: Some(&figures), ..report(&now) });
     for part in [
         ">Time in s</text>",
@@ -73,8 +84,8 @@ fn a_report_has_curves_with_axes_and_units_and_what_was_done() {
         ">%</text>",
         ">SP</text>",
         ">OUT (right)</text>",
-        "<dt>Rise</dt> <dd>12.3457 s</dd>",
-        "<dt>IAE</dt> <dd>7 degC s</dd>",
+        "<dt>Rise time</dt> <dd>12.3457 s</dd>",
+        "<dt>ISE</dt> <dd>7 degC^2 s</dd>",
         "C.OUT goes to P.POWER.",
         "<td class=\"number\">25 s</td><td>C.SP</td><td class=\"number\">60</td>",
     ] {
@@ -89,8 +100,8 @@ fn a_report_has_curves_with_axes_and_units_and_what_was_done() {
 fn texts_are_escaped_wherever_they_come_from() {
     let session = session(HOSTILE);
     let now = of(HOSTILE, vec![setting("GAIN", 1.0, Some(HOSTILE))]);
-    let figures =
-        Figures { remarks: vec![HOSTILE.into()], unit: Some(HOSTILE.into()), iae: Some(1.0), ..Figures::default() };
+    let hostile = Figure { unit: Some(HOSTILE.into()), value: Some(1.0), ..Figure::default() };
+    let figures = Figures { remarks: vec![HOSTILE.into()], figures: vec![hostile], ..Figures::default() };
     let record = session.record(None).unwrap();
     let page = made(&Report { record: Some(record), figures: Some(&figures), ..report(&now) });
     assert!(!page.to_lowercase().contains("<script"), "{page}");

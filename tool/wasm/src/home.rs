@@ -3,7 +3,7 @@
 use crate::component::Instance;
 use anyhow::{Context, Result, bail};
 use blocks::EachBlock;
-use fmu::v2::interface;
+use fmu::table::Guid;
 use modeldescription::{Description, Interface, ModelDescription, Table, shortened};
 use parameters::{Block, Loop};
 use run::component::Component;
@@ -29,9 +29,9 @@ struct Fmu {
 }
 
 impl Fmu {
-    /// As the packer reads it from the FMU's library.
+    /// As the packer would read it from the FMU's library.
     fn of<B: blocks::Block>() -> Result<Fmu> {
-        let interface = Interface::parse(&interface::json::<B>())?;
+        let interface = Interface::linked(Table::from(B::TABLE), Guid::<B>::TEXT)?;
         let description = Arc::new(ModelDescription::of(&interface)?.description());
         let instantiate = |name: &str| Ok(Box::new(Instance::<B>::new(name)?) as Box<dyn Component>);
         let (roles, _) = dialog::of(&interface.table)?;

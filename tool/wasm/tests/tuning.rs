@@ -38,10 +38,10 @@ fn cont_c_overshoots_as_the_linear_loop_does() {
         let wide = [("CYCLE", 0.01), ("SP_INT", 40.0), ("LMN_HLM", 1e6), ("LMN_LLM", -1e6)];
         let Tuned { predicted, remarks, .. } = tuned(&request("CONT_C", Rule::ChrSetpoint20, structure, &wide));
         assert!(!remarks.iter().any(|remark| remark.contains("limit")), "{remarks:?}");
-        let Predicted { times, setpoint, process_value, manipulated_value, overshoot, settled } = predicted;
+        let Predicted { times, setpoint, process_value, manipulated_value, overshoot, settling } = predicted;
         let overshoot = overshoot.unwrap();
         assert!((overshoot - expected).abs() < bound, "{structure:?}: {overshoot}");
-        assert!(settled.unwrap() < 20.0);
+        assert!(settling.unwrap() < 20.0);
         assert_eq!((setpoint[0], process_value[0]), (40.0, 40.0));
         assert!((last(&setpoint) - 50.0).abs() < 1e-5 && (last(&process_value) - 50.0).abs() < 0.05);
         assert!(times.len() < 2000 && times.windows(2).all(|pair| pair[0] < pair[1]));

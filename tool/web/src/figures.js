@@ -1,4 +1,4 @@
-/** What the run comes to since the setpoint was changed, in figures with units. What cannot be said says why. */
+/** The figures of the run since the setpoint was changed, with units. A figure that is absent says why. */
 
 import { element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
@@ -11,25 +11,13 @@ const INTERVAL = 300;
 
 /** @typedef {import("./messages").Figures} Figures */
 
-/** What is shown: name, meaning, value and unit. @type {[string, string, (of: Figures) => [number | null, string]][]} */
-const SHOWN = [
-  ["rise", "From 10 % to 90 % of the step", (of) => [of.rise, "s"]],
-  ["overshoot", "Beyond the setpoint, in percent of the step", (of) => [of.overshoot, "%"]],
-  ["settled", "From then on within 2 % of the step", (of) => [of.settled, "s"]],
-  ["IAE", "Integral of the deviation's amount", (of) => [of.iae, product(of.unit, "s")]],
-  ["ISE", "Integral of the deviation's square", (of) => [of.ise, product(of.unit ? `${unitText(of.unit)}²` : "", "s")]],
-  ["peak", "Largest deviation", (of) => [of.peak, unitText(of.unit)]],
-  ["travel", "How far the manipulated value moves in all", (of) => [of.travel, unitText(of.travel_unit)]],
-  ["pulses", "How many pulses begin", (of) => [of.pulses, ""]],
-];
-
 /** @type {HTMLElement} */
 let body;
 /** @type {HTMLElement} */
 let heading;
 /** @type {HTMLElement} */
 let remarks;
-/** @type {Map<string, HTMLElement>} */
+/** The place of each figure's value, by its key. @type {Map<string, HTMLElement>} */
 const places = new Map();
 let isWaiting = false;
 let isAgain = false;
@@ -38,15 +26,7 @@ let isAgain = false;
 export function mount(content) {
   heading = element("p", { class: "faint" });
   remarks = element("ul", { class: "remarks faint" });
-  body = element(
-    "dl",
-    { class: "figures" },
-    SHOWN.map(([name, title]) => {
-      const place = element("dd", {}, "–");
-      places.set(name, place);
-      return element("div", { title }, element("dt", {}, name), place);
-    }),
-  );
+  body = element("dl", { class: "figures" });
   fill(content, heading, body, remarks);
   for (const what of ["state", "run", "loop"]) store.on(what, update);
   show(undefined);
@@ -67,10 +47,8 @@ async function update() {
     show(undefined, `${loop.description.block} has no setpoint and no process value, so there are no figures.`);
   } else {
     try {
-      const figures = await ask({ do: "figures" });
       const { processValue, manipulatedValue } = await units(loop);
-      figures.unit ??= processValue;
-      figures.travel_unit ??= manipulatedValue;
+      const figures = await ask({ do: "figures", unit: processValue, travel_unit: manipulatedValue });
       if (store.loop === loop && store.isLive()) show(figures);
     } catch (error) {
       show(undefined, error instanceof Error ? error.message : String(error));
@@ -96,11 +74,22 @@ function show(figures, why) {
     heading,
     figures ? `From ${rounded(figures.from, "REAL")} s to ${rounded(figures.to, "REAL")} s` : (why ?? "No run yet."),
   );
-  for (const [name, , of] of SHOWN) {
-    const [value, unit] = figures ? of(figures) : [null, ""];
-    const place = /** @type {HTMLElement} */ (places.get(name));
-    text(place, value === null || value === undefined ? "–" : `${rounded(value, "LREAL", 4)}${unit ? ` ${unit}` : ""}`);
-    place.title = value === null || value === undefined ? "" : String(value);
+  const all = figures?.figures ?? [];
+  // An element that is made anew under the pointer loses its title.
+  if (all.length !== places.size || all.some(({ key }) => !places.has(key))) {
+    places.clear();
+    for (const { key } of all) places.set(key, element("dd", {}));
+    fill(
+      body,
+      all.map(({ key, title, meaning }) =>
+        element("div", { title: meaning }, element("dt", {}, title), /** @type {HTMLElement} */ (places.get(key))),
+      ),
+    );
+  }
+  for (const { key, value, unit } of all) {
+    const place = /** @type {HTMLElement} */ (places.get(key));
+    text(place, value === null ? "–" : `${rounded(value, "LREAL", 4)} ${shownUnit(unit)}`.trimEnd());
+    place.title = value === null ? "" : String(value);
   }
   const sentences = figures?.remarks ?? [];
   if (remarks.textContent !== sentences.join("")) {
@@ -112,10 +101,11 @@ function show(figures, why) {
 }
 
 /**
+ * `degC^2 s` as `degC²·s`.
+ *
  * @param {string | null} unit
- * @param {string} by
  */
-function product(unit, by) {
-  const first = unitText(unit);
-  return first ? `${first}·${by}` : by;
+function shownUnit(unit) {
+  const parts = (unit ?? "").split(" ").map(unitText).filter(Boolean);
+  return parts.join("·").replace("^2", "²");
 }

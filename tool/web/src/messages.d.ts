@@ -177,33 +177,28 @@ name: string,
 /** When it has an effect: each inner list is joined by AND, the lists by OR; empty is always. `(name, wanted)`. */
 used_if: Array<Array<[string, boolean]>>, };
 
-/** The figures of a run. What cannot be said is absent, and `remarks` say why. */
+/** A figure of a run. */
+export type Figure = {
+/** Its name, `settling`. */
+key: string,
+/** Its title, `Settling time`. */
+title: string,
+/** What it is, in a few words. */
+meaning: string,
+/** Its value; it is absent if the remarks say why. */
+value: number | null,
+/** Its unit. */
+unit: string | null, };
+
+/** The figures of a run, those that its signals allow. */
 export type Figures = {
 /** From where on, in seconds. */
 from: number,
 /** Up to where, in seconds. */
 to: number,
-/** From 10 % to 90 % of the step, in seconds. */
-rise: number | null,
-/** Beyond the setpoint, in percent of the step; 0 if the process value does not pass the setpoint. */
-overshoot: number | null,
-/** From which time on the process value stays within 2 % of the step around the setpoint, in seconds after the step. */
-settled: number | null,
-/** The integral of the deviation's amount, in the unit of the process value times seconds. */
-iae: number | null,
-/** The integral of the deviation's square. */
-ise: number | null,
-/** The largest amount of the deviation. */
-peak: number | null,
-/** How far the manipulated value moves, in its unit: the sum of the amounts of its changes. */
-travel: number | null,
-/** How many pulses begin, on all pulse outputs. */
-pulses: number | null,
-/** The unit of the process value. */
-unit: string | null,
-/** The unit of the manipulated value. */
-travel_unit: string | null,
-/** What could not be said, and why. */
+/** The figures, in the order in which they are shown. */
+figures: Array<Figure>,
+/** Which figures are absent, and why. */
 remarks: Array<string>, };
 
 /** Of which part of which run. */
@@ -213,7 +208,11 @@ run?: number | null,
 /** The beginning in seconds; the last change of the setpoint without it. */
 from?: number | null,
 /** The end in seconds; the last call without it. */
-to?: number | null, };
+to?: number | null,
+/** The unit of the process value, where its variable has none. */
+unit?: string | null,
+/** The unit of the manipulated value, where its variable has none. */
+travel_unit?: string | null, };
 
 /** Settings that belong together. */
 export type Group = {
@@ -322,8 +321,8 @@ process_value: Array<number>,
 manipulated_value: Array<number>,
 /** Its overshoot in percent of the step. */
 overshoot: number | null,
-/** When it has settled, in seconds. */
-settled: number | null, };
+/** Its settling time in seconds. */
+settling: number | null, };
 
 /** What a preset has in place of the original's files. */
 export type Preset = {

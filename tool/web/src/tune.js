@@ -504,7 +504,7 @@ function showTuned(answer) {
     ["gain margin", "So much more gain the loop takes", number(answer.gain_margin)],
     ["phase margin", "", number(answer.phase_margin, "°")],
     ["overshoot", "Of the predicted setpoint step", number(predicted.overshoot, " %")],
-    ["settled", "The predicted setpoint step, within 2 %", number(predicted.settled, " s")],
+    ["settling", "Settling time of the predicted setpoint step, within 2 %", number(predicted.settling, " s")],
     ["dead time used", "The model's, half a cycle, half a pulse period", number(answer.dead_time, " s")],
   ]);
   const chart = element("div", {});

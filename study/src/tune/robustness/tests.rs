@@ -1,5 +1,6 @@
 use super::*;
 use crate::{Along, Axis};
+use blocks::Block;
 use run::component::Component;
 use run::fmus::Fmus;
 use run::master;
@@ -34,7 +35,7 @@ fn job(settings: Vec<Setting>) -> Job {
 }
 
 fn linear(job: &Job) -> Result<Linear> {
-    Linear::of(job, &Arc::new(test_home::table::<test_home::Pid>()))
+    Linear::of(job, &Arc::new(Table::from(test_home::Pid::TABLE)))
 }
 
 fn error<T>(result: Result<T>) -> String {
@@ -141,6 +142,6 @@ fn a_controller_without_p_action_has_no_ideal_form() {
 fn an_fmu_that_does_not_control_is_refused() {
     let mut job = job(Vec::new());
     job.system.members.swap(0, 1);
-    let refused = Linear::of(&job, &Arc::new(test_home::table::<test_home::Lag>()));
+    let refused = Linear::of(&job, &Arc::new(Table::from(test_home::Lag::TABLE)));
     assert!(error(refused).starts_with("LAG is not a controller with a GAIN"), "a plant is first");
 }

@@ -1,15 +1,15 @@
 //! What the library says of itself, for the packer.
 
-use super::{VERSION, capabilities};
+use crate::host_type::Version;
 use crate::log::Category;
 use crate::table::{self, Guid, quoted};
 use blocks::Block;
 
 /// The description of the library as a JSON object: the block's table (see [`table::json`]) and the interface, which is
-/// the version of FMI, the GUID, the capabilities and the log categories.
-pub fn json<B: Block>() -> String {
+/// the version, the GUID, the capabilities and the log categories.
+pub fn json<V: Version, B: Block>() -> String {
     let capabilities: Vec<String> =
-        capabilities::ALL.iter().map(|(name, value)| format!("{}:{value}", quoted(name))).collect();
+        V::CAPABILITIES.iter().map(|(name, value)| format!("{}:{value}", quoted(name))).collect();
     let categories: Vec<String> = Category::ALL
         .iter()
         .map(|category| {
@@ -20,7 +20,7 @@ pub fn json<B: Block>() -> String {
     format!(
         r#"{{"table":{},"interface":{{"version":{},"guid":{},"capabilities":{{{}}},"log_categories":[{}]}}}}"#,
         table::json::<B>(),
-        quoted(&VERSION.to_string_lossy()),
+        quoted(V::NUMBER),
         quoted(Guid::<B>::TEXT),
         capabilities.join(","),
         categories.join(","),
@@ -34,7 +34,7 @@ mod tests {
 
     #[test]
     fn the_description_has_the_table_and_the_interface_with_capabilities_and_categories() {
-        let json = json::<Sum>();
+        let json = json::<crate::v2::Fmi2, Sum>();
         assert!(json.starts_with(r#"{"table":{"name":"SUM","#), "{json}");
         let interface = json.find(r#"},"interface":{"version":"2.0","guid":"{"#).unwrap();
         let interface = &json[interface..];

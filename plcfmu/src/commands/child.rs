@@ -1,0 +1,33 @@
+//! The hidden command of the processes that run foreign code, see [`host::child`].
+
+use crate::package::check;
+#[cfg(feature = "server")]
+use crate::tool::child;
+use anyhow::{Result, bail};
+use host::child::run as simulation;
+use std::path::PathBuf;
+use study::worker;
+
+/// What another process of plcfmu wants done.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Options {
+    /// What the process is for
+    role: String,
+    /// Where FMUs are unpacked
+    folder: PathBuf,
+}
+
+/// Does what standard input says until it ends.
+///
+/// # Errors
+/// There is no such role, or the other side has ended.
+pub fn run(options: &Options) -> Result<()> {
+    match options.role.as_str() {
+        simulation::ROLE => simulation::child(&options.folder),
+        check::ROLE => check::child(&options.folder),
+        worker::ROLE => worker::run(&options.folder),
+        #[cfg(feature = "server")]
+        child::ROLE => child::run(&options.folder),
+        role => bail!("there is no role {role}"),
+    }
+}

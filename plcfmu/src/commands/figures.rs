@@ -1,0 +1,65 @@
+//! `plcfmu figures`: the figures of a recorded loop as JSON, for the Python package.
+
+use super::print;
+use anyhow::{Context, Result};
+use control::figures::{Signals, Span, Window};
+use serde::{Deserialize, Serialize};
+use std::io;
+
+/// Compute the figures of a recorded loop, JSON in and out
+#[derive(clap::Args, Debug)]
+pub struct Options {}
+
+/// What standard input has: a value of each signal for every row; `null` is not a number.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Recorded {
+    /// In seconds.
+    times: Vec<f64>,
+    setpoint: Vec<Option<f64>>,
+    process_value: Vec<Option<f64>>,
+    /// Empty if there is none.
+    manipulated_value: Vec<Option<f64>>,
+    /// From which to which value the setpoint step goes, with which the rows begin.
+    step: (f64, f64),
+    /// The unit of the process value.
+    unit: Option<String>,
+    /// The unit of the manipulated value.
+    travel_unit: Option<String>,
+}
+
+/// A figure in the answer, a list of them.
+#[derive(Serialize)]
+struct Told {
+    key: &'static str,
+    /// What it is, in a few words.
+    meaning: &'static str,
+    unit: Option<String>,
+    value: Option<f64>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Standard input is not what is needed.
+pub fn run(_: &Options) -> Result<()> {
+    let recorded: Recorded = serde_json::from_reader(io::stdin().lock()).context("standard input")?;
+    let numbers = |values: &[Option<f64>]| values.iter().map(|value| value.unwrap_or(f64::NAN)).collect::<Vec<f64>>();
+    let [setpoint, process_value, manipulated_value] =
+        [&recorded.setpoint, &recorded.process_value, &recorded.manipulated_value].map(|values| numbers(values));
+    let signals = Signals {
+        times: &recorded.times,
+        setpoint: &setpoint,
+        process_value: &process_value,
+        manipulated_value: &manipulated_value,
+        ..Signals::default()
+    };
+    let window = Window::of(signals, &Span { step: Some(recorded.step), ..Span::default() });
+    let told = window.figures().map(|figure| Told {
+        key: figure.key,
+        meaning: figure.meaning,
+        unit: figure.unit.text(recorded.unit.as_deref(), recorded.travel_unit.as_deref()),
+        value: figure.value(&window).ok(),
+    });
+    print(&serde_json::to_string(&told.collect::<Vec<_>>())?)
+}
