@@ -1,4 +1,5 @@
 use super::*;
+use crate::expect::Comparison;
 
 fn problem(axes: &[(f64, f64)]) -> Problem {
     let search = |(number, (min, max)): (usize, &(f64, f64))| Search {
