@@ -10,8 +10,10 @@ import zipfile
 import fmpy
 import pytest
 from fmpy import fmi2
+from fmpy.fmi1 import FMICallException
 
 import host
+from plcfmu.messages import Log
 
 CASES = pathlib.Path(__file__).parents[1] / "scl/tests/cases"
 EXAMPLES = ("tank", "furnace", "conveyor")
@@ -44,19 +46,11 @@ class Running:
         description = fmpy.read_model_description(self.folder)
         self.variables = {variable.name: variable for variable in description.modelVariables}
         identifier = description.coSimulation.modelIdentifier
-        self.messages = []
-
-        def logger(environment, name, status, category, message):
-            self.messages.append(message.decode())
-
-        callbacks = fmi2.fmi2CallbackFunctions()
-        callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(logger)
-        callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmi2.calloc)
-        callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmi2.free)
+        self.log = Log()
         self.slave = fmi2.FMU2Slave(
             guid=description.guid, unzipDirectory=self.folder, modelIdentifier=identifier, instanceName="machine"
         )
-        self.slave.instantiate(loggingOn=True, callbacks=callbacks)
+        self.slave.instantiate(loggingOn=True, callbacks=self.log.callbacks)
         self.start(before)
 
     def start(self, before=()):
@@ -194,29 +188,29 @@ def test_a_program_counts_by_its_parameter_and_an_in_out_keeps_what_the_host_giv
 def test_a_state_goes_on_with_the_same_bits_and_in_another_instance(counter):
     running, other = Running(counter), Running(counter)
     running.call(0.5)
-    state = running.slave.getFMUState()
-    serialized = running.slave.serializeFMUState(state)
+    state = running.slave.getFMUstate()
+    serialized = running.slave.serializeFMUstate(state)
     running.call(0.5)
     running.call(0.5)
     after = [running.get(name) for name in ("count", "t.ET", "sum_out")]
-    running.slave.setFMUState(state)
+    running.slave.setFMUstate(state)
     running.calls = other.calls = 1
-    other.slave.setFMUState(other.slave.deSerializeFMUState(serialized))
+    other.slave.setFMUstate(other.slave.deSerializeFMUstate(serialized))
     for again in (running, other):
         again.call(0.5)
         again.call(0.5)
         assert [again.get(name) for name in ("count", "t.ET", "sum_out")] == after
-    running.slave.freeFMUState(state)
+    running.slave.freeFMUstate(state)
 
 
 def test_a_stop_is_an_error_with_file_and_line_and_a_reset_begins_again(counter):
     running = Running(counter)
     running.call(0.5)
     running.set("index", 3)
-    with pytest.raises(fmi2.FMICallException):
+    with pytest.raises(FMICallException):
         running.call(0.5)
     line = COUNTER.splitlines().index("    #list[#index] := 7;") + 1
-    assert f"machine.scl:{line}: index 3 is outside of 0..2 (call 1, 0.5 s after the start)" in running.messages[-1]
+    assert f"machine.scl:{line}: index 3 is outside of 0..2 (call 1, 0.5 s after the start)" in running.log.take()[-1].text
     assert running.get("count") == 1, "the values are those before the call"
     running.slave.reset()
     running.start()

@@ -7,7 +7,7 @@ use host::package::temporary;
 #[cfg(feature = "server")]
 use plcfmu::commands::tool;
 use plcfmu::commands::{
-    build, check, child, figures, gains, info, merge, new, params, preset, run, ssp, study, tune_study,
+    build, check, child, figures, gains, info, merge, new, params, preset, run, ssp, study, test, tune_study,
 };
 use std::process::ExitCode;
 
@@ -23,6 +23,7 @@ struct Arguments {
 enum Command {
     Info(info::Options),
     Check(check::Options),
+    Test(test::Options),
     Run(run::Options),
     Ssp(ssp::Options),
     Study(study::Options),
@@ -63,6 +64,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Info(options) => info::run(&options),
         Command::Check(options) => check::run(&options),
+        Command::Test(options) => test::run(&options),
         Command::Run(options) => run::run(&options),
         Command::Ssp(options) => ssp::run(&options),
         Command::Study(options) => study::run(&options),

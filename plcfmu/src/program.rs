@@ -1,5 +1,7 @@
 //! PLC programs in SCL: files and options to a typed program.
 
+pub mod trial;
+
 use anyhow::{Error, Result, anyhow};
 use parameters::{Problems, Source};
 use scl::{Compiled, Cpu};
@@ -7,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 /// How a program in SCL is read.
 #[derive(clap::Args, Clone, Debug, Default)]
-#[group(skip)] // clap names a group after the type, and others have the same name
+#[group(id = "program")]
 pub struct Options {
     /// The CPU whose rules hold: 300 (and 400), 1200 or 1500; without it, what the dialect of the sources tells
     #[arg(long, value_parser = cpu)]

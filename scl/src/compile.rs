@@ -46,6 +46,8 @@ pub struct Compiled {
     pub cpu: Cpu,
     /// The function of a cycle, and the path of its instance in the memory; `None` if the sources have no block to be run.
     pub root: Option<Root>,
+    /// The variables that all blocks see: tags and the members of data blocks, by their paths in the memory.
+    pub globals: Vec<crate::interface::Variable>,
     /// What the author should know.
     pub warnings: Vec<Problems>,
 }
@@ -59,7 +61,7 @@ pub struct Root {
     pub block: String,
     /// Its instance: a member of the memory.
     pub instance: String,
-    /// Its variables.
+    /// Its variables, by their paths in the instance.
     pub variables: Vec<crate::interface::Variable>,
 }
 
@@ -81,13 +83,14 @@ pub fn compile(sources: &[Source], options: &Options) -> Result<Compiled, Vec<Pr
     all.push(library);
     let mut compiler = Compiler::new(&all, &trees, cpu, options, report);
     compiler.run();
+    let globals = crate::interface::globals(&compiler);
     let root = compiler.root();
     compiler.tell_undeclared();
     let Compiler { report, mut program, .. } = compiler;
     program.files = all.iter().map(|source| source.file.clone()).collect();
     let has_errors = report.has_errors();
     let (errors, warnings) = report.problems(&all);
-    if has_errors { Err(errors) } else { Ok(Compiled { program, cpu, root, warnings }) }
+    if has_errors { Err(errors) } else { Ok(Compiled { program, cpu, root, globals, warnings }) }
 }
 
 /// A block of a source: the source, and its number there.
@@ -100,6 +103,16 @@ pub enum State<T> {
     Open,
     /// It is declared.
     Known(T),
+}
+
+impl<T> State<T> {
+    /// What is known.
+    pub fn known(&self) -> Option<&T> {
+        match self {
+            State::Open => None,
+            State::Known(known) => Some(known),
+        }
+    }
 }
 
 /// The state of a translation.

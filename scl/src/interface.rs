@@ -1,10 +1,12 @@
 //! What an FMU shows of a program.
 
-use crate::compile::Compiler;
-use crate::declare::{Parameter, Slot};
-use crate::program::Scalar;
-use crate::syntax::SectionKind;
+use crate::compile::{Compiler, State};
+use crate::declare::{Global, Parameter, Slot};
+use crate::program::walk::{self, Look};
+use crate::program::{self, Argument, Base, Body, Call, Place, Program, Scalar, Statement, Step, What};
+use crate::syntax::{SectionKind, key};
 use crate::types::{Class, Elementary, Type};
+use std::collections::BTreeSet;
 
 /// What a variable is for the one who uses the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,6 +151,105 @@ fn add(
         }
         Type::Open(..) | Type::Void | Type::Wrong => {}
     }
+}
+
+/// The variables that all blocks see: a tag that is only read is an input, another one an output; a member of a data block that
+/// is only read is a parameter, another one a local. What belongs to instances is local.
+pub fn globals(compiler: &Compiler) -> Vec<Variable> {
+    let mut written = Written { compiler, paths: BTreeSet::new() };
+    for function in &compiler.program.functions {
+        if let Body::Code(code) = &function.body {
+            walk::statements(code, &mut written);
+        }
+    }
+    let paths = written.paths;
+    let mut known: Vec<&Global> = compiler.globals.values().filter_map(State::known).collect();
+    known.sort_by_key(|global| global.member);
+    let mut found = Vec::new();
+    for global in known {
+        let name = &compiler.program.records[compiler.program.memory].members[global.member].name;
+        let is_tag = compiler.options.declared.iter().any(|(declared, _)| key(declared) == key(name));
+        let member = Parameter {
+            name: name.clone(),
+            key: key(name),
+            section: SectionKind::Static,
+            of: global.of.clone(),
+            slot: Slot::Member(global.member),
+            comment: String::new(),
+            is_setting: false,
+            is_hidden: false,
+            is_retained: false,
+        };
+        let first = found.len();
+        add(compiler, name, &global.of, Role::Local, &member, "", &mut found);
+        if matches!(global.of, Type::Instance(_)) {
+            continue;
+        }
+        for variable in &mut found[first..] {
+            let name = key(&variable.name);
+            let is_part = |path: &String| {
+                name.strip_prefix(path.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+            };
+            variable.role = match (is_tag, paths.iter().any(is_part)) {
+                (true, false) => Role::Input,
+                (true, true) => Role::Output,
+                (false, false) => Role::Parameter,
+                (false, true) => Role::Local,
+            };
+        }
+    }
+    found
+}
+
+/// The paths of what a program writes in its memory, in capitals, up to the first index.
+struct Written<'c, 'a> {
+    compiler: &'c Compiler<'a>,
+    paths: BTreeSet<String>,
+}
+
+impl Written<'_, '_> {
+    fn write(&mut self, place: &Place) {
+        self.paths.extend(path(&self.compiler.program, place));
+    }
+}
+
+impl Look for Written<'_, '_> {
+    fn statement(&mut self, statement: &Statement) {
+        match &statement.what {
+            What::Assign(place, _) | What::Copy(place, _) => self.write(place),
+            What::For(counting) => self.write(&counting.variable),
+            _ => {}
+        }
+    }
+
+    fn call(&mut self, call: &Call) {
+        call.instance.iter().chain(call.outputs.iter().map(|(_, place)| place)).for_each(|place| self.write(place));
+        let block = self.compiler.blocks.iter().find(|block| block.function == call.function);
+        for (number, argument) in call.arguments.iter().enumerate() {
+            let is_input = block.is_some_and(|block| {
+                let mut members = block.members.iter();
+                members.any(|member| member.slot == Slot::Local(number) && member.section == SectionKind::Input)
+            });
+            if let (Argument::Reference(place), false) = (argument, is_input) {
+                self.write(place);
+            }
+        }
+    }
+}
+
+fn path(program: &Program, place: &Place) -> Option<String> {
+    if place.base != Base::Memory {
+        return None;
+    }
+    let mut of = program::Type::Record(program.memory);
+    let mut names = Vec::new();
+    for step in &place.steps {
+        let (Step::Member(number), program::Type::Record(record)) = (step, of) else { break };
+        let member = program.records[record].members.get(*number)?;
+        names.push(key(&member.name));
+        of = member.ty.clone();
+    }
+    Some(names.join("."))
 }
 
 /// The next index, the last one fastest.

@@ -14,6 +14,7 @@ mod syntax;
 mod types;
 mod undeclared;
 
+pub mod c;
 pub mod interface;
 pub mod machine;
 pub mod program;

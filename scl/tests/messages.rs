@@ -269,6 +269,7 @@ fn what_may_surprise_is_told() {
         "FOR #i := 1 TO 32767 DO ; END_FOR;",
         "the loop goes to the limit of INT: here it ends, a CPU may count for ever",
     );
+    warned("#i := LIMIT_REAL(MN := 0.0, IN := #r, MX := 5);", "REAL becomes INT: it is rounded");
     warned("ABS(#i);", "the value of ABS is not used");
 }
 

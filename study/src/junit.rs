@@ -15,12 +15,15 @@ struct Suite {
     failures: usize,
 }
 
-struct Case {
-    name: String,
+/// One test.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Its name.
+    pub name: String,
     /// What is wrong, a sentence; none if the test has passed.
-    problem: Option<String>,
-    /// The runs that are to blame.
-    text: String,
+    pub problem: Option<String>,
+    /// What is to blame: the runs, for example.
+    pub text: String,
 }
 
 /// Writes a test for each expectation, and one that every run ends without an error. A failure names the first ten runs that
@@ -30,7 +33,24 @@ struct Case {
 /// The file cannot be written.
 pub fn write(path: &Path, report: &Report) -> Result<()> {
     let xml = xml(report)?;
+    place(path, &xml)
+}
+
+/// Writes a suite of tests.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_suite(path: &Path, name: &str, cases: Vec<Case>) -> Result<()> {
+    place(path, &suite(name, cases)?)
+}
+
+fn place(path: &Path, xml: &str) -> Result<()> {
     temporary::place(path, |writer| Ok(writer.write_all(xml.as_bytes())?), |_| Ok(()))
+}
+
+fn suite(name: &str, cases: Vec<Case>) -> Result<String> {
+    let failures = cases.iter().filter(|case| case.problem.is_some()).count();
+    Ok(Suite { name: printable(name), cases, failures }.render()?)
 }
 
 /// The document.
@@ -51,8 +71,7 @@ fn xml(report: &Report) -> Result<String> {
             text: printable(&listed(results, verdict.offending.len(), runs)),
         });
     }
-    let failures = cases.iter().filter(|case| case.problem.is_some()).count();
-    Ok(Suite { name: printable(report.name), cases, failures }.render()?)
+    suite(report.name, cases)
 }
 
 #[cfg(test)]

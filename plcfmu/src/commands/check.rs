@@ -36,7 +36,7 @@ pub struct Options {
     /// How long an FMU may take with --run, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = time_limit)]
     pub time_limit: f64,
-    /// How a program in SCL is read
+    #[allow(missing_docs)]
     #[command(flatten, next_help_heading = "Programs in SCL")]
     pub program: program::Options,
 }

@@ -14,6 +14,7 @@ pub mod run;
 pub mod ssp;
 pub mod study;
 pub mod system;
+pub mod test;
 #[cfg(feature = "server")]
 pub mod tool;
 pub mod tune_study;

@@ -55,6 +55,12 @@ const HARDWARE: [&str; 40] = [
     "P2P",
 ];
 
+/// Functions whose name may be followed by the type of their value: `LIMIT_REAL`.
+const TYPED: [&str; 21] = [
+    "ABS", "MIN", "MAX", "LIMIT", "SEL", "MUX", "SQR", "SQRT", "EXP", "LN", "LOG", "SIN", "COS", "TAN", "ASIN", "ACOS",
+    "ATAN", "SHL", "SHR", "ROL", "ROR",
+];
+
 /// Functions that work on memory or pointers.
 const POINTERS: [&str; 22] = [
     "PEEK",
@@ -186,6 +192,10 @@ impl Lowerer<'_, '_> {
             Some((base, suffix)) => (base, Elementary::named(suffix)),
             None => (name, None),
         };
+        if let Some(of) = suffix.filter(|_| TYPED.contains(&base)) {
+            let operand = self.function(base, arguments, Some(of), span)?;
+            return Some(Operand::Value(of, self.converted(operand, of, span)));
+        }
         let float = match name {
             "SQRT" => Some(Unary::Sqrt),
             "EXP" => Some(Unary::Exp),

@@ -333,11 +333,9 @@ impl Lowerer<'_, '_> {
     }
 
     fn range_of(&mut self, label: &Label) -> Option<(i64, i64)> {
-        let low = self.whole(label.low)?;
-        let high = match label.high {
-            Some(high) => self.whole(high)?,
-            None => low,
-        };
+        let low = self.whole(label.low);
+        let high = label.high.map_or(low, |high| self.whole(high));
+        let (low, high) = (low?, high?);
         if low > high {
             self.error(self.span(label.low), format!("{low}..{high} is no range"), Some("write the lower value first"));
             return None;

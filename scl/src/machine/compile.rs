@@ -6,7 +6,7 @@ mod statement;
 
 use super::code::{Code, Native, Op, Part, Register, Target, ZERO};
 use crate::program::walk::{self, Look};
-use crate::program::{At, Body, Call, Expr, Function, Program, Scalar, Statement, Type, align};
+use crate::program::{At, Body, Call, Function, Program, Scalar, Statement, Type, align};
 use blocks::{Block, EachBlock, for_each_block};
 
 /// The largest memory of a program, in bytes.
@@ -366,19 +366,6 @@ fn callees(body: &[Statement]) -> Vec<usize> {
     callees.0.sort_unstable();
     callees.0.dedup();
     callees.0
-}
-
-/// Whether statements are run while an expression is calculated.
-fn runs_statements(expr: &Expr) -> bool {
-    struct Finds(bool);
-    impl Look for Finds {
-        fn expr(&mut self, expr: &Expr) {
-            self.0 |= matches!(expr, Expr::After(..));
-        }
-    }
-    let mut finds = Finds(false);
-    walk::expr(expr, &mut finds);
-    finds.0
 }
 
 /// The law of the block of this name, and the size of its instance.

@@ -7,7 +7,7 @@ use crate::program::{
 };
 use std::sync::Arc;
 
-mod random;
+pub(crate) mod random;
 
 /// A program with a memory of these variables and a function without locals.
 fn program(variables: &[(&str, Type)], body: Vec<Statement>) -> Program {
@@ -225,7 +225,7 @@ fn a_text_is_cut_to_the_capacity_and_compared_by_its_characters() {
     ]);
     let mut machine = machine(&program);
     machine.call(0, 0).unwrap();
-    assert_eq!(machine.state(), [3, 0, b'v', b'a', b'l', 1]);
+    assert_eq!(machine.state(), [3, 0, b'v', b'a', b'l', 0, 1, 0]);
 }
 
 #[test]

@@ -73,7 +73,8 @@ impl Program {
     pub fn size(&self, ty: &Type) -> usize {
         match ty {
             Type::Scalar(scalar) => scalar.size(),
-            Type::Text { capacity, wide } => 2 + usize::from(*capacity) * (1 + usize::from(*wide)),
+            // Even, as in C.
+            Type::Text { capacity, wide } => align(2 + usize::from(*capacity) * (1 + usize::from(*wide)), 2),
             Type::Array { of, bounds } => {
                 bounds.iter().fold(self.size(of), |size, (low, high)| size.saturating_mul(extent(*low, *high)))
             }

@@ -94,3 +94,16 @@ pub(crate) fn expr(it: &Expr, look: &mut dyn Look) {
         }
     }
 }
+
+/// Whether statements are run while an expression is calculated.
+pub(crate) fn runs_statements(it: &Expr) -> bool {
+    struct Finds(bool);
+    impl Look for Finds {
+        fn expr(&mut self, it: &Expr) {
+            self.0 |= matches!(it, Expr::After(..));
+        }
+    }
+    let mut finds = Finds(false);
+    expr(it, &mut finds);
+    finds.0
+}

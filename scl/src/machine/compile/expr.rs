@@ -1,9 +1,10 @@
 //! Expressions.
 
 use super::place::Location;
-use super::{Compiler, Home, Scope, runs_statements, warning, wrong_type};
+use super::{Compiler, Home, Scope, warning, wrong_type};
 use crate::machine::code::{Op, Register};
 use crate::program::operations::{Either, limit};
+use crate::program::walk::runs_statements;
 use crate::program::{Binary, Expr, Place, Scalar, Type};
 
 impl Compiler<'_> {

@@ -1,8 +1,9 @@
 //! Statements.
 
 use super::place::Location;
-use super::{Compiler, Home, Scope, runs_statements, wrong_type};
+use super::{Compiler, Home, Scope, wrong_type};
 use crate::machine::code::{Op, Register, Target};
+use crate::program::walk::runs_statements;
 use crate::program::{Argument, Base, Body, Call, Expr, For, Place, Scalar, Statement, Type, What};
 
 impl Compiler<'_> {

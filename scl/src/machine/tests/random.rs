@@ -13,6 +13,8 @@ pub(crate) struct Random {
     seed: u64,
     /// How often a part is of the wrong type or does not exist: once in so many; never if 0.
     wrong: u64,
+    /// Without functions that have no text in C.
+    printable: bool,
     program: Program,
     /// The function whose statements are made; it calls only later ones.
     function: usize,
@@ -23,8 +25,8 @@ const FUNCTIONS: usize = 4;
 
 impl Random {
     /// A program. The same seed gives the same one.
-    pub(crate) fn program(seed: u64, wrong: u64) -> Program {
-        let mut random = Random { seed: seed | 1, wrong, program: Program::default(), function: 0, line: 0 };
+    pub(crate) fn program(seed: u64, wrong: u64, printable: bool) -> Program {
+        let mut random = Random { seed: seed | 1, wrong, printable, program: Program::default(), function: 0, line: 0 };
         random.declare();
         for number in 0..FUNCTIONS {
             random.function = number;
@@ -281,7 +283,8 @@ impl Random {
                 let ops =
                     [Unary::Neg, Unary::Not, Unary::Abs, Unary::Swap, Unary::Frac, Unary::Sqrt, Unary::Exp, Unary::Sin];
                 let op = self.one_of(&ops);
-                if op.function(ty).is_none() {
+                let in_c = !matches!(op, Unary::Exp | Unary::Sin);
+                if op.function(ty).is_none() || self.printable && !in_c {
                     return Expr::Const(self.value(ty));
                 }
                 Expr::Unary(op, ty, self.boxed(ty, depth))
@@ -309,7 +312,10 @@ impl Random {
                         Binary::Max,
                     ],
                 };
-                let op = self.one_of(ops);
+                let op = match self.one_of(ops) {
+                    Binary::Pow if self.printable => Binary::Mul,
+                    op => op,
+                };
                 let right = if op.shifts() { Scalar::U32 } else { ty };
                 Expr::Binary(op, ty, self.boxed(ty, depth), self.boxed(right, depth), at)
             }
@@ -355,7 +361,7 @@ fn run(program: &Program, bytes: &[u8]) -> Option<bool> {
 proptest! {
     #[test]
     fn random_programs_run_or_stop(seed in any::<u64>(), bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
-        let program = Random::program(seed, 0);
+        let program = Random::program(seed, 0, false);
         program.text(1);
         // Without wrong parts every program compiles.
         prop_assert!(Code::compile(&program).is_ok(), "{:?}", Code::compile(&program).err());
@@ -364,12 +370,12 @@ proptest! {
 
     #[test]
     fn damaged_programs_are_refused_or_run(seed in any::<u64>(), wrong in 5_u64..200) {
-        run(&Random::program(seed, wrong), &[]);
+        run(&Random::program(seed, wrong, false), &[]);
     }
 }
 
 #[test]
 fn most_random_programs_run_to_their_end() {
-    let done = (0..200).filter(|seed| run(&Random::program(*seed * 7919 + 1, 0), &[]) == Some(true)).count();
+    let done = (0..200).filter(|seed| run(&Random::program(*seed * 7919 + 1, 0, false), &[]) == Some(true)).count();
     assert!(done > 50, "{done} of 200");
 }

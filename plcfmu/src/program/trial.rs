@@ -1,0 +1,417 @@
+//! Cases of a program: inputs over time, and what is expected.
+
+use super::Options;
+use anyhow::{Context, Result, anyhow, bail};
+use parameters::literal;
+use scl::Compiled;
+use scl::machine::{Code, Machine};
+use scl::program::{Program, Scalar, Type, Value};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use toml::Spanned;
+
+/// A file with cases.
+#[derive(Debug)]
+pub struct File {
+    path: PathBuf,
+    text: String,
+    content: Content,
+    /// How the program is read.
+    pub options: Options,
+    /// The cases.
+    pub cases: Vec<Case>,
+    cycle: i64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Content {
+    sources: Vec<PathBuf>,
+    cycle: String,
+    cpu: Option<String>,
+    fb: Option<String>,
+    #[serde(default)]
+    tags: Vec<String>,
+    #[serde(default)]
+    instances: Vec<String>,
+    #[serde(default)]
+    constants: Vec<String>,
+    #[serde(default)]
+    case: Vec<Case>,
+}
+
+/// A case.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// Its name.
+    pub name: String,
+    steps: Vec<Spanned<Step>>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Step {
+    at: String,
+    #[serde(default)]
+    set: BTreeMap<String, toml::Value>,
+    #[serde(default)]
+    expect: BTreeMap<String, toml::Value>,
+    within: Option<String>,
+    until: Option<String>,
+    tolerance: Option<f64>,
+}
+
+impl File {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// It cannot be read, or is not as it should be: a sentence with its name.
+    pub fn read(path: &Path) -> Result<File> {
+        let shown = path.display();
+        let text = fs::read_to_string(path).with_context(|| format!("{shown} cannot be read"))?;
+        let content: Content =
+            toml::from_str(&text).map_err(|error| anyhow!("{shown}: {}", error.to_string().trim()))?;
+        let pairs = |texts: &[String], between: char| -> Result<Vec<(String, String)>> {
+            let pair = |text: &String| {
+                super::halves(text, between).with_context(|| format!("{shown}: {text:?} is no declaration"))
+            };
+            texts.iter().map(pair).collect()
+        };
+        let options = Options {
+            cpu: content.cpu.as_deref().map(super::cpu).transpose().map_err(|error| anyhow!("{shown}: {error}"))?,
+            fb: content.fb.clone(),
+            tag: pairs(&content.tags, ':')?,
+            instance: pairs(&content.instances, ':')?,
+            constant: pairs(&content.constants, '=')?,
+        };
+        let cycle = nanoseconds(&content.cycle).with_context(|| format!("{shown}: cycle"))?;
+        if cycle <= 0 {
+            bail!("{shown}: the cycle is longer than 0");
+        }
+        let cases = content.case.clone();
+        Ok(File { path: path.to_path_buf(), text, content, options, cases, cycle })
+    }
+
+    /// The sources of the program, found from the file.
+    pub fn sources(&self) -> Vec<PathBuf> {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        self.content.sources.iter().map(|source| folder.join(source)).collect()
+    }
+
+    /// `FILE:LINE` of a step.
+    fn place(&self, step: &Spanned<Step>) -> String {
+        let line = self.text[..step.span().start].matches('\n').count() + 1;
+        format!("{}:{line}", self.path.display())
+    }
+
+    /// The first call at this time or behind it.
+    fn call(&self, time: &str) -> Result<i64> {
+        let time = nanoseconds(time)?;
+        Ok((time.max(0) + self.cycle - 1) / self.cycle)
+    }
+}
+
+/// A duration such as `2s` or `1m30s`.
+fn nanoseconds(text: &str) -> Result<i64> {
+    let count = literal::duration(text, 1).map_err(|_| anyhow!("{text:?} is no duration: write 2s, 100ms or 1m30s"))?;
+    i64::try_from(count).with_context(|| format!("{text:?} is too long"))
+}
+
+/// What is run.
+pub struct Trial {
+    program: Program,
+    machine: Machine,
+    instance: String,
+    cycle: usize,
+    lines: BTreeMap<(u16, u32), bool>,
+}
+
+/// What a step expects, and until when.
+struct Expectation<'a> {
+    step: &'a Spanned<Step>,
+    first: i64,
+    last: i64,
+    /// It must hold once; else in each call.
+    is_once: bool,
+    values: Vec<(usize, Scalar, &'a str, &'a toml::Value)>,
+}
+
+impl Trial {
+    /// A program to be tested.
+    ///
+    /// # Errors
+    /// It has no block to be run.
+    pub fn new(compiled: Compiled) -> Result<Trial> {
+        let root = compiled
+            .root
+            .context("no block is run: several function blocks are called by no other; choose one: fb = \"NAME\"")?;
+        let code = Code::compile(&compiled.program).map_err(|error| anyhow!(error))?;
+        let mut machine = Machine::new(Arc::new(code));
+        machine.forget_coverage();
+        Ok(Trial {
+            program: compiled.program,
+            machine,
+            instance: root.instance,
+            cycle: root.cycle,
+            lines: BTreeMap::new(),
+        })
+    }
+
+    fn variable(&self, name: &str) -> Result<(usize, Scalar)> {
+        let found = self.program.find(&format!("{}.{name}", self.instance)).or_else(|| self.program.find(name));
+        match found {
+            Some((offset, Type::Scalar(of))) => Ok((offset, of)),
+            Some(_) => bail!("{name} is no number: name its members or elements"),
+            None => bail!("the program has no variable {name}"),
+        }
+    }
+
+    /// Runs a case: what failed, if something did.
+    ///
+    /// # Errors
+    /// The case is wrong: a sentence with file and line.
+    pub fn run(&mut self, file: &File, case: &Case) -> Result<Option<String>> {
+        self.machine.restart();
+        let mut settings: BTreeMap<i64, Vec<(Value, usize)>> = BTreeMap::new();
+        let mut expectations = Vec::new();
+        for step in &case.steps {
+            let (setting, expectation) = self.step(file, step).with_context(|| file.place(step))?;
+            settings.entry(expectation.first).or_default().extend(setting);
+            expectations.push(expectation);
+        }
+        let last = expectations.iter().map(|expectation| expectation.last).max().unwrap_or(0);
+        let mut held = vec![false; expectations.len()];
+        let mut problem = None;
+        for call in 0..=last {
+            for (value, offset) in settings.remove(&call).unwrap_or_default() {
+                self.machine.set(value, offset);
+            }
+            if let Err(stop) = self.machine.call(self.cycle, call * file.cycle) {
+                problem = Some(format!("the program stops at {}: {stop}", time(call * file.cycle)));
+                break;
+            }
+            problem = self.check(file, call, &expectations, &mut held);
+            if problem.is_some() {
+                break;
+            }
+        }
+        // The last file is the library of timers.
+        let sources = self.program.files.len() - 1;
+        for (at, is_run) in self.machine.coverage().filter(|(at, _)| at.line > 0 && usize::from(at.file) < sources) {
+            *self.lines.entry((at.file, at.line)).or_default() |= is_run;
+        }
+        Ok(problem)
+    }
+
+    fn step<'a>(&self, file: &File, step: &'a Spanned<Step>) -> Result<(Vec<(Value, usize)>, Expectation<'a>)> {
+        let content = step.get_ref();
+        let first = file.call(&content.at)?;
+        let last = match (&content.within, &content.until) {
+            (Some(within), None) => file.call(&content.at)? + file.call(within)?,
+            (None, Some(until)) => file.call(until)?,
+            (None, None) => first,
+            (Some(_), Some(_)) => bail!("a step has `within` or `until`, not both"),
+        };
+        if last < first {
+            bail!("`until` is before `at`");
+        }
+        let mut setting = Vec::new();
+        for (name, given) in &content.set {
+            let (offset, of) = self.variable(name)?;
+            setting.push((value(name, given, of)?, offset));
+        }
+        let mut values = Vec::new();
+        for (name, expected) in &content.expect {
+            let (offset, of) = self.variable(name)?;
+            value(name, expected, of)?;
+            values.push((offset, of, name.as_str(), expected));
+        }
+        Ok((setting, Expectation { step, first, last, is_once: content.within.is_some(), values }))
+    }
+
+    /// What an expectation misses in a call, if it fails by that.
+    fn check(&self, file: &File, call: i64, expectations: &[Expectation], held: &mut [bool]) -> Option<String> {
+        for (expectation, held) in expectations.iter().zip(held) {
+            if !(expectation.first..=expectation.last).contains(&call) || *held {
+                continue;
+            }
+            let tolerance = expectation.step.get_ref().tolerance;
+            let missed = expectation.values.iter().find_map(|(offset, of, name, expected)| {
+                let found = self.machine.get(*of, *offset);
+                let expected = value(name, expected, *of).ok()?;
+                (!is_equal(found, expected, tolerance)).then(|| format!("{name} is {found}, expected {expected}"))
+            });
+            match missed {
+                None => *held = expectation.is_once,
+                Some(missed) if !expectation.is_once || call == expectation.last => {
+                    return Some(format!("{}: at {}: {missed}", file.place(expectation.step), time(call * file.cycle)));
+                }
+                Some(_) => {}
+            }
+        }
+        None
+    }
+
+    /// Which lines were run.
+    pub fn coverage(self) -> Coverage {
+        Coverage { lines: self.lines }
+    }
+}
+
+/// A time for a message.
+fn time(nanoseconds: i64) -> String {
+    format!("{} s", nanoseconds as f64 / 1e9)
+}
+
+/// A value of a case as a number of the program.
+fn value(name: &str, given: &toml::Value, of: Scalar) -> Result<Value> {
+    let wrong = || anyhow!("{given} is no value of {name}, which is {of}");
+    let number = |number: f64| match of {
+        Scalar::F32 => Some(Value::from(number as f32)),
+        Scalar::F64 => Some(Value::from(number)),
+        _ => None,
+    };
+    let integer = |integer: i64| Value::new(of, integer as u64);
+    match given {
+        toml::Value::Boolean(truth) if of == Scalar::Bool => Ok(Value::from(*truth)),
+        toml::Value::Integer(whole) if of.is_integer() => {
+            let is_same = integer(*whole).bits() as i64 == *whole;
+            if is_same { Ok(integer(*whole)) } else { Err(wrong()) }
+        }
+        toml::Value::Integer(whole) => number(*whole as f64).ok_or_else(wrong),
+        toml::Value::Float(real) => number(*real).ok_or_else(wrong),
+        // A TIME, in ms, or an LTIME, in ns.
+        toml::Value::String(text) if matches!(of, Scalar::I32 | Scalar::I64) => {
+            let text = text.rsplit('#').next().unwrap_or(text);
+            let nanoseconds = nanoseconds(text).map_err(|_| wrong())?;
+            Ok(integer(if of == Scalar::I32 { nanoseconds / 1_000_000 } else { nanoseconds }))
+        }
+        _ => Err(wrong()),
+    }
+}
+
+fn is_equal(found: Value, expected: Value, tolerance: Option<f64>) -> bool {
+    if !found.ty().is_float() && tolerance.is_none() {
+        return found == expected;
+    }
+    // Seven digits are what a REAL has.
+    let tolerance = tolerance.unwrap_or(1e-6 * expected.number().abs());
+    found == expected || (found.number() - expected.number()).abs() <= tolerance
+}
+
+/// Which lines of a program were run.
+#[derive(Debug)]
+pub struct Coverage {
+    lines: BTreeMap<(u16, u32), bool>,
+}
+
+impl Coverage {
+    /// How many lines of the sources have statements.
+    pub fn all(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// How many of them were run.
+    pub fn run(&self) -> usize {
+        self.lines.values().filter(|is_run| **is_run).count()
+    }
+
+    /// The sources as a page: lines that were run, and lines that were not.
+    ///
+    /// # Errors
+    /// A source cannot be read.
+    pub fn page(&self, sources: &[PathBuf]) -> Result<String> {
+        let mut page = String::from(
+            "<!doctype html>\n<meta charset=\"utf-8\">\n<title>Coverage</title>\n\
+             <style>pre { counter-reset: line } i { font-style: normal; display: block; white-space: pre; min-height: 1.2em } \
+             i::before { counter-increment: line; content: counter(line); display: inline-block; width: 4em; color: #777 } \
+             .run { background: #dff2df } .not { background: #f9dede }</style>\n",
+        );
+        for (file, path) in sources.iter().enumerate() {
+            let source = parameters::Source::read(path, None).map_err(|error| anyhow!(error))?;
+            page += &format!("<h1>{}</h1>\n<pre>", escaped(&source.file));
+            for (number, line) in source.text.lines().enumerate() {
+                let class = match self.lines.get(&(file as u16, number as u32 + 1)) {
+                    Some(true) => " class=\"run\"",
+                    Some(false) => " class=\"not\"",
+                    None => "",
+                };
+                page += &format!("<i{class}>{}</i>", escaped(line));
+            }
+            page += "</pre>\n";
+        }
+        Ok(page)
+    }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PROGRAM: &str = "FUNCTION_BLOCK \"Main\"\nVAR_INPUT start : Bool; level : Real; END_VAR\n\
+        VAR_OUTPUT valve : Bool; half : Real; END_VAR\nVAR t : TON_TIME; END_VAR\nBEGIN\n\
+        #t(IN := #start, PT := T#1s);\nIF #t.Q THEN\n#valve := TRUE;\nEND_IF;\n#half := #level / 2.0;\n\
+        IF #level > 100.0 THEN\n#valve := FALSE;\nEND_IF;\nEND_FUNCTION_BLOCK\n";
+
+    fn results(cases: &str) -> (Vec<Option<String>>, Coverage, PathBuf, tempfile::TempDir) {
+        let folder = tempfile::tempdir().unwrap();
+        let source = folder.path().join("main.scl");
+        fs::write(&source, PROGRAM).unwrap();
+        let path = folder.path().join("main.toml");
+        fs::write(&path, format!("sources = [\"main.scl\"]\ncycle = \"100ms\"\n{cases}")).unwrap();
+        let file = File::read(&path).unwrap();
+        let mut trial = Trial::new(super::super::compile(&file.sources(), &file.options).unwrap().unwrap()).unwrap();
+        let results = file.cases.iter().map(|case| trial.run(&file, case).unwrap()).collect();
+        (results, trial.coverage(), source, folder)
+    }
+
+    #[test]
+    fn what_is_expected_holds_at_a_time_within_one_or_until_one() {
+        let (results, coverage, source, _folder) = results(
+            r#"
+[[case]]
+name = "opens"
+steps = [
+  { at = "0s", set = { start = true, level = 3 }, expect = { half = 1.5, "t.ET" = "0s" } },
+  { at = "0s", until = "900ms", expect = { valve = false } },
+  { at = "0s", within = "1s", expect = { valve = true } },
+  { at = "2s", expect = { half = 1.6 }, tolerance = 0.2 },
+]
+[[case]]
+name = "too early"
+steps = [
+  { at = "0s", set = { start = true } },
+  { at = "0s", within = "900ms", expect = { valve = true } },
+]
+[[case]]
+name = "begins anew"
+steps = [{ at = "0s", expect = { valve = false } }]
+"#,
+        );
+        assert_eq!((&results[0], &results[2]), (&None, &None));
+        let problem = results[1].as_ref().unwrap();
+        assert!(problem.ends_with("main.toml:16: at 0.9 s: valve is false, expected true"), "{problem}");
+        // The branch above 100 % is never taken.
+        assert_eq!((coverage.run(), coverage.all()), (5, 6));
+        let page = coverage.page(&[source]).unwrap();
+        assert!(
+            page.contains("<i class=\"not\">#valve := FALSE;</i>")
+                && page.contains("<i class=\"run\">#valve := TRUE;</i>")
+        );
+    }
+
+    #[test]
+    fn a_value_that_does_not_fit_is_told() {
+        assert!(value("x", &toml::Value::Integer(40_000), Scalar::I16).is_err());
+        assert!(value("x", &toml::Value::Boolean(true), Scalar::I16).is_err());
+        assert_eq!(value("x", &toml::Value::String("T#1s500ms".into()), Scalar::I32).unwrap(), Value::from(1500i32));
+    }
+}

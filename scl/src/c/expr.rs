@@ -1,0 +1,251 @@
+//! Expressions and places.
+
+use super::{Printer, scalar};
+use crate::program::walk::runs_statements;
+use crate::program::{Base, Binary, Convert, Expr, Place, Scalar, Step, Type, Unary, Value};
+
+impl Printer<'_> {
+    /// An expression; what has to be done before is printed first.
+    pub(super) fn expr(&mut self, expr: &Expr) -> Result<String, String> {
+        Ok(match expr {
+            Expr::Const(value) => constant(*value),
+            Expr::Load(_, place) => self.place(place)?,
+            Expr::Unary(op, ty, a) => {
+                let a = self.expr(a)?;
+                match (op, ty) {
+                    (Unary::Not, Scalar::Bool) => format!("(!{a})"),
+                    (Unary::Abs, ty) if ty.is_integer() && !ty.is_signed() => a,
+                    (Unary::Neg | Unary::Not | Unary::Abs | Unary::Swap | Unary::Frac | Unary::Sqrt, ty) => {
+                        format!("{}_{ty}({a})", format!("{op:?}").to_lowercase())
+                    }
+                    _ => return Err(format!("{op:?} cannot be printed as C")),
+                }
+            }
+            Expr::Binary(op, ty, left, right, _) => {
+                let parts = self.exprs(&[&**left, &**right])?;
+                let (a, b) = (&parts[0], &parts[1]);
+                match (symbol(*op), ty) {
+                    (Some((symbol, true)), _) => format!("({a} {symbol} {b})"),
+                    (Some((symbol, _)), Scalar::F32 | Scalar::F64) => format!("({a} {symbol} {b})"),
+                    _ if *op == Binary::Pow => return Err("Pow cannot be printed as C".to_string()),
+                    _ => format!("{}_{ty}({a}, {b})", format!("{op:?}").to_lowercase()),
+                }
+            }
+            Expr::Convert(how, from, to, a, _) => {
+                let a = self.expr(a)?;
+                converted(*how, *from, *to, &a)
+            }
+            Expr::Select(ty, parts) => format!("select_{ty}({})", self.exprs(&parts.each_ref())?.join(", ")),
+            Expr::Limit(ty, parts) => format!("limit_{ty}({})", self.exprs(&parts.each_ref())?.join(", ")),
+            Expr::Texts(op, a, b) => {
+                let (first, second) = (self.type_of(a)?, self.type_of(b)?);
+                let (Type::Text { capacity: p, wide }, Type::Text { capacity: q, .. }) = (first, second) else {
+                    return Err("only texts are compared as texts".to_string());
+                };
+                let (a, b) = (self.address(a)?, self.address(b)?);
+                let symbol = symbol(*op).map_or("==", |(symbol, _)| symbol);
+                let symbol = if *op == Binary::Ne { "!=" } else { symbol };
+                format!("(compare_text({a}, {p}u, {b}, {q}u, {}) {symbol} 0)", 1 + u8::from(wide))
+            }
+            Expr::Same(a, b) => {
+                let ty = self.type_of(a)?;
+                let (a, b) = (self.address(a)?, self.address(b)?);
+                let mut parts = Vec::new();
+                self.same(&ty, 0, &a, &b, &mut parts)?;
+                format!("({})", if parts.is_empty() { "1".to_string() } else { parts.join(" && ") })
+            }
+            Expr::Bound { local, dimension, upper } => {
+                format!("{}_bounds[{}]", self.scope.names[*local], 2 * dimension + usize::from(*upper))
+            }
+            Expr::Now => "call->now".to_string(),
+            Expr::After(before, value) => {
+                self.statements(before)?;
+                self.expr(value)?
+            }
+        })
+    }
+
+    /// Expressions from left to right: what statements of a later one may change is kept.
+    pub(super) fn exprs(&mut self, list: &[&Expr]) -> Result<Vec<String>, String> {
+        let mut printed = Vec::new();
+        for (number, expr) in list.iter().enumerate() {
+            let text = self.expr(expr)?;
+            printed.push(if list[number + 1..].iter().any(|later| runs_statements(later)) {
+                self.kept(expr.ty(), &text)
+            } else {
+                text
+            });
+        }
+        Ok(printed)
+    }
+
+    /// A temporary with the value.
+    pub(super) fn kept(&mut self, ty: Scalar, value: &str) -> String {
+        let name = self.temporary(|_, name| format!("{} {name}", scalar(ty)));
+        self.line(&format!("{name} = {value};"));
+        name
+    }
+
+    /// The conditions under which two variables are the same.
+    fn same(&self, ty: &Type, offset: usize, a: &str, b: &str, parts: &mut Vec<String>) -> Result<(), String> {
+        let at = |text: &str| format!("(const char *){text} + {offset}");
+        match ty {
+            Type::Scalar(ty) => parts.push(format!("same_{ty}({}, {}, 1)", at(a), at(b))),
+            Type::Text { capacity, wide } => {
+                let width = 1 + u8::from(*wide);
+                parts.push(format!("compare_text({}, {capacity}u, {}, {capacity}u, {width}) == 0", at(a), at(b)));
+            }
+            Type::Array { of, .. } => {
+                let count = self.program.size(ty) / self.program.size(of).max(1);
+                if let Type::Scalar(ty) = **of {
+                    parts.push(format!("same_{ty}({}, {}, {count})", at(a), at(b)));
+                } else {
+                    for index in 0..count {
+                        self.same(of, offset + index * self.program.size(of), a, b, parts)?;
+                    }
+                }
+            }
+            Type::Record(record) => {
+                for member in &self.program.records[*record].members {
+                    self.same(&member.ty, offset + member.offset, a, b, parts)?;
+                }
+            }
+            Type::Open { .. } => return Err("an open array cannot be compared".to_string()),
+        }
+        Ok(())
+    }
+
+    /// The address of a variable.
+    pub(super) fn address(&mut self, place: &Place) -> Result<String, String> {
+        let text = self.place(place)?;
+        Ok(format!("&{text}"))
+    }
+
+    /// A variable.
+    pub(super) fn place(&mut self, place: &Place) -> Result<String, String> {
+        let function = self.scope.function.ok_or("there is no function")?;
+        let mut ty = self.type_of(&Place::of(place.base))?;
+        let mut pointer = true;
+        let mut text = match place.base {
+            Base::Memory => "memory".to_string(),
+            Base::Instance => "self".to_string(),
+            Base::Constants => {
+                pointer = false;
+                "constants.value".to_string()
+            }
+            Base::Local(local) => {
+                let name = self.scope.names[local].clone();
+                pointer = function.locals[local].by_reference;
+                if pointer && matches!(ty, Type::Array { .. } | Type::Open { .. }) {
+                    pointer = false;
+                }
+                name
+            }
+        };
+        for step in &place.steps {
+            match (step, ty) {
+                (Step::Member(member), Type::Record(record)) => {
+                    let name = &self.members(record)[*member];
+                    text = format!("{text}{}{name}", if pointer { "->" } else { "." });
+                    ty = self.program.records[record].members[*member].ty.clone();
+                }
+                (Step::Length, Type::Text { .. }) => {
+                    text = format!("{text}{}length", if pointer { "->" } else { "." });
+                    ty = Type::Scalar(Scalar::U16);
+                }
+                (Step::Index(indices, at), Type::Text { capacity, wide }) => {
+                    let index = self.expr(&indices[0])?;
+                    let dot = if pointer { "->" } else { "." };
+                    text =
+                        format!("{text}{dot}characters[index_of(call, (int64_t){index}, 1, {capacity}, {})]", at.line);
+                    ty = Type::Scalar(if wide { Scalar::U16 } else { Scalar::U8 });
+                }
+                (Step::Index(indices, at), Type::Array { of, bounds }) => {
+                    let bounds: Vec<_> = bounds.iter().map(|(low, high)| (low.to_string(), high.to_string())).collect();
+                    text = format!("{text}[{}]", self.element(indices, &bounds, at.line)?);
+                    ty = *of;
+                }
+                (Step::Index(indices, at), Type::Open { of, dimensions }) => {
+                    let bound = |number: usize| format!("{text}_bounds[{number}]");
+                    let bounds: Vec<_> = (0..dimensions).map(|n| (bound(2 * n), bound(2 * n + 1))).collect();
+                    text = format!("{text}[{}]", self.element(indices, &bounds, at.line)?);
+                    ty = *of;
+                }
+                _ => return Err("a place does not exist".to_string()),
+            }
+            pointer = false;
+        }
+        Ok(if pointer { format!("(*{text})") } else { text })
+    }
+
+    /// The number of an element.
+    fn element(&mut self, indices: &[Expr], bounds: &[(String, String)], line: u32) -> Result<String, String> {
+        let mut number = String::new();
+        let indices = self.exprs(&indices.iter().collect::<Vec<_>>())?;
+        for (index, (low, high)) in indices.iter().zip(bounds) {
+            let index = format!("index_of(call, (int64_t){index}, {low}, {high}, {line})");
+            number = match number.is_empty() {
+                true => index,
+                false => format!("({number}) * (size_t)({high} - {low} + 1) + {index}"),
+            };
+        }
+        Ok(number)
+    }
+}
+
+/// The operator of C, and whether it is one for all types.
+fn symbol(op: Binary) -> Option<(&'static str, bool)> {
+    Some(match op {
+        Binary::Add => ("+", false),
+        Binary::Sub => ("-", false),
+        Binary::Mul => ("*", false),
+        Binary::Div => ("/", false),
+        Binary::And => ("&", false),
+        Binary::Or => ("|", false),
+        Binary::Xor => ("^", false),
+        Binary::Eq => ("==", true),
+        Binary::Lt => ("<", true),
+        Binary::Le => ("<=", true),
+        Binary::Gt => (">", true),
+        Binary::Ge => (">=", true),
+        _ => return None,
+    })
+}
+
+/// A constant, in parentheses if it is negative.
+fn constant(value: Value) -> String {
+    match value.ty() {
+        Scalar::F32 if value.number().is_finite() => format!("({value}f)"),
+        Scalar::F32 => format!("f32_of({}u)", value.bits()),
+        Scalar::F64 if value.number().is_finite() => format!("({value})"),
+        Scalar::F64 => format!("f64_of({}u)", value.bits()),
+        Scalar::Bool => value.bits().to_string(),
+        Scalar::U64 => format!("((uint64_t){}u)", value.bits()),
+        Scalar::I64 => format!("((int64_t){}u)", value.bits()),
+        ty => format!("(({}){})", scalar(ty), value.bits() as i64),
+    }
+}
+
+/// A conversion.
+fn converted(how: Convert, from: Scalar, to: Scalar, a: &str) -> String {
+    let name = scalar(to);
+    let whole = match how {
+        Convert::Value => "round",
+        Convert::Trunc => "trunc",
+        Convert::Ceil => "ceil",
+        Convert::Floor => "floor",
+        Convert::Bits if from.is_float() => return format!("(({name})bits_{from}({a}))"),
+        Convert::Bits => {
+            let unsigned = if to == Scalar::F32 { "uint32_t" } else { "uint64_t" };
+            return format!("{to}_of(({unsigned}){a})");
+        }
+    };
+    match (from.is_float(), to) {
+        (true, to) if to.is_integer() => {
+            let wide = if to == Scalar::U64 { "whole_u64" } else { "whole_i64" };
+            format!("(({name}){wide}({whole}_f64((double){a})))")
+        }
+        (_, Scalar::Bool) => format!("((uint8_t)({a} & 1))"),
+        _ => format!("(({name}){a})"),
+    }
+}

@@ -1,0 +1,102 @@
+//! What an FMU shows of a program.
+
+use parameters::Source;
+use scl::interface::{Role, Variable};
+use scl::program::Scalar;
+use scl::{Options, compile};
+
+const PROGRAM: &str = r#"
+TYPE "Limits"
+   STRUCT
+      high { S7_SetPoint := 'True'} : Real := 80.0;   // unit: bar
+      low : Real;
+   END_STRUCT;
+END_TYPE
+DATA_BLOCK "Plant"
+   VAR
+      speed : Int := 7;
+      counts : Array[1..2] of Int;
+   END_VAR
+BEGIN
+END_DATA_BLOCK
+FUNCTION_BLOCK "Main"
+{ S7_Optimized_Access := 'TRUE' }
+   VAR_INPUT
+      level : Real;   // of the tank; unit: %, min 0, max 100
+      gain { S7_SetPoint := 'True'} : Real := 2.0;
+      on : Array[1..2] of Bool;
+   END_VAR
+   VAR_OUTPUT
+      name : String[8];
+      out : Word;
+   END_VAR
+   VAR_IN_OUT
+      total : DInt;
+   END_VAR
+   VAR RETAIN
+      limits : "Limits";
+      secret { ExternalVisible := 'False'} : Int;
+      timer : TON_TIME;
+   END_VAR
+   VAR_TEMP
+      i : Int;
+   END_VAR
+   VAR CONSTANT
+      TEN : Int := 10;
+   END_VAR
+BEGIN
+   #out := INT_TO_WORD("Plant".speed);
+   "Plant".counts[1] := #TEN;
+   "Lamp" := "Button";
+END_FUNCTION_BLOCK
+"#;
+
+fn shown(variables: &[Variable]) -> Vec<(&str, &str, Role)> {
+    variables.iter().map(|variable| (variable.name.as_str(), variable.of, variable.role)).collect()
+}
+
+#[test]
+fn each_number_of_a_block_has_a_name_a_type_and_a_role() {
+    let tag = |name: &str| (name.to_string(), "Bool".to_string());
+    let options = Options { declared: vec![tag("Lamp"), tag("Button")], ..Options::default() };
+    let compiled = compile(&[Source::new("main.scl", PROGRAM.into())], &options).unwrap();
+    let root = compiled.root.unwrap();
+    let variables = shown(&root.variables);
+    assert_eq!(
+        variables[..10],
+        [
+            ("level", "REAL", Role::Input),
+            ("gain", "REAL", Role::Parameter),
+            ("on[1]", "BOOL", Role::Input),
+            ("on[2]", "BOOL", Role::Input),
+            ("name", "STRING", Role::Output),
+            ("out", "WORD", Role::Output),
+            ("total", "DINT", Role::InOut),
+            ("limits.high", "REAL", Role::Parameter),
+            ("limits.low", "REAL", Role::Local),
+            ("timer.IN", "BOOL", Role::Local),
+        ]
+    );
+    assert!(variables.iter().all(|(name, ..)| !["secret", "i", "TEN"].contains(name)));
+    let level = &root.variables[0].comment;
+    assert_eq!((level.text.as_str(), level.unit.as_deref()), ("of the tank", Some("%")));
+    assert_eq!((level.min, level.max), (Some(0.0), Some(100.0)));
+    assert_eq!(root.variables[7].comment.unit.as_deref(), Some("bar"));
+    assert!(root.variables[7].is_retained && !root.variables[0].is_retained);
+    // Each has its place in the memory.
+    for variable in root.variables.iter().filter(|variable| variable.scalar.is_some()) {
+        let path = format!("{}.{}", root.instance, variable.name);
+        assert!(compiled.program.find(&path).is_some(), "{path}");
+    }
+    assert_eq!(root.variables[5].scalar, Some(Scalar::U16));
+    assert_eq!(
+        shown(&compiled.globals),
+        [
+            ("Plant.speed", "INT", Role::Parameter),
+            ("Plant.counts[1]", "INT", Role::Local),
+            ("Plant.counts[2]", "INT", Role::Local),
+            ("Lamp", "BOOL", Role::Output),
+            ("Button", "BOOL", Role::Input),
+        ]
+    );
+}
