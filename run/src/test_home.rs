@@ -233,7 +233,7 @@ impl Fmus for TestHome {
     fn instantiate(&self, fmu: &str, _: &str) -> Result<Box<dyn Component>> {
         let lag = |fails_at, fails_early| Linked { block: Lag::default(), next: 0, fails_at, fails_early };
         match fmu {
-            "PID" => Ok(Box::new(Linked::<Pid>::new())),
+            "PID" => Ok(Box::new(Linked::<Pid>::reliable())),
             "LAG" => Ok(Box::new(lag(Rc::new(Cell::new(f64::NAN)), Rc::default()))),
             FOREIGN => Ok(Box::new(lag(self.fails_at.clone(), self.fails_early.clone()))),
             _ => bail!("there is no FMU {fmu:?} here"),
@@ -252,7 +252,7 @@ pub struct Linked<B> {
 
 impl<B: Block> Linked<B> {
     /// A new one that never fails.
-    pub fn new() -> Linked<B> {
+    pub fn reliable() -> Linked<B> {
         Linked { block: B::default(), next: 0, fails_at: Rc::new(Cell::new(f64::NAN)), fails_early: Rc::default() }
     }
 }

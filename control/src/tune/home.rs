@@ -322,9 +322,9 @@ impl Fmus for Controllers {
 
     fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>> {
         match fmu {
-            "PID" => Ok(Box::new(Linked::<Pid>::new())),
-            "PULSER" => Ok(Box::new(Linked::<Pulser>::new())),
-            "STEPPER" => Ok(Box::new(Linked::<Stepper>::new())),
+            "PID" => Ok(Box::new(Linked::<Pid>::reliable())),
+            "PULSER" => Ok(Box::new(Linked::<Pulser>::reliable())),
+            "STEPPER" => Ok(Box::new(Linked::<Stepper>::reliable())),
             other => TestHome::default().instantiate(other, name),
         }
     }

@@ -51,7 +51,7 @@ fn error(job: &Job) -> String {
 type Made = Result<Box<dyn Reset>>;
 
 fn instantiate(member: usize) -> Made {
-    Ok(if member == 0 { Box::new(Linked::<Pid>::new()) } else { Box::new(Linked::<Lag>::new()) })
+    Ok(if member == 0 { Box::new(Linked::<Pid>::reliable()) } else { Box::new(Linked::<Lag>::reliable()) })
 }
 
 fn points(experiment: &Experiment) -> Vec<Vec<f64>> {
@@ -402,7 +402,7 @@ impl Faulty {
         instances.set(instances.get() + 1);
         let table = Table::from(Pid::TABLE);
         let references = ["OUT", "TI"].map(|name| table.find(name).unwrap() as u32);
-        Faulty { inner: Linked::new(), ti: 0.0, fault, residue: 0.0, instances: Rc::clone(instances), references }
+        Faulty { inner: Linked::reliable(), ti: 0.0, fault, residue: 0.0, instances: Rc::clone(instances), references }
     }
 }
 
