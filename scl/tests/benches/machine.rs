@@ -56,7 +56,7 @@ fn main() {
         println!("{ty:6} {:6.2} ns for an operation", time / 10_000.0);
     }
 
-    let (mut machine, cycle, offset) = machine("cont_c.scl", include_str!("../tests/data/cont_c.scl"));
+    let (mut machine, cycle, offset) = machine("cont_c.scl", include_str!("../data/cont_c.scl"));
     let (process_value, manual) = (offset("PV_IN"), offset("MAN_ON"));
     machine.set(false.into(), manual);
     let mut block = ContC { man_on: false, ..ContC::default() };
