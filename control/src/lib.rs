@@ -6,7 +6,7 @@ pub mod csv;
 pub mod figures;
 pub mod identify;
 pub mod margins;
-pub mod predict;
+mod predict;
 pub mod process;
 pub mod replay;
 pub mod rules;

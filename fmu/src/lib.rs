@@ -69,3 +69,5 @@ pub mod table;
 #[cfg(test)]
 mod test_block;
 pub mod v2;
+
+pub use v2::describe;

@@ -24,7 +24,7 @@ pub fn run(command: &mut Command) -> Result<()> {
 /// Runs a program silently and returns what it writes to standard output.
 ///
 /// # Errors
-/// As [`run`], with what the program wrote.
+/// As [`run()`], with what the program wrote.
 pub fn output(command: &mut Command) -> Result<String> {
     let output = command.stdin(Stdio::null()).output().map_err(|error| not_started(command, &error))?;
     let text = String::from_utf8_lossy(&output.stdout).into_owned();

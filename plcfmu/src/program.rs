@@ -98,7 +98,7 @@ mod tests {
         let errors = compile(&[one.clone(), other], &Options::default()).unwrap().unwrap_err();
         assert_eq!(errors.len(), 2);
         std::fs::write(&one, "FUNCTION_BLOCK \"A\"\nBEGIN\n\"Lamp\" := TRUE;\nEND_FUNCTION_BLOCK").unwrap();
-        assert!(compile(&[one.clone()], &Options::default()).unwrap().is_err());
+        assert!(compile(std::slice::from_ref(&one), &Options::default()).unwrap().is_err());
         let options = Options { tag: vec![("Lamp".into(), "Bool".into())], ..Options::default() };
         assert_eq!(compile(&[one], &options).unwrap().unwrap().root.unwrap().block, "A");
     }

@@ -11,7 +11,7 @@ pub struct Terminated;
 
 impl fmt::Display for Terminated {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        formatter.write_str("the FMU ended the simulation (fmi2Discard with fmi2Terminated)")
+        formatter.write_str("the FMU ended the simulation")
     }
 }
 

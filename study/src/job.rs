@@ -155,7 +155,7 @@ pub struct Signals {
     pub pulses: Option<Vec<String>>,
 }
 
-/// A part of a run in seconds; see [`figures::Request`](control::figures::Request) for the defaults.
+/// A part of a run in seconds; see [`figures`](control::figures) for the defaults.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(default, deny_unknown_fields)]
 pub struct Window {

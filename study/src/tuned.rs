@@ -213,7 +213,7 @@ impl Found<'_> {
     }
 }
 
-/// The names of the files that [`write`] may write.
+/// The names of the files that [`write()`] may write.
 pub const FILES: [&str; 6] = ["tuned.toml", "tuned.json", "settings.csv", "front.csv", "front.png", "front.svg"];
 
 /// Writes the files of a result to a folder, each beside its place and renamed.

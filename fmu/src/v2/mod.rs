@@ -10,6 +10,11 @@ use crate::host_type::Version;
 use crate::refusal::Answer;
 use blocks::{Class, Kind};
 
+/// What the library of a program says of itself, see [`interface::json_of`](crate::interface::json_of).
+pub fn describe(table: &blocks::Table, guid: &str) -> String {
+    crate::interface::json_of::<Fmi2>(table, guid)
+}
+
 /// FMI 2.0.
 #[derive(Clone, Copy, Debug)]
 pub struct Fmi2;

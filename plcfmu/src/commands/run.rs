@@ -82,7 +82,7 @@ Rows of the recording:
   Numbers in the CSV read back bit-equal; Booleans are 1 and 0.
 
 FMUs are foreign code: they run in a process of their own. One that crashes or does not return ends the run with an error that
-names it. What they print goes to standard error. An FMU may end the run (fmi2Discard with fmi2Terminated): the rows up to then
+names it. What they print goes to standard error. An FMU may end the run (discard with terminated): the rows up to then
 are written.";
 
 /// Runs FMUs.

@@ -190,10 +190,10 @@ pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()>
 /// The role of the process that [`run_apart`] starts.
 pub const ROLE: &str = "check";
 
-/// [`run`] in a process of its own.
+/// [`run()`] in a process of its own.
 ///
 /// # Errors
-/// As [`run`], or how the FMU has ended the process, and what it has logged and printed.
+/// As [`run()`], or how the FMU has ended the process, and what it has logged and printed.
 pub fn run_apart(starter: &Starter, path: &Path) -> Result<()> {
     let mut process = starter.start(ROLE, Prints::Kept)?;
     process.send(&path);

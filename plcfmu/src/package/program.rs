@@ -61,7 +61,7 @@ pub fn pack(files: &[PathBuf], options: &Options, folder: &Path) -> Result<(Path
     let loaded =
         Loaded::new(&manifest, &sources, |unit| units::definition(unit).is_some()).map_err(anyhow::Error::msg)?;
     let warnings = loaded.warnings.iter().map(ToString::to_string).filter(|text| !text.is_empty()).collect();
-    let interface = Interface::parse(&fmu::interface::json_of::<fmu::v2::Fmi2>(loaded.table, &loaded.guid()))?;
+    let interface = Interface::parse(&fmu::describe(loaded.table, &loaded.guid()))?;
     let name = &interface.table.name;
     let xml = ModelDescription::of(&interface)?;
     let libraries = libraries()?;

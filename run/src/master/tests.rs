@@ -212,7 +212,7 @@ fn csv_reads_back_bit_equal_and_quotes_odd_names() {
     columns[2].kind = Type::Boolean;
     let values = vec![0.1 + 0.2, -3.0, 1.0, 1e-300, 27648.0, 0.0];
     let mut csv = Vec::new();
-    Recording { columns, times: vec![0.0, 0.1], values }.write_csv(&mut csv).unwrap();
+    Recording { columns, times: vec![0.0, 0.1], values, ended: None }.write_csv(&mut csv).unwrap();
     let expected = "time,\"A.x,\"\"y\"\"\",A.n,A.on\n0.0,0.30000000000000004,-3,1\n0.1,1e-300,27648,0\n";
     assert_eq!(String::from_utf8(csv).unwrap(), expected);
 }
