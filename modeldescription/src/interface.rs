@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn a_type_a_role_or_a_key_that_the_packer_does_not_know_is_named() {
-        assert!(refused("\"INT\"", "\"DINT\"").contains("unknown kind `DINT`, expected one of REAL, LREAL, TIME"));
+        assert!(refused("\"INT\"", "\"S5TIME\"").contains("unknown kind `S5TIME`, expected one of REAL, LREAL, TIME"));
         assert!(
             refused("\"output\"", "\"Output\"").contains("unknown role `Output`, expected one of input, parameter")
         );
