@@ -141,7 +141,7 @@ def test_the_archive_has_the_command_of_the_wheel_and_the_licences(files, tmp_pa
         archive.extractall(tmp_path)
     (folder,) = tmp_path.iterdir()
     assert folder.name.startswith(f"plcfmu-{version}-") and packed.name == f"{folder.name}.tar.gz"
-    names = {"LICENSE-APACHE", "LICENSE-MIT", "NOTICE.txt", "README.md", "plcfmu"}
+    names = {"LICENSE-APACHE", "LICENSE-MIT", "NOTICE.txt", "README.md", "plcfmu", "programs"}
     assert {path.name for path in folder.iterdir()} == names
     shown = subprocess.run([folder / "plcfmu", "--version"], stdout=subprocess.PIPE, text=True, check=True)
     assert shown.stdout == f"plcfmu {version}\n"
@@ -171,6 +171,18 @@ def test_plcfmu_run_closes_a_loop_of_two_fmus_of_the_wheel(installed):
     assert len(rows) == 900
     assert float(rows[0]["HEATER.TEMP"]) == 20.0
     assert abs(float(rows[-1]["HEATER.TEMP"]) - 60.0) < 0.5
+
+
+def test_the_command_of_the_wheel_packs_a_program_without_rust_and_runs_it(installed):
+    source = installed.folder / "double.scl"
+    source.write_text(
+        "FUNCTION_BLOCK Double VAR_INPUT u : REAL := 1.5; END_VAR VAR_OUTPUT y : REAL; END_VAR\n"
+        "BEGIN y := u * 2.0; END_FUNCTION_BLOCK\n",
+        encoding="utf-8",
+    )
+    assert installed.run("plcfmu", "build", source, "--cycle=100ms") == "./Double.fmu\n"
+    rows = installed.run("plcfmu", "run", "Double.fmu", "--stop=0.3", "--out=-", "--record=Double.y")
+    assert [float(row["Double.y"]) for row in csv.DictReader(io.StringIO(rows))] == [3.0, 3.0, 3.0]
 
 
 def test_the_package_of_the_wheel_finds_the_fmus_of_the_wheel(installed):

@@ -52,8 +52,12 @@ def host() -> str:
     return next(line.partition(" ")[2] for line in version.splitlines() if line.startswith("host: "))
 
 
-def stage(fmus: list[pathlib.Path], folder: pathlib.Path, target: str) -> None:
-    """Puts what goes into the wheel together in a new folder.
+# Where the command of an environment finds the libraries of programs: below the environment's own folder.
+PROGRAMS = pathlib.PurePosixPath("share/plcfmu/programs")
+
+
+def stage(fmus: list[pathlib.Path], programs: pathlib.Path, folder: pathlib.Path, target: str) -> None:
+    """Puts what goes into the wheel together in a new folder: FMUs, and the libraries of programs if there are any.
 
     The FMUs do not go into the sources: a package imported from the checkout would find them there, not in target/fmu.
     """
@@ -64,6 +68,8 @@ def stage(fmus: list[pathlib.Path], folder: pathlib.Path, target: str) -> None:
     (package / "fmus").mkdir()
     for fmu in fmus:
         shutil.copyfile(fmu, package / "fmus" / fmu.name)
+    if programs.is_dir():
+        shutil.copytree(programs, folder / "data" / "data" / PROGRAMS)
     shutil.copyfile(PYTHON / "README.md", folder / "README.md")
     for license in LICENSES:
         shutil.copyfile(ROOT / license, folder / license)
@@ -72,6 +78,8 @@ def stage(fmus: list[pathlib.Path], folder: pathlib.Path, target: str) -> None:
     if MANIFEST not in project:
         sys.exit(f"error: {PYTHON / 'pyproject.toml'} has no line {MANIFEST}")
     manifest = f"manifest-path = '{ROOT / 'plcfmu' / 'Cargo.toml'}'"
+    if programs.is_dir():
+        manifest += "\ndata = 'data'"
     (folder / "pyproject.toml").write_text(project.replace(MANIFEST, manifest), encoding="utf-8")
 
 
@@ -92,11 +100,11 @@ def environment(target: str) -> dict[str, str]:
     return variables
 
 
-def build(fmus: list[pathlib.Path], out: pathlib.Path, target: str) -> pathlib.Path:
+def build(fmus: list[pathlib.Path], programs: pathlib.Path, out: pathlib.Path, target: str) -> pathlib.Path:
     """Builds the wheel in the folder `out` and returns its path."""
     staged = TARGET / "wheel" / "source"
     built = TARGET / "wheel" / "built"
-    stage(fmus, staged, target)
+    stage(fmus, programs, staged, target)
     if built.exists():
         shutil.rmtree(built)
     command = [sys.executable, "-m", "maturin", "build", "--target", target, "--out", str(built)]
@@ -128,6 +136,9 @@ def archive(wheel: pathlib.Path, target: str) -> pathlib.Path:
         for name in packed.namelist():
             if ".data/scripts/" in name or ".dist-info/licenses/" in name:
                 files[f"{folder}/{pathlib.PurePosixPath(name).name}"] = packed.read(name)
+            elif f".data/data/{PROGRAMS}/" in name:
+                # Beside the command.
+                files[f"{folder}/programs/{name.partition(f'{PROGRAMS}/')[2]}"] = packed.read(name)
     buffer = io.BytesIO()
     if "-windows-" in target:
         with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as zipped:
@@ -180,7 +191,7 @@ def main() -> None:
         if importlib.util.find_spec(module) is None:
             sys.exit(f"error: {sys.executable} has no {module}: install it (pip install {module})")
     for target in targets:
-        wheel = build(fmus, options.out.resolve(), target)
+        wheel = build(fmus, options.fmus / "programs", options.out.resolve(), target)
         print(wheel)
         if options.archive:
             print(archive(wheel, target))

@@ -143,12 +143,14 @@ pub fn library_in(folder: &Path, platform: &str) -> PathBuf {
 /// The folder of FMUs whose libraries of programs are taken.
 const FMUS: &str = "PLCFMU_FMUS";
 
-/// The library of programs for each platform: those in the folder `programs` beside this command, those that were packed with the
-/// FMUs in the folder that the variable PLCFMU_FMUS names or, in a clone of plcfmu, that of this machine, which is built once.
+/// The library of programs for each platform: those in the folder `programs` beside this command or, in a Python environment, in
+/// `share/plcfmu`; those that were packed with the FMUs in the folder that the variable PLCFMU_FMUS names; or, in a clone of plcfmu,
+/// that of this machine, which is built once.
 fn libraries() -> Result<BTreeMap<&'static str, PathBuf>> {
     let mut libraries = BTreeMap::new();
     let beside = std::env::current_exe().ok().and_then(|own| Some(own.parent()?.to_path_buf()));
-    for folder in beside.into_iter().chain(std::env::var_os(FMUS).map(PathBuf::from)) {
+    let shared = beside.as_ref().map(|beside| beside.join("../share/plcfmu"));
+    for folder in beside.into_iter().chain(shared).chain(std::env::var_os(FMUS).map(PathBuf::from)) {
         for platform in platform::folders() {
             let library = library_in(&folder, platform);
             if library.is_file() {

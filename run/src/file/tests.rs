@@ -197,7 +197,7 @@ fn what_is_written_reads_back() {
     fs::write(&path, text).unwrap();
     let expected = plain(system);
     let mut read_back = plain(read(&path, None, parameters).unwrap());
-    assert_eq!(std::mem::take(&mut read_back.sources), [path.clone()]);
+    assert_eq!(std::mem::take(&mut read_back.sources), std::slice::from_ref(&path));
     for member in &mut read_back.members {
         member.path = member.path.canonicalize().unwrap();
     }
