@@ -25,9 +25,9 @@ FMU_PAGES = [f"fmu/{name}/documentation/index.html" for name in host.names()]
 PAGES = [
     "index.html",
     *(f"{name}.html" for name in ("README", "docs/import", "python/index")),
-    *(f"{folder}/README.html" for folder in ("blocks", "examples", "fmu", "plcfmu", "tests")),
+    *(f"{folder}/README.html" for folder in ("blocks", "examples", "fmu", "plants", "plcfmu", "tests")),
     "examples/cascade.py.html",
-    "plants/index.html",
+    "examples/programs/index.html",
     *FMU_PAGES,
 ]
 SHOWN = ["index.html", "examples/README.html", "python/index.html", *FMU_PAGES]

@@ -101,7 +101,11 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// F = f(x)\,\sqrt{\frac{\text{PRES}}{\text{PRES_NOM}}}, \qquad \text{FLOW} = \text{FLOW_MAX}\,F, \qquad f(x) = \frac{\text{CURVE}^x - 1}{\text{CURVE} - 1}, \qquad \text{HX_TM}\,\frac{d\,\text{T_HX}}{dt} = \text{T_IN} + \text{RISE}\,F - \text{T_HX}
+    /// F = f(x)\,\sqrt{\frac{\text{PRES}}{\text{PRES_NOM}}}, \qquad \text{FLOW} = \text{FLOW_MAX}\,F, \qquad f(x) = \frac{\text{CURVE}^x - 1}{\text{CURVE} - 1}
+    /// ```
+    ///
+    /// ```math
+    /// \text{FLOW} = \text{FLOW_MAX}\,F, \qquad \text{HX_TM}\,\frac{d\,\text{T_HX}}{dt} = \text{T_IN} + \text{RISE}\,F - \text{T_HX}
     /// ```
     ///
     /// The law:
