@@ -3,7 +3,7 @@
 use super::instance::{Instance, find, fit, lost_name};
 use super::parser::{DataBlock, FunctionBlock, Item, Name, items};
 use super::values::{Assignment, SyntaxErrors, assignments};
-use crate::block::Block;
+use crate::block::{Block, Part};
 use crate::format::Options;
 use crate::loops::Loop;
 use crate::problem::{Problems, Reading, nearest, quoted};
@@ -308,7 +308,7 @@ impl Reader<'_> {
         }
         let names = || values.iter().map(|value| value.path.as_slice());
         let is_chosen = |block: &&Arc<Block>| !values.is_empty() && fit(block, names()).is_some();
-        let block = self.chosen.as_ref().filter(is_chosen).cloned().or_else(|| self.recognized(names()));
+        let block = self.chosen.as_ref().filter(is_chosen).cloned().or_else(|| self.recognized(names(), all_settings));
         if let Some(block) = block.filter(|_| errors.first.is_empty()) {
             self.report.remark(Some(kind.span.clone()), remark(&block));
             self.instance(&db.name, block, (values, errors));
@@ -317,17 +317,22 @@ impl Reader<'_> {
         if errors.first.is_empty() && self.groups(db, &values) {
             return;
         }
-        // A slip in the name of a type must not cost a loop.
+        // A slip, in the name of a type or in a value, must not cost a loop; nor is another block with some of the same names
+        // taken for one of these: its other values would be those of the wrong block.
         let is_member =
-            |block: &Block| values.iter().filter(|value| find(block, &value.path.join(".")).is_some()).count();
+            |block: &&Arc<Block>| values.iter().filter(|value| find(block, &value.path.join(".")).is_some()).count();
+        let is_likely = |block: &&Arc<Block>| !values.is_empty() && 2 * is_member(block) >= values.len();
         let meant = nearest(&kind.text, self.blocks.iter().map(|block| block.name.as_str()));
-        let meant = meant.and_then(|name| self.blocks.iter().find(|block| block.name == name));
-        if let Some(block) = meant.filter(|block| !values.is_empty() && 2 * is_member(block) >= values.len()) {
-            let message = format!("{} is not a known block", quoted(&kind.text));
-            self.report.wrong(kind.span.clone(), message, Some(format!("did you mean {}?", block.name)));
-            return;
-        }
-        self.skip(db, kind);
+        let meant = meant.and_then(|name| self.blocks.iter().find(|block| block.name == name)).filter(is_likely);
+        let alike = self.blocks.iter().filter(is_likely).max_by_key(is_member);
+        let alike = alike.filter(|block| is_member(block) >= ENOUGH_NAMES);
+        let help = match (meant, alike) {
+            (Some(block), _) => format!("did you mean {}?", block.name),
+            (None, Some(block)) => format!("if it is {}, whose members it has, name that with --block", block.name),
+            (None, None) => return self.skip(db, kind),
+        };
+        self.wrong(errors);
+        self.report.wrong(kind.span.clone(), format!("{} is not a known block", quoted(&kind.text)), Some(help));
     }
 
     /// Passes over a data block that is an instance of another block.
@@ -339,9 +344,13 @@ impl Reader<'_> {
         self.skipped.add(format!("{} ({})", db.name.text, kind.text));
     }
 
-    /// The only block that has all these members, if they are enough.
-    fn recognized<'n>(&self, names: impl Iterator<Item = &'n [String]> + Clone) -> Option<Arc<Block>> {
-        let fits = |block: &&Arc<Block>| fit(block, names.clone()).is_some_and(|count| count >= ENOUGH_NAMES);
+    /// The only block that has all these members, if its inputs and parameters among them are as many as wanted.
+    fn recognized<'n>(
+        &self,
+        names: impl Iterator<Item = &'n [String]> + Clone,
+        wanted: fn(&Block) -> usize,
+    ) -> Option<Arc<Block>> {
+        let fits = |block: &&Arc<Block>| fit(block, names.clone()).is_some_and(|count| count >= wanted(block));
         let mut fitting = self.blocks.iter().filter(fits);
         fitting.next().filter(|_| fitting.next().is_none()).cloned()
     }
@@ -368,7 +377,9 @@ impl Reader<'_> {
                 continue;
             }
             let members = &groups[&path_key(path)];
-            let Some(block) = self.recognized(members.iter().map(|index| &values[*index].path[length..])) else {
+            let Some(block) =
+                self.recognized(members.iter().map(|index| &values[*index].path[length..]), |_| ENOUGH_NAMES)
+            else {
                 continue;
             };
             let mut instance = Instance::new(&path[length - 1], block.clone());
@@ -435,6 +446,11 @@ impl Reader<'_> {
         }
         found.into_iter().map(|found| found.one).collect()
     }
+}
+
+/// How many inputs and parameters an instance has in the PLC, those of its inner blocks apart.
+fn all_settings(block: &Block) -> usize {
+    block.members.iter().filter(|member| member.part == Part::Own && member.role.is_settable()).count()
 }
 
 /// Whether the name is not like one of a member of the block.

@@ -331,6 +331,25 @@ fn an_unknown_type_is_recognized_by_its_members() {
 }
 
 #[test]
+fn another_block_with_some_of_the_same_names_is_not_taken_for_one_of_these() {
+    assert_refused(
+        "DATA_BLOCK \"T1\"\nTCONTROL\nBEGIN\n GAIN := 3.0; STEPS := 9; SP_INT := 1.0;\nEND_DATA_BLOCK",
+        &["plant.awl:2:1: `TCONTROL` is not a known block; if it is PUMP, whose members it has, name that with --block"],
+    );
+}
+
+#[test]
+fn a_slip_in_a_block_with_another_number_is_told_and_does_not_cost_the_loop() {
+    assert_refused(
+        "DATA_BLOCK DB 3\nFB 333\nBEGIN\n TH_TZ := 4; TR_TZ := 5,5; SET := TRUE;\nEND_DATA_BLOCK",
+        &[
+            "plant.awl:2:1: `FB333` is not a known block; if it is FAN, whose members it has, name that with --block",
+            "plant.awl:4:24: expected `;` after this value, found `,`; decimals stand behind a point: 1.5",
+        ],
+    );
+}
+
+#[test]
 fn the_user_can_name_the_block_of_unknown_types() {
     let source = Source::new("plant.awl", b"DATA_BLOCK DB 3 FB 333 BEGIN SP_INT := 4.0; END_DATA_BLOCK".to_vec());
     assert!(read(&source, &blocks(), &Options::default()).is_err());
