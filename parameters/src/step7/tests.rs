@@ -334,7 +334,9 @@ fn an_unknown_type_is_recognized_by_its_members() {
 fn another_block_with_some_of_the_same_names_is_not_taken_for_one_of_these() {
     assert_refused(
         "DATA_BLOCK \"T1\"\nTCONTROL\nBEGIN\n GAIN := 3.0; STEPS := 9; SP_INT := 1.0;\nEND_DATA_BLOCK",
-        &["plant.awl:2:1: `TCONTROL` is not a known block; if it is PUMP, whose members it has, name that with --block"],
+        &[
+            "plant.awl:2:1: `TCONTROL` is not a known block; if it is PUMP, whose members it has, name that with --block",
+        ],
     );
 }
 
