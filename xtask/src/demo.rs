@@ -2,7 +2,8 @@
 
 use crate::python::Environment;
 use anyhow::{Context, Result, bail};
-use plcfmu::build::workspace::Workspace;
+use plcfmu::build::compile::artifacts;
+use plcfmu::build::workspace::{self, Workspace};
 use plcfmu::command::{heading, run};
 use plcfmu::package::pack;
 use std::fs;
@@ -21,17 +22,28 @@ pub fn demo(workspace: &Workspace, options: &Options) -> Result<()> {
     let loops = choose(find(&workspace.root.join("examples"))?, &options.names)?;
     let environment = Environment::ready(workspace)?;
     pack::run(workspace, &pack::Options::default())?;
+    let command = build_command(workspace)?;
     let results = workspace.target.join("demo");
     for program in loops {
         heading(&name(&program));
         let mut python = environment.python();
         python.arg(&program).arg("--fmu").arg(workspace.fmus()).arg("--out").arg(&results);
-        // The examples import the Python package.
-        python.env("PYTHONPATH", workspace.root.join("plcfmu/python"));
+        // The examples import the Python package, which asks the command for figures.
+        python.env("PYTHONPATH", workspace.root.join("plcfmu/python")).env("PLCFMU_COMMAND", &command);
         run(python.current_dir(&workspace.root))?;
     }
     println!("\nCSV, PNG and SVG files: {}", workspace.shown(&results));
     Ok(())
+}
+
+/// Builds the command `plcfmu`, of which this program has all but the last line, and gives its path.
+fn build_command(workspace: &Workspace) -> Result<PathBuf> {
+    let mut build = workspace::cargo();
+    // Both packages, so that cargo compiles with the features of both.
+    build.args(["build", "--quiet", "--package", "plcfmu", "--package", "xtask", "--bin", "plcfmu"]);
+    let built = artifacts(build.current_dir(&workspace.root))?;
+    let executable = built.into_iter().find_map(|artifact| artifact.executable);
+    Ok(executable.context("cargo has not built plcfmu")?.into())
 }
 
 /// The loops of a folder: its Python files that are programs; the others are what these share.
