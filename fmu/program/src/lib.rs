@@ -41,6 +41,8 @@ pub struct Loaded {
     /// The number of the function of a cycle.
     cycle: usize,
     places: Vec<table::Place>,
+    /// The rows that the host gives of variables that the program writes, too.
+    in_outs: Vec<usize>,
     /// Where the block itself has the time between two calls.
     own_cycle: Option<usize>,
     budget: u32,
@@ -64,6 +66,7 @@ impl Loaded {
         let root = compiled.root.as_ref().ok_or("the sources have no FUNCTION_BLOCK to be run: name one with --fb")?;
         let code = Code::compile(&compiled.program)?;
         let (table, places, own_cycle) = table::of(manifest, &compiled.program, root, is_unit)?;
+        let in_outs = (0..places.len()).filter(|row| places[*row].is_in_out).collect();
         let mut bytes = manifest.to_string().into_bytes();
         for source in sources {
             bytes.extend((source.text.len() as u64).to_le_bytes());
@@ -76,6 +79,7 @@ impl Loaded {
             code: Arc::new(code),
             cycle: root.cycle,
             places,
+            in_outs,
             own_cycle,
             budget: manifest.budget.unwrap_or(Machine::BUDGET),
         })
@@ -116,10 +120,9 @@ impl Program {
 
     /// Gives the machine what was set of the variables that the program writes, too.
     fn give(&mut self) {
-        for (place, set) in self.loaded.places.iter().zip(&self.set) {
-            if place.is_in_out {
-                self.machine.set(scl::program::Value::new(place.ty, *set), place.offset);
-            }
+        for row in &self.loaded.in_outs {
+            let place = self.loaded.places[*row];
+            self.machine.set(scl::program::Value::new(place.ty, self.set[*row]), place.offset);
         }
         if let Some(offset) = self.loaded.own_cycle {
             self.machine.set(self.cycle.into(), offset);
@@ -207,11 +210,13 @@ impl Cyclic for Program {
             return;
         }
         self.give();
-        let seconds = self.calls as f64 * f64::from(self.cycle) / 1000.0;
         let now = (self.calls as i64).wrapping_mul(i64::from(self.cycle)).wrapping_mul(1_000_000);
         match self.machine.call(self.loaded.cycle, now) {
             Ok(()) => self.calls += 1,
-            Err(stop) => self.stopped = Some(format!("{stop} (call {}, {seconds:?} s after the start)", self.calls)),
+            Err(stop) => {
+                let seconds = self.calls as f64 * f64::from(self.cycle) / 1000.0;
+                self.stopped = Some(format!("{stop} (call {}, {seconds:?} s after the start)", self.calls));
+            }
         }
     }
 

@@ -7,6 +7,7 @@ use crate::build::workspace::Workspace;
 use crate::package::pack::LICENCES;
 use crate::package::{check, reference};
 use crate::page;
+use crate::program::trial::nanoseconds;
 use anyhow::{Context, Result, bail, ensure};
 use draw::{diagram, picture};
 use host::fmu::platforms;
@@ -42,14 +43,12 @@ pub struct Options {
     pub inputs: Vec<String>,
 }
 
+/// The time between two calls: whole milliseconds, as the FMU has them.
 fn milliseconds(text: &str) -> Result<u32> {
-    let (number, factor) = match text.trim().to_ascii_lowercase() {
-        text if text.ends_with("ms") => (text[..text.len() - 2].trim().parse::<f64>(), 1.0),
-        text => (text.trim_end_matches('s').trim().parse::<f64>(), 1000.0),
-    };
-    let milliseconds = number.ok().map(|number| number * factor).filter(|time| (1.0..=2_147_483_647.0).contains(time));
-    let milliseconds = milliseconds.filter(|time| (time - time.round()).abs() < 1e-6).map(f64::round);
-    milliseconds.map(|time| time as u32).context("give it in whole milliseconds, at least 1: 100ms, 0.5s, 2s")
+    let nanoseconds = nanoseconds(text)?;
+    let milliseconds = i32::try_from(nanoseconds / 1_000_000).ok().filter(|time| *time >= 1);
+    let milliseconds = milliseconds.filter(|_| nanoseconds % 1_000_000 == 0);
+    milliseconds.map(i32::unsigned_abs).context("give it in whole milliseconds, at least 1: 100ms, 0.5s, 2s")
 }
 
 /// Packs the program of these sources, as `NAME.fmu` in a folder, and gives the path. Warnings are for the user.
@@ -173,4 +172,18 @@ fn libraries() -> Result<BTreeMap<&'static str, PathBuf>> {
     let built = compile(&workspace, std::slice::from_ref(&package), &host, &linkage)?;
     libraries.insert(host.folder, built.into_values().next().context("cargo has built no library")?);
     Ok(libraries)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cycle_is_a_duration_of_whole_milliseconds() {
+        let read = |text: &str| milliseconds(text).map_err(|error| error.to_string());
+        assert_eq!([read("100ms"), read("0.5s"), read("2s"), read("1m30s")], [Ok(100), Ok(500), Ok(2000), Ok(90_000)]);
+        let whole = Err("give it in whole milliseconds, at least 1: 100ms, 0.5s, 2s".to_string());
+        assert_eq!([read("0s"), read("-1s"), read("1.5ms"), read("30D")], [(); 4].map(|()| whole.clone()));
+        assert_eq!(read("fast"), Err("\"fast\" is no duration: write 2s, 100ms or 1m30s".to_string()));
+    }
 }

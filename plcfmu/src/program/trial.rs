@@ -116,7 +116,7 @@ impl File {
 }
 
 /// A duration such as `2s` or `1m30s`.
-fn nanoseconds(text: &str) -> Result<i64> {
+pub(crate) fn nanoseconds(text: &str) -> Result<i64> {
     let count = literal::duration(text, 1).map_err(|_| anyhow!("{text:?} is no duration: write 2s, 100ms or 1m30s"))?;
     i64::try_from(count).with_context(|| format!("{text:?} is too long"))
 }
