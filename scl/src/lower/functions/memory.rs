@@ -1,0 +1,145 @@
+//! Functions of arrays, timers and the clock: what they change is more than their value.
+
+use super::super::convert::{binary, convert, zero};
+use super::super::paths::Variable;
+use super::super::{Lowerer, Operand};
+use super::Given;
+use crate::program::{self, Binary, Convert, Expr, For, Scalar, Step, What};
+use crate::syntax::{ExpressionId, ExpressionKind};
+use crate::types::{Elementary, Type};
+
+impl Lowerer<'_, '_> {
+    pub(super) fn bound(&mut self, given: &Given) -> Operand {
+        let array = self.argument(given, "ARR", 0);
+        let dimension = given.find("DIM", 1).and_then(|id| self.whole(id));
+        let is_upper = given.name == "UPPER_BOUND";
+        let number =
+            dimension.and_then(|dimension| usize::try_from(dimension).ok()).filter(|dimension| *dimension >= 1);
+        match (array, number) {
+            (Operand::Variable(Type::Array(array), _), Some(number)) if number <= array.bounds.len() => {
+                let (low, high) = array.bounds[number - 1];
+                Operand::Value(Elementary::DInt, Expr::Const(if is_upper { high } else { low }.into()))
+            }
+            (Operand::Variable(Type::Open(_, dimensions), place), Some(number)) if number <= dimensions => {
+                let program::Base::Local(local) = place.base else { return Operand::Wrong(None) };
+                let bound = Expr::Bound { local, dimension: number - 1, upper: is_upper };
+                Operand::Value(Elementary::DInt, bound)
+            }
+            (Operand::Wrong(_), _) | (_, None) => Operand::Wrong(None),
+            (_, Some(_)) => self.error(given.span, format!("{} is for the dimensions of an array", given.name), None),
+        }
+    }
+
+    pub(super) fn runtime(&mut self, given: &Given) -> Operand {
+        let Some(block) = self.compiler.system_block("RUNTIME") else { return Operand::Wrong(None) };
+        let Some(id) = given.find("MEM", 0) else {
+            return self.error(given.span, "RUNTIME is called without MEM", None);
+        };
+        let Some(memory) = self.target(id) else { return Operand::Wrong(None) };
+        if memory.of != Type::Elementary(Elementary::LReal) {
+            return self.error(self.span(id), "the memory of RUNTIME is an LREAL", None);
+        }
+        let function = self.compiler.blocks[block].function;
+        let result = self.temp(program::Type::Scalar(Scalar::F64));
+        let value = Expr::Load(Scalar::F64, memory.place.clone());
+        let call = program::Call {
+            function,
+            instance: None,
+            arguments: vec![program::Argument::Value(value)],
+            outputs: vec![(0, memory.place), (self.value_local(function), result.clone())],
+        };
+        let (code, ()) = self.aside(|lowerer| lowerer.push(given.span, What::Call(call)));
+        Operand::Value(Elementary::LReal, Expr::After(code, Box::new(Expr::Load(Scalar::F64, result))))
+    }
+
+    pub(super) fn timer_function(&mut self, given: &Given) {
+        let Some(id) = given.find("TIMER", if given.name == "RESET_TIMER" { 0 } else { 1 }) else {
+            self.error(given.span, format!("{} is called without TIMER", given.name), None);
+            return;
+        };
+        let Some(Variable { of: Type::Instance(block), place, .. }) = self.target(id) else { return };
+        if !self.compiler.is_timer(block) {
+            self.error(self.span(id), "this is no timer", None);
+            return;
+        }
+        let members = self.compiler.blocks[block].members.clone();
+        let slot = |member: &crate::declare::Parameter| match member.slot {
+            crate::declare::Slot::Member(number) => number,
+            crate::declare::Slot::Local(_) => 0,
+        };
+        if given.name == "RESET_TIMER" {
+            for member in &members {
+                if let Type::Elementary(of) = member.of {
+                    self.push(given.span, What::Assign(place.clone().member(slot(member)), zero(of)));
+                }
+            }
+            return;
+        }
+        let time = self.argument(given, "PT", 0);
+        let of = |key: &str| members.iter().find(|member| member.key == key);
+        let (Some(pt), Some(held)) = (of("PT"), of("HELD")) else { return };
+        let Type::Elementary(elementary) = pt.of else { return };
+        let value = self.converted(time, elementary, given.span);
+        let at = self.at(given.span);
+        let pt = place.clone().member(slot(pt));
+        self.push(given.span, What::Assign(pt.clone(), value));
+        let wide = convert(Expr::Load(elementary.scalar(), pt), elementary.scalar(), Scalar::I64, Convert::Value, at);
+        let value = binary(Binary::Max, Scalar::I64, wide, Expr::Const(0i64.into()), at);
+        self.push(given.span, What::Assign(place.member(slot(held)), value));
+    }
+
+    /// MOVE_BLK, FILL_BLK: element by element.
+    pub(super) fn block_of_elements(&mut self, given: &Given) {
+        let is_fill = given.name.contains("FILL");
+        let (Some(input), Some(count), Some(output)) =
+            (given.find("IN", 0), given.find("COUNT", 1), given.find("OUT", 2))
+        else {
+            self.error(given.span, format!("{} is called without IN, COUNT or OUT", given.name), None);
+            return;
+        };
+        let is_element =
+            |lowerer: &Self, id: ExpressionId| matches!(lowerer.expressions()[id].kind, ExpressionKind::Index(..));
+        if !is_element(self, output) || !is_fill && !is_element(self, input) {
+            let help = "write the first element: #a[0]";
+            self.error(given.span, format!("{} copies from and to the elements of an array", given.name), Some(help));
+            return;
+        }
+        let operand = self.operand(count, Some(Elementary::DInt));
+        let count = self.quietly(operand, Elementary::DInt, given.span);
+        let Some(mut to) = self.target(output) else { return };
+        to.place = self.frozen(to.place, given.span);
+        let from = if is_fill { None } else { self.target(input) };
+        let from = from.map(|from| Variable { place: self.frozen(from.place.clone(), given.span), ..from });
+        if !is_fill && from.is_none() {
+            return;
+        }
+        let fill = if is_fill { Some(self.operand(input, to.of.elementary())) } else { None };
+        let number = self.temp(program::Type::Scalar(Scalar::I32));
+        let at = self.at(given.span);
+        let moved = |variable: &Variable| {
+            let mut variable = variable.clone();
+            if let Some(Step::Index(indices, _)) = variable.place.steps.last_mut()
+                && let Some(index) = indices.last_mut()
+            {
+                let of = index.ty();
+                let number = convert(Expr::Load(Scalar::I32, number.clone()), Scalar::I32, of, Convert::Value, at);
+                let first = std::mem::replace(index, Expr::Const(0i32.into()));
+                *index = binary(Binary::Add, of, first, number, at);
+            }
+            variable
+        };
+        let (body, ()) = self.aside(|lowerer| {
+            let target = moved(&to);
+            let value = match (&from, fill) {
+                (Some(from), _) => lowerer.value_of(&moved(from), given.span),
+                (None, Some(fill)) => fill,
+                (None, None) => return,
+            };
+            lowerer.assign(&target, value, given.span);
+        });
+        let last = binary(Binary::Sub, Scalar::I32, count, Expr::Const(1i32.into()), at);
+        let first = Expr::Const(0i32.into());
+        let step = Expr::Const(1i32.into());
+        self.push(given.span, What::For(Box::new(For { variable: number, first, last, step, body })));
+    }
+}

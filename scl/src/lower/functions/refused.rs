@@ -1,0 +1,139 @@
+//! Functions of the CPU that are refused by name, and why.
+
+/// Functions that need the hardware or the system, by the beginning of their names.
+const HARDWARE: [&str; 40] = [
+    "T_CONFIG",
+    "TSEND",
+    "TRCV",
+    "TCON",
+    "TDISCON",
+    "TURCV",
+    "TUSEND",
+    "T_RESET",
+    "T_DIAG",
+    "TMAIL",
+    "MB_",
+    "MODBUS",
+    "PUT",
+    "GET_ERR",
+    "GET",
+    "MC_",
+    "RDREC",
+    "WRREC",
+    "DPRD_DAT",
+    "DPWR_DAT",
+    "STP",
+    "GETIO",
+    "SETIO",
+    "RALRM",
+    "D_ACT_DP",
+    "LED",
+    "DEVICESTATES",
+    "MODULESTATES",
+    "DEVICE",
+    "RE_TRIGR",
+    "SET_CINT",
+    "ATTACH",
+    "DETACH",
+    "DATALOG",
+    "FILE",
+    "PROGRAM_ALARM",
+    "GEN_",
+    "CTRL_HSC",
+    "CTRL_PWM",
+    "P2P",
+];
+
+/// Functions that work on memory or pointers.
+const POINTERS: [&str; 22] = [
+    "PEEK",
+    "PEEK_BOOL",
+    "PEEK_WORD",
+    "PEEK_DWORD",
+    "POKE",
+    "POKE_BLK",
+    "POKE_BOOL",
+    "BLKMOV",
+    "UBLKMOV",
+    "FILL",
+    "MOVE_BLK_VARIANT",
+    "SERIALIZE",
+    "DESERIALIZE",
+    "VARIANTGET",
+    "VARIANTPUT",
+    "TYPEOF",
+    "TYPEOFELEMENTS",
+    "COUNTOFELEMENTS",
+    "IS_ARRAY",
+    "READ_DBL",
+    "WRIT_DBL",
+    "CREATE_DB",
+];
+
+/// Functions of texts and of the clock, which do not exist here yet.
+const LATER: [&str; 30] = [
+    "S_CONV",
+    "S_COMP",
+    "S_MOVE",
+    "STRG_VAL",
+    "VAL_STRG",
+    "STRG_TO_CHARS",
+    "CHARS_TO_STRG",
+    "JOIN",
+    "SPLIT",
+    "ATH",
+    "HTA",
+    "WR_SYS_T",
+    "WR_LOC_T",
+    "T_CONV",
+    "T_COMBINE",
+    "SET_TIMEZONE",
+    "SCATTER",
+    "GATHER",
+    "SCATTER_BLK",
+    "GATHER_BLK",
+    "DECO",
+    "ENCO",
+    "CTRL",
+    "BITSUM",
+    "PARITY",
+    "SEG",
+    "LTD",
+    "CALCULATE",
+    "RD_SINFO",
+    "TIME_TO_S5TIME",
+];
+
+/// Why a function or a type is refused, and what to do; `None` if it is not known to be.
+pub fn refused(name: &str) -> Option<(String, String)> {
+    if name.starts_with("PID_") {
+        let available = crate::library::natives().join(", ");
+        return Some((
+            format!("{name} is not supported"),
+            format!("its law is not published; available are {available}"),
+        ));
+    }
+    if POINTERS.contains(&name) {
+        let help = "a pointer of this kind has no type here; assign the variables themselves";
+        return Some((format!("{name} is not supported"), help.into()));
+    }
+    if LATER.contains(&name) {
+        let help = "compute it outside of the program and feed it through an input";
+        return Some((format!("{name} is not supported"), help.into()));
+    }
+    if HARDWARE.iter().any(|hardware| {
+        name == *hardware
+            || hardware.len() > 3 && name.starts_with(hardware)
+            || hardware.ends_with('_') && name.starts_with(hardware)
+    }) {
+        let message = format!("{name} talks to the PLC's hardware or system");
+        return Some((message, "make its values inputs".into()));
+    }
+    if matches!(name, "S_ODT" | "S_ODTS" | "S_OFFDT" | "S_PULSE" | "S_PEXT" | "S_CU" | "S_CD" | "S_CUD") {
+        return Some((
+            format!("{name} is not supported"),
+            "S5 timers: use TON, TOF or TP; S5 counters: use CTU, CTD or CTUD".into(),
+        ));
+    }
+    None
+}
