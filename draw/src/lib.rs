@@ -2,6 +2,7 @@
 
 pub mod diagram;
 pub mod escape;
+#[cfg(feature = "png")]
 pub mod picture;
 pub mod plot;
 pub mod response;

@@ -1,18 +1,17 @@
 //! A loop on one page: its settings, what the block does with them, what was done, how it went. HTML that loads nothing.
 
-mod chart;
-
 use crate::describe::{check, describe};
 use crate::home::Home;
 use crate::message::{Description, Figures, Loop, Setting, Variable, View};
 use crate::session::Record;
 use anyhow::{Context, Result, bail};
-use chart::{Axis, Chart, Curve};
+use draw::escape::Text;
+use draw::plot::{Chart, Curve, Panel, svg};
 use modeldescription::digits::short;
 use run::dialog::Roles;
 use run::fmus::number_of;
 use run::system::Value;
-use std::fmt::{self, Write};
+use std::fmt::Write;
 
 /// So many points a curve has.
 const POINTS: usize = 1500;
@@ -35,27 +34,6 @@ pub(crate) struct Report<'a> {
     pub(crate) figures: Option<&'a Figures>,
     /// The curves as the user sees them; drawn here without it.
     pub(crate) picture: Option<&'a str>,
-}
-
-/// A text inside an element or a quoted attribute.
-pub(crate) struct Text<'a>(pub(crate) &'a str);
-
-impl fmt::Display for Text<'_> {
-    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        for letter in self.0.chars() {
-            match letter {
-                '&' => formatter.write_str("&amp;")?,
-                '<' => formatter.write_str("&lt;")?,
-                '>' => formatter.write_str("&gt;")?,
-                '"' => formatter.write_str("&quot;")?,
-                '\'' => formatter.write_str("&#39;")?,
-                // XML and HTML allow no other control characters.
-                letter if letter.is_control() && !matches!(letter, '\n' | '\t') => formatter.write_char('\u{fffd}')?,
-                letter => formatter.write_char(letter)?,
-            }
-        }
-        Ok(())
-    }
 }
 
 /// The page.
@@ -183,31 +161,30 @@ fn curves(record: &Record, roles: &Roles) -> Result<Option<String>> {
     let Some(member) = record.setup().members.first() else { return Ok(None) };
     let process_value = roles.shown_process_value.as_ref().or(roles.process_value.as_ref());
     let manual = roles.manual.as_ref().map(|(switch, _)| switch);
-    let left = [roles.setpoint.as_ref(), process_value].into_iter().flatten().map(|name| (name, Axis::Left));
-    let right = roles.manipulated_value.iter().map(|name| (name, Axis::Right));
-    let lanes = roles.pulses.iter().chain(manual).map(|name| (name, Axis::Lane));
-    let mut wanted: Vec<(String, Axis)> =
-        left.chain(right).chain(lanes).map(|(name, axis)| (format!("{}.{name}", member.name), axis)).collect();
-    wanted.retain(|(name, _)| record.column(name).is_ok());
-    if wanted.is_empty() {
+    let mut panels = [
+        Vec::from_iter([roles.setpoint.as_ref(), process_value].into_iter().flatten()),
+        Vec::from_iter(&roles.manipulated_value),
+        Vec::from_iter(roles.pulses.iter().chain(manual)),
+    ];
+    let full = |name: &str| format!("{}.{name}", member.name);
+    panels.iter_mut().for_each(|names| names.retain(|name| record.column(&full(name)).is_ok()));
+    let variables: Vec<String> = panels.iter().flatten().map(|name| full(name)).collect();
+    if variables.is_empty() {
         return Ok(None);
     }
-    let view = View {
-        run: None,
-        variables: wanted.iter().map(|(name, _)| name.clone()).collect(),
-        from: None,
-        to: None,
-        points: POINTS,
-    };
-    let curves = record.view(&view)?;
-    let prefix = format!("{}.", member.name);
-    let all = wanted.iter().zip(&curves.values).zip(&curves.units).map(|(((name, axis), values), unit)| Curve {
-        name: name.strip_prefix(&prefix).unwrap_or(name),
-        unit: unit.as_deref(),
-        values,
-        axis: *axis,
+    let view = record.view(&View { run: None, variables, from: None, to: None, points: POINTS })?;
+    let mut columns = view.values.into_iter().zip(view.units);
+    let [controlled, manipulated, switches] = panels.map(|names| {
+        let curve = |(name, (values, unit)): (&String, (Vec<f64>, Option<String>))| {
+            let is_input = roles.setpoint.as_ref() == Some(name);
+            (Curve { name: name.clone(), values, is_input, color: None }, unit)
+        };
+        let (curves, units): (Vec<_>, Vec<_>) = names.into_iter().zip(&mut columns).map(curve).unzip();
+        Panel { label: units.into_iter().flatten().next().unwrap_or_default(), curves }
     });
-    Ok(Some(Chart { times: &curves.times, curves: all.collect() }.svg()?))
+    let panels = [controlled, manipulated].into_iter().filter(|panel| !panel.curves.is_empty()).collect();
+    let chart = Chart { title: member.name.clone(), time: view.times, over: None, panels, lanes: switches.curves };
+    Ok(Some(svg(&chart)?))
 }
 
 /// The settings in their groups.

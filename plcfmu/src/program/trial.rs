@@ -2,6 +2,7 @@
 
 use super::Options;
 use anyhow::{Context, Result, anyhow, bail};
+use draw::escape::Text;
 use parameters::literal;
 use scl::Compiled;
 use scl::machine::{Code, Machine};
@@ -333,23 +334,19 @@ impl Coverage {
         );
         for (file, path) in sources.iter().enumerate() {
             let source = parameters::Source::read(path, None).map_err(|error| anyhow!(error))?;
-            page += &format!("<h1>{}</h1>\n<pre>", escaped(&source.file));
+            page += &format!("<h1>{}</h1>\n<pre>", Text(&source.file));
             for (number, line) in source.text.lines().enumerate() {
                 let class = match self.lines.get(&(file as u16, number as u32 + 1)) {
                     Some(true) => " class=\"run\"",
                     Some(false) => " class=\"not\"",
                     None => "",
                 };
-                page += &format!("<i{class}>{}</i>", escaped(line));
+                page += &format!("<i{class}>{}</i>", Text(line));
             }
             page += "</pre>\n";
         }
         Ok(page)
     }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]

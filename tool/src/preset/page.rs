@@ -1,9 +1,9 @@
 //! The page of a preset: that of its block, with a section on the start values at the top.
 
-use crate::report::Text;
 use anyhow::Context;
 use blocks::Value;
 use blocks::table::number::number;
+use draw::escape::Text;
 use modeldescription::digits;
 use parameters::{Loop, Member, Origin};
 use std::fmt::{self, Write};

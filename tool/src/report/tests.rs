@@ -79,11 +79,11 @@ fn a_report_has_curves_with_axes_and_units_and_what_was_done() {
     let figures = Figures { figures, ..Figures::default() };
     let page = made(&Report { record: Some(record), figures: Some(&figures), ..report(&now) });
     for part in [
-        ">Time in s</text>",
+        ">time in s</text>",
         ">degC</text>",
         ">%</text>",
         ">SP</text>",
-        ">OUT (right)</text>",
+        ">OUT</text>",
         "<dt>Rise time</dt> <dd>12.3457 s</dd>",
         "<dt>ISE</dt> <dd>7 degC^2 s</dd>",
         "C.OUT goes to P.POWER.",
@@ -91,9 +91,8 @@ fn a_report_has_curves_with_axes_and_units_and_what_was_done() {
     ] {
         assert!(page.contains(part), "{part}\n{page}");
     }
-    // Setpoint, process value, output and three lanes, each with as many points as calls.
-    let lines: Vec<_> = page.matches("stroke-linejoin").collect();
-    assert_eq!(lines.len(), 6);
+    // Setpoint, process value, output and three lanes.
+    assert_eq!(page.matches(" fill=\"none\" stroke=\"currentColor\" stroke-width=\"1.").count(), 6);
 }
 
 #[test]
@@ -141,25 +140,4 @@ fn an_unknown_block_is_an_error() {
     let mut now = of("C", Vec::new());
     now.block = "PUMP".into();
     assert!(format!("{:#}", page(&TestHome::default(), &report(&now)).unwrap_err()).contains("no block \"PUMP\""));
-}
-
-#[test]
-fn axes_have_round_marks() {
-    let chart = |values: &[f64]| {
-        let times: Vec<f64> = (0..values.len()).map(|time| time as f64).collect();
-        Chart { times: &times, curves: vec![Curve { name: "A", unit: None, values, axis: Axis::Left }] }.svg().unwrap()
-    };
-    let rising = chart(&[0.0, 3.0, 97.0]);
-    assert!(rising.contains(">100</text>") && rising.contains(">20</text>"), "{rising}");
-    for values in [
-        &[f64::NAN, f64::NAN][..],
-        &[5.0, 5.0],
-        &[0.0, 0.0],
-        &[1e300, -1e300],
-        &[1e-300, 2e-300],
-        &[f64::INFINITY, 1.0],
-    ] {
-        let drawn = chart(values);
-        assert!(!drawn.contains("NaN") && !drawn.contains("inf"), "{values:?}: {drawn}");
-    }
 }
