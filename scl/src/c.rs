@@ -8,7 +8,7 @@ mod expr;
 mod statement;
 
 use crate::program::walk::{self, Look};
-use crate::program::{Body, Call, Function, Place, Program, Scalar, Type};
+use crate::program::{At, Body, Call, Function, Place, Program, Scalar, Type};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
@@ -16,13 +16,14 @@ use std::fmt::Write;
 const PRELUDE: &str = include_str!("c/prelude.h");
 
 /// Words that are no names in C or C++, or belong to the operations.
-const RESERVED: [&str; 24] = [
+const RESERVED: [&str; 26] = [
     "auto", "break", "call", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "float",
-    "for", "goto", "if", "int", "long", "memory", "return", "self", "short", "static", "while",
+    "for", "goto", "if", "int", "long", "memory", "return", "self", "short", "start", "static", "stop", "while",
 ];
 
-/// The program as C, with a function `void NAME(call_t *call, memory_t *memory)` for each function that can be called from
-/// outside, and `void start(memory_t *memory)`, which writes the start values.
+/// The program as C, with a function `PROGRAM void NAME(call_t *call, memory_t *memory)` for each function that can be called
+/// from outside ([`name`]), and `PROGRAM void start(memory_t *memory)`, which writes the start values. A host in the same file
+/// defines `PROGRAM` before it, as `static` for example.
 ///
 /// # Errors
 /// What cannot be printed: blocks of [`blocks`], and functions such as EXP, which need an implementation of their own in C.
@@ -40,6 +41,16 @@ pub fn print(program: &Program) -> Result<String, String> {
     printer.values(is_used(&functions, "constants"));
     printer.text.push_str(&functions);
     Ok(printer.text)
+}
+
+/// The name in C of a function that can be called from outside.
+pub fn name(program: &Program, function: usize) -> String {
+    Printer::new(program).functions.swap_remove(function)
+}
+
+/// A line as C has it: that of the first file as its number.
+fn line(At { file, line }: At) -> String {
+    if file == 0 { line.to_string() } else { format!("LINE({file}, {line})") }
 }
 
 /// The functions that can be called from outside, and all that they call.
@@ -91,7 +102,7 @@ struct Scope<'a> {
     loops: Vec<(usize, bool)>,
     labels: usize,
     leaves: bool,
-    line: u32,
+    at: At,
 }
 
 /// The type of a number in C.
@@ -238,7 +249,12 @@ impl<'a> Printer<'a> {
         }
         let _ = writeln!(self.text, "\ntypedef struct {{");
         for (member, name) in record.members.iter().zip(self.members(number)) {
-            let _ = writeln!(self.text, "    {};", self.declared(&member.ty, &name));
+            let mut of = &member.ty;
+            while let Type::Array { of: inner, .. } = of {
+                of = inner;
+            }
+            let at = if matches!(of, Type::Scalar(of) if of.size() == 8) { "AT_8 " } else { "" };
+            let _ = writeln!(self.text, "    {at}{};", self.declared(&member.ty, &name));
         }
         if record.members.is_empty() {
             self.text.push_str("    uint8_t nothing;\n");
@@ -264,7 +280,7 @@ impl<'a> Printer<'a> {
         }
         let _ = writeln!(
             self.text,
-            "\nvoid start(memory_t *memory);\nvoid start(memory_t *memory) {{\n    \
+            "\nPROGRAM void start(memory_t *memory);\nPROGRAM void start(memory_t *memory) {{\n    \
             static const uint8_t bytes[] = {{{memory}}};\n    memcpy(memory, bytes, sizeof *memory);\n}}\n"
         );
     }
@@ -291,7 +307,7 @@ impl<'a> Printer<'a> {
         for output in &self.outputs[number] {
             parameters.push(self.pointer(&function.locals[*output].ty, &format!("{}_out", names[*output])));
         }
-        let scope = if function.parameters == 0 && function.instance.is_none() { "" } else { "static " };
+        let scope = if function.parameters == 0 && function.instance.is_none() { "PROGRAM " } else { "static " };
         format!("{scope}void {}({})", self.functions[number], parameters.join(", "))
     }
 

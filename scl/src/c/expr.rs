@@ -1,6 +1,6 @@
 //! Expressions and places.
 
-use super::{Printer, scalar};
+use super::{Printer, line, scalar};
 use crate::program::walk::runs_statements;
 use crate::program::{Base, Binary, Convert, Expr, Place, Scalar, Step, Type, Unary, Value};
 
@@ -156,19 +156,21 @@ impl Printer<'_> {
                 (Step::Index(indices, at), Type::Text { capacity, wide }) => {
                     let index = self.expr(&indices[0])?;
                     let dot = if pointer { "->" } else { "." };
-                    text =
-                        format!("{text}{dot}characters[index_of(call, (int64_t){index}, 1, {capacity}, {})]", at.line);
+                    text = format!(
+                        "{text}{dot}characters[index_of(call, (int64_t){index}, 1, {capacity}, {})]",
+                        line(*at)
+                    );
                     ty = Type::Scalar(if wide { Scalar::U16 } else { Scalar::U8 });
                 }
                 (Step::Index(indices, at), Type::Array { of, bounds }) => {
                     let bounds: Vec<_> = bounds.iter().map(|(low, high)| (low.to_string(), high.to_string())).collect();
-                    text = format!("{text}[{}]", self.element(indices, &bounds, at.line)?);
+                    text = format!("{text}[{}]", self.element(indices, &bounds, line(*at))?);
                     ty = *of;
                 }
                 (Step::Index(indices, at), Type::Open { of, dimensions }) => {
                     let bound = |number: usize| format!("{text}_bounds[{number}]");
                     let bounds: Vec<_> = (0..dimensions).map(|n| (bound(2 * n), bound(2 * n + 1))).collect();
-                    text = format!("{text}[{}]", self.element(indices, &bounds, at.line)?);
+                    text = format!("{text}[{}]", self.element(indices, &bounds, line(*at))?);
                     ty = *of;
                 }
                 _ => return Err("a place does not exist".to_string()),
@@ -179,7 +181,7 @@ impl Printer<'_> {
     }
 
     /// The number of an element.
-    fn element(&mut self, indices: &[Expr], bounds: &[(String, String)], line: u32) -> Result<String, String> {
+    fn element(&mut self, indices: &[Expr], bounds: &[(String, String)], line: String) -> Result<String, String> {
         let mut number = String::new();
         let indices = self.exprs(&indices.iter().collect::<Vec<_>>())?;
         for (index, (low, high)) in indices.iter().zip(bounds) {

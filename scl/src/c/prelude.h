@@ -24,13 +24,40 @@
 #define OPERATION static inline
 #endif
 
-/* A call: its time, what is left of its budget, and the line at which it was stopped, or 0. */
+/* What a host calls; one in the same file makes it static. */
+#ifndef PROGRAM
+#define PROGRAM
+#endif
+
+/* Numbers of 8 bytes lie at multiples of 8 everywhere; i386 would put them at multiples of 4. */
+#if defined(__GNUC__) && defined(__i386__)
+#define AT_8 __attribute__((aligned(8)))
+#else
+#define AT_8
+#endif
+
+/* A line of one of several sources. */
+#define LINE(file, line) ((file) << 24 | (line))
+
+/* A call: its time in nanoseconds, what is left of its budget, and why it was stopped, if it was. */
 typedef struct {
     int64_t now;
     int64_t budget;
-    int32_t stopped;
+    int32_t stopped; /* the line, or 0 */
+    int32_t cause;
     int64_t index;
+    int64_t low;
+    int64_t high;
 } call_t;
+
+enum { OUT_OF_BOUNDS = 1, OUT_OF_BUDGET = 2, STEP_OF_0 = 3 };
+
+OPERATION void stop(call_t *call, int32_t cause, int32_t line) {
+    if (call->stopped == 0) {
+        call->stopped = line;
+        call->cause = cause;
+    }
+}
 
 /* How far an index lies behind the lowest one. Outside of its bounds it stops the call, whose memory the caller restores. */
 OPERATION size_t index_of(call_t *call, int64_t index, int64_t low, int64_t high, int32_t line) {
@@ -38,17 +65,19 @@ OPERATION size_t index_of(call_t *call, int64_t index, int64_t low, int64_t high
         return (size_t)(index - low);
     }
     if (call->stopped == 0) {
-        call->stopped = line;
         call->index = index;
+        call->low = low;
+        call->high = high;
     }
+    stop(call, OUT_OF_BOUNDS, line);
     return 0;
 }
 
 /* Whether a loop may go on. */
 OPERATION int goes_on(call_t *call, int32_t line) {
     call->budget -= 1;
-    if (call->budget < 0 && call->stopped == 0) {
-        call->stopped = line;
+    if (call->budget < 0) {
+        stop(call, OUT_OF_BUDGET, line);
     }
     return call->stopped == 0;
 }

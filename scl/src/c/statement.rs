@@ -1,16 +1,16 @@
 //! Statements.
 
-use super::Printer;
+use super::{Printer, line};
 use crate::program::{Argument, Call, Expr, For, Place, Scalar, Statement, Type, What};
 
 impl Printer<'_> {
     pub(super) fn statements(&mut self, list: &[Statement]) -> Result<(), String> {
-        let line = self.scope.line;
+        let at = self.scope.at;
         for statement in list {
-            self.scope.line = statement.at.line;
+            self.scope.at = statement.at;
             self.statement(&statement.what)?;
         }
-        self.scope.line = line;
+        self.scope.at = at;
         Ok(())
     }
 
@@ -109,7 +109,7 @@ impl Printer<'_> {
     /// The way back, if the budget allows it.
     fn again(&mut self, text: &str) {
         self.scope.leaves = true;
-        let line = self.scope.line;
+        let line = line(self.scope.at);
         self.line(&format!("if (!goes_on(call, {line})) {{ goto done; }}"));
         self.line(text);
     }
@@ -128,10 +128,8 @@ impl Printer<'_> {
         self.scope.indent += 1;
         if !matches!(it.step, Expr::Const(value) if value.bits() != 0) {
             self.scope.leaves = true;
-            let line = self.scope.line;
-            self.line(&format!(
-                "if ({step} == 0) {{ call->stopped = call->stopped ? call->stopped : {line}; goto done; }}"
-            ));
+            let line = line(self.scope.at);
+            self.line(&format!("if ({step} == 0) {{ stop(call, STEP_OF_0, {line}); goto done; }}"));
         }
         let passed = match ty.is_signed() {
             true => format!("{step} < 0 ? {variable} < {last} : {variable} > {last}"),
