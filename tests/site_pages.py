@@ -11,6 +11,9 @@ FOLDER = ROOT / "docs" / "site"
 # Where `cargo xtask docs` writes it.
 SITE = ROOT / "target" / "docs"
 
+# The page of the parameter tool on it.
+TOOL = "plcfmu-tool.html"
+
 
 def build():
     """The module that writes the site."""

@@ -24,13 +24,14 @@ FMU_PAGES = [f"fmu/{name}/documentation/index.html" for name in host.names()]
 # One of each kind of the site's own pages, and the longest ones.
 PAGES = [
     "index.html",
-    *(f"{name}.html" for name in ("README", "docs/import", "python/index")),
-    *(f"{folder}/README.html" for folder in ("blocks", "examples", "fmu", "plants", "plcfmu", "tests")),
+    "404.html",
+    *(f"{name}.html" for name in ("overview", "docs/import", "docs/studies", "docs/tool", "CHANGELOG")),
+    *(f"{folder}/index.html" for folder in ("blocks", "examples", "fmu", "parameters", "plants", "plcfmu", "python", "tests")),
     "examples/cascade.py.html",
     "examples/programs/index.html",
     *FMU_PAGES,
 ]
-SHOWN = ["index.html", "examples/README.html", "python/index.html", *FMU_PAGES]
+SHOWN = ["index.html", "overview.html", "docs/studies.html", "examples/index.html", "python/index.html", *FMU_PAGES]
 
 DESKTOP, PHONE = 1280, 390
 # A4 less the margins of the browser, at 96 pixels an inch.
@@ -88,6 +89,8 @@ def test_a_page_is_as_wide_as_its_window_and_shows_its_pictures(show, name):
     for width in (DESKTOP, PHONE):
         page = show(name, width)
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+        # A picture that is loaded when one comes to it is loaded now.
+        page.evaluate("Promise.all([...document.images].map(image => (image.loading = 'eager', image.decode())))")
         assert page.evaluate("[...document.images].filter(image => !image.naturalWidth).map(image => image.src)") == []
 
 
@@ -97,6 +100,51 @@ def test_axe_finds_nothing_on_a_page(show, name):
         findings = axe(show(name, scheme=scheme), options)
         nodes = [(one["id"], node["html"][:120], node["failureSummary"]) for one in findings for node in one["nodes"]]
         assert nodes == [], scheme
+
+
+def test_axe_finds_nothing_on_open_menus_and_found_places(show):
+    for width in (DESKTOP, PHONE):
+        page = show("docs/tool.html", width)
+        for menu in page.locator("details.menu").all():
+            menu.locator("summary").click()
+            assert axe(page, None) == []
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.get_by_role("searchbox").fill("anti-windup")
+        page.locator(".found a").first.wait_for()
+        assert axe(page, None) == []
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.goto("about:blank")
+
+
+def test_one_finds_a_variable_and_a_section_by_words_and_by_keys(show, site):
+    page = show("fmu/CONT_C/documentation/index.html")
+    page.keyboard.press("/")
+    page.keyboard.type("tm_lag")
+    first = page.locator(".found a").first
+    first.wait_for()
+    assert first.get_attribute("href").endswith("fmu/CONT_C/documentation/index.html#TM_LAG")
+    page.keyboard.press("Escape")
+    assert not page.locator(".found").is_visible()
+    page.get_by_role("searchbox").fill("percentile expectation zombie")
+    page.locator(".found p").wait_for()
+    assert page.locator(".found").inner_text() == "Nothing has all words of “percentile expectation zombie”."
+    page.get_by_role("searchbox").fill("job arrays")
+    page.locator(".found a", has_text="Slurm").first.wait_for()
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
+    page.wait_for_url("**/docs/clusters.html#*")
+    page.goto("about:blank")
+
+
+def test_a_sample_is_copied_by_its_button(show):
+    page = show("docs/import.html")
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    sample = page.locator(".sample").first
+    sample.hover()
+    sample.get_by_role("button").click()
+    sample.get_by_role("button", name="Copied").wait_for()
+    assert page.evaluate("navigator.clipboard.readText()") == sample.locator("pre").inner_text()
+    page.goto("about:blank")
 
 
 def test_axe_finds_what_is_wrong(show):

@@ -1,5 +1,6 @@
 """The site of `cargo xtask docs`: complete, its links lead somewhere, and its programs do what it says of them."""
 
+import json
 import re
 import subprocess
 import sys
@@ -41,20 +42,101 @@ def test_no_anchor_of_a_page_occurs_twice(site, documents):
 
 def test_nothing_on_a_page_is_loaded_from_elsewhere(site, documents):
     for path, page in documents.items():
+        if path.name == site_pages.TOOL:
+            continue  # A program of its own.
         loaded = page.xpath("//@src | //link/@href | //style/text()")
         assert not [one for one in loaded if re.search(r"https?:|//[a-z]", one)], path.relative_to(site)
-        assert not page.xpath("//script"), path.relative_to(site)
+        scripts = {(path.parent / source).resolve() for source in page.xpath("//script/@src")}
+        assert scripts == {site / "site.js"} and not page.xpath("//script/text()"), path.relative_to(site)
 
 
-def test_the_front_page_leads_to_all_fmus_all_loops_and_all_guides(site, documents):
+def test_the_front_page_leads_to_all_fmus_all_loops_and_all_tools(site, documents):
     links = documents[site / "index.html"].xpath("//main//a/@href")
     for name in host.names():
         assert f"fmu/{name}/documentation/index.html" in links
-    headings = documents[site / "examples/README.html"].xpath("//h2[following-sibling::p[1]/img]/@id")
+    headings = documents[site / "examples/index.html"].xpath("//h2[following-sibling::p[1]/img]/@id")
     assert len(headings) > 5
-    assert {f"examples/README.html#{heading}" for heading in headings} <= set(links)
-    tools = ("fmpy", "simulink", "dymola", "openmodelica-and-omsimulator", "simit")
-    assert {f"docs/import.html#{tool}" for tool in tools} <= set(links)
+    assert {f"examples/index.html#{heading}" for heading in headings} <= set(links)
+    tools = documents[site / "docs/import.html"].xpath("//h2/@id")
+    assert len(tools) > 5 and {f"docs/import.html#{tool}" for tool in tools} <= set(links)
+
+
+def test_every_page_has_the_menu_with_every_guide_and_every_fmu_and_says_where_one_is(site, documents):
+    guides = {f"docs/{path.stem}.html" for path in (site_pages.ROOT / "docs").glob("*.md")}
+    fmus = {f"fmu/{name}/documentation/index.html" for name in host.names()}
+    for path, page in documents.items():
+        if path.name == site_pages.TOOL:
+            continue
+        name = path.relative_to(site).as_posix()
+        leads = {link: (path.parent / link).resolve().relative_to(site).as_posix() for link in page.xpath("//details//@href")}
+        assert guides | fmus | {"parameters/index.html", "plcfmu/index.html"} <= set(leads.values()), name
+        current = [leads.get(link, "index.html") for link in page.xpath("//*[@aria-current]/@href")]
+        assert current == ([name] if name in {*leads.values(), "index.html"} else []), name
+
+
+def test_next_leads_through_the_whole_menu_and_previous_back(site, documents):
+    menu = documents[site / "index.html"].xpath("//details//@href")
+    there = [documents[site / page].xpath("//a[@rel='next']/@href") for page in menu]
+    back = [documents[site / page].xpath("//a[@rel='prev']/@href") for page in menu]
+
+    def led(links):
+        return [str((site / page).parent.joinpath(*link).resolve().relative_to(site)) for page, link in zip(menu, links) if link]
+
+    assert led(there) == menu[1:] and led(back) == menu[:-1]
+    assert there[-1] == back[0] == []
+
+
+def test_every_page_has_a_title_and_a_description_for_search_engines_and_previews(site, documents):
+    titles = []
+    for path, page in documents.items():
+        if path.name == site_pages.TOOL:
+            continue
+        name = path.relative_to(site)
+        titles.append(page.findtext(".//title"))
+        assert titles[-1].endswith(" - plcfmu"), name
+        (about,) = page.xpath("//meta[@name='description']/@content")
+        assert 20 < len(about) <= 160 and not re.search(r"[`\[|]", about), (name, about)
+        assert page.xpath("//meta[@property='og:description']/@content") == [about], name
+        assert page.xpath("//meta[@property='og:image']") == [], "a preview's picture needs the address of the site"
+    assert len(titles) == len(set(titles))
+
+
+def test_with_its_address_the_site_has_previews_a_sitemap_and_a_missing_page_for_any_folder(tmp_path):
+    address = "https://plcfmu.example/docs"
+    site_pages.build().Site(host.FOLDER, tmp_path / "site", address=address).write()
+    page = html.parse(str(tmp_path / "site/docs/tool.html"))
+    assert page.xpath("//meta[@property='og:url']/@content") == [f"{address}/docs/tool.html"]
+    (picture,) = page.xpath("//meta[@property='og:image']/@content")
+    listed = (tmp_path / "site/sitemap.txt").read_text("utf-8").splitlines()
+    assert all((tmp_path / "site" / link.removeprefix(f"{address}/")).is_file() for link in [picture, *listed])
+    assert f"{address}/examples/index.html" in listed and not any("404" in link for link in listed)
+    links = html.parse(str(tmp_path / "site/404.html")).xpath("//@href | //@src")
+    assert all(link.startswith(f"{address}/") or link.startswith("#") for link in links)
+
+
+def test_the_search_knows_every_heading_and_every_variable_and_where_they_are(site, documents):
+    text = (site / "search.js").read_text("utf-8")
+    index = json.loads(text.removeprefix("window.plcfmuIndex = ").removesuffix(";\n"))
+    places = {(index["pages"][page][0], anchor): (heading, said) for page, anchor, heading, said in index["entries"]}
+    for page, anchor in places:
+        assert anchor == "" or documents[site / page].xpath("//*[@id=$id]", id=anchor), (page, anchor)
+    heading, said = places["fmu/CONT_C/documentation/index.html", "MAN_ON"]
+    assert heading == "MAN_ON" and said.startswith("Manual mode: the loop is open and MAN is the manipulated value. In manual mode ")
+    assert "fmu/HEATER/documentation/index.html", "DOOR" in places
+    assert "zombie" not in text and "Instance.step" in text
+    for guide in ("docs/import.html", "docs/studies.html", "plcfmu/index.html"):
+        for anchor in documents[site / guide].xpath("//h2[following-sibling::*[1][self::p]]/@id"):
+            assert (guide, anchor) in places
+
+
+def test_the_tool_is_a_part_of_the_site_where_it_was_made(tmp_path):
+    (tmp_path / "tool.html").write_text("<title>tool</title>")
+    site = tmp_path / "site"
+    site_pages.build().Site(host.FOLDER, site, tool=tmp_path / "tool.html").write()
+    assert (site / site_pages.TOOL).read_text() == "<title>tool</title>"
+    for page in ("index.html", "fmu/CONT_C/documentation/index.html"):
+        links = html.parse(str(site / page)).xpath("//a[text()='Try it in the browser']/@href")
+        assert links and {(site / page).parent.joinpath(link).resolve() for link in links} == {site / site_pages.TOOL}
 
 
 def test_the_reference_has_what_the_python_package_exports(site, documents):
@@ -86,7 +168,7 @@ def test_a_link_of_a_document_to_what_does_not_exist_stops_the_build(tmp_path):
     build = site_pages.build()
     site = build.Site(host.FOLDER, tmp_path / "site")
     with pytest.raises(build.SourceError, match=r"^README.md links to no/such.md, but there is no no/such.md"):
-        site.html("[x](no/such.md)", "README.md", "README.html")
+        site.html("[x](no/such.md)", "README.md", "overview.html")
 
 
 def test_a_folder_with_other_files_is_not_replaced_by_a_site(tmp_path):

@@ -6,6 +6,7 @@ The site is a folder of files. Nothing in it is loaded from elsewhere, and the s
 import argparse
 import html
 import importlib
+import io
 import os
 import re
 import shutil
@@ -20,6 +21,7 @@ from xml.etree import ElementTree
 import jinja2
 import markdown_it
 import pdoc.doc
+import PIL.Image
 import pygments
 import pygments.formatters
 import pygments.lexers
@@ -27,6 +29,13 @@ import pygments.util
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
+sys.path.insert(0, str(HERE))
+
+from menu import Menu  # noqa: E402
+from search import Index, shortened  # noqa: E402
+
+TOOL = "plcfmu-tool.html"
+THUMBNAIL = (640, 360)
 PICTURES = {".png", ".svg"}
 # A picture in Markdown: its text and its file.
 PICTURE = re.compile(r"!\[(.*?)\]\((.*?)\)", re.DOTALL)
@@ -34,7 +43,6 @@ PICTURE = re.compile(r"!\[(.*?)\]\((.*?)\)", re.DOTALL)
 Heading = namedtuple("Heading", "level id text")
 Fmu = namedtuple("Fmu", "name description kind")
 Loop = namedtuple("Loop", "title picture id")
-Guide = namedtuple("Guide", "title id state")
 
 ESCAPED = jinja2.Environment(
     loader=jinja2.FileSystemLoader(HERE / "templates"),
@@ -51,14 +59,22 @@ class SourceError(Exception):
 class Site:
     """A site that is being written.
 
-    `fmus` is the folder of the FMUs; `out` is the folder of the site, which is made anew.
+    `fmus` is the folder of the FMUs; `out` is the folder of the site, which is made anew. `tool` is the page of the
+    parameter tool, if the site is to have it. `address` is where the site will be published, such as
+    https://example.org/plcfmu/: what needs whole addresses (previews, the sitemap, the links of the page for what is not
+    found) is made with it.
     """
 
-    def __init__(self, fmus, out):
+    def __init__(self, fmus, out, tool=None, address=""):
         self.fmus = Path(fmus)
         self.out = Path(out)
+        self.tool = tool
+        self.address = address and address.rstrip("/") + "/"
         self.pending = []  # documents and folders that a page links to
         self.known = set()
+        self.pages = []
+        self.index = Index()
+        self.version = re.search(r'^version = "(.+)"$', (ROOT / "Cargo.toml").read_text("utf-8"), re.MULTILINE)[1]
 
     def write(self):
         """Writes everything."""
@@ -68,14 +84,21 @@ class Site:
             shutil.rmtree(self.out)
         self.out.mkdir(parents=True)
         self.place("site.css", style())
-        fmus = [self.fmu(path) for path in sorted(self.fmus.glob("*.fmu"))]
-        if not fmus:
+        for name in ("site.js", "favicon.svg"):
+            self.place(name, (HERE / name).read_bytes())
+        if self.tool:
+            self.place(TOOL, Path(self.tool).read_bytes())
+        paths = sorted(self.fmus.glob("*.fmu"))
+        if not paths:
             raise FileNotFoundError(f"there is no FMU in {self.fmus}: make them with `cargo xtask fmu`")
-        self.index(fmus)
+        fmus = [described(path) for path in paths]
+        self.menu = Menu(ROOT, fmus, page_of)
+        for source in self.menu.sources:
+            self.need(source)
+        for path, fmu in zip(paths, fmus):
+            self.fmu(path, fmu)
+        self.front(fmus)
         self.reference()
-        self.need("README.md")
-        self.need("docs/tool.md")
-        self.need("docs/studies.md")
         while self.pending:
             source = self.pending.pop()
             if (ROOT / source).is_dir():
@@ -84,8 +107,12 @@ class Site:
                 self.document(source)
             else:
                 self.source(source)
+        self.render("missing.html", "404.html", "This page does not exist", headings=[], about="There is no such page.")
+        self.place("search.js", self.index.script())
+        if self.address:
+            self.place("sitemap.txt", "".join(f"{self.address}{page}\n" for page in sorted(self.pages)))
 
-    def index(self, fmus):
+    def front(self, fmus):
         """The front page. Its texts are those of the documents, so that they stand in one place."""
         readme, examples, guides = (
             sections((ROOT / name).read_text("utf-8")) for name in ("README.md", "examples/README.md", "docs/import.md")
@@ -98,6 +125,9 @@ class Site:
                 raise SourceError(f"README.md has {len(titles)} headings with {word!r}: the front page shows the one")
             return titles[0], self.html(readme[titles[0]], "README.md", "index.html")[0]
 
+        # The tools, with links to their sections: those that were tried stand first.
+        tools = re.search(r"(?:^\|.*\n)+", guides[""], re.MULTILINE)[0].replace("(#", "(import.md#")
+
         alternative, picture = PICTURE.search(readme[""]).groups()
         page = {
             "intro": self.html(readme[""].split("\n\n")[1], "README.md", "index.html")[0],
@@ -106,45 +136,47 @@ class Site:
             "surprises": of_readme("surprise"),
             "fmus": fmus,
             "loops": [
-                Loop(title, self.link(found[2], "examples/README.md", "index.html"), slug(title))
+                Loop(title, self.thumbnail(os.path.join("examples", found[2])), slug(title))
                 for title, text in examples.items()
                 if (found := PICTURE.search(text))
             ],
-            "guides": [
-                Guide(title, slug(title), re.split(r"[.:](?:\s|$)", text.strip())[0])
-                for title, text in guides.items()
-                if text.strip().lower().startswith(("tried", "not tried"))
-            ],
+            "tools": self.html(tools, "docs/import.md", "index.html")[0],
             "minimal": highlighted((HERE / "minimal_loop.py").read_text("utf-8"), "python"),
         }
-        self.render("index.html", "index.html", "PLC control blocks as FMUs", headings=[], **page)
+        about = plain(readme[""].split("\n\n")[1])
+        self.render("index.html", "index.html", "PLC control blocks as FMUs", headings=[], about=about, **page)
 
-    def fmu(self, path):
-        """Unpacks all of an FMU but its libraries; its page gets a link to the site."""
-        name = path.stem
+    def fmu(self, path, fmu):
+        """Unpacks all of an FMU but its libraries; its page becomes one of the site's."""
         with zipfile.ZipFile(path) as package:
             for entry in package.namelist():
                 if not entry.startswith("binaries/"):
-                    package.extract(entry, self.out / "fmu" / name)
-        page = self.out / "fmu" / name / "documentation" / "index.html"
-        text = page.read_text("utf-8")
-        home = '<nav class="site" aria-label="Site"><a href="../../../index.html">plcfmu</a></nav>'
-        page.write_text(text.replace("<body>\n", f"<body>\n{home}\n", 1), "utf-8")
-        description = ElementTree.parse(self.out / "fmu" / name / "modelDescription.xml").getroot().get("description")
-        return Fmu(name, description.split("\n")[0], kind(name))
+                    package.extract(entry, self.out / "fmu" / fmu.name)
+        target = self.menu.page(fmu)
+        text = (self.out / target).read_text("utf-8")
+        self.index.add_page(target, fmu.name, text)
+        frame = self.frame(target, fmu.name, fmu.description)
+        head, top, bottom = (ESCAPED.get_template(f"{part}.html").render(frame) for part in ("head", "top", "bottom"))
+        text = re.sub(r"<title>.*?</title>", lambda _: f"<title>{html.escape(fmu.name)} - plcfmu</title>", text, count=1)
+        text = text.replace("</head>", f"{head}\n</head>", 1).replace("<body>\n", f"<body>\n{top}\n", 1)
+        text = text.replace("<main>", '<main id="main">', 1)
+        self.place(target, text.replace("</body>", f"{bottom}\n</body>", 1))
 
     def document(self, source):
         """A document of the repository."""
         target = page_of(source)
         text, headings = self.html((ROOT / source).read_text("utf-8"), source, target)
         title = next((heading.text for heading in headings if heading.level == 1), source)
-        self.render("document.html", target, title, headings=headings, text=text)
+        self.index.add_page(target, title, f"<main>{text}</main>")
+        about = plain(next(iter(paragraphs((ROOT / source).read_text("utf-8"))), title))
+        self.render("document.html", target, title, headings=headings, text=text, about=about)
 
     def folder(self, source):
         """A folder without a document: its files."""
         entries = sorted(entry.name for entry in (ROOT / source).iterdir() if not entry.name.startswith(("__", ".")))
         links = [(name, self.link(name, f"{source}/folder", page_of(source))) for name in entries]
-        self.render("folder.html", page_of(source), source, headings=[], entries=links)
+        about = f"The folder {source} of the repository of plcfmu."
+        self.render("folder.html", page_of(source), source, headings=[], entries=links, about=about)
 
     def source(self, source):
         """A file of the repository."""
@@ -154,7 +186,8 @@ class Site:
         except pygments.util.ClassNotFound:
             language = "text"
         page = f'<h1>{html.escape(source)}</h1>\n{highlighted(text, language)}'
-        self.render("document.html", page_of(source), source, headings=[], text=page)
+        about = f"The file {source} of the repository of plcfmu."
+        self.render("document.html", page_of(source), source, headings=[], text=page, about=about)
 
     def reference(self):
         """The reference of the Python package, from its docstrings."""
@@ -175,12 +208,15 @@ class Site:
         def anchor(member):
             return member.fullname.removeprefix("plcfmu.")
 
-        members, modules = public(package), package.submodules
+        # What one calls stands before what one catches.
+        members = sorted(public(package), key=lambda member: member.name.endswith("Error"))
+        modules = package.submodules
         headings = [Heading(2, anchor(member), member.name) for member in members + modules]
         self.render(
             "reference.html",
             "python/index.html",
             "The Python package plcfmu",
+            about="Classes and functions of the Python package plcfmu: closed loops of FMUs, figures, plots, studies.",
             headings=headings,
             package=package,
             members=members,
@@ -246,11 +282,39 @@ class Site:
             self.pending.append(path)
         return page_of(path)
 
-    def render(self, template, target, title, **content):
-        root = "../" * target.count("/")
+    def frame(self, target, title, about):
+        """What the frame of a page shows: the menu, the neighbours, what other programs are told of the page."""
+        if target != "404.html":
+            self.pages.append(target)
+        return {
+            "title": title,
+            "about": shortened(about),
+            "root": self.address if target == "404.html" and self.address else "../" * target.count("/"),
+            "address": self.address,
+            "target": target,
+            "menu": self.menu.groups,
+            "neighbours": self.menu.neighbours(target),
+            "version": self.version,
+            "tool": TOOL if self.tool else "",
+            "to": page_of,
+        }
+
+    def render(self, template, target, title, about, **content):
         contents = [heading for heading in content["headings"] if heading.level == 2]
-        page = ESCAPED.get_template(template).render(title=title, root=root, contents=contents, **content)
+        page = ESCAPED.get_template(template).render(self.frame(target, title, about), contents=contents, **content)
+        if template in ("index.html", "reference.html"):
+            self.index.add_page(target, title, page)
         self.place(target, page)
+
+    def thumbnail(self, source):
+        """A small copy of a picture, for the front page."""
+        target = f"thumbnails/{Path(source).name}"
+        picture = PIL.Image.open(ROOT / source).convert("RGB")
+        picture.thumbnail(THUMBNAIL, PIL.Image.Resampling.LANCZOS)
+        small = io.BytesIO()
+        picture.quantize(64).save(small, "PNG", optimize=True)
+        self.place(target, small.getvalue())
+        return target
 
     def place(self, path, content):
         target = self.out / path
@@ -259,12 +323,23 @@ class Site:
 
 
 def page_of(source):
-    """The page of a file or folder of the repository."""
+    """The page of a file or folder of the repository. A folder's read me is the page of the folder."""
     if Path(source).suffix in PICTURES:
         return source
+    if source == "README.md":
+        return "overview.html"
+    if source.endswith("/README.md"):
+        return source.removesuffix("README.md") + "index.html"
     if source.endswith(".md"):
         return source[:-3] + ".html"
     return f"{source}/index.html" if (ROOT / source).is_dir() else f"{source}.html"
+
+
+def described(path):
+    """What an FMU says that it is."""
+    with zipfile.ZipFile(path) as package:
+        root = ElementTree.fromstring(package.read("modelDescription.xml"))
+    return Fmu(path.stem, root.get("description").split("\n")[0], kind(path.stem))
 
 
 def kind(name):
@@ -310,6 +385,16 @@ def sections(markdown):
     return {"": pieces[0], **dict(zip(pieces[1::2], pieces[2::2]))}
 
 
+def paragraphs(markdown):
+    """The paragraphs of a document that are plain text."""
+    return [piece for piece in markdown.split("\n\n") if re.match(r"[A-Za-z`\[*]", piece)]
+
+
+def plain(markdown):
+    """A paragraph of Markdown without its marks."""
+    return re.sub(r"[`*]", "", re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", markdown))
+
+
 def highlighted(code, language):
     """A program as HTML, with its words in colours."""
     language = {"rust": "rust", "python": "python", "lua": "lua", "toml": "toml"}.get(language, "text")
@@ -336,9 +421,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--fmus", default=ROOT / "target" / "fmu", help="folder of the FMUs [target/fmu]")
     parser.add_argument("--out", default=ROOT / "target" / "docs", help="folder of the site, made anew [target/docs]")
+    parser.add_argument("--tool", help="page of the parameter tool, which becomes a part of the site [none]")
+    parser.add_argument("--address", default="", help="where the site will be published, for previews and the sitemap")
     arguments = parser.parse_args()
     try:
-        Site(arguments.fmus, arguments.out).write()
+        Site(arguments.fmus, arguments.out, arguments.tool, arguments.address).write()
     except (SourceError, FileExistsError, FileNotFoundError) as error:
         sys.exit(f"error: {error}")
     print(Path(arguments.out) / "index.html")

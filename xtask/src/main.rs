@@ -2,6 +2,7 @@
 
 mod deep;
 mod demo;
+mod docs;
 mod python;
 mod test;
 
@@ -9,7 +10,6 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 use plcfmu::build::platform::Platform;
 use plcfmu::build::workspace::Workspace;
-use plcfmu::command;
 use plcfmu::package::{dist, pack};
 use plcfmu::tool::make;
 use python::Environment;
@@ -46,8 +46,8 @@ enum Command {
     Test(test::Options),
     /// Run closed loops of FMUs, print their figures, draw them: target/demo/
     Demo(demo::Options),
-    /// Write the site, with the pages of all FMUs: target/docs/index.html
-    Docs,
+    /// Write the site, with the pages of all FMUs and the parameter tool: target/docs/index.html
+    Docs(docs::Options),
 }
 
 fn main() -> ExitCode {
@@ -80,11 +80,6 @@ fn dispatch(command: Command) -> Result<()> {
         }
         Command::Test(options) => test::test(&workspace, &options),
         Command::Demo(options) => demo::demo(&workspace, &options),
-        Command::Docs => {
-            let mut python = Environment::ready(&workspace)?.python();
-            pack::run(&workspace, &pack::Options::default())?;
-            python.arg("docs/site/build.py").arg("--fmus").arg(workspace.fmus());
-            command::run(python.arg("--out").arg(workspace.target.join("docs")).current_dir(&workspace.root))
-        }
+        Command::Docs(options) => docs::docs(&workspace, &options),
     }
 }
