@@ -471,12 +471,7 @@ impl<'a> Bench<'a> {
 
     fn place(&self, name: &str) -> Result<(Type, u32)> {
         let row = self.controller.table.find(name).with_context(|| format!("there is no variable {name}"))?;
-        let kind = match self.controller.table.variables[row].kind {
-            Kind::Bool => Type::Boolean,
-            Kind::Int | Kind::Word => Type::Integer,
-            _ => Type::Real,
-        };
-        Ok((kind, row as u32))
+        Ok((Type::of(self.controller.table.variables[row].kind), row as u32))
     }
 
     fn set(&mut self, name: &str, value: f64) -> Result<()> {

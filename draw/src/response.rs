@@ -1,7 +1,6 @@
 //! A block's responses and characteristics as charts.
 
 use crate::plot::{Chart, Curve, Panel};
-use crate::text;
 use blocks::{Class, Kind, Role};
 use modeldescription::{Characteristic, Row, Table};
 
@@ -66,7 +65,7 @@ pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep) -
         add(&mut panels, if row.kind == Kind::Bool { "share of the calls" } else { unit(row) }, curve);
     }
     let row = table.find(&characteristic.variable).map(|row| &table.variables[row]);
-    let over = match row.and_then(text::unit) {
+    let over = match row.and_then(Row::shown_unit) {
         Some(unit) => format!("{} in {unit}", characteristic.variable),
         None => characteristic.variable.clone(),
     };
@@ -83,7 +82,7 @@ pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep) -
 fn unit(row: &Row) -> &str {
     match row.kind {
         kind if kind.class() == Class::Integer => kind.name(),
-        _ => text::unit(row).unwrap_or_default(),
+        _ => row.shown_unit().unwrap_or_default(),
     }
 }
 

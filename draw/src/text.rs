@@ -1,23 +1,14 @@
 //! Values as people read them.
 
-use blocks::Kind;
 use modeldescription::Row;
 pub use modeldescription::digits::number;
 
 /// A variable's value with its unit: `TRUE`, `20 s`, `0.1`.
 pub fn value(row: &Row, value: f64) -> String {
     let number = number(row.kind, value);
-    match unit(row) {
+    match row.shown_unit() {
         Some(unit) => format!("{number} {unit}"),
         None => number,
-    }
-}
-
-/// A variable's unit. TIMEs are seconds.
-pub fn unit(row: &Row) -> Option<&str> {
-    match row.kind {
-        Kind::Time => Some("s"),
-        _ => row.unit.as_deref(),
     }
 }
 
@@ -44,7 +35,7 @@ pub fn range_in_words(row: &Row) -> Option<(&str, &str)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use blocks::Role;
+    use blocks::{Kind, Role};
 
     fn row(kind: Kind, unit: Option<&str>) -> Row {
         Row {

@@ -60,6 +60,13 @@ pub struct Row {
     pub from: Vec<String>,
 }
 
+impl Row {
+    /// The unit in which people and hosts read its values: seconds of a duration, and its own else.
+    pub fn shown_unit(&self) -> Option<&str> {
+        self.kind.shown_unit(self.unit.as_deref())
+    }
+}
+
 /// A short run of the block that shows what it does.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]

@@ -59,12 +59,9 @@ impl Member {
         }
     }
 
-    /// The unit in which people read its values: its own, and seconds of a TIME.
+    /// The unit in which people read its values: seconds of a duration, and its own else.
     pub fn shown_unit(&self) -> Option<&str> {
-        match self.kind {
-            Kind::Time => Some("s"),
-            _ => self.unit.as_deref(),
-        }
+        self.kind.shown_unit(self.unit.as_deref())
     }
 }
 

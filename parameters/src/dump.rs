@@ -104,7 +104,7 @@ fn unused(addresses: &[Option<Address>], block: &Block, data: &[u8]) -> Vec<usiz
     for (member, address) in block.members.iter().zip(addresses) {
         match address {
             Some(address) if address.is_bit => used[address.byte] |= 1 << address.bit,
-            Some(address) => used[address.byte..address.byte + layout::width(member.kind)].fill(0xFF),
+            Some(address) => used[address.byte..address.byte + member.kind.width()].fill(0xFF),
             None => {}
         }
     }
@@ -129,7 +129,7 @@ fn value(data: &[u8], address: Address, kind: Kind) -> Value {
         Kind::Word => Value::Word(Word::new(i16::from_be_bytes(bytes(data, address)))),
         Kind::Int => Value::Int(i16::from_be_bytes(bytes(data, address))),
         _ => {
-            let bytes = &data[address.byte..address.byte + layout::width(kind)];
+            let bytes = &data[address.byte..address.byte + kind.width()];
             let is_negative = kind.whole().is_some_and(|(low, _)| low < 0) && bytes[0] >= 0x80;
             let extend = |bits: i64, byte: &u8| bits << 8 | i64::from(*byte);
             Value::Whole(kind, bytes.iter().fold(-i64::from(is_negative), extend))
@@ -150,6 +150,6 @@ fn put(data: &mut [u8], address: Address, value: Value) {
         Value::Time(time) => put(&time.milliseconds().to_be_bytes()),
         Value::Word(word) => put(&word.value().to_be_bytes()),
         Value::Int(int) => put(&int.to_be_bytes()),
-        Value::Whole(kind, bits) => put(&bits.to_be_bytes()[8 - layout::width(kind)..]),
+        Value::Whole(kind, bits) => put(&bits.to_be_bytes()[8 - kind.width()..]),
     }
 }

@@ -26,17 +26,6 @@ impl fmt::Display for Address {
     }
 }
 
-/// The bytes that a value of a type takes in a data block; 0 for a BOOL, which takes a bit.
-pub const fn width(kind: Kind) -> usize {
-    match kind {
-        Kind::Bool => 0,
-        Kind::SInt | Kind::USInt | Kind::Byte => 1,
-        Kind::Word | Kind::Int | Kind::UInt => 2,
-        Kind::Real | Kind::Time | Kind::DInt | Kind::UDInt | Kind::DWord => 4,
-        Kind::LReal | Kind::LInt | Kind::ULInt | Kind::LWord | Kind::LTime => 8,
-    }
-}
-
 /// The address of each member, and how many bytes they take together, which is even. A member of an inner block has none, because a table does not
 /// say how much memory its neighbours take; nor has what only the FMU has.
 pub fn addresses(block: &Block) -> (Vec<Option<Address>>, usize) {
@@ -59,7 +48,7 @@ pub fn addresses(block: &Block) -> (Vec<Option<Address>>, usize) {
         next = if is_bit {
             Address { byte: next.byte + usize::from(next.bit == 7), bit: (next.bit + 1) % 8, is_bit }
         } else {
-            Address { byte: next.byte + width(member.kind), bit: 0, is_bit }
+            Address { byte: next.byte + member.kind.width(), bit: 0, is_bit }
         };
     }
     (addresses, even(next).byte)

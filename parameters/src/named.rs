@@ -6,7 +6,7 @@ use crate::problem::quoted;
 use crate::report::{Report, list};
 use blocks::table::number::{number, to_value};
 use blocks::table::start;
-use blocks::{Kind, Time, Value};
+use blocks::{Form, Kind, Time, Value};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -161,11 +161,11 @@ pub(crate) fn is_settable(block: &Block, name: &str) -> bool {
 
 /// The value of a member. A member that is out of its range of sense is not wrong: the block computes with it.
 fn value(member: &Member, given: Given) -> Result<Value, String> {
-    let expected = match member.kind {
-        Kind::Bool => "true or false",
-        Kind::Time | Kind::LTime => "a number of seconds",
-        Kind::Real | Kind::LReal => "a number",
-        _ => "an integer",
+    let expected = match member.kind.form() {
+        Form::Switch => "true or false",
+        Form::Duration => "a number of seconds",
+        Form::Decimal => "a number",
+        Form::Bits | Form::Integer => "an integer",
     };
     let found = match (given, member.kind) {
         (Given::Bool(bool), Kind::Bool) => return Ok(Value::Bool(bool)),

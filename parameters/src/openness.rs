@@ -260,14 +260,14 @@ fn attributes(xml: &mut Xml, one: &Loop) {
             xml.element("Section", &[("Name", "Input")], |xml| {
                 for setting in &one.settings {
                     let member = &one.block.members[setting.member];
-                    let attributes = [("Name", member.name.as_str()), ("Datatype", datatype(member.kind))];
+                    let attributes = [("Name", member.name.as_str()), ("Datatype", member.kind.tia_name())];
                     xml.element("Member", &attributes, |xml| xml.text("StartValue", &literal::text(setting.value)));
                 }
             });
             xml.element("Section", &[("Name", "Output")], |xml| {
                 let outputs = one.block.members.iter().filter(|m| m.part == Part::Own && !m.role.is_settable());
                 for member in outputs {
-                    xml.empty("Member", &[("Name", &member.name), ("Datatype", datatype(member.kind))]);
+                    xml.empty("Member", &[("Name", &member.name), ("Datatype", member.kind.tia_name())]);
                 }
             });
         });
@@ -275,27 +275,4 @@ fn attributes(xml: &mut Xml, one: &Loop) {
     xml.text("MemoryLayout", "Standard");
     xml.text("Name", &one.name);
     xml.text("ProgrammingLanguage", "DB");
-}
-
-/// The type as TIA Portal writes it.
-fn datatype(kind: Kind) -> &'static str {
-    match kind {
-        Kind::Real => "Real",
-        Kind::LReal => "LReal",
-        Kind::Time => "Time",
-        Kind::Word => "Word",
-        Kind::Int => "Int",
-        Kind::Bool => "Bool",
-        Kind::SInt => "SInt",
-        Kind::USInt => "USInt",
-        Kind::Byte => "Byte",
-        Kind::UInt => "UInt",
-        Kind::DInt => "DInt",
-        Kind::UDInt => "UDInt",
-        Kind::DWord => "DWord",
-        Kind::LInt => "LInt",
-        Kind::ULInt => "ULInt",
-        Kind::LWord => "LWord",
-        Kind::LTime => "LTime",
-    }
 }

@@ -73,14 +73,6 @@ fn shown(kind: Kind, value: f64) -> Value {
     }
 }
 
-/// The unit in which people read the values of a variable.
-fn unit(row: &Row) -> Option<String> {
-    match row.kind {
-        Kind::Time => Some("s".into()),
-        _ => row.unit.clone(),
-    }
-}
-
 fn variable(row: &Row, description: &modeldescription::Description) -> Variable {
     Variable {
         name: row.name.clone(),
@@ -92,7 +84,7 @@ fn variable(row: &Row, description: &modeldescription::Description) -> Variable 
         start: shown(row.kind, description.start(&row.name).unwrap_or(row.start)),
         min: row.min,
         max: row.max,
-        unit: unit(row),
+        unit: row.shown_unit().map(str::to_string),
     }
 }
 

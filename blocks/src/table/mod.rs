@@ -42,8 +42,32 @@
 //! assert_eq!(counter.get(count), Some(Value::Int(1)));
 //! ```
 
+/// Makes an enum whose values have one name each, by which they are written everywhere.
+macro_rules! named {
+    ($(#[$attribute:meta])* $Enum:ident { $( $(#[doc = $doc:literal])* $Value:ident $name:literal; )* }) => {
+        $(#[$attribute])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum $Enum { $( $(#[doc = $doc])* $Value, )* }
+
+        impl $Enum {
+            /// All of them.
+            pub const ALL: &'static [$Enum] = &[$($Enum::$Value),*];
+
+            /// The name by which it is written, in tables, documentation and messages.
+            pub const fn name(self) -> &'static str {
+                match self { $( $Enum::$Value => $name, )* }
+            }
+
+            /// The one of this name.
+            pub fn named(name: &str) -> Option<$Enum> {
+                $Enum::ALL.iter().copied().find(|value| value.name() == name)
+            }
+        }
+    };
+}
 mod block;
 pub mod fingerprint;
+mod kind;
 pub mod number;
 mod parts;
 pub mod start;
@@ -52,6 +76,7 @@ mod stored;
 mod tests;
 mod types;
 
+pub use kind::{Class, Form, Kind};
 #[doc(hidden)]
 pub use parts::{check_restart_values, copy, cycle_row, help, inner_rows, nest, short_text, text, tunable, upper};
 pub use stored::Stored;
@@ -224,110 +249,6 @@ impl Row {
         name.push_str(self.name);
         name
     }
-}
-
-/// Makes an enum whose values have one name each, by which they are written everywhere.
-macro_rules! named {
-    ($(#[$attribute:meta])* $Enum:ident { $( $(#[doc = $doc:literal])* $Value:ident $name:literal; )* }) => {
-        $(#[$attribute])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum $Enum { $( $(#[doc = $doc])* $Value, )* }
-
-        impl $Enum {
-            /// All of them.
-            pub const ALL: &'static [$Enum] = &[$($Enum::$Value),*];
-
-            /// The name by which it is written, in tables, documentation and messages.
-            pub const fn name(self) -> &'static str {
-                match self { $( $Enum::$Value => $name, )* }
-            }
-
-            /// The one of this name.
-            pub fn named(name: &str) -> Option<$Enum> {
-                $Enum::ALL.iter().copied().find(|value| value.name() == name)
-            }
-        }
-    };
-}
-
-named! {
-    /// The PLC type of a variable.
-    Kind {
-        /// 32-bit floating point.
-        Real "REAL";
-        /// 64-bit floating point.
-        LReal "LREAL";
-        /// Milliseconds.
-        Time "TIME";
-        /// An analog value: 16 bits, two's complement.
-        Word "WORD";
-        /// A 16-bit integer.
-        Int "INT";
-        /// One bit.
-        Bool "BOOL";
-        /// An integer of 8 bits.
-        SInt "SINT";
-        /// An integer of 8 bits without sign.
-        USInt "USINT";
-        /// 8 bits.
-        Byte "BYTE";
-        /// An integer of 16 bits without sign.
-        UInt "UINT";
-        /// An integer of 32 bits.
-        DInt "DINT";
-        /// An integer of 32 bits without sign.
-        UDInt "UDINT";
-        /// 32 bits.
-        DWord "DWORD";
-        /// An integer of 64 bits.
-        LInt "LINT";
-        /// An integer of 64 bits without sign.
-        ULInt "ULINT";
-        /// 64 bits.
-        LWord "LWORD";
-        /// Nanoseconds.
-        LTime "LTIME";
-    }
-}
-
-impl Kind {
-    /// The lowest and the highest value of a type that only programs have, not blocks: one that [`Value::Whole`] holds.
-    pub const fn whole(self) -> Option<(i128, i128)> {
-        match self {
-            Kind::SInt => Some((i8::MIN as i128, i8::MAX as i128)),
-            Kind::USInt | Kind::Byte => Some((0, u8::MAX as i128)),
-            Kind::UInt => Some((0, u16::MAX as i128)),
-            Kind::DInt => Some((i32::MIN as i128, i32::MAX as i128)),
-            Kind::UDInt | Kind::DWord => Some((0, u32::MAX as i128)),
-            Kind::LInt | Kind::LTime => Some((i64::MIN as i128, i64::MAX as i128)),
-            Kind::ULInt | Kind::LWord => Some((0, u64::MAX as i128)),
-            Kind::Real | Kind::LReal | Kind::Time | Kind::Word | Kind::Int | Kind::Bool => None,
-        }
-    }
-
-    /// What a host takes its values for. An integer that has no place in 32 bits with sign is a number with a fraction there;
-    /// a DWORD is the integer with its bits.
-    pub const fn class(self) -> Class {
-        match self {
-            Kind::Real | Kind::LReal | Kind::Time | Kind::LTime => Class::Real,
-            Kind::UDInt | Kind::LInt | Kind::ULInt | Kind::LWord => Class::Real,
-            Kind::Word | Kind::Int | Kind::SInt | Kind::USInt | Kind::Byte | Kind::UInt | Kind::DInt | Kind::DWord => {
-                Class::Integer
-            }
-            Kind::Bool => Class::Boolean,
-        }
-    }
-}
-
-/// What a host takes the values of a PLC type for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Class {
-    /// A floating-point number.
-    Real,
-    /// An integer of 32 bits.
-    Integer,
-    /// TRUE or FALSE.
-    Boolean,
 }
 
 named! {

@@ -14,22 +14,17 @@ const LONGEST_TIME: f64 = 2_147_483.647;
 pub fn to_value(number: f64, kind: Kind) -> Result<Value, &'static str> {
     match kind {
         Kind::Real if is_real(number) => Ok(Value::Real(number as f32)),
-        Kind::Real => Err("a REAL takes finite numbers of at most 3.4028235e38"),
         Kind::Time if (0.0..=LONGEST_TIME).contains(&number) => {
             Ok(Value::Time(Time::ms((number * 1000.0).round() as i32)))
         }
-        Kind::Time => Err("a TIME takes 0 ... 2147483.647 s"),
         Kind::LReal if number.is_finite() => Ok(Value::LReal(number)),
-        Kind::LReal => Err("an LREAL takes finite numbers"),
         Kind::Word if (-32768.0..=65535.0).contains(&number) && number.fract() == 0.0 => {
             Ok(Value::Word(Word::new(number as i32 as i16)))
         }
-        Kind::Word => Err("a WORD takes -32768 ... 65535"),
         Kind::Int if (-32768.0..=32767.0).contains(&number) && number.fract() == 0.0 => Ok(Value::Int(number as i16)),
-        Kind::Int => Err("an INT takes -32768 ... 32767"),
         Kind::Bool if number == 0.0 || number == 1.0 => Ok(Value::Bool(number == 1.0)),
-        Kind::Bool => Err("a BOOL takes 0 and 1"),
-        _ => whole(number, kind),
+        _ if kind.whole().is_some() => whole(number, kind),
+        _ => Err(kind.takes()),
     }
 }
 
@@ -46,18 +41,7 @@ fn whole(number: f64, kind: Kind) -> Result<Value, &'static str> {
         let bits = scaled as i64;
         return Ok(Value::Whole(kind, if kind == Kind::DWord { i64::from(bits as u32) } else { bits }));
     }
-    Err(match kind {
-        Kind::SInt => "an SINT takes -128 ... 127",
-        Kind::USInt => "a USINT takes 0 ... 255",
-        Kind::Byte => "a BYTE takes 0 ... 255",
-        Kind::UInt => "a UINT takes 0 ... 65535",
-        Kind::DInt => "a DINT takes -2147483648 ... 2147483647",
-        Kind::UDInt => "a UDINT takes 0 ... 4294967295",
-        Kind::DWord => "a DWORD takes -2147483648 ... 4294967295",
-        Kind::LInt => "an LINT takes integers from -9007199254740992 to 9007199254740992 here",
-        Kind::LTime => "an LTIME takes -9007199.254740992 ... 9007199.254740992 s here",
-        _ => "this type takes integers from 0 to 9007199254740992 here",
-    })
+    Err(kind.takes())
 }
 
 /// Whether the number has a finite REAL next to it. The bound lies halfway between the largest REAL and the power of 2

@@ -67,20 +67,12 @@ fn default_experiment(table: &Table) -> DefaultExperiment {
     }
 }
 
-/// The unit of a row in FMI.
-fn unit(row: &Row) -> Option<&str> {
-    match row.kind {
-        Kind::Time | Kind::LTime => Some("s"),
-        _ => row.unit.as_deref(),
-    }
-}
-
 /// The definitions of all units that are used, in the order of the dictionary.
 fn used_units(table: &Table) -> Result<Vec<Unit>, Error> {
     let known: Vec<&str> = units::names().collect();
-    let used = |name: &str| table.variables.iter().any(|row| unit(row) == Some(name));
+    let used = |name: &str| table.variables.iter().any(|row| row.shown_unit() == Some(name));
     if let Some((row, unknown)) =
-        table.variables.iter().filter_map(|row| Some((row, unit(row)?))).find(|(_, unit)| !known.contains(unit))
+        table.variables.iter().filter_map(|row| Some((row, row.shown_unit()?))).find(|(_, unit)| !known.contains(unit))
     {
         return Err(Error::new(format!(
             "{}: variable {}: unit {unknown:?} is unknown: use one of {}",
@@ -131,7 +123,7 @@ fn typed(row: &Row) -> Result<Typed, String> {
         }
         kind if kind.class() == Class::Real => Ok(Typed::Real(Real {
             attributes: RealAttributes {
-                unit: unit(row).map(str::to_owned),
+                unit: row.shown_unit().map(str::to_owned),
                 display_unit: (row.kind == Kind::Time).then(|| "ms".into()),
                 min: row.min,
                 max: row.max,

@@ -7,7 +7,7 @@ use crate::literal;
 use crate::loops::Loop;
 use crate::problem::{nearest, quoted};
 use crate::report::Report;
-use blocks::Kind;
+use blocks::{Form, Kind};
 use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::Arc;
@@ -197,11 +197,11 @@ pub(super) fn lost_name(name: &str) -> Option<(&'static str, u32)> {
 /// Whether the PLC would write a value of this type so.
 fn has_form(literal: &str, kind: Kind) -> bool {
     let has_type = literal.contains('#');
-    match kind {
-        Kind::Real | Kind::LReal => !has_type && literal.contains(['.', 'e', 'E']),
-        Kind::Time | Kind::LTime => literal::parse(literal, kind).is_ok(),
-        Kind::Word | Kind::Byte | Kind::DWord | Kind::LWord => has_type && literal::parse(literal, kind).is_ok(),
-        Kind::Bool => literal.eq_ignore_ascii_case("TRUE") || literal.eq_ignore_ascii_case("FALSE"),
-        _ => !has_type && literal::parse(literal, kind).is_ok(),
+    match kind.form() {
+        Form::Decimal => !has_type && literal.contains(['.', 'e', 'E']),
+        Form::Duration => literal::parse(literal, kind).is_ok(),
+        Form::Bits => has_type && literal::parse(literal, kind).is_ok(),
+        Form::Switch => literal.eq_ignore_ascii_case("TRUE") || literal.eq_ignore_ascii_case("FALSE"),
+        Form::Integer => !has_type && literal::parse(literal, kind).is_ok(),
     }
 }

@@ -2,7 +2,7 @@
 //! as a co-simulation master does, and packed after the layered standard fmi-ls-ref.
 
 use anyhow::{Context, Error, Result};
-use blocks::{Kind, Role};
+use blocks::{Class, Kind, Role};
 use draw::response::{Recording, Sweep};
 use host::instance::{Instance, Type};
 use host::library::Library;
@@ -195,9 +195,9 @@ fn header(table: &Table, columns: &[usize]) -> String {
 fn line(csv: &mut String, table: &Table, columns: &[usize], time: f64, values: &[f64]) {
     let _ = write!(csv, "{time:?}");
     for (row, value) in columns.iter().zip(values) {
-        let _ = match table.variables[*row].kind {
-            Kind::Word | Kind::Int | Kind::Bool => write!(csv, ",{value}"),
-            _ => write!(csv, ",{value:?}"),
+        let _ = match table.variables[*row].kind.class() {
+            Class::Integer | Class::Boolean => write!(csv, ",{value}"),
+            Class::Real => write!(csv, ",{value:?}"),
         };
     }
     csv.push('\n');

@@ -251,7 +251,7 @@ fn variable<'a>(table: &Table, reference: usize, row: &'a Row) -> anyhow::Result
     Ok(Variable {
         name: &row.name,
         kind: row.kind.name(),
-        unit: text::unit(row).unwrap_or_default(),
+        unit: row.shown_unit().unwrap_or_default(),
         range,
         range_class,
         start: if is_set { text::number(row.kind, row.start) } else { String::new() },

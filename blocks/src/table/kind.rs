@@ -1,0 +1,102 @@
+//! The PLC types of variables, with what each layer needs of them.
+
+/// What a host takes the values of a PLC type for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// A floating-point number.
+    Real,
+    /// An integer of 32 bits.
+    Integer,
+    /// TRUE or FALSE.
+    Boolean,
+}
+
+/// How the values of a PLC type are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// A number with decimals: `2.5`, `1.0e-3`.
+    Decimal,
+    /// A duration: `T#20S`.
+    Duration,
+    /// Bits: `W#16#6C00`.
+    Bits,
+    /// An integer: `200`.
+    Integer,
+    /// `TRUE` or `FALSE`.
+    Switch,
+}
+
+macro_rules! kinds {
+    ($( $Kind:ident $name:literal $tia:literal $width:literal $Class:ident $Form:ident $([$low:expr, $high:expr])?, $takes:literal, $doc:literal; )*) => {
+        named! {
+            /// The PLC type of a variable.
+            Kind { $( #[doc = $doc] $Kind $name; )* }
+        }
+
+        impl Kind {
+            /// The name as TIA Portal writes it.
+            pub const fn tia_name(self) -> &'static str {
+                match self { $( Kind::$Kind => $tia, )* }
+            }
+
+            /// The bytes that a value takes in a data block; 0 for a BOOL, which takes a bit.
+            pub const fn width(self) -> usize {
+                match self { $( Kind::$Kind => $width, )* }
+            }
+
+            /// What a host takes its values for. An integer that has no place in 32 bits with sign is a number with a fraction
+            /// there; a DWORD is the integer with its bits.
+            pub const fn class(self) -> Class {
+                match self { $( Kind::$Kind => Class::$Class, )* }
+            }
+
+            /// How its values are written.
+            pub const fn form(self) -> Form {
+                match self { $( Kind::$Kind => Form::$Form, )* }
+            }
+
+            /// The lowest and the highest value of a type that only programs have, not blocks: one that
+            /// [`Value::Whole`](super::Value::Whole) holds.
+            pub const fn whole(self) -> Option<(i128, i128)> {
+                match self { $( Kind::$Kind => kinds!(@whole $($low, $high)?), )* }
+            }
+
+            /// The unit in which people and hosts read its values: seconds of a duration, and the variable's own else.
+            pub const fn shown_unit<'a>(self, own: Option<&'a str>) -> Option<&'a str> {
+                match self.form() {
+                    Form::Duration => Some("s"),
+                    _ => own,
+                }
+            }
+
+            /// Which numbers it takes, as a sentence.
+            pub const fn takes(self) -> &'static str {
+                match self { $( Kind::$Kind => $takes, )* }
+            }
+        }
+    };
+    (@whole) => { None };
+    (@whole $low:expr, $high:expr) => { Some(($low as i128, $high as i128)) };
+}
+
+// Name, name in TIA Portal, bytes in a data block, class for a host, form of a literal, range of an integer of programs,
+// what it takes as a number, what it is.
+kinds! {
+    Real  "REAL"  "Real"  4 Real Decimal, "a REAL takes finite numbers of at most 3.4028235e38", "32-bit floating point.";
+    LReal "LREAL" "LReal" 8 Real Decimal, "an LREAL takes finite numbers", "64-bit floating point.";
+    Time  "TIME"  "Time"  4 Real Duration, "a TIME takes 0 ... 2147483.647 s", "Milliseconds.";
+    Word  "WORD"  "Word"  2 Integer Bits, "a WORD takes -32768 ... 65535", "An analog value: 16 bits, two's complement.";
+    Int   "INT"   "Int"   2 Integer Integer, "an INT takes -32768 ... 32767", "A 16-bit integer.";
+    Bool  "BOOL"  "Bool"  0 Boolean Switch, "a BOOL takes 0 and 1", "One bit.";
+    SInt  "SINT"  "SInt"  1 Integer Integer [i8::MIN, i8::MAX], "an SINT takes -128 ... 127", "An integer of 8 bits.";
+    USInt "USINT" "USInt" 1 Integer Integer [0, u8::MAX], "a USINT takes 0 ... 255", "An integer of 8 bits without sign.";
+    Byte  "BYTE"  "Byte"  1 Integer Bits [0, u8::MAX], "a BYTE takes 0 ... 255", "8 bits.";
+    UInt  "UINT"  "UInt"  2 Integer Integer [0, u16::MAX], "a UINT takes 0 ... 65535", "An integer of 16 bits without sign.";
+    DInt  "DINT"  "DInt"  4 Integer Integer [i32::MIN, i32::MAX], "a DINT takes -2147483648 ... 2147483647", "An integer of 32 bits.";
+    UDInt "UDINT" "UDInt" 4 Real Integer [0, u32::MAX], "a UDINT takes 0 ... 4294967295", "An integer of 32 bits without sign.";
+    DWord "DWORD" "DWord" 4 Integer Bits [0, u32::MAX], "a DWORD takes -2147483648 ... 4294967295", "32 bits.";
+    LInt  "LINT"  "LInt"  8 Real Integer [i64::MIN, i64::MAX], "an LINT takes integers from -9007199254740992 to 9007199254740992 here", "An integer of 64 bits.";
+    ULInt "ULINT" "ULInt" 8 Real Integer [0, u64::MAX], "a ULINT takes integers from 0 to 9007199254740992 here", "An integer of 64 bits without sign.";
+    LWord "LWORD" "LWord" 8 Real Bits [0, u64::MAX], "an LWORD takes integers from 0 to 9007199254740992 here", "64 bits.";
+    LTime "LTIME" "LTime" 8 Real Duration [i64::MIN, i64::MAX], "an LTIME takes -9007199.254740992 ... 9007199.254740992 s here", "Nanoseconds.";
+}
