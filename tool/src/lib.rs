@@ -1,6 +1,6 @@
 //! What the parameter tool computes: opening, checking, running, recording, figures, identification, tuning, replay, export.
 //!
-//! [`Engine`] takes a [`Request`](message::Request) and gives an [`Answer`](message::Answer). It has no files, sockets, clocks
+//! [`Engine`] takes a [`Request`] and gives an [`Answer`](message::Answer). It has no files, sockets, clocks
 //! or threads: what FMUs there are, and how they are stepped, is up to its [`Home`](home::Home). One home is the page, where
 //! the blocks are linked in as WebAssembly; the other is the command, which steps FMUs through their C interface. Both compute
 //! the same bits.
@@ -14,6 +14,7 @@ pub mod known;
 pub mod message;
 pub mod preset;
 mod report;
+mod request;
 pub mod session;
 pub mod signals;
 #[cfg(test)]
@@ -21,3 +22,4 @@ mod test_home;
 mod travel;
 
 pub use engine::Engine;
+pub use request::Request;

@@ -1,4 +1,4 @@
-//! The messages of the engine: a [`Request`] in, an [`Answer`] out, each a JSON object.
+//! The messages of the engine: a [`Request`](crate::Request) in, an [`Answer`] out, each a JSON object.
 //!
 //! The page posts the same requests to the engine in WebAssembly and to the one behind `plcfmu tool`.
 //!
@@ -14,96 +14,6 @@ use serde::{Deserialize, Serialize};
 
 pub use run::fmus::{Member, Part, Values};
 pub use run::system::{Exchange, Value};
-
-/// What the page asks for.
-#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
-#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
-#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
-pub enum Request {
-    /// Which FMUs there are. Answer: [`Catalogue`].
-    Catalogue,
-    /// An FMU with its variables, groups and roles. Answer: [`Description`].
-    Describe {
-        /// The FMU's name in the catalogue.
-        fmu: String,
-    },
-    /// Reads a parameter file. Answer: [`Loops`].
-    Read(ReadFile),
-    /// What a block does with settings, before they are sent. Answer: [`Checked`].
-    Check {
-        /// The FMU's name in the catalogue.
-        fmu: String,
-        /// Its settings; the others have their start values.
-        values: Values,
-    },
-    /// How a controller and a plant are connected. Answer: [`Proposal`].
-    Propose {
-        /// The controller.
-        controller: Member,
-        /// The plant.
-        plant: Member,
-    },
-    /// Begins a run; one that is there is kept as an earlier run. Answer: [`State`].
-    Start(Setup),
-    /// Where the present run is, as after a reload of the page. Answer: [`State`].
-    State,
-    /// Sets variables before the next call. Answer: [`State`].
-    Send {
-        /// The values, by `MEMBER.VARIABLE`.
-        values: Values,
-    },
-    /// Moves a variable evenly to a value, call by call. Answer: [`State`].
-    Ramp {
-        /// `MEMBER.VARIABLE`
-        variable: String,
-        /// The last value.
-        to: f64,
-        /// How long it takes.
-        seconds: f64,
-    },
-    /// Makes calls. Answer: [`State`].
-    Run {
-        /// How many, one at least.
-        calls: usize,
-    },
-    /// Replaces all members but the first by others, which begin now; the controller goes on. Answer: [`State`].
-    Exchange {
-        /// The new members.
-        members: Vec<Member>,
-        /// All connections.
-        connections: Vec<(String, String)>,
-    },
-    /// The curves of a run, thinned out. Answer: [`Curves`].
-    View(View),
-    /// What was done in a run. Answer: [`Events`].
-    Events {
-        /// The run; the present one without it.
-        run: Option<usize>,
-    },
-    /// Begins again with the same setup and makes the same calls with the same events. Answer: [`State`].
-    Again,
-    /// The figures of a run. Answer: [`Figures`].
-    Figures(FiguresRequest),
-    /// A plant's model from a step in a run or in a CSV file. Answer: [`Identified`](control::identify::Identified).
-    Identify(control::identify::Request),
-    /// Settings for a plant's model by a rule, with what they lead to. Answer: [`Tuned`](control::tune::Tuned).
-    Tune(control::tune::Request),
-    /// RATIOFAC from a heating and a cooling step. Answer: [`Ratio`](control::tune::Ratio).
-    Ratio(control::tune::RatioRequest),
-    /// The mean of a block's pulses over an input. Answer: [`Characteristics`](control::characteristic::Characteristics).
-    Characteristic(control::characteristic::Request),
-    /// The names of a CSV file's columns, as its header has them. Answer: a list of texts.
-    Columns {
-        /// The file's text.
-        text: String,
-    },
-    /// A recorded file through the block. Answer: [`Replayed`](control::replay::Replayed).
-    Replay(control::replay::Request),
-    /// The files in which a preset differs from its block's FMU. Answer: [`Preset`](crate::preset::Preset).
-    Preset(crate::preset::Request),
-    /// A file to take away. Answer: [`Exported`](crate::export::Exported).
-    Export(crate::export::Request),
-}
 
 /// What there is to choose from.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]

@@ -1,4 +1,4 @@
-// Made of tool/src/message.rs and the modules beside it by `UPDATE_EXPECT=1 cargo test -p tool typescript`.
+// Made of tool/src/request.rs and the modules beside it by `UPDATE_EXPECT=1 cargo test -p tool typescript`.
 
 /** Values by the variable's name. */
 export type Values = Record<string, Value>;
@@ -657,9 +657,9 @@ export interface Dialogue {
   identify: { request: Extract<Request, { do: "identify" }>; answer: Identified };
   tune: { request: Extract<Request, { do: "tune" }>; answer: Tuned };
   ratio: { request: Extract<Request, { do: "ratio" }>; answer: Ratio };
+  characteristic: { request: Extract<Request, { do: "characteristic" }>; answer: Characteristics };
   columns: { request: Extract<Request, { do: "columns" }>; answer: Array<string> };
   replay: { request: Extract<Request, { do: "replay" }>; answer: Replayed };
-  characteristic: { request: Extract<Request, { do: "characteristic" }>; answer: Characteristics };
   preset: { request: Extract<Request, { do: "preset" }>; answer: Preset };
   export: { request: Extract<Request, { do: "export" }>; answer: Exported };
 }

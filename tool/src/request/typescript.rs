@@ -1,7 +1,6 @@
 //! The page's types of the messages, `tool/web/src/messages.d.ts`, made of the Rust types.
 
-use super::each_answer;
-use crate::message::Request;
+use super::{Request, each_answer};
 use run::system::Value;
 use std::collections::BTreeMap;
 use std::{env, fs};
@@ -27,11 +26,9 @@ impl TypeVisitor for Types {
 }
 
 impl Types {
-    /// The answer to a request, which is given as the pattern in Rust.
+    /// The answer to a request.
     pub(super) fn answer<T: TS + 'static>(&mut self, request: &str) {
-        let name =
-            request.trim_start_matches("Request::").split(|of: char| !of.is_alphabetic()).next().unwrap_or_default();
-        let name = name.to_lowercase();
+        let name = request.to_lowercase();
         let answer = T::name(&self.config);
         self.answers +=
             &format!("  {name}: {{ request: Extract<Request, {{ do: \"{name}\" }}>; answer: {answer} }};\n");
@@ -47,7 +44,7 @@ fn types() -> String {
     let all: Vec<_> = types.declarations.into_values().collect();
     let values = format!("{{ [key in string]: {} }}", Value::ident(&types.config));
     let text = format!(
-        "// Made of tool/src/message.rs and the modules beside it by `UPDATE_EXPECT=1 cargo test -p tool typescript`.\n\n\
+        "// Made of tool/src/request.rs and the modules beside it by `UPDATE_EXPECT=1 cargo test -p tool typescript`.\n\n\
          /**\n * Values by the variable's name.\n */\nexport type Values = Record<string, Value>;\n\n{}\n\
          /**\n * Each request with its answer.\n */\nexport interface Dialogue {{\n{}}}\n",
         all.join("\n").replace(&values, "Values"),

@@ -1,0 +1,143 @@
+//! What the page asks for: each request with its answer and what computes it.
+
+use crate::export::{self, Exported};
+use crate::home::Home;
+use crate::message::{
+    Catalogue, Checked, Curves, Description, Events, Figures, FiguresRequest, Loops, Member, Proposal, ReadFile, Setup,
+    State, Values, View,
+};
+use crate::preset::{self, Preset};
+use crate::session::Session;
+use crate::{connect, describe, signals};
+use anyhow::Result;
+use control::characteristic::{self, Characteristics};
+use control::csv;
+use control::identify::{self, Identified};
+use control::replay::{self, Replayed};
+use control::tune::{self, Ratio, Tuned};
+use serde::{Deserialize, Serialize};
+
+/// `request -> type of the answer = what gives it`. The page's types of requests and answers are made of these lines.
+macro_rules! requests {
+    (|$home:ident, $session:ident| $(
+        $(#[$docs:meta])*
+        $Name:ident $({ $( $(#[$about:meta])* $field:ident: $Field:ty, )* })? $(($given:ident: $Given:ty))? -> $Answer:ty = $answer:expr;
+    )*) => {
+        /// What the page asks for.
+        #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+        #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+        #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
+        pub enum Request { $(
+            $(#[$docs])*
+            #[doc = concat!("Answer: `", stringify!($Answer), "`.")]
+            $Name $({ $( $(#[$about])* $field: $Field, )* })? $(($Given))?,
+        )* }
+
+        impl Request {
+            /// Answers it.
+            ///
+            /// # Errors
+            /// What is wrong, with name and value, and what to do.
+            pub(crate) fn answer(self, $home: &dyn Home, $session: &mut Session) -> Result<serde_json::Value> {
+                Ok(match self { $(
+                    Request::$Name $({ $($field),* })? $(($given))? => serde_json::to_value::<$Answer>($answer)?,
+                )* })
+            }
+        }
+
+        /// Each request with the type of its answer.
+        #[cfg(test)]
+        fn each_answer(types: &mut typescript::Types) {
+            $( types.answer::<$Answer>(stringify!($Name)); )*
+        }
+    };
+}
+
+requests! { |home, session|
+    /// Which FMUs there are.
+    Catalogue -> Catalogue = describe::catalogue(home);
+    /// An FMU with its variables, groups and roles.
+    Describe {
+        /// The FMU's name in the catalogue.
+        fmu: String,
+    } -> Description = describe::describe(home, &fmu)?;
+    /// Reads a parameter file.
+    Read(file: ReadFile) -> Loops = describe::read(home, &file)?;
+    /// What a block does with settings, before they are sent.
+    Check {
+        /// The FMU's name in the catalogue.
+        fmu: String,
+        /// Its settings; the others have their start values.
+        values: Values,
+    } -> Checked = describe::check(home, &fmu, &values)?;
+    /// How a controller and a plant are connected.
+    Propose {
+        /// The controller.
+        controller: Member,
+        /// The plant.
+        plant: Member,
+    } -> Proposal = connect::propose(home, &controller, &plant)?;
+    /// Begins a run; one that is there is kept as an earlier run.
+    Start(setup: Setup) -> State = session.start(home, setup)?;
+    /// Where the present run is, as after a reload of the page.
+    State -> State = session.state()?;
+    /// Sets variables before the next call.
+    Send {
+        /// The values, by `MEMBER.VARIABLE`.
+        values: Values,
+    } -> State = session.send(&values)?;
+    /// Moves a variable evenly to a value, call by call.
+    Ramp {
+        /// `MEMBER.VARIABLE`
+        variable: String,
+        /// The last value.
+        to: f64,
+        /// How long it takes.
+        seconds: f64,
+    } -> State = session.ramp(&variable, to, seconds)?;
+    /// Makes calls.
+    Run {
+        /// How many, one at least.
+        calls: usize,
+    } -> State = session.run(calls)?;
+    /// Replaces all members but the first by others, which begin now; the controller goes on.
+    Exchange {
+        /// The new members.
+        members: Vec<Member>,
+        /// All connections.
+        connections: Vec<(String, String)>,
+    } -> State = session.exchange(home, members, connections)?;
+    /// The curves of a run, thinned out.
+    View(view: View) -> Curves = session.view(&view)?;
+    /// What was done in a run.
+    Events {
+        /// The run; the present one without it.
+        run: Option<usize>,
+    } -> Events = session.record(run)?.events();
+    /// Begins again with the same setup and makes the same calls with the same events.
+    Again -> State = session.again(home)?;
+    /// The figures of a run.
+    Figures(of: FiguresRequest) -> Figures = signals::figures(home, session, &of)?;
+    /// A plant's model from a step in a run or in a CSV file.
+    Identify(of: identify::Request) -> Identified = signals::identify(home, session, &of)?;
+    /// Settings for a plant's model by a rule, with what they lead to.
+    Tune(of: tune::Request) -> Tuned = tune::tune(home, &of)?;
+    /// RATIOFAC from a heating and a cooling step.
+    Ratio(of: tune::RatioRequest) -> Ratio = tune::ratio(&of.heating, &of.cooling)?;
+    /// The mean of a block's pulses over an input.
+    Characteristic(of: characteristic::Request) -> Characteristics = characteristic::characteristics(home, &of.member)?;
+    /// The names of a CSV file's columns, as its header has them.
+    Columns {
+        /// The file's text.
+        text: String,
+    } -> Vec<String> = csv::Table::headers(&text)?;
+    /// A recorded file through the block.
+    Replay(of: replay::Request) -> Replayed = replay::replay(home, &of)?;
+    /// The files in which a preset differs from its block's FMU.
+    Preset(of: preset::Request) -> Preset = preset::of(home, &of)?;
+    /// A file to take away.
+    Export(of: export::Request) -> Exported = export::export(home, session, &of)?;
+}
+
+#[cfg(test)]
+mod typescript;
