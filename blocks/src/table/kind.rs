@@ -62,7 +62,7 @@ macro_rules! kinds {
             }
 
             /// The unit in which people and hosts read its values: seconds of a duration, and the variable's own else.
-            pub const fn shown_unit<'a>(self, own: Option<&'a str>) -> Option<&'a str> {
+            pub const fn shown_unit(self, own: Option<&str>) -> Option<&str> {
                 match self.form() {
                     Form::Duration => Some("s"),
                     _ => own,
