@@ -100,7 +100,7 @@ impl Flow<'_> {
                 self.branch(&counting.body);
             }
             What::Label(_) | What::Goto(_) => self.has_jumps = true,
-            What::Break | What::Continue | What::Return => {}
+            What::Break | What::Continue | What::Return | What::Comment(_) => {}
         }
     }
 

@@ -16,6 +16,8 @@ pub(crate) mod walk;
 pub use layout::{align, scalar};
 pub use value::{Scalar, Value};
 
+use std::collections::BTreeMap;
+
 /// A program.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
@@ -29,6 +31,21 @@ pub struct Program {
     pub constants: usize,
     /// All functions, to which [`Call::function`] refers.
     pub functions: Vec<Function>,
+    /// What the source says about them.
+    pub docs: Docs,
+}
+
+/// What a source says about the parts of a program: lines of text for those who read it printed. Nothing is calculated from it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Docs {
+    /// What stands before the program.
+    pub head: String,
+    /// Of records, by number.
+    pub records: BTreeMap<usize, String>,
+    /// Of members, by the numbers of record and member.
+    pub members: BTreeMap<(usize, usize), String>,
+    /// Of functions, by number.
+    pub functions: BTreeMap<usize, String>,
 }
 
 /// A line of a source, for messages.
@@ -167,6 +184,8 @@ pub enum What {
     Label(usize),
     /// Goes to a label of this function.
     Goto(usize),
+    /// A comment of the source, for those who read the program printed. It is no statement: the budget does not count it.
+    Comment(String),
 }
 
 /// One arm of [`What::Case`].

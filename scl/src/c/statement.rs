@@ -78,6 +78,7 @@ impl Printer<'_> {
                 self.again("}");
             }
             What::For(it) => self.count(it)?,
+            What::Comment(text) => self.line(&format!("/* {} */", text.replace("*/", "* /"))),
             What::Break => self.line("break;"),
             What::Continue => {
                 let (label, used) = self.scope.loops.last_mut().ok_or("there is no loop around")?;

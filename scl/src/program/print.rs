@@ -117,6 +117,7 @@ impl Print<'_> {
             What::Return => self.line("return"),
             What::Label(label) => self.line(&format!("label {label}")),
             What::Goto(label) => self.line(&format!("goto {label}")),
+            What::Comment(text) => self.line(&format!("// {text}")),
         }
     }
 

@@ -45,7 +45,7 @@ pub(crate) fn statements(list: &[Statement], look: &mut dyn Look) {
                 [&it.first, &it.last, &it.step].into_iter().for_each(|it| expr(it, look));
                 statements(&it.body, look);
             }
-            What::Break | What::Continue | What::Return | What::Label(_) | What::Goto(_) => {}
+            What::Break | What::Continue | What::Return | What::Label(_) | What::Goto(_) | What::Comment(_) => {}
         }
     }
 }

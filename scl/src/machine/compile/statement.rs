@@ -9,7 +9,7 @@ use crate::program::{Argument, Base, Body, Call, Expr, For, Place, Scalar, State
 impl Compiler<'_> {
     pub(super) fn statements(&mut self, scope: &mut Scope, list: &[Statement]) -> Result<(), String> {
         let line = scope.at;
-        for statement in list {
+        for statement in list.iter().filter(|statement| !matches!(statement.what, What::Comment(_))) {
             scope.at = statement.at;
             self.mark(scope);
             let begin = scope.next;
@@ -112,6 +112,7 @@ impl Compiler<'_> {
                 self.here(scope, *label);
                 Ok(())
             }
+            What::Comment(_) => Ok(()),
             What::Goto(label) => {
                 self.emit(scope, Op::Back { to: *label as Target });
                 scope.run = None;

@@ -1,0 +1,46 @@
+//! Laws of blocks, written in Rust, read as typed programs: to be run by `scl`'s machine, printed as C and printed as SCL.
+//!
+//! The law in Rust stays the only one. Read are its table, its methods and the functions that they call: `if`, `let`, `match`,
+//! `while`, arithmetic, conversions, blocks inside of blocks. Anything else is an [`Error`] with file, line and column. Names,
+//! order and comments are kept.
+//!
+//! Numbers are those of Rust to the last bit, with two exceptions, where a law stops in Rust and not here: integers that
+//! overflow wrap, and an integer divided by 0 is 0. What is not a number is only that, whatever its bits are.
+
+mod body;
+mod expr;
+mod item;
+mod method;
+mod pattern;
+mod reader;
+mod source;
+mod table;
+mod value;
+
+pub use source::{Error, Sources};
+
+use scl::program::Program;
+
+/// A law as a typed program.
+#[derive(Clone, Debug)]
+pub struct Law {
+    /// The program. Its memory has the block under its name, and behind it, if the block has a mean, what its last call gave for
+    /// it under the name `pulse`.
+    pub program: Program,
+    /// The name of the block in its table.
+    pub name: String,
+    /// The record of the block: the rows of its table under their names, the blocks inside, the mean, and `memory`.
+    pub record: usize,
+    /// The number of the function that restarts it.
+    pub restart: usize,
+    /// The number of the function that calls it.
+    pub call: usize,
+}
+
+/// Reads the law of the block that has this name in its table.
+///
+/// # Errors
+/// What is not known, with its place.
+pub fn read(sources: &Sources, block: &str) -> Result<Law, Error> {
+    reader::law(sources, block)
+}

@@ -1,0 +1,474 @@
+//! From the items to the program: types, records and functions, each when it is first needed.
+
+use crate::Law;
+use crate::body::Body;
+use crate::item::Items;
+use crate::source::{Error, Sources};
+use crate::table::{Doc, Table, short};
+use crate::value::{Ty, Var};
+use proc_macro2::Span;
+use scl::program::{self as typed, At, Base, Call, Expr, Place, Program, Scalar, Statement, Type, Value, What};
+use std::collections::BTreeMap;
+use syn::spanned::Spanned;
+use syn::{FnArg, Pat, ReturnType};
+
+/// What is read, and what has been made of it.
+pub(crate) struct Reader<'a> {
+    pub sources: &'a Sources,
+    pub items: &'a Items,
+    pub program: Program,
+    /// Of each record, the names of its fields in Rust and their types, in the order of its members.
+    pub fields: BTreeMap<usize, Vec<(String, Ty)>>,
+    /// The records of blocks and of their memories, by the name of the struct; of a memory, behind that of its block.
+    records: BTreeMap<String, usize>,
+    /// The functions that are made, by the number of the item; `None` while it is made.
+    made: BTreeMap<usize, Option<usize>>,
+    /// The functions that set the outputs and the memory of a block to 0, by its record.
+    cleared: BTreeMap<usize, usize>,
+    /// Of each function, what a call of it is like.
+    pub signatures: BTreeMap<usize, Signature>,
+}
+
+/// What a call of a function is like.
+#[derive(Clone, Debug)]
+pub(crate) struct Signature {
+    pub parameters: Vec<Ty>,
+    pub result: Ty,
+    /// The locals with the result, one after the other.
+    pub results: Vec<usize>,
+    /// It writes to nothing but its own locals.
+    pub is_pure: bool,
+}
+
+/// Reads a law.
+pub(crate) fn law(sources: &Sources, name: &str) -> Result<Law, Error> {
+    let items = Items::of(sources)?;
+    let find = || items.blocks.iter().find(|(_, table)| table.name.eq_ignore_ascii_case(name));
+    let Some((file, table)) = find() else {
+        return Err(Error {
+            file: name.to_string(),
+            line: 1,
+            column: 1,
+            message: "no source has this block".to_string(),
+        });
+    };
+    let mut reader = Reader {
+        sources,
+        items: &items,
+        program: Program { files: sources.files.iter().map(|file| file.path.clone()).collect(), ..Program::default() },
+        fields: BTreeMap::new(),
+        records: BTreeMap::new(),
+        made: BTreeMap::new(),
+        cleared: BTreeMap::new(),
+        signatures: BTreeMap::new(),
+    };
+    let record = reader.block(*file, table)?;
+    let mut members = vec![(table.name.clone(), Type::Record(record))];
+    if table.mean.is_some() {
+        members.push(("pulse".to_string(), Type::Scalar(Scalar::I32)));
+    }
+    reader.program.memory = reader.program.add_record("memory", members);
+    reader.program.constants = reader.program.add_record("constants", []);
+    let restart = reader.entry(*file, table, "restart")?;
+    let call = reader.entry(*file, table, "call")?;
+    let mut program = reader.program;
+    program.docs.head = head(sources, *file, table);
+    Ok(Law { program, name: table.name.clone(), record, restart, call })
+}
+
+/// The first sentence of a block's documentation, and its clauses.
+fn head(sources: &Sources, file: usize, table: &Table) -> String {
+    let path = &sources.files[file].path;
+    let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
+    let lines = table.docs.iter().flat_map(|doc| match doc {
+        Doc::Line(line) => line.lines().map(str::to_string).collect::<Vec<_>>(),
+        Doc::File(name) => {
+            let path = if folder.is_empty() { name.clone() } else { format!("{folder}/{name}") };
+            let file = sources.files.iter().find(|file| file.path == path);
+            file.map_or_else(Vec::new, |file| file.text.lines().map(str::to_string).collect())
+        }
+    });
+    let lines: Vec<String> = lines.collect();
+    let mut head = format!("{}: {}\n", table.name, short(&table.docs));
+    head += &format!("The law is written in {path}; names, order and comments are those of that file.\n");
+    let clauses = lines.iter().skip_while(|line| line.trim() != "# Clauses").skip(1);
+    let clauses: Vec<&str> = clauses.take_while(|line| !line.starts_with("# ")).map(String::as_str).collect();
+    let clauses = clauses.join("\n");
+    if !clauses.trim().is_empty() {
+        head += &format!("\nClauses, to which the numbers in the comments refer:\n\n{}\n", clauses.trim());
+    }
+    head
+}
+
+impl Reader<'_> {
+    pub fn error(&self, file: usize, span: Span, message: impl Into<String>) -> Error {
+        Error::at(&self.sources.files[file], span, message)
+    }
+
+    pub fn at(&self, file: usize, span: Span) -> At {
+        At { file: file as u16, line: span.start().line as u32 }
+    }
+
+    /// A type in Rust.
+    pub fn ty(&mut self, file: usize, ty: &syn::Type, owner: Option<&str>) -> Result<Ty, Error> {
+        match ty {
+            syn::Type::Tuple(tuple) => {
+                Ok(Ty::Tuple(tuple.elems.iter().map(|ty| self.ty(file, ty, owner)).collect::<Result<_, _>>()?))
+            }
+            syn::Type::Reference(reference) => self.ty(file, &reference.elem, owner),
+            syn::Type::Paren(inner) => self.ty(file, &inner.elem, owner),
+            syn::Type::Path(path) => {
+                let last = path.path.segments.last().expect("a path has a segment");
+                if last.ident == "Option"
+                    && let syn::PathArguments::AngleBracketed(arguments) = &last.arguments
+                    && let Some(syn::GenericArgument::Type(of)) = arguments.args.first()
+                {
+                    return Ok(Ty::Option(Box::new(self.ty(file, of, owner)?)));
+                }
+                let name = last.ident.to_string();
+                let name = if name == "Self" { owner.unwrap_or_default().to_string() } else { name };
+                self.named(file, &name, owner)?.ok_or_else(|| {
+                    self.error(
+                        file,
+                        ty.span(),
+                        format!("the type {name} is not known here; use numbers, bool, tuples and blocks"),
+                    )
+                })
+            }
+            _ => Err(self.error(file, ty.span(), "this type is not known here; use numbers, bool, tuples and blocks")),
+        }
+    }
+
+    fn named(&mut self, file: usize, name: &str, owner: Option<&str>) -> Result<Option<Ty>, Error> {
+        if let Some(scalar) = number(name) {
+            return Ok(Some(Ty::Scalar(scalar)));
+        }
+        let items = self.items;
+        if let Some((_, inner)) = items.newtypes.iter().find(|(it, _)| it == name) {
+            let Ty::Scalar(inner) = self.ty(file, inner, None)? else { return Ok(None) };
+            // An analog word is a signed number in Rust and a bit string in a PLC.
+            let kept = if name == "Word" { Scalar::U16 } else { inner };
+            return Ok(Some(Ty::New { name: name.to_string(), kept, inner }));
+        }
+        if let Some((_, ty)) = items.aliases.iter().find(|(it, _)| it == name) {
+            return self.ty(file, ty, None).map(Some);
+        }
+        if let Some((file, table)) = items.blocks.iter().find(|(_, table)| table.ident == name) {
+            return Ok(Some(Ty::Struct(self.block(*file, table)?)));
+        }
+        // A memory is known by its block.
+        let block = items.blocks.iter().find(|(number, table)| match owner {
+            Some(owner) => table.ident == owner,
+            None => *number == file,
+        });
+        let Some((file, table)) = block.filter(|(_, table)| table.memory.as_ref().is_some_and(|(it, _)| it == name))
+        else {
+            return Ok(None);
+        };
+        self.block(*file, table)?;
+        Ok(self.records.get(&memory_name(table)).map(|record| Ty::Struct(*record)))
+    }
+
+    /// The record of a block.
+    pub fn block(&mut self, file: usize, table: &Table) -> Result<usize, Error> {
+        let ident = table.ident.to_string();
+        if let Some(record) = self.records.get(&ident) {
+            return Ok(*record);
+        }
+        // A member each: its name here, its name in Rust, its type, its text, its start value.
+        let mut members: Vec<(String, String, Ty, String)> = Vec::new();
+        let mut starts = Vec::new();
+        for row in &table.rows {
+            let ty = self
+                .named(file, &row.kind.to_string(), None)?
+                .ok_or_else(|| self.error(file, row.kind.span(), "this type is not known here"))?;
+            starts.extend(row.start.as_ref().map(|start| (vec![members.len()], start, ty.clone())));
+            members.push((upper(&row.field), row.field.to_string(), ty, short(&row.docs)));
+        }
+        for instance in &table.instances {
+            let ty = self.ty(file, &instance.block, None)?;
+            let Ty::Struct(inner) = ty else {
+                return Err(self.error(file, instance.block.span(), "an instance is a block"));
+            };
+            for (field, start) in &instance.starts {
+                let (number, ty) = self
+                    .field(inner, &field.to_string())
+                    .ok_or_else(|| self.error(file, field.span(), "the block inside has no such variable"))?;
+                starts.push((vec![members.len(), number], start, ty));
+            }
+            members.push((upper(&instance.field), instance.field.to_string(), ty, short(&instance.docs)));
+        }
+        if let Some((mean, docs)) = &table.mean {
+            members.push((upper(mean), mean.to_string(), Ty::Scalar(Scalar::F64), short(docs)));
+        }
+        if let Some((_, memory)) = &table.memory {
+            let mut inner = Vec::new();
+            for member in memory {
+                let ty = self.ty(file, &member.ty, Some(&ident))?;
+                inner.push((member.field.to_string(), member.field.to_string(), ty, short(&member.docs)));
+            }
+            let record = self.record(file, &format!("{}_memory", table.name), inner)?;
+            self.program.docs.records.insert(record, format!("What {} keeps from call to call.", table.name));
+            self.records.insert(memory_name(table), record);
+            members.push((
+                "memory".to_string(),
+                "memory".to_string(),
+                Ty::Struct(record),
+                "What the block keeps from call to call".to_string(),
+            ));
+        }
+        let record = self.record(file, &table.name, members)?;
+        self.program.docs.records.insert(record, short(&table.docs));
+        self.records.insert(ident.clone(), record);
+        for (path, start, ty) in starts {
+            let value = Body::constant(self, file, start, &ty)?;
+            let place = path.iter().fold((0, Type::Record(record)), |(offset, ty), number| match ty {
+                Type::Record(record) => {
+                    let member = &self.program.records[record].members[*number];
+                    (offset + member.offset, member.ty.clone())
+                }
+                other => (offset, other),
+            });
+            value.write(&mut self.program.records[record].start[place.0..]);
+        }
+        Ok(record)
+    }
+
+    fn record(&mut self, file: usize, name: &str, members: Vec<(String, String, Ty, String)>) -> Result<usize, Error> {
+        let mut typed = Vec::new();
+        for (name, _, ty, _) in &members {
+            let ty = match ty {
+                Ty::Struct(record) => Type::Record(*record),
+                ty => Type::Scalar(
+                    ty.kept().ok_or_else(|| self.error(file, Span::call_site(), format!("{name} is no number")))?,
+                ),
+            };
+            typed.push((name.clone(), ty));
+        }
+        let record = self.program.add_record(name, typed);
+        for (number, (_, _, _, docs)) in members.iter().enumerate().filter(|(_, (.., docs))| !docs.is_empty()) {
+            self.program.docs.members.insert((record, number), docs.clone());
+        }
+        self.fields.insert(record, members.into_iter().map(|(_, field, ty, _)| (field, ty)).collect());
+        Ok(record)
+    }
+
+    /// The number and the type of a field of a struct.
+    pub fn field(&self, record: usize, name: &str) -> Option<(usize, Ty)> {
+        let fields = self.fields.get(&record)?;
+        let number = fields.iter().position(|(field, _)| field == name)?;
+        Some((number, fields[number].1.clone()))
+    }
+
+    /// The block in Rust that a record belongs to.
+    pub fn block_of(&self, record: usize) -> Option<String> {
+        self.records.iter().find(|(_, number)| **number == record).map(|(name, _)| name.clone())
+    }
+
+    /// A function without parameters that calls a method of the block in the memory.
+    fn entry(&mut self, file: usize, table: &Table, method: &str) -> Result<usize, Error> {
+        let owner = table.ident.to_string();
+        let instance = Place::of(Base::Memory).member(0);
+        let at = self.at(file, table.ident.span());
+        let function = self.method(&owner, method, file, table.ident.span())?;
+        let call = Call { function, instance: Some(instance.clone()), arguments: Vec::new(), outputs: Vec::new() };
+        let mut body = vec![Statement { at, what: What::Call(call) }];
+        if table.mean.is_some() {
+            let pulse = Place::of(Base::Memory).member(1);
+            let what = match self.items.function(self.sources, Some(&owner), "pulse", file) {
+                Some(item) => {
+                    let function = self.function(item)?;
+                    let result = self.signatures[&function].results[0];
+                    What::Call(Call {
+                        function,
+                        instance: Some(instance),
+                        arguments: Vec::new(),
+                        outputs: vec![(result, pulse)],
+                    })
+                }
+                None => What::Assign(pulse, Expr::Const(Value::from(0_i32))),
+            };
+            body.push(Statement { at, what });
+        }
+        self.program.functions.push(typed::Function {
+            name: method.to_string(),
+            instance: None,
+            locals: Vec::new(),
+            parameters: 0,
+            body: typed::Body::Code(body),
+        });
+        Ok(self.program.functions.len() - 1)
+    }
+
+    /// A method of a block, by the name of its struct.
+    pub fn method(&mut self, owner: &str, name: &str, file: usize, span: Span) -> Result<usize, Error> {
+        if let Some(item) = self.items.function(self.sources, Some(owner), name, file) {
+            return self.function(item);
+        }
+        if name == "clear"
+            && let Some((file, table)) = self.items.blocks.iter().find(|(_, table)| table.ident == owner)
+        {
+            return self.clear(*file, table);
+        }
+        Err(self.error(file, span, format!("{owner} has no method {name} that could be read")))
+    }
+
+    /// The method that `block!` makes: outputs, locals, mean and memory become 0.
+    fn clear(&mut self, file: usize, table: &Table) -> Result<usize, Error> {
+        let record = self.block(file, table)?;
+        if let Some(function) = self.cleared.get(&record) {
+            return Ok(*function);
+        }
+        let at = self.at(file, table.ident.span());
+        let mut body = Vec::new();
+        let mut zero = |place: Place, ty: &Type| {
+            if let Type::Scalar(ty) = ty {
+                body.push(Statement { at, what: What::Assign(place, Expr::Const(Value::new(*ty, 0))) });
+            }
+        };
+        let instance = Place::of(Base::Instance);
+        for (number, member) in self.program.records[record].members.iter().enumerate() {
+            let place = instance.clone().member(number);
+            match (&member.ty, table.rows.get(number)) {
+                (ty, Some(row)) if row.section == "output" || row.section == "local" => zero(place, ty),
+                (_, Some(_)) => {}
+                (Type::Record(inner), None) if member.name == "memory" => {
+                    for (number, member) in self.program.records[*inner].members.iter().enumerate() {
+                        zero(place.clone().member(number), &member.ty);
+                    }
+                }
+                (ty, None) => zero(place, ty),
+            }
+        }
+        self.program.functions.push(typed::Function {
+            name: format!("{}.clear", table.name),
+            instance: Some(record),
+            locals: Vec::new(),
+            parameters: 0,
+            body: typed::Body::Code(body),
+        });
+        let function = self.program.functions.len() - 1;
+        let docs = "Sets outputs and memory to 0 and FALSE; the blocks inside keep theirs.";
+        self.program.docs.functions.insert(function, docs.to_string());
+        let signature = Signature { parameters: Vec::new(), result: Ty::unit(), results: Vec::new(), is_pure: false };
+        self.signatures.insert(function, signature);
+        self.cleared.insert(record, function);
+        Ok(function)
+    }
+
+    /// The function of an item.
+    pub fn function(&mut self, item: usize) -> Result<usize, Error> {
+        let items = self.items;
+        let it = &items.functions[item];
+        match self.made.get(&item) {
+            Some(Some(function)) => return Ok(*function),
+            Some(None) => return Err(self.error(it.file, it.signature.ident.span(), "a law must not call itself")),
+            None => {}
+        }
+        self.made.insert(item, None);
+        let owner = it.owner.as_deref();
+        let table = items.blocks.iter().find(|(_, table)| Some(table.ident.to_string().as_str()) == owner);
+        let mut body = Body::new(self, it.file, it.owner.clone());
+        let mut parameters = Vec::new();
+        let mut instance = None;
+        for input in &it.signature.inputs {
+            match (input, table) {
+                (FnArg::Receiver(_), Some((file, table))) => {
+                    let record = body.reader.block(*file, table)?;
+                    instance = Some(record);
+                    body.bind("self", Var::Place(Place::of(Base::Instance), Ty::Struct(record)));
+                }
+                (FnArg::Receiver(receiver), None) => {
+                    let name = owner.unwrap_or_default().to_string();
+                    let ty = body
+                        .reader
+                        .named(it.file, &name, None)?
+                        .ok_or_else(|| body.reader.error(it.file, receiver.span(), "this type is not known here"))?;
+                    let var = body.local(&name.to_lowercase(), &ty, receiver.span())?;
+                    body.bind("self", var);
+                    parameters.push(ty);
+                }
+                (FnArg::Typed(typed), _) => {
+                    let ty = body.reader.ty(it.file, &typed.ty, owner)?;
+                    let Pat::Ident(name) = &*typed.pat else {
+                        return Err(body.reader.error(it.file, typed.span(), "a parameter is a name here"));
+                    };
+                    if matches!(ty, Ty::Struct(_)) {
+                        return Err(body.reader.error(it.file, typed.span(), "a parameter is a number here"));
+                    }
+                    let var = body.local(&name.ident.to_string(), &ty, typed.span())?;
+                    body.bind(&name.ident.to_string(), var);
+                    parameters.push(ty);
+                }
+            }
+        }
+        let count = body.locals.len();
+        let result = match &it.signature.output {
+            ReturnType::Default => Ty::unit(),
+            ReturnType::Type(_, ty) => body.reader.ty(it.file, ty, owner)?,
+        };
+        let var = body.local("result", &result, it.signature.ident.span())?;
+        let results = (count..body.locals.len()).collect();
+        let statements = body.function(&it.body, var)?;
+        let (locals, is_pure) = (body.locals, body.is_pure);
+        let name = it.signature.ident.to_string();
+        let name = match (table, owner) {
+            (Some((_, table)), _) => format!("{}.{name}", table.name),
+            (None, Some(owner)) => format!("{}_{name}", owner.to_lowercase()),
+            _ => name,
+        };
+        self.program.functions.push(typed::Function {
+            name,
+            instance,
+            locals,
+            parameters: count,
+            body: typed::Body::Code(statements),
+        });
+        let function = self.program.functions.len() - 1;
+        let docs = short(&it.docs);
+        if !docs.is_empty() {
+            self.program.docs.functions.insert(function, docs);
+        }
+        self.signatures.insert(function, Signature { parameters, result, results, is_pure });
+        self.made.insert(item, Some(function));
+        Ok(function)
+    }
+}
+
+/// The key of a block's memory among the records.
+fn memory_name(table: &Table) -> String {
+    format!("{}::{}", table.ident, table.memory.as_ref().map_or(String::new(), |(name, _)| name.to_string()))
+}
+
+fn upper(name: &syn::Ident) -> String {
+    name.to_string().to_uppercase()
+}
+
+/// The number type of Rust with this name.
+pub(crate) fn number(name: &str) -> Option<Scalar> {
+    Some(match name {
+        "bool" => Scalar::Bool,
+        "i8" => Scalar::I8,
+        "i16" => Scalar::I16,
+        "i32" => Scalar::I32,
+        "i64" => Scalar::I64,
+        "u8" => Scalar::U8,
+        "u16" => Scalar::U16,
+        "u32" => Scalar::U32,
+        "u64" => Scalar::U64,
+        "f32" => Scalar::F32,
+        "f64" => Scalar::F64,
+        _ => return None,
+    })
+}
+
+/// The names of types in a path that belongs to a type.
+pub(crate) fn owner_of(path: &syn::Path) -> Option<String> {
+    let count = path.segments.len();
+    (count >= 2).then(|| path.segments[count - 2].ident.to_string())
+}
+
+/// Whether a place is the whole or a part of what a function works on, and not its own.
+pub(crate) fn is_outside(place: &Place) -> bool {
+    !matches!(place.base, Base::Local(_))
+}

@@ -1,0 +1,92 @@
+//! Sources and places in them.
+
+use proc_macro2::Span;
+use std::fmt;
+
+/// Files in Rust.
+#[derive(Clone, Debug, Default)]
+pub struct Sources {
+    pub(crate) files: Vec<File>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct File {
+    pub path: String,
+    pub text: String,
+}
+
+/// The sources of the blocks that come with the product.
+const BLOCKS: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/blocks.rs"));
+
+/// What Rust's numbers can do and the typed program has no operation for.
+const LIBRARY: &str = include_str!("library.rs");
+
+/// The path of [`LIBRARY`] in messages.
+pub(crate) const LIBRARY_PATH: &str = "laws/src/library.rs";
+
+impl Sources {
+    /// The blocks that come with the product, and what they are made of.
+    pub fn of_blocks() -> Sources {
+        let mut sources = Sources::default();
+        sources.add(LIBRARY_PATH, LIBRARY);
+        for (path, text) in BLOCKS {
+            sources.add(*path, *text);
+        }
+        sources
+    }
+
+    /// Adds a file, for example of a block of one's own.
+    pub fn add(&mut self, path: impl Into<String>, text: impl Into<String>) {
+        self.files.push(File { path: path.into(), text: text.into() });
+    }
+}
+
+impl File {
+    /// The comments on lines of their own that stand right before a line, from 1.
+    pub fn comments_before(&self, line: usize) -> Vec<String> {
+        let lines: Vec<&str> = self.text.lines().take(line.saturating_sub(1)).collect();
+        let mut comments: Vec<String> = lines.iter().rev().map_while(|line| comment(line.trim())).collect();
+        comments.reverse();
+        comments
+    }
+
+    /// The comment behind the code of a line, from 1, that begins at a column or later.
+    pub fn comment_behind(&self, line: usize, column: usize) -> Option<String> {
+        let rest: String = self.text.lines().nth(line.checked_sub(1)?)?.chars().skip(column).collect();
+        comment(rest.trim_start_matches([';', ',']).trim())
+    }
+}
+
+/// The text of a line that is a comment, and no documentation.
+fn comment(line: &str) -> Option<String> {
+    let text = line.strip_prefix("//")?;
+    (!text.starts_with(['/', '!'])).then(|| text.trim().to_string())
+}
+
+/// A law that cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Error {
+    /// The file.
+    pub file: String,
+    /// The line, from 1.
+    pub line: usize,
+    /// The column, from 1.
+    pub column: usize,
+    /// What is not known, and what to do.
+    pub message: String,
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        write!(formatter, "{}:{}:{}: {}", self.file, self.line, self.column, self.message)
+    }
+}
+
+impl std::error::Error for Error {}
+
+impl Error {
+    pub(crate) fn at(file: &File, span: Span, message: impl Into<String>) -> Error {
+        let start = span.start();
+        Error { file: file.path.clone(), line: start.line, column: start.column + 1, message: message.into() }
+    }
+}

@@ -1,0 +1,156 @@
+//! Types of Rust, and what expressions stand for.
+
+use scl::program::{Convert, Expr, Place, Scalar};
+use std::fmt;
+
+/// A type.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Ty {
+    /// An integer whose type is still open: a literal.
+    Integer,
+    /// A floating-point number whose type is still open: a literal.
+    Float,
+    Scalar(Scalar),
+    /// A number with a name of its own.
+    New {
+        name: String,
+        /// The type in which a variable holds it.
+        kept: Scalar,
+        /// The type of its field in Rust.
+        inner: Scalar,
+    },
+    /// A block or its memory: a number of a record.
+    Struct(usize),
+    /// Several values; none of them is `()`.
+    Tuple(Vec<Ty>),
+    Option(Box<Ty>),
+    /// What does not come back, such as `return`.
+    Never,
+}
+
+impl Ty {
+    pub const BOOL: Ty = Ty::Scalar(Scalar::Bool);
+
+    pub fn unit() -> Ty {
+        Ty::Tuple(Vec::new())
+    }
+
+    /// The type of a variable of one number.
+    pub fn kept(&self) -> Option<Scalar> {
+        match self {
+            Ty::Scalar(scalar) => Some(*scalar),
+            Ty::New { kept, .. } => Some(*kept),
+            _ => None,
+        }
+    }
+
+    /// The type that two branches have in common.
+    pub fn unified(&self, other: &Ty) -> Option<Ty> {
+        Some(match (self, other) {
+            (Ty::Never, ty) | (ty, Ty::Never) => ty.clone(),
+            (Ty::Integer, Ty::Scalar(scalar)) | (Ty::Scalar(scalar), Ty::Integer) if scalar.is_integer() => {
+                Ty::Scalar(*scalar)
+            }
+            (Ty::Float, Ty::Scalar(scalar)) | (Ty::Scalar(scalar), Ty::Float) if scalar.is_float() => {
+                Ty::Scalar(*scalar)
+            }
+            (Ty::Tuple(a), Ty::Tuple(b)) if a.len() == b.len() => {
+                Ty::Tuple(a.iter().zip(b).map(|(a, b)| a.unified(b)).collect::<Option<_>>()?)
+            }
+            (Ty::Option(a), Ty::Option(b)) => Ty::Option(Box::new(a.unified(b)?)),
+            (a, b) if a == b => a.clone(),
+            _ => return None,
+        })
+    }
+
+    /// Whether no part of it is open.
+    pub fn is_known(&self) -> bool {
+        match self {
+            Ty::Integer | Ty::Float | Ty::Never => false,
+            Ty::Tuple(parts) => parts.iter().all(Ty::is_known),
+            Ty::Option(of) => of.is_known(),
+            _ => true,
+        }
+    }
+}
+
+impl fmt::Display for Ty {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Ty::Integer => formatter.write_str("an integer"),
+            Ty::Float => formatter.write_str("a floating-point number"),
+            Ty::Scalar(scalar) => write!(formatter, "{scalar}"),
+            Ty::New { name, .. } => formatter.write_str(name),
+            Ty::Struct(_) => formatter.write_str("a struct"),
+            Ty::Tuple(parts) => {
+                let parts: Vec<String> = parts.iter().map(Ty::to_string).collect();
+                write!(formatter, "({})", parts.join(", "))
+            }
+            Ty::Option(of) => write!(formatter, "Option<{of}>"),
+            Ty::Never => formatter.write_str("nothing"),
+        }
+    }
+}
+
+/// What an expression stands for.
+#[derive(Clone, Debug)]
+pub(crate) enum Val {
+    /// A number that is calculated.
+    Number(Expr, Ty),
+    /// A variable.
+    Var(Var),
+    Tuple(Vec<Val>),
+    /// `Some`, or `None`.
+    Option(Option<Box<Val>>),
+    /// A whole floating-point number, which only a conversion takes.
+    Rounded(Convert, Expr, Scalar),
+    /// The order of two numbers.
+    Compared(Expr, Expr, Scalar),
+    /// From, to, and whether that belongs to it; of a type.
+    Range(Expr, Expr, bool, Scalar),
+}
+
+/// A variable.
+#[derive(Clone, Debug)]
+pub(crate) enum Var {
+    /// A number or a struct.
+    Place(Place, Ty),
+    Tuple(Vec<Var>),
+    /// Whether there is a value, and the value.
+    Option(Place, Box<Var>),
+}
+
+impl Var {
+    pub fn ty(&self) -> Ty {
+        match self {
+            Var::Place(_, ty) => ty.clone(),
+            Var::Tuple(parts) => Ty::Tuple(parts.iter().map(Var::ty).collect()),
+            Var::Option(_, value) => Ty::Option(Box::new(value.ty())),
+        }
+    }
+
+    /// The places of its numbers, one after the other.
+    pub fn places(&self) -> Vec<Place> {
+        match self {
+            Var::Place(place, _) => vec![place.clone()],
+            Var::Tuple(parts) => parts.iter().flat_map(Var::places).collect(),
+            Var::Option(some, value) => {
+                let mut places = vec![some.clone()];
+                places.extend(value.places());
+                places
+            }
+        }
+    }
+
+    /// Its value.
+    pub fn load(&self) -> Val {
+        match self {
+            Var::Place(place, ty) => match ty.kept() {
+                Some(kept) => Val::Number(Expr::Load(kept, place.clone()), ty.clone()),
+                None => Val::Var(self.clone()),
+            },
+            Var::Tuple(parts) => Val::Tuple(parts.iter().map(Var::load).collect()),
+            Var::Option(..) => Val::Var(self.clone()),
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! The laws as typed programs give the bits of the laws in Rust, call by call, with usual values and odd ones.
+
+use blocks::{Block, EachBlock, Kind, Row, Time, Value, Word, for_each_block};
+use laws::{Law, Sources};
+use scl::machine::{Code, Machine};
+use scl::program::{Program, Scalar, Type};
+use std::sync::Arc;
+
+/// Calls of each block; `PLCFMU_CALLS=1000000` makes a million of them.
+fn calls() -> usize {
+    std::env::var("PLCFMU_CALLS").map_or(20_000, |calls| calls.parse().expect("PLCFMU_CALLS is a number"))
+}
+
+/// Random numbers (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut bits = self.0;
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        bits ^ (bits >> 31)
+    }
+
+    fn below(&mut self, count: u64) -> u64 {
+        (self.next() >> 11) % count
+    }
+
+    fn real(&mut self, most: f32) -> f32 {
+        (self.below(1 << 24) as f32 / (1 << 23) as f32 - 1.0) * most
+    }
+
+    /// A value for a row: usual ones, and, if they are wanted, any bits of the type.
+    fn value(&mut self, row: &Row, odd: bool) -> Value {
+        const ODD: [f32; 10] = [
+            f32::NAN,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            -0.0,
+            1e-45,
+            -1e-40,
+            f32::MAX,
+            f32::MIN,
+            2_147_483_648.0,
+            16_777_217.0,
+        ];
+        let odd = odd && self.below(6) == 0;
+        match row.kind {
+            Kind::Bool => Value::Bool(self.below(2) == 1),
+            Kind::Time if odd => Value::Time(Time::ms(self.next() as i32)),
+            Kind::Time => Value::Time(Time::ms(match self.below(4) {
+                0 => self.below(3) as i32,
+                1 => 10 * self.below(30) as i32,
+                _ => 1 + self.below(20_000) as i32,
+            })),
+            Kind::Word => Value::Word(Word::new(self.next() as i16)),
+            Kind::Int if odd => Value::Int([i16::MIN, i16::MAX, -1, 0][self.below(4) as usize]),
+            Kind::Int => Value::Int(self.below(41) as i16 - 10),
+            Kind::LReal => Value::LReal(f64::from(self.real(100.0))),
+            _ if odd => Value::Real(ODD[self.below(10) as usize]),
+            _ => Value::Real(match self.below(5) {
+                0 => [0.0, 1.0, 100.0, -100.0, 0.5][self.below(5) as usize],
+                1 => self.real(1e6),
+                _ => self.real(150.0),
+            }),
+        }
+    }
+}
+
+/// The bytes of a variable one after the other without gaps, as a block stores itself; all that is not a number is alike.
+fn stored(program: &Program, ty: &Type, bytes: &[u8], into: &mut Vec<u8>) {
+    match ty {
+        Type::Scalar(ty) => {
+            let value = scl::program::Value::read(*ty, bytes);
+            let nan = match ty {
+                Scalar::F32 => scl::program::Value::from(f32::NAN),
+                Scalar::F64 => scl::program::Value::from(f64::NAN),
+                _ => value,
+            };
+            let value = if ty.is_float() && value.number().is_nan() { nan } else { value };
+            let mut own = [0; 8];
+            value.write(&mut own);
+            into.extend(&own[..ty.size()]);
+        }
+        Type::Record(record) => {
+            for member in &program.records[*record].members {
+                stored(program, &member.ty, &bytes[member.offset..], into);
+            }
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The same of a block: its own bytes, read in the layout of the law.
+fn stored_block(program: &Program, ty: &Type, bytes: &mut &[u8], into: &mut Vec<u8>) {
+    match ty {
+        Type::Scalar(scalar) => {
+            stored(program, ty, bytes, into);
+            *bytes = &bytes[scalar.size()..];
+        }
+        Type::Record(record) => {
+            for member in &program.records[*record].members {
+                stored_block(program, &member.ty, bytes, into);
+            }
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Where the row of a table lies, and its type.
+fn place(law: &Law, row: &Row) -> (Scalar, usize) {
+    let path = format!("{}.{}", law.name, row.full_name());
+    match law.program.find(&path) {
+        Some((offset, Type::Scalar(ty))) => (ty, offset),
+        other => panic!("{path}: {other:?}"),
+    }
+}
+
+struct Compare(Vec<String>);
+
+impl EachBlock for Compare {
+    fn block<B: Block>(&mut self) {
+        let law = laws::read(&Sources::of_blocks(), B::TABLE.name).unwrap_or_else(|error| panic!("{error}"));
+        compare::<B>(&law, calls());
+        self.0.push(law.name);
+    }
+}
+
+fn compare<B: Block>(law: &Law, calls: usize) {
+    let rows = B::TABLE.rows;
+    let places: Vec<_> = rows.iter().map(|row| place(law, row)).collect();
+    let code = Code::compile(&law.program).unwrap_or_else(|error| panic!("{error}"));
+    let mut machine = Machine::new(Arc::new(code));
+    let mut random = Random(B::TABLE.name.len() as u64);
+    let mut block = B::default();
+    let is_kept = |row: &Row| !row.role.is_settable();
+    let whole = Type::Record(law.record);
+    let mut restarts = 0;
+    for call in 0..calls {
+        // Sections with usual values and sections with odd ones; each begins with a fresh block.
+        if call % 1000 == 0 {
+            block = B::default();
+            machine.restart();
+        }
+        let odd = call / 1000 % 2 == 1;
+        for (row, (ty, offset)) in rows.iter().zip(&places).filter(|(row, _)| !is_kept(row)) {
+            if call % 1000 == 0 || random.below(12) == 0 {
+                let index = rows.iter().position(|it| std::ptr::eq(it, row)).unwrap();
+                // A restart is rare.
+                let value = match row.kind {
+                    Kind::Bool if row.name == "COM_RST" => Value::Bool(random.below(20) == 0),
+                    _ => random.value(row, odd),
+                };
+                block.set(index, value);
+                machine.set(scl::program::Value::new(*ty, scl::program::Value::of_plc(value).bits()), *offset);
+            }
+        }
+        if call % 1000 == 0 || random.below(200) == 0 {
+            restarts += 1;
+            block.restart();
+            machine.call(law.restart, 0).unwrap();
+        }
+        block.call();
+        machine.call(law.call, 0).unwrap();
+        let (mut expected, mut found, mut own) = (Vec::new(), Vec::new(), Vec::new());
+        block.write(&mut own);
+        stored_block(&law.program, &whole, &mut &own[..], &mut expected);
+        stored(&law.program, &whole, machine.state(), &mut found);
+        if expected != found {
+            let differ = |(row, (ty, offset)): (&Row, &(Scalar, usize))| {
+                let index = rows.iter().position(|it| std::ptr::eq(it, row)).unwrap();
+                let (law, rust) = (machine.get(*ty, *offset), block.get(index).unwrap());
+                let rust = scl::program::Value::of_plc(rust);
+                let both_nan = law.number().is_nan() && rust.number().is_nan();
+                (law != rust && !both_nan).then(|| format!("{} is {law}, in Rust {rust}", row.full_name()))
+            };
+            let differ: Vec<String> = rows.iter().zip(&places).filter_map(differ).collect();
+            panic!("{} differs in call {call}: {differ:?}\n{found:?}\n{expected:?}", law.name);
+        }
+        if B::TABLE.mean.is_some() {
+            let (offset, _) = law.program.find("pulse").unwrap();
+            assert_eq!(machine.get(Scalar::I32, offset), block.pulse().into(), "pulse of {} in call {call}", law.name);
+        }
+    }
+    assert!(restarts > calls / 1000, "{restarts} restarts");
+}
+
+#[test]
+fn laws_give_the_bits_of_rust_with_usual_and_odd_values() {
+    let mut compare = Compare(Vec::new());
+    for_each_block(&mut compare);
+    assert!(compare.0.len() >= 5, "{:?}", compare.0);
+}
+
+#[test]
+fn start_values_are_those_of_the_table() {
+    struct Starts;
+    impl EachBlock for Starts {
+        fn block<B: Block>(&mut self) {
+            let law = laws::read(&Sources::of_blocks(), B::TABLE.name).unwrap();
+            let (mut expected, mut found, mut own) = (Vec::new(), Vec::new(), Vec::new());
+            B::default().write(&mut own);
+            let ty = Type::Record(law.record);
+            stored_block(&law.program, &ty, &mut &own[..], &mut expected);
+            stored(&law.program, &ty, &law.program.records[law.record].start, &mut found);
+            assert_eq!(found, expected, "{}", law.name);
+        }
+    }
+    for_each_block(&mut Starts);
+}
