@@ -24,18 +24,20 @@
 //!
 //! Names of variables have points, and so have TOML's keys: both ways of writing give the same name.
 
+mod write;
+
 use crate::plan::near;
 use crate::system::{Connection, Exchange, Member, Place, Recorded, Setting, System, Value};
 use anyhow::{Context, Result, anyhow, bail};
 use parameters::{Options, Reading, Source};
 use serde::Deserialize;
 use serde::de::{self, DeserializeOwned, MapAccess, SeqAccess, Visitor};
-use std::collections::BTreeMap;
 use std::fmt;
 use std::fs;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use toml::Spanned;
+pub use write::write;
 
 /// The largest file, in bytes.
 const LARGEST: u64 = 1 << 20;
@@ -429,75 +431,6 @@ impl<'a> Reader<'a> {
         let parameters::Place { line, column, .. } = self.source.place(span);
         Place { file: self.source.file.clone(), line, column }
     }
-}
-
-/// A system as the text of such a file, whose paths are relative to `folder` where they can be. Values of parameter files
-/// become settings.
-///
-/// # Errors
-/// A path is not text.
-pub fn write(system: &System, folder: &Path) -> Result<String> {
-    use toml::{Table, Value as Item};
-    let item = |value: Value| match value {
-        Value::Boolean(value) => Item::Boolean(value),
-        Value::Number(number) => Item::Float(number),
-    };
-    let mut content = Table::new();
-    for (name, seconds) in [("start", system.start), ("stop", system.stop), ("step", system.step)] {
-        content.extend(seconds.map(|seconds| (name.to_string(), Item::Float(seconds))));
-    }
-    if system.exchange == Exchange::Parallel {
-        content.insert("exchange".into(), "parallel".into());
-    }
-    if !system.record.is_empty() {
-        let names = system.record.iter().map(|of| Item::from(of.variable.as_str()));
-        content.insert("record".into(), Item::Array(names.collect()));
-    }
-    let mut fmus = Table::new();
-    for Member { name, path } in &system.members {
-        let path = relative(path, folder);
-        let path = path.to_str().with_context(|| format!("{} is not valid Unicode", path.display()))?;
-        fmus.insert(name.clone(), path.into());
-    }
-    content.insert("fmus".into(), Item::Table(fmus));
-    let mut connections: BTreeMap<&str, Vec<Item>> = BTreeMap::new();
-    for Connection { from, to, .. } in &system.connections {
-        connections.entry(from).or_default().push(to.as_str().into());
-    }
-    let connections = connections.into_iter().map(|(from, mut to)| {
-        let to = if to.len() == 1 { to.remove(0) } else { Item::Array(to) };
-        (from.to_string(), to)
-    });
-    content.insert("connections".into(), Item::Table(connections.collect()));
-    let firm = |variable: &str| system.settings.iter().any(|of| !of.is_preliminary && of.variable == variable);
-    let connected = |variable: &str| system.connections.iter().any(|of| of.to == variable);
-    let (mut settings, mut events) = (Table::new(), Vec::<(f64, Table)>::new());
-    for Setting { variable, value, time, is_preliminary, .. } in &system.settings {
-        let entry = (variable.clone(), item(*value));
-        match time {
-            None if *is_preliminary && (firm(variable) || connected(variable)) => {}
-            None => settings.extend([entry]),
-            Some(time) => match events.iter_mut().find(|(other, _)| other == time) {
-                Some((_, set)) => set.extend([entry]),
-                None => events.push((*time, Table::from_iter([entry]))),
-            },
-        }
-    }
-    content.insert("settings".into(), Item::Table(settings));
-    let event = |(time, set)| {
-        Item::Table(Table::from_iter([("time".to_string(), Item::Float(time)), ("set".to_string(), Item::Table(set))]))
-    };
-    if !events.is_empty() {
-        content.insert("events".into(), Item::Array(events.into_iter().map(event).collect()));
-    }
-    Ok(toml::to_string(&content)?)
-}
-
-/// A path as a file in `folder` names it.
-fn relative(path: &Path, folder: &Path) -> PathBuf {
-    let absolute = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    let path = absolute(path);
-    path.strip_prefix(absolute(folder)).map(Path::to_path_buf).unwrap_or(path)
 }
 
 /// A message of TOML's reader in the words of a user: "expected a list; found the text \"max\"".

@@ -223,7 +223,7 @@ pub const FILES: [&str; 6] = ["tuned.toml", "tuned.json", "settings.csv", "front
 pub fn write(folder: &Path, found: &Found) -> Result<Vec<PathBuf>> {
     let system = found.tuning.system(&found.best().values);
     std::fs::create_dir_all(folder).map_err(|error| anyhow!("{} cannot be made: {error}", folder.display()))?;
-    let mut files: Vec<(&str, Vec<u8>)> = vec![("tuned.toml", file::write(&system, folder)?.into_bytes())];
+    let mut files: Vec<(&str, Vec<u8>)> = vec![("tuned.toml", file::write(&system.as_in(folder))?.into_bytes())];
     files.extend(parameter_file(found.tuning, &system)?.map(|content| ("tuned.json", content)));
     files.push(("settings.csv", found.settings_csv().into_bytes()));
     if found.tuning.problem.front.is_some() {

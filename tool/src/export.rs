@@ -2,7 +2,7 @@
 
 use crate::describe::as_loop;
 use crate::home::Home;
-use crate::message::{FiguresRequest, Loop, Values};
+use crate::message::{FiguresRequest, Loop, Member};
 use crate::report::{self, Report};
 use crate::session::{Record, Session};
 use crate::signals;
@@ -10,12 +10,10 @@ use anyhow::{Result, bail};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use parameters::Format;
+use run::file;
 use run::master::write_csv;
-use run::system::{Exchange, Value};
+use run::system::{Connection, Setting, System, Value};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
-use std::fmt::Write;
-use toml_writer::TomlWrite;
 
 /// The longest description that `plcfmu run` reads, in bytes.
 const LONGEST_DESCRIPTION: usize = 1 << 20;
@@ -180,8 +178,8 @@ fn description(record: &Record) -> Result<(String, Vec<String>)> {
     if calls == 0 {
         bail!("the run has made no call: make one at least, and take it away then");
     }
-    let mut text = String::new();
-    describe_run(&mut text, record, calls)?;
+    let about = format!("# Run {} of the parameter tool, {calls} calls: plcfmu run FILE.toml\n", record.number());
+    let text = about + &file::write(&system(record, calls))?;
     if text.len() > LONGEST_DESCRIPTION {
         remarks.push(format!(
             "It has {} MiB, because each call of a ramp has its own event: 'plcfmu run' reads at most {} MiB.",
@@ -192,74 +190,30 @@ fn description(record: &Record) -> Result<(String, Vec<String>)> {
     Ok((text, remarks))
 }
 
-fn describe_run(text: &mut String, record: &Record, calls: usize) -> Result<()> {
+/// The first calls of a run as a system for `plcfmu run`.
+fn system(record: &Record, calls: usize) -> System {
     let setup = record.setup();
-    writeln!(text, "# Run {} of the parameter tool, {calls} calls: plcfmu run FILE.toml", record.number())?;
-    for (name, seconds) in [("start", record.time(0)), ("step", record.step()), ("stop", record.time(calls))] {
-        write!(text, "{name} = ")?;
-        text.value(seconds)?;
-        text.newline()?;
-    }
-    if setup.exchange == Exchange::Parallel {
-        writeln!(text, "exchange = \"parallel\"")?;
-    }
-    writeln!(text, "\n[fmus]")?;
-    for member in &setup.members {
-        entry(text, &member.name, |text| text.value(format!("{}.fmu", member.fmu).as_str()))?;
-    }
-    if !setup.connections.is_empty() {
-        writeln!(text, "\n[connections]")?;
-        let mut inputs: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-        for (from, to) in &setup.connections {
-            inputs.entry(from).or_default().push(to);
-        }
-        for (from, to) in inputs {
-            entry(text, from, |text| match to[..] {
-                [to] => text.value(to),
-                _ => text.value(to.as_slice()),
-            })?;
-        }
-    }
-    let is_connected = |variable: &str| setup.connections.iter().any(|(_, to)| to == variable);
-    writeln!(text, "\n[settings]")?;
-    for member in &setup.members {
-        for (name, value) in &member.values {
-            let variable = format!("{}.{name}", member.name);
-            if !is_connected(&variable) {
-                entry(text, &variable, |text| write_value(text, *value))?;
-            }
-        }
-    }
-    // The last value counts if a variable was set twice before one call.
-    let mut events: BTreeMap<usize, Values> = BTreeMap::new();
-    for event in record.events().events.into_iter().filter(|event| event.call < calls) {
-        events.entry(event.call).or_default().insert(event.variable, event.value);
-    }
-    for (call, values) in events {
-        write!(text, "\n[[events]]\ntime = ")?;
-        text.value(record.time(call))?;
-        text.newline()?;
-        for (variable, value) in values {
-            text.key("set")?;
-            text.key_sep()?;
-            entry(text, &variable, |text| write_value(text, value))?;
-        }
-    }
-    Ok(())
-}
-
-/// A line `key = value`.
-fn entry(text: &mut String, key: &str, value: impl FnOnce(&mut String) -> std::fmt::Result) -> std::fmt::Result {
-    text.key(key)?;
-    write!(text, " = ")?;
-    value(text)?;
-    text.newline()
-}
-
-fn write_value(text: &mut String, value: Value) -> std::fmt::Result {
-    match value {
-        Value::Boolean(value) => text.value(value),
-        Value::Number(value) => text.value(value),
+    let set = |variable: String, value, time| Setting { variable, value, time, is_preliminary: false, place: None };
+    let is_free = |variable: &String| !setup.connections.iter().any(|(_, to)| to == variable);
+    let member = |of: &Member| run::system::Member { name: of.name.clone(), path: format!("{}.fmu", of.fmu).into() };
+    let at_start = setup.members.iter().flat_map(|member| {
+        let full = move |(name, value): (&String, &Value)| (format!("{}.{name}", member.name), *value);
+        member.values.iter().map(full)
+    });
+    let at_start =
+        at_start.filter(|(variable, _)| is_free(variable)).map(|(variable, value)| set(variable, value, None));
+    let events = record.events().events.into_iter().filter(|event| event.call < calls);
+    let events = events.map(|event| set(event.variable, event.value, Some(record.time(event.call))));
+    let connection = |(from, to): &(String, String)| Connection { from: from.clone(), to: to.clone(), place: None };
+    System {
+        members: setup.members.iter().map(member).collect(),
+        settings: at_start.chain(events).collect(),
+        connections: setup.connections.iter().map(connection).collect(),
+        start: Some(record.time(0)),
+        stop: Some(record.time(calls)),
+        step: Some(record.step()),
+        exchange: setup.exchange,
+        ..System::default()
     }
 }
 

@@ -137,7 +137,7 @@ pub fn run(options: &Options) -> Result<()> {
         lines.push(file.display().to_string());
     }
     if let Some(path) = &options.save {
-        let text = file::write(&system, temporary::folder(path))?;
+        let text = file::write(&system.as_in(temporary::folder(path)))?;
         temporary::place(path, |to| Ok(to.write_all(text.as_bytes())?), |_| Ok(()))?;
         lines.push(path.display().to_string());
     }

@@ -1,9 +1,9 @@
 use super::*;
-use crate::message::{Member, Setting, Setup};
+use crate::message::{Setting, Setup, Values};
 use crate::test_home::TestHome;
 use run::fmus::Fmus;
 use run::master::{self, Recording};
-use run::system::{self, Connection, System};
+use run::system;
 
 fn home() -> TestHome {
     TestHome::default()

@@ -1,0 +1,109 @@
+//! A system as the text of a TOML file.
+
+use crate::system::{Exchange, Setting, System, Value};
+use anyhow::{Context, Result};
+use std::collections::BTreeMap;
+use std::fmt::{self, Write};
+use std::fs;
+use std::path::Path;
+use toml_writer::TomlWrite;
+
+/// A system as the text of such a file, with the paths as they are. Values of parameter files become settings; of a variable that
+/// is set twice at one time, the last value counts.
+///
+/// # Errors
+/// A path is not text.
+pub fn write(system: &System) -> Result<String> {
+    let mut text = String::new();
+    for (name, seconds) in [("start", system.start), ("stop", system.stop), ("step", system.step)] {
+        if let Some(seconds) = seconds {
+            entry(&mut text, name, |text| text.value(seconds))?;
+        }
+    }
+    if system.exchange == Exchange::Parallel {
+        entry(&mut text, "exchange", |text| text.value("parallel"))?;
+    }
+    if !system.record.is_empty() {
+        let names: Vec<&str> = system.record.iter().map(|of| of.variable.as_str()).collect();
+        entry(&mut text, "record", |text| text.value(names))?;
+    }
+    text.write_str("\n[fmus]\n")?;
+    for member in &system.members {
+        let path = member.path.to_str().with_context(|| format!("{} is not valid Unicode", member.path.display()))?;
+        entry(&mut text, &member.name, |text| text.value(path))?;
+    }
+    if !system.connections.is_empty() {
+        text.write_str("\n[connections]\n")?;
+        let mut inputs: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for connection in &system.connections {
+            inputs.entry(&connection.from).or_default().push(&connection.to);
+        }
+        for (from, to) in inputs {
+            entry(&mut text, from, |text| match to[..] {
+                [to] => text.value(to),
+                _ => text.value(to),
+            })?;
+        }
+    }
+    settings(&mut text, system)?;
+    Ok(text)
+}
+
+/// What is set at the start, and the events in the order of time.
+fn settings(text: &mut String, system: &System) -> fmt::Result {
+    let firm = |variable: &str| system.settings.iter().any(|of| !of.is_preliminary && of.variable == variable);
+    let connected = |variable: &str| system.connections.iter().any(|of| of.to == variable);
+    let (start, mut events): (Vec<&Setting>, Vec<&Setting>) = system.settings.iter().partition(|of| of.time.is_none());
+    let start = start.into_iter().filter(|of| !of.is_preliminary || !(firm(&of.variable) || connected(&of.variable)));
+    text.write_str("\n[settings]\n")?;
+    set(text, "", start)?;
+    let time = |of: &Setting| of.time.unwrap_or_default();
+    events.sort_by(|one, other| time(one).total_cmp(&time(other)));
+    for event in events.chunk_by(|one, other| time(one) == time(other)) {
+        text.write_str("\n[[events]]\n")?;
+        entry(text, "time", |text| text.value(time(event[0])))?;
+        set(text, "set.", event.iter().copied())?;
+    }
+    Ok(())
+}
+
+/// A line for each variable, with the last of its values.
+fn set<'a>(text: &mut String, prefix: &str, settings: impl Iterator<Item = &'a Setting>) -> fmt::Result {
+    let mut values: Vec<(&str, Value)> = Vec::new();
+    for of in settings {
+        match values.iter_mut().find(|(variable, _)| *variable == of.variable) {
+            Some((_, value)) => *value = of.value,
+            None => values.push((&of.variable, of.value)),
+        }
+    }
+    for (variable, value) in values {
+        text.write_str(prefix)?;
+        entry(text, variable, |text| match value {
+            Value::Boolean(value) => text.value(value),
+            Value::Number(value) => text.value(value),
+        })?;
+    }
+    Ok(())
+}
+
+/// A line `key = value`.
+fn entry(text: &mut String, key: &str, value: impl FnOnce(&mut String) -> fmt::Result) -> fmt::Result {
+    text.key(key)?;
+    text.write_str(" = ")?;
+    value(text)?;
+    text.newline()
+}
+
+impl System {
+    /// The same with the paths of its FMUs as a file in `folder` names them: relative to it where they are below it.
+    pub fn as_in(&self, folder: &Path) -> System {
+        let absolute = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        let relative = |path: &Path| {
+            let path = absolute(path);
+            path.strip_prefix(absolute(folder)).map(Path::to_path_buf).unwrap_or(path)
+        };
+        let mut system = self.clone();
+        system.members.iter_mut().for_each(|member| member.path = relative(&member.path));
+        system
+    }
+}
