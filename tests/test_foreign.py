@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 
+import fmpy
 import pytest
 
 import host
@@ -92,7 +93,7 @@ def test_a_file_that_cannot_be_read_has_a_return_code_of_its_own(plcfmu):
 def test_what_an_fmu_prints_goes_to_standard_error(plcfmu, faulty):
     code, output, errors = plcfmu("run", str(faulty), "--step=1", "--stop=2", "--record=FAULTY.Y", "--out=-")
     assert code == 0
-    assert output == "time,FAULTY.Y\n0.0,0.0\n1.0,0.0\n"
+    assert output == "time,FAULTY.Y\n0.0,0.0\n1.0,0.0\n2.0,0.0\n"
     assert "an FMU that talks" in errors
 
 
@@ -101,9 +102,25 @@ def test_an_fmu_may_end_the_run(plcfmu, faulty):
     code, output, errors = plcfmu("run", str(faulty), *settings, "--step=1", "--stop=9", "--out=-")
     assert code == 0
     # Three steps of y += (8 - y) / 8.
-    assert output == "time,FAULTY.Y\n0.0,1.0\n1.0,1.875\n2.0,2.640625\n"
+    assert output == "time,FAULTY.Y\n0.0,0.0\n1.0,1.0\n2.0,1.875\n3.0,2.640625\n"
     assert "FAULTY: at 3.0 s, step 1.0 s: the FMU ended the simulation" in errors
     assert "3 steps of 1 s" in errors
+
+
+def test_the_rows_of_an_fmu_alone_are_those_of_fmpy(plcfmu, faulty):
+    """From the start to the end, with what the FMU gave before the first step."""
+    code, output, _ = plcfmu("run", str(faulty), "--set=FAULTY.U=8", "--record=FAULTY.Y", "--step=0.25", "--stop=9", "--out=-")
+    assert code == 0
+    rows = [tuple(map(float, line.split(","))) for line in output.splitlines()[1:]]
+    options = {"step_size": 0.25, "output_interval": 0.25, "stop_time": 9.0}
+    values = fmpy.simulate_fmu(str(faulty), start_values={"U": 8}, output=["Y"], **options)
+    assert rows[:3] == [(0.0, 0.0), (0.25, 0.25), (0.5, 0.4921875)]
+    assert rows == [(float(row["time"]), float(row["Y"])) for row in values]
+
+
+def test_a_time_is_written_as_the_decimal_that_it_is(plcfmu, faulty):
+    _, output, _ = plcfmu("run", str(faulty), "--record=FAULTY.Y", "--step=0.2", "--stop=600", "--out=-")
+    assert [line.split(",")[0] for line in output.splitlines()[1:]] == [f"{step / 5:.1f}" for step in range(3001)]
 
 
 @posix

@@ -102,7 +102,7 @@ def test_options_come_on_top_of_a_description(call, tmp_path):
     text = recorded(call("run", "loop.toml", "--fmus=PLCFMU_FMUS", "--out=-", *top, "--record=CONT_C.LMN_P"))
     rows = list(csv.DictReader(io.StringIO(text)))
     assert list(rows[0]) == ["time", "CONT_C.SP_INT", "CONT_C.LMN_P"]
-    assert [float(row["CONT_C.SP_INT"]) for row in rows] == [60.0] * 20 + [80.0] * 10
+    assert [float(row["CONT_C.SP_INT"]) for row in rows] == [60.0] * 20 + [80.0] * 11
     assert float(rows[0]["CONT_C.LMN_P"]) == pytest.approx(2 * 40, abs=0.1)
 
 

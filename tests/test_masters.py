@@ -125,9 +125,7 @@ def by_fmpy(loop, open_fmu, in_sequence=False, begin_with_0=False):
 
 
 def by_plcfmu(loop, open_fmu, pack, command):
-    # A row of `plcfmu run` has what the outputs were before the step; so the run makes one more.
-    stop = (loop.steps + 1) * loop.step
-    arguments = [command, "run", loop.path, "--fmus", host.FOLDER, "--stop", stop, "--out", "-"]
+    arguments = [command, "run", loop.path, "--fmus", host.FOLDER, "--stop", loop.steps * loop.step, "--out", "-"]
     for name in loop.fmus:
         arguments += [f"--record={name}.{output}" for output in open_fmu(name).of("output")]
     run = subprocess.run(list(map(str, arguments)), check=True, stdout=subprocess.PIPE, universal_newlines=True)

@@ -97,8 +97,8 @@ def test_the_loop_of_controller_and_plant_is_that_of_fmpy_bit_for_bit(run, open_
     )
     controller = open_fmu("CONT_C").start(**CONTROLLER, SP_INT=170.0)
     furnace = open_fmu("HEATER").start(T_START=170.0)
-    assert [float(row["time"]) for row in table] == [float(number) for number in range(300)]
-    for row in table:
+    assert [float(row["time"]) for row in table] == [float(number) for number in range(301)]
+    for row in table[:-1]:
         time = float(row["time"])
         seen = furnace["T_PER"]
         controller.step(1.0, PV_PER=seen, MAN_ON=time < 30)
@@ -109,6 +109,9 @@ def test_the_loop_of_controller_and_plant_is_that_of_fmpy_bit_for_bit(run, open_
         expected["HEATER.POWER"] = furnace["POWER"]
         expected["HEATER.DOOR"] = furnace["DOOR"]
         same(row, expected)
+    # At the end there is no call: the controller would see what the plant gives now.
+    expected = {"CONT_C.PV_PER": furnace["T_PER"], "HEATER.TEMP": furnace["TEMP"], "CONT_C.LMN": controller["LMN"]}
+    same(table[-1], expected)
 
 
 def test_pulses_are_those_of_fmpy_bit_for_bit(run, open_fmu):
@@ -137,8 +140,8 @@ def test_pulses_are_those_of_fmpy_bit_for_bit(run, open_fmu):
     controller = open_fmu("CONT_C").start(**settings)
     pulses = open_fmu("PULSEGEN").start(PER_TM=1.0, STEP3_ON=False)
     chamber = open_fmu("THERMO").start(CYCLE=0.01)
-    assert len(table) == 1200
-    for number, row in enumerate(table):
+    assert len(table) == 1201
+    for number, row in enumerate(table[:-1]):
         for instance in (controller, pulses, chamber):
             instance.time = number * 0.01
         controller.step(0.01, PV_PER=chamber["T_PER"])
@@ -177,13 +180,13 @@ def test_in_parallel_every_connection_delays_by_one_step(run, open_fmu):
 def test_every_fmu_runs_alone_with_what_it_proposes(run, fmu):
     experiment = fmu.description.defaultExperiment
     table = recorded(run, str(fmu.path))
-    assert len(table) == round(float(experiment.stopTime) / float(experiment.stepSize))
+    assert len(table) == round(float(experiment.stopTime) / float(experiment.stepSize)) + 1
     assert list(table[0]) == ["time"] + [f"{fmu.name}.{name}" for name in fmu.of("output")]
     instance = fmu.start()
     for row in table[:20]:
+        same(row, {f"{fmu.name}.{name}": value for name, value in instance.get(fmu.of("output")).items()})
         instance.time = float(row["time"])
         instance.step(float(experiment.stepSize))
-        same(row, {f"{fmu.name}.{name}": value for name, value in instance.get(fmu.of("output")).items()})
 
 
 def test_the_same_file_runs_twice_under_two_names(run):
@@ -255,9 +258,9 @@ def test_the_recording_goes_to_a_file_and_the_summary_to_standard_output(run, tm
     assert done.returncode == 0 and done.stderr == ""
     first, second, third, *_ = done.stdout.splitlines()
     assert first.startswith("20 steps of 0.1 s, as HEATER proposes, from 0 s to 2 s, in ")
-    assert second == "result.csv: 20 rows of the time and 15 variables"
+    assert second == "result.csv: 21 rows of the time and 15 variables"
     assert third == "result.png"
-    assert len(rows((tmp_path / "result.csv").read_text())) == 20
+    assert len(rows((tmp_path / "result.csv").read_text())) == 21
     assert (tmp_path / "result.png").read_bytes().startswith(b"\x89PNG")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["result.csv", "result.png", "tmp"]
 
@@ -287,9 +290,9 @@ def integrator(pack_foreign, tmp_path_factory):
 
 def test_an_fmu_of_others_with_the_least_functions_runs_and_finds_its_resources(run, integrator):
     table = recorded(run, integrator, set={"INTEGRATOR.U": 4, "INTEGRATOR.ON": "true@1"}, step=0.5, stop=2)
-    assert [row["INTEGRATOR.Y"] for row in table] == ["0.0", "0.0", "1.0", "2.0"]
-    assert [row["INTEGRATOR.STEPS"] for row in table] == ["1", "2", "3", "4"]
-    assert [row["INTEGRATOR.ON"] for row in table] == ["0", "0", "1", "1"]
+    assert [row["INTEGRATOR.Y"] for row in table] == ["0.0", "0.0", "0.0", "1.0", "2.0"]
+    assert [row["INTEGRATOR.STEPS"] for row in table] == ["0", "1", "2", "3", "4"]
+    assert [row["INTEGRATOR.ON"] for row in table] == ["0", "0", "1", "1", "1"]
 
 
 def test_an_integer_goes_to_a_real(run, integrator):
@@ -303,8 +306,8 @@ def test_an_integer_goes_to_a_real(run, integrator):
         stop=3,
         record=["b.U", "b.Y"],
     )
-    assert [row["b.U"] for row in table] == ["1.0", "2.0", "3.0"]
-    assert [row["b.Y"] for row in table] == ["0.5", "1.5", "3.0"]
+    assert [row["b.U"] for row in table] == ["1.0", "2.0", "3.0", "3.0"]
+    assert [row["b.Y"] for row in table] == ["0.0", "0.5", "1.5", "3.0"]
 
 
 def test_a_discarded_step_is_an_error_with_the_fmus_message(run, integrator):

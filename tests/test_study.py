@@ -123,7 +123,8 @@ def test_the_bytes_do_not_depend_on_how_the_runs_are_split(study, tmp_path):
     assert [row["C.GAIN"] for row in table[::15]] == ["1.0", "2.0", "3.0"]
     assert len({row["P.FURN_TM"] for row in table}) == 15, "each point of the grid has the same samples"
     assert all(float(row["P.TEMP.max"]) > 20.0 and row["error"] == "" for row in table)
-    curves = rows(tmp_path / "one/curves/run_44.csv")
+    # The last row is that of the end, at which there is no step.
+    *curves, _ = rows(tmp_path / "one/curves/run_44.csv")
     assert len(curves) == 60
     assert max(float(row["P.TEMP"]) for row in curves) == float(table[44]["P.TEMP.max"])
 

@@ -192,7 +192,8 @@ def assert_same_bits(page, run_described):
     shown, ran = recorded(table.decode()), run_described(description.decode())
     assert set(ran) <= set(shown)
     for name, values in ran.items():
-        assert [number(value) for value in values] == [number(value) for value in shown[name]], name
+        # The last row is that of the end, at which there is no call.
+        assert [number(value) for value in values[:-1]] == [number(value) for value in shown[name]], name
     return shown
 
 

@@ -182,7 +182,7 @@ def test_the_command_of_the_wheel_packs_a_program_without_rust_and_runs_it(insta
     )
     assert installed.run("plcfmu", "build", source, "--cycle=100ms") == "./Double.fmu\n"
     rows = installed.run("plcfmu", "run", "Double.fmu", "--stop=0.3", "--out=-", "--record=Double.y")
-    assert [float(row["Double.y"]) for row in csv.DictReader(io.StringIO(rows))] == [3.0, 3.0, 3.0]
+    assert [float(row["Double.y"]) for row in csv.DictReader(io.StringIO(rows))] == [0.0, 3.0, 3.0, 3.0]
 
 
 def test_the_package_of_the_wheel_finds_the_fmus_of_the_wheel(installed):

@@ -77,6 +77,9 @@ pub fn library<R: Read + Seek>(package: &Package<R>) -> Result<&LibraryFile> {
     if package.description.co_simulation.is_none() {
         bail!("the FMU is for model exchange only: a simulator with a solver can run it, this one cannot");
     }
+    if package.libraries.is_empty() {
+        bail!("the FMU has sources only: a tool that compiles them can run it, this one cannot");
+    }
     let platforms = platforms(OS, ARCH);
     let file = platforms.iter().find_map(|name| package.libraries.iter().find(|file| file.platform == *name));
     file.with_context(|| {

@@ -168,6 +168,18 @@ impl Description {
         self.variables.iter().find(|variable| variable.name == name)
     }
 
+    /// The time between two calls of what the FMU holds: the fixed parameter in seconds whose start value is the step that it
+    /// proposes, if there is one such parameter only.
+    pub fn cycle(&self) -> Option<&Variable> {
+        let step = self.default_experiment.and_then(|experiment| experiment.step_size)?;
+        let is_cycle = |variable: &&Variable| {
+            let is_fixed = variable.causality == Causality::Parameter && variable.variability == Variability::Fixed;
+            is_fixed && variable.unit.as_deref() == Some("s") && variable.start == Some(step)
+        };
+        let mut all = self.variables.iter().filter(is_cycle);
+        all.next().filter(|_| all.next().is_none())
+    }
+
     /// The start value of the variable with this name; true is 1.
     pub fn start(&self, name: &str) -> Option<f64> {
         self.variable(name)?.start

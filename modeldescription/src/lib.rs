@@ -26,7 +26,7 @@
 //!         "log_categories": [{"name": "logStatusError", "description": "Calls that were refused"}]}
 //! }"#;
 //! let file = ModelDescription::of(&Interface::parse(json)?)?;
-//! assert_eq!(file.check(false), Vec::<String>::new());
+//! assert_eq!(file.check(false).all(), Vec::<String>::new());
 //! assert_eq!(ModelDescription::read(&file.write())?, file);
 //! assert_eq!(file.description().start("CYCLE"), Some(0.1));
 //! # Ok::<(), modeldescription::Error>(())
@@ -50,5 +50,5 @@ pub use description::{
 };
 pub use error::{Error, shortened};
 pub use interface::Interface;
-pub use model_description::{MOST_FINDINGS, ModelDescription, Preset, VERSIONS};
+pub use model_description::{Findings, MOST_FINDINGS, ModelDescription, Preset, VERSIONS};
 pub use table::{Characteristic, Response, Row, Table};

@@ -4,6 +4,7 @@ use crate::description::{DefaultExperiment, Description};
 use crate::error::Error;
 use crate::interface::Interface;
 use crate::v2;
+pub use crate::v2::Findings;
 
 /// The versions of FMI that are supported, as `fmiVersion` states them.
 pub const VERSIONS: &[&str] = &[v2::FMI_VERSION];
@@ -60,9 +61,9 @@ impl ModelDescription {
         own.description()
     }
 
-    /// All mistakes that a schema does not find but that mislead a host, one sentence each. The model of a preset has another
+    /// All mistakes that a schema does not find, one sentence each. The model of a preset has another
     /// name than the library.
-    pub fn check(&self, is_preset: bool) -> Vec<String> {
+    pub fn check(&self, is_preset: bool) -> Findings {
         let ModelDescription::V2(own) = self;
         if !is_preset {
             return v2::check(own);

@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// # Errors
 /// The user names no block, or one whose instances cannot be dumped, or the dump is too short.
 pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
-    let mut report = Report::new(source);
+    let mut report = Report::new(source, options);
     let Ok(chosen) = report.chosen(blocks, options) else { return report.finish(Vec::new()) };
     let Some(block) = chosen else {
         let help = format!("name it with --block: {}", list(blocks));

@@ -33,6 +33,8 @@ pub struct Options {
     pub name: Option<String>,
     /// Where the instance begins in a dump, in bytes.
     pub offset: usize,
+    /// Loops that are right are read although others of the file are wrong.
+    pub is_partial: bool,
 }
 
 impl Format {
@@ -74,7 +76,7 @@ impl Format {
 /// Reads the loops of a file.
 ///
 /// # Errors
-/// All that is wrong with the file. Nothing of it is used then.
+/// All that is wrong with the file. Nothing of it is used then, unless [`Options::is_partial`] says else.
 pub fn read(format: Format, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
     let is_tree = matches!(format, Format::Openness | Format::Json | Format::Ssv);
     if is_tree && source.bytes.len() > LARGEST_TREE {

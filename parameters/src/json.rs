@@ -45,7 +45,7 @@ const STRICT: ParseOptions = ParseOptions {
 /// # Errors
 /// It is not such a file, or not clear of which block a loop is; then [`Options::block`] says it.
 pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
-    let mut report = Report::new(source);
+    let mut report = Report::new(source, options);
     let loops = loops(&mut report, source, blocks, options);
     report.finish(loops)
 }

@@ -18,15 +18,15 @@ use crate::literal;
 use crate::loops::Loop;
 use crate::named;
 use crate::problem::quoted;
-use crate::report::{MOST_LOOPS, Report, list};
+use crate::report::{MOST_LOOPS, Report, elements, list};
 use crate::xml::{self, Element, Xml};
 use crate::{Options, Problems, Reading, Source};
 use blocks::Kind;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// What the elements of blocks begin with.
-const BLOCK: &str = "SW.Blocks.";
+/// What the elements of blocks begin with. A controller is a technology object in TIA Portal.
+const BLOCKS: [&str; 2] = ["SW.Blocks.", "SW.TechnologicalObjects."];
 
 /// The namespace of the version that is written.
 const NAMESPACE: &str = "http://www.siemens.com/automation/Openness/SW/Interface/v5";
@@ -37,7 +37,7 @@ const NAMESPACE: &str = "http://www.siemens.com/automation/Openness/SW/Interface
 /// # Errors
 /// It is not such a document, or one of its instances has a member, a type or a value that its block does not have.
 pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
-    let mut report = Report::new(source);
+    let mut report = Report::new(source, options);
     let loops = loops(&mut report, source, blocks, options).unwrap_or_default();
     report.finish(loops)
 }
@@ -45,13 +45,15 @@ pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result
 fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &Options) -> Option<Vec<Loop>> {
     let chosen = report.chosen(blocks, options).ok()?;
     let root = xml::read(report, source)?;
-    let mut exported = root.children.iter().filter(|child| child.name.starts_with(BLOCK)).peekable();
+    let is_block = |child: &&Element| BLOCKS.iter().any(|begin| child.name.starts_with(begin));
+    let mut exported = root.children.iter().filter(is_block).peekable();
     if root.name != "Document" || exported.peek().is_none() {
-        let message = format!(
-            "expected a Document of TIA Portal Openness with an SW.Blocks.InstanceDB, found {}",
-            quoted(&root.name)
-        );
-        report.wrong(root.span.clone(), message, None);
+        let message = "expected a Document of TIA Portal Openness with an SW.Blocks.InstanceDB or a technology object";
+        if root.name == "Document" {
+            report.wrong_file(format!("{message}, found none"), None);
+        } else {
+            report.wrong(root.span.clone(), format!("{message}, found {}", quoted(&root.name)), None);
+        }
         return None;
     }
     let mut loops = Vec::new();
@@ -62,7 +64,11 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         let number = text("Number").filter(|number| !number.is_empty()).map(|number| format!("DB{number}"));
         let name = text("Name").filter(|name| !name.is_empty()).or(number);
         let name = name.unwrap_or_else(|| report.loop_name(options));
-        let of = text("InstanceOfName").unwrap_or_default();
+        let is_known = |of: &String| blocks.iter().any(|block| block.is_called(of));
+        // The type of a technology object is an element of the system's library.
+        let of_library = text("OfSystemLibElement").filter(is_known);
+        let of = text("InstanceOfName").filter(|of| of_library.is_none() || is_known(of)).or(of_library);
+        let of = of.unwrap_or_default();
         let Some(interface) = block.child("AttributeList").and_then(|list| list.child("Interface")) else {
             report.remark(Some(block.span.clone()), format!("{} has no interface: skipped", quoted(&name)));
             continue;
@@ -77,7 +83,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
             continue;
         }
         let types = Types { blocks, chosen: chosen.as_ref() };
-        types.instances(report, interface, &name, &of, &mut loops);
+        types.instances(report, interface, &Place { name: name.clone(), index: String::new() }, &of, &mut loops);
         // Of the instances inside a data block, the name of the data block.
         containers.resize(loops.len(), name.clone());
         if loops.len() == before && !report.is_wrong() {
@@ -118,16 +124,28 @@ struct Types<'a> {
 
 impl Types<'_> {
     /// Collects the instance whose sections `parent` holds, or else those among its members.
-    fn instances(&self, report: &mut Report, parent: &Element, name: &str, of: &str, loops: &mut Vec<Loop>) {
+    fn instances(&self, report: &mut Report, parent: &Element, at: &Place, of: &str, loops: &mut Vec<Loop>) {
         let Some(sections) = parent.child("Sections") else { return };
         if let Some(block) = self.named(of).or_else(|| self.by_members(sections)) {
-            loops.extend(instance(report, &block, name, sections));
+            loops.extend(instance(report, &block, at, sections));
             return;
         }
         for member in sections.children("Section").flat_map(|section| section.children("Member")) {
             let (name, of) =
                 (member.attribute("Name").unwrap_or_default(), member.attribute("Datatype").unwrap_or_default());
-            self.instances(report, member, name, of, loops);
+            let (of, elements) = match array(of) {
+                Some((elements, of)) => (of, elements),
+                None => (of, vec![String::new()]),
+            };
+            for element in elements {
+                if loops.len() > MOST_LOOPS {
+                    return;
+                }
+                let own = element.trim_matches(['[', ']']);
+                let index = if at.index.is_empty() || own.is_empty() { "" } else { "," };
+                let place = Place { name: format!("{name}{element}"), index: format!("{}{index}{own}", at.index) };
+                self.instances(report, member, &place, of, loops);
+            }
         }
     }
 
@@ -162,6 +180,30 @@ impl Types<'_> {
     }
 }
 
+/// Where an instance is.
+struct Place {
+    /// What it is called.
+    name: String,
+    /// The indices of the arrays that it is in, from the outer one on: `2` or `2,0`.
+    index: String,
+}
+
+/// The elements of an array, and their type: `Array[1..3] of "PUMP"`.
+fn array(datatype: &str) -> Option<(Vec<String>, &str)> {
+    let rest =
+        datatype.get(..5).filter(|word| word.eq_ignore_ascii_case("array")).map(|word| &datatype[word.len()..])?;
+    let (bounds, of) = rest.trim_start().strip_prefix('[')?.split_once(']')?;
+    let of = of.trim_start().get(2..)?.trim().trim_matches('"');
+    Some((elements(bounds)?, of))
+}
+
+/// The start value of a member, in an array that of this element.
+fn start_value<'a>(member: &'a Element, index: &str) -> Option<&'a Element> {
+    let is_own = |element: &&Element| element.attribute("Path") == Some(index);
+    let own = member.children("Subelement").find(is_own).and_then(|element| element.child("StartValue"));
+    own.or_else(|| member.child("StartValue"))
+}
+
 /// The members of the sections with inputs.
 fn inputs(sections: &Element) -> impl Iterator<Item = &Element> {
     let is_input = |section: &&Element| matches!(section.attribute("Name"), Some("Input" | "InOut"));
@@ -169,8 +211,8 @@ fn inputs(sections: &Element) -> impl Iterator<Item = &Element> {
 }
 
 /// The loop of one instance; `None` if something is wrong with it, which is reported.
-fn instance(report: &mut Report, block: &Arc<Block>, name: &str, sections: &Element) -> Option<Loop> {
-    let mut one = Loop::new(name, block.clone());
+fn instance(report: &mut Report, block: &Arc<Block>, at: &Place, sections: &Element) -> Option<Loop> {
+    let mut one = Loop::new(&at.name, block.clone());
     let mut given = vec![false; block.members.len()];
     let mut is_right = true;
     for element in inputs(sections) {
@@ -202,7 +244,8 @@ fn instance(report: &mut Report, block: &Arc<Block>, name: &str, sections: &Elem
             is_right = false;
             continue;
         }
-        let Some((text, span)) = element.child("StartValue").map(Element::text).filter(|(text, _)| !text.is_empty())
+        let Some((text, span)) =
+            start_value(element, &at.index).map(Element::text).filter(|(text, _)| !text.is_empty())
         else {
             continue;
         };

@@ -28,7 +28,7 @@ pub struct Problem {
 }
 
 /// Everything that is wrong with a file, or that is to be said of it.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Problems {
     /// The file's name, as the user gave it.
     pub file: String,
@@ -46,6 +46,8 @@ pub struct Reading {
     /// What the user should know of the file, though it can be read: other blocks that were skipped, what a dump does not
     /// prove.
     pub remarks: Problems,
+    /// What is wrong with the loops that are not here, if [`Options::is_partial`](crate::Options::is_partial) allows that.
+    pub wrong: Problems,
 }
 
 impl Problems {

@@ -20,11 +20,17 @@ pub(crate) struct Report<'a> {
     problems: Vec<Problem>,
     remarks: Vec<Problem>,
     omitted: usize,
+    is_partial: bool,
 }
 
 impl<'a> Report<'a> {
-    pub(crate) fn new(source: &'a Source) -> Report<'a> {
-        Report { source, problems: Vec::new(), remarks: Vec::new(), omitted: 0 }
+    pub(crate) fn new(source: &'a Source, options: &Options) -> Report<'a> {
+        Report { source, problems: Vec::new(), remarks: Vec::new(), omitted: 0, is_partial: options.is_partial }
+    }
+
+    /// How many problems there are.
+    pub(crate) fn count(&self) -> usize {
+        self.problems.len() + self.omitted
     }
 
     /// The line in which a range of the text begins.
@@ -76,7 +82,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// The loops, if nothing is wrong.
+    /// The loops, if nothing is wrong, or if those that are right are enough.
     pub(crate) fn finish(mut self, loops: Vec<Loop>) -> Result<Reading, Problems> {
         if self.problems.is_empty() && loops.is_empty() {
             self.wrong_file("the file holds no loop", None);
@@ -86,12 +92,16 @@ impl<'a> Report<'a> {
             let message = format!("{} more errors are not shown", self.omitted);
             self.problems.push(Problem { place: None, message, help: None });
         }
-        let is_wrong = !self.problems.is_empty();
-        let problems = if is_wrong { self.problems } else { self.remarks };
-        // A text without a place to draw need not be copied: it may be large.
-        let text = if problems.is_empty() { String::new() } else { self.source.text.clone() };
-        let problems = Problems { file: self.source.file.clone(), text, problems };
-        if is_wrong { Err(problems) } else { Ok(Reading { loops, remarks: problems }) }
+        let of = |problems: Vec<Problem>| {
+            // A text without a place to draw need not be copied: it may be large.
+            let text = if problems.is_empty() { String::new() } else { self.source.text.clone() };
+            Problems { file: self.source.file.clone(), text, problems }
+        };
+        if self.problems.is_empty() || self.is_partial && !loops.is_empty() {
+            Ok(Reading { loops, remarks: of(self.remarks), wrong: of(self.problems) })
+        } else {
+            Err(of(self.problems))
+        }
     }
 
     /// The block that the user names, `None` if the user names none.
@@ -115,6 +125,23 @@ impl<'a> Report<'a> {
             file.rsplit_once('.').map_or(file, |(stem, _)| stem).to_string()
         })
     }
+}
+
+/// The indices of an array's elements, such as `[1,0]`, from its bounds, `1..2, 0..7`; `None` if these are no numbers, or if there
+/// are more elements than a file can have loops.
+pub(crate) fn elements(bounds: &str) -> Option<Vec<String>> {
+    let mut all = vec![String::new()];
+    for dimension in bounds.split(',') {
+        let (low, high) = dimension.split_once("..")?;
+        let (low, high): (i64, i64) = (low.trim().parse().ok()?, high.trim().parse().ok()?);
+        let count = usize::try_from(high.checked_sub(low)?.checked_add(1)?).ok()?;
+        if count == 0 || all.len().checked_mul(count)? > MOST_LOOPS {
+            return None;
+        }
+        let add = |before: &String| (low..=high).map(move |at| format!("{before},{at}")).collect::<Vec<_>>();
+        all = all.iter().flat_map(add).collect();
+    }
+    Some(all.into_iter().map(|index| format!("[{}]", &index[1..])).collect())
 }
 
 /// The names of blocks, for a message.

@@ -32,7 +32,7 @@ const NAMESPACE: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterVa
 /// # Errors
 /// It is not such a file, or not clear of which block a loop is; then [`Options::block`] says it.
 pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
-    let mut report = Report::new(source);
+    let mut report = Report::new(source, options);
     let loops = loops(&mut report, source, blocks, options).unwrap_or_default();
     report.finish(loops)
 }

@@ -87,7 +87,7 @@ fn hostile_texts_end_in_a_sentence() {
     assert_ends("a name", repeated(BEGIN, "GAIN", &format!(":=1.0{END}")), "PUMP has no member");
     assert_ends("a name of a data block", repeated("DATA_BLOCK ", "TIC1", " PUMP BEGIN END_DATA_BLOCK"), "1 loops");
     assert_ends("a type", repeated("DATA_BLOCK DB1 ", "PUMP", " BEGIN END_DATA_BLOCK"), "which is not a known block");
-    assert_ends("a name of many parts", repeated(BEGIN, "a.", &format!("a:=1.0{END}")), "at most 16 parts");
+    assert_ends("a name of many parts", repeated(BEGIN, "a.", &format!("a:=1.0{END}")), "at most 40 parts");
     assert_ends("a REAL of many digits", repeated(&format!("{BEGIN}GAIN:=0."), "3", END), "1 loops");
     assert_ends(
         "a TIME of many digits",

@@ -102,7 +102,7 @@ fn read_fmu(name: &str, blocks: &[Arc<Block>], options: &Options) -> Result<Read
         None => of_block(&Arc::new(block_of_library(Path::new(name))?))?,
     };
     let remarks = Problems { file: name.to_string(), text: String::new(), problems: Vec::new() };
-    Ok(Reading { loops: vec![one], remarks })
+    Ok(Reading { loops: vec![one], wrong: remarks.clone(), remarks })
 }
 
 /// Whether an FMU is named as one of this block.

@@ -314,7 +314,7 @@ impl<'a> Reader<'a> {
     /// Adds the values that a parameter file has for an FMU.
     fn add_parameters(&self, member: &str, of: &ParametersOf, system: &mut System) -> Result<()> {
         let here = self.place(of.file.span());
-        let options = Options { block: of.block.clone(), name: None, offset: of.offset };
+        let options = Options { block: of.block.clone(), offset: of.offset, ..Options::default() };
         let path = self.folder.join(of.file.get_ref()).display().to_string();
         let reading = (self.parameters)(&path, &options).with_context(|| here.to_string())?;
         let names: Vec<_> = reading.loops.iter().map(|of| of.name.as_str()).collect();

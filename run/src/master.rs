@@ -6,11 +6,15 @@
 //! Step k goes from `start + k step` to `start + (k + 1) step`. Each FMU in turn gets the values that are set at that time,
 //! then its connected inputs, and steps. With [`Exchange::Parallel`], all get their inputs before any of them steps.
 //!
-//! A row of the recording belongs to a step and has the time at which the step begins. An input has the value that its FMU
-//! got for the step. An output has the value that the connected FMUs read. So the row of a controller is what it saw and
-//! gave in its call at that time, and a plant that is connected back to the controller shows what it was at that time,
-//! before its own step. An output that no FMU reads is recorded as the other outputs of its FMU; if none of them is read, all
-//! are recorded after the step.
+//! A row of the recording belongs to a time. An input has the value that its FMU gets for the step that begins then. An output
+//! has the value that the connected FMUs read in that step. So the row of a controller is what it saw and gave in its call at
+//! that time, and a plant that is connected back to the controller shows what it is at that time. An output that no FMU reads
+//! is recorded as the other outputs of its FMU; if none of them is read, all have the values of that time, before the step.
+//! The last row is that of the end, at which there is no step: outputs have the values that the last step gave, connected
+//! inputs those of their outputs.
+//!
+//! [`Run`] gives a row for each step, which is a call of the controllers: there, outputs of an FMU of which nobody reads any are
+//! those that the step gave.
 
 use crate::component::{Component, Reset, Terminated, Type};
 use crate::plan::{Assignment, Column, MemberPlan, Plan, ROUNDING};
@@ -25,7 +29,7 @@ use std::ops::Range;
 pub struct Recording {
     /// What the values of a row are.
     pub columns: Vec<Column>,
-    /// The time of each row in seconds.
+    /// The time of each row in seconds: the beginning of each step, and the end.
     pub times: Vec<f64>,
     /// The rows, one behind the other.
     values: Vec<f64>,
@@ -38,8 +42,8 @@ impl Recording {
     fn of(plan: &Plan) -> Result<Recording> {
         let (mut times, mut values) = (Vec::new(), Vec::new());
         let width = plan.columns.len();
-        let has_room = plan.steps.checked_mul(width).is_some_and(|count| {
-            times.try_reserve_exact(plan.steps).is_ok() && values.try_reserve_exact(count).is_ok()
+        let has_room = (plan.steps + 1).checked_mul(width).is_some_and(|count| {
+            times.try_reserve_exact(plan.steps + 1).is_ok() && values.try_reserve_exact(count).is_ok()
         });
         if !has_room {
             let steps = plan.steps;
@@ -59,7 +63,7 @@ impl Recording {
         self.rows().map(move |(_, row)| row[column])
     }
 
-    /// Writes CSV: the header `time,FMU.VARIABLE,...`, then a row for every step. A number is the shortest that reads back
+    /// Writes CSV: the header `time,FMU.VARIABLE,...`, then the rows. A number is the shortest that reads back
     /// bit-equal; true is 1.
     ///
     /// # Errors
@@ -101,31 +105,60 @@ fn field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
 }
 
-/// Runs the plan with one component for each of its members. `progress` gets the number of steps that are made, after each.
+/// Runs the plan with one component for each of its members, and keeps all rows. `progress` gets the number of steps that are
+/// made, after each.
 ///
 /// # Errors
 /// Which FMU refused what, when, and its messages.
 ///
 /// # Panics
 /// There are not as many components as members.
-pub fn run<C: Component>(plan: &Plan, components: &mut [C], mut progress: impl FnMut(usize)) -> Result<Recording> {
+pub fn run<C: Component>(plan: &Plan, components: &mut [C], progress: impl FnMut(usize)) -> Result<Recording> {
+    let mut recording = Recording::of(plan)?;
+    let (times, values) = (&mut recording.times, &mut recording.values);
+    recording.ended = run_into(plan, components, progress, |time, row| {
+        times.push(time);
+        values.extend_from_slice(row);
+        Ok(())
+    })?;
+    Ok(recording)
+}
+
+/// The same, and gives each row when it is there. Says which FMU ended the run before its time, and when.
+///
+/// # Errors
+/// Those of [`run()`] and of `give`.
+///
+/// # Panics
+/// As [`run()`].
+pub fn run_into<C: Component>(
+    plan: &Plan,
+    components: &mut [C],
+    mut progress: impl FnMut(usize),
+    mut give: impl FnMut(f64, &[f64]) -> Result<()>,
+) -> Result<Option<String>> {
     let stop = plan.time(plan.steps).max(plan.time(plan.steps - 1) + plan.step);
     let mut run = Run::begin(plan, components.iter_mut().collect(), Some(stop))?;
-    let mut recording = Recording::of(plan)?;
+    run.recorded = recorded(plan, true);
+    let mut ended = None;
     for step in 0..plan.steps {
         match run.step(plan) {
             Err(error) if error.is::<Terminated>() => {
-                recording.ended = Some(format!("{error:#}"));
+                ended = Some(format!("{error:#}"));
                 break;
             }
             stepped => stepped?,
         }
-        recording.times.push(run.time());
-        recording.values.extend_from_slice(run.row());
+        give(run.time(), run.row())?;
         progress(step + 1);
     }
+    // A step that was ended has begun: its row has what was before it.
+    if ended.is_none() {
+        run.show_end(plan);
+    }
+    give(plan.time(run.steps()), run.row())?;
     run.terminate(plan)?;
-    Ok(recording)
+    Ok(ended)
 }
 
 /// A run in progress, step by step. It needs its [`Plan`] with each call and does not know an end.
@@ -209,10 +242,11 @@ impl<C: Component> Run<C> {
             at: 0,
             time: plan.start,
             values: vec![0.0; first_value(plan, plan.members.len())],
-            recorded: recorded(plan),
+            recorded: recorded(plan, false),
             row: vec![0.0; plan.columns.len()],
         };
         run.initialize(plan, 0, plan.start, stop)?;
+        run.record(1);
         Ok(run)
     }
 
@@ -260,6 +294,16 @@ impl<C: Component> Run<C> {
         }
     }
 
+    /// Makes the row of the end: connected inputs are what they would get in another step.
+    fn show_end(&mut self, plan: &Plan) {
+        self.record(0);
+        for (value, column) in self.row.iter_mut().zip(&plan.columns) {
+            if let Some(source) = plan.source_of(column) {
+                *value = self.values[place(plan, source)];
+            }
+        }
+    }
+
     /// After an error of [`Run::step`]: if the first member has made the step, the step counts, and its row has the last
     /// known values of the others. Says whether it counts.
     pub fn abandon_step(&mut self) -> bool {
@@ -294,7 +338,7 @@ impl<C: Component> Run<C> {
             self.members[0].wiring = first;
             self.values = values;
         } else {
-            self.recorded = recorded(plan);
+            self.recorded = recorded(plan, false);
             self.row = vec![0.0; plan.columns.len()];
         }
         exchanged
@@ -418,10 +462,12 @@ fn place(plan: &Plan, (member, place): (usize, usize)) -> usize {
     first_value(plan, member) + place
 }
 
-/// What is recorded before a step, and after it: the numbers of the columns, and where their values are.
-fn recorded(plan: &Plan) -> [Vec<(usize, usize)>; 2] {
+/// What is recorded before a step, and after it: the numbers of the columns, and where their values are. `of_times` asks for rows
+/// of times, in place of those of calls.
+fn recorded(plan: &Plan, of_times: bool) -> [Vec<(usize, usize)>; 2] {
+    let is_before = |column: &Column| column.is_before_step || of_times && column.is_unread;
     [true, false].map(|is_before_step| {
-        let columns = plan.columns.iter().enumerate().filter(|(_, column)| column.is_before_step == is_before_step);
+        let columns = plan.columns.iter().enumerate().filter(|(_, column)| is_before(column) == is_before_step);
         columns.map(|(number, column)| (number, place(plan, column.source))).collect()
     })
 }

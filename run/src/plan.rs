@@ -10,6 +10,9 @@ use std::collections::HashSet;
 /// A step may miss the end, and an event its communication point, by so much of a step: rounding, no more.
 pub const ROUNDING: f64 = 1e-6;
 
+/// Times with more decimals are computed as they are.
+const MOST_DECIMALS: i32 = 9;
+
 /// What to do in a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
@@ -19,6 +22,8 @@ pub struct Plan {
     pub step: f64,
     /// The member that proposes it; none if the system has it.
     pub step_proposed_by: Option<usize>,
+    /// The power of ten by which start and step become integers, unless they have too many digits.
+    pub scale: Option<f64>,
     /// How many steps are made.
     pub steps: usize,
     /// When values go from output to input.
@@ -122,6 +127,8 @@ pub struct Column {
     pub source: (usize, usize),
     /// Recorded before its FMU makes the step, and not after it: the FMUs that read it see this value.
     pub is_before_step: bool,
+    /// No FMU reads an output of its FMU. In the row of a call it is what the call gives; in that of a time, what it is then.
+    pub is_unread: bool,
 }
 
 /// A connection whose ends are known: member and variable.
@@ -167,12 +174,14 @@ impl Plan {
     /// What is wrong with a name, a value, a connection or a time, and what to do.
     pub fn of(system: &System, descriptions: &[&Description]) -> Result<Plan> {
         let names = Names::of(system, descriptions)?;
-        let (start, (step, step_proposed_by), steps) = times(system, descriptions)?;
         let wires = wires(&names, &system.connections)?;
+        let effective = effective(&names, &system.settings, &wires)?;
+        let (start, (step, step_proposed_by), steps) = times(system, descriptions, &effective)?;
         let mut plan = Plan {
             start,
             step,
             step_proposed_by,
+            scale: scale(start, step),
             steps,
             exchange: system.exchange,
             members: system
@@ -183,7 +192,7 @@ impl Plan {
             columns: Vec::new(),
             warnings: Vec::new(),
         };
-        let set = plan.set(&names, &system.settings, &wires)?;
+        let set = plan.set(&names, &effective, &wires)?;
         let recorded = recorded(&names, &system.record, &wires, &set)?;
         for (member, of) in plan.members.iter_mut().enumerate() {
             let from = wires.iter().filter(|wire| wire.from.member == member).map(|wire| wire.from.key());
@@ -198,18 +207,31 @@ impl Plan {
         Ok(plan)
     }
 
-    /// The time of a communication point in seconds, computed anew: nothing adds up.
+    /// The time of a communication point in seconds, computed anew: nothing adds up. It is the number that is the nearest to
+    /// the decimal one: 599.8 for 2999 steps of 0.2.
     #[inline]
     pub fn time(&self, step: usize) -> f64 {
-        self.start + step as f64 * self.step
+        scaled_time(self.start, self.step, self.scale, step)
+    }
+
+    /// Where the value of a column comes from, if it is a connected input: which member's it is, and its place in the
+    /// member's `observed`.
+    pub fn source_of(&self, column: &Column) -> Option<(usize, usize)> {
+        let own = &self.members[column.source.0];
+        let input = own.observed.variables().nth(column.source.1).filter(|_| column.is_input)?;
+        own.connected.variables().zip(&own.sources).find(|(to, _)| *to == input).map(|(_, from)| *from)
     }
 
     /// Sorts the settings by when they are made, and gives the inputs that the user sets.
-    fn set<'a>(&mut self, names: &Names<'a>, settings: &[Setting], wires: &[Wire]) -> Result<Vec<Reference<'a>>> {
+    fn set<'a>(
+        &mut self,
+        names: &Names<'a>,
+        effective: &[(&Setting, Reference<'a>)],
+        wires: &[Wire],
+    ) -> Result<Vec<Reference<'a>>> {
         let mut inputs = Vec::new();
-        let effective = effective(names, settings, wires)?;
         let mut set_before = HashSet::with_capacity(effective.len());
-        for (setting, reference) in &effective {
+        for (setting, reference) in effective {
             // Adding 0 makes 0 of -0, which is the same time.
             let time = setting.time.map(|time| (time + 0.0).to_bits());
             let is_first = set_before.insert((reference.member, reference.variable.name.as_str(), time));
@@ -277,22 +299,37 @@ impl Plan {
         let all: Vec<&Wire> = wires.iter().filter(|wire| wire.from.member == reference.member).collect();
         let readers = if own.is_empty() { all } else { own };
         let is_set = matches!(causality, Causality::Input | Causality::Parameter);
+        let is_unread = !is_set && readers.is_empty();
         Column {
             name: names.full(reference),
             unit: reference.variable.unit.clone(),
             kind: reference.kind,
             is_input: causality == Causality::Input,
             source: (reference.member, self.members[reference.member].observed.place(reference.key())),
-            is_before_step: !is_set && !readers.is_empty() && readers.into_iter().all(is_shown_before),
+            is_before_step: !is_set && !is_unread && readers.into_iter().all(is_shown_before),
+            is_unread,
         }
     }
 }
 
 /// Start, communication step with the member that proposes it, and number of steps.
-fn times(system: &System, descriptions: &[&Description]) -> Result<(f64, (f64, Option<usize>), usize)> {
+fn times(
+    system: &System,
+    descriptions: &[&Description],
+    settings: &[(&Setting, Reference)],
+) -> Result<(f64, (f64, Option<usize>), usize)> {
     let experiments = || descriptions.iter().filter_map(|description| description.default_experiment);
     let start = system.start.or_else(|| experiments().filter_map(|of| of.start_time).reduce(f64::min)).unwrap_or(0.0);
-    let steps = descriptions.iter().map(|of| of.default_experiment.and_then(|experiment| experiment.step_size));
+    let steps = descriptions.iter().enumerate().map(|(member, of)| {
+        let cycle = of.cycle().and_then(|cycle| {
+            let is_it = |other: &Reference| other.member == member && other.variable.name == cycle.name;
+            settings.iter().rfind(|(setting, other)| setting.time.is_none() && is_it(other))
+        });
+        match cycle.map(|(setting, _)| setting.value) {
+            Some(Value::Number(cycle)) if cycle > 0.0 => Some(cycle),
+            _ => of.default_experiment.and_then(|experiment| experiment.step_size),
+        }
+    });
     let proposed = steps.enumerate().filter_map(|(member, step)| Some((step?, Some(member))));
     let proposed = proposed.min_by(|(a, _), (b, _)| a.total_cmp(b));
     let step = system.step.map(|step| (step, None)).or(proposed);
@@ -313,6 +350,27 @@ fn times(system: &System, descriptions: &[&Description]) -> Result<(f64, (f64, O
         bail!("a communication step of {step:?} s is too small for a run from {start:?} s to {stop:?} s");
     }
     Ok((start, (step, proposed_by), steps as usize))
+}
+
+/// When a number of steps has passed, in seconds, as [`Plan::time`] says it.
+pub fn time(start: f64, step: f64, steps: usize) -> f64 {
+    scaled_time(start, step, scale(start, step), steps)
+}
+
+#[inline]
+fn scaled_time(start: f64, step: f64, scale: Option<f64>, steps: usize) -> f64 {
+    match scale {
+        Some(scale) => ((start * scale).round() + steps as f64 * (step * scale).round()) / scale,
+        None => start + steps as f64 * step,
+    }
+}
+
+/// The smallest power of ten by which start and step become integers.
+fn scale(start: f64, step: f64) -> Option<f64> {
+    let is_exact = |value: f64, scale: f64| (value * scale).round() / scale == value && (value * scale).abs() < 1e15;
+    (0..=MOST_DECIMALS)
+        .map(|decimals| 10f64.powi(decimals))
+        .find(|scale| is_exact(start, *scale) && is_exact(step, *scale))
 }
 
 /// The settings that take effect, with their variables: a preliminary one gives way to a connection and to another setting.

@@ -147,7 +147,7 @@ pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
         let message = format!("{}: the extension is not that of a parameter file", file.file);
         return Ok(refused(message, Some(format!("files that are read end in {}", endings.join(", ")))));
     };
-    let options = Options { block: file.block.clone(), name: file.name.clone(), offset: 0 };
+    let options = Options { block: file.block.clone(), name: file.name.clone(), ..Options::default() };
     let source = Source::new(file.file.as_str(), bytes);
     Ok(match parameters::read(format, &source, &home.blocks(), &options) {
         Ok(reading) => Loops {

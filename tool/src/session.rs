@@ -165,7 +165,7 @@ impl Record {
 
     /// When a call is, in seconds.
     pub fn time(&self, call: usize) -> f64 {
-        self.start + call as f64 * self.step
+        plan::time(self.start, self.step, call)
     }
 
     /// The variables that are recorded, with types and units.

@@ -20,6 +20,9 @@ const LARGEST_LIBRARY: u64 = 1 << 28;
 /// The name of the model description in every FMU.
 pub const DESCRIPTION: &str = "modelDescription.xml";
 
+/// The folder of the sources of a library, which hosts may compile.
+const SOURCES: &str = "sources/";
+
 /// An FMU's file.
 #[derive(Debug)]
 pub struct Package<R> {
@@ -29,7 +32,7 @@ pub struct Package<R> {
     pub xml: ModelDescription,
     /// What that says of the FMU.
     pub description: Description,
-    /// Its libraries, one for each platform.
+    /// Its libraries, one for each platform; none if it has sources only.
     pub libraries: Vec<LibraryFile>,
 }
 
@@ -68,10 +71,11 @@ impl<R: Read + Seek> Package<R> {
             .with_context(|| format!("{DESCRIPTION} is neither for co-simulation nor for model exchange"))?;
         let names = archive.entries().iter().map(|entry| entry.name.as_str());
         let libraries: Vec<LibraryFile> = names.filter_map(|name| library(name, identifier)).collect();
-        if libraries.is_empty() {
+        let has_sources = archive.entries().iter().any(|entry| entry.name.starts_with(SOURCES));
+        if libraries.is_empty() && !has_sources {
             let identifier = shortened(identifier);
             bail!(
-                "it has no library: FMI requires {:?}, {:?} or the like",
+                "it has neither sources nor a library: FMI requires {:?}, {:?} or the like",
                 format!("binaries/linux64/{identifier}.so"),
                 format!("binaries/win64/{identifier}.dll")
             );
@@ -161,8 +165,16 @@ mod tests {
         files.retain(|name, _| !name.contains("64/PUMP."));
         assert_eq!(
             sentence(read(&files)),
-            "it has no library: FMI requires \"binaries/linux64/PUMP.so\", \"binaries/win64/PUMP.dll\" or the like"
+            "it has neither sources nor a library: FMI requires \"binaries/linux64/PUMP.so\", \"binaries/win64/PUMP.dll\" or the like"
         );
+    }
+
+    #[test]
+    fn an_fmu_may_have_sources_only() {
+        let mut files = files();
+        files.retain(|name, _| !name.contains("64/PUMP."));
+        files.insert("sources/pump.c".into(), b"int pump;".to_vec());
+        assert_eq!(read(&files).unwrap().libraries, []);
     }
 
     #[test]

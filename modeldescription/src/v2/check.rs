@@ -15,36 +15,53 @@ use std::fmt::Debug;
 /// have the same name, which is a C identifier; names, causality, variability and start values agree with the standard's
 /// tables; the model structure lists exactly the variables that belong there.
 ///
-/// If there are more than [`MOST_FINDINGS`], the last sentence counts the rest.
-pub fn check(description: &ModelDescription) -> Vec<String> {
-    let mut findings = Findings::default();
-    contradictions(description, &mut |_, sentence| findings.push(sentence));
-    check_model(description, &mut findings);
+/// If there are more than [`MOST_FINDINGS`] of a kind, the last sentence counts the rest.
+pub fn check(description: &ModelDescription) -> Findings {
+    let (mut forbidden, mut odd) = (Counted::default(), Counted::default());
+    contradictions(description, &mut |_, sentence| forbidden.push(sentence));
+    check_model(description, &mut forbidden, &mut odd);
     let definitions = Definitions::of(description);
     let is_structured = description.variable_naming_convention == VariableNamingConvention::Structured;
     for variable in &description.model_variables {
-        let found = &mut |sentence: String| findings.push(about(variable, &sentence));
+        let found = &mut |sentence: String| forbidden.push(about(variable, &sentence));
         if is_structured && !is_structured_name(&variable.name) {
             found("the name is not a structured one: use identifiers with dots and [indices] between".into());
         }
         check_combination(variable, found);
-        check_value(variable, &definitions, found);
+        check_value(variable, &definitions, &mut |sentence| odd.push(about(variable, &sentence)));
     }
-    check_structure(description, &mut findings);
-    findings.sentences()
+    check_aliases(description, &mut forbidden);
+    check_structure(description, &mut forbidden, &mut odd);
+    Findings { forbidden: forbidden.sentences(), odd: odd.sentences() }
 }
 
-/// The most findings that [`check`] tells; one more sentence counts the rest.
+/// The most findings of a kind that [`check`] tells; one more sentence counts the rest.
 pub const MOST_FINDINGS: usize = 20;
+
+/// What [`check`] finds, a sentence each.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Findings {
+    /// What the FMI standard forbids. A host may refuse the FMU.
+    pub forbidden: Vec<String>,
+    /// What is allowed, or often done, but may mislead a host.
+    pub odd: Vec<String>,
+}
+
+impl Findings {
+    /// All of them.
+    pub fn all(self) -> Vec<String> {
+        [self.forbidden, self.odd].concat()
+    }
+}
 
 /// The first findings, and the number of the others.
 #[derive(Default)]
-struct Findings {
+struct Counted {
     first: Vec<String>,
     more: usize,
 }
 
-impl Findings {
+impl Counted {
     fn push(&mut self, sentence: String) {
         if self.first.len() < MOST_FINDINGS {
             self.first.push(sentence);
@@ -277,49 +294,49 @@ fn check_unknown(unknown: &Unknown, count: usize, found: &mut impl FnMut(String)
 }
 
 /// Names, texts and the experiment.
-fn check_model(description: &ModelDescription, findings: &mut Findings) {
+fn check_model(description: &ModelDescription, forbidden: &mut Counted, odd: &mut Counted) {
     let name = &description.model_name;
     if let Some(identifier) = description.model_identifier() {
         if !is_identifier(identifier) {
-            findings.push(format!(
+            forbidden.push(format!(
                 "modelIdentifier = {identifier:?} is not a C identifier: use letters, digits and _, and no digit first"
             ));
         }
         if identifier != name {
-            findings.push(format!(
+            odd.push(format!(
                 "modelIdentifier = {identifier:?} differs from modelName = {name:?}: the library has the model's name"
             ));
         }
     }
     if description.guid.is_empty() {
-        findings.push("guid is empty: the library compares it with its own".into());
+        odd.push("guid is empty: the library compares it with its own".into());
     }
     if description.model_variables.is_empty() {
-        findings.push("there are no variables: the schema requires at least one".into());
+        forbidden.push("there are no variables: the schema requires at least one".into());
     }
     let texts = [("modelName", Some(name)), ("description", description.description.as_ref())];
     for (attribute, text) in texts {
         if let Some(character) = text.and_then(|text| text.chars().find(|character| !is_xml(*character))) {
-            findings.push(format!("{attribute}: XML cannot hold the character {character:?}: remove it"));
+            forbidden.push(format!("{attribute}: XML cannot hold the character {character:?}: remove it"));
         }
     }
     for variable in &description.model_variables {
         let mut texts = variable.name.chars().chain(variable.description.iter().flat_map(|text| text.chars()));
         if let Some(character) = texts.find(|character| !is_xml(*character)) {
             let sentence = format!("XML cannot hold the character {character:?} of its name or description: remove it");
-            findings.push(about(variable, &sentence));
+            forbidden.push(about(variable, &sentence));
         }
     }
     let experiment = description.default_experiment.unwrap_or_default();
     for (attribute, value) in [("stepSize", experiment.step_size), ("tolerance", experiment.tolerance)] {
         if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-            findings.push(format!("DefaultExperiment: {attribute} = {value:?}: give a positive number"));
+            odd.push(format!("DefaultExperiment: {attribute} = {value:?}: give a positive number"));
         }
     }
     if let (Some(start), Some(stop)) = (experiment.start_time, experiment.stop_time)
         && start.partial_cmp(&stop) != Some(std::cmp::Ordering::Less)
     {
-        findings.push(format!("DefaultExperiment: stopTime = {stop:?}: give a later time than startTime = {start:?}"));
+        odd.push(format!("DefaultExperiment: stopTime = {stop:?}: give a later time than startTime = {start:?}"));
     }
 }
 
@@ -394,7 +411,23 @@ fn check_display_unit(
     }
 }
 
-fn check_structure(description: &ModelDescription, findings: &mut Findings) {
+/// An output that has the value reference of an input or of a parameter changes with what the host sets.
+fn check_aliases(description: &ModelDescription, forbidden: &mut Counted) {
+    let variables = || description.model_variables.iter();
+    let key = |variable: &Variable| (functions(&variable.typed), variable.value_reference);
+    let set: HashMap<_, _> =
+        variables().filter(|variable| variable.is_settable()).map(|variable| (key(variable), &variable.name)).collect();
+    for variable in variables().filter(|variable| variable.causality == Causality::Output) {
+        if let Some(other) = set.get(&key(variable)) {
+            let (reference, other) = (variable.value_reference, shortened(other));
+            let sentence =
+                format!("valueReference = {reference} is that of {other:?} too, which is set: give the output its own");
+            forbidden.push(about(variable, &sentence));
+        }
+    }
+}
+
+fn check_structure(description: &ModelDescription, forbidden: &mut Counted, odd: &mut Counted) {
     let variables = &description.model_variables;
     let structure = &description.model_structure;
     let indexed = || (1..).zip(variables);
@@ -426,17 +459,17 @@ fn check_structure(description: &ModelDescription, findings: &mut Findings) {
         listed.sort_unstable();
         listed.dedup();
         if listed.len() < unknowns.len() {
-            findings.push(format!("{list}: a variable is listed twice: list it once"));
+            odd.push(format!("{list}: a variable is listed twice: list it once"));
         }
         if list == "InitialUnknowns" && !is_sorted {
-            findings.push(format!("{list}: the indices are not in ascending order: sort them"));
+            odd.push(format!("{list}: the indices are not in ascending order: sort them"));
         }
         let name = |index: u32| place(index).and_then(|place| variables.get(place)).map_or("", |found| &found.name);
         for missing in expected.iter().filter(|index| listed.binary_search(index).is_err()) {
-            findings.push(format!("{list}: variable {:?} (index {missing}) is missing: add it", name(*missing)));
+            forbidden.push(format!("{list}: variable {:?} (index {missing}) is missing: add it", name(*missing)));
         }
         for surplus in listed.iter().filter(|index| expected.binary_search(index).is_err()) {
-            findings.push(format!(
+            forbidden.push(format!(
                 "{list}: variable {:?} (index {surplus}) does not belong here: remove it",
                 name(*surplus)
             ));

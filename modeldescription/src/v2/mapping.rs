@@ -46,7 +46,7 @@ impl ModelDescription {
             description.model_variables.push(variable);
         }
         description.model_structure = structure(table);
-        match check(&description) {
+        match check(&description).all() {
             findings if findings.is_empty() => Ok(description),
             findings => Err(Error::new(format!("{}: {}", table.name, findings.join("\n")))),
         }

@@ -19,7 +19,7 @@ use crate::error::Error;
 use crate::xml::attributes::Element;
 pub use crate::xml::read::Limits;
 use crate::xml::read::{Schema, read_root};
-pub use check::{MOST_FINDINGS, check};
+pub use check::{Findings, MOST_FINDINGS, check};
 pub use description::*;
 
 /// Reads a modelDescription.xml of FMI 2.0, made by any tool.

@@ -7,7 +7,7 @@ use modeldescription::v2::*;
 fn findings(change: impl FnOnce(&mut ModelDescription)) -> Vec<String> {
     let mut description = everything();
     change(&mut description);
-    check(&description)
+    check(&description).all()
 }
 
 /// The one finding about the sample after a change.
@@ -29,13 +29,15 @@ fn combination(causality: Causality, variability: Variability, initial: Option<I
         derivatives: Vec::new(),
         initial_unknowns: if is_unknown { vec![unknown(1)] } else { Vec::new() },
     };
-    check(&ModelDescription { model_variables: vec![variable], model_structure: structure, ..smallest() }).is_empty()
+    check(&ModelDescription { model_variables: vec![variable], model_structure: structure, ..smallest() })
+        .all()
+        .is_empty()
 }
 
 #[test]
 fn there_is_nothing_to_say_of_a_description_that_is_right() {
-    assert_eq!(check(&everything()), Vec::<String>::new());
-    assert_eq!(check(&smallest()), Vec::<String>::new());
+    assert_eq!(check(&everything()).all(), Vec::<String>::new());
+    assert_eq!(check(&smallest()).all(), Vec::<String>::new());
 }
 
 #[test]
@@ -224,7 +226,7 @@ fn an_empty_guid_and_a_model_without_variables() {
     assert!(finding(|d| d.guid.clear()).contains("guid is empty"));
     let empty =
         ModelDescription { model_variables: Vec::new(), model_structure: ModelStructure::default(), ..smallest() };
-    assert_eq!(check(&empty), ["there are no variables: the schema requires at least one"]);
+    assert_eq!(check(&empty).all(), ["there are no variables: the schema requires at least one"]);
 }
 
 #[test]
@@ -254,7 +256,7 @@ fn names_that_the_structured_naming_convention_does_not_have() {
         let mut description = smallest();
         description.variable_naming_convention = VariableNamingConvention::Structured;
         description.model_variables[0].name = name.into();
-        check(&description).is_empty()
+        check(&description).all().is_empty()
     };
     for right in [
         "a",
@@ -308,7 +310,7 @@ fn names_that_the_structured_naming_convention_does_not_have() {
 fn flat_names_may_be_anything() {
     let mut description = smallest();
     description.model_variables[0].name = "a b-1".into();
-    assert_eq!(check(&description), Vec::<String>::new());
+    assert_eq!(check(&description).all(), Vec::<String>::new());
 }
 
 #[test]

@@ -51,7 +51,8 @@ pub(super) struct Declaration {
     pub(super) name: Name,
     /// Its type, if that is a name; of an array the type of its elements.
     pub(super) kind: Option<Rc<Name>>,
-    pub(super) is_array: bool,
+    /// What stands in the brackets of an array: `1..3` or `1..2, 0..7`.
+    pub(super) array: Option<String>,
     pub(super) has_initial_value: bool,
 }
 
@@ -444,11 +445,14 @@ impl Parser<'_, '_, '_> {
             return;
         }
         self.tokens.take();
-        let is_array = self.tokens.next_is_word("ARRAY");
-        if is_array {
+        let mut array = None;
+        if self.tokens.next_is_word("ARRAY") {
+            let begin = self.tokens.next_span().end;
             while self.is_inside() && !self.tokens.next_is_word("OF") {
                 self.tokens.take();
             }
+            let bounds = self.tokens.text[begin..self.tokens.next_span().start.max(begin)].trim();
+            array = Some(bounds.trim_start_matches('[').trim_end_matches(']').to_string());
             self.tokens.take();
         }
         if self.tokens.next_is_word("STRUCT") {
@@ -460,7 +464,7 @@ impl Parser<'_, '_, '_> {
             has_initial_value |= self.tokens.next_kind() == Some(TokenKind::Assign);
             self.tokens.take();
         }
-        let declaration = |name| Declaration { name, kind: kind.clone(), is_array, has_initial_value };
+        let declaration = |name| Declaration { name, kind: kind.clone(), array: array.clone(), has_initial_value };
         members.extend(names.into_iter().map(declaration));
     }
 

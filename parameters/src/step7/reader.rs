@@ -7,14 +7,14 @@ use crate::block::{Block, Part};
 use crate::format::Options;
 use crate::loops::Loop;
 use crate::problem::{Problems, Reading, nearest, quoted};
-use crate::report::{MOST_LOOPS, Report};
+use crate::report::{MOST_LOOPS, Report, elements};
 use crate::source::Source;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// How deep function blocks are nested; an S7 takes eight.
-const DEPTH: usize = 8;
+/// How deep function blocks are nested at most. An S7-300 takes eight, an S7-1500 more.
+const DEPTH: usize = 32;
 
 /// So many names of members are enough to recognize a block.
 const ENOUGH_NAMES: usize = 3;
@@ -25,7 +25,7 @@ const ENOUGH_NAMES: usize = 3;
 /// # Errors
 /// All that is wrong with the text, at most some 50 places.
 pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result<Reading, Problems> {
-    let mut report = Report::new(source);
+    let mut report = Report::new(source, options);
     let Ok(chosen) = report.chosen(blocks, options) else { return report.finish(Vec::new()) };
     let items = items(&source.text, &mut report);
     let functions = functions(&items, blocks);
@@ -41,6 +41,8 @@ pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result
         refused: HashSet::new(),
         seven_digits: None,
     };
+    // Where a block ends is not clear then.
+    let is_broken = reader.report.is_wrong();
     for item in &items {
         if reader.found.len() > MOST_LOOPS {
             let message = format!("the file has more than {MOST_LOOPS} loops");
@@ -56,7 +58,7 @@ pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result
             Item::Other(name) => reader.skipped.add(name.text.clone()),
         }
     }
-    reader.finish()
+    reader.finish(is_broken)
 }
 
 /// A function block that the text declares.
@@ -185,6 +187,7 @@ impl Reader<'_> {
 
     /// A data block that is an instance of a known block.
     fn instance(&mut self, name: &Name, block: Arc<Block>, (values, errors): (Vec<Assignment>, SyntaxErrors)) {
+        let before = self.report.count();
         self.wrong(errors);
         let mut instance = Instance::new(&name.text, block.clone());
         let is_lost = |name: &str| find(&block, name).is_none() && lost_name(name).is_some();
@@ -195,7 +198,9 @@ impl Reader<'_> {
                 instance.assign(&assignment.path, assignment, &mut self.report);
             }
         }
-        self.add(instance, None, name.span.clone());
+        if self.report.count() == before {
+            self.add(instance, None, name.span.clone());
+        }
     }
 
     fn wrong(&mut self, errors: SyntaxErrors) {
@@ -221,20 +226,27 @@ impl Reader<'_> {
             return;
         }
         let (values, errors) = assignments(self.text, db.body.clone());
-        self.wrong(errors);
+        if !errors.first.is_empty() {
+            return self.wrong(errors);
+        }
         let by_path: HashMap<String, usize> =
             instances.iter().enumerate().map(|(index, (path, _))| (path_key(path), index)).collect();
         let mut read: Vec<Instance> = instances
             .iter()
             .map(|(path, block)| Instance::new(path.last().map_or("", String::as_str), block.clone()))
             .collect();
+        let mut is_right = vec![true; read.len()];
         for assignment in &values {
             let path = &assignment.path;
             let owner =
                 (1..path.len()).rev().find_map(|length| Some((*by_path.get(&path_key(&path[..length]))?, length)));
             match owner {
-                Some((index, length)) => read[index].assign(&path[length..], assignment, &mut self.report),
-                None if function.names.contains(&path[0].to_uppercase()) => {}
+                Some((index, length)) => {
+                    let before = self.report.count();
+                    read[index].assign(&path[length..], assignment, &mut self.report);
+                    is_right[index] &= self.report.count() == before;
+                }
+                None if function.names.contains(&without_index(&path[0]).to_uppercase()) => {}
                 None => {
                     let message = format!("{} has no member {}", function.block.name.text, quoted(&path[0]));
                     let names = function.names.iter().map(String::as_str);
@@ -248,7 +260,9 @@ impl Reader<'_> {
                 }
             }
         }
-        for (instance, (path, _)) in read.into_iter().zip(&instances) {
+        for (instance, (path, _)) in
+            read.into_iter().zip(&instances).zip(is_right).filter_map(|(of, is)| is.then_some(of))
+        {
             let qualified = format!("{}.{}", db.name.text, path.join("."));
             self.add(instance, Some(qualified), db.name.span.clone());
         }
@@ -265,13 +279,16 @@ impl Reader<'_> {
             let member = &function.block.members[*index];
             let Some(kind) = &member.kind else { continue };
             let name = &member.name;
-            let refusal = if member.is_array {
-                Some("is an array of instances, which cannot be read; declare each instance by itself".to_string())
+            let elements = member.array.as_deref().map_or(Some(vec![String::new()]), elements);
+            let count = elements.as_ref().map_or(0, Vec::len);
+            let refusal = if elements.is_none() {
+                let most = "whose bounds are no numbers, or which has too many";
+                Some(format!("is an array of instances {most}; declare each instance by itself"))
             } else if member.has_initial_value {
                 Some("is an instance with values in the declaration; write them in the data block".to_string())
             } else if path.len() == DEPTH && known(self.blocks, kind).is_none() {
                 Some(format!("is nested more than {DEPTH} deep, or in itself"))
-            } else if self.found.len() + instances.len() > MOST_LOOPS {
+            } else if self.found.len() + instances.len() + count > MOST_LOOPS {
                 Some(format!("is beyond the {MOST_LOOPS} loops that a file can have; split it"))
             } else {
                 None
@@ -282,16 +299,18 @@ impl Reader<'_> {
                 }
                 return false;
             }
-            path.push(name.text.clone());
             let functions = self.functions;
-            if let Some(block) = known(self.blocks, kind) {
-                instances.push((path.clone(), block));
-            } else if let Some(inner) = functions.get(&key(kind))
-                && !self.expand(inner, path, instances)
-            {
-                return false;
+            for element in elements.unwrap_or_default() {
+                path.push(format!("{}{element}", name.text));
+                if let Some(block) = known(self.blocks, kind) {
+                    instances.push((path.clone(), block));
+                } else if let Some(inner) = functions.get(&key(kind))
+                    && !self.expand(inner, path, instances)
+                {
+                    return false;
+                }
+                path.pop();
             }
-            path.pop();
         }
         true
     }
@@ -395,7 +414,7 @@ impl Reader<'_> {
         !taken.is_empty()
     }
 
-    fn finish(mut self) -> Result<Reading, Problems> {
+    fn finish(mut self, is_broken: bool) -> Result<Reading, Problems> {
         if self.found.is_empty() && !self.report.is_wrong() {
             let described: Vec<String> = self.blocks.iter().map(|block| names(block)).collect();
             let help = format!("the known blocks are {}", described.join(", "));
@@ -421,7 +440,7 @@ impl Reader<'_> {
             self.report.remark(Some(span), message);
         }
         let loops = self.named();
-        self.report.finish(loops)
+        self.report.finish(if is_broken { Vec::new() } else { loops })
     }
 
     /// The loops, each with a name of its own.
@@ -437,13 +456,13 @@ impl Reader<'_> {
             }
         }
         let mut first: HashMap<String, Range<usize>> = HashMap::new();
-        for Found { one, span, .. } in &found {
-            if let Some(first) = first.insert(one.name.to_uppercase(), span.clone()) {
-                let message =
-                    format!("{} is there twice; the first is in line {}", quoted(&one.name), self.report.line(first));
-                self.report.wrong(span.clone(), message, None);
-            }
-        }
+        found.retain(|Found { one, span, .. }| {
+            let Some(first) = first.insert(one.name.to_uppercase(), span.clone()) else { return true };
+            let message =
+                format!("{} is there twice; the first is in line {}", quoted(&one.name), self.report.line(first));
+            self.report.wrong(span.clone(), message, None);
+            false
+        });
         found.into_iter().map(|found| found.one).collect()
     }
 }
@@ -458,6 +477,11 @@ fn is_strange(block: &Block, value: &Assignment) -> bool {
     let name = value.path.join(".");
     let members = block.members.iter().map(|member| member.name.as_str());
     find(block, &name).is_none() && lost_name(&name).is_none() && nearest(&name, members).is_none()
+}
+
+/// A name without the index behind it.
+fn without_index(name: &str) -> &str {
+    name.split('[').next().unwrap_or(name)
 }
 
 /// The path in a form that does not depend on case.

@@ -252,21 +252,64 @@ fn a_member_that_the_function_block_does_not_declare_is_an_error() {
 }
 
 #[test]
-fn instances_with_values_in_the_declaration_and_arrays_of_them_are_refused() {
+fn instances_with_values_in_the_declaration_are_refused() {
     assert_refused(
         &MULTI_INSTANCE.replace("QIC : PUMP;", "QIC : PUMP := (GAIN := 3.0);"),
         &["plant.awl:15:4: `QIC` is an instance with values in the declaration; write them in the data block"],
     );
-    assert_refused(
-        &MULTI_INSTANCE.replace("QIC : PUMP;", "QIC : ARRAY [1..5] OF PUMP;"),
-        &["plant.awl:15:4: `QIC` is an array of instances, which cannot be read; declare each instance by itself"],
+}
+
+#[test]
+fn each_element_of_an_array_of_instances_is_a_loop() {
+    let gains = |text: &str| -> Vec<(String, Value)> {
+        loops(text).into_iter().map(|one| (one.name.clone(), one.get("GAIN").unwrap())).collect()
+    };
+    let expected = |values: &[(&str, f32)]| -> Vec<(String, Value)> {
+        values.iter().map(|(name, gain)| (name.to_string(), Value::Real(*gain))).collect()
+    };
+    let body = "DATA_BLOCK DB 9 FB 100 BEGIN x[3] := 5; r[2, 0].GAIN := 3.0; R[2,1].GAIN := 4.0; END_DATA_BLOCK";
+    let with = |members: &str| format!("FUNCTION_BLOCK FB 100 VAR {members} END_VAR BEGIN END_FUNCTION_BLOCK {body}");
+    assert_eq!(
+        gains(&with("r : ARRAY [2..3, 0..1] OF PUMP; x : ARRAY [0..9] OF INT;")),
+        expected(&[("r[2,0]", 3.0), ("r[2,1]", 4.0), ("r[3,0]", 2.0), ("r[3,1]", 2.0)])
     );
+    // Without the function block, those that have values are known.
+    let body =
+        "DATA_BLOCK DB 9 FB 100 BEGIN r[2, 0].CYCLE := T#1S; r[2,0].SP_INT := 1.0; r[2,0].GAIN := 3.0; END_DATA_BLOCK";
+    assert_eq!(gains(body), expected(&[("r[2,0]", 3.0)]));
+    // Each element of an array of function blocks with an instance each.
+    let nested = "FUNCTION_BLOCK FB 7 VAR P : FB 41; END_VAR BEGIN END_FUNCTION_BLOCK
+        FUNCTION_BLOCK FB 8 VAR line : ARRAY [1..2] OF FB 7; END_VAR BEGIN END_FUNCTION_BLOCK
+        DATA_BLOCK DB 9 FB 8 BEGIN line[2].P.GAIN := 3.0; END_DATA_BLOCK";
+    assert_eq!(gains(nested), expected(&[("DB9.line[1].P", 2.0), ("DB9.line[2].P", 3.0)]));
+    assert_refused(
+        &MULTI_INSTANCE.replace("QIC : PUMP;", "QIC : ARRAY [1..COUNT] OF PUMP;"),
+        &[
+            "plant.awl:15:4: `QIC` is an array of instances whose bounds are no numbers, or which has too many; declare \
+           each instance by itself",
+        ],
+    );
+}
+
+#[test]
+fn a_loop_that_is_wrong_does_not_cost_the_others_if_that_is_wanted() {
+    let text = MULTI_INSTANCE.replace("\"FIC\".\"GAIN\" := 4.0", "\"FIC\".\"GAIN\" := T#4S")
+        + "DATA_BLOCK DB 41 PUMP BEGIN GAIN := 1,5; END_DATA_BLOCK DATA_BLOCK DB 42 PUMP BEGIN END_DATA_BLOCK";
+    let options = Options { is_partial: true, ..Options::default() };
+    let reading = read(&Source::new("plant.awl", text.clone().into()), &blocks(), &options).unwrap();
+    let names: Vec<&str> = reading.loops.iter().map(|one| one.name.as_str()).collect();
+    assert_eq!(names, ["TIC", "LIC", "QIC", "DB42"]);
+    assert_eq!(reading.wrong.problems.len(), 2, "{}", reading.wrong);
+    assert_eq!(read_text(&text).unwrap_err(), reading.wrong);
+    // Where a block has no end, nobody knows what belongs to which.
+    let open = text + "DATA_BLOCK DB 43 PUMP BEGIN (* GAIN := 1.0; END_DATA_BLOCK";
+    assert!(read(&Source::new("plant.awl", open.into()), &blocks(), &options).is_err());
 }
 
 #[test]
 fn a_function_block_inside_itself_is_refused() {
     let text = MULTI_INSTANCE.replace("QIC : PUMP;", "QIC : PUMP; again : FB 100;");
-    assert_refused(&text, &["plant.awl:9:4: `inner` is nested more than 8 deep, or in itself"]);
+    assert_refused(&text, &["plant.awl:9:4: `inner` is nested more than 32 deep, or in itself"]);
 }
 
 #[test]

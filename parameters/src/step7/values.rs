@@ -7,7 +7,7 @@ use std::ops::Range;
 
 /// The most values of a data block that is read, and the most parts of a name.
 const MOST_VALUES: usize = 10_000;
-const MOST_PARTS: usize = 16;
+const MOST_PARTS: usize = 40;
 
 /// The most errors that are collected of a data block, and that are counted besides. Behind them it is not read on.
 const MOST_ERRORS: usize = 50;
@@ -16,7 +16,7 @@ const MOST_COUNTED: usize = 10_000;
 /// A value that the text gives to a member.
 #[derive(Debug)]
 pub(super) struct Assignment {
-    /// The name of the member in parts, `TIC.GAIN` in two, without quotes.
+    /// The name of the member in parts, `TIC.GAIN` in two, without quotes; that of an element of an array is `TIC[2]`.
     pub(super) path: Vec<String>,
     pub(super) path_span: Range<usize>,
     /// The value as it is written, with its sign.
@@ -104,7 +104,7 @@ fn end_of_statement(tokens: &mut Tokens) -> Result<(), SyntaxError> {
 }
 
 fn assignment(text: &str, tokens: &mut Tokens) -> Result<Assignment, SyntaxError> {
-    let (path, path_span) = path(tokens)?;
+    let (path, path_span) = path(text, tokens)?;
     let name = quoted(&text[path_span.clone()]);
     tokens.skip_attributes().map_err(|span| SyntaxError {
         span,
@@ -150,17 +150,17 @@ fn is_literal(word: &str) -> bool {
 }
 
 /// The name of a member with the instances that lead to it.
-fn path(tokens: &mut Tokens) -> Result<(Vec<String>, Range<usize>), SyntaxError> {
+fn path(text: &str, tokens: &mut Tokens) -> Result<(Vec<String>, Range<usize>), SyntaxError> {
     if tokens.next_is_symbol("#") {
         tokens.take();
     }
     let mut span = tokens.next_span();
     let mut path = Vec::new();
     loop {
-        let text = tokens.next_text();
+        let name = tokens.next_text();
         match tokens.next_kind() {
-            Some(TokenKind::Word) => path.push(text.to_string()),
-            Some(TokenKind::QuotedName) => path.push(text[1..text.len() - 1].to_string()),
+            Some(TokenKind::Word) => path.push(name.to_string()),
+            Some(TokenKind::QuotedName) => path.push(name[1..name.len() - 1].to_string()),
             _ => return Err(expected(tokens, "the name of a member")),
         }
         if path.len() > MOST_PARTS {
@@ -168,6 +168,21 @@ fn path(tokens: &mut Tokens) -> Result<(Vec<String>, Range<usize>), SyntaxError>
         }
         span.end = tokens.next_span().end;
         tokens.take();
+        if tokens.next_is_symbol("[") {
+            let begin = tokens.next_span().end;
+            while tokens.peek().is_some() && !tokens.next_is_symbol("]") && !tokens.next_is_symbol(";") {
+                tokens.take();
+            }
+            if !tokens.next_is_symbol("]") {
+                return Err(expected(tokens, "`]` behind the index"));
+            }
+            let index: String = text[begin..tokens.next_span().start].split_whitespace().collect();
+            if let Some(name) = path.last_mut() {
+                *name = format!("{name}[{index}]");
+            }
+            span.end = tokens.next_span().end;
+            tokens.take();
+        }
         if !tokens.next_is_symbol(".") {
             return Ok((path, span));
         }

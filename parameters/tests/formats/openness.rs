@@ -45,6 +45,51 @@ fn an_instance_without_name_is_called_by_its_number_or_as_the_file() {
 }
 
 #[test]
+fn a_technology_object_is_an_instance() {
+    let object = |attributes: &str| {
+        instance(attributes, "<Section Name=\"Input\"><Member Name=\"GAIN\" Datatype=\"Real\"><StartValue>2.5</StartValue></Member></Section>")
+            .replace("SW.Blocks.InstanceDB", "SW.TechnologicalObjects.TechnologicalInstanceDB")
+    };
+    for attributes in [
+        "<InstanceOfName>PUMP</InstanceOfName><Name>TIC101</Name>",
+        "<Name>TIC101</Name><OfSystemLibElement>PUMP</OfSystemLibElement><OfSystemLibVersion>1.1</OfSystemLibVersion>",
+        "<InstanceOfName>PUMP_DB_1</InstanceOfName><Name>TIC101</Name><OfSystemLibElement>PUMP</OfSystemLibElement>",
+    ] {
+        let loops = loops(Format::Openness, object(attributes));
+        assert_eq!((loops[0].name.as_str(), loops[0].get("GAIN")), ("TIC101", Some(Value::Real(2.5))), "{attributes}");
+    }
+}
+
+#[test]
+fn each_element_of_an_array_of_instances_is_a_loop_with_its_own_values() {
+    let member = |inner: &str| {
+        format!(
+            "<Member Name=\"r\" Datatype=\"Array[1..2] of &quot;VALVE&quot;\"><Sections><Section Name=\"Input\">\
+             <Member Name=\"TRAVEL\" Datatype=\"Real\">{inner}</Member></Section></Sections></Member>"
+        )
+    };
+    let travels = |sections: String| -> Vec<(String, Option<Value>)> {
+        let text = instance(
+            "<InstanceOfName>Line</InstanceOfName><Name>DB_Line</Name>",
+            &format!("<Section Name=\"Static\">{sections}</Section>"),
+        );
+        loops(Format::Openness, text).iter().map(|one| (one.name.clone(), one.get("TRAVEL"))).collect()
+    };
+    let value =
+        |path: &str, value: &str| format!("<Subelement Path=\"{path}\"><StartValue>{value}</StartValue></Subelement>");
+    let found = travels(member(&(value("1", "3.0") + &value("2", "4.0"))));
+    assert_eq!(found, [("r[1]".into(), Some(Value::Real(3.0))), ("r[2]".into(), Some(Value::Real(4.0)))]);
+    // An array in an array: the path has both indices.
+    let inner = member(&value("5,2", "7.0"));
+    let found = travels(format!(
+        "<Member Name=\"line\" Datatype=\"Array[5..5] of &quot;Line&quot;\"><Sections><Section Name=\"Static\">{inner}\
+         </Section></Sections></Member>"
+    ));
+    assert_eq!(found[1], ("r[2]".into(), Some(Value::Real(7.0))));
+    assert_ne!(found[0].1, found[1].1);
+}
+
+#[test]
 fn instances_inside_another_block_are_called_as_their_members() {
     let inner = |name: &str, travel: &str| {
         format!(
@@ -136,10 +181,11 @@ fn a_member_a_type_and_a_value_that_the_block_does_not_have_are_refused_together
 
 #[test]
 fn what_is_no_export_is_refused() {
-    let sentence = "expected a Document of TIA Portal Openness with an SW.Blocks.InstanceDB, found";
-    for text in ["<Document/>", "<a/>"] {
-        assert!(refusal(Format::Openness, text).contains(sentence), "{text}");
-    }
+    let sentence =
+        "expected a Document of TIA Portal Openness with an SW.Blocks.InstanceDB or a technology object, found";
+    assert_eq!(refusal(Format::Openness, "<a/>"), format!("plant.xml:1:1: {sentence} `a`"));
+    // Openness exports other things too: then nothing in the file is wrong.
+    assert_eq!(refusal(Format::Openness, "<Document/>"), format!("plant.xml: {sentence} none"));
 }
 
 #[test]

@@ -140,16 +140,16 @@ fn examine(file: &Path, starter: Option<&Starter>) -> Verdict {
         let glibc = binary.glibc.as_ref().map_or(String::new(), needs);
         verdict.lines.push(format!("{}: {}{glibc}", file.path, functions(binary)));
     }
-    // The code of an FMU that is wrong is not run.
-    if let Some(starter) = starter
-        && !verdict.is_wrong
-    {
-        match run_apart(starter, file) {
+    // The code of an FMU that is wrong is not run. One that this machine or this host cannot run may be right.
+    match (starter.filter(|_| !verdict.is_wrong), host::fmu::library(&package)) {
+        (None, _) => {}
+        (Some(_), Err(why)) => verdict.lines.push(format!("not run: {why:#}")),
+        (Some(starter), Ok(_)) => match run_apart(starter, file) {
             Ok(()) => {
                 verdict.lines.push(format!("run: instantiated, initialized, {STEPS} steps, all variables read, freed"));
             }
             Err(error) => verdict.wrong(&format!("{error:#}")),
-        }
+        },
     }
     verdict
 }

@@ -93,8 +93,12 @@ pub fn run(options: &Options) -> Result<()> {
 
 /// The loops of a file that the user asked for.
 fn read(file: &str, format: Option<Format>, blocks: &[Arc<Block>], options: &Options) -> Result<Vec<Loop>> {
-    let of_file =
-        parameters::Options { block: options.block.clone(), name: options.name.clone(), offset: options.offset };
+    let of_file = parameters::Options {
+        block: options.block.clone(),
+        name: options.name.clone(),
+        offset: options.offset,
+        ..parameters::Options::default()
+    };
     let encoding = options.encoding.as_deref();
     loops(file, format, encoding, blocks, &of_file, options.name.as_slice())
 }

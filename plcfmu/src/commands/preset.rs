@@ -16,7 +16,8 @@ use std::sync::Arc;
 /// Make FMUs that start from the parameters of a PLC project
 ///
 /// A preset is an FMU whose start values are those of a loop: a simulation that sets nothing runs with the plant's parameters. It
-/// needs no compiler, and the library stays as it is. An FMU of a preset refuses to start if its values were changed by hand.
+/// needs no compiler, and the library stays as it is. An FMU of a preset refuses to start if its resources/start.txt was
+/// changed by hand; `plcfmu check` finds any change.
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(after_help = HELP)]
 pub struct Options {
@@ -134,6 +135,7 @@ fn read(options: &Options, blocks: &[Arc<Block>]) -> Result<Vec<Loop>> {
             _ => None,
         },
         offset: options.offset,
+        ..parameters::Options::default()
     };
     let Some(from) = &options.from else { return own(options, blocks) };
     params::loops(from, options.format, options.encoding.as_deref(), blocks, &of_file, &options.loops)

@@ -74,11 +74,11 @@ Initialization:
   output to input, in the order of the FMUs. Then each FMU leaves Initialization Mode.
 
 Rows of the recording:
-  A row belongs to a step and has the time at which the step begins; the first row is that of the start time. An input
-  has the value that its FMU got for the step. An output has the value that the connected FMUs read. So a controller's
-  row is what it saw and gave in its call at that time, and a plant that is connected back to the controller shows what
-  it was at that time, before its own step. An output that no FMU reads is recorded as the other outputs of its FMU; if
-  none of them is read, all are recorded after the step.
+  A row belongs to a time: the beginning of each step, and the end. An input has the value that its FMU gets for the step
+  that begins then. An output has the value that the connected FMUs read in that step. So a controller's row is what it saw
+  and gave in its call at that time, and a plant that is connected back to the controller shows what it is at that time. An
+  output that no FMU reads is recorded as the other outputs of its FMU; if none of them is read, all have the values of that
+  time, before the step. At the end no step is made: the last row has what the FMUs gave last.
   Numbers in the CSV read back bit-equal; Booleans are 1 and 0.
 
 FMUs are foreign code: they run in a process of their own. One that crashes or does not return ends the run with an error that
@@ -122,7 +122,7 @@ pub fn run(options: &Options) -> Result<()> {
     let recording = recording?;
 
     let mut lines: Vec<String> = recording.ended.iter().cloned().collect();
-    lines.push(summary(&plan, recording.times.len(), took));
+    lines.push(summary(&plan, recording.times.len() - 1, took));
     if to_stdout {
         print(|to| recording.write_csv(to))?;
     } else if let Some(file) = &options.out {
@@ -132,7 +132,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
     if let (Some(file), Some(is_svg)) = (&options.plot, is_svg) {
         let names: Vec<_> = system.members.iter().map(|fmu| fmu.name.as_str()).collect();
-        let picture = draw(&recording, names.join(", "), plan.time(recording.times.len()), is_svg)?;
+        let picture = draw(&recording, names.join(", "), is_svg)?;
         temporary::place(file, |to| Ok(to.write_all(&picture)?), |_| Ok(()))?;
         lines.push(file.display().to_string());
     }
@@ -215,13 +215,12 @@ fn is_svg(file: &Path) -> Result<bool> {
     }
 }
 
-/// Draws the recording: Reals of one unit share a panel, as do Integers; a Boolean has a lane. The last row is held until
-/// `end`, the end of its step.
-fn draw(recording: &Recording, title: String, end: f64, is_svg: bool) -> Result<Vec<u8>> {
+/// Draws the recording: Reals of one unit share a panel, as do Integers; a Boolean has a lane.
+fn draw(recording: &Recording, title: String, is_svg: bool) -> Result<Vec<u8>> {
     let mut panels: Vec<((Type, Option<&str>), Panel)> = Vec::new();
     let mut lanes = Vec::new();
     for (place, column) in recording.columns.iter().enumerate() {
-        let values: Vec<f64> = recording.column(place).chain(recording.column(place).last()).collect();
+        let values: Vec<f64> = recording.column(place).collect();
         let curve = Curve { name: column.name.clone(), values, is_input: column.is_input, color: None };
         if column.kind == Type::Boolean {
             lanes.push(curve);
@@ -238,8 +237,7 @@ fn draw(recording: &Recording, title: String, end: f64, is_svg: bool) -> Result<
         }
     }
     let panels = panels.into_iter().map(|(_, panel)| panel).collect();
-    let time = recording.times.iter().copied().chain([end]).collect();
-    let chart = Chart { title, time, over: None, panels, lanes };
+    let chart = Chart { title, time: recording.times.clone(), over: None, panels, lanes };
     let svg = plot::svg(&chart)?;
     if is_svg { Ok(svg.into_bytes()) } else { picture::png(&svg) }
 }

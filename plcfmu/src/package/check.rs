@@ -13,12 +13,18 @@ use host::library::FUNCTIONS;
 use host::package::binary::Binary;
 use host::package::{DESCRIPTION, LibraryFile, Package, temporary};
 use memchr::memmem;
-use modeldescription::{Interface, MOST_FINDINGS, ModelDescription, Variable, shortened};
+use modeldescription::{Causality, Description, Interface, ModelDescription, shortened};
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
 
 /// How many communication steps an FMU makes when it is run.
 pub const STEPS: u32 = 10;
+
+/// A GUID that no FMU has.
+const NO_GUID: &str = "{00000000-0000-0000-0000-000000000000}";
+
+/// Start values in a text may have fewer digits than in the code: they differ by this part of the value at most.
+const ROUNDED: f64 = 1e-6;
 
 /// What a check has found.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,17 +39,10 @@ pub struct Report {
 
 /// Reads all of an FMU and checks it. None of its code runs.
 pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
-    let mut report = Report::default();
-    let impossible = |variable: &&Variable| !variable.causality.allows(variable.variability);
-    for variable in package.description.variables.iter().filter(impossible) {
-        report.errors.push(format!("{DESCRIPTION}: {}", contradiction(variable)));
-    }
-    let is_error = |finding: &String| report.errors.iter().any(|error| error.ends_with(finding.as_str()));
     let preset = preset::start(package);
-    let mut findings = package.xml.check(matches!(preset, Ok(Some(_))));
-    findings.retain(|finding| !is_error(finding));
-    report.remarks = findings;
-    report.errors.truncate(MOST_FINDINGS);
+    let found = package.xml.check(matches!(preset, Ok(Some(_))));
+    let errors = found.forbidden.into_iter().map(|finding| format!("{DESCRIPTION}: {finding}")).collect();
+    let mut report = Report { errors, remarks: found.odd, ..Report::default() };
     for file in package.libraries.clone() {
         match check_library(package, &file, &preset) {
             Ok(binary) => report.libraries.push((file, binary)),
@@ -61,6 +60,11 @@ fn check_library<R: Read + Seek>(
 ) -> Result<Binary> {
     let bytes = package.library(file)?;
     let binary = Binary::read(&bytes)?;
+    // Of a folder that FMI 2.0 does not name, nobody can say what belongs there.
+    if let Some((_, suffix)) = platform::system(&file.platform) {
+        is_for(&binary, &file.platform)?;
+        ensure!(file.path.ends_with(suffix), "hosts look for a library whose name ends with {suffix} there");
+    }
     if package.description.co_simulation.is_some()
         && let Some(missing) = binary.missing(FUNCTIONS)
     {
@@ -68,11 +72,13 @@ fn check_library<R: Read + Seek>(
     }
     let guid = &package.description.guid;
     // A library with a table holds its GUID as text. Others may compute theirs, or hold none.
-    if !binary.has_table || contains(&bytes, guid.as_bytes()) {
+    if !binary.has_table {
         return Ok(binary);
     }
     let path = preset::path();
     match preset {
+        // The GUID of nothing is in every library.
+        Ok(None) if guid != NO_GUID && contains(&bytes, guid.as_bytes()) => Ok(binary),
         Ok(Some(start)) if contains(&bytes, start.library.as_bytes()) => Ok(binary),
         Ok(Some(start)) => {
             let library = shortened(&start.library);
@@ -87,12 +93,26 @@ fn check_library<R: Read + Seek>(
                  the two come from different builds, or the start values are missing"
             );
         }
-        Err(error) => bail!("it does not contain the GUID {:?} of {DESCRIPTION}: {error:#}", shortened(guid)),
+        Err(error) => bail!("{error:#}"),
     }
 }
 
 fn contains(bytes: &[u8], part: &[u8]) -> bool {
     !part.is_empty() && memmem::find(bytes, part).is_some()
+}
+
+/// Whether a library is one for this folder, which FMI names.
+fn is_for(binary: &Binary, folder: &str) -> Result<()> {
+    let (system, _) = platform::system(folder).with_context(|| format!("FMI has no platform {folder}"))?;
+    let processors = platform::architectures(folder);
+    ensure!(
+        binary.system == system && binary.architectures.iter().all(|own| processors.contains(&own.as_str())),
+        "it is a library of {} for {}; {folder} needs one of {system} for {}",
+        binary.system,
+        binary.architectures.join(" and "),
+        processors.join(" and ")
+    );
+    Ok(())
 }
 
 /// Checks a library that is to be packed for one of FMI's platforms: it is for this platform, exports FMI's functions and no
@@ -104,15 +124,7 @@ fn contains(bytes: &[u8], part: &[u8]) -> bool {
 /// What is wrong, or differs.
 pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: bool) -> Result<()> {
     let binary = Binary::read(bytes)?;
-    let (system, _) = platform::system(folder).with_context(|| format!("FMI has no platform {folder}"))?;
-    let processors = platform::architectures(folder);
-    ensure!(
-        binary.system == system && binary.architectures.iter().all(|own| processors.contains(&own.as_str())),
-        "it is a library of {} for {}; {folder} needs one of {system} for {}",
-        binary.system,
-        binary.architectures.join(" and "),
-        processors.join(" and ")
-    );
+    is_for(&binary, folder)?;
     binary.check_functions(FUNCTIONS)?;
     binary.check_needed()?;
     if !is_native {
@@ -128,12 +140,6 @@ pub fn library(bytes: &[u8], folder: &str, interface: &Interface, is_native: boo
         bail!("it does not contain the text {:?}: it was built from other sources", shortened(text));
     }
     Ok(())
-}
-
-fn contradiction(variable: &Variable) -> String {
-    let Variable { causality, variability, .. } = variable;
-    let name = shortened(&variable.name);
-    format!("variable {name:?}: causality = {causality} and variability = {variability} are not allowed together")
 }
 
 /// Checks an FMU that was just packed, with libraries that [`library`] has accepted. If it has one for this
@@ -153,7 +159,7 @@ pub fn packed(path: &Path, xml: &ModelDescription, has_host: bool) -> Result<()>
     Ok(())
 }
 
-/// Loads the library for this machine and runs it: it accepts its own GUID and no other, makes [`STEPS`] steps, and all its
+/// Loads the library for this machine and runs it: it accepts its own GUID and no other, starts with the values that are declared, makes [`STEPS`] steps, and all its
 /// variables can be read. The FMU is unpacked into a temporary folder below `place`.
 ///
 /// # Errors
@@ -166,7 +172,7 @@ pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()>
     let fmu = Fmu::load(package, place)?;
     let description = &fmu.description;
     ensure!(
-        Instance::instantiate(&fmu.library, "plcfmu", "{00000000-0000-0000-0000-000000000000}", None).is_err(),
+        Instance::instantiate(&fmu.library, "plcfmu", NO_GUID, None).is_err(),
         "its library accepts any GUID, not only that of {DESCRIPTION}"
     );
     let mut instance = fmu.instantiate("plcfmu")?;
@@ -176,6 +182,7 @@ pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()>
     instance.setup(start, None)?;
     instance.enter_initialization()?;
     instance.exit_initialization()?;
+    check_starts(description, &mut instance)?;
     for call in 0..STEPS {
         instance.step(start + f64::from(call) * step, step)?;
     }
@@ -185,6 +192,25 @@ pub fn run<R: Read + Seek>(package: &mut Package<R>, place: &Path) -> Result<()>
         value.with_context(|| format!("{:?} cannot be read", shortened(&variable.name)))?;
     }
     instance.terminate()
+}
+
+/// Compares the start values of inputs and parameters, which nobody has set, with those that are declared. A host may read
+/// them when the initialization is over.
+fn check_starts(description: &Description, instance: &mut Instance) -> Result<()> {
+    for variable in &description.variables {
+        let (Some(kind), Some(declared)) = (variable.kind, variable.start) else { continue };
+        if !matches!(variable.causality, Causality::Input | Causality::Parameter) {
+            continue;
+        }
+        let name = shortened(&variable.name);
+        let own = instance.get(kind, variable.value_reference).with_context(|| format!("{name:?} cannot be read"))?;
+        let is_same = own == declared || (own - declared).abs() <= ROUNDED * own.abs().max(declared.abs());
+        ensure!(
+            is_same || own.is_nan() && declared.is_nan(),
+            "{name:?} starts with {own:?}, but its start value in {DESCRIPTION} is {declared:?}: hosts take it for the one declared"
+        );
+    }
+    Ok(())
 }
 
 /// The role of the process that [`run_apart`] starts.

@@ -89,7 +89,15 @@ fn member(name: &str, from: usize, start: f64) -> MemberPlan {
 }
 
 fn column(name: &str, source: (usize, usize), is_before_step: bool) -> Column {
-    Column { name: name.into(), unit: None, kind: Type::Real, is_input: false, source, is_before_step }
+    Column {
+        name: name.into(),
+        unit: None,
+        kind: Type::Real,
+        is_input: name.ends_with(".IN"),
+        source,
+        is_before_step,
+        is_unread: false,
+    }
 }
 
 /// A and B in a ring, A first; A begins with 1 and B with 10.
@@ -98,6 +106,7 @@ fn ring(exchange: Exchange) -> Plan {
         start: 0.0,
         step: 0.5,
         step_proposed_by: None,
+        scale: None,
         steps: 2,
         exchange,
         members: vec![member("A", 1, 1.0), member("B", 0, 10.0)],
@@ -126,7 +135,9 @@ fn rows(recording: &Recording) -> Vec<(f64, Vec<f64>)> {
 fn an_fmu_gets_what_those_before_it_have_given_in_the_same_step() {
     let (recording, _) = run_it(&ring(Exchange::Sequential), f64::NAN);
     // A: 1 + 10 = 11; B: 10 + 11 = 21. A: 11 + 21 = 32; B: 21 + 32 = 53. B's output is as A reads it.
-    let expected = [(0.0, vec![10.0, 11.0, 11.0, 10.0]), (0.5, vec![21.0, 32.0, 32.0, 21.0])];
+    // At the end A would read 53.
+    let expected =
+        [(0.0, vec![10.0, 11.0, 11.0, 10.0]), (0.5, vec![21.0, 32.0, 32.0, 21.0]), (1.0, vec![53.0, 32.0, 32.0, 53.0])];
     assert_eq!(rows(&recording.unwrap()), expected);
 }
 
@@ -134,7 +145,8 @@ fn an_fmu_gets_what_those_before_it_have_given_in_the_same_step() {
 fn in_parallel_all_get_what_was_given_in_the_last_step() {
     let (recording, _) = run_it(&ring(Exchange::Parallel), f64::NAN);
     // A: 1 + 10 = 11; B: 10 + 1 = 11. A: 11 + 11 = 22; B: 11 + 11 = 22. Both outputs are as the other reads them.
-    let expected = [(0.0, vec![10.0, 1.0, 1.0, 10.0]), (0.5, vec![11.0, 11.0, 11.0, 11.0])];
+    let expected =
+        [(0.0, vec![10.0, 1.0, 1.0, 10.0]), (0.5, vec![11.0, 11.0, 11.0, 11.0]), (1.0, vec![22.0, 22.0, 22.0, 22.0])];
     assert_eq!(rows(&recording.unwrap()), expected);
 }
 
@@ -171,6 +183,27 @@ fn an_event_comes_at_the_first_communication_point_that_is_not_earlier() {
         let step = log[set..].iter().find(|line| line.contains("step")).unwrap();
         assert_eq!(*step, format!("A step {expected} 0.5"), "{at}");
     }
+}
+
+#[test]
+fn an_output_that_no_fmu_reads_stands_at_its_time() {
+    let alone = MemberPlan {
+        connected: Block::default(),
+        sources: Vec::new(),
+        outputs: Block::default(),
+        output_places: Vec::new(),
+        inputs: vec![real(INPUT, 10.0)],
+        ..member("A", 0, 1.0)
+    };
+    let columns = vec![Column { is_unread: true, ..column("A.OUT", (0, 0), false) }];
+    let plan = Plan { members: vec![alone], columns, ..ring(Exchange::Sequential) };
+    let component = || Sum { name: "A", values: [0.0; 3], log: Rc::default(), fails_at: f64::NAN };
+    let recording = run(&plan, &mut [component()], |_| {}).unwrap();
+    assert_eq!(rows(&recording), [(0.0, vec![1.0]), (0.5, vec![11.0]), (1.0, vec![21.0])]);
+    // In the row of a call, it is what the call gives.
+    let mut calls = Run::begin(&plan, vec![component()], Some(1.0)).unwrap();
+    calls.step(&plan).unwrap();
+    assert_eq!((calls.time(), calls.row()), (0.0, &[11.0][..]));
 }
 
 #[test]

@@ -32,7 +32,7 @@ fn controller() -> Description {
     use Causality::{Input, Output, Parameter};
     let plain = || real(None, None, None);
     let mut cycle = variable("CYCLE", 4, Parameter, real(Some("s"), Some(0.001), None));
-    cycle.variability = Variability::Fixed;
+    (cycle.variability, cycle.start) = (Variability::Fixed, Some(1.0));
     let variables = vec![
         variable("SP", 0, Input, plain()),
         variable("PV_PER", 1, Input, of(Some(Type::Integer))),
@@ -152,6 +152,34 @@ fn values_outside_the_declared_range_are_set_with_a_warning() {
         ]
     );
     assert_eq!(plan.members[1].inputs[0].value, 120.0);
+}
+
+#[test]
+fn the_step_that_is_proposed_is_the_cycle_that_is_set() {
+    let proposed = |settings: &[&str]| {
+        let plan = plan(&system(&[], settings)).unwrap();
+        (plan.step, plan.step_proposed_by)
+    };
+    assert_eq!(proposed(&["C.CYCLE=0.05"]), (0.05, Some(0)));
+    // What is set takes precedence over a parameter file.
+    let mut own = system(&[], &["C.CYCLE=0.02", "C.CYCLE=0.05"]);
+    own.settings[0].is_preliminary = true;
+    assert_eq!(plan(&own).unwrap().step, 0.05);
+    assert_eq!(plan(&System { step: Some(0.5), ..system(&[], &["C.CYCLE=0.05"]) }).unwrap().step, 0.5);
+}
+
+#[test]
+fn a_time_is_the_number_that_is_the_nearest_to_the_decimal_one() {
+    let time = |start, step: f64, steps| {
+        plan(&System { start: Some(start), step: Some(step), stop: Some(1000.0), ..system(&[], &[]) })
+            .unwrap()
+            .time(steps)
+    };
+    assert_eq!(time(0.0, 0.2, 2999), 599.8);
+    assert_ne!(2999.0 * 0.2, 599.8);
+    assert_eq!(time(-0.3, 0.1, 6), 0.3);
+    // A third has no decimal form.
+    assert_eq!(time(0.0, 1.0 / 3.0, 100), 100.0 * (1.0 / 3.0));
 }
 
 #[test]

@@ -22,7 +22,7 @@ fn quantity(name: &str, unit: &str) -> Quantity {
 
 /// A recording of three calls.
 pub(crate) fn recording(top: f64) -> Recording {
-    let column = |name: &str, unit: &str| json!({"name": name, "unit": unit, "kind": "Real", "is_input": false, "source": [0, 0], "is_before_step": false});
+    let column = |name: &str, unit: &str| json!({"name": name, "unit": unit, "kind": "Real", "is_input": false, "source": [0, 0], "is_before_step": false, "is_unread": false});
     let columns = [column("PID.SP", "degC"), column("HEATER.TEMP", "degC"), column("PID.LMN", "%")];
     let values = [60.0, 20.0, 90.0, 60.0, top, 40.0, 60.0, 60.0, 35.0];
     serde_json::from_value(json!({"columns": columns, "times": [0.0, 1.0, 2.0], "values": values})).unwrap()
