@@ -15,7 +15,7 @@ import zipfile
 import pytest
 
 import host
-from tool import PAGE, needs_page
+from tool import PAGE, needs_page, show_tab
 
 ROOT = pathlib.Path(__file__).parents[1]
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -502,6 +502,7 @@ def test_the_characteristic_of_the_pulse_former_follows_its_settings(page):
 
 def test_the_diagram_shows_the_values_that_plcfmu_run_computes(page, command, tmp_path):
     new_loop(page, "CONT_C", "TIC")
+    show_tab(page, "Diagram")
     for name, text in {"SP_INT": "60", "PV_IN": "20.1", "GAIN": "1.7", "TI": "7.5"}.items():
         write(page, name, text)
     page.click("#send")
@@ -529,6 +530,7 @@ def test_the_diagram_shows_the_values_that_plcfmu_run_computes(page, command, tm
 
 def test_a_switch_of_the_diagram_is_thrown_by_a_click_and_by_enter(page):
     new_loop(page, "CONT_C")
+    show_tab(page, "Diagram")
     switch = page.locator('#diagram [data-variable="D_SEL"][role="button"]')
     assert switch.get_attribute("aria-pressed") == "false"
     switch.click()
@@ -546,6 +548,7 @@ def test_a_switch_of_the_diagram_is_thrown_by_a_click_and_by_enter(page):
 
 def test_a_click_on_a_value_of_the_diagram_goes_to_its_field(page):
     new_loop(page, "CONT_C")
+    show_tab(page, "Diagram")
     page.locator('#diagram [id$="value-LMN_HLM"]').click()
     assert field(page, "LMN_HLM").evaluate("field => field === document.activeElement")
     page.locator('#diagram [id$="value-TD"]').click()
@@ -554,6 +557,7 @@ def test_a_click_on_a_value_of_the_diagram_goes_to_its_field(page):
 
 def test_a_limit_is_lit_while_it_acts(page):
     new_loop(page, "CONT_C")
+    show_tab(page, "Diagram")
     limit = page.locator('#diagram [id$="terminal-QLMN_HLM"]')
     write(page, "MAN", "120")
     field(page, "MAN").press("Enter")
@@ -599,6 +603,8 @@ def test_a_loop_is_opened_edited_and_sent_by_keyboard_alone(page):
     page.keyboard.press("Control+Enter")
     checked(page)
     assert page.locator("#edited-count").inner_text() == "All values are in force"
+    until("#tab-plant")
+    page.keyboard.press("ArrowLeft")
     until('#diagram [data-variable="MAN_ON"]')
     page.keyboard.press("Enter")
     checked(page)
@@ -744,7 +750,10 @@ def test_axe_finds_nothing_and_nothing_scrolls_sideways(open_tool, width, scheme
     make_calls(page, 3)
     look(page, f"loop-{width}-{scheme}")
     page.click("#compare-button")
+    look(page, f"compare-{width}-{scheme}")
     page.click("#help-button")
+    look(page, f"help-{width}-{scheme}")
+    page.keyboard.press("Escape")
     row(page, "TI").get_by_role("button").click()
     look(page, f"panels-{width}-{scheme}")
 

@@ -17,7 +17,7 @@ import zipfile
 import pytest
 
 import host
-from tool import PAGE, needs_page
+from tool import PAGE, needs_page, show_tab
 
 ROOT = pathlib.Path(__file__).parents[1]
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -89,6 +89,7 @@ def new_loop(page, name, block="CONT_C"):
 
 
 def take_generic_plant(page, gain, lag, dead_time):
+    show_tab(page, "Plant")
     plant = page.locator("#plant")
     plant.get_by_label("Gain").fill(gain)
     plant.get_by_label("Time constant").fill(lag)
@@ -150,15 +151,19 @@ def set_now(page, field, value):
 
 def saved(page, button, panel="#takeaway"):
     """The file that a button saves: name and bytes."""
+    if panel == "#takeaway":
+        page.locator("#away-button").click()
     with page.expect_download() as download:
         page.locator(panel).get_by_role("button", name=button).click()
+    if panel == "#takeaway":
+        page.keyboard.press("Escape")
     return download.value.suggested_filename, pathlib.Path(download.value.path()).read_bytes()
 
 
 def readout(page):
     """The values beside the curves, with all digits, by the curve's name."""
-    rows = page.locator("#curves .readout tbody tr")
-    values = "rows => rows.map(row => [row.cells[0].innerText.trim(), row.cells[1].dataset.full])"
+    rows = page.locator("#curves .readout .signal")
+    values = "rows => rows.map(row => [row.children[0].innerText.trim(), row.children[1].dataset.full])"
     return dict(rows.evaluate_all(values))
 
 
@@ -256,21 +261,57 @@ def test_a_ramp_moves_the_setpoint_evenly(tool, run_described):
     steps = [later - earlier for earlier, later in zip(setpoints, setpoints[1:]) if later != earlier]
     assert setpoints[4] == 0 and setpoints[-1] == 50
     assert len(steps) == 20 and steps == pytest.approx([2.5] * 20)
+    show_tab(tool, "Log")
     assert "moved to 50" in tool.locator("#done").inner_text()
 
 
-def test_what_was_done_is_a_list_that_repeats_to_the_same_bits(tool):
+def test_what_was_done_is_a_list_that_repeats_to_the_same_bits_and_undo_takes_its_settings_back(tool):
     set_now(tool, "setpoint", 60)
     manual(tool).uncheck()
     run_calls(tool, 30)
     set_now(tool, "setpoint", 40)
     run_calls(tool, 30)
     _, first = saved(tool, "CSV of everything")
+    show_tab(tool, "Log")
     assert "SP_INT 40" in tool.locator("#done .done-list").inner_text()
-    tool.get_by_role("button", name="Repeat").click()
-    tool.get_by_text("earlier in grey").wait_for()
+    tool.locator("#field-GAIN").fill("3.5")
+    tool.locator("#field-GAIN").press("Enter")
+    tool.locator("#done").get_by_role("button", name="Same bits").click()
+    wait_for_runs(tool, 2)
     _, second = saved(tool, "CSV of everything")
     assert second == first
+    assert tool.locator("#field-GAIN").input_value() == "2"
+    tool.get_by_role("button", name="Undo").click()
+    assert tool.locator("#field-GAIN").input_value() == "3.5"
+
+
+def test_the_same_test_has_the_stimuli_of_before_and_the_settings_of_now(tool, run_described):
+    set_now(tool, "setpoint", 60)
+    manual(tool).uncheck()
+    run_calls(tool, 30)
+    set_now(tool, "setpoint", 40)
+    set_now(tool, "disturbance", 5)
+    run_calls(tool, 30)
+    tool.locator("#field-GAIN").fill("0.5")
+    tool.locator("#field-GAIN").press("Enter")
+    show_tab(tool, "Runs")
+    tool.locator("#runs").get_by_role("button", name="Same test").click()
+    wait_for_runs(tool, 2)
+    assert made(tool) == 60
+    assert tool.locator("#field-GAIN").input_value() == "0.5"
+    table = assert_same_bits(tool, run_described)
+    assert [number(table["TIC101.SP_INT"][call]) for call in (0, 29, 30)] == [60, 60, 40]
+    assert [number(table["PLANT.LOAD"][call]) for call in (29, 30)] == [0, 5]
+    assert {number(value) for value in table["TIC101.GAIN"]} == {0.5}
+    names = tool.locator("#runs tbody tr").evaluate_all("rows => rows.map(row => row.cells[1].innerText)")
+    assert names == ["GAIN 2", "GAIN 0.5"]
+
+
+def wait_for_runs(page, count):
+    """Waits until the list of runs has so many."""
+    runs = "async count => (await import('tool/store.js')).store.loop.notes.runs?.length === count"
+    page.wait_for_function(runs, arg=count)
+    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
 def test_the_clock_is_kept(tool):
@@ -347,12 +388,25 @@ def test_dragging_zooms_and_a_double_click_follows_again(tool):
     assert follow.is_visible()
 
 
-def test_earlier_runs_stay_in_grey(tool):
+def test_earlier_runs_stay_in_the_list_with_name_and_colour_through_a_reload(tool):
     run_calls(tool, 20)
-    for count in (1, 2):
+    for count in (2, 3):
         tool.get_by_role("button", name="Reset").click()
         run_calls(tool, 20, fresh=True)
-        tool.get_by_text(f"{count} earlier in grey").wait_for()
+        wait_for_runs(tool, count)
+    show_tab(tool, "Runs")
+    tool.get_by_label("Name of Run 1").fill("before")
+    tool.get_by_label("Name of Run 1").press("Enter")
+    tool.get_by_label("Show Run 2").uncheck()
+    kept = "() => JSON.parse(sessionStorage.getItem('plcfmu'))?.loops[0].notes.runs?.map(run => [run.name, run.isShown])"
+    tool.evaluate("() => dispatchEvent(new Event('pagehide'))")
+    expected = [["before", True], ["Run 2", False], ["Run 3", True]]
+    assert tool.evaluate(kept) == expected
+    tool.reload()
+    tool.locator("#runs tbody tr").nth(2).wait_for()
+    rows = tool.locator("#runs tbody tr")
+    shown = "rows => rows.map(row => [row.querySelector('.run-name').value, row.querySelector('[type=checkbox]').checked])"
+    assert rows.evaluate_all(shown) == expected
 
 
 def test_a_curve_of_choice_is_added_hidden_and_removed(tool):
@@ -372,6 +426,7 @@ def test_a_curve_of_choice_is_added_hidden_and_removed(tool):
 def test_figures_are_there_with_units_or_with_a_reason(tool):
     set_now(tool, "setpoint", 60)
     run_calls(tool, 3)
+    show_tab(tool, "Runs")
     tool.locator("#figures .remarks li").first.wait_for()
     manual(tool).uncheck()
     run_calls(tool, 400)
@@ -387,6 +442,7 @@ def identify_from_a_step(page, calls=200, cycle=1.0, rest=10):
     run_calls(page, rest, cycle)
     set_now(page, "MAN", 40)
     run_calls(page, calls, cycle)
+    show_tab(page, "Tune")
     page.get_by_role("button", name="Identify from this step").click()
     page.locator("#tune .fit").get_by_text("fit").wait_for()
 
@@ -455,6 +511,7 @@ def test_a_csv_of_a_recorder_is_identified_by_its_names_and_its_columns_can_be_c
     path.write_bytes("\r\n".join(rows).encode("cp1252"))
     # Dropped on the page, the file is offered, too.
     tool.locator("#open-files").set_input_files(path)
+    show_tab(tool, "Tune")
     tune = tool.locator("#tune")
     for name, column in (("input", "Stellwert [%]"), ("output", "Istwert [°C]"), ("time", "Datum/Uhrzeit")):
         tool.locator(f"#tune-{name}").select_option(column)
@@ -473,13 +530,15 @@ def test_from_a_db_file_to_a_tuned_awl_and_preset(open_tool, run_described, comm
     identify_from_a_step(page, 600, 1.063, rest=700)
     page.locator("#tune").get_by_role("button", name="Apply").first.click()
     page.keyboard.press("Control+Enter")
-    page.locator("#takeaway").get_by_text("not sent yet").wait_for(state="hidden")
+    page.wait_for_function("() => !document.querySelector('#takeaway').textContent.includes('not sent yet')")
     rows = settings_of_rule(page)
     set_now(page, "setpoint", 30)
     manual(page).uncheck()
     run_calls(page, 300, 1.063)
     assert_same_bits(page, run_described)
+    page.locator("#away-button").click()
     page.get_by_label("Format of the parameter file").select_option("awl")
+    page.keyboard.press("Escape")
     name, awl = saved(page, "Save parameters")
     assert name.endswith(".awl")
     gain = re.search(r"\bGAIN := ([\d.e+-]+);", awl.decode())
@@ -541,13 +600,14 @@ def test_downloads_have_proper_names_and_contents(tool):
         ("CSV of the curves", r".*\.csv", b"time"),
         ("Save as loops.toml", r".*\.toml", b""),
         ("Report (HTML)", r".*\.html", b"<!DOCTYPE html>"),
+        ("Picture (SVG)", r"TIC101\.svg", b"<svg "),
         ("Picture (PNG)", r"TIC101\.png", b"\x89PNG"),
     ):
         got, content = saved(tool, button)
         assert re.fullmatch(name, got), got
         assert content.startswith(begin), got
     for form in ("awl", "scl", "db", "xml", "json", "ssv"):
-        tool.get_by_label("Format of the parameter file").select_option(form)
+        tool.get_by_label("Format of the parameter file").select_option(form, force=True)
         got, content = saved(tool, "Save parameters")
         assert got.endswith(f".{form}") and b"GAIN" in content
 
@@ -559,6 +619,7 @@ def test_a_recording_of_the_same_block_replays_equal_and_a_wrong_gain_is_found(t
     _, table = saved(tool, "CSV of everything")
     path = tmp_path / "recorded.csv"
     path.write_bytes(table)
+    show_tab(tool, "Replay")
     tool.locator("#replay-file").set_input_files(path)
     verdict = tool.locator("#replay .verdict")
     verdict.wait_for()
@@ -600,6 +661,7 @@ def test_a_million_calls_do_not_grow_the_memory(tool):
 def test_everything_goes_by_keyboard_alone(open_tool):
     page = open_tool()
     new_loop(page, "TIC101")
+    page.locator("#tab-plant").press("Enter")
     page.locator("#generic-GAIN").focus()
     page.keyboard.press("Enter")
     page.get_by_text("goes to").first.wait_for()
@@ -638,7 +700,9 @@ def test_panels_have_no_accessibility_findings(open_tool, size, scheme):
     identify_from_a_step(page)
     manual(page).uncheck()
     run_calls(page, 100)
-    page.get_by_role("button", name="Repeat").click()
+    show_tab(page, "Runs")
+    page.locator("#runs").get_by_role("button", name="Same bits").click()
+    wait_for_runs(page, 2)
     screenshot(page, f"run-{size[0]}-{scheme}")
     found = Axe().run(page).response["violations"]
     assert found == [], json.dumps(found, indent=1)[:4000]

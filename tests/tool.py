@@ -17,6 +17,11 @@ NO_PAGE = "no page of the parameter tool: 'rustup target add wasm32-unknown-unkn
 needs_page = pytest.mark.skipif(not PAGE.is_file(), reason=NO_PAGE)
 
 
+def show_tab(page, name):
+    """Shows a tab of the page: Diagram, Plant, Tune, Runs, Replay, Log; on a narrow screen Parameters, too."""
+    page.get_by_role("tab", name=name, exact=True).click()
+
+
 class Server:
     """A `plcfmu tool` that runs while the `with` block does."""
 

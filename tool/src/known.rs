@@ -12,9 +12,9 @@ pub fn loops(is_there: impl Fn(&str) -> bool) -> Vec<KnownLoop> {
     loops
 }
 
-/// How long the loop runs in its description, what happens meanwhile, and what is recorded does not matter here.
 fn known(name: &str, text: &str) -> Result<KnownLoop> {
     let title = text.lines().next().and_then(|line| line.strip_prefix("# ")).context("no title in the first line")?;
+    let about = text.lines().nth(1).and_then(|line| line.strip_prefix("# ")).unwrap_or_default();
     let system = file::parse(name, text)?;
     let at_the_start: Vec<_> = system.settings.iter().filter(|setting| setting.time.is_none()).collect();
     let member = |member: &run::system::Member| {
@@ -22,13 +22,15 @@ fn known(name: &str, text: &str) -> Result<KnownLoop> {
         let fmu = member.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Member { name: member.name.clone(), fmu, values: own.collect() }
     };
+    let events = system.settings.iter().filter_map(|of| Some((of.time?, of.variable.clone(), of.value))).collect();
     let setup = Setup {
         members: system.members.iter().map(member).collect(),
         connections: system.connections.into_iter().map(|connection| (connection.from, connection.to)).collect(),
         step: system.step,
         exchange: system.exchange,
     };
-    Ok(KnownLoop { title: title.into(), setup })
+    let name = name.strip_suffix(".toml").unwrap_or(name).into();
+    Ok(KnownLoop { name, title: title.into(), about: about.into(), setup, stop: system.stop, events })
 }
 
 #[cfg(test)]
@@ -45,6 +47,9 @@ mod tests {
         assert_eq!(controller.values["PVPER_ON"], Value::Boolean(true));
         assert_eq!(plant.values["CYCLE"], Value::Number(1.0));
         assert_eq!((furnace.setup.step, furnace.setup.exchange), (Some(1.0), Exchange::Parallel));
+        let level = loops.iter().find(|known| known.name == "level").unwrap();
+        assert_eq!((level.stop, level.about.as_str()), (Some(1200.0), "Then the consumers take twice as much."));
+        assert_eq!(level.events, [(600.0, "TANK.DRAIN".into(), Value::Number(100.0))]);
         let to = |known: &KnownLoop| known.setup.connections.iter().map(|(_, to)| to.clone()).collect::<Vec<_>>();
         assert_eq!(to(furnace), [format!("{}.POWER", plant.name), format!("{}.PV_PER", controller.name)]);
         assert!(loops.iter().any(|known| known.setup.members[0].values.contains_key("DI_PULSEGEN.P_B_TM")));

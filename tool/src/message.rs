@@ -40,13 +40,21 @@ pub struct Entry {
 }
 
 /// A loop that is known to work.
-#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct KnownLoop {
+    /// The name of its description, `furnace`.
+    pub name: String,
     /// What it shows.
     pub title: String,
+    /// What is special about it, or empty.
+    pub about: String,
     /// Its members and connections.
     pub setup: Setup,
+    /// How long it runs in its description, in seconds.
+    pub stop: Option<f64>,
+    /// What is set meanwhile: the time in seconds, `MEMBER.VARIABLE`, and the value.
+    pub events: Vec<(f64, String, Value)>,
 }
 
 /// An FMU as a dialog shows it.

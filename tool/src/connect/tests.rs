@@ -57,7 +57,7 @@ fn a_known_loop_is_taken_with_the_settings_of_its_plant() {
         step: Some(0.5),
         exchange: Exchange::Parallel,
     };
-    home.loops.push(KnownLoop { title: "A lag".into(), setup: setup.clone() });
+    home.loops.push(KnownLoop { title: "A lag".into(), setup: setup.clone(), ..KnownLoop::default() });
     let proposal = propose(&home, &member("C", "PID"), &member("P", "LAG")).unwrap();
     let expected =
         ["C.OUT -> P.POWER: as in the known loop \"A lag\"", "P.TEMP -> C.PV_IN: as in the known loop \"A lag\""];
@@ -69,7 +69,10 @@ fn a_known_loop_is_taken_with_the_settings_of_its_plant() {
     assert_eq!(proposal.remarks, ["nothing is connected to C.STOP_HIGH"]);
 
     // Of two known loops, the one with a call in each step is taken; the other has a step of its own.
-    home.loops.insert(0, KnownLoop { title: "Means".into(), setup: Setup { step: Some(5.0), ..setup } });
+    home.loops.insert(
+        0,
+        KnownLoop { title: "Means".into(), setup: Setup { step: Some(5.0), ..setup }, ..KnownLoop::default() },
+    );
     let reason = |home: &TestHome| {
         let proposal = propose(home, &member("C", "PID"), &member("P", "LAG")).unwrap();
         (proposal.connections[0].reason.clone(), proposal.step)
@@ -88,7 +91,7 @@ fn a_known_loop_whose_inputs_have_no_effect_is_not_taken() {
         connections: connections.map(|(from, to)| (from.into(), to.into())).into(),
         ..Setup::default()
     };
-    home.loops.push(KnownLoop { title: "Manual".into(), setup });
+    home.loops.push(KnownLoop { title: "Manual".into(), setup, ..KnownLoop::default() });
     let mut controller = member("C", "PID");
     let is_known = |controller: &Member| {
         let proposal = propose(&home, controller, &member("P", "LAG")).unwrap();

@@ -1,14 +1,14 @@
 /** The line at the top, and the sentences for the user below it. */
 
-import { toggleCompare } from "tool/compare.js";
 import { attribute, byId, element, fill, text } from "tool/dom.js";
 import { ask, goOnInThePage, hasEngineInPage, listenToNewEngine, whereIsTheEngine } from "tool/engine.js";
-import { toggleHelp } from "tool/help.js";
-import { toggleOpening } from "tool/loops.js";
+import { toggleDrawer } from "tool/panels.js";
 import { source, store } from "tool/store.js";
 import { shown } from "tool/values.js";
 
 const MOST_NOTICES = 4;
+/** How long a note stays that asks for nothing, in milliseconds. */
+const NOTE = 8000;
 
 export function mount() {
   const command = (
@@ -18,22 +18,11 @@ export function mount() {
   ) => element("button", { type: "button", id, onclick }, title);
   const undo = command("Undo", () => store.undo());
   const redo = command("Redo", () => store.redo());
-  const compare = command("Compare", () => toggleCompare());
-  const away = command("Take away", () => store.emit("show", "takeaway"), "away-button");
-  const open = command("Open, new", toggleOpening, "open-button");
-  byId("commands").append(
-    open,
-    undo,
-    redo,
-    compare,
-    away,
-    command("Help", () => toggleHelp()),
-  );
-  store.on("show", (id) => {
-    const panel = byId(id);
-    panel.scrollIntoView({ block: "start" });
-    /** @type {HTMLElement | null} */ (panel.querySelector("button, input, select"))?.focus({ preventScroll: true });
-  });
+  const compare = command("Compare", () => toggleDrawer("compare"));
+  const away = command("Take away", () => toggleDrawer("takeaway"), "away-button");
+  const open = command("Open, new", () => toggleDrawer("opening"), "open-button");
+  const help = command("Help", () => toggleDrawer("help"));
+  byId("commands").append(undo, redo, compare, open, away, help);
   const update = () => {
     const loop = store.loop;
     attribute(undo, "disabled", !loop?.undo.length);
@@ -53,6 +42,7 @@ export function mount() {
   store.on("question", question);
   listenToNewEngine(() => {
     store.live = undefined;
+    for (const loop of store.loops) delete loop.notes.runs;
     store.say("The engine has begun anew: its run is gone. Values are kept; begin a new run.");
   });
   store.on("failure", () => store.say(new Error(store.state?.failure ?? "")));
@@ -63,7 +53,10 @@ function showWhat() {
   const loop = store.loop;
   const what = byId("what");
   document.title = loop ? `${loop.name} (${loop.description.block}) - plcfmu` : "plcfmu: parameter tool";
-  if (!loop) return text(what, "The PLC block on the screen: parameters, run, tune, replay, take away");
+  if (!loop) {
+    delete what.dataset.key;
+    return text(what, "");
+  }
   const { cycle } = loop.description;
   const changed = Object.values(loop.settings).filter((one) => source(one) === "changed").length;
   const parts = [
@@ -100,6 +93,7 @@ function notice({ text: sentence, isError }) {
     ),
   );
   notices.append(made);
+  if (!isError) setTimeout(() => made.remove(), NOTE);
   for (const old of [...notices.querySelectorAll(".notice")].slice(0, -MOST_NOTICES)) old.remove();
 }
 

@@ -23,9 +23,12 @@ import { element, fill } from "tool/dom.js";
 /** The font of axes and labels. */
 export const FONT = "11px system-ui, 'Segoe UI', Helvetica, Arial, sans-serif";
 
-/** After Okabe and Ito, a little darker on white, so that thin lines can be told from the paper. */
-const LIGHT = ["#00785a", "#0062a3", "#c14d00", "#a34d82", "#8a6100", "#5a3fa6", "#4b5563", "#a11d33"];
-const DARK = ["#1fbf94", "#56b4e9", "#ee7a2b", "#e08fc0", "#e6b13c", "#b3a1f5", "#c3cad6", "#ff8f98"];
+/** Setpoint, process value, manipulated value; then curves of choice. Dark enough that thin lines can be told from the paper. */
+const LIGHT = ["#5b6675", "#1565c0", "#c85000", "#a34d82", "#8a6100", "#5a3fa6", "#4b5563", "#a11d33"];
+const DARK = ["#a9b4c2", "#5aa9f5", "#f08a3c", "#e08fc0", "#e6b13c", "#b3a1f5", "#c3cad6", "#ff8f98"];
+/** Runs that are compared. */
+const RUNS_LIGHT = ["#7b4fb5", "#00785a", "#a34d82", "#8a6100", "#a11d33"];
+const RUNS_DARK = ["#b9a0f0", "#3fc79f", "#e08fc0", "#e6b13c", "#ff8f98"];
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
@@ -39,8 +42,9 @@ export function theme() {
     ink: colour("--ink"),
     faint: colour("--faint"),
     paper: colour("--paper"),
-    grid: dark.matches ? "#262d38" : "#e7eaee",
-    earlier: dark.matches ? "#6b7686" : "#9aa4b2",
+    runs: dark.matches ? RUNS_DARK : RUNS_LIGHT,
+    grid: dark.matches ? "#262d38" : "#e9ecf0",
+    mark: dark.matches ? "#4a5566" : "#c2c9d3",
   };
 }
 
@@ -50,22 +54,41 @@ export function onTheme(listener) {
 }
 
 /**
- * A short number for an axis or a label: 4 digits, no noise of binary fractions.
+ * The numbers of an axis, all with the digits that tell them apart.
  *
- * @param {number} value
+ * @param {(number | null)[]} splits
+ * @returns {(string | null)[]}
  */
-export function short(value) {
-  return String(Number(value.toPrecision(4)));
+export function ticks(splits) {
+  const there = splits.filter((split) => split !== null);
+  const step = there.length > 1 ? Math.abs(there[1] - there[0]) : Math.abs(there[0] ?? 1);
+  const most = Math.max(...there.map(Math.abs));
+  const isFar = most >= 1e6 || (most > 0 && most < 1e-4);
+  const digits = Math.max(0, Math.ceil(Math.log10(most / step)) + 1);
+  const decimals = Math.min(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), 12);
+  return splits.map((split) => {
+    if (split === null) return null;
+    if (split === 0) return "0";
+    return isFar ? split.toExponential(Math.min(digits, 12)) : String(split.toFixed(decimals));
+  });
 }
 
+const DAY = 86400;
+/** A longer part of time is written in minutes, in seconds, in days. */
+const [IN_MINUTES, IN_DAYS] = [600, 3 * DAY];
+
 /**
- * Seconds as people write a time on an axis: 12.5 s, 3:20 min.
+ * Seconds as people write a time on an axis: 12.5 s, 3:20 min, 4 d 12 h.
  *
  * @param {number} seconds
- * @param {boolean} inMinutes
+ * @param {number} length of what is shown
  */
-export function clock(seconds, inMinutes) {
-  if (!inMinutes) return String(Number(seconds.toFixed(6)));
+export function clock(seconds, length) {
+  if (length <= IN_MINUTES) return String(Number(seconds.toFixed(6)));
+  if (length > IN_DAYS) {
+    const hours = Math.round((seconds % DAY) / 3600);
+    return `${Math.floor(seconds / DAY)} d${hours ? ` ${hours} h` : ""}`;
+  }
   const whole = Math.round(Math.abs(seconds));
   const [hours, minutes, rest] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60, whole % 60];
   const end = `${String(minutes).padStart(hours ? 2 : 1, "0")}:${String(rest).padStart(2, "0")}`;
@@ -77,7 +100,8 @@ export const TIME_STEPS = [
   ...[
     0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200,
   ],
-  ...[14400, 21600, 43200, 86400, 172800, 604800],
+  ...[14400, 21600, 43200],
+  ...[1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 50_000, 100_000].map((days) => days * DAY),
 ];
 
 /**
@@ -107,13 +131,19 @@ export function timeAxis(options = {}) {
     labelSize: 15,
     space: 62,
     incrs: TIME_STEPS,
-    label: (self) => ((self.scales.x.max ?? 0) - (self.scales.x.min ?? 0) > 600 ? "min:s" : "s"),
+    label: (self) => timeUnit((self.scales.x.max ?? 0) - (self.scales.x.min ?? 0)),
     values: (self, splits) => {
-      const long = (self.scales.x.max ?? 0) - (self.scales.x.min ?? 0) > 600;
-      return splits.map((split) => clock(split, long));
+      const length = (self.scales.x.max ?? 0) - (self.scales.x.min ?? 0);
+      return splits.map((split) => clock(split, length));
     },
     ...options,
   });
+}
+
+/** What the numbers of a time axis are. @param {number} length in seconds */
+export function timeUnit(length) {
+  if (length <= IN_MINUTES) return "s";
+  return length > IN_DAYS ? "days" : length > 3600 ? "h:min:s" : "min:s";
 }
 
 /**
@@ -195,11 +225,11 @@ export function draw(within, drawing) {
           })),
         ],
         axes: [
-          axis({ label: drawing.xLabel, size: 20, labelSize: 15, space: 50, values: (_, splits) => splits.map(short) }),
+          axis({ label: drawing.xLabel, size: 20, labelSize: 15, space: 50, values: (_, splits) => ticks(splits) }),
           ...sides.map((side) =>
             axis({
               ...{ scale: side, side: side === "left" ? 3 : 1, label: unit(side) },
-              ...{ size: 42, values: (/** @type {uPlot} */ _, /** @type {number[]} */ splits) => splits.map(short) },
+              ...{ size: 42, values: (/** @type {uPlot} */ _, /** @type {number[]} */ splits) => ticks(splits) },
               grid: { show: side === sides[0], stroke: theme().grid, width: 1 },
             }),
           ),

@@ -1,6 +1,7 @@
 /** What differs from the file, or from the block's start values where there is no file. */
 
 import { byId, element, fill } from "tool/dom.js";
+import { toggleDrawer } from "tool/panels.js";
 import { goTo } from "tool/parameters.js";
 import { store } from "tool/store.js";
 import { same, shown } from "tool/values.js";
@@ -10,28 +11,17 @@ export function mount(content) {
   const update = () => {
     if (!byId("compare").hidden) show(content);
   };
-  for (const what of ["loop", "settings", "show-compare"]) store.on(what, update);
-}
-
-/**
- * Opens or closes the comparison.
- *
- * @param {boolean} [isOpen] the other way without it
- */
-export function toggleCompare(isOpen = Boolean(byId("compare").hidden)) {
-  const panel = byId("compare");
-  panel.hidden = !isOpen;
-  if (isOpen) {
-    store.emit("show-compare");
-    panel.scrollIntoView({ block: "start" });
-    panel.querySelector("button")?.focus();
-  } else byId("compare-button").focus();
+  for (const what of ["loop", "settings", "open-compare"]) store.on(what, update);
 }
 
 /** @param {HTMLElement} content */
 function show(content) {
   const loop = store.loop;
-  const close = element("button", { type: "button", class: "close", onclick: () => toggleCompare(false) }, "Close");
+  const close = element(
+    "button",
+    { type: "button", class: "close", onclick: () => toggleDrawer("compare", false) },
+    "Close",
+  );
   if (!loop) return fill(content, close);
   const settings = Object.entries(loop.settings);
   const base = (/** @type {import("./store.js").Setting} */ one) => one.file ?? one.start;

@@ -1,8 +1,9 @@
 /**
  * The curves of a run: setpoint and process value on the left, manipulated value on the right, others of choice, Booleans in
- * lanes below; earlier runs in grey, a predicted curve dashed; a cursor with the values of all.
+ * lanes below; other runs in their colours, a predicted curve dashed; a cursor with the values of all.
  *
- * All values come from the engine's `view`, thinned to the width of the picture.
+ * All values come from the engine's `view`, thinned to the width of the picture: then each column is a band from the lowest to the
+ * highest value of its calls.
  *
  * @typedef {import("tool/signals.js").Signal} Signal
  * @typedef {import("./messages").Curves} View
@@ -16,6 +17,9 @@
  * @property {number} colour
  * @property {boolean} isStepped whether a value holds until the next
  * @property {boolean} isSwitch
+ * @property {boolean} isDashed
+ * @property {boolean} isMain setpoint, process value, manipulated value
+ * @property {number | undefined} period in seconds, over which pulses are averaged
  * @property {boolean} isOfChoice whether the user has chosen it and can remove it
  *
  * @typedef {object} Notes what is kept with a loop
@@ -24,11 +28,14 @@
  * @property {number} window in seconds, 0 is all
  */
 
-import { axis, FONT, onTheme, ranged, short, swatch, theme, timeAxis } from "tool/charts.js";
+import { onTheme } from "tool/charts.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
-import { copyInFull, drawnOfEarlier, drawOverlays, extent, overlays } from "tool/overlay.js";
-import { called, isSwitch, roles, signals, units, unitText } from "tool/signals.js";
+import { copyInFull, drawnOfEarlier, overlays } from "tool/overlay.js";
+import { laneValues, makePlot } from "tool/plot.js";
+import { makeReadout } from "tool/readout.js";
+import { runsOf } from "tool/runs.js";
+import { called, controlledValue, isSwitch, pulsePeriod, roles, signals, units, unitText } from "tool/signals.js";
 import { store } from "tool/store.js";
 import { number, rounded, shown } from "tool/values.js";
 
@@ -42,18 +49,21 @@ const WINDOWS = /** @type {[string, number][]} */ ([
 ]);
 const MOST_CHOSEN = 4;
 const MOST_LANES = 8;
-const LANE = 17;
-const HEIGHT = 270;
-const NARROW = 620;
+/** Of more calls the mean of pulses is not drawn. */
+const MOST_AVERAGED = 20_000;
+/** The least that a picture is worth. */
+const [NARROWEST, LOWEST] = [200, 120];
 
 /** @type {HTMLElement} */
 let place;
 /** @type {HTMLElement} */
-let above;
+let sheet;
 /** @type {HTMLElement} */
-let below;
+let thinned;
 /** @type {HTMLElement} */
 let readout;
+/** @type {ReturnType<typeof makeReadout>} */
+let showReadout = () => {};
 /** @type {HTMLElement} */
 let spoken;
 /** @type {HTMLSelectElement} */
@@ -69,8 +79,10 @@ let available = [];
 let curves = [];
 /** @type {uPlot | undefined} */
 let plot;
-/** @type {uPlot | undefined} */
-let lanes;
+/** Where the row of each lane begins. @type {(at: number) => number} */
+let base = () => 0;
+/** What was done in the run. @type {import("tool/plot.js").Mark[]} */
+let marks = [];
 /** @type {View} */
 let view = { times: [], values: [], units: [], is_exact: true };
 /** A part of the run that the user has chosen; without it the last part is shown and moves on. @type {[number, number] | undefined} */
@@ -90,14 +102,14 @@ let isStale = false;
 export function mount(content) {
   build(content);
   new ResizeObserver(() => {
-    if (plot && Math.abs(width() - plot.width) >= 1) {
-      make();
-      refresh();
-    }
+    if (!plot || (Math.abs(width() - plot.width) < 1 && Math.abs(height() - plot.height) < 1)) return;
+    make();
+    refresh();
   }).observe(place);
   onTheme(() => make());
   store.on("loop", () => {
     zoomed = cursor = undefined;
+    marks = [];
     earlier.clear();
     view = { times: [], values: [], units: [], is_exact: true };
     choose();
@@ -108,6 +120,11 @@ export function mount(content) {
     refresh();
   });
   store.on("state", refresh);
+  store.on("runs", refresh);
+  store.on("marks", (/** @type {typeof marks} */ done) => {
+    marks = done;
+    refresh();
+  });
   store.on("prediction", () => {
     origin = here();
     refresh();
@@ -134,44 +151,18 @@ function here() {
   };
 }
 
-/**
- * What is shown, as a picture: the curves with names and values, on paper.
- *
- * @returns {HTMLCanvasElement | undefined}
- */
-export function picture() {
-  if (!plot || !store.loop) return undefined;
-  const ratio = plot.ctx.canvas.width / plot.width;
-  const { paper, ink, curves: palette } = theme();
-  const shownCurves = curves.filter(isShown);
-  const top = 40 + 16 * Math.ceil(shownCurves.length / 4);
-  const canvas = document.createElement("canvas");
-  canvas.width = plot.ctx.canvas.width;
-  canvas.height = Math.round(top * ratio) + plot.ctx.canvas.height + (lanes?.ctx.canvas.height ?? 0);
-  const drawing = canvas.getContext("2d");
-  if (!drawing) return undefined;
-  drawing.fillStyle = paper;
-  drawing.fillRect(0, 0, canvas.width, canvas.height);
-  drawing.scale(ratio, ratio);
-  drawing.fillStyle = ink;
-  drawing.font = FONT.replace("11px", "bold 13px");
-  drawing.fillText(`${store.loop.name}  ${store.loop.description.name}`, 8, 18, plot.width - 16);
-  drawing.font = FONT;
-  const at = index();
-  const time = at === undefined ? "" : `at ${shown(view.times[at], "REAL")} s`;
-  drawing.fillText(`${time}${cursor === undefined ? " (last call)" : " (cursor)"}`, 8, 34);
-  const column = (plot.width - 16) / 4;
-  shownCurves.forEach((curve, number) => {
-    const [x, y] = [8 + column * (number % 4), 50 + 16 * Math.floor(number / 4)];
-    drawing.fillStyle = palette[curve.colour % palette.length] ?? ink;
-    drawing.fillRect(x, y - 5, 14, 3);
-    drawing.fillStyle = ink;
-    drawing.fillText(`${curve.label} ${valueText(curve, at, 6)} ${curve.unit}`, x + 18, y, column - 22);
-  });
-  drawing.setTransform(1, 0, 0, 1, 0, 0);
-  drawing.drawImage(plot.ctx.canvas, 0, Math.round(top * ratio));
-  if (lanes) drawing.drawImage(lanes.ctx.canvas, 0, Math.round(top * ratio) + plot.ctx.canvas.height);
-  return canvas;
+/** What is shown, for a picture of it. */
+export function shownPicture() {
+  const visible = curves.filter(isShown);
+  return {
+    plot,
+    view,
+    curves: visible,
+    values: visible.map((curve) => view.values[curves.indexOf(curve)] ?? []),
+    behind: behind(),
+    marks,
+    base,
+  };
 }
 
 /** What part of the run is shown. @returns {{ from: number, to: number }} */
@@ -192,10 +183,10 @@ function build(content) {
     { onchange: () => follow(Number(windowing.value)) },
     WINDOWS.map(([name, seconds]) => element("option", { value: seconds }, name)),
   );
-  following = element("button", { type: "button", onclick: () => follow(notes()?.window ?? 300) }, "Follow");
+  following = element("button", { type: "button", onclick: () => follow(notes()?.window ?? 0) }, "Follow");
   adding = element("select", { onchange: add });
-  above = element("div", {});
-  below = element("div", {});
+  sheet = element("div", { class: "plot" });
+  thinned = element("span", { class: "thinned faint" });
   spoken = element("p", { class: "visually-hidden", role: "status", "aria-live": "polite" });
   place = element(
     "div",
@@ -204,8 +195,7 @@ function build(content) {
       ...{ "aria-valuemax": 0, "aria-valuenow": 0, "aria-valuetext": "no run yet", onkeydown: key },
       "aria-describedby": "curves-keys",
     },
-    above,
-    below,
+    sheet,
   );
   readout = element("div", { class: "readout" });
   readout.addEventListener("copy", copyInFull);
@@ -213,17 +203,23 @@ function build(content) {
     content,
     element(
       "div",
-      { class: "row curves-bar" },
-      element("label", {}, "Window ", windowing),
-      following,
-      element("button", { type: "button", title: "Zoom in (+)", onclick: () => zoomBy(0.5) }, "Zoom in"),
-      element("button", { type: "button", title: "Zoom out (-)", onclick: () => zoomBy(2) }, "Zoom out"),
-      element("label", { class: "adding" }, "Add ", adding),
+      { class: "curves-head" },
+      readout,
+      element(
+        "div",
+        { class: "row curves-bar" },
+        element("label", {}, element("span", { class: "visually-hidden" }, "Window "), windowing),
+        following,
+        element("button", { type: "button", title: "Zoom out (-)", onclick: () => zoomBy(2) }, "−"),
+        element("button", { type: "button", title: "Zoom in (+)", onclick: () => zoomBy(0.5) }, "+"),
+        element("label", { class: "adding" }, element("span", { class: "visually-hidden" }, "Add "), adding),
+      ),
     ),
-    element("div", { class: "curves-grid" }, place, readout),
+    place,
+    thinned,
     element(
       "p",
-      { id: "curves-keys", class: "faint chart-keys" },
+      { id: "curves-keys", class: "visually-hidden" },
       "Drag to zoom, double click to follow again. Keys: ← → cursor, Shift ten times as far, Home, End, + −, Esc.",
     ),
     spoken,
@@ -235,7 +231,7 @@ function build(content) {
 function notes() {
   const loop = store.loop;
   if (!loop) return undefined;
-  loop.notes.curves ??= { chosen: [], hidden: [], window: 300 };
+  loop.notes.curves ??= { chosen: [], hidden: [], window: 0 };
   return loop.notes.curves;
 }
 
@@ -261,21 +257,26 @@ async function choose() {
   available = found;
   const kept = /** @type {Notes} */ (notes());
   kept.chosen = kept.chosen.filter((name) => found.some((signal) => signal.name === name));
-  const { setpoint, processValue, manipulatedValue, pulses, manual } = roles(loop);
+  const { setpoint, manipulatedValue, pulses, processValue: own } = roles(loop);
+  const processValue = await controlledValue(loop);
+  if (store.loop !== loop) return;
   const main = [setpoint, processValue, manipulatedValue].filter((name) => name !== undefined);
   const outputs = found.filter(({ member, variable }) => member === loop.member && variable.role === "output");
-  const shownFirst = main.length > 0 ? main : outputs.slice(0, 3).map((signal) => signal.name);
-  const names = new Set([...shownFirst, ...kept.chosen, ...pulses, ...(manual ? [manual] : [])]);
-  const left = knownUnits.processValue || unitOf(main[0] ?? shownFirst[0]);
+  const shownFirst = main.length > 1 ? main : [...main, ...outputs.slice(0, 2).map((signal) => signal.name)];
+  const names = new Set([...shownFirst, ...kept.chosen, ...pulses]);
+  // The setpoint has the unit of what it is compared with, which another block's output is not.
+  const left = own ? knownUnits.processValue || unitOf(own) : unitOf(setpoint ?? processValue);
   const right = knownUnits.manipulatedValue;
   let colour = 3;
   curves = [...names].flatMap((name) => {
     const signal = found.find((one) => one.name === name);
     if (!signal) return [];
-    const isLeft = name === setpoint || name === processValue;
+    const isLeft = name === setpoint || name === own;
     const unit = isLeft ? left : name === manipulatedValue ? right : unitText(signal.variable.unit);
-    const own = unit === left ? "left" : unit === right ? "right" : `unit ${unit}`;
-    const scale = name === manipulatedValue ? "right" : isLeft ? "left" : own;
+    // One unit has one axis. Two numbers without a unit need not be of one kind.
+    const isSame = unit === left && (unit !== "" || !own || name !== manipulatedValue);
+    const other = name === manipulatedValue || unit === right ? "right" : `unit ${unit}`;
+    const scale = isLeft || isSame ? "left" : other;
     const place = [setpoint, processValue, manipulatedValue].indexOf(name);
     const isStepped = name === setpoint || name === manipulatedValue || signal.variable.kind !== "REAL";
     return {
@@ -287,7 +288,9 @@ async function choose() {
         scale: isSwitch(signal.variable) ? "lane" : scale,
       },
       ...{ colour: place >= 0 ? place : colour++, isStepped, isSwitch: isSwitch(signal.variable) },
+      ...{ isMain: place >= 0, isDashed: name === setpoint },
       isOfChoice: kept.chosen.includes(name),
+      period: name === manipulatedValue ? pulsePeriod(loop) : undefined,
     };
   });
   offer();
@@ -311,7 +314,7 @@ function offer() {
   const members = [...new Set(available.map((signal) => signal.member))];
   fill(
     adding,
-    element("option", { value: "" }, `a curve (${MOST_CHOSEN - numbers.length} more) or a lane`),
+    element("option", { value: "" }, "Add a curve"),
     members.map((member) =>
       element(
         "optgroup",
@@ -353,37 +356,26 @@ function toggle(curve) {
 }
 
 function width() {
-  return Math.max(place?.clientWidth ?? 0, 200);
+  return Math.max(place?.clientWidth ?? 0, NARROWEST);
 }
 
-/** Makes the pictures anew: other curves, another width, other colours. */
+function height() {
+  return Math.max(place?.clientHeight ?? 0, LOWEST);
+}
+
+/** Makes the picture anew: other curves, another size, other colours. */
 function make() {
   plot?.destroy();
-  lanes?.destroy();
-  plot = lanes = undefined;
-  makeReadout();
+  plot = undefined;
+  showReadout = makeReadout(readout, curves, { isShown, toggle, remove });
+  // The values may take a second row, which the picture leaves to them.
+  showValues();
   if (curves.length === 0) return;
-  const switches = curves.filter((curve) => curve.isSwitch && isShown(curve));
-  plot = makePlot(
-    curves.filter((curve) => !curve.isSwitch),
-    switches.length === 0,
-  );
-  if (switches.length > 0) lanes = makeLanes(switches, plot);
+  const size = { width: width(), height: height() };
+  const parts = { range, isExact: () => view.is_exact, behind, marks: () => marks, hooks: hooks() };
+  ({ plot, base } = makePlot(sheet, size, curves.filter(isShown), parts));
+  plot.over.addEventListener("dblclick", () => follow(notes()?.window ?? 0));
   show();
-}
-
-/** @type {() => uPlot.Options["cursor"]} */
-function cursorOptions() {
-  return {
-    ...{ y: false, points: { show: false }, drag: { x: true, y: false, setScale: false } },
-    sync: { key: "curves", scales: ["x", null], setSeries: false },
-    bind: {
-      dblclick: () => () => {
-        follow(notes()?.window ?? 300);
-        return null;
-      },
-    },
-  };
 }
 
 /** @type {() => uPlot.Hooks.Arrays} */
@@ -393,7 +385,7 @@ function hooks() {
       (self) => {
         if (self.select.width < 4) return;
         zoom(self.posToVal(self.select.left, "x"), self.posToVal(self.select.left + self.select.width, "x"));
-        for (const one of [plot, lanes]) one?.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+        self.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
       },
     ],
     setCursor: [
@@ -410,126 +402,6 @@ function hooks() {
 let isPlacing = false;
 
 /**
- * @param {Curve[]} numbers
- * @param {boolean} isAlone whether there are no lanes below
- */
-function makePlot(numbers, isAlone) {
-  const { curves: palette, grid } = theme();
-  const visible = numbers.filter(isShown);
-  const scales = [...new Set(["left", ...visible.map((curve) => curve.scale)])];
-  /** @param {string} scale */
-  const unit = (scale) => numbers.find((curve) => curve.scale === scale)?.unit ?? "";
-  const isNarrow = width() < NARROW;
-  const others = scales.filter((scale) => scale !== "left" && scale !== "right");
-  return new uPlot(
-    {
-      ...{
-        width: width(),
-        height: HEIGHT,
-        legend: { show: false },
-        cursor: cursorOptions(),
-        padding: [8, isNarrow ? 8 : null, 0, 0],
-      },
-      hooks: { ...hooks(), drawAxes: [(self) => drawOverlays(self, behind())] },
-      scales: {
-        x: { time: false, range: () => range() },
-        ...Object.fromEntries(
-          scales.map((scale) => [scale, { range: ranged(unit(scale), () => extent(behind(), scale, range())) }]),
-        ),
-      },
-      series: [
-        {},
-        ...numbers.map((curve) => ({
-          ...{ label: curve.label, scale: curve.scale, show: isShown(curve), points: { show: false } },
-          ...{ stroke: palette[curve.colour % palette.length], width: curve.colour === 1 ? 2 : 1.4 },
-          paths: curve.isStepped ? uPlot.paths.stepped?.({ align: 1 }) : undefined,
-        })),
-      ],
-      axes: [
-        isAlone
-          ? timeAxis()
-          : timeAxis({
-              values: (_, splits) => splits.map(() => ""),
-              size: 4,
-              label: undefined,
-              ticks: { show: false },
-            }),
-        axis({ scale: "left", label: axisLabel(numbers, "left"), size: 48, values: (_, splits) => splits.map(short) }),
-        ...["right", ...(isNarrow ? [] : others)]
-          .filter((scale) => scales.includes(scale))
-          .map((scale) =>
-            axis({
-              ...{ scale, side: 1, label: axisLabel(numbers, scale), size: 42, grid: { show: false, stroke: grid } },
-              values: (/** @type {uPlot} */ _, /** @type {number[]} */ splits) => splits.map(short),
-            }),
-          ),
-      ],
-    },
-    undefined,
-    above,
-  );
-}
-
-/**
- * @param {Curve[]} numbers
- * @param {string} scale
- */
-function axisLabel(numbers, scale) {
-  const there = numbers.filter((curve) => curve.scale === scale && isShown(curve));
-  const unit = numbers.find((curve) => curve.scale === scale)?.unit ?? "";
-  return `${there.map((curve) => curve.label).join(", ")}${unit ? `  ${unit}` : ""}`;
-}
-
-/**
- * @param {Curve[]} switches
- * @param {uPlot} beside the plot above, whose axes it lines up with
- */
-function makeLanes(switches, beside) {
-  const { curves: palette, faint } = theme();
-  const count = switches.length;
-  // The place of uPlot's axes is known once they have been drawn.
-  const ratio = uPlot.pxRatio;
-  const left = beside.bbox.left / ratio;
-  const right = beside.width - (beside.bbox.left + beside.bbox.width) / ratio;
-  return new uPlot(
-    {
-      ...{
-        width: width(),
-        height: count * LANE + 40,
-        legend: { show: false },
-        cursor: cursorOptions(),
-        hooks: hooks(),
-      },
-      padding: [4, right, 0, 0],
-      scales: {
-        x: { time: false, range: () => range() },
-        lane: { range: () => [0, count] },
-      },
-      series: [
-        {},
-        ...switches.map((curve, at) => ({
-          ...{ label: curve.label, scale: "lane", points: { show: false }, width: 1.2 },
-          ...{ stroke: palette[curve.colour % palette.length], fill: `${palette[curve.colour % palette.length]}38` },
-          ...{ fillTo: count - 1 - at + 0.12, paths: uPlot.paths.stepped?.({ align: 1 }) },
-        })),
-      ],
-      axes: [
-        timeAxis(),
-        axis({
-          ...{ scale: "lane", size: left, gap: 4, stroke: faint, ticks: { show: false }, grid: { show: false } },
-          ...{
-            splits: () => switches.map((_, at) => count - 0.5 - at),
-            values: () => switches.map((curve) => narrow(curve.label)),
-          },
-        }),
-      ],
-    },
-    undefined,
-    below,
-  );
-}
-
-/**
  * A name that fits beside the curves: without the blocks inside the controller.
  *
  * @param {import("tool/store.js").Work} loop
@@ -540,12 +412,6 @@ function brief(loop, name) {
   return full === name ? name : full.slice(full.lastIndexOf(".") + 1);
 }
 
-/** A label that fits beside a lane. @param {string} label */
-function narrow(label) {
-  const last = label.slice(label.lastIndexOf(".") + 1);
-  return last.length > 10 ? `${last.slice(0, 9)}…` : last;
-}
-
 /**
  * The part of the run that is shown.
  *
@@ -554,13 +420,20 @@ function narrow(label) {
 function range() {
   if (zoomed) return zoomed;
   const last = store.isLive() ? (store.state?.time ?? 0) : 0;
-  const length = notes()?.window ?? 300;
+  const length = notes()?.window ?? 0;
   const predicted = store.prediction ? origin.time + (store.prediction.curves.times.at(-1) ?? 0) : 0;
   // A prediction reaches into the future, but does not push what was measured out of sight.
   const end = Math.max(last, length === 0 ? predicted : Math.min(predicted, last + length / 2));
   const step = store.state?.step ?? 1;
-  if (length === 0) return [0, Math.max(end, 10 * step)];
-  return end <= length ? [0, length] : [end - length, end];
+  const whole = round(Math.max(end, 20 * step));
+  if (length === 0) return [0, whole];
+  return end <= length ? [0, Math.min(length, whole)] : [end - length, end];
+}
+
+/** The next round number of seconds: the axis stands still while the run fills it. @param {number} seconds */
+function round(seconds) {
+  const decade = 10 ** Math.floor(Math.log10(seconds));
+  return decade * ([1, 1.5, 2, 3, 4, 6, 8].find((factor) => factor * decade >= seconds) ?? 10);
 }
 
 /** @param {number} length in seconds, 0 is all */
@@ -606,7 +479,7 @@ function key(event) {
     End: () => moveTo(view.times.at(-1)),
     "+": () => zoomBy(0.5),
     "-": () => zoomBy(2),
-    Escape: () => follow(notes()?.window ?? 300),
+    Escape: () => follow(notes()?.window ?? 0),
   };
   const action = keys[event.key];
   if (!action || event.ctrlKey || event.altKey || event.metaKey) return;
@@ -650,11 +523,8 @@ function index() {
 
 function placeCursor() {
   isPlacing = true;
-  for (const one of [plot, lanes]) {
-    if (!one) continue;
-    const left = cursor === undefined ? -10 : one.valToPos(cursor, "x");
-    one.setCursor({ left, top: cursor === undefined ? -10 : 1 }, false);
-  }
+  const left = cursor === undefined || !plot ? -10 : plot.valToPos(cursor, "x");
+  plot?.setCursor({ left, top: cursor === undefined ? -10 : 1 }, false);
   isPlacing = false;
 }
 
@@ -689,11 +559,38 @@ async function fetchCurves() {
   }
   const [from, to] = range();
   const names = curves.map((curve) => curve.name);
-  const points = Math.max(Math.round(width()), 100);
+  // A group of calls, which is two rows, for each pixel.
+  const points = 2 * Math.round(width());
   const got = await ask({ do: "view", variables: names, from, to, points });
+  for (const [at, curve] of curves.entries())
+    if (curve.period !== undefined) got.values[at] = await means(curve.name, curve.period, got.times);
   if (store.loop !== loop || names.length !== curves.length) return;
   view = got;
   await fetchEarlier(loop, from, to, points);
+}
+
+/**
+ * The mean of pulses over the period before each time; none if the calls are too many to be asked for one by one.
+ *
+ * @param {string} name
+ * @param {number} period in seconds
+ * @param {number[]} times
+ */
+async function means(name, period, times) {
+  const step = store.state?.step ?? 1;
+  const [from, to] = [(times[0] ?? 0) - period, times.at(-1) ?? 0];
+  const none = times.map(() => null);
+  if ((to - from) / step > MOST_AVERAGED) return none;
+  const each = await ask({ do: "view", variables: [name], from: Math.max(from, 0), to, points: MOST_AVERAGED });
+  if (!each.is_exact) return none;
+  const sums = [0];
+  for (const value of each.values[0]) sums.push((sums.at(-1) ?? 0) + number(value));
+  const length = Math.max(Math.round(period / step), 1);
+  return times.map((time) => {
+    const end = Math.min(Math.round((time - each.times[0]) / step) + 1, sums.length - 1);
+    const begin = Math.max(end - length, 0);
+    return (sums[end] - sums[begin]) / Math.max(end - begin, 1);
+  });
 }
 
 /**
@@ -705,7 +602,7 @@ async function fetchCurves() {
  * @param {number} points
  */
 async function fetchEarlier(loop, from, to, points) {
-  const runs = loop.runs.filter((run) => run !== store.state?.run).slice(-4);
+  const runs = runsOf(loop).flatMap(({ run, isShown }) => (isShown && run !== store.state?.run ? [run] : []));
   for (const run of earlier.keys()) if (!runs.includes(run)) earlier.delete(run);
   const variables = drawnOfEarlier(loop);
   if (variables.length === 0) return;
@@ -720,7 +617,6 @@ async function fetchEarlier(loop, from, to, points) {
       });
     } catch {
       // The engine keeps the last few runs only.
-      loop.runs = loop.runs.filter((one) => one !== run);
       earlier.delete(run);
     }
   }
@@ -729,16 +625,15 @@ async function fetchEarlier(loop, from, to, points) {
 /** Shows what has been got. */
 function show() {
   if (!plot) return;
-  const numbers = curves.flatMap((curve, at) => (curve.isSwitch ? [] : [view.values[at] ?? []]));
-  plot.setData(/** @type {uPlot.AlignedData} */ ([view.times, ...numbers]));
-  if (lanes) {
-    const switches = curves.flatMap((curve, at) => (curve.isSwitch && isShown(curve) ? [view.values[at] ?? []] : []));
-    const rows = switches.map((values, at) => {
-      const base = switches.length - 1 - at + 0.12;
-      return values.map((value) => (value === null ? null : base + 0.72 * value));
-    });
-    lanes.setData(/** @type {uPlot.AlignedData} */ ([view.times, ...rows]));
-  }
+  const visible = curves.filter(isShown);
+  const switches = visible.filter((curve) => curve.isSwitch);
+  const rows = visible.map((curve) => {
+    const values = view.values[curves.indexOf(curve)] ?? [];
+    return curve.isSwitch ? laneValues(values, base(switches.indexOf(curve))) : values;
+  });
+  plot.setData(/** @type {uPlot.AlignedData} */ ([view.times, ...rows]));
+  const calls = Math.round(((view.times[2] ?? 0) - (view.times[0] ?? 0)) / (store.state?.step ?? 1));
+  text(thinned, view.is_exact ? "" : `min to max of each ${calls} calls`);
   if (cursor !== undefined) placeCursor();
   showValues();
 }
@@ -751,117 +646,60 @@ function behind() {
   return overlays(
     loop,
     visible,
-    [...earlier.values()].map(({ view }) => view),
+    runsOf(loop).flatMap(({ run, colour }) => {
+      const of = earlier.get(run);
+      return of ? [{ view: of.view, colour }] : [];
+    }),
     origin,
   );
 }
 
-/** The rows of the table beside the curves. @type {{ curve: Curve, cell: HTMLElement }[]} */
-let rows = [];
-/** @type {HTMLElement} */
-let heading;
-
-function makeReadout() {
-  const { curves: palette } = theme();
-  rows = curves.map((curve) => ({ curve, cell: element("td", { class: "number value" }) }));
-  heading = element("caption", {}, "No run yet");
-  const count = earlier.size;
-  fill(
-    readout,
-    element(
-      "table",
-      {},
-      heading,
-      element(
-        "thead",
-        { class: "visually-hidden" },
-        element(
-          "tr",
-          {},
-          ["Curve", "Value", "Unit"].map((title) => element("th", { scope: "col" }, title)),
-        ),
-      ),
-      element(
-        "tbody",
-        {},
-        rows.map(({ curve, cell }) =>
-          element(
-            "tr",
-            {},
-            element(
-              "th",
-              { scope: "row" },
-              element(
-                "button",
-                {
-                  ...{
-                    type: "button",
-                    class: "curve-name",
-                    "aria-pressed": String(isShown(curve)),
-                    onclick: () => toggle(curve),
-                  },
-                  title: isShown(curve) ? `Hide ${curve.name}` : `Show ${curve.name}`,
-                },
-                swatch(isShown(curve) ? palette[curve.colour % palette.length] : "transparent"),
-                element("span", { class: "name" }, curve.label),
-              ),
-            ),
-            cell,
-            element(
-              "td",
-              { class: "unit" },
-              curve.unit,
-              curve.isOfChoice &&
-                element(
-                  "button",
-                  {
-                    type: "button",
-                    class: "plain remove",
-                    "aria-label": `Remove ${curve.name}`,
-                    onclick: () => remove(curve),
-                  },
-                  "×",
-                ),
-            ),
-          ),
-        ),
-      ),
-    ),
-    count > 0 && element("p", { class: "faint" }, `Grey: ${count === 1 ? "the run" : `${count} runs`} before`),
-  );
-}
-
 /**
+ * The value of a curve at the cursor, or now: of a group of calls the lowest and the highest.
+ *
  * @param {Curve} curve
  * @param {number | undefined} at
- * @param {number} [digits]
+ * @param {number} [digits] all without it
  */
 function valueText(curve, at, digits) {
+  /** @param {import("./messages").Value | null | undefined} value */
+  const written = (value) => {
+    if (value === null || value === undefined) return "NaN";
+    const of = curve.isSwitch ? number(value) === 1 : value;
+    return digits ? rounded(of, curve.kind, digits) : shown(of, curve.kind);
+  };
   if (at === undefined) return "";
-  const value = view.values[curves.indexOf(curve)]?.[at];
-  if (value === null || value === undefined) return "NaN";
-  return digits
-    ? rounded(curve.isSwitch ? value === 1 : value, curve.kind, digits)
-    : shown(curve.isSwitch ? value === 1 : value, curve.kind);
+  if (cursor === undefined && store.isLive() && curve.period === undefined)
+    return written(store.state?.values[curve.name]);
+  const values = view.values[curves.indexOf(curve)] ?? [];
+  if (view.is_exact) return written(values[at]);
+  const pair = [values[at - (at % 2)], values[at - (at % 2) + 1]].filter((value) => typeof value === "number");
+  const [low, high] = [written(Math.min(...pair)), written(Math.max(...pair))];
+  return low === high || pair.length < 2 ? written(pair[0]) : `${low} … ${high}`;
 }
 
 function showValues() {
   const at = index();
   const loop = store.loop;
-  for (const { curve, cell } of rows) {
-    const full = valueText(curve, at);
-    text(cell, valueText(curve, at, 9));
-    attribute(cell, "title", full || undefined);
-    attribute(cell, "data-full", full || undefined);
-  }
   const time = at === undefined ? undefined : view.times[at];
-  const grey = earlier.size > 0 ? ` · ${earlier.size} earlier in grey` : "";
-  const which = cursor === undefined ? "now" : "cursor";
-  if (heading) text(heading, time === undefined ? "No run yet" : `${which}: ${rounded(time, "REAL", 9)} s${grey}`);
+  const heading = time === undefined || cursor === undefined ? "" : `at ${rounded(time, "REAL", 9)} s`;
+  showReadout(
+    (curve) => ({ text: valueText(curve, at, curve.isMain ? 5 : 6), full: valueText(curve, at) }),
+    heading,
+    mode(),
+  );
   attribute(place, "aria-valuemax", view.times.at(-1) ?? 0);
   attribute(place, "aria-valuemin", view.times[0] ?? 0);
   attribute(place, "aria-valuenow", time ?? 0);
   attribute(place, "aria-valuetext", loop && time !== undefined ? spokenValues() : "no run yet");
+}
+
+/** AUTO or MANUAL, as the run is now. */
+function mode() {
+  const loop = store.loop;
+  const { manual } = loop ? roles(loop) : { manual: undefined };
+  const on = manual && store.isLive() ? store.state?.values[manual] : undefined;
+  return on === undefined ? "" : on ? "MANUAL" : "AUTO";
 }
 
 function spokenValues() {

@@ -38,8 +38,8 @@ let shownOf = "";
 export function mount(content) {
   const sheet = element("div", { class: "sheet" });
   const note = element("p", { class: "faint" });
-  /** @type {["Fit", "Full size", "Hide"]} */
-  const sizes = ["Fit", "Full size", "Hide"];
+  /** @type {["Fit", "Full size"]} */
+  const sizes = ["Fit", "Full size"];
   const buttons = sizes.map((size) =>
     element("button", { type: "button", "aria-pressed": "false", onclick: () => resize(size) }, size),
   );
@@ -54,7 +54,7 @@ export function mount(content) {
     } catch {
       // There is no storage: the size lasts as long as the page.
     }
-    text(note, size === "Hide" ? "" : "Click a switch to throw it, a value to go to its field.");
+    text(note, "Click a switch to throw it, a value to go to its field.");
   };
   content.append(
     element("div", { class: "row sizes", role: "group", "aria-label": "Size of the diagram" }, buttons, note),

@@ -1,6 +1,6 @@
 /** The figures of the run since the setpoint was changed, with units. A figure that is absent says why. */
 
-import { element, fill, text } from "tool/dom.js";
+import { byId, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { units, unitText } from "tool/signals.js";
 import { store } from "tool/store.js";
@@ -32,6 +32,17 @@ export function mount(content) {
   show(undefined);
 }
 
+/**
+ * The figures of a run.
+ *
+ * @param {import("tool/store.js").Work} loop
+ * @param {number} [run] the present one without it
+ */
+export async function figuresOf(loop, run) {
+  const { processValue, manipulatedValue } = await units(loop);
+  return ask({ do: "figures", run, unit: processValue, travel_unit: manipulatedValue });
+}
+
 /** Asks for the figures, not more often than anyone can read them. */
 async function update() {
   if (isWaiting) {
@@ -47,9 +58,11 @@ async function update() {
     show(undefined, `${loop.description.block} has no setpoint and no process value, so there are no figures.`);
   } else {
     try {
-      const { processValue, manipulatedValue } = await units(loop);
-      const figures = await ask({ do: "figures", unit: processValue, travel_unit: manipulatedValue });
-      if (store.loop === loop && store.isLive()) show(figures);
+      const figures = await figuresOf(loop);
+      if (store.loop === loop && store.isLive()) {
+        show(figures);
+        store.emit("figures", figures.figures);
+      }
     } catch (error) {
       show(undefined, error instanceof Error ? error.message : String(error));
     }
@@ -86,6 +99,7 @@ function show(figures, why) {
       ),
     );
   }
+  glance(all);
   for (const { key, value, unit } of all) {
     const place = /** @type {HTMLElement} */ (places.get(key));
     text(place, value === null ? "–" : `${rounded(value, "LREAL", 4)} ${shownUnit(unit)}`.trimEnd());
@@ -100,12 +114,43 @@ function show(figures, why) {
   }
 }
 
+/** The figures of the run bar with their short names. @type {[string, string][]} */
+const GLANCE = [
+  ["rise", "rise"],
+  ["overshoot", "overshoot"],
+  ["settling", "settles"],
+  ["iae", "IAE"],
+];
+
+/**
+ * The figures that one looks at first, in the run bar.
+ *
+ * @param {import("./messages").Figure[]} all
+ */
+function glance(all) {
+  const found = GLANCE.flatMap(([key, name]) => {
+    const figure = all.find((one) => one.key === key);
+    return figure && figure.value !== null ? [{ ...figure, name }] : [];
+  });
+  fill(
+    byId("glance"),
+    found.map(({ name, title, meaning, value, unit }) =>
+      element(
+        "div",
+        { title: `${title}: ${meaning}` },
+        element("dt", {}, name),
+        element("dd", { "data-full": String(value) }, `${rounded(value, "LREAL", 3)} ${shownUnit(unit)}`.trimEnd()),
+      ),
+    ),
+  );
+}
+
 /**
  * `degC^2 s` as `degC²·s`.
  *
  * @param {string | null} unit
  */
-function shownUnit(unit) {
+export function shownUnit(unit) {
   const parts = (unit ?? "").split(" ").map(unitText).filter(Boolean);
   return parts.join("·").replace("^2", "²");
 }

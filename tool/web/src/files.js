@@ -118,6 +118,8 @@ async function show(file, read) {
   if (read.is_refused) sources.set(opened, file);
   store.emit("files");
   if (read.loops.length === 1) await take(opened, 0);
+  const count = read.loops.length;
+  if (count > 1) store.say(`${file.name}: ${count} loops; choose one in the list.`);
 }
 
 /**

@@ -1,7 +1,8 @@
 /** Help: beside a field from the FMU's own page, and a panel with the keys and what the block is. */
 
 import { assetOf, html } from "tool/assets.js";
-import { attribute, byId, element, fill } from "tool/dom.js";
+import { attribute, element, fill } from "tool/dom.js";
+import { toggleDrawer } from "tool/panels.js";
 import { store } from "tool/store.js";
 import { isTime, shown } from "tool/values.js";
 
@@ -24,7 +25,7 @@ const KEYS = [
 export function mount(content) {
   const about = element("div", { class: "about" });
   content.append(
-    element("button", { type: "button", class: "close", onclick: () => toggleHelp(false) }, "Close"),
+    element("button", { type: "button", class: "close", onclick: () => toggleDrawer("help", false) }, "Close"),
     element("h3", {}, "Keys"),
     element("p", { class: "faint" }, "They work wherever the cursor is not in a field."),
     element(
@@ -48,21 +49,6 @@ export function mount(content) {
     if (asset?.about) about.append(html(asset.about));
   };
   store.on("loop", show);
-}
-
-/**
- * Opens or closes the panel.
- *
- * @param {boolean} [isOpen] the other way without it
- */
-export function toggleHelp(isOpen = Boolean(byId("help").hidden)) {
-  const panel = byId("help");
-  panel.hidden = !isOpen;
-  document.body.classList.toggle("has-help", isOpen);
-  if (isOpen) {
-    panel.scrollIntoView({ block: "start" });
-    panel.querySelector("button")?.focus();
-  } else byId("help-button").focus();
 }
 
 /**

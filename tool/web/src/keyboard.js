@@ -1,8 +1,6 @@
 /** Keys that work wherever the cursor is not in a field. What they do belongs to the panels: see the events of the store. */
 
-import { toggleCompare } from "tool/compare.js";
-import { byId } from "tool/dom.js";
-import { toggleHelp } from "tool/help.js";
+import { closeDrawer, toggleDrawer } from "tool/panels.js";
 import { store } from "tool/store.js";
 
 /** @type {Record<string, string>} */
@@ -27,16 +25,20 @@ export function mount() {
     const isCommand = (event.ctrlKey || event.metaKey) && !event.altKey;
     if (isCommand && command(event, target)) return event.preventDefault();
     if (isCommand || event.altKey) return;
-    if (event.key === "Escape") return closePanel(event);
+    if (event.key === "Escape") {
+      if (closeDrawer()) event.preventDefault();
+      return;
+    }
     if (event.key === "F1") {
       event.preventDefault();
-      return toggleHelp(true);
+      return toggleDrawer("help", true);
     }
-    if (isTyped(target) || !store.loop) return;
+    if (isTyped(target)) return;
     if (event.key === "?") {
       event.preventDefault();
-      return toggleHelp();
+      return toggleDrawer("help");
     }
+    if (!store.loop) return;
     const what = EVENTS[event.key];
     if (!what) return;
     // Space presses the button or the switch that has the focus.
@@ -60,14 +62,6 @@ function command(event, target) {
   else if (key === "y" || key === "z") store.redo();
   else return false;
   return true;
-}
-
-/** @param {KeyboardEvent} event */
-function closePanel(event) {
-  if (!byId("compare").hidden) toggleCompare(false);
-  else if (!byId("help").hidden) toggleHelp(false);
-  else return;
-  event.preventDefault();
 }
 
 /**

@@ -3,6 +3,8 @@
 import { byId, element, fill, text } from "tool/dom.js";
 import { EngineError } from "tool/engine.js";
 import { openFiles, readAgain, take, underWork } from "tool/files.js";
+import { cards, live } from "tool/first.js";
+import { remake } from "tool/remake.js";
 import { isEdited, source, store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
@@ -37,6 +39,7 @@ export function mount(content) {
   content.append(search, list, problems);
   const update = () => {
     byId("loops").classList.toggle("has-files", store.files.length > 0);
+    document.body.classList.toggle("has-list", store.files.length > 0 || store.loops.length > 1);
     document.body.classList.toggle("is-empty", store.loops.length === 0);
     showRows(list, search);
     showProblems(problems);
@@ -52,19 +55,11 @@ export function mount(content) {
     });
   });
   store.on("files", () => {
+    // The list is in sight: the drawer would cover it.
+    if (store.loop) byId("opening").hidden = true;
     page = 0;
   });
   update();
-}
-
-/** Shows or hides the panel for opening. */
-export function toggleOpening() {
-  const opening = byId("opening");
-  opening.hidden = !opening.hidden;
-  if (!opening.hidden) {
-    opening.scrollIntoView({ block: "nearest" });
-    byId("open-files").focus();
-  }
 }
 
 function mountOpening() {
@@ -80,11 +75,11 @@ function mountOpening() {
       await openFiles(files);
     },
   });
-  const choose = element("label", { class: "files" }, element("span", {}, "Files"), input);
+  const choose = element("label", { class: "files" }, element("span", {}, "Open files"), input);
   const kinds = element(
     "p",
     { id: "open-kinds", class: "faint" },
-    "Drop them anywhere on the page, or choose them: AWL, SCL, .db, Openness XML, JSON, SSV, .fmu; a recorded CSV.",
+    "Or drop them anywhere: AWL, SCL, .db, Openness XML, JSON, SSV, .fmu; a recorded CSV. Nothing leaves this computer.",
   );
   const name = element("input", {
     id: "new-name",
@@ -105,6 +100,7 @@ function mountOpening() {
         try {
           await store.add(name.value.trim() || freeName(block.value), block.value);
           name.value = "";
+          store.emit("show", "plant");
         } catch (error) {
           store.say(error);
         }
@@ -114,6 +110,7 @@ function mountOpening() {
     element("label", {}, element("span", {}, "Block"), block),
     make,
   );
+  const living = element("figure", { class: "living" });
   const examples = element("div", { class: "examples" });
   const show = () => {
     const controllers = store.catalogue.fmus.filter(isController);
@@ -127,7 +124,15 @@ function mountOpening() {
   const showSummary = () => text(summary, store.catalogue.fmus.find((one) => one.name === block.value)?.summary ?? "");
   block.addEventListener("change", showSummary);
   store.on("catalogue", show);
-  byId("opening").querySelector(".content")?.append(choose, kinds, form, summary, examples);
+  const promise = element(
+    "p",
+    { class: "promise" },
+    "The controller of your PLC, bit for bit, in this page: run the loop, tune it, take the settings back.",
+  );
+  const begin = element("div", { class: "begin" }, promise, living, choose, kinds, form, summary);
+  byId("opening").querySelector(".content")?.append(begin, examples);
+  // What was under work before a reload comes first.
+  store.on("ready", () => live(living));
   store.on("loops", () => {
     if (store.loops.length === 0) opening.hidden = false;
   });
@@ -139,27 +144,12 @@ function mountOpening() {
 
 /** @param {HTMLElement} within */
 function showExamples(within) {
-  const loops = store.catalogue.loops;
-  fill(
-    within,
-    loops.length > 0 && element("h3", {}, "Examples that run at once"),
-    loops.length > 0 &&
-      element(
-        "ul",
-        {},
-        loops.map((known) =>
-          element(
-            "li",
-            {},
-            element("button", { type: "button", class: "plain", onclick: () => example(known) }, known.title),
-          ),
-        ),
-      ),
-  );
+  if (store.catalogue.loops.length === 0) return fill(within);
+  fill(within, element("h2", {}, "Try one: click, and it runs"), cards(example));
 }
 
 /**
- * Opens a known loop with its plant.
+ * Opens a known loop with its plant and runs it as its description does.
  *
  * @param {import("./messages").KnownLoop} known
  */
@@ -179,6 +169,12 @@ async function example(known) {
     const copies = members.map((member) => ({ ...member, values: { ...member.values } }));
     const { step, exchange } = known.setup;
     await store.connect({ members: copies, connections, step, exchange });
+    const length = step ?? 1;
+    const events = known.events.map(([time, variable, value]) => {
+      const call = Math.round(time / length);
+      return { call, time, variable: own(variable), value };
+    });
+    await remake(loop, { setup: store.setup(), events, calls: Math.round((known.stop ?? 0) / length) });
   } catch (error) {
     store.say(error);
   }
@@ -360,7 +356,7 @@ function showRow(row, number) {
       "td",
       {
         class: warnings ? "note" : "faint",
-        title: warnings && `${row.warnings} sentences of the block about its settings`,
+        title: warnings && `${row.warnings} ${row.warnings === 1 ? "remark" : "remarks"} of the block on its settings`,
       },
       state,
     ),

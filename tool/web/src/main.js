@@ -11,10 +11,12 @@ import { openGiven } from "tool/files.js";
 import { mount as help } from "tool/help.js";
 import { mount as keyboard } from "tool/keyboard.js";
 import { mount as loops } from "tool/loops.js";
+import { mount as panels } from "tool/panels.js";
 import { mount as parameters } from "tool/parameters.js";
 import { mount as plant } from "tool/plant.js";
 import { mount as replay } from "tool/replay.js";
 import { mount as run } from "tool/run.js";
+import { mount as runs } from "tool/runs.js";
 import { keep, resume } from "tool/session.js";
 import { store } from "tool/store.js";
 import { mount as takeaway } from "tool/takeaway.js";
@@ -29,6 +31,7 @@ const PANELS = [
   ["diagram", diagram],
   ["curves", curves],
   ["run", run],
+  ["runs", runs],
   ["figures", figures],
   ["plant", plant],
   ["tune", tune],
@@ -41,6 +44,7 @@ for (const [id, mount] of PANELS) {
   if (content instanceof HTMLElement) mount(content);
 }
 bar();
+panels();
 keyboard();
 
 try {
@@ -48,6 +52,7 @@ try {
   store.emit("catalogue");
   await resume();
   await openGiven();
+  store.emit("ready");
 } catch (error) {
   store.say(error);
 }

@@ -247,10 +247,18 @@ is_integrating: boolean, };
 
 /** A loop that is known to work. */
 export type KnownLoop = {
+/** The name of its description, `furnace`. */
+name: string,
 /** What it shows. */
 title: string,
+/** What is special about it, or empty. */
+about: string,
 /** Its members and connections. */
-setup: Setup, };
+setup: Setup,
+/** How long it runs in its description, in seconds. */
+stop: number | null,
+/** What is set meanwhile: the time in seconds, `MEMBER.VARIABLE`, and the value. */
+events: Array<[number, string, Value]>, };
 
 /** A loop of a file. */
 export type Loop = {

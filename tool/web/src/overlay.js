@@ -1,6 +1,6 @@
 /**
- * What is drawn behind the curves of a run: earlier runs in grey, a predicted curve dashed. And how numbers are copied from beside
- * them.
+ * What is drawn behind the curves of a run: other runs in their colours, a predicted curve dashed. And how numbers are copied from
+ * beside them.
  *
  * @typedef {import("tool/curves.js").Curve} Curve
  * @typedef {import("./messages").Curves} View
@@ -12,6 +12,7 @@
  * @property {(number | null)[]} values
  * @property {string} colour
  * @property {number[]} dash
+ * @property {import("tool/outline.js").How} how
  *
  * @typedef {object} Origin where a prediction begins: the loop then
  * @property {number} time
@@ -20,6 +21,7 @@
  */
 
 import { theme } from "tool/charts.js";
+import { outline } from "tool/outline.js";
 import { roles } from "tool/signals.js";
 import { store } from "tool/store.js";
 
@@ -34,21 +36,26 @@ export function drawnOfEarlier(loop) {
  *
  * @param {Work} loop
  * @param {Curve[]} visible
- * @param {View[]} earlier
+ * @param {{ view: View, colour: number }[]} earlier
  * @param {Origin} origin
  * @returns {Overlay[]}
  */
 export function overlays(loop, visible, earlier, origin) {
-  const { curves: palette, earlier: grey } = theme();
+  const { curves: palette, runs } = theme();
   const { setpoint, processValue, manipulatedValue } = roles(loop);
   /** @param {string | undefined} name */
   const shown = (name) => visible.find((curve) => curve.name === name);
   /** @type {Overlay[]} */
   const made = [];
-  for (const { times, values } of earlier) {
+  for (const { view, colour } of earlier) {
     drawnOfEarlier(loop).forEach((name, at) => {
       const curve = shown(name);
-      if (curve) made.push({ scale: curve.scale, times, values: values[at] ?? [], colour: grey, dash: [] });
+      if (!curve) return;
+      const how = { isExact: view.is_exact, isStepped: curve.isStepped };
+      const ink = runs[colour % runs.length];
+      const of = { times: view.times, values: view.values[at] ?? [], dash: [], how };
+      // The manipulated value of a run is a lighter line of its colour.
+      made.push({ scale: curve.scale, colour: at === 0 ? ink : `${ink}99`, ...of });
     });
   }
   const prediction = store.prediction?.curves;
@@ -65,7 +72,8 @@ export function overlays(loop, visible, earlier, origin) {
     const curve = shown(name);
     if (!curve) continue;
     const colour = palette[curve.colour % palette.length];
-    made.push({ scale: curve.scale, times, values: values.map((value) => value + by), colour, dash: [6, 4] });
+    const how = { isExact: true, isStepped: curve.isStepped };
+    made.push({ scale: curve.scale, times, values: values.map((value) => value + by), colour, dash: [3, 4], how });
   }
   return made;
 }
@@ -103,23 +111,23 @@ export function drawOverlays(self, of) {
   ctx.beginPath();
   ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
   ctx.clip();
-  ctx.lineWidth = 1.2 * uPlot.pxRatio;
+  ctx.lineWidth = 1.4 * uPlot.pxRatio;
   for (const one of of) {
     ctx.strokeStyle = one.colour;
     ctx.setLineDash(one.dash.map((length) => length * uPlot.pxRatio));
-    ctx.beginPath();
-    let isDown = false;
-    one.values.forEach((value, at) => {
-      if (value === null) {
-        isDown = false;
-        return;
-      }
-      const [x, y] = [self.valToPos(one.times[at], "x", true), self.valToPos(value, one.scale, true)];
-      if (isDown) ctx.lineTo(x, y);
-      else ctx.moveTo(x, y);
-      isDown = true;
-    });
-    ctx.stroke();
+    const { stroke, fill } = outline(
+      one.times,
+      one.values,
+      one.how,
+      (time) => self.valToPos(time, "x", true),
+      (value) => self.valToPos(value, one.scale, true),
+    );
+    ctx.stroke(new Path2D(stroke));
+    if (!fill) continue;
+    ctx.globalAlpha = 0.3;
+    ctx.fillStyle = one.colour;
+    ctx.fill(new Path2D(fill));
+    ctx.globalAlpha = 1;
   }
   ctx.restore();
 }
@@ -139,7 +147,7 @@ export function copyInFull(event) {
   if (single) event.clipboardData?.setData("text/plain", single.getAttribute("data-full") ?? "");
   else if (cells.length > 0) {
     for (const cell of cells) cell.textContent = cell.getAttribute("data-full");
-    const lines = [...part.querySelectorAll("tr")].map((row) =>
+    const lines = [...part.querySelectorAll(".signal")].map((row) =>
       [...row.children].map((cell) => cell.textContent).join("\t"),
     );
     event.clipboardData?.setData("text/plain", lines.length > 0 ? lines.join("\n") : (part.textContent ?? ""));

@@ -113,6 +113,7 @@ export function goTo(name) {
   if (!row) return false;
   const fold = row.row.closest("details");
   if (fold) fold.open = true;
+  store.emit("show", "side");
   row.row.scrollIntoView({ block: "nearest" });
   if (row.input.offsetParent) row.input.focus();
   else byId("structure").focus();

@@ -93,7 +93,8 @@ export async function disturbances(loop) {
       const variable = description.variables.find((one) => one.name === name);
       const full = `${member.name}.${name}`;
       if (!variable || loop.connections.some(([, to]) => to === full)) continue;
-      found.push({ name: full, variable, value: member.values[name] ?? variable.start });
+      const now = store.isLive() ? store.state?.values[full] : undefined;
+      found.push({ name: full, variable, value: now ?? member.values[name] ?? variable.start });
     }
   }
   return found;

@@ -8,7 +8,8 @@
 import { attribute, byId, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { disturbances, sensorOf } from "tool/plant.js";
-import { called, isSwitch, unitText } from "tool/signals.js";
+import { againButtons } from "tool/runs.js";
+import { called, isSwitch, pulsePeriod, unitText } from "tool/signals.js";
 import { split, store, variable, wiredTo } from "tool/store.js";
 import { download } from "tool/takeaway.js";
 import { number, read, rounded, shown } from "tool/values.js";
@@ -46,6 +47,8 @@ let duration;
 let status;
 /** @type {HTMLElement} */
 let controls;
+/** The setpoint, in the row of Run. @type {HTMLElement} */
+let goal;
 /** @type {HTMLElement} */
 let done;
 /** @type {Map<Speed, HTMLButtonElement>} */
@@ -79,19 +82,41 @@ export function mount(content) {
       ),
     );
   }
+  const more = element(
+    "button",
+    { type: "button", class: "more", "aria-expanded": "false", "aria-controls": "run-more" },
+    "More",
+  );
+  more.addEventListener("click", () => {
+    const isOpen = byId("run").classList.toggle("is-open");
+    attribute(more, "aria-expanded", String(isOpen));
+  });
+  goal = element("span", { class: "goal" });
   fill(
     content,
     element(
       "div",
-      { class: "row" },
+      { class: "row run-main" },
       runButton,
-      element("button", { type: "button", onclick: oneCall, title: "." }, "One call"),
+      element("button", { type: "button", class: "rare", onclick: oneCall, title: "." }, "One call"),
       element("span", { class: "speeds", role: "group", "aria-label": "Speed" }, ...speeds.values()),
-      element("label", { for: "run-for" }, "for ", duration, element("span", { class: "faint" }, " s")),
-      element("button", { type: "button", onclick: reset, title: "Begin a new run; this one stays in grey" }, "Reset"),
+      element(
+        "label",
+        { for: "run-for", class: "run-for" },
+        "for ",
+        duration,
+        element("span", { class: "faint" }, " s"),
+      ),
+      element(
+        "button",
+        { type: "button", class: "rare", onclick: reset, title: "Begin a new run; this one stays in the list" },
+        "Reset",
+      ),
       status,
+      goal,
+      more,
     ),
-    controls,
+    element("div", { class: "row run-more", id: "run-more" }, controls, element("dl", { id: "glance" })),
   );
   done = byId("done").querySelector(".content") ?? content;
   store.on("loop", () => {
@@ -114,6 +139,7 @@ export function mount(content) {
     );
   });
   store.on("home", pause);
+  store.on("pause", pause);
   store.on("key-run", runOrPause);
   store.on("key-call", oneCall);
   store.on("key-manual", () => {
@@ -272,16 +298,6 @@ async function reset() {
   }
 }
 
-async function again() {
-  pause();
-  try {
-    await store.again();
-    showControls();
-  } catch (error) {
-    store.say(error);
-  }
-}
-
 /** @param {Speed} next */
 function setSpeed(next) {
   speed = next;
@@ -342,6 +358,7 @@ async function showControls() {
   if (!loop) {
     shownControls = "";
     fill(controls);
+    fill(goal);
     return;
   }
   const disturbing = await disturbances(loop).catch(() => []);
@@ -356,9 +373,9 @@ async function showControls() {
   }
   shownControls = what;
   fields.clear();
+  fill(goal, setpoint ? setpointControl(loop, setpoint) : null);
   fill(
     controls,
-    setpoint ? setpointControl(loop, setpoint) : null,
     disturbing.length > 0 ? disturbanceControl(disturbing) : null,
     sensor ? await noiseControl(sensor) : null,
     manual ? manualControl(loop, manual) : null,
@@ -430,7 +447,7 @@ function setpointControl(loop, name) {
   if (!setting) return null;
   const source = wiredTo(loop, name);
   if (source) return element("span", { class: "control faint" }, `${name} comes from ${called(loop, source)}`);
-  const field = numberField("Setpoint", "setpoint", setting.variable, setting.sent, (value) => now({ [name]: value }));
+  const field = numberField("SP", "setpoint", setting.variable, setting.sent, (value) => now({ [name]: value }));
   fields.set(name, field.follow);
   const duration = numberField("in", "ramp-time", { name: "the ramp", kind: "LREAL", unit: "s" }, 10, () => ramp());
   const ramp = async () => {
@@ -535,15 +552,20 @@ function manualControl(loop, [onName, valueName]) {
   fields.set(onName, (next) => {
     box.checked = next === true;
   });
-  const field = numberField(valueName, "manual-value", value.variable, value.sent, (next) =>
-    now({ [valueName]: next }),
+  const field = numberField(
+    valueName.slice(valueName.lastIndexOf(".") + 1),
+    "manual-value",
+    value.variable,
+    value.sent,
+    (next) => now({ [valueName]: next }),
   );
   field.input.disabled = wiredTo(loop, valueName) !== undefined;
   fields.set(valueName, field.follow);
   const output = loop.description.roles.manipulated_value;
-  const take = () => {
-    const now_ = output === null ? undefined : store.state?.values[variable(loop, output)];
-    if (store.isLive() && now_ !== undefined) now({ [valueName]: now_ });
+  const take = async () => {
+    if (output === null || !store.isLive()) return;
+    const present = await presentOutput(loop, variable(loop, output)).catch(store.say);
+    if (present !== undefined) now({ [valueName]: present });
   };
   return element(
     "span",
@@ -558,6 +580,22 @@ function manualControl(loop, [onName, valueName]) {
         `= ${output}`,
       ),
   );
+}
+
+/**
+ * The manipulated value of now; of pulses it is the mean of the last period.
+ *
+ * @param {import("tool/store.js").Work} loop
+ * @param {string} name
+ */
+async function presentOutput(loop, name) {
+  const period = pulsePeriod(loop);
+  const state = store.state;
+  if (period === undefined || !state) return state?.values[name];
+  const points = Math.ceil(period / state.step) + 1;
+  const from = Math.max(state.time - period + state.step / 2, 0);
+  const { values } = await ask({ do: "view", variables: [name], from, to: state.time, points });
+  return values[0].reduce((sum, value) => (sum ?? 0) + (value ?? 0) / values[0].length, 0) ?? 0;
 }
 
 let isDoneScheduled = false;
@@ -576,6 +614,7 @@ function scheduleDone() {
 async function showDone() {
   const loop = store.loop;
   if (!loop || !store.isLive()) {
+    store.emit("marks", []);
     fill(
       done,
       element("p", { class: "faint" }, "What you set while the loop runs stands here; it can be repeated and saved."),
@@ -592,6 +631,13 @@ async function showDone() {
   if (store.loop !== loop || !store.isLive()) return;
   const lines = summed(events);
   const kinds = new Map(Object.entries(loop.settings).map(([name, one]) => [variable(loop, name), one.variable]));
+  store.emit(
+    "marks",
+    lines.map(({ variable: name, value, time }) => {
+      const written = typeof value === "number" ? rounded(value, "REAL") : shown(value, "BOOL");
+      return { time, text: `${called(loop, name)} ${written}` };
+    }),
+  );
   fill(
     done,
     element(
@@ -604,11 +650,7 @@ async function showDone() {
           ? "Nothing was set in this run."
           : `${lines.length} ${lines.length === 1 ? "thing" : "things"} in this run.`,
       ),
-      element(
-        "button",
-        { type: "button", onclick: again, title: "The same start, the same settings at the same calls: the same bits" },
-        "Repeat",
-      ),
+      againButtons(),
       element("button", { type: "button", onclick: () => download({ what: "description" }) }, "Save as loops.toml"),
     ),
     lines.length > 0 &&

@@ -4,6 +4,8 @@
  */
 
 import { ask } from "tool/engine.js";
+import { remake } from "tool/remake.js";
+import { runsOf } from "tool/runs.js";
 import { store } from "tool/store.js";
 
 const KEY = "plcfmu";
@@ -12,7 +14,6 @@ const VERSION = 2;
 const MOST_CALLS = 200_000;
 /** Nor is one in which more was set: a long ramp sets a value in each call. */
 const MOST_EVENTS = 5000;
-const CHUNK = 2000;
 
 /** What the present run began with. @type {import("./messages").Setup | undefined} */
 let setup;
@@ -110,6 +111,8 @@ export async function resume() {
   }
   const shown = store.loops[kept.shown];
   if (shown) store.show(shown);
+  // What is not made again is not in the list of runs either.
+  for (const [at, loop] of store.loops.entries()) if (at !== kept.run?.of) delete loop.notes.runs;
   if (kept.run && store.loops[kept.run.of]) await resumeRun(kept.run);
 }
 
@@ -126,29 +129,19 @@ async function resumeLoop(one) {
   await store.check();
 }
 
-/** @param {{ of: number, setup: import("./messages").Setup, events: import("./messages").Event[], calls: number }} run */
+/** @param {{ of: number } & import("tool/remake.js").Made} run */
 async function resumeRun(run) {
   const loop = store.loops[run.of];
   try {
-    setup = run.setup;
-    events = run.events;
-    let state = await ask({ do: "start", ...run.setup });
-    store.live = loop;
-    loop.runs.push(state.run);
-    const until = async (/** @type {number} */ target) => {
-      while (state.calls < target) state = await ask({ do: "run", calls: Math.min(CHUNK, target - state.calls) });
-    };
-    for (let at = 0; at < run.events.length; ) {
-      const { call } = run.events[at];
-      await until(call);
-      const values = /** @type {import("./messages").Values} */ ({});
-      for (; at < run.events.length && run.events[at].call === call; at += 1)
-        values[run.events[at].variable] = run.events[at].value;
-      state = await ask({ do: "send", values });
+    // The engine numbers them anew.
+    const before = runsOf(loop).splice(0);
+    for (const kept of before.slice(0, -1)) {
+      if (kept.calls > MOST_CALLS) continue;
+      await remake(loop, kept);
+      Object.assign(runsOf(loop).at(-1) ?? {}, { name: kept.name, colour: kept.colour, isShown: kept.isShown });
     }
-    await until(run.calls);
-    await store.take(Promise.resolve(state));
-    store.emit("run");
+    await remake(loop, run);
+    Object.assign(runsOf(loop).at(-1) ?? {}, { name: before.at(-1)?.name, colour: before.at(-1)?.colour });
   } catch (error) {
     store.say(error);
   }

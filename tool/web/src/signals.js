@@ -19,7 +19,7 @@
  */
 
 import { split, store, variable } from "tool/store.js";
-import { isBoolean } from "tool/values.js";
+import { isBoolean, isTime } from "tool/values.js";
 
 /**
  * All variables of a loop, the controller's first.
@@ -89,6 +89,36 @@ export function roles(loop) {
     pulses: roles.pulses.map((pulse) => variable(loop, pulse)),
     manual: named(roles.manual?.[0]),
   };
+}
+
+/**
+ * What the loop controls: the controller's process value, or that of the plant where the controller has none.
+ *
+ * @param {Work} loop
+ * @returns {Promise<string | undefined>}
+ */
+export async function controlledValue(loop) {
+  const own = roles(loop).processValue;
+  if (own) return own;
+  const plants = (await descriptions(loop)).slice(1);
+  return plants.flatMap(([name, { roles: of }]) => (of.process_value ? `${name}.${of.process_value}` : []))[0];
+}
+
+/**
+ * Over how many seconds the pulses of a controller are averaged: the period of its pulse former, if its manipulated value is a
+ * mean of pulses.
+ *
+ * @param {Work} loop
+ * @returns {number | undefined}
+ */
+export function pulsePeriod(loop) {
+  const { pulse_former: former, manipulated_value: output } = loop.description.roles;
+  const period = loop.settings[former[0]];
+  const kind = loop.description.variables.find((one) => one.name === output)?.kind;
+  if (!period || kind !== "LREAL") return undefined;
+  const cycle = loop.settings[loop.description.cycle ?? ""]?.sent;
+  // The period is a time, or so many calls.
+  return isTime(period.variable.kind) ? Number(period.sent) : Number(period.sent) * Number(cycle ?? 1);
 }
 
 /**

@@ -21,6 +21,7 @@
  * | what | when |
  * |---|---|
  * | `catalogue` | the catalogue is there |
+ * | `ready` | what was under work before, and what was given, is there |
  * | `files` | a file has been opened or closed |
  * | `loops` | the loops under work are others |
  * | `loop` | another loop is shown, or none |
@@ -28,6 +29,11 @@
  * | `checked` | the engine has checked the settings of the shown loop |
  * | `plant` | members, connections or settings of members are others |
  * | `run` | a run has begun; earlier ones are in `loop.runs`; detail: its Setup if it is a new one |
+ * | `runs` | the list of runs is another, or others of them are drawn |
+ * | `figures` | the figures of the present run; detail: they |
+ * | `pause` | no more calls are to be made |
+ * | `marks` | what was done in the run is another list; detail: times and texts |
+ * | `tab`, `open-ID` | a tab is shown; detail: its id; a drawer is opened |
  * | `state` | calls were made or values set: `store.state` is new (many times a second; draw at most once a frame) |
  * | `failure` | the run has ended by itself: `store.state.failure` |
  * | `say` | a sentence for the user; detail: {@link Said} |
@@ -36,7 +42,7 @@
  * | `csv` | a CSV file was dropped; detail: its Recording |
  * | `prediction` | a predicted curve is there or gone: `store.prediction` |
  * | `key-run`, `key-call`, `key-manual`, `key-left`, `key-right`, `key-home`, `key-end`, `key-zoom-in`, `key-zoom-out` | a key outside of fields |
- * | `show` | go to a panel; detail: its id (`takeaway`, `compare`, `help` ...) |
+ * | `show` | go to a tab or a drawer; detail: its id (`tune`, `takeaway`, `help` ...) |
  *
  * @typedef {import("./messages").Value} Value
  * @typedef {import("./messages").Values} Values
@@ -447,10 +453,19 @@ export const store = {
 
   /** Begins again with the same setup and the same events. */
   async again() {
+    const loop = store.live;
+    const before = Object.entries(loop?.settings ?? {}).map(([name, one]) => ({ name, one, before: one.value }));
     const state = await ask({ do: "again" });
-    store.live?.runs.push(state.run);
+    loop?.runs.push(state.run);
     await store.take(Promise.resolve(state));
+    // The record has settings of its own: Undo takes them back.
+    const change = before.map(({ name, one, before }) => ({ name, before, after: one.value }));
+    const moved = change.filter(
+      ({ name, before, after }) => !same(loop?.settings[name].variable.kind ?? "", before, after),
+    );
+    if (loop && moved.length > 0) loop.undo.push(moved);
     store.emit("run");
+    store.emit("plant");
     return state;
   },
 

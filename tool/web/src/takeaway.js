@@ -4,9 +4,10 @@
  * @typedef {import("./messages").Export} Export
  */
 
-import { picture, shownNames } from "tool/curves.js";
+import { shownNames } from "tool/curves.js";
 import { element, fill } from "tool/dom.js";
 import { ask, EngineError, fromBase64, whereIsTheEngine } from "tool/engine.js";
+import { pngPicture, svgPicture } from "tool/picture.js";
 import { asLoop, store } from "tool/store.js";
 import { rezipped, unzipped } from "tool/zip.js";
 
@@ -122,7 +123,8 @@ function show() {
       button("Save as loops.toml", noRun, () => download({ what: "description" })),
       button("CSV of the curves", noRun, () => csvOf(shownNames())()),
       button("CSV of everything", noRun, csvOf([])),
-      button("Picture (PNG)", noRun, savePicture),
+      button("Picture (SVG)", noRun, () => savePicture("svg")),
+      button("Picture (PNG)", noRun, () => savePicture("png")),
       button("Report (HTML)", noRun, () => report(loop)),
     ),
   );
@@ -208,14 +210,14 @@ async function savePreset(loop, fmu) {
   }
 }
 
-function savePicture() {
-  const canvas = picture();
-  const name = (store.loop?.name ?? "loop").replace(/[^A-Za-z0-9_.-]/g, "_");
-  canvas?.toBlob((content) => {
-    if (!content) return;
-    save(`${name}.png`, content);
-    fill(remarks, element("li", { class: "good" }, `${name}.png was saved where this browser puts downloads.`));
-  }, "image/png");
+/** @param {"svg" | "png"} format */
+async function savePicture(format) {
+  const name = `${(store.loop?.name ?? "loop").replace(/[^A-Za-z0-9_.-]/g, "_")}.${format}`;
+  const svg = format === "svg" ? svgPicture() : undefined;
+  const content = svg ? new Blob([svg], { type: "image/svg+xml" }) : await pngPicture();
+  if (!content) return;
+  save(name, content);
+  fill(remarks, element("li", { class: "good" }, `${name} was saved where this browser puts downloads.`));
 }
 
 /** @param {import("tool/store.js").Work} loop */

@@ -1,0 +1,274 @@
+/**
+ * The first page: a loop that runs, and the examples as cards with a small curve of each.
+ *
+ * The engine has one present run, so nothing runs here any more as soon as a loop is under work.
+ *
+ * @typedef {import("./messages").KnownLoop} KnownLoop
+ */
+
+import { theme } from "tool/charts.js";
+import { element, fill, svg, text } from "tool/dom.js";
+import { ask, whereIsTheEngine } from "tool/engine.js";
+import { outline } from "tool/outline.js";
+import { store } from "tool/store.js";
+import { number, rounded } from "tool/values.js";
+
+/** The examples by task, the best first, by the names of their descriptions. @type {[string, string[]][]} */
+const TASKS = [
+  ["Temperature", ["furnace", "zone", "furnace_pulses", "chamber", "chamber_mean"]],
+  ["Level", ["level", "level_pulses"]],
+  ["Valve", ["positioner", "valve", "valve_mean"]],
+  ["Drive", ["speed"]],
+  ["Any process", ["process", "process_integrating", "process_pulses", "sensor"]],
+];
+const LIVING = "furnace";
+/** What the loop that runs does: its setpoint, and from when on, again and again. @type {[number, number][]} */
+const SETPOINTS = [
+  [0, 60],
+  [240, 90],
+  [480, 60],
+];
+const ROUND = 720;
+/** Ten times as fast as the clock. */
+const [FACTOR, INTERVAL] = [10, 100];
+/** What is to be seen of it, in seconds, and how much of it has run when the page opens. */
+const [WINDOW, BEFORE] = [360, 150];
+const [WIDTH, HEIGHT] = [640, 300];
+const [SMALL_WIDTH, SMALL_HEIGHT] = [168, 48];
+const CHUNK = 2000;
+const POINTS = 160;
+
+/**
+ * The examples as cards, by task.
+ *
+ * @param {(known: KnownLoop) => void} open
+ */
+export function cards(open) {
+  const loops = store.catalogue.loops;
+  const named = new Set(TASKS.flatMap(([, names]) => names));
+  const others = loops.filter(({ name }) => !named.has(name)).map(({ name }) => name);
+  const tasks = [...TASKS, /** @type {[string, string[]]} */ (["Other", others])];
+  const all = tasks.flatMap(([task, names]) =>
+    names.flatMap((name) => {
+      const known = loops.find((one) => one.name === name);
+      return known ? [card(task, known, open)] : [];
+    }),
+  );
+  return element("ul", { class: "cards" }, all);
+}
+
+/**
+ * @param {string} task
+ * @param {KnownLoop} known
+ * @param {(known: KnownLoop) => void} open
+ */
+function card(task, known, open) {
+  const title = known.title.replace(/^(The|An?) /, "").replace(/^./, (one) => one.toUpperCase());
+  const about = { title: [known.title, known.about].join(". "), onclick: () => open(known) };
+  return element(
+    "li",
+    {},
+    element(
+      "button",
+      { type: "button", class: "card", ...about },
+      element("span", { class: "spark", "data-known": known.name }, pictures.get(known.name)?.cloneNode(true) ?? null),
+      element("span", { class: "card-title" }, title),
+      element("span", { class: "faint" }, `${task}: ${known.setup.members.map(({ fmu }) => fmu).join(" + ")}`),
+    ),
+  );
+}
+
+/** The small curves that are there. @type {Map<string, Node>} */
+const pictures = new Map();
+
+/** Whether the first page is shown and its engine is free. */
+function isFree() {
+  return store.loops.length === 0 && store.live === undefined && whereIsTheEngine() === "page";
+}
+
+/**
+ * Runs the examples for their small curves, then the loop that lives.
+ *
+ * @param {HTMLElement} place where that is shown
+ */
+export async function live(place) {
+  try {
+    const living = store.catalogue.loops.find(({ name }) => name === LIVING);
+    if (living && isFree()) await begin(place, living);
+    for (const known of store.catalogue.loops) {
+      if (!isFree()) return;
+      const made = await small(known);
+      if (!made) return;
+      pictures.set(known.name, made);
+      for (const spark of document.querySelectorAll(`[data-known="${known.name}"]`)) fill(spark, made.cloneNode(true));
+    }
+    if (living && isFree()) await run(place, living);
+  } catch (error) {
+    store.say(error);
+  }
+}
+
+/** The signals of a known loop that are drawn: setpoint, process value, manipulated value. @param {KnownLoop} known */
+async function signalsOf({ setup: { members } }) {
+  const [controller, ...others] = members;
+  const { roles } = await store.describe(controller.fmu);
+  const named = (/** @type {string | null} */ name) => (name ? `${controller.name}.${name}` : undefined);
+  const plants = await Promise.all(
+    others.map(async ({ name, fmu }) => ({ name, of: (await store.describe(fmu)).roles })),
+  );
+  const plant = plants.find(({ of }) => of.process_value);
+  const output = plant ? `${plant.name}.${plant.of.process_value}` : undefined;
+  // A mean of pulses is a pulse in each call: it is no curve.
+  const isMean = roles.pulses.length > 0;
+  return [
+    roles.shown_process_value ? named(roles.setpoint) : undefined,
+    named(roles.shown_process_value) ?? output,
+    isMean ? undefined : named(roles.manipulated_value),
+  ];
+}
+
+/**
+ * Runs an example as far as its description goes, for a small curve of it.
+ *
+ * @param {KnownLoop} known
+ */
+async function small(known) {
+  const step = known.setup.step ?? 1;
+  const calls = Math.max(Math.round((known.stop ?? 100 * step) / step), 1);
+  const names = await signalsOf(known);
+  if (!isFree()) return undefined;
+  await ask({ do: "start", ...known.setup });
+  for (let at = 0; at < calls; ) {
+    const due = known.events.filter(([time]) => Math.round(time / step) === at);
+    for (const [, variable, value] of due) {
+      if (!isFree()) return undefined;
+      await ask({ do: "send", values: { [variable]: value } });
+    }
+    const next = Math.min(
+      calls,
+      at + CHUNK,
+      ...known.events.map(([time]) => Math.round(time / step)).filter((one) => one > at),
+    );
+    if (!isFree()) return undefined;
+    await ask({ do: "run", calls: next - at });
+    at = next;
+    await new Promise((done) => setTimeout(done, 0));
+  }
+  if (!isFree()) return undefined;
+  const variables = names.flatMap((name) => name ?? []);
+  const view = await ask({ do: "view", variables, points: POINTS });
+  return picture(
+    view,
+    variables.map((name) => names.indexOf(name)),
+    [SMALL_WIDTH, SMALL_HEIGHT],
+    2,
+  );
+}
+
+/**
+ * Curves without axes, setpoint and process value on one scale.
+ *
+ * @param {import("./messages").Curves} view
+ * @param {number[]} which of setpoint, process value, manipulated value each of them is
+ * @param {[number, number]} size
+ * @param {number} margin
+ * @param {[number, number]} [range] of the time
+ */
+function picture(view, which, [width, height], margin, range = [view.times[0] ?? 0, view.times.at(-1) ?? 1]) {
+  const { curves } = theme();
+  // The first call of a plant may be before it has told its value.
+  const there = (/** @type {number} */ at) => view.values[at].slice(2).filter((value) => value !== null);
+  const together = which.flatMap((role, at) => (role < 2 ? there(at) : []));
+  const x = (/** @type {number} */ time) => ((time - range[0]) / (range[1] - range[0] || 1)) * width;
+  const drawn = which.map((role, at) => {
+    const values = role < 2 ? together : there(at);
+    const [low, high] = [Math.min(...values), Math.max(...values)];
+    const span = high - low || 1;
+    const y = (/** @type {number} */ value) => height - margin - ((value - low) / span) * (height - 2 * margin);
+    const how = { isExact: view.is_exact, isStepped: role !== 1 };
+    const { stroke, fill: area } = outline(view.times.slice(2), view.values[at].slice(2), how, x, y);
+    const ink = { stroke: curves[role], "stroke-dasharray": role === 0 ? "4 3" : null, fill: "none" };
+    const colour = { fill: curves[role], "fill-opacity": 0.3 };
+    return [
+      area ? svg("path", { d: area, ...colour }) : null,
+      svg("path", { d: stroke, "stroke-width": role === 1 ? 2 : 1.3, ...ink }),
+    ];
+  });
+  // What is controlled lies on top.
+  const order = drawn
+    .map((_, at) => at)
+    .sort((one, other) => (which[one] === 1 ? 1 : 0) - (which[other] === 1 ? 1 : 0));
+  return svg(
+    "svg",
+    { viewBox: `0 0 ${width} ${height}`, "aria-hidden": "true", preserveAspectRatio: "none" },
+    ...order.flatMap((at) => drawn[at]),
+  );
+}
+
+/**
+ * Begins the loop that lives: so much has run already that one sees what it is.
+ *
+ * @param {HTMLElement} place
+ * @param {KnownLoop} known
+ */
+async function begin(place, known) {
+  await ask({ do: "start", ...known.setup });
+  if (!isFree()) return;
+  await ask({ do: "run", calls: BEFORE });
+  if (isFree()) await show(place, known);
+}
+
+/**
+ * @param {HTMLElement} place
+ * @param {KnownLoop} known
+ */
+async function run(place, known) {
+  await begin(place, known);
+  const step = known.setup.step ?? 1;
+  let time = BEFORE * step;
+  if (matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+  const setpoint = (await signalsOf(known))[0] ?? "";
+  while (isFree()) {
+    await new Promise((done) => setTimeout(done, INTERVAL));
+    // Nobody sees it.
+    if (document.hidden) continue;
+    const calls = Math.max(Math.round((FACTOR * INTERVAL) / 1000 / step), 1);
+    const now = SETPOINTS.findLast(([from]) => time % ROUND >= from)?.[1];
+    if (!isFree()) return;
+    if (now !== undefined) await ask({ do: "send", values: { [setpoint]: now } });
+    if (!isFree()) return;
+    await ask({ do: "run", calls });
+    time += calls * step;
+    if (isFree()) await show(place, known);
+  }
+}
+
+/**
+ * @param {HTMLElement} place
+ * @param {KnownLoop} known
+ */
+async function show(place, known) {
+  const names = await signalsOf(known);
+  if (!isFree()) return;
+  const state = await ask({ do: "state" });
+  const from = Math.max(state.time - WINDOW, 0);
+  const variables = names.flatMap((name) => name ?? []);
+  if (!isFree()) return;
+  const view = await ask({ do: "view", variables, from, points: 2 * WIDTH });
+  const which = variables.map((name) => names.indexOf(name));
+  const { curves } = theme();
+  const titles = ["SP", "PV", "LMN"];
+  const units = ["°C", "°C", "%"];
+  const values = which.map((role, at) => {
+    const dot = element("i", { class: "dot" });
+    dot.style.background = curves[role];
+    const value = element("strong", {});
+    text(value, rounded(number(state.values[variables[at]]), "LREAL", 3));
+    return element("span", {}, dot, `${titles[role]} `, value, ` ${units[role]}`);
+  });
+  fill(
+    place,
+    element("figcaption", {}, values, element("span", { class: "faint" }, `${Math.round(state.time)} s`)),
+    picture(view, which, [WIDTH, HEIGHT], 12, [from, from + WINDOW]),
+  );
+}

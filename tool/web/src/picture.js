@@ -1,0 +1,141 @@
+/**
+ * What is shown as a picture to take away: SVG with title, date and legend, and PNG that is drawn from it.
+ */
+
+import { clock, FONT, theme, ticks, timeUnit } from "tool/charts.js";
+import { shownPicture } from "tool/curves.js";
+import { outline } from "tool/outline.js";
+import { store } from "tool/store.js";
+
+const [WIDTH, HEIGHT] = [1200, 640];
+const MARGINS = { left: 76, right: 76, top: 112, bottom: 48 };
+/** How many pixels of the PNG are one of the picture. */
+const SCALE = 2;
+const LANE = 0.68;
+
+/** @param {unknown} text */
+function escaped(text) {
+  return String(text).replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
+}
+
+/**
+ * The picture as SVG, in the colours of a light page.
+ *
+ * @param {Date} [date]
+ * @returns {string | undefined} nothing if there is no run
+ */
+export function svgPicture(date = new Date()) {
+  const { plot, view, curves, values, behind, marks, base } = shownPicture();
+  const loop = store.loop;
+  if (!plot || !loop || view.times.length === 0) return undefined;
+  const { curves: palette, ink, faint, paper, grid, mark } = theme();
+  const scales = plot.scales;
+  const box = { left: MARGINS.left, top: MARGINS.top, right: WIDTH - MARGINS.right, bottom: HEIGHT - MARGINS.bottom };
+  /** @param {number} value @param {string} scale */
+  const part = (value, scale) => {
+    const { min = 0, max = 1 } = scales[scale] ?? {};
+    return (value - (min ?? 0)) / ((max ?? 1) - (min ?? 0) || 1);
+  };
+  /** @param {number} time */
+  const x = (time) => box.left + part(time, "x") * (box.right - box.left);
+  /** @param {string} scale */
+  const y = (scale) => (/** @type {number} */ value) => box.bottom - part(value, scale) * (box.bottom - box.top);
+  /** @param {string} content @param {number} across @param {number} up @param {string} [more] */
+  const words = (content, across, up, more = "") =>
+    `<text x="${across.toFixed(1)}" y="${up.toFixed(1)}" ${more}>${escaped(content)}</text>`;
+  const parts = [];
+  const date_ = `${date.toISOString().slice(0, 16).replace("T", " ")} UTC`;
+  parts.push(
+    words(`${loop.name}  ${loop.description.block}`, 24, 34, `class="title"`),
+    words(date_, WIDTH - 24, 34, `text-anchor="end"`),
+    words(plantOf(loop), 24, 54),
+  );
+  let across = 24;
+  for (const curve of curves) {
+    const colour = palette[curve.colour % palette.length];
+    const name = `${curve.label}${curve.unit ? ` in ${curve.unit}` : ""}`;
+    const dash = curve.isDashed ? ` stroke-dasharray="5 3"` : "";
+    parts.push(`<path d="M${across} 78h20" stroke="${colour}" stroke-width="3"${dash}/>`, words(name, across + 26, 82));
+    across += 50 + name.length * 7;
+  }
+  const axes = plot.axes.map((axis) => /** @type {any} */ (axis));
+  const length = (scales.x.max ?? 0) - (scales.x.min ?? 0);
+  for (const split of axes[0]._splits ?? []) {
+    parts.push(
+      `<path d="M${x(split).toFixed(1)} ${box.top}V${box.bottom}" stroke="${grid}"/>`,
+      words(clock(split, length), x(split), box.bottom + 18, `text-anchor="middle"`),
+    );
+  }
+  parts.push(words(timeUnit(length), (box.left + box.right) / 2, box.bottom + 36, `text-anchor="middle"`));
+  axes.slice(1).forEach((axis, at) => {
+    const floor = at === 0 ? box.bottom : Infinity;
+    const shown = /** @type {(number | null)[]} */ (axis.filter(plot, axis._splits ?? []));
+    const place = y(axis.scale);
+    const edge = at === 0 ? box.left - 8 : box.right + 8 + (at - 1) * 60;
+    ticks(shown).forEach((text, number) => {
+      const value = shown[number];
+      if (text === null || value === null) return;
+      if (floor !== Infinity)
+        parts.push(`<path d="M${box.left} ${place(value).toFixed(1)}H${box.right}" stroke="${grid}"/>`);
+      parts.push(words(text, edge, place(value) + 4, `text-anchor="${at === 0 ? "end" : "start"}"`));
+    });
+    const label = typeof axis.label === "function" ? axis.label(plot, at + 1) : axis.label;
+    const middle = (box.top + box.bottom) / 2;
+    const beside = at === 0 ? 18 : edge + 50;
+    parts.push(words(label ?? "", beside, middle, `text-anchor="middle" transform="rotate(-90 ${beside} ${middle})"`));
+  });
+  for (const { time, text } of marks) {
+    if (time < (scales.x.min ?? 0) || time > (scales.x.max ?? 0)) continue;
+    parts.push(
+      `<path d="M${x(time).toFixed(1)} ${box.top}V${box.bottom}" stroke="${mark}" stroke-dasharray="2 3"/>`,
+      words(text, x(time) + 3, box.top - 4),
+    );
+  }
+  /** @param {ReturnType<typeof outline>} shape @param {string} colour @param {string} more */
+  const drawn = ({ stroke, fill }, colour, more) => {
+    if (fill) parts.push(`<path d="${fill}" fill="${colour}" fill-opacity="0.3" clip-path="url(#area)"/>`);
+    parts.push(`<path d="${stroke}" stroke="${colour}" ${more} clip-path="url(#area)"/>`);
+  };
+  for (const one of behind) {
+    const dash = one.dash.length > 0 ? `stroke-dasharray="${one.dash.join(" ")}"` : "";
+    drawn(outline(one.times, one.values, one.how, x, y(one.scale)), one.colour, dash);
+  }
+  const switches = curves.filter((curve) => curve.isSwitch);
+  curves.forEach((curve, at) => {
+    const colour = palette[curve.colour % palette.length];
+    const how = { isExact: view.is_exact, isStepped: curve.isStepped || curve.isSwitch };
+    if (!curve.isSwitch) {
+      const dash = curve.isDashed ? ` stroke-dasharray="6 4"` : "";
+      drawn(outline(view.times, values[at], how, x, y(curve.scale)), colour, `stroke-width="1.8"${dash}`);
+      return;
+    }
+    const ground = base(switches.indexOf(curve));
+    const rows = values[at].map((value) => (value === null ? null : ground + LANE * value));
+    drawn(outline(view.times, rows, { ...how, base: ground }, x, y("lane")), colour, "");
+    parts.push(words(curve.label, box.left - 8, y("lane")(ground + LANE / 2) + 4, `text-anchor="end"`));
+  });
+  const area = `<clipPath id="area"><rect x="${box.left}" y="${box.top}" width="${box.right - box.left}" height="${box.bottom - box.top}"/></clipPath>`;
+  const style = `text{font:${FONT.replace("11px", "13px")};fill:${faint}}.title{font-weight:600;font-size:18px;fill:${ink}}path:not([fill]){fill:none;stroke-linejoin:round}`;
+  return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${WIDTH} ${HEIGHT}" width="${WIDTH}" height="${HEIGHT}"><style>${style}</style><defs>${area}</defs><rect width="${WIDTH}" height="${HEIGHT}" fill="${paper}"/>${parts.join("\n")}</svg>`;
+}
+
+/** @param {import("tool/store.js").Work} loop */
+function plantOf(loop) {
+  const members = loop.members.map((member) => member.fmu).join(", ");
+  return [loop.file && `from ${loop.file}`, members && `plant: ${members}`].filter(Boolean).join(", ");
+}
+
+/** The picture as PNG. @returns {Promise<Blob | undefined>} nothing if there is no run */
+export async function pngPicture() {
+  const svg = svgPicture();
+  if (!svg) return undefined;
+  const image = new Image();
+  const address = URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" }));
+  image.src = address;
+  await image.decode();
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [WIDTH * SCALE, HEIGHT * SCALE];
+  canvas.getContext("2d")?.drawImage(image, 0, 0, canvas.width, canvas.height);
+  URL.revokeObjectURL(address);
+  return new Promise((done) => canvas.toBlob((content) => done(content ?? undefined), "image/png"));
+}

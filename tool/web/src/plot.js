@@ -1,0 +1,224 @@
+/**
+ * The picture of a run as uPlot draws it: curves with an axis for each unit, Booleans in lanes below them on the same time axis,
+ * what is drawn behind, and marks of what was done.
+ *
+ * @typedef {import("tool/curves.js").Curve} Curve
+ * @typedef {import("tool/overlay.js").Overlay} Overlay
+ *
+ * @typedef {object} Mark something that was done
+ * @property {number} time
+ * @property {string} text
+ *
+ * @typedef {object} Parts what the picture is made of, each time it is drawn
+ * @property {() => [number, number]} range of the time
+ * @property {() => boolean} isExact
+ * @property {() => Overlay[]} behind
+ * @property {() => Mark[]} marks
+ * @property {uPlot.Hooks.Arrays} hooks
+ */
+
+import { axis, FONT, ranged, theme, ticks, timeAxis } from "tool/charts.js";
+import { outline } from "tool/outline.js";
+import { drawOverlays, extent } from "tool/overlay.js";
+
+const LANE = 18;
+const ROOM = 4;
+/** The least room at the right, for the half of the last time. */
+const MARGIN = 20;
+const [TOP, BOTTOM] = [18, 36];
+const NARROW = 620;
+
+/** What a lane takes of its row. */
+const FULL = 0.68;
+
+/**
+ * @param {HTMLElement} place
+ * @param {{ width: number, height: number }} size
+ * @param {Curve[]} curves those that are shown
+ * @param {Parts} parts
+ */
+export function makePlot(place, { width, height }, curves, parts) {
+  const { curves: palette, grid } = theme();
+  const numbers = curves.filter((curve) => !curve.isSwitch);
+  const switches = curves.filter((curve) => curve.isSwitch);
+  const inner = height - TOP - BOTTOM;
+  const lanes = switches.length > 0 ? switches.length * LANE + ROOM : 0;
+  // The curves stay above the lanes.
+  const below = lanes / Math.max(inner - lanes, 1);
+  /** The lowest value of each axis that is not behind the lanes. @type {Record<string, number>} */
+  const floors = {};
+  const scales = [...new Set(["left", ...numbers.map((curve) => curve.scale)])];
+  const right = scales.filter((scale) => scale !== "left" && (scale === "right" || width >= NARROW));
+  /** @param {string} scale */
+  const range = (scale) => {
+    const unit = numbers.find((curve) => curve.scale === scale)?.unit ?? "";
+    const of = ranged(unit, () => extent(parts.behind(), scale, parts.range()));
+    return (/** @type {uPlot} */ self, /** @type {number} */ low, /** @type {number} */ high) => {
+      const [from, to] = /** @type {[number, number]} */ (of(self, low, high, scale));
+      floors[scale] = from;
+      return /** @type {uPlot.Range.MinMax} */ ([from - (to - from) * below, to]);
+    };
+  };
+  /** @param {string} scale */
+  const aboveLanes = (scale) => (/** @type {uPlot} */ _, /** @type {number[]} */ splits) =>
+    splits.map((split) => (split < floors[scale] ? null : split));
+  /** @param {string} scale @param {number} side */
+  const valueAxis = (scale, side) => {
+    const filter = aboveLanes(scale);
+    const isLeft = scale === "left";
+    return axis({
+      ...{ scale, side, label: axisLabel(numbers, scale), filter, ticks: { show: false, filter } },
+      grid: { show: isLeft, stroke: grid, width: 1, filter },
+      values: (_, splits) => ticks(splits),
+      size: (_, values) => {
+        const names = isLeft ? switches.map((curve) => lastName(curve).length) : [];
+        return 14 + 6.5 * Math.max(3, ...names, ...(values ?? []).map((value) => String(value ?? "").length));
+      },
+    });
+  };
+  /** @param {number} at */
+  const base = (at) => (ROOM / 2 + LANE * (switches.length - 1 - at)) / LANE + 0.12;
+  const paths = (/** @type {uPlot} */ self, /** @type {number} */ at) => {
+    const curve = curves[at - 1];
+    const scale = self.series[at].scale ?? "left";
+    const of = { isExact: parts.isExact(), isStepped: curve.isStepped || curve.isSwitch };
+    const lane = curve.isSwitch ? { base: base(switches.indexOf(curve)) } : {};
+    const made = outline(
+      self.data[0],
+      self.data[at],
+      { ...of, ...lane },
+      (time) => self.valToPos(time, "x", true),
+      (value) => self.valToPos(value, scale, true),
+    );
+    return { stroke: new Path2D(made.stroke), fill: made.fill ? new Path2D(made.fill) : null };
+  };
+  const plot = new uPlot(
+    {
+      ...{ width, height, legend: { show: false }, padding: [TOP, right.length > 0 ? 0 : MARGIN, 0, 0] },
+      cursor: {
+        ...{ y: false, points: { show: false }, drag: { x: true, y: false, setScale: false } },
+      },
+      hooks: {
+        ...parts.hooks,
+        drawAxes: [(self) => drawOverlays(self, parts.behind())],
+        draw: [(self) => drawMarks(self, parts.marks()), (self) => drawNames(self, switches, base)],
+      },
+      scales: {
+        x: { time: false, range: () => parts.range() },
+        lane: { range: () => [0, inner / LANE] },
+        ...Object.fromEntries(scales.map((scale) => [scale, { range: range(scale) }])),
+      },
+      series: [
+        {},
+        ...curves.map((curve) => {
+          const colour = palette[curve.colour % palette.length];
+          return {
+            ...{ label: curve.label, scale: curve.isSwitch ? "lane" : curve.scale, points: { show: false }, paths },
+            ...{ stroke: colour, width: curve.isSwitch ? 1 : curve.colour === 1 ? 2 : 1.5 },
+            dash: curve.isDashed ? [6, 4] : undefined,
+            fill: `${colour}${curve.isSwitch ? "40" : "59"}`,
+          };
+        }),
+      ],
+      axes: [timeAxis(), valueAxis("left", 3), ...right.map((scale) => valueAxis(scale, 1))],
+    },
+    undefined,
+    place,
+  );
+  return { plot, base };
+}
+
+/**
+ * A row of a Boolean as it is drawn.
+ *
+ * @param {(number | null)[]} values
+ * @param {number} base
+ */
+export function laneValues(values, base) {
+  return values.map((value) => (value === null ? null : base + FULL * value));
+}
+
+/**
+ * @param {Curve[]} numbers
+ * @param {string} scale
+ */
+function axisLabel(numbers, scale) {
+  const there = numbers.filter((curve) => curve.scale === scale);
+  const unit = there[0]?.unit ?? "";
+  return `${there.map((curve) => curve.label).join(", ")}${unit ? `  ${unit}` : ""}`;
+}
+
+/**
+ * The names of the lanes, where the left axis has its numbers.
+ *
+ * @param {uPlot} self
+ * @param {Curve[]} switches
+ * @param {(at: number) => number} base
+ */
+function drawNames(self, switches, base) {
+  const { ctx, bbox } = self;
+  const { faint, grid } = theme();
+  const ratio = uPlot.pxRatio;
+  ctx.save();
+  ctx.font = scaled(FONT, ratio);
+  ctx.textAlign = "right";
+  ctx.textBaseline = "middle";
+  switches.forEach((curve, at) => {
+    const y = self.valToPos(base(at) + FULL / 2, "lane", true);
+    ctx.fillStyle = faint;
+    ctx.fillText(lastName(curve), bbox.left - 6 * ratio, y);
+    ctx.fillStyle = grid;
+    ctx.fillRect(bbox.left, self.valToPos(base(at), "lane", true), bbox.width, Math.max(1, ratio / 2));
+  });
+  ctx.restore();
+}
+
+/**
+ * What was done, at the top: a line at its time, and words where there is room for them.
+ *
+ * @param {uPlot} self
+ * @param {Mark[]} marks
+ */
+function drawMarks(self, marks) {
+  const { ctx, bbox } = self;
+  const { faint, mark } = theme();
+  const ratio = uPlot.pxRatio;
+  const [from, to] = [self.scales.x.min ?? 0, self.scales.x.max ?? 0];
+  ctx.save();
+  ctx.font = scaled(FONT, ratio);
+  ctx.textBaseline = "bottom";
+  let free = bbox.left;
+  for (const { time, text } of marks) {
+    if (time < from || time > to) continue;
+    const x = Math.round(self.valToPos(time, "x", true));
+    ctx.strokeStyle = mark;
+    ctx.lineWidth = ratio;
+    ctx.setLineDash([2 * ratio, 3 * ratio]);
+    ctx.beginPath();
+    ctx.moveTo(x, bbox.top);
+    ctx.lineTo(x, bbox.top + bbox.height);
+    ctx.stroke();
+    ctx.fillStyle = faint;
+    ctx.beginPath();
+    ctx.moveTo(x - 4 * ratio, bbox.top - 6 * ratio);
+    ctx.lineTo(x + 4 * ratio, bbox.top - 6 * ratio);
+    ctx.lineTo(x, bbox.top);
+    ctx.fill();
+    const wide = ctx.measureText(text).width;
+    if (x + 6 * ratio < free || x + 6 * ratio + wide > bbox.left + bbox.width) continue;
+    ctx.fillText(text, x + 6 * ratio, bbox.top - ratio);
+    free = x + 6 * ratio + wide + 8 * ratio;
+  }
+  ctx.restore();
+}
+
+/** The name of a lane, without the blocks inside the controller. @param {Curve} curve */
+function lastName(curve) {
+  const name = curve.label.slice(curve.label.lastIndexOf(".") + 1);
+  return name.length > 10 ? `${name.slice(0, 9)}…` : name;
+}
+
+/** @param {string} font @param {number} ratio */
+function scaled(font, ratio) {
+  return font.replace(/^\d+/, (size) => String(Number(size) * ratio));
+}

@@ -1,0 +1,44 @@
+/**
+ * Makes a run from what it began with and what was set in it: after a reload, from a link, again with other settings.
+ *
+ * @typedef {object} Made
+ * @property {import("./messages").Setup} setup
+ * @property {import("./messages").Event[]} events
+ * @property {number} calls
+ */
+
+import { ask } from "tool/engine.js";
+import { store } from "tool/store.js";
+
+/** How many calls are made at once: then the page answers what the user does. */
+const CHUNK = 5000;
+
+/**
+ * Makes a run of a loop. It is the engine's present one then.
+ *
+ * @param {import("tool/store.js").Work} loop
+ * @param {Made} made
+ */
+export async function remake(loop, { setup, events, calls }) {
+  let state = await ask({ do: "start", ...setup });
+  store.live = loop;
+  store.state = state;
+  loop.runs.push(state.run);
+  const until = async (/** @type {number} */ target) => {
+    while (state.calls < target && !state.failure) {
+      state = await ask({ do: "run", calls: Math.min(CHUNK, target - state.calls) });
+      if (state.calls < target) await new Promise((done) => setTimeout(done, 0));
+    }
+  };
+  for (let at = 0; at < events.length; ) {
+    const { call } = events[at];
+    await until(Math.min(call, calls));
+    const values = /** @type {import("./messages").Values} */ ({});
+    for (; at < events.length && events[at].call === call; at += 1) values[events[at].variable] = events[at].value;
+    state = await ask({ do: "send", values });
+  }
+  await until(calls);
+  await store.take(Promise.resolve(state));
+  store.emit("run", setup);
+  store.emit("plant");
+}

@@ -1,0 +1,283 @@
+/**
+ * The runs of a loop as a list: name, settings that differ, figures side by side, a colour, and whether they are drawn. A run can
+ * be made again: the same test with the settings of now, or the same record to the same bits.
+ *
+ * @typedef {import("./messages").Figure} Figure
+ * @typedef {import("tool/store.js").Work} Work
+ *
+ * @typedef {object} Kept a run of the list, plain data
+ * @property {number} run its number in the engine
+ * @property {string} name
+ * @property {number} colour its place among the colours of runs; the present run has those of the signals
+ * @property {boolean} isShown
+ * @property {import("./messages").Setup} setup
+ * @property {import("./messages").Event[]} events
+ * @property {number} calls
+ * @property {Figure[]} figures
+ */
+
+import { swatch, theme } from "tool/charts.js";
+import { element, fill } from "tool/dom.js";
+import { ask } from "tool/engine.js";
+import { figuresOf, shownUnit } from "tool/figures.js";
+import { remake } from "tool/remake.js";
+import { split, store } from "tool/store.js";
+import { rounded, same, shown } from "tool/values.js";
+
+/** As many as the engine keeps, with the present one. */
+const MOST = 6;
+/** A run with more of them is not made again after a reload. */
+const MOST_EVENTS = 5000;
+
+/** @type {HTMLElement} */
+let body;
+
+/** @param {HTMLElement} content */
+export function mount(content) {
+  body = element("div", { class: "runs" });
+  fill(content, body);
+  store.on("run", begin);
+  store.on("figures", (/** @type {Figure[]} */ figures) => {
+    const now = present();
+    if (!now) return;
+    now.figures = figures;
+    now.calls = store.state?.calls ?? 0;
+    show();
+  });
+  store.on("state", () => {
+    const now = present();
+    if (now) now.calls = store.state?.calls ?? 0;
+  });
+  for (const what of ["loop", "tab"]) store.on(what, show);
+  show();
+}
+
+/**
+ * The runs of a loop, the last one last.
+ *
+ * @param {Work | undefined} loop
+ * @returns {Kept[]}
+ */
+export function runsOf(loop) {
+  if (!loop) return [];
+  loop.notes.runs ??= [];
+  return loop.notes.runs;
+}
+
+/** The list's entry of the present run. */
+function present() {
+  return store.isLive() ? runsOf(store.loop).find(({ run }) => run === store.state?.run) : undefined;
+}
+
+/**
+ * A run has begun: the one before is kept with what was done in it.
+ *
+ * @param {import("./messages").Setup | undefined} setup
+ */
+function begin(setup) {
+  const [loop, state] = [store.live, store.state];
+  if (!loop || !state) return;
+  const list = runsOf(loop);
+  const before = list.at(-1);
+  if (!list.some(({ run }) => run === state.run)) {
+    const number = 1 + Math.max(0, ...list.map(({ name }) => Number(/^Run (\d+)$/.exec(name)?.[1] ?? 0)));
+    const colour = ((before?.colour ?? -1) + 1) % theme().runs.length;
+    const of = setup ?? before?.setup ?? store.setup();
+    const first = { run: state.run, name: `Run ${number}`, colour, isShown: true };
+    list.push({ ...first, setup: structuredClone(of), events: [], calls: state.calls, figures: [] });
+    if (list.length > MOST) list.splice(0, list.length - MOST);
+    if (before) complete(loop, before);
+  }
+  show();
+  store.emit("runs");
+}
+
+/**
+ * Gets what is known of a run that has ended.
+ *
+ * @param {Work} loop
+ * @param {Kept} kept
+ */
+async function complete(loop, kept) {
+  try {
+    const { events, calls } = await ask({ do: "events", run: kept.run });
+    kept.events = events.length > MOST_EVENTS ? [] : events;
+    kept.calls = calls;
+    if (calls > 0) kept.figures = (await figuresOf(loop, kept.run)).figures;
+    show();
+  } catch {
+    // The engine does not have it any more: what the list knows stays.
+  }
+}
+
+/** The same stimuli at the same calls, with the settings of now. */
+export async function sameTest() {
+  const loop = store.loop;
+  const now = present();
+  if (!loop || !now) return;
+  const { events, calls } = await ask({ do: "events" });
+  const setup = store.setup();
+  for (const member of setup.members) {
+    const before = now.setup.members.find(({ name }) => name === member.name)?.values ?? {};
+    const settings = Object.entries(member.values).filter(([name]) => !isStimulus(loop, `${member.name}.${name}`));
+    const stimuli = Object.entries(before).filter(([name]) => isStimulus(loop, `${member.name}.${name}`));
+    member.values = Object.fromEntries([...settings, ...stimuli]);
+  }
+  await remake(loop, { setup, events: events.filter(({ variable }) => isStimulus(loop, variable)), calls });
+}
+
+/**
+ * Whether a variable is what the loop is tested with: an input of the controller, or what disturbs the plant. All else is a setting.
+ *
+ * @param {Work} loop
+ * @param {string} name `TIC101.SP_INT`
+ */
+function isStimulus(loop, name) {
+  const [member, variable] = split(name);
+  const description = member === loop.member ? loop.description : descriptionsOfMembers.get(fmuOf(loop, member));
+  const { role } = description?.variables.find((one) => one.name === variable) ?? {};
+  return role === "input";
+}
+
+/** @param {Work} loop @param {string} member */
+function fmuOf(loop, member) {
+  return loop.members.find(({ name }) => name === member)?.fmu ?? "";
+}
+
+/** What is known of the plants. @type {Map<string, import("./messages").Description>} */
+const descriptionsOfMembers = new Map();
+store.on("plant", async () => {
+  for (const { fmu } of store.loop?.members ?? [])
+    descriptionsOfMembers.set(fmu, await store.describe(fmu).catch(() => /** @type {any} */ (undefined)));
+});
+
+/** @param {() => Promise<unknown>} action */
+const tried = (action) => async () => {
+  store.emit("pause");
+  try {
+    await action();
+  } catch (error) {
+    store.say(error);
+  }
+};
+
+/** The two buttons that make a run again. */
+export function againButtons() {
+  const test = {
+    onclick: tried(sameTest),
+    title: "The same setpoints, manual values and disturbances, with the settings of now",
+  };
+  const bits = {
+    onclick: tried(() => store.again()),
+    title: "The same record: the same start, the same settings, the same bits",
+  };
+  return [
+    element("button", { type: "button", ...test }, "Same test"),
+    element("button", { type: "button", ...bits }, "Same bits"),
+  ];
+}
+
+/**
+ * The settings of a run at its end, those of the controller that are no stimuli.
+ *
+ * @param {Work} loop
+ * @param {Kept} kept
+ */
+function settingsOf(loop, { setup, events, run, calls }) {
+  const isNow = store.isLive() && run === store.state?.run;
+  const values = { ...setup.members[0]?.values };
+  for (const { variable, value, call } of events) {
+    if (call >= calls) continue;
+    const [member, name] = split(variable);
+    if (member === loop.member) values[name] = value;
+  }
+  const settings = Object.entries(loop.settings).filter(([name]) => !isStimulus(loop, `${loop.member}.${name}`));
+  return new Map(settings.map(([name, one]) => [name, isNow ? one.sent : (values[name] ?? one.start)]));
+}
+
+function show() {
+  const loop = store.loop;
+  if (!body || document.body.dataset.tab !== "runs") return;
+  const list = runsOf(loop);
+  if (!loop || list.length === 0) {
+    fill(
+      body,
+      element("p", { class: "faint" }, "Each run stands here with its settings and figures, to compare. Press Run."),
+    );
+    return;
+  }
+  if (body.contains(document.activeElement) && document.activeElement instanceof HTMLInputElement) return;
+  const { runs } = theme();
+  const all = list.map((kept) => settingsOf(loop, kept));
+  const differing = [...(all[0]?.keys() ?? [])].filter((name) => {
+    const { kind } = loop.settings[name].variable;
+    return all.some((one) => !same(kind, one.get(name) ?? 0, all[0].get(name) ?? 0));
+  });
+  const titles = new Map(list.flatMap(({ figures }) => figures.map(({ key, title }) => [key, title])));
+  const rows = list.map((kept, at) => {
+    const isNow = store.isLive() && kept.run === store.state?.run;
+    const box = element("input", { type: "checkbox", checked: kept.isShown || isNow, disabled: isNow });
+    attributeOf(box, `Show ${kept.name}`);
+    box.addEventListener("change", () => {
+      kept.isShown = box.checked;
+      store.emit("runs");
+    });
+    const name = element("input", { class: "run-name", value: kept.name, maxlength: 40 });
+    attributeOf(name, `Name of ${kept.name}`);
+    name.addEventListener("change", () => {
+      kept.name = name.value.trim() || kept.name;
+    });
+    const values = differing.map((setting) => {
+      const { variable } = loop.settings[setting];
+      return `${setting} ${shown(all[at].get(setting), variable.kind)}`;
+    });
+    const cells = [...titles.keys()].map((key) => {
+      const figure = kept.figures.find((one) => one.key === key);
+      const there = figure && figure.value !== null;
+      const text = there ? `${rounded(figure.value, "LREAL", 3)} ${shownUnit(figure.unit)}`.trimEnd() : "";
+      return element("td", { class: "number", "data-full": there ? String(figure.value) : null }, text);
+    });
+    const colour = isNow ? theme().curves[1] : runs[kept.colour % runs.length];
+    return element(
+      "tr",
+      { class: isNow && "is-now" },
+      element("td", {}, element("span", { class: "row" }, box, swatch(colour), name)),
+      element("td", { class: "name" }, values.join(", ") || (isNow ? "now" : "")),
+      cells,
+    );
+  });
+  fill(
+    body,
+    element(
+      "div",
+      { class: "row" },
+      againButtons(),
+      element("span", { class: "faint" }, `${list.length} of at most ${MOST} runs`),
+    ),
+    element(
+      "div",
+      { class: "wide" },
+      element(
+        "table",
+        {},
+        element(
+          "thead",
+          {},
+          element(
+            "tr",
+            {},
+            element("th", { scope: "col" }, "Run"),
+            element("th", { scope: "col" }, "Settings that differ"),
+            [...titles.values()].map((title) => element("th", { scope: "col", class: "number" }, title)),
+          ),
+        ),
+        element("tbody", {}, rows),
+      ),
+    ),
+  );
+}
+
+/** @param {Element} of @param {string} label */
+function attributeOf(of, label) {
+  of.setAttribute("aria-label", label);
+}
