@@ -454,6 +454,7 @@ def settings_of_rule(page):
 
 
 def test_tuning_without_a_step_says_why(tool):
+    show_tab(tool, "Tune")
     tool.get_by_role("button", name="Identify from this step").click()
     assert "There is no run yet" in tool.locator("#tune").inner_text()
     run_calls(tool, 10)
@@ -696,6 +697,8 @@ def test_panels_have_no_accessibility_findings(open_tool, size, scheme):
     page = open_tool(size, scheme)
     new_loop(page, "TIC101")
     take_generic_plant(page, "2", "20", "2")
+    if size == PHONE:
+        page.get_by_role("button", name="More").click()
     set_now(page, "setpoint", 60)
     identify_from_a_step(page)
     manual(page).uncheck()

@@ -60,6 +60,8 @@ let place;
 let sheet;
 /** @type {HTMLElement} */
 let thinned;
+/** What to do while there is no curve. @type {HTMLElement} */
+let nothing;
 /** @type {HTMLElement} */
 let readout;
 /** @type {ReturnType<typeof makeReadout>} */
@@ -187,6 +189,7 @@ function build(content) {
   adding = element("select", { onchange: add });
   sheet = element("div", { class: "plot" });
   thinned = element("span", { class: "thinned faint" });
+  nothing = element("div", { class: "no-run" });
   spoken = element("p", { class: "visually-hidden", role: "status", "aria-live": "polite" });
   place = element(
     "div",
@@ -216,6 +219,7 @@ function build(content) {
       ),
     ),
     place,
+    nothing,
     thinned,
     element(
       "p",
@@ -679,6 +683,7 @@ function valueText(curve, at, digits) {
 }
 
 function showValues() {
+  showNothing();
   const at = index();
   const loop = store.loop;
   const time = at === undefined ? undefined : view.times[at];
@@ -692,6 +697,23 @@ function showValues() {
   attribute(place, "aria-valuemin", view.times[0] ?? 0);
   attribute(place, "aria-valuenow", time ?? 0);
   attribute(place, "aria-valuetext", loop && time !== undefined ? spokenValues() : "no run yet");
+}
+
+/** Without a run: what comes next. */
+function showNothing() {
+  const loop = store.loop;
+  const isEmpty = loop !== undefined && (!store.isLive() || (store.state?.calls ?? 0) === 0);
+  nothing.hidden = !isEmpty;
+  const hasPlant = (loop?.members.length ?? 0) > 0;
+  const key = `${isEmpty} ${hasPlant}`;
+  if (!isEmpty || nothing.dataset.key === key) return;
+  nothing.dataset.key = key;
+  const go = (/** @type {string} */ title, /** @type {string} */ tab) =>
+    element("button", { type: "button", onclick: () => store.emit("show", tab) }, title);
+  const words = hasPlant
+    ? "Ready: run the loop, or make a step test to tune it."
+    : "Nothing answers the controller yet.";
+  fill(nothing, element("p", {}, words), hasPlant ? go("To the step test", "tune") : go("Take a plant", "plant"));
 }
 
 /** AUTO or MANUAL, as the run is now. */

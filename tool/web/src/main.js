@@ -10,6 +10,7 @@ import { mount as figures } from "tool/figures.js";
 import { openGiven } from "tool/files.js";
 import { mount as help } from "tool/help.js";
 import { mount as keyboard } from "tool/keyboard.js";
+import { openLink } from "tool/link.js";
 import { mount as loops } from "tool/loops.js";
 import { mount as panels } from "tool/panels.js";
 import { mount as parameters } from "tool/parameters.js";
@@ -52,8 +53,10 @@ try {
   store.emit("catalogue");
   await resume();
   await openGiven();
+  await openLink();
   store.emit("ready");
 } catch (error) {
   store.say(error);
 }
 keep();
+addEventListener("hashchange", () => openLink().catch(store.say));

@@ -588,7 +588,7 @@ function manualControl(loop, [onName, valueName]) {
  * @param {import("tool/store.js").Work} loop
  * @param {string} name
  */
-async function presentOutput(loop, name) {
+export async function presentOutput(loop, name) {
   const period = pulsePeriod(loop);
   const state = store.state;
   if (period === undefined || !state) return state?.values[name];

@@ -7,6 +7,7 @@
 import { shownNames } from "tool/curves.js";
 import { element, fill } from "tool/dom.js";
 import { ask, EngineError, fromBase64, whereIsTheEngine } from "tool/engine.js";
+import { linkOfLoop } from "tool/link.js";
 import { pngPicture, svgPicture } from "tool/picture.js";
 import { asLoop, store } from "tool/store.js";
 import { rezipped, unzipped } from "tool/zip.js";
@@ -104,9 +105,29 @@ function show() {
     });
   const csvOf = (/** @type {string[]} */ variables) => () => download({ what: "csv", variables });
   const noRun = isAlive ? undefined : "Run the loop first";
+  const copy = async () => {
+    try {
+      await navigator.clipboard.writeText(await linkOfLoop());
+      fill(
+        remarks,
+        element("li", { class: "good" }, "The link is in the clipboard. Whoever opens it has this loop and this run."),
+      );
+    } catch (error) {
+      store.say(error);
+    }
+  };
   fill(
     body,
     unsent,
+    // The address of plcfmu tool is for this machine alone.
+    whereIsTheEngine() === "page" &&
+      element(
+        "div",
+        { class: "row" },
+        element("span", { class: "what" }, "Link"),
+        element("button", { type: "button", onclick: copy }, "Copy link"),
+        element("span", { class: "faint" }, "the loop, its settings and this run, in the address itself"),
+      ),
     element(
       "div",
       { class: "row" },

@@ -14,6 +14,7 @@ import { chooser } from "tool/csv.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { units, unitText } from "tool/signals.js";
+import { canStep, stepTest } from "tool/steptest.js";
 import { store, valuesOf } from "tool/store.js";
 import { read, rounded, shown } from "tool/values.js";
 
@@ -46,7 +47,8 @@ const STRUCTURES = /** @type {[Structure, string][]} */ ([
  * @property {Method} method
  * @property {Rule} rule
  * @property {Structure} structure
- * @property {string} closedLoop
+ * @property {string} closedLoop lambda in seconds, or empty
+ * @property {string} step the size of the step test
  * @property {Model | undefined} heating
  * @property {Model | undefined} cooling
  */
@@ -72,6 +74,8 @@ let csvPlace;
 let identifiedPlace;
 /** @type {HTMLElement} */
 let resultPlace;
+/** @type {HTMLElement} */
+let rulesPlace;
 /** @type {HTMLElement} */
 let ratioPlace;
 /** @type {Map<string, HTMLInputElement>} */
@@ -101,6 +105,7 @@ function notes() {
   /** @type {Notes} */
   const fresh = {
     ...{ model: {}, isIntegrating: false, method: "least_squares", rule: "simc", structure: "pi", closedLoop: "" },
+    step: "10",
     ...{ heating: undefined, cooling: undefined },
   };
   if (!loop) return fresh;
@@ -113,6 +118,7 @@ function show() {
   endChart();
   tuned = undefined;
   asked += 1;
+  isFromCsv = undefined;
   if (!loop) {
     fill(body);
     return;
@@ -125,6 +131,7 @@ function show() {
   csvPlace = element("div", {});
   identifiedPlace = element("div", { "aria-live": "polite" });
   resultPlace = element("div", { "aria-live": "polite" });
+  rulesPlace = element("div", { class: "rules wide" });
   ratioPlace = element("div", {});
   fit = element("span", { class: "fit" });
   fill(body, identifyRow(), csvPlace, modelRow(), identifiedPlace, ruleRow(), resultPlace, ratioPlace);
@@ -137,18 +144,21 @@ function identifyRow() {
   const kept = notes();
   const method = choice("tune-method", METHODS, kept.method, (next) => {
     kept.method = next;
+    identifyAgain();
   });
   const box = element("input", { type: "checkbox", checked: kept.isIntegrating });
   box.addEventListener("change", () => {
     kept.isIntegrating = box.checked;
     modelFields.get("time_constant")?.closest("label")?.toggleAttribute("hidden", box.checked);
     showUnits();
-    tune();
+    if (isFromCsv === undefined) tune();
+    else identifyAgain();
   });
   return element(
     "div",
     { class: "row" },
     element("span", { class: "what" }, "Plant"),
+    stepTestButton(),
     element(
       "button",
       {
@@ -178,6 +188,46 @@ function choice(id, from, now, take) {
   );
   list.addEventListener("change", () => take(/** @type {T} */ (list.value)));
   return list;
+}
+
+/** The step test in one button, with the size of its step. */
+function stepTestButton() {
+  const kept = notes();
+  const loop = store.loop;
+  if (!loop || !canStep(loop)) return null;
+  const size = element("input", {
+    ...{ class: "number", id: "step-size", value: kept.step, inputmode: "decimal", autocomplete: "off" },
+    ...{ "aria-label": `Size of the step in ${unitOfManipulatedValue()}` },
+  });
+  const test = async () => {
+    const got = read(size.value, { name: "the step", kind: "LREAL" });
+    attribute(size, "aria-invalid", "why" in got ? "true" : undefined);
+    if ("why" in got) return refuse(got.why);
+    kept.step = size.value;
+    const tell = (/** @type {string} */ sentence) => fill(identifiedPlace, element("p", { role: "status" }, sentence));
+    try {
+      await stepTest(Number(got.value), kept.isIntegrating, tell);
+      if (store.loop === loop) await identify(false);
+    } catch (error) {
+      refuse(error instanceof Error ? error.message : String(error));
+    }
+  };
+  const title = "Manual at the present value, wait for rest, one step, wait for rest, identify";
+  return element(
+    "span",
+    { class: "control" },
+    element("button", { type: "button", class: "primary", id: "step-test", onclick: test, title }, "Step test"),
+    size,
+    element("span", { class: "faint" }, unitOfManipulatedValue()),
+  );
+}
+
+/** From what the model was identified last: a CSV, or the run. @type {boolean | undefined} */
+let isFromCsv;
+
+/** Another method, or another kind of plant: the same data give another model. */
+function identifyAgain() {
+  if (isFromCsv !== undefined) identify(isFromCsv);
 }
 
 /** @param {import("./csv.js").Recording} recording */
@@ -231,6 +281,7 @@ async function identify(fromCsv) {
   const loop = store.loop;
   if (!loop) return;
   const kept = notes();
+  isFromCsv = fromCsv;
   /** @type {import("./messages").Data} */
   const data =
     fromCsv && recorded
@@ -258,10 +309,18 @@ async function identify(fromCsv) {
   }
 }
 
-/** @param {string} why */
+/** What was identified before is not the model of this recording. @param {string} why */
 function refuse(why) {
   endChart();
   text(fit, "");
+  const kept = notes();
+  kept.model = {};
+  for (const [name, input] of modelFields) {
+    input.value = name === "second_time_constant" ? "0" : "";
+    input.dataset.full = input.dataset.rounded = input.value;
+    input.removeAttribute("aria-invalid");
+  }
+  tune();
   fill(identifiedPlace, element("p", { class: "error" }, why));
 }
 
@@ -408,16 +467,38 @@ function ruleRow() {
   });
   const closedLabel = element(
     "label",
-    { title: "SIMC's time constant of the closed loop" },
-    "closed loop ",
+    { title: "Lambda, the time constant of the closed loop that SIMC aims at: the dead time is fast, more is calm" },
+    "λ ",
     closed,
-    " s",
+    element("span", { class: "faint" }, " s, closed loop"),
+  );
+  const slider = element("input", {
+    ...{ type: "range", id: "tune-speed", min: -CALMEST, max: CALMEST / 2, step: 0.1, value: 0 },
+    "aria-label": "From calm to fast",
+  });
+  slider.addEventListener("input", () => {
+    const of = model();
+    if (typeof of !== "object") return;
+    const lag = of.is_integrating ? 10 * of.dead_time : of.time_constant;
+    const least = Math.max(of.dead_time, lag / 20) || 1;
+    kept.closedLoop = String(Number((least * 2 ** -Number(slider.value)).toPrecision(3)));
+    closed.value = kept.closedLoop;
+    tune();
+  });
+  const speed = element(
+    "span",
+    { class: "control" },
+    element("span", { class: "faint" }, "calm"),
+    slider,
+    element("span", { class: "faint" }, "fast"),
   );
   closed.addEventListener("input", () => {
     kept.closedLoop = closed.value.trim().replace(",", ".");
     tune();
   });
-  const showClosed = () => closedLabel.toggleAttribute("hidden", kept.rule !== "simc");
+  showClosed = () => {
+    for (const one of [closedLabel, speed]) one.toggleAttribute("hidden", kept.rule !== "simc");
+  };
   showClosed();
   const rule = choice("tune-rule", RULES, kept.rule, (next) => {
     kept.rule = next;
@@ -439,9 +520,14 @@ function ruleRow() {
     element("label", { class: "visually-hidden", for: "tune-rule" }, "Rule"),
     rule,
     element("span", { class: "row", role: "radiogroup", "aria-label": "Structure" }, structures),
+    speed,
     closedLabel,
   );
 }
+
+/** The slider reaches from 2^4 times the shortest sensible lambda to a quarter of it. */
+const CALMEST = 4;
+let showClosed = () => {};
 
 /** Asks for the settings of the rule, and shows them. */
 async function tune() {
@@ -459,23 +545,114 @@ async function tune() {
     fill(resultPlace, element("p", { class: of ? "error" : "faint" }, why));
     return;
   }
-  const closed = Number(kept.closedLoop);
   try {
-    const answer = await ask({
-      ...{ do: "tune", model: of, rule: kept.rule, structure: kept.structure },
-      controller: { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) },
-      closed_loop: kept.rule === "simc" && kept.closedLoop !== "" && closed > 0 ? closed : null,
-    });
+    const answer = await tunedBy(kept.rule, of, loop);
     if (mine !== asked || store.loop !== loop) return;
     tuned = answer;
     store.predict({ title: RULES.find(([rule]) => rule === kept.rule)?.[1] ?? "", curves: answer.predicted });
     showTuned(answer);
+    await showRules(of, loop, mine);
   } catch (error) {
     if (mine !== asked) return;
     tuned = undefined;
     store.predict(undefined);
     fill(resultPlace, element("p", { class: "error" }, error instanceof Error ? error.message : String(error)));
   }
+}
+
+/**
+ * @param {Rule} rule
+ * @param {Model} of
+ * @param {import("tool/store.js").Work} loop
+ */
+function tunedBy(rule, of, loop) {
+  const kept = notes();
+  const closed = Number(kept.closedLoop);
+  return ask({
+    ...{ do: "tune", model: of, rule, structure: kept.structure },
+    controller: { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) },
+    closed_loop: rule === "simc" && kept.closedLoop !== "" && closed > 0 ? closed : null,
+  });
+}
+
+/**
+ * All rules side by side, each with what it leads to.
+ *
+ * @param {Model} of
+ * @param {import("tool/store.js").Work} loop
+ * @param {number} mine which question this answers
+ */
+async function showRules(of, loop, mine) {
+  const rows = [];
+  for (const [rule, title] of RULES) {
+    const answer = await tunedBy(rule, of, loop).catch((error) => String(error.message ?? error));
+    if (mine !== asked || store.loop !== loop) return;
+    rows.push(ruleTableRow(rule, title, answer, loop));
+  }
+  const { controller } = loop.description.roles;
+  const names = controller.slice(0, 3).map((name) => name.slice(name.lastIndexOf(".") + 1));
+  const titles = ["Rule", ...names, "Ms", "overshoot", "settles", "travel"];
+  fill(
+    rulesPlace,
+    element(
+      "table",
+      {},
+      element(
+        "thead",
+        {},
+        element(
+          "tr",
+          {},
+          titles.map((one, at) => element("th", { scope: "col", class: at > 0 && "number" }, one)),
+        ),
+      ),
+      element("tbody", {}, rows),
+    ),
+  );
+}
+
+/**
+ * @param {Rule} rule
+ * @param {string} title
+ * @param {Tuned | string} answer
+ * @param {import("tool/store.js").Work} loop
+ */
+function ruleTableRow(rule, title, answer, loop) {
+  const kept = notes();
+  const take = () => {
+    kept.rule = rule;
+    const list = document.getElementById("tune-rule");
+    if (list instanceof HTMLSelectElement) list.value = rule;
+    showClosed();
+    tune();
+  };
+  const name = element(
+    "td",
+    {},
+    element(
+      "button",
+      { type: "button", class: "plain", "aria-pressed": String(rule === kept.rule), onclick: take },
+      title,
+    ),
+  );
+  if (typeof answer === "string") {
+    return element("tr", {}, name, element("td", { class: "faint", colspan: 7, title: answer }, answer));
+  }
+  const { predicted, sensitivity, values } = answer;
+  const moves = predicted.manipulated_value;
+  const travel = moves.reduce((sum, value, at) => sum + (at > 0 ? Math.abs(value - moves[at - 1]) : 0), 0);
+  const settings = loop.description.roles.controller.slice(0, 3).map((one) => {
+    const value = values[one];
+    return typeof value === "number" ? rounded(value, "LREAL", 3) : "";
+  });
+  const facts = [number(sensitivity), number(predicted.overshoot, " %"), number(predicted.settling, " s")];
+  const cells = [...settings, ...facts, number(travel, ` ${unitOfManipulatedValue()}`)];
+  return element(
+    "tr",
+    { class: rule === kept.rule && "is-now" },
+    name,
+    cells.map((cell) => element("td", { class: "number" }, cell)),
+  );
 }
 
 /** @param {Tuned} answer */
@@ -507,7 +684,6 @@ function showTuned(answer) {
     ["settling", "Settling time of the predicted setpoint step, within 2 %", number(predicted.settling, " s")],
     ["dead time used", "The model's, half a cycle, half a pulse period", number(answer.dead_time, " s")],
   ]);
-  const chart = element("div", {});
   const isStable = answer.sensitivity !== null;
   const apply = element(
     "button",
@@ -554,33 +730,11 @@ function showTuned(answer) {
           element("div", { title }, element("dt", {}, name), element("dd", {}, value)),
         ),
       ),
-      element("div", { class: "predicted" }, chart),
     ),
+    rulesPlace,
     remarksOf(answer.remarks),
   );
-  endPrediction();
-  endPrediction = draw(chart, {
-    title: "Predicted step of the setpoint with these settings, by the real block and the model",
-    xLabel: "s",
-    x: predicted.times,
-    lines: [
-      { name: "setpoint", values: predicted.setpoint, unit: unitOfProcessValue(), colour: 0, isStepped: true },
-      { name: "process value", values: predicted.process_value, unit: unitOfProcessValue(), colour: 1, isDashed: true },
-      {
-        name: "manipulated value",
-        values: predicted.manipulated_value,
-        unit: unitOfManipulatedValue(),
-        colour: 2,
-        side: "right",
-        isDashed: true,
-      },
-    ],
-    height: 160,
-  });
 }
-
-/** @type {() => void} */
-let endPrediction = () => {};
 
 /** @param {Tuned} answer */
 function applyTuned(answer) {

@@ -1,0 +1,116 @@
+/**
+ * A link that carries a loop with its settings and its run, compressed in the fragment, which no server gets to see. Opened on
+ * another computer, it makes the same run to the same bits.
+ *
+ * @typedef {object} Carried
+ * @property {1} version
+ * @property {string} name of the loop
+ * @property {string} fmu
+ * @property {import("./messages").Values} values in force at the end
+ * @property {number | null} window of the curves, in seconds
+ * @property {import("tool/remake.js").Made | null} run
+ * @property {Pick<import("tool/store.js").Work, "members" | "connections" | "step" | "exchange">} plant
+ * @property {string} member the controller's name in the run
+ */
+
+import { ask, EngineError, fromBase64, toBase64 } from "tool/engine.js";
+import { remake } from "tool/remake.js";
+import { runsOf } from "tool/runs.js";
+import { store, valuesOf } from "tool/store.js";
+
+const BEGIN = "#loop=";
+/** The most bytes of a link's content, and the most calls of its run. */
+const [LARGEST, MOST_CALLS] = [4_000_000, 2_000_000];
+
+/** The link of the shown loop. @returns {Promise<string>} */
+export async function linkOfLoop() {
+  const loop = store.loop;
+  if (!loop) throw new EngineError("Open or make a loop first.");
+  const { members, connections, step, exchange, name, member } = loop;
+  const now = store.isLive() ? runsOf(loop).at(-1) : undefined;
+  const done = now ? await ask({ do: "events" }) : undefined;
+  /** @type {Carried} */
+  const carried = {
+    ...{ version: 1, name, member, fmu: loop.description.name, values: valuesOf(loop, "sent") },
+    window: loop.notes.curves?.window ?? null,
+    run: now && done ? { setup: now.setup, ...done } : null,
+    plant: { members, connections, step, exchange },
+  };
+  const bytes = new TextEncoder().encode(JSON.stringify(carried));
+  const packed = await through(bytes, new CompressionStream("deflate-raw"), LARGEST);
+  const text = toBase64(packed).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
+  return location.href.split("#")[0] + BEGIN + text;
+}
+
+/** Opens the loop that the page's address carries, if it carries one. */
+export async function openLink() {
+  if (!location.hash.startsWith(BEGIN)) return;
+  const text = location.hash.slice(BEGIN.length).replaceAll("-", "+").replaceAll("_", "/");
+  // A reload takes up what is under work, which it is from now on.
+  history.replaceState(null, "", location.href.split("#")[0]);
+  /** @type {Carried} */
+  let carried;
+  try {
+    const bytes = await through(fromBase64(text), new DecompressionStream("deflate-raw"), LARGEST);
+    carried = JSON.parse(new TextDecoder().decode(bytes));
+  } catch {
+    throw new EngineError("The link is not whole: copy all of it, up to its last sign.");
+  }
+  if (carried.version !== 1) throw new EngineError("The link is of another version of this page.");
+  if ((carried.run?.calls ?? 0) > MOST_CALLS)
+    throw new EngineError(`The run of the link has ${carried.run?.calls} calls; ${MOST_CALLS} are made at most.`);
+  const loop = await store.add(String(carried.name), String(carried.fmu));
+  const taken = store.loops.some((one) => one !== loop && one.member === carried.member);
+  if (!taken) loop.member = String(carried.member);
+  store.edit(carried.values);
+  await store.send();
+  loop.undo = [];
+  if (carried.window !== null) loop.notes.curves = { chosen: [], hidden: [], window: Number(carried.window) };
+  const own = renamed(carried.member, loop.member);
+  const { members, step, exchange } = carried.plant;
+  const wires = carried.plant.connections.map(([from, to]) => /** @type {[string, string]} */ ([own(from), own(to)]));
+  await store.connect({ members, connections: wires, step, exchange });
+  store.emit("loop");
+  if (!carried.run) return;
+  const { setup, events, calls } = carried.run;
+  const [controller, ...others] = setup.members;
+  const connections = setup.connections.map(([from, to]) => /** @type {[string, string]} */ ([own(from), own(to)]));
+  await remake(loop, {
+    setup: { ...setup, members: [{ ...controller, name: loop.member }, ...others], connections },
+    events: events.map((event) => ({ ...event, variable: own(event.variable) })),
+    calls,
+  });
+}
+
+/**
+ * The controller may have another name here, where its own is taken.
+ *
+ * @param {string} from
+ * @param {string} to
+ */
+function renamed(from, to) {
+  return (/** @type {string} */ name) => (name.startsWith(`${from}.`) ? to + name.slice(from.length) : name);
+}
+
+/**
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ * @param {CompressionStream | DecompressionStream} stream
+ * @param {number} most
+ */
+async function through(bytes, stream, most) {
+  const reader = new Blob([bytes]).stream().pipeThrough(stream).getReader();
+  const parts = [];
+  let length = 0;
+  for (let { done, value } = await reader.read(); !done && value; { done, value } = await reader.read()) {
+    length += value.length;
+    if (length > most) throw new EngineError(`It is larger than ${most} bytes.`);
+    parts.push(value);
+  }
+  const whole = new Uint8Array(length);
+  let at = 0;
+  for (const part of parts) {
+    whole.set(part, at);
+    at += part.length;
+  }
+  return whole;
+}
