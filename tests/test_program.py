@@ -8,6 +8,7 @@ import subprocess
 import zipfile
 
 import fmpy
+import fmpy.validation
 import pytest
 from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
@@ -254,3 +255,139 @@ def test_what_is_wrong_is_told_with_its_place_and_nothing_is_written(build):
     assert done.returncode == 1 and "--cycle 100ms" in done.stderr
     done, _ = build(COUNTER, "--cycle=1s", "--parameter=enabel")
     assert done.returncode == 1 and "--parameter enabel: Counter has no such variable that is an input: enable" in done.stderr
+
+
+LINE = """
+FUNCTION_BLOCK "Pump"
+   VAR_INPUT
+      on : Bool;
+   END_VAR
+   VAR_OUTPUT
+      flow : Real;
+   END_VAR
+   VAR
+      rate : Real := 1.5;
+   END_VAR
+BEGIN
+    IF #on THEN #flow := #flow + #rate; END_IF;
+END_FUNCTION_BLOCK
+
+DATA_BLOCK "Pump_DB"
+"Pump"
+BEGIN
+    rate := 2.0;
+END_DATA_BLOCK
+
+DATA_BLOCK "Plant"
+   VAR
+      scale : Real := 10.0;   // unit: bar
+      total : Real;
+      command : Int;
+      runs : DInt;
+      starts : Int;
+   END_VAR
+   VAR RETAIN
+      hours : DInt := 5;
+   END_VAR
+BEGIN
+END_DATA_BLOCK
+
+ORGANIZATION_BLOCK "Main"
+BEGIN
+    "Pump_DB"(on := "Start");
+    "Plant".total := "Pump_DB".flow * "Plant".scale + 1000.0 * INT_TO_REAL("Plant".command);
+    "Plant".command := 0;
+    "Lamp" := "Start";
+    "Plant".hours := "Plant".hours + 1;
+END_ORGANIZATION_BLOCK
+
+ORGANIZATION_BLOCK "Cyclic"
+BEGIN
+    // Before Main where both are due: Main sees the new number.
+    "Plant".runs := "Plant".runs + 1;
+END_ORGANIZATION_BLOCK
+
+ORGANIZATION_BLOCK "Startup"
+BEGIN
+    "Plant".starts := "Plant".starts + 1;
+END_ORGANIZATION_BLOCK
+"""
+TAGS = ("--tag=Start : Bool", "--tag=Lamp : Bool")
+
+
+def test_organization_blocks_are_called_with_their_periods_and_the_interface_is_tags_and_data_blocks(build):
+    options = ("--call=Main", "--cycle=20ms", "--call=Cyclic", "--cycle=50ms", "--input=Plant.command", "--output=Plant.total")
+    done, folder = build(LINE, *TAGS, *options)
+    assert done.returncode == 0, done.stderr
+    path = folder / "Cyclic.fmu"
+    assert fmpy.validation.validate_fmu(str(path)) == []
+    running = Running(path, [("Plant.scale", 4.0), ("Plant.hours_start", 100)])
+    of = {name: (variable.causality, variable.variability) for name, variable in running.variables.items()}
+    assert of["Start"] == ("input", "discrete") and of["Lamp"][0] == of["Plant.total"][0] == "output"
+    assert of["Plant.scale"] == ("parameter", "tunable") and of["Plant.hours_start"] == ("parameter", "fixed")
+    assert of["Plant.command"][0] == "input" and of["Plant.command_out"][0] == "output"
+    assert of["Pump_DB.rate"][0] == "local" and running.variables["CYCLE"].start == "0.01"
+    assert (running.get("Plant.starts"), running.get("Plant.runs")) == (1, 0), "the start-up block before the first call"
+    running.set("Start", True)
+    running.set("Plant.command", 3)
+    for _ in range(11):
+        running.call(0.01)
+    # Main at 0, 20, 40, 60, 80 and 100 ms, Cyclic at 0, 50 and 100 ms; the data block's rate is 2.
+    assert (running.get("Plant.runs"), running.get("Plant.hours"), running.get("Plant.starts")) == (3, 106, 1)
+    assert running.get("Plant.total") == 6 * 2.0 * 4.0 + 3000.0 and running.get("Lamp")
+    assert (running.get("Plant.command"), running.get("Plant.command_out")) == (3, 0)
+
+
+def test_an_instance_data_block_gives_the_start_values_of_the_block_that_is_run(build):
+    source = LINE[: LINE.index('DATA_BLOCK "Plant"')]
+    done, folder = build(source, "--cycle=1s")
+    assert done.returncode == 0, done.stderr
+    running = Running(folder / "Pump.fmu", [("on", True)])
+    running.call(1.0)
+    assert running.get("flow") == 2.0
+    for option, flow in (("--fb=Pump", 1.5), ("--instance=Pump_DB", 2.0)):
+        done, folder = build(source, "--cycle=1s", option)
+        assert done.returncode == 0, done.stderr
+        running = Running(folder / "Pump.fmu", [("on", True)])
+        running.call(1.0)
+        assert running.get("flow") == flow
+
+
+def test_what_does_not_apply_is_refused_and_several_blocks_ask_for_a_choice(build, command, tmp_path):
+    done, _ = build(LINE, *TAGS, "--cycle=1s")
+    assert "called by no other: Main, Cyclic; choose" in done.stderr, done.stderr
+    done, _ = build(LINE, *TAGS, "--call=Main", "--call=Cyclic", "--cycle=1s", "--cycle=2s", "--cycle=3s")
+    assert "3 --cycle for 2 --call" in done.stderr, done.stderr
+    for option in ("--platform=win64", "--native", "--library=win64=a.dll", "--update", "--package=pump"):
+        done, folder = build(COUNTER, "--cycle=1s", option)
+        assert done.returncode == 1 and f"{option.split('=')[0]} is for crates" in done.stderr, done.stderr
+        assert list(folder.glob("*.fmu")) == []
+    for words in (["build", "--cycle=1s"], ["check", "--cpu=1200", "x.fmu"], ["run", "--budget=5", "x.fmu"]):
+        done = subprocess.run([command, *words], cwd=tmp_path, env=host.environment(), capture_output=True, text=True)
+        assert done.returncode == 1 and "is for programs in SCL" in done.stderr, done.stderr
+
+
+def test_a_program_runs_in_a_loop_without_being_packed_first(command, tmp_path):
+    (tmp_path / "pump.scl").write_text(LINE[: LINE.index("DATA_BLOCK")], encoding="utf-8")
+    (tmp_path / "pump.db").write_text(LINE[LINE.index("DATA_BLOCK") : LINE.index('DATA_BLOCK "Plant"')], encoding="utf-8")
+
+    def run(*words):
+        done = subprocess.run([command, *words], cwd=tmp_path, env=host.environment(), capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done
+
+    loop = ["--set", "pump.on=true", "--record", "pump.flow", "--stop=3", "--out=run.csv"]
+    run("run", "pump.scl", "pump.db", "--cycle=0.5s", *loop, "--save=loop.toml")
+    rows = (tmp_path / "run.csv").read_text(encoding="utf-8")
+    assert rows.splitlines()[1:4] == ["0.0,2.0", "0.5,4.0", "1.0,6.0"]
+    saved = (tmp_path / "loop.toml").read_text(encoding="utf-8")
+    assert 'pump.sources = ["pump.scl", "pump.db"]' in saved and 'pump.cycle = ["500ms"]' in saved
+    run("run", "loop.toml", "--out=again.csv")
+    assert (tmp_path / "again.csv").read_text(encoding="utf-8") == rows
+    # The same as the FMU that is packed, and as a member that is a source alone.
+    run("build", "pump.scl", "pump.db", "--cycle=0.5s")
+    run("run", "pump=Pump.fmu", *loop)
+    assert (tmp_path / "run.csv").read_text(encoding="utf-8") == rows
+    (tmp_path / "plain.toml").write_text('stop = 3.0\nrecord = ["P.flow"]\n[fmus]\nP = "pump.scl"\n[settings]\nP.on = true\n')
+    run("run", "plain.toml", "--cycle=0.5s", "--out=run.csv")
+    assert (tmp_path / "run.csv").read_text(encoding="utf-8").splitlines()[2] == "0.5,3.0", "without the data block the rate is 1.5"

@@ -8,7 +8,7 @@ use scl::{Compiled, Cpu};
 use std::path::{Path, PathBuf};
 
 /// How a program in SCL is read.
-#[derive(clap::Args, Clone, Debug, Default)]
+#[derive(clap::Args, Clone, Debug, Default, PartialEq)]
 #[group(id = "program")]
 pub struct Options {
     /// The CPU whose rules hold: 300 (and 400), 1200 or 1500; without it, what the dialect of the sources tells
@@ -17,15 +17,29 @@ pub struct Options {
     /// The function block or the instance that is run; without it, the one that no other block calls
     #[arg(long, value_name = "NAME")]
     pub fb: Option<String>,
-    /// A PLC tag that no source declares, such as "Start : Bool"
-    #[arg(long, value_name = "NAME : TYPE", value_parser = declaration)]
-    pub tag: Vec<(String, String)>,
-    /// An instance data block that no source declares, such as "Motor_DB : Motor"
-    #[arg(long, value_name = "NAME : BLOCK", value_parser = declaration)]
+    /// A PLC tag that no source declares, such as "Start : Bool"; or a file with a line for each
+    #[arg(long, value_name = "NAME : TYPE", value_parser = tags)]
+    pub tag: Vec<Tags>,
+    /// An instance data block that no source declares, such as "Motor_DB : Motor"; one that a source declares is run, as with --fb
+    #[arg(long, value_name = "NAME : BLOCK", value_parser = instance)]
     pub instance: Vec<(String, String)>,
     /// A constant that no source declares, such as MAX=5
     #[arg(long, value_name = "NAME=VALUE", value_parser = constant)]
     pub constant: Vec<(String, String)>,
+}
+
+impl Options {
+    /// Names that no source declares, with their types.
+    pub fn declared(&self) -> Vec<(String, String)> {
+        let instances = self.instance.iter().filter(|(_, of)| !of.is_empty());
+        self.tag.iter().flatten().chain(instances).cloned().collect()
+    }
+
+    /// The function block or the instance that is run, if one is named.
+    pub fn block(&self) -> Option<String> {
+        let mut instances = self.instance.iter().filter(|(_, of)| of.is_empty()).map(|(name, _)| name);
+        self.fb.as_ref().or(instances.next()).cloned()
+    }
 }
 
 fn cpu(text: &str) -> Result<Cpu, String> {
@@ -35,6 +49,27 @@ fn cpu(text: &str) -> Result<Cpu, String> {
         "1500" => Ok(Cpu::S71500),
         _ => Err("the CPUs are 300, 400, 1200 and 1500".to_string()),
     }
+}
+
+/// Tags by their names, with their types.
+pub type Tags = Vec<(String, String)>;
+
+/// One tag, or those of a file.
+fn tags(text: &str) -> Result<Tags, String> {
+    let one = declaration(text).map(|tag| vec![tag]);
+    let path = Path::new(text);
+    if !path.is_file() {
+        return one;
+    }
+    let content = std::fs::read_to_string(path).map_err(|error| format!("{text} cannot be read: {error}"))?;
+    let lines =
+        content.lines().enumerate().map(|(number, line)| (number + 1, line.split("//").next().unwrap_or("").trim()));
+    let tag = |(number, line): (usize, &str)| declaration(line).map_err(|error| format!("{text}:{number}: {error}"));
+    lines.filter(|(_, line)| !line.is_empty()).map(tag).collect()
+}
+
+fn instance(text: &str) -> Result<(String, String), String> {
+    if text.contains(':') { declaration(text) } else { Ok((text.trim().trim_matches('"').to_string(), String::new())) }
 }
 
 fn declaration(text: &str) -> Result<(String, String), String> {
@@ -54,7 +89,18 @@ fn halves(text: &str, between: char) -> Option<(String, String)> {
 /// Whether a file is a source of a program, by its ending.
 pub fn is_source(file: &Path) -> bool {
     let ending = file.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
-    matches!(ending.as_deref(), Some("scl" | "udt" | "db"))
+    matches!(ending.as_deref(), Some("scl" | "udt" | "db" | "awl"))
+}
+
+/// Whether a file is a source with a block that is executed; else it holds types and data alone, as a parameter file does.
+pub fn has_code(file: &Path) -> bool {
+    let text = if is_source(file) {
+        Source::read(file, None).map(|source| source.text).unwrap_or_default()
+    } else {
+        String::new()
+    };
+    let first = |line: &str| line.split_whitespace().next().unwrap_or_default().to_ascii_uppercase();
+    text.lines().any(|line| matches!(first(line).as_str(), "FUNCTION_BLOCK" | "ORGANIZATION_BLOCK" | "FUNCTION"))
 }
 
 /// Reads the sources of a program and translates them.
@@ -65,13 +111,14 @@ pub fn compile(files: &[PathBuf], options: &Options) -> Result<Result<Compiled, 
     let read = |file: &PathBuf| Source::read(file, None).map_err(Error::msg);
     let sources = files.iter().map(read).collect::<Result<Vec<Source>>>()?;
     if sources.is_empty() {
-        return Err(anyhow!("there is no source: name files that end in .scl, .udt or .db"));
+        return Err(anyhow!("there is no source: name files that end in .scl, .udt, .db or .awl"));
     }
     let options = scl::Options {
         cpu: options.cpu,
-        block: options.fb.clone(),
-        declared: options.tag.iter().chain(&options.instance).cloned().collect(),
+        block: options.block(),
+        declared: options.declared(),
         constants: options.constant.clone(),
+        calls: Vec::new(),
     };
     Ok(scl::compile(&sources, &options))
 }
@@ -99,7 +146,7 @@ mod tests {
         assert_eq!(errors.len(), 2);
         std::fs::write(&one, "FUNCTION_BLOCK \"A\"\nBEGIN\n\"Lamp\" := TRUE;\nEND_FUNCTION_BLOCK").unwrap();
         assert!(compile(std::slice::from_ref(&one), &Options::default()).unwrap().is_err());
-        let options = Options { tag: vec![("Lamp".into(), "Bool".into())], ..Options::default() };
+        let options = Options { tag: vec![vec![("Lamp".into(), "Bool".into())]], ..Options::default() };
         assert_eq!(compile(&[one], &options).unwrap().unwrap().root.unwrap().block, "A");
     }
 }

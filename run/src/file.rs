@@ -8,6 +8,7 @@
 //! [fmus]                                  # in the order in which they are stepped
 //! PID = "PID.fmu"                         # relative to this file
 //! FURNACE = "FURNACE.fmu"
+//! MACHINE = { sources = ["machine.scl"], cycle = "100ms" }    # a PLC program, with the options that make an FMU of it
 //!
 //! [connections]                           # from an output to an input, or to several
 //! PID.OUT = "FURNACE.POWER"
@@ -27,7 +28,7 @@
 mod write;
 
 use crate::plan::near;
-use crate::system::{Connection, Exchange, Member, Place, Recorded, Setting, System, Value};
+use crate::system::{Connection, Exchange, Member, Place, Program, Recorded, Setting, System, Value};
 use anyhow::{Context, Result, anyhow, bail};
 use parameters::{Options, Reading, Source};
 use serde::Deserialize;
@@ -61,7 +62,7 @@ struct Content {
     exchange: Exchange,
     #[serde(default)]
     record: Vec<Spanned<String>>,
-    fmus: Entries<Spanned<String>>,
+    fmus: Entries<Spanned<Node>>,
     #[serde(default)]
     connections: Entries<Spanned<Node>>,
     #[serde(default)]
@@ -261,8 +262,17 @@ impl<'a> Reader<'a> {
             sources: vec![self.source.file.clone().into()],
             ..System::default()
         };
-        for (name, file) in &content.fmus.0 {
-            system.members.push(self.member(name, file)?);
+        for (name, node) in &content.fmus.0 {
+            let program = match node.get_ref() {
+                Node::Text(file) => {
+                    system.members.push(self.member(name, file, node.span())?);
+                    continue;
+                }
+                Node::Table(table) => self.program(table, node)?,
+                other => bail!(self.wrong(node, "\"FILE.fmu\", or { sources = [\"FILE.scl\"] }", other)),
+            };
+            system.members.push(Member { name: name.get_ref().clone(), path: program.sources[0].clone() });
+            system.programs.insert(name.get_ref().clone(), program);
         }
         if system.members.is_empty() {
             bail!("{}: [fmus] is empty: write a line NAME = \"FILE.fmu\" for each FMU", self.source.file);
@@ -286,14 +296,38 @@ impl<'a> Reader<'a> {
         Ok(system)
     }
 
-    fn member(&self, name: &Spanned<String>, file: &Spanned<String>) -> Result<Member> {
+    /// A PLC program: its sources, and the options that make an FMU of it.
+    fn program(&self, table: &Entries<Spanned<Node>>, of: &Spanned<Node>) -> Result<Program> {
+        let mut program = Program::default();
+        for (key, node) in &table.0 {
+            let one = |node: &Spanned<Node>| match node.get_ref() {
+                Node::Text(text) => Ok(text.clone()),
+                Node::Number(number) => Ok(number.to_string()),
+                other => Err(self.wrong(node, "a text or a number", other)),
+            };
+            let values = match node.get_ref() {
+                Node::List(list) => list.iter().map(one).collect::<Result<Vec<_>>>()?,
+                _ => vec![one(node)?],
+            };
+            match key.get_ref().as_str() {
+                "sources" => program.sources = values.iter().map(|file| self.folder.join(file)).collect(),
+                option => program.options.extend(values.into_iter().map(|value| (option.to_string(), value))),
+            }
+        }
+        if program.sources.is_empty() {
+            bail!("{}: a program needs sources = [\"FILE.scl\"]", self.place(of.span()));
+        }
+        Ok(program)
+    }
+
+    fn member(&self, name: &Spanned<String>, file: &str, at: Range<usize>) -> Result<Member> {
         if name.get_ref().is_empty() {
             bail!("{}: an FMU needs a name: write NAME = \"FILE.fmu\"", self.place(name.span()));
         }
         let Some(folder) = self.fmus else {
-            return Ok(Member { name: name.get_ref().clone(), path: file.get_ref().into() });
+            return Ok(Member { name: name.get_ref().clone(), path: file.into() });
         };
-        let path = folder.join(file.get_ref());
+        let path = folder.join(file);
         if !path.is_file() {
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
             let files = fs::read_dir(folder).into_iter().flatten().flatten();
@@ -306,7 +340,7 @@ impl<'a> Reader<'a> {
                 || "name another folder with --fmus, or correct the path".into(),
                 |near| format!("did you mean {near}?"),
             );
-            bail!("{}: there is no file {}; {hint}", self.place(file.span()), path.display());
+            bail!("{}: there is no file {}; {hint}", self.place(at), path.display());
         }
         Ok(Member { name: name.get_ref().clone(), path })
     }

@@ -4,6 +4,7 @@
 use anyhow::{Context, Result, anyhow, bail};
 use parameters::{Loop, Origin};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -32,13 +33,27 @@ pub struct System {
     /// The files that it was read from, FMUs apart.
     #[serde(skip)]
     pub sources: Vec<PathBuf>,
+    /// The members that are PLC programs, of which FMUs are made before the run.
+    #[serde(skip)]
+    pub programs: BTreeMap<String, Program>,
 }
 
 impl System {
     /// The files that it was read from and those of its FMUs, onto which nothing should be written.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
-        self.sources.iter().chain(self.members.iter().map(|member| &member.path)).map(PathBuf::as_path)
+        let of_programs = self.programs.values().flat_map(|program| &program.sources);
+        let members = self.members.iter().map(|member| &member.path);
+        self.sources.iter().chain(members).chain(of_programs).map(PathBuf::as_path)
     }
+}
+
+/// A PLC program.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Program {
+    /// Its sources.
+    pub sources: Vec<PathBuf>,
+    /// How an FMU is made of it: names of options with their values.
+    pub options: Vec<(String, String)>,
 }
 
 /// An FMU in a system.

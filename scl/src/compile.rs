@@ -3,9 +3,10 @@
 use crate::declare::{Global, Interface};
 use crate::lexer::Span;
 use crate::parser;
-use crate::program::{At, Body, Function, Program};
+use crate::program::{At, Program};
 use crate::report::Report;
-use crate::syntax::{Block, BlockKind, Expressions, Tree, key};
+use crate::root::Root;
+use crate::syntax::{Block, BlockKind, Expressions, Tree};
 use crate::types::Type;
 use crate::undeclared::Undeclared;
 use parameters::{Problems, Source};
@@ -35,6 +36,17 @@ pub struct Options {
     pub declared: Vec<(String, String)>,
     /// Constants that no source declares, and their values as literals.
     pub constants: Vec<(String, String)>,
+    /// What is called in a cycle in place of one function block: organization blocks, functions, instances.
+    pub calls: Vec<Task>,
+}
+
+/// Something that is called at times.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Task {
+    /// The name of the organization block, of the function, of the function block, or of the data block with its instance.
+    pub name: String,
+    /// The time between two calls in ms; 0 for every cycle.
+    pub period: u32,
 }
 
 /// A translated program.
@@ -46,23 +58,12 @@ pub struct Compiled {
     pub cpu: Cpu,
     /// The function of a cycle, and the path of its instance in the memory; `None` if the sources have no block to be run.
     pub root: Option<Root>,
+    /// What could be run instead: the organization blocks, and the function blocks that no other block calls.
+    pub candidates: Vec<String>,
     /// The variables that all blocks see: tags and the members of data blocks, by their paths in the memory.
     pub globals: Vec<crate::interface::Variable>,
     /// What the author should know.
     pub warnings: Vec<Problems>,
-}
-
-/// What is run.
-#[derive(Clone, Debug)]
-pub struct Root {
-    /// The function of a cycle.
-    pub cycle: usize,
-    /// The name of the block.
-    pub block: String,
-    /// Its instance: a member of the memory.
-    pub instance: String,
-    /// Its variables, by their paths in the instance.
-    pub variables: Vec<crate::interface::Variable>,
 }
 
 /// Translates sources to a program.
@@ -84,13 +85,13 @@ pub fn compile(sources: &[Source], options: &Options) -> Result<Compiled, Vec<Pr
     let mut compiler = Compiler::new(&all, &trees, cpu, options, report);
     compiler.run();
     let globals = crate::interface::globals(&compiler);
-    let root = compiler.root();
+    let (root, candidates) = (compiler.root(), compiler.candidates());
     compiler.tell_undeclared();
     let Compiler { report, mut program, .. } = compiler;
     program.files = all.iter().map(|source| source.file.clone()).collect();
     let has_errors = report.has_errors();
     let (errors, warnings) = report.problems(&all);
-    if has_errors { Err(errors) } else { Ok(Compiled { program, cpu, root, globals, warnings }) }
+    if has_errors { Err(errors) } else { Ok(Compiled { program, cpu, root, candidates, globals, warnings }) }
 }
 
 /// A block of a source: the source, and its number there.
@@ -275,65 +276,6 @@ impl<'a> Compiler<'a> {
         }
         for (span, message) in refused {
             self.error(span, message, Some("use a loop"));
-        }
-    }
-
-    /// The block that is run.
-    fn root(&mut self) -> Option<Root> {
-        if self.report.has_errors() {
-            return None;
-        }
-        let (name, of) = self.root_instance()?;
-        let instance = if self.globals.contains_key(&key(&name)) {
-            name.clone()
-        } else {
-            self.add_global(&name, Type::Instance(of));
-            name.clone()
-        };
-        let Some(State::Known(global)) = self.globals.get(&key(&instance)) else { return None };
-        let place = global.place();
-        let function = self.blocks[of].function;
-        let call = crate::program::Call { function, instance: Some(place), arguments: Vec::new(), outputs: Vec::new() };
-        let statement = crate::program::Statement { at: At::default(), what: crate::program::What::Call(call) };
-        self.program.functions.push(Function {
-            name: "cycle".to_string(),
-            instance: None,
-            locals: Vec::new(),
-            parameters: 0,
-            body: Body::Code(vec![statement]),
-        });
-        let variables = crate::interface::variables(self, of);
-        let block = self.blocks[of].name.clone();
-        Some(Root { cycle: self.program.functions.len() - 1, block, instance, variables })
-    }
-
-    /// The name of the instance that is run, and its block.
-    fn root_instance(&mut self) -> Option<(String, usize)> {
-        let is_candidate = |interface: &Interface| {
-            interface.kind == BlockKind::FunctionBlock
-                && interface.source.is_some_and(|(file, _)| file != self.library_file())
-        };
-        let candidates: Vec<usize> =
-            (0..self.blocks.len()).filter(|block| is_candidate(&self.blocks[*block])).collect();
-        let start = Span::default();
-        if let Some(wanted) = &self.options.block {
-            if let Some(State::Known(Global { of: Type::Instance(of), .. })) = self.globals.get(&key(wanted)) {
-                return Some((wanted.clone(), *of));
-            }
-            let found = candidates.iter().find(|block| key(&self.blocks[**block].name) == key(wanted));
-            if found.is_none() {
-                let names: Vec<&str> = candidates.iter().map(|block| self.blocks[*block].name.as_str()).collect();
-                let message = format!("there is no function block {wanted}; there are {}", names.join(", "));
-                self.error(start, message, None);
-            }
-            return found.map(|block| (self.blocks[*block].name.clone(), *block));
-        }
-        let is_used =
-            |block: &&usize| self.calls.iter().any(|(caller, callee, _)| callee == *block && caller != *block);
-        let unused: Vec<usize> = candidates.iter().filter(|block| !is_used(block)).copied().collect();
-        match unused.as_slice() {
-            [block] => Some((self.blocks[*block].name.clone(), *block)),
-            _ => None,
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::lexer::Span;
 use crate::lower::{Lowerer, Operand};
 use crate::program::{self, Base, Body, Function, Local, Place};
 use crate::syntax::{
-    Block, BlockKind, Member, SectionKind, Statement, StatementKind, Type as Written, TypeKind, attribute, key,
+    Block, BlockKind, Member, Section, SectionKind, Statement, StatementKind, Type as Written, TypeKind, attribute, key,
 };
 use crate::types::{Array, Elementary, Field, Structure, Type};
 use crate::undeclared::What;
@@ -269,6 +269,7 @@ impl Compiler<'_> {
             comment: String::new(),
             is_setting: false,
             is_hidden: false,
+            is_retained: false,
         });
         // 1970-01-01, a Thursday.
         let start = &mut self.program.records[record].start;
@@ -331,6 +332,7 @@ impl Compiler<'_> {
                     comment: member.comment.clone(),
                     is_setting: is_setting(member),
                     is_hidden: is_hidden(member),
+                    is_retained: false,
                 });
             }
         }
@@ -534,14 +536,8 @@ impl Compiler<'_> {
         self.globals.insert(name.to_string(), State::Open);
         let symbols = crate::compile::nothing();
         let of = match (&block.of, block.sections.as_slice()) {
-            (_, [section, rest @ ..]) => {
-                // `VAR` and `VAR RETAIN` may both be there.
-                let mut structure = self.structure_of(&block.name.text, &section.members, id.0, &symbols);
-                if !rest.is_empty() {
-                    structure = self.joined(block, id.0, &symbols);
-                }
-                Type::Structure(Rc::new(structure))
-            }
+            // `VAR` and `VAR RETAIN` may both be there.
+            (_, [_, ..]) => Type::Structure(Rc::new(self.joined(block, id.0, &symbols))),
             (Some(of), []) => self.type_of(of, id.0, &symbols),
             (None, []) => Type::Structure(Rc::new(self.structure_of(&block.name.text, &[], id.0, &symbols))),
         };
@@ -552,8 +548,12 @@ impl Compiler<'_> {
 
     /// The members of all sections of a data block.
     fn joined(&mut self, block: &Block, file: usize, symbols: &Rc<HashMap<String, Symbol>>) -> Structure {
-        let parts: Vec<Structure> =
-            block.sections.iter().map(|section| self.structure_of("", &section.members, file, symbols)).collect();
+        let part = |section: &Section| {
+            let mut part = self.structure_of("", &section.members, file, symbols);
+            part.fields.iter_mut().for_each(|field| field.is_retained = section.is_retained);
+            part
+        };
+        let parts: Vec<Structure> = block.sections.iter().map(part).collect();
         let mut members = Vec::new();
         let mut bytes = Vec::new();
         for part in &parts {

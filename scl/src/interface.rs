@@ -1,7 +1,7 @@
 //! What an FMU shows of a program.
 
 use crate::compile::{Compiler, State};
-use crate::declare::{Global, Parameter, Slot};
+use crate::declare::{Global, Slot};
 use crate::program::walk::{self, Look};
 use crate::program::{self, Argument, Base, Body, Call, Place, Program, Scalar, Statement, Step, What};
 use crate::syntax::{SectionKind, key};
@@ -91,7 +91,7 @@ pub fn variables(compiler: &Compiler, block: usize) -> Vec<Variable> {
             _ => Role::Local,
         };
         if !member.is_hidden {
-            add(compiler, &member.name, &member.of, role, member, &member.comment, &mut found);
+            add(compiler, &member.name, &member.of, role, member.is_retained, &member.comment, &mut found);
         }
     }
     found
@@ -102,7 +102,7 @@ fn add(
     name: &str,
     of: &Type,
     role: Role,
-    member: &Parameter,
+    is_retained: bool,
     text: &str,
     found: &mut Vec<Variable>,
 ) {
@@ -110,7 +110,6 @@ fn add(
         return;
     }
     let mut push = |of: &'static str, scalar: Option<Scalar>| {
-        let is_retained = member.is_retained;
         found.push(Variable { name: name.to_string(), of, scalar, role, is_retained, comment: comment(text) });
     };
     match of {
@@ -122,7 +121,7 @@ fn add(
             let mut index: Vec<i32> = array.bounds.iter().map(|(low, _)| *low).collect();
             loop {
                 let indices: Vec<String> = index.iter().map(i32::to_string).collect();
-                add(compiler, &format!("{name}[{}]", indices.join(",")), &array.of, role, member, text, found);
+                add(compiler, &format!("{name}[{}]", indices.join(",")), &array.of, role, is_retained, text, found);
                 if found.len() >= MOST || !next(&mut index, &array.bounds) {
                     return;
                 }
@@ -131,7 +130,8 @@ fn add(
         Type::Structure(structure) => {
             for field in structure.fields.iter().filter(|field| !field.is_hidden) {
                 let role = if role == Role::Local && field.is_setting { Role::Parameter } else { role };
-                add(compiler, &format!("{name}.{}", field.name), &field.of, role, member, &field.comment, found);
+                let is_retained = is_retained || field.is_retained;
+                add(compiler, &format!("{name}.{}", field.name), &field.of, role, is_retained, &field.comment, found);
             }
         }
         Type::Instance(block) => {
@@ -142,7 +142,7 @@ fn add(
                         &format!("{name}.{}", inner.name),
                         &inner.of,
                         Role::Local,
-                        member,
+                        is_retained || inner.is_retained,
                         &inner.comment,
                         found,
                     );
@@ -169,19 +169,8 @@ pub fn globals(compiler: &Compiler) -> Vec<Variable> {
     for global in known {
         let name = &compiler.program.records[compiler.program.memory].members[global.member].name;
         let is_tag = compiler.options.declared.iter().any(|(declared, _)| key(declared) == key(name));
-        let member = Parameter {
-            name: name.clone(),
-            key: key(name),
-            section: SectionKind::Static,
-            of: global.of.clone(),
-            slot: Slot::Member(global.member),
-            comment: String::new(),
-            is_setting: false,
-            is_hidden: false,
-            is_retained: false,
-        };
         let first = found.len();
-        add(compiler, name, &global.of, Role::Local, &member, "", &mut found);
+        add(compiler, name, &global.of, Role::Local, false, "", &mut found);
         if matches!(global.of, Type::Instance(_)) {
             continue;
         }

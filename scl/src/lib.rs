@@ -9,6 +9,7 @@ mod lint;
 mod lower;
 mod parser;
 mod report;
+mod root;
 mod start;
 mod syntax;
 mod types;
@@ -19,4 +20,5 @@ pub mod interface;
 pub mod machine;
 pub mod program;
 
-pub use compile::{Compiled, Cpu, Options, Root, compile};
+pub use compile::{Compiled, Cpu, Options, Task, compile};
+pub use root::Root;

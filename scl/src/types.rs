@@ -230,6 +230,8 @@ pub struct Field {
     pub is_setting: bool,
     /// Whether it is hidden.
     pub is_hidden: bool,
+    /// Whether its value survives a power failure.
+    pub is_retained: bool,
 }
 
 impl Type {

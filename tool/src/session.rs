@@ -647,8 +647,7 @@ impl Wired {
             stop: Some(start + step),
             step: Some(step),
             exchange,
-            remarks: Vec::new(),
-            sources: Vec::new(),
+            ..System::default()
         };
         let names = Names::of(&system, &borrowed)?;
         for setting in &system.settings {

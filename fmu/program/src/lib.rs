@@ -22,9 +22,10 @@ use fmu::refusal::Refusal;
 use fmu::resources;
 use parameters::{Problems, Source};
 use scl::machine::{Code, Machine};
-use scl::{Options, compile};
+use scl::{Options, Task, compile};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
+use table::Held;
 
 /// The largest file of a program, in bytes.
 const LARGEST: u64 = 16 << 20;
@@ -43,6 +44,8 @@ pub struct Loaded {
     places: Vec<table::Place>,
     /// The rows that the host gives of variables that the program writes, too.
     in_outs: Vec<usize>,
+    /// The number of the function that is called once at the start.
+    startup: Option<usize>,
     /// Where the block itself has the time between two calls.
     own_cycle: Option<usize>,
     budget: u32,
@@ -59,14 +62,15 @@ impl Loaded {
             block: manifest.block.clone(),
             declared: manifest.declared.clone(),
             constants: manifest.constants.clone(),
+            calls: manifest.calls.iter().map(|(name, period)| Task { name: name.clone(), period: *period }).collect(),
         };
         let compiled = compile(sources, &options).map_err(|problems| {
             problems.iter().map(parameters::problem::drawn).collect::<String>().trim_end().to_string()
         })?;
-        let root = compiled.root.as_ref().ok_or("the sources have no FUNCTION_BLOCK to be run: name one with --fb")?;
+        let root = compiled.root.as_ref().ok_or_else(|| none_is_run(&compiled.candidates))?;
         let code = Code::compile(&compiled.program)?;
-        let (table, places, own_cycle) = table::of(manifest, &compiled.program, root, is_unit)?;
-        let in_outs = (0..places.len()).filter(|row| places[*row].is_in_out).collect();
+        let (table, places, own_cycle) = table::of(manifest, &compiled, root, is_unit)?;
+        let in_outs = (0..places.len()).filter(|row| places[*row].held == Held::InOut).collect();
         let mut bytes = manifest.to_string().into_bytes();
         for source in sources {
             bytes.extend((source.text.len() as u64).to_le_bytes());
@@ -78,6 +82,7 @@ impl Loaded {
             warnings: compiled.warnings,
             code: Arc::new(code),
             cycle: root.cycle,
+            startup: root.startup,
             places,
             in_outs,
             own_cycle,
@@ -88,6 +93,18 @@ impl Loaded {
     /// The GUID of its FMU.
     pub fn guid(&self) -> String {
         String::from_utf8_lossy(&fingerprint::text(self.hash)).into_owned()
+    }
+}
+
+/// Why no block is run.
+fn none_is_run(candidates: &[String]) -> String {
+    match candidates {
+        [] => "the sources have no block to be run: neither a FUNCTION_BLOCK nor an ORGANIZATION_BLOCK".into(),
+        all => format!(
+            "several blocks are called by no other: {}; choose a function block with --fb NAME, or each organization block \
+             with --call NAME and its --cycle TIME",
+            all.join(", ")
+        ),
     }
 }
 
@@ -118,7 +135,7 @@ impl Program {
         Program { machine, cycle, calls: 0, set, stopped: None, loaded }
     }
 
-    /// Gives the machine what was set of the variables that the program writes, too.
+    /// Gives the machine what was set of variables that the program writes, too.
     fn give(&mut self) {
         for row in &self.loaded.in_outs {
             let place = self.loaded.places[*row];
@@ -126,6 +143,14 @@ impl Program {
         }
         if let Some(offset) = self.loaded.own_cycle {
             self.machine.set(self.cycle.into(), offset);
+        }
+    }
+
+    /// Calls a function at a time in nanoseconds since the start. If it stops, nothing is called any more.
+    fn run(&mut self, function: usize, now: i64) {
+        if let Err(stop) = self.machine.call(function, now) {
+            let seconds = now as f64 / 1e9;
+            self.stopped = Some(format!("{stop} (call {}, {seconds:?} s after the start)", self.calls));
         }
     }
 }
@@ -147,9 +172,9 @@ impl Cyclic for Program {
             return Some(Value::Time(Time::ms(self.cycle)));
         }
         let place = self.loaded.places.get(row)?;
-        let value = match place.is_in_out {
-            true => scl::program::Value::new(place.ty, self.set[row]),
-            false => self.machine.get(place.ty, place.offset),
+        let value = match place.held {
+            Held::Memory => self.machine.get(place.ty, place.offset),
+            Held::InOut | Held::Start => scl::program::Value::new(place.ty, self.set[row]),
         };
         Some(value.to_plc(kind))
     }
@@ -160,7 +185,7 @@ impl Cyclic for Program {
         }
         match (value, self.loaded.places.get(row)) {
             (Value::Time(time), _) if row == self.loaded.table.cycle => self.cycle = time.milliseconds(),
-            (_, Some(place)) if place.is_in_out => self.set[row] = scl::program::Value::of_plc(value).bits(),
+            (_, Some(place)) if place.held != Held::Memory => self.set[row] = scl::program::Value::of_plc(value).bits(),
             (_, Some(place)) => self.machine.set(scl::program::Value::of_plc(value), place.offset),
             _ => return false,
         }
@@ -201,8 +226,14 @@ impl Cyclic for Program {
         for (row, value) in kept {
             self.set(row, value);
         }
-        self.give();
         (self.calls, self.stopped) = (0, None);
+        for (place, set) in self.loaded.places.iter().zip(&self.set).filter(|(place, _)| place.held == Held::Start) {
+            self.machine.set(scl::program::Value::new(place.ty, *set), place.offset);
+        }
+        self.give();
+        if let Some(startup) = self.loaded.startup {
+            self.run(startup, 0);
+        }
     }
 
     fn call(&mut self) {
@@ -211,13 +242,8 @@ impl Cyclic for Program {
         }
         self.give();
         let now = (self.calls as i64).wrapping_mul(i64::from(self.cycle)).wrapping_mul(1_000_000);
-        match self.machine.call(self.loaded.cycle, now) {
-            Ok(()) => self.calls += 1,
-            Err(stop) => {
-                let seconds = self.calls as f64 * f64::from(self.cycle) / 1000.0;
-                self.stopped = Some(format!("{stop} (call {}, {seconds:?} s after the start)", self.calls));
-            }
-        }
+        self.run(self.loaded.cycle, now);
+        self.calls += u64::from(self.stopped.is_none());
     }
 
     fn check(&self) -> Result<(), String> {

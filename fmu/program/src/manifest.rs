@@ -26,8 +26,12 @@ pub struct Manifest {
     pub budget: Option<u32>,
     /// Inputs that are tunable parameters.
     pub parameters: Vec<String>,
-    /// Parameters that are inputs.
+    /// Parameters and locals that are inputs.
     pub inputs: Vec<String>,
+    /// Locals that are outputs.
+    pub outputs: Vec<String>,
+    /// What is called in place of one block, and the time between two calls in milliseconds; 0 for every cycle.
+    pub calls: Vec<(String, u32)>,
     /// Names that no source declares, with their types.
     pub declared: Vec<(String, String)>,
     /// Constants that no source declares, with their values.
@@ -69,6 +73,11 @@ impl Manifest {
                 "budget" => manifest.budget = Some(number()?),
                 "parameter" => manifest.parameters.push(value.into()),
                 "input" => manifest.inputs.push(value.into()),
+                "output" => manifest.outputs.push(value.into()),
+                "call" => {
+                    let (name, period) = value.rsplit_once(" : ").ok_or_else(wrong)?;
+                    manifest.calls.push((name.into(), period.parse().map_err(|_| wrong())?));
+                }
                 "tag" => manifest.declared.push(pair()?),
                 "constant" => manifest.constants.push(pair()?),
                 _ => return Err(wrong()),
@@ -95,6 +104,9 @@ impl fmt::Display for Manifest {
         self.budget.iter().try_for_each(|budget| line("budget", budget))?;
         self.parameters.iter().try_for_each(|name| line("parameter", name))?;
         self.inputs.iter().try_for_each(|name| line("input", name))?;
+        self.outputs.iter().try_for_each(|name| line("output", name))?;
+        let mut calls = self.calls.iter();
+        calls.try_for_each(|(name, period)| line("call", &format_args!("{name} : {period}")))?;
         self.declared.iter().try_for_each(|(name, of)| line("tag", &format_args!("{name} : {of}")))?;
         self.constants.iter().try_for_each(|(name, value)| line("constant", &format_args!("{name} : {value}")))
     }
@@ -115,6 +127,8 @@ mod tests {
             budget: Some(5000),
             parameters: vec!["limit".into()],
             inputs: vec!["setpoint".into()],
+            outputs: vec!["Plant.level".into()],
+            calls: vec![("Main".into(), 0), ("Cyclic : 2".into(), 500)],
             declared: vec![("Start".into(), "Bool".into())],
             constants: vec![("MAX".into(), "5".into())],
         };

@@ -4,18 +4,32 @@ use crate::manifest::Manifest;
 use blocks::table::DEPTH;
 use blocks::table::number::{number, to_value};
 use blocks::{Class, Kind, Response, Role, Row, Table, Time, Value};
-use scl::Root;
 use scl::interface::{self, Variable};
-use scl::program::{Program, Scalar, Type};
+use scl::program::{Scalar, Type};
+use scl::{Compiled, Root};
+use std::collections::BTreeSet;
 
 /// Where the memory has a row.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     pub ty: Scalar,
     pub offset: usize,
-    /// Whether the row is what the host gives of a variable that the program writes, too.
-    pub is_in_out: bool,
+    pub held: Held,
 }
+
+/// Whose value a row has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Held {
+    /// That of the program.
+    Memory,
+    /// What the host gives before each call of a variable that the program writes, too.
+    InOut,
+    /// What the host gives before the start of a variable that keeps its value in a power failure.
+    Start,
+}
+
+/// So many names are told in an error.
+const MOST_NAMES: usize = 20;
 
 /// The name of the row that holds the time between two calls.
 const CYCLE: &str = "CYCLE";
@@ -24,35 +38,46 @@ const CYCLE: &str = "CYCLE";
 /// process: a library is asked for few programs. A unit in a comment that is none of `is_unit` stays in the text.
 ///
 /// # Errors
-/// A name in the manifest that the block does not have.
+/// A name in the manifest that the program does not have.
 pub fn of(
     manifest: &Manifest,
-    program: &Program,
+    compiled: &Compiled,
     root: &Root,
     is_unit: fn(&str) -> bool,
 ) -> Result<(&'static Table, Vec<Place>, Option<usize>), String> {
     let mut rows: Vec<Row> = Vec::new();
     let mut places: Vec<Place> = Vec::new();
     let mut own_cycle = None;
-    known(manifest, root)?;
-    for variable in &root.variables {
+    let variables = variables(compiled, root);
+    known(manifest, root, &variables)?;
+    let mut names = BTreeSet::new();
+    let program = &compiled.program;
+    for (variable, path) in &variables {
         let Some((ty, kind)) = variable.scalar.and_then(|ty| Some((ty, kind(variable.of)?))) else { continue };
-        let Some((offset, Type::Scalar(_))) = program.find(&format!("{}.{}", root.instance, variable.name)) else {
-            continue;
-        };
+        let Some((offset, Type::Scalar(_))) = program.find(path) else { continue };
         let role = role(manifest, variable);
         if variable.name.eq_ignore_ascii_case(CYCLE) && kind == Kind::Time && role.is_settable() {
             own_cycle = Some(offset);
             continue;
         }
         let start = scl::program::Value::read(ty, &program.records[program.memory].start[offset..]).to_plc(kind);
-        let is_in_out = variable.role == interface::Role::InOut;
-        let name = structured(&variable.name);
-        rows.push(row(&name, variable, kind, role, start, is_unit));
-        places.push(Place { ty, offset, is_in_out });
-        if is_in_out {
-            rows.push(row(&format!("{name}_out"), variable, kind, Role::Output, start, is_unit));
-            places.push(Place { ty, offset, is_in_out: false });
+        let is_written = matches!(variable.role, interface::Role::InOut | interface::Role::Local);
+        let held = if is_written && role == Role::Input { Held::InOut } else { Held::Memory };
+        let mut name = structured(&variable.name);
+        // A tag may be called as a variable of the block.
+        while !names.insert(name.clone()) {
+            name.insert_str(0, "PLC.");
+        }
+        let mut add = |name: &str, role: Role, held: Held| {
+            rows.push(row(name, variable, kind, role, start, is_unit));
+            places.push(Place { ty, offset, held });
+        };
+        add(&name, role, held);
+        if held == Held::InOut {
+            add(&format!("{name}_out"), Role::Output, Held::Memory);
+        }
+        if variable.is_retained && matches!(role, Role::Local | Role::Output) {
+            add(&format!("{name}_start"), Role::Fixed, Held::Start);
         }
     }
     let cycle = rows.len();
@@ -83,20 +108,35 @@ pub fn of(
     Ok((Box::leak(Box::new(table)), places, own_cycle))
 }
 
-/// Refuses names of the manifest that are none of the block.
-fn known(manifest: &Manifest, root: &Root) -> Result<(), String> {
-    use interface::Role::{Input, Parameter};
-    for (option, names, role) in [("parameter", &manifest.parameters, Input), ("input", &manifest.inputs, Parameter)] {
+/// The variables of a program, with their paths in the memory: those of its instance, then what all blocks see.
+fn variables<'a>(compiled: &'a Compiled, root: &'a Root) -> Vec<(&'a Variable, String)> {
+    let instance = &root.instance;
+    let of_instance = |variable: &&Variable| {
+        let first = variable.name.split('.').next().unwrap_or_default();
+        !instance.is_empty() && first.eq_ignore_ascii_case(instance)
+    };
+    let globals = compiled.globals.iter().filter(|variable| !of_instance(variable));
+    let globals = globals.map(|variable| (variable, variable.name.clone()));
+    root.variables.iter().map(|variable| (variable, root.path(&variable.name))).chain(globals).collect()
+}
+
+/// Refuses names of the manifest that are none of the program.
+fn known(manifest: &Manifest, root: &Root, variables: &[(&Variable, String)]) -> Result<(), String> {
+    use interface::Role::{Input, Local, Parameter};
+    for (option, names, roles, what) in [
+        ("parameter", &manifest.parameters, &[Input][..], "an input"),
+        ("input", &manifest.inputs, &[Parameter, Local], "a setting or a local"),
+        ("output", &manifest.outputs, &[Local], "a local"),
+    ] {
         for name in names {
-            let is = |variable: &&Variable| variable.name.eq_ignore_ascii_case(name) && variable.role == role;
-            if !root.variables.iter().any(|variable| is(&variable)) {
-                let all: Vec<&str> =
-                    root.variables.iter().filter(|of| of.role == role).map(|of| of.name.as_str()).collect();
-                let what = if role == Input { "an input" } else { "a setting" };
+            let is = |of: &Variable| of.name.eq_ignore_ascii_case(name) && roles.contains(&of.role);
+            if !variables.iter().any(|(variable, _)| is(variable)) {
+                let all = variables.iter().filter(|(of, _)| roles.contains(&of.role)).map(|(of, _)| of.name.as_str());
+                let some: Vec<&str> = all.take(MOST_NAMES).collect();
+                let block = &root.block;
                 return Err(format!(
-                    "--{option} {name}: {} has no such variable that is {what}: {}",
-                    root.block,
-                    all.join(", ")
+                    "--{option} {name}: {block} has no such variable that is {what}: {}",
+                    some.join(", ")
                 ));
             }
         }
@@ -116,7 +156,8 @@ fn role(manifest: &Manifest, variable: &Variable) -> Role {
     let is_in = |names: &[String]| names.iter().any(|name| name.eq_ignore_ascii_case(&variable.name));
     match variable.role {
         interface::Role::Input if is_in(&manifest.parameters) => Role::Parameter,
-        interface::Role::Parameter if is_in(&manifest.inputs) => Role::Input,
+        interface::Role::Parameter | interface::Role::Local if is_in(&manifest.inputs) => Role::Input,
+        interface::Role::Local if is_in(&manifest.outputs) => Role::Output,
         interface::Role::Input | interface::Role::InOut => Role::Input,
         interface::Role::Parameter => Role::Parameter,
         interface::Role::Output => Role::Output,

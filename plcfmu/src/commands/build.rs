@@ -27,7 +27,23 @@ pub fn run(options: &Options) -> Result<()> {
     if names.iter().any(|name| program::is_source(Path::new(name))) {
         let files: Vec<PathBuf> = names.iter().map(PathBuf::from).collect();
         for file in &files {
-            ensure!(program::is_source(file), "{}: a program is made of sources, .scl, .udt or .db", file.display());
+            ensure!(
+                program::is_source(file),
+                "{}: a program is made of sources, .scl, .udt, .db or .awl",
+                file.display()
+            );
+        }
+        for (option, is_given) in [
+            ("package", !options.pack.packages.is_empty()),
+            ("platform", !options.pack.platforms.is_empty()),
+            ("library", !options.pack.libraries.is_empty()),
+            ("native", options.pack.native),
+            ("update", options.update),
+        ] {
+            ensure!(
+                !is_given,
+                "--{option} is for crates: a program is packed for all platforms, and nothing is compiled for it"
+            );
         }
         let folder = options.pack.out.clone().unwrap_or_else(|| PathBuf::from("."));
         let (path, warnings) = package::program::pack(&files, &options.program, &folder)?;
@@ -36,6 +52,7 @@ pub fn run(options: &Options) -> Result<()> {
         }
         return print(&format!("{}\n", path.display()));
     }
+    options.program.refuse()?;
     let workspace = Workspace::find()?;
     if options.update {
         template::update(&workspace.root)?;

@@ -2,6 +2,7 @@
 
 use super::study::interruption;
 use super::{LONGEST_NAME, functions, print, shown, time_limit};
+use crate::package;
 use crate::package::check::{STEPS, check, run_apart};
 use crate::program;
 use anyhow::{Error, Result, bail};
@@ -21,7 +22,7 @@ use study::Interrupted;
 /// Reads the archive, the model description and the libraries, and says in one sentence each what is wrong. No foreign
 /// code runs unless --run is given.
 ///
-/// All sources of a program (.scl, .udt, .db) are named together. What is wrong with it is told with file, line and column, and
+/// All sources of a program (.scl, .udt, .db, .awl) are named together. What is wrong with it is told with file, line and column, and
 /// so is what its author may not expect: a temporary that is read before it is written, a REAL compared for equality, a
 /// conversion that loses something.
 #[derive(clap::Args, Clone, Debug)]
@@ -50,6 +51,8 @@ pub fn run(options: &Options) -> Result<()> {
         options.files.iter().cloned().partition(|file| program::is_source(file));
     if !sources.is_empty() {
         check_program(&sources, &options.program)?;
+    } else {
+        package::program::Options { source: options.program.clone(), ..Default::default() }.refuse()?;
     }
     let mut wrong = 0;
     let limit = Duration::from_secs_f64(options.time_limit);

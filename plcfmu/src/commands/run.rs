@@ -99,8 +99,9 @@ pub fn run(options: &Options) -> Result<()> {
         let folder = temporary::folder(file);
         ensure!(folder.is_dir(), "{} cannot be written: {} is not a folder", file.display(), folder.display());
     }
-    let plan = child::run::plan(&system)?;
-    for remark in &system.remarks {
+    let (run, _folder) = system::packed(&system)?;
+    let plan = child::run::plan(&run)?;
+    for remark in &run.remarks {
         eprintln!("remark: {remark}");
     }
     for warning in &plan.warnings {
@@ -111,7 +112,7 @@ pub fn run(options: &Options) -> Result<()> {
     let starter = Starter { limit, interrupted: interruption()?, ..Starter::new()? };
     let progress = Progress::steps(plan.steps);
     let began = Instant::now();
-    let finished = child::run::run(&starter, &system, &plan, |done| progress.set(done));
+    let finished = child::run::run(&starter, &run, &plan, |done| progress.set(done));
     let took = began.elapsed().as_secs_f64();
     drop(progress);
     if starter.interrupted.load(Ordering::Relaxed) {

@@ -40,6 +40,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
     let system = options.system.system()?;
     temporary::check_outputs([out.as_path()], system.inputs())?;
+    let (system, _folder) = system::packed(&system)?;
     let name = ssp::system_name(out);
     let format = ssp::Options { version: options.version, only_connected: options.only_connected };
     let ssp = ssp::write(&system, &name, format)?;

@@ -1,6 +1,6 @@
 //! `plcfmu study`: runs a loop many times with different values.
 
-use super::{print, shown, time_limit};
+use super::{print, shown, system, time_limit};
 use crate::parameter_file;
 use crate::progress::Progress;
 use anyhow::{Context, Result, bail, ensure};
@@ -98,7 +98,9 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 /// # Errors
 /// What is wrong and what to do; all runs fail; a run does not keep to what is expected; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
-    let reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
+    let mut reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
+    let (system, _folder) = system::packed(&reading.job.system)?;
+    reading.job.system = system;
     let out = options.out.clone().unwrap_or_else(|| format!("{}_results", reading.name).into());
     let table = options.format.file(&out);
     let outputs = options.junit.iter().chain(&options.part).chain([&table]);

@@ -1,13 +1,17 @@
 //! What to run or to pack, as `plcfmu run` and `plcfmu ssp` take it: FMUs, a description, or the loops of a parameter file,
 //! and options on top.
 
-use crate::parameter_file;
+use crate::package::program::Options as Program;
+use crate::program::{has_code, is_source};
+use crate::{package, parameter_file};
 use anyhow::{Context, Error, Result, bail};
+use host::package::temporary;
 use parameters::Format;
 use run::file;
 use run::system::{Connection, Exchange, Member, Recorded, Setting, System};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use tempfile::TempDir;
 
 /// What to run or to pack.
 #[derive(clap::Args, Clone, Debug)]
@@ -17,8 +21,9 @@ pub struct Arguments {
     /// An FMU has the name of its file. NAME= gives it another one, which is needed to use the same file twice. A description
     /// (.toml) names FMUs, connections, values and times; options come on top. A parameter file of a PLC (.awl, .scl, .db,
     /// .xml, .json) stands for one FMU for each of its loops, with the loop's name and values; --fmus names the folder of the
-    /// FMUs.
-    #[arg(value_name = "[NAME=]FILE.fmu|FILE.toml", required = true)]
+    /// FMUs. Sources of a PLC program (.scl, .udt, .db, .awl) stand for the FMU that `plcfmu build` makes of them together, named
+    /// as the first one.
+    #[arg(value_name = "[NAME=]FILE.fmu|FILE.toml|FILE.scl", required = true)]
     files: Vec<String>,
     /// The folder of the FMUs that a description or a parameter file names; by default, that of the file itself
     #[arg(long, value_name = "FOLDER")]
@@ -59,6 +64,8 @@ pub struct Arguments {
     /// By default, an FMU gets what those before it computed in the same step (Gauss-Seidel).
     #[arg(long)]
     parallel: bool,
+    #[command(flatten, next_help_heading = "Programs in SCL")]
+    program: Program,
 }
 
 impl Arguments {
@@ -69,8 +76,18 @@ impl Arguments {
     pub fn system(&self) -> Result<System> {
         let mut system = System::default();
         let mut has_description = false;
+        let is_program = self.files.iter().any(|file| has_code(path_of(file)));
+        let mut own: Option<String> = None;
         for file in &self.files {
             let path = Path::new(file);
+            if is_program && is_source(path_of(file)) {
+                let name = own.get_or_insert(member(file)?.name).clone();
+                if system.members.iter().all(|of| of.name != name) {
+                    system.members.push(member(file)?);
+                }
+                system.programs.entry(name).or_default().sources.push(path_of(file).to_path_buf());
+                continue;
+            }
             let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
             if extension.is_some_and(|extension| extension == "toml") {
                 if has_description {
@@ -80,16 +97,19 @@ impl Arguments {
                 let members = std::mem::take(&mut system.members);
                 let settings = std::mem::take(&mut system.settings);
                 let sources = std::mem::take(&mut system.sources);
+                let programs = std::mem::take(&mut system.programs);
                 system = file::read(path, self.fmus.as_deref(), parameter_file::read_any)?;
                 system.members.splice(0..0, members);
                 system.settings.splice(0..0, settings);
                 system.sources.extend(sources);
+                system.programs.extend(programs);
             } else if Format::of_file(file).is_some() {
                 self.add_loops(path, &mut system)?;
             } else {
                 system.members.push(member(file)?);
             }
         }
+        self.add_options(&mut system)?;
         system.connections.extend(self.connect.iter().cloned());
         for setting in &self.set {
             let is_replaced = |other: &Setting| {
@@ -108,6 +128,22 @@ impl Arguments {
             system.exchange = Exchange::Parallel;
         }
         Ok(system)
+    }
+
+    /// Gives the options of programs to those that have none in the description.
+    fn add_options(&self, system: &mut System) -> Result<()> {
+        for member in system.members.iter().filter(|member| is_source(&member.path)) {
+            let program = system.programs.entry(member.name.clone()).or_default();
+            if program.sources.is_empty() {
+                program.sources.push(member.path.clone());
+            }
+        }
+        let mut without = system.programs.values_mut().filter(|program| program.options.is_empty()).peekable();
+        if without.peek().is_none() {
+            return self.program.refuse();
+        }
+        without.for_each(|program| program.options = self.program.pairs());
+        Ok(())
     }
 
     /// Adds an FMU for each loop of a parameter file.
@@ -129,6 +165,39 @@ impl Arguments {
             system.members.push(Member { name: of.name.clone(), path: fmu });
         }
         Ok(())
+    }
+}
+
+/// The same system with an FMU in place of each program, in a folder that exists as long as it is held.
+///
+/// # Errors
+/// What is wrong with a program, with file, line and column.
+pub fn packed(system: &System) -> Result<(System, Option<TempDir>)> {
+    let mut packed = system.clone();
+    if system.programs.is_empty() {
+        return Ok((packed, None));
+    }
+    let folder = temporary::builder().tempdir().context("there is no folder for temporary files")?;
+    for (number, member) in packed.members.iter_mut().enumerate() {
+        let Some(program) = system.programs.get(&member.name) else { continue };
+        let (name, folder) = (&member.name, folder.path().join(number.to_string()));
+        let options = Program::parse(&program.options).with_context(|| format!("the program {name}"))?;
+        let (path, warnings) = package::program::pack(&program.sources, &options, &folder)
+            .with_context(|| format!("the program {name}"))?;
+        member.path = path;
+        if !warnings.is_empty() {
+            let sources: Vec<String> = program.sources.iter().map(|path| path.display().to_string()).collect();
+            packed.remarks.push(format!("{name} has warnings: plcfmu check {}", sources.join(" ")));
+        }
+    }
+    Ok((packed, Some(folder)))
+}
+
+/// The file of an argument that may begin with NAME=.
+fn path_of(argument: &str) -> &Path {
+    match argument.split_once('=') {
+        Some((_, path)) if !Path::new(argument).exists() => Path::new(path),
+        _ => Path::new(argument),
     }
 }
 

@@ -1,7 +1,7 @@
 //! `plcfmu tune-study`: searches the settings of a controller that are the best for all plants of a study.
 
 use super::study::interruption;
-use super::{print, time_limit};
+use super::{print, system, time_limit};
 use crate::parameter_file;
 use crate::progress::Progress;
 use anyhow::{Result, bail};
@@ -62,7 +62,9 @@ The README of plcfmu says what a study and its table [tune] are made of.";
 /// # Errors
 /// What is wrong and what to do; no candidate keeps the constraints; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
-    let reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
+    let mut reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
+    let (system, _folder) = system::packed(&reading.job.system)?;
+    reading.job.system = system;
     let out = options.out.clone().unwrap_or_else(|| format!("{}_tuned", reading.name).into());
     let outputs = tuned::FILES.map(|file| out.join(file));
     temporary::check_outputs(outputs.iter().map(PathBuf::as_path), reading.job.system.inputs())?;

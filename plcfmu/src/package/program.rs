@@ -8,14 +8,15 @@ use crate::package::pack::LICENCES;
 use crate::package::{check, reference};
 use crate::page;
 use crate::program::trial::nanoseconds;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use clap::Parser as _;
 use draw::{diagram, picture};
 use host::fmu::platforms;
 use host::library::Library;
 use host::package::{DESCRIPTION, archive, temporary};
 use modeldescription::{Interface, ModelDescription, units};
 use parameters::Source;
-use program::{FILE, Loaded, Manifest};
+use program::{CPUS, FILE, Loaded, Manifest};
 use std::collections::BTreeMap;
 use std::env::consts::{ARCH, OS};
 use std::fs;
@@ -23,12 +24,17 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// How a program is packed.
-#[derive(clap::Args, Clone, Debug, Default)]
+#[derive(clap::Args, Clone, Debug, Default, PartialEq)]
 #[group(skip)] // clap names a group after the type, and others have the same name
 pub struct Options {
-    /// Time between two calls of a program, such as 100ms, 0.5s or 2s; the period of the OB that calls it
-    #[arg(long, value_name = "TIME", value_parser = milliseconds)]
-    pub cycle: Option<u32>,
+    /// Time between two calls of a program, such as 100ms, 0.5s or 2s; the period of the OB that calls it. With several
+    /// --call, one for each, in their order
+    #[arg(long = "cycle", value_name = "TIME", value_parser = milliseconds)]
+    pub cycles: Vec<u32>,
+    /// What is called in place of one function block: an organization block, a function without parameters, an instance; may
+    /// be repeated, each with its --cycle
+    #[arg(long = "call", value_name = "NAME", conflicts_with = "fb")]
+    pub calls: Vec<String>,
     #[command(flatten)]
     /// How the sources are read.
     pub source: crate::program::Options,
@@ -38,9 +44,102 @@ pub struct Options {
     /// Input of a program that becomes a tunable parameter; may be repeated
     #[arg(long = "parameter", value_name = "NAME")]
     pub parameters: Vec<String>,
-    /// Setting of a program (S7_SetPoint) that becomes an input; may be repeated
+    /// Setting of a program (S7_SetPoint), or member of a data block, that becomes an input; may be repeated
     #[arg(long = "input", value_name = "NAME")]
     pub inputs: Vec<String>,
+    /// Local of a program, or member of a data block, that becomes an output; may be repeated
+    #[arg(long = "output", value_name = "NAME")]
+    pub outputs: Vec<String>,
+}
+
+/// The options alone, as a loop's description has them.
+#[derive(clap::Parser)]
+#[command(no_binary_name = true)]
+struct Alone {
+    #[command(flatten)]
+    options: Options,
+}
+
+impl Options {
+    /// Reads options with their values, by their names.
+    ///
+    /// # Errors
+    /// There is no such option, or not with this value.
+    pub fn parse(options: &[(String, String)]) -> Result<Options> {
+        let arguments = options.iter().map(|(option, value)| format!("--{option}={value}"));
+        let parsed = Alone::try_parse_from(arguments).map_err(|error| {
+            let text = error.render().to_string();
+            anyhow!("{}", text.lines().next().unwrap_or_default().trim_start_matches("error: "))
+        })?;
+        Ok(parsed.options)
+    }
+
+    /// What [`Options::parse`] reads.
+    pub fn pairs(&self) -> Vec<(String, String)> {
+        let mut pairs = Vec::new();
+        let mut add = |option: &str, values: Vec<String>| {
+            pairs.extend(values.into_iter().map(|value| (option.to_string(), value)));
+        };
+        let source = &self.source;
+        let of = |names: &[(String, String)], between: &str| {
+            names.iter().map(|(name, value)| format!("{name}{between}{value}")).collect::<Vec<_>>()
+        };
+        add("call", self.calls.clone());
+        add("cycle", self.cycles.iter().map(|cycle| format!("{cycle}ms")).collect());
+        let cpu = CPUS.iter().filter(|(_, cpu)| Some(*cpu) == source.cpu);
+        add("cpu", cpu.map(|(name, _)| (*name).to_string()).collect());
+        add("fb", source.fb.iter().cloned().collect());
+        add("tag", of(&source.tag.concat(), " : "));
+        add(
+            "instance",
+            of(&source.instance, " : ").into_iter().map(|of| of.trim_end_matches(" : ").to_string()).collect(),
+        );
+        add("constant", of(&source.constant, "="));
+        add("budget", self.budget.iter().map(u32::to_string).collect());
+        add("parameter", self.parameters.clone());
+        add("input", self.inputs.clone());
+        add("output", self.outputs.clone());
+        pairs
+    }
+
+    /// An error that names an option, if one is given: there is no program that it could be for.
+    ///
+    /// # Errors
+    /// An option is given.
+    pub fn refuse(&self) -> Result<()> {
+        match self.pairs().first() {
+            Some((option, _)) => {
+                bail!("--{option} is for programs in SCL, and none is named: name its sources, such as machine.scl")
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The time between two calls of the FMU, and what is called with which period: the greatest common divisor of the periods is
+    /// the former.
+    fn tasks(&self) -> Result<(u32, Vec<(String, u32)>)> {
+        let (cycles, calls) = (&self.cycles, &self.calls);
+        let all = match (cycles.as_slice(), calls.len()) {
+            ([], _) => bail!(
+                "give the time between two calls with --cycle, such as --cycle 100ms: it is the period of the OB, which sources do not have"
+            ),
+            ([cycle], 0 | 1) => return Ok((*cycle, calls.iter().map(|call| (call.clone(), 0)).collect())),
+            ([cycle], count) => vec![*cycle; count],
+            (cycles, count) if cycles.len() == count => cycles.to_vec(),
+            (cycles, count) => {
+                bail!("{} --cycle for {count} --call: give each --call NAME its --cycle TIME", cycles.len())
+            }
+        };
+        let divisor = |mut one: u32, mut other: u32| {
+            while other > 0 {
+                (one, other) = (other, one % other);
+            }
+            one
+        };
+        let cycle = all.iter().copied().fold(0, divisor);
+        let period = |of: u32| if of == cycle { 0 } else { of };
+        Ok((cycle, calls.iter().cloned().zip(all.iter().map(|of| period(*of))).collect()))
+    }
 }
 
 /// The time between two calls: whole milliseconds, as the FMU has them.
@@ -103,9 +202,7 @@ pub fn pack(files: &[PathBuf], options: &Options, folder: &Path) -> Result<(Path
 
 /// The sources, under their names in the FMU, and what is made of them.
 fn read(files: &[PathBuf], options: &Options) -> Result<(Manifest, Vec<Source>)> {
-    let cycle = options
-        .cycle
-        .context("give the time between two calls with --cycle, such as --cycle 100ms: it is the period of the OB, which sources do not have")?;
+    let (cycle, calls) = options.tasks()?;
     let mut sources: Vec<Source> = Vec::new();
     for file in files {
         let mut source = Source::read(file, None).map_err(anyhow::Error::msg)?;
@@ -122,13 +219,15 @@ fn read(files: &[PathBuf], options: &Options) -> Result<(Manifest, Vec<Source>)>
         name: None,
         sources: sources.iter().map(|source| source.file.clone()).collect(),
         cycle,
-        block: given.fb.clone(),
+        block: given.block(),
         cpu: given.cpu,
         budget: options.budget,
         parameters: options.parameters.clone(),
         inputs: options.inputs.clone(),
-        declared: given.tag.iter().chain(&given.instance).cloned().collect(),
+        declared: given.declared(),
         constants: given.constant.clone(),
+        outputs: options.outputs.clone(),
+        calls,
     };
     Ok((manifest, sources))
 }

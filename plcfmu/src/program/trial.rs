@@ -85,7 +85,7 @@ impl File {
         let options = Options {
             cpu: content.cpu.as_deref().map(super::cpu).transpose().map_err(|error| anyhow!("{shown}: {error}"))?,
             fb: content.fb.clone(),
-            tag: pairs(&content.tags, ':')?,
+            tag: vec![pairs(&content.tags, ':')?],
             instance: pairs(&content.instances, ':')?,
             constant: pairs(&content.constants, '=')?,
         };
@@ -128,6 +128,7 @@ pub struct Trial {
     machine: Machine,
     instance: String,
     cycle: usize,
+    startup: Option<usize>,
     lines: BTreeMap<(u16, u32), bool>,
 }
 
@@ -147,9 +148,9 @@ impl Trial {
     /// # Errors
     /// It has no block to be run.
     pub fn new(compiled: Compiled) -> Result<Trial> {
-        let root = compiled
-            .root
-            .context("no block is run: several function blocks are called by no other; choose one: fb = \"NAME\"")?;
+        let root = compiled.root.context(
+            "no block is run: several blocks are called by no other; choose a function block: fb = \"NAME\"",
+        )?;
         let code = Code::compile(&compiled.program).map_err(|error| anyhow!(error))?;
         let mut machine = Machine::new(Arc::new(code));
         machine.forget_coverage();
@@ -158,6 +159,7 @@ impl Trial {
             machine,
             instance: root.instance,
             cycle: root.cycle,
+            startup: root.startup,
             lines: BTreeMap::new(),
         })
     }
@@ -187,6 +189,9 @@ impl Trial {
         let last = expectations.iter().map(|expectation| expectation.last).max().unwrap_or(0);
         let mut held = vec![false; expectations.len()];
         let mut problem = None;
+        if let Some(Err(stop)) = self.startup.map(|startup| self.machine.call(startup, 0)) {
+            return Ok(Some(format!("the program stops at its start: {stop}")));
+        }
         for call in 0..=last {
             for (value, offset) in settings.remove(&call).unwrap_or_default() {
                 self.machine.set(value, offset);

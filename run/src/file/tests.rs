@@ -192,7 +192,7 @@ fn what_is_written_reads_back() {
         step: Some(0.1),
         exchange: Exchange::Parallel,
         remarks: Vec::new(),
-        sources: Vec::new(),
+        ..System::default()
     };
     let text = write(&system.as_in(folder.path())).unwrap();
     assert!(text.contains("b = \"PID.fmu\""), "{text}");
@@ -226,4 +226,22 @@ fn values_of_a_parameter_file_give_way_to_settings() {
     assert!(of_file.iter().any(|of| of.variable == format!("PID.{name}")));
     assert_eq!(own.len(), 1);
     assert_eq!(own[0].place.as_ref().unwrap().line, 7);
+}
+
+#[test]
+fn a_program_has_its_sources_and_the_options_of_its_fmu_and_is_written_so() {
+    let text = "[fmus]\nPID = \"PID.fmu\"\nMACHINE = { sources = [\"a.scl\", \"b.db\"], cycle = \"10ms\", tag = [\"A : Bool\", \"B : Int\"] }\n";
+    let (folder, path) = folder(text);
+    let system = read(&path, None, parameters).unwrap();
+    let program = &system.programs["MACHINE"];
+    assert_eq!(program.sources, ["a.scl", "b.db"].map(|file| folder.path().join(file)));
+    let options: Vec<_> = program.options.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
+    assert_eq!(options, [("cycle", "10ms"), ("tag", "A : Bool"), ("tag", "B : Int")]);
+    assert_eq!(system.members[1].path, program.sources[0]);
+    let written = write(&system.as_in(folder.path())).unwrap();
+    assert!(written.contains("MACHINE.sources = [\"a.scl\", \"b.db\"]"), "{written}");
+    fs::write(&path, written).unwrap();
+    assert_eq!(read(&path, None, parameters).unwrap().programs, system.programs);
+    let wrong = error("[fmus]\nMACHINE = { cycle = \"10ms\" }\n");
+    assert_eq!(wrong, "loop.toml:2:11: a program needs sources = [\"FILE.scl\"]");
 }

@@ -28,9 +28,20 @@ pub fn write(system: &System) -> Result<String> {
         entry(&mut text, "record", |text| text.value(names))?;
     }
     text.write_str("\n[fmus]\n")?;
+    let unicode = |path: &'_ Path| {
+        path.to_str().map(str::to_string).with_context(|| format!("{} is not valid Unicode", path.display()))
+    };
     for member in &system.members {
-        let path = member.path.to_str().with_context(|| format!("{} is not valid Unicode", member.path.display()))?;
-        entry(&mut text, &member.name, |text| text.value(path))?;
+        match system.programs.get(&member.name) {
+            None => {
+                let path = unicode(&member.path)?;
+                entry(&mut text, &member.name, |text| text.value(path))?;
+            }
+            Some(program) => {
+                let sources = program.sources.iter().map(|path| unicode(path)).collect::<Result<Vec<_>>>()?;
+                self::program(&mut text, &member.name, &sources, &program.options)?;
+            }
+        }
     }
     if !system.connections.is_empty() {
         text.write_str("\n[connections]\n")?;
@@ -47,6 +58,23 @@ pub fn write(system: &System) -> Result<String> {
     }
     settings(&mut text, system)?;
     Ok(text)
+}
+
+/// `NAME.sources = [...]`, and a line for each option, with a list of its values.
+fn program(text: &mut String, name: &str, sources: &[String], options: &[(String, String)]) -> fmt::Result {
+    let mut lines: Vec<(&str, Vec<&str>)> = vec![("sources", sources.iter().map(String::as_str).collect())];
+    for (option, value) in options {
+        match lines.iter_mut().find(|(other, _)| other == option) {
+            Some((_, values)) => values.push(value),
+            None => lines.push((option, vec![value])),
+        }
+    }
+    for (key, values) in lines {
+        text.key(name)?;
+        text.write_str(".")?;
+        entry(text, key, |text| text.value(values))?;
+    }
+    Ok(())
 }
 
 /// What is set at the start, and the events in the order of time.
@@ -95,7 +123,7 @@ fn entry(text: &mut String, key: &str, value: impl FnOnce(&mut String) -> fmt::R
 }
 
 impl System {
-    /// The same with the paths of its FMUs as a file in `folder` names them: relative to it where they are below it.
+    /// The same with the paths of its FMUs and programs as a file in `folder` names them: relative to it where they are below it.
     pub fn as_in(&self, folder: &Path) -> System {
         let absolute = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         let relative = |path: &Path| {
@@ -103,7 +131,9 @@ impl System {
             path.strip_prefix(absolute(folder)).map(Path::to_path_buf).unwrap_or(path)
         };
         let mut system = self.clone();
-        system.members.iter_mut().for_each(|member| member.path = relative(&member.path));
+        let members = system.members.iter_mut().map(|member| &mut member.path);
+        let sources = system.programs.values_mut().flat_map(|program| &mut program.sources);
+        members.chain(sources).for_each(|path| *path = relative(path));
         system
     }
 }

@@ -1,0 +1,213 @@
+//! What is called in a cycle: one function block, or organization blocks and what else is named.
+
+use crate::compile::{Compiler, State, Task};
+use crate::declare::{Global, Interface};
+use crate::lexer::Span;
+use crate::program::{Argument, At, Binary, Body, Call, Expr, Function, Scalar, Statement, Value, What};
+use crate::syntax::{BlockKind, key};
+use crate::types::{Elementary, Type};
+
+/// The organization blocks that are called once before the first cycle.
+const STARTUP: [&str; 2] = ["OB100", "STARTUP"];
+
+/// The organization block that has the lowest priority: all others of an instant come before it.
+const MAIN: [&str; 2] = ["OB1", "MAIN"];
+
+/// What is run.
+#[derive(Clone, Debug)]
+pub struct Root {
+    /// The function of a cycle.
+    pub cycle: usize,
+    /// The function that is called once before the first cycle.
+    pub startup: Option<usize>,
+    /// The name of the block, or of the first of several.
+    pub block: String,
+    /// Its instance: a member of the memory; empty if what is run is no single instance.
+    pub instance: String,
+    /// The variables of the instance, by their paths in it.
+    pub variables: Vec<crate::interface::Variable>,
+}
+
+impl Root {
+    /// The path in the memory of a variable of the instance.
+    pub fn path(&self, variable: &str) -> String {
+        if self.instance.is_empty() { variable.to_string() } else { format!("{}.{variable}", self.instance) }
+    }
+}
+
+/// What a name stands for that is to be called.
+#[derive(Clone)]
+enum Target {
+    /// The name of an instance, and its block.
+    Instance(String, usize),
+    /// A function or an organization block.
+    Function(usize),
+}
+
+impl Compiler<'_> {
+    /// What is run; `None` if there are errors, or several blocks and none is chosen.
+    pub fn root(&mut self) -> Option<Root> {
+        if self.report.has_errors() {
+            return None;
+        }
+        let targets: Vec<(Target, u32)> = match (&self.options.block, self.options.calls.as_slice()) {
+            (Some(_), [_, ..]) => {
+                self.error(Span::default(), "--fb and --call are given: one of them says what is run", None);
+                return None;
+            }
+            (Some(name), []) => vec![(self.target(&name.clone(), "function block")?, 0)],
+            (None, []) => vec![(self.only_target()?, 0)],
+            (None, calls) => {
+                let mut calls: Vec<Task> = calls.to_vec();
+                calls.sort_by_key(|call| MAIN.contains(&key(&call.name).as_str()));
+                let target = |call: &Task| Some((self.target(&call.name, "block")?, call.period));
+                calls.iter().map(target).collect::<Option<_>>()?
+            }
+        };
+        let startup = self.organization_blocks().find(|block| self.is_startup(*block));
+        let startup = startup.and_then(|block| self.called(&[(Target::Function(block), 0)], "startup"));
+        let cycle = self.called(&targets, "cycle")?;
+        let (instance, variables) = match targets.as_slice() {
+            [(Target::Instance(name, of), _)] => (name.clone(), crate::interface::variables(self, *of)),
+            _ => (String::new(), Vec::new()),
+        };
+        let (Target::Instance(_, of) | Target::Function(of), _) = targets.first()?;
+        let block = self.blocks[*of].name.clone();
+        Some(Root { cycle, startup, block, instance, variables })
+    }
+
+    /// The names of what can be run, if it is not clear.
+    pub fn candidates(&self) -> Vec<String> {
+        let cyclic = self.organization_blocks().filter(|block| !self.is_startup(*block));
+        cyclic.chain(self.unused()).map(|block| self.blocks[block].name.clone()).collect()
+    }
+
+    /// A function without parameters that calls these, one after the other.
+    fn called(&mut self, targets: &[(Target, u32)], name: &str) -> Option<usize> {
+        let mut code = Vec::new();
+        for (target, period) in targets {
+            let call = match target {
+                Target::Instance(name, of) => {
+                    let place = match self.globals.get(&key(name)) {
+                        Some(State::Known(global)) => global.place(),
+                        _ => self.add_global(name, Type::Instance(*of)).place(),
+                    };
+                    let function = self.blocks[*of].function;
+                    Call { function, instance: Some(place), arguments: Vec::new(), outputs: Vec::new() }
+                }
+                Target::Function(of) => self.call_without_parameters(*of)?,
+            };
+            let call = Statement { at: At::default(), what: What::Call(call) };
+            code.push(match period {
+                0 => call,
+                period => {
+                    let period = Expr::Const(Value::from(i64::from(*period) * 1_000_000));
+                    let rest = is(Binary::Rem, Expr::Now, period);
+                    let is_due = is(Binary::Eq, rest, Expr::Const(0i64.into()));
+                    Statement { at: At::default(), what: What::If(is_due, vec![call], Vec::new()) }
+                }
+            });
+        }
+        self.program.functions.push(Function {
+            name: name.to_string(),
+            instance: None,
+            locals: Vec::new(),
+            parameters: 0,
+            body: Body::Code(code),
+        });
+        Some(self.program.functions.len() - 1)
+    }
+
+    /// The call of an organization block, whose parameters the system supplies, or of a function that has none.
+    fn call_without_parameters(&mut self, of: usize) -> Option<Call> {
+        let Interface { kind, function, name, .. } = &self.blocks[of];
+        let (kind, function, name) = (*kind, *function, name.clone());
+        let called = &self.program.functions[function];
+        let first = |local: &crate::program::Local| match local.name.to_ascii_uppercase().as_str() {
+            // TRUE in the first call.
+            "INITIAL_CALL" if local.ty == crate::program::Type::Scalar(Elementary::Bool.scalar()) => {
+                Argument::Value(is(Binary::Eq, Expr::Now, Expr::Const(0i64.into())))
+            }
+            _ => Argument::Start,
+        };
+        let arguments: Vec<Argument> = called.locals[..called.parameters].iter().map(first).collect();
+        if kind != BlockKind::OrganizationBlock && !arguments.is_empty() {
+            let message = format!("--call {name}: it has parameters");
+            let help = "call it from an organization block or a function block, and name that";
+            self.error(Span::default(), message, Some(help));
+            return None;
+        }
+        Some(Call { function, instance: None, arguments, outputs: Vec::new() })
+    }
+
+    /// What a name stands for.
+    fn target(&mut self, name: &str, what: &str) -> Option<Target> {
+        if let Some(State::Known(Global { of: Type::Instance(of), .. })) = self.globals.get(&key(name)) {
+            return Some(Target::Instance(name.to_string(), *of));
+        }
+        let is_own = |interface: &&Interface| interface.source.is_some_and(|(file, _)| file != self.library_file());
+        let found = (0..self.blocks.len())
+            .find(|block| Some(&self.blocks[*block]).filter(is_own).is_some_and(|of| key(&of.name) == key(name)));
+        match found.map(|block| (block, self.blocks[block].kind)) {
+            // With the start values of the block; a data block is named itself.
+            Some((block, BlockKind::FunctionBlock)) => Some(Target::Instance(self.blocks[block].name.clone(), block)),
+            Some((block, BlockKind::OrganizationBlock | BlockKind::Function)) if what == "block" => {
+                Some(Target::Function(block))
+            }
+            _ => {
+                let names = self.blocks.iter().filter(is_own).filter(|of| {
+                    of.kind == BlockKind::FunctionBlock || what == "block" && of.kind == BlockKind::OrganizationBlock
+                });
+                let names: Vec<&str> = names.map(|of| of.name.as_str()).collect();
+                let message = format!("there is no {what} {name}; there are {}", names.join(", "));
+                self.error(Span::default(), message, None);
+                None
+            }
+        }
+    }
+
+    /// The one block that is run if none is named: an organization block, or a function block that no other block calls.
+    fn only_target(&mut self) -> Option<Target> {
+        let cyclic: Vec<usize> = self.organization_blocks().filter(|block| !self.is_startup(*block)).collect();
+        let unused: Vec<usize> = self.unused().collect();
+        match (cyclic.as_slice(), unused.as_slice()) {
+            ([block], _) => Some(Target::Function(*block)),
+            ([], [block]) => Some(self.instance_of(*block)),
+            _ => None,
+        }
+    }
+
+    /// The instance of a block: the one data block that the sources have of it, with its start values, or a new one.
+    fn instance_of(&self, block: usize) -> Target {
+        let mut names =
+            self.globals.values().filter_map(State::known).filter(|global| global.of == Type::Instance(block));
+        let name = match (names.next(), names.next()) {
+            (Some(only), None) => self.program.records[self.program.memory].members[only.member].name.clone(),
+            _ => self.blocks[block].name.clone(),
+        };
+        Target::Instance(name, block)
+    }
+
+    fn is_startup(&self, block: usize) -> bool {
+        STARTUP.contains(&key(&self.blocks[block].name).as_str())
+    }
+
+    fn organization_blocks(&self) -> impl Iterator<Item = usize> {
+        (0..self.blocks.len()).filter(|block| self.blocks[*block].kind == BlockKind::OrganizationBlock)
+    }
+
+    /// The function blocks of the sources that no other block calls.
+    fn unused(&self) -> impl Iterator<Item = usize> {
+        let is_own = |of: &Interface| of.source.is_some_and(|(file, _)| file != self.library_file());
+        let is_called =
+            |block: usize| self.calls.iter().any(|(caller, callee, _)| *callee == block && *caller != block);
+        let blocks = self.blocks.iter().enumerate();
+        blocks
+            .filter(move |(block, of)| of.kind == BlockKind::FunctionBlock && is_own(of) && !is_called(*block))
+            .map(|(block, _)| block)
+    }
+}
+
+fn is(operation: Binary, left: Expr, right: Expr) -> Expr {
+    Expr::Binary(operation, Scalar::I64, Box::new(left), Box::new(right), At::default())
+}
