@@ -379,7 +379,7 @@ def test_a_program_runs_in_a_loop_without_being_packed_first(command, tmp_path):
     loop = ["--set", "pump.on=true", "--record", "pump.flow", "--stop=3", "--out=run.csv"]
     run("run", "pump.scl", "pump.db", "--cycle=0.5s", *loop, "--save=loop.toml")
     rows = (tmp_path / "run.csv").read_text(encoding="utf-8")
-    assert rows.splitlines()[1:4] == ["0.0,2.0", "0.5,4.0", "1.0,6.0"]
+    assert rows.splitlines()[1:4] == ["0.0,0.0", "0.5,2.0", "1.0,4.0"]
     saved = (tmp_path / "loop.toml").read_text(encoding="utf-8")
     assert 'pump.sources = ["pump.scl", "pump.db"]' in saved and 'pump.cycle = ["500ms"]' in saved
     run("run", "loop.toml", "--out=again.csv")
@@ -390,4 +390,4 @@ def test_a_program_runs_in_a_loop_without_being_packed_first(command, tmp_path):
     assert (tmp_path / "run.csv").read_text(encoding="utf-8") == rows
     (tmp_path / "plain.toml").write_text('stop = 3.0\nrecord = ["P.flow"]\n[fmus]\nP = "pump.scl"\n[settings]\nP.on = true\n')
     run("run", "plain.toml", "--cycle=0.5s", "--out=run.csv")
-    assert (tmp_path / "run.csv").read_text(encoding="utf-8").splitlines()[2] == "0.5,3.0", "without the data block the rate is 1.5"
+    assert (tmp_path / "run.csv").read_text(encoding="utf-8").splitlines()[2] == "0.5,1.5", "without the data block the rate is 1.5"

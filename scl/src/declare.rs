@@ -35,6 +35,8 @@ pub struct Interface {
     pub record: usize,
     /// Its function in the program.
     pub function: usize,
+    /// The local with its ENO, if the block may set it.
+    pub eno: Option<usize>,
 }
 
 /// A parameter or a static variable of a block.
@@ -445,8 +447,14 @@ impl Compiler<'_> {
             symbols.entry("RET_VAL".to_string()).or_insert(value.clone());
             symbols.insert(block.name.key(), value);
         }
+        let may_set_eno = !symbols.contains_key("ENO") && self.may_set_eno(id.0);
+        if may_set_eno {
+            let ty = program::Type::Scalar(program::Scalar::Bool);
+            locals.push(Local { name: "ENO".to_string(), ty, by_reference: false });
+        }
         let count = parameters.len();
         parameters.extend(locals);
+        let eno = may_set_eno.then(|| parameters.len() - 1);
         let settle = |slot: &mut Slot| {
             if let Slot::Local(number) = slot
                 && *number > usize::MAX / 2
@@ -487,9 +495,18 @@ impl Compiler<'_> {
             result,
             record,
             function: self.program.functions.len() - 1,
+            eno,
         });
         self.block_of.insert(id, State::Known(self.blocks.len() - 1));
         Some(self.blocks.len() - 1)
+    }
+
+    /// Whether a source names ENO, or returns a value.
+    fn may_set_eno(&self, file: usize) -> bool {
+        let text = self.sources[file].text.to_ascii_uppercase();
+        let is_value =
+            |rest: &str| rest.starts_with(|c: char| c.is_whitespace()) && !rest.trim_start().starts_with(';');
+        file != self.library_file() && (text.contains("ENO") || text.split("RETURN").skip(1).any(is_value))
     }
 
     /// The constants of a block: each may use those before it.

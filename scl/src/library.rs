@@ -16,8 +16,25 @@ const TIMERS: [&str; 4] = ["TON", "TOF", "TP", "TONR"];
 const COUNTERS: [&str; 3] = ["CTU", "CTD", "CTUD"];
 const COUNTED: [&str; 8] = ["SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT"];
 
-/// Functions of texts.
-pub const TEXTS: [&str; 9] = ["LEN", "LEFT", "MID", "RIGHT", "CONCAT", "FIND", "DELETE", "INSERT", "REPLACE"];
+/// Functions of texts, dates and bits, by their names in programs.
+pub const FUNCTIONS: [&str; 13] = [
+    "LEN",
+    "LEFT",
+    "MID",
+    "RIGHT",
+    "CONCAT",
+    "FIND",
+    "DELETE",
+    "INSERT",
+    "REPLACE",
+    "LDT_TO_DTL",
+    "DTL_TO_LDT",
+    "ENCO",
+    "BITSUM",
+];
+
+/// Functions that others are made of.
+pub const INNER: [&str; 4] = ["__WHOLE_TO_TEXT", "__REAL_TO_TEXT", "__TEXT_TO_WHOLE", "__TEXT_TO_REAL"];
 
 /// The library as a source: its timers for TIME and LTIME, its counters for all integers.
 pub fn source() -> Source {
@@ -85,7 +102,9 @@ fn named(name: &str) -> Option<String> {
     let timer = name.strip_suffix("_LTIME").unwrap_or(name);
     let is_timer = TIMERS.contains(&timer);
     let is_counter = name.split_once('_').is_some_and(|(kind, of)| COUNTERS.contains(&kind) && COUNTED.contains(&of));
-    let is_other = ["R_TRIG", "F_TRIG", "SR", "RS", "RUNTIME", "RD_SYS_T"].contains(&name) || TEXTS.contains(&name);
+    let is_other = ["R_TRIG", "F_TRIG", "SR", "RS", "RUNTIME", "RD_SYS_T"].contains(&name)
+        || FUNCTIONS.contains(&name)
+        || INNER.contains(&name);
     (is_timer || is_counter || is_other).then(|| name.to_string())
 }
 
@@ -208,6 +227,7 @@ impl Compiler<'_> {
             result: Type::Void,
             record,
             function: self.program.functions.len() - 1,
+            eno: None,
         });
         self.natives.insert(name.to_string(), self.blocks.len() - 1);
         Some(self.blocks.len() - 1)

@@ -81,6 +81,7 @@ impl<'a> Compiler<'a> {
         lowerer.statements(body);
         lowerer.check_labels();
         let Lowerer { locals, mut code, eno, .. } = lowerer;
+        let eno = eno.or(self.blocks[block].eno);
         if let Some(eno) = eno {
             let value = Expr::Const(Value::from(true));
             code.insert(0, Statement { at: At::default(), what: What::Assign(Place::of(Base::Local(eno)), value) });

@@ -2,12 +2,13 @@
 
 use parameters::Source;
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use scl::machine::{Code, Machine};
 use scl::{Options, compile};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-/// The programs of the cases: the examples and those by hand, one after the other.
+/// The programs of the cases, which the examples are among, those by hand, and those in the style of TIA Portal.
 fn programs() -> &'static [String] {
     static PROGRAMS: OnceLock<Vec<String>> = OnceLock::new();
     PROGRAMS.get_or_init(|| {
@@ -19,6 +20,10 @@ fn programs() -> &'static [String] {
             let cases = json["cases"].as_array().cloned().unwrap_or_else(|| vec![json.clone()]);
             programs.extend(cases.iter().map(|case| case["scl"].as_str().unwrap().to_string()));
         }
+        let mut files: Vec<_> =
+            folder.parent().unwrap().join("tia").read_dir().unwrap().map(|file| file.unwrap().path()).collect();
+        files.sort();
+        programs.extend(files.iter().map(|file| std::fs::read_to_string(file).unwrap()));
         programs
     })
 }
@@ -56,7 +61,7 @@ fn a_program_that_is_cut_anywhere_is_told() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 250, rng_seed: RngSeed::Fixed(22), ..ProptestConfig::default() })]
 
     #[test]
     fn a_program_with_words_of_another_is_told(

@@ -363,18 +363,64 @@ impl Lowerer<'_, '_> {
         Some(found)
     }
 
-    fn is_enabling(&mut self, argument: &Argument) -> bool {
-        let name = argument.name.as_ref().map(|name| name.key()).unwrap_or_default();
-        match name.as_str() {
-            "EN" => {
-                self.error(argument.span, "EN is not supported", Some("call the block within IF"));
-                true
+    /// EN or ENO of a call, unless the block has a parameter of this name.
+    fn enabling<'e>(&self, block: usize, arguments: &'e [Argument], name: &str) -> Option<&'e Argument> {
+        let members = &self.compiler.blocks[block].members;
+        let is_own = members.iter().any(|member| member.key == name);
+        let is_it = |argument: &&Argument| argument.name.as_ref().is_some_and(|given| given.key() == name);
+        arguments.iter().find(is_it).filter(|_| !is_own)
+    }
+
+    /// Makes a call with EN and ENO: only if EN is TRUE; ENO is FALSE without a call, else that of the block.
+    fn enabled(
+        &mut self,
+        block: usize,
+        arguments: &[Argument],
+        span: Span,
+        call: impl FnOnce(&mut Self, &[Argument], Option<&Place>) -> Option<(Type, Place)>,
+    ) -> Option<(Type, Place)> {
+        let [en, eno] = ["EN", "ENO"].map(|name| self.enabling(block, arguments, name));
+        if en.is_none() && eno.is_none() {
+            return call(self, arguments, None);
+        }
+        let is_other = |argument: &&Argument| ![en, eno].iter().flatten().any(|other| std::ptr::eq(*other, *argument));
+        let others: Vec<Argument> = arguments.iter().filter(is_other).cloned().collect();
+        let condition = en.map(|en| {
+            let operand = self.operand(en.value, Some(Elementary::Bool));
+            self.condition(operand, self.span(en.value))
+        });
+        let of = Type::Elementary(Elementary::Bool);
+        let told = eno.map(|_| self.temp(program::Type::Scalar(program::Scalar::Bool)));
+        let (code, value) = self.aside(|lowerer| call(lowerer, &others, told.as_ref()));
+        let no = program::Value::from(false);
+        let mut otherwise = Vec::new();
+        let at = self.at(span);
+        if let Some(told) = &told {
+            let what = What::Assign(told.clone(), Expr::Const(no));
+            otherwise.push(program::Statement { at, what });
+        }
+        if let Some((Type::Elementary(of), place)) = &value {
+            otherwise.push(program::Statement { at, what: What::Assign(place.clone(), super::convert::zero(*of)) });
+        }
+        match condition {
+            Some(condition) => self.push(span, What::If(condition, code, otherwise)),
+            None => self.code.extend(code),
+        }
+        if let (Some(told), Some(eno)) = (told, eno) {
+            self.store_output(Variable::whole(of, told), eno);
+        }
+        value
+    }
+
+    /// ENO of a block behind its call.
+    fn told(&mut self, block: usize, told: Option<&Place>, span: Span) -> Option<(usize, Place)> {
+        let told = told?.clone();
+        match self.compiler.blocks[block].eno {
+            Some(eno) => Some((eno, told)),
+            None => {
+                self.push(span, What::Assign(told, Expr::Const(true.into())));
+                None
             }
-            "ENO" => {
-                self.error(argument.span, "ENO is not supported here", Some("give the block an output of its own"));
-                true
-            }
-            _ => false,
         }
     }
 
@@ -385,23 +431,30 @@ impl Lowerer<'_, '_> {
     }
 
     fn call_instance(&mut self, block: usize, place: Place, arguments: &[Argument], span: Span) {
+        self.enabled(block, arguments, span, |lowerer, arguments, eno| {
+            lowerer.call_enabled_instance(block, place, arguments, eno, span);
+            None
+        });
+    }
+
+    fn call_enabled_instance(
+        &mut self,
+        block: usize,
+        place: Place,
+        arguments: &[Argument],
+        eno: Option<&Place>,
+        span: Span,
+    ) {
         self.called(block, span);
         if self.is_list(block, arguments) {
             return;
         }
         let place = self.frozen(place, span);
-        let has_own = |compiler: &crate::compile::Compiler, key: &str| {
-            compiler.blocks[block].members.iter().any(|member| member.key == key)
-        };
         let mut supplied: Vec<String> = Vec::new();
         let mut in_outs = Vec::new();
         let mut references: Vec<(usize, Place)> = Vec::new();
         let mut outputs = Vec::new();
         for argument in arguments {
-            let name = argument.name.as_ref().map(|name| name.key()).unwrap_or_default();
-            if !has_own(self.compiler, &name) && self.is_enabling(argument) {
-                continue;
-            }
             let Some(parameter) = self.parameter(block, argument, arguments.len()) else {
                 self.arguments_of_wrong(std::slice::from_ref(argument));
                 continue;
@@ -440,7 +493,8 @@ impl Lowerer<'_, '_> {
         }
         let function = self.compiler.blocks[block].function;
         let passed = self.passed_references(block, references, span);
-        let call = Call { function, instance: Some(place), arguments: passed, outputs: Vec::new() };
+        let outputs_of_call = self.told(block, eno, span).into_iter().collect();
+        let call = Call { function, instance: Some(place), arguments: passed, outputs: outputs_of_call };
         self.push(span, What::Call(call));
         for (formal, actual, span) in &in_outs {
             let value = self.value_of(formal, *span);
@@ -539,6 +593,18 @@ impl Lowerer<'_, '_> {
 
     /// Calls a function; its value is in the place.
     pub fn call_function(&mut self, block: usize, arguments: &[Argument], span: Span) -> Option<(Type, Place)> {
+        self.enabled(block, arguments, span, |lowerer, arguments, eno| {
+            lowerer.call_enabled_function(block, arguments, eno, span)
+        })
+    }
+
+    fn call_enabled_function(
+        &mut self,
+        block: usize,
+        arguments: &[Argument],
+        eno: Option<&Place>,
+        span: Span,
+    ) -> Option<(Type, Place)> {
         self.called(block, span);
         if self.is_list(block, arguments) {
             return None;
@@ -551,12 +617,7 @@ impl Lowerer<'_, '_> {
         let mut behind: Vec<(Variable, Variable, Span)> = Vec::new();
         let mut stored = Vec::new();
         let mut supplied: Vec<String> = Vec::new();
-        let has_own = |key: &str| members.iter().any(|member| member.key == key);
         for argument in arguments {
-            let name = argument.name.as_ref().map(|name| name.key()).unwrap_or_default();
-            if !has_own(&name) && self.is_enabling(argument) {
-                continue;
-            }
             let Some(parameter) = self.parameter(block, argument, arguments.len()) else {
                 self.arguments_of_wrong(std::slice::from_ref(argument));
                 continue;
@@ -598,6 +659,7 @@ impl Lowerer<'_, '_> {
                 value = Some((of, temp));
             }
         }
+        copied.extend(self.told(block, eno, span));
         let passed = passed.into_iter().map(|argument| argument.unwrap_or(program::Argument::Start)).collect();
         self.push(span, What::Call(Call { function, instance: None, arguments: passed, outputs: copied }));
         for (actual, formal, span) in behind {

@@ -1,6 +1,7 @@
 //! Functions of the CPU.
 
 mod memory;
+mod moments;
 mod numbers;
 mod refused;
 mod texts;
@@ -47,8 +48,13 @@ impl Lowerer<'_, '_> {
         span: Span,
     ) -> Option<Operand> {
         let given = Given { arguments, name, span };
-        if let Some((from, to)) = name.split_once("_TO_") {
+        if let Some((from, to)) = name.split_once("_TO_").filter(|(from, _)| !from.starts_with("__")) {
             return self.conversion(from, to, &given);
+        }
+        if let Some(base) = name.strip_suffix("_STRING").or(name.strip_suffix("_WSTRING"))
+            && crate::library::FUNCTIONS.contains(&base)
+        {
+            return self.function(base, arguments, expected, span);
         }
         if let Some(to) = name.strip_prefix("TO_").and_then(Elementary::named) {
             return Some(self.conversion_of(None, to, &given));
@@ -97,8 +103,13 @@ impl Lowerer<'_, '_> {
                     if name == "T_ADD" { crate::syntax::Binary::Add } else { crate::syntax::Binary::Subtract };
                 let left = self.argument(&given, "IN1", 0);
                 let right = self.argument(&given, "IN2", 1);
-                self.binary(operator, left, right, span)
+                match self.moments(operator, &left, &right, span) {
+                    Some(moment) => moment,
+                    None => self.binary(operator, left, right, span),
+                }
             }
+            ("T_COMBINE" | "CONCAT_DATE_TOD" | "CONCAT_DATE_LTOD", _) => self.combined(&given),
+            ("DECO", _) | (_, "DECO") => self.decoded(&given, suffix.or(expected)),
             ("LOWER_BOUND" | "UPPER_BOUND", _) => self.bound(&given),
             ("TIME_TCK", _) => {
                 let at = self.at(span);
@@ -112,13 +123,20 @@ impl Lowerer<'_, '_> {
                 None => Operand::Wrong(None),
             },
             ("MAX_LEN", _) => self.capacity(&given),
-            _ if crate::library::TEXTS.contains(&name) => self.text_function(&given).unwrap_or(Operand::Wrong(None)),
+            _ if crate::library::FUNCTIONS.contains(&name) || self.is_inner(name) => {
+                self.text_function(&given).unwrap_or(Operand::Wrong(None))
+            }
             _ => {
                 let (message, help) = refused(name)?;
                 self.error(span, message, Some(&help))
             }
         };
         Some(operand)
+    }
+
+    /// Whether it is a function of the library that only the library calls.
+    fn is_inner(&self, name: &str) -> bool {
+        crate::library::INNER.contains(&name) && self.file == self.compiler.library_file()
     }
 
     /// A function of the CPU as a statement; false if there is no such function.
@@ -132,6 +150,15 @@ impl Lowerer<'_, '_> {
                 }
             }
             "MOVE_BLK" | "UMOVE_BLK" | "FILL_BLK" | "UFILL_BLK" => self.block_of_elements(&given),
+            "SCATTER" | "GATHER" => self.bits_of_elements(&given),
+            "S_MOVE" => {
+                if let (Some(from), Some(to)) = (given.find("IN", 0), given.find("OUT", 1))
+                    && let Some(to) = self.target(to)
+                {
+                    let from = self.operand(from, None);
+                    self.assign(&to, from, span);
+                }
+            }
             _ => match self.function(name, arguments, None, span) {
                 Some(Operand::Wrong(_)) => {}
                 Some(_) => {
@@ -181,15 +208,13 @@ impl Lowerer<'_, '_> {
             let message = format!("{} is not supported", given.name);
             return Some(self.error(given.span, message, Some("BCD and S5TIME: work with INT and TIME")));
         }
-        let is_text = |name: &str| matches!(name, "STRING" | "WSTRING" | "CHARS" | "STRG");
-        let is_date = |name: &str| matches!(name, "DTL" | "DT" | "LDT" | "DATE" | "TOD" | "LTOD");
-        if is_text(from) || is_text(to) || is_date(from) != is_date(to) {
-            let message = format!("{} is not supported", given.name);
-            return Some(self.error(
-                given.span,
-                message,
-                Some("compute it outside of the program and feed it through an input"),
-            ));
+        if let Some(converted) =
+            self.text_conversion(from, to, given).or_else(|| self.moment_conversion(from, to, given))
+        {
+            return Some(converted);
+        }
+        if matches!(from, "DT" | "DATE_AND_TIME") || matches!(to, "DT" | "DATE_AND_TIME") {
+            return Some(self.error(given.span, format!("{} is not supported", given.name), Some("use DTL")));
         }
         let (from, to) = (Elementary::named(from)?, Elementary::named(to)?);
         Some(self.conversion_of(Some(from), to, given))

@@ -71,7 +71,11 @@ impl Lowerer<'_, '_> {
             Binary::And | Binary::Or | Binary::Xor => self.bits(operator, left, right, span),
             Binary::Power => self.power(left, right, span),
             Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide | Binary::Modulo => {
-                self.arithmetic(operator, left, right, span)
+                let has_sum = matches!(operator, Binary::Add | Binary::Subtract);
+                match has_sum.then(|| self.moments(operator, &left, &right, span)).flatten() {
+                    Some(moment) => moment,
+                    None => self.arithmetic(operator, left, right, span),
+                }
             }
             _ => self.comparison(operator, left, right, span),
         }
@@ -271,6 +275,9 @@ impl Lowerer<'_, '_> {
         let is_equality = matches!(operator, Binary::Equal | Binary::NotEqual);
         let is_text =
             |operand: &Operand| matches!(operand, Operand::Text(..) | Operand::Variable(Type::Text { .. }, _));
+        if !is_equality && let Some([left, right]) = self.compared_moments(&left, &right, span) {
+            return self.comparison(operator, left, right, span);
+        }
         if let (Operand::Variable(one, place), Operand::Variable(other, with)) = (&left, &right)
             && !is_text(&left)
         {

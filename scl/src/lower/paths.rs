@@ -181,7 +181,8 @@ impl Lowerer<'_, '_> {
                 "TRUE" => return Path::Constant(Operand::Value(Elementary::Bool, Expr::Const(true.into()))),
                 "FALSE" => return Path::Constant(Operand::Value(Elementary::Bool, Expr::Const(false.into()))),
                 "ENO" if self.block.is_some() => {
-                    let place = match self.eno {
+                    let own = self.block.and_then(|block| self.compiler.blocks[block].eno);
+                    let place = match self.eno.or(own) {
                         Some(eno) => Place::of(Base::Local(eno)),
                         None => {
                             self.eno = Some(self.locals.len());

@@ -139,6 +139,7 @@ impl Parser<'_> {
             }
             Kind::Percent => {
                 self.step();
+                self.takes_peripheral();
                 Ok(self.add(ExpressionKind::Address, start))
             }
             Kind::Symbol if text == "(" => {
@@ -160,10 +161,23 @@ impl Parser<'_> {
                     Kind::Quoted => Scope::Global,
                     _ => Scope::Bare,
                 };
+                if scope == Scope::Global {
+                    self.takes_peripheral();
+                }
                 let variable = self.add(ExpressionKind::Name(scope, name), start);
                 self.steps_of(variable, start)
             }
             _ => self.fail("an expression"),
+        }
+    }
+
+    /// `"Tag":P`, the access to the periphery: the tag itself, where there is no process image.
+    fn takes_peripheral(&mut self) {
+        let [colon, word] = [self.ahead(0), self.ahead(1)];
+        let is_close = colon.span.start == self.before().end && word.span.start == colon.span.end;
+        if is_close && self.is_symbol(":") && self.word_ahead(1) == "P" {
+            self.step();
+            self.step();
         }
     }
 

@@ -1,12 +1,13 @@
 //! Functions of arrays, timers and the clock: what they change is more than their value.
 
 use super::super::convert::{binary, convert, zero};
-use super::super::paths::Variable;
+use super::super::paths::{Slice, Variable};
 use super::super::{Lowerer, Operand};
 use super::Given;
+use crate::lexer::Span;
 use crate::program::{self, Binary, Convert, Expr, For, Scalar, Step, What};
 use crate::syntax::{ExpressionId, ExpressionKind};
-use crate::types::{Elementary, Type};
+use crate::types::{Class, Elementary, Type};
 
 impl Lowerer<'_, '_> {
     pub(super) fn bound(&mut self, given: &Given) -> Operand {
@@ -141,5 +142,69 @@ impl Lowerer<'_, '_> {
         let first = Expr::Const(0i32.into());
         let step = Expr::Const(1i32.into());
         self.push(given.span, What::For(Box::new(For { variable: number, first, last, step, body })));
+    }
+
+    /// SCATTER, GATHER: the bits of a bit string, and as many BOOL of an array or a structure.
+    pub(super) fn bits_of_elements(&mut self, given: &Given) {
+        let (Some(input), Some(output)) = (given.find("IN", 0), given.find("OUT", 1)) else {
+            self.error(given.span, format!("{} is called without IN or OUT", given.name), None);
+            return;
+        };
+        let (Some(from), Some(to)) = (self.target(input), self.target(output)) else { return };
+        let (from, to) = [from, to]
+            .map(|variable| Variable { place: self.frozen(variable.place.clone(), given.span), ..variable })
+            .into();
+        let (bits, elements) = if given.name == "SCATTER" { (&from, &to) } else { (&to, &from) };
+        let places = self.booleans(elements, given.span);
+        let of = bits.of.elementary().filter(|of| of.class() == Class::Bits);
+        let Some(of) = of.filter(|of| of.bits() as usize == places.len()) else {
+            let message =
+                format!("{} is for a bit string and as many BOOL, found {} and {}", given.name, from.of, to.of);
+            self.error(given.span, message, None);
+            return;
+        };
+        for (place, shift) in places.into_iter().zip(0..of.bits()) {
+            let element = Variable::whole(Type::Elementary(Elementary::Bool), place);
+            let bit = Variable { slice: Some(Slice { of: Elementary::Bool, shift }), ..bits.clone() };
+            let (from, to) = if given.name == "SCATTER" { (bit, element) } else { (element, bit) };
+            let value = self.value_of(&from, given.span);
+            self.assign(&to, value, given.span);
+        }
+    }
+
+    /// The places of the elements of an array of BOOL, or of the members of a structure of them; none if it is neither.
+    fn booleans(&self, variable: &Variable, span: Span) -> Vec<program::Place> {
+        let boolean = Type::Elementary(Elementary::Bool);
+        match &variable.of {
+            Type::Array(array) if array.of == boolean && array.bounds.len() == 1 => {
+                let at = self.at(span);
+                let (low, high) = array.bounds[0];
+                let element = |index: i32| {
+                    let mut place = variable.place.clone();
+                    place.steps.push(Step::Index(vec![Expr::Const(index.into())], at));
+                    place
+                };
+                // No bit string is longer.
+                (low..=high).take(65).map(element).collect()
+            }
+            Type::Structure(structure) if structure.fields.iter().all(|field| field.of == boolean) => {
+                (0..structure.fields.len()).map(|number| variable.place.clone().member(number)).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// DECO: a bit string with one bit set, DWORD if nothing says its type.
+    pub(super) fn decoded(&mut self, given: &Given, expected: Option<Elementary>) -> Operand {
+        let of = expected.filter(|of| of.class() == Class::Bits).unwrap_or(Elementary::DWord);
+        let number = self.argument(given, "IN", 0);
+        if matches!(number, Operand::Wrong(_)) {
+            return number;
+        }
+        let number = self.converted(number, Elementary::UDInt, given.span);
+        let at = self.at(given.span);
+        let bit = binary(Binary::And, Scalar::U32, number, Expr::Const((of.bits() - 1).into()), at);
+        let one = Expr::Const(program::Value::new(of.scalar(), 1));
+        Operand::Value(of, binary(Binary::Shl, of.scalar(), one, bit, at))
     }
 }

@@ -71,10 +71,9 @@ const POINTERS: [&str; 22] = [
 ];
 
 /// Functions of texts and of the clock, which do not exist here yet.
-const LATER: [&str; 30] = [
+const LATER: [&str; 22] = [
     "S_CONV",
     "S_COMP",
-    "S_MOVE",
     "STRG_VAL",
     "VAL_STRG",
     "STRG_TO_CHARS",
@@ -86,16 +85,9 @@ const LATER: [&str; 30] = [
     "WR_SYS_T",
     "WR_LOC_T",
     "T_CONV",
-    "T_COMBINE",
     "SET_TIMEZONE",
-    "SCATTER",
-    "GATHER",
     "SCATTER_BLK",
     "GATHER_BLK",
-    "DECO",
-    "ENCO",
-    "CTRL",
-    "BITSUM",
     "PARITY",
     "SEG",
     "LTD",

@@ -1,0 +1,171 @@
+//! Dates and times of day: all are calculated as nanoseconds.
+
+use super::super::convert::{binary, convert};
+use super::super::{Lowerer, Operand};
+use super::Given;
+use crate::lexer::Span;
+use crate::program::{self, Argument, At, Convert, Expr, Scalar};
+use crate::syntax;
+use crate::types::{Class, Elementary, Type};
+
+const MILLISECOND: i64 = 1_000_000;
+const DAY: i64 = 86_400_000 * MILLISECOND;
+
+/// From 1970-01-01, with which LDT begins, to 1990-01-01, with which DATE begins.
+const TO_DATE: i64 = 7305 * DAY;
+
+/// What is calculated with nanoseconds.
+#[derive(Clone, Copy, PartialEq)]
+enum Moment {
+    /// A date with time, as a structure.
+    Dtl,
+    /// An elementary type.
+    Of(Elementary),
+}
+
+fn constant(number: i64) -> Expr {
+    Expr::Const(number.into())
+}
+
+/// An operation on nanoseconds.
+fn with(operation: program::Binary, left: Expr, right: i64, at: At) -> Expr {
+    binary(operation, Scalar::I64, left, constant(right), at)
+}
+
+impl Lowerer<'_, '_> {
+    fn moment_of(&self, operand: &Operand) -> Option<Moment> {
+        match operand {
+            Operand::Variable(Type::Structure(structure), _) if structure.name == "DTL" => Some(Moment::Dtl),
+            Operand::Value(of, _) if matches!(of.class(), Class::Date | Class::Time) => Some(Moment::Of(*of)),
+            _ => None,
+        }
+    }
+
+    /// The nanoseconds of a moment: since 1970-01-01, or since midnight.
+    fn nanoseconds(&mut self, operand: Operand, span: Span) -> Option<Expr> {
+        let at = self.at(span);
+        match operand {
+            Operand::Variable(_, place) => {
+                let passed = Argument::Reference(self.frozen(place, span));
+                match self.of_library("DTL_TO_LDT", vec![passed], span)? {
+                    Operand::Value(_, value) => Some(value),
+                    _ => None,
+                }
+            }
+            Operand::Value(of, value) => {
+                let wide = convert(value, of.scalar(), Scalar::I64, Convert::Value, at);
+                Some(match of {
+                    Elementary::Time | Elementary::Tod => with(program::Binary::Mul, wide, MILLISECOND, at),
+                    Elementary::Date => {
+                        let days = with(program::Binary::Mul, wide, DAY, at);
+                        with(program::Binary::Add, days, TO_DATE, at)
+                    }
+                    _ => wide,
+                })
+            }
+            _ => None,
+        }
+    }
+
+    /// A moment of a type from nanoseconds.
+    fn as_moment(&mut self, nanoseconds: Expr, to: Moment, span: Span) -> Option<Operand> {
+        use program::Binary::{Add, Div, Rem, Sub};
+        let at = self.at(span);
+        let Moment::Of(of) = to else {
+            return self.of_library("LDT_TO_DTL", vec![Argument::Value(nanoseconds)], span);
+        };
+        let in_day = |value: Expr| with(Rem, with(Add, with(Rem, value, DAY, at), DAY, at), DAY, at);
+        let value = match of {
+            Elementary::Time => with(Div, nanoseconds, MILLISECOND, at),
+            Elementary::Tod => with(Div, in_day(nanoseconds), MILLISECOND, at),
+            Elementary::LTod => in_day(nanoseconds),
+            Elementary::Date => with(Div, with(Sub, nanoseconds, TO_DATE, at), DAY, at),
+            _ => nanoseconds,
+        };
+        Some(Operand::Value(of, convert(value, Scalar::I64, of.scalar(), Convert::Value, at)))
+    }
+
+    /// A moment plus or minus a duration, or the duration between two; `None` if there is no moment.
+    pub fn moments(
+        &mut self,
+        operator: syntax::Binary,
+        left: &Operand,
+        right: &Operand,
+        span: Span,
+    ) -> Option<Operand> {
+        let is_date = |moment: Moment| {
+            matches!(moment, Moment::Dtl) || matches!(moment, Moment::Of(of) if of.class() == Class::Date)
+        };
+        let (one, other) = (self.moment_of(left)?, self.moment_of(right)?);
+        let is_difference = operator == syntax::Binary::Subtract;
+        let to = match (is_date(one), is_date(other)) {
+            (true, false) => one,
+            (false, true) if !is_difference => other,
+            (true, true) if is_difference && one == other => match one {
+                Moment::Of(Elementary::Ldt | Elementary::LTod) => Moment::Of(Elementary::LTime),
+                _ => Moment::Of(Elementary::Time),
+            },
+            _ => return None,
+        };
+        let left = self.nanoseconds(left.clone(), span)?;
+        let right = self.nanoseconds(right.clone(), span)?;
+        let operation = if is_difference { program::Binary::Sub } else { program::Binary::Add };
+        let at = self.at(span);
+        self.as_moment(binary(operation, Scalar::I64, left, right, at), to, span)
+    }
+
+    /// The nanoseconds of two dates with time that are compared; `None` if they are none.
+    pub fn compared_moments(&mut self, left: &Operand, right: &Operand, span: Span) -> Option<[Operand; 2]> {
+        let are = [left, right].map(|operand| self.moment_of(operand) == Some(Moment::Dtl));
+        if are != [true, true] {
+            return None;
+        }
+        let left = self.nanoseconds(left.clone(), span)?;
+        let right = self.nanoseconds(right.clone(), span)?;
+        Some([left, right].map(|value| Operand::Value(Elementary::LInt, value)))
+    }
+
+    /// `DTL_TO_TOD` and the like; `None` if it is no conversion between two moments.
+    pub(super) fn moment_conversion(&mut self, from: &str, to: &str, given: &Given) -> Option<Operand> {
+        let named = |name: &str| match name {
+            "DTL" => Some(Moment::Dtl),
+            name => Elementary::named(name).filter(|of| of.class() == Class::Date).map(Moment::Of),
+        };
+        let (from, to) = (named(from)?, named(to)?);
+        let is_of_day = |moment: Moment| matches!(moment, Moment::Of(Elementary::Tod | Elementary::LTod));
+        if is_of_day(from) && !is_of_day(to) {
+            let help = Some("a time of day has no date: use T_COMBINE");
+            return Some(self.error(given.span, format!("there is no {}", given.name), help));
+        }
+        let operand = self.argument(given, "IN", 0);
+        let operand = match (self.moment_of(&operand), from, operand) {
+            (_, _, Operand::Wrong(name)) => return Some(Operand::Wrong(name)),
+            (Some(Moment::Dtl), Moment::Dtl, operand) => operand,
+            (_, Moment::Of(of), operand) => {
+                let value = self.converted(operand, of, given.span);
+                Operand::Value(of, value)
+            }
+            (_, _, operand) => {
+                let found = self.type_name(&operand);
+                return Some(self.error(given.span, format!("expected DTL, found {found}"), None));
+            }
+        };
+        let nanoseconds = self.nanoseconds(operand, given.span)?;
+        self.as_moment(nanoseconds, to, given.span)
+    }
+
+    /// `T_COMBINE`: a date and a time of day as DTL.
+    pub(super) fn combined(&mut self, given: &Given) -> Operand {
+        let (date, time) = (self.argument(given, "IN1", 0), self.argument(given, "IN2", 1));
+        match self.moments(syntax::Binary::Add, &date, &time, given.span) {
+            _ if matches!(date, Operand::Wrong(_)) || matches!(time, Operand::Wrong(_)) => Operand::Wrong(None),
+            None => {
+                let (date, time) = (self.nanoseconds(date, given.span), self.nanoseconds(time, given.span));
+                let (Some(date), Some(time)) = (date, time) else { return Operand::Wrong(None) };
+                let sum = binary(program::Binary::Add, Scalar::I64, date, time, self.at(given.span));
+                self.as_moment(sum, Moment::Dtl, given.span).unwrap_or(Operand::Wrong(None))
+            }
+            Some(_) => self.error(given.span, format!("{} is for a DATE and a time of day", given.name), None),
+        }
+    }
+}

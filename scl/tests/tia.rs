@@ -1,0 +1,56 @@
+//! Programs in the style of what engineers export from TIA Portal. Each compiles, unless its first lines say otherwise:
+//!
+//! - `// refused: LINE: TEXT` is one of its errors, and there is no error in another line;
+//! - `// lacks` means that it names what no file declares, and nothing else is wrong with it.
+
+use parameters::Source;
+use scl::{Options, compile};
+use std::fs;
+use std::path::Path;
+
+/// What the errors of names that no file declares have in common.
+const LACKS: [&str; 2] = ["no source declares", "talks to the PLC's hardware or system"];
+
+#[test]
+fn programs_from_tia_portal_compile_or_say_why_not() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tia");
+    let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    let (mut compiled, mut all) = (0, 0);
+    for file in &files {
+        let source = Source::read(file, None).unwrap();
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        let refused: Vec<(usize, String)> = source
+            .text
+            .lines()
+            .filter_map(|line| line.strip_prefix("// refused: ")?.split_once(": "))
+            .map(|(line, text)| (line.parse().unwrap(), text.to_string()))
+            .collect();
+        let lacks = source.text.starts_with("// lacks");
+        let errors: Vec<(usize, String)> = match compile(std::slice::from_ref(&source), &Options::default()) {
+            Ok(_) => Vec::new(),
+            Err(errors) => errors
+                .into_iter()
+                .flat_map(|of_file| of_file.problems)
+                .map(|problem| (problem.place.expect("an error has a place").line, problem.message))
+                .collect(),
+        };
+        all += 1;
+        compiled += usize::from(errors.is_empty() || lacks);
+        if lacks {
+            let others: Vec<_> =
+                errors.iter().filter(|(_, text)| !LACKS.iter().any(|lack| text.contains(lack))).collect();
+            assert!(others.is_empty() && !errors.is_empty(), "{name}: {others:?}");
+            continue;
+        }
+        for (line, text) in &refused {
+            assert!(
+                errors.iter().any(|(at, error)| at == line && error.contains(text)),
+                "{name}:{line}: {text}: {errors:#?}"
+            );
+        }
+        let others: Vec<_> = errors.iter().filter(|(at, _)| refused.iter().all(|(line, _)| line != at)).collect();
+        assert!(others.is_empty(), "{name}: {others:#?}");
+    }
+    assert!(all >= 40 && compiled * 4 >= all * 3, "{compiled} of {all} compile or lack only names");
+}
