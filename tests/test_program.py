@@ -5,6 +5,7 @@ import json
 import pathlib
 import struct
 import subprocess
+import sys
 import zipfile
 
 import fmpy
@@ -14,6 +15,7 @@ from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 
 import host
+import plcfmu
 from plcfmu.messages import Log
 
 CASES = pathlib.Path(__file__).parents[1] / "scl/tests/cases"
@@ -246,6 +248,18 @@ def test_a_source_that_was_changed_by_hand_is_refused(counter, tmp_path):
         Running(tmp_path / "Counter.fmu")
 
 
+def test_the_fmu_says_the_licences_of_the_crates_in_its_library(counter):
+    sys.path.insert(0, str(CASES.parents[2] / "plcfmu/python"))
+    try:
+        import notices
+    finally:
+        del sys.path[0]
+    with zipfile.ZipFile(counter) as package:
+        packed = package.read("documentation/licenses/NOTICE-PROGRAM").decode()
+    assert packed == notices.of_programs("x86_64-unknown-linux-gnu"), "renew it: python plcfmu/python/notices.py"
+    assert "- libm 0." in packed and "Permission is hereby granted" in packed
+
+
 def test_what_is_wrong_is_told_with_its_place_and_nothing_is_written(build):
     done, folder = build(COUNTER.replace("#count := #count + 1", "#count := #cuont + 1"), "--cycle=1s")
     line = COUNTER.splitlines().index("        #count := #count + 1;") + 1
@@ -391,3 +405,79 @@ def test_a_program_runs_in_a_loop_without_being_packed_first(command, tmp_path):
     (tmp_path / "plain.toml").write_text('stop = 3.0\nrecord = ["P.flow"]\n[fmus]\nP = "pump.scl"\n[settings]\nP.on = true\n')
     run("run", "plain.toml", "--cycle=0.5s", "--out=run.csv")
     assert (tmp_path / "run.csv").read_text(encoding="utf-8").splitlines()[2] == "0.5,1.5", "without the data block the rate is 1.5"
+
+
+def test_a_new_program_checks_passes_its_test_and_is_packed(command, tmp_path):
+    def run(folder, *words):
+        done = subprocess.run([command, *words], cwd=folder, env=host.environment(), capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    said = run(tmp_path, "new", "--scl", "my_pump")
+    folder = tmp_path / "my_pump"
+    lines = [line.split("#")[0].split() for line in said.splitlines() if line.startswith("  plcfmu ")]
+    assert [line[1] for line in lines] == ["check", "test", "build"]
+    for line in lines:
+        run(folder, *line[1:])
+    assert (folder / "MY_PUMP.fmu").is_file()
+
+
+def test_python_builds_a_program_and_raises_what_is_wrong_with_it(command, tmp_path, monkeypatch):
+    monkeypatch.setenv("PLCFMU_COMMAND", str(command))
+    monkeypatch.setenv("PLCFMU_FMUS", str(host.FOLDER))
+    source = tmp_path / "counter.scl"
+    source.write_text(COUNTER, encoding="utf-8")
+    path = plcfmu.build(source, cycle="0.5s", out=tmp_path, parameter=["enable"])
+    description = fmpy.read_model_description(str(path))
+    of = {variable.name: variable.causality for variable in description.modelVariables}
+    assert path == tmp_path / "Counter.fmu" and of["enable"] == "parameter"
+    with pytest.raises(plcfmu.BuildError, match="--cycle 100ms"):
+        plcfmu.build([source], cycle=[], out=tmp_path)
+
+
+CLOCK = """
+FUNCTION_BLOCK "Clock"
+   VAR_INPUT
+      delay : Time;
+      from : DTL := DTL#2024-02-29-12:00:00;
+   END_VAR
+   VAR_OUTPUT
+      over : Bool;
+      until : DTL;
+      longer : Time;
+   END_VAR
+   VAR
+      t : TON_TIME;
+   END_VAR
+BEGIN
+    #t(IN := TRUE, PT := #delay, Q => #over);
+    #until := T_ADD(IN1 := #from, IN2 := #delay);
+    #longer := #delay * 2;
+END_FUNCTION_BLOCK
+"""
+
+
+def test_a_negative_time_and_the_members_of_a_dtl_go_in_and_out(build):
+    done, folder = build(CLOCK, "--cycle=1s")
+    assert done.returncode == 0, done.stderr
+    running = Running(folder / "Clock.fmu", [("delay", -12.5), ("from.DAY", 28)])
+    running.call(1.0)
+    # Below 0 a TON counts as 0; 2024-02-28 12:00 less 12.5 s.
+    assert running.get("over") and running.get("longer") == -25.0
+    until = [running.get(f"until.{part}") for part in ("YEAR", "MONTH", "DAY", "HOUR", "MINUTE", "SECOND", "NANOSECOND")]
+    assert until == [2024, 2, 28, 11, 59, 47, 500_000_000]
+
+
+def test_a_preset_of_a_program_has_its_values_and_info_shows_it(counter, command, tmp_path):
+    def run(*words):
+        done = subprocess.run([command, *words], cwd=tmp_path, env=host.environment(), capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    run("preset", str(counter), "--set", "limit=1", "-o", "one.fmu")
+    running = Running(tmp_path / "one.fmu")
+    for _ in range(3):
+        running.call(0.5)
+    assert running.get("count") == 1
+    shown = run("info", "one.fmu")
+    assert "limit" in shown and "Counter" in shown

@@ -33,16 +33,22 @@ def cargo(*arguments: str) -> str:
     return done.stdout
 
 
-def crates(target: str) -> dict[str, dict[str, Any]]:
-    """The crates of others that are linked into the command, by `name version`, as cargo describes them."""
-    options = ["--package", "plcfmu", "--edges", "normal,no-proc-macro", "--target", target, "--no-dedupe"]
+PROGRAM = """\
+The library of a PLC program's FMU is made of the plcfmu project's sources (MIT OR Apache-2.0) and of the crates below, besides what
+NOTICE names.
+"""
+
+
+def crates(target: str, package: str = "plcfmu") -> dict[str, dict[str, Any]]:
+    """The crates of others that are linked into a package, by `name version`, as cargo describes them."""
+    options = ["--package", package, "--edges", "normal,no-proc-macro", "--target", target, "--no-dedupe"]
     lines = cargo("tree", *options, "--prefix", "none", "--format", "{p}").splitlines()
     linked = {" ".join(line.split()[:2]) for line in lines}
     metadata = json.loads(cargo("metadata", "--format-version", "1", "--filter-platform", target))
     found = {}
-    for package in metadata["packages"]:
-        if package["source"] and f"{package['name']} v{package['version']}" in linked:
-            found[f"{package['name']} {package['version']}"] = package
+    for one in metadata["packages"]:
+        if one["source"] and f"{one['name']} v{one['version']}" in linked:
+            found[f"{one['name']} {one['version']}"] = one
     return dict(sorted(found.items()))
 
 
@@ -54,9 +60,11 @@ def texts(folder: pathlib.Path) -> list[str]:
     return [path.read_text(encoding="utf-8", errors="replace").strip() for path in sorted(files)]
 
 
-def notices(target: str) -> str:
-    """Everything that has to be said about the licences of the command for a Rust target."""
-    linked = crates(target)
+RULE = "-" * 100
+
+
+def licences(linked: dict[str, dict[str, Any]]) -> list[str]:
+    """A line for each crate, and each licence text once."""
     # Copies of the same text differ in their white space.
     different: dict[str, tuple[str, list[str]]] = {}
     for crate, package in linked.items():
@@ -69,11 +77,25 @@ def notices(target: str) -> str:
             sys.exit(f"error: {folder} has no licence text, which {NAME} needs: choose another version of {crate}")
         for text in its:
             different.setdefault(" ".join(text.split()), (text, []))[1].append(crate)
-    rule = "-" * 100
-    parts = [INTRODUCTION]
-    parts += [f"- {crate}: {package['license'] or package['license_file']}" for crate, package in linked.items()]
+    parts = [f"- {crate}: {package['license'] or package['license_file']}" for crate, package in linked.items()]
     for text, its_crates in different.values():
-        parts += ["", rule, f"{', '.join(its_crates)}:", "", text]
+        parts += ["", RULE, f"{', '.join(its_crates)}:", "", text]
+    return parts
+
+
+def notices(target: str) -> str:
+    """Everything that has to be said about the licences of the command for a Rust target."""
+    parts = [INTRODUCTION, *licences(crates(target))]
     for heading, file in (("The notice in each FMU", "NOTICE"), ("The Unicode licence", "LICENSE-UNICODE")):
-        parts += ["", rule, f"{heading}:", "", (PLCFMU / file).read_text(encoding="utf-8").strip()]
+        parts += ["", RULE, f"{heading}:", "", (PLCFMU / file).read_text(encoding="utf-8").strip()]
     return "\n".join(parts) + "\n"
+
+
+def of_programs(target: str) -> str:
+    """What the FMU of a PLC program says of its library: the file NOTICE-PROGRAM, which `python notices.py` writes."""
+    text = "\n".join([PROGRAM, *licences(crates(target, "program_library"))])
+    return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
+
+
+if __name__ == "__main__":
+    (PLCFMU / "NOTICE-PROGRAM").write_text(of_programs("x86_64-unknown-linux-gnu"), encoding="utf-8", newline="\n")

@@ -32,9 +32,10 @@ enum Command {
     Gains(gains::Options),
     #[command(hide = true)]
     Figures(figures::Options),
-    /// Make a crate for a block of your own
+    /// Make a crate for a block of your own, or a program in SCL
     ///
-    /// The crate builds as it stands: it comes with the sources that it needs.
+    /// The crate builds as it stands: it comes with the sources that it needs. With --scl it is a PLC program and a test of its
+    /// logic, which need no compiler.
     New(new::Options),
     /// Pack a PLC program in SCL, or the FMUs of the current crate or workspace
     ///

@@ -27,10 +27,12 @@ from .instance import FmuError, Fmus, Instance, UnknownVariableError, Variable
 from .loop import clock, simulate
 from .parameters import CommandNotFoundError, ParameterError, params
 from .program import arguments
+from .programs import BuildError, build
 from .result import Result
 from .studies import StudyError, StudyResult, study
 
 __all__ = [
+    "BuildError",
     "CommandNotFoundError",
     "Figure",
     "Figures",
@@ -45,6 +47,7 @@ __all__ = [
     "UnknownVariableError",
     "Variable",
     "arguments",
+    "build",
     "clock",
     "figures",
     "find",

@@ -1,15 +1,19 @@
-//! `plcfmu new`: makes a crate for a block of one's own.
+//! `plcfmu new`: makes a crate for a block of one's own, or a program in SCL.
 
 use crate::build::template::{self, Names};
-use anyhow::Result;
+use anyhow::{Context, Result};
+use std::fs;
 use std::io::{IsTerminal, stderr, stdin};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What to make.
 #[derive(clap::Args, Debug)]
 pub struct Options {
     /// The crate's name, such as my_block; its FMU is MY_BLOCK.fmu
     name: String,
+    /// Make a PLC program in SCL with a test of its logic, in place of a crate in Rust
+    #[arg(long, conflicts_with = "license")]
+    scl: bool,
     /// The block's licence, an SPDX expression such as MIT; asked for on a terminal, otherwise left open
     #[arg(long, value_name = "SPDX")]
     license: Option<String>,
@@ -21,6 +25,9 @@ pub struct Options {
 /// Makes the crate and says what to do next.
 pub fn run(options: &Options) -> Result<()> {
     let names = Names::of(&options.name)?;
+    if options.scl {
+        return make_program(&names, options.path.as_deref());
+    }
     let license = match &options.license {
         Some(license) => Some(license.clone()),
         None if stdin().is_terminal() && stderr().is_terminal() => ask()?,
@@ -40,6 +47,27 @@ pub fn run(options: &Options) -> Result<()> {
     if license.is_none() {
         println!("\nThe licence is open: add a line such as license = \"MIT\" to Cargo.toml to name one.");
     }
+    Ok(())
+}
+
+/// Makes a program with its test.
+fn make_program(names: &Names, path: Option<&Path>) -> Result<()> {
+    let (name, block) = (&names.package, &names.block);
+    let folder = path.unwrap_or(Path::new(name));
+    fs::create_dir(folder)
+        .with_context(|| format!("the folder {} cannot be made: name another with --path", folder.display()))?;
+    let program = include_str!("../program/template/machine.scl").replace("MACHINE", block);
+    let test = include_str!("../program/template/machine.toml").replace("machine.scl", &format!("{name}.scl"));
+    for (file, text) in [(format!("{name}.scl"), program), (format!("{name}.toml"), test)] {
+        let file = folder.join(file);
+        fs::write(&file, text).with_context(|| format!("{} cannot be written", file.display()))?;
+    }
+    let folder = folder.display();
+    println!(
+        "{folder} is ready. Write the program in {name}.scl, then:\n\n  cd {folder}\n  plcfmu check {name}.scl                  # \
+         errors and warnings\n  plcfmu test {name}.toml                  # runs its cases\n  plcfmu build {name}.scl --cycle 100ms   # packs \
+         {block}.fmu"
+    );
     Ok(())
 }
 

@@ -23,6 +23,9 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+/// What a user has to be told about the licences of the crates in the library of programs.
+const NOTICE: (&str, &str) = ("NOTICE-PROGRAM", include_str!("../../NOTICE-PROGRAM"));
+
 /// How a program is packed.
 #[derive(clap::Args, Clone, Debug, Default, PartialEq)]
 #[group(skip)] // clap names a group after the type, and others have the same name
@@ -189,7 +192,7 @@ pub fn pack(files: &[PathBuf], options: &Options, folder: &Path) -> Result<(Path
         let bytes = fs::read(library).with_context(|| library.display().to_string())?;
         contents.insert(format!("binaries/{platform}/{name}{suffix}"), bytes);
     }
-    for (licence, text) in LICENCES {
+    for (licence, text) in LICENCES.into_iter().chain([NOTICE]) {
         contents.insert(format!("documentation/licenses/{licence}"), text.into());
     }
     contents.insert("model.png".into(), picture::png(&diagram::icon::svg(&interface.table)?)?);
