@@ -1,7 +1,9 @@
 """`plcfmu tune-study` as a user sees it: settings that are better than the loop's own ones and keep the constraints for every
 plant, a front of two figures, and the same bytes with any number of jobs."""
 
+import cmath
 import csv
+import math
 import pathlib
 import re
 import subprocess
@@ -155,6 +157,42 @@ def test_a_study_that_cannot_be_searched_is_refused_with_what_is_wrong(run, tmp_
     done = run("tune-study", written(tmp_path, **{old: new}), "--fmus", host.FOLDER)
     assert done.returncode == 1
     assert message in done.stderr
+
+
+def exact_sensitivity(gain, ti, td, tm_lag, rise, delay, lags=(120.0, 20.0), cycle=1.0):
+    """Ms of CONT_C with HEATER from their formulas: the answer of two lags behind a dead time to a held step, call by call, and
+    the controller with s replaced by 2/CYCLE (z - 1)/(z + 1). The exchange costs a call."""
+
+    def answer(call):
+        time = (call - 1) * cycle - delay
+        one, two = lags
+        moved = 1 - (one * math.exp(-time / one) - two * math.exp(-time / two)) / (one - two)
+        return rise / 100 * moved if time > 0 else 0.0
+
+    answers = [answer(call) for call in range(2000)]
+    steps = [after - before for before, after in zip(answers, answers[1:])]
+    ms = 0.0
+    for point in range(400):
+        back = cmath.exp(-1j * math.pi * 1e-3 ** (1 - (point + 0.5) / 400))
+        s = 2 / cycle * (1 - back) / (1 + back)
+        plant = 0.0
+        for step in reversed(steps):
+            plant = plant * back + step
+        controller = gain * (1 + 1 / (s * ti) + s * td / (1 + s * tm_lag))
+        ms = max(ms, 1 / abs(1 + controller * plant * back))
+    return ms
+
+
+def test_the_guide_shows_what_its_example_gives_and_ms_is_that_of_the_exact_loop(run, tmp_path):
+    done = run("tune-study", EXAMPLES / "studies/furnace_tuning.toml", "--fmus", host.FOLDER, "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    shown = "".join(f"    {line}".rstrip() + "\n" for line in done.stdout.splitlines() if str(tmp_path) not in line)
+    assert shown.rstrip() in (EXAMPLES.parent / "docs/tune_study.md").read_text()
+    found, now = ({row["setting"]: float(row[which]) for row in rows(tmp_path / "settings.csv")} for which in ("found", "now"))
+    told = re.search(r"^ms +(\S+) +\S+ +(\S+)", done.stdout, re.M)
+    for settings, ms in zip((found, now), told.groups()):
+        of_worst = exact_sensitivity(*settings.values(), tm_lag=1.0, rise=360.0, delay=8.0)
+        assert float(ms) == pytest.approx(of_worst, rel=0.01)
 
 
 CHAMBER = """

@@ -180,7 +180,51 @@ pub fn of(recorded: &Recorded, method: Method, is_integrating: bool) -> Result<I
     judged(&step, model, method)
 }
 
-/// The same from a CSV file.
+/// What a plant does after a unit step of the manipulated value, sample by sample.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// The process value, less where it was at rest, from the sample of the step on.
+    pub values: Vec<f64>,
+    /// The time between two samples in seconds.
+    pub interval: f64,
+    /// The standard deviation of the noise in it.
+    pub noise: f64,
+}
+
+impl Answer {
+    /// The answer in a record whose samples are equally far apart.
+    ///
+    /// # Errors
+    /// Why the record says nothing about the plant, with numbers, and what to do.
+    pub fn of(recorded: &Recorded, is_integrating: bool) -> Result<Answer> {
+        let step = Step::of(recorded, is_integrating)?;
+        let values = step.values.iter().map(|value| value / step.height).collect();
+        Ok(Answer { values, interval: step.interval(), noise: (step.noise / step.height).abs() })
+    }
+
+    /// The answer as it is on the average of so many seconds before, which has no pulses of this period in it.
+    #[must_use]
+    pub fn averaged(&self, period: f64) -> Answer {
+        let count = (period / self.interval).round().max(1.0) as usize;
+        let mean = |at: usize| self.values[at.saturating_sub(count - 1)..=at].iter().sum::<f64>() / count as f64;
+        Answer { values: (0..self.values.len()).map(mean).collect(), ..*self }
+    }
+
+    /// The answer at each n-th sample.
+    #[must_use]
+    pub fn every(&self, count: usize) -> Answer {
+        let values = self.values.iter().step_by(count).copied().collect();
+        Answer { values, interval: self.interval * count as f64, ..*self }
+    }
+
+    /// How much of the answer the noise in all of its changes may be, at the frequency where it is the most.
+    pub fn uncertainty(&self) -> f64 {
+        let largest = self.values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        self.noise * (self.values.len() as f64).sqrt() / largest
+    }
+}
+
+/// The model from a recorded step in a CSV file.
 ///
 /// # Errors
 /// What is wrong with the file, with line and column; otherwise as in [`of`].

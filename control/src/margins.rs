@@ -1,13 +1,29 @@
-//! How far a loop is from instability: sensitivity, gain margin and phase margin, from the frequency response of controller and
-//! plant with the exact dead time; and the gain at which the plant oscillates.
+//! How far a loop is from instability: sensitivity, gain margin and phase margin of a sampled loop; and the gain at which a plant
+//! oscillates.
+//!
+//! The controller sees the plant at its calls only, and holds its manipulated value between them. So a plant is here what its
+//! process value does from call to call: after a unit step of the manipulated value the process value changes by h1, h2, ...,
+//! and `P(z) = h1 z^-1 + h2 z^-2 + ...`. That holds for any linear plant, whether the steps come from a [record](Plant::of_step)
+//! or from a [model](Plant::of_model); behind the last one they go on as a geometric sequence. The controller is the law that is
+//! computed in each call, see [`Law`]. By the argument principle, a loop is stable if `(1 - z^-1)^k (1 + C(z) P(z))`, with k
+//! integrators, does not turn around 0 on the way along the unit circle.
 
 use crate::identify::Model;
+use crate::process::Process;
 use crate::rules::Settings;
-use libm::{atan, atan2, cos, exp, hypot, log};
+use libm::{atan, atan2, cos, exp, hypot, log, pow, sin};
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::ops::{Add, Div, Mul, Sub};
 
-/// The frequencies of the scan: enough that neighbours differ by less than a radian of the dead time.
-const POINTS: usize = 4000;
+/// By how much two neighbouring frequencies differ, as a logarithm: the phase of a dead time turns by this part of a radian between
+/// them where it is one radian.
+const DENSITY: f64 = 0.012;
+/// A plant has at most so many steps: the sampling time is a multiple of the call's beyond.
+const MOST_STEPS: usize = 20_000;
+/// After so many time constants a lag is at rest.
+const RESTS: f64 = 12.0;
+/// If the change in a tenth of a record is more than this part of that in the tenth before, it is no lag that ends.
+const SLOWEST: f64 = 0.95;
 /// How often an interval is divided when a crossing is refined.
 const BISECTIONS: usize = 80;
 
@@ -29,44 +45,189 @@ impl Margins {
     }
 }
 
-/// The margins of a controller with a plant. GAIN and the plant's gain count by their amounts.
-pub fn of(model: &Model, settings: &Settings) -> Margins {
-    let open_loop = |frequency: f64| {
-        let (amplitude, phase) = controller(settings, frequency);
-        let plant = plant(model, frequency);
-        (amplitude * plant.0, phase + plant.1)
-    };
-    let frequencies = frequencies(model, settings);
-    let responses: Vec<(f64, f64)> = frequencies.iter().map(|frequency| open_loop(*frequency)).collect();
-    let (mut gain_margin, mut phase_margin) = (None::<f64>, None::<f64>);
-    for (pair, between) in responses.windows(2).zip(frequencies.windows(2)) {
-        let turns = |phase: f64| ((phase + PI) / (2.0 * PI)).ceil();
-        // Below -180, -540, ... degrees.
-        if turns(pair[1].1) < turns(pair[0].1) {
-            let level = 2.0 * PI * (turns(pair[0].1) - 1.0) - PI;
-            let frequency = crossing(between, |frequency| open_loop(frequency).1 - level);
-            let margin = 1.0 / open_loop(frequency).0;
-            gain_margin = Some(gain_margin.map_or(margin, |other| other.min(margin)));
+/// What a controller computes from the error, call by call:
+///
+/// ```text
+/// LMN = p + i + d    p = GAIN e
+/// i = i + CYCLE/TI (p + p of the previous call)/2
+/// d = TD/(TM_LAG + CYCLE/2) (p - w), then w = w + CYCLE/TD d
+/// ```
+///
+/// The plant may see each n-th manipulated value only, if the loop's exchange of values is slower than the calls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Law {
+    /// GAIN counts by its amount. Times below what the law can compute with are the caller's to raise.
+    pub settings: Settings,
+    /// The time between two calls in seconds.
+    pub cycle: f64,
+    /// How many calls there are from one process value to the next.
+    pub calls: u32,
+}
+
+impl Law {
+    /// The frequency response at `z^-1` of the process values.
+    fn response(&self, back: Complex) -> Complex {
+        let Law { settings: Settings { gain, ti, td, tm_lag }, cycle, calls } = *self;
+        let mut sum = Complex::ONE;
+        // The error is the same in all calls but the first one, which still knows the previous one.
+        if let Some(ti) = ti {
+            let added = (Complex::ONE + back) * 0.5 + Complex::ONE * f64::from(calls - 1);
+            sum = sum + added * (cycle / ti) / (Complex::ONE - back);
         }
-        if (pair[0].0 > 1.0) != (pair[1].0 > 1.0) {
-            let frequency = crossing(between, |frequency| open_loop(frequency).0 - 1.0);
-            let margin = 180.0 + open_loop(frequency).1.to_degrees();
-            phase_margin = Some(phase_margin.map_or(margin, |other| other.min(margin)));
+        if let Some(td) = td {
+            let kick = td / (tm_lag + cycle / 2.0);
+            let left = 1.0 - cycle / td * kick;
+            let (last, all) = (pow(left, f64::from(calls - 1)), pow(left, f64::from(calls)));
+            sum = sum + (Complex::ONE - back) * (kick * last) / (Complex::ONE - back * all);
         }
+        sum * gain.abs()
     }
-    let is_stable = gain_margin.is_none_or(|margin| margin > 1.0) && phase_margin.is_none_or(|margin| margin > 0.0);
-    let sensitivity = is_stable.then(|| {
-        let amplification = |(amplitude, phase): (f64, f64)| {
-            1.0 / (1.0 + 2.0 * amplitude * cos(phase) + amplitude * amplitude).max(f64::MIN_POSITIVE).sqrt()
+
+    /// The time between two process values in seconds.
+    fn sampling(&self) -> f64 {
+        self.cycle * f64::from(self.calls)
+    }
+}
+
+/// A plant between two calls of the controller, as a frequency response.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plant {
+    /// The frequencies in radians per second, and the response at each.
+    responses: Vec<(f64, Complex)>,
+    /// By how much the hold of the manipulated value and pulses delay it, in seconds.
+    hold: f64,
+    is_integrating: bool,
+}
+
+impl Plant {
+    /// The plant whose process value answers to a unit step of the manipulated value with these values, `interval` seconds
+    /// apart. The first one is at the call of the step.
+    ///
+    /// `delay` is what pulses add to it, half of their period, in seconds.
+    ///
+    /// The change in the last tenth and that in the tenth before it tell how it goes on.
+    pub fn of_step(values: &[f64], interval: f64, is_integrating: bool, delay: f64) -> Plant {
+        let stride = values.len().div_ceil(MOST_STEPS).max(1);
+        let values: Vec<f64> = values.iter().step_by(stride).copied().collect();
+        let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let tenth = (steps.len() / 10).max(1).min(steps.len());
+        let last: f64 = steps[steps.len() - tenth..].iter().sum();
+        let before: f64 = steps.iter().rev().skip(tenth).take(tenth).sum();
+        let (ratio, next) = if is_integrating {
+            (1.0, (last + before) / (2 * tenth) as f64)
+        } else if last / before > 0.0 && last / before < SLOWEST {
+            let ratio = pow(last / before, 1.0 / tenth as f64);
+            // The next step begins a tenth that is as much smaller than the last one.
+            (ratio, last * (last / before) * (1.0 - ratio) / (1.0 - last / before))
+        } else {
+            (0.0, 0.0)
         };
-        let (highest, _) = responses.iter().enumerate().fold((0, 0.0), |best, (point, response)| {
-            let value = amplification(*response);
-            if value > best.1 { (point, value) } else { best }
-        });
-        let (low, high) = (highest.saturating_sub(1), (highest + 1).min(POINTS - 1));
-        maximum(frequencies[low], frequencies[high], |frequency| amplification(open_loop(frequency)))
+        let interval = interval * stride as f64;
+        let longest = interval * steps.len() as f64;
+        let plant = Plant::new(&steps, (ratio, next), interval, longest, is_integrating);
+        Plant { hold: plant.hold + delay, ..plant }
+    }
+
+    /// The plant of a model, for a controller with this time between two calls in seconds.
+    pub fn of_model(model: &Model, cycle: f64) -> Plant {
+        let lags = [model.time_constant, model.second_time_constant];
+        let (short, long) = (lags[0].min(lags[1]), lags[0].max(lags[1]));
+        // Behind the shorter lag there is the longer one alone.
+        let end = model.dead_time + RESTS * if model.is_integrating { long } else { short };
+        let interval = cycle.max(end / MOST_STEPS as f64);
+        let mut process = Process::at_rest(*model, 0.0);
+        process.put(0.0, 1.0);
+        let count = (end / interval).ceil() as usize + 10;
+        let values: Vec<f64> = (0..=count).map(|call| process.output_at(call as f64 * interval)).collect();
+        let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let ratio = match model.is_integrating {
+            true => 1.0,
+            false if long > 0.0 => exp(-interval / long),
+            false => 0.0,
+        };
+        let longest = (interval * count as f64).max(long);
+        Plant::new(&steps, (ratio, steps[count - 1] * ratio), interval, longest, model.is_integrating)
+    }
+
+    /// With the ratio of the steps behind the last one and the first of them, and the longest time of the plant in seconds.
+    fn new(steps: &[f64], tail: (f64, f64), interval: f64, longest: f64, is_integrating: bool) -> Plant {
+        // The loop may be much slower than an integrating plant.
+        let lowest = log(if is_integrating { 1e-5 } else { 1e-2 } / longest);
+        let highest = log(PI / interval);
+        let count = ((highest - lowest) / DENSITY).ceil();
+        let way = steps.iter().sum::<f64>() + if is_integrating { tail.1 } else { tail.1 / (1.0 - tail.0) };
+        let response = |point: usize| {
+            let frequency = exp(lowest + (highest - lowest) * (point as f64 / count));
+            let back = Complex::turned(-frequency * interval);
+            let behind = Complex::ONE * tail.1 / (Complex::ONE - back * tail.0);
+            let sum = steps.iter().rev().fold(behind, |sum, step| sum * back + Complex::ONE * *step);
+            (frequency, sum * back * way.signum())
+        };
+        Plant { responses: (0..=count as usize).map(response).collect(), hold: interval / 2.0, is_integrating }
+    }
+}
+
+/// The margins of a controller with a plant, whose gain counts by its amount.
+///
+/// `delay` is what pulses add to the hold, half of their period, in seconds. If the plant is known for another delay, or another time
+/// between two process values than that of the law, the difference is taken for it, and half of that.
+pub fn of(plant: &Plant, law: &Law, delay: f64) -> Margins {
+    let sampling = law.sampling();
+    let delay = delay + sampling / 2.0 - plant.hold;
+    // The integrators, of which each is a pole at 1.
+    let integrators = usize::from(law.settings.ti.is_some()) + usize::from(plant.is_integrating);
+    let seen = plant.responses.iter().take_while(|(frequency, _)| *frequency <= PI / sampling * (1.0 + 1e-9));
+    let mut points = seen.map(|(frequency, response)| {
+        let back = Complex::turned(-frequency * sampling);
+        let open = law.response(back) * *response * Complex::turned(-frequency * delay);
+        let turning = (0..integrators).fold(Complex::ONE + open, |turning, _| turning * (Complex::ONE - back));
+        (open, turning)
     });
+    let Some((mut open, mut turning)) = points.next() else { return Margins::default() };
+    let mut angle = turning.angle();
+    // The phase of the open loop begins between that of three integrators and that of a differentiator.
+    let mut phase = open.angle() - if open.angle() > FRAC_PI_2 { 2.0 * PI } else { 0.0 };
+    let mut nearest = (open + Complex::ONE).amount();
+    let (mut gain_margin, mut phase_margin) = (None::<f64>, None::<f64>);
+    let least = |margin: &mut Option<f64>, value: f64| *margin = Some(margin.map_or(value, |other| other.min(value)));
+    for (next, next_turning) in points {
+        angle += (next_turning / turning).angle();
+        let turn = (next / open).angle();
+        if open.imaginary < 0.0 && next.imaginary >= 0.0 {
+            let part = open.imaginary / (open.imaginary - next.imaginary);
+            let real = open.real + part * (next.real - open.real);
+            if real < 0.0 {
+                least(&mut gain_margin, -1.0 / real);
+            }
+        }
+        let (amount, next_amount) = (open.amount(), next.amount());
+        if (amount > 1.0) != (next_amount > 1.0) {
+            let part = log(amount) / (log(amount) - log(next_amount));
+            least(&mut phase_margin, 180.0 + (phase + part * turn).to_degrees());
+        }
+        // Between them the amount and the angle change evenly, which is an arc.
+        let middle = open * Complex::turned(turn / 2.0) * (next_amount / amount).sqrt();
+        for (from, to) in [(open, middle), (middle, next)] {
+            nearest = nearest.min(distance(from + Complex::ONE, to + Complex::ONE));
+        }
+        phase += turn;
+        (open, turning) = (next, next_turning);
+    }
+    // At the highest frequency a sampled loop is real.
+    if open.real < 0.0 && open.imaginary < 0.0 {
+        least(&mut gain_margin, -1.0 / open.real);
+    }
+    let sensitivity = (angle.abs() < FRAC_PI_2).then(|| 1.0 / nearest.max(f64::MIN_POSITIVE));
     Margins { sensitivity, gain_margin, phase_margin }
+}
+
+/// How far the line between two points is from 0.
+fn distance(from: Complex, to: Complex) -> f64 {
+    let way = to - from;
+    let length = way.real * way.real + way.imaginary * way.imaginary;
+    let part = -(from.real * way.real + from.imaginary * way.imaginary) / length;
+    let part = if part.is_nan() { 0.0 } else { part.clamp(0.0, 1.0) };
+    (from + way * part).amount()
 }
 
 /// The ultimate gain, by its amount, and the period of the oscillation in seconds: what a P controller needs to make the loop
@@ -88,16 +249,6 @@ pub fn ultimate_of(highest: f64, plant: impl Fn(f64) -> (f64, f64)) -> Option<(f
     Some((1.0 / plant(frequency).0, 2.0 * PI / frequency))
 }
 
-/// Amplitude and phase of the controller. Its real part is never negative, so that the phase does not jump.
-fn controller(settings: &Settings, frequency: f64) -> (f64, f64) {
-    let td = settings.td.unwrap_or_default();
-    let lag = frequency * settings.tm_lag;
-    let filtered = frequency * td / (1.0 + lag * lag);
-    let real = 1.0 + filtered * lag;
-    let imaginary = filtered - settings.ti.map_or(0.0, |ti| 1.0 / (frequency * ti));
-    (settings.gain.abs() * hypot(real, imaginary), atan2(imaginary, real))
-}
-
 /// Amplitude and phase of the plant.
 fn plant(model: &Model, frequency: f64) -> (f64, f64) {
     let second = frequency * model.second_time_constant;
@@ -108,30 +259,6 @@ fn plant(model: &Model, frequency: f64) -> (f64, f64) {
         (model.gain.abs() / hypot(1.0, first), -atan(first))
     };
     (amplitude / hypot(1.0, second), phase - atan(second) - frequency * model.dead_time)
-}
-
-/// Where to look, from far below to far above all of the loop's times.
-fn frequencies(model: &Model, settings: &Settings) -> Vec<f64> {
-    let times = [
-        model.time_constant,
-        model.second_time_constant,
-        model.dead_time,
-        settings.ti.unwrap_or_default(),
-        settings.td.unwrap_or_default(),
-        settings.tm_lag,
-        // An integrator is as fast as its gain.
-        if model.is_integrating { 1.0 / (model.gain * settings.gain).abs() } else { 0.0 },
-    ];
-    let positive = || times.iter().copied().filter(|time| *time > 0.0 && time.is_finite());
-    let longest = positive().fold(0.0, f64::max);
-    let shortest = positive().fold(f64::INFINITY, f64::min);
-    if longest == 0.0 {
-        return vec![1.0; POINTS];
-    }
-    let lowest = log(1e-4 / longest);
-    let highest = if model.dead_time > 0.0 { log(100.0 / model.dead_time) } else { log(1e4 / shortest) };
-    let highest = highest.max(lowest + 1.0);
-    (0..POINTS).map(|point| exp(lowest + (highest - lowest) * point as f64 / (POINTS - 1) as f64)).collect()
 }
 
 /// Where a function changes its sign within an interval.
@@ -149,10 +276,73 @@ fn crossing(between: &[f64], function: impl Fn(f64) -> f64) -> f64 {
     f64::midpoint(low, high)
 }
 
-/// The largest value of a function that has one maximum within an interval.
-fn maximum(low: f64, high: f64, function: impl Fn(f64) -> f64) -> f64 {
-    let at = crate::identify::golden_section(low, high, BISECTIONS, |frequency| -function(frequency));
-    function(at)
+/// A complex number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Complex {
+    real: f64,
+    imaginary: f64,
+}
+
+impl Complex {
+    const ONE: Complex = Complex { real: 1.0, imaginary: 0.0 };
+
+    /// The one on the unit circle at an angle in radians.
+    fn turned(angle: f64) -> Complex {
+        Complex { real: cos(angle), imaginary: sin(angle) }
+    }
+
+    fn amount(self) -> f64 {
+        hypot(self.real, self.imaginary)
+    }
+
+    /// From -pi to pi.
+    fn angle(self) -> f64 {
+        atan2(self.imaginary, self.real)
+    }
+}
+
+impl Add for Complex {
+    type Output = Complex;
+
+    fn add(self, other: Complex) -> Complex {
+        Complex { real: self.real + other.real, imaginary: self.imaginary + other.imaginary }
+    }
+}
+
+impl Sub for Complex {
+    type Output = Complex;
+
+    fn sub(self, other: Complex) -> Complex {
+        self + other * -1.0
+    }
+}
+
+impl Mul for Complex {
+    type Output = Complex;
+
+    fn mul(self, other: Complex) -> Complex {
+        Complex {
+            real: self.real * other.real - self.imaginary * other.imaginary,
+            imaginary: self.real * other.imaginary + self.imaginary * other.real,
+        }
+    }
+}
+
+impl Mul<f64> for Complex {
+    type Output = Complex;
+
+    fn mul(self, factor: f64) -> Complex {
+        Complex { real: self.real * factor, imaginary: self.imaginary * factor }
+    }
+}
+
+impl Div for Complex {
+    type Output = Complex;
+
+    fn div(self, other: Complex) -> Complex {
+        let conjugate = Complex { real: other.real, imaginary: -other.imaginary };
+        self * conjugate * (1.0 / (other.real * other.real + other.imaginary * other.imaginary))
+    }
 }
 
 #[cfg(test)]

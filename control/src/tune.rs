@@ -11,10 +11,10 @@
 //! - The switches of the actions are set for P, PI or PID. A step controller has PI only; the time of its motor is no lag of the
 //!   plant.
 //!
-//! The margins hold for these settings and this dead time.
+//! The margins hold for these settings, computed in each call as the block does, and the plant's own dead time.
 
 use crate::identify::Model;
-use crate::margins;
+use crate::margins::{self, Law, Plant};
 use crate::predict;
 use crate::rules::{self, Settings};
 use anyhow::{Context, Result, bail};
@@ -250,6 +250,13 @@ impl Controller {
         self.own_period().filter(|_| has_count).unwrap_or_else(|| self.cycle())
     }
 
+    /// By how much the block's own pulse former delays a manipulated value, in seconds: half a period, unless the controller is
+    /// called once a period, so that its hold is that of the pulses.
+    pub fn delay_of_pulses(&self) -> f64 {
+        let sampling = self.sampling();
+        self.own_period().filter(|period| *period > sampling).map_or(0.0, |period| period / 2.0)
+    }
+
     /// How long the actuator of a step controller takes from stop to stop, in seconds: the TIME in the group of its stops.
     pub fn motor_time(&self) -> Option<f64> {
         self.motor_time_setting().filter(|_| self.is_step_controller()).map(|name| self.value(name))
@@ -323,7 +330,9 @@ pub fn tune(home: &dyn Fmus, request: &Request) -> Result<Tuned> {
         ));
     }
     let settings = in_form_of(&controller, &Settings { gain: ideal.gain / factor, ..ideal }, &mut remarks)?;
-    let margins = margins::of(&model, &Settings { gain: settings.gain * factor, ..settings });
+    let sampling = controller.sampling();
+    let law = Law { settings: Settings { gain: settings.gain * factor, ..settings }, cycle: sampling, calls: 1 };
+    let margins = margins::of(&Plant::of_model(&request.model, sampling), &law, controller.delay_of_pulses());
     remarks.extend(robustness(&margins));
     remarks.extend(coarseness(&controller, request));
     let values = values(&controller, request.structure, &settings);

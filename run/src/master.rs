@@ -52,6 +52,18 @@ impl Recording {
         Ok(Recording { columns: plan.columns.clone(), times, values, ended: None })
     }
 
+    /// One without rows.
+    pub fn empty(columns: Vec<Column>) -> Recording {
+        Recording { columns, times: Vec::new(), values: Vec::new(), ended: None }
+    }
+
+    /// Adds a row, with a value for each column.
+    pub fn push(&mut self, time: f64, row: &[f64]) {
+        debug_assert_eq!(row.len(), self.columns.len());
+        self.times.push(time);
+        self.values.extend_from_slice(row);
+    }
+
     /// The rows, in the order of time; true is 1.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = (f64, &[f64])> {
         let width = self.columns.len();

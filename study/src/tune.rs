@@ -55,10 +55,10 @@ pub struct Tune {
     /// What varies from candidate to candidate.
     #[serde(default)]
     pub search: Vec<Search>,
-    /// The plant's model for `ms`, the same for all plants; identified for each plant without it.
+    /// The plant's model for `ms`, the same for all plants; without it, what each plant does after a step.
     #[serde(default)]
     pub model: Option<Model>,
-    /// The step by which the plants are identified for `ms`.
+    /// The step that shows the plants for `ms`.
     #[serde(default)]
     pub step: robustness::Step,
 }

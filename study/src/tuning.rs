@@ -8,7 +8,7 @@ use crate::tune::robustness::{Identification, Linear};
 use crate::tune::{self, Candidate, Grid, Outcome, Problem, SENSITIVITY, Search, Tune};
 use crate::{Along, Axis, Job};
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use control::identify::Model;
+use control::margins::Plant;
 use host::package::Package;
 use modeldescription::Table;
 use modeldescription::{Description, Type};
@@ -22,9 +22,6 @@ use std::thread;
 
 /// A study has at most so many plants for a search.
 const MOST_PLANTS: u64 = 10_000;
-/// A model that fits worse, in percent, gets a remark.
-const GOOD_FIT: f64 = 85.0;
-
 /// A search that can be made.
 #[derive(Debug)]
 pub struct Tuning {
@@ -49,7 +46,7 @@ pub struct Tuning {
 struct Robustness {
     linear: Linear,
     /// For each plant.
-    models: Vec<Model>,
+    plants: Vec<Arc<Plant>>,
     /// The places of the controller's own variables in a point, with their names.
     own: Vec<(usize, String)>,
 }
@@ -202,16 +199,16 @@ impl Robustness {
             ));
         }
         let in_point = Identification::is_in_point(job);
-        let models = match tune.model {
-            Some(model) => vec![model; plants.len()],
-            None => identify(&linear, tune, job, &in_point, plants, options, remarks)?,
-        };
         let own = |(place, name): (usize, String)| {
             let own = linear.own_name(&name)?.to_string();
             in_point[place].then_some((place, own))
         };
-        let own = names.into_iter().enumerate().filter_map(own).collect();
-        Ok(Robustness { linear, models, own })
+        let own: Vec<_> = names.into_iter().enumerate().filter_map(own).collect();
+        let plants = match &tune.model {
+            Some(model) => vec![Arc::new(linear.modelled(model)); plants.len()],
+            None => identify(&linear, tune, job, (&in_point, &own), plants, options, remarks)?,
+        };
+        Ok(Robustness { linear, plants, own })
     }
 
     /// Adds Ms to the rows of candidates, with several threads.
@@ -227,12 +224,12 @@ impl Robustness {
         let share = work.len().div_ceil(jobs.max(1)).max(1);
         let controller = search.iter().map(|of| self.linear.own_name(&of.variable)).collect::<Vec<_>>();
         let one = |values: &[f64], rows: &mut [Row]| -> Result<()> {
-            for ((plant, model), row) in plants.iter().zip(&self.models).zip(rows) {
-                let of_plant = self.own.iter().map(|(place, name)| (name.clone(), Value::Number(plant[*place])));
+            for ((point, plant), row) in plants.iter().zip(&self.plants).zip(rows) {
+                let of_plant = of_point(&self.own, point);
                 let searched = controller.iter().zip(values);
                 let searched = searched.filter_map(|(name, value)| Some(((*name)?.to_string(), Value::Number(*value))));
                 let settings: Values = of_plant.chain(searched).collect();
-                row.figures.push(self.linear.sensitivity(model, &settings)?);
+                row.figures.push(self.linear.sensitivity(plant, &settings)?);
             }
             Ok(())
         };
@@ -248,20 +245,25 @@ impl Robustness {
 
 impl std::fmt::Debug for Robustness {
     fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
-        formatter.debug_struct("Robustness").field("models", &self.models).finish_non_exhaustive()
+        formatter.debug_struct("Robustness").field("plants", &self.plants.len()).finish_non_exhaustive()
     }
 }
 
-/// The models of all plants, from a step of the manual value.
+/// The controller's own settings in a point.
+fn of_point<'a>(own: &'a [(usize, String)], point: &'a [f64]) -> impl Iterator<Item = (String, Value)> + 'a {
+    own.iter().map(|(place, name)| (name.clone(), Value::Number(point[*place])))
+}
+
+/// All plants, from a step of the manual value: which coordinates are in its points, and which are the controller's own.
 fn identify(
     linear: &Linear,
     tune: &Tune,
     job: &Job,
-    in_point: &[bool],
+    (in_point, own): (&[bool], &[(usize, String)]),
     plants: &[Vec<f64>],
     options: &Options,
     remarks: &mut Vec<String>,
-) -> Result<Vec<Model>> {
+) -> Result<Vec<Arc<Plant>>> {
     let advised = |error: anyhow::Error| {
         anyhow!(
             "{error:#}; change [tune.step], or give the plant's model in [tune], as \
@@ -275,21 +277,23 @@ fn identify(
     let stop = tune.step.stop.or(stop).context("the study has no stop time: give one")?;
     let identification = linear.identification(job, &tune.step, start, stop).map_err(advised)?;
     let mut pool = Pool::start(&identification.job, options).context("the loop in manual mode").map_err(advised)?;
-    let mut models = Vec::new();
+    let mut identified = Vec::new();
     let mut worst: Option<(f64, usize)> = None;
     for (number, plant) in plants.iter().enumerate() {
         let point: Vec<f64> = plant.iter().zip(in_point).filter_map(|(value, is_in)| is_in.then_some(*value)).collect();
-        let identified = pool.curve(&point).and_then(|recording| identification.model(&recording));
-        let identified = identified.with_context(|| format!("plant {number}")).map_err(advised)?;
-        if identified.fit < worst.map_or(GOOD_FIT, |(fit, _)| fit) {
-            worst = Some((identified.fit, number));
-        }
-        models.push(identified.model);
+        let settings = of_point(own, plant).collect();
+        let found = pool.curve(&point).and_then(|recording| linear.identified(&identification, &recording, &settings));
+        let found = found.with_context(|| format!("plant {number}")).map_err(advised)?;
+        worst = found.fit.filter(|fit| worst.is_none_or(|(worst, _)| *fit < worst)).map(|fit| (fit, number)).or(worst);
+        identified.push(Arc::new(found.plant));
     }
     remarks.extend(worst.map(|(fit, number)| {
-        format!("the model of plant {number} fits the step of the manual value by {fit:.0} % only: Ms is as uncertain")
+        format!(
+            "the process value is noisy: for Ms, the plants are a lag with dead time, which fits the step of the manual value \
+             of plant {number} by {fit:.0} %; without the noise, Ms is that of the plant itself"
+        )
     }));
-    Ok(models)
+    Ok(identified)
 }
 
 fn descriptions(system: &System) -> Result<Vec<Description>> {

@@ -48,9 +48,10 @@ fn a_rule_gets_half_a_cycle_more_dead_time_and_gives_the_settings_and_switches_o
     assert_eq!((number(&pi, "GAIN"), number(&pi, "TI")), (1.8182, 8.0));
     assert_eq!((is_on(&pi, "P_SEL"), is_on(&pi, "I_SEL"), is_on(&pi, "D_SEL")), (true, true, false));
     assert!(!pi.values.contains_key("TD"));
-    assert!((pi.sensitivity.unwrap() - 1.590).abs() < 0.001);
-    assert!((pi.gain_margin.unwrap() - std::f64::consts::PI).abs() < 0.001);
-    assert!((pi.phase_margin.unwrap() - 61.35).abs() < 0.01);
+    // By a scan of the sampled loop; 1.590, pi and 61.35 degrees with calls that are infinitely fast.
+    assert!((pi.sensitivity.unwrap() - 1.5920).abs() < 0.001);
+    assert!((pi.gain_margin.unwrap() - 3.1311).abs() < 0.001);
+    assert!((pi.phase_margin.unwrap() - 61.342).abs() < 0.01);
     assert_eq!(pi.remarks, [""; 0]);
 
     (request.rule, request.structure) = (Rule::Amigo, Structure::Pid);
@@ -220,7 +221,7 @@ fn numbers_without_sense_are_refused_and_cost_no_time() {
 #[test]
 fn an_unstable_or_nervous_loop_is_named_before_it_is_applied() {
     let nervous = tuned(&request("PID", Rule::ZieglerNicholsStep, Structure::Pi, lag(1.0, 10.5, 1.0), &[]));
-    assert!((nervous.sensitivity.unwrap() - 3.405).abs() < 0.001);
+    assert!((nervous.sensitivity.unwrap() - 3.4093).abs() < 0.002);
     assert!(nervous.remarks[0].starts_with("Ms = 3.4"), "{:?}", nervous.remarks);
     let wrong = Request {
         ultimate: Some((50.0, 3.85)),

@@ -1,18 +1,17 @@
 //! Ms, the largest sensitivity of a loop, for candidates of a search: how robust the loop is against a plant that changes.
 //!
-//! It needs a linear model of each plant. The model is identified from a step of the manual value: the loop is run in manual
-//! mode, with all its events left out, and the process value is recorded. So the model's gain is that between the manual value
-//! and the process value as the controller sees it; what the block does to its manipulated value behind the manual value, and
-//! pulses with an actuator, are in it.
+//! It needs to know each plant. So the loop is run in manual mode, with all its events left out, the manual value steps, and the
+//! process value is recorded: what it does from call to call is the plant, see [`margins`]. Its gain is that between the manual
+//! value and the process value as the controller sees it; what the block does to its manipulated value behind the manual value,
+//! what is between the FMUs, and pulses with an actuator are in it. Pulses whose period is longer than the time between two calls
+//! count by their mean. If the process value is noisy, a lag with dead time is identified from it instead.
 //!
-//! The controller is the ideal form with the candidate's GAIN, TI, TD and TM_LAG, see [`rules`](control::rules). The dead time is
-//! longer than the plant's by half a CYCLE for the hold of the manipulated value, and by half a period of the pulse former: the
-//! block's own one, or an FMU that the manipulated value goes to.
+//! The controller is the law that is computed in each call, see [`Law`], with the candidate's GAIN, TI, TD and TM_LAG.
 
 use crate::Job;
 use anyhow::{Context, Result, bail};
-use control::identify::{self, Identified, Method, Model, Recorded};
-use control::margins;
+use control::identify::{self, Answer, Method, Model, Recorded};
+use control::margins::{self, Law, Plant};
 use control::rules::{FILTER, Settings};
 use control::tune::Controller;
 use modeldescription::Table;
@@ -27,6 +26,8 @@ use std::sync::Arc;
 const HEIGHT: f64 = 20.0;
 /// When it steps by default, in parts of the run.
 const SHARE: f64 = 0.1;
+/// With more noise in the record than this part of the answer, the plant is identified.
+const NOISE: f64 = 0.005;
 
 /// The step of the manual value by which the plants are identified.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
@@ -49,6 +50,8 @@ pub struct Linear {
     controller: Controller,
     /// The period in seconds of a pulse former that is another FMU, by its name `FMU.VARIABLE`.
     period: Option<(String, f64)>,
+    /// The time in seconds between two exchanges of values, if the loop says it.
+    step: f64,
 }
 
 /// How the plants are identified: a job to run with the points of the study, and what to look at.
@@ -61,6 +64,15 @@ pub struct Identification {
     /// `FMU.VARIABLE` of the process value.
     process_value: String,
     is_integrating: bool,
+}
+
+/// A plant for Ms, with what the user should know of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identified {
+    /// The plant.
+    pub plant: Plant,
+    /// How well a lag with dead time fits, in percent, if it is taken for a noisy record.
+    pub fit: Option<f64>,
 }
 
 impl Linear {
@@ -76,8 +88,8 @@ impl Linear {
         if controller.is_step_controller() {
             bail!("{} is a step controller, and its motor integrates: {SENSITIVITY_UNKNOWN}", controller.member.fmu);
         }
-        let linear = Linear { controller, period: None };
-        linear.settings(&Values::new())?;
+        let linear = Linear { controller, period: None, step: job.system.step.unwrap_or_default() };
+        linear.law(&Values::new())?;
         Ok(linear)
     }
 
@@ -134,7 +146,11 @@ impl Linear {
         let [switch, manual, process_value] = [switch, manual, process_value].map(|of| format!("{name}.{of}"));
         let to = step.to.unwrap_or(from + HEIGHT);
         let stop = step.stop.unwrap_or(stop);
+        // The step is in a call of the controller, at the beginning of a period.
+        let (sampling, period) = (self.controller.sampling(), self.period(&Values::new()));
+        let grid = sampling.max(period);
         let time = step.time.unwrap_or(start + SHARE * (stop - start));
+        let time = start + ((time - start) / grid - 1e-9).ceil() * grid;
         if from == to || !from.is_finite() || !to.is_finite() {
             bail!("the manual value steps from {from} to {to}: both have to be numbers, and not the same");
         }
@@ -166,17 +182,53 @@ impl Linear {
     ///
     /// # Errors
     /// Why there is no linear form of these settings.
-    pub fn sensitivity(&self, model: &Model, settings: &Values) -> Result<f64> {
-        let value = |name: &str| self.value(settings, name);
-        let cycle = value(&self.controller.table.variables[self.controller.table.cycle].name);
+    pub fn sensitivity(&self, plant: &Plant, settings: &Values) -> Result<f64> {
+        let margins = margins::of(plant, &self.law(settings)?, self.delay_of_pulses(settings));
+        Ok(margins.sensitivity.unwrap_or(f64::INFINITY))
+    }
+
+    /// The plant from the recorded step of an identification, with settings of the controller on top of the loop's.
+    ///
+    /// # Errors
+    /// Why the record says nothing about the plant, and what to do.
+    pub fn identified(&self, of: &Identification, recording: &Recording, settings: &Values) -> Result<Identified> {
+        let column = |name: &String| -> Result<Vec<f64>> {
+            let place = recording.columns.iter().position(|column| column.name == *name);
+            Ok(recording.column(place.with_context(|| format!("{name} is not recorded"))?).collect())
+        };
+        let (input, output) = (column(&of.manual)?, column(&of.process_value)?);
+        let recorded = Recorded { times: &recording.times, input: &input, output: &output };
+        let answer = Answer::of(&recorded, of.is_integrating)?;
+        let delay = self.delay_of_pulses(settings);
+        let answer = if delay > 0.0 { answer.averaged(self.period(settings)) } else { answer };
+        if answer.uncertainty() > NOISE {
+            let identified = identify::of(&recorded, Method::LeastSquares, of.is_integrating)?;
+            return Ok(Identified { plant: self.modelled(&identified.model), fit: Some(identified.fit) });
+        }
+        let sampling = self.with(settings).sampling();
+        let answer = answer.every((sampling / answer.interval).round().max(1.0) as usize);
+        let plant = Plant::of_step(&answer.values, answer.interval, of.is_integrating, delay);
+        Ok(Identified { plant, fit: None })
+    }
+
+    /// A plant whose model is known.
+    pub fn modelled(&self, model: &Model) -> Plant {
+        Plant::of_model(model, self.controller.sampling().max(self.step))
+    }
+
+    /// By how much pulses delay a manipulated value, in seconds: half of their period, unless there is one value a period.
+    fn delay_of_pulses(&self, settings: &Values) -> f64 {
+        let (period, sampling) = (self.period(settings), self.with(settings).sampling().max(self.step));
+        if period > sampling * (1.0 + 1e-9) { period / 2.0 } else { 0.0 }
+    }
+
+    /// The period of the pulses in seconds; 0 without.
+    fn period(&self, settings: &Values) -> f64 {
         let period = self.period.as_ref().map(|(name, value)| match settings.get(name) {
             Some(Value::Number(value)) => *value,
             _ => *value,
         });
-        let period = period.or(self.with(settings).own_period()).unwrap_or_default();
-        let added = (cycle + period) / 2.0;
-        let model = Model { dead_time: model.dead_time + added, ..*model };
-        Ok(margins::of(&model, &self.settings(settings)?).sensitivity.unwrap_or(f64::INFINITY))
+        period.or(self.with(settings).own_period()).unwrap_or_default()
     }
 
     /// The name by which [`sensitivity`](Linear::sensitivity) takes a variable of the loop: that of the controller without the
@@ -195,16 +247,8 @@ impl Linear {
         Controller { member, table: table.clone(), roles: roles.clone(), groups: groups.clone() }
     }
 
-    fn value(&self, settings: &Values, name: &str) -> f64 {
-        match settings.get(name) {
-            Some(Value::Number(value)) => *value,
-            Some(Value::Boolean(value)) => f64::from(u8::from(*value)),
-            None => self.controller.value(name),
-        }
-    }
-
-    /// The controller in the ideal form, as the block computes with its settings.
-    fn settings(&self, values: &Values) -> Result<Settings> {
+    /// What the block computes with its settings.
+    fn law(&self, values: &Values) -> Result<Law> {
         let controller = self.with(values);
         let fmu = &controller.member.fmu;
         let is_on =
@@ -218,7 +262,8 @@ impl Linear {
         let ti = number(1).filter(|_| is_on(1)).map(|ti| ti.max(sampling / 2.0));
         let td = number(2).filter(|td| is_on(2) && *td > 0.0).map(|td| td.max(sampling));
         let tm_lag = td.map_or(0.0, |td| number(3).unwrap_or(td / FILTER).max(sampling / 2.0));
-        Ok(Settings { gain, ti, td, tm_lag })
+        let calls = (self.step / sampling).round().max(1.0) as u32;
+        Ok(Law { settings: Settings { gain, ti, td, tm_lag }, cycle: sampling, calls })
     }
 }
 
@@ -229,20 +274,6 @@ impl Identification {
     /// For each coordinate of a study's point, whether the point of this job has it.
     pub fn is_in_point(job: &Job) -> Vec<bool> {
         job.study.axes.iter().flat_map(|axis| axis.variables.iter().map(|_| axis.time.is_none())).collect()
-    }
-
-    /// The plant's model from the recorded step.
-    ///
-    /// # Errors
-    /// Why the record says nothing about the plant, and what to do.
-    pub fn model(&self, recording: &Recording) -> Result<Identified> {
-        let column = |name: &String| -> Result<Vec<f64>> {
-            let place = recording.columns.iter().position(|column| column.name == *name);
-            Ok(recording.column(place.with_context(|| format!("{name} is not recorded"))?).collect())
-        };
-        let (input, output) = (column(&self.manual)?, column(&self.process_value)?);
-        let recorded = Recorded { times: &recording.times, input: &input, output: &output };
-        identify::of(&recorded, Method::LeastSquares, self.is_integrating)
     }
 }
 

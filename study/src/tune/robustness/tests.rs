@@ -51,15 +51,39 @@ fn recorded(job: &Job) -> Recording {
     master::run(&plan, &mut components, |_| {}).unwrap()
 }
 
+/// Ms of a loop with the plant that its step of the manual value shows, and the plant.
+fn recorded_sensitivity(job: &Job, settings: &Values) -> (f64, Identified) {
+    let linear = linear(job).unwrap();
+    let identification = linear.identification(job, &Step::default(), 0.0, 100.0).unwrap();
+    let identified = linear.identified(&identification, &recorded(&identification.job), settings).unwrap();
+    (linear.sensitivity(&identified.plant, settings).unwrap(), identified)
+}
+
 #[test]
-fn the_plant_is_identified_from_a_step_of_the_manual_value_without_the_events_of_the_loop() {
-    let job = job(vec![value("P.K", 1.8, None), switch("C.MAN_ON", false), value("P.LOAD", 30.0, Some(50.0))]);
+fn the_plant_is_that_of_a_step_of_the_manual_value_without_the_events_of_the_loop() {
+    let own = vec![value("P.K", 1.8, None), switch("C.MAN_ON", false), value("P.LOAD", 30.0, Some(50.0))];
+    let job = job([own, vec![value("C.GAIN", 5.0, None), value("C.TI", 8.0, None)]].concat());
+    let (ms, identified) = recorded_sensitivity(&job, &Values::new());
+    assert_eq!(identified.fit, None);
+    // The lag of the plant, with the step that it takes until the controller sees it.
+    let model = Model { gain: 1.8, time_constant: 10.0, ..Model::default() };
+    let expected = linear(&job).unwrap().sensitivity(&Plant::of_model(&model, 0.1), &Values::new()).unwrap();
+    assert!((ms / expected - 1.0).abs() < 0.002, "{ms} {expected}");
+}
+
+#[test]
+fn a_noisy_process_value_gives_a_lag_with_dead_time() {
+    let job = job(vec![value("P.K", 1.8, None)]);
     let linear = linear(&job).unwrap();
-    let identification = linear.identification(&job, &Step::default(), 0.0, 100.0).unwrap();
-    let identified = identification.model(&recorded(&identification.job)).unwrap();
-    let Model { gain, time_constant, dead_time, .. } = identified.model;
-    assert!((gain / 1.8 - 1.0).abs() < 0.01 && (time_constant / 10.0 - 1.0).abs() < 0.02, "{identified:?}");
-    assert!((0.0..0.2).contains(&dead_time), "{dead_time}");
+    let of = linear.identification(&job, &Step::default(), 0.0, 100.0).unwrap();
+    let recording = recorded(&of.job);
+    // Up and down by half a unit, of an answer of 36.
+    let mut noisy = Recording::empty(recording.columns.clone());
+    for (number, (time, row)) in recording.rows().enumerate() {
+        noisy.push(time, &[row[0], row[1] + if number % 3 == 0 { 0.5 } else { -0.25 }]);
+    }
+    let identified = linear.identified(&of, &noisy, &Values::new()).unwrap();
+    assert!(identified.fit.unwrap() > 90.0, "{:?}", identified.fit);
 }
 
 #[test]
@@ -109,23 +133,27 @@ fn axes_that_act_during_the_run_have_no_coordinate_in_the_identification() {
 }
 
 #[test]
-fn ms_is_that_of_the_ideal_controller_with_half_a_cycle_more_dead_time() {
+fn ms_is_that_of_the_law_with_the_settings_of_a_candidate() {
     let job = job(vec![value("C.GAIN", 2.0, None), value("C.TI", 8.0, None)]);
     let linear = linear(&job).unwrap();
     let model = Model { gain: 1.5, time_constant: 10.0, dead_time: 1.0, ..Model::default() };
-    let expected = |gain: f64, ti: f64, dead_time: f64| {
+    let plant = linear.modelled(&model);
+    assert_eq!(plant, Plant::of_model(&model, 0.1));
+    let expected = |gain: f64, ti: f64, cycle: f64, calls: u32| {
         let settings = Settings { gain, ti: Some(ti), td: None, tm_lag: 0.0 };
-        margins::of(&Model { dead_time, ..model }, &settings).sensitivity.unwrap()
+        margins::of(&plant, &Law { settings, cycle, calls }, 0.0).sensitivity.unwrap()
     };
     let with = |given: &[(&str, f64)]| {
         let values = given.iter().map(|(name, value)| (name.to_string(), Value::Number(*value))).collect();
-        linear.sensitivity(&model, &values).unwrap()
+        linear.sensitivity(&plant, &values).unwrap()
     };
-    assert_eq!(with(&[]), expected(2.0, 8.0, 1.05));
-    assert_eq!(with(&[("GAIN", 3.0), ("TI", 6.0)]), expected(3.0, 6.0, 1.05));
-    assert_eq!(with(&[("CYCLE", 0.5)]), expected(2.0, 8.0, 1.25));
+    assert_eq!(with(&[]), expected(2.0, 8.0, 0.1, 1));
+    assert_eq!(with(&[("GAIN", 3.0), ("TI", 6.0)]), expected(3.0, 6.0, 0.1, 1));
+    assert_eq!(with(&[("CYCLE", 0.5)]), expected(2.0, 8.0, 0.5, 1));
+    // Two calls between two exchanges of values.
+    assert_eq!(with(&[("CYCLE", 0.05)]), expected(2.0, 8.0, 0.05, 2));
     // The block raises TI to half of CYCLE.
-    assert_eq!(with(&[("GAIN", 0.01), ("TI", 0.01)]), expected(0.01, 0.05, 1.05));
+    assert_eq!(with(&[("GAIN", 0.01), ("TI", 0.01)]), expected(0.01, 0.05, 0.1, 1));
     assert_eq!(with(&[("GAIN", 100.0)]), f64::INFINITY, "an unstable loop");
 }
 
