@@ -64,6 +64,13 @@ impl Recording {
         self.values.extend_from_slice(row);
     }
 
+    /// Adds the rows of another recording of the same columns.
+    pub fn append(&mut self, other: Recording) {
+        self.times.extend(other.times);
+        self.values.extend(other.values);
+        self.ended = self.ended.take().or(other.ended);
+    }
+
     /// The rows, in the order of time; true is 1.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = (f64, &[f64])> {
         let width = self.columns.len();
@@ -82,6 +89,78 @@ impl Recording {
     /// Those of `to`.
     pub fn write_csv(&self, to: &mut impl Write) -> io::Result<()> {
         write_csv(to, self.columns.iter(), self.rows().map(|(time, row)| (time, row.iter().copied())))
+    }
+}
+
+/// Thins the rows of a long run for a picture. So many of them that follow each other become two, which have the least and the
+/// greatest value of each column, in the order in which they were.
+#[derive(Debug)]
+pub struct Thinned {
+    recording: Recording,
+    /// How many rows become two; 1 keeps them all.
+    every: usize,
+    /// How many there are of the present ones.
+    count: usize,
+    first: f64,
+    last: f64,
+    /// Of each column the least value and the greatest, each with its place among the present ones.
+    extremes: Vec<[(f64, usize); 2]>,
+}
+
+impl Thinned {
+    /// For a run with so many steps, of which about `most` rows are wanted.
+    pub fn new(columns: Vec<Column>, steps: usize, most: usize) -> Thinned {
+        let every = if steps <= most { 1 } else { (2 * steps).div_ceil(most.max(2)) };
+        let extremes = Vec::with_capacity(columns.len());
+        Thinned { recording: Recording::empty(columns), every, count: 0, first: 0.0, last: 0.0, extremes }
+    }
+
+    /// The next row.
+    pub fn push(&mut self, time: f64, row: &[f64]) {
+        if self.every == 1 {
+            return self.recording.push(time, row);
+        }
+        if self.count == 0 {
+            self.first = time;
+            self.extremes.clear();
+            self.extremes.extend(row.iter().map(|value| [(*value, 0); 2]));
+        }
+        self.last = time;
+        for ([least, greatest], value) in self.extremes.iter_mut().zip(row) {
+            // A value that is no number is kept, since a curve has a gap there.
+            if *value < least.0 || value.is_nan() {
+                *least = (*value, self.count);
+            } else if *value > greatest.0 {
+                *greatest = (*value, self.count);
+            }
+        }
+        self.count += 1;
+        if self.count == self.every {
+            self.flush();
+        }
+    }
+
+    fn flush(&mut self) {
+        let Thinned { recording, extremes, count, first, last, .. } = self;
+        let ordered = |of: &[(f64, usize); 2]| if of[0].1 <= of[1].1 { [of[0].0, of[1].0] } else { [of[1].0, of[0].0] };
+        for (place, time) in [*first, *last].into_iter().enumerate().take(*count) {
+            recording.push(time, &extremes.iter().map(|of| ordered(of)[place]).collect::<Vec<_>>());
+        }
+        *count = 0;
+    }
+
+    /// What there is, if it is so many rows or more; they are not kept then.
+    pub fn take(&mut self, rows: usize) -> Option<Recording> {
+        let empty = || Recording::empty(self.recording.columns.clone());
+        (self.recording.times.len() >= rows.max(1))
+            .then(empty)
+            .map(|empty| std::mem::replace(&mut self.recording, empty))
+    }
+
+    /// What is left of the rows.
+    pub fn recording(mut self) -> Recording {
+        self.flush();
+        self.recording
     }
 }
 

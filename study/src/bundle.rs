@@ -11,7 +11,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// The version of the format.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The content of `study.json`.
 #[derive(Debug, Deserialize, Serialize)]
@@ -21,15 +21,17 @@ struct Content {
     name: String,
     fingerprint: String,
     runs: u64,
+    /// Whether each run needs new instances, which the maker of the bundle has found out for all parts.
+    renews: bool,
     /// The paths of the FMUs are relative to the folder.
     job: Job,
 }
 
-/// Writes a bundle of a study with so many runs to a folder.
+/// Writes a bundle of a study with so many runs to a folder. `renews` says whether each run needs new instances.
 ///
 /// # Errors
 /// The folder cannot be written.
-pub fn write(folder: &Path, name: &str, job: &Job, runs: u64) -> Result<()> {
+pub fn write(folder: &Path, name: &str, job: &Job, runs: u64, renews: bool) -> Result<()> {
     let fingerprint = fingerprint(job)?;
     let mut job = bare(job);
     make_folder(&folder.join("fmus"))?;
@@ -40,7 +42,8 @@ pub fn write(folder: &Path, name: &str, job: &Job, runs: u64) -> Result<()> {
         // With / on every platform.
         member.path = place.to_string_lossy().replace('\\', "/").into();
     }
-    let content = serde_json::to_vec_pretty(&Content { version: VERSION, name: name.into(), fingerprint, runs, job })?;
+    let content = Content { version: VERSION, name: name.into(), fingerprint, runs, renews, job };
+    let content = serde_json::to_vec_pretty(&content)?;
     temporary::place(&folder.join("study.json"), |to| Ok(to.write_all(&content)?), |_| Ok(()))
 }
 
@@ -67,7 +70,7 @@ pub fn open(path: &Path) -> Result<Reading> {
     if fingerprint(&job)? != content.fingerprint {
         bail!("{shown} has changed since it was made, or was made by another version of plcfmu: {again}");
     }
-    Ok(Reading { name: content.name, job, tune: None })
+    Ok(Reading { name: content.name, job, tune: None, renews: Some(content.renews) })
 }
 
 #[cfg(test)]
@@ -92,12 +95,12 @@ mod tests {
         };
         let job = Job { system, ..Job::default() };
         let bundle = folder.path().join("bundle");
-        write(&bundle, "valves", &job, 7).unwrap();
+        write(&bundle, "valves", &job, 7, true).unwrap();
         assert_eq!(fs::read_dir(bundle.join("fmus")).unwrap().count(), 1, "an FMU is there once");
         let moved = folder.path().join("moved");
         fs::rename(&bundle, &moved).unwrap();
-        let Reading { name, job: opened, .. } = open(&moved.join("study.json")).unwrap();
-        assert_eq!(name, "valves");
+        let Reading { name, job: opened, renews, .. } = open(&moved.join("study.json")).unwrap();
+        assert_eq!((name.as_str(), renews), ("valves", Some(true)));
         assert_eq!(fingerprint(&opened).unwrap(), fingerprint(&job).unwrap());
         assert_eq!(fs::read(&opened.system.members[1].path).unwrap(), b"an FMU");
 

@@ -7,11 +7,35 @@ use crate::{Job, Signals, Study};
 use anyhow::{Context, Result};
 use modeldescription::digits::short;
 use modeldescription::{Causality, Description};
-use run::component::Reset;
+use run::component::{Reset, Terminated};
 use run::dialog::Roles;
-use run::master::{self, Recording, Run};
+use run::master::{Recording, Run, Thinned};
 use run::plan::{Assignment, MemberPlan, Names, Plan};
 use run::system::{Recorded, System};
+use serde::{Deserialize, Serialize};
+use std::hash::{DefaultHasher, Hasher};
+
+/// So many rows of a run are enough for a picture.
+const DRAWN: usize = 20_000;
+
+/// A recording is handed on in pieces of so many values.
+const PIECE: usize = 1 << 20;
+
+/// What is kept of a run that is recorded.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+pub enum Detail {
+    /// Every row.
+    All,
+    /// The least and the greatest values of a long run, for a picture; every row of a shorter one.
+    Drawn,
+}
+
+impl Detail {
+    /// What keeps so much of a run with so many steps.
+    pub fn thinned(self, columns: Vec<run::plan::Column>, steps: usize) -> Thinned {
+        Thinned::new(columns, steps, if self == Detail::All { steps } else { DRAWN })
+    }
+}
 
 /// A study that can be run.
 ///
@@ -224,20 +248,54 @@ impl<C: Reset> Executor<C> {
         }
     }
 
-    /// The same, with all that the run records: the signals of the loop, what figures are taken of, and what the system records.
-    /// The instances are new ones.
+    /// The same with new instances, and with what the run records: the signals of the loop, what figures are taken of, and what
+    /// the system records. `receive` gets it in pieces. Gives the figures; none if an FMU has ended the run.
     ///
     /// # Errors
-    /// Which FMU refused what, when.
+    /// Which FMU refused what, when; an error of `receive`.
     ///
     /// # Panics
     /// As [`Executor::row`].
-    pub fn recording(&mut self, point: &[f64], instantiate: impl FnMut(usize) -> Result<C>) -> Result<Recording> {
+    pub fn recording(
+        &mut self,
+        point: &[f64],
+        detail: Detail,
+        instantiate: impl FnMut(usize) -> Result<C>,
+        mut receive: impl FnMut(Recording) -> Result<()>,
+    ) -> Result<Option<Vec<f64>>> {
         // Some FMUs allow one instance in a process.
         self.run = None;
         self.experiment.set(point);
-        let plan = &self.experiment.recording;
-        master::run(plan, &mut instances(plan, instantiate)?, |_| {})
+        let Experiment { plan: measured, recording: plan, measures, .. } = &self.experiment;
+        let place = |name: &String| plan.columns.iter().position(|column| column.name == *name).unwrap_or_default();
+        let places: Vec<usize> = measured.columns.iter().map(|column| place(&column.name)).collect();
+        let mut run = Run::begin(plan, instances(plan, instantiate)?, Some(stop(plan)))?;
+        let mut kept = detail.thinned(plan.columns.clone(), plan.steps);
+        let piece = PIECE / plan.columns.len().max(1);
+        let mut row = vec![0.0; places.len()];
+        measures.begin(&mut self.traces);
+        let mut ended = None;
+        for _ in 0..plan.steps {
+            match run.step(plan) {
+                Err(error) if error.is::<Terminated>() => {
+                    ended = Some(format!("{error:#}"));
+                    break;
+                }
+                stepped => stepped?,
+            }
+            kept.push(run.time(), run.row());
+            if let Some(full) = kept.take(piece) {
+                receive(full)?;
+            }
+            places.iter().zip(&mut row).for_each(|(place, value)| *value = run.row()[*place]);
+            measures.step(&mut self.traces, run.time(), &row);
+        }
+        run.terminate(plan)?;
+        let has_ended = ended.is_some();
+        let mut last = kept.recording();
+        last.ended = ended;
+        receive(last)?;
+        Ok((!has_ended).then(|| measures.end(&self.traces, plan.step)))
     }
 
     /// Compares what reset instances compute with what new ones do: the run of the second point after that of the first. If any
@@ -247,10 +305,10 @@ impl<C: Reset> Executor<C> {
     pub fn check_reset(&mut self, mut instantiate: impl FnMut(usize) -> Result<C>) -> Option<String> {
         let (first, second) = (self.experiment.point(0), self.experiment.point(1.min(self.experiment.count() - 1)));
         let mut values = |executor: &mut Self, point: &[f64]| {
-            let mut bits = Vec::new();
-            let figures =
-                executor.figures(point, &mut instantiate, |row| bits.extend(row.iter().map(|value| value.to_bits())));
-            (bits, figures.is_err())
+            let mut bits = DefaultHasher::new();
+            let hash = |row: &[f64]| row.iter().for_each(|value| bits.write_u64(value.to_bits()));
+            let figures = executor.figures(point, &mut instantiate, hash);
+            (bits.finish(), figures.is_err())
         };
         self.run = None;
         values(self, &first);
@@ -275,7 +333,7 @@ impl<C: Reset> Executor<C> {
     ) -> Result<Vec<f64>> {
         self.experiment.set(point);
         let plan = &self.experiment.plan;
-        let stop = plan.time(plan.steps).max(plan.time(plan.steps - 1) + plan.step);
+        let stop = stop(plan);
         let used = self.run.take().filter(|_| !self.is_reset_wrong);
         let mut run = match used {
             Some(mut run) => {
@@ -295,6 +353,11 @@ impl<C: Reset> Executor<C> {
         self.run = Some(run);
         Ok(measures.end(&self.traces, plan.step))
     }
+}
+
+/// The end of the last step, in seconds.
+fn stop(plan: &Plan) -> f64 {
+    plan.time(plan.steps).max(plan.time(plan.steps - 1) + plan.step)
 }
 
 /// A new component for each member.

@@ -4,15 +4,14 @@
 //! that keeps what FMUs print; if that ends too, the run's row has the reason, and the others go on.
 
 use crate::Job;
-use crate::experiment::Experiment;
-use crate::process::{End, Starter, TICK, Worker};
+use crate::experiment::{Detail, Experiment};
+use crate::process::{Curve, End, Starter, TICK, Worker};
 use crate::results::Row;
 use crate::worker::{self, FLUSH};
 use anyhow::{Context, Result, bail};
 use host::child;
 use host::package::Package;
 use modeldescription::Table;
-use run::master::Recording;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -41,6 +40,8 @@ pub struct Options {
     pub limit: Duration,
     /// No more runs are made when this becomes true.
     pub interrupted: Arc<AtomicBool>,
+    /// Whether each run needs new instances; found out by the first worker without it.
+    pub renews: Option<bool>,
 }
 
 impl Options {
@@ -54,6 +55,7 @@ impl Options {
             jobs: thread::available_parallelism().map_or(1, usize::from),
             limit: Duration::from_secs(300),
             interrupted: Arc::default(),
+            renews: None,
         })
     }
 }
@@ -121,7 +123,7 @@ impl Pool {
             },
             job: serde_json::to_string(job)?,
             members: job.system.members.iter().map(|member| member.name.clone()).collect(),
-            renews: false,
+            renews: options.renews.unwrap_or_default(),
         };
         let (mut worker, interfaces) = starter.start(false)?;
         let tables = interfaces.iter().map(|of| of.as_deref().map(worker::table).transpose());
@@ -131,9 +133,10 @@ impl Pool {
         let mut experiment =
             worker::experiment(job, &descriptions.iter().collect::<Vec<_>>(), tables.first().and_then(Option::as_ref))?;
         let mut slots: Vec<Slot> = (0..options.jobs.max(1)).map(|_| Slot::default()).collect();
-        match worker.check_reset() {
+        let checked = if options.renews.is_some() { Ok(None) } else { worker.check_reset() };
+        match checked {
             Ok(warning) => {
-                starter.renews = warning.is_some();
+                starter.renews |= warning.is_some();
                 experiment.warnings.extend(warning);
                 slots[0].worker = Some(worker);
             }
@@ -151,6 +154,11 @@ impl Pool {
     /// What the library of each member says of its block, if it has a table.
     pub fn tables(&self) -> &[Option<Table>] {
         &self.tables
+    }
+
+    /// Whether each run is made with new instances.
+    pub fn renews(&self) -> bool {
+        self.starter.renews
     }
 
     /// How an FMU has crashed or was ended, and what it has printed last; none if there is no such FMU.
@@ -214,15 +222,15 @@ impl Pool {
         })
     }
 
-    /// Makes the run of a point with all that is recorded.
+    /// Makes the run of a point with new instances and records it. Gives its figures as well, unless an FMU has ended it.
     ///
     /// # Errors
     /// An FMU refuses or crashes, or there is an interruption.
-    pub fn curve(&mut self, point: &[f64]) -> Result<Recording> {
+    pub fn curve(&mut self, point: &[f64], detail: Detail) -> Result<Curve> {
         let slot = &mut self.slots[0];
         let worker = slot.worker(&self.starter)?;
-        match worker.curve(point) {
-            Ok(recording) => recording,
+        match worker.curve(point, detail) {
+            Ok(made) => made,
             Err(end) => {
                 let text = worker.text(&end, &self.starter);
                 slot.worker = None;

@@ -1,5 +1,6 @@
 //! A worker process as the main process sees it.
 
+use crate::experiment::Detail;
 use crate::results::Row;
 use crate::worker::{ROLE, Reply, Request};
 use anyhow::{Result, bail};
@@ -48,6 +49,9 @@ impl Starter {
     }
 }
 
+/// The recording of a run, and its figures, unless an FMU has ended it.
+pub type Curve = (Recording, Option<Vec<f64>>);
+
 /// A worker process. It ends when this is dropped.
 #[derive(Debug)]
 pub struct Worker(Process);
@@ -80,16 +84,26 @@ impl Worker {
         None
     }
 
-    /// Makes a run and records it.
+    /// Makes a run with new instances and records it. Gives its figures as well, unless an FMU has ended it.
     ///
     /// # Errors
     /// Why the process has ended; in the result, what an FMU refuses.
-    pub fn curve(&mut self, point: &[f64]) -> Result<Result<Recording>, End> {
-        self.0.send(&Request::Curve(point.to_vec()));
-        match self.reply()? {
-            Reply::Curve(recording) => Ok(Ok(recording)),
-            Reply::Refused(error) => Ok(Err(anyhow::Error::msg(error))),
-            _ => Err(self.0.disturbed()),
+    pub fn curve(&mut self, point: &[f64], detail: Detail) -> Result<Result<Curve>, End> {
+        self.0.send(&Request::Curve(point.to_vec(), detail));
+        let mut recording: Option<Recording> = None;
+        loop {
+            match self.reply()? {
+                Reply::Piece(piece) => match &mut recording {
+                    Some(recording) => recording.append(piece),
+                    None => recording = Some(piece),
+                },
+                Reply::Curve(figures) => {
+                    let recording = recording.ok_or_else(|| self.0.disturbed())?;
+                    return Ok(Ok((recording, figures)));
+                }
+                Reply::Refused(error) => return Ok(Err(anyhow::Error::msg(error))),
+                _ => return Err(self.0.disturbed()),
+            }
         }
     }
 

@@ -38,6 +38,8 @@ pub struct Reading {
     pub job: Job,
     /// Its table `[tune]`, for `plcfmu tune-study`.
     pub tune: Option<Table>,
+    /// Whether each run needs new instances; not known for a file that a user has written.
+    pub renews: Option<bool>,
 }
 
 /// What the file may hold.
@@ -122,7 +124,7 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     // Before the numbers are written as JSON, which has no NaN.
     study.check().with_context(|| path.display().to_string())?;
     let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    Ok(Reading { name, job: Job { system, study }, tune: content.tune })
+    Ok(Reading { name, job: Job { system, study }, tune: content.tune, renews: None })
 }
 
 /// The system of a study's loop.
@@ -261,7 +263,7 @@ mod tests {
             relative = true
             normal = { mean = 1, deviation = 0.1 }
         "#;
-        let Reading { name, job, tune } = read_text(text).unwrap();
+        let Reading { name, job, tune, .. } = read_text(text).unwrap();
         assert_eq!(name, "study");
         let settings: Vec<_> = job.system.settings.iter().map(|of| (&*of.variable, of.value, of.time)).collect();
         assert_eq!(

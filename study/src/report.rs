@@ -19,7 +19,7 @@ use serde::{Serialize, Serializer};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// At most so many runs are named with their settings.
 const MOST_RUNS: usize = 10;
@@ -90,12 +90,13 @@ fn chosen(of: &Distribution) -> Vec<(&'static str, u64)> {
     named.into_iter().filter_map(|(name, run)| Some((name, run?))).collect()
 }
 
-/// Writes `summary.json`, `summary.html` and the folder `pictures`, each file beside its place and renamed.
+/// Writes `summary.json`, `summary.html` and the folder `pictures`, each file beside its place and renamed. Gives a sentence for
+/// each picture that cannot be drawn.
 ///
 /// # Errors
-/// A picture cannot be drawn, or a file cannot be written.
-pub fn write(folder: &Path, report: &Report) -> Result<Vec<PathBuf>> {
-    let pictures = pictures(report)?;
+/// A file cannot be written.
+pub fn write(folder: &Path, report: &Report) -> Result<Vec<String>> {
+    let (pictures, mut problems) = pictures(report)?;
     let mut files = vec![
         (folder.join("summary.json"), json(report)?.into_bytes()),
         (folder.join("summary.html"), html(report, &pictures)?.into_bytes()),
@@ -103,12 +104,15 @@ pub fn write(folder: &Path, report: &Report) -> Result<Vec<PathBuf>> {
     for picture in &pictures {
         let path = |ending: &str| folder.join("pictures").join(format!("{}.{ending}", picture.name));
         files.push((path("svg"), picture.svg.clone().into_bytes()));
-        files.push((path("png"), picture::png(&picture.svg)?));
+        match picture::png(&picture.svg) {
+            Ok(png) => files.push((path("png"), png)),
+            Err(error) => problems.push(format!("there is no {}: {error:#}", path("png").display())),
+        }
     }
     for (path, content) in &files {
         temporary::place(path, |writer| Ok(writer.write_all(content)?), |_| Ok(()))?;
     }
-    Ok(files.into_iter().map(|(path, _)| path).collect())
+    Ok(problems)
 }
 
 /// A picture of a report.
@@ -120,9 +124,10 @@ struct Picture {
     svg: String,
 }
 
-/// All pictures: the curves and the scatter plot of the main figure, then the histograms.
-fn pictures(report: &Report) -> Result<Vec<Picture>> {
-    let mut drawn = Vec::new();
+/// All pictures that can be drawn: the curves and the scatter plot of the main figure, then the histograms. And a sentence for each of
+/// the others.
+fn pictures(report: &Report) -> Result<(Vec<Picture>, Vec<String>)> {
+    let mut drawn: Vec<(String, Option<usize>, Result<Option<String>>)> = Vec::new();
     if let Some(main) = report.main {
         let of = &report.summary.figures[main];
         let recording = |run: u64| report.curves.iter().find(|(of, _)| *of == run).map(|(_, recording)| recording);
@@ -133,27 +138,32 @@ fn pictures(report: &Report) -> Result<Vec<Picture>> {
             }
         }
         let title = format!("Runs with the worst, the median and the best {}", of.figure.name);
-        let svg = pictures::curves(&title, report.signals, &of.figure, &runs)?;
+        let svg = pictures::curves(&title, report.signals, &of.figure, &runs);
         drawn.push(("curves".to_string(), None, svg));
         drawn.push((
             "scatter".into(),
             None,
-            pictures::scatter(report.results, report.summary, main, &logarithmic(report))?,
+            pictures::scatter(report.results, report.summary, main, &logarithmic(report)),
         ));
     }
     for (column, of) in report.summary.figures.iter().enumerate() {
-        let svg = pictures::histogram(of, report.results.figure(column))?;
+        let svg = pictures::histogram(of, report.results.figure(column));
         drawn.push((format!("histogram_{}", file_name(&of.figure.name)), Some(column), svg));
     }
-    let mut names = BTreeSet::new();
-    let picture = |(mut name, figure, svg): (String, Option<usize>, Option<String>)| {
+    let (mut names, mut problems) = (BTreeSet::new(), Vec::new());
+    let picture = |(mut name, figure, svg): (String, Option<usize>, Result<Option<String>>)| {
         // Two names that differ in signs which a file's name cannot have.
         while !names.insert(name.to_lowercase()) {
             name.push('_');
         }
+        let svg = svg.unwrap_or_else(|error| {
+            problems.push(format!("there is no picture {name}: {error:#}"));
+            None
+        });
         Some(Picture { name, figure, svg: svg? })
     };
-    Ok(drawn.into_iter().filter_map(picture).collect())
+    let pictures = drawn.into_iter().filter_map(picture).collect();
+    Ok((pictures, problems))
 }
 
 /// Whether the values of a coordinate are told by their ratios.

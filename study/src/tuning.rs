@@ -1,6 +1,7 @@
 //! Searches for the settings that are the best for all plants of a study, with the runs made by a pool of workers.
 
 use crate::expect::Expectation;
+use crate::experiment::Detail;
 use crate::pool::{Options, Pool};
 use crate::read::Reading;
 use crate::results::{Quantity, Row};
@@ -205,7 +206,10 @@ impl Robustness {
         };
         let own: Vec<_> = names.into_iter().enumerate().filter_map(own).collect();
         let plants = match &tune.model {
-            Some(model) => vec![Arc::new(linear.modelled(model)); plants.len()],
+            Some(model) => {
+                let plant = Arc::new(linear.modelled(model));
+                vec![plant; plants.len()]
+            }
             None => identify(&linear, tune, job, (&in_point, &own), plants, options, remarks)?,
         };
         Ok(Robustness { linear, plants, own })
@@ -282,7 +286,8 @@ fn identify(
     for (number, plant) in plants.iter().enumerate() {
         let point: Vec<f64> = plant.iter().zip(in_point).filter_map(|(value, is_in)| is_in.then_some(*value)).collect();
         let settings = of_point(own, plant).collect();
-        let found = pool.curve(&point).and_then(|recording| linear.identified(&identification, &recording, &settings));
+        let found = pool.curve(&point, Detail::All);
+        let found = found.and_then(|(recording, _)| linear.identified(&identification, &recording, &settings));
         let found = found.with_context(|| format!("plant {number}")).map_err(advised)?;
         worst = found.fit.filter(|fit| worst.is_none_or(|(worst, _)| *fit < worst)).map(|fit| (fit, number)).or(worst);
         identified.push(Arc::new(found.plant));

@@ -9,7 +9,7 @@
 //! few of them.
 
 use crate::Job;
-use crate::experiment::{Executor, Experiment};
+use crate::experiment::{Detail, Executor, Experiment};
 use crate::results::Row;
 use anyhow::{Context, Result, bail};
 use host::child::witness::Witnessed;
@@ -50,7 +50,7 @@ pub enum Request {
     /// Find out whether an instance that was reset computes what a new one does.
     CheckReset,
     /// Make the run of this point and record it.
-    Curve(Vec<f64>),
+    Curve(Vec<f64>, Detail),
 }
 
 /// What a worker answers.
@@ -62,8 +62,10 @@ pub enum Reply {
     Refused(String),
     /// The next rows, in the order of the points. All have come when there are as many as points.
     Rows(Vec<Row>),
-    /// The recording.
-    Curve(Recording),
+    /// The next piece of the recording.
+    Piece(Recording),
+    /// The recording is complete. The figures of the run, unless an FMU has ended it.
+    Curve(Option<Vec<f64>>),
     /// What the user should know of instances that are reset.
     Reset(Option<String>),
 }
@@ -148,10 +150,14 @@ impl Serving {
             match request {
                 Request::Begin { .. } => bail!("there is a job already"),
                 Request::CheckReset => output.send(&Reply::Reset(executor.check_reset(&mut instantiate)))?,
-                Request::Curve(point) => match executor.recording(&point, &mut instantiate) {
-                    Ok(recording) => output.send(&Reply::Curve(recording))?,
-                    Err(error) => output.send(&Reply::Refused(format!("{error:#}")))?,
-                },
+                Request::Curve(point, detail) => {
+                    let made = executor
+                        .recording(&point, detail, &mut instantiate, |recording| output.send(&Reply::Piece(recording)));
+                    match made {
+                        Ok(figures) => output.send(&Reply::Curve(figures))?,
+                        Err(error) => output.send(&Reply::Refused(format!("{error:#}")))?,
+                    }
+                }
                 Request::Rows(points) => {
                     let (mut rows, mut flushed) = (Vec::new(), Instant::now());
                     for point in &points {

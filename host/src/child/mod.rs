@@ -47,6 +47,9 @@ const MOST_LOGGED: usize = 3;
 /// So many lines are told of what it has printed last.
 const LINES: usize = 3;
 
+/// What is told of a process that is ended, as its output is not that of this program.
+const DISTURBED: &str = "disturbed its process, by what it wrote to its output or by closing it; the process was ended";
+
 /// What becomes of what FMUs print.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prints {
@@ -203,10 +206,7 @@ impl Process {
                     self.kill();
                     return Err(End::Interrupted);
                 }
-                Err(RecvTimeoutError::Disconnected) => {
-                    let status = self.kill();
-                    return Err(End::Ended(how(status)));
-                }
+                Err(RecvTimeoutError::Disconnected) => return Err(self.ended()),
                 Err(RecvTimeoutError::Timeout) if is_alive(&self.witness) => began = Instant::now(),
                 Err(RecvTimeoutError::Timeout) if left.is_zero() => {
                     self.kill();
@@ -217,10 +217,26 @@ impl Process {
         }
     }
 
+    /// How a process has ended whose replies have. One that does not end by itself has closed its output, or its output makes no
+    /// sense; it is ended.
+    fn ended(&mut self) -> End {
+        let began = Instant::now();
+        while began.elapsed() < FAREWELL {
+            match self.process.try_wait() {
+                Ok(None) => thread::sleep(Duration::from_millis(1)),
+                ended => {
+                    self.has_ended = true;
+                    return End::Ended(how(ended.ok().flatten()));
+                }
+            }
+        }
+        self.disturbed()
+    }
+
     /// Ends a process whose reply makes no sense.
     pub fn disturbed(&mut self) -> End {
         self.kill();
-        End::Ended("disturbed its process".into())
+        End::Ended(DISTURBED.into())
     }
 
     /// The last lines that a process has printed, which has ended and whose prints are kept.
@@ -326,4 +342,22 @@ pub fn serve(folder: &Path, answer: impl FnOnce(&Channel) -> Result<()>) -> Resu
     // Without waiting for the thread that reads, which must not believe that this is over before.
     drop(at_work);
     process::exit(0)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::PermissionsExt;
+
+    #[test]
+    fn a_process_that_is_ended_since_its_output_makes_no_sense_has_not_crashed() {
+        let folder = tempfile::tempdir().unwrap();
+        let program = folder.path().join("disturbed");
+        // A length beyond all messages; then it goes on.
+        std::fs::write(&program, "#!/bin/sh\nprintf 'what an FMU has printed'\nread request\n").unwrap();
+        std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+        let starter = Starter { program, limit: Duration::from_secs(60), interrupted: Arc::default() };
+        let mut process = starter.start("role", Prints::Dropped).unwrap();
+        assert_eq!(process.receive::<()>(|_| false), Err(End::Ended(DISTURBED.into())));
+    }
 }

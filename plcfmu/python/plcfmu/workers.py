@@ -9,6 +9,7 @@ import contextlib
 import pathlib
 import signal
 import tempfile
+import threading
 import time
 from collections.abc import Generator, Iterable
 from typing import Any, Callable, NamedTuple, Optional
@@ -17,6 +18,7 @@ from distributed import Client, Future, KilledWorker, Worker, as_completed, get_
 from distributed.diagnostics.plugin import WorkerPlugin
 
 from .files import replacing
+from .messages import LOGGER
 from .parameters import CommandNotFoundError, called, command, reason
 
 # How long a worker shall be busy with one range of runs, in seconds; and what each thread of the cluster adds, so that a
@@ -33,6 +35,8 @@ RETRIES = 2
 WORK_SHARE = 0.01
 # How often the client asks how many threads there are, in seconds.
 PATIENCE = 1.0
+# A cluster without a worker for so long, in seconds, is told.
+LONELY = 5.0
 # The folder in a worker's local directory.
 FOLDER = "plcfmu"
 
@@ -188,6 +192,8 @@ def results(
     begin, share, threads = time.monotonic(), Share(gaps), Threads(client)
     completed = as_completed(loop=client.loop, with_results=True, raise_errors=False)
     pending: dict[Future[Any], Span] = {}
+    over = threading.Event()
+    threading.Thread(target=watch, args=(Lonely(client), over), daemon=True).start()
     try:
         register(client, files)
         while True:
@@ -209,6 +215,7 @@ def results(
             share.learn(span, seconds, work)
             yield span, content
     finally:
+        over.set()
         # A cluster that is gone, or that Ctrl-C ends as well, must not hide why this has ended.
         with contextlib.suppress(Exception):
             client.cancel(list(pending))
@@ -258,3 +265,30 @@ class Threads:
             self._asked = now
             self._count = max(1, sum(self._client.nthreads().values()))
         return self._count
+
+
+class Lonely:
+    """Tells that a cluster has no worker, once each time that it has had none for five seconds."""
+
+    def __init__(self, client: Client, clock: Callable[[], float] = time.monotonic) -> None:
+        self._client = client
+        self._clock = clock
+        self._since: Optional[float] = clock()
+
+    def look(self) -> None:
+        """To be called now and then."""
+        if self._client.nthreads():
+            self._since = None
+        elif self._since is None:
+            self._since = self._clock()
+        elif self._clock() - self._since >= LONELY:
+            self._since = float("inf")
+            LOGGER.warning("the cluster %s has no workers: the study waits for the first one", self._client.scheduler.address)
+
+
+def watch(lonely: Lonely, over: threading.Event) -> None:
+    """Looks once a second, until it is over."""
+    while not over.wait(PATIENCE):
+        # A scheduler that does not answer is told by the study itself.
+        with contextlib.suppress(Exception):
+            lonely.look()

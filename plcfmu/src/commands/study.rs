@@ -16,7 +16,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use study::expect::{Expectation, Verdict};
-use study::experiment::Experiment;
+use study::experiment::{Detail, Experiment};
 use study::finished::{self, Table};
 use study::output::Format;
 use study::parts::{self, Collector, Parts};
@@ -121,7 +121,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
     warn(&pool, &reading.job.system.remarks);
     if let Some(folder) = &options.bundle {
-        bundle::write(folder, &reading.name, &reading.job, count)?;
+        bundle::write(folder, &reading.name, &reading.job, count, pool.renews())?;
         let file = folder.join("study.json");
         return print(&format!("{}: a bundle of {count} runs; plcfmu study runs it\n", file.display()));
     }
@@ -140,7 +140,7 @@ pub fn run(options: &Options) -> Result<()> {
     });
     let verdicts: Vec<_> = verdicts.collect();
     let summary = Summary::of(&results, WORST);
-    let curves = curves(&mut pool, &results, &options.curves, &report::curves_wanted(&summary, main))?;
+    let curves = curves(&mut pool, &results, &out, &options.curves, &report::curves_wanted(&summary, main))?;
     output::write(&options.format.file(&out), options.format, &results)?;
     let report = Report {
         name: &reading.name,
@@ -187,6 +187,7 @@ fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<Ato
         jobs: options.jobs.map_or(defaults.jobs, usize::from),
         limit: Duration::from_secs_f64(options.limit),
         interrupted,
+        renews: reading.renews,
         ..defaults
     };
     let pool = Pool::start(&reading.job, &pool_options);
@@ -337,34 +338,78 @@ fn results(pool: &Pool, parts: &Parts) -> Result<Results> {
     Ok(results)
 }
 
-/// The curves that the user and the report want: these runs are made again with all that is recorded.
-fn curves(pool: &mut Pool, results: &Results, named: &[u64], wanted: &[u64]) -> Result<Vec<(u64, Recording)>> {
+/// The curves that the report wants, and those that the user wants in files: these runs are made again with all that is recorded.
+/// One that cannot be had costs nothing but itself.
+fn curves(
+    pool: &mut Pool,
+    results: &Results,
+    out: &Path,
+    named: &[u64],
+    wanted: &[u64],
+) -> Result<Vec<(u64, Recording)>> {
     let mut curves = Vec::new();
+    study::clear(&out.join("curves"), |name| name.starts_with("run_") && name.ends_with(".csv"))?;
     for run in named.iter().chain(wanted).copied().collect::<BTreeSet<_>>() {
         if results.errors.contains_key(&run) {
             eprintln!("warning: run {run} failed and has no curves");
             continue;
         }
-        let recording = pool.curve(results.point(run));
+        let is_named = named.contains(&run);
+        let made = pool.curve(results.point(run), if is_named { Detail::All } else { Detail::Drawn });
         if pool.is_interrupted() {
             bail!(Interrupted("all runs are kept; the same command with --resume writes the results".into()));
         }
-        curves.push((run, recording.with_context(|| format!("the curves of run {run}"))?));
+        let (mut recording, figures) = match made {
+            Ok(made) => made,
+            Err(error) => {
+                eprintln!("warning: run {run} has no curves: {error:#}");
+                continue;
+            }
+        };
+        if let Some(figures) = figures
+            && let Some(difference) = difference(results, run, &figures)
+        {
+            eprintln!(
+                "warning: run {run}: {difference}: an FMU keeps something from one run to the next one although it is reset, so that \
+                 rows of the table may be wrong; tell the maker of the FMU"
+            );
+        }
+        if is_named {
+            let file = out.join("curves").join(format!("run_{run}.csv"));
+            temporary::place(&file, |to| Ok(recording.write_csv(to)?), |_| Ok(()))?;
+            recording = drawn(recording);
+        }
+        curves.push((run, recording));
     }
     Ok(curves)
+}
+
+/// What a picture needs of a recording: the same, whether all of it is wanted or not.
+fn drawn(recording: Recording) -> Recording {
+    let mut thinned = Detail::Drawn.thinned(recording.columns.clone(), recording.times.len());
+    recording.rows().for_each(|(time, row)| thinned.push(time, row));
+    let mut drawn = thinned.recording();
+    drawn.ended = recording.ended;
+    drawn
+}
+
+/// The first figure of a run that is another one with new instances.
+fn difference(results: &Results, run: u64, anew: &[f64]) -> Option<String> {
+    let pairs = results.figures.iter().zip(results.figures_of(run).iter().zip(anew));
+    let mut differing = pairs.filter(|(_, (row, anew))| row != anew && !(row.is_nan() && anew.is_nan()));
+    let (figure, (row, anew)) = differing.next()?;
+    let [row, anew] = [row, anew].map(|value| if value.is_nan() { "no value".into() } else { format!("{value:?}") });
+    Some(format!("{} is {row} in the table and {anew} with new instances", figure.name))
 }
 
 /// Writes the files of the results beside their table, in place of older ones.
 fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     // The table of an older study, not any file of this name.
     let has_older = out.join("summary.json").is_file();
-    study::clear(&out.join("curves"), |name| name.starts_with("run_") && name.ends_with(".csv"))?;
     study::clear(&out.join("pictures"), report::is_picture)?;
-    for (run, recording) in report.curves.iter().filter(|(run, _)| options.curves.contains(run)) {
-        let file = out.join("curves").join(format!("run_{run}.csv"));
-        temporary::place(&file, |to| Ok(recording.write_csv(to)?), |_| Ok(()))?;
+    for problem in report::write(out, report)? {
+        eprintln!("warning: {problem}");
     }
-    report::write(out, report)?;
     if let Some(file) = &options.junit {
         junit::write(file, report)?;
     }
@@ -404,6 +449,22 @@ mod tests {
         assert_eq!(missing.count, 13);
         let runs: Vec<_> = (0..5).map(|place| missing.run(place)).collect();
         assert_eq!(runs, [3, 4, 9, 20, 21]);
+    }
+
+    #[test]
+    fn a_run_that_is_another_one_with_new_instances_is_told() {
+        let quantity = |name: &str| study::results::Quantity { name: name.into(), unit: None };
+        let mut results = Results::new(Vec::new(), vec![quantity("rise"), quantity("iae")]);
+        results.push(&[], &Row { figures: vec![f64::NAN, 1.5], error: None });
+        assert_eq!(difference(&results, 0, &[f64::NAN, 1.5]), None);
+        assert_eq!(
+            difference(&results, 0, &[f64::NAN, 0.1]).as_deref(),
+            Some("iae is 1.5 in the table and 0.1 with new instances")
+        );
+        assert_eq!(
+            difference(&results, 0, &[2.0, 1.5]).as_deref(),
+            Some("rise is no value in the table and 2.0 with new instances")
+        );
     }
 
     #[test]

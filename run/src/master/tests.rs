@@ -249,3 +249,19 @@ fn csv_reads_back_bit_equal_and_quotes_odd_names() {
     let expected = "time,\"A.x,\"\"y\"\"\",A.n,A.on\n0.0,0.30000000000000004,-3,1\n0.1,1e-300,27648,0\n";
     assert_eq!(String::from_utf8(csv).unwrap(), expected);
 }
+
+#[test]
+fn a_thinned_recording_keeps_the_least_and_the_greatest_value_in_their_order() {
+    let columns = vec![column("A", (0, 0), false), column("B", (0, 1), false)];
+    let thinned = |most: usize| {
+        let mut thinned = Thinned::new(columns.clone(), 7, most);
+        for (step, a) in [3.0, 9.0, 1.0, 5.0, 5.0, 5.0, 2.0].into_iter().enumerate() {
+            thinned.push(step as f64, &[a, step as f64]);
+        }
+        let recording = thinned.recording();
+        recording.rows().map(|(time, row)| (time, row[0], row[1])).collect::<Vec<_>>()
+    };
+    assert_eq!(thinned(7).len(), 7);
+    // Four rows become two each; the last three as well.
+    assert_eq!(thinned(4), [(0.0, 9.0, 0.0), (3.0, 1.0, 3.0), (4.0, 5.0, 4.0), (6.0, 2.0, 6.0)]);
+}

@@ -512,11 +512,47 @@ fn there_are_never_two_instances_of_an_fmu() {
     assert_eq!(executor.check_reset(&mut make), None);
     let errors = points(&experiment).into_iter().map(|point| executor.row(&point, &mut make).error);
     assert_eq!(errors.map(|error| error.is_some()).collect::<Vec<_>>(), [false, true, false]);
-    executor.recording(&[10.0], &mut make).unwrap();
+    executor.recording(&[10.0], Detail::All, &mut make, |_| Ok(())).unwrap();
     executor.renew();
     for _ in 0..2 {
         assert_eq!(executor.row(&[10.0], &mut make).error, None);
     }
+}
+
+/// A run with new instances: its recording in one piece, and its figures.
+fn recorded_run(executor: &mut Executor<Box<dyn Reset>>, point: &[f64]) -> (Recording, Option<Vec<f64>>) {
+    let mut pieces = Vec::new();
+    let piece = |recording| {
+        pieces.push(recording);
+        Ok(())
+    };
+    let figures = executor.recording(point, Detail::All, instantiate, piece).unwrap();
+    let joined = |mut all: Recording, next| {
+        all.append(next);
+        all
+    };
+    (pieces.into_iter().reduce(joined).unwrap(), figures)
+}
+
+#[test]
+fn a_long_recording_comes_in_pieces_or_with_its_extremes_alone() {
+    let mut job = job(vec![axis("C.GAIN", values(&[0.5]))]);
+    // More values than a piece has, and more rows than a picture needs.
+    (job.system.step, job.system.stop) = (Some(0.5), Some(100_000.0));
+    let mut executor = Executor::new(resolved(&job).unwrap());
+    let mut received = |detail| {
+        let mut pieces = Vec::new();
+        let piece = |recording: Recording| {
+            pieces.push(recording.times.len());
+            Ok(())
+        };
+        executor.recording(&[0.5], detail, instantiate, piece).unwrap();
+        pieces
+    };
+    let all = received(Detail::All);
+    assert_eq!(all.iter().sum::<usize>(), 200_000);
+    assert!(all.len() > 1 && all.iter().all(|rows| *rows <= PIECE), "{all:?}");
+    assert_eq!(received(Detail::Drawn), [DRAWN]);
 }
 
 #[test]
@@ -527,7 +563,8 @@ fn a_recording_is_the_run_that_the_row_is_of() {
     let mut executor = Executor::new(resolved(&job).unwrap());
     for point in [[0.5, 30.0], [2.0, 60.0]] {
         let row = executor.row(&point, instantiate);
-        let recording = executor.recording(&point, instantiate).unwrap();
+        let (recording, figures) = recorded_run(&mut executor, &point);
+        assert_eq!(figures.map(|anew| bits(&Row { figures: anew, error: None })), Some(bits(&row)));
         let temperature = recording.columns.iter().position(|column| column.name == "P.TEMP").unwrap();
         // The row of the last step is the one before that of the end.
         let steps = recording.times.len() - 1;
@@ -553,7 +590,7 @@ fn values_and_violations_are_those_of_the_steps_of_the_whole_run() {
     let experiment = resolved(&job).unwrap();
     let mut executor = Executor::new(experiment.clone());
     let row = executor.row(&[], instantiate);
-    let recording = executor.recording(&[], instantiate).unwrap();
+    let (recording, _) = recorded_run(&mut executor, &[]);
     let column = recording.columns.iter().position(|column| column.name == "P.TEMP").unwrap();
     // A row for each step, and one for the end.
     assert_eq!(recording.times.len(), 121);
@@ -572,7 +609,7 @@ fn a_recording_has_what_the_system_records_and_what_figures_are_of() {
     job.study.values = vec![Taken { variable: "P.T".into(), take: vec![Take::Last] }];
     job.system.record = vec![Recorded::from("P.POWER")];
     let names = |job: &Job| {
-        let recording = Executor::new(resolved(job).unwrap()).recording(&[0.5], instantiate).unwrap();
+        let (recording, _) = recorded_run(&mut Executor::new(resolved(job).unwrap()), &[0.5]);
         recording.columns.into_iter().map(|column| column.name).collect::<Vec<_>>()
     };
     assert_eq!(names(&job), ["P.POWER", "C.SP", "C.PV", "C.OUT", "C.UP", "C.DOWN", "P.T"]);

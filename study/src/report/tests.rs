@@ -161,7 +161,7 @@ fn the_summary_for_programs_has_settings_by_name() {
 fn the_page_shows_everything_and_loads_nothing() {
     let sample = Sample::new(&["overshoot < 10 %", "p50(iae) < 1000"]);
     let report = sample.report();
-    let page = html(&report, &pictures(&report).unwrap()).unwrap();
+    let page = html(&report, &pictures(&report).unwrap().0).unwrap();
     for text in [
         "<title>furnace &lt;A&gt;</title>",
         "<p class=\"summary\">4 runs; 1 failed.</p>",
@@ -181,20 +181,18 @@ fn the_page_shows_everything_and_loads_nothing() {
         let own = page.replace("http://www.w3.org/2000/svg", "");
         assert!(!own.contains(outside), "{outside}");
     }
-    assert_eq!(page, html(&report, &pictures(&report).unwrap()).unwrap());
+    assert_eq!(page, html(&report, &pictures(&report).unwrap().0).unwrap());
 }
 
 #[test]
 fn a_report_is_a_page_a_file_for_programs_and_pictures() {
     let folder = tempfile::tempdir().unwrap();
     let sample = Sample::new(&[]);
-    let files = write(folder.path(), &sample.report()).unwrap();
-    let names: Vec<String> = files
-        .iter()
-        .map(|file| file.strip_prefix(folder.path()).unwrap().to_string_lossy().replace('\\', "/"))
-        .collect();
-    assert_eq!(names[..4], ["summary.json", "summary.html", "pictures/curves.svg", "pictures/curves.png"]);
-    assert_eq!(names[8..], ["pictures/histogram_iae.svg", "pictures/histogram_iae.png"]);
-    assert!(files.iter().all(|file| fs::metadata(file).unwrap().len() > 500));
+    assert_eq!(write(folder.path(), &sample.report()).unwrap(), [""; 0]);
+    for name in
+        ["summary.json", "summary.html", "pictures/curves.svg", "pictures/curves.png", "pictures/histogram_iae.png"]
+    {
+        assert!(fs::metadata(folder.path().join(name)).unwrap().len() > 500, "{name}");
+    }
     junit::write(&folder.path().join("junit.xml"), &sample.report()).unwrap();
 }
