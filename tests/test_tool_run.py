@@ -17,10 +17,9 @@ import zipfile
 import pytest
 
 import host
-from tool import PAGE, needs_page, show_tab
+from tool import ARGUMENTS, CHROMIUM, PAGE, needs_page, new_loop, show_tab, take_generic_plant
 
 ROOT = pathlib.Path(__file__).parents[1]
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 PACKAGES = ("playwright", "axe_playwright_python")
 MISSING = [package for package in PACKAGES if importlib.util.find_spec(package) is None]
 
@@ -32,10 +31,6 @@ pytestmark = [
 
 DESKTOP, PHONE = (1280, 900), (390, 844)
 LOOPS = ROOT / "tests/parameters/plant.awl"
-ARGUMENTS = [
-    *("--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--disable-sync"),
-    *("--disable-component-update", "--enable-precise-memory-info", "--js-flags=--expose-gc"),
-]
 
 
 @pytest.fixture(scope="module")
@@ -80,22 +75,6 @@ def tool(open_tool):
     new_loop(page, "TIC101")
     take_generic_plant(page, gain="2", lag="20", dead_time="2")
     return page
-
-
-def new_loop(page, name, block="CONT_C"):
-    page.locator("#new-name").fill(name)
-    page.locator("#new-block").select_option(block)
-    page.get_by_role("button", name="New loop").click()
-
-
-def take_generic_plant(page, gain, lag, dead_time):
-    show_tab(page, "Plant")
-    plant = page.locator("#plant")
-    plant.get_by_label("Gain").fill(gain)
-    plant.get_by_label("Time constant").fill(lag)
-    plant.get_by_label("Dead time").fill(dead_time)
-    plant.get_by_role("button", name="Use this plant").click()
-    plant.get_by_text("goes to").first.wait_for()
 
 
 def manual(page):

@@ -4,6 +4,7 @@ import http.client
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 
@@ -16,10 +17,32 @@ PAGE = pathlib.Path(os.environ.get("PLCFMU_TOOL") or ROOT / "target/tool/plcfmu-
 NO_PAGE = "no page of the parameter tool: 'rustup target add wasm32-unknown-unknown', then 'cargo xtask tool'"
 needs_page = pytest.mark.skipif(not PAGE.is_file(), reason=NO_PAGE)
 
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+ARGUMENTS = [
+    *("--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--disable-sync"),
+    *("--disable-component-update", "--enable-precise-memory-info", "--js-flags=--expose-gc"),
+]
+
 
 def show_tab(page, name):
     """Shows a tab of the page: Diagram, Plant, Tune, Runs, Replay, Log; on a narrow screen Parameters, too."""
     page.get_by_role("tab", name=name, exact=True).click()
+
+
+def new_loop(page, name, block="CONT_C"):
+    page.locator("#new-name").fill(name)
+    page.locator("#new-block").select_option(block)
+    page.get_by_role("button", name="New loop").click()
+
+
+def take_generic_plant(page, gain, lag, dead_time):
+    show_tab(page, "Plant")
+    plant = page.locator("#plant")
+    plant.get_by_label("Gain").fill(gain)
+    plant.get_by_label("Time constant").fill(lag)
+    plant.get_by_label("Dead time").fill(dead_time)
+    plant.get_by_role("button", name="Use this plant").click()
+    plant.get_by_text("goes to").first.wait_for()
 
 
 class Server:

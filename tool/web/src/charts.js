@@ -64,8 +64,12 @@ export function ticks(splits) {
   const step = there.length > 1 ? Math.abs(there[1] - there[0]) : Math.abs(there[0] ?? 1);
   const most = Math.max(...there.map(Math.abs));
   const isFar = most >= 1e6 || (most > 0 && most < 1e-4);
-  const digits = Math.max(0, Math.ceil(Math.log10(most / step)) + 1);
-  const decimals = Math.min(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), 12);
+  const digits = Math.max(0, Math.ceil(Math.log10(most / step) - 1e-4) + 1);
+  let decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  // A step of 0.0025 has a digit more than one of 0.002.
+  for (let more = 0; more < 2 && Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) > 0.01; more += 1)
+    decimals += 1;
+  decimals = Math.min(decimals, 12);
   return splits.map((split) => {
     if (split === null) return null;
     if (split === 0) return "0";

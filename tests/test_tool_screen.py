@@ -1,0 +1,235 @@
+"""The parameter tool as one screen: what is to be seen where, curves that are true, the first page, the step test, links.
+
+The page is that of PLCFMU_TOOL, or target/tool/plcfmu-tool.html (`cargo xtask tool`). `python tests/screenshots.py` writes every
+state of it as a picture.
+"""
+
+import re
+
+import pytest
+
+import test_tool_run
+from test_tool_run import (
+    browser,  # noqa: F401
+    made,
+    manual,
+    open_tool,  # noqa: F401
+    readout,
+    run_calls,
+    saved,
+    set_now,
+    tool,  # noqa: F401
+)
+from tool import new_loop, show_tab, take_generic_plant
+
+pytestmark = test_tool_run.pytestmark
+
+
+def open_example(page, title):
+    page.locator(".card").filter(has_text=title).click()
+    page.locator("#run .status").get_by_text("calls").wait_for(state="attached")
+    page.wait_for_function("() => document.querySelector('#curves [role=slider]').ariaValueMax > 0")
+
+
+def box(page, selector):
+    return page.locator(selector).first.bounding_box()
+
+
+def bottom(of):
+    return of["y"] + of["height"]
+
+
+@pytest.mark.parametrize("height", (768, 650))
+def test_curve_run_bar_and_tabs_are_on_one_screen(open_tool, height):
+    page = open_tool((1366, height))
+    open_example(page, "Furnace with a continuous")
+    chart, bar, tabs = (box(page, selector) for selector in ("#curves .chart", "#run", "#tabs"))
+    assert chart["height"] >= 360
+    assert bar["height"] <= 84
+    assert bottom(chart) <= bar["y"] and bottom(bar) <= tabs["y"] and bottom(tabs) <= height
+    # The time axis is part of the chart, and nothing scrolls but the parameters and what is in a tab.
+    assert bottom(box(page, "#curves .u-axis")) <= bottom(chart)
+    assert page.evaluate("document.documentElement.scrollHeight <= innerHeight")
+    assert page.evaluate("(p => p.scrollHeight > p.clientHeight)(document.querySelector('#parameters'))")
+
+
+def test_on_a_phone_the_curve_comes_first_and_parameters_are_a_tab(open_tool):
+    page = open_tool((390, 844))
+    open_example(page, "Furnace with a continuous")
+    chart, bar = box(page, "#curves .chart"), box(page, "#run")
+    assert chart["y"] < bar["y"] and chart["height"] >= 844 * 0.45 and bottom(bar) <= 844
+    show_tab(page, "Parameters")
+    assert page.locator("#field-GAIN").is_visible()
+    show_tab(page, "Plant")
+    assert page.locator("#field-GAIN").is_hidden()
+
+
+def test_from_1600_px_on_the_tabs_stand_beside_the_curve(open_tool):
+    page = open_tool((1920, 1000))
+    open_example(page, "Furnace with a continuous")
+    chart, tabs = box(page, "#curves .chart"), box(page, "#tabs")
+    assert tabs["x"] >= chart["x"] + chart["width"] and tabs["y"] <= chart["y"]
+
+
+def test_the_tab_is_remembered_and_the_edge_moves_by_keys(open_tool):
+    page = open_tool((1366, 768))
+    open_example(page, "Level of a tank with")
+    show_tab(page, "Runs")
+    before = box(page, "#panels")["height"]
+    page.locator("#split").focus()
+    page.keyboard.press("ArrowUp")
+    assert box(page, "#panels")["height"] == before + 24
+    page.reload()
+    page.locator("#runs .runs").wait_for()
+    assert box(page, "#panels")["height"] == before + 24
+
+
+def test_help_opens_on_the_first_page_too_and_esc_closes_it(open_tool):
+    page = open_tool((1366, 768))
+    page.keyboard.press("F1")
+    assert "makes one call" in page.locator("#help").inner_text()
+    page.keyboard.press("Escape")
+    assert page.locator("#help").is_hidden()
+
+
+def test_numbers_of_an_axis_are_told_apart_and_there_is_always_a_time(open_tool):
+    page = open_tool()
+    ask = "async ([name, splits, length]) => (await import('tool/charts.js'))[name](splits, length)"
+    assert page.evaluate(ask, ["ticks", [59.99, 59.9925, 59.995], None]) == ["59.9900", "59.9925", "59.9950"]
+    assert page.evaluate(ask, ["ticks", [0, 50, 100], None]) == ["0", "50", "100"]
+    assert page.evaluate(ask, ["ticks", [1e7, 1.00001e7], None]) == ["1.000000e+7", "1.000010e+7"]
+    # 10 000 000 s are 115 days and 17:46:40.
+    assert page.evaluate(ask, ["clock", 10_000_000, 10_000_000]) == "115 d 18 h"
+    steps = page.evaluate("async () => (await import('tool/charts.js')).TIME_STEPS")
+    assert max(steps) >= 1e9
+
+
+def test_an_overview_is_a_band_from_the_lowest_to_the_highest(open_tool):
+    page = open_tool()
+    draw = """async ([times, values, isExact]) => (await import('tool/outline.js'))
+        .outline(times, values, { isExact, isStepped: false }, one => one, one => 100 - one)"""
+    band = page.evaluate(draw, [[0, 1, 2, 3], [10, 30, 25, 5], False])
+    assert band["fill"] == "M0 70H2V90H0ZM2 75H3V95H2Z"
+    assert band["stroke"] == "M0 70H2V75H3M0 90H2V95H3"
+    line = page.evaluate(draw, [[0, 1, 2, 3], [10, 30, None, 5], True])
+    assert line == {"stroke": "M0 90L1 70M3 95", "fill": ""}
+
+
+def test_a_thinned_picture_says_so_and_the_cursor_reads_a_range(tool):
+    set_now(tool, "noise", 0.25)
+    run_calls(tool, 5000)
+    tool.get_by_text(re.compile(r"min to max of each \d+ calls")).wait_for()
+    tool.locator("#curves").get_by_role("slider").focus()
+    tool.keyboard.press("Home")
+    tool.keyboard.press("ArrowRight")
+    assert "…" in readout(tool)["PV"]
+    tool.keyboard.press("End")
+    tool.keyboard.press("Escape")
+    tool.wait_for_function("() => !document.querySelector('#curves .readout').innerText.includes('…')")
+
+
+def axes(page):
+    """The axes by their scale: label and whether they are at the left."""
+    return page.evaluate("""async () => (await import('tool/curves.js')).shownPicture().plot.axes.slice(1)
+        .map(axis => [axis.scale, typeof axis.label === 'function' ? axis.label() : axis.label])""")
+
+
+def test_one_unit_has_one_axis_and_what_the_plant_controls_is_drawn(open_tool):
+    page = open_tool()
+    open_example(page, "Drive behind a ramp")
+    # The ramp and its setpoint are of one kind, the speed is another one.
+    assert axes(page) == [["left", "S0, HLG"], ["unit rpm", "DRIVE.SPEED  rpm"]]
+
+
+def test_the_mean_of_pulses_is_that_of_their_period(open_tool):
+    page = open_tool()
+    open_example(page, "Chamber with heating pulses")
+    mean = float(readout(page)["Q_MEAN"])
+    # One period are 20 calls, each of which is a pulse or none.
+    assert 40 < mean < 60 and (mean * 20 / 100) == pytest.approx(round(mean * 20 / 100))
+    show_tab(page, "Log")
+    page.get_by_role("button", name="= Q_MEAN").click()
+    page.wait_for_function("() => document.querySelector('#manual-value').value !== '0'")
+    assert float(page.locator("#manual-value").input_value()) == pytest.approx(mean)
+
+
+def test_a_picture_has_title_date_legend_and_marks(tool):
+    run_calls(tool, 20)
+    set_now(tool, "setpoint", 60)
+    run_calls(tool, 20)
+    _, picture = saved(tool, "Picture (SVG)")
+    text = picture.decode()
+    assert ">TIC101  CONT_C<" in text and re.search(r">\d{4}-\d\d-\d\d \d\d:\d\d UTC<", text)
+    for words in ("SP_INT", "PV", "LMN in %", "SP_INT 60", "plant: PROCESS, SENSOR"):
+        assert f">{words}<" in text, words
+
+
+def test_the_first_page_lives_and_an_example_runs_when_it_is_clicked(open_tool):
+    page = open_tool((1366, 768))
+    assert "bit for bit" in page.locator(".promise").inner_text()
+    seconds = "() => Number(/(\\d+) s$/.exec(document.querySelector('.living figcaption')?.innerText)?.[1])"
+    page.wait_for_function("() => document.querySelectorAll('.card .spark svg').length === 15")
+    page.wait_for_function(f"() => ({seconds})() > 155")
+    assert page.locator(".card").first.inner_text().startswith("Furnace with a continuous")
+    open_example(page, "Level of a tank with")
+    assert made(page) == 1200
+    # What its description sets has come: the drain at 600 s.
+    assert page.locator("#disturbance").input_value() == "100"
+
+
+def test_the_step_test_finds_the_plant_and_all_rules_are_told(tool):
+    show_tab(tool, "Tune")
+    tool.locator("#step-test").click()
+    tool.locator("#tune .fit").get_by_text("fit").wait_for()
+    values = [float(tool.locator(f"#model-{name}").input_value()) for name in ("gain", "time_constant", "dead_time")]
+    assert values == pytest.approx([2, 20, 2], rel=0.02)
+    tool.wait_for_function("() => document.querySelectorAll('#tune .rules tbody tr').length === 8")
+    rows = tool.locator("#tune .rules tbody tr").evaluate_all("rows => rows.map(row => row.innerText.split('\\t'))")
+    simc = next(row for row in rows if row[0].strip() == "SIMC")
+    # GAIN = T/(2 K L), TI = min(T, 8 L), with the dead time longer by half of CYCLE: L = 2.5 s.
+    assert [float(cell) for cell in simc[1:3]] == pytest.approx([2, 20], rel=0.03)
+    assert re.fullmatch(r"1\.\d+", simc[4].strip())
+    # A longer lambda is calmer.
+    tool.locator("#tune-speed").fill("-2")
+    gain = "Number(document.querySelector('#tune .rules .is-now td:nth-child(2)')?.innerText)"
+    tool.wait_for_function(f"() => {gain} > 0 && {gain} < 1.5")
+
+
+def test_a_refused_identification_leaves_no_model(tool):
+    show_tab(tool, "Tune")
+    for name, value in (("gain", "2"), ("time_constant", "20"), ("dead_time", "2")):
+        tool.locator(f"#model-{name}").fill(value)
+    tool.get_by_role("button", name="Apply").first.wait_for()
+    tool.get_by_role("button", name="Identify from this step").click()
+    tool.locator("#tune .error").wait_for()
+    tool.get_by_role("button", name="Apply").first.wait_for(state="detached")
+    assert tool.locator("#model-gain").input_value() == ""
+
+
+def test_a_link_makes_the_same_run_to_the_same_bits_elsewhere(tool, open_tool):
+    set_now(tool, "setpoint", 60)
+    manual(tool).uncheck()
+    run_calls(tool, 30)
+    set_now(tool, "disturbance", 5)
+    tool.locator("#field-GAIN").fill("1.5")
+    tool.locator("#field-GAIN").press("Enter")
+    run_calls(tool, 30)
+    _, first = saved(tool, "CSV of everything")
+    link = tool.evaluate("async () => (await import('tool/link.js')).linkOfLoop()")
+    other = open_tool()
+    other.evaluate("fragment => { location.hash = fragment; }", link.split("#")[1])
+    other.wait_for_function("() => / 60 calls/.test(document.querySelector('#run .status').textContent)")
+    _, second = saved(other, "CSV of everything")
+    assert second == first
+    assert other.locator("#field-GAIN").input_value() == "1.5"
+    other.evaluate("() => { location.hash = 'loop=AAAA'; }")
+    other.get_by_text("The link is not whole").wait_for()
+
+
+def test_a_new_loop_says_what_comes_next(open_tool):
+    page = open_tool((1366, 768))
+    new_loop(page, "TIC101")
+    assert "Nothing answers the controller yet" in page.locator(".no-run").inner_text()
+    take_generic_plant(page, "2", "20", "2")
+    page.get_by_role("button", name="To the step test").click()
+    assert page.locator("#step-test").is_visible()
