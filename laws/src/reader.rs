@@ -291,7 +291,7 @@ impl Reader<'_> {
             body.push(Statement { at, what });
         }
         self.program.functions.push(typed::Function {
-            name: method.to_string(),
+            name: if method == "call" { "cycle".to_string() } else { method.to_string() },
             instance: None,
             locals: Vec::new(),
             parameters: 0,

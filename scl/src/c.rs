@@ -5,42 +5,62 @@
 //! bytes.
 
 mod expr;
+mod facts;
+mod operations;
 mod statement;
 
-use crate::program::walk::{self, Look};
-use crate::program::{At, Body, Call, Function, Place, Program, Scalar, Type};
+use crate::program::{At, Body, Function, Place, Program, Scalar, Type, Value};
+use facts::{Facts, Uses};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-/// What every program begins with: the operations.
-const PRELUDE: &str = include_str!("c/prelude.h");
+/// What every program begins with.
+const HEAD: &str = include_str!("c/head.h");
 
-/// Words that are no names in C or C++, or belong to the operations.
-const RESERVED: [&str; 26] = [
-    "auto", "break", "call", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "float",
-    "for", "goto", "if", "int", "long", "memory", "return", "self", "short", "start", "static", "stop", "while",
-];
+/// The widest line.
+const WIDTH: usize = 120;
+
+/// Words that are no names in C or C++.
+const KEYWORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl concept const \
+    const_cast constexpr continue decltype default delete do double dynamic_cast else enum explicit export extern false float for \
+    friend goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public \
+    register reinterpret_cast requires restrict return short signed sizeof static static_assert static_cast struct switch template \
+    this thread_local throw true try typedef typeid typename typeof union unsigned using virtual void volatile wchar_t while xor \
+    xor_eq NULL AT_8 LINE PROGRAM OUT_OF_BOUNDS OUT_OF_BUDGET STEP_OF_0 linux unix i386 near far interface small errno assert";
+
+/// Names of variables and functions that are taken: by the printer, and by C's library, whose functions compilers know.
+const TAKEN: &str = "call constants done memory self start stop abs acos acosh asin asinh atan atan2 atanh calloc cbrt ceil \
+    copysign cos cosh erf erfc exit exp exp2 expm1 fabs fdim floor fma fmax fmin fmod free frexp gamma hypot ilogb index isalpha \
+    isdigit isinf isnan j0 j1 jn labs ldexp lgamma log log10 log1p log2 logb lrint lround malloc memcmp memcpy memmove memset modf \
+    nan nearbyint nextafter pow pow10 printf putchar puts remainder remquo rindex rint round scalbn signbit significand sin sincos \
+    sinh sqrt strcat strchr strcmp strcpy strlen strncmp strncpy tan tanh tgamma toupper tolower trunc y0 y1 yn main";
 
 /// The program as C, with a function `PROGRAM void NAME(call_t *call, memory_t *memory)` for each function that can be called
-/// from outside ([`name`]), and `PROGRAM void start(memory_t *memory)`, which writes the start values. A host in the same file
-/// defines `PROGRAM` before it, as `static` for example.
+/// from outside ([`name`]), and `PROGRAM void start(memory_t *memory)`, which writes the start values. All else is static. A host
+/// in the same file defines `PROGRAM` before it, as `static` for example. A program that can be stopped calls `stop`, `index_of`
+/// or `goes_on`.
 ///
 /// # Errors
 /// What cannot be printed: blocks of [`blocks`], and functions such as EXP, which need an implementation of their own in C.
 pub fn print(program: &Program) -> Result<String, String> {
     let mut printer = Printer::new(program);
-    let reached = reached(program);
-    for number in &reached {
-        printer.prototype(*number)?;
+    for number in printer.reached.clone() {
+        printer.function(number)?;
     }
-    for number in &reached {
-        printer.function(*number)?;
+    let functions = std::mem::take(&mut printer.text);
+    let with_constants = is_used(&functions, "constants");
+    printer.types(with_constants);
+    let types = std::mem::take(&mut printer.text);
+    printer.values(with_constants);
+    let values = std::mem::take(&mut printer.text);
+    let mut text = String::new();
+    if !program.docs.head.is_empty() {
+        let _ = writeln!(text, "{}\n", comment(&program.docs.head, 0));
     }
-    let functions = std::mem::replace(&mut printer.text, PRELUDE.to_string());
-    printer.types();
-    printer.values(is_used(&functions, "constants"));
-    printer.text.push_str(&functions);
-    Ok(printer.text)
+    text.push_str(HEAD);
+    text.push_str(&operations::used(&format!("call_t {types}{values}{functions}")));
+    let _ = write!(text, "{types}{values}{functions}");
+    Ok(text)
 }
 
 /// The name in C of a function that can be called from outside.
@@ -53,28 +73,16 @@ fn line(At { file, line }: At) -> String {
     if file == 0 { line.to_string() } else { format!("LINE({file}, {line})") }
 }
 
-/// The functions that can be called from outside, and all that they call.
-fn reached(program: &Program) -> BTreeSet<usize> {
-    struct Calls(Vec<usize>);
-    impl Look for Calls {
-        fn call(&mut self, call: &Call) {
-            self.0.push(call.function);
-        }
+/// A comment of one or several lines.
+fn comment(text: &str, indent: usize) -> String {
+    let text = text.trim_end().replace("*/", "* /").replace("/*", "/ *");
+    let space = " ".repeat(indent);
+    let lines: Vec<&str> = text.lines().collect();
+    if let [line] = lines[..] {
+        return format!("{space}/* {line} */");
     }
-    let is_callable = |number: &usize| {
-        let function = &program.functions[*number];
-        function.parameters == 0 && function.instance.is_none()
-    };
-    let mut open = Calls((0..program.functions.len()).filter(is_callable).collect());
-    let mut reached = BTreeSet::new();
-    while let Some(number) = open.0.pop() {
-        if reached.insert(number)
-            && let Body::Code(body) = &program.functions[number].body
-        {
-            walk::statements(body, &mut open);
-        }
-    }
-    reached
+    let lines: Vec<String> = lines.iter().map(|line| format!("{space} * {line}").trim_end().to_string()).collect();
+    format!("{space}/*\n{}\n{space} */", lines.join("\n"))
 }
 
 struct Printer<'a> {
@@ -83,17 +91,21 @@ struct Printer<'a> {
     text: String,
     records: Vec<String>,
     functions: Vec<String>,
-    /// Of each function, the locals that a call copies out.
-    outputs: Vec<BTreeSet<usize>>,
+    /// The functions that are printed, in this order.
+    reached: Vec<usize>,
+    facts: Vec<Facts>,
+    /// Statements are counted, because a loop might not end.
+    counts: bool,
     /// Which texts there are.
     texts: BTreeSet<(u16, bool)>,
     scope: Scope<'a>,
 }
 
 /// The function that is printed.
-#[derive(Clone, Default)]
+#[derive(Default)]
 struct Scope<'a> {
     function: Option<&'a Function>,
+    number: usize,
     names: Vec<String>,
     /// Declarations of temporaries.
     temporaries: Vec<String>,
@@ -103,6 +115,20 @@ struct Scope<'a> {
     labels: usize,
     leaves: bool,
     at: At,
+    /// The locals through which values of calls go without being named.
+    elided: BTreeSet<usize>,
+    /// The local with the value of the function, if its value is returned where it is calculated.
+    direct: Option<usize>,
+    /// Statements are counted in this function.
+    counts: bool,
+    /// Where the number of statements of the present run stands in the text, and that number.
+    run: Option<(usize, usize)>,
+    /// The runs that have begun.
+    runs: Vec<usize>,
+    /// Locals that are declared where they first get a value.
+    later: BTreeSet<usize>,
+    /// Locals whose value nobody reads.
+    unread: BTreeSet<usize>,
 }
 
 /// The type of a number in C.
@@ -121,18 +147,18 @@ fn scalar(ty: Scalar) -> &'static str {
     }
 }
 
-/// Names that differ, with letters, digits and underscores only.
-fn names<'a>(of: impl IntoIterator<Item = &'a str>) -> Vec<String> {
-    let mut taken: BTreeMap<String, usize> = RESERVED.iter().map(|word| (word.to_string(), 1)).collect();
+/// Names that differ, with letters, digits and underscores only, and are not taken.
+fn names<'a>(of: impl IntoIterator<Item = &'a str>, is_taken: impl Fn(&str) -> bool) -> Vec<String> {
+    let mut taken: BTreeMap<String, usize> = BTreeMap::new();
     let mut all: Vec<String> = Vec::new();
     for name in of {
         let mut name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-        if name.starts_with(|first: char| first.is_ascii_digit()) || name.is_empty() {
+        if name.starts_with(|first: char| first.is_ascii_digit() || first == '_') || name.is_empty() {
             name.insert(0, 'n');
         }
         let mut count = *taken.get(&name).unwrap_or(&0);
         let mut own = name.clone();
-        while taken.contains_key(&own) {
+        while taken.contains_key(&own) || is_taken(&own) {
             count += 1;
             own = format!("{name}_{count}");
         }
@@ -141,6 +167,25 @@ fn names<'a>(of: impl IntoIterator<Item = &'a str>) -> Vec<String> {
         all.push(own);
     }
     all
+}
+
+/// Whether a word is a keyword, or a macro.
+fn is_keyword(name: &str) -> bool {
+    KEYWORDS.split_whitespace().any(|word| word == name)
+}
+
+/// Whether a variable or a function cannot have this name.
+fn is_taken(name: &str) -> bool {
+    is_keyword(name) || TAKEN.split_whitespace().any(|word| word == name) || operations::exists(name)
+}
+
+/// Whether a record cannot have this name, which gets `_t` behind it.
+fn is_type(name: &str) -> bool {
+    let is_number = ["int", "uint", "text_", "wide_"].iter().any(|prefix| {
+        name.strip_prefix(prefix).is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit()))
+    });
+    is_number
+        || ["memory", "constants", "call", "size", "ptrdiff", "wchar", "intmax", "uintmax", "intptr"].contains(&name)
 }
 
 /// Whether a name stands in a text, and not as that of a member.
@@ -161,26 +206,16 @@ fn bytes(image: &[u8]) -> String {
 
 impl<'a> Printer<'a> {
     fn new(program: &'a Program) -> Printer<'a> {
-        struct Outputs(Vec<BTreeSet<usize>>);
-        impl Look for Outputs {
-            fn call(&mut self, call: &Call) {
-                self.0[call.function].extend(call.outputs.iter().map(|(local, _)| *local));
-            }
-        }
-        let mut outputs = Outputs(vec![BTreeSet::new(); program.functions.len()]);
-        for function in &program.functions {
-            if let Body::Code(body) = &function.body {
-                walk::statements(body, &mut outputs);
-            }
-        }
-        let record = |number: usize| match number {
-            number if number == program.memory => "memory",
-            number if number == program.constants => "constants",
-            number => program.records[number].name.as_str(),
-        };
-        let mut records = names((0..program.records.len()).map(record));
+        let reached = facts::reached(program);
+        let counts = reached.iter().any(|number| match &program.functions[*number].body {
+            Body::Code(body) => !program.docs.natives.contains(number) && facts::may_not_end(body),
+            Body::Native(_) => false,
+        });
+        let facts = facts::facts(program, &reached, counts);
+        let mut records = names(program.records.iter().map(|record| record.name.as_str()), is_type);
         records[program.memory] = "memory".to_string();
-        let functions = names(program.functions.iter().map(|function| function.name.as_str()));
+        records[program.constants] = "constants".to_string();
+        let functions = names(program.functions.iter().map(|function| function.name.as_str()), is_taken);
         let mut texts = BTreeSet::new();
         let members = program.records.iter().flat_map(|record| record.members.iter().map(|member| &member.ty));
         let locals = program.functions.iter().flat_map(|function| function.locals.iter().map(|local| &local.ty));
@@ -192,7 +227,8 @@ impl<'a> Printer<'a> {
                 texts.insert((*capacity, *wide));
             }
         }
-        Printer { program, text: String::new(), records, functions, outputs: outputs.0, texts, scope: Scope::default() }
+        let (text, scope) = (String::new(), Scope::default());
+        Printer { program, text, records, functions, reached, facts, counts, texts, scope }
     }
 
     /// A variable of a type, as C declares it.
@@ -217,7 +253,7 @@ impl<'a> Printer<'a> {
         }
     }
 
-    fn types(&mut self) {
+    fn types(&mut self, with_constants: bool) {
         for (capacity, wide) in self.texts.clone() {
             let (name, of) = if wide { ("wide", "uint16_t") } else { ("text", "uint8_t") };
             // The room is even, so that the next number lies at its place.
@@ -228,6 +264,7 @@ impl<'a> Printer<'a> {
             );
         }
         let mut done = vec![false; self.program.records.len()];
+        done[self.program.constants] = !with_constants;
         for number in 0..self.program.records.len() {
             self.record(number, &mut done);
         }
@@ -237,7 +274,8 @@ impl<'a> Printer<'a> {
         if std::mem::replace(&mut done[number], true) {
             return;
         }
-        let record = &self.program.records[number];
+        let program = self.program;
+        let record = &program.records[number];
         for member in &record.members {
             let mut ty = &member.ty;
             while let Type::Array { of, .. } = ty {
@@ -247,14 +285,32 @@ impl<'a> Printer<'a> {
                 self.record(*inner, done);
             }
         }
-        let _ = writeln!(self.text, "\ntypedef struct {{");
-        for (member, name) in record.members.iter().zip(self.members(number)) {
+        self.text.push('\n');
+        if let Some(docs) = program.docs.records.get(&number) {
+            let _ = writeln!(self.text, "{}", comment(docs, 0));
+        }
+        self.text.push_str("typedef struct {\n");
+        let declared = |(member, name): (&crate::program::Member, String)| {
             let mut of = &member.ty;
             while let Type::Array { of: inner, .. } = of {
                 of = inner;
             }
             let at = if matches!(of, Type::Scalar(of) if of.size() == 8) { "AT_8 " } else { "" };
-            let _ = writeln!(self.text, "    {at}{};", self.declared(&member.ty, &name));
+            format!("    {at}{};", self.declared(&member.ty, &name))
+        };
+        let all: Vec<String> = record.members.iter().zip(self.members(number)).map(declared).collect();
+        let column = all.iter().map(String::len).filter(|length| *length <= 40).max().unwrap_or(0);
+        for (index, declared) in all.into_iter().enumerate() {
+            let Some(docs) = program.docs.members.get(&(number, index)) else {
+                let _ = writeln!(self.text, "{declared}");
+                continue;
+            };
+            let behind = format!("{declared:column$} {}", comment(docs, 0));
+            if behind.len() <= WIDTH && !behind.contains('\n') {
+                let _ = writeln!(self.text, "{behind}");
+            } else {
+                let _ = writeln!(self.text, "{}\n{declared}", comment(docs, 4));
+            }
         }
         if record.members.is_empty() {
             self.text.push_str("    uint8_t nothing;\n");
@@ -263,34 +319,87 @@ impl<'a> Printer<'a> {
     }
 
     fn members(&self, record: usize) -> Vec<String> {
-        names(self.program.records[record].members.iter().map(|member| member.name.as_str()))
+        names(self.program.records[record].members.iter().map(|member| member.name.as_str()), is_keyword)
     }
 
     /// The start values of the memory, and the constants if they are used.
     fn values(&mut self, with_constants: bool) {
-        let start = |record: usize| bytes(&self.program.records[record].start);
-        let (constants, memory) = (start(self.program.constants), start(self.program.memory));
         if with_constants {
             let name = &self.records[self.program.constants];
+            let constants = bytes(&self.program.records[self.program.constants].start);
             let _ = writeln!(
                 self.text,
                 "\nstatic const union {{\n    uint8_t bytes[sizeof({name}_t)];\n    {name}_t value;\n}} constants = \
                 {{{{{constants}}}}};"
             );
         }
+        let image = &self.program.records[self.program.memory].start;
+        let mut lines = Vec::new();
+        self.starts(&Type::Record(self.program.memory), image, "memory->", &mut lines);
         let _ = writeln!(
             self.text,
-            "\nPROGRAM void start(memory_t *memory);\nPROGRAM void start(memory_t *memory) {{\n    \
-            static const uint8_t bytes[] = {{{memory}}};\n    memcpy(memory, bytes, sizeof *memory);\n}}\n"
+            "\n/* Writes the start values. */\nPROGRAM void start(memory_t *memory);\nPROGRAM void start(memory_t *memory) {{"
         );
+        // A program with many of them has them as bytes.
+        if lines.len() > 1000 {
+            let _ = writeln!(
+                self.text,
+                "    static const uint8_t bytes[] = {{{}}};\n    memcpy(memory, bytes, sizeof *memory);\n}}",
+                bytes(image)
+            );
+            return;
+        }
+        self.text.push_str("    memset(memory, 0, sizeof *memory);\n");
+        for line in lines {
+            let _ = writeln!(self.text, "    {line}");
+        }
+        self.text.push_str("}\n");
     }
 
-    /// The head of a function.
+    /// Assigns the start values that are not 0.
+    fn starts(&self, ty: &Type, image: &[u8], path: &str, lines: &mut Vec<String>) {
+        if image.iter().all(|byte| *byte == 0) || lines.len() > 1000 {
+            return;
+        }
+        let whole = path.trim_end_matches("->").trim_end_matches('.');
+        match ty {
+            Type::Scalar(ty) => lines.push(format!("{whole} = {};", expr::constant(Value::read(*ty, image)))),
+            Type::Text { .. } => {
+                for (index, byte) in image.iter().enumerate().filter(|(_, byte)| **byte != 0) {
+                    lines.push(format!("((uint8_t *)&{whole})[{index}] = {byte};"));
+                }
+            }
+            Type::Array { of, .. } => {
+                let size = self.program.size(of).max(1);
+                for (index, part) in image.chunks(size).enumerate().take(self.program.size(ty) / size) {
+                    self.starts(of, part, &format!("{whole}[{index}]."), lines);
+                }
+            }
+            Type::Record(record) => {
+                for (member, name) in self.program.records[*record].members.iter().zip(self.members(*record)) {
+                    let part = &image[member.offset..member.offset + self.program.size(&member.ty)];
+                    self.starts(&member.ty, part, &format!("{path}{name}."), lines);
+                }
+            }
+            Type::Open { .. } => {}
+        }
+    }
+
+    /// What a function begins with.
     fn head(&self, number: usize) -> String {
         let function = &self.program.functions[number];
-        let mut parameters = vec!["call_t *call".to_string(), "memory_t *memory".to_string()];
+        let facts = &self.facts[number];
+        let is_entry = facts::is_entry(function);
+        let mut parameters = Vec::new();
+        if is_entry || facts.needs_call {
+            parameters.push("call_t *call".to_string());
+        }
+        if is_entry || facts.needs_memory {
+            parameters.push("memory_t *memory".to_string());
+        }
         if let Some(record) = function.instance {
-            parameters.push(format!("{}_t *self", self.records[record]));
+            let constant = if facts.is_pure { "const " } else { "" };
+            parameters.push(format!("{constant}{}_t *self", self.records[record]));
         }
         let names = self.local_names(function);
         for (local, name) in function.locals.iter().zip(&names).take(function.parameters) {
@@ -304,45 +413,90 @@ impl<'a> Printer<'a> {
                 (ty, false) => parameters.push(format!("const {}", self.pointer(ty, &format!("{name}_in")))),
             }
         }
-        for output in &self.outputs[number] {
+        for output in &facts.outs {
             parameters.push(self.pointer(&function.locals[*output].ty, &format!("{}_out", names[*output])));
         }
-        let scope = if function.parameters == 0 && function.instance.is_none() { "PROGRAM " } else { "static " };
-        format!("{scope}void {}({})", self.functions[number], parameters.join(", "))
+        if parameters.is_empty() {
+            parameters.push("void".to_string());
+        }
+        let result = match facts.returns.map(|local| &function.locals[local].ty) {
+            Some(Type::Scalar(ty)) => scalar(*ty),
+            _ => "void",
+        };
+        let scope = if is_entry { "PROGRAM" } else { "static" };
+        format!("{scope} {result} {}({})", self.functions[number], parameters.join(", "))
     }
 
     fn local_names(&self, function: &Function) -> Vec<String> {
-        names(function.locals.iter().map(|local| local.name.as_str()))
-    }
-
-    fn prototype(&mut self, number: usize) -> Result<(), String> {
-        if let Body::Native(name) = &self.program.functions[number].body {
-            return Err(format!("{name} cannot be printed as C"));
-        }
-        let head = self.head(number);
-        let _ = writeln!(self.text, "{head};");
-        Ok(())
+        names(function.locals.iter().map(|local| local.name.as_str()), |name| {
+            is_taken(name) || self.functions.iter().any(|function| function == name)
+        })
     }
 
     fn function(&mut self, number: usize) -> Result<(), String> {
         let program = self.program;
         let function = &program.functions[number];
-        let Body::Code(body) = &function.body else { return Ok(()) };
+        let body = match &function.body {
+            Body::Code(body) => body,
+            Body::Native(name) => return Err(format!("{name} cannot be printed as C")),
+        };
         let names = self.local_names(function);
-        self.scope = Scope { function: Some(function), names: names.clone(), indent: 1, ..Scope::default() };
+        let counts = self.counts && !program.docs.natives.contains(&number);
+        // Where statements are counted, they stay as they are.
+        let simplified = if counts { Vec::new() } else { facts::simplified(body, &self.facts) };
+        let body = if counts { &body[..] } else { &simplified[..] };
+        let uses = Uses::of(&self.facts, body);
+        let has_jumps = counts || facts::may_not_end(body);
+        let mut scope = Scope { function: Some(function), number, names: names.clone(), indent: 1, ..Scope::default() };
+        let is_number = |local: &usize| matches!(function.locals[*local].ty, Type::Scalar(_));
+        scope.elided = (0..function.locals.len()).filter(|local| !counts && uses.is_elided(*local)).collect();
+        scope.counts = counts;
+        let mut used: BTreeSet<usize> =
+            uses.locals().chain(self.facts[number].outs.iter().copied()).chain(self.facts[number].returns).collect();
+        if !has_jumps
+            && let Some(result) = self.facts[number].returns.filter(|result| statement::is_direct(body, *result))
+        {
+            scope.direct = Some(result);
+            used.remove(&result);
+        }
+        if counts {
+            used.extend((0..function.locals.len()).filter(|local| uses.is_elided(*local)));
+        } else if !has_jumps && self.facts[number].outs.is_empty() {
+            let own = used.iter().copied().filter(|local| *local >= function.parameters).filter(is_number);
+            scope.later =
+                own.filter(|local| scope.direct.is_some() || Some(*local) != self.facts[number].returns).collect();
+        }
+        let facts = &self.facts[number];
+        let is_read =
+            |local: &usize| uses.is_read(*local) || facts.outs.contains(local) || facts.returns == Some(*local);
+        scope.unread = (function.parameters..function.locals.len()).filter(|local| !is_read(local)).collect();
+        let (later, unread) = (scope.later.clone(), scope.unread.clone());
+        self.scope = scope;
         let before = std::mem::take(&mut self.text);
-        self.statements(body)?;
-        let statements = std::mem::replace(&mut self.text, before);
+        self.body(body)?;
+        let mut statements = std::mem::replace(&mut self.text, before);
+        for (run, count) in self.scope.runs.iter().enumerate() {
+            statements = statements.replace(&format!("@{run}@"), &count.to_string());
+        }
         let head = self.head(number);
-        let _ = writeln!(self.text, "\n{head} {{");
+        self.text.push('\n');
+        if let Some(docs) = program.docs.functions.get(&number) {
+            let _ = writeln!(self.text, "{}", comment(docs, 0));
+        }
+        if facts::is_entry(function) {
+            let _ = writeln!(self.text, "{head};");
+        }
+        let _ = writeln!(self.text, "{head} {{");
         let (mut declarations, mut starts) = (String::new(), String::new());
         for (index, (local, name)) in function.locals.iter().zip(&names).enumerate() {
             let is_parameter = index < function.parameters;
             match &local.ty {
                 _ if local.by_reference => {}
+                _ if !is_parameter && (!used.contains(&index) || later.contains(&index)) => {}
                 Type::Scalar(_) if is_parameter => {}
-                Type::Scalar(_) => {
-                    let _ = writeln!(declarations, "    {} = 0;", self.declared(&local.ty, name));
+                Type::Scalar(ty) => {
+                    let zero = expr::constant(Value::new(*ty, 0));
+                    let _ = writeln!(declarations, "    {} = {zero};", self.declared(&local.ty, name));
                 }
                 ty => {
                     let image = bytes(&program.start(ty));
@@ -360,26 +514,38 @@ impl<'a> Printer<'a> {
         for temporary in &self.scope.temporaries {
             let _ = writeln!(declarations, "    {temporary};");
         }
-        let mut all: Vec<&str> = vec!["call", "memory"];
-        all.extend(function.instance.map(|_| "self"));
-        all.extend(names.iter().map(String::as_str));
-        let bounds: Vec<String> = names.iter().map(|name| format!("{name}_bounds")).collect();
-        let opens = function.locals.iter().zip(&bounds).filter(|(local, _)| matches!(local.ty, Type::Open { .. }));
-        all.extend(opens.map(|(_, name)| name.as_str()));
-        for name in all.into_iter().filter(|name| !is_used(&statements, name)) {
+        let mut all: Vec<String> = Vec::new();
+        let facts = &self.facts[number];
+        let is_entry = facts::is_entry(function);
+        all.extend((is_entry || facts.needs_call).then(|| "call".to_string()));
+        all.extend((is_entry || facts.needs_memory).then(|| "memory".to_string()));
+        all.extend(function.instance.map(|_| "self".to_string()));
+        for (index, (local, name)) in function.locals.iter().zip(&names).enumerate() {
+            if index < function.parameters {
+                all.push(name.clone());
+                all.extend(matches!(local.ty, Type::Open { .. }).then(|| format!("{name}_bounds")));
+            } else if used.contains(&index) && !later.contains(&index) {
+                all.push(name.clone());
+            }
+        }
+        let is_unread = |name: &String| names.iter().zip(0..).any(|(it, local)| it == name && unread.contains(&local));
+        for name in all.into_iter().filter(|name| is_unread(name) || !is_used(&statements, name)) {
             let _ = writeln!(declarations, "    (void){name};");
         }
         let _ = write!(self.text, "{declarations}{starts}{statements}");
         if self.scope.leaves {
             self.text.push_str("done:;\n");
         }
-        for output in &self.outputs[number] {
+        for output in &self.facts[number].outs {
             let (name, ty) = (&names[*output], &function.locals[*output].ty);
             let copied = match ty {
                 Type::Scalar(_) => format!("*{name}_out = {name};"),
                 _ => format!("memcpy({name}_out, &{name}, sizeof {name});"),
             };
             let _ = writeln!(self.text, "    if ({name}_out) {{\n        {copied}\n    }}");
+        }
+        if let Some(result) = self.facts[number].returns.filter(|_| self.scope.direct.is_none()) {
+            let _ = writeln!(self.text, "    return {};", names[result]);
         }
         self.text.push_str("}\n");
         Ok(())

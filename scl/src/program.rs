@@ -16,7 +16,7 @@ pub(crate) mod walk;
 pub use layout::{align, scalar};
 pub use value::{Scalar, Value};
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A program.
 #[derive(Clone, Debug, Default)]
@@ -46,6 +46,8 @@ pub struct Docs {
     pub members: BTreeMap<(usize, usize), String>,
     /// Of functions, by number.
     pub functions: BTreeMap<usize, String>,
+    /// The functions of blocks that were not written in SCL: the budget does not count their statements.
+    pub natives: BTreeSet<usize>,
 }
 
 /// A line of a source, for messages.

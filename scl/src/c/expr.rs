@@ -1,5 +1,6 @@
 //! Expressions and places.
 
+use super::facts::{self, is_quiet};
 use super::{Printer, line, scalar};
 use crate::program::walk::runs_statements;
 use crate::program::{Base, Binary, Convert, Expr, Place, Scalar, Step, Type, Unary, Value};
@@ -13,30 +14,43 @@ impl Printer<'_> {
             Expr::Unary(op, ty, a) => {
                 let a = self.expr(a)?;
                 match (op, ty) {
-                    (Unary::Not, Scalar::Bool) => format!("(!{a})"),
+                    (Unary::Not, Scalar::Bool) => format!("!{a}"),
                     (Unary::Abs, ty) if ty.is_integer() && !ty.is_signed() => a,
+                    (Unary::Neg, ty) if ty.is_float() && !a.starts_with('-') => format!("-{a}"),
+                    (Unary::Neg, ty) if ty.is_float() => format!("-({a})"),
                     (Unary::Neg | Unary::Not | Unary::Abs | Unary::Swap | Unary::Frac | Unary::Sqrt, ty) => {
-                        format!("{}_{ty}({a})", format!("{op:?}").to_lowercase())
+                        format!("{}_{ty}({})", format!("{op:?}").to_lowercase(), bare(&a))
                     }
                     _ => return Err(format!("{op:?} cannot be printed as C")),
                 }
             }
             Expr::Binary(op, ty, left, right, _) => {
+                let is_logic = *ty == Scalar::Bool && matches!(op, Binary::And | Binary::Or);
+                let is_lazy = is_logic && is_quiet(right, &self.facts) && !self.scope.counts;
                 let parts = self.exprs(&[&**left, &**right])?;
                 let (a, b) = (&parts[0], &parts[1]);
                 match (symbol(*op), ty) {
+                    _ if is_lazy && *op == Binary::And => format!("({a} && {b})"),
+                    _ if is_lazy => format!("({a} || {b})"),
+                    (_, Scalar::Bool) if *op == Binary::Eq => format!("(!{a} == !{b})"),
+                    (_, Scalar::Bool) if matches!(op, Binary::Xor | Binary::Ne) => format!("(!{a} != !{b})"),
                     (Some((symbol, true)), _) => format!("({a} {symbol} {b})"),
                     (Some((symbol, _)), Scalar::F32 | Scalar::F64) => format!("({a} {symbol} {b})"),
+                    _ if *op == Binary::Ne && ty.is_integer() => format!("({a} != {b})"),
                     _ if *op == Binary::Pow => return Err("Pow cannot be printed as C".to_string()),
-                    _ => format!("{}_{ty}({a}, {b})", format!("{op:?}").to_lowercase()),
+                    _ => format!("{}_{ty}({}, {})", format!("{op:?}").to_lowercase(), bare(a), bare(b)),
                 }
             }
             Expr::Convert(how, from, to, a, _) => {
                 let a = self.expr(a)?;
                 converted(*how, *from, *to, &a)
             }
-            Expr::Select(ty, parts) => format!("select_{ty}({})", self.exprs(&parts.each_ref())?.join(", ")),
-            Expr::Limit(ty, parts) => format!("limit_{ty}({})", self.exprs(&parts.each_ref())?.join(", ")),
+            Expr::Select(_, parts) if !self.scope.counts && parts.iter().all(|part| is_quiet(part, &self.facts)) => {
+                let parts = self.exprs(&parts.each_ref())?;
+                format!("({} ? {} : {})", parts[0], bare(&parts[1]), bare(&parts[2]))
+            }
+            Expr::Select(ty, parts) => format!("select_{ty}({})", self.joined(&parts.each_ref())?),
+            Expr::Limit(ty, parts) => format!("limit_{ty}({})", self.joined(&parts.each_ref())?),
             Expr::Texts(op, a, b) => {
                 let (first, second) = (self.type_of(a)?, self.type_of(b)?);
                 let (Type::Text { capacity: p, wide }, Type::Text { capacity: q, .. }) = (first, second) else {
@@ -59,10 +73,28 @@ impl Printer<'_> {
             }
             Expr::Now => "call->now".to_string(),
             Expr::After(before, value) => {
+                if let Some((call, local)) = facts::taken(expr, &self.facts)
+                    && self.scope.elided.contains(&local)
+                {
+                    return self.called(call);
+                }
                 self.statements(before)?;
                 self.expr(value)?
             }
         })
+    }
+
+    /// The value of a statement: without the parentheses around it, and a truth value as one where compilers see an `int`.
+    pub(super) fn whole(&mut self, expr: &Expr) -> Result<String, String> {
+        let text = self.expr(expr)?;
+        let text = bare(&text);
+        Ok(if is_int(expr) { format!("(uint8_t)({text})") } else { text.to_string() })
+    }
+
+    /// Expressions with commas between them.
+    fn joined(&mut self, list: &[&Expr]) -> Result<String, String> {
+        let parts = self.exprs(list)?;
+        Ok(parts.iter().map(|part| bare(part)).collect::<Vec<_>>().join(", "))
     }
 
     /// Expressions from left to right: what statements of a later one may change is kept.
@@ -70,7 +102,7 @@ impl Printer<'_> {
         let mut printed = Vec::new();
         for (number, expr) in list.iter().enumerate() {
             let text = self.expr(expr)?;
-            printed.push(if list[number + 1..].iter().any(|later| runs_statements(later)) {
+            printed.push(if list[number + 1..].iter().any(|later| self.runs(later)) {
                 self.kept(expr.ty(), &text)
             } else {
                 text
@@ -79,10 +111,15 @@ impl Printer<'_> {
         Ok(printed)
     }
 
+    /// Whether statements are printed before an expression is calculated.
+    fn runs(&self, expr: &Expr) -> bool {
+        runs_statements(expr) && (self.scope.counts || !is_quiet(expr, &self.facts))
+    }
+
     /// A temporary with the value.
     pub(super) fn kept(&mut self, ty: Scalar, value: &str) -> String {
         let name = self.temporary(|_, name| format!("{} {name}", scalar(ty)));
-        self.line(&format!("{name} = {value};"));
+        self.line(&format!("{name} = {};", bare(value)));
         name
     }
 
@@ -118,7 +155,10 @@ impl Printer<'_> {
     /// The address of a variable.
     pub(super) fn address(&mut self, place: &Place) -> Result<String, String> {
         let text = self.place(place)?;
-        Ok(format!("&{text}"))
+        Ok(match text.strip_prefix("(*").and_then(|rest| rest.strip_suffix(')')) {
+            Some(pointer) => pointer.to_string(),
+            None => format!("&{text}"),
+        })
     }
 
     /// A variable.
@@ -195,6 +235,23 @@ impl Printer<'_> {
     }
 }
 
+/// Whether compilers make comparisons of floating-point numbers to one whose value they take for an `int`: the opposite of one,
+/// or two of them.
+fn is_int(expr: &Expr) -> bool {
+    let compares = |it: &Expr| match it {
+        Expr::Binary(op, ty, ..) => op.compares() && ty.is_float(),
+        _ => false,
+    };
+    match expr {
+        Expr::Unary(Unary::Not, _, a) => compares(a) || is_int(a),
+        Expr::Binary(Binary::And | Binary::Or, Scalar::Bool, a, b, _) => {
+            compares(a) && compares(b) || is_int(a) || is_int(b)
+        }
+        Expr::Select(Scalar::Bool, parts) => !parts[1..].iter().all(|part| matches!(part, Expr::Load(..))),
+        _ => false,
+    }
+}
+
 /// The operator of C, and whether it is one for all types.
 fn symbol(op: Binary) -> Option<(&'static str, bool)> {
     Some(match op {
@@ -214,18 +271,33 @@ fn symbol(op: Binary) -> Option<(&'static str, bool)> {
     })
 }
 
-/// A constant, in parentheses if it is negative.
-fn constant(value: Value) -> String {
+/// A constant.
+pub(super) fn constant(value: Value) -> String {
     match value.ty() {
-        Scalar::F32 if value.number().is_finite() => format!("({value}f)"),
+        Scalar::F32 if value.number().is_finite() => format!("{value}f"),
         Scalar::F32 => format!("f32_of({}u)", value.bits()),
-        Scalar::F64 if value.number().is_finite() => format!("({value})"),
-        Scalar::F64 => format!("f64_of({}u)", value.bits()),
+        Scalar::F64 if value.number().is_finite() => value.to_string(),
+        Scalar::F64 => format!("f64_of(UINT64_C({}))", value.bits()),
         Scalar::Bool => value.bits().to_string(),
-        Scalar::U64 => format!("((uint64_t){}u)", value.bits()),
-        Scalar::I64 => format!("((int64_t){}u)", value.bits()),
-        ty => format!("(({}){})", scalar(ty), value.bits() as i64),
+        Scalar::U32 => format!("{}u", value.bits()),
+        Scalar::U64 => format!("UINT64_C({})", value.bits()),
+        Scalar::I64 if value.bits() == 1 << 63 => "INT64_MIN".to_string(),
+        Scalar::I64 => format!("INT64_C({})", value.bits() as i64),
+        Scalar::I32 if value.bits() as i32 == i32::MIN => "INT32_MIN".to_string(),
+        _ => (value.bits() as i64).to_string(),
     }
+}
+
+/// An expression without the parentheses around it.
+pub(super) fn bare(expr: &str) -> &str {
+    let Some(inner) = expr.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')) else { return expr };
+    let mut depth = 0_i32;
+    let is_whole = inner.chars().all(|c| {
+        depth += i32::from(c == '(') - i32::from(c == ')');
+        depth >= 0
+    });
+    // What begins with a conversion needs its parentheses to be one.
+    if is_whole { inner } else { expr }
 }
 
 /// A conversion.
@@ -236,13 +308,18 @@ fn converted(how: Convert, from: Scalar, to: Scalar, a: &str) -> String {
         Convert::Trunc => "trunc",
         Convert::Ceil => "ceil",
         Convert::Floor => "floor",
-        Convert::Bits if from.is_float() => return format!("(({name})bits_{from}({a}))"),
+        Convert::Bits if from.is_float() => {
+            let unsigned = if from == Scalar::F32 { Scalar::U32 } else { Scalar::U64 };
+            let bits = format!("bits_{from}({})", bare(a));
+            return if to == unsigned { bits } else { format!("(({name}){bits})") };
+        }
         Convert::Bits => {
             let unsigned = if to == Scalar::F32 { "uint32_t" } else { "uint64_t" };
             return format!("{to}_of(({unsigned}){a})");
         }
     };
     match (from.is_float(), to) {
+        (true, Scalar::I32) if how == Convert::Value => format!("round_i32({})", bare(a)),
         (true, to) if to.is_integer() => {
             let wide = if to == Scalar::U64 { "whole_u64" } else { "whole_i64" };
             format!("(({name}){wide}({whole}_f64((double){a})))")

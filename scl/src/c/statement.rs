@@ -1,32 +1,143 @@
 //! Statements.
 
-use super::{Printer, line};
-use crate::program::{Argument, Call, Expr, For, Place, Scalar, Statement, Type, What};
+use super::expr::{bare, constant};
+use super::facts::{self, Uses};
+use super::{Printer, WIDTH, comment, line, scalar};
+use crate::program::{Argument, Call, Expr, For, Place, Scalar, Statement, Step, Type, Value, What};
 
 impl Printer<'_> {
+    /// The statements of a function.
+    pub(super) fn body(&mut self, list: &[Statement]) -> Result<(), String> {
+        self.list(list, true)
+    }
+
     pub(super) fn statements(&mut self, list: &[Statement]) -> Result<(), String> {
+        self.list(list, false)
+    }
+
+    /// Statements; `last` if the function ends behind them.
+    fn list(&mut self, list: &[Statement], last: bool) -> Result<(), String> {
         let at = self.scope.at;
-        for statement in list {
+        let mut skip = false;
+        for (number, statement) in list.iter().enumerate() {
+            if std::mem::take(&mut skip) {
+                continue;
+            }
+            let rest = &list[number + 1..];
+            let is_last = last && rest.iter().all(|it| matches!(it.what, What::Comment(_)));
+            if let What::Comment(text) = &statement.what {
+                let text = comment(text, 4 * self.scope.indent);
+                self.text.push_str(&text);
+                self.text.push('\n');
+                continue;
+            }
             self.scope.at = statement.at;
-            self.statement(&statement.what)?;
+            self.mark();
+            self.declare(statement, rest);
+            if let (What::Assign(to, value), Some(direct)) = (&statement.what, self.scope.direct)
+                && facts::local(to) == Some(direct)
+            {
+                let value = self.whole(value)?;
+                self.line(&format!("return {value};"));
+                skip = matches!(rest.first(), Some(Statement { what: What::Return, .. }));
+                continue;
+            }
+            self.statement(&statement.what, is_last)?;
         }
         self.scope.at = at;
         Ok(())
     }
 
-    fn block(&mut self, list: &[Statement]) -> Result<(), String> {
+    /// Counts a statement as the machine does.
+    fn mark(&mut self) {
+        if !self.scope.counts {
+            return;
+        }
+        let run = match self.scope.run {
+            Some((run, _)) => run,
+            None => {
+                let run = self.scope.runs.len();
+                self.scope.runs.push(0);
+                self.line(&format!("call->budget -= @{run}@;"));
+                self.scope.run = Some((run, 0));
+                run
+            }
+        };
+        self.scope.runs[run] += 1;
+    }
+
+    /// Declares the locals that are first used in a statement and nowhere but there and behind it.
+    fn declare(&mut self, statement: &Statement, rest: &[Statement]) {
+        if self.scope.later.is_empty() {
+            return;
+        }
+        let one = std::slice::from_ref(statement);
+        let here: Vec<usize> = Uses::of(&self.facts, one).locals().filter(|it| self.scope.later.contains(it)).collect();
+        let Some(function) = self.scope.function else { return };
+        for local in here {
+            let is_used_behind = Uses::of(&self.facts, rest).locals().any(|it| it == local);
+            let in_parts = match &statement.what {
+                What::If(condition, then, otherwise) => {
+                    let condition = Uses::of(
+                        &self.facts,
+                        &[Statement { at: statement.at, what: What::If(condition.clone(), Vec::new(), Vec::new()) }],
+                    );
+                    let uses = |list: &[Statement]| Uses::of(&self.facts, list).locals().any(|it| it == local);
+                    if condition.locals().any(|it| it == local) {
+                        2
+                    } else {
+                        usize::from(uses(then)) + usize::from(uses(otherwise))
+                    }
+                }
+                _ => 2,
+            };
+            // One that belongs to a branch alone is declared there.
+            if !is_used_behind && in_parts == 1 {
+                continue;
+            }
+            self.scope.later.remove(&local);
+            let Type::Scalar(ty) = function.locals[local].ty else { continue };
+            let name = self.scope.names[local].clone();
+            match &statement.what {
+                What::Assign(to, value) if facts::local(to) == Some(local) && !reads(value, local, &self.facts) => {
+                    // Its declaration is the assignment.
+                    self.scope.names[local] = format!("{} {name}", scalar(ty));
+                }
+                _ if assigns(one, local, &self.facts) => self.line(&format!("{} {name};", scalar(ty))),
+                _ => {
+                    let zero = constant(Value::new(ty, 0));
+                    self.line(&format!("{} {name} = {zero};", scalar(ty)));
+                }
+            }
+        }
+    }
+
+    fn block(&mut self, list: &[Statement], last: bool) -> Result<(), String> {
         self.scope.indent += 1;
-        let done = self.statements(list);
+        self.scope.run = None;
+        let done = self.list(list, last);
+        self.scope.run = None;
         self.scope.indent -= 1;
         done
     }
 
-    fn statement(&mut self, what: &What) -> Result<(), String> {
+    fn statement(&mut self, what: &What, last: bool) -> Result<(), String> {
         match what {
             What::Assign(to, value) => {
-                let text = self.expr(value)?;
-                let to = self.place(to)?;
-                self.line(&format!("{to} = {text};"));
+                let text = self.whole(value)?;
+                let to_text = self.place(to)?;
+                if let Some(local) = facts::local(to)
+                    && let Some((_, name)) = self.scope.names[local].clone().rsplit_once(' ')
+                {
+                    self.scope.names[local] = name.to_string();
+                }
+                self.assigned(&to_text, &text);
+                if let Some(local) = facts::local(to).filter(|_| to_text.contains(' '))
+                    && self.scope.unread.contains(&local)
+                {
+                    let name = self.scope.names[local].clone();
+                    self.line(&format!("(void){name};"));
+                }
             }
             What::Copy(to, from) => {
                 let (to_type, from_type) = (self.type_of(to)?, self.type_of(from)?);
@@ -34,16 +145,7 @@ impl Printer<'_> {
                 self.copy(&to_type, &to, &from_type, &from);
             }
             What::Call(call) => self.call(call)?,
-            What::If(condition, then, otherwise) => {
-                let condition = self.expr(condition)?;
-                self.line(&format!("if ({}) {{", bare(&condition)));
-                self.block(then)?;
-                if !otherwise.is_empty() {
-                    self.line("} else {");
-                    self.block(otherwise)?;
-                }
-                self.line("}");
-            }
+            What::If(..) => self.branch(what, "if", last)?,
             What::Case(selector, arms, otherwise) => {
                 let value = self.expr(selector)?;
                 let value = self.kept(Scalar::I64, &format!("(int64_t){value}"));
@@ -52,18 +154,21 @@ impl Printer<'_> {
                     let inside: Vec<String> = arm.values.iter().map(|range| inside(&value, *range)).collect();
                     let inside = if inside.is_empty() { "0".to_string() } else { inside.join(" || ") };
                     self.line(&format!("{word} ({inside}) {{"));
-                    self.block(&arm.body)?;
+                    self.block(&arm.body, false)?;
                     word = "} else if";
                 }
                 self.line(if arms.is_empty() { "{" } else { "} else {" });
-                self.block(otherwise)?;
+                self.block(otherwise, false)?;
                 self.line("}");
             }
             What::While(condition, body) => {
                 self.line("for (;;) {");
                 self.scope.indent += 1;
+                self.scope.run = None;
                 let condition = self.expr(condition)?;
-                self.line(&format!("if (!{condition}) {{ break; }}"));
+                self.line(&format!("if (!{condition}) {{"));
+                self.line("    break;");
+                self.line("}");
                 self.scope.indent -= 1;
                 self.looped(body)?;
                 self.again("}");
@@ -73,34 +178,99 @@ impl Printer<'_> {
                 self.looped(body)?;
                 self.scope.indent += 1;
                 let condition = self.expr(condition)?;
-                self.line(&format!("if ({}) {{ break; }}", bare(&condition)));
+                self.line(&format!("if ({}) {{", bare(&condition)));
+                self.line("    break;");
+                self.line("}");
                 self.scope.indent -= 1;
                 self.again("}");
             }
             What::For(it) => self.count(it)?,
-            What::Comment(text) => self.line(&format!("/* {} */", text.replace("*/", "* /"))),
-            What::Break => self.line("break;"),
+            What::Comment(_) => {}
+            What::Break => {
+                self.line("break;");
+                self.scope.run = None;
+            }
             What::Continue => {
                 let (label, used) = self.scope.loops.last_mut().ok_or("there is no loop around")?;
                 *used = true;
                 let label = format!("goto next_{label};");
                 self.line(&label);
+                self.scope.run = None;
             }
             What::Return => {
-                self.scope.leaves = true;
-                self.line("goto done;");
+                self.leave(0);
+                self.scope.run = None;
             }
-            What::Label(label) => self.line(&format!("label_{label}:;")),
+            What::Label(label) => {
+                self.line(&format!("label_{label}:;"));
+                self.scope.run = None;
+            }
             What::Goto(label) => self.again(&format!("goto label_{label};")),
         }
         Ok(())
+    }
+
+    /// An assignment, on two lines if one is too narrow.
+    fn assigned(&mut self, to: &str, value: &str) {
+        if 4 * self.scope.indent + to.len() + value.len() + 4 <= WIDTH {
+            return self.line(&format!("{to} = {value};"));
+        }
+        self.line(&format!("{to} ="));
+        self.line(&format!("    {value};"));
+    }
+
+    /// `if`, and `else if` as long as nothing has to be done before the next condition.
+    fn branch(&mut self, what: &What, word: &str, last: bool) -> Result<(), String> {
+        let What::If(condition, then, otherwise) = what else { return Ok(()) };
+        let condition = self.expr(condition)?;
+        self.line(&format!("{word} ({}) {{", bare(&condition)));
+        self.block(then, last)?;
+        match &otherwise[..] {
+            [] => self.line("}"),
+            [Statement { what: next @ What::If(next_condition, ..), .. }]
+                if !self.scope.counts && facts::is_quiet(next_condition, &self.facts) && !self.declares(otherwise) =>
+            {
+                self.branch(next, "} else if", last)?;
+            }
+            _ => {
+                self.line("} else {");
+                self.block(otherwise, last)?;
+                self.line("}");
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether statements use locals that are not declared yet.
+    fn declares(&self, list: &[Statement]) -> bool {
+        let [Statement { what: What::If(condition, then, otherwise), at }] = list else { return true };
+        let head = [Statement { at: *at, what: What::If(condition.clone(), Vec::new(), Vec::new()) }];
+        let uses = |list: &[Statement]| -> Vec<usize> {
+            Uses::of(&self.facts, list).locals().filter(|it| self.scope.later.contains(it)).collect()
+        };
+        let (then, otherwise) = (uses(then), uses(otherwise));
+        !uses(&head).is_empty() || then.iter().any(|local| otherwise.contains(local))
+    }
+
+    /// Leaves the function, within a block that is so much deeper.
+    fn leave(&mut self, deeper: usize) {
+        let facts = &self.facts[self.scope.number];
+        let text = match facts.returns {
+            _ if !facts.outs.is_empty() => {
+                self.scope.leaves = true;
+                "goto done;".to_string()
+            }
+            Some(result) if self.scope.direct.is_none() => format!("return {};", self.scope.names[result]),
+            _ => "return;".to_string(),
+        };
+        self.line(&format!("{:width$}{text}", "", width = 4 * deeper));
     }
 
     /// The body of a loop, and the label at its end.
     fn looped(&mut self, body: &[Statement]) -> Result<(), String> {
         self.scope.labels += 1;
         self.scope.loops.push((self.scope.labels, false));
-        let done = self.block(body);
+        let done = self.block(body, false);
         if let Some((label, true)) = self.scope.loops.pop() {
             self.line(&format!("next_{label}:;"));
         }
@@ -109,41 +279,51 @@ impl Printer<'_> {
 
     /// The way back, if the budget allows it.
     fn again(&mut self, text: &str) {
-        self.scope.leaves = true;
         let line = line(self.scope.at);
-        self.line(&format!("if (!goes_on(call, {line})) {{ goto done; }}"));
+        let deeper = if text == "}" { "    " } else { "" };
+        self.line(&format!("{deeper}if (!goes_on(call, {line})) {{"));
+        self.leave(1 + deeper.len() / 4);
+        self.line(&format!("{deeper}}}"));
         self.line(text);
+        self.scope.run = None;
     }
 
     fn count(&mut self, it: &For) -> Result<(), String> {
         let ty = it.first.ty();
         let first = self.expr(&it.first)?;
         let variable = self.place(&it.variable)?;
-        self.line(&format!("{variable} = {first};"));
+        self.line(&format!("{variable} = {};", bare(&first)));
         let last = self.expr(&it.last)?;
         let last = self.kept(ty, &last);
         let step = self.expr(&it.step)?;
         let step = self.kept(ty, &step);
-        let next = self.temporary(|_, name| format!("{} {name}", super::scalar(ty)));
+        let next = self.temporary(|_, name| format!("{} {name}", scalar(ty)));
         self.line("for (;;) {");
         self.scope.indent += 1;
+        self.scope.run = None;
         if !matches!(it.step, Expr::Const(value) if value.bits() != 0) {
-            self.scope.leaves = true;
             let line = line(self.scope.at);
-            self.line(&format!("if ({step} == 0) {{ stop(call, STEP_OF_0, {line}); goto done; }}"));
+            self.line(&format!("if ({step} == 0) {{"));
+            self.line(&format!("    stop(call, STEP_OF_0, {line});"));
+            self.leave(1);
+            self.line("}");
         }
         let passed = match ty.is_signed() {
             true => format!("{step} < 0 ? {variable} < {last} : {variable} > {last}"),
             false => format!("{variable} > {last}"),
         };
-        self.line(&format!("if ({passed}) {{ break; }}"));
+        self.line(&format!("if ({passed}) {{"));
+        self.line("    break;");
+        self.line("}");
         self.scope.indent -= 1;
         self.looped(&it.body)?;
         self.scope.indent += 1;
         self.line(&format!("{next} = {variable};"));
         let beyond = self.kept(Scalar::I32, &format!("step_{ty}(&{next}, {step})"));
         self.line(&format!("{variable} = {next};"));
-        self.line(&format!("if ({beyond}) {{ break; }}"));
+        self.line(&format!("if ({beyond}) {{"));
+        self.line("    break;");
+        self.line("}");
         self.scope.indent -= 1;
         self.again("}");
         Ok(())
@@ -160,13 +340,22 @@ impl Printer<'_> {
         self.line(&text);
     }
 
-    fn call(&mut self, call: &Call) -> Result<(), String> {
+    /// The call of a function as text; outputs come apart.
+    pub(super) fn called(&mut self, call: &Call) -> Result<String, String> {
+        let passed = self.passed(call)?;
+        Ok(format!("{}({})", self.functions[call.function], passed.join(", ")))
+    }
+
+    /// What is passed to a function, but its outputs.
+    fn passed(&mut self, call: &Call) -> Result<Vec<String>, String> {
         let callee = &self.program.functions[call.function];
-        let mut passed = vec!["call".to_string(), "memory".to_string()];
+        let mut passed = Vec::new();
+        passed.extend(self.facts[call.function].needs_call.then(|| "call".to_string()));
+        passed.extend(self.facts[call.function].needs_memory.then(|| "memory".to_string()));
         if let Some(instance) = &call.instance {
             passed.push(self.address(instance)?);
         }
-        let values: Vec<&Expr> = call
+        let arguments: Vec<&Expr> = call
             .arguments
             .iter()
             .filter_map(|argument| match argument {
@@ -174,11 +363,20 @@ impl Printer<'_> {
                 _ => None,
             })
             .collect();
-        let mut values = self.exprs(&values)?.into_iter();
+        let mut values = self.exprs(&arguments)?;
+        if self.scope.counts {
+            // The budget is asked for when all is calculated.
+            for (value, argument) in values.iter_mut().zip(&arguments) {
+                if !facts::is_quiet(argument, &self.facts) {
+                    *value = self.kept(argument.ty(), value);
+                }
+            }
+        }
+        let mut values = values.into_iter();
         for (argument, local) in call.arguments.iter().zip(&callee.locals) {
             match (argument, &local.ty) {
-                (Argument::Value(_), _) => passed.extend(values.next()),
-                (Argument::Start, Type::Scalar(_)) => passed.push("0".to_string()),
+                (Argument::Value(_), _) => passed.extend(values.next().map(|value| bare(&value).to_string())),
+                (Argument::Start, Type::Scalar(ty)) => passed.push(constant(Value::new(*ty, 0))),
                 (Argument::Start, _) => passed.push("NULL".to_string()),
                 (Argument::Copy(place), ty) => {
                     let from_type = self.type_of(place)?;
@@ -191,29 +389,79 @@ impl Printer<'_> {
                 (Argument::Reference(place), ty) => self.reference(place, ty, &mut passed)?,
             }
         }
+        Ok(passed)
+    }
+
+    fn call(&mut self, call: &Call) -> Result<(), String> {
+        let callee = &self.program.functions[call.function];
+        let mut passed = self.passed(call)?;
+        let facts = self.facts[call.function].clone();
+        let counts = self.scope.counts && !self.program.docs.natives.contains(&call.function);
+        if counts {
+            self.line(&format!("if (!goes_in(call, {})) {{", line(self.scope.at)));
+            self.leave(1);
+            self.line("}");
+        }
+        let name = self.functions[call.function].clone();
+        if let Some(result) = facts.returns {
+            let Some((_, to)) = call.outputs.iter().find(|(local, _)| *local == result) else {
+                self.line(&format!("(void){name}({});", passed.join(", ")));
+                return Ok(());
+            };
+            let call = format!("{name}({})", passed.join(", "));
+            let to_type = self.type_of(to)?;
+            let ty = callee.locals[result].ty.clone();
+            if to_type == ty && !to.steps.iter().any(|step| matches!(step, Step::Index(..))) {
+                let to = self.place(to)?;
+                self.assigned(&to, &call);
+                return Ok(());
+            }
+            // The place is chosen before the call.
+            let address = self.chosen(to)?;
+            let value = self.temporary(|printer, name| printer.declared(&ty, name));
+            self.line(&format!("{value} = {call};"));
+            self.copy(&to_type, &address, &ty, &format!("&{value}"));
+            return Ok(());
+        }
         // What the callee copies out goes to a temporary, and from there to its place, which is chosen before the call.
         let mut behind = Vec::new();
-        for output in self.outputs[call.function].clone() {
+        for output in facts.outs {
             let Some((_, to)) = call.outputs.iter().find(|(local, _)| *local == output) else {
                 passed.push("NULL".to_string());
                 continue;
             };
             let ty = &callee.locals[output].ty;
             let to_type = self.type_of(to)?;
-            let place = self.address(to)?;
-            let address = self.temporary(|_, name| format!("void *{name}"));
-            self.line(&format!("{address} = {place};"));
+            let is_own = facts::local(to).is_some_and(|_| to.steps.is_empty());
+            if is_own && matches!(ty, Type::Scalar(_)) && to_type == *ty && !self.is_reference(to) {
+                passed.push(self.address(to)?);
+                continue;
+            }
+            let address = self.chosen(to)?;
             let value = self.temporary(|printer, name| printer.declared(ty, name));
             let array = matches!(ty, Type::Array { .. });
             passed.push(if array { value.clone() } else { format!("&{value}") });
             behind.push((output, to_type, address, ty.clone(), value));
         }
-        self.line(&format!("{}({});", self.functions[call.function], passed.join(", ")));
+        self.line(&format!("{name}({});", passed.join(", ")));
         behind.sort_by_key(|(output, ..)| call.outputs.iter().position(|(local, _)| local == output));
         for (_, to_type, address, ty, value) in behind {
             self.copy(&to_type, &address, &ty, &format!("&{value}"));
         }
         Ok(())
+    }
+
+    fn is_reference(&self, place: &Place) -> bool {
+        let function = self.scope.function;
+        facts::local(place).zip(function).is_some_and(|(local, function)| function.locals[local].by_reference)
+    }
+
+    /// A temporary with the address of a place.
+    fn chosen(&mut self, place: &Place) -> Result<String, String> {
+        let place = self.address(place)?;
+        let address = self.temporary(|_, name| format!("void *{name}"));
+        self.line(&format!("{address} = {place};"));
+        Ok(address)
     }
 
     /// A variable by reference, and the bounds of an open array.
@@ -234,24 +482,97 @@ impl Printer<'_> {
                 passed.push(format!("{text}_bounds"));
             }
             (Type::Array { .. }, _) => passed.push(text),
-            _ => passed.push(format!("&{text}")),
+            _ => passed.push(self.address(place)?),
         }
         Ok(())
     }
 }
 
-/// An expression without the parentheses around it.
-fn bare(expr: &str) -> &str {
-    let Some(inner) = expr.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')) else { return expr };
-    let mut depth = 0_i32;
-    let is_whole = inner.chars().all(|c| {
-        depth += i32::from(c == '(') - i32::from(c == ')');
-        depth >= 0
-    });
-    if is_whole { inner } else { expr }
-}
-
 /// Whether a value lies within a range.
 fn inside(value: &str, (low, high): (i64, i64)) -> String {
     if low == high { format!("{value} == {low}") } else { format!("({value} >= {low} && {value} <= {high})") }
+}
+
+/// Whether the value of a local is returned wherever it gets one, and nothing else is done with it.
+pub(super) fn is_direct(body: &[Statement], result: usize) -> bool {
+    fn of(list: &[Statement], result: usize, last: bool) -> Option<bool> {
+        // Whether the end of the list is never reached; `None` if the local is used in another way.
+        for (number, statement) in list.iter().enumerate() {
+            let rest = &list[number + 1..];
+            let is_last = last && rest.iter().all(|it| matches!(it.what, What::Comment(_)));
+            match &statement.what {
+                What::Assign(to, value) if facts::local(to) == Some(result) => {
+                    let returns = is_last || matches!(rest.first(), Some(Statement { what: What::Return, .. }));
+                    if !returns || reads(value, result, &[]) {
+                        return None;
+                    }
+                    return Some(true);
+                }
+                What::If(condition, then, otherwise) => {
+                    if reads(condition, result, &[]) {
+                        return None;
+                    }
+                    let (then, otherwise) = (of(then, result, is_last)?, of(otherwise, result, is_last)?);
+                    if then && otherwise {
+                        return Some(true);
+                    }
+                }
+                What::Return => return None,
+                _ => {
+                    let one = std::slice::from_ref(statement);
+                    if named(one).contains(&result) {
+                        return None;
+                    }
+                }
+            }
+        }
+        Some(false)
+    }
+    of(body, result, true) == Some(true)
+}
+
+/// The locals that statements name.
+fn named(list: &[Statement]) -> Vec<usize> {
+    Uses::all(list).locals().collect()
+}
+
+/// Whether an expression reads a local.
+fn reads(expr: &Expr, local: usize, _: &[facts::Facts]) -> bool {
+    let one = [Statement { at: crate::program::At::default(), what: What::If(expr.clone(), Vec::new(), Vec::new()) }];
+    named(&one).contains(&local)
+}
+
+/// Whether a local gets a value on every way through statements, before it is read.
+fn assigns(list: &[Statement], local: usize, facts: &[facts::Facts]) -> bool {
+    for statement in list {
+        match &statement.what {
+            What::Assign(to, value) => {
+                if reads(value, local, facts) {
+                    return false;
+                }
+                if facts::local(to) == Some(local) && to.steps.is_empty() {
+                    return true;
+                }
+            }
+            What::If(condition, then, otherwise) => {
+                if reads(condition, local, facts) {
+                    return false;
+                }
+                let ends = |list: &[Statement]| {
+                    !named(list).contains(&local) && matches!(list.last(), Some(Statement { what: What::Return, .. }))
+                };
+                let (first, second) = (assigns(then, local, facts), assigns(otherwise, local, facts));
+                if (first || ends(then)) && (second || ends(otherwise)) && (first || second) {
+                    return true;
+                }
+                if named(then).contains(&local) || named(otherwise).contains(&local) {
+                    return false;
+                }
+            }
+            What::Return => return false,
+            _ if named(std::slice::from_ref(statement)).contains(&local) => return false,
+            _ => {}
+        }
+    }
+    false
 }

@@ -99,6 +99,7 @@ impl Law for Hlg {
 
     #[inline(always)]
     fn call(&mut self) {
+        // Clause 7.
         if self.stop {
             return;
         }
@@ -108,16 +109,20 @@ impl Law for Hlg {
         if self.r {
             return self.arrive(0);
         }
+        // Clauses 5 and 8.
         let w = limited(if self.e01 { self.s1 } else { self.s0 });
+        // Clauses 3 and 4.
         if w == 0 || w == self.hlg {
             return self.arrive(self.hlg);
         }
         let upwards = w > self.hlg;
         let n = if upwards { self.th_tz } else { self.tr_tz };
+        // Clause 6.
         if n <= 0 {
             return self.arrive(w);
         }
 
+        // Clauses 1 and 2.
         let memory = &mut self.memory;
         if (memory.w, memory.upwards, memory.n) != (w, upwards, n) {
             *memory = Memory { remainder: 0, w, upwards, n };
@@ -153,7 +158,7 @@ impl Hlg {
     }
 }
 
-/// Set points are symmetrical: -32768 becomes -32767.
+/// Set points are symmetrical: -32768 becomes -32767 (clause 8).
 fn limited(value: Int) -> Int {
     value.max(-32767)
 }

@@ -314,6 +314,7 @@ impl Law for ContC {
 
     const CHARACTERISTICS: &'static [Characteristic] = responses::CHARACTERISTICS;
 
+    /// Clause 1.
     fn restart(&mut self) {
         self.clear();
         self.memory.i = self.i_itlval;
@@ -324,15 +325,19 @@ impl Law for ContC {
         if self.com_rst {
             return self.restart();
         }
+        // Clauses 2 and 3.
         self.pv = if self.pvper_on { process_value(self.pv_per, self.pv_fac, self.pv_off) } else { self.pv_in };
         self.er = dead_band(self.sp_int - self.pv, self.deadb_w);
+        // Clause 4.
         let e = self.er * self.gain;
 
         self.lmn_p = if self.p_sel { e } else { 0.0 };
+        // Clauses 5 to 10.
         self.lmn_i = self.integral(e);
         self.lmn_d = self.derivative(e);
         let u = if self.man_on { self.man } else { ((self.lmn_p + self.lmn_i) + self.lmn_d) + self.disv };
 
+        // Clause 11.
         self.qlmn_hlm = u >= self.lmn_hlm;
         self.qlmn_llm = !self.qlmn_hlm && u <= self.lmn_llm;
         let y = if self.qlmn_hlm {
@@ -343,6 +348,7 @@ impl Law for ContC {
             u
         };
         self.lmn = (y * self.lmn_fac) + self.lmn_off;
+        // Clause 12.
         self.lmn_per = Word::new(analog_output(self.lmn));
 
         self.memory.e = e;
@@ -356,9 +362,10 @@ impl Law for ContC {
 }
 
 impl ContC {
-    /// INT: the integral after this call.
+    /// INT: the integral after this call (clauses 5 to 9).
     fn integral(&mut self, e: Real) -> Real {
         let memory = &mut self.memory;
+        // Clauses 8 and 9.
         let put = if !self.i_sel {
             Some(0.0)
         } else if self.i_itl_on {
@@ -375,7 +382,9 @@ impl ContC {
         }
 
         let t = self.cycle.seconds();
+        // Clause 5.
         let ti = self.ti.seconds().max(t * 0.5);
+        // Clause 6.
         let mut q = (((t / ti) * (e + memory.e)) * 0.5) + memory.rest;
         // The limit outputs are still those of the previous call.
         if self.int_hold || (q > 0.0 && self.qlmn_hlm) || (q < 0.0 && self.qlmn_llm) {
@@ -383,6 +392,7 @@ impl ContC {
         }
         let i = memory.i + q;
         memory.rest = (memory.i - i) + q;
+        // Clause 7.
         let limit = if i > self.lmn_hlm {
             self.lmn_hlm
         } else if i < self.lmn_llm {
@@ -395,7 +405,7 @@ impl ContC {
         if memory.free { i } else { limit }
     }
 
-    /// DIF: the derivative component of this call.
+    /// DIF: the derivative component of this call (clauses 5 and 10).
     fn derivative(&mut self, e: Real) -> Real {
         let memory = &mut self.memory;
         if !self.d_sel || self.man_on {

@@ -208,6 +208,7 @@ crate::block! {
 impl Law for ContS {
     const RESPONSES: &'static [Response] = responses::RESPONSES;
 
+    /// Clause 1.
     fn restart(&mut self) {
         self.clear();
     }
@@ -217,20 +218,24 @@ impl Law for ContS {
         if self.com_rst {
             return self.restart();
         }
+        // Clause 2.
         self.pv = if self.pvper_on { process_value(self.pv_per, self.pv_fac, self.pv_off) } else { self.pv_in };
         self.er = dead_band(self.sp_int - self.pv, self.deadb_w);
         let e = self.er * self.gain;
 
         let t = self.cycle.seconds();
+        // Clause 3.
         let m = self.mtr_tm.seconds().max(t);
 
         self.memory.f = self.integral(e, t, m);
         self.memory.on = self.on_threshold(e, m);
+        // Clauses 9 and 10.
         let demand = if self.lmns_on {
             i32::from(self.lmnup) - i32::from(self.lmndn)
         } else {
             self.three_step((e - self.memory.f) + self.disv, (55.0 * t) / m)
         };
+        // Clause 11.
         let reversal = demand * self.memory.pulse < 0;
         self.pulse_stage(if reversal || self.at_stop(demand > 0, demand < 0) { 0 } else { demand });
 
@@ -253,7 +258,7 @@ impl ContS {
         (up && self.lmnr_hs) || (down && self.lmnr_ls)
     }
 
-    /// The integrator F after this call.
+    /// The integrator F after this call (clauses 3 to 7).
     fn integral(&self, e: Real, t: Real, m: Real) -> Real {
         let Memory { f, pulse, .. } = self.memory;
         if self.lmns_on {
@@ -274,7 +279,7 @@ impl ContS {
         }
     }
 
-    /// The on threshold in this call.
+    /// The on threshold in this call (clause 8).
     fn on_threshold(&self, e: Real, m: Real) -> Real {
         let lowest = (100.0 * self.pulse_tm.max(self.cycle).seconds()) / m;
         if self.lmnr_hs || self.lmnr_ls {
@@ -293,7 +298,7 @@ impl ContS {
         }
     }
 
-    /// THREE_ST: the direction in which the valve should go.
+    /// THREE_ST: the direction in which the valve should go (clause 9).
     fn three_step(&self, z: Real, off: Real) -> i32 {
         let Memory { pulse, on, .. } = self.memory;
         if (pulse > 0 && z > off) || z >= on {
@@ -305,7 +310,7 @@ impl ContS {
         }
     }
 
-    /// PULSEOUT: minimum pulse and minimum break, and the stops.
+    /// PULSEOUT: minimum pulse and minimum break, and the stops (clauses 12 and 13).
     fn pulse_stage(&mut self, demand: i32) {
         let stopped = self.at_stop(self.memory.pulse > 0, self.memory.pulse < 0);
         let memory = &mut self.memory;

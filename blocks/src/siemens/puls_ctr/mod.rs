@@ -96,6 +96,7 @@ crate::block! {
 impl Law for PulsCtr {
     const RESPONSES: &'static [Response] = responses::RESPONSES;
 
+    /// Clause 1.
     fn restart(&mut self) {
         self.program(true);
     }
@@ -140,7 +141,7 @@ impl Law for PulsCtr {
 }
 
 impl PulsCtr {
-    /// The statement list, line by line.
+    /// The statement list, line by line (clauses 1 to 3).
     fn program(&mut self, com_rst: Bool) {
         let memory = &mut self.memory;
         if com_rst {
@@ -148,6 +149,7 @@ impl PulsCtr {
         }
         // The instruction L fills the upper half of the accumulator with zeros, whatever the sign of the INT.
         let red_fac = i32::from(self.red_fac.cast_unsigned());
+        // Clause 2.
         let t_cyc_ctr = Time::ms(self.cycle.milliseconds().wrapping_mul(red_fac));
         memory.s_count = memory.s_count.wrapping_sub(1);
         if memory.s_count <= 0 {
@@ -158,6 +160,7 @@ impl PulsCtr {
             self.di_cont_c.call();
             memory.s_count = self.red_fac;
         }
+        // Clause 3.
         self.di_pulsegen.inv = self.di_cont_c.lmn;
         self.di_pulsegen.per_tm = t_cyc_ctr;
         self.di_pulsegen.com_rst = com_rst;

@@ -143,6 +143,7 @@ impl Law for Pulsegen {
 
     const CHARACTERISTICS: &'static [Characteristic] = responses::CHARACTERISTICS;
 
+    /// Clause 1.
     fn restart(&mut self) {
         self.clear();
     }
@@ -172,6 +173,7 @@ impl Law for Pulsegen {
 }
 
 impl Pulsegen {
+    /// Manual mode (clause 8).
     fn manual(&mut self) {
         if self.step3_on {
             self.qpos_p = self.pos_p_on && !self.neg_p_on;
@@ -183,6 +185,7 @@ impl Pulsegen {
         self.memory.period_left = 0;
     }
 
+    /// Periods and pulses (clauses 2, 3, 6 and 7).
     fn automatic(&mut self) {
         if self.memory.period_left <= 0 {
             let cycle = self.cycle.real();
@@ -191,6 +194,7 @@ impl Pulsegen {
             self.memory.pulse_left = rnd(width / cycle);
             self.memory.negative = negative;
         } else if self.syn_on && self.inv_has_changed() && self.memory.period_left > 2 {
+            // Clause 9.
             self.memory.period_left = 1;
         }
         let on = self.memory.pulse_left > 0;
@@ -210,12 +214,13 @@ impl Pulsegen {
         self.inv.partial_cmp(&self.memory.inv).is_some_and(Ordering::is_ne)
     }
 
-    /// The width of the pulse in milliseconds, and whether it is a negative one.
+    /// The width of the pulse in milliseconds, and whether it is a negative one (clauses 3 to 7).
     fn width(&self) -> (Real, bool) {
         let period = self.per_tm.real();
         let shortest = self.p_b_tm.real();
         let positive = self.inv > 0.0;
         let (factor, offset, scale) = if self.step3_on {
+            // Clause 5.
             let factor = match (positive, self.ratiofac > 1.0) {
                 (true, true) => 1.0 / self.ratiofac,
                 (false, false) => self.ratiofac,
@@ -228,6 +233,7 @@ impl Pulsegen {
             (if self.inv < 0.0 { 0.0 } else { 1.0 }, 0.0, 1.0)
         };
         let width = ((((self.inv * factor) * period) * 0.01) + offset).abs();
+        // Clause 4.
         let width = if width > scale * (period - shortest) {
             scale * period
         } else if width < scale * shortest {

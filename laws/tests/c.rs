@@ -1,0 +1,204 @@
+//! The laws as C give the bits of the typed programs, with all compilers that are here, and none of them warns.
+
+use blocks::{Block, EachBlock, Kind, for_each_block};
+use laws::{Law, Sources};
+use scl::machine::{Code, Machine};
+use scl::program::{Program, Scalar, Type, Value};
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+
+/// Reads a function's number and the memory before its call, and writes the memory after it, until there is no more.
+const MAIN: &str = "
+#include <stdio.h>
+int main(void) {
+    int which;
+    while ((which = getchar()) != EOF) {
+        call_t call = {0, 1000000, 0, 0, 0, 0, 0};
+        memory_t memory;
+        start(&memory);
+        if (which != 2 && fread(&memory, sizeof memory, 1, stdin) != 1) {
+            return 1;
+        }
+        if (which == 0) {
+            restart(&call, &memory);
+        } else if (which == 1) {
+            cycle(&call, &memory);
+        }
+        fwrite(&memory, sizeof memory, 1, stdout);
+    }
+    return 0;
+}
+";
+
+/// Compilers with their options; those that are not here are left out, but not all of them.
+const COMPILERS: [(&str, &[&str]); 7] = [
+    ("gcc", &["-std=c99", "-O0", "-x", "c"]),
+    ("gcc", &["-std=gnu99", "-O2", "-march=native", "-x", "c"]),
+    ("gcc", &["-std=c++11", "-O2", "-x", "c++"]),
+    ("clang", &["-std=c99", "-O0", "-x", "c"]),
+    ("clang", &["-std=c99", "-O2", "-march=native", "-x", "c"]),
+    ("clang", &["-std=c++11", "-O2", "-x", "c++"]),
+    ("x86_64-w64-mingw32-gcc", &["-std=c99", "-O2", "-x", "c", "-c"]),
+];
+
+const WARNINGS: [&str; 5] = ["-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror"];
+
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, count: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % count
+    }
+
+    fn bits(&mut self, kind: Kind) -> u64 {
+        const ODD: [f32; 8] = [f32::NAN, f32::INFINITY, -0.0, 1e-45, f32::MAX, f32::MIN, 3e9, -2.5];
+        match (kind, self.below(8)) {
+            (Kind::Real, 0) => u64::from(ODD[self.below(8) as usize].to_bits()),
+            (Kind::Real, _) => u64::from((self.below(20_000) as f32 / 50.0 - 150.0).to_bits()),
+            (Kind::Time, 0) => self.below(1 << 32),
+            (Kind::Time, _) => self.below(30_000),
+            (Kind::Bool, _) => self.below(2),
+            (Kind::Int, 1..) => self.below(50),
+            _ => self.below(1 << 16),
+        }
+    }
+}
+
+/// Calls with their memory before and after, from the machine.
+fn tape<B: Block>(law: &Law, calls: usize) -> (Vec<u8>, Vec<u8>) {
+    let mut machine = Machine::new(Arc::new(Code::compile(&law.program).unwrap()));
+    let mut random = Random(7);
+    let (mut before, mut after) = (vec![2], machine.state().to_vec());
+    let mut settable = Vec::new();
+    for row in B::TABLE.rows.iter().filter(|row| row.role.is_settable()) {
+        match law.program.find(&format!("{}.{}", law.name, row.full_name())) {
+            Some((offset, Type::Scalar(ty))) => settable.push((row, offset, ty)),
+            other => panic!("{}: {other:?}", row.name),
+        }
+    }
+    for call in 0..calls {
+        for (row, offset, ty) in &settable {
+            if random.below(10) == 0 {
+                let is_rare = row.name == "COM_RST" && random.below(10) > 0;
+                let bits = if is_rare { 0 } else { random.bits(row.kind) };
+                machine.set(Value::new(*ty, bits), *offset);
+            }
+        }
+        let restarts = call % 500 == 0;
+        before.push(u8::from(!restarts));
+        before.extend(machine.state());
+        machine.call(if restarts { law.restart } else { law.call }, 0).unwrap();
+        after.extend(machine.state());
+    }
+    (before, after)
+}
+
+/// What differs; what is not a number is the same whatever its bits are, and gaps between members do not count.
+fn differences(program: &Program, ty: &Type, path: &str, c: &[u8], machine: &[u8], found: &mut Vec<String>) {
+    match ty {
+        Type::Scalar(ty) => {
+            let (c, machine) = (Value::read(*ty, c), Value::read(*ty, machine));
+            let both_nan = matches!(ty, Scalar::F32 | Scalar::F64) && c.number().is_nan() && machine.number().is_nan();
+            if c != machine && !both_nan {
+                found.push(format!("{path} is {c} in C, {machine} in the machine"));
+            }
+        }
+        Type::Record(record) => {
+            for member in &program.records[*record].members {
+                let path = format!("{path}.{}", member.name);
+                differences(program, &member.ty, &path, &c[member.offset..], &machine[member.offset..], found);
+            }
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+struct Compare {
+    folder: std::path::PathBuf,
+    blocks: usize,
+}
+
+impl EachBlock for Compare {
+    fn block<B: Block>(&mut self) {
+        let law = laws::read(&Sources::of_blocks(), B::TABLE.name).unwrap_or_else(|error| panic!("{error}"));
+        let (before, after) = tape::<B>(&law, 5000);
+        let text = format!("{}{MAIN}", scl::c::print(&law.program).unwrap());
+        let source = self.folder.join(format!("{}.c", law.name));
+        std::fs::write(&source, text).unwrap();
+        let mut compared = 0;
+        for (compiler, options) in COMPILERS {
+            let Some(binary) = compiled(compiler, options, &source) else { continue };
+            compared += 1;
+            if compiler.contains("mingw") {
+                continue;
+            }
+            let memory = law.program.records[law.program.memory].start.len();
+            let found = given(&binary, &before);
+            assert_eq!(found.len(), after.len(), "{} with {compiler} {options:?}", law.name);
+            for (call, (c, machine)) in found.chunks(memory).zip(after.chunks(memory)).enumerate() {
+                let mut differ = Vec::new();
+                differences(&law.program, &Type::Record(law.program.memory), "", c, machine, &mut differ);
+                assert!(differ.is_empty(), "{} with {compiler} {options:?}, call {call}: {differ:?}", law.name);
+            }
+        }
+        if compared == 0 {
+            eprintln!("there is no C compiler: {} was not compared", law.name);
+        }
+        self.blocks += 1;
+    }
+}
+
+/// The program that a compiler makes; `None` if there is no such compiler.
+fn compiled(compiler: &str, options: &[&str], source: &Path) -> Option<std::path::PathBuf> {
+    let binary = source.with_extension("bin");
+    let mut command = Command::new(compiler);
+    command.args(options).args(WARNINGS).arg(source).arg("-o").arg(&binary);
+    let output = command.output().ok()?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{compiler} {options:?}\n{said}");
+    Some(binary)
+}
+
+/// What a program writes when it is given this.
+fn given(binary: &Path, input: &[u8]) -> Vec<u8> {
+    let mut child = Command::new(binary).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    std::thread::scope(|scope| {
+        scope.spawn(move || stdin.write_all(input).unwrap());
+        child.wait_with_output().unwrap().stdout
+    })
+}
+
+#[test]
+fn laws_in_c_give_the_same_bits_with_every_compiler_and_no_warning() {
+    let folder = std::env::temp_dir().join(format!("plcfmu-laws-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut compare = Compare { folder, blocks: 0 };
+    for_each_block(&mut compare);
+    assert!(compare.blocks >= 5);
+    std::fs::remove_dir_all(&compare.folder).unwrap();
+}
+
+#[test]
+fn an_engineer_finds_the_clauses_of_the_manual_page_in_the_c() {
+    struct Clauses;
+    impl EachBlock for Clauses {
+        fn block<B: Block>(&mut self) {
+            let law = laws::read(&Sources::of_blocks(), B::TABLE.name).unwrap();
+            let text = scl::c::print(&law.program).unwrap();
+            let (head, code) = text.split_once("#include").unwrap();
+            assert!(head.contains(&format!("{}: ", law.name)) && head.contains(" * 1. "), "{head}");
+            assert!(head.contains("law is written in blocks/src/"), "{head}");
+            assert!(code.to_lowercase().contains("clause"), "no clause in the code of {}", law.name);
+        }
+    }
+    for_each_block(&mut Clauses);
+    let law = laws::read(&Sources::of_blocks(), "CONT_C").unwrap();
+    let text = scl::c::print(&law.program).unwrap();
+    let behind = text.split("/* Clause 6. */").nth(1).unwrap().trim_start();
+    let trapezoid = "float q = (((t / ti) * (e + self->memory.e)) * 0.5f) + self->memory.rest;";
+    assert!(behind.starts_with(trapezoid), "{behind}");
+}

@@ -1,0 +1,433 @@
+# AT_8
+/* Numbers of 8 bytes lie at multiples of 8 everywhere; i386 would put them at multiples of 4. */
+#if defined(__GNUC__) && defined(__i386__)
+#define AT_8 __attribute__((aligned(8)))
+#else
+#define AT_8
+#endif
+
+# LINE
+/* A line of one of several sources. */
+#define LINE(file, line) ((file) << 24 | (line))
+
+# call_t
+/* A call: its time in nanoseconds, what is left of its budget, and why it was stopped, if it was. */
+typedef struct {
+    int64_t now;
+    int64_t budget;
+    int32_t stopped; /* the line, or 0 */
+    int32_t cause;
+    int64_t index;
+    int64_t low;
+    int64_t high;
+} call_t;
+
+enum { OUT_OF_BOUNDS = 1, OUT_OF_BUDGET = 2, STEP_OF_0 = 3 };
+
+# stop
+/* Stops a call: what it has done does not count, and its caller restores the memory. */
+static void stop(call_t *call, int32_t cause, int32_t line) {
+    if (call->stopped == 0) {
+        call->stopped = line;
+        call->cause = cause;
+    }
+}
+
+# index_of
+/* How far an index lies behind the lowest one. Outside of its bounds it stops the call. */
+static size_t index_of(call_t *call, int64_t index, int64_t low, int64_t high, int32_t line) {
+    if (index >= low && index <= high) {
+        return (size_t)(index - low);
+    }
+    if (call->stopped == 0) {
+        call->index = index;
+        call->low = low;
+        call->high = high;
+    }
+    stop(call, OUT_OF_BOUNDS, line);
+    return 0;
+}
+
+# goes_on
+/* Whether a loop may go on. */
+static int goes_on(call_t *call, int32_t line) {
+    call->budget -= 1;
+    if (call->budget < 0) {
+        stop(call, OUT_OF_BUDGET, line);
+    }
+    return call->stopped == 0;
+}
+
+# goes_in
+/* Whether a function may be called. */
+static int goes_in(call_t *call, int32_t line) {
+    if (call->budget < 0) {
+        stop(call, OUT_OF_BUDGET, line);
+    }
+    return call->stopped == 0;
+}
+
+# f32_of
+static float f32_of(uint32_t bits) {
+    float number;
+    memcpy(&number, &bits, sizeof number);
+    return number;
+}
+
+# f64_of
+static double f64_of(uint64_t bits) {
+    double number;
+    memcpy(&number, &bits, sizeof number);
+    return number;
+}
+
+# bits_f32
+static uint32_t bits_f32(float number) {
+    uint32_t bits;
+    memcpy(&bits, &number, sizeof bits);
+    return bits;
+}
+
+# bits_f64
+static uint64_t bits_f64(double number) {
+    uint64_t bits;
+    memcpy(&bits, &number, sizeof bits);
+    return bits;
+}
+
+# add_* integer
+/* a + b; it wraps. */
+static $T add_$t($T a, $T b) {
+    return ($T)($U)(($W)a + ($W)b);
+}
+
+# sub_* integer
+/* a - b; it wraps. */
+static $T sub_$t($T a, $T b) {
+    return ($T)($U)(($W)a - ($W)b);
+}
+
+# mul_* integer
+/* a * b; it wraps. */
+static $T mul_$t($T a, $T b) {
+    return ($T)($U)(($W)a * ($W)b);
+}
+
+# neg_* integer
+/* -a; it wraps. */
+static $T neg_$t($T a) {
+    return ($T)($U)(($W)0 - ($W)a);
+}
+
+# not_* integer
+static $T not_$t($T a) {
+    return ($T)($U) ~($W)a;
+}
+
+# and_* integer
+static $T and_$t($T a, $T b) {
+    return ($T)(a & b);
+}
+
+# or_* integer
+static $T or_$t($T a, $T b) {
+    return ($T)(a | b);
+}
+
+# xor_* integer
+static $T xor_$t($T a, $T b) {
+    return ($T)(a ^ b);
+}
+
+# div_* signed
+/* a / b towards 0; 0 if b is 0; it wraps. */
+static $T div_$t($T a, $T b) {
+    return b == 0 ? ($T)0 : b == -1 ? neg_$t(a) : ($T)(a / b);
+}
+
+# rem_* signed
+/* The remainder of a / b with the sign of a; 0 if b is 0. */
+static $T rem_$t($T a, $T b) {
+    return b == 0 || b == -1 ? ($T)0 : ($T)(a % b);
+}
+
+# div_* unsigned
+/* a / b towards 0; 0 if b is 0. */
+static $T div_$t($T a, $T b) {
+    return b == 0 ? ($T)0 : ($T)(a / b);
+}
+
+# rem_* unsigned
+/* The remainder of a / b; 0 if b is 0. */
+static $T rem_$t($T a, $T b) {
+    return b == 0 ? ($T)0 : ($T)(a % b);
+}
+
+# shl_* integer
+static $T shl_$t($T a, uint32_t n) {
+    return n < $Bu ? ($T)($U)(($W)($U)a << n) : ($T)0;
+}
+
+# shr_* integer
+static $T shr_$t($T a, uint32_t n) {
+    return ($T)((a >> (n < $Bu ? n : $Bu - 1u)) >> (n < $Bu ? 0 : 1));
+}
+
+# rol_* integer
+static $T rol_$t($T a, uint32_t n) {
+    n %= $Bu;
+    return n == 0 ? a : ($T)($U)(($W)($U)a << n | ($W)($U)a >> ($Bu - n));
+}
+
+# ror_* integer
+static $T ror_$t($T a, uint32_t n) {
+    return rol_$t(a, $Bu - n % $Bu);
+}
+
+# swap_i8
+static int8_t swap_i8(int8_t a) {
+    return a;
+}
+
+# swap_u8
+static uint8_t swap_u8(uint8_t a) {
+    return a;
+}
+
+# swap_* integer
+/* The bytes in reverse order. */
+static $T swap_$t($T a) {
+    $U from = ($U)a, to = 0;
+    size_t i;
+    for (i = 0; i < sizeof a; i += 1) {
+        to = ($U)(($W)to << 8 | (from & 0xFFu));
+        from = ($U)(from >> 8);
+    }
+    return ($T)to;
+}
+
+# step_* signed
+/* The next value of a loop; whether it lies beyond the type. */
+static int step_$t($T *a, $T step) {
+    $T sum = add_$t(*a, step);
+    int beyond = step < 0 ? sum > *a : sum < *a;
+    *a = sum;
+    return beyond;
+}
+
+# step_* unsigned
+/* The next value of a loop; whether it lies beyond the type. */
+static int step_$t($T *a, $T step) {
+    $T sum = add_$t(*a, step);
+    int beyond = sum < *a;
+    *a = sum;
+    return beyond;
+}
+
+# min_*
+/* The lesser number; a if neither is less. */
+static $T min_$t($T a, $T b) {
+    return b < a ? b : a;
+}
+
+# max_*
+/* The greater number; a if neither is greater. */
+static $T max_$t($T a, $T b) {
+    return b > a ? b : a;
+}
+
+# limit_*
+/* The number in the middle; x if the lowest is above the highest, and if it is not a number. */
+static $T limit_$t($T low, $T x, $T high) {
+    return high < low ? x : x < low ? low : high < x ? high : x;
+}
+
+# ne_*
+/* Whether one of them is greater. */
+static uint8_t ne_$t($T a, $T b) {
+    return (uint8_t)(a < b || a > b);
+}
+
+# select_*
+static $T select_$t(uint8_t which, $T a, $T b) {
+    return which ? a : b;
+}
+
+# same_*
+static uint8_t same_$t(const void *a, const void *b, size_t count) {
+    size_t i;
+    for (i = 0; i < count; i += 1) {
+        $T x, y;
+        memcpy(&x, (const char *)a + i * sizeof x, sizeof x);
+        memcpy(&y, (const char *)b + i * sizeof y, sizeof y);
+        if (!(x == y)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+# and_bool
+/* Both sides are calculated, as on the PLC. */
+static uint8_t and_bool(uint8_t a, uint8_t b) {
+    return a && b;
+}
+
+# or_bool
+/* Both sides are calculated, as on the PLC. */
+static uint8_t or_bool(uint8_t a, uint8_t b) {
+    return a || b;
+}
+
+# abs_f32
+static float abs_f32(float a) {
+    return f32_of(bits_f32(a) & 0x7FFFFFFFu);
+}
+
+# abs_f64
+static double abs_f64(double a) {
+    return f64_of(bits_f64(a) & UINT64_C(0x7FFFFFFFFFFFFFFF));
+}
+
+# abs_* signed
+/* The absolute value; it wraps. */
+static $T abs_$t($T a) {
+    return a < 0 ? neg_$t(a) : a;
+}
+
+# is_whole
+/* From 2^52 on every number is whole; what is not a number counts as such. */
+static int is_whole(double x) {
+    return !(x > -4503599627370496.0 && x < 4503599627370496.0);
+}
+
+# trunc_f64
+static double trunc_f64(double x) {
+    double whole;
+    if (is_whole(x)) {
+        return x;
+    }
+    whole = (double)(int64_t)x;
+    return whole == 0.0 ? f64_of(bits_f64(x) & UINT64_C(0x8000000000000000)) : whole;
+}
+
+# round_f64
+/* The nearest whole number, ties to even. */
+static double round_f64(double x) {
+    if (is_whole(x)) {
+        return x;
+    }
+    return x < 0.0 ? (x - 4503599627370496.0) + 4503599627370496.0 : (x + 4503599627370496.0) - 4503599627370496.0;
+}
+
+# floor_f64
+static double floor_f64(double x) {
+    return trunc_f64(x) > x ? trunc_f64(x) - 1.0 : trunc_f64(x);
+}
+
+# ceil_f64
+static double ceil_f64(double x) {
+    return trunc_f64(x) < x ? trunc_f64(x) + 1.0 : trunc_f64(x);
+}
+
+# frac_f32
+static float frac_f32(float x) {
+    return x - (float)trunc_f64((double)x);
+}
+
+# frac_f64
+static double frac_f64(double x) {
+    return x - trunc_f64(x);
+}
+
+# whole_i64
+/* A whole number as an integer: the last one beyond 64 bits, 0 for what is not a number. */
+static int64_t whole_i64(double x) {
+    if (!(x == x)) {
+        return 0;
+    }
+    return x >= 9223372036854775808.0 ? INT64_MAX : x < -9223372036854775808.0 ? INT64_MIN : (int64_t)x;
+}
+
+# whole_u64
+static uint64_t whole_u64(double x) {
+    return !(x > 0.0) ? (uint64_t)whole_i64(x) : x >= 18446744073709551616.0 ? UINT64_MAX : (uint64_t)x;
+}
+
+# round_i32
+/* The nearest integer, ties to even: adding 1.5 * 2^52 leaves no bit for a fraction. Beyond 32 bits the low ones count. */
+static int32_t round_i32(double x) {
+    if (x >= -2147483648.0 && x <= 2147483647.0) {
+        return (int32_t)((x + 6755399441055744.0) - 6755399441055744.0);
+    }
+    return (int32_t)whole_i64(round_f64(x));
+}
+
+# sqrt_f64
+/* The square root, digit by digit and rounded to the nearest number; two bits of the mantissa give one of the root. */
+static double sqrt_f64(double x) {
+    uint64_t mantissa = bits_f64(x) & UINT64_C(0xFFFFFFFFFFFFF), root = 0, rest = 0;
+    int64_t exponent = (int64_t)(bits_f64(x) >> 52);
+    int i;
+    if (!(x > 0.0) || exponent == 0x7FF) {
+        return x < 0.0 ? f64_of(UINT64_C(0x7FF8000000000000)) : x;
+    }
+    if (exponent == 0) {
+        exponent = 1;
+        while (mantissa < UINT64_C(0x10000000000000)) {
+            mantissa <<= 1;
+            exponent -= 1;
+        }
+    }
+    mantissa |= UINT64_C(0x10000000000000);
+    exponent -= 1023;
+    mantissa <<= (exponent & 1) != 0 ? 11 : 10;
+    for (i = 0; i < 54; i += 1) {
+        uint64_t next = root << 2 | 1;
+        rest = rest << 2 | mantissa >> 62;
+        mantissa <<= 2;
+        root <<= 1;
+        if (rest >= next) {
+            rest -= next;
+            root |= 1;
+        }
+    }
+    root = (root >> 1) + (root & 1);
+    exponent = (exponent - (exponent & 1)) / 2 + 1023;
+    return f64_of(((uint64_t)exponent << 52) + (root - UINT64_C(0x10000000000000)));
+}
+
+# sqrt_f32
+static float sqrt_f32(float x) {
+    return (float)sqrt_f64((double)x);
+}
+
+# length_of
+/* Texts: a length, then characters of one or two bytes. */
+static size_t length_of(const void *text, size_t capacity) {
+    uint16_t length;
+    memcpy(&length, text, sizeof length);
+    return length < capacity ? length : capacity;
+}
+
+# copy_text
+static void copy_text(void *to, size_t to_capacity, const void *from, size_t from_capacity, size_t width) {
+    size_t length = length_of(from, from_capacity);
+    uint16_t kept = (uint16_t)(length < to_capacity ? length : to_capacity);
+    memmove((char *)to + 2, (const char *)from + 2, kept * width);
+    memcpy(to, &kept, sizeof kept);
+}
+
+# compare_text
+static int compare_text(const void *a, size_t a_capacity, const void *b, size_t b_capacity, size_t width) {
+    size_t a_length = length_of(a, a_capacity), b_length = length_of(b, b_capacity), i;
+    const unsigned char *x = (const unsigned char *)a + 2, *y = (const unsigned char *)b + 2;
+    for (i = 0; i < a_length && i < b_length; i += 1) {
+        int p = width == 1 ? x[i] : x[2 * i] | x[2 * i + 1] << 8;
+        int q = width == 1 ? y[i] : y[2 * i] | y[2 * i + 1] << 8;
+        if (p != q) {
+            return p < q ? -1 : 1;
+        }
+    }
+    return a_length < b_length ? -1 : a_length > b_length;
+}

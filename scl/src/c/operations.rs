@@ -1,0 +1,77 @@
+//! The operations in C: printed are those that a text uses, and what they use.
+
+use super::scalar;
+use crate::program::Scalar;
+use std::collections::BTreeSet;
+use std::sync::LazyLock;
+
+/// All operations: a line `# name`, and its text. `*` in a name stands for a type, of the class behind it.
+const OPERATIONS: &str = include_str!("operations.h");
+
+/// Name, class, text.
+static PARTS: LazyLock<Vec<(&str, &str, &str)>> = LazyLock::new(|| {
+    let part = |part: &'static str| {
+        let (head, text) = part.split_once('\n')?;
+        let (name, class) = head.split_once(' ').unwrap_or((head, ""));
+        Some((name, class, text))
+    };
+    OPERATIONS.strip_prefix("# ").unwrap_or_default().split("\n# ").filter_map(part).collect()
+});
+
+/// The text of an operation.
+fn text(name: &str) -> Option<String> {
+    if let Some((.., text)) = PARTS.iter().find(|(it, ..)| *it == name) {
+        return Some(text.to_string());
+    }
+    let (op, of) = name.rsplit_once('_')?;
+    let ty = *Scalar::ALL.iter().find(|ty| ty.to_string() == of)?;
+    let fits = |class: &str| match class {
+        "integer" => ty.is_integer(),
+        "signed" => ty.is_signed(),
+        "unsigned" => ty.is_integer() && !ty.is_signed(),
+        _ => true,
+    };
+    let (.., text) = PARTS.iter().find(|(it, class, _)| it.strip_suffix("_*") == Some(op) && fits(class))?;
+    let bits = 8 * ty.size();
+    let unsigned = format!("uint{bits}_t");
+    // An unsigned type that C does not widen.
+    let wide = if bits == 64 { "uint64_t" } else { "uint32_t" };
+    let text = text.replace("$T", scalar(ty)).replace("$t", of).replace("$U", &unsigned).replace("$W", wide);
+    Some(text.replace("$B", &bits.to_string()))
+}
+
+/// Whether an operation has this name.
+pub(super) fn exists(name: &str) -> bool {
+    text(name).is_some()
+}
+
+/// The operations that a text uses, each behind those that it uses itself.
+pub(super) fn used(by: &str) -> String {
+    fn add(by: &str, done: &mut BTreeSet<String>, into: &mut String) {
+        let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        let mut rest = by;
+        while let Some(begin) = rest.find(is_letter) {
+            rest = &rest[begin..];
+            let (name, behind) = rest.split_at(rest.find(|c| !is_letter(c)).unwrap_or(rest.len()));
+            rest = behind;
+            // Comments have the same words.
+            let is_word = name == "AT_8" || name == "call_t";
+            if !is_word && !behind.starts_with('(') {
+                continue;
+            }
+            if done.contains(name) {
+                continue;
+            }
+            if let Some(text) = text(name) {
+                done.insert(name.to_string());
+                add(&text, done, into);
+                into.push('\n');
+                into.push_str(text.trim_end());
+                into.push('\n');
+            }
+        }
+    }
+    let mut into = String::new();
+    add(by, &mut BTreeSet::new(), &mut into);
+    into
+}
