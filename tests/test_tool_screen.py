@@ -233,3 +233,9 @@ def test_a_new_loop_says_what_comes_next(open_tool):
     take_generic_plant(page, "2", "20", "2")
     page.get_by_role("button", name="To the step test").click()
     assert page.locator("#step-test").is_visible()
+
+
+def test_a_figure_without_a_unit_has_no_square_of_it(open_tool):
+    page = open_tool()
+    shown = "async unit => (await import('tool/figures.js')).shownUnit(unit)"
+    assert [page.evaluate(shown, unit) for unit in ("degC^2 s", "^2 s", "%", None)] == ["degC²·s", "s", "%", ""]

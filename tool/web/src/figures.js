@@ -151,6 +151,10 @@ function glance(all) {
  * @param {string | null} unit
  */
 export function shownUnit(unit) {
-  const parts = (unit ?? "").split(" ").map(unitText).filter(Boolean);
+  // A number without a unit has no square of it either.
+  const parts = (unit ?? "")
+    .split(" ")
+    .map(unitText)
+    .filter((part) => part && part !== "^2");
   return parts.join("·").replace("^2", "²");
 }
