@@ -18,6 +18,8 @@
 #endif
 
 /* What a host calls; one in the same file makes it static. */
-#ifndef PROGRAM
+#ifdef PROGRAM
+#define HAS_HOST
+#else
 #define PROGRAM
 #endif
