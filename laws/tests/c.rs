@@ -33,10 +33,9 @@ int main(void) {
 ";
 
 /// Compilers with their options; those that are not here are left out, but not all of them.
-const COMPILERS: [(&str, &[&str]); 8] = [
+const COMPILERS: [(&str, &[&str]); 7] = [
     ("gcc", &["-std=c99", "-O0", "-x", "c"]),
     ("gcc", &["-std=gnu99", "-O2", "-march=native", "-x", "c"]),
-    ("gcc", &["-std=c99", "-O1", "-DPROGRAM=static", "-Wno-unused-function", "-x", "c"]),
     ("gcc", &["-std=c++11", "-O2", "-x", "c++"]),
     ("clang", &["-std=c99", "-O0", "-x", "c"]),
     ("clang", &["-std=c99", "-O2", "-march=native", "-x", "c"]),

@@ -17,9 +17,6 @@ use std::fmt::Write;
 /// What every program begins with.
 const HEAD: &str = include_str!("c/head.h");
 
-/// The operations that a host in the same file may use.
-const OF_HOST: &str = "f32_of() f64_of() bits_f32() bits_f64() round_f64()";
-
 /// The widest line.
 const WIDTH: usize = 120;
 
@@ -40,8 +37,7 @@ const TAKEN: &str = "call constants done memory self start stop abs acos acosh a
 
 /// The program as C, with a function `PROGRAM void NAME(call_t *call, memory_t *memory)` for each function that can be called
 /// from outside ([`name`]), and `PROGRAM void start(memory_t *memory)`, which writes the start values. All else is static. A host
-/// in the same file defines `PROGRAM` before it, as `static` for example, and has the operations `f32_of`, `f64_of`, `bits_f32`,
-/// `bits_f64` and `round_f64`. A program that can be stopped calls `stop`, `index_of`
+/// in the same file defines `PROGRAM` before it, as `static` for example. A program that can be stopped calls `stop`, `index_of`
 /// or `goes_on`.
 ///
 /// # Errors
@@ -62,12 +58,7 @@ pub fn print(program: &Program) -> Result<String, String> {
         let _ = writeln!(text, "{}\n", comment(&program.docs.head, 0));
     }
     text.push_str(HEAD);
-    let mut done = BTreeSet::new();
-    text.push_str(&operations::used(&format!("call_t {types}{values}{functions}"), &mut done));
-    let of_host = operations::used(OF_HOST, &mut done);
-    if !of_host.is_empty() {
-        let _ = writeln!(text, "\n/* Operations of the host. */\n#ifdef HAS_HOST\n{}\n#endif", of_host.trim());
-    }
+    text.push_str(&operations::used(&format!("call_t {types}{values}{functions}")));
     let _ = write!(text, "{types}{values}{functions}");
     Ok(text)
 }

@@ -18,8 +18,6 @@
 #endif
 
 /* What a host calls; one in the same file makes it static. */
-#ifdef PROGRAM
-#define HAS_HOST
-#else
+#ifndef PROGRAM
 #define PROGRAM
 #endif

@@ -45,8 +45,8 @@ pub(super) fn exists(name: &str) -> bool {
     text(name).is_some()
 }
 
-/// The operations that a text uses, each behind those that it uses itself, without those that are done.
-pub(super) fn used(by: &str, done: &mut BTreeSet<String>) -> String {
+/// The operations that a text uses, each behind those that it uses itself.
+pub(super) fn used(by: &str) -> String {
     fn add(by: &str, done: &mut BTreeSet<String>, into: &mut String) {
         let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
         let mut rest = by;
@@ -56,7 +56,10 @@ pub(super) fn used(by: &str, done: &mut BTreeSet<String>) -> String {
             rest = behind;
             // Comments have the same words.
             let is_word = name == "AT_8" || name == "call_t";
-            if !is_word && !behind.starts_with('(') || done.contains(name) {
+            if !is_word && !behind.starts_with('(') {
+                continue;
+            }
+            if done.contains(name) {
                 continue;
             }
             if let Some(text) = text(name) {
@@ -69,6 +72,6 @@ pub(super) fn used(by: &str, done: &mut BTreeSet<String>) -> String {
         }
     }
     let mut into = String::new();
-    add(by, done, &mut into);
+    add(by, &mut BTreeSet::new(), &mut into);
     into
 }
