@@ -85,7 +85,7 @@ def program(tmp_path_factory):
 
 def started(name, folder):
     """Starts an example as `cargo xtask demo` does."""
-    command = [sys.executable, EXAMPLES / f"{name}.py", "--fmu", host.FOLDER, "--out", "demo"]
+    command = [sys.executable, EXAMPLES / f"{name}.py", "--fmus", host.FOLDER, "--out", "demo"]
     process = subprocess.run(
         command, cwd=folder, env=host.environment(), capture_output=True, text=True, encoding="utf-8"
     )
@@ -116,7 +116,7 @@ def run_here(name, folder):
 
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(io.StringIO()) as printed:
         patch.chdir(folder)
-        patch.setattr(sys, "argv", [f"{name}.py", "--fmu", str(host.FOLDER), "--out", "demo"])
+        patch.setattr(sys, "argv", [f"{name}.py", "--fmus", str(host.FOLDER), "--out", "demo"])
         patch.setattr(plcfmu.plot, "save", keep)
         load(name).main()
     return printed.getvalue(), folder / "demo", drawn

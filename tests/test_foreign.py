@@ -81,7 +81,7 @@ def test_a_check_names_the_fmu_that_fails_and_checks_the_others(plcfmu, bad, fau
     assert code == 1
     assert f"WRONG: the FMU {ENDS[fault]}" in output
     assert "it printed: " in output
-    assert output.rstrip().endswith("all variables read, freed")
+    assert output.rstrip().endswith("all variables read, freed\n  ok")
 
 
 def test_a_file_that_cannot_be_read_has_a_return_code_of_its_own(plcfmu):

@@ -63,7 +63,7 @@ OUTPUTS = {
     "run --out": [*RUN, "--out", "output.csv"],
     "run --save": [*RUN, "--save", "output.csv"],
     "run --plot": [*RUN, "--plot", "output.svg"],
-    "params --to": ["params", "input.json", "--to", "output.json"],
+    "params --out": ["params", "input.json", "--out", "output.json"],
     "preset --out": ["preset", "input.fmu", "--set=GAIN=1", "--out", "output.fmu"],
     "ssp --out": ["ssp", "input.fmu", "--out", "output.ssp"],
     "merge --out": ["merge", "input.fmu", "input.fmu", "--out", "output.fmu"],
@@ -74,7 +74,7 @@ OUTPUTS = {
 def inputs(plcfmu, tmp_path):
     """input.fmu and input.json with the values of a loop."""
     (tmp_path / "input.fmu").write_bytes(pathlib.Path(CONT_C).read_bytes())
-    assert plcfmu("params", "input.fmu", "--to", "input.json").returncode == 0
+    assert plcfmu("params", "input.fmu", "--out", "input.json").returncode == 0
 
 
 @posix
@@ -106,9 +106,9 @@ LOOP = '# by hand\nstop = 3.0\nstep = 1.0\n[fmus]\nCONT_C = "input.fmu"\n[parame
         ["run", "input.fmu", "--stop=3", "--step=1", "--out", "input.fmu"],
         ["run", "loop.toml", "--save", "loop.toml"],
         ["run", "loop.toml", "--out", "./input.json"],
-        ["params", "input.json", "--to", "input.json"],
-        ["preset", "input.fmu", "--from", "input.json", "--out", "input.fmu"],
-        ["preset", "input.fmu", "--from", "input.json", "--out", "input.json"],
+        ["params", "input.json", "--out", "input.json"],
+        ["preset", "input.json", "--fmus", "input.fmu", "--out", "input.fmu"],
+        ["preset", "input.json", "--fmus", "input.fmu", "--out", "input.json"],
         ["ssp", "NAME=input.ssp", "--out", "input.ssp"],
     ],
     ids=" ".join,

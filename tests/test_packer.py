@@ -224,7 +224,7 @@ def test_a_folder_that_exists_is_not_touched(plcfmu, tmp_path):
     (folder / "notes.txt").write_text("mine", encoding="utf-8")
     refused = plcfmu("new", "valve", cwd=tmp_path)
     assert refused.returncode == 1
-    assert refused.stderr == "error: valve exists already: choose another name, or another folder with --path\n"
+    assert refused.stderr == "error: valve exists already: choose another name, or another folder with --out\n"
     assert [path.name for path in folder.iterdir()] == ["notes.txt"]
 
 

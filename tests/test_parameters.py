@@ -92,8 +92,8 @@ def test_the_origin_of_a_value_is_its_line_of_the_file(params):
 def test_the_file_comes_back_bit_equal_from_another_format(params, tmp_path, ending):
     other, back = tmp_path / f"plant.{ending}", tmp_path / "back.awl"
     before = params(forty_loops.FILE, "--json")
-    params(forty_loops.FILE, "--to", other)
-    params(other, "--to", back)
+    params(forty_loops.FILE, "--out", other)
+    params(other, "--out", back)
     assert params(back, "--json") == before
     assert params(forty_loops.FILE, "--diff", back) == "no differences\n"
 
@@ -188,11 +188,11 @@ def test_awlsim_reads_the_same_bytes_from_the_same_text_and_from_the_one_that_is
     assert len(loops) == 26
     file, written = tmp_path / "loops.awl", tmp_path / "written.awl"
     file.write_text(data_blocks(), encoding="utf-8")
-    params(file, "--to", written)
+    params(file, "--out", written)
     checks = {}
     for loop in loops:
         dump = tmp_path / f"{loop.name}.bin"
-        params(file, "--loop", f"DB{loop.number}", "--to", dump)
+        params(file, "--loop", f"DB{loop.number}", "--out", dump)
         checks[loop.number] = dump.read_bytes()
     for text in (file, written):
         done = awlsim(program(text.read_text(encoding="utf-8"), checks))

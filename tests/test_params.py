@@ -112,8 +112,8 @@ def test_a_right_file_gives_its_values_and_else_the_start_values_of_the_block(pa
 @pytest.mark.parametrize("file", WRONG)
 def test_a_wrong_file_is_refused_with_its_sentences_and_nothing_is_written(params, expect, tmp_path, file):
     block = ["--block=CONT_C"] if file.endswith(".bin") else []
-    done = params(FILES / "wrong" / file, *block, "--to", "out.json")
-    assert (done.returncode, done.stdout) == (1, "")
+    done = params(FILES / "wrong" / file, *block, "--out", "out.json")
+    assert (done.returncode, done.stdout) == (3, "")
     assert list(tmp_path.iterdir()) == []
     expect(f"params/wrong/{file}.txt", local(done.stderr))
 
@@ -126,7 +126,7 @@ def local(text):
 @pytest.mark.parametrize("ending", ["awl", "scl", "db", "xml", "json", "ssv", "bin"])
 def test_a_loop_converted_to_any_format_reads_back_the_same(params, values, tmp_path, ending):
     given = [FILES / "right" / "two.ssv", "--loop", "A"]
-    done = params(*given, "--to", f"A.{ending}")
+    done = params(*given, "--out", f"A.{ending}")
     assert (done.returncode, done.stdout) == (0, f"A.{ending}: 1 loop, 26 values\n"), done.stderr
     block = ["--block=CONT_C"] if ending == "bin" else []
     assert values(f"A.{ending}", *block) == values(*given)
@@ -155,17 +155,20 @@ def test_a_dump_that_does_not_look_like_the_block_is_remarked(params, tmp_path):
     done = params("DB41.bin", "--block=FB41")
     for sentence in ["byte 20: GAIN is not a finite number", "byte 2: CYCLE is not above 0", "byte 1: bits are set"]:
         assert f"remark: DB41.bin: {sentence}" in done.stderr
-    refused = params("DB41.bin", "--block=FB41", "--to", "a.json")
+    refused = params("DB41.bin", "--block=FB41", "--out", "a.json")
     assert refused.stderr.endswith("error: a.json: DB41: GAIN is NaN, but JSON has finite numbers only\n")
     assert not (tmp_path / "a.json").exists()
 
 
 def test_differences_are_told_by_loop_and_parameter(params, tmp_path):
-    params(FILES / "right" / "two.ssv", "--to", "before.awl", "--loop", "A")
+    params(FILES / "right" / "two.ssv", "--out", "before.awl", "--loop", "A")
     after = {"A": {"MAN_ON": False, "GAIN": 3.5, "TD": 1, "TI": 25}, "NEW": {"PER_TM": 1}}
     (tmp_path / "after.json").write_text(json.dumps(after))
     done = params("before.awl", "--diff", "after.json")
-    assert done.returncode == 0
+    assert done.returncode == 1 and done.stderr == ""
+    told = json.loads(params("before.awl", "--diff", "after.json", "--json").stdout)
+    assert told["differences"][0] == {"loop": "A", "parameter": "GAIN", "before": "3.0", "after": "3.5", "unit": None}
+    assert told["only_in"] == [{"loop": "NEW", "file": "after.json"}]
     table = done.stdout.replace("NEW is only in after.json\n", "")
     assert table != done.stdout
     assert [list(row.values()) for row in rows(table)] == [["A", "GAIN", "3.0", "3.5", ""], ["A", "TI", "20.0", "25.0", "s"]]
@@ -179,7 +182,7 @@ def test_a_loop_that_the_file_does_not_have_is_refused_with_those_that_it_has(pa
 def test_the_input_is_not_overwritten_and_an_unknown_ending_is_refused(params, tmp_path):
     text = (FILES / "right" / "loops.json").read_bytes()
     (tmp_path / "a.json").write_bytes(text)
-    assert params("a.json", "--to", "./a.json").stderr.endswith(
+    assert params("a.json", "--out", "./a.json").stderr.endswith(
         "error: ./a.json is read by this command: write to another file\n"
     )
     assert (tmp_path / "a.json").read_bytes() == text
@@ -192,7 +195,7 @@ def test_a_written_ssv_is_valid_by_the_public_schema(params, tmp_path):
     schema = lxml.etree.XMLSchema(file=pathlib.Path(fmpy.__file__).parent / "ssp/schema/SystemStructureParameterValues.xsd")
     for arguments in [["two.ssv"], ["two.ssv", "--loop", "B"], ["loops.json"]]:
         file, *loop = arguments
-        assert params(FILES / "right" / file, *loop, "--to", "out.ssv").returncode == 0
+        assert params(FILES / "right" / file, *loop, "--out", "out.ssv").returncode == 0
         schema.assertValid(lxml.etree.parse(tmp_path / "out.ssv"))
 
 
@@ -209,7 +212,74 @@ def test_the_block_of_somebody_s_fmu_is_known_by_its_table(params, values, open_
     path = open_fmu("HEATER").path
     (tmp_path / "a.json").write_text('{"FURNACE": {"RISE": 250, "T_AMB": 18}}')
     assert "no block has these inputs" in params("a.json").stderr
-    loop = values("a.json", "--fmu", path)["FURNACE"]
+    loop = values("a.json", "--fmus", path)["FURNACE"]
     assert (loop["RISE"], loop["T_AMB"], loop["FURN_TM"]) == (250.0, 18.0, 120.0)
     own = values(path)
     assert list(own) == ["HEATER"] and own["HEATER"]["T_PER_100"] == 400.0
+
+
+def test_the_offset_of_a_dump_is_that_of_its_own_file(params):
+    multi = [FILES / "right" / "multi.bin", *DUMPS["multi.bin"]]
+    assert params(*multi, "--out", "own.bin").returncode == 0
+    done = params(*multi, "--diff", "own.bin")
+    assert (done.returncode, done.stdout) == (0, "no differences\n"), done.stderr
+    assert "--offset is for dumps" in params(FILES / "right" / "loops.json", "--offset", "4").stderr
+
+
+SLIP = "DATA_BLOCK DB 41 FB 41 BEGIN GAIN := 3.0; END_DATA_BLOCK DATA_BLOCK DB 42 FB 41 BEGIN GAIN := T#3S; END_DATA_BLOCK"
+
+
+def test_a_loop_that_cannot_be_read_does_not_cost_the_others(params, tmp_path):
+    (tmp_path / "plant.awl").write_text(SLIP)
+    done = params("plant.awl", "--json")
+    assert done.returncode == 3
+    assert list(json.loads(done.stdout)) == ["DB41"]
+    assert "error: plant.awl:1:95: GAIN: expected a REAL" in done.stderr
+
+
+def test_the_files_of_a_folder_are_read_together(params, tmp_path):
+    folder = tmp_path / "export"
+    folder.mkdir()
+    (folder / "a.awl").write_text(SLIP.split("DATA_BLOCK DB 42")[0])
+    (folder / "b.xml").write_bytes((FILES / "right" / "openness.xml").read_bytes())
+    # Openness exports more than instance data blocks.
+    (folder / "c.xml").write_text('<?xml version="1.0"?><Document><SW.Tags.PlcTagTable ID="0"/></Document>')
+    (folder / "d.txt").write_text("notes")
+    done = params("export", FILES / "right" / "by_hand.scl", "--json")
+    assert done.returncode == 0, done.stderr
+    assert {"DB41", *RIGHT["openness.xml"], *RIGHT["by_hand.scl"]} == set(json.loads(done.stdout))
+    (line,) = [line for line in done.stderr.splitlines() if "c.xml" in line]
+    assert line.startswith("remark: export") and line.endswith("found none (passed over)")
+    (tmp_path / "empty").mkdir()
+    assert "error: empty has no parameter files" in params("empty").stderr
+
+
+def test_standard_input_is_a_file(command):
+    given = [command, "params", "-", "--format", "json", "--json"]
+    done = subprocess.run(given, input='{"A": {"GAIN": 3.0, "LMN_HLM": 90.0}}', capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["A"]["GAIN"] == 3.0
+
+
+def test_characters_that_a_terminal_takes_for_orders_are_shown(params, tmp_path):
+    (tmp_path / "a.json").write_text(json.dumps({"\x1b[31mred": {"GAIN": 3.0, "MAN_ON": True, "LMN_HLM": 90.0}}))
+    done = params("a.json")
+    assert done.returncode == 0
+    assert "\x1b" not in done.stdout + done.stderr
+    assert "\\u{1b}[31mred" in done.stdout
+
+
+def test_what_is_to_be_said_of_many_loops_is_said_once(params, tmp_path):
+    loops = {f"P{number}": {"GAIN": 3.0, "LMN_HLM": 90.0, "TD": 1.0} for number in range(40)}
+    (tmp_path / "a.json").write_text(json.dumps(loops))
+    lines = params("a.json").stderr.splitlines()
+    assert len(lines) == len(set(lines)) < 10
+    assert any(line.startswith("warning: P0, P1, P2 and 37 more: MAN_ON is TRUE") for line in lines), lines
+
+
+@pytest.mark.parametrize("value", ["1e-50", "-1e-60"])
+def test_a_value_too_small_for_its_type_is_refused(params, tmp_path, value):
+    (tmp_path / "a.json").write_text(f'{{"A": {{"GAIN": {value}, "LMN_HLM": 90.0}}}}')
+    assert "a REAL takes 0 and amounts of at least 1.4e-45" in params("a.json").stderr
+    (tmp_path / "b.json").write_text('{"A": {"TI": 0.0004, "LMN_HLM": 90.0}}')
+    assert "a TIME has whole milliseconds" in params("b.json").stderr

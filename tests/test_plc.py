@@ -88,7 +88,7 @@ def test_an_instance_in_a_data_block_begins_at_the_offset(params, plc):
 def test_what_was_read_becomes_a_source_text(params, plc, tmp_path):
     address = f"s7://127.0.0.1:{plc}/0/2/DB41"
     text = tmp_path / "db41.awl"
-    assert params(address, "--block", "CONT_C", "--to", text).returncode == 0
+    assert params(address, "--block", "CONT_C", "--out", text).returncode == 0
     again = params(text, "--json", "--loop", "DB41")
     assert again.returncode == 0, again.stderr
     assert json.loads(again.stdout) == json.loads(params(address, "--block", "CONT_C", "--json").stdout)
@@ -117,5 +117,5 @@ def test_a_host_without_a_plc_is_said(params):
 def test_a_plc_is_never_written_to(params, plc, tmp_path):
     file = tmp_path / "one.json"
     file.write_text('{"GAIN": 3.0}', encoding="utf-8")
-    done = params(file, "--block=CONT_C", "--to", f"s7://127.0.0.1:{plc}/0/2/DB41")
+    done = params(file, "--block=CONT_C", "--out", f"s7://127.0.0.1:{plc}/0/2/DB41")
     assert "plcfmu never writes to a PLC: write a source text" in refusal(done)

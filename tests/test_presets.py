@@ -297,7 +297,7 @@ def plant(tmp_path):
 
 
 def test_all_loops_of_a_file_become_presets(plcfmu, plant, open_fmu, tmp_path):
-    done = plcfmu("preset", host.FOLDER, "--from", plant, "--out-dir", "presets")
+    done = plcfmu("preset", plant, "--fmus", host.FOLDER, "--out", "presets")
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     paths = sorted((tmp_path / "presets").iterdir())
@@ -314,7 +314,7 @@ def test_all_loops_of_a_file_become_presets(plcfmu, plant, open_fmu, tmp_path):
 
 def test_the_same_values_give_the_same_bytes(plcfmu, plant, tmp_path):
     for folder in "ab":
-        assert plcfmu("preset", host.FOLDER, "--from", plant, "--loop", "TIC101", "--out-dir", folder).returncode == 0
+        assert plcfmu("preset", plant, "--fmus", host.FOLDER, "--loop", "TIC101", "--out", folder).returncode == 0
     assert (tmp_path / "a/TIC101.fmu").read_bytes() == (tmp_path / "b/TIC101.fmu").read_bytes()
 
 
@@ -330,16 +330,16 @@ def test_a_preset_has_what_the_original_has_but_the_reference_results(preset, op
 
 
 def test_loops_without_an_fmu_are_named_and_nothing_is_written(plcfmu, plant, tmp_path):
-    done = plcfmu("preset", host.FOLDER / "CONT_S.fmu", "--from", plant, "--out-dir", "presets")
+    done = plcfmu("preset", plant, "--fmus", host.FOLDER / "CONT_S.fmu", "--out", "presets")
     assert done.returncode == 1 and "there is no FMU of CONT_C (of TIC101, TIC102" in done.stderr
     assert not (tmp_path / "presets").exists()
 
 
 def test_loops_that_would_have_the_same_file_are_refused(plcfmu, tmp_path):
     (tmp_path / "two.json").write_text('{"TIC 1": {"GAIN": 1.0, "TI": 20.0, "TD": 1.0}, "tic-1": {"GAIN": 2.0, "TI": 20.0, "TD": 1.0}}')
-    done = plcfmu("preset", host.FOLDER, "--from", "two.json")
+    done = plcfmu("preset", "two.json", "--fmus", host.FOLDER)
     assert done.returncode == 1 and '"TIC 1" and "tic-1" would both be written as tic_1.fmu' in done.stderr
-    done = plcfmu("preset", host.FOLDER, "--from", "two.json", "--loop", "tic-1", "-o", "b.fmu")
+    done = plcfmu("preset", "two.json", "--fmus", host.FOLDER, "--loop", "tic-1", "-o", "b.fmu")
     assert done.returncode == 0 and done.stdout.startswith("tic_1  CONT_C  {")
 
 

@@ -317,7 +317,7 @@ def test_the_parameters_of_a_file_have_the_names_and_numbers_of_the_fmu(source, 
 def test_block_loop_and_offset_are_those_of_the_command(source, tmp_path):
     one = plcfmu.params(source("GAIN := 1.5;"), loop="TIC101")
     dump = tmp_path / "db41.bin"
-    subprocess.run([parameters.command(), "params", tmp_path / "plant.awl", "--to", dump], check=True, capture_output=True)
+    subprocess.run([parameters.command(), "params", tmp_path / "plant.awl", "--out", dump], check=True, capture_output=True)
     dump.write_bytes(bytes(10) + dump.read_bytes())
     assert plcfmu.params(dump, block="FB 41", loop="TIC101", offset=10) == one
 

@@ -33,7 +33,7 @@ def test_the_loop_of_the_picture_settles_when_the_caption_says_and_survives_the_
 
 def test_a_plant_of_forty_loops_goes_from_the_plc_and_back(command, tmp_path):
     source = "tests/parameters/plant.awl"
-    for beginning in ("plcfmu preset", f"plcfmu ssp {source}", f"plcfmu params {source} --to", "plcfmu params plant.json"):
+    for beginning in ("plcfmu preset", f"plcfmu ssp {source}", f"plcfmu params {source} --out", "plcfmu params plant.json"):
         given = [word.replace(source, str(ROOT / source)) for word in printed(beginning)]
         done = subprocess.run([command, *given], cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr

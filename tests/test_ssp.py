@@ -110,7 +110,7 @@ def test_fmpy_reads_components_connections_and_the_experiment(packed):
 
 def test_version_2_0_is_the_same_but_for_the_version(packed):
     first = etree.tostring(structure(packed(LOOPS[0])[0]))
-    second = etree.tostring(structure(packed(LOOPS[0], "--version=2.0")[0]))
+    second = etree.tostring(structure(packed(LOOPS[0], "--ssp-version=2.0")[0]))
     assert second == first.replace(b'version="1.0"', b'version="2.0"') != first
 
 

@@ -178,7 +178,7 @@ def test_a_study_that_was_interrupted_goes_on(study, with_faulty, tmp_path):
     kept = r"interrupted: [12] of 3 runs are kept; the same command with --resume makes the others"
     assert re.search(kept, errors), errors
     assert not (tmp_path / "out/runs.csv").exists()
-    done = study("--out=out", "--format=csv", "--limit=0.5", "--resume", file="hangs.toml", fmus=with_faulty)
+    done = study("--out=out", "--format=csv", "--time-limit=0.5", "--resume", file="hangs.toml", fmus=with_faulty)
     assert done.returncode == 0, done.stderr
     first, second, third = rows(tmp_path / "out/runs.csv")
     assert {**first, "run": "1"} == second and float(first["P.Y.max"]) > 0.0
@@ -190,21 +190,21 @@ def test_a_finished_study_is_not_made_again(study, with_faulty, tmp_path):
     hangs = FAULTS.replace("[0, 1, 3, 4]", "[0, 3, 2]").replace("range = { from = 1, to = 2, count = 2 }", "values = [1]")
     (tmp_path / "hangs.toml").write_text(hangs)
     given = {"file": "hangs.toml", "fmus": with_faulty}
-    done = study("--out=out", "--format=csv", "--limit=0.5", **given)
+    done = study("--out=out", "--format=csv", "--time-limit=0.5", **given)
     assert done.returncode == 0, done.stderr
     first = contents(tmp_path / "out")
     assert b"P did not return within 0.5 s" in first["runs.csv"]
     # With this limit a run that is made again has another error.
-    done = study("--out=out", "--format=csv", "--limit=0.4", "--resume", **given)
+    done = study("--out=out", "--format=csv", "--time-limit=0.4", "--resume", **given)
     assert done.returncode == 0 and "remark: out has all 3 runs of this study" in done.stderr, done.stderr
     assert contents(tmp_path / "out") == first
     # What is asked in addition is answered.
     asked = ["--expect=P.Y.max < 0", "--curves=0", "--junit=junit.xml"]
-    done = study("--out=out", "--limit=0.4", "--resume", *asked, **given)
+    done = study("--out=out", "--time-limit=0.4", "--resume", *asked, **given)
     assert done.returncode == 1 and "3 of 3 runs fail" in done.stderr
     assert (tmp_path / "out/curves/run_0.csv").is_file() and 'failures="2"' in (tmp_path / "junit.xml").read_text()
     assert not (tmp_path / "out/runs.csv").exists()
-    assert study("--out=out", "--format=csv", "--limit=0.4", "--resume", **given).returncode == 0
+    assert study("--out=out", "--format=csv", "--time-limit=0.4", "--resume", **given).returncode == 0
     assert contents(tmp_path / "out") == first, "Parquet was read back bit-equal"
 
 

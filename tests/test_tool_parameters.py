@@ -181,9 +181,9 @@ def test_the_fields_of_a_loop_have_the_values_of_the_file(page, command, tmp_pat
     page.click("table.loops >> text=TIC101")
     field(page, "GAIN").wait_for()
     checked(page)
-    fmus = [f"--fmu={host.FOLDER / name}.fmu" for name in ("CONT_C", "CONT_S", "PULSEGEN")]
+    fmus = [f"--fmus={host.FOLDER / name}.fmu" for name in ("CONT_C", "CONT_S", "PULSEGEN")]
     out = tmp_path / "plant.json"
-    done = subprocess.run([command, "params", PLANT, *fmus, f"--to={out}"], capture_output=True, text=True)
+    done = subprocess.run([command, "params", PLANT, *fmus, f"--out={out}"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     for name, value in json.loads(out.read_text())["TIC101"].items():
         if isinstance(value, bool):

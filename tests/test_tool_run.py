@@ -528,7 +528,7 @@ def test_from_a_db_file_to_a_tuned_awl_and_preset(open_tool, run_described, comm
     assert name == "TIC105.fmu"
     (tmp_path / "page.fmu").write_bytes(preset)
     (tmp_path / "tuned.awl").write_bytes(awl)
-    given = [command, "preset", host.FOLDER / "CONT_C.fmu", "--from", "tuned.awl", "--out", "command.fmu"]
+    given = [command, "preset", "tuned.awl", "--fmus", host.FOLDER / "CONT_C.fmu", "--out", "command.fmu"]
     assert_success(given, tmp_path)
     of_page, of_command = (contents(tmp_path / file) for file in ("page.fmu", "command.fmu"))
     assert sorted(of_page) == sorted(of_command)

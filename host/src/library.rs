@@ -42,7 +42,7 @@ macro_rules! function {
     (required $library:ident $path:ident $symbol:literal ($($argument:ty),*) -> $result:ty) => {
         // SAFETY: FMI 2.0 gives this symbol this type.
         *unsafe { $library.get($symbol) }
-            .map_err(|error| anyhow!("{} does not export {}: {}", $path.display(), $symbol, reason(&error)))?
+            .map_err(|error| anyhow!("{} does not export {}: {}", $path.display(), $symbol, reason(&error, $path)))?
     };
     (optional $library:ident $path:ident $symbol:literal ($($argument:ty),*) -> $result:ty) => {{
         unsafe extern "C" fn missing($(_: $argument),*) -> $result {
@@ -80,7 +80,7 @@ macro_rules! library {
         impl Library {
             fn load(path: &Path, folder: Option<TempDir>) -> Result<Library> {
                 let library = load(path)
-                    .map_err(|error| anyhow!("{} cannot be loaded: {}", path.display(), reason(&error)))?;
+                    .map_err(|error| anyhow!("{} cannot be loaded: {}", shown(path), reason(&error, path)))?;
                 Ok(Library {
                     $($field: function!($need library path $symbol ($($argument),*) -> $result),)*
                     loaded: Arc::new(Loaded { library, _folder: folder }),
@@ -149,8 +149,19 @@ fn load(path: &Path) -> Result<libloading::Library, libloading::Error> {
 }
 
 /// What the system says about a failure; libloading's own text does not hold it.
-fn reason(error: &libloading::Error) -> String {
-    error.source().map_or(error.to_string(), ToString::to_string)
+fn reason(error: &libloading::Error, path: &Path) -> String {
+    let reason = error.source().map_or(error.to_string(), ToString::to_string);
+    // The system names the file again, by the place that it was unpacked to.
+    let reason = reason.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&reason);
+    let is_python = reason.contains("undefined symbol: Py") || reason.contains("undefined symbol: _Py");
+    let help =
+        if is_python { ": it needs Python; set LD_PRELOAD to the library libpython3 of its version" } else { "" };
+    format!("{reason}{help}")
+}
+
+/// A library by the name of its file.
+fn shown(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
 }
 
 impl Library {

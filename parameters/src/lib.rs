@@ -30,7 +30,7 @@ mod xml;
 pub use block::{Block, Member, Part};
 pub use format::{Format, Options, read, write};
 pub use loops::{Loop, Origin, Setting};
-pub use named::decimal;
+pub use named::{decimal, plc_value};
 pub use problem::{Place, Problem, Problems, Reading};
 pub use source::Source;
 

@@ -170,7 +170,7 @@ fn value(member: &Member, given: Given) -> Result<Value, String> {
     let found = match (given, member.kind) {
         (Given::Bool(bool), Kind::Bool) => return Ok(Value::Bool(bool)),
         (Given::Number(text), kind) if kind != Kind::Bool => {
-            return match text.parse().map(|number| from_number(number, kind)) {
+            return match text.parse().map(|number| plc_value(number, kind)) {
                 Ok(Ok(value)) => Ok(value),
                 Ok(Err(range)) => Err(format!("{}: found {}, but {range}", member.name, quoted(text))),
                 Err(_) => Err(format!("{}: expected {expected}, found {}", member.name, quoted(text))),
@@ -195,6 +195,23 @@ fn from_number(number: f64, kind: Kind) -> Result<Value, &'static str> {
         };
     }
     to_value(number, kind)
+}
+
+/// The value of a number that a user or a file gives, a TIME in seconds.
+///
+/// # Errors
+/// The range of the type, as a text, if the number lies outside it; what the type cannot tell from 0, or not exactly.
+pub fn plc_value(number: f64, kind: Kind) -> Result<Value, &'static str> {
+    /// In milliseconds.
+    const ROUNDING: f64 = 1e-3;
+    let value = from_number(number, kind)?;
+    match value {
+        Value::Real(0.0) if number != 0.0 => Err("a REAL takes 0 and amounts of at least 1.4e-45"),
+        Value::Time(_) if (number * 1000.0 - (number * 1000.0).round()).abs() > ROUNDING => {
+            Err("a TIME has whole milliseconds")
+        }
+        _ => Ok(value),
+    }
 }
 
 /// A value as JSON and XML write it: the shortest decimal that reads back to the same value, an integer, or true and false.

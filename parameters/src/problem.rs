@@ -89,15 +89,19 @@ impl std::error::Error for Problems {}
 /// ");
 /// ```
 pub fn drawn(problems: &Problems) -> String {
-    let mut drawing = String::new();
-    for problem in &problems.problems {
-        drawing.push_str(&problems.line(problem));
-        drawing.push('\n');
-        if let Some(place) = problem.place.as_ref().filter(|_| !problems.text.is_empty()) {
-            drawing.push_str(&underlined(&problems.text, place));
-        }
-    }
-    drawing
+    each_drawn(problems).collect()
+}
+
+/// The same, problem by problem.
+pub fn each_drawn(problems: &Problems) -> impl Iterator<Item = String> {
+    problems.problems.iter().map(|problem| {
+        let place = problem.place.as_ref().filter(|_| !problems.text.is_empty());
+        format!(
+            "{}\n{}",
+            problems.line(problem),
+            place.map_or_else(String::new, |place| underlined(&problems.text, place))
+        )
+    })
 }
 
 /// The line of a place, with the place underlined.

@@ -1,14 +1,16 @@
 //! The command `plcfmu`.
 
 use ::study::Interrupted;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use host::child::COMMAND;
 use host::package::temporary;
 #[cfg(feature = "server")]
 use plcfmu::commands::tool;
 use plcfmu::commands::{
-    build, check, child, figures, gains, info, merge, new, params, preset, run, ssp, study, test, tune_study,
+    Differs, Unreadable, build, check, child, figures, gains, info, manual, merge, new, params, preset, run, ssp,
+    study, tell, test, tune_study,
 };
+use plcfmu::parameter_file::Wrong;
 use std::process::ExitCode;
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
@@ -32,6 +34,8 @@ enum Command {
     Gains(gains::Options),
     #[command(hide = true)]
     Figures(figures::Options),
+    Completions(manual::Completions),
+    Manual(manual::Manual),
     /// Make a crate for a block of your own, or a program in SCL
     ///
     /// The crate builds as it stands: it comes with the sources that it needs. With --scl it is a PLC program and a test of its
@@ -73,6 +77,8 @@ fn main() -> ExitCode {
         Command::Params(options) => params::run(&options),
         Command::Gains(options) => gains::run(&options),
         Command::Figures(options) => figures::run(&options),
+        Command::Completions(options) => manual::completions(&options, Arguments::command()),
+        Command::Manual(options) => manual::manual(&options, Arguments::command()),
         Command::New(options) => new::run(&options),
         Command::Build(options) => build::run(&options),
         Command::Merge(options) => merge::run(&options),
@@ -87,9 +93,11 @@ fn main() -> ExitCode {
             eprintln!("{error}");
             ExitCode::from(INTERRUPTED)
         }
+        Err(error) if error.is::<Differs>() => ExitCode::FAILURE,
         Err(error) => {
-            eprintln!("error: {error:#}");
-            if error.is::<check::Unreadable>() { ExitCode::from(UNREADABLE) } else { ExitCode::FAILURE }
+            tell("error", &format!("{error:#}"));
+            let is_unreadable = error.is::<Unreadable>() || error.is::<Wrong>();
+            if is_unreadable { ExitCode::from(UNREADABLE) } else { ExitCode::FAILURE }
         }
     }
 }

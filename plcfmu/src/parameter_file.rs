@@ -1,15 +1,18 @@
 //! Parameter files of a PLC, and what else holds the values of a loop.
 
+use crate::commands::Unreadable;
 #[cfg(feature = "s7")]
 use crate::{plc, progress::Progress};
-use anyhow::{Context, Error, Result, anyhow, bail};
+use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use blocks::Value;
 use blocks::table::number::to_value;
 use host::fmu::Fmu;
 use host::package::Package;
 use modeldescription::{Description, Interface, Row, Table};
-use parameters::problem::drawn;
+use parameters::problem::each_drawn;
 use parameters::{Block, Format, Loop, Member, Options, Origin, Part, Problems, Reading, Source};
+use std::fmt;
+use std::io::{Read, stdin};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -29,19 +32,48 @@ pub fn read(
         return read_plc(name, blocks, options);
     }
     if format.is_none() && name.to_lowercase().ends_with(".fmu") {
-        return read_fmu(name, blocks, options).with_context(|| name.to_string());
+        return read_fmu(name, blocks, options).map_err(|error| Unreadable(error.context(name.to_string())).into());
     }
     let format = match format {
         Some(format) => format,
         None => format_of(name)?,
     };
-    let source = Source::read(Path::new(name), encoding).map_err(Error::msg)?;
-    parameters::read(format, &source, blocks, options)
-        .map_err(|problems| Error::msg(drawn(&problems).trim_end().to_string()))
+    let source = source(name, encoding).map_err(|error| Error::new(Unreadable(error)))?;
+    parameters::read(format, &source, blocks, options).map_err(|problems| Error::new(Wrong(problems)))
 }
 
+/// Standard input as a file.
+const STANDARD_INPUT: &str = "-";
+
+/// Reads a file, or standard input.
+fn source(name: &str, encoding: Option<&str>) -> Result<Source> {
+    if name != STANDARD_INPUT {
+        return Source::read(Path::new(name), encoding).map_err(Error::msg);
+    }
+    let mut bytes = Vec::new();
+    stdin().lock().take(Source::LARGEST + 1).read_to_end(&mut bytes).context("standard input")?;
+    ensure!(bytes.len() as u64 <= Source::LARGEST, "standard input has more than {} bytes", Source::LARGEST);
+    match encoding {
+        Some(encoding) => Source::encoded("stdin", bytes, encoding).map_err(Error::msg),
+        None => Ok(Source::new("stdin", bytes)),
+    }
+}
+
+/// What is wrong with a file, for a terminal: each problem with its line of the file.
+#[derive(Debug)]
+pub struct Wrong(pub Problems);
+
+impl fmt::Display for Wrong {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        let each: Vec<String> = each_drawn(&self.0).collect();
+        formatter.write_str(each.join("error: ").trim_end())
+    }
+}
+
+impl std::error::Error for Wrong {}
+
 /// Whether this is the address of a data block of a PLC rather than a file.
-fn is_plc(name: &str) -> bool {
+pub(crate) fn is_plc(name: &str) -> bool {
     name.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("s7://"))
 }
 
@@ -76,11 +108,12 @@ pub fn read_any(name: &str, options: &Options) -> Result<Reading> {
     read(name, None, None, &Block::all(), options)
 }
 
-/// The format of a file, by its extension.
+/// The format of a file, by its extension. That of standard input has to be named.
 ///
 /// # Errors
 /// The extension is that of no format.
 pub fn format_of(name: &str) -> Result<Format> {
+    ensure!(name != STANDARD_INPUT, "standard input has no extension: name its format with --format");
     Format::of_file(name).with_context(|| {
         let extensions: Vec<String> = Format::ALL
             .iter()

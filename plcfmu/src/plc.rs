@@ -9,10 +9,10 @@
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use parameters::{Block, layout};
 use std::fmt;
-use std::io::{ErrorKind, Read, Write};
+use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::str::FromStr;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// How long to wait for a connection, and for each answer.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -51,10 +51,13 @@ impl FromStr for Address {
         let [host, rack, slot, block] = parts[..] else {
             bail!("{text:?} is not the address of a data block: {EXAMPLE}");
         };
-        let (host, port) = match host.split_once(':') {
-            None => (host, PORT),
-            Some((host, port)) => (host, port.parse().map_err(|_| anyhow!("{text:?}: {port:?} is not a TCP port"))?),
+        // An address of IPv6 has colons itself and stands in brackets.
+        let (host, port) = match host.strip_prefix('[').and_then(|host| host.split_once(']')) {
+            Some((host, port)) => (host, port.strip_prefix(':')),
+            None => host.split_once(':').map_or((host, None), |(host, port)| (host, Some(port))),
         };
+        let port = port.map(|port| port.parse().map_err(|_| anyhow!("{text:?}: {port:?} is not a TCP port")));
+        let port = port.unwrap_or(Ok(PORT))?;
         ensure!(!host.is_empty(), "{text:?} names no host: {EXAMPLE}");
         let small = |what: &str, number: &str, highest: u8| match number.parse() {
             Ok(number) if number <= highest => Ok(number),
@@ -77,6 +80,7 @@ impl FromStr for Address {
 impl fmt::Display for Address {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         let Address { host, port, rack, slot, number } = self;
+        let host = if host.contains(':') { format!("[{host}]") } else { host.clone() };
         match *port {
             PORT => write!(formatter, "s7://{host}/{rack}/{slot}/DB{number}"),
             port => write!(formatter, "s7://{host}:{port}/{rack}/{slot}/DB{number}"),
@@ -91,7 +95,8 @@ impl fmt::Display for Address {
 /// One sentence: the PLC cannot be reached, or why it refuses, and which setting to change.
 pub fn fetch(address: &Address, block: &Block, offset: usize) -> Result<Vec<u8>> {
     let (_, length) = layout::addresses(block);
-    let mut stream = connect(address).with_context(|| address.to_string())?;
+    let stream = connect(address).with_context(|| address.to_string())?;
+    let mut stream = Patient { stream, until: Instant::now() + PATIENCE };
     let data = read(&mut stream, address, offset, length).with_context(|| address.to_string())?;
     let mut bytes = vec![0; offset];
     bytes.extend(data);
@@ -114,10 +119,36 @@ fn connect(address: &Address) -> Result<TcpStream> {
         ),
         _ => anyhow!("{host} cannot be reached ({error}): check the address and the network"),
     })?;
-    stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     stream.set_nodelay(true)?;
     Ok(stream)
+}
+
+/// A connection that is read until a moment and no longer, however little comes at a time.
+struct Patient {
+    stream: TcpStream,
+    until: Instant,
+}
+
+impl Read for Patient {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let left = self.until.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return Err(ErrorKind::TimedOut.into());
+        }
+        self.stream.set_read_timeout(Some(left))?;
+        self.stream.read(bytes)
+    }
+}
+
+impl Write for Patient {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.stream.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.stream.flush()
+    }
 }
 
 /// Connects to the CPU and reads bytes of the data block.

@@ -173,22 +173,43 @@ pub fn write_csv<'a>(
     columns: impl Iterator<Item = &'a Column> + Clone,
     rows: impl Iterator<Item = (f64, impl Iterator<Item = f64>)>,
 ) -> io::Result<()> {
-    write!(to, "time")?;
-    for column in columns.clone() {
-        write!(to, ",{}", field(&column.name))?;
-    }
-    writeln!(to)?;
+    write_header(to, columns.clone())?;
     for (time, row) in rows {
-        write!(to, "{time:?}")?;
-        for (value, column) in row.zip(columns.clone()) {
-            match column.kind {
-                Type::Real => write!(to, ",{value:?}")?,
-                Type::Integer | Type::Boolean => write!(to, ",{value}")?,
-            }
-        }
-        writeln!(to)?;
+        write_row(to, columns.clone(), time, row)?;
     }
     Ok(())
+}
+
+/// Writes the first line of a CSV.
+///
+/// # Errors
+/// Those of `to`.
+pub fn write_header<'a>(to: &mut (impl Write + ?Sized), columns: impl Iterator<Item = &'a Column>) -> io::Result<()> {
+    write!(to, "time")?;
+    for column in columns {
+        write!(to, ",{}", field(&column.name))?;
+    }
+    writeln!(to)
+}
+
+/// Writes a row of a CSV.
+///
+/// # Errors
+/// Those of `to`.
+pub fn write_row<'a>(
+    to: &mut (impl Write + ?Sized),
+    columns: impl Iterator<Item = &'a Column>,
+    time: f64,
+    row: impl Iterator<Item = f64>,
+) -> io::Result<()> {
+    write!(to, "{time:?}")?;
+    for (value, column) in row.zip(columns) {
+        match column.kind {
+            Type::Real => write!(to, ",{value:?}")?,
+            Type::Integer | Type::Boolean => write!(to, ",{value}")?,
+        }
+    }
+    writeln!(to)
 }
 
 /// A text as a field of CSV (RFC 4180).

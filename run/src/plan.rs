@@ -409,6 +409,9 @@ pub fn wires<'a>(names: &Names<'a>, connections: &[Connection]) -> Result<Vec<Wi
                 .with_context(|| format!("{} cannot be connected to {}", connection.from, connection.to))?;
             if let Some(other) = wires.iter().find(|other| other.is_to(&wire.to)) {
                 let (to, from) = (names.full(&wire.to), names.full(&other.from));
+                if other.from.is(&wire.from) {
+                    bail!("{from} and {to} are connected twice: remove one of the connections");
+                }
                 bail!("{to} has two sources, {from} and {}: remove one of the connections", connection.from);
             }
             Ok(wire)

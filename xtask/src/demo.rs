@@ -27,7 +27,7 @@ pub fn demo(workspace: &Workspace, options: &Options) -> Result<()> {
     for program in loops {
         heading(&name(&program));
         let mut python = environment.python();
-        python.arg(&program).arg("--fmu").arg(workspace.fmus()).arg("--out").arg(&results);
+        python.arg(&program).arg("--fmus").arg(workspace.fmus()).arg("--out").arg(&results);
         // The examples import the Python package, which asks the command for figures.
         python.env("PYTHONPATH", workspace.root.join("plcfmu/python")).env("PLCFMU_COMMAND", &command);
         run(python.current_dir(&workspace.root))?;

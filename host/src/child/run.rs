@@ -6,7 +6,8 @@ use crate::fmu::Fmu;
 use crate::package::Package;
 use crate::simulation::Fmus;
 use anyhow::{Context, Result, anyhow};
-use run::master::{self, Recording};
+use run::dialog::{self, Roles};
+use run::master;
 use run::plan::Plan;
 use run::system::System;
 use serde::{Deserialize, Serialize};
@@ -16,15 +17,40 @@ use std::path::Path;
 /// The role of the process.
 pub const ROLE: &str = "run";
 
-/// The longest piece of a recording in a message, in bytes.
-const PIECE: usize = 1 << 26;
+/// So many bytes of rows are in a message, at least.
+const PIECE: usize = 1 << 16;
+
+#[derive(Deserialize, Serialize)]
+struct Request {
+    /// The system as JSON.
+    system: String,
+    /// Whether all rows are sent, or the last one alone.
+    wants_rows: bool,
+}
 
 #[derive(Deserialize, Serialize)]
 enum Reply {
-    /// The next bytes of the recording.
-    Piece(ByteBuf),
-    /// The run is over: what FMUs have logged, with their names, and why there is no recording.
-    Over { messages: Vec<(String, String)>, error: Option<String> },
+    /// The run begins: what the variables of the first member are in a loop, if it says so.
+    Began(Option<Box<Roles>>),
+    /// The next rows, each the time and the values as numbers of 8 bytes.
+    Rows(ByteBuf),
+    /// The run is over: what FMUs have logged, with their names, and which FMU ended it before its time, or why it failed.
+    Over { messages: Vec<(String, String)>, ended: Result<Option<String>, String> },
+}
+
+/// What becomes of the rows of a run.
+pub trait Rows {
+    /// Whether all rows are needed, or the last one alone.
+    fn are_wanted(&self) -> bool;
+
+    /// The run begins; `roles` are what the variables of the first member are in a loop, if it says so.
+    fn begin(&mut self, roles: Option<Roles>);
+
+    /// Takes the next row: the time in seconds, and the values of the plan's columns.
+    ///
+    /// # Errors
+    /// It cannot be taken: the run ends.
+    fn take(&mut self, time: f64, row: &[f64]) -> Result<()>;
 }
 
 /// A run that is over, or that an FMU has ended.
@@ -32,8 +58,10 @@ enum Reply {
 pub struct Finished {
     /// What FMUs have logged, with their names; errors are part of the error already.
     pub messages: Vec<(String, String)>,
-    /// What was recorded; else which FMU refused what or crashed, when, and its messages.
-    pub recording: Result<Recording>,
+    /// How many steps were made.
+    pub steps: usize,
+    /// Which FMU ended the run before its time, and when; else which FMU refused what or crashed, when, and its messages.
+    pub ended: Result<Option<String>>,
 }
 
 /// Checks a system against the descriptions of its FMUs. None of their code runs.
@@ -51,30 +79,41 @@ pub fn plan(system: &System) -> Result<Plan> {
 /// steps that are made, now and then.
 ///
 /// # Errors
-/// The process cannot be started, or there is an interruption.
-pub fn run(starter: &Starter, system: &System, plan: &Plan, mut progress: impl FnMut(usize)) -> Result<Finished> {
+/// The process cannot be started, there is an interruption, or a row cannot be taken.
+pub fn run(
+    starter: &Starter,
+    system: &System,
+    plan: &Plan,
+    rows: &mut impl Rows,
+    mut progress: impl FnMut(usize),
+) -> Result<Finished> {
     let mut process = starter.start(ROLE, Prints::Shown)?;
-    process.send(&serde_json::to_string(system)?);
-    let (mut bytes, mut calls) = (Vec::new(), 0);
+    process.send(&Request { system: serde_json::to_string(system)?, wants_rows: rows.are_wanted() });
+    let mut calls = 0;
     loop {
         let reply = process.receive(|witness| {
             progress(witness.steps());
             std::mem::replace(&mut calls, witness.calls()) != calls
         });
         match reply {
-            Ok(Reply::Piece(piece)) => bytes.extend_from_slice(&piece),
-            Ok(Reply::Over { messages, error: Some(error) }) => {
-                return Ok(Finished { messages, recording: Err(anyhow!(error)) });
+            Ok(Reply::Began(roles)) => rows.begin(roles.map(|roles| *roles)),
+            Ok(Reply::Rows(bytes)) => {
+                progress(process.witness.steps());
+                let numbers: Vec<f64> = bytes.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+                for row in numbers.chunks_exact(plan.columns.len() + 1) {
+                    rows.take(row[0], &row[1..])?;
+                }
             }
-            Ok(Reply::Over { messages, error: None }) => {
-                return Ok(Finished { messages, recording: Ok(postcard::from_bytes(&bytes)?) });
+            Ok(Reply::Over { messages, ended }) => {
+                let steps = process.witness.steps();
+                return Ok(Finished { messages, steps, ended: ended.map_err(|error| anyhow!(error)) });
             }
             Err(End::Interrupted) => return Err(anyhow!("interrupted")),
             Err(End::Ended(what)) => {
                 let name = process.witness.member().and_then(|at| system.members.get(at)).map(|of| of.name.as_str());
                 let (time, words) = (plan.time(process.witness.steps()), process.last_words(name));
                 let error = anyhow!("{}: at {time:?} s, the FMU {what}{words}", name.unwrap_or("an FMU"));
-                return Ok(Finished { messages: Vec::new(), recording: Err(error) });
+                return Ok(Finished { messages: Vec::new(), steps: process.witness.steps(), ended: Err(error) });
             }
         }
     }
@@ -86,23 +125,21 @@ pub fn run(starter: &Starter, system: &System, plan: &Plan, mut progress: impl F
 /// The other side has ended.
 pub fn child(folder: &Path) -> Result<()> {
     serve(folder, |channel| {
-        let Some(system) = channel.next::<String>()? else { return Ok(()) };
+        let Some(request) = channel.next::<Request>()? else { return Ok(()) };
         channel.tell_messages();
         let mut messages = Vec::new();
-        let error = match simulate(channel, &serde_json::from_str(&system)?, &mut messages) {
-            Ok(recording) => {
-                for piece in postcard::to_stdvec(&recording)?.chunks(PIECE) {
-                    channel.send(&Reply::Piece(ByteBuf::from(piece)))?;
-                }
-                None
-            }
-            Err(error) => Some(format!("{error:#}")),
-        };
-        channel.send(&Reply::Over { messages, error })
+        let system = serde_json::from_str(&request.system)?;
+        let ended = simulate(channel, &system, request.wants_rows, &mut messages).map_err(|error| format!("{error:#}"));
+        channel.send(&Reply::Over { messages, ended })
     })
 }
 
-fn simulate(channel: &Channel, system: &System, messages: &mut Vec<(String, String)>) -> Result<Recording> {
+fn simulate(
+    channel: &Channel,
+    system: &System,
+    wants_rows: bool,
+    messages: &mut Vec<(String, String)>,
+) -> Result<Option<String>> {
     let witness = &channel.witness;
     let fmus = Fmus::open(system, |path| {
         let member = system.members.iter().position(|member| member.path == path).unwrap_or_default();
@@ -112,9 +149,26 @@ fn simulate(channel: &Channel, system: &System, messages: &mut Vec<(String, Stri
     let plan = Plan::of(system, &fmus.descriptions())?;
     let instances = (0..system.members.len()).map(|member| Witnessed::instantiate(&fmus, member, witness));
     let mut instances = instances.collect::<Result<Vec<_>>>()?;
-    let recording = master::run(&plan, &mut instances, |steps| witness.stepped(steps));
+    // A foreign FMU has no table and no roles.
+    let roles = fmus.of(0).table().and_then(|table| dialog::of(&table)).ok().map(|(roles, _)| roles);
+    channel.send(&Reply::Began(roles.map(Box::new)))?;
+    let mut rows: Vec<u8> = Vec::with_capacity(PIECE);
+    let mut give = |time: f64, row: &[f64]| {
+        if !wants_rows {
+            rows.clear();
+        }
+        rows.extend(std::iter::once(&time).chain(row).flat_map(|value| value.to_le_bytes()));
+        if rows.len() < PIECE {
+            return Ok(());
+        }
+        channel.send(&Reply::Rows(ByteBuf::from(std::mem::take(&mut rows))))
+    };
+    let ended = master::run_into(&plan, &mut instances, |steps| witness.stepped(steps), &mut give);
     for (member, of) in system.members.iter().zip(&mut instances) {
         messages.extend(of.instance.take_messages().into_iter().map(|message| (member.name.clone(), message.text)));
     }
-    recording
+    if ended.is_ok() {
+        channel.send(&Reply::Rows(ByteBuf::from(rows)))?;
+    }
+    ended
 }

@@ -10,15 +10,15 @@ from .find import checkout
 
 
 def arguments(description: str) -> tuple[Optional[pathlib.Path], pathlib.Path]:
-    """The folder of the FMUs and the folder for results, by --fmu and --out.
+    """The folder of the FMUs and the folder for results, by --fmus and --out.
 
-    Without --fmu the first is None, with which `Fmus` looks for them; without --out the second is `target/demo` of the
+    Without --fmus the first is None, with which `Fmus` looks for them; without --out the second is `target/demo` of the
     repository, or `results` where there is no checkout. The program's help shows the first paragraph of `description`.
     """
     root = checkout()
     parser = argparse.ArgumentParser(description=description.split("\n\n")[0])
     parser.add_argument(
-        "--fmu", type=pathlib.Path, metavar="FOLDER", help="folder of the FMUs (default: PLCFMU_FMUS, or target/fmu)"
+        "--fmus", type=pathlib.Path, metavar="FOLDER", help="folder of the FMUs (default: PLCFMU_FMUS, or target/fmu)"
     )
     parser.add_argument(
         "--out",

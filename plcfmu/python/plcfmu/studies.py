@@ -140,7 +140,7 @@ def study(
             name=error.name,
         ) from error
     program = command()
-    given = ["study", str(path), f"--limit={limit}", *(f"--expect={text}" for text in expect)]
+    given = ["study", str(path), f"--time-limit={limit}", *(f"--expect={text}" for text in expect)]
     if fmus is not None:
         given.append(f"--fmus={fmus}")
     if curves:

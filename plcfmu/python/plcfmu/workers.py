@@ -133,7 +133,7 @@ def part(worker: Worker, task: Task, span: Span) -> bytes:
             plugin.write(folder)
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
         file = pathlib.Path(scratch) / "part"
-        options = [f"--runs={span.first}..{span.end}", "--jobs=1", f"--limit={task.limit}", f"--part={file}"]
+        options = [f"--runs={span.first}..{span.end}", "--jobs=1", f"--time-limit={task.limit}", f"--part={file}"]
         done = called(program, "study", str(folder / f"{task.fingerprint}.json"), *options)
         if done.returncode != 0:
             raise WorkerError(reason(done))

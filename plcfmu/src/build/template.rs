@@ -106,7 +106,7 @@ pub fn check_license(license: &str) -> Result<()> {
 /// The folder is there already, or cannot be written.
 pub fn create(path: &Path, names: &Names, license: Option<&str>) -> Result<()> {
     if path.symlink_metadata().is_ok() {
-        bail!("{} exists already: choose another name, or another folder with --path", path.display());
+        bail!("{} exists already: choose another name, or another folder with --out", path.display());
     }
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let failed = || format!("{} cannot be made", path.display());
@@ -227,7 +227,7 @@ mod tests {
     fn a_folder_that_exists_is_never_touched() {
         let folder = tempfile::tempdir().unwrap();
         let error = create(folder.path(), &Names::of("pump").unwrap(), None).unwrap_err().to_string();
-        assert!(error.contains("exists already: choose another name, or another folder with --path"), "{error}");
+        assert!(error.contains("exists already: choose another name, or another folder with --out"), "{error}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 

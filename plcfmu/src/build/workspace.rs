@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, anyhow};
 use cargo_metadata::{CrateType, DependencyKind, Metadata, MetadataCommand, Package};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -40,6 +41,9 @@ impl Workspace {
         let metadata = MetadataCommand::new().no_deps().exec().map_err(|error| match error {
             cargo_metadata::Error::CargoMetadata { stderr } => {
                 anyhow!("{}", stderr.trim().trim_start_matches("error: "))
+            }
+            cargo_metadata::Error::Io(error) if error.kind() == ErrorKind::NotFound => {
+                anyhow!("cargo was not found: FMUs of Rust are built with Rust, see https://rustup.rs")
             }
             error => anyhow!(error),
         });

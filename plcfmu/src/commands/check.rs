@@ -1,16 +1,16 @@
 //! `plcfmu check`: says in one sentence each what is wrong with FMUs, and with programs in SCL.
 
 use super::study::interruption;
-use super::{LONGEST_NAME, functions, print, shown, time_limit};
+use super::{LONGEST_NAME, Unreadable, functions, print, shown, time_limit};
 use crate::package;
 use crate::package::check::{STEPS, check, run_apart};
 use crate::program;
-use anyhow::{Error, Result, bail};
+use anyhow::{Error, Result, anyhow, bail};
 use host::child::Starter;
 use host::package::Package;
 use modeldescription::{Description, shortened};
 use parameters::problem::drawn;
-use std::fmt;
+use serde::Serialize;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -34,6 +34,9 @@ pub struct Options {
     /// Also load this machine's library and let it make some steps: this runs its code
     #[arg(long)]
     pub run: bool,
+    /// Print what was found as JSON, for scripts; for FMUs
+    #[arg(long)]
+    pub json: bool,
     /// How long an FMU may take with --run, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = time_limit)]
     pub time_limit: f64,
@@ -59,17 +62,24 @@ pub fn run(options: &Options) -> Result<()> {
     let starter = options.run.then(|| anyhow::Ok(Starter { limit, interrupted: interruption()?, ..Starter::new()? }));
     let starter = starter.transpose()?;
     let mut unreadable = None;
+    let mut verdicts = Vec::new();
     for file in &fmus {
         let verdict = examine(file, starter.as_ref());
         if starter.as_ref().is_some_and(|starter| starter.interrupted.load(Ordering::Relaxed)) {
             bail!(Interrupted(format!("{} was not checked", file.display())));
         }
         if let Err(error) = File::open(file) {
-            unreadable.get_or_insert_with(|| Unreadable(format!("{} cannot be read: {error}", file.display())));
+            unreadable.get_or_insert_with(|| Unreadable(anyhow!("{} cannot be read: {error}", file.display())));
         }
-        let lines: String = verdict.lines.iter().map(|line| format!("  {line}\n")).collect();
-        print(&format!("{}\n{lines}", file.display()))?;
-        wrong += usize::from(verdict.is_wrong);
+        wrong += usize::from(!verdict.errors.is_empty());
+        if options.json {
+            verdicts.push(verdict);
+        } else {
+            print(&verdict.text())?;
+        }
+    }
+    if options.json {
+        print(&format!("{}\n", serde_json::to_string_pretty(&verdicts)?))?;
     }
     if let Some(unreadable) = unreadable {
         return Err(Error::new(unreadable));
@@ -98,60 +108,62 @@ fn check_program(sources: &[PathBuf], options: &program::Options) -> Result<()> 
     }
 }
 
-/// What is printed of an FMU.
-#[derive(Debug, Default)]
+/// What was found, as `--json` prints it.
+#[derive(Debug, Default, Serialize)]
 struct Verdict {
-    lines: Vec<String>,
-    is_wrong: bool,
+    file: String,
+    /// What the FMU is, in one line.
+    what: Option<String>,
+    /// What the standard forbids, or what stops an importer.
+    errors: Vec<String>,
+    /// What is allowed but may surprise.
+    remarks: Vec<String>,
+    /// Its libraries, a line each.
+    libraries: Vec<String>,
+    /// What its run has shown, or why it was not run.
+    run: Option<String>,
 }
 
 impl Verdict {
-    fn wrong(&mut self, error: &str) {
-        self.lines.push(format!("WRONG: {error}"));
-        self.is_wrong = true;
+    /// For people.
+    fn text(&self) -> String {
+        let errors = self.errors.iter().map(|error| format!("WRONG: {error}"));
+        let remarks = self.remarks.iter().map(|remark| format!("remark: {remark}"));
+        let others = self.libraries.iter().chain(&self.run).cloned();
+        let ok = self.errors.is_empty().then(|| "ok".to_string());
+        let lines = self.what.iter().cloned().chain(errors).chain(remarks).chain(others).chain(ok);
+        format!("{}\n{}", self.file, lines.map(|line| format!("  {line}\n")).collect::<String>())
     }
 }
-
-/// A file that cannot be read.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Unreadable(String);
-
-impl fmt::Display for Unreadable {
-    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        formatter.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Unreadable {}
 
 /// Examines an FMU; its code runs if there is a starter.
 fn examine(file: &Path, starter: Option<&Starter>) -> Verdict {
-    let mut verdict = Verdict::default();
+    let mut verdict = Verdict { file: file.display().to_string(), ..Verdict::default() };
     let mut package = match Package::open(file) {
         Ok(package) => package,
         Err(error) => {
-            verdict.wrong(&format!("{error:#}"));
+            verdict.errors.push(format!("{error:#}"));
             return verdict;
         }
     };
-    verdict.lines.push(headline(&package.description));
+    verdict.what = Some(headline(&package.description));
     let report = check(&mut package);
-    report.errors.iter().for_each(|error| verdict.wrong(error));
-    verdict.lines.extend(report.remarks.iter().map(|remark| format!("remark: {remark}")));
+    (verdict.errors, verdict.remarks) = (report.errors, report.remarks);
     for (file, binary) in &report.libraries {
         let needs = |glibc: &String| format!(", needs glibc {}", shown(glibc, LONGEST_NAME));
         let glibc = binary.glibc.as_ref().map_or(String::new(), needs);
-        verdict.lines.push(format!("{}: {}{glibc}", file.path, functions(binary)));
+        verdict.libraries.push(format!("{}: {}{glibc}", file.path, functions(binary)));
     }
     // The code of an FMU that is wrong is not run. One that this machine or this host cannot run may be right.
-    match (starter.filter(|_| !verdict.is_wrong), host::fmu::library(&package)) {
+    match (starter.filter(|_| verdict.errors.is_empty()), host::fmu::library(&package)) {
         (None, _) => {}
-        (Some(_), Err(why)) => verdict.lines.push(format!("not run: {why:#}")),
+        (Some(_), Err(why)) => verdict.run = Some(format!("not run: {why:#}")),
         (Some(starter), Ok(_)) => match run_apart(starter, file) {
             Ok(()) => {
-                verdict.lines.push(format!("run: instantiated, initialized, {STEPS} steps, all variables read, freed"));
+                let done = format!("run: instantiated, initialized, {STEPS} steps, all variables read, freed");
+                verdict.run = Some(done);
             }
-            Err(error) => verdict.wrong(&format!("{error:#}")),
+            Err(error) => verdict.errors.push(format!("{error:#}")),
         },
     }
     verdict
@@ -205,7 +217,7 @@ mod tests {
     #[test]
     fn a_file_that_is_not_an_fmu_is_wrong() {
         let verdict = examine(Path::new("/no/such/file.fmu"), None);
-        assert!(verdict.is_wrong);
-        assert!(verdict.lines[0].starts_with("WRONG: it cannot be opened: "), "{:?}", verdict.lines);
+        assert!(verdict.errors[0].starts_with("it cannot be opened: "), "{:?}", verdict.errors);
+        assert!(verdict.text().starts_with("/no/such/file.fmu\n  WRONG: it cannot be opened: "));
     }
 }

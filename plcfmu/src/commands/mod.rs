@@ -6,6 +6,8 @@ pub mod child;
 pub mod figures;
 pub mod gains;
 pub mod info;
+pub mod loops;
+pub mod manual;
 pub mod merge;
 pub mod new;
 pub mod params;
@@ -19,9 +21,10 @@ pub mod test;
 pub mod tool;
 pub mod tune_study;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result};
 use host::library::PREFIX;
 use host::package::binary::Binary;
+use std::fmt;
 use std::io::{ErrorKind, Write, stdout};
 
 /// The longest name that is printed of a foreign FMU, in characters.
@@ -33,6 +36,63 @@ fn print(text: &str) -> Result<()> {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("standard output cannot be written"),
         _ => Ok(()),
     }
+}
+
+/// A file that cannot be read. The exit code says it.
+#[derive(Debug)]
+pub struct Unreadable(pub Error);
+
+impl fmt::Display for Unreadable {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        write!(formatter, "{:#}", self.0)
+    }
+}
+
+impl std::error::Error for Unreadable {}
+
+/// Two things are different, as was printed. The exit code says it.
+#[derive(Clone, Copy, Debug)]
+pub struct Differs;
+
+impl fmt::Display for Differs {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("there are differences")
+    }
+}
+
+impl std::error::Error for Differs {}
+
+/// Writes a remark, a warning or an error to standard error.
+pub fn tell(kind: &str, text: &str) {
+    eprintln!("{kind}: {}", plain(text));
+}
+
+/// A text without the characters that a terminal takes for orders: they are shown as escape sequences. Lines stay.
+pub fn plain(text: &str) -> String {
+    let is_order = |c: char| {
+        c.is_control() && c != '\n' && c != '\t' || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    let shown = |c: char| if is_order(c) { c.escape_default().to_string() } else { c.to_string() };
+    text.chars().map(shown).collect()
+}
+
+/// Says once what is to be said of several: `TIC1, TIC2, TIC3 and 37 more: ...`. Names and sentences, in their order.
+fn told_once(told: impl IntoIterator<Item = (String, String)>) -> Vec<String> {
+    const MOST: usize = 3;
+    let mut sentences: Vec<(String, Vec<String>)> = Vec::new();
+    for (name, sentence) in told {
+        match sentences.iter_mut().find(|(other, _)| *other == sentence) {
+            Some((_, names)) if names.contains(&name) => {}
+            Some((_, names)) => names.push(name),
+            None => sentences.push((sentence, vec![name])),
+        }
+    }
+    let line = |(sentence, names): (String, Vec<String>)| {
+        let more = names.len().saturating_sub(MOST);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        format!("{}{more}: {sentence}", names[..names.len().min(MOST)].join(", "))
+    };
+    sentences.into_iter().map(line).collect()
 }
 
 /// Parses how long FMUs may take, in seconds.
@@ -69,6 +129,20 @@ fn shown(text: &str, longest: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_to_be_said_of_several_is_said_once() {
+        let told = |count: usize| (1..=count).map(|n| (format!("P{n}"), "it is off".to_string()));
+        let other = ("P9".to_string(), "it is on".to_string());
+        assert_eq!(told_once(told(1).chain([other])), ["P1: it is off", "P9: it is on"]);
+        assert_eq!(told_once(told(40)), ["P1, P2, P3 and 37 more: it is off"]);
+        assert_eq!(told_once(told(2).chain(told(2))), ["P1, P2: it is off"]);
+    }
+
+    #[test]
+    fn orders_for_a_terminal_are_shown() {
+        assert_eq!(plain("a\u{1b}[31mred\u{9b}\u{202e} µ\n\tb"), "a\\u{1b}[31mred\\u{9b}\\u{202e} µ\n\tb");
+    }
 
     #[test]
     fn a_foreign_text_is_printed_on_one_line_without_control_characters() {

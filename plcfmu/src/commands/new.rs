@@ -18,15 +18,15 @@ pub struct Options {
     #[arg(long, value_name = "SPDX")]
     license: Option<String>,
     /// The folder to make [default: NAME in the current folder]
-    #[arg(long, value_name = "DIR")]
-    path: Option<PathBuf>,
+    #[arg(short, long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
 }
 
 /// Makes the crate and says what to do next.
 pub fn run(options: &Options) -> Result<()> {
     let names = Names::of(&options.name)?;
     if options.scl {
-        return make_program(&names, options.path.as_deref());
+        return make_program(&names, options.out.as_deref());
     }
     let license = match &options.license {
         Some(license) => Some(license.clone()),
@@ -36,12 +36,12 @@ pub fn run(options: &Options) -> Result<()> {
     if let Some(license) = &license {
         template::check_license(license)?;
     }
-    let path = options.path.clone().unwrap_or_else(|| names.package.clone().into());
+    let path = options.out.clone().unwrap_or_else(|| names.package.clone().into());
     template::create(&path, &names, license.as_deref())?;
     println!(
         "{folder} is ready. Write the block in src/lib.rs, then:\n\n  cd {folder}\n  cargo test      # runs the block's tests\n  \
          plcfmu build    # packs target/fmu/{block}.fmu",
-        folder = path.display(),
+        folder = quoted(&path.display().to_string()),
         block = names.block
     );
     if license.is_none() {
@@ -55,20 +55,26 @@ fn make_program(names: &Names, path: Option<&Path>) -> Result<()> {
     let (name, block) = (&names.package, &names.block);
     let folder = path.unwrap_or(Path::new(name));
     fs::create_dir(folder)
-        .with_context(|| format!("the folder {} cannot be made: name another with --path", folder.display()))?;
+        .with_context(|| format!("the folder {} cannot be made: name another with --out", folder.display()))?;
     let program = include_str!("../program/template/machine.scl").replace("MACHINE", block);
     let test = include_str!("../program/template/machine.toml").replace("machine.scl", &format!("{name}.scl"));
     for (file, text) in [(format!("{name}.scl"), program), (format!("{name}.toml"), test)] {
         let file = folder.join(file);
         fs::write(&file, text).with_context(|| format!("{} cannot be written", file.display()))?;
     }
-    let folder = folder.display();
+    let folder = quoted(&folder.display().to_string());
     println!(
         "{folder} is ready. Write the program in {name}.scl, then:\n\n  cd {folder}\n  plcfmu check {name}.scl                  # \
          errors and warnings\n  plcfmu test {name}.toml                  # runs its cases\n  plcfmu build {name}.scl --cycle 100ms   # packs \
          {block}.fmu"
     );
     Ok(())
+}
+
+/// A path as a shell takes it for one word.
+fn quoted(path: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "/\\._-+:".contains(c);
+    if path.chars().all(is_plain) { path.into() } else { format!("\"{path}\"") }
 }
 
 /// Asks for the licence.

@@ -1,144 +1,104 @@
 //! `plcfmu params`: the values of a PLC's parameter files, shown, converted and compared.
 
-use super::print;
-use crate::parameter_file::{self, block_of_library, check_target, format_of};
-use anyhow::{Context, Result, bail};
+use super::loops::Arguments;
+use super::{Differs, plain, print, tell, told_once};
+use crate::parameter_file::{check_target, format_of};
+use anyhow::{Context, Error, Result, bail};
 use blocks::Value;
 use blocks::table::number::number;
 use host::package::temporary;
 use parameters::{Block, Format, Loop, Setting, decimal};
+use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Show, convert and compare the parameters of control loops
 ///
-/// Reads STEP 7 sources (.awl, .scl), TIA Portal sources (.db), TIA Openness XML (.xml), dumps of data blocks (.bin), JSON, SSV, and
-/// the start values of an FMU. A TIME is in seconds.
+/// A TIME is in seconds. A loop that cannot be read does not cost the others; the exit code is 3 then.
 ///
-/// s7://HOST/RACK/SLOT/DBn in place of a file reads a data block of an S7, such as s7://192.168.0.1/0/2/DB41, with --block. Nothing
-/// is ever written to a PLC, on purpose: write a source text with --to, and load it with the engineering tool.
+/// Nothing is ever written to a PLC, on purpose: write a source text with --out, and load it with the engineering tool.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
-    /// The file, or the address of a data block in a PLC
-    #[arg(value_name = "FILE")]
-    pub file: String,
-    /// The block of the loops, where the file does not say it: its name, or FB 41 and the like
-    #[arg(long)]
-    pub block: Option<String>,
-    /// The loop: one of several, or the name of one to which the file gives none
-    #[arg(long = "loop", value_name = "NAME")]
-    pub name: Option<String>,
-    /// Where the instance begins in a dump or a PLC's data block, in bytes
-    #[arg(long, default_value_t = 0)]
-    pub offset: usize,
-    /// The format of FILE, if its extension does not say it: awl, scl, db, xml, bin, json, ssv
-    #[arg(long, value_parser = format)]
-    pub format: Option<Format>,
-    /// The encoding of a text, such as windows-1251, if it is neither UTF-8 nor UTF-16 nor windows-1252
-    #[arg(long)]
-    pub encoding: Option<String>,
+    #[allow(missing_docs)]
+    #[command(flatten)]
+    pub loops: Arguments,
     /// Write the loops to this file; its extension selects the format
-    #[arg(long, value_name = "FILE", conflicts_with = "diff")]
-    pub to: Option<String>,
-    /// Show only what is different in this file
+    #[arg(short, long, value_name = "FILE", conflicts_with = "diff")]
+    pub out: Option<String>,
+    /// Show only what is different in this file; exit code 1 if something is
     #[arg(long, value_name = "OTHER")]
     pub diff: Option<String>,
-    /// Print the loops as JSON, for scripts
-    #[arg(long, conflicts_with_all = ["to", "diff"])]
+    /// Where the instance begins in OTHER, in bytes
+    #[arg(long, value_name = "BYTES", requires = "diff", allow_negative_numbers = true)]
+    pub diff_offset: Option<usize>,
+    /// Print the loops, or the differences, as JSON, for scripts
+    #[arg(long, conflicts_with = "out")]
     pub json: bool,
-    /// An FMU of your own whose block the file may contain; its library is loaded
-    #[arg(long, value_name = "FILE.fmu")]
-    pub fmu: Vec<PathBuf>,
-}
-
-/// The format with this extension.
-pub(super) fn format(extension: &str) -> Result<Format, String> {
-    Format::of_file(&format!(".{extension}")).ok_or_else(|| {
-        let extensions: Vec<&str> = Format::ALL.iter().flat_map(|format| format.extensions()).copied().collect();
-        format!("the formats are {}", extensions.join(", "))
-    })
 }
 
 /// Shows, converts or compares.
 ///
 /// # Errors
-/// A file cannot be read, or all that is wrong with it; or what is asked for cannot be written.
+/// A file or a loop cannot be read; what is asked for cannot be written; [`Differs`].
 pub fn run(options: &Options) -> Result<()> {
-    let mut blocks = Vec::new();
-    for path in &options.fmu {
-        blocks.push(Arc::new(block_of_library(path)?));
-    }
-    blocks.extend(Block::all());
-    let loops = read(&options.file, options.format, &blocks, options)?;
+    let blocks = options.loops.blocks()?;
+    let mut found = options.loops.read(&blocks)?;
+    let loops = std::mem::take(&mut found.loops);
     if let Some(other) = &options.diff {
-        let after = read(other, None, &blocks, options)?;
-        return print(&differences((&options.file, &loops), (other, &after))?);
+        found.finish()?;
+        return compare(options, other, &loops, &blocks);
     }
-    if let Some(target) = &options.to {
+    if loops.is_empty() {
+        return found.finish();
+    }
+    if let Some(target) = &options.out {
         write(target, options, &loops)?;
     } else if options.json {
-        let json = parameters::write(Format::Json, &loops, "").map_err(|error| anyhow::anyhow!(error))?;
+        let json = parameters::write(Format::Json, &loops, "").map_err(Error::msg)?;
         print(&String::from_utf8_lossy(&json))?;
     } else {
         print(&table(&loops))?;
     }
-    for one in &loops {
-        for warning in one.warnings() {
-            eprintln!("warning: {}: {warning}", one.name);
-        }
+    let warnings = loops.iter().flat_map(|one| one.warnings().into_iter().map(|text| (one.name.clone(), text)));
+    for warning in told_once(warnings) {
+        tell("warning", &warning);
     }
-    Ok(())
+    found.finish()
 }
 
-/// The loops of a file that the user asked for.
-fn read(file: &str, format: Option<Format>, blocks: &[Arc<Block>], options: &Options) -> Result<Vec<Loop>> {
-    let of_file = parameters::Options {
-        block: options.block.clone(),
-        name: options.name.clone(),
-        offset: options.offset,
-        ..parameters::Options::default()
-    };
-    let encoding = options.encoding.as_deref();
-    loops(file, format, encoding, blocks, &of_file, options.name.as_slice())
-}
-
-/// The loops of a file that have one of these names; all if there are no names. What is to be said of the file is printed.
-pub(super) fn loops(
-    file: &str,
-    format: Option<Format>,
-    encoding: Option<&str>,
-    blocks: &[Arc<Block>],
-    options: &parameters::Options,
-    names: &[String],
-) -> Result<Vec<Loop>> {
-    let mut reading = parameter_file::read(file, format, encoding, blocks, options)?;
-    for remark in run::file::remarks(&reading) {
-        eprintln!("remark: {remark}");
+/// Compares the loops with those of another file.
+fn compare(options: &Options, other: &str, before: &[Loop], blocks: &[Arc<Block>]) -> Result<()> {
+    let arguments =
+        Arguments { files: vec![other.into()], offset: options.diff_offset, format: None, ..options.loops.clone() };
+    let mut found = arguments.read(blocks)?;
+    let after = std::mem::take(&mut found.loops);
+    found.finish()?;
+    let differences = differences((&options.loops.files.join(", "), before), (other, &after))?;
+    if options.json {
+        print(&format!("{}\n", serde_json::to_string_pretty(&differences)?))?;
+    } else {
+        print(&differences.text())?;
     }
-    let is_called = |one: &Loop, name: &String| one.name.eq_ignore_ascii_case(name);
-    if let Some(missing) = names.iter().find(|name| !reading.loops.iter().any(|one| is_called(one, name))) {
-        let all: Vec<&str> = reading.loops.iter().map(|one| one.name.as_str()).collect();
-        bail!("{file} has no loop {missing}: it has {}", all.join(", "));
-    }
-    reading.loops.retain(|one| names.is_empty() || names.iter().any(|name| is_called(one, name)));
-    Ok(reading.loops)
+    if differences.is_empty() { Ok(()) } else { Err(Error::new(Differs)) }
 }
 
 /// Writes the loops beside the file's place, and renames that.
 fn write(target: &str, options: &Options, loops: &[Loop]) -> Result<()> {
     check_target(target)?;
+    let Arguments { files, fmus, .. } = &options.loops;
     temporary::check_outputs(
         [Path::new(target)],
-        options.fmu.iter().map(PathBuf::as_path).chain([Path::new(&options.file)]),
+        fmus.iter().map(PathBuf::as_path).chain(files.iter().map(|file| Path::new(file.as_str()))),
     )?;
     let format = format_of(target)?;
-    let origin = format!("Made by plcfmu {} from {}", env!("CARGO_PKG_VERSION"), options.file);
+    let origin = format!("Made by plcfmu {} from {}", env!("CARGO_PKG_VERSION"), files.join(", "));
     let bytes = parameters::write(format, loops, &origin).map_err(|error| anyhow::anyhow!("{target}: {error}"))?;
     temporary::place(Path::new(target), |file| file.write_all(&bytes).context("writing"), |_| Ok(()))?;
     if format == Format::Dump {
-        eprintln!(
-            "remark: {target}: outputs are 0, and the memory of the block behind them is not known and not there"
+        tell(
+            "remark",
+            &format!("{target}: outputs are 0, and the memory of the block behind them is not known and not there"),
         );
     }
     let values: usize = loops.iter().map(|one| one.settings.len()).sum();
@@ -167,24 +127,73 @@ fn table(loops: &[Loop]) -> String {
     aligned(&rows)
 }
 
-/// What is different, a line each.
-fn differences(before: (&str, &[Loop]), after: (&str, &[Loop])) -> Result<String> {
-    let mut rows = vec![["Loop", "Parameter", "Before", "After", "Unit"].map(str::to_string)];
-    let mut alone = Vec::new();
+/// What is different between two files, as `--json` prints it.
+#[derive(Debug, Default, Serialize)]
+struct Differences {
+    /// Values that are different, bit for bit.
+    differences: Vec<Difference>,
+    /// Loops that are in one of the files only.
+    only_in: Vec<Alone>,
+}
+
+/// A value that is different.
+#[derive(Debug, Serialize)]
+struct Difference {
+    #[serde(rename = "loop")]
+    of: String,
+    parameter: String,
+    before: String,
+    after: String,
+    unit: Option<String>,
+}
+
+/// A loop that the other file does not have.
+#[derive(Debug, Serialize)]
+struct Alone {
+    #[serde(rename = "loop")]
+    of: String,
+    file: String,
+}
+
+impl Differences {
+    fn is_empty(&self) -> bool {
+        self.differences.is_empty() && self.only_in.is_empty()
+    }
+
+    /// For people: a line each.
+    fn text(&self) -> String {
+        let mut rows = vec![["Loop", "Parameter", "Before", "After", "Unit"].map(str::to_string)];
+        for Difference { of, parameter, before, after, unit } in &self.differences {
+            rows.push([of.clone(), parameter.clone(), before.clone(), after.clone(), unit.clone().unwrap_or_default()]);
+        }
+        let alone = self.only_in.iter().map(|Alone { of, file }| plain(&format!("{of} is only in {file}\n")));
+        let table = match rows.len() {
+            1 if self.is_empty() => "no differences\n".to_string(),
+            1 => String::new(),
+            _ => aligned(&rows),
+        };
+        table + &alone.collect::<String>()
+    }
+}
+
+/// What is different.
+fn differences(before: (&str, &[Loop]), after: (&str, &[Loop])) -> Result<Differences> {
+    let mut all = Differences::default();
     let mut pairs = Vec::new();
     if let ([one], [other]) = (before.1, after.1) {
         // A file that holds one loop may give it no name.
         pairs.push((one, other));
     } else {
         let find = |loops: &'_ [Loop], name: &str| loops.iter().position(|one| one.name.eq_ignore_ascii_case(name));
+        let alone = |one: &Loop, file: &str| Alone { of: one.name.clone(), file: file.into() };
         for one in before.1 {
             match find(after.1, &one.name) {
                 Some(other) => pairs.push((one, &after.1[other])),
-                None => alone.push(format!("{} is only in {}\n", one.name, before.0)),
+                None => all.only_in.push(alone(one, before.0)),
             }
         }
         let only_after = after.1.iter().filter(|one| find(before.1, &one.name).is_none());
-        alone.extend(only_after.map(|one| format!("{} is only in {}\n", one.name, after.0)));
+        all.only_in.extend(only_after.map(|one| alone(one, after.0)));
     }
     for (one, other) in pairs {
         if one.block != other.block {
@@ -194,22 +203,16 @@ fn differences(before: (&str, &[Loop]), after: (&str, &[Loop])) -> Result<String
         let changed = |(one, other): &(&Setting, &Setting)| !is_same(one.value, other.value);
         for (was, is) in one.settings.iter().zip(&other.settings).filter(changed) {
             let member = &one.block.members[was.member];
-            let (was, is) = (decimal(was.value), decimal(is.value));
-            rows.push([
-                one.name.clone(),
-                member.name.clone(),
-                was,
-                is,
-                member.shown_unit().unwrap_or_default().to_string(),
-            ]);
+            all.differences.push(Difference {
+                of: one.name.clone(),
+                parameter: member.name.clone(),
+                before: decimal(was.value),
+                after: decimal(is.value),
+                unit: member.shown_unit().map(str::to_string),
+            });
         }
     }
-    let table = match rows.len() {
-        1 if alone.is_empty() => "no differences\n".to_string(),
-        1 => String::new(),
-        _ => aligned(&rows),
-    };
-    Ok(table + &alone.concat())
+    Ok(all)
 }
 
 /// Bit for bit.
@@ -219,6 +222,8 @@ fn is_same(one: Value, other: Value) -> bool {
 
 /// Rows of cells in columns as wide as their widest cell.
 fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
+    // A name may have characters that a terminal takes for orders.
+    let rows: Vec<[String; N]> = rows.iter().map(|row| row.each_ref().map(|cell| plain(cell))).collect();
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or_default();
     let widths: [usize; N] = std::array::from_fn(width);
     let mut text = String::new();

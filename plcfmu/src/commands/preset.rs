@@ -1,63 +1,47 @@
 //! `plcfmu preset`: FMUs with the start values of somebody's loops.
 
-use super::{params, print};
+use super::loops::{self, Arguments};
+use super::study::interruption;
+use super::{Unreadable, print, tell, told_once};
+use crate::package::check;
 use crate::package::preset::{Original, Preset, identifier};
-use crate::parameter_file;
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use blocks::table::number::to_value;
+use host::child::Starter;
 use host::package::{Package, temporary};
-use parameters::{Block, Format, Loop, Origin};
+use parameters::{Loop, Origin};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// Make FMUs that start from the parameters of a PLC project
 ///
 /// A preset is an FMU whose start values are those of a loop: a simulation that sets nothing runs with the plant's parameters. It
 /// needs no compiler, and the library stays as it is. An FMU of a preset refuses to start if its resources/start.txt was
-/// changed by hand; `plcfmu check` finds any change.
+/// changed by hand; `plcfmu check` finds any change. Each preset is started once, in a process of its own: one that the FMU
+/// refuses is not made.
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(after_help = HELP)]
 pub struct Options {
-    /// The FMUs of the loops' blocks, or folders with FMUs
-    #[arg(value_name = "FILE.fmu|FOLDER", required = true)]
-    files: Vec<PathBuf>,
-    /// The file with the parameters; `plcfmu params` shows what is in it
-    #[arg(long, value_name = "FILE", required_unless_present = "set")]
-    from: Option<String>,
-    /// Only the loop with this name; may be repeated [default: all loops of the file]
-    #[arg(long = "loop", value_name = "NAME", requires = "from")]
-    loops: Vec<String>,
+    #[command(flatten)]
+    loops: Arguments,
     /// Give an input or a parameter another value, over that of the file; TIME in seconds; may be repeated
     #[arg(short, long, value_name = "VARIABLE=VALUE", value_parser = setting, allow_hyphen_values = true)]
     set: Vec<(String, f64)>,
-    /// The block of the loops, where the file does not say it: its name, or FB 41 and the like
-    #[arg(long, requires = "from")]
-    block: Option<String>,
-    /// Where the instance begins in a dump, in bytes
-    #[arg(long, default_value_t = 0)]
-    offset: usize,
-    /// The format of the file with the parameters, if its extension does not say it: awl, scl, db, xml, bin, json, ssv
-    #[arg(long, value_parser = params::format, requires = "from")]
-    format: Option<Format>,
-    /// The encoding of a text, such as windows-1251, if it is neither UTF-8 nor UTF-16 nor windows-1252
-    #[arg(long, requires = "from")]
-    encoding: Option<String>,
-    /// The FMU to write, for one loop
-    #[arg(short, long, value_name = "FILE.fmu", conflicts_with = "out_dir")]
+    /// The FMU to write, for one loop; or the folder, where each FMU has the name of its loop [default: the current folder]
+    #[arg(short, long, value_name = "FILE.fmu|FOLDER")]
     out: Option<PathBuf>,
-    /// The folder to write to; each FMU has the name of its loop [default: the current folder]
-    #[arg(long, value_name = "FOLDER")]
-    out_dir: Option<PathBuf>,
+    /// Print what was made as JSON, for scripts
+    #[arg(long)]
+    json: bool,
 }
 
 const HELP: &str = "\
 Examples:
-  plcfmu preset PID.fmu --from plant.awl --loop TIC101 -o TIC101.fmu
-  plcfmu preset fmus/ --from plant.awl --out-dir presets
-  plcfmu preset PID.fmu --set GAIN=2.5 --set CYCLE=0.1 -o FAST.fmu";
+  plcfmu preset plant.awl --fmus PID.fmu --loop TIC101 --out TIC101.fmu
+  plcfmu preset plant.awl --fmus fmus --out presets
+  plcfmu preset PID.fmu --set GAIN=2.5 --set CYCLE=0.1 --out FAST.fmu";
 
 /// An argument `VARIABLE=VALUE`; a BOOL may be true or false.
 fn setting(argument: &str) -> Result<(String, f64)> {
@@ -84,106 +68,134 @@ struct Made {
     advice: Vec<String>,
 }
 
+/// A preset that was made, as `--json` prints it.
+#[derive(Serialize)]
+struct Told<'a> {
+    name: &'a str,
+    block: &'a str,
+    guid: &'a str,
+    file: String,
+    warnings: &'a [String],
+}
+
 /// Makes presets.
 ///
 /// # Errors
-/// What is wrong with the parameters or an FMU, or a loop for whose block there is no FMU. Nothing is written then.
+/// What is wrong with the parameters or an FMU, or a loop for whose block there is no FMU. Nothing is written then. A loop that
+/// cannot be read: the presets of the others are written.
 pub fn run(options: &Options) -> Result<()> {
-    let mut loops = read(options, &blocks(options)?)?;
-    let mut fmus = open(&options.files)?;
+    let mut arguments = options.loops.clone();
+    // What presets are made of: the FMUs that are named, else those whose start values are read.
+    let is_fmu = |file: &&String| file.to_lowercase().ends_with(".fmu");
+    let sources: Vec<PathBuf> = if arguments.fmus.is_empty() {
+        arguments.files.iter().filter(is_fmu).map(PathBuf::from).collect()
+    } else {
+        loops::fmus(&arguments.fmus)?
+    };
     ensure!(
-        options.out.is_none() || loops.len() == 1,
-        "-o names one FMU, but there are {} loops: choose one with --loop, or give --out-dir",
+        !sources.is_empty(),
+        "presets are made of FMUs: name those of the loops' blocks, or their folder, with --fmus"
+    );
+    let name = options.out.as_deref().filter(|out| is_file(out)).and_then(Path::file_stem);
+    if let (Some(name), [_], true) =
+        (name, arguments.files.as_slice(), arguments.files.iter().all(|file| is_fmu(&file)))
+    {
+        // The preset of an FMU is called as its file.
+        arguments.names = vec![name.to_string_lossy().into_owned()];
+    }
+    let mut found = arguments.read(&arguments.blocks()?)?;
+    let mut loops = std::mem::take(&mut found.loops);
+    if loops.is_empty() {
+        return found.finish();
+    }
+    let mut fmus = open(&sources, &options.loops.fmus)?;
+    ensure!(
+        name.is_none() || loops.len() == 1,
+        "--out names one FMU, but there are {} loops: choose one with --loop, or name a folder",
         loops.len()
     );
     for values in &mut loops {
         set(values, &options.set)?;
     }
     let made = make(&mut fmus, &loops, options)?;
-    let inputs = fmus.iter().map(|fmu| fmu.path.as_path()).chain(options.from.as_deref().map(Path::new));
-    temporary::check_outputs(made.iter().map(|made| made.path.as_path()), inputs)?;
-    for Made { preset, block, path, advice } in &made {
+    let inputs =
+        sources.iter().map(PathBuf::as_path).chain(arguments.files.iter().map(|file| Path::new(file.as_str())));
+    let folder = options.out.as_deref().filter(|out| out.is_file() && !is_file(out));
+    temporary::check_outputs(folder.into_iter().chain(made.iter().map(|made| made.path.as_path())), inputs)?;
+    ensure!(folder.is_none(), "--out names a file that is no FMU: name FILE.fmu, or a folder");
+    start(&made)?;
+    for Made { preset, path, .. } in &made {
         place(preset, path)?;
-        let Preset { name, guid, .. } = preset;
-        print(&format!("{name}  {block}  {guid}  {}\n", path.display()))?;
-        for warning in advice {
-            eprintln!("warning: {name}: {warning}");
-        }
+    }
+    tell_of(&made, options.json)?;
+    found.finish()
+}
+
+/// Whether a path names an FMU and not a folder.
+fn is_file(out: &Path) -> bool {
+    out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu"))
+}
+
+/// Starts each preset that this machine can run, as a host would.
+fn start(made: &[Made]) -> Result<()> {
+    let starter = Starter { interrupted: interruption()?, ..Starter::new()? };
+    let folder = temporary::Folder::new()?;
+    for Made { preset, path, .. } in made {
+        let file = folder.path().join(format!("{}.fmu", preset.name));
+        std::fs::write(&file, &preset.bytes).with_context(|| file.display().to_string())?;
+        let started = match host::fmu::library(&Package::open(&file)?) {
+            Ok(_) => check::run_apart(&starter, &file),
+            Err(_) => Ok(()),
+        };
+        started.with_context(|| format!("{} would not run", path.display()))?;
+        std::fs::remove_file(&file).with_context(|| file.display().to_string())?;
     }
     Ok(())
 }
 
-/// The blocks that a parameter file may have: those that are known, and what the FMUs that are named say of theirs.
-fn blocks(options: &Options) -> Result<Vec<Arc<Block>>> {
-    let mut blocks = Block::all();
-    for file in options.files.iter().filter(|file| !file.is_dir()) {
-        let block = Original::open(file).with_context(|| file.display().to_string())?.block;
-        if !blocks.iter().any(|known| known.name == block) {
-            let block = parameter_file::block_of_library(file).with_context(|| file.display().to_string())?;
-            blocks.push(Arc::new(block));
-        }
+fn tell_of(made: &[Made], is_json: bool) -> Result<()> {
+    if is_json {
+        let told = made.iter().map(|Made { preset, block, path, advice }| Told {
+            name: &preset.name,
+            block,
+            guid: &preset.guid,
+            file: path.display().to_string(),
+            warnings: advice,
+        });
+        return print(&format!("{}\n", serde_json::to_string_pretty(&told.collect::<Vec<_>>())?));
     }
-    Ok(blocks)
-}
-
-/// The loops that presets are made of.
-fn read(options: &Options, blocks: &[Arc<Block>]) -> Result<Vec<Loop>> {
-    let of_file = parameters::Options {
-        block: options.block.clone(),
-        name: match options.loops.as_slice() {
-            [name] => Some(name.clone()),
-            _ => None,
-        },
-        offset: options.offset,
-        ..parameters::Options::default()
-    };
-    let Some(from) = &options.from else { return own(options, blocks) };
-    params::loops(from, options.format, options.encoding.as_deref(), blocks, &of_file, &options.loops)
-}
-
-/// The present start values of the one FMU, as a loop named after the file to write.
-fn own(options: &Options, blocks: &[Arc<Block>]) -> Result<Vec<Loop>> {
-    let name = options.out.as_deref().and_then(Path::file_stem);
-    let name = name.context("give the FMU to write with -o: the preset gets its name")?.to_string_lossy().into_owned();
-    let [file] = options.files.as_slice() else {
-        bail!("without --from, a preset is made of one FMU, not of {}", options.files.len());
-    };
-    let named = parameters::Options { name: Some(name), ..parameters::Options::default() };
-    Ok(parameter_file::read(&file.display().to_string(), None, None, blocks, &named)?.loops)
+    for Made { preset: Preset { name, guid, .. }, block, path, .. } in made {
+        print(&format!("{name}  {block}  {guid}  {}\n", path.display()))?;
+    }
+    let advice = made.iter().flat_map(|made| made.advice.iter().map(|text| (made.preset.name.clone(), text.clone())));
+    for warning in told_once(advice) {
+        tell("warning", &warning);
+    }
+    Ok(())
 }
 
 /// Gives variables of a loop other values.
 fn set(values: &mut Loop, settings: &[(String, f64)]) -> Result<()> {
-    for (name, number) in settings {
+    for (place, (name, number)) in settings.iter().enumerate() {
+        let is_same = |(other, _): &(String, f64)| other.eq_ignore_ascii_case(name);
+        ensure!(!settings[..place].iter().any(is_same), "{name} is set twice: remove one of the settings");
         let block = values.block.clone();
         let member = block.find(name).filter(|member| block.members[*member].role.is_settable());
         let member = member.with_context(|| format!("{} has no input or parameter {name}", block.name))?;
-        let value = to_value(*number, block.members[member].kind);
+        let value = parameters::plc_value(*number, block.members[member].kind);
         let value = value.map_err(|why| anyhow!("{} = {number}: {why}", block.members[member].name))?;
         values.set(member, value, Origin::File { file: "command line".into() });
     }
     Ok(())
 }
 
-/// Opens the FMUs that are named, and those in folders that are named. In a folder, presets are passed over.
-fn open(files: &[PathBuf]) -> Result<Vec<Fmu>> {
+/// Opens the FMUs. Presets are passed over unless they are named.
+fn open(files: &[PathBuf], named: &[PathBuf]) -> Result<Vec<Fmu>> {
     let mut fmus = Vec::new();
-    for file in files {
-        let shown = || file.display().to_string();
-        if !file.is_dir() {
-            fmus.push(Fmu { path: file.clone(), original: Original::open(file).with_context(shown)? });
-            continue;
-        }
-        let entries = std::fs::read_dir(file).and_then(Iterator::collect::<Result<Vec<_>, _>>).with_context(shown)?;
-        let mut paths: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).collect();
-        paths.retain(|path| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu")));
-        ensure!(!paths.is_empty(), "{} has no FMUs", shown());
-        paths.sort();
-        for path in paths {
-            let original = Original::open(&path).with_context(|| path.display().to_string())?;
-            if !original.is_preset {
-                fmus.push(Fmu { path, original });
-            }
+    for path in files {
+        let original = Original::open(path).map_err(|error| Unreadable(error.context(path.display().to_string())))?;
+        if !original.is_preset || named.is_empty() || named.contains(path) {
+            fmus.push(Fmu { path: path.clone(), original });
         }
     }
     Ok(fmus)
@@ -192,7 +204,10 @@ fn open(files: &[PathBuf]) -> Result<Vec<Fmu>> {
 /// Makes all presets before any is written.
 fn make(fmus: &mut [Fmu], loops: &[Loop], options: &Options) -> Result<Vec<Made>> {
     check_blocks(fmus, loops)?;
-    let folder = options.out_dir.clone().unwrap_or_default();
+    let (file, folder) = match options.out.clone() {
+        Some(out) if is_file(&out) => (Some(out), PathBuf::new()),
+        out => (None, out.unwrap_or_default()),
+    };
     let mut made: Vec<Made> = Vec::new();
     let mut names: BTreeMap<String, &str> = BTreeMap::new();
     for values in loops {
@@ -200,11 +215,11 @@ fn make(fmus: &mut [Fmu], loops: &[Loop], options: &Options) -> Result<Vec<Made>
         // Case does not count on Windows and macOS.
         if let Some(other) = names.insert(identifier.to_lowercase(), &values.name) {
             bail!(
-                "the loops {other:?} and {:?} would both be written as {identifier}.fmu: make one with --loop and -o",
+                "the loops {other:?} and {:?} would both be written as {identifier}.fmu: make one with --loop and --out",
                 values.name
             );
         }
-        let path = options.out.clone().unwrap_or_else(|| folder.join(format!("{identifier}.fmu")));
+        let path = file.clone().unwrap_or_else(|| folder.join(format!("{identifier}.fmu")));
         let Some(fmu) = fmus.iter_mut().find(|fmu| fmu.original.block == values.block.name) else { continue };
         let preset = fmu.original.preset(values);
         let preset = preset.with_context(|| format!("{} as preset {:?}", fmu.path.display(), values.name))?;

@@ -1,19 +1,24 @@
 //! `plcfmu run`: runs FMUs together and records them.
 
+mod chart;
+mod kept;
+
 use super::study::interruption;
-use super::{system, time_limit};
+use super::{Unreadable, system, tell, time_limit, told_once};
 use crate::progress::Progress;
-use anyhow::{Context, Result, bail, ensure};
-use draw::picture;
-use draw::plot::{self, Chart, Curve, Panel};
+use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use host::child::run::Finished;
 use host::child::{self, Starter};
 use host::instance::Type;
-use host::package::temporary;
+use host::package::{Package, temporary};
+use kept::{Kept, Recorder, Told};
+use modeldescription::digits::short;
 use run::file;
-use run::master::Recording;
+use run::master::write_header;
 use run::plan::Plan;
-use std::io::{self, BufWriter, StdoutLock, Write};
+use run::system::System;
+use serde_json::{Map, Value, json};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -34,12 +39,18 @@ pub struct Options {
     /// Write the recording as CSV; - is standard output
     #[arg(short, long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
-    /// Draw the recording
+    /// Record a row every so many seconds, and the last one; by default, a row for each step
+    #[arg(long, value_name = "SECONDS")]
+    every: Option<f64>,
+    /// Draw the recording: setpoint and process value, the manipulated value, the others; --record chooses
     #[arg(short, long, value_name = "FILE.png|FILE.svg")]
     plot: Option<PathBuf>,
     /// Write what is run as a description that `plcfmu run FILE.toml` runs again
     #[arg(long, value_name = "FILE.toml")]
     save: Option<PathBuf>,
+    /// Print what the run was and its figures as JSON, for scripts
+    #[arg(long)]
+    json: bool,
     /// How long one call of an FMU may take, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     time_limit: f64,
@@ -62,36 +73,40 @@ Example, a furnace with its controller:
     --stop 600 --out result.csv --plot result.png
 
 Order of a step from t to t + h:
-  The FMUs are stepped in the order given. Each FMU first gets the values that are set at t, then its connected inputs,
-  and then steps to t + h. So it sees what the FMUs before it computed in this step, and what those after it computed in
-  the previous one. With the controller first, its call at t uses the process value of t, and the plant runs from t to
-  t + h with the manipulated value of that call. In the other order the loop has one more step of dead time.
-  With --parallel, all FMUs get their inputs before any of them steps: every connection delays by one step.
-  Step k begins at start + k * step: rounding errors do not add up.
+  The FMUs are stepped in the order given. Each FMU first gets the values that are set at t, then its connected \
+   inputs, and then steps to t + h. So it sees what the FMUs before it computed in this step, and what those after it \
+   computed in the previous one. With the controller first, its call at t uses the process value of t, and the plant \
+   runs from t to t + h with the manipulated value of that call. In the other order the loop has one more step of dead \
+   time. With --parallel, all FMUs get their inputs before any of them steps: every connection delays by one step. \
+   Step k begins at start + k * step: rounding errors do not add up.
 
 Initialization:
-  Each FMU gets its parameters, enters Initialization Mode and gets its inputs. The connected values then go once from
-  output to input, in the order of the FMUs. Then each FMU leaves Initialization Mode.
+  Each FMU gets its parameters, enters Initialization Mode and gets its inputs. The connected values then go once \
+   from output to input, in the order of the FMUs. Then each FMU leaves Initialization Mode.
 
 Rows of the recording:
-  A row belongs to a time: the beginning of each step, and the end. An input has the value that its FMU gets for the step
-  that begins then. An output has the value that the connected FMUs read in that step. So a controller's row is what it saw
-  and gave in its call at that time, and a plant that is connected back to the controller shows what it is at that time. An
-  output that no FMU reads is recorded as the other outputs of its FMU; if none of them is read, all have the values of that
-  time, before the step. At the end no step is made: the last row has what the FMUs gave last.
-  Numbers in the CSV read back bit-equal; Booleans are 1 and 0.
+  A row belongs to a time: the beginning of each step, and the end. An input has the value that its FMU gets for the \
+   step that begins then. An output has the value that the connected FMUs read in that step. So a controller's row is \
+   what it saw and gave in its call at that time, and a plant that is connected back to the controller shows what it \
+   is at that time. An output that no FMU reads is recorded as the other outputs of its FMU; if none of them is read, \
+   all have the values of that time, before the step. At the end no step is made: the last row has what the FMUs gave \
+   last. Numbers in the CSV read back bit-equal; Booleans are 1 and 0.
 
-FMUs are foreign code: they run in a process of their own. One that crashes or does not return ends the run with an error that
-names it. What they print goes to standard error. An FMU may end the run (discard with terminated): the rows up to then
-are written.";
+FMUs are foreign code: they run in a process of their own. One that crashes or does not return ends the run with an \
+   error that names it. What they print goes to standard error. An FMU may end the run (discard with terminated): the \
+   rows up to then are written.";
 
 /// Runs FMUs.
 ///
 /// # Errors
-/// What is wrong and what to do; which FMU refused what, when, and its messages. Nothing is written then.
+/// What is wrong and what to do; which FMU refused what, when, and its messages. No file is written then.
 pub fn run(options: &Options) -> Result<()> {
     let is_svg = options.plot.as_deref().map(is_svg).transpose()?;
     let to_stdout = options.out.as_deref() == Some(Path::new("-"));
+    ensure!(
+        !(to_stdout && options.json),
+        "--out - and --json both write to standard output: name a file for one of them"
+    );
     let system = options.system.system()?;
     let outputs = options.out.iter().filter(|_| !to_stdout).chain(&options.plot).chain(&options.save);
     temporary::check_outputs(outputs.clone().map(PathBuf::as_path), system.inputs())?;
@@ -100,77 +115,198 @@ pub fn run(options: &Options) -> Result<()> {
         ensure!(folder.is_dir(), "{} cannot be written: {} is not a folder", file.display(), folder.display());
     }
     let (run, _folder) = system::packed(&system)?;
-    let plan = child::run::plan(&run)?;
+    let plan = child::run::plan(&run).map_err(|error| unreadable(&run, error))?;
+    let every = options.every.map_or(Ok(1), |seconds| every(seconds, &plan))?;
     for remark in &run.remarks {
-        eprintln!("remark: {remark}");
+        tell("remark", remark);
     }
     for warning in &plan.warnings {
-        eprintln!("warning: {warning}");
+        tell("warning", warning);
     }
 
-    let limit = Duration::from_secs_f64(options.time_limit);
-    let starter = Starter { limit, interrupted: interruption()?, ..Starter::new()? };
-    let progress = Progress::steps(plan.steps);
-    let began = Instant::now();
-    let finished = child::run::run(&starter, &run, &plan, |done| progress.set(done));
-    let took = began.elapsed().as_secs_f64();
-    drop(progress);
-    if starter.interrupted.load(Ordering::Relaxed) {
-        bail!(Interrupted("nothing was written".into()));
-    }
-    let Finished { messages, recording } = finished?;
-    show_messages(&plan, &messages);
-    let recording = recording?;
-
-    let mut lines: Vec<String> = recording.ended.iter().cloned().collect();
-    lines.push(summary(&plan, recording.times.len() - 1, took));
-    if to_stdout {
-        print(|to| recording.write_csv(to))?;
-    } else if let Some(file) = &options.out {
-        temporary::place(file, |to| Ok(recording.write_csv(to)?), |_| Ok(()))?;
-        let (rows, columns) = (recording.times.len(), recording.columns.len());
-        lines.push(format!("{}: {rows} rows of the time and {columns} variables", file.display()));
+    let is_drawn = options.plot.is_some();
+    let simulated = match options.out.as_deref() {
+        Some(_) if to_stdout => {
+            let mut stdout = BufWriter::new(io::stdout().lock());
+            let simulated = simulate(options, &run, &plan, Some(&mut stdout), every, is_drawn)?;
+            match stdout.flush() {
+                Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error).context("standard output")?,
+                _ => simulated,
+            }
+        }
+        Some(file) => {
+            let mut simulated = None;
+            let placed = temporary::place(
+                file,
+                |to| {
+                    let done = simulated.insert(simulate(options, &run, &plan, Some(to), every, is_drawn));
+                    ensure!(done.is_ok(), "the run has failed");
+                    Ok(())
+                },
+                |_| Ok(()),
+            );
+            // Why the run has failed says more than that there is no file.
+            match simulated {
+                Some(Err(error)) => return Err(error),
+                Some(Ok(simulated)) => placed.map(|()| simulated)?,
+                None => bail!(placed.err().unwrap_or_else(|| anyhow!("nothing was run"))),
+            }
+        }
+        None => simulate(options, &run, &plan, None, every, is_drawn)?,
+    };
+    let Simulated { kept, steps, ended, took } = simulated;
+    let mut lines: Vec<String> = ended.iter().cloned().collect();
+    let mut written = Vec::new();
+    lines.push(summary(&plan, steps, took));
+    if let Some(file) = options.out.as_ref().filter(|_| !to_stdout) {
+        let (rows, columns) = (kept.recorded, plan.columns.len());
+        let plural = if columns == 1 { "" } else { "s" };
+        lines.push(format!("{}: {rows} rows of the time and {columns} variable{plural}", file.display()));
+        written.push(file);
     }
     if let (Some(file), Some(is_svg)) = (&options.plot, is_svg) {
         let names: Vec<_> = system.members.iter().map(|fmu| fmu.name.as_str()).collect();
-        let picture = draw(&recording, names.join(", "), is_svg)?;
-        temporary::place(file, |to| Ok(to.write_all(&picture)?), |_| Ok(()))?;
-        lines.push(file.display().to_string());
+        let picture = chart::draw(&kept, &plan, names.join(", "), !system.record.is_empty(), is_svg)?;
+        temporary::place(file, |to| Ok(to.write_all(&picture.bytes)?), |_| Ok(()))?;
+        let left_out = match picture.left_out {
+            0 => String::new(),
+            count => format!(": {count} variables have no room in it; --record chooses what is drawn"),
+        };
+        lines.push(format!("{}{left_out}", file.display()));
+        written.push(file);
     }
     if let Some(path) = &options.save {
         let text = file::write(&system.as_in(temporary::folder(path)))?;
         temporary::place(path, |to| Ok(to.write_all(text.as_bytes())?), |_| Ok(()))?;
         lines.push(path.display().to_string());
+        written.push(path);
     }
-    lines.push("last row:".into());
-    lines.extend(last_row(&recording));
-    let text = lines.join("\n");
+    let figures = kept.figures();
+    if options.json {
+        return print(&as_json(&kept, &plan, steps, ended.as_deref(), &figures, &written)?);
+    }
+    lines.extend(figure_lines(&figures));
+    if !system.record.is_empty() {
+        lines.push("last row:".into());
+        lines.extend(last_row(&kept, &plan));
+    }
+    let text = format!("{}\n", lines.join("\n"));
     if to_stdout {
-        eprintln!("{text}");
+        eprint!("{text}");
         return Ok(());
     }
-    print(|to| writeln!(to, "{text}"))
+    print(&text)
+}
+
+/// A run that is over.
+struct Simulated<'a> {
+    kept: Kept<'a>,
+    /// How many steps were made.
+    steps: usize,
+    /// Which FMU ended it before its time, and when.
+    ended: Option<String>,
+    /// In seconds.
+    took: f64,
+}
+
+/// Runs the FMUs, and writes the recording while they run.
+fn simulate<'a>(
+    options: &Options,
+    system: &System,
+    plan: &'a Plan,
+    mut csv: Option<&mut dyn Write>,
+    every: usize,
+    is_drawn: bool,
+) -> Result<Simulated<'a>> {
+    if let Some(csv) = &mut csv {
+        write_header(*csv, plan.columns.iter()).or_else(|error| match error.kind() {
+            io::ErrorKind::BrokenPipe => Ok(()),
+            _ => Err(error),
+        })?;
+    }
+    let limit = Duration::from_secs_f64(options.time_limit);
+    let starter = Starter { limit, interrupted: interruption()?, ..Starter::new()? };
+    let progress = Progress::steps(plan.steps);
+    let began = Instant::now();
+    let mut recorder = Recorder::new(plan, csv, every, is_drawn);
+    let finished = child::run::run(&starter, system, plan, &mut recorder, |done| progress.set(done));
+    let took = began.elapsed().as_secs_f64();
+    drop(progress);
+    if starter.interrupted.load(Ordering::Relaxed) {
+        bail!(Interrupted("nothing was written".into()));
+    }
+    let Finished { messages, steps, ended } = finished?;
+    show_messages(plan, &messages);
+    let ended = ended?;
+    Ok(Simulated { kept: recorder.finish()?, steps, ended, took })
+}
+
+/// Of how many rows one is recorded.
+fn every(seconds: f64, plan: &Plan) -> Result<usize> {
+    let steps = seconds / plan.step;
+    ensure!(
+        steps >= 0.5 && (steps - steps.round()).abs() <= 1e-6 * steps && steps < 1e12,
+        "--every {seconds}: the step is {} s, and rows are recorded after whole steps",
+        plan.step
+    );
+    Ok(steps.round() as usize)
+}
+
+/// The error that nothing can be planned; an FMU that cannot be read is one of its own.
+fn unreadable(system: &System, error: Error) -> Error {
+    let can_be_read = system.members.iter().all(|member| Package::open(&member.path).is_ok());
+    if can_be_read { error } else { Unreadable(error).into() }
+}
+
+fn as_json(
+    kept: &Kept,
+    plan: &Plan,
+    steps: usize,
+    ended: Option<&str>,
+    figures: &Result<Vec<Told>, String>,
+    written: &[&PathBuf],
+) -> Result<String> {
+    let last = |(column, value): (&run::plan::Column, &f64)| {
+        let value = match (column.kind, value) {
+            (Type::Boolean, value) => json!(*value != 0.0),
+            (_, value) if value.is_finite() => json!(value),
+            (_, value) => json!(value.to_string()),
+        };
+        (column.name.clone(), value)
+    };
+    let last: Map<String, Value> = plan.columns.iter().zip(&kept.last).map(last).collect();
+    let told = json!({
+        "start": plan.start,
+        "stop": plan.time(steps),
+        "step": plan.step,
+        "steps": steps,
+        "ended": ended,
+        "warnings": plan.warnings,
+        "figures": figures.as_ref().map_or(&[][..], Vec::as_slice),
+        "last": last,
+        "written": written.iter().map(|path| path.display().to_string()).collect::<Vec<_>>(),
+    });
+    Ok(format!("{}\n", serde_json::to_string_pretty(&told)?))
 }
 
 /// Writes to standard output. Whoever reads may stop when it has enough, as `head` does.
-fn print(content: impl FnOnce(&mut BufWriter<StdoutLock>) -> io::Result<()>) -> Result<()> {
-    let mut stdout = BufWriter::new(io::stdout().lock());
-    match content(&mut stdout).and_then(|()| stdout.flush()) {
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        written => written.context("standard output"),
-    }
+fn print(text: &str) -> Result<()> {
+    super::print(text)
 }
 
 /// What the FMUs have logged, on standard error; the errors among it are part of the error already.
 fn show_messages(plan: &Plan, messages: &[(String, String)]) {
+    let mut shown = Vec::new();
     for member in &plan.members {
-        let own: Vec<_> = messages.iter().filter(|(name, _)| *name == member.name).collect();
-        for (name, message) in own.iter().take(MOST_MESSAGES) {
-            eprintln!("{name}: {message}");
+        let own: Vec<_> = messages.iter().filter(|(name, _)| *name == member.name).cloned().collect();
+        let more = own.len().saturating_sub(MOST_MESSAGES);
+        shown.extend(own.into_iter().take(MOST_MESSAGES));
+        if more > 0 {
+            shown.push((member.name.clone(), format!("{more} more messages")));
         }
-        if own.len() > MOST_MESSAGES {
-            eprintln!("{}: {} more messages", member.name, own.len() - MOST_MESSAGES);
-        }
+    }
+    for line in told_once(shown) {
+        eprintln!("{}", super::plain(&line));
     }
 }
 
@@ -180,32 +316,46 @@ fn summary(plan: &Plan, steps: usize, took: f64) -> String {
         plan.step_proposed_by.map_or_else(String::new, |member| format!(", as {} proposes", plan.members[member].name));
     format!(
         "{steps} steps of {step} s{proposed}, from {} s to {} s, in {took:.3} s ({:.0} steps/s)",
-        shown(plan.start),
-        shown(plan.time(steps)),
+        plan.start,
+        plan.time(steps),
         steps as f64 / took.max(1e-9)
     )
 }
 
-/// A time or value for people: without the digits that a double adds to it.
-fn shown(value: f64) -> String {
-    let rounded: f64 = format!("{value:.11e}").parse().unwrap_or(value);
-    rounded.to_string()
+/// What the figures say, a line each; first those that have a value.
+fn figure_lines(figures: &Result<Vec<Told>, String>) -> Vec<String> {
+    let figures = match figures {
+        Ok(figures) => figures,
+        Err(why) => return vec![why.clone()],
+    };
+    let width = figures.iter().map(|figure| figure.title.chars().count()).max().unwrap_or(0);
+    let has_any = figures.iter().any(|figure| figure.value.is_some());
+    let line = |figure: &Told| {
+        let unit = figure.unit.as_deref().map_or_else(String::new, |unit| format!(" {unit}"));
+        let text = match (figure.value, &figure.why) {
+            (Some(value), _) => format!("{}{unit}", short(value)),
+            (None, why) => format!("none: {}", why.as_deref().unwrap_or_default()),
+        };
+        format!("  {:width$}  {text}", figure.title)
+    };
+    if has_any {
+        return std::iter::once("figures:".to_string()).chain(figures.iter().map(line)).collect();
+    }
+    figures.iter().find_map(|figure| figure.why.as_ref()).map(|why| format!("no figures: {why}")).into_iter().collect()
 }
 
-fn last_row(recording: &Recording) -> Vec<String> {
-    let width = recording.columns.iter().map(|column| column.name.chars().count()).max().unwrap_or(0);
-    let Some((_, row)) = recording.rows().last() else { return Vec::new() };
+fn last_row(kept: &Kept, plan: &Plan) -> Vec<String> {
+    let width = plan.columns.iter().map(|column| column.name.chars().count()).max().unwrap_or(0);
     let line = |(column, value): (&run::plan::Column, &f64)| {
         let value = match (column.kind, *value) {
             (Type::Boolean, 0.0) => "false".into(),
             (Type::Boolean, _) => "true".into(),
-            (_, value) => shown(value),
+            (_, value) => short(value),
         };
-        format!("  {:width$}  {value} {}", column.name, column.unit.as_deref().unwrap_or_default())
-            .trim_end()
-            .to_string()
+        let unit = column.unit.as_deref().unwrap_or_default();
+        super::plain(format!("  {:width$}  {value} {unit}", column.name).trim_end())
     };
-    recording.columns.iter().zip(row).map(line).collect()
+    plan.columns.iter().zip(&kept.last).map(line).collect()
 }
 
 fn is_svg(file: &Path) -> Result<bool> {
@@ -214,31 +364,4 @@ fn is_svg(file: &Path) -> Result<bool> {
         Some("png") => Ok(false),
         _ => bail!("{} is neither .png nor .svg: the plot is one of them", file.display()),
     }
-}
-
-/// Draws the recording: Reals of one unit share a panel, as do Integers; a Boolean has a lane.
-fn draw(recording: &Recording, title: String, is_svg: bool) -> Result<Vec<u8>> {
-    let mut panels: Vec<((Type, Option<&str>), Panel)> = Vec::new();
-    let mut lanes = Vec::new();
-    for (place, column) in recording.columns.iter().enumerate() {
-        let values: Vec<f64> = recording.column(place).collect();
-        let curve = Curve { name: column.name.clone(), values, is_input: column.is_input, color: None };
-        if column.kind == Type::Boolean {
-            lanes.push(curve);
-            continue;
-        }
-        let key = (column.kind, column.unit.as_deref());
-        let label = match column.kind {
-            Type::Real => column.unit.clone().unwrap_or_default(),
-            other => other.name().into(),
-        };
-        match panels.iter_mut().find(|(of, _)| *of == key) {
-            Some((_, panel)) => panel.curves.push(curve),
-            None => panels.push((key, Panel { label, curves: vec![curve] })),
-        }
-    }
-    let panels = panels.into_iter().map(|(_, panel)| panel).collect();
-    let chart = Chart { title, time: recording.times.clone(), over: None, panels, lanes };
-    let svg = plot::svg(&chart)?;
-    if is_svg { Ok(svg.into_bytes()) } else { picture::png(&svg) }
 }

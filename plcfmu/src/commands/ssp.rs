@@ -1,8 +1,8 @@
 //! `plcfmu ssp`: packs FMUs, their values and connections as an SSP file.
 
-use super::{print, system};
+use super::{print, system, tell};
 use crate::package::ssp::{self, Version};
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 use host::package::temporary;
 use std::io::Write;
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ pub struct Options {
     out: PathBuf,
     /// The version of the SSP standard
     #[arg(long, value_name = "VERSION", default_value = "1.0")]
-    version: Version,
+    ssp_version: Version,
     /// Leave out the connectors of inputs that are not connected
     ///
     /// FMPy's master for SSP files needs this: it fails, or takes a wrong output, where an input has a connector and no
@@ -38,14 +38,15 @@ pub fn run(options: &Options) -> Result<()> {
     if out.extension().is_none_or(|extension| extension != "ssp") {
         bail!("{} should end with .ssp", out.display());
     }
+    ensure!(!options.system.has_record(), "--record: an SSP file does not say what is recorded: leave it out");
     let system = options.system.system()?;
     temporary::check_outputs([out.as_path()], system.inputs())?;
     let (system, _folder) = system::packed(&system)?;
     let name = ssp::system_name(out);
-    let format = ssp::Options { version: options.version, only_connected: options.only_connected };
+    let format = ssp::Options { version: options.ssp_version, only_connected: options.only_connected };
     let ssp = ssp::write(&system, &name, format)?;
     for remark in system.remarks.iter().chain(&ssp.remarks) {
-        eprintln!("remark: {remark}");
+        tell("remark", remark);
     }
     temporary::place(out, |to| Ok(to.write_all(&ssp.bytes)?), |_| Ok(()))?;
     print(&format!(

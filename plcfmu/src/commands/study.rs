@@ -56,7 +56,7 @@ pub struct Options {
     jobs: Option<u16>,
     /// How long one run may take, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
-    limit: f64,
+    time_limit: f64,
     /// Go on with a study that was interrupted; a finished one is not made again
     #[arg(long)]
     resume: bool,
@@ -185,7 +185,7 @@ fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<Ato
     let defaults = pool::Options::new()?;
     let pool_options = pool::Options {
         jobs: options.jobs.map_or(defaults.jobs, usize::from),
-        limit: Duration::from_secs_f64(options.limit),
+        limit: Duration::from_secs_f64(options.time_limit),
         interrupted,
         renews: reading.renews,
         ..defaults

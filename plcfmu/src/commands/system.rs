@@ -1,14 +1,16 @@
 //! What to run or to pack, as `plcfmu run` and `plcfmu ssp` take it: FMUs, a description, or the loops of a parameter file,
 //! and options on top.
 
+use super::Unreadable;
 use crate::package::program::Options as Program;
 use crate::program::{has_code, is_source};
 use crate::{package, parameter_file};
-use anyhow::{Context, Error, Result, bail};
+use anyhow::{Context, Error, Result, bail, ensure};
 use host::package::temporary;
 use parameters::Format;
 use run::file;
-use run::system::{Connection, Exchange, Member, Recorded, Setting, System};
+use run::system::{Connection, Exchange, Member, Place, Recorded, Setting, System, Value};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use tempfile::TempDir;
@@ -43,6 +45,11 @@ pub struct Arguments {
     /// earlier. Values outside the range that the FMU declares are set nevertheless, with a warning.
     #[arg(short, long, value_name = "FMU.VARIABLE=VALUE[@TIME]", value_parser = parse::<Setting>, allow_hyphen_values = true)]
     set: Vec<Setting>,
+    /// Set inputs and tunable parameters over time from a CSV: time,FMU.VARIABLE,... as --out writes it
+    ///
+    /// The time is in seconds. A value holds until the next row; the first row is set before the initialization.
+    #[arg(long, value_name = "FILE.csv")]
+    input: Option<PathBuf>,
     /// Record this variable; by default, all outputs and the inputs that are connected or set
     ///
     /// The columns have the order in which the variables are named.
@@ -57,7 +64,7 @@ pub struct Arguments {
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     stop: Option<f64>,
     /// Communication step in seconds; by default, the smallest that an FMU proposes
-    #[arg(long, value_name = "TIME")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     step: Option<f64>,
     /// Exchange all values before any FMU steps (Jacobi)
     ///
@@ -69,6 +76,11 @@ pub struct Arguments {
 }
 
 impl Arguments {
+    /// Whether the options say what is recorded.
+    pub fn has_record(&self) -> bool {
+        !self.record.is_empty()
+    }
+
     /// What the files and the options say together.
     ///
     /// # Errors
@@ -98,7 +110,7 @@ impl Arguments {
                 let settings = std::mem::take(&mut system.settings);
                 let sources = std::mem::take(&mut system.sources);
                 let programs = std::mem::take(&mut system.programs);
-                system = file::read(path, self.fmus.as_deref(), parameter_file::read_any)?;
+                system = file::read(path, self.fmus.as_deref(), parameter_file::read_any).map_err(Unreadable)?;
                 system.members.splice(0..0, members);
                 system.settings.splice(0..0, settings);
                 system.sources.extend(sources);
@@ -111,6 +123,13 @@ impl Arguments {
         }
         self.add_options(&mut system)?;
         system.connections.extend(self.connect.iter().cloned());
+        if let Some(input) = &self.input {
+            let shown = input.display().to_string();
+            let text =
+                fs::read_to_string(input).with_context(|| format!("{shown} cannot be read")).map_err(Unreadable)?;
+            system.settings.extend(signals(&shown, &text)?);
+            system.sources.push(input.clone());
+        }
         for setting in &self.set {
             let is_replaced = |other: &Setting| {
                 other.place.is_some() && other.variable == setting.variable && other.time == setting.time
@@ -201,6 +220,42 @@ fn path_of(argument: &str) -> &Path {
     }
 }
 
+/// The settings of signals over time, of which each change is an event.
+fn signals(file: &str, text: &str) -> Result<Vec<Setting>> {
+    let at = |line: usize| Place { file: file.into(), line, column: 1 };
+    let mut lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty());
+    let (header, _) =
+        lines.next().with_context(|| format!("{file} is empty: its first line is time,FMU.VARIABLE,..."))?;
+    let names: Vec<&str> =
+        header.trim_start_matches('\u{feff}').split(',').map(|name| name.trim().trim_matches('"')).collect();
+    ensure!(names.len() > 1 && names[0] == "time", "{}: expected time,FMU.VARIABLE,..., found {header:?}", at(1));
+    let mut settings: Vec<Setting> = Vec::new();
+    let mut last: Vec<Option<Value>> = vec![None; names.len()];
+    let mut before = f64::NEG_INFINITY;
+    for (line, number) in lines {
+        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        ensure!(cells.len() == names.len(), "{}: expected {} values, found {}", at(number), names.len(), cells.len());
+        let time = cells[0].parse().ok().filter(|time: &f64| time.is_finite());
+        let time = time.with_context(|| format!("{}: the time {:?} is not a number", at(number), cells[0]))?;
+        ensure!(time > before, "{}: the time {time} s is not after {before} s", at(number));
+        let is_first = before == f64::NEG_INFINITY;
+        before = time;
+        for ((cell, name), last) in cells.iter().zip(&names).zip(&mut last).skip(1) {
+            let value: Value = cell.parse().with_context(|| format!("{}: {name}", at(number)))?;
+            if last.replace(value) != Some(value) {
+                settings.push(Setting {
+                    variable: (*name).into(),
+                    value,
+                    time: (!is_first).then_some(time),
+                    is_preliminary: false,
+                    place: Some(at(number)),
+                });
+            }
+        }
+    }
+    Ok(settings)
+}
+
 /// An argument that has a form of its own.
 fn parse<T: FromStr<Err = Error>>(text: &str) -> Result<T, String> {
     text.parse().map_err(|error| format!("{error:#}"))
@@ -226,6 +281,33 @@ fn member(text: &str) -> Result<Member> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn signals_are_settings_where_they_change() {
+        let text = "time,A.SP,A.ON\n0,1,0\n0.5,1,1\n1.0,2.5,1\n";
+        let shown: Vec<_> =
+            signals("s.csv", text).unwrap().iter().map(|of| (of.variable.clone(), of.time, of.value)).collect();
+        let number = Value::Number;
+        assert_eq!(
+            shown,
+            [
+                ("A.SP".to_string(), None, number(1.0)),
+                ("A.ON".to_string(), None, number(0.0)),
+                ("A.ON".to_string(), Some(0.5), number(1.0)),
+                ("A.SP".to_string(), Some(1.0), number(2.5)),
+            ]
+        );
+        for (text, expected) in [
+            ("", "s.csv is empty"),
+            ("t,A.SP\n", "s.csv:1:1: expected time,FMU.VARIABLE,..., found \"t,A.SP\""),
+            ("time,A.SP\n0\n", "s.csv:2:1: expected 2 values, found 1"),
+            ("time,A.SP\n1,2\n1,3\n", "s.csv:3:1: the time 1 s is not after 1 s"),
+            ("time,A.SP\n0,x\n", "s.csv:2:1: A.SP"),
+        ] {
+            let error = format!("{:#}", signals("s.csv", text).unwrap_err());
+            assert!(error.starts_with(expected), "{error}");
+        }
+    }
 
     #[test]
     fn an_fmu_is_named_as_its_file_or_explicitly() {

@@ -247,6 +247,10 @@ fn a_connection_goes_from_an_output_to_an_input_that_has_no_other() {
         error(&system(&["P.T_PER=C.SP", "C.LMN=C.SP"], &[])),
         "C.SP has two sources, P.T_PER and C.LMN: remove one of the connections"
     );
+    assert_eq!(
+        error(&system(&["C.LMN=P.POWER", "C.LMN=P.POWER"], &[])),
+        "C.LMN and P.POWER are connected twice: remove one of the connections"
+    );
 }
 
 #[test]

@@ -1,0 +1,201 @@
+//! The loops of parameter files, as `plcfmu params` and `plcfmu preset` take them.
+
+use super::tell;
+use crate::parameter_file::{self, Wrong};
+use anyhow::{Context, Error, Result, bail, ensure};
+use host::fmu::has_table;
+use host::package::Package;
+use parameters::{Block, Format, Loop, Options, Problems, Reading};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Which files are read, and what they do not say themselves.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct Arguments {
+    /// Parameter files, folders with such files, or the address of a data block in a PLC; - is standard input
+    ///
+    /// STEP 7 sources (.awl, .scl), TIA Portal sources (.db), TIA Openness XML (.xml), dumps of data blocks (.bin), JSON, SSV, and
+    /// FMUs, of which the start values are read. s7://HOST/RACK/SLOT/DBn reads a data block of an S7, such as
+    /// s7://192.168.0.1/0/2/DB41, with --block. Of a folder, files with parameters are read, but no dumps and FMUs.
+    #[arg(value_name = "FILE", required = true)]
+    pub files: Vec<String>,
+    /// FMUs, or folders with FMUs
+    ///
+    /// A file may contain their blocks, even if they are blocks of your own; the libraries of these are loaded.
+    #[arg(long, value_name = "FOLDER|FILE.fmu")]
+    pub fmus: Vec<PathBuf>,
+    /// The block of the loops, where the file does not say it: its name, or FB 41 and the like
+    #[arg(long)]
+    pub block: Option<String>,
+    /// The loop: one of several, or the name of one to which the file gives none; may be repeated
+    #[arg(long = "loop", value_name = "NAME")]
+    pub names: Vec<String>,
+    /// Where the instance begins in a dump or a PLC's data block, in bytes
+    #[arg(long, value_name = "BYTES", allow_negative_numbers = true)]
+    pub offset: Option<usize>,
+    /// The format of the files, if their extensions do not say it: awl, scl, db, xml, bin, json, ssv
+    #[arg(long, value_parser = format)]
+    pub format: Option<Format>,
+    /// The encoding of a text, such as windows-1251, if it is neither UTF-8 nor UTF-16 nor windows-1252
+    #[arg(long)]
+    pub encoding: Option<String>,
+}
+
+/// The format with this extension.
+fn format(extension: &str) -> Result<Format, String> {
+    Format::of_file(&format!(".{extension}")).ok_or_else(|| {
+        let extensions: Vec<&str> = Format::ALL.iter().flat_map(|format| format.extensions()).copied().collect();
+        format!("the formats are {}", extensions.join(", "))
+    })
+}
+
+/// The loops that could be read, and why others could not.
+#[derive(Debug, Default)]
+pub struct Found {
+    /// Those that are right.
+    pub loops: Vec<Loop>,
+    /// What is wrong with others.
+    pub errors: Vec<Error>,
+}
+
+impl Found {
+    /// Tells what is wrong with the loops that could not be read.
+    ///
+    /// # Errors
+    /// There are such loops; the last error is given and not told.
+    pub fn finish(mut self) -> Result<()> {
+        let Some(last) = self.errors.pop() else { return Ok(()) };
+        for error in self.errors {
+            tell("error", &format!("{error:#}"));
+        }
+        Err(last)
+    }
+}
+
+impl Arguments {
+    /// The blocks that files may contain: those that are known, and those of the FMUs that are named.
+    ///
+    /// # Errors
+    /// An FMU cannot be read, or its library cannot be loaded.
+    pub fn blocks(&self) -> Result<Vec<Arc<Block>>> {
+        let mut blocks = Block::all();
+        for path in fmus(&self.fmus)? {
+            let shown = || path.display().to_string();
+            let mut package = Package::open(&path).with_context(shown)?;
+            let is_known = blocks.iter().any(|block| parameter_file::is_of(&package.description, block));
+            let is_named = self.fmus.contains(&path);
+            // A folder may have FMUs that no parameter file is about.
+            if !is_known && (is_named || has_table(&mut package).unwrap_or(false)) {
+                blocks.push(Arc::new(parameter_file::block_of_library(&path).with_context(shown)?));
+            }
+        }
+        Ok(blocks)
+    }
+
+    /// The loops of all files that have one of the names; all if there are no names. What is to be said of the files is told.
+    ///
+    /// # Errors
+    /// There is no such loop, or an option does not go with the files.
+    pub fn read(&self, blocks: &[Arc<Block>]) -> Result<Found> {
+        let mut found = Found::default();
+        for file in &self.files {
+            if Path::new(file).is_dir() {
+                self.read_folder(Path::new(file), blocks, &mut found)?;
+            } else {
+                self.read_into(file, blocks, &mut found)?;
+            }
+        }
+        let is_called = |one: &Loop, name: &String| one.name.eq_ignore_ascii_case(name);
+        let missing = self.names.iter().find(|name| !found.loops.iter().any(|one| is_called(one, name)));
+        if let (Some(missing), true) = (missing, found.errors.is_empty()) {
+            let all: Vec<&str> = found.loops.iter().map(|one| one.name.as_str()).collect();
+            bail!("{} has no loop {missing}: it has {}", self.files.join(", "), all.join(", "));
+        }
+        found.loops.retain(|one| self.names.is_empty() || self.names.iter().any(|name| is_called(one, name)));
+        Ok(found)
+    }
+
+    fn read_into(&self, file: &str, blocks: &[Arc<Block>], found: &mut Found) -> Result<()> {
+        let format = self.format.or_else(|| Format::of_file(file));
+        let is_bytes = format == Some(Format::Dump) || parameter_file::is_plc(file);
+        ensure!(
+            self.offset.unwrap_or_default() == 0 || is_bytes,
+            "--offset is for dumps and data blocks of a PLC, and {file} is neither"
+        );
+        let options = Options {
+            block: self.block.clone(),
+            name: match self.names.as_slice() {
+                [name] => Some(name.clone()),
+                _ => None,
+            },
+            offset: self.offset.unwrap_or_default(),
+            is_partial: true,
+        };
+        match parameter_file::read(file, self.format, self.encoding.as_deref(), blocks, &options) {
+            Ok(reading) => found.add(reading),
+            Err(error) => found.errors.push(error),
+        }
+        Ok(())
+    }
+
+    /// Reads the files of a folder, in the order of their names. One that has no loops is passed over.
+    fn read_folder(&self, folder: &Path, blocks: &[Arc<Block>], found: &mut Found) -> Result<()> {
+        let before = (found.loops.len(), found.errors.len());
+        for path in entries(folder)? {
+            let file = path.display().to_string();
+            if !matches!(Format::of_file(&file), None | Some(Format::Dump)) && path.is_file() {
+                self.read_into(&file, blocks, found)?;
+                let is_empty = |wrong: &Wrong| wrong.0.problems.iter().all(|problem| problem.place.is_none());
+                if let Some(wrong) =
+                    found.errors.last().and_then(|error| error.downcast_ref::<Wrong>()).filter(|of| is_empty(of))
+                {
+                    tell("remark", &format!("{} (passed over)", wrong.to_string().lines().next().unwrap_or_default()));
+                    found.errors.pop();
+                }
+            }
+        }
+        ensure!(before != (found.loops.len(), found.errors.len()), "{} has no parameter files", folder.display());
+        Ok(())
+    }
+}
+
+impl Found {
+    fn add(&mut self, reading: Reading) {
+        for remark in run::file::remarks(&reading) {
+            tell("remark", &remark);
+        }
+        self.loops.extend(reading.loops);
+        let Problems { problems, .. } = &reading.wrong;
+        if !problems.is_empty() {
+            self.errors.push(Error::new(Wrong(reading.wrong)));
+        }
+    }
+}
+
+/// The FMUs that are named, and those in folders that are named.
+///
+/// # Errors
+/// A folder cannot be read, or has no FMU.
+pub fn fmus(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut fmus = Vec::new();
+    for path in named {
+        if !path.is_dir() {
+            fmus.push(path.clone());
+            continue;
+        }
+        let mut paths = entries(path)?;
+        paths.retain(|path| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("fmu")));
+        ensure!(!paths.is_empty(), "{} has no FMUs", path.display());
+        fmus.extend(paths);
+    }
+    Ok(fmus)
+}
+
+/// What is in a folder, by name.
+fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(folder).and_then(Iterator::collect::<Result<Vec<_>, _>>);
+    let mut paths: Vec<PathBuf> =
+        entries.with_context(|| folder.display().to_string())?.into_iter().map(|entry| entry.path()).collect();
+    paths.sort();
+    Ok(paths)
+}

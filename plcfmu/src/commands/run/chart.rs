@@ -1,0 +1,76 @@
+//! The picture of a run, by what the variables of its loop are.
+
+use super::kept::Kept;
+use anyhow::Result;
+use draw::picture;
+use draw::plot::{self, Chart, Curve, Panel};
+use host::instance::Type;
+use run::plan::{Column, Plan};
+
+/// So many panels, curves in each and lanes fit on a page.
+const MOST_PANELS: usize = 5;
+const MOST_CURVES: usize = 6;
+const MOST_LANES: usize = 10;
+
+/// What is drawn, and how many of the recorded variables are not.
+pub struct Picture {
+    /// The file's content.
+    pub bytes: Vec<u8>,
+    /// The variables for which there is no room.
+    pub left_out: usize,
+}
+
+/// Draws a run: setpoint and process value in one panel, the manipulated value in the next, then the other numbers, those of one
+/// unit in a panel, and the Booleans. `is_chosen` says that the user chose the variables: then all are drawn. Else a connected
+/// input, which repeats its output, is not, and what does not fit on a page is left out.
+///
+/// # Errors
+/// The picture cannot be made.
+pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bool) -> Result<Picture> {
+    let Some((time, curves)) = kept.curves() else { return Ok(Picture { bytes: Vec::new(), left_out: 0 }) };
+    let curve = |at: usize| {
+        let Column { name, is_input, .. } = &plan.columns[at];
+        Curve { name: name.clone(), values: curves[at].clone(), is_input: *is_input, color: None }
+    };
+    let label = |at: usize| match plan.columns[at].kind {
+        Type::Real => plan.columns[at].unit.clone().unwrap_or_default(),
+        other => other.name().to_string(),
+    };
+    let setpoint = kept.column(kept.roles.setpoint.as_ref());
+    let output = kept.column(kept.roles.manipulated_value.as_ref());
+    // A plant has no setpoint: its roles are not those of a loop.
+    let first: Vec<usize> = setpoint.into_iter().chain(kept.process_value().filter(|_| setpoint.is_some())).collect();
+    let second: Vec<usize> = output.filter(|_| setpoint.is_some()).into_iter().collect();
+    let mut panels: Vec<(Vec<usize>, bool)> =
+        [first, second].into_iter().filter(|of| !of.is_empty()).map(|of| (of, true)).collect();
+    let mut lanes = Vec::new();
+    let mut left_out = 0;
+    for (at, column) in plan.columns.iter().enumerate() {
+        let is_repeated = !is_chosen && plan.source_of(column).is_some();
+        if panels.iter().any(|(of, _)| of.contains(&at)) || is_repeated {
+            continue;
+        }
+        if column.kind == Type::Boolean {
+            if is_chosen || lanes.len() < MOST_LANES {
+                lanes.push(curve(at));
+            } else {
+                left_out += 1;
+            }
+            continue;
+        }
+        let is_alike =
+            |other: usize| (plan.columns[other].kind, &plan.columns[other].unit) == (column.kind, &column.unit);
+        let has_room = is_chosen || panels.len() < MOST_PANELS;
+        match panels.iter_mut().find(|(of, is_role)| !is_role && is_alike(of[0])) {
+            Some((of, _)) if is_chosen || of.len() < MOST_CURVES => of.push(at),
+            None if has_room => panels.push((vec![at], false)),
+            _ => left_out += 1,
+        }
+    }
+    let panel =
+        |(of, _): (Vec<usize>, bool)| Panel { label: label(of[0]), curves: of.into_iter().map(curve).collect() };
+    let chart = Chart { title, time, over: None, panels: panels.into_iter().map(panel).collect(), lanes };
+    let svg = plot::svg(&chart)?;
+    let bytes = if is_svg { svg.into_bytes() } else { picture::png(&svg)? };
+    Ok(Picture { bytes, left_out })
+}

@@ -1,0 +1,145 @@
+"""The command as people and scripts call it: what is printed as JSON, return codes, rows that are chosen, signals from a file,
+completions and manual pages."""
+
+import csv
+import io
+import json
+import subprocess
+
+import pytest
+
+import host
+
+LOOP = ["--connect=CONT_C.LMN=HEATER.POWER", "--connect=HEATER.TEMP=CONT_C.PV_IN"]
+STEP = ["--set=CONT_C.MAN_ON=false", "--set=CONT_C.GAIN=0.7", "--set=CONT_C.TI=130", "--set=CONT_C.SP_INT=60"]
+FMUS = [str(host.FOLDER / f"{name}.fmu") for name in ("CONT_C", "HEATER")]
+
+
+@pytest.fixture
+def plcfmu(command, tmp_path):
+    def plcfmu(*arguments):
+        return subprocess.run([command, *map(str, arguments)], cwd=tmp_path, capture_output=True, text=True)
+
+    return plcfmu
+
+
+def test_a_check_is_a_list_of_verdicts(plcfmu, tmp_path):
+    (tmp_path / "bad.fmu").write_bytes(b"no archive")
+    done = plcfmu("check", "--run", "--json", FMUS[0], "bad.fmu")
+    good, bad = json.loads(done.stdout)
+    assert done.returncode == 1
+    assert (good["errors"], good["remarks"], good["file"]) == ([], [], FMUS[0])
+    assert good["run"].endswith("all variables read, freed") and good["libraries"]
+    assert bad["what"] is None and bad["errors"] == ["it is not a ZIP file, or its end is missing"]
+
+
+def test_a_good_fmu_is_ok(plcfmu):
+    done = plcfmu("check", FMUS[0])
+    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, "  ok")
+
+
+def test_the_return_code_says_what_is_wrong(plcfmu):
+    assert plcfmu("run", FMUS[0], "--stop=2").returncode == 0
+    assert plcfmu("run", FMUS[0], "--set=CONT_C.GIAN=2").returncode == 1
+    assert plcfmu("run", FMUS[0], "--setp=1").returncode == 2
+    assert plcfmu("run", "missing.fmu").returncode == 3
+    assert plcfmu("params", "missing.awl").returncode == 3
+    assert plcfmu("check", "missing.fmu").returncode == 3
+
+
+def test_a_negative_number_is_a_value_and_no_option(plcfmu):
+    done = plcfmu("run", FMUS[0], "--step", "-1", "--stop", "2")
+    assert "the communication step is -1.0 s: it has to be positive and finite" in done.stderr
+
+
+def test_a_run_tells_the_figures_of_its_loop(plcfmu):
+    given = ["run", *FMUS, *LOOP, *STEP, "--set=CONT_C.SP_INT=80@600", "--step=1", "--stop=1800"]
+    lines = plcfmu(*given).stdout.splitlines()
+    assert lines[1] == "figures:"
+    assert [line.split()[0] for line in lines[2:6]] == ["Rise", "Overshoot", "Settling", "IAE"]
+    told = json.loads(plcfmu(*given, "--json").stdout)
+    assert (told["steps"], told["step"], told["stop"]) == (1800, 1.0, 1800.0)
+    figures = {figure["key"]: figure for figure in told["figures"]}
+    # From 60 to 80: the deviation is 20 at first and decreases.
+    assert 100 < figures["iae"]["value"] < 20 * 1200
+    assert told["last"]["CONT_C.SP_INT"] == 80.0 and told["last"]["CONT_C.QLMN_HLM"] is False
+
+
+def test_a_run_of_a_plant_alone_has_no_figures(plcfmu):
+    lines = plcfmu("run", FMUS[1], "--stop=2").stdout.splitlines()
+    assert lines[1:] == ["no figures: setpoint and process value of the first FMU are not recorded"]
+
+
+def rows(text):
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def test_rows_are_recorded_as_often_as_wanted(plcfmu):
+    given = ["run", FMUS[1], "--step=0.5", "--stop=5.5", "--set=HEATER.POWER=100", "--record=HEATER.TEMP", "--out=-"]
+    every = rows(plcfmu(*given).stdout)
+    some = rows(plcfmu(*given, "--every=2").stdout)
+    assert [row["time"] for row in some] == ["0.0", "2.0", "4.0", "5.5"]
+    assert some == [every[0], every[4], every[8], every[11]]
+    assert "rows are recorded after whole steps" in plcfmu(*given, "--every=0.7").stderr
+
+
+def test_inputs_come_from_a_file_of_signals(plcfmu, tmp_path):
+    (tmp_path / "power.csv").write_text("time,HEATER.POWER\n0,10\n1.0,10\n2.0,50\n")
+    given = ["run", FMUS[1], "--step=1", "--stop=4", "--out=-", "--record=HEATER.POWER", "--record=HEATER.T_FURN"]
+    read = plcfmu(*given, "--input=power.csv")
+    assert [row["HEATER.POWER"] for row in rows(read.stdout)] == ["10.0", "10.0", "50.0", "50.0", "50.0"]
+    assert read.stdout == plcfmu(*given, "--set=HEATER.POWER=10", "--set=HEATER.POWER=50@2").stdout
+    # What a run has written is a file of signals.
+    (tmp_path / "again.csv").write_text(plcfmu(*given, "--input=power.csv", "--record=HEATER.POWER").stdout.replace("T_FURN", "DOOR"))
+    assert plcfmu("run", FMUS[1], "--step=1", "--stop=5", "--input=again.csv").returncode == 0
+
+
+def test_a_picture_has_setpoint_and_process_value_in_one_panel_and_fits_on_a_page(plcfmu, tmp_path):
+    assert plcfmu("run", *FMUS, *LOOP, *STEP, "--stop=300", "--plot=loop.svg").returncode == 0
+    svg = (tmp_path / "loop.svg").read_text()
+    names = [name for name in ("CONT_C.SP_INT", "CONT_C.PV", "CONT_C.LMN", "CONT_C.LMN_P") if f">{name}<" in svg]
+    assert names == ["CONT_C.SP_INT", "CONT_C.PV", "CONT_C.LMN", "CONT_C.LMN_P"]
+    assert svg.index(">CONT_C.SP_INT<") < svg.index(">CONT_C.PV<") < svg.index(">CONT_C.LMN<") < svg.index(">CONT_C.LMN_P<")
+    # A connected input repeats its output.
+    assert ">HEATER.POWER<" not in svg
+    assert plcfmu("run", *FMUS, *LOOP, "--stop=3", "--plot=one.svg", "--record=HEATER.POWER").returncode == 0
+    assert ">HEATER.POWER<" in (tmp_path / "one.svg").read_text()
+
+
+def test_a_preset_that_the_fmu_refuses_is_not_made(plcfmu, tmp_path):
+    done = plcfmu("preset", host.FOLDER / "PULS_CTR.fmu", "--set=RED_FAC=0", "--out=red.fmu")
+    assert done.returncode == 1
+    assert "error: red.fmu would not run: " in done.stderr and "RED_FAC is 0" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+    twice = plcfmu("preset", FMUS[0], "--set=GAIN=1", "--set=GAIN=2", "--out=two.fmu")
+    assert "GAIN is set twice: remove one of the settings" in twice.stderr
+
+
+def test_presets_are_told_as_json(plcfmu):
+    done = plcfmu("preset", FMUS[0], "--set=GAIN=3", "--out=FAST.fmu", "--json")
+    (told,) = json.loads(done.stdout)
+    assert (told["name"], told["block"], told["file"]) == ("FAST", "CONT_C", "FAST.fmu")
+    assert any("MAN_ON is TRUE" in warning for warning in told["warnings"])
+
+
+def test_the_step_of_a_loop_is_its_cycle_wherever_it_is_said(plcfmu, tmp_path):
+    (tmp_path / "fast.awl").write_text("DATA_BLOCK FAST CONT_C BEGIN CYCLE := T#100MS; END_DATA_BLOCK")
+    expected = "30 steps of 0.1 s, as {} proposes, from 0 s to 3 s"
+    assert plcfmu("run", "fast.awl", f"--fmus={host.FOLDER}", "--stop=3").stdout.startswith(expected.format("FAST"))
+    assert plcfmu("run", FMUS[0], "--set=CONT_C.CYCLE=0.1", "--stop=3").stdout.startswith(expected.format("CONT_C"))
+    assert plcfmu("preset", "fast.awl", "--fmus", FMUS[0], "--out=F.fmu").returncode == 0
+    assert plcfmu("run", "F.fmu", "--stop=3").stdout.startswith(expected.format("F"))
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell", "elvish"])
+def test_a_shell_can_complete_the_options(plcfmu, shell):
+    done = plcfmu("completions", shell)
+    assert done.returncode == 0 and "time-limit" in done.stdout
+
+
+def test_there_is_a_manual_page_for_each_command(plcfmu, tmp_path):
+    assert plcfmu("manual", "--out=man1").returncode == 0
+    pages = {page.name for page in (tmp_path / "man1").iterdir()}
+    assert {"plcfmu.1", "plcfmu-run.1", "plcfmu-check.1", "plcfmu-tune-study.1"} <= pages
+    assert "plcfmu-child.1" not in pages
+    assert (tmp_path / "man1/plcfmu-run.1").read_text().splitlines()[2].startswith(".TH plcfmu-run 1")
