@@ -400,3 +400,36 @@ def test_runs_that_kill_every_worker_are_named(tmp_path, between, client, monkey
     wanted = r"^runs? \d+( to \d+)?: 1 worker died while it ran it: .*tcp://\S+ .*; .*parts keeps what is done"
     with pytest.raises(plcfmu.StudyError, match=wanted):
         run(write_study(tmp_path / "deadly.toml", seed=7), tmp_path / "out", client)
+
+
+class Cluster:
+    """A client of a cluster with so many threads."""
+
+    class scheduler:
+        address = "tcp://127.0.0.1:8786"
+
+    def __init__(self):
+        self.threads = {}
+
+    def nthreads(self):
+        return self.threads
+
+
+def test_a_cluster_without_workers_is_told_once_after_five_seconds(caplog):
+    cluster, seconds = Cluster(), [0.0]
+    lonely = workers.Lonely(cluster, lambda: seconds[0])
+
+    def told(at, threads):
+        seconds[0], cluster.threads = at, threads
+        caplog.clear()
+        lonely.look()
+        return caplog.messages
+
+    message = "the cluster tcp://127.0.0.1:8786 has no workers: the study waits for the first one"
+    assert told(4.9, {}) == []
+    assert told(5.0, {}) == [message]
+    assert told(60.0, {}) == []
+    # The next time begins when the last worker is gone.
+    assert told(61.0, {"tcp://worker": 1}) == []
+    assert told(62.0, {}) == [] and told(66.9, {}) == []
+    assert told(67.0, {}) == [message]

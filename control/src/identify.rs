@@ -192,12 +192,14 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// The answer in a record whose samples are equally far apart.
+    /// The answer in a record whose samples are equally far apart. What the resolution of the process value and its noise add is
+    /// smoothed, as far as nothing else is: of changes from sample to sample they may be the most.
     ///
     /// # Errors
     /// Why the record says nothing about the plant, with numbers, and what to do.
     pub fn of(recorded: &Recorded, is_integrating: bool) -> Result<Answer> {
-        let step = Step::of(recorded, is_integrating)?;
+        let mut step = Step::of(recorded, is_integrating)?;
+        step.smooth();
         let values = step.values.iter().map(|value| value / step.height).collect();
         Ok(Answer { values, interval: step.interval(), noise: (step.noise / step.height).abs() })
     }

@@ -7,9 +7,9 @@ use crate::{Job, Signals, Study};
 use anyhow::{Context, Result};
 use modeldescription::digits::short;
 use modeldescription::{Causality, Description};
-use run::component::{Reset, Terminated};
+use run::component::Reset;
 use run::dialog::Roles;
-use run::master::{Recording, Run, Thinned};
+use run::master::{self, Recording, Run, Thinned};
 use run::plan::{Assignment, MemberPlan, Names, Plan};
 use run::system::{Recorded, System};
 use serde::{Deserialize, Serialize};
@@ -269,28 +269,28 @@ impl<C: Reset> Executor<C> {
         let Experiment { plan: measured, recording: plan, measures, .. } = &self.experiment;
         let place = |name: &String| plan.columns.iter().position(|column| column.name == *name).unwrap_or_default();
         let places: Vec<usize> = measured.columns.iter().map(|column| place(&column.name)).collect();
-        let mut run = Run::begin(plan, instances(plan, instantiate)?, Some(stop(plan)))?;
-        let mut kept = detail.thinned(plan.columns.clone(), plan.steps);
+        let mut kept = detail.thinned(plan.columns.clone(), plan.steps + 1);
         let piece = PIECE / plan.columns.len().max(1);
-        let mut row = vec![0.0; places.len()];
         measures.begin(&mut self.traces);
-        let mut ended = None;
-        for _ in 0..plan.steps {
-            match run.step(plan) {
-                Err(error) if error.is::<Terminated>() => {
-                    ended = Some(format!("{error:#}"));
-                    break;
+        let mut before: Option<(f64, Vec<f64>)> = None;
+        let mut row = vec![0.0; places.len()];
+        let ended = master::run_into(
+            plan,
+            &mut instances(plan, instantiate)?,
+            |_| {},
+            |time, values| {
+                kept.push(time, values);
+                if let Some((time, before)) = &before {
+                    // Figures are of calls, see `master`: what nobody reads is in the row of the next time.
+                    for (place, value) in places.iter().zip(&mut row) {
+                        *value = if plan.columns[*place].is_unread { values[*place] } else { before[*place] };
+                    }
+                    measures.step(&mut self.traces, *time, &row);
                 }
-                stepped => stepped?,
-            }
-            kept.push(run.time(), run.row());
-            if let Some(full) = kept.take(piece) {
-                receive(full)?;
-            }
-            places.iter().zip(&mut row).for_each(|(place, value)| *value = run.row()[*place]);
-            measures.step(&mut self.traces, run.time(), &row);
-        }
-        run.terminate(plan)?;
+                before = Some((time, values.to_vec()));
+                kept.take(piece).map_or(Ok(()), &mut receive)
+            },
+        )?;
         let has_ended = ended.is_some();
         let mut last = kept.recording();
         last.ended = ended;

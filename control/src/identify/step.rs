@@ -4,6 +4,10 @@ use super::{Recorded, SETTLED};
 use anyhow::{Result, bail};
 use modeldescription::digits::short;
 
+/// So many neighbours on each side are enough for smoothing.
+const MOST_NEIGHBOURS: usize = 200;
+/// What smoothing takes off may be so many times the noise and the rounding.
+const SMOOTHED: f64 = 1.2;
 /// The fewest samples after the step.
 const FEWEST: usize = 10;
 /// A change of the manipulated value above this part of its span is a step.
@@ -155,6 +159,22 @@ impl Step {
             (sums[at + reach + 1] - sums[at - reach]) / (2 * reach + 1) as f64
         };
         (0..self.values.len()).map(mean).collect()
+    }
+
+    /// Puts a parabola through the neighbours of each value in its place, as long as no more than noise and rounding is lost. What a
+    /// plant does gets slower with the time since the step, and so the longer this is, the more neighbours there are.
+    pub fn smooth(&mut self) {
+        let lost = self.noise.max(resolution(&self.values) / 12.0_f64.sqrt());
+        let Some(begin) = self.values.iter().position(|value| value.abs() > 4.0 * lost) else { return };
+        for part in [6, 12, 24, 48] {
+            let smooth = |at: usize| parabola(&self.values, at, (at.saturating_sub(begin) / part).min(MOST_NEIGHBOURS));
+            let smoothed: Vec<f64> = (0..self.values.len()).map(smooth).collect();
+            let squares = self.values.iter().zip(&smoothed).map(|(is, smooth)| (is - smooth) * (is - smooth));
+            if (squares.sum::<f64>() / self.values.len() as f64).sqrt() <= SMOOTHED * lost {
+                self.values = smoothed;
+                return;
+            }
+        }
     }
 
     /// The change in the last fifth of the record, as a part of the answer.
@@ -481,6 +501,20 @@ fn means_of_pulses(times: &[f64], input: &[f64]) -> Option<(Vec<f64>, f64)> {
 }
 
 /// Half of the changes are smaller: what a signal does by its noise.
+/// The value at a place of the parabola that fits its neighbours on both sides best (Savitzky and Golay), of so many if there are.
+fn parabola(values: &[f64], at: usize, reach: usize) -> f64 {
+    let reach = reach.min(at).min(values.len() - 1 - at);
+    if reach < 2 {
+        return values[at];
+    }
+    let count = (2 * reach + 1) as f64;
+    let square = (reach * (reach + 1)) as f64;
+    // With n = 2 reach + 1 and m = reach (reach + 1), the weight of neighbour i is (3 (3 m - 1) - 15 i^2) / (n (4 m - 3)).
+    let weight = |i: f64| (3.0 * (3.0 * square - 1.0) - 15.0 * i * i) / (count * (4.0 * square - 3.0));
+    let neighbours = values[at - reach..=at + reach].iter().enumerate();
+    neighbours.map(|(place, value)| weight(place as f64 - reach as f64) * value).sum()
+}
+
 fn typical_change(values: &[f64]) -> f64 {
     let mut changes: Vec<f64> = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     median(&mut changes)

@@ -550,7 +550,7 @@ fn a_long_recording_comes_in_pieces_or_with_its_extremes_alone() {
         pieces
     };
     let all = received(Detail::All);
-    assert_eq!(all.iter().sum::<usize>(), 200_000);
+    assert_eq!(all.iter().sum::<usize>(), 200_001);
     assert!(all.len() > 1 && all.iter().all(|rows| *rows <= PIECE), "{all:?}");
     assert_eq!(received(Detail::Drawn), [DRAWN]);
 }

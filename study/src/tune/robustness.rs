@@ -192,12 +192,17 @@ impl Linear {
     /// # Errors
     /// Why the record says nothing about the plant, and what to do.
     pub fn identified(&self, of: &Identification, recording: &Recording, settings: &Values) -> Result<Identified> {
-        let column = |name: &String| -> Result<Vec<f64>> {
+        let place = |name: &String| {
             let place = recording.columns.iter().position(|column| column.name == *name);
-            Ok(recording.column(place.with_context(|| format!("{name} is not recorded"))?).collect())
+            place.with_context(|| format!("{name} is not recorded"))
         };
-        let (input, output) = (column(&of.manual)?, column(&of.process_value)?);
-        let recorded = Recorded { times: &recording.times, input: &input, output: &output };
+        let (manual, process_value) = (place(&of.manual)?, place(&of.process_value)?);
+        let seen = &recording.columns[process_value];
+        // An input is in the row of its call; an output may be in that of the next time.
+        let late = usize::from(seen.is_before_step || seen.is_unread);
+        let output: Vec<f64> = recording.column(process_value).skip(late).collect();
+        let input: Vec<f64> = recording.column(manual).take(output.len()).collect();
+        let recorded = Recorded { times: &recording.times[..output.len()], input: &input, output: &output };
         let answer = Answer::of(&recorded, of.is_integrating)?;
         let delay = self.delay_of_pulses(settings);
         let answer = if delay > 0.0 { answer.averaged(self.period(settings)) } else { answer };
