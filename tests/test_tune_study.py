@@ -81,7 +81,9 @@ def figures(run, path, settings, plant):
     given += [f"--set=HEATER.{name}={value!r}" for name, value in plant.items()]
     done = run("run", path.parent / "one/tuned.toml", *given, *(f"--record={name}" for name in record), "--out", path)
     assert done.returncode == 0, done.stderr
-    setpoint, value, manipulated = ([float(row[name]) for row in rows(path)] for name in record)
+    # A row for each call, and one for the end.
+    *calls, _ = rows(path)
+    setpoint, value, manipulated = ([float(row[name]) for row in calls] for name in record)
     step = setpoint.index(60.0)
     start = value[step]
     iae = sum(abs(w - x) for w, x in zip(setpoint[step:], value[step:]))

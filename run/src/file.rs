@@ -470,6 +470,11 @@ impl<'a> Reader<'a> {
 /// A message of TOML's reader in the words of a user: "expected a list; found the text \"max\"".
 pub fn plain(message: &str) -> String {
     let message = message.trim().replace('\n', "; ");
+    if let Some((name, expected)) = message.strip_prefix("unknown ").and_then(|rest| rest.split_once(", expected ")) {
+        let name = name.split('`').nth(1).unwrap_or_default();
+        let near = near(name, expected.split('`').skip(1).step_by(2));
+        return near.map_or_else(|| message.clone(), |near| format!("{message}; did you mean {near}?"));
+    }
     let wrong = ["invalid type: ", "invalid value: "].iter().find_map(|kind| message.strip_prefix(kind));
     let Some((found, expected)) = wrong.and_then(|rest| rest.rsplit_once(", expected ")) else { return message };
     let (expected, rest) =

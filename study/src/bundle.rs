@@ -70,7 +70,7 @@ pub fn open(path: &Path) -> Result<Reading> {
     if fingerprint(&job)? != content.fingerprint {
         bail!("{shown} has changed since it was made, or was made by another version of plcfmu: {again}");
     }
-    Ok(Reading { name: content.name, job, tune: None, renews: Some(content.renews) })
+    Ok(Reading { name: content.name, job, tune: None, renews: Some(content.renews), places: Vec::new() })
 }
 
 #[cfg(test)]

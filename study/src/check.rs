@@ -2,7 +2,7 @@
 
 use crate::distribution::Distribution;
 use crate::sampling::{SOBOL_AXES, SOBOL_SAMPLES};
-use crate::{Along, Axis, Sampling, Study};
+use crate::{Along, Axis, Limit, Sampling, Study, Window};
 use anyhow::{Context, Result, bail};
 use run::system::Value;
 
@@ -18,6 +18,8 @@ impl Study {
         for (number, axis) in self.axes.iter().enumerate() {
             axis.check().with_context(|| axis.label(number))?;
         }
+        self.window.check().context("window")?;
+        self.limits.iter().try_for_each(Limit::check).context("limits")?;
         let distributions = self.distributions();
         if self.samples == 0 {
             bail!("samples = 0: give the number of samples of the distributions, 1 or more");
@@ -76,6 +78,38 @@ impl Study {
     /// How many axes have a distribution.
     pub(super) fn distributions(&self) -> usize {
         self.axes.iter().filter(|axis| Distribution::of(&axis.along).is_some()).count()
+    }
+}
+
+impl Window {
+    fn check(self) -> Result<()> {
+        if [self.from, self.to].into_iter().flatten().any(|time| !time.is_finite()) {
+            bail!("give finite times in seconds, or leave from or to out");
+        }
+        if let (Some(from), Some(to)) = (self.from, self.to)
+            && from >= to
+        {
+            bail!("from = {from:?} is not before to = {to:?}: correct one of them");
+        }
+        Ok(())
+    }
+}
+
+impl Limit {
+    fn check(&self) -> Result<()> {
+        let name = &self.variable;
+        for (bound, value) in [("min", self.min), ("max", self.max)] {
+            if value.is_some_and(|value| !value.is_finite()) {
+                bail!("{name}: {bound} is not a finite number: leave it out if there is no such limit");
+            }
+        }
+        match (self.min, self.max) {
+            (None, None) => bail!("{name} has no limit: give min, max or both"),
+            (Some(min), Some(max)) if min > max => {
+                bail!("{name}: min = {min:?} is above max = {max:?}: exchange them")
+            }
+            _ => Ok(()),
+        }
     }
 }
 

@@ -124,12 +124,6 @@ pub fn open(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     read::read(path, fmus, parameters)
 }
 
-/// An error with the name of its file in front, unless it begins with a place in this file.
-pub fn located(error: anyhow::Error, path: &Path) -> anyhow::Error {
-    let shown = path.display().to_string();
-    if error.to_string().starts_with(&shown) { error } else { error.context(shown) }
-}
-
 /// Removes the files of a folder whose names are those of an older study's files, and the folder if nothing else is in it.
 ///
 /// # Errors

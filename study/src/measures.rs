@@ -131,15 +131,6 @@ impl Measures {
                  \"FMU.VARIABLE\"), or single variables ([[values]] with variable = \"FMU.VARIABLE\", take = [\"max\"])"
             );
         }
-        let window = study.window;
-        if [window.from, window.to].into_iter().flatten().any(|time| !time.is_finite()) {
-            bail!("window: give finite times in seconds, or leave from or to out");
-        }
-        if let (Some(from), Some(to)) = (window.from, window.to)
-            && from >= to
-        {
-            bail!("window: from = {from:?} is not before to = {to:?}: correct one of them");
-        }
         measures.columns = columns.columns;
         Ok(measures)
     }
@@ -216,19 +207,6 @@ impl Measures {
     fn add_limits(&mut self, study: &Study, columns: &mut Columns) -> Result<()> {
         for limit in &study.limits {
             let (column, _) = columns.add(&limit.variable)?;
-            let name = &limit.variable;
-            for (bound, value) in [("min", limit.min), ("max", limit.max)] {
-                if value.is_some_and(|value| !value.is_finite()) {
-                    bail!("{name}: {bound} is not a finite number: leave it out if there is no such limit");
-                }
-            }
-            match (limit.min, limit.max) {
-                (None, None) => bail!("{name} has no limit: give min, max or both"),
-                (Some(min), Some(max)) if min > max => {
-                    bail!("{name}: min = {min:?} is above max = {max:?}: exchange them")
-                }
-                _ => {}
-            }
             self.add_figure(&format!("{}.violation", columns.columns[column]), Some("s".into()))?;
             self.limits.push((column, limit.clone()));
         }

@@ -18,7 +18,7 @@
 use crate::{Along, Axis, Job, Limit, Sampling, Signals, Study, Taken, Window};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use run::file::{self, Entries, Event, Node, ReadParameters, Reader, plain};
-use run::system::{Setting, System, Value};
+use run::system::{Place, Setting, System, Value};
 use serde::Deserialize;
 use std::path::Path;
 use toml::{Spanned, Table};
@@ -40,6 +40,57 @@ pub struct Reading {
     pub tune: Option<Table>,
     /// Whether each run needs new instances; not known for a file that a user has written.
     pub renews: Option<bool>,
+    /// Where what an error may be about is in the file.
+    pub places: Vec<Part>,
+}
+
+/// A part of a study's file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// How errors about it begin.
+    begins: String,
+    /// What they name; anything if it is empty.
+    names: String,
+    place: Place,
+}
+
+impl Reading {
+    /// An error with the place of what it is about in front, or with the name of the file if that is not known.
+    pub fn located(&self, error: anyhow::Error, path: &Path) -> anyhow::Error {
+        located(&self.places, error, path)
+    }
+}
+
+fn located(places: &[Part], error: anyhow::Error, path: &Path) -> anyhow::Error {
+    let (text, shown) = (format!("{error:#}"), path.display().to_string());
+    if text.starts_with(&shown) {
+        return error;
+    }
+    let is_about = |part: &&Part| text.starts_with(&part.begins) && text.contains(&part.names);
+    let part = places.iter().filter(is_about).max_by_key(|part| (part.names.len(), part.begins.len()));
+    error.context(part.map_or(shown, |part| part.place.to_string()))
+}
+
+/// The parts of a file.
+fn places(reader: &Reader, content: &Content, axes: &[Axis]) -> Vec<Part> {
+    let part = |begins: &str, names: &str, span| Part {
+        begins: begins.into(),
+        names: names.into(),
+        place: reader.place(span),
+    };
+    let mut parts = Vec::new();
+    for (number, (axis, at)) in axes.iter().zip(&content.axes).enumerate() {
+        parts.push(part(&axis.label(number), "", at.span()));
+    }
+    parts.extend(content.axes.first().map(|axis| part("the axes span", "", axis.span())));
+    parts.extend(content.samples.iter().map(|of| part("samples", "", of.span())));
+    parts.extend(content.signals.iter().map(|of| part("signals", "", of.span())));
+    parts.extend(content.window.iter().map(|of| part("window", "", of.span())));
+    parts.extend(content.values.iter().map(|of| part("values", &of.get_ref().variable, of.span())));
+    parts.extend(content.limits.iter().map(|of| part("limits", &of.get_ref().variable, of.span())));
+    parts.extend(content.main.iter().map(|of| part("main", "", of.span())));
+    parts.extend(content.tune.iter().map(|of| part("[tune]", "", of.span())));
+    parts
 }
 
 /// What the file may hold.
@@ -62,16 +113,14 @@ struct Content {
     sampling: Sampling,
     #[serde(default)]
     axes: Vec<Spanned<AxisOf>>,
+    signals: Option<Spanned<Signals>>,
+    window: Option<Spanned<Window>>,
     #[serde(default)]
-    signals: Signals,
+    values: Vec<Spanned<Taken>>,
     #[serde(default)]
-    window: Window,
-    #[serde(default)]
-    values: Vec<Taken>,
-    #[serde(default)]
-    limits: Vec<Limit>,
-    main: Option<String>,
-    tune: Option<Table>,
+    limits: Vec<Spanned<Limit>>,
+    main: Option<Spanned<String>>,
+    tune: Option<Spanned<Table>>,
 }
 
 #[derive(Deserialize)]
@@ -110,21 +159,23 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
         let place = reader.place(samples.span());
         ensure!(SAMPLES.contains(samples.get_ref()), "{place}: samples is from {least} to {most}");
     }
+    let axes: Vec<Axis> = content.axes.iter().map(|axis| self::axis(&reader, axis)).collect::<Result<_>>()?;
+    let places = places(&reader, &content, &axes);
     let study = Study {
-        axes: content.axes.iter().map(|axis| self::axis(&reader, axis)).collect::<Result<_>>()?,
+        axes,
         samples: content.samples.map_or(Study::default().samples, Spanned::into_inner),
         seed: content.seed,
         sampling: content.sampling,
-        signals: content.signals,
-        window: content.window,
-        values: content.values,
-        limits: content.limits,
-        main: content.main,
+        signals: content.signals.map(Spanned::into_inner).unwrap_or_default(),
+        window: content.window.map(Spanned::into_inner).unwrap_or_default(),
+        values: content.values.into_iter().map(Spanned::into_inner).collect(),
+        limits: content.limits.into_iter().map(Spanned::into_inner).collect(),
+        main: content.main.map(Spanned::into_inner),
     };
     // Before the numbers are written as JSON, which has no NaN.
-    study.check().with_context(|| path.display().to_string())?;
+    study.check().map_err(|error| located(&places, error, path))?;
     let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    Ok(Reading { name, job: Job { system, study }, tune: content.tune, renews: None })
+    Ok(Reading { name, job: Job { system, study }, tune: content.tune.map(Spanned::into_inner), renews: None, places })
 }
 
 /// The system of a study's loop.
@@ -309,9 +360,21 @@ mod tests {
         let wrong = axis("variable = \"C.A\"\nuniform = { min = 0, most = 1 }");
         assert!(wrong.starts_with("study.toml:4:11: uniform: unknown field `most`"), "{wrong}");
         let wrong = axis("variable = \"C.A\"\nuniform = { min = nan, max = 1 }");
-        assert_eq!(wrong, "study.toml: axis 1 (C.A): uniform: min = NaN: give a finite number");
+        assert_eq!(wrong, "study.toml:2:1: axis 1 (C.A): uniform: min = NaN: give a finite number");
+        let other = |text: &str| error(&format!("loop = \"loop.toml\"\n{text}"));
+        // JSON, in which workers get their job, has no NaN: here it still is one.
+        assert_eq!(
+            other("[[limits]]\nvariable = \"C.PV\"\nmax = 1\n[[limits]]\nvariable = \"C.LMN\"\nmax = nan"),
+            "study.toml:5:1: limits: C.LMN: max is not a finite number: leave it out if there is no such limit"
+        );
+        assert_eq!(
+            other("[window]\nfrom = inf"),
+            "study.toml:2:1: window: give finite times in seconds, or leave from or to out"
+        );
+        assert!(other("samples = 5").starts_with("study.toml:2:11: samples = 5, but no axis has a distribution"));
         let wrong = axis("variable = \"C.A\"\nvalue = [1]");
         assert!(wrong.starts_with("study.toml:4:1: unknown field `value`, expected one of"), "{wrong}");
+        assert!(wrong.ends_with("; did you mean values?"), "{wrong}");
         assert!(error("loop = \"loop.toml\"\nsamples = 0").ends_with("samples is from 1 to 1000000000"));
     }
 }

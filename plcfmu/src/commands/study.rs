@@ -115,7 +115,7 @@ pub fn run(options: &Options) -> Result<()> {
     let figures = pool.experiment().figures.clone();
     let expectations = options.expect.iter().map(|text| Expectation::parse(text, &figures));
     let expectations = expectations.collect::<Result<Vec<_>>>()?;
-    let main = report::main_figure(&reading.job, &figures).map_err(|error| study::located(error, &options.study))?;
+    let main = report::main_figure(&reading.job, &figures).map_err(|error| reading.located(error, &options.study))?;
     if let Some(run) = options.curves.iter().find(|run| **run >= count) {
         bail!("there is no run {run}: the study has the runs 0 to {}", count.saturating_sub(1));
     }
@@ -194,7 +194,7 @@ fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<Ato
     if pool_options.interrupted.load(Ordering::Relaxed) {
         bail!(Interrupted("no run was made".into()));
     }
-    pool.map_err(|error| study::located(error, &options.study))
+    pool.map_err(|error| reading.located(error, &options.study))
 }
 
 /// Tells what the user should know before the runs.

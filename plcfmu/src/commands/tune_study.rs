@@ -75,7 +75,7 @@ pub fn run(options: &Options) -> Result<()> {
         interrupted: interruption()?,
         ..defaults
     };
-    let mut tuning = Tuning::start(&reading, &pool_options).map_err(|error| study::located(error, &options.study))?;
+    let mut tuning = Tuning::start(&reading, &pool_options).map_err(|error| reading.located(error, &options.study))?;
     for remark in reading.job.system.remarks.iter().chain(&tuning.remarks) {
         eprintln!("remark: {remark}");
     }

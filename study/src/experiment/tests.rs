@@ -552,7 +552,9 @@ fn a_long_recording_comes_in_pieces_or_with_its_extremes_alone() {
     let all = received(Detail::All);
     assert_eq!(all.iter().sum::<usize>(), 200_001);
     assert!(all.len() > 1 && all.iter().all(|rows| *rows <= PIECE), "{all:?}");
-    assert_eq!(received(Detail::Drawn), [DRAWN]);
+    // Of 21 rows each, two: 2 * ceil(200 001 / 21).
+    assert_eq!(received(Detail::Drawn), [19_048]);
+    assert!(19_048 <= DRAWN);
 }
 
 #[test]
