@@ -226,6 +226,21 @@ def test_a_link_makes_the_same_run_to_the_same_bits_elsewhere(tool, open_tool):
     other.get_by_text("The link is not whole").wait_for()
 
 
+def test_what_is_sent_between_two_calls_stays(tool):
+    run_calls(tool, 5)
+    for name, value in (("GAIN", "0.7"), ("TI", "120"), ("TD", "3")):
+        tool.locator(f"#field-{name}").evaluate("(field, value) => { field.value = value; }", value)
+        tool.locator(f"#field-{name}").dispatch_event("input")
+        send = "async name => (await import('tool/store.js')).store.send([name])"
+        assert tool.evaluate(send, name) is True
+    assert [tool.locator(f"#field-{name}").input_value() for name in ("GAIN", "TI", "TD")] == ["0.7", "120", "3"]
+    run_calls(tool, 1)
+    _, table = saved(tool, "CSV of everything")
+    values = test_tool_run.recorded(table.decode())
+    last = [test_tool_run.number(values[f"TIC101.{name}"][-1]) for name in ("GAIN", "TI", "TD")]
+    assert last == pytest.approx([0.7, 120, 3])
+
+
 def test_a_new_loop_says_what_comes_next(open_tool):
     page = open_tool((1366, 768))
     new_loop(page, "TIC101")

@@ -36,7 +36,7 @@ from search import Index, shortened  # noqa: E402
 
 TOOL = "plcfmu-tool.html"
 THUMBNAIL = (640, 360)
-PICTURES = {".png", ".svg"}
+PICTURES = {".gif", ".png", ".svg"}
 # A picture in Markdown: its text and its file.
 PICTURE = re.compile(r"!\[(.*?)\]\((.*?)\)", re.DOTALL)
 

@@ -1,13 +1,16 @@
-"""Takes the pictures of README.md and docs/tool.md: a session with the parameter tool, from a parameter file to the result.
+"""Takes the pictures of README.md and docs/tool.md: a session with the parameter tool, from a parameter file to the result, and a
+short animation of frames of a run.
 
     cargo xtask tool
     target/venv/bin/python docs/tool/pictures.py target/tool/plcfmu-tool.html
 """
 
+import io
 import pathlib
 import shutil
 import sys
 
+import PIL.Image
 from playwright.sync_api import sync_playwright
 
 FOLDER = pathlib.Path(__file__).resolve().parent
@@ -80,6 +83,41 @@ def session(page):
     yield "take"
 
 
+def frames(page):
+    """The frames of a run: a furnace is tuned, and the same test shows what has become better."""
+    page.locator(".card").filter(has_text="Furnace with a continuous").click()
+    page.wait_for_function("() => document.querySelector('#curves [role=slider]').ariaValueMax > 500")
+    show_tab(page, "Runs")
+    for _ in range(4):
+        yield page.screenshot()
+    for name, value in (("GAIN", "0.7"), ("TI", "120")):
+        page.locator(f"#field-{name}").fill(value)
+        yield page.screenshot()
+        page.locator(f"#field-{name}").press("Enter")
+    page.get_by_role("button", name="Reset").click()
+    page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
+    for seconds in [5] * 12 + [10] * 12 + [20] * 21:
+        page.locator("#run-for").fill(str(seconds))
+        page.get_by_role("button", name="Run", exact=True).click()
+        page.get_by_role("button", name="Pause", exact=True).wait_for(state="hidden")
+        page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        yield page.screenshot()
+    page.wait_for_function("() => document.querySelectorAll('#runs tbody tr').length === 2")
+    for _ in range(14):
+        yield page.screenshot()
+
+
+def animate(taken, path):
+    """Puts frames together; equal ones are one that stays longer."""
+    first, *others = [
+        PIL.Image.open(io.BytesIO(frame)).convert("RGB").resize((1024, 576), PIL.Image.Resampling.LANCZOS)
+        for frame in taken
+    ]
+    palette = others[-1].quantize(240, method=PIL.Image.Quantize.MAXCOVERAGE, dither=PIL.Image.Dither.NONE)
+    first, *others = [one.quantize(palette=palette, dither=PIL.Image.Dither.NONE) for one in (first, *others)]
+    first.save(path, save_all=True, append_images=others, duration=110, loop=0, optimize=True)
+
+
 def main():
     """Takes them all."""
     page_file = pathlib.Path(sys.argv[1]).resolve()
@@ -89,6 +127,9 @@ def main():
         page.goto(page_file.as_uri())
         for name in session(page):
             page.screenshot(path=FOLDER / f"{name}.png")
+        page = browser.new_page(viewport=SIZE)
+        page.goto(page_file.as_uri())
+        animate(list(frames(page)), FOLDER / "run.gif")
         browser.close()
 
 

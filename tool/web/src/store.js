@@ -458,6 +458,14 @@ export const store = {
     const state = await ask({ do: "again" });
     loop?.runs.push(state.run);
     await store.take(Promise.resolve(state));
+    // What was sent after the last call is in force, and in no state yet.
+    const { events } = await ask({ do: "events" });
+    for (const { call, variable: name, value } of events) {
+      const [member, own] = split(name);
+      const setting = member === loop?.member ? loop?.settings[own] : undefined;
+      if (setting && call >= state.calls) setting.sent = setting.value = value;
+    }
+    store.emit("settings", Object.keys(loop?.settings ?? {}));
     // The record has settings of its own: Undo takes them back.
     const change = before.map(({ name, one, before }) => ({ name, before, after: one.value }));
     const moved = change.filter(
@@ -530,7 +538,7 @@ export const store = {
     const before = store.state;
     const state = await answer;
     store.state = state;
-    const moved = follow(store.live, state);
+    const moved = follow(store.live, state, before);
     if (moved.length > 0 && store.isLive()) store.emit("settings", moved);
     store.emit("state");
     for (const remark of state.remarks) store.say(remark);
@@ -657,17 +665,22 @@ export function split(name) {
 }
 
 /**
- * What has moved in the run by a ramp: names of settings.
+ * What has moved in the run by a ramp or a record: names of settings. A value that was sent since the last call is not in the state
+ * yet, and stays.
  *
  * @param {Work | undefined} loop
  * @param {State} state
+ * @param {State | undefined} before
  */
-function follow(loop, state) {
+function follow(loop, state, before) {
+  const isSameRun = before?.run === state.run;
   const moved = [];
   for (const [name, setting] of Object.entries(loop?.settings ?? {})) {
     const now = loop && state.values[variable(loop, name)];
     if (!loop || now === undefined || isEdited(setting) || wiredTo(loop, name)) continue;
-    if (same(setting.variable.kind, now, setting.sent)) continue;
+    const { kind } = setting.variable;
+    const last = isSameRun ? before?.values[variable(loop, name)] : undefined;
+    if (same(kind, now, setting.sent) || (last !== undefined && same(kind, now, last))) continue;
     setting.sent = setting.value = now;
     moved.push(name);
   }
