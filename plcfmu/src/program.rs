@@ -92,9 +92,11 @@ pub fn is_source(file: &Path) -> bool {
     matches!(ending.as_deref(), Some("scl" | "udt" | "db" | "awl"))
 }
 
-/// Whether a file is a source with a block that is executed; else it holds types and data alone, as a parameter file does.
+/// Whether a file is a source with a block that is executed; else it holds types and data alone, as a parameter file does. The
+/// blocks of .awl are in STL.
 pub fn has_code(file: &Path) -> bool {
-    let text = if is_source(file) {
+    let is_stl = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("awl"));
+    let text = if is_source(file) && !is_stl {
         Source::read(file, None).map(|source| source.text).unwrap_or_default()
     } else {
         String::new()

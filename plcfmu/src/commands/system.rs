@@ -88,7 +88,9 @@ impl Arguments {
     pub fn system(&self) -> Result<System> {
         let mut system = System::default();
         let mut has_description = false;
-        let is_program = self.files.iter().any(|file| has_code(path_of(file)));
+        // With a folder of FMUs and no cycle, sources are parameter files, which may hold the blocks of their loops, too.
+        let are_parameters = self.fmus.is_some() && self.program.cycles.is_empty();
+        let is_program = !are_parameters && self.files.iter().any(|file| has_code(path_of(file)));
         let mut own: Option<String> = None;
         for file in &self.files {
             let path = Path::new(file);
