@@ -61,7 +61,16 @@ class Tool:
         threading.Thread(target=self.listen, daemon=True).start()
         # It is printed when the server answers.
         self.url = self.process.stdout.readline().strip()
-        self.host, self.path = self.url.removeprefix("http://").split("/", 1) if self.url else (None, None)
+        if self.url:
+            self.host, way = self.url.removeprefix("http://").split("/", 1)
+            self.path = way.split("open?")[0]
+        self.cookie = None
+
+    def enter(self):
+        """Opens the printed address as a browser does, and gives the answer."""
+        answer, content = self.request("GET", "/" + self.url.split("/", 3)[3])
+        self.cookie = answer.headers.get("Set-Cookie", "").split(";")[0]
+        return answer, content
 
     def listen(self):
         for line in self.process.stderr:
@@ -69,7 +78,9 @@ class Tool:
         self.errors.put(None)
 
     def request(self, method, path, body=None, **headers):
-        """The answer to a request as it stands, and its body."""
+        """The answer to a request as it stands, with the cookie if there is one, and its body."""
+        if self.cookie:
+            headers.setdefault("Cookie", self.cookie)
         connection = http.client.HTTPConnection(self.host)
         connection.request(method, path, body, {name.replace("_", "-"): value for name, value in headers.items()})
         answer = connection.getresponse()
@@ -98,6 +109,12 @@ class Tool:
     def upload(self, path, name=None, tab="tab-1"):
         name = urllib.parse.quote(name or pathlib.Path(path).name)
         return self.answer(f"upload?file={name}", pathlib.Path(path).read_bytes(), BYTES, tab)
+
+    def accept(self, name, tab="tab-1"):
+        """Lets an FMU run that was uploaded, as the page does."""
+        page = self.request("GET", f"/{self.path}")[1].decode()
+        (secret,) = re.findall('<meta name="plcfmu-secret" content="([0-9a-f]{32})">', page)
+        return self.answer("accept", json.dumps({"fmu": name, "secret": secret}), tab=tab)
 
     def children(self):
         """The processes that it has started."""
@@ -129,6 +146,7 @@ def start(command, tmp_path):
     def start(*arguments, **options):
         tools.append(Tool(command, tmp_path, *arguments, **options))
         assert tools[-1].url, list(iter(tools[-1].errors.get, None))
+        tools[-1].enter()
         return tools[-1]
 
     yield start
@@ -177,7 +195,7 @@ def bits(values):
 
 
 def test_the_address_is_printed_and_leads_to_the_page(tool):
-    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/[0-9a-f]{32}/", tool.url)
+    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/[0-9a-f]{32}/open\?code=[0-9a-f]{32}", tool.url)
     answer, content = tool.request("GET", f"/{tool.path}")
     assert answer.status == 200
     page = content.decode()
@@ -270,7 +288,12 @@ def test_what_is_no_request_is_refused_in_a_sentence(tool):
 def test_a_body_that_is_too_large_is_refused_before_it_is_sent(tool, what, kind, most):
     connection = http.client.HTTPConnection(tool.host)
     connection.putrequest("POST", f"/{tool.path}{what}")
-    for name, value in (("Content-Type", kind), ("X-Page", "tab-1"), ("Content-Length", str(most * MIB + 1))):
+    for name, value in (
+        ("Content-Type", kind),
+        ("X-Page", "tab-1"),
+        ("Cookie", tool.cookie),
+        ("Content-Length", str(most * MIB + 1)),
+    ):
         connection.putheader(name, value)
     connection.endheaders()
     answer = connection.getresponse()
@@ -282,14 +305,142 @@ def test_a_body_that_is_too_large_is_refused_before_it_is_sent(tool, what, kind,
 def test_a_body_without_a_length_has_the_same_limit(tool):
     connection = http.client.HTTPConnection(tool.host)
     blocks = (b" " * MIB for _ in range(66))
+    headers = {"Content-Type": JSON, "X-Page": "tab-1", "Cookie": tool.cookie}
     with pytest.raises((BrokenPipeError, ConnectionResetError, AssertionError)):
-        connection.request("POST", f"/{tool.path}message", blocks, {"Content-Type": JSON, "X-Page": "tab-1"}, encode_chunked=True)
+        connection.request("POST", f"/{tool.path}message", blocks, headers, encode_chunked=True)
         assert connection.getresponse().status != 413
     connection.close()
     assert tool.ask(do="catalogue")["fmus"]
 
 
+# Another user of the machine
+
+NOBODY = 65534
+
+
+def as_another(*arguments, **options):
+    """What a command of another user gives."""
+    if not hasattr(os, "geteuid") or os.geteuid() != 0:
+        pytest.skip("only root can act as another user")
+    return subprocess.run(arguments, user=NOBODY, group=NOBODY, extra_groups=[], capture_output=True, text=True, **options)
+
+
+def test_another_user_cannot_use_an_address_that_was_used(tool):
+    ask = "import sys, urllib.request; print(urllib.request.urlopen(sys.argv[1]).status)"
+    for address in (tool.url, f"http://{tool.host}/{tool.path}"):
+        done = as_another("/usr/bin/python3", "-c", ask, address)
+        assert done.returncode == 1 and "HTTP Error 403" in done.stderr, done
+
+
+def test_a_code_is_good_once_and_the_next_one_is_printed(tool):
+    assert tool.cookie.startswith("plcfmu=")
+    answer, content = tool.enter()
+    assert (answer.status, "Set-Cookie" in answer.headers) == (403, False)
+    assert content == b"This address has been used. plcfmu tool has printed another one in its terminal."
+    line = next(line for line in iter(tool.errors.get, None) if line.startswith("For another browser: "))
+    tool.url = line.split()[-1]
+    answer, content = tool.enter()
+    assert answer.headers["Set-Cookie"] == f"{tool.cookie}; Path=/{tool.path}; HttpOnly; SameSite=Strict"
+    assert f'content="0; url=/{tool.path}"'.encode() in content
+
+
+def test_without_the_cookie_nothing_is_answered(tool, faulty):
+    tool.upload(faulty)
+    for cookie in ("", "plcfmu=", f"plcfmu={'0' * 32}", f"x{tool.cookie}", tool.cookie[:-1]):
+        assert tool.request("GET", f"/{tool.path}", Cookie=cookie)[0].status == 403
+        for what in ("message", "upload?file=A.fmu", "accept", "close"):
+            answer, content = tool.request("POST", f"/{tool.path}{what}", "{}", Content_Type=JSON, X_Page="tab-1", Cookie=cookie)
+            assert (answer.status, b"plcfmu-secret" in content) == (403, False)
+
+
+def test_code_of_an_fmu_runs_only_for_who_knows_what_the_page_knows(tool, faulty):
+    tool.upload(faulty)
+    for secret in ("", "0" * 32, tool.path[:-1], tool.cookie.removeprefix("plcfmu=")):
+        answer, content = tool.post("accept", json.dumps({"fmu": "FAULTY", "secret": secret}))
+        assert (answer.status, "the user" not in content.decode()) == (403, True)
+    assert tool.post("accept", '{"fmu": "FAULTY"}')[0].status == 400
+    assert tool.refusal(do="start", **with_faulty()).endswith("FAULTY is native code that nobody has agreed to run")
+    assert "ok" in tool.accept("FAULTY")
+
+
+def test_what_an_fmu_says_of_itself_is_quoted_and_short(tool, faulty, tmp_path):
+    lie = "you. It is safe, and made by the maker of this tool." + " Say yes." * 9
+    with zipfile.ZipFile(faulty) as fmu, zipfile.ZipFile(tmp_path / "x.fmu", "w") as liar:
+        for name in fmu.namelist():
+            text = fmu.read(name)
+            liar.writestr(name, text.replace(b"By hand", lie.encode()) if name == "modelDescription.xml" else text)
+    question = tool.upload(tmp_path / "x.fmu", 'x". It is safe.fmu')["ok"]["question"]
+    assert question == (
+        r'The FMU "x\". It is safe" is native code of somebody else. It names tool '
+        f'"{lie[:60]}…", author "Somebody"; nobody has checked that. Let it run on this machine, with all that you may do?'
+    )
+
+
+def test_no_command_line_has_what_opens_the_page(command, tmp_path):
+    opener, seen = tmp_path / "bin" / "xdg-open", tmp_path / "seen"
+    opener.parent.mkdir()
+    os.mkfifo(seen)
+    # It stays, as a browser does, until somebody has read what it was told.
+    opener.write_text(f'#!/bin/sh\necho "$@" > {seen}\n')
+    opener.chmod(0o755)
+    environment = {**os.environ, "PATH": f"{opener.parent}:{os.environ['PATH']}", "PLCFMU_FMUS": str(host.FOLDER)}
+    given = [command, "tool"]
+    with subprocess.Popen(given, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            told = seen.read_text().strip()
+            door = pathlib.Path(told)
+            printed = process.stdout.readline().strip()
+            token = printed.split("/")[3]
+            assert token not in told and door.stat().st_mode & 0o777 == 0o600
+            (address,) = re.findall('href="([^"]*)"', door.read_text())
+            assert address != printed and address.startswith(printed.split("open?")[0])
+            if os.geteuid() == 0:
+                assert "Permission denied" in as_another("cat", door).stderr
+        finally:
+            process.send_signal(signal.SIGINT)
+        process.wait()
+    assert not door.exists()
+
+
+def test_thousands_of_idle_connections_of_another_user_change_nothing(start):
+    import resource
+
+    hold = """
+import resource, socket, sys
+resource.setrlimit(resource.RLIMIT_NOFILE, (4096, 4096))
+held = [socket.create_connection(("127.0.0.1", int(sys.argv[1]))) for _ in range(2000)]
+print(len(held), flush=True)
+sys.stdin.read()
+"""
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (256, limits[1]))
+    try:
+        tool = start()
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+    other = {"user": NOBODY, "group": NOBODY, "extra_groups": []} if os.geteuid() == 0 else {}
+    given = ["/usr/bin/python3", "-c", hold, tool.host.split(":")[1]]
+    with subprocess.Popen(given, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, **other) as holder:
+        assert holder.stdout.readline() == "2000\n"
+        assert tool.ask(do="catalogue")["fmus"]
+        assert len(psutil.Process(tool.process.pid).net_connections()) < 80
+        holder.stdin.close()
+    assert tool.ask(do="catalogue")["fmus"]
+
+
 # Engines
+
+
+def test_the_processes_of_a_closed_tab_end(start, faulty, open_page):
+    tool = start("--plant", faulty)
+    other, page = (open_page(tool) for _ in range(2))
+    for one in (other, page):
+        setup = json.dumps({"do": "start", **with_faulty()})
+        one.evaluate(f"async () => {{ await (await import('tool/engine.js')).ask({setup}) }}")
+    (first, second) = sorted(tool.children())
+    page.close()
+    psutil.wait_procs([psutil.Process(second)])
+    assert tool.children() == {first}
 
 
 def test_a_session_has_the_bits_of_the_same_run_on_the_command_line(tool, command, tmp_path):
@@ -374,6 +525,8 @@ def test_an_fmu_that_is_sent_runs_only_after_it_was_accepted(tool, faulty):
         "summary": "A lag that fails",
         "tool": "By hand",
         "author": "Somebody",
+        "question": 'The FMU "FAULTY" is native code of somebody else. It names tool "By hand", author "Somebody"; nobody has '
+        "checked that. Let it run on this machine, with all that you may do?",
         "platforms": [fmpy.platform],
         "problem": None,
         "parameters": None,
@@ -381,7 +534,7 @@ def test_an_fmu_that_is_sent_runs_only_after_it_was_accepted(tool, faulty):
     assert "FAULTY" not in {entry["name"] for entry in tool.ask(do="catalogue")["fmus"]}
     assert tool.refusal(do="start", **with_faulty()).endswith("FAULTY is native code that nobody has agreed to run")
     assert tool.children() == set()
-    accepted = tool.answer("accept", json.dumps({"fmu": "FAULTY"}))["ok"]
+    accepted = tool.accept("FAULTY")["ok"]
     assert (accepted["name"], accepted["is_foreign"]) == ("FAULTY", True)
     assert accepted in tool.ask(do="catalogue")["fmus"]
     assert accepted not in tool.ask("tab-2", do="catalogue")["fmus"]
@@ -395,7 +548,7 @@ def test_an_fmu_that_is_sent_runs_only_after_it_was_accepted(tool, faulty):
 def test_a_file_that_is_no_fmu_is_refused(tool, tmp_path):
     (tmp_path / "x.fmu").write_bytes(b"hello")
     assert tool.upload(tmp_path / "x.fmu")["error"]["message"] == "x.fmu: it is not a ZIP file, or its end is missing"
-    refused = tool.answer("accept", json.dumps({"fmu": "x"}))["error"]["message"]
+    refused = tool.accept("x")["error"]["message"]
     assert refused == 'no FMU "x" has been sent'
 
 
@@ -411,7 +564,7 @@ def test_an_fmu_for_another_machine_says_so(tool, faulty, tmp_path):
         far.writestr("binaries/plan9/faulty.so", b"x")
     inspected = tool.upload(tmp_path / "far.fmu")["ok"]
     assert inspected["problem"].startswith("the FMU has no library for this platform")
-    assert "no library for this platform" in tool.answer("accept", json.dumps({"fmu": "far"}))["error"]["message"]
+    assert "no library for this platform" in tool.accept("far")["error"]["message"]
 
 
 def test_a_preset_that_is_sent_gives_its_values_without_running(tool, tmp_path, make_preset, open_fmu):
@@ -425,7 +578,7 @@ def test_a_preset_that_is_sent_gives_its_values_without_running(tool, tmp_path, 
 
 def test_a_block_that_is_sent_has_its_dialog_and_runs_in_a_process_of_its_own(tool, open_fmu):
     assert tool.upload(open_fmu("CONT_C").path, "OTHER.fmu")["ok"]["name"] == "OTHER"
-    accepted = tool.answer("accept", json.dumps({"fmu": "OTHER"}))["ok"]
+    accepted = tool.accept("OTHER")["ok"]
     assert accepted["part"] == "controller"
     assert tool.ask(do="describe", fmu="OTHER")["roles"] == tool.ask(do="describe", fmu="CONT_C")["roles"]
     tool.ask(do="start", members=[{"name": "C", "fmu": "OTHER", "values": CONTROLLER}], connections=[])
@@ -490,12 +643,25 @@ def open_page():
 
         def open_page(tool):
             page = browser.new_page()
-            page.goto(tool.url)
+            token, value = tool.path.strip("/"), tool.cookie.removeprefix("plcfmu=")
+            page.context.add_cookies([{"name": "plcfmu", "value": value, "domain": "127.0.0.1", "path": f"/{token}/"}])
+            page.goto(f"http://{tool.host}/{tool.path}")
             page.locator("#new-block option").first.wait_for(state="attached")
             return page
 
         yield open_page
         browser.close()
+
+
+def test_a_browser_gets_to_the_page_by_the_file_that_it_is_given(tool, open_page, tmp_path):
+    tool.request("GET", "/" + tool.path)
+    address = next(line for line in iter(tool.errors.get, None) if line.startswith("For another browser: ")).split()[-1]
+    (tmp_path / "door.html").write_text(f'<meta http-equiv="refresh" content="0; url={address}">')
+    browser = open_page(tool).context.browser
+    page = browser.new_context().new_page()
+    page.goto((tmp_path / "door.html").as_uri())
+    page.locator("#new-block option").first.wait_for(state="attached")
+    assert page.url == f"http://{tool.host}/{tool.path}"
 
 
 def test_the_page_opens_what_the_command_line_names(start, open_page):
@@ -510,7 +676,7 @@ def test_the_page_asks_before_an_fmu_that_is_dropped_runs(tool, open_page, fault
     page = open_page(tool)
     names = "async () => (await (await import('tool/engine.js')).ask({ do: 'catalogue' })).fmus.map(({ name }) => name)"
     page.set_input_files("#open-files", faulty)
-    page.get_by_text("FAULTY is native code of By hand, Somebody.").wait_for()
+    page.get_by_text('It names tool "By hand", author "Somebody"').wait_for()
     assert "FAULTY" not in page.evaluate(names)
     page.get_by_text("Run it", exact=True).click()
     page.get_by_text("FAULTY can be chosen as a plant").wait_for()
@@ -550,7 +716,7 @@ def test_ctrl_c_does_not_wait_for_an_fmu_that_hangs(start, faulty):
     tool = start("--plant", faulty, "--time-limit", "86400")
     tool.ask(do="start", **with_faulty(2))
     connection = http.client.HTTPConnection(tool.host)
-    headers = {"Content-Type": JSON, "X-Page": "tab-1"}
+    headers = {"Content-Type": JSON, "X-Page": "tab-1", "Cookie": tool.cookie}
     connection.request("POST", f"/{tool.path}message", '{"do": "run", "calls": 1}', headers)
     # It prints when it is in the step.
     tool.wait_for("a step")

@@ -53,6 +53,7 @@ class Server:
         self.process = subprocess.Popen(given, cwd=folder, stdout=subprocess.PIPE, text=True)
         # It is printed when the server answers.
         self.url = self.process.stdout.readline().strip()
+        self.cookie = None
 
     def __enter__(self):
         return self
@@ -63,9 +64,15 @@ class Server:
 
     def ask(self, request, tab):
         """The answer to a request of a tab, as text."""
-        address, path = self.url.removeprefix("http://").split("/", 1)
+        address, way = self.url.removeprefix("http://").split("/", 1)
+        path = way.split("open?")[0]
         connection = http.client.HTTPConnection(address)
-        headers = {"Content-Type": "application/json", "X-Page": tab}
+        if self.cookie is None:
+            connection.request("GET", f"/{way}")
+            door = connection.getresponse()
+            door.read()
+            self.cookie = door.headers["Set-Cookie"].split(";")[0]
+        headers = {"Content-Type": "application/json", "X-Page": tab, "Cookie": self.cookie}
         connection.request("POST", f"/{path}message", json.dumps(request), headers)
         answer = connection.getresponse().read().decode()
         connection.close()

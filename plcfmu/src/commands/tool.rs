@@ -4,7 +4,7 @@ use super::{print, time_limit};
 use crate::tool::assets;
 use crate::tool::home::{Collection, File, Known};
 use crate::tool::page::{self, Content, Home};
-use crate::tool::server::Server;
+use crate::tool::server::{self, Server};
 use anyhow::{Context, Result, bail, ensure};
 use askama::filters::Escaper as _;
 use base64::Engine as _;
@@ -13,6 +13,7 @@ use draw::escape::Named;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use host::child::Starter;
+use host::package::temporary;
 use parameters::Format;
 use std::env;
 use std::fmt::Write as _;
@@ -20,6 +21,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use tempfile::TempPath;
 
 /// The largest parameter file, in bytes; its Base64 has to fit into a request.
 const LARGEST_FILE: u64 = 40 << 20;
@@ -30,7 +32,7 @@ const FMUS: &str = "PLCFMU_FMUS";
 /// Set, run and tune control loops on a page in the browser
 ///
 /// Opens loops of a parameter file or new ones, runs them against a plant, records, tunes and compares them, and writes presets and
-/// parameter files. The page is served to this machine alone, at an address that nobody can guess.
+/// parameter files. The page is served to this machine alone, and to one browser for each address that is printed.
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = HELP)]
 pub struct Options {
@@ -68,16 +70,27 @@ pub fn run(options: &Options) -> Result<()> {
     let interrupted = starter.interrupted.clone();
     let Opened { collection, start } = open(options, starter)?;
     let server = Server::bind(options.port)?;
-    let url = server.url();
-    let page = start.put_into(&page(&collection)?)?;
+    let url = server.address()?;
+    let door = if options.no_browser { None } else { Some(door(&server.address()?)?) };
+    let page = start.put_into(&page(&collection)?, server.secret())?;
     server.run(page, collection, &interrupted, || {
         // A closed standard output is no reason to end.
         let _ = print(&format!("{url}\n"));
         eprintln!("Ctrl-C ends it.");
-        if !options.no_browser && open::that_detached(&url).is_err() {
+        if let Some(door) = &door
+            && open::that_detached(door).is_err()
+        {
             eprintln!("remark: no browser could be opened: open the address above in one");
         }
     })
+}
+
+/// A file that leads to an address. Others may see its name in the browser's command line; only the user can read it.
+fn door(address: &str) -> Result<TempPath> {
+    let file = temporary::builder().suffix(".html").tempfile();
+    let mut file = file.context("there is no room for a temporary file")?;
+    file.write_all(server::leading_to(address).as_bytes())?;
+    Ok(file.into_temp_path())
 }
 
 /// The FMUs that there are, and what the page begins with.
@@ -218,12 +231,13 @@ fn parameter_file(path: &Path) -> Result<File> {
 
 impl Start {
     /// The page with this in its head.
-    fn put_into(&self, page: &str) -> Result<String> {
+    fn put_into(&self, page: &str, secret: &str) -> Result<String> {
         let mut packed = GzEncoder::new(Vec::new(), Compression::default());
         packed.write_all(serde_json::to_string(&self.files)?.as_bytes())?;
         let files = BASE64_STANDARD.encode(packed.finish()?);
         let mut own = format!("<script type=\"text/plain\" id=\"files\">{files}</script>\n");
-        for (name, content) in [("plcfmu-open", &self.block), ("plcfmu-plant", &self.plant)] {
+        let (open, plant) = (self.block.as_deref(), self.plant.as_deref());
+        for (name, content) in [("plcfmu-open", open), ("plcfmu-plant", plant), ("plcfmu-secret", Some(secret))] {
             if let Some(content) = content {
                 write!(own, "<meta name=\"{name}\" content=\"")?;
                 Named.write_escaped_str(&mut own, content)?;

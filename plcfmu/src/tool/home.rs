@@ -108,6 +108,20 @@ fn short(text: &str) -> String {
     text.chars().take(MOST).collect()
 }
 
+/// What the user is asked. Every word of the FMU is quoted and short, so that none is taken for a word of the tool.
+fn question(name: &str, description: &Description) -> String {
+    let said = [("tool", &description.generation_tool), ("author", &description.author)];
+    let said = said.map(|(what, text)| text.as_deref().map(|text| format!("{what} {:?}", shortened(text))));
+    let said: Vec<String> = said.into_iter().flatten().collect();
+    let origin =
+        if said.is_empty() { "It does not name its origin".into() } else { format!("It names {}", said.join(", ")) };
+    format!(
+        "The FMU {:?} is native code of somebody else. {origin}; nobody has checked that. Let it run on this machine, with all \
+         that you may do?",
+        shortened(name)
+    )
+}
+
 /// What all pages of a server share.
 #[derive(Debug)]
 pub struct Collection {
@@ -184,6 +198,8 @@ pub struct Inspected {
     summary: String,
     tool: Option<String>,
     author: Option<String>,
+    /// What to ask the user before it runs. What the FMU says of itself is quoted.
+    question: String,
     platforms: Vec<String>,
     /// Why it cannot run here.
     problem: Option<String>,
@@ -227,6 +243,7 @@ impl FmuHome {
             summary: description.description.as_deref().map(short).unwrap_or_default(),
             tool: description.generation_tool.as_deref().map(short),
             author: description.author.as_deref().map(short),
+            question: question(&name, description),
             platforms: package.libraries.iter().map(|library| short(&library.platform)).collect(),
             problem,
             parameters: self.collection.parameters(description, &description.model_name),

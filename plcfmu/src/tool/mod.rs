@@ -4,6 +4,8 @@ pub mod assets;
 #[cfg(feature = "server")]
 pub mod child;
 #[cfg(feature = "server")]
+pub mod connections;
+#[cfg(feature = "server")]
 pub mod home;
 pub mod make;
 pub mod page;

@@ -1,24 +1,26 @@
 //! The server of the parameter tool: the page, and an engine for each tab that shows it.
 //!
-//! It is meant for one user on this machine. It listens on 127.0.0.1 alone. All addresses begin with a random token, which is
-//! printed and handed to the browser. The header `Host` has to name this server, so that a name of somebody else that leads
-//! here does not help; `Origin`, if there is one, has to be that of the page; and what changes anything is a POST of a type, and
-//! with a header, that a page from elsewhere may not send without being asked, which it never is.
+//! It is meant for one user, on a machine that others use too. It listens on 127.0.0.1 alone. All addresses begin with a random token.
+//! An address of the page has a code that is good once: the browser that shows it gets a cookie, without which nothing is answered.
+//! Code of a foreign FMU runs only for who also knows a secret that stands in the page. The header `Host` has to name this server, so
+//! that a name of somebody else that leads here does not help; `Origin`, if there is one, has to be that of the page; and what changes
+//! anything is a POST of a type, and with a header, that a page from elsewhere may not send without being asked, which it never is.
 
+use crate::tool::connections::{self, Trust};
 use crate::tool::home::{Collection, FmuHome};
 use anyhow::{Context, Result, anyhow, ensure};
-use axum::Router;
 use axum::body::{Bytes, to_bytes};
 use axum::extract::{Query, Request, State};
 use axum::http::header::{
-    CACHE_CONTROL, CONTENT_LENGTH, CONTENT_TYPE, HOST, HeaderName, HeaderValue, ORIGIN, REFERRER_POLICY,
-    X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
+    CACHE_CONTROL, CONTENT_LENGTH, CONTENT_TYPE, COOKIE, HOST, HeaderName, HeaderValue, ORIGIN, REFERRER_POLICY,
+    SET_COOKIE, X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
 };
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::{self, Next};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::{get, post};
+use axum::{Extension, Router};
 use host::hexadecimal;
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -31,6 +33,7 @@ use std::time::Duration;
 use tokio::net::TcpListener;
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::oneshot;
+use tokio::time::timeout;
 use tool::Engine;
 
 /// The longest request to an engine, in bytes: a file of parameters or a recording in Base64.
@@ -38,6 +41,9 @@ const LONGEST_MESSAGE: usize = 64 << 20;
 
 /// The largest FMU, in bytes.
 const LARGEST_FMU: usize = 256 << 20;
+
+/// How long the body of a request may take.
+const BODY: Duration = Duration::from_secs(60);
 
 /// So many tabs have an engine.
 const MOST_TABS: usize = 16;
@@ -54,14 +60,30 @@ const ENGINE: HeaderName = HeaderName::from_static("x-engine");
 pub struct Server {
     runtime: Runtime,
     listener: TcpListener,
-    token: String,
     port: u16,
+    access: Access,
+}
+
+/// What lets somebody in.
+#[derive(Debug)]
+struct Access {
+    /// How the path of the page begins, with the port: `http://127.0.0.1:4711/TOKEN/`.
+    base: String,
+    /// The first part of all paths.
+    token: String,
+    /// The value of the cookie that a browser has got for a code.
+    cookie: String,
+    /// What only the page knows.
+    secret: String,
+    /// Each lets one browser in.
+    codes: Mutex<Vec<String>>,
 }
 
 /// What all requests share.
 struct Shared {
     /// The header `Host` of a request that means this server.
     hosts: [String; 2],
+    access: Access,
     page: String,
     collection: Arc<Collection>,
     tabs: Mutex<Tabs>,
@@ -95,10 +117,8 @@ impl Server {
     /// # Errors
     /// The port is taken or not allowed.
     pub fn bind(port: u16) -> Result<Server> {
-        let mut random = [0; 16];
-        getrandom::fill(&mut random).map_err(|error| anyhow!("there are no random numbers: {error}"))?;
-        let token = hexadecimal::digits(&random);
-        let runtime = Builder::new_current_thread().enable_io().build().context("the server cannot start")?;
+        let runtime =
+            Builder::new_current_thread().enable_io().enable_time().build().context("the server cannot start")?;
         let bound = runtime.block_on(TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port))));
         let listener = bound.map_err(|error| match error.kind() {
             io::ErrorKind::AddrInUse => {
@@ -107,12 +127,20 @@ impl Server {
             _ => anyhow!("port {port} cannot be used: {error}: choose another with --port, or leave --port out"),
         })?;
         let port = listener.local_addr().context("the server has no address")?.port();
-        Ok(Server { runtime, listener, token, port })
+        Ok(Server { runtime, listener, port, access: Access::new(port)? })
     }
 
-    /// The address of the page.
-    pub fn url(&self) -> String {
-        format!("http://127.0.0.1:{}/{}/", self.port, self.token)
+    /// An address of the page, good for one browser.
+    ///
+    /// # Errors
+    /// The system has no random numbers.
+    pub fn address(&self) -> Result<String> {
+        self.access.address()
+    }
+
+    /// What the page has to know so that code of foreign FMUs runs.
+    pub fn secret(&self) -> &str {
+        &self.access.secret
     }
 
     /// Serves the page, calls `ready`, and goes on until the user interrupts it. The engines and the processes of foreign FMUs
@@ -127,18 +155,19 @@ impl Server {
         is_interrupted: &AtomicBool,
         ready: impl FnOnce(),
     ) -> Result<()> {
-        let Server { runtime, listener, token, port } = self;
+        let Server { runtime, listener, port, access } = self;
         let (alive, are_over) = mpsc::channel();
         let shared = Arc::new(Shared {
             hosts: [format!("127.0.0.1:{port}"), format!("localhost:{port}")],
+            access,
             page,
             collection: Arc::new(collection),
             tabs: Mutex::new(Tabs { tabs: Vec::new(), engines: 0, alive }),
         });
-        let routes = routes(&token, shared.clone());
+        let routes = routes(&shared);
         runtime.block_on(async {
             let interrupted = interrupted()?;
-            tokio::spawn(async { axum::serve(listener, routes).await });
+            tokio::spawn(connections::serve(listener, routes));
             ready();
             interrupted.await;
             anyhow::Ok(())
@@ -180,14 +209,18 @@ fn interrupted() -> Result<impl Future<Output = ()>> {
     })
 }
 
-fn routes(token: &str, shared: Arc<Shared>) -> Router {
+fn routes(shared: &Arc<Shared>) -> Router {
+    let token = &shared.access.token;
     Router::new()
         .route(&format!("/{token}/"), get(page))
         .route(&format!("/{token}/message"), post(message))
         .route(&format!("/{token}/upload"), post(upload))
         .route(&format!("/{token}/accept"), post(accept))
+        .route(&format!("/{token}/close"), post(close))
+        .route_layer(middleware::from_fn_with_state(shared.clone(), known_browser))
+        .route(&format!("/{token}/open"), get(open))
         .layer(middleware::from_fn_with_state(shared.clone(), guard))
-        .with_state(shared)
+        .with_state(shared.clone())
 }
 
 /// Lets pass what is meant for this server and comes from its own page or from nowhere.
@@ -206,6 +239,52 @@ async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) 
         headers.insert(name, HeaderValue::from_static(value));
     }
     response
+}
+
+/// Lets pass who has the cookie.
+async fn known_browser(
+    State(shared): State<Arc<Shared>>,
+    Extension(trust): Extension<Trust>,
+    request: Request,
+    next: Next,
+) -> Response {
+    if !shared.access.knows(request.headers()) {
+        let why =
+            "This page is for the browser that plcfmu tool has opened. plcfmu tool prints an address for another one.";
+        return (StatusCode::FORBIDDEN, why).into_response();
+    }
+    trust.give();
+    next.run(request).await
+}
+
+/// The code of an address.
+#[derive(Deserialize)]
+struct Code {
+    code: String,
+}
+
+/// Gives a browser the cookie for a code, and leads it to the page.
+async fn open(State(shared): State<Arc<Shared>>, Query(Code { code }): Query<Code>) -> Response {
+    let Access { token, cookie, .. } = &shared.access;
+    match shared.access.use_up(&code) {
+        Ok(true) => {}
+        Ok(false) => {
+            let why = "This address has been used. plcfmu tool has printed another one in its terminal.";
+            return (StatusCode::FORBIDDEN, why).into_response();
+        }
+        Err(error) => return (StatusCode::INTERNAL_SERVER_ERROR, format!("{error:#}")).into_response(),
+    }
+    let cookie = format!("plcfmu={cookie}; Path=/{token}/; HttpOnly; SameSite=Strict");
+    // The cookie is not sent where another site leads to, a redirection included. From here on it is.
+    ([(SET_COOKIE, cookie)], Html(leading_to(&format!("/{token}/")))).into_response()
+}
+
+/// A document that leads to an address, which has no character that HTML needs escaped.
+pub fn leading_to(address: &str) -> String {
+    format!(
+        "<!DOCTYPE html><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"0; url={address}\">\
+         <title>plcfmu tool</title><p><a href=\"{address}\">plcfmu tool</a></p>\n"
+    )
 }
 
 async fn page(State(shared): State<Arc<Shared>>) -> Html<String> {
@@ -240,13 +319,27 @@ async fn upload(
 #[derive(Deserialize)]
 struct Accept {
     fmu: String,
+    /// What the page knows, and nobody who has seen an address only.
+    secret: String,
 }
 
 async fn accept(State(shared): State<Arc<Shared>>, request: Request) -> Result<Response, Refusal> {
     let (headers, body) = text(request).await?;
     let accepted: Accept = serde_json::from_str(&body).map_err(|error| Refusal::bad(error.to_string()))?;
+    if accepted.secret != shared.access.secret {
+        let message = "only a user who has been asked on the page can let an FMU run".into();
+        return Err(Refusal { status: StatusCode::FORBIDDEN, message });
+    }
     let (entry, number) = shared.ask(&headers, move |_, home| home.accept(&accepted.fmu)).await?;
     Ok(json(number, answer(entry)))
+}
+
+/// A tab has been closed: its engine ends, with the processes of its FMUs.
+async fn close(State(shared): State<Arc<Shared>>, request: Request) -> Result<StatusCode, Refusal> {
+    let (headers, _) = text(request).await?;
+    let id = tab(&headers)?;
+    shared.tabs.lock().unwrap_or_else(PoisonError::into_inner).tabs.retain(|tab| tab.id != id);
+    Ok(StatusCode::NO_CONTENT)
 }
 
 /// The headers and the body of a request that has to be JSON.
@@ -272,8 +365,11 @@ async fn bytes(request: Request, kind: &str, most: usize) -> Result<(HeaderMap, 
         return Err(too_large());
     }
     // It also fails if the page is gone: then nobody reads why.
-    let body = to_bytes(body, most).await.map_err(|_| too_large())?;
-    Ok((headers, body))
+    let body = timeout(BODY, to_bytes(body, most)).await.map_err(|_| Refusal {
+        status: StatusCode::REQUEST_TIMEOUT,
+        message: format!("the request has not come within {} s", BODY.as_secs()),
+    })?;
+    Ok((headers, body.map_err(|_| too_large())?))
 }
 
 /// `{"ok": ...}` or `{"error": {"message": ...}}`, as the engine answers.
@@ -309,6 +405,50 @@ impl IntoResponse for Refusal {
     }
 }
 
+/// 128 random bits.
+fn random() -> Result<String> {
+    let mut random = [0; 16];
+    getrandom::fill(&mut random).map_err(|error| anyhow!("there are no random numbers: {error}"))?;
+    Ok(hexadecimal::digits(&random))
+}
+
+impl Access {
+    fn new(port: u16) -> Result<Access> {
+        let (token, codes) = (random()?, Mutex::default());
+        let base = format!("http://127.0.0.1:{port}/{token}/");
+        Ok(Access { base, token, cookie: random()?, secret: random()?, codes })
+    }
+
+    /// An address with a new code.
+    fn address(&self) -> Result<String> {
+        let code = random()?;
+        let address = format!("{}open?code={code}", self.base);
+        self.codes.lock().unwrap_or_else(PoisonError::into_inner).push(code);
+        Ok(address)
+    }
+
+    /// Whether this is a code that nobody has used. With the last one, an address for another browser is printed.
+    fn use_up(&self, code: &str) -> Result<bool> {
+        let (is_good, is_last) = {
+            let mut codes = self.codes.lock().unwrap_or_else(PoisonError::into_inner);
+            let place = codes.iter().position(|one| one == code);
+            place.map(|place| codes.remove(place));
+            (place.is_some(), codes.is_empty())
+        };
+        if is_good && is_last {
+            eprintln!("For another browser: {}", self.address()?);
+        }
+        Ok(is_good)
+    }
+
+    /// Whether a request has the cookie.
+    fn knows(&self, headers: &HeaderMap) -> bool {
+        let cookies = headers.get_all(COOKIE).iter().filter_map(|cookies| cookies.to_str().ok());
+        let mut cookies = cookies.flat_map(|cookies| cookies.split("; "));
+        cookies.any(|cookie| cookie.strip_prefix("plcfmu=") == Some(&self.cookie))
+    }
+}
+
 impl Shared {
     /// Whether a request is meant for this server and comes from its own page or from no page.
     fn allows(&self, headers: &HeaderMap) -> bool {
@@ -324,9 +464,7 @@ impl Shared {
         headers: &HeaderMap,
         act: impl FnOnce(&mut Engine<FmuHome>, &FmuHome) -> T + Send + 'static,
     ) -> Result<(T, usize), Refusal> {
-        let id = headers.get(TAB).and_then(|id| id.to_str().ok()).filter(|id| is_identifier(id));
-        let id =
-            id.ok_or_else(|| Refusal::bad("the header X-Page has to name the tab: letters, digits and -, 64 at most"))?;
+        let id = tab(headers)?;
         let (reply, answer) = oneshot::channel();
         let number = {
             let mut tabs = self.tabs.lock().unwrap_or_else(PoisonError::into_inner);
@@ -352,6 +490,12 @@ impl Shared {
             }
         }
     }
+}
+
+/// The name of the tab that asks.
+fn tab(headers: &HeaderMap) -> Result<&str, Refusal> {
+    let id = headers.get(TAB).and_then(|id| id.to_str().ok()).filter(|id| is_identifier(id));
+    id.ok_or_else(|| Refusal::bad("the header X-Page has to name the tab: letters, digits and -, 64 at most"))
 }
 
 fn is_identifier(id: &str) -> bool {

@@ -76,8 +76,7 @@ export function ask(request) {
  *
  * @typedef {object} Uploaded
  * @property {string} name
- * @property {string | null} tool
- * @property {string | null} author
+ * @property {string} question what to ask the user before it runs
  * @property {string | null} problem why it cannot run here
  * @property {{ file: string, content: string } | null} parameters its start values, if its block is one of the catalogue
  */
@@ -99,8 +98,16 @@ export async function upload(file) {
  * @returns {Promise<import("./messages").Entry>}
  */
 export async function accept(fmu) {
-  return content(await post("accept", "application/json", JSON.stringify({ fmu })));
+  const secret = document.querySelector('meta[name="plcfmu-secret"]')?.getAttribute("content");
+  return content(await post("accept", "application/json", JSON.stringify({ fmu, secret })));
 }
+
+// The engine of a tab that is closed ends, with the processes of its FMUs.
+addEventListener("pagehide", ({ persisted }) => {
+  if (home !== "server" || persisted) return;
+  const headers = { "Content-Type": "application/json", "X-Page": tab };
+  fetch("close", { method: "POST", headers, keepalive: true, body: "{}" }).catch(() => {});
+});
 
 /**
  * How many bytes of memory the engine in the page has, 0 of another.

@@ -200,11 +200,9 @@ async function openFmu(file) {
  */
 async function openUploaded(file) {
   const uploaded = await upload(file);
-  const { name, tool, author, problem, parameters } = uploaded;
+  const { name, question, problem, parameters } = uploaded;
   if (parameters) return openParameters(new File([fromBase64(parameters.content)], parameters.file));
   if (problem) throw new EngineError(`${name} cannot run here: ${problem}`);
-  const by = [tool, author].filter(Boolean).join(", ");
-  const question = `${name} is native code${by ? ` of ${by}` : " of an unknown tool"}. Run it on this machine?`;
   store.emit("question", {
     text: question,
     yes: "Run it",
