@@ -1,7 +1,8 @@
 //! PLC parameter files: read as values of control blocks, and written.
 //!
 //! A *loop* is one instance of a block, such as an instance data block of a PLC project: a name, and a value for each of the
-//! block's inputs and parameters. [`read()`] gives the loops of a file in any [`Format`], [`write()`] writes them in any other.
+//! block's inputs and parameters. [`read()`] gives the loops of a file in any [`Format`], [`write()`] writes them in any other,
+//! and [`rewrite()`] changes values in a file and leaves the rest of it byte for byte.
 //! Every value knows where it comes from ([`Origin`]), and a file with an error gives no loops, but all its errors
 //! ([`Problems`]).
 //!
@@ -9,10 +10,12 @@
 //! in the blocks' tables ([`Block`]).
 
 mod block;
+mod encoding;
 mod format;
 mod loops;
 mod named;
 mod report;
+mod rewrite;
 mod source;
 
 pub mod dump;
@@ -32,6 +35,7 @@ pub use format::{Format, Options, read, write};
 pub use loops::{Loop, Origin, Setting};
 pub use named::{decimal, plc_value};
 pub use problem::{Place, Problem, Problems, Reading};
+pub use rewrite::{Replaced, rewrite};
 pub use source::Source;
 
 /// The example in the README.

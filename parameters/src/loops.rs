@@ -6,6 +6,7 @@ use crate::named::decimal;
 use blocks::table::number::number;
 use blocks::{Kind, Value};
 use std::fmt;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// One instance of a block, such as an instance data block of a PLC project.
@@ -44,6 +45,8 @@ pub enum Origin {
         line: usize,
         /// The column in characters, from 1.
         column: usize,
+        /// Where in the text, in bytes.
+        span: Range<usize>,
     },
     /// From this file, which has no lines.
     File {
@@ -64,7 +67,7 @@ impl fmt::Display for Origin {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Origin::Default => write!(formatter, "default"),
-            Origin::Text { file, line, column } => write!(formatter, "{file}:{line}:{column}"),
+            Origin::Text { file, line, column, .. } => write!(formatter, "{file}:{line}:{column}"),
             Origin::File { file } => write!(formatter, "{file}"),
             Origin::Data { file, address } => write!(formatter, "{file}, byte {address}"),
         }

@@ -40,8 +40,8 @@ impl<'a> Report<'a> {
 
     /// Where a value of the text comes from.
     pub(crate) fn origin(&self, span: Range<usize>) -> Origin {
-        let Place { line, column, .. } = self.source.place(span);
-        Origin::Text { file: self.source.file.clone(), line, column }
+        let Place { line, column, span } = self.source.place(span);
+        Origin::Text { file: self.source.file.clone(), line, column, span }
     }
 
     /// Something is wrong at a place of the text.

@@ -1,7 +1,7 @@
 //! A file as it was read.
 
+use crate::encoding::Encoding;
 use crate::problem::Place;
-use encoding_rs::{Encoding, UTF_8, WINDOWS_1252};
 use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
@@ -16,6 +16,9 @@ pub struct Source {
     pub bytes: Vec<u8>,
     /// Its text, without a byte order mark; without a meaning if it is a format of bytes.
     pub text: String,
+    pub(crate) encoding: Encoding,
+    /// How long the byte order mark is.
+    pub(crate) start: usize,
     /// The place of the first character in each stretch of [`STRETCH`] bytes of the text.
     stretches: Vec<Place>,
 }
@@ -30,28 +33,35 @@ impl Source {
     /// A file. Its text is in UTF-8 or UTF-16 if it begins with their byte order mark, in UTF-8 if it is valid in it, and else
     /// in Windows-1252, in which STEP 7 writes.
     pub fn new(file: impl Into<String>, bytes: Vec<u8>) -> Source {
-        let (encoding, start) = Encoding::for_bom(&bytes).unwrap_or_else(|| {
-            let is_utf_8 = std::str::from_utf8(&bytes).is_ok();
-            (if is_utf_8 { UTF_8 } else { WINDOWS_1252 }, 0)
-        });
-        let text = decoded(&bytes[start..], encoding);
-        Source::of_text(file.into(), bytes, text)
+        let is_utf_8 = std::str::from_utf8(&bytes).is_ok();
+        Source::in_encoding(file.into(), bytes, if is_utf_8 { Encoding::Utf8 } else { Encoding::Windows1252 })
+    }
+
+    /// A file in this encoding, unless it begins with the byte order mark of another.
+    pub(crate) fn in_encoding(file: String, bytes: Vec<u8>, encoding: Encoding) -> Source {
+        let (encoding, start) = Encoding::of_mark(&bytes).unwrap_or((encoding, 0));
+        let text = encoding.decode(&bytes[start..]);
+        let mut stretches = vec![Place { line: 1, column: 1, span: 0..0 }];
+        let mut place = stretches[0].clone();
+        while place.span.start + STRETCH < text.len() {
+            place = advanced(&text, &place, text.floor_char_boundary(place.span.start + STRETCH));
+            stretches.push(place.clone());
+        }
+        Source { file, bytes, text, encoding, start, stretches }
     }
 
     /// A file in a certain encoding, unless it begins with the byte order mark of another. Its name is one of those that
-    /// browsers know: `windows-1251`, `shift_jis`.
+    /// browsers know: `windows-1251`, `shift_jis`. Without the feature `encodings` there are UTF-8, UTF-16 and Windows-1252 alone.
     ///
     /// # Errors
     /// There is no encoding of this name.
     pub fn encoded(file: impl Into<String>, bytes: Vec<u8>, encoding: &str) -> Result<Source, String> {
-        let Some(chosen) = Encoding::for_label(encoding.as_bytes()) else {
+        let Some(chosen) = Encoding::named(encoding) else {
             return Err(format!(
                 "{encoding:?} is no encoding; say utf-8, utf-16le, windows-1252 or windows-1251, for example"
             ));
         };
-        let (encoding, start) = Encoding::for_bom(&bytes).unwrap_or((chosen, 0));
-        let text = decoded(&bytes[start..], encoding);
-        Ok(Source::of_text(file.into(), bytes, text))
+        Ok(Source::in_encoding(file.into(), bytes, chosen))
     }
 
     /// Reads a file, of which the user may name the encoding.
@@ -74,16 +84,6 @@ impl Source {
         }
     }
 
-    fn of_text(file: String, bytes: Vec<u8>, text: String) -> Source {
-        let mut stretches = vec![Place { line: 1, column: 1, span: 0..0 }];
-        let mut place = stretches[0].clone();
-        while place.span.start + STRETCH < text.len() {
-            place = advanced(&text, &place, text.floor_char_boundary(place.span.start + STRETCH));
-            stretches.push(place.clone());
-        }
-        Source { file, bytes, text, stretches }
-    }
-
     /// Line and column of a range of the text. It takes no longer in a large file, or in a file of one long line.
     pub fn place(&self, span: Range<usize>) -> Place {
         let start = self.text.floor_char_boundary(span.start);
@@ -102,11 +102,6 @@ fn advanced(text: &str, from: &Place, to: usize) -> Place {
         None => from.column + between.chars().count(),
     };
     Place { line: from.line + lines, column, span: to..to }
-}
-
-/// The text of the bytes; what has no meaning in the encoding becomes U+FFFD.
-fn decoded(bytes: &[u8], encoding: &'static Encoding) -> String {
-    encoding.decode_without_bom_handling(bytes).0.into_owned()
 }
 
 #[cfg(test)]
@@ -134,6 +129,7 @@ mod tests {
     }
 
     #[test]
+    #[cfg(feature = "encodings")]
     fn another_encoding_can_be_named() {
         let cyrillic = Source::encoded("a.awl", b"\xcf\xc8\xc4".to_vec(), "windows-1251").unwrap();
         assert_eq!(cyrillic.text, "ПИД");

@@ -171,7 +171,9 @@ impl Setting {
     pub fn of_loop(one: &Loop, member: &str, place: Option<&Place>) -> Vec<Setting> {
         let setting = |setting: &parameters::Setting| {
             let place = match &setting.origin {
-                Origin::Text { file, line, column } => Some(Place { file: file.clone(), line: *line, column: *column }),
+                Origin::Text { file, line, column, .. } => {
+                    Some(Place { file: file.clone(), line: *line, column: *column })
+                }
                 _ => place.cloned(),
             };
             Setting {

@@ -13,4 +13,5 @@ mod values;
 mod writer;
 
 pub use reader::read;
+pub(crate) use writer::path as member_path;
 pub use writer::{write, write_tia};

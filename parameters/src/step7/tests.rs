@@ -107,7 +107,7 @@ fn every_value_says_whether_it_is_from_the_text_or_the_default() {
         let member = pump.block.find(name).unwrap();
         pump.settings.iter().find(|setting| setting.member == member).unwrap().origin.clone()
     };
-    assert_eq!(origin("GAIN"), Origin::Text { file: "plant.awl".into(), line: 7, column: 12 });
+    assert_eq!(origin("GAIN").to_string(), "plant.awl:7:12");
     assert_eq!(origin("SP_INT"), Origin::Default);
     assert_eq!(pump.get("SP_INT"), Some(Value::Real(0.0)));
 }
@@ -144,7 +144,7 @@ fn comments_of_all_tools_are_passed_over() {
 fn outputs_and_memory_of_a_generated_text_are_not_taken() {
     let text = "DATA_BLOCK DB1 PUMP BEGIN GAIN := 3.0; LMN := 55.0; QHLM := TRUE; sRestInt := 1.0; END_DATA_BLOCK";
     let mut expected = Loop::new("DB1", blocks()[0].clone());
-    let origin = Origin::Text { file: "plant.awl".into(), line: 1, column: 35 };
+    let origin = Origin::Text { file: "plant.awl".into(), line: 1, column: 35, span: 34..37 };
     expected.set(3, Value::Real(3.0), origin);
     assert_eq!(one(text), expected);
     assert_refused(&text.replace("QHLM := TRUE; ", ""), &["plant.awl:1:53: PUMP has no member `sRestInt`"]);

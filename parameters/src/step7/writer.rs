@@ -1,11 +1,11 @@
 //! Source texts with the values of loops.
 
 use crate::block::Part;
+use crate::encoding::Encoding;
 use crate::literal;
 use crate::loops::Loop;
 use crate::problem::quoted;
 use blocks::{Kind, Value};
-use encoding_rs::WINDOWS_1252;
 use std::collections::HashSet;
 
 /// The longest name of a data block in the symbol table of STEP 7, in characters.
@@ -45,16 +45,13 @@ pub fn write(loops: &[Loop], origin: &str) -> Result<Vec<u8>, String> {
         data_block(&mut text, one, &name, &["TITLE =", "VERSION : 0.1"], &block)?;
     }
     // Comments may have any character, names only those of the encoding.
-    let (bytes, _, is_replaced) = WINDOWS_1252.encode(&text);
-    if is_replaced {
-        return Err(
-            "a name has characters that STEP 7 does not have: rename the loop, or write a source for TIA Portal".into(),
-        );
-    }
+    let bytes = Encoding::Windows1252
+        .encode(&text)
+        .ok_or("a name has characters that STEP 7 does not have: rename the loop, or write a source for TIA Portal")?;
     if !text.is_ascii() && std::str::from_utf8(&bytes).is_ok() {
         return Err("the names would be read as UTF-8: rename the loops, or write a source for TIA Portal".into());
     }
-    Ok(bytes.into_owned())
+    Ok(bytes)
 }
 
 /// An external source for TIA Portal: an instance data block for each loop, with all its inputs and parameters. The text begins with
@@ -130,7 +127,7 @@ fn is_written(member: &crate::block::Member) -> bool {
 }
 
 /// The name of a member, with quotes where they are needed.
-fn path(name: &str) -> String {
+pub(crate) fn path(name: &str) -> String {
     let part = |part: &str| {
         let is_plain = part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
             && !part.starts_with(|c: char| c.is_ascii_digit())
@@ -147,7 +144,7 @@ fn is_number(text: &str) -> bool {
 
 /// The lines of a text as a comment.
 fn comment(origin: &str) -> String {
-    let is_held = |c: &char| !WINDOWS_1252.encode(c.encode_utf8(&mut [0; 4])).2;
+    let is_held = |c: &char| Encoding::Windows1252.encode(c.encode_utf8(&mut [0; 4])).is_some();
     let plain = |line: &str| -> String {
         line.chars().filter(|c| !c.is_control()).map(|c| if is_held(&c) { c } else { '?' }).collect()
     };

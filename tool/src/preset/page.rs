@@ -105,7 +105,7 @@ mod tests {
         };
         let members = vec![member("FLOW", Kind::Real, Value::Real(1.5)), member("ON", Kind::Bool, Value::Bool(false))];
         let mut values = Loop::new("P1", Arc::new(Block::new("PUMP".into(), Vec::new(), members)));
-        let origin = Origin::Text { file: "/home/a/plant <1>.awl".into(), line: 7, column: 3 };
+        let origin = Origin::Text { file: "/home/a/plant <1>.awl".into(), line: 7, column: 3, span: 0..0 };
         values.set(0, Value::Real(0.1), origin);
         values
     }
