@@ -49,6 +49,7 @@ blocks::block! {
     /// process value: Y
     /// signal input: U
     /// signal process value peripheral: Y_PER
+    /// stimuli: NOISE, SEED
     ///
     /// [Process value]
     /// U

@@ -51,6 +51,18 @@ pub struct Roles {
     pub pulse_former: Vec<String>,
     /// The inputs of a plant that disturb it.
     pub disturbances: Vec<String>,
+    /// The limits of the manipulated value: high, low.
+    pub limits: Option<(String, String)>,
+    /// The width of the dead band.
+    pub dead_band: Option<String>,
+    /// The shortest pulse of a step controller.
+    pub shortest_pulse: Option<String>,
+    /// The input that makes a complete restart.
+    pub restart: Option<String>,
+    /// The settings among the inputs, see [`Roles::is_stimulus`].
+    pub settings: Vec<String>,
+    /// The stimuli among the parameters.
+    pub stimuli: Vec<String>,
     /// More pairs by meaning, which both ends name in the same way, such as `high stop`: LMNR_HS.
     pub signals: Vec<(String, String)>,
 }
@@ -208,6 +220,19 @@ impl Roles {
         self.manipulated_value.iter().chain(&self.pulses)
     }
 
+    /// Whether a variable is what a loop is tried with, such as setpoint, manual value, disturbance and noise, and not one of the
+    /// settings that are being tried. Inputs are stimuli, parameters are settings, unless the dialog says otherwise.
+    pub fn is_stimulus(&self, name: &str, is_input: bool) -> bool {
+        let named = |names: &[String]| names.iter().any(|other| other == name);
+        let is_manual = self.manual.as_ref().is_some_and(|(on, value)| on == name || value == name);
+        !named(&self.settings)
+            && (is_input
+                || is_manual
+                || self.setpoint.as_deref() == Some(name)
+                || named(&self.disturbances)
+                || named(&self.stimuli))
+    }
+
     /// What tells that an actuator is at one of its stops.
     pub fn stops(&self) -> impl Iterator<Item = &String> {
         self.signals.iter().filter(|(meaning, _)| meaning.ends_with("stop")).map(|(_, name)| name)
@@ -218,16 +243,16 @@ impl Roles {
         let (role, listed) = line.split_once(':').context("write ROLE: NAMES, or [Title] to begin a group")?;
         let (role, mut names) = (role.trim(), names(table, listed)?);
         let most = match role {
-            "setpoint" | "manipulated value" => 1,
-            "process value" | "manual" => 2,
+            "setpoint" | "manipulated value" | "dead band" | "shortest pulse" | "restart" => 1,
+            "process value" | "manual" | "limits" => 2,
             "controller" => 4,
             "structure" | "pulse former" => 3,
             "pulses" => 2,
-            "disturbances" => usize::MAX,
+            "disturbances" | "settings" | "stimuli" => usize::MAX,
             _ if role.strip_prefix("signal ").is_some_and(|what| !what.trim().is_empty()) => 1,
             _ => bail!(
                 "{role:?} is no role: setpoint, process value, manipulated value, manual, controller, structure, pulses, \
-                 pulse former, disturbances, signal NAME"
+                 pulse former, limits, dead band, shortest pulse, restart, disturbances, settings, stimuli, signal NAME"
             ),
         };
         if names.len() > most {
@@ -246,11 +271,20 @@ impl Roles {
                 let [on, value] = names.as_slice() else { bail!("manual has two names: the switch and the value") };
                 self.manual = Some((on.clone(), value.clone()));
             }
+            "limits" => {
+                let [high, low] = names.as_slice() else { bail!("limits has two names: the high and the low one") };
+                self.limits = Some((high.clone(), low.clone()));
+            }
+            "dead band" => self.dead_band = Some(first),
+            "shortest pulse" => self.shortest_pulse = Some(first),
+            "restart" => self.restart = Some(first),
             "controller" => self.controller = names,
             "structure" => self.structure = names,
             "pulses" => self.pulses = names,
             "pulse former" => self.pulse_former = names,
             "disturbances" => self.disturbances = names,
+            "settings" => self.settings = names,
+            "stimuli" => self.stimuli = names,
             signal => self.signals.push((signal.trim_start_matches("signal ").trim().into(), first)),
         }
         Ok(())

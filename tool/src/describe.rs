@@ -59,7 +59,7 @@ pub fn describe(home: &dyn Home, fmu: &str) -> Result<Description> {
         aliases: if table.aliases.is_empty() { aliases(&table.name) } else { table.aliases.clone() },
         part: entry.map_or_else(|| roles.part(&table), |entry| entry.part),
         cycle: table.variables.get(table.cycle).map(|row| row.name.clone()),
-        variables: table.variables.iter().map(|row| variable(row, &description)).collect(),
+        variables: table.variables.iter().map(|row| variable(row, &description, &roles)).collect(),
         roles,
         groups,
     })
@@ -73,13 +73,14 @@ fn shown(kind: Kind, value: f64) -> Value {
     }
 }
 
-fn variable(row: &Row, description: &modeldescription::Description) -> Variable {
+fn variable(row: &Row, description: &modeldescription::Description, roles: &Roles) -> Variable {
     Variable {
         name: row.name.clone(),
         description: row.description.clone(),
         kind: row.kind.name().into(),
         role: row.role.name().into(),
         is_tunable: matches!(row.role, Role::Input | Role::Parameter),
+        is_stimulus: row.role.is_settable() && roles.is_stimulus(&row.name, row.role == Role::Input),
         // A preset has other start values than its block.
         start: shown(row.kind, description.start(&row.name).unwrap_or(row.start)),
         min: row.min,
@@ -105,6 +106,7 @@ fn foreign_variables(description: &modeldescription::Description) -> Vec<Variabl
             kind: kind.name().into(),
             role: role.into(),
             is_tunable: matches!(role, "input" | "parameter"),
+            is_stimulus: role == "input",
             start: if kind == Type::Boolean { Value::Boolean(start != 0.0) } else { Value::Number(start) },
             min: of.min,
             max: of.max,
@@ -126,29 +128,55 @@ fn foreign_groups(description: &modeldescription::Description) -> (Roles, Vec<Gr
     (Roles::default(), groups.into_iter().filter(|group| !group.fields.is_empty()).collect())
 }
 
-/// Reads a parameter file. What is wrong with it is in the answer.
+/// A parameter file of a message.
 ///
 /// # Errors
-/// The content is not Base64.
-pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
+/// The content is not Base64 or too long, or the name is not that of a parameter file.
+pub fn opened(file: &ReadFile) -> Result<(Format, Source, Options)> {
     if file.content.len() / 4 * 3 > LARGEST {
         bail!("{} is larger than {} MiB: split it", file.file, LARGEST >> 20);
     }
     let bytes =
         STANDARD.decode(&file.content).with_context(|| format!("the content of {} is not Base64", file.file))?;
+    let format = Format::of_file(&file.file);
+    let format = format.with_context(|| format!("{}: the extension is not that of a parameter file", file.file))?;
+    let options = Options { block: file.block.clone(), name: file.name.clone(), ..Options::default() };
+    Ok((format, Source::new(file.file.as_str(), bytes), options))
+}
+
+/// Which settings of a block are stimuli.
+///
+/// # Errors
+/// Its documentation is wrong.
+pub fn stimuli_of_block(home: &dyn Home, block: &str) -> Result<impl Fn(&str) -> bool + use<>> {
+    let mut stimuli = Vec::new();
+    for entry in home.entries() {
+        if home.table(&entry.name)?.is_some_and(|table| table.name == block) {
+            let variables = describe(home, &entry.name)?.variables;
+            stimuli = variables.into_iter().filter(|of| of.is_stimulus).map(|of| of.name).collect();
+            break;
+        }
+    }
+    Ok(move |name: &str| stimuli.iter().any(|stimulus| stimulus == name))
+}
+
+/// Reads a parameter file. What is wrong with it is in the answer.
+///
+/// # Errors
+/// The content is not Base64.
+pub fn read(home: &dyn Home, file: &ReadFile) -> Result<Loops> {
     let refused = |message: String, help: Option<String>| Loops {
         loops: Vec::new(),
         problems: vec![Problem { place: None, message, help }],
         is_refused: true,
     };
-    let Some(format) = Format::of_file(&file.file) else {
+    if Format::of_file(&file.file).is_none() {
         let endings: Vec<String> =
             Format::ALL.iter().flat_map(|format| format.extensions()).map(|ending| format!(".{ending}")).collect();
         let message = format!("{}: the extension is not that of a parameter file", file.file);
         return Ok(refused(message, Some(format!("files that are read end in {}", endings.join(", ")))));
-    };
-    let options = Options { block: file.block.clone(), name: file.name.clone(), ..Options::default() };
-    let source = Source::new(file.file.as_str(), bytes);
+    }
+    let (format, source, options) = opened(file)?;
     Ok(match parameters::read(format, &source, &home.blocks(), &options) {
         Ok(reading) => Loops {
             loops: reading.loops.iter().map(as_message).collect(),
@@ -175,6 +203,7 @@ fn as_message(of: &parameters::Loop) -> Loop {
         name: members[setting.member].name.clone(),
         value: shown(members[setting.member].kind, number(setting.value)),
         origin: (setting.origin != Origin::Default).then(|| setting.origin.to_string()),
+        file: None,
     };
     let cycle = of.settings.iter().find(|setting| members[setting.member].role == Role::Cycle);
     Loop {

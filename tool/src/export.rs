@@ -1,15 +1,15 @@
 //! What a user takes away: files as text or bytes.
 
-use crate::describe::as_loop;
+use crate::describe::{as_loop, opened, stimuli_of_block};
 use crate::home::Home;
-use crate::message::{FiguresRequest, Loop, Member};
+use crate::message::{FiguresRequest, Loop, Member, ReadFile};
 use crate::report::{self, Report};
 use crate::session::{Record, Session};
 use crate::signals;
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use parameters::Format;
+use parameters::{Format, Origin};
 use run::file;
 use run::master::write_csv;
 use run::system::{Connection, Setting, System, Value};
@@ -31,6 +31,20 @@ pub enum Request {
         loops: Vec<Loop>,
         /// What they were made of, for a comment.
         origin: String,
+        /// Whether the stimuli are in the file as they are: setpoint, manual value and the like. Without it they have the value of
+        /// the file that they come from, else the block's start value.
+        #[serde(default)]
+        stimuli: bool,
+    },
+    /// An opened parameter file with the values of loops, which leaves everything else in it as it is, byte for byte.
+    Source {
+        /// The file, as it was opened.
+        file: ReadFile,
+        /// The loops of the file that have other values.
+        loops: Vec<Loop>,
+        /// As for a new parameter file.
+        #[serde(default)]
+        stimuli: bool,
     },
     /// A run as a description for `plcfmu run`: setup, connections, what was done.
     Description {
@@ -88,7 +102,10 @@ pub struct Exported {
 /// What it cannot be made of, and what to do.
 pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<Exported> {
     match request {
-        Request::Parameters { format, loops, origin } => parameter_file(home, format, loops, origin),
+        Request::Parameters { format, loops, origin, stimuli } => {
+            parameter_file(home, format, &of_settings(home, loops, *stimuli)?, origin)
+        }
+        Request::Source { file, loops, stimuli } => source(home, file, &of_settings(home, loops, *stimuli)?),
         Request::Description { run } => {
             let record = session.record(*run)?;
             let (text, remarks) = description(record)?;
@@ -145,15 +162,71 @@ fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -
         origin.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).take(300).collect();
     let content = parameters::write(kind, &loops, &origin).map_err(anyhow::Error::msg)?;
     let name = if rest.is_empty() { file_name(&first.name) } else { "loops".into() };
-    let media_type = match kind {
+    let remarks = loops.iter().flat_map(|of| of.warnings().into_iter().map(|text| format!("{}: {text}", of.name)));
+    let remarks: Vec<_> = remarks.take(100).collect();
+    Ok(Exported::of(format!("{name}.{ending}"), media_type(kind), content, remarks))
+}
+
+/// The loops without what they were tried with, unless that is wanted.
+fn of_settings(home: &dyn Home, loops: &[Loop], stimuli: bool) -> Result<Vec<Loop>> {
+    let mut loops = loops.to_vec();
+    if stimuli {
+        return Ok(loops);
+    }
+    for one in &mut loops {
+        let is_stimulus = stimuli_of_block(home, &one.block)?;
+        one.settings.retain_mut(|setting| {
+            if is_stimulus(&setting.name) {
+                setting.value = setting.file.unwrap_or(setting.value);
+            }
+            !is_stimulus(&setting.name) || setting.file.is_some()
+        });
+    }
+    Ok(loops)
+}
+
+fn source(home: &dyn Home, file: &ReadFile, loops: &[Loop]) -> Result<Exported> {
+    let (format, source, options) = opened(file)?;
+    let blocks = home.blocks();
+    let before = parameters::read(format, &source, &blocks, &options);
+    let before = before.map_err(|_| anyhow::anyhow!("{} cannot be read any more", file.file))?.loops;
+    // What a message does not name keeps its value.
+    let whole = |of: &Loop| -> Result<parameters::Loop> {
+        let given = as_loop(home, of)?;
+        let own = before.iter().find(|own| own.name == of.name && own.block.name == given.block.name);
+        let mut whole =
+            own.with_context(|| format!("{} has no loop {:?} of {}", file.file, of.name, of.block))?.clone();
+        for setting in &of.settings {
+            if let (Some(member), Some(value)) = (whole.block.find(&setting.name), given.get(&setting.name)) {
+                whole.set(member, value, Origin::Default);
+            }
+        }
+        Ok(whole)
+    };
+    let loops = loops.iter().map(whole).collect::<Result<Vec<_>>>()?;
+    let (content, replaced) =
+        parameters::rewrite(format, &source, &blocks, &options, &loops).map_err(anyhow::Error::msg)?;
+    let sentence = |of: &parameters::Replaced| match of.origin {
+        Origin::Default => format!("{}: {} was added", of.loop_name, of.member),
+        _ => format!("{}: {} was changed ({})", of.loop_name, of.member, of.origin),
+    };
+    let remarks = if replaced.is_empty() {
+        vec!["nothing differs from the file as it was opened".into()]
+    } else {
+        replaced.iter().take(100).map(sentence).collect()
+    };
+    let name = file.file.rsplit(['/', '\\']).next().unwrap_or_default();
+    let (stem, ending) = name.rsplit_once('.').unwrap_or((name, "txt"));
+    Ok(Exported::of(format!("{}.{}", file_name(stem), file_name(ending)), media_type(format), content, remarks))
+}
+
+fn media_type(format: Format) -> &'static str {
+    match format {
         Format::Step7 | Format::Tia => "text/plain",
         Format::Openness | Format::Ssv => "application/xml",
         Format::Json => "application/json",
         Format::Dump => "application/octet-stream",
-    };
-    let remarks = loops.iter().flat_map(|of| of.warnings().into_iter().map(|text| format!("{}: {text}", of.name)));
-    let remarks: Vec<_> = remarks.take(100).collect();
-    Ok(Exported::of(format!("{name}.{ending}"), media_type, content, remarks))
+    }
 }
 
 fn preset(home: &dyn Home, of: &Loop) -> Result<Exported> {

@@ -96,6 +96,8 @@ pub struct Variable {
     pub role: String,
     /// Whether it can be set while the loop runs.
     pub is_tunable: bool,
+    /// Whether it is what the loop is tried with (setpoint, manual value, disturbance, noise), and not a setting.
+    pub is_stimulus: bool,
     /// Its value in a new instance.
     pub start: Value,
     /// The lowest value that makes sense.
@@ -160,6 +162,9 @@ pub struct Setting {
     pub value: Value,
     /// Where the value comes from, `plant.awl:12:8`; without it, it is the block's start value.
     pub origin: Option<String>,
+    /// The value of the file, where that is another one by now.
+    #[serde(default)]
+    pub file: Option<Value>,
 }
 
 /// Something about a place of a file.

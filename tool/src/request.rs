@@ -114,8 +114,23 @@ requests! { |home, session|
         /// The run; the present one without it.
         run: Option<usize>,
     } -> Events = session.record(run)?.events();
-    /// Begins again with the same setup and makes the same calls with the same events.
-    Again -> State = session.again(home)?;
+    /// Repeats a record: the same setup, the same calls with the same events, and so the same bits.
+    SameBits {
+        /// The run that is repeated; the present one without it.
+        #[serde(default)]
+        run: Option<usize>,
+    } -> State = session.same_bits(home, run)?;
+    /// Repeats the test of a run with other settings: its stimuli (setpoint, manual value, disturbances, noise) come again when they
+    /// came; settings have from the beginning on the values that are in force.
+    SameTest {
+        /// The run whose test it is; the present one without it.
+        #[serde(default)]
+        run: Option<usize>,
+        /// The settings in force, by `MEMBER.VARIABLE`; those that are left out have the value that they have at the end of
+        /// that run. Stimuli are ignored.
+        #[serde(default)]
+        values: Values,
+    } -> State = session.same_test(home, run, &values)?;
     /// The figures of a run.
     Figures(of: FiguresRequest) -> Figures = signals::figures(home, session, &of)?;
     /// A plant's model from a step in a run or in a CSV file.

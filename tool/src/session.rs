@@ -3,6 +3,7 @@
 //! A run has the same bits as `plcfmu run` of its [`Setup`] with its [`Done`] events: what is sent is set before the next
 //! call, when the plan of a description would set it.
 
+use crate::describe::describe;
 use crate::home::Home;
 use crate::message::{self, Curves, Event, Events, Setup, State, Values, View};
 use anyhow::{Context, Result, bail};
@@ -343,27 +344,39 @@ impl Session {
         self.state()
     }
 
-    /// Begins again with the same setup, and makes the same calls with the same events.
+    /// Begins again with the setup of a run, and makes the same calls with the same events.
     ///
     /// # Errors
-    /// As [`Session::start`].
-    pub fn again(&mut self, home: &dyn Home) -> Result<State> {
-        let before = &self.present()?.record;
-        let (setup, calls) = (before.setup.clone(), before.calls());
-        let name = |done: &Done| before.columns[done.column].name.clone();
-        let done: Vec<_> = before.done.iter().map(|done| (*done, name(done))).collect();
-        let exchanges = before.exchanges.clone();
+    /// There is no such run; as [`Session::start`].
+    pub fn same_bits(&mut self, home: &dyn Home, run: Option<usize>) -> Result<State> {
+        let script = Script::of(self.record(run)?);
+        self.play(home, script)
+    }
+
+    /// Begins again with the stimuli of a run, and with the settings that are in force: those given, by `MEMBER.VARIABLE`, else those at
+    /// the end of that run.
+    ///
+    /// # Errors
+    /// There is no such run; as [`Session::start`].
+    pub fn same_test(&mut self, home: &dyn Home, run: Option<usize>, values: &Values) -> Result<State> {
+        let mut script = Script::of(self.record(run)?);
+        script.put_settings(home, values)?;
+        self.play(home, script)
+    }
+
+    fn play(&mut self, home: &dyn Home, script: Script) -> Result<State> {
+        let Script { setup, calls, events, exchanges } = script;
         self.start(home, setup)?;
         let present = self.present()?;
-        let (mut done, mut exchanges) = (done.into_iter().peekable(), exchanges.into_iter().peekable());
+        let (mut events, mut exchanges) = (events.into_iter().peekable(), exchanges.into_iter().peekable());
         loop {
             let call = present.run.steps();
             while let Some(of) = exchanges.next_if(|exchange| exchange.call <= call) {
                 present.exchange(home, of.members, of.connections)?;
             }
-            while let Some((event, name)) = done.next_if(|(event, _)| event.call <= call) {
-                let (member, assignment, _) = present.wired.assignment(&name, shown(event.kind, event.value))?;
-                present.put(member, assignment, &name)?;
+            while let Some(event) = events.next_if(|event| event.call <= call) {
+                let (member, assignment, _) = present.wired.assignment(&event.variable, event.value)?;
+                present.put(member, assignment, &event.variable)?;
             }
             if call >= calls || present.record.failure.is_some() {
                 break;
@@ -379,6 +392,63 @@ impl Session {
     /// There is no such run or variable.
     pub fn view(&self, view: &View) -> Result<Curves> {
         self.record(view.run)?.view(view)
+    }
+}
+
+/// What was done in a run, to be done again.
+struct Script {
+    setup: Setup,
+    calls: usize,
+    events: Vec<Event>,
+    exchanges: Vec<Exchanged>,
+}
+
+impl Script {
+    fn of(record: &Record) -> Script {
+        let Events { events, calls } = record.events();
+        Script { setup: record.setup.clone(), calls, events, exchanges: record.exchanges.clone() }
+    }
+
+    /// Keeps of the events the stimuli alone. What was set besides counts from the beginning on, unless `values` has another value.
+    fn put_settings(&mut self, home: &dyn Home, values: &Values) -> Result<()> {
+        let names = |name: &str, members: &[message::Member]| {
+            // One name of a member may be the beginning of a variable's name, but not with the point of another member.
+            members.iter().position(|of| name.strip_prefix(&of.name).is_some_and(|rest| rest.starts_with('.')))
+        };
+        let mut in_force = Values::new();
+        let mut all = self.setup.members.clone();
+        all.extend(self.exchanges.iter().flat_map(|exchange| exchange.members.clone()));
+        let descriptions = all.iter().map(|of| describe(home, &of.fmu)).collect::<Result<Vec<_>>>()?;
+        let is_stimulus = |name: &str| {
+            names(name, &all).is_some_and(|place| {
+                let own = &name[all[place].name.len() + 1..];
+                descriptions[place].variables.iter().any(|of| of.name == own && of.is_stimulus)
+            })
+        };
+        self.events.retain(|event| {
+            let keeps = is_stimulus(&event.variable);
+            if !keeps {
+                in_force.insert(event.variable.clone(), event.value);
+            }
+            keeps
+        });
+        in_force
+            .extend(values.iter().filter(|(name, _)| !is_stimulus(name)).map(|(name, value)| (name.clone(), *value)));
+        for (name, value) in in_force {
+            let later = self.exchanges.iter_mut().map(|exchange| &mut exchange.members);
+            let mut is_known = false;
+            for members in std::iter::once(&mut self.setup.members).chain(later) {
+                if let Some(place) = names(&name, members) {
+                    let own = name[members[place].name.len() + 1..].to_string();
+                    members[place].values.insert(own, value);
+                    is_known = true;
+                }
+            }
+            if !is_known {
+                bail!("the run has no member with the variable {name:?}");
+            }
+        }
+        Ok(())
     }
 }
 

@@ -29,6 +29,7 @@ fn an_fmu_has_its_variables_groups_and_roles() {
         kind: "REAL".into(),
         role: "input".into(),
         is_tunable: true,
+        is_stimulus: true,
         start: Value::Number(0.0),
         min: Some(-100.0),
         max: Some(100.0),
@@ -154,7 +155,8 @@ fn a_file_that_cannot_be_used_says_where_and_what_to_do() {
 
 #[test]
 fn a_loop_of_an_unknown_block_or_with_an_unknown_setting_is_refused() {
-    let setting = |name: &str, value| Setting { name: name.into(), value: Value::Number(value), origin: None };
+    let setting =
+        |name: &str, value| Setting { name: name.into(), value: Value::Number(value), origin: None, file: None };
     let one =
         |block: &str, settings| Loop { name: "A".into(), block: block.into(), cycle: None, settings, warnings: vec![] };
     let error = |one: &Loop| format!("{:#}", as_loop(&TestHome::default(), one).unwrap_err());

@@ -55,7 +55,7 @@ fn a_loop_is_found_connected_run_and_shown_by_messages_alone() {
     let expected =
         json!({"times": [4.5, 5.0], "values": [[40.0, 50.0], [0.0, 0.0]], "units": ["degC", null], "is_exact": true});
     assert_eq!(curves, expected);
-    let again = ask(&mut engine, json!({"do": "again"}));
+    let again = ask(&mut engine, json!({"do": "same_bits"}));
     assert_eq!((&again["run"], &again["values"]), (&json!(1), &state["values"]));
     let characteristics = ask(&mut engine, json!({"do": "characteristic", "member": {"name": "C", "fmu": "PID"}}));
     assert_eq!(characteristics["sweeps"][0]["variable"], "MAN");

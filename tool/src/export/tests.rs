@@ -60,6 +60,7 @@ fn one(name: &str, settings: &[(&str, f64)]) -> Loop {
         name: name.to_string(),
         value: Value::Number(*value),
         origin: Some("plant.awl:3:4".into()),
+        file: None,
     };
     Loop {
         name: name.into(),
@@ -210,7 +211,8 @@ fn parameter_files_read_back_with_the_same_values() {
     let loops = vec![one("TIC101", &[("GAIN", 0.1), ("TI", 12.345), ("MAN_ON", 1.0)]), one("TIC102", &[])];
     for format in ["awl", "scl", "db", "json", "ssv"] {
         let loops = if format == "ssv" { loops[..1].to_vec() } else { loops.clone() };
-        let request = Request::Parameters { format: format.into(), loops: loops.clone(), origin: "plant\nawl".into() };
+        let origin = "plant\nawl".into();
+        let request = Request::Parameters { format: format.into(), loops: loops.clone(), origin, stimuli: true };
         let exported = take(&session, &request);
         assert!(exported.file.ends_with(&format!(".{format}")), "{}", exported.file);
         let read = crate::describe::read(
@@ -230,11 +232,49 @@ fn parameter_files_read_back_with_the_same_values() {
         assert_eq!(value("TI"), Value::Number(12.345), "{format}");
         assert_eq!(value("MAN_ON"), Value::Boolean(true), "{format}");
     }
-    let request =
-        |format: &str, loops: Vec<Loop>| Request::Parameters { format: format.into(), loops, origin: String::new() };
+    let request = |format: &str, loops: Vec<Loop>| Request::Parameters {
+        format: format.into(),
+        loops,
+        origin: String::new(),
+        stimuli: false,
+    };
     assert!(error(&session, &request("docx", loops.clone())).contains("awl, scl"));
     assert!(error(&session, &request("awl", Vec::new())).contains("no loop"));
     assert!(error(&session, &request("awl", vec![one("A", &[("NOPE", 1.0)])])).contains("no setting \"NOPE\""));
+}
+
+#[test]
+fn a_parameter_file_has_the_settings_and_not_what_they_were_tried_with() {
+    let mut tried = one("TIC101", &[("GAIN", 0.1), ("SP", 60.0), ("MAN", 20.0), ("MAN_ON", 1.0)]);
+    tried.settings[1].file = Some(Value::Number(42.0));
+    let written = |stimuli: bool| {
+        let (format, origin) = ("json".into(), String::new());
+        let request = Request::Parameters { format, loops: vec![tried.clone()], origin, stimuli };
+        let json: serde_json::Value = serde_json::from_str(&text(&take(&Session::default(), &request))).unwrap();
+        ["GAIN", "SP", "MAN", "MAN_ON"].map(|name| json["TIC101"][name].to_string())
+    };
+    assert_eq!(written(true), ["0.1", "60.0", "20.0", "true"]);
+    assert_eq!(written(false), ["0.1", "42.0", "0.0", "false"]);
+}
+
+#[test]
+fn an_opened_source_comes_back_with_one_value_changed() {
+    let awl = "DATA_BLOCK \"TIC101\"\nTITLE = \u{d6}fen\nPID\nBEGIN\n GAIN := 2.0; SP := 42.0;\nEND_DATA_BLOCK\n";
+    let bytes: Vec<u8> = awl.chars().map(|letter| letter as u8).collect();
+    let content = STANDARD.encode(&bytes);
+    let file = ReadFile { file: "lines/plant.awl".into(), content, block: None, name: None };
+    let mut tried = one("TIC101", &[("GAIN", 0.1), ("SP", 60.0), ("MAN", 20.0)]);
+    tried.settings[1].file = Some(Value::Number(42.0));
+    let request = Request::Source { file: file.clone(), loops: vec![tried.clone()], stimuli: false };
+    let exported = take(&Session::default(), &request);
+    assert_eq!((exported.file.as_str(), exported.media_type.as_str()), ("plant.awl", "text/plain"));
+    let expected: Vec<u8> = awl.replace(":= 2.0", ":= 0.1").chars().map(|letter| letter as u8).collect();
+    assert_eq!(STANDARD.decode(&exported.content).unwrap(), expected);
+    assert_eq!(exported.remarks, ["TIC101: GAIN was changed (lines/plant.awl:5:10)"]);
+    let request = Request::Source { file: file.clone(), loops: vec![tried], stimuli: true };
+    assert!(error(&Session::default(), &request).contains("gives MAN of TIC101 no value"));
+    let request = Request::Source { file, loops: vec![one("TIC9", &[])], stimuli: false };
+    assert_eq!(error(&Session::default(), &request), "lines/plant.awl has no loop \"TIC9\" of PID");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use crate::test_home::TestHome;
 const HOSTILE: &str = "<script>alert(1)</script>\"'&\u{1}";
 
 fn setting(name: &str, value: f64, origin: Option<&str>) -> Setting {
-    Setting { name: name.into(), value: Value::Number(value), origin: origin.map(str::to_string) }
+    Setting { name: name.into(), value: Value::Number(value), origin: origin.map(str::to_string), file: None }
 }
 
 fn of(name: &str, settings: Vec<Setting>) -> Loop {

@@ -112,7 +112,7 @@ fn it_repeats_to_the_same_bits() {
     session.ramp("P.LOAD", -8.0, 20.0).unwrap();
     session.run(60).unwrap();
     session.send(&values(&[("C.SP", 1.0)])).unwrap();
-    let state = session.again(&home).unwrap();
+    let state = session.same_bits(&home, None).unwrap();
     assert_eq!((state.run, state.calls), (1, 63));
     let (first, second) = (session.record(Some(0)).unwrap(), session.record(Some(1)).unwrap());
     assert_eq!(first.events(), second.events());
@@ -122,6 +122,35 @@ fn it_repeats_to_the_same_bits() {
         all.map(f64::to_bits).collect::<Vec<_>>()
     };
     assert_eq!(bits(first), bits(second));
+}
+
+#[test]
+fn the_same_test_has_the_settings_in_force_from_its_beginning() {
+    let home = TestHome::default();
+    let mut session = started(&home);
+    session.run(3).unwrap();
+    session.send(&values(&[("C.SP", 55.5), ("C.GAIN", 1.3), ("P.LOAD", 2.0)])).unwrap();
+    session.run(60).unwrap();
+    session.send(&values(&[("C.TI", 4.0), ("C.GAIN", 1.5)])).unwrap();
+    let state = session.same_test(&home, None, &Values::new()).unwrap();
+    let same = session.record(None).unwrap();
+    let shown = |record: &Record| {
+        let event = |event: Event| (event.call, event.variable, event.value);
+        record.events().events.into_iter().map(event).collect::<Vec<_>>()
+    };
+    let stimuli = [(3, "C.SP".to_string(), Value::Number(55.5)), (3, "P.LOAD".to_string(), Value::Number(2.0))];
+    assert_eq!((shown(same), same.calls()), (stimuli.to_vec(), 63));
+    let begins = &same.setup().members[0].values;
+    assert_eq!(*begins, values(&[("GAIN", 1.5), ("SP", 40.0), ("TI", 4.0)]));
+    assert_eq!((number(&state, "C.GAIN"), number(&state, "C.TI"), number(&state, "C.SP")), (1.5, 4.0, 55.5));
+
+    // The test of any run, with the settings that the page has; a setpoint among them is none.
+    session.same_test(&home, Some(0), &values(&[("C.GAIN", 0.2), ("C.SP", 99.0)])).unwrap();
+    let same = session.record(None).unwrap();
+    assert_eq!(shown(same), stimuli);
+    assert_eq!(same.setup().members[0].values, values(&[("GAIN", 0.2), ("SP", 40.0), ("TI", 4.0)]));
+    let unknown = error(session.same_test(&home, None, &values(&[("Q.GAIN", 1.0)])));
+    assert_eq!(unknown, "the run has no member with the variable \"Q.GAIN\"");
 }
 
 #[test]
@@ -401,7 +430,7 @@ fn an_fmu_that_fails_ends_the_run_and_the_controller_goes_on_with_another_plant(
     assert!(of("Q.TEMP", 10).is_nan() && of("Q.TEMP", 11).is_finite());
 
     let before = session.record(None).unwrap().clone();
-    session.again(&home).unwrap();
+    session.same_bits(&home, None).unwrap();
     let again = session.record(None).unwrap();
     assert_eq!((again.calls(), again.exchanges()), (before.calls(), before.exchanges()));
     for name in ["C.OUT", "P.TEMP", "Q.TEMP"] {

@@ -141,7 +141,18 @@ format: string,
 /** The loops with their values. */
 loops: Array<Loop>,
 /** What they were made of, for a comment. */
-origin: string, } | { "what": "description",
+origin: string,
+/**
+ * Whether the stimuli are in the file as they are: setpoint, manual value and the like. Without it they have the value of
+ * the file that they come from, else the block's start value.
+ */
+stimuli: boolean, } | { "what": "source",
+/** The file, as it was opened. */
+file: ReadFile,
+/** The loops of the file that have other values. */
+loops: Array<Loop>,
+/** As for a new parameter file. */
+stimuli: boolean, } | { "what": "description",
 /** The run; the present one without it. */
 run?: number | null, } | { "what": "csv",
 /** The run; the present one without it. */
@@ -469,7 +480,16 @@ members: Array<Member>,
 /** All connections. */
 connections: Array<[string, string]>, } | { "do": "view" } & View | { "do": "events",
 /** The run; the present one without it. */
-run?: number | null, } | { "do": "again" } | { "do": "figures" } & FiguresRequest | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
+run?: number | null, } | { "do": "same_bits",
+/** The run that is repeated; the present one without it. */
+run?: number | null, } | { "do": "same_test",
+/** The run whose test it is; the present one without it. */
+run?: number | null,
+/**
+ * The settings in force, by `MEMBER.VARIABLE`; those that are left out have the value that they have at the end of
+ * that run. Stimuli are ignored.
+ */
+values: Values, } | { "do": "figures" } & FiguresRequest | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
 /** The file's text. */
 text: string, } | { "do": "replay" } & ReplayRequest | { "do": "preset" } & PresetRequest | { "do": "export" } & Export;
 
@@ -495,6 +515,10 @@ pulses: Array<string>,
 pulse_former: Array<string>,
 /** The inputs of a plant that disturb it. */
 disturbances: Array<string>,
+/** The settings among the inputs, see [`Roles::is_stimulus`]. */
+settings: Array<string>,
+/** The stimuli among the parameters. */
+stimuli: Array<string>,
 /** More pairs by meaning, which both ends name in the same way, such as `high stop`: LMNR_HS. */
 signals: Array<[string, string]>, };
 
@@ -508,7 +532,9 @@ name: string,
 /** Its value. */
 value: Value,
 /** Where the value comes from, `plant.awl:12:8`; without it, it is the block's start value. */
-origin: string | null, };
+origin: string | null,
+/** The value of the file, where that is another one by now. */
+file: Value | null, };
 
 /** What to run: a controller first, then its plant and what else there is. */
 export type Setup = {
@@ -614,6 +640,8 @@ kind: string,
 role: "input" | "parameter" | "fixed" | "cycle" | "output" | "local",
 /** Whether it can be set while the loop runs. */
 is_tunable: boolean,
+/** Whether it is what the loop is tried with (setpoint, manual value, disturbance, noise), and not a setting. */
+is_stimulus: boolean,
 /** Its value in a new instance. */
 start: Value,
 /** The lowest value that makes sense. */
@@ -660,7 +688,8 @@ export interface Dialogue {
   exchange: { request: Extract<Request, { do: "exchange" }>; answer: State };
   view: { request: Extract<Request, { do: "view" }>; answer: Curves };
   events: { request: Extract<Request, { do: "events" }>; answer: Events };
-  again: { request: Extract<Request, { do: "again" }>; answer: State };
+  samebits: { request: Extract<Request, { do: "samebits" }>; answer: State };
+  sametest: { request: Extract<Request, { do: "sametest" }>; answer: State };
   figures: { request: Extract<Request, { do: "figures" }>; answer: Figures };
   identify: { request: Extract<Request, { do: "identify" }>; answer: Identified };
   tune: { request: Extract<Request, { do: "tune" }>; answer: Tuned };

@@ -455,7 +455,7 @@ export const store = {
   async again() {
     const loop = store.live;
     const before = Object.entries(loop?.settings ?? {}).map(([name, one]) => ({ name, one, before: one.value }));
-    const state = await ask({ do: "again" });
+    const state = await ask({ do: "same_bits" });
     loop?.runs.push(state.run);
     await store.take(Promise.resolve(state));
     // What was sent after the last call is in force, and in no state yet.
@@ -602,7 +602,7 @@ export function asLoop(loop) {
   const cycle = loop.description.cycle ? loop.settings[loop.description.cycle]?.sent : undefined;
   const settings = Object.entries(loop.settings).map(([name, one]) => {
     const isStart = same(one.variable.kind, one.sent, one.start);
-    return { name, value: one.sent, origin: one.origin ?? (isStart ? null : "the parameter tool") };
+    return { name, value: one.sent, origin: one.origin ?? (isStart ? null : "the parameter tool"), file: one.file };
   });
   const block = loop.description.block;
   return { name: loop.name, block, cycle: typeof cycle === "number" ? cycle : null, settings, warnings: loop.warnings };
