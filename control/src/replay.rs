@@ -7,12 +7,17 @@
 //! measured inputs by half of their last digit does to the outputs, computed by the block itself, is allowed as well.
 //! Whoever gives a tolerance gets that and nothing else.
 //!
+//! If they differ, the cause is looked for in this order: the mode, if the recording does not say it; the time between two calls, if the
+//! times of the recording disagree with it; then one setting, then two, whose values are estimated with the block itself. An explanation
+//! is sure if it is the only one and its values could not be others; otherwise the verdict says that the recording does not tell.
+//!
 //! What the block did before the first row is in its memory and not in the file. If the file begins with a restart (COM_RST is
 //! TRUE), that is row 0. If it does not say so, the block is brought to the recorded manipulated value in manual, or begins with
 //! a restart, whatever fits better.
 
 mod columns;
 mod compare;
+mod estimate;
 mod instance;
 mod suspects;
 
@@ -22,7 +27,7 @@ use columns::Recording;
 use compare::Comparison;
 use instance::{Beginning, Block, Variant};
 use modeldescription::digits::short;
-use run::dialog::{self, Roles};
+use run::dialog;
 use run::fmus::Fmus;
 use run::fmus::{Member, Values};
 use serde::{Deserialize, Serialize};
@@ -107,6 +112,8 @@ pub struct Suspect {
     pub largest: f64,
     /// Whether nothing differs any more.
     pub fits: bool,
+    /// Whether the recording tells it: nothing else that was tried explains everything, and its values could not be others.
+    pub is_sure: bool,
 }
 
 /// Replays a recording.
@@ -117,16 +124,12 @@ pub fn replay(home: &dyn Fmus, request: &Request) -> Result<Replayed> {
     let fmu = &request.controller.fmu;
     let table = home.table(fmu)?;
     let table = table.with_context(|| format!("{fmu} is a foreign FMU: only a block with a table can be replayed"))?;
-    let (roles, _) = dialog::of(&table).with_context(|| fmu.clone())?;
-    replay_with(home, request, &roles)
-}
-
-fn replay_with(home: &dyn Fmus, request: &Request, roles: &Roles) -> Result<Replayed> {
+    let dialog = dialog::of(&table).with_context(|| fmu.clone())?;
     if request.tolerance.is_some_and(|tolerance| !(tolerance >= 0.0 && tolerance.is_finite())) {
         bail!("the tolerance is {:?}: it has to be 0 or more", request.tolerance.unwrap_or_default());
     }
     let csv = Csv::read(&request.text)?;
-    let block = Block::of(home, &request.controller, roles)?;
+    let block = Block::of(home, &request.controller, &dialog)?;
     let mut remarks = csv.remarks.clone();
     let recording = Recording::of(&block, &csv, &request.columns, &mut remarks)?;
     let values = recording.rows.saturating_mul(recording.outputs.len());
@@ -283,19 +286,28 @@ fn verdict(comparison: &Comparison, base: &compare::Outcome, suspects: &[Suspect
         recording.outputs[output].name,
         short(recording.times[row])
     );
-    match suspects.iter().find(|suspect| suspect.fits) {
-        Some(suspect) => format!("{difference}; nothing differs any more when {}.", suspect.text.trim_end_matches('.')),
-        None if has_tried => match suspects.first() {
-            Some(best) => format!(
-                "{difference}; none of the usual suspects explains it, the nearest is: {} ({} calls still differ).",
-                best.text.trim_end_matches('.'),
-                best.different
-            ),
-            None => format!(
-                "{difference}; none of the usual suspects makes it better, so look for {them} in other settings."
-            ),
-        },
-        None => format!("{difference}."),
+    let plain = |suspect: &Suspect| suspect.text.trim_end_matches('.').to_string();
+    let fitting: Vec<String> = suspects.iter().filter(|suspect| suspect.fits).take(3).map(plain).collect();
+    match (fitting.as_slice(), suspects.first()) {
+        ([first, ..], Some(suspect)) if suspect.is_sure => {
+            format!("{difference}; nothing differs any more when {first}.")
+        }
+        (all, _) if !all.is_empty() => format!(
+            "{difference}; the cause cannot be told from this recording: nothing differs any more when {}. Record a step of the \
+             setpoint in automatic mode, with more digits.",
+            all.join("; or when ")
+        ),
+        (_, Some(best)) if has_tried => format!(
+            "{difference}; the cause cannot be told from this recording: no change of one or two settings explains everything. The \
+             nearest is: {} ({} calls still differ).",
+            plain(best),
+            best.different
+        ),
+        _ if has_tried => format!(
+            "{difference}; the cause cannot be told from this recording: no change of one or two settings makes it better, so look for \
+             {them} in what the recording does not have."
+        ),
+        _ => format!("{difference}."),
     }
 }
 

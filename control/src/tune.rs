@@ -448,9 +448,7 @@ fn coarseness(controller: &Controller, request: &Request) -> Option<String> {
     if !controller.is_step_controller() || request.model.is_integrating {
         return None;
     }
-    let (pulse, dead_band) = ("PULSE_TM", "DEADB_W");
-    controller.table.find(pulse)?;
-    controller.table.find(dead_band)?;
+    let (pulse, dead_band) = (controller.roles.shortest_pulse.as_ref()?, controller.roles.dead_band.as_ref()?);
     let seconds = controller.value(pulse).max(controller.cycle());
     let motor_time = controller.motor_time().filter(|time| *time > 0.0)?;
     let moved = (request.model.gain * 100.0 * seconds / motor_time).abs();

@@ -204,14 +204,17 @@ impl Recording {
     /// What follows from what is there.
     fn complete(&mut self, block: &Block, remarks: &mut Vec<String>) {
         let has = |recording: &Recording, row: usize| recording.inputs.iter().any(|input| input.row == row);
-        let restart = block.named("COM_RST").and_then(|row| self.inputs.iter().find(|input| input.row == row));
+        let restart =
+            block.row(block.roles.restart.as_ref()).and_then(|row| self.inputs.iter().find(|input| input.row == row));
         self.says_restart = restart.is_some_and(|input| input.values[0] == 1.0);
         // The process value of the recording is a number with a unit, not a word of the periphery.
-        if let (Some(terminal), Some(switch)) = (block.row(block.roles.process_value.as_ref()), block.named("PVPER_ON"))
+        if let (Some(terminal), Some((word, switch))) =
+            (block.row(block.roles.process_value.as_ref()), block.peripheral())
+            && word != terminal
             && has(self, terminal)
             && !has(self, switch)
             && block.settings[switch] == 1.0
-            && !block.named("PV_PER").is_some_and(|row| has(self, row))
+            && !has(self, word)
         {
             remarks.push(format!(
                 "{} is TRUE, and the recording has the process value at {}: it is replayed with FALSE.",
@@ -241,7 +244,7 @@ impl Recording {
         }
         let terminal = block.row(block.roles.process_value.as_ref());
         for row in [block.row(block.roles.setpoint.as_ref()), terminal].into_iter().flatten() {
-            let is_other_way = Some(row) == terminal && block.named("PV_PER").is_some_and(|row| has(self, row));
+            let is_other_way = Some(row) == terminal && block.peripheral().is_some_and(|(word, _)| has(self, word));
             if !has(self, row) && !is_other_way {
                 let name = &block.table.variables[row].name;
                 remarks.push(format!("The recording has no {name}: it is {} all the time.", block.settings[row]));
@@ -358,7 +361,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
         let candidate = candidates.find(|column| left.contains(column) && is_called(*column) || is_shown(*column));
         // A word of the periphery in the file takes precedence over the number.
         let has_word = *role == roles.process_value
-            && block.named("PV_PER").is_some_and(|row| pairs.iter().any(|(_, other)| *other == row));
+            && block.peripheral().is_some_and(|(word, _)| pairs.iter().any(|(_, other)| *other == word));
         if let Some(column) = candidate.filter(|_| !has_word) {
             left.retain(|other| *other != column);
             // What is set cannot be compared with itself.

@@ -21,6 +21,7 @@ pub(super) struct Comparison<'a> {
 }
 
 /// How the block did.
+#[derive(Clone)]
 pub(super) struct Outcome {
     pub(super) variant: Variant,
     /// The values of each output.
@@ -89,16 +90,24 @@ impl Outcome {
 }
 
 impl Comparison<'_> {
+    /// How the block may have got to the first row, this way before the others.
+    pub(super) fn beginnings(&self, first: Beginning) -> Vec<Beginning> {
+        let mut all = match () {
+            () if self.recording.says_restart => vec![Beginning::Restart],
+            () if self.block.can_be_held(self.recording) => {
+                vec![Beginning::Fresh, Beginning::Restart, Beginning::Held]
+            }
+            () => vec![Beginning::Fresh, Beginning::Restart],
+        };
+        all.sort_by_key(|beginning| *beginning != first);
+        all
+    }
+
     /// The run with the beginning that fits best.
     pub(super) fn best(&self, variant: &Variant, rows: usize) -> Result<Outcome> {
-        let beginnings: &[Beginning] = match () {
-            () if self.recording.says_restart => &[Beginning::Restart],
-            () if self.block.can_be_held(self.recording) => &[Beginning::Fresh, Beginning::Restart, Beginning::Held],
-            () => &[Beginning::Fresh, Beginning::Restart],
-        };
         let mut best: Option<Outcome> = None;
-        for beginning in beginnings {
-            let outcome = self.run(&Variant { beginning: *beginning, ..variant.clone() }, rows)?;
+        for beginning in self.beginnings(Beginning::Fresh) {
+            let outcome = self.run(&Variant { beginning, ..variant.clone() }, rows)?;
             let is_better = best.as_ref().is_none_or(|best| rank(&outcome) < rank(best));
             if is_better {
                 best = Some(outcome);

@@ -6,7 +6,7 @@ use blocks::Role;
 use blocks::table::number::to_value;
 use modeldescription::Table;
 use run::component::{Component, Type};
-use run::dialog::Roles;
+use run::dialog::{Group, Roles};
 use run::fmus::Fmus;
 use run::fmus::Member;
 use run::fmus::number_of;
@@ -21,6 +21,7 @@ pub(super) struct Block<'a> {
     name: &'a str,
     pub(super) table: Arc<Table>,
     pub(super) roles: &'a Roles,
+    pub(super) groups: &'a [Group],
     /// How each variable of the table is read and written.
     variables: Vec<(Type, u32)>,
     /// The value that each variable of the table has at the start: that of the loop, else that of a new instance.
@@ -56,7 +57,11 @@ pub(super) struct Variant {
 }
 
 impl<'a> Block<'a> {
-    pub(super) fn of(home: &'a dyn Fmus, of: &'a Member, roles: &'a Roles) -> Result<Block<'a>> {
+    pub(super) fn of(
+        home: &'a dyn Fmus,
+        of: &'a Member,
+        (roles, groups): &'a (Roles, Vec<Group>),
+    ) -> Result<Block<'a>> {
         let table = home.table(&of.fmu)?.with_context(|| format!("{} has no table", of.fmu))?;
         let description = home.description(&of.fmu)?;
         let mut variables = Vec::with_capacity(table.variables.len());
@@ -79,7 +84,7 @@ impl<'a> Block<'a> {
                 .map_err(|range| anyhow::anyhow!("{}: {name} = {:?}: {range}", of.name, settings[row]))?;
             given.push(row);
         }
-        Ok(Block { home, fmu: &of.fmu, name: &of.name, table, roles, variables, settings, given })
+        Ok(Block { home, fmu: &of.fmu, name: &of.name, table, roles, groups, variables, settings, given })
     }
 
     /// The loop's name.
@@ -87,10 +92,14 @@ impl<'a> Block<'a> {
         self.name
     }
 
-    /// The row of the variable whose name is this, or ends with a point and this.
-    pub(super) fn named(&self, name: &str) -> Option<usize> {
-        let ends = |full: &str| full.rsplit('.').next() == Some(name);
-        self.table.find(name).or_else(|| self.table.variables.iter().position(|row| ends(&row.name)))
+    /// The word of the process value from the periphery, and the switch by which the block takes it.
+    pub(super) fn peripheral(&self) -> Option<(usize, usize)> {
+        let is_word = |(meaning, _): &&(String, String)| meaning == "process value peripheral";
+        let (_, word) = self.roles.signals.iter().find(is_word)?;
+        let mut fields = self.groups.iter().flat_map(|group| &group.fields);
+        let used_if = &fields.find(|field| field.name == *word)?.used_if;
+        let (switch, _) = used_if.first()?.first()?;
+        Some((self.table.find(word)?, self.table.find(switch)?))
     }
 
     /// The row of a variable of a role.
@@ -99,7 +108,7 @@ impl<'a> Block<'a> {
     }
 
     /// Switch to manual and manual value.
-    fn manual(&self) -> Option<(usize, usize)> {
+    pub(super) fn manual(&self) -> Option<(usize, usize)> {
         let (switch, value) = self.roles.manual.as_ref()?;
         Some((self.table.find(switch)?, self.table.find(value)?))
     }

@@ -1,9 +1,10 @@
-//! What usually is the matter when a recording and a block do not agree, tried one after the other.
+//! What is the matter when a recording and a block do not agree: known slips are tried, numbers are searched for.
 
 use super::Suspect;
 use super::columns::Signal;
 use super::compare::{Comparison, Outcome, rank};
-use super::instance::Variant;
+use super::estimate::{Found, Search, held};
+use super::instance::{Block, Variant};
 use anyhow::Result;
 use blocks::Kind;
 use modeldescription::digits::short;
@@ -14,10 +15,19 @@ use run::system::Value;
 const BEHIND: usize = 3_000;
 
 /// So many calls may be spent on trying.
-const MOST_CALLS: usize = 3_000_000;
+const MOST_CALLS: usize = 1_500_000;
 
 /// So many missed calls are looked for.
 const MOST_MISSED: usize = 10;
+
+/// Of so many settings each two are tried together.
+const MOST_PAIRED: usize = 6;
+
+/// Two settings that leave more of the error than this part are no explanation.
+const GOOD: f64 = 0.05;
+
+/// A value is told if it could not be another one by this part of it.
+const WIDE: f64 = 0.15;
 
 /// At most so many suspects are answered.
 const MOST_SUSPECTS: usize = 8;
@@ -29,79 +39,328 @@ struct Try {
     text: String,
 }
 
-/// Tries the usual suspects; those that make it better, the best first.
+/// A suspect that was tried.
+struct Tried {
+    outcome: Outcome,
+    text: String,
+    /// The settings that it changes, numbers that were searched for among them.
+    rows: Vec<usize>,
+    is_estimate: bool,
+}
+
+/// What makes it better, the best first: the mode before all others, then the time, then single settings, then two at once.
 pub(super) fn tried(comparison: &Comparison, base: &Outcome) -> Result<Vec<Suspect>> {
-    let all = comparison.recording.rows;
-    let rows = (base.first().unwrap_or(0) + BEHIND).min(all);
-    let mut tries = settings(comparison);
-    let most = (MOST_CALLS / (6 * rows.max(1))).max(1);
-    // Several calls for each row take as much longer.
-    tries.retain(|of| of.variant.more_calls.saturating_mul(rows) <= MOST_CALLS / 6);
-    tries.truncate(most);
-    let before = comparison.run(&base.variant, rows)?;
-    let mut better: Vec<(Outcome, String)> = Vec::new();
-    for Try { variant, text } in tries {
-        let Ok(outcome) = comparison.best(&variant, rows).map(Outcome::without_outputs) else { continue };
-        if rank(&outcome) < rank(&before) {
-            better.push((outcome, text));
-        }
+    let rows = (base.first().unwrap_or(0) + BEHIND).min(comparison.recording.rows);
+    let search = Search::new(comparison, rows, MOST_CALLS);
+    let diagnosis = Diagnosis { comparison, search, rows };
+    let (start, mode) = match mode(comparison, base) {
+        Some(Try { variant, text }) => (comparison.best(&variant, rows)?, Some(text)),
+        None => (comparison.run(&base.variant, rows)?, None),
+    };
+    let start = start.without_outputs();
+    let whole = |text: &str| mode.iter().map(String::as_str).chain([text]).collect::<Vec<_>>().join(", and ");
+    let mut all: Vec<Tried> = Vec::new();
+    let mut is_told = false;
+    if let Some(text) = &mode {
+        is_told = start.different() == 0;
+        all.push(Tried { outcome: start.clone(), text: text.clone(), rows: Vec::new(), is_estimate: false });
     }
-    better.extend(missed(comparison, &before, rows)?);
-    sort(&mut better);
-    if better.first().is_none_or(|(outcome, _)| outcome.different() > 0) {
-        better.extend(pairs(comparison, &better, rows));
-        sort(&mut better);
+    if !is_told {
+        let of_time = diagnosis.discrete(&start, time(comparison), &whole);
+        is_told = of_time.iter().any(|tried| tried.outcome.different() == 0);
+        all.extend(of_time);
     }
-    better.truncate(MOST_SUSPECTS);
-    // The best ones over all rows.
-    let mut suspects = Vec::new();
-    for (outcome, text) in better {
-        let outcome = if rows < all { comparison.run(&outcome.variant, all)? } else { outcome };
-        if rank(&outcome) >= rank(base) {
-            continue;
-        }
-        let value = |(row, value): (&usize, &f64)| {
-            let of = &comparison.block.table.variables[*row];
-            let value = if of.kind == Kind::Bool { Value::Boolean(*value != 0.0) } else { Value::Number(*value) };
-            (of.name.clone(), value)
-        };
-        suspects.push(Suspect {
-            text: format!("{text}."),
-            values: outcome.variant.values.iter().map(value).collect::<Values>(),
-            different: outcome.different(),
-            largest: outcome.largest(),
-            fits: outcome.different() == 0,
-        });
+    let mut is_sure = is_told;
+    if !is_told {
+        let (found, sure) = diagnosis.settings(&start, &whole)?;
+        is_sure = sure;
+        all.extend(found);
     }
-    suspects.sort_by(|a, b| (a.different, a.largest).partial_cmp(&(b.different, b.largest)).expect("finite"));
-    Ok(suspects)
+    all.sort_by(|a, b| rank(&a.outcome).partial_cmp(&rank(&b.outcome)).unwrap_or(std::cmp::Ordering::Equal));
+    all.truncate(MOST_SUSPECTS);
+    diagnosis.told(all, is_sure, base)
 }
 
-fn sort(better: &mut [(Outcome, String)]) {
-    better.sort_by(|(a, _), (b, _)| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal));
+struct Diagnosis<'a> {
+    comparison: &'a Comparison<'a>,
+    search: Search<'a>,
+    rows: usize,
 }
 
-/// Two suspects at once.
-fn pairs(comparison: &Comparison, better: &[(Outcome, String)], rows: usize) -> Vec<(Outcome, String)> {
-    let mut found = Vec::new();
-    let best: Vec<_> = better.iter().filter(|(of, _)| !of.variant.values.is_empty()).take(6).collect();
-    for (number, (a, a_text)) in best.iter().enumerate() {
-        for (b, b_text) in &best[number + 1..] {
-            if b.variant.values.keys().any(|row| a.variant.values.contains_key(row)) {
+impl Diagnosis<'_> {
+    /// What becomes better with changes that are known beforehand.
+    fn discrete(&self, start: &Outcome, tries: Vec<Try>, whole: &dyn Fn(&str) -> String) -> Vec<Tried> {
+        let mut better = Vec::new();
+        for Try { mut variant, text } in tries {
+            // Several calls for each row take as much longer.
+            if !self.search.may_go_on() || variant.more_calls.saturating_mul(self.rows) > MOST_CALLS / 6 {
                 continue;
             }
-            let mut variant = a.variant.clone();
-            variant.values.extend(&b.variant.values);
-            variant.more_calls = variant.more_calls.max(b.variant.more_calls);
-            if let Ok(outcome) = comparison.best(&variant, rows).map(Outcome::without_outputs)
-                && rank(&outcome) < rank(a)
-                && rank(&outcome) < rank(b)
-            {
-                found.push((outcome, format!("{a_text}, and {b_text}")));
+            let rows: Vec<usize> = variant.values.keys().copied().collect();
+            for (row, value) in &start.variant.values {
+                variant.values.entry(*row).or_insert(*value);
+            }
+            let Ok(outcome) = self.comparison.best(&variant, self.rows).map(Outcome::without_outputs) else { continue };
+            if rank(&outcome) < rank(start) {
+                better.push(Tried { outcome, text: whole(&text), rows, is_estimate: false });
             }
         }
+        better
     }
-    found
+
+    /// Single settings and missed calls, and if none of them explains everything, two at once. Says whether it is the only explanation.
+    fn settings(&self, start: &Outcome, whole: &dyn Fn(&str) -> String) -> Result<(Vec<Tried>, bool)> {
+        let (search, block) = (&self.search, self.comparison.block);
+        let base = Found { error: search.error(&start.variant), variant: start.variant.clone() };
+        let mut tried = self.discrete(start, settings(self.comparison), whole);
+        if let Some((outcome, text)) = missed(self.comparison, start, self.rows)? {
+            tried.push(Tried { outcome, text: whole(&text), rows: Vec::new(), is_estimate: false });
+        }
+        let candidates = search.candidates(&base);
+        // How the block got to the first row was judged with wrong settings: if they explain nothing, it may have been otherwise.
+        let mut found: Vec<(usize, Found)> = Vec::new();
+        for beginning in self.comparison.beginnings(start.variant.beginning) {
+            let base = Variant { beginning, ..start.variant.clone() };
+            let ones: Vec<(usize, Found)> =
+                candidates.iter().filter_map(|row| Some((*row, search.one(&base, *row)?))).collect();
+            let error = |ones: &[(usize, Found)]| ones.iter().map(|(_, one)| one.error).fold(f64::INFINITY, f64::min);
+            if error(&ones) < error(&found) {
+                found = ones;
+            }
+            if found.iter().any(|(_, one)| search.fits(&one.variant)) || !search.may_go_on() {
+                break;
+            }
+        }
+        let base = match found.first() {
+            Some((_, one)) => {
+                let variant = Variant { beginning: one.variant.beginning, ..base.variant };
+                Found { error: search.error(&variant), variant }
+            }
+            None => base,
+        };
+        found.sort_by(|a, b| a.1.error.total_cmp(&b.1.error));
+        let text = |rows: &[usize], of: &Found| {
+            let one = |row: &usize| change(block, *row, of.variant.values[row], start.variant.values.get(row));
+            whole(&rows.iter().map(one).collect::<Vec<_>>().join(", and "))
+        };
+        let estimate = |rows: &[usize], of: &Found| {
+            let outcome = search.outcome(&of.variant)?;
+            Some(Tried { outcome, text: text(rows, of), rows: rows.to_vec(), is_estimate: true })
+        };
+        tried.extend(found.iter().filter_map(|(row, of)| estimate(&[*row], of)));
+        let singles = fitting(&tried);
+        if singles > 0 {
+            let sure = singles == 1 && self.is_told(&mut tried, &candidates);
+            return Ok((tried, sure));
+        }
+        let mut two = self.two_discrete(&tried, whole);
+        let is_of_controller = |row: &usize| block.roles.controller.contains(&block.table.variables[*row].name);
+        let mut best: Vec<usize> = found.iter().map(|(row, _)| *row).collect();
+        best.sort_by_key(|row| !is_of_controller(row));
+        best.truncate(MOST_PAIRED);
+        // A switch, a limit or a sign, and a number besides.
+        let mut discrete: Vec<&Tried> = tried.iter().filter(|of| !of.is_estimate && !of.rows.is_empty()).collect();
+        discrete.sort_by(|a, b| search.error(&a.outcome.variant).total_cmp(&search.error(&b.outcome.variant)));
+        for of in discrete.into_iter().take(3) {
+            let variant = &of.outcome.variant;
+            let from = Found { error: search.error(variant), variant: variant.clone() };
+            for row in search.candidates(&from).into_iter().filter(|row| !of.rows.contains(row)) {
+                if let Some(found) = search.one(variant, row).filter(|found| found.error < GOOD * base.error)
+                    && let Some(outcome) = search.outcome(&found.variant)
+                {
+                    let text = format!("{}, and {}", of.text, change(block, row, found.variant.values[&row], None));
+                    let rows = of.rows.iter().copied().chain([row]).collect();
+                    two.push(Tried { outcome, text, rows, is_estimate: true });
+                }
+            }
+        }
+        for (number, a) in best.iter().enumerate() {
+            for b in best[number + 1..].iter().filter(|_| search.may_go_on()) {
+                let of = |row: &usize| found.iter().find(|(other, _)| other == row).map(|(_, of)| of.clone());
+                let starts = [Some(base.clone()), of(a), of(b)].into_iter().flatten();
+                let both = starts.map(|start| search.polished(start, &[*a, *b]));
+                let Some(best) = both.min_by(|a, b| a.error.total_cmp(&b.error)) else { continue };
+                let has_both = [a, b].iter().all(|row| best.variant.values.contains_key(row));
+                if has_both && best.error < GOOD * base.error {
+                    two.extend(estimate(&[*a, *b], &search.snapped(best, &[*a, *b])));
+                }
+            }
+        }
+        let pairs = fitting(&two);
+        let sure = pairs == 1 && self.is_told(&mut two, &candidates);
+        tried.extend(two);
+        Ok((tried, sure))
+    }
+
+    /// Two changes at once that are known beforehand.
+    fn two_discrete(&self, tried: &[Tried], whole: &dyn Fn(&str) -> String) -> Vec<Tried> {
+        let mut best: Vec<&Tried> = tried.iter().filter(|of| !of.is_estimate && !of.rows.is_empty()).collect();
+        best.sort_by(|a, b| rank(&a.outcome).partial_cmp(&rank(&b.outcome)).unwrap_or(std::cmp::Ordering::Equal));
+        best.truncate(6);
+        let mut found = Vec::new();
+        for (number, a) in best.iter().enumerate() {
+            for b in best[number + 1..].iter().filter(|b| b.rows.iter().all(|row| !a.rows.contains(row))) {
+                let mut variant = a.outcome.variant.clone();
+                variant.values.extend(&b.outcome.variant.values);
+                variant.more_calls = variant.more_calls.max(b.outcome.variant.more_calls);
+                let Ok(outcome) = self.comparison.best(&variant, self.rows).map(Outcome::without_outputs) else {
+                    continue;
+                };
+                if rank(&outcome) < rank(&a.outcome) && rank(&outcome) < rank(&b.outcome) {
+                    let rest = b.text.strip_prefix(&whole("")).unwrap_or(&b.text);
+                    let rows = a.rows.iter().chain(&b.rows).copied().collect();
+                    found.push(Tried { outcome, text: format!("{}, and {rest}", a.text), rows, is_estimate: false });
+                }
+            }
+        }
+        found
+    }
+
+    /// Whether the recording tells the values of the explanation that fits, and tells them apart from other settings. Adds to its text
+    /// what else would do.
+    fn is_told(&self, tried: &mut [Tried], candidates: &[usize]) -> bool {
+        let (search, block) = (&self.search, self.comparison.block);
+        let name = |row: &usize| block.table.variables[*row].name.clone();
+        let mut is_told = true;
+        for of in tried.iter_mut().filter(|of| of.outcome.different() == 0 && !of.rows.is_empty()) {
+            let numbers: Vec<usize> = of.rows.iter().copied().filter(|row| candidates.contains(row)).collect();
+            let variant = of.outcome.variant.clone();
+            let found = Found { error: search.error(&variant), variant };
+            let (mut doubts, mut ranges) = (Vec::new(), Vec::new());
+            for row in &numbers {
+                let others: Vec<usize> = candidates.iter().copied().filter(|other| !of.rows.contains(other)).collect();
+                let rest: Vec<usize> = numbers.iter().copied().filter(|other| other != row).collect();
+                doubts.extend(search.confused(&found, *row, &others).iter().map(name));
+                doubts.extend(search.confused(&found, *row, &rest).iter().map(name));
+                if numbers.len() == 1 {
+                    let (low, high) = search.range(&found, *row);
+                    let own = found.variant.values[row];
+                    let width = (high - low) / own.abs().max(1e-12);
+                    is_told &= width < WIDE;
+                    if width > 0.001 {
+                        let unit = if block.table.variables[*row].kind == Kind::Time { " s" } else { "" };
+                        ranges.push(format!("{} to {}{unit} fits", short(low), short(high)));
+                    }
+                }
+            }
+            doubts.sort();
+            doubts.dedup();
+            is_told &= doubts.is_empty();
+            if !doubts.is_empty() {
+                ranges.push(format!("another {} would fit with it", doubts.join(" or ")));
+            }
+            if !ranges.is_empty() {
+                of.text = format!("{} ({})", of.text, ranges.join("; "));
+            }
+        }
+        is_told
+    }
+
+    /// The answer, with the outcomes over all rows.
+    fn told(&self, all: Vec<Tried>, is_sure: bool, base: &Outcome) -> Result<Vec<Suspect>> {
+        let mut suspects = Vec::new();
+        for Tried { outcome, text, .. } in all {
+            let total = self.comparison.recording.rows;
+            let outcome = if self.rows < total { self.comparison.run(&outcome.variant, total)? } else { outcome };
+            if rank(&outcome) >= rank(base) {
+                continue;
+            }
+            let value = |(row, value): (&usize, &f64)| {
+                let of = &self.comparison.block.table.variables[*row];
+                let value = if of.kind == Kind::Bool { Value::Boolean(*value != 0.0) } else { Value::Number(*value) };
+                (of.name.clone(), value)
+            };
+            let fits = outcome.different() == 0;
+            suspects.push(Suspect {
+                text: format!("{text}."),
+                values: outcome.variant.values.iter().map(value).collect::<Values>(),
+                different: outcome.different(),
+                largest: outcome.largest(),
+                fits,
+                is_sure: fits && is_sure,
+            });
+        }
+        suspects.sort_by(|a, b| (a.different, a.largest).partial_cmp(&(b.different, b.largest)).expect("finite"));
+        if suspects.iter().filter(|suspect| suspect.fits).count() != 1 {
+            // The same settings may be there twice, with the same values.
+            let first = suspects.iter().find(|suspect| suspect.fits).map(|suspect| suspect.values.clone());
+            let is_same = |suspect: &Suspect| {
+                Some(suspect.values.keys().collect::<Vec<_>>()) == first.as_ref().map(|of| of.keys().collect())
+            };
+            if !suspects.iter().filter(|suspect| suspect.fits).all(is_same) {
+                suspects.iter_mut().for_each(|suspect| suspect.is_sure = false);
+            }
+        }
+        Ok(suspects)
+    }
+}
+
+/// How many different sets of settings explain everything.
+fn fitting(tried: &[Tried]) -> usize {
+    let mut sets: Vec<Vec<usize>> =
+        tried.iter().filter(|of| of.outcome.different() == 0).map(|of| of.rows.clone()).collect();
+    sets.iter_mut().for_each(|rows| rows.sort_unstable());
+    sets.sort();
+    sets.dedup();
+    sets.len()
+}
+
+/// `TI is 25 s instead of 20 s`
+fn change(block: &Block, row: usize, value: f64, before: Option<&f64>) -> String {
+    let of = &block.table.variables[row];
+    let unit = if of.kind == Kind::Time { " s" } else { "" };
+    let text = |value: f64| match of.kind {
+        Kind::Bool => if value == 0.0 { "FALSE" } else { "TRUE" }.to_string(),
+        Kind::Real => format!("{}{unit}", value as f32),
+        _ => format!("{value}{unit}"),
+    };
+    let own = before.copied().unwrap_or(block.settings[row]);
+    format!("{} is {} instead of {}", of.name, text(value), text(own))
+}
+
+/// Another mode than that of the loop, where the recording does not say it: a manipulated value that moves by itself is that of automatic
+/// mode, and one that never moves that of manual mode.
+fn mode(comparison: &Comparison, base: &Outcome) -> Option<Try> {
+    let (block, recording) = (comparison.block, comparison.recording);
+    let (switch, value) = block.manual()?;
+    let is_recorded = |row: usize| recording.inputs.iter().any(|input| input.row == row);
+    if is_recorded(switch) || is_recorded(value) {
+        return None;
+    }
+    let output = block.manipulated(recording)?;
+    let recorded: Vec<f64> =
+        recording.outputs[output].values.iter().copied().filter(|value| value.is_finite()).collect();
+    let moves = |values: &[f64]| values.iter().any(|value| *value != values[0]);
+    let is_manual = block.settings[switch] == 1.0;
+    let mut variant = base.variant.clone();
+    variant.values.insert(switch, f64::from(u8::from(!is_manual)));
+    if is_manual && moves(&recorded) {
+        return Some(Try { text: change(block, switch, 0.0, None), variant });
+    }
+    let computed = &base.outputs[output];
+    if !is_manual && recorded.len() > 2 && !moves(&recorded) && moves(computed) {
+        variant.values.insert(value, recorded[0]);
+        let text = format!("{}, and {}", change(block, switch, 1.0, None), change(block, value, recorded[0], None));
+        return Some(Try { text, variant });
+    }
+    None
+}
+
+/// Another time between two calls: only where the time in the recording says so, or there is none.
+fn time(comparison: &Comparison) -> Vec<Try> {
+    let (block, recording) = (comparison.block, comparison.recording);
+    let mut tries = Tries { comparison, tries: Vec::new() };
+    let (cycle, own) = (Some(block.table.cycle), block.settings[block.table.cycle]);
+    if let Some(spacing) = recording.spacing.filter(|spacing| (spacing / own - 1.0).abs() > 0.02) {
+        let spacing = (spacing * 1000.0).round() / 1000.0;
+        tries.value(cycle, spacing, ", the spacing of the rows");
+        let calls = (spacing / own).round();
+        if (2.0..=1000.0).contains(&calls) && (spacing / own / calls - 1.0).abs() < 0.02 {
+            let variant = Variant { more_calls: calls as usize - 1, ..Variant::default() };
+            tries.tries.push(Try { variant, text: format!("the block is called {calls} times from row to row") });
+        }
+    }
+    tries.tries
 }
 
 /// A row without a call, or a call without a row, where the difference begins; then the next ones.
@@ -155,23 +414,14 @@ fn settings(comparison: &Comparison) -> Vec<Try> {
     let (block, recording) = (comparison.block, comparison.recording);
     let mut tries = Tries { comparison, tries: Vec::new() };
     let roles = block.roles;
-    let cycle = Some(block.table.cycle);
-    if let Some(spacing) = recording.spacing {
-        let spacing = (spacing * 1000.0).round() / 1000.0;
-        tries.value(cycle, spacing, ", the spacing of the rows");
-        let own = block.settings[block.table.cycle];
-        let calls = (spacing / own).round();
-        if (2.0..=1000.0).contains(&calls) && (spacing / own / calls - 1.0).abs() < 0.02 {
-            let variant = Variant { more_calls: calls as usize - 1, ..Variant::default() };
-            tries.tries.push(Try { variant, text: format!("the block is called {calls} times from row to row") });
+    if recording.spacing.is_none() {
+        for (factor, what) in [(0.5, ": half"), (2.0, ": twice"), (10.0, ": ten times"), (0.1, ": a tenth")] {
+            tries.factor(Some(block.table.cycle), factor, what);
         }
-    }
-    for (factor, what) in [(0.5, ": half"), (2.0, ": twice"), (10.0, ": ten times"), (0.1, ": a tenth")] {
-        tries.factor(cycle, factor, what);
     }
     tries.factor(block.row(roles.controller.first()), -1.0, ": the other sign");
     limits(&mut tries);
-    tries.switch(block.named("PVPER_ON"));
+    tries.switch(block.peripheral().map(|(_, switch)| switch));
     structure(&mut tries);
     for time in roles.controller.get(1..).unwrap_or_default() {
         for (factor, what) in [
@@ -213,22 +463,8 @@ impl Tries<'_> {
         for (row, value) in values {
             let Some((row, own)) = self.own(*row) else { return };
             let of = &self.comparison.block.table.variables[row];
-            let value = match of.kind {
-                Kind::Time => (value * 1000.0).round() / 1000.0,
-                Kind::Real => f64::from(*value as f32),
-                _ => *value,
-            };
-            let is_held = blocks::table::number::to_value(value, of.kind).is_ok();
-            if value == own || !is_held || of.kind == Kind::Time && value < 0.001 {
-                return;
-            }
-            let unit = if of.kind == Kind::Time { " s" } else { "" };
-            let text = |value: f64| match of.kind {
-                Kind::Bool => if value == 0.0 { "FALSE" } else { "TRUE" }.to_string(),
-                Kind::Real => format!("{}{unit}", value as f32),
-                _ => format!("{value}{unit}"),
-            };
-            texts.push(format!("{} is {} instead of {}", of.name, text(value), text(own)));
+            let Some(value) = held(of.kind, *value).filter(|value| *value != own) else { return };
+            texts.push(change(self.comparison.block, row, value, None));
             variant.values.insert(row, value);
         }
         let text = format!("{}{why}", texts.join(" and "));
@@ -259,8 +495,9 @@ fn limits(tries: &mut Tries) {
     let known = || values.iter().copied().filter(|value| value.is_finite());
     let (high, low) = (known().fold(f64::NEG_INFINITY, f64::max), known().fold(f64::INFINITY, f64::min));
     let why = ": there the recording stays";
-    let high = (block.named("LMN_HLM"), high);
-    let low = (block.named("LMN_LLM"), low);
+    let limit = |limit: fn(&(String, String)) -> &String| block.row(block.roles.limits.as_ref().map(limit));
+    let high = (limit(|(high, _)| high), high);
+    let low = (limit(|(_, low)| low), low);
     if stays(high.1) {
         tries.values(&[high], why);
     }
@@ -290,7 +527,7 @@ fn structure(tries: &mut Tries) {
 /// The dead band: none, or as wide as the deviations at which the recorded manipulated value does not move.
 fn dead_band(tries: &mut Tries) {
     let (block, recording) = (tries.comparison.block, tries.comparison.recording);
-    let row = block.named("DEADB_W");
+    let row = block.row(block.roles.dead_band.as_ref());
     tries.value(row, 0.0, ": no dead band");
     let signal = |name: Option<&String>| -> Option<&Signal> {
         let row = block.row(name)?;

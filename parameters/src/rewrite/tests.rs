@@ -30,18 +30,14 @@ fn real(value: f32) -> Value {
 
 #[test]
 fn only_the_value_that_was_changed_is_another_one_in_any_encoding() {
-    let wide = |unit: fn(u16) -> [u8; 2], mark: [u8; 2]| {
-        let units = move |text: &str| text.encode_utf16().flat_map(unit).collect::<Vec<u8>>();
-        Box::new(move |text: &str| [&mark[..], &units(text)].concat()) as Box<dyn Fn(&str) -> Vec<u8>>
-    };
-    let encodings: [(&str, Box<dyn Fn(&str) -> Vec<u8>>); 5] = [
-        ("Windows-1252", Box::new(|text| Encoding::Windows1252.encode(text).unwrap())),
-        ("UTF-8", Box::new(|text| text.as_bytes().to_vec())),
-        ("UTF-8 with its mark", Box::new(|text| ["\u{feff}", text].concat().into_bytes())),
-        ("UTF-16", wide(u16::to_le_bytes, [0xFF, 0xFE])),
-        ("UTF-16, big-endian", wide(u16::to_be_bytes, [0xFE, 0xFF])),
-    ];
-    for (name, encode) in encodings {
+    for (name, encoding, mark) in [
+        ("Windows-1252", Encoding::Windows1252, &b""[..]),
+        ("UTF-8", Encoding::Utf8, b""),
+        ("UTF-8 with its mark", Encoding::Utf8, b"\xEF\xBB\xBF"),
+        ("UTF-16", Encoding::Utf16Le, b"\xFF\xFE"),
+        ("UTF-16, big-endian", Encoding::Utf16Be, b"\xFE\xFF"),
+    ] {
+        let encode = |text: &str| [mark, &encoding.encode(text).unwrap()].concat();
         let source = Source::new("plant.awl", encode(AWL));
         let (bytes, replaced) = changed(Format::Step7, &source, &[("GAIN", real(0.67))]).unwrap();
         assert!(bytes == encode(&AWL.replacen("2.0", "0.67", 1)), "{name}");

@@ -266,3 +266,225 @@ fn two_faults_at_once_are_named() {
     let text = named(&replayed);
     assert!(text.contains("GAIN is -2") && text.contains("LMN_LLM is -50"), "{text}");
 }
+
+/// What an input is in each call.
+type Course = fn(usize) -> f64;
+
+/// A recording of a block with these settings and inputs, call by call; `time` and its columns are as their variables.
+fn tape(fmu: &str, values: &[(&str, f64)], calls: usize, inputs: &[(&str, Course)], outputs: &[&str]) -> String {
+    let home = Linked::new();
+    let description = home.description(fmu).unwrap();
+    let find = |name: &str| {
+        let variable = description.variable(name).unwrap_or_else(|| panic!("{name}"));
+        (variable.kind.unwrap(), variable.value_reference)
+    };
+    let mut block = home.instantiate(fmu, "PLC").unwrap();
+    block.setup(0.0, None).unwrap();
+    let set = |block: &mut dyn Component, name: &str, value: f64| {
+        let (kind, reference) = find(name);
+        block.write(kind, &[reference], &[value]).unwrap();
+    };
+    values.iter().for_each(|(name, value)| set(&mut *block, name, *value));
+    block.enter_initialization().unwrap();
+    block.exit_initialization().unwrap();
+    let table = home.table(fmu).unwrap().unwrap();
+    let (cycle, mut now) = (&table.variables[table.cycle].name, [0.0]);
+    block.read(find(cycle).0, &[find(cycle).1], &mut now).unwrap();
+    let cycle = now[0];
+    let names: Vec<&str> = inputs.iter().map(|(name, _)| *name).chain(outputs.iter().copied()).collect();
+    let mut text = format!("time;{}\n", names.join(";"));
+    for call in 0..calls {
+        let mut cells = vec![format!("{:.3}", call as f64 * cycle)];
+        for (name, value) in inputs {
+            let value = (value(call) * 1000.0).round() / 1000.0;
+            set(&mut *block, name, value);
+            cells.push(format!("{value}"));
+        }
+        block.step(call as f64 * cycle, cycle).unwrap();
+        for name in outputs {
+            let (kind, reference) = find(name);
+            block.read(kind, &[reference], &mut now).unwrap();
+            cells.push(format!("{:.3}", now[0]));
+        }
+        writeln!(text, "{}", cells.join(";")).unwrap();
+    }
+    text
+}
+
+/// A process value that wanders, and stands still for a while.
+fn wandering(call: usize) -> f64 {
+    let time = call as f64;
+    50.0 + 8.0 * (time / 37.0).sin() + 3.0 * (time / 11.0).sin() + if (150..200).contains(&call) { 6.0 } else { 0.0 }
+}
+
+fn stepping(call: usize) -> f64 {
+    if call < 100 {
+        52.0
+    } else if call < 260 {
+        60.0
+    } else {
+        45.0
+    }
+}
+
+/// What differs on the plant from the file.
+struct Wrong {
+    fmu: &'static str,
+    file: &'static [(&'static str, f64)],
+    plant: &'static [(&'static str, f64)],
+}
+
+impl Wrong {
+    fn recording(&self) -> String {
+        let plant: Vec<(&str, f64)> = merged(self.file, self.plant);
+        match self.fmu {
+            "CONT_C" if self.plant.iter().any(|(name, _)| *name == "MAN_ON") => {
+                let outputs = ["LMN"];
+                tape("CONT_C", &plant, 400, &[("SP_INT", stepping), ("PV_IN", wandering)], &outputs)
+            }
+            "CONT_C" => Plant { values: &plant, ..Plant::default() }.record(),
+            "CONT_S" => {
+                let inputs: [(&str, Course); 2] = [("SP_INT", stepping), ("PV_IN", wandering)];
+                tape("CONT_S", &plant, 800, &inputs, &["QLMNUP", "QLMNDN"])
+            }
+            "PULSEGEN" => {
+                tape("PULSEGEN", &plant, 1500, &[("INV", |call| wandering(call / 4) - 45.0)], &["QPOS_P", "QNEG_P"])
+            }
+            "PULS_CTR" => {
+                let word: Course = |call| (wandering(call / 4) * 276.48).round();
+                tape(
+                    "PULS_CTR",
+                    &plant,
+                    2000,
+                    &[("SP_INT", |call| stepping(call / 4)), ("PV_PER", word)],
+                    &["QPOS_P", "DI_CONT_C.LMN"],
+                )
+            }
+            _ => tape("HLG", &plant, 600, &[("S0", |call| if call < 300 { 20_000.0 } else { 3_000.0 })], &["HLG"]),
+        }
+    }
+}
+
+fn merged<'a>(file: &[(&'a str, f64)], others: &[(&'a str, f64)]) -> Vec<(&'a str, f64)> {
+    let kept = file.iter().copied().filter(|(name, _)| others.iter().all(|(other, _)| other != name));
+    kept.chain(others.iter().copied()).collect()
+}
+
+const PI: &[(&str, f64)] = &FILE;
+const PID: &[(&str, f64)] =
+    &[("GAIN", 2.0), ("TI", 20.0), ("CYCLE", 1.0), ("LMN_HLM", 90.0), ("D_SEL", 1.0), ("TD", 5.0), ("TM_LAG", 2.0)];
+const STEPS: &[(&str, f64)] = &[
+    ("GAIN", 1.0),
+    ("TI", 40.0),
+    ("CYCLE", 0.5),
+    ("MTR_TM", 30.0),
+    ("PULSE_TM", 2.0),
+    ("BREAK_TM", 2.0),
+    ("DEADB_W", 0.5),
+];
+const PULSES: &[(&str, f64)] = &[("PER_TM", 10.0), ("P_B_TM", 0.2), ("CYCLE", 0.1), ("STEP3_ON", 1.0)];
+const BOTH: &[(&str, f64)] =
+    &[("RED_FAC", 20.0), ("DI_CONT_C.GAIN", 2.0), ("DI_CONT_C.TI", 20.0), ("DI_CONT_C.PV_FAC", 1.0), ("CYCLE", 0.1)];
+const RAMP: &[(&str, f64)] = &[("TH_TZ", 200.0), ("TR_TZ", 100.0)];
+
+const WRONG: [Wrong; 25] = [
+    Wrong { fmu: "CONT_C", file: PI, plant: &[("TI", 25.0)] },
+    Wrong { fmu: "CONT_C", file: PI, plant: &[("TI", 40.0)] },
+    Wrong { fmu: "CONT_C", file: PI, plant: &[("TI", 17.35)] },
+    Wrong { fmu: "CONT_C", file: PI, plant: &[("GAIN", 2.2)] },
+    Wrong { fmu: "CONT_C", file: PI, plant: &[("GAIN", 0.66961)] },
+    Wrong { fmu: "CONT_C", file: PI, plant: &[("GAIN", 2.2), ("TI", 25.0)] },
+    Wrong { fmu: "CONT_C", file: PI, plant: &[("GAIN", 1.0), ("TI", 60.0)] },
+    Wrong { fmu: "CONT_C", file: PI, plant: &[("LMN_HLM", 70.0)] },
+    Wrong { fmu: "CONT_C", file: PI, plant: &[("LMN_HLM", 70.0), ("TI", 30.0)] },
+    Wrong { fmu: "CONT_C", file: PI, plant: &[("GAIN", -2.0)] },
+    Wrong { fmu: "CONT_C", file: PI, plant: &[("DEADB_W", 0.5)] },
+    Wrong { fmu: "CONT_C", file: PID, plant: &[("TD", 8.0)] },
+    Wrong { fmu: "CONT_C", file: PID, plant: &[("TM_LAG", 4.0)] },
+    Wrong { fmu: "CONT_C", file: PID, plant: &[("TD", 8.0), ("TI", 33.0)] },
+    Wrong {
+        fmu: "CONT_C",
+        file: &[("GAIN", 2.0), ("TI", 20.0), ("CYCLE", 1.0), ("MAN_ON", 1.0)],
+        plant: &[("MAN_ON", 0.0)],
+    },
+    Wrong {
+        fmu: "CONT_C",
+        file: &[("GAIN", 2.0), ("TI", 20.0), ("CYCLE", 1.0), ("MAN_ON", 1.0)],
+        plant: &[("MAN_ON", 0.0), ("TI", 35.0)],
+    },
+    Wrong { fmu: "CONT_S", file: STEPS, plant: &[("GAIN", 1.5)] },
+    Wrong { fmu: "CONT_S", file: STEPS, plant: &[("PULSE_TM", 4.0)] },
+    Wrong { fmu: "CONT_S", file: STEPS, plant: &[("MTR_TM", 45.0)] },
+    Wrong { fmu: "PULSEGEN", file: PULSES, plant: &[("PER_TM", 12.0)] },
+    Wrong { fmu: "PULS_CTR", file: BOTH, plant: &[("DI_CONT_C.GAIN", 3.0)] },
+    Wrong { fmu: "PULS_CTR", file: BOTH, plant: &[("DI_CONT_C.TI", 50.0)] },
+    Wrong { fmu: "PULS_CTR", file: BOTH, plant: &[("RED_FAC", 25.0)] },
+    Wrong { fmu: "HLG", file: RAMP, plant: &[("TH_TZ", 150.0)] },
+    Wrong { fmu: "HLG", file: RAMP, plant: &[("TR_TZ", 70.0)] },
+];
+
+#[test]
+fn one_or_two_wrong_settings_of_a_continuous_controller_are_told() {
+    assert_told(|wrong| wrong.fmu == "CONT_C");
+}
+
+#[test]
+fn one_wrong_setting_of_a_block_with_pulses_or_a_ramp_is_told() {
+    assert_told(|wrong| wrong.fmu != "CONT_C");
+}
+
+/// Each cause is told for sure, and nothing else is.
+fn assert_told(which: fn(&&Wrong) -> bool) {
+    let mut missed = Vec::new();
+    for wrong in WRONG.iter().filter(which) {
+        let replayed = run(&request(member(wrong.fmu, wrong.file), wrong.recording()));
+        let number = |value: &Value| match value {
+            Value::Boolean(value) => f64::from(u8::from(*value)),
+            Value::Number(value) => *value,
+        };
+        let is_true = |suspect: &control::replay::Suspect| {
+            let near = |(name, value): &(&str, f64)| {
+                suspect.values.get(*name).is_some_and(|found| (number(found) - value).abs() <= 1e-6 * value.abs())
+            };
+            suspect.values.len() == wrong.plant.len() && wrong.plant.iter().all(near)
+        };
+        if let Some(lie) = replayed.suspects.iter().find(|suspect| suspect.is_sure && !is_true(suspect)) {
+            missed.push(format!("{:?} is told wrong: {}", wrong.plant, lie.text));
+        } else if !replayed.suspects.iter().any(|suspect| suspect.is_sure && is_true(suspect)) {
+            missed.push(format!("{} {:?} is not told: {}", wrong.fmu, wrong.plant, replayed.verdict));
+        }
+    }
+    assert!(missed.is_empty(), "{}", missed.join("\n"));
+}
+
+#[test]
+fn what_a_recording_does_not_tell_is_not_told() {
+    // Pulses alone tell a gain and a length, and not all of these settings.
+    for wrong in [
+        Wrong { fmu: "CONT_S", file: STEPS, plant: &[("TI", 25.0)] },
+        Wrong { fmu: "PULSEGEN", file: PULSES, plant: &[("RATIOFAC", 2.0)] },
+    ] {
+        let replayed = run(&request(member(wrong.fmu, wrong.file), wrong.recording()));
+        let name = wrong.plant[0].0;
+        assert!(
+            replayed.suspects.iter().all(|suspect| !suspect.is_sure || suspect.values.contains_key(name)),
+            "{}",
+            replayed.verdict
+        );
+    }
+    // Rounded to whole numbers, nothing tells one setting from another.
+    for (plant, decimals) in [(&[("TI", 20.4)][..], 1), (&[("GAIN", 2.02)][..], 0)] {
+        let text = Plant { values: &with(plant), decimals, ..Plant::default() }.record();
+        let replayed = run(&request(member("CONT_C", &FILE), text));
+        assert!(
+            replayed.suspects.iter().all(|suspect| !suspect.is_sure || suspect.values.contains_key(plant[0].0)),
+            "{}",
+            replayed.verdict
+        );
+    }
+    // Three wrong settings.
+    let text = Plant { values: &with(&[("GAIN", 3.1), ("TI", 47.0), ("LMN_LLM", 12.0)]), ..Plant::default() }.record();
+    let replayed = run(&request(member("CONT_C", &FILE), text));
+    assert!(!replayed.suspects.iter().any(|suspect| suspect.is_sure), "{}", replayed.verdict);
+    assert!(replayed.verdict.contains("the cause cannot be told from this recording"), "{}", replayed.verdict);
+}

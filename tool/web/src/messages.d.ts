@@ -515,6 +515,14 @@ pulses: Array<string>,
 pulse_former: Array<string>,
 /** The inputs of a plant that disturb it. */
 disturbances: Array<string>,
+/** The limits of the manipulated value: high, low. */
+limits: [string, string] | null,
+/** The width of the dead band. */
+dead_band: string | null,
+/** The shortest pulse of a step controller. */
+shortest_pulse: string | null,
+/** The input that makes a complete restart. */
+restart: string | null,
 /** The settings among the inputs, see [`Roles::is_stimulus`]. */
 settings: Array<string>,
 /** The stimuli among the parameters. */
@@ -578,7 +586,9 @@ different: number,
 /** The largest difference. */
 largest: number,
 /** Whether nothing differs any more. */
-fits: boolean, };
+fits: boolean,
+/** Whether the recording tells it: nothing else that was tried explains everything, and its values could not be others. */
+is_sure: boolean, };
 
 /** The mean of variables over an input. */
 export type Sweep = {

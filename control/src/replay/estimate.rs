@@ -1,0 +1,365 @@
+//! Which values of settings make the block do what a recording has: searched for with the block itself, which gets the recorded inputs
+//! and whose outputs are compared with the recorded ones.
+//!
+//! One setting is searched on a grid and by golden section, two by least squares (Levenberg and Marquardt). Switches count by how often
+//! they were TRUE so far: so a pulse that comes late costs little, and one that does not come costs more and more.
+
+use super::columns::Signal;
+use super::compare::{Comparison, Outcome};
+use super::instance::Variant;
+use blocks::table::number::to_value;
+use blocks::{Kind, Role};
+use std::cell::Cell;
+
+/// The factors of the grid, both ways.
+const FACTORS: [f64; 9] = [1.1, 1.25, 1.5, 2.0, 3.0, 4.5, 7.0, 12.0, 30.0];
+/// The grid of a setting that is 0, as parts of how far the recorded values move.
+const PARTS: [f64; 6] = [0.002, 0.01, 0.05, 0.1, 0.25, 0.5];
+/// How often an interval is divided.
+const DIVISIONS: usize = 24;
+/// The points of a grid where an interval cannot be divided.
+const POINTS: usize = 40;
+/// The steps of least squares.
+const STEPS: usize = 14;
+/// The most digits of a value that is taken for one that a user has typed.
+const DIGITS: usize = 6;
+/// Values that differ by less than this part are one value.
+const NEAR: f64 = 0.02;
+/// A setting changes nothing if the error changes by less than this part of it.
+const INSENSITIVE: f64 = 1e-9;
+
+/// A search with the first rows of a recording.
+pub(super) struct Search<'a> {
+    pub(super) comparison: &'a Comparison<'a>,
+    pub(super) rows: usize,
+    /// How many calls may still be made.
+    left: Cell<usize>,
+    /// By how much an output is divided.
+    scales: Vec<f64>,
+}
+
+/// Values of settings that were found.
+#[derive(Clone)]
+pub(super) struct Found {
+    pub(super) variant: Variant,
+    /// The mean square of what differs.
+    pub(super) error: f64,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(comparison: &'a Comparison<'a>, rows: usize, most: usize) -> Search<'a> {
+        let scale = |of: &Signal| {
+            let known: Vec<f64> = of.values[..rows].iter().copied().filter(|value| value.is_finite()).collect();
+            let count = known.len().max(1) as f64;
+            if of.is_boolean {
+                return (0.05 * known.iter().sum::<f64>()).max(1.0);
+            }
+            let mean = known.iter().sum::<f64>() / count;
+            let deviation = (known.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / count).sqrt();
+            deviation.max(1e-3 * mean.abs()).max(1e-9)
+        };
+        let scales = comparison.recording.outputs.iter().map(scale).collect();
+        Search { comparison, rows, left: Cell::new(most), scales }
+    }
+
+    /// Whether there are calls left.
+    pub(super) fn may_go_on(&self) -> bool {
+        self.left.get() > self.rows
+    }
+
+    fn spend(&self, runs: usize) {
+        self.left.set(self.left.get().saturating_sub(runs * self.rows));
+    }
+
+    /// What differs, row by row.
+    fn residuals(&self, variant: &Variant) -> Option<Vec<f64>> {
+        self.spend(1);
+        let recording = self.comparison.recording;
+        let computed = self.comparison.block.simulate(recording, variant, self.rows, None).ok()?;
+        let mut all = Vec::with_capacity(self.rows * computed.len());
+        for ((of, now), scale) in recording.outputs.iter().zip(&computed).zip(&self.scales) {
+            let mut count = 0.0;
+            for (recorded, now) in of.values.iter().zip(now).filter(|(recorded, _)| !recorded.is_nan()) {
+                count += now - recorded;
+                let off = if of.is_boolean { count } else { now - recorded };
+                all.push(if off.is_finite() { off / scale } else { 1e6 });
+            }
+        }
+        Some(all)
+    }
+
+    /// The mean square of what differs.
+    pub(super) fn error(&self, variant: &Variant) -> f64 {
+        self.residuals(variant).map_or(f64::INFINITY, |all| square(&all))
+    }
+
+    /// Whether nothing differs but what the digits of the recording leave open.
+    pub(super) fn fits(&self, variant: &Variant) -> bool {
+        self.spend(4);
+        self.comparison.run(variant, self.rows).is_ok_and(|outcome| outcome.different() == 0)
+    }
+
+    pub(super) fn outcome(&self, variant: &Variant) -> Option<Outcome> {
+        self.spend(4);
+        self.comparison.run(variant, self.rows).ok().map(Outcome::without_outputs)
+    }
+
+    /// The value of a setting in a variant.
+    fn value(&self, variant: &Variant, row: usize) -> f64 {
+        variant.values.get(&row).copied().unwrap_or(self.comparison.block.settings[row])
+    }
+
+    /// The variant with another value of a setting, as its type holds it; `None` if it does not.
+    fn with(&self, variant: &Variant, row: usize, value: f64) -> Option<Variant> {
+        let kind = self.comparison.block.table.variables[row].kind;
+        let value = held(kind, value)?;
+        let mut variant = variant.clone();
+        variant.values.insert(row, value);
+        Some(variant)
+    }
+
+    /// The settings with numbers that the recording does not have, that are in use and that change something.
+    pub(super) fn candidates(&self, base: &Found) -> Vec<usize> {
+        let (block, recording) = (self.comparison.block, self.comparison.recording);
+        let is_on = |name: &str| block.table.find(name).is_some_and(|row| self.value(&base.variant, row) != 0.0);
+        let fields = || block.groups.iter().flat_map(|group| &group.fields);
+        let is_used = |name: &str| fields().find(|field| field.name == name).is_none_or(|field| field.is_used(is_on));
+        let is_candidate = |row: &usize| {
+            let of = &block.table.variables[*row];
+            let is_setting = matches!(of.role, Role::Parameter | Role::Fixed | Role::Input)
+                && !block.roles.is_stimulus(&of.name, of.role == Role::Input);
+            let is_number = !matches!(of.kind, Kind::Bool | Kind::Word | Kind::Byte | Kind::DWord | Kind::LWord);
+            let is_recorded = recording.inputs.iter().any(|input| input.row == *row);
+            is_setting && is_number && !is_recorded && *row != block.table.cycle && is_used(&of.name)
+        };
+        let changes = |row: &usize| {
+            let own = self.value(&base.variant, *row);
+            let others = if own == 0.0 { vec![self.span() * 0.1, 1.0] } else { vec![own * 1.3, own * 0.7] };
+            let mut others = others.into_iter().filter_map(|value| self.with(&base.variant, *row, value));
+            others.any(|variant| (self.error(&variant) - base.error).abs() > INSENSITIVE * base.error)
+        };
+        (0..block.table.variables.len()).filter(is_candidate).filter(changes).collect()
+    }
+
+    /// How far the recorded numbers move.
+    fn span(&self) -> f64 {
+        let recording = self.comparison.recording;
+        let span = |of: &Signal| {
+            let known = of.values[..self.rows].iter().copied().filter(|value| value.is_finite());
+            let (low, high) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+            if of.is_boolean || high < low { 0.0 } else { high - low }
+        };
+        let all = recording.inputs.iter().chain(&recording.outputs);
+        all.filter(|of| matches!(of.kind, Kind::Real | Kind::LReal)).map(span).fold(0.0, f64::max)
+    }
+
+    /// The times that the recorded switches show, in seconds: how far apart they rise, the shortest TRUE and the shortest FALSE.
+    fn times(&self) -> Vec<f64> {
+        let recording = self.comparison.recording;
+        let step = recording.spacing.unwrap_or(self.comparison.block.settings[self.comparison.block.table.cycle]);
+        let mut times = Vec::new();
+        for of in recording.outputs.iter().filter(|of| of.is_boolean) {
+            let runs: Vec<&[f64]> = of.values[..self.rows].chunk_by(|a, b| a == b).collect();
+            // The first and the last one have no beginning and no end.
+            let inner = runs.get(1..runs.len().saturating_sub(1)).unwrap_or_default();
+            for level in [1.0, 0.0] {
+                times.extend(inner.iter().filter(|run| run[0] == level).map(|run| run.len()).min());
+            }
+            let mut periods: Vec<usize> = inner.windows(2).map(|pair| pair[0].len() + pair[1].len()).collect();
+            periods.sort_unstable();
+            times.extend(periods.get(periods.len() / 2));
+        }
+        times.into_iter().map(|calls| calls as f64 * step).collect()
+    }
+
+    /// Whether an output is a number, which changes with every change of a setting.
+    fn has_numbers(&self) -> bool {
+        self.comparison.recording.outputs.iter().any(|of| !of.is_boolean)
+    }
+
+    fn grid(&self, variant: &Variant, row: usize) -> Vec<f64> {
+        let block = self.comparison.block;
+        let kind = block.table.variables[row].kind;
+        let own = self.value(variant, row);
+        let mut grid: Vec<f64> = FACTORS.iter().flat_map(|factor| [own * factor, own / factor]).collect();
+        match kind {
+            Kind::Time | Kind::LTime => {
+                grid.extend(self.times());
+                if own == 0.0 {
+                    let cycle = block.settings[block.table.cycle];
+                    grid.extend([1.0, 3.0, 10.0, 30.0, 100.0].map(|factor| factor * cycle));
+                }
+            }
+            Kind::Real | Kind::LReal => {
+                let span = self.span();
+                grid.extend(PARTS.iter().flat_map(|part| [part * span, -part * span]).filter(|_| own == 0.0));
+                grid.push(0.0);
+            }
+            _ => {
+                let cycle = block.settings[block.table.cycle];
+                grid.extend(self.times().into_iter().map(|time| time / cycle));
+                grid.extend([1.0, 2.0, 5.0].into_iter().filter(|_| own == 0.0));
+            }
+        }
+        grid.push(own);
+        grid.retain_mut(|value| {
+            held(kind, *value).is_some_and(|held| {
+                *value = held;
+                true
+            })
+        });
+        grid.sort_by(f64::total_cmp);
+        grid.dedup();
+        grid
+    }
+
+    /// The best value of one setting.
+    pub(super) fn one(&self, base: &Variant, row: usize) -> Option<Found> {
+        let grid = self.grid(base, row);
+        let at = |value: f64| self.with(base, row, value).map_or(f64::INFINITY, |variant| self.error(&variant));
+        let errors: Vec<f64> = grid.iter().map(|value| at(*value)).collect();
+        let best = (0..grid.len()).min_by(|a, b| errors[*a].total_cmp(&errors[*b]))?;
+        let (low, high) = (grid[best.saturating_sub(1)], grid[(best + 1).min(grid.len() - 1)]);
+        let by_factor = low > 0.0;
+        let place = |value: f64| if by_factor { value.ln() } else { value };
+        let value = |place: f64| if by_factor { place.exp() } else { place };
+        let middle = if self.has_numbers() {
+            crate::identify::golden_section(place(low), place(high), DIVISIONS, |place| at(value(place)))
+        } else {
+            // The number of pulses is a stair: two grids, the second between two points of the first.
+            let mut interval = (place(low), place(high));
+            for _ in 0..2 {
+                let width = (interval.1 - interval.0) / POINTS as f64;
+                let points = (0..=POINTS).map(|number| interval.0 + width * number as f64);
+                let best = points.map(|place| (at(value(place)), place)).min_by(|a, b| a.0.total_cmp(&b.0))?;
+                interval = (best.1 - width, best.1 + width);
+            }
+            f64::midpoint(interval.0, interval.1)
+        };
+        let found = [grid[best], value(middle)].into_iter().filter_map(|value| {
+            let variant = self.with(base, row, value)?;
+            Some(Found { error: self.error(&variant), variant })
+        });
+        let best = found.min_by(|a, b| a.error.total_cmp(&b.error))?;
+        Some(self.snapped(self.polished(best, &[row]), &[row]))
+    }
+
+    /// Least squares over one or two settings, from where they are.
+    pub(super) fn polished(&self, from: Found, rows: &[usize]) -> Found {
+        let mut best = from;
+        let mut damping = 1e-3;
+        for _ in 0..STEPS {
+            if !self.may_go_on() || best.error == 0.0 {
+                break;
+            }
+            let Some(here) = self.residuals(&best.variant) else { break };
+            let slopes: Option<Vec<(f64, Vec<f64>)>> = rows.iter().map(|row| self.slope(&best, *row, &here)).collect();
+            let Some(slopes) = slopes else { break };
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let mut step = vec![0.0; rows.len()];
+            match slopes.as_slice() {
+                [(scale, a)] => step[0] = -scale * dot(a, &here) / (dot(a, a) * (1.0 + damping)),
+                [(first, a), (second, b)] => {
+                    let (aa, ab, bb) = (dot(a, a) * (1.0 + damping), dot(a, b), dot(b, b) * (1.0 + damping));
+                    let (ra, rb, whole) = (-dot(a, &here), -dot(b, &here), aa * bb - ab * ab);
+                    step = vec![first * (ra * bb - rb * ab) / whole, second * (rb * aa - ra * ab) / whole];
+                }
+                _ => break,
+            }
+            let moved = rows.iter().zip(&step).try_fold(best.variant.clone(), |variant, (row, step)| {
+                self.with(&variant, *row, self.value(&best.variant, *row) + step)
+            });
+            let after = moved.map(|variant| Found { error: self.error(&variant), variant });
+            match after.filter(|after| after.error < best.error) {
+                Some(after) => {
+                    let is_done = after.error > best.error * (1.0 - 1e-6);
+                    best = after;
+                    damping = (damping * 0.2f64).max(1e-9);
+                    if is_done {
+                        break;
+                    }
+                }
+                None if damping > 1e4 => break,
+                None => damping *= 20.0,
+            }
+        }
+        best
+    }
+
+    /// How the residuals change with a setting: by how much it was changed, and what that did.
+    fn slope(&self, from: &Found, row: usize, here: &[f64]) -> Option<(f64, Vec<f64>)> {
+        let own = self.value(&from.variant, row);
+        let kind = self.comparison.block.table.variables[row].kind;
+        let least = match kind {
+            Kind::Time | Kind::LTime => 0.001,
+            Kind::Real | Kind::LReal => 1e-4 * self.span(),
+            _ => 1.0,
+        };
+        let there = held(kind, own + (own.abs() * 1e-3).max(least))?;
+        let after = self.residuals(&self.with(&from.variant, row, there)?)?;
+        Some((there - own, after.iter().zip(here).map(|(after, here)| after - here).collect()))
+    }
+
+    /// The values with the fewest digits that do as well.
+    pub(super) fn snapped(&self, found: Found, rows: &[usize]) -> Found {
+        let enough = found.error * 4.0 + 1e-12;
+        let rounded = |digits: &[usize]| {
+            let rounded = rows.iter().zip(digits).try_fold(found.variant.clone(), |variant, (row, digits)| {
+                self.with(&variant, *row, crate::tune::rounded(self.value(&found.variant, *row), *digits as i32))
+            });
+            rounded.map(|variant| Found { error: self.error(&variant), variant })
+        };
+        let mut all: Vec<Vec<usize>> = vec![Vec::new()];
+        for _ in rows {
+            let longer = |one: usize| all.iter().map(move |digits| [digits.as_slice(), &[one]].concat());
+            all = (1..=DIGITS).flat_map(longer).collect();
+        }
+        all.sort_by_key(|digits| digits.iter().sum::<usize>());
+        let good = |found: &Found| found.error <= enough && self.fits(&found.variant);
+        all.iter().filter_map(|digits| rounded(digits)).find(good).unwrap_or(found)
+    }
+
+    /// The other settings that the recording does not tell apart from this one: with another value of theirs the block still does what
+    /// was recorded, if this one has another value too.
+    pub(super) fn confused(&self, found: &Found, row: usize, others: &[usize]) -> Vec<usize> {
+        let is_confused = |other: &&usize| {
+            let own = self.value(&found.variant, **other);
+            let moved = if own == 0.0 { 0.05 * self.span() } else { own * 1.25 };
+            let Some(variant) = self.with(&found.variant, **other, moved) else { return false };
+            let start = Found { error: self.error(&variant), variant };
+            let after = self.polished(start, &[row]).variant;
+            let (before, now) = (self.value(&found.variant, row), self.value(&after, row));
+            (now - before).abs() > NEAR * before.abs() && self.fits(&after)
+        };
+        others.iter().filter(|other| **other != row).filter(is_confused).copied().collect()
+    }
+
+    /// From where to where the value of a setting does as well.
+    pub(super) fn range(&self, found: &Found, row: usize) -> (f64, f64) {
+        const WIDTHS: [f64; 8] = [0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002];
+        let own = self.value(&found.variant, row);
+        let widest = |sign: f64| {
+            let values = WIDTHS.iter().map(|width| own + sign * width * own.abs());
+            let mut fitting = values
+                .filter(|value| self.with(&found.variant, row, *value).is_some_and(|variant| self.fits(&variant)));
+            fitting.next().unwrap_or(own)
+        };
+        (widest(-1.0), widest(1.0))
+    }
+}
+
+fn square(all: &[f64]) -> f64 {
+    all.iter().map(|one| one * one).sum::<f64>() / all.len().max(1) as f64
+}
+
+/// The value as the type holds it; a TIME is a millisecond at least.
+pub(super) fn held(kind: Kind, value: f64) -> Option<f64> {
+    let value = match kind {
+        Kind::Time => (value * 1000.0).round() / 1000.0,
+        Kind::Real => f64::from(value as f32),
+        Kind::LReal | Kind::LTime => value,
+        _ => value.round(),
+    };
+    let is_good = to_value(value, kind).is_ok() && (kind != Kind::Time || value >= 0.001);
+    is_good.then_some(value)
+}
