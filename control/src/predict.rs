@@ -2,14 +2,14 @@
 //!
 //! The block is called as in a run of the tool: every CYCLE, before the plant, which then advances by one CYCLE with the
 //! manipulated value held. First the loop is brought to rest in manual mode, with a manual value of [`MANUAL`] percent where the
-//! block has one; what the block gives then is where the plant is at rest. Then the controller goes to automatic mode, and the
+//! block has one and the user names no other; what the block gives then is where the plant is at rest. Then the controller goes to automatic mode, and the
 //! setpoint steps. By default the step is [`STEP`] percent times the plant's gain: in the end the manipulated value moves by as
 //! much. Of an integrating plant it is [`STEP`] percent divided by GAIN: at first the manipulated value moves by as much.
 //!
 //! Pulses drive the model as they are, as 100 % or 0 or -100 %. The pulses of a step controller move a valve, which takes the motor
 //! time from stop to stop and begins in the middle.
 
-use crate::figures::{OVERSHOOT, SETTLING, Signals, Span, Window};
+use crate::figures::{FIGURES, OVERSHOOT, SETTLING, Signals, Span, Window};
 use crate::process::Process;
 use crate::tune::{Controller, Predicted, Request};
 use anyhow::{Context, Result, bail};
@@ -227,7 +227,13 @@ pub fn predict(
     }
     let gain = controller.roles.controller.first().and_then(|name| values.get(name));
     let height = step_height(request, gain);
-    let level = controller.value(setpoint);
+    let level = request.step.from.unwrap_or_else(|| controller.value(setpoint));
+    let manual = request.step.manual.unwrap_or(MANUAL);
+    if height == 0.0 || ![height, level, manual].iter().all(|number| number.is_finite()) {
+        bail!("the step is {height} from {level}: it has to be a number other than 0");
+    }
+    let mut values = values.clone();
+    values.insert(setpoint.clone(), Value::Number(level));
     if let Some((factor, offset)) = scaling {
         let word = |value: f64| (value - offset) / factor;
         let range = f64::from(i16::MIN)..=f64::from(i16::MAX);
@@ -245,7 +251,7 @@ pub fn predict(
         resting: (0.0, 0.0),
         values: [0.0; VARIABLES.len()],
     };
-    let mut system = system(controller, values, &terminal, &schedule)?;
+    let mut system = system(controller, &values, &terminal, &schedule, manual)?;
     system
         .settings
         .push(Setting { time: Some(schedule.time(schedule.step)), ..setting(setpoint, Value::Number(level + height)) });
@@ -274,6 +280,7 @@ pub fn predict(
 /// manipulated value; of an integrating plant as much as moves the manipulated value by 10 % at first.
 fn step_height(request: &Request, gain: Option<&Value>) -> f64 {
     match gain {
+        _ if request.step.size.is_some() => request.step.size.unwrap_or_default(),
         Some(Value::Number(gain)) if request.model.is_integrating => STEP / gain,
         _ => STEP * request.model.gain,
     }
@@ -325,7 +332,13 @@ fn setting(name: &str, value: Value) -> Setting {
 }
 
 /// The loop with all settings but the step of the setpoint.
-fn system(controller: &Controller, values: &Values, terminal: &Terminal, schedule: &Schedule) -> Result<System> {
+fn system(
+    controller: &Controller,
+    values: &Values,
+    terminal: &Terminal,
+    schedule: &Schedule,
+    manual: f64,
+) -> Result<System> {
     let mut all = controller.member.values.clone();
     all.extend(values.clone());
     all.extend(terminal.switches.iter().map(|(name, is_on)| (name.clone(), Value::Boolean(*is_on))));
@@ -334,7 +347,7 @@ fn system(controller: &Controller, values: &Values, terminal: &Terminal, schedul
     let mut events = Vec::new();
     if let Some((switch, value)) = &controller.roles.manual {
         all.insert(switch.clone(), Value::Boolean(true));
-        all.insert(value.clone(), Value::Number(MANUAL));
+        all.insert(value.clone(), Value::Number(manual));
         let automatic = Some(schedule.time(schedule.automatic));
         events.push(Setting { time: automatic, ..setting(switch, Value::Boolean(false)) });
     }
@@ -415,6 +428,7 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
         manipulated_value: pick(&manipulated_value),
         overshoot: OVERSHOOT.value(&window).ok(),
         settling: SETTLING.value(&window).ok(),
+        travel: FIGURES.iter().find(|figure| figure.key == "travel").and_then(|figure| figure.value(&window).ok()),
     };
     (predicted, remarks)
 }

@@ -18,6 +18,8 @@
 //! | SIMC PI | T / (K (tc + L)) | min(T, 4 (tc + L)) | - |
 //! | SIMC PI, integrating | 1 / (k' (tc + L)) | 4 (tc + L) | - |
 //! | SIMC PID, second lag T2 | as PI in the series form with TD' = T2, converted | | |
+//! | lambda PI | T / (K (lambda + L)) | T | - |
+//! | lambda PI, integrating | (2 lambda + L) / (k' (lambda + L)^2) | 2 lambda + L | - |
 //! | AMIGO PI | 0.15/K + (0.35 - L T/(L+T)^2) T/(K L) | 0.35 L + 13 L T^2/(T^2 + 12 L T + 7 L^2) | - |
 //! | AMIGO PI, integrating | 0.35 / (k' L) | 13.35 L | - |
 //! | AMIGO PID | (0.2 + 0.45 T/L)/K | L (0.4 L + 0.8 T)/(L + 0.1 T) | 0.5 L T/(0.3 L + T) |
@@ -98,7 +100,7 @@ impl Model {
     }
 }
 
-/// The settings for a plant by a rule. `closed_loop` is SIMC's time constant of the closed loop, `ultimate` the ultimate gain and
+/// The settings for a plant by a rule. `closed_loop` is the time constant of the closed loop that SIMC and lambda are given, `ultimate` the ultimate gain and
 /// period where they are known from an experiment.
 ///
 /// # Errors
@@ -117,7 +119,7 @@ pub fn settings(
         bail!("the closed loop's time constant is {closed_loop} s: it has to be above 0");
     }
     let plain = model.without_second_lag();
-    let needs_dead_time = !matches!(rule, Rule::ZieglerNicholsUltimate | Rule::Simc);
+    let needs_dead_time = !matches!(rule, Rule::ZieglerNicholsUltimate | Rule::Simc | Rule::Lambda);
     if needs_dead_time && plain.dead_time == 0.0 {
         bail!(
             "{} divides by the dead time, which is 0: take SIMC and choose the closed loop's time constant",
@@ -127,6 +129,7 @@ pub fn settings(
     let settings = match rule {
         Rule::ZieglerNicholsUltimate => by_ultimate(structure, model, ultimate)?,
         Rule::Simc => simc(structure, model, closed_loop)?,
+        Rule::Lambda => lambda(structure, &plain, closed_loop)?,
         Rule::Amigo => amigo(structure, &plain)?,
         _ => by_slope(rule, structure, &plain)?,
     };
@@ -146,6 +149,7 @@ pub fn name(rule: Rule) -> &'static str {
         Rule::ChrDisturbance0 => "CHR (disturbance, 0 %)",
         Rule::ChrDisturbance20 => "CHR (disturbance, 20 %)",
         Rule::Simc => "SIMC",
+        Rule::Lambda => "lambda",
         Rule::Amigo => "AMIGO",
     }
 }
@@ -231,6 +235,46 @@ fn simc(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Result
             Ok(Settings::of_series(gain, ti, fast))
         }
     }
+}
+
+/// The time constant of the closed loop that a rule aims at, where none is chosen.
+pub fn closed_loop(rule: Rule, model: &Model) -> Option<f64> {
+    let plain = model.without_second_lag();
+    match rule {
+        Rule::Simc => Some(plain.dead_time),
+        Rule::Lambda => Some(plain.time_constant.max(3.0 * plain.dead_time)),
+        _ => None,
+    }
+}
+
+/// The time constant of the closed loop at a place on a scale from calm, 0, to fast, 1: from the slower one of the plant's own speed and
+/// four dead times to one dead time, by equal factors.
+pub fn paced(pace: f64, model: &Model) -> f64 {
+    let plain = model.without_second_lag();
+    let fast = plain.dead_time;
+    let calm = plain.time_constant.max(4.0 * fast);
+    calm.powf(1.0 - pace) * fast.powf(pace)
+}
+
+fn lambda(structure: Structure, model: &Model, closed_loop: Option<f64>) -> Result<Settings> {
+    let Model { gain: k, time_constant: t, dead_time: l, is_integrating, .. } = *model;
+    if structure != Structure::Pi {
+        bail!("lambda is a rule for PI: take PI, or AMIGO with PID");
+    }
+    let lambda = closed_loop.or(self::closed_loop(Rule::Lambda, model)).unwrap_or_default();
+    if lambda + l == 0.0 {
+        bail!("lambda divides by the dead time, which is 0: choose the closed loop's time constant");
+    }
+    if is_integrating {
+        let ti = 2.0 * lambda + l;
+        return Ok(ideal(ti / (k * (lambda + l) * (lambda + l)), Some(ti), None));
+    }
+    if t == 0.0 {
+        bail!(
+            "lambda gives a pure I action for a plant without a lag, and GAIN multiplies all actions: take AMIGO with PI"
+        );
+    }
+    Ok(ideal(t / (k * (lambda + l)), Some(t), None))
 }
 
 fn amigo(structure: Structure, model: &Model) -> Result<Settings> {

@@ -50,12 +50,33 @@ pub struct Request {
     pub structure: Structure,
     /// The controller with its present settings: CYCLE, the normalisation and the pulse former count.
     pub controller: Member,
-    /// The time constant of the closed loop that SIMC is given, in seconds; the dead time without it.
+    /// The time constant of the closed loop in seconds, which SIMC and lambda are given (lambda is its name there); without it the dead
+    /// time for SIMC, and for lambda the plant's time constant or three dead times.
     #[serde(default)]
     pub closed_loop: Option<f64>,
+    /// The same as a place on a scale: 0 is calm, 1 is fast. `closed_loop` takes precedence.
+    #[serde(default)]
+    pub pace: Option<f64>,
+    /// The step of the setpoint that is predicted.
+    #[serde(default)]
+    pub step: Step,
     /// Ultimate gain and period, for the ultimate rule; computed from the model without it.
     #[serde(default)]
     pub ultimate: Option<(f64, f64)>,
+}
+
+/// A step of the setpoint.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS), ts(optional_fields = nullable))]
+pub struct Step {
+    /// The setpoint before it; that of the controller without it.
+    pub from: Option<f64>,
+    /// By how much it changes, below 0 for down; without it so much that the manipulated value moves by 10 % in the end, or at first
+    /// if the plant integrates.
+    pub size: Option<f64>,
+    /// The manual value at which the plant rests before it, in percent; 50 without it.
+    pub manual: Option<f64>,
 }
 
 /// A rule.
@@ -77,8 +98,25 @@ pub enum Rule {
     ChrDisturbance20,
     /// Skogestad.
     Simc,
+    /// Lambda: the plant's lag is compensated, the closed loop has the time constant lambda.
+    Lambda,
     /// Astroem and Haegglund.
     Amigo,
+}
+
+impl Rule {
+    /// All rules, in the order in which they are shown.
+    pub const ALL: [Rule; 9] = [
+        Rule::Simc,
+        Rule::Lambda,
+        Rule::Amigo,
+        Rule::ChrSetpoint0,
+        Rule::ChrSetpoint20,
+        Rule::ChrDisturbance0,
+        Rule::ChrDisturbance20,
+        Rule::ZieglerNicholsStep,
+        Rule::ZieglerNicholsUltimate,
+    ];
 }
 
 /// Which actions the controller has.
@@ -102,6 +140,8 @@ pub struct Tuned {
     pub values: Values,
     /// The dead time that was used: the model's, half a cycle, half a pulse period.
     pub dead_time: f64,
+    /// The time constant of the closed loop that the rule was given, if it takes one.
+    pub closed_loop: Option<f64>,
     /// The largest sensitivity.
     pub sensitivity: Option<f64>,
     /// How much more gain the loop takes, as a factor.
@@ -112,6 +152,22 @@ pub struct Tuned {
     pub predicted: Predicted,
     /// What the user should know, a sentence each.
     pub remarks: Vec<String>,
+}
+
+/// A rule with what it leads to.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
+pub struct Row {
+    /// The rule.
+    pub rule: Rule,
+    /// Its name.
+    pub name: String,
+    /// P, PI or PID.
+    pub structure: Structure,
+    /// The settings, and the prediction for the same step as those of all other rows.
+    pub tuned: Option<Tuned>,
+    /// Why there are none.
+    pub refusal: Option<String>,
 }
 
 /// A heating and a cooling step.
@@ -153,6 +209,8 @@ pub struct Predicted {
     pub overshoot: Option<f64>,
     /// Its settling time in seconds.
     pub settling: Option<f64>,
+    /// How far the manipulated value moves in all, from the step on.
+    pub travel: Option<f64>,
 }
 
 /// A block that controls, with its present settings.
@@ -319,7 +377,12 @@ pub fn tune(home: &dyn Fmus, request: &Request) -> Result<Tuned> {
         ));
     }
     remarks.extend(half_rule(request));
-    let ideal = rules::settings(request.rule, request.structure, &model, request.closed_loop, request.ultimate)?;
+    if let Some(pace) = request.pace.filter(|pace| !(0.0..=1.0).contains(pace)) {
+        bail!("the pace is {pace}: it is from 0, calm, to 1, fast");
+    }
+    let chosen = request.closed_loop.or(request.pace.map(|pace| rules::paced(pace, &model)));
+    let closed_loop = rules::closed_loop(request.rule, &model).map(|usual| chosen.unwrap_or(usual));
+    let ideal = rules::settings(request.rule, request.structure, &model, closed_loop.and(chosen), request.ultimate)?;
     let factor = predict::output_factor(home, &controller)?.unwrap_or(1.0);
     if factor != 1.0 {
         remarks.push(format!(
@@ -349,12 +412,30 @@ pub fn tune(home: &dyn Fmus, request: &Request) -> Result<Tuned> {
     Ok(Tuned {
         values,
         dead_time: model.dead_time,
+        closed_loop,
         sensitivity: margins.sensitivity,
         gain_margin: margins.gain_margin,
         phase_margin: margins.phase_margin,
         predicted,
         remarks,
     })
+}
+
+/// All rules with all structures that the controller can have. The rule and the structure of the request do not count.
+///
+/// # Errors
+/// The FMU is not a controller, or the model is not that of a plant.
+pub fn table(home: &dyn Fmus, request: &Request) -> Result<Vec<Row>> {
+    let controller = Controller::of(home, &request.controller)?;
+    request.model.check()?;
+    let structures = [Structure::P, Structure::Pi, Structure::Pid];
+    let possible = structures.into_iter().filter(|structure| controller.require(*structure).is_ok());
+    let row = |rule: Rule, structure: Structure| {
+        let tuned = tune(home, &Request { rule, structure, ..request.clone() });
+        let refusal = tuned.as_ref().err().map(|error| format!("{error:#}"));
+        Row { rule, name: rules::name(rule).into(), structure, tuned: tuned.ok(), refusal }
+    };
+    Ok(possible.flat_map(|structure| Rule::ALL.map(|rule| row(rule, structure))).collect())
 }
 
 /// RATIOFAC, by which the negative pulses are as strong as the positive ones: the gain of heating divided by that of cooling.

@@ -152,6 +152,9 @@ fn inserted(format: Format, source: &Source, own: &Loop, member: usize, value: V
         }
         Format::Step7 | Format::Tia => {
             let path = left.trim().strip_suffix(":=")?.trim_end();
+            if path.contains([';', ':', '{']) {
+                return None;
+            }
             // What leads to the instance stands before the name of the member.
             let plain: String = path.chars().filter(|letter| *letter != '"').collect();
             let leads = plain.len().checked_sub(neighbour.len())?;

@@ -8,6 +8,7 @@
 pub mod connect;
 pub mod describe;
 mod engine;
+pub mod experiment;
 pub mod export;
 pub mod home;
 pub mod known;

@@ -1,5 +1,6 @@
 //! What the page asks for: each request with its answer and what computes it.
 
+use crate::experiment::{self, RelayTested, StepTested};
 use crate::export::{self, Exported};
 use crate::home::Home;
 use crate::message::{
@@ -137,6 +138,13 @@ requests! { |home, session|
     Identify(of: identify::Request) -> Identified = signals::identify(home, session, &of)?;
     /// Settings for a plant's model by a rule, with what they lead to.
     Tune(of: tune::Request) -> Tuned = tune::tune(home, &of)?;
+    /// All rules for a plant's model, with what they lead to: Ms, overshoot, settling time and travel for one step. The rule and the
+    /// structure of the request do not count.
+    Rules(of: tune::Request) -> Vec<tune::Row> = tune::table(home, &of)?;
+    /// Holds the plant at the present manipulated value until it rests, steps it, waits until it rests again, and identifies.
+    StepTest(of: experiment::StepTest) -> StepTested = experiment::step(home, session, &of)?;
+    /// Holds the plant, lets the manipulated value switch up and down, and gives the ultimate gain and period.
+    RelayTest(of: experiment::RelayTest) -> RelayTested = experiment::relay(home, session, &of)?;
     /// RATIOFAC from a heating and a cooling step.
     Ratio(of: tune::RatioRequest) -> Ratio = tune::ratio(&of.heating, &of.cooling)?;
     /// The mean of a block's pulses over an input.

@@ -25,6 +25,29 @@ fn error(rule: Rule, structure: Structure, model: &Model) -> String {
 }
 
 #[test]
+fn lambda_makes_the_closed_loop_as_fast_as_is_asked() {
+    let with = |model: &Model, closed_loop| {
+        let settings = settings(Rule::Lambda, Structure::Pi, model, closed_loop, None).unwrap();
+        (settings.gain, settings.ti)
+    };
+    // 8 / (2 (3 + 1)), and without a choice lambda is T, or three dead times.
+    assert_eq!(with(&lag(2.0, 8.0, 1.0), Some(3.0)), (1.0, Some(8.0)));
+    assert_eq!(with(&lag(2.0, 8.0, 2.0), None), (0.4, Some(8.0)));
+    assert_eq!(with(&lag(1.0, 2.0, 2.0), None), (0.25, Some(2.0)));
+    // (2 * 4 + 2) / (0.1 * 36)
+    let (gain, ti) = with(&integrating(0.1, 2.0), Some(4.0));
+    assert!((gain - 10.0 / 3.6).abs() < 1e-12 && ti == Some(10.0));
+    assert!(error(Rule::Lambda, Structure::Pid, &lag(1.0, 2.0, 2.0)).starts_with("lambda is a rule for PI"));
+}
+
+#[test]
+fn the_scale_goes_from_the_speed_of_the_plant_to_one_dead_time() {
+    let model = lag(1.0, 16.0, 1.0);
+    assert_eq!([0.0, 0.5, 1.0].map(|pace| paced(pace, &model)), [16.0, 4.0, 1.0]);
+    assert_eq!(paced(0.0, &lag(1.0, 1.0, 1.0)), 4.0);
+}
+
+#[test]
 fn each_rule_gives_the_numbers_of_the_table_for_gain_1_lag_10_and_dead_time_1() {
     use Structure::{P, Pi, Pid};
     let model = lag(1.0, 10.0, 1.0);

@@ -16,6 +16,8 @@ fn request(fmu: &str, rule: Rule, structure: Structure, model: Model, values: &[
         structure,
         controller: Member { name: "TIC101".into(), fmu: fmu.into(), values },
         closed_loop: None,
+        pace: None,
+        step: Step::default(),
         ultimate: None,
     }
 }
@@ -37,6 +39,57 @@ fn number(tuned: &Tuned, name: &str) -> f64 {
 
 fn is_on(tuned: &Tuned, name: &str) -> bool {
     tuned.values[name] == Value::Boolean(true)
+}
+
+#[test]
+fn the_prediction_is_for_the_step_that_the_user_makes() {
+    let mut request = request("PID", Rule::Simc, Structure::Pi, lag(2.0, 8.0, 1.0), &[("CYCLE", 0.2), ("SP", 20.0)]);
+    request.step = Step { from: Some(50.0), size: Some(-4.0), manual: Some(30.0) };
+    let predicted = tuned(&request).predicted;
+    let ends = |values: &[f64]| (values[0], values[values.len() - 1]);
+    assert_eq!(ends(&predicted.setpoint), (50.0, 46.0));
+    assert!((ends(&predicted.process_value).1 - 46.0).abs() < 0.01 && predicted.process_value[0] == 50.0);
+    // 4 down need 2 % less; on its way the manipulated value goes GAIN times 4 down and comes back.
+    let (first, last) = ends(&predicted.manipulated_value);
+    assert!((first - 30.0).abs() < 1e-3 && (last - 28.0).abs() < 0.01, "{first} {last}");
+    // 7.3 down at once and 1 more in the dead time, 6.3 up again, and a little of both.
+    let travel = predicted.travel.unwrap();
+    assert!((14.5..15.5).contains(&travel), "{travel}");
+    request.step.size = Some(0.0);
+    let remarks = tuned(&request).remarks;
+    assert!(remarks.iter().any(|remark| remark.contains("the step is 0")), "{remarks:?}");
+}
+
+#[test]
+fn the_table_has_all_rules_for_one_step_and_says_which_do_not_apply() {
+    let request = request("PID", Rule::Simc, Structure::P, lag(2.0, 8.0, 1.0), &[("CYCLE", 0.2)]);
+    let rows = table(&Controllers, &request).unwrap();
+    assert_eq!(rows.len(), 27);
+    let find = |rule, structure| rows.iter().find(|row| row.rule == rule && row.structure == structure).unwrap();
+    let simc = find(Rule::Simc, Structure::Pi);
+    let alone = tuned(&Request { structure: Structure::Pi, ..request.clone() });
+    assert_eq!((simc.tuned.as_ref(), simc.name.as_str()), (Some(&alone), "SIMC"));
+    assert_eq!(alone.closed_loop, Some(1.1));
+    let refusal = find(Rule::Simc, Structure::P).refusal.as_deref().unwrap();
+    assert!(refusal.starts_with("SIMC has no P controller"), "{refusal}");
+    let lambda = find(Rule::Lambda, Structure::Pi).tuned.as_ref().unwrap();
+    assert_eq!((lambda.closed_loop, number(lambda, "TI")), (Some(8.0), 8.0));
+    assert!(rows.iter().filter_map(|row| row.tuned.as_ref()).all(|tuned| tuned.predicted.travel.is_some()));
+}
+
+#[test]
+fn a_pace_is_a_closed_loop_between_calm_and_fast() {
+    let mut request = request("PID", Rule::Lambda, Structure::Pi, lag(2.0, 17.6, 1.0), &[("CYCLE", 0.2)]);
+    let closed_loop = |pace| {
+        request.pace = Some(pace);
+        tuned(&request).closed_loop.unwrap()
+    };
+    let loops = [0.0, 0.5, 1.0].map(closed_loop);
+    for (is, expected) in loops.into_iter().zip([17.6, 4.4, 1.1]) {
+        assert!((is - expected).abs() < 1e-9, "{is}");
+    }
+    request.pace = Some(2.0);
+    assert_eq!(error(&request), "the pace is 2: it is from 0, calm, to 1, fast");
 }
 
 #[test]

@@ -19,6 +19,8 @@ fn request(fmu: &str, rule: Rule, structure: Structure, values: &[(&str, f64)]) 
             values: values.iter().map(|(name, value)| ((*name).into(), Value::Number(*value))).collect(),
         },
         closed_loop: None,
+        pace: None,
+        step: control::tune::Step::default(),
         ultimate: None,
     }
 }

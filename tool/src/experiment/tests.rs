@@ -1,0 +1,82 @@
+use super::*;
+use crate::message::{Member, Setup};
+use crate::test_home::TestHome;
+
+fn session(home: &TestHome) -> Session {
+    let values =
+        |given: &[(&str, f64)]| given.iter().map(|(name, value)| (name.to_string(), Value::Number(*value))).collect();
+    let member = |name: &str, fmu: &str, given: &[(&str, f64)]| Member {
+        name: name.into(),
+        fmu: fmu.into(),
+        values: values(given),
+    };
+    let connections = [("C.OUT", "P.POWER"), ("P.TEMP", "C.PV_IN")];
+    let setup = Setup {
+        members: vec![
+            member("C", "PID", &[("GAIN", 1.0), ("TI", 8.0), ("SP", 30.0), ("CYCLE", 0.1)]),
+            member("P", "LAG", &[("CYCLE", 0.1)]),
+        ],
+        connections: connections.map(|(from, to)| (from.into(), to.into())).into(),
+        ..Setup::default()
+    };
+    let mut session = Session::default();
+    session.start(home, setup).unwrap();
+    session.run(37).unwrap();
+    session
+}
+
+#[test]
+fn a_step_test_holds_waits_steps_waits_and_identifies() {
+    let home = TestHome::default();
+    let mut session = session(&home);
+    let before = number_of(session.state().unwrap().values["C.OUT"]);
+    let request = StepTest { size: 10.0, method: Method::LeastSquares, is_integrating: false };
+    let tested = step(&home, &mut session, &request).unwrap();
+    let model = tested.identified.model;
+    // The plant has a gain of 1.5 and a lag of 10 s.
+    assert!((model.gain / 1.5 - 1.0).abs() < 0.01 && (model.time_constant / 10.0 - 1.0).abs() < 0.02, "{model:?}");
+    let record = session.record(None).unwrap();
+    let at = |name: &str, time: f64| {
+        let call = record.calls_between(Some(time), Some(time)).start;
+        record.trace().get(record.column(name).unwrap(), call)
+    };
+    assert_eq!((at("C.OUT", tested.from), at("C.MAN_ON", tested.from)), (before, 1.0), "it does not jump");
+    assert_eq!(at("C.OUT", tested.step), before + 10.0);
+    assert_eq!(at("C.OUT", tested.step - 0.1), before);
+    assert!(tested.step - tested.from > 20.0, "the plant was not at rest");
+    assert_eq!(tested.state.values["C.MAN_ON"], Value::Boolean(true));
+}
+
+#[test]
+fn a_relay_test_gives_the_ultimate_gain_and_period() {
+    let home = TestHome::default();
+    let mut session = session(&home);
+    let tested = relay(&home, &mut session, &RelayTest { amplitude: 10.0, hysteresis: Some(1.0) }).unwrap();
+    // Between two levels 1 away from its mean, the lag is driven to 15 above and below it: T ln((15 + 1) / (15 - 1)) each way, and a
+    // call later at both ends.
+    let period = 2.0 * 10.0 * (16.0f64 / 14.0).ln();
+    assert!((tested.ultimate.1 - period).abs() < 0.5, "{tested:?}");
+    let expected = 4.0 * 10.0 / (std::f64::consts::PI * (tested.swing * tested.swing - 1.0).sqrt());
+    assert!(
+        (tested.ultimate.0 / expected - 1.0).abs() < 1e-9 && tested.swing > 1.0 && tested.swing < 1.4,
+        "{tested:?}"
+    );
+    let number = |name: &str| number_of(tested.state.values[name]);
+    assert!(number("C.MAN_ON") == 1.0 && tested.remarks.is_empty(), "{tested:?}");
+}
+
+#[test]
+fn an_experiment_that_tells_nothing_is_refused() {
+    let home = TestHome::default();
+    let request = |size| StepTest { size, method: Method::LeastSquares, is_integrating: false };
+    let error = |session: &mut Session, size| format!("{:#}", step(&home, session, &request(size)).unwrap_err());
+    assert_eq!(error(&mut session(&home), 0.0), "the step is 0: it has to be a number other than 0");
+    assert!(error(&mut Session::default(), 1.0).contains("start a loop first"));
+    // Nothing answers the step.
+    let mut alone = Session::default();
+    let member =
+        Member { name: "C".into(), fmu: "PID".into(), values: Values::from([("CYCLE".into(), Value::Number(0.1))]) };
+    alone.start(&home, Setup { members: vec![member], ..Setup::default() }).unwrap();
+    let error = error(&mut alone, 5.0);
+    assert!(error.starts_with("C.PV after 5") && error.contains("the step does not move it"), "{error}");
+}
