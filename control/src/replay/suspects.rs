@@ -15,7 +15,7 @@ use run::system::Value;
 const BEHIND: usize = 3_000;
 
 /// So many calls may be spent on trying.
-const MOST_CALLS: usize = 1_500_000;
+const MOST_CALLS: usize = 3_000_000;
 
 /// So many missed calls are looked for.
 const MOST_MISSED: usize = 10;

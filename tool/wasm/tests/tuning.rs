@@ -40,7 +40,7 @@ fn cont_c_overshoots_as_the_linear_loop_does() {
         let wide = [("CYCLE", 0.01), ("SP_INT", 40.0), ("LMN_HLM", 1e6), ("LMN_LLM", -1e6)];
         let Tuned { predicted, remarks, .. } = tuned(&request("CONT_C", Rule::ChrSetpoint20, structure, &wide));
         assert!(!remarks.iter().any(|remark| remark.contains("limit")), "{remarks:?}");
-        let Predicted { times, setpoint, process_value, manipulated_value, overshoot, settling } = predicted;
+        let Predicted { times, setpoint, process_value, manipulated_value, overshoot, settling, .. } = predicted;
         let overshoot = overshoot.unwrap();
         assert!((overshoot - expected).abs() < bound, "{structure:?}: {overshoot}");
         assert!(settling.unwrap() < 20.0);

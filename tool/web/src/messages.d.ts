@@ -341,7 +341,9 @@ manipulated_value: Array<number>,
 /** Its overshoot in percent of the step. */
 overshoot: number | null,
 /** Its settling time in seconds. */
-settling: number | null, };
+settling: number | null,
+/** How far the manipulated value moves in all, from the step on. */
+travel: number | null, };
 
 /** What a preset has in place of the original's files. */
 export type Preset = {
@@ -413,6 +415,26 @@ content: string,
 block?: string | null,
 /** The loop's name, where the file does not say it. */
 name?: string | null, };
+
+/** A relay instead of the controller. */
+export type RelayTest = {
+/** By how much the manipulated value goes up and down, in its unit. */
+amplitude: number,
+/** How far the process value has to go before the relay switches; by the noise without it. */
+hysteresis?: number | null, };
+
+/** What a relay test gives. */
+export type RelayTested = {
+/** Where the run is now: in manual mode, at the manipulated value from before. */
+state: State,
+/** From when on the plant was held, in seconds. */
+from: number,
+/** Ultimate gain and period in seconds, as the rule of Ziegler and Nichols takes them. */
+ultimate: [number, number],
+/** The amplitude of the process value. */
+swing: number,
+/** What the user should know, a sentence each. */
+remarks: Array<string>, };
 
 /** A sentence about settings. */
 export type Remark = {
@@ -489,7 +511,7 @@ run?: number | null,
  * The settings in force, by `MEMBER.VARIABLE`; those that are left out have the value that they have at the end of
  * that run. Stimuli are ignored.
  */
-values: Values, } | { "do": "figures" } & FiguresRequest | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
+values: Values, } | { "do": "figures" } & FiguresRequest | { "do": "identify" } & IdentifyRequest | { "do": "tune" } & TuneRequest | { "do": "rules" } & TuneRequest | { "do": "step_test" } & StepTest | { "do": "relay_test" } & RelayTest | { "do": "ratio" } & RatioRequest | { "do": "characteristic" } & CharacteristicRequest | { "do": "columns",
 /** The file's text. */
 text: string, } | { "do": "replay" } & ReplayRequest | { "do": "preset" } & PresetRequest | { "do": "export" } & Export;
 
@@ -530,8 +552,21 @@ stimuli: Array<string>,
 /** More pairs by meaning, which both ends name in the same way, such as `high stop`: LMNR_HS. */
 signals: Array<[string, string]>, };
 
+/** A rule with what it leads to. */
+export type Row = {
+/** The rule. */
+rule: Rule,
+/** Its name. */
+name: string,
+/** P, PI or PID. */
+structure: Structure,
+/** The settings, and the prediction for the same step as those of all other rows. */
+tuned: Tuned | null,
+/** Why there are none. */
+refusal: string | null, };
+
 /** A rule. */
-export type Rule = "ziegler_nichols_step" | "ziegler_nichols_ultimate" | "chr_setpoint0" | "chr_setpoint20" | "chr_disturbance0" | "chr_disturbance20" | "simc" | "amigo";
+export type Rule = "ziegler_nichols_step" | "ziegler_nichols_ultimate" | "chr_setpoint0" | "chr_setpoint20" | "chr_disturbance0" | "chr_disturbance20" | "simc" | "lambda" | "amigo";
 
 /** A value of a loop. */
 export type Setting = {
@@ -571,6 +606,38 @@ values: Values,
 failure: string | null,
 /** What the FMUs and the plan say since the last answer, a sentence each. */
 remarks: Array<string>, };
+
+/** A step of the setpoint. */
+export type Step = {
+/** The setpoint before it; that of the controller without it. */
+from?: number | null,
+/**
+ * By how much it changes, below 0 for down; without it so much that the manipulated value moves by 10 % in the end, or at first
+ * if the plant integrates.
+ */
+size?: number | null,
+/** The manual value at which the plant rests before it, in percent; 50 without it. */
+manual?: number | null, };
+
+/** A step of the manual value. */
+export type StepTest = {
+/** By how much the manipulated value steps, in its unit; below 0 for down. */
+size: number,
+/** How the model is found. */
+method: Method,
+/** Whether the plant integrates. */
+is_integrating: boolean, };
+
+/** What a step test gives. */
+export type StepTested = {
+/** Where the run is now: in manual mode, behind the step. */
+state: State,
+/** From when on the plant was held, in seconds. */
+from: number,
+/** When the manipulated value stepped, in seconds. */
+step: number,
+/** The model. */
+identified: Identified, };
 
 /** Which actions the controller has. */
 export type Structure = "p" | "pi" | "pid";
@@ -613,8 +680,15 @@ rule: Rule,
 structure: Structure,
 /** The controller with its present settings: CYCLE, the normalisation and the pulse former count. */
 controller: Member,
-/** The time constant of the closed loop that SIMC is given, in seconds; the dead time without it. */
+/**
+ * The time constant of the closed loop in seconds, which SIMC and lambda are given (lambda is its name there); without it the dead
+ * time for SIMC, and for lambda the plant's time constant or three dead times.
+ */
 closed_loop?: number | null,
+/** The same as a place on a scale: 0 is calm, 1 is fast. `closed_loop` takes precedence. */
+pace?: number | null,
+/** The step of the setpoint that is predicted. */
+step: Step,
 /** Ultimate gain and period, for the ultimate rule; computed from the model without it. */
 ultimate?: [number, number] | null, };
 
@@ -624,6 +698,8 @@ export type Tuned = {
 values: Values,
 /** The dead time that was used: the model's, half a cycle, half a pulse period. */
 dead_time: number,
+/** The time constant of the closed loop that the rule was given, if it takes one. */
+closed_loop: number | null,
 /** The largest sensitivity. */
 sensitivity: number | null,
 /** How much more gain the loop takes, as a factor. */
@@ -703,6 +779,9 @@ export interface Dialogue {
   figures: { request: Extract<Request, { do: "figures" }>; answer: Figures };
   identify: { request: Extract<Request, { do: "identify" }>; answer: Identified };
   tune: { request: Extract<Request, { do: "tune" }>; answer: Tuned };
+  rules: { request: Extract<Request, { do: "rules" }>; answer: Array<Row> };
+  steptest: { request: Extract<Request, { do: "steptest" }>; answer: StepTested };
+  relaytest: { request: Extract<Request, { do: "relaytest" }>; answer: RelayTested };
   ratio: { request: Extract<Request, { do: "ratio" }>; answer: Ratio };
   characteristic: { request: Extract<Request, { do: "characteristic" }>; answer: Characteristics };
   columns: { request: Extract<Request, { do: "columns" }>; answer: Array<string> };
