@@ -1,0 +1,628 @@
+
+/* --- The 34 functions of FMI 2.0 for co-simulation ----------------------------------------------------------------------- */
+
+/* All that follows of an instance that is new or reset. */
+static void plcfmu_fresh(plcfmu_component_t *c) {
+    memset(&c->instance, 0, sizeof c->instance);
+    plcfmu_start(&c->instance.block);
+    c->instance.clock = plcfmu_clock(0.0, PLCFMU_INFINITY, c->instance.block.cycle);
+    c->instance.state = PLCFMU_INSTANTIATED;
+}
+
+const char *fmi2GetTypesPlatform(void) { return "default"; }
+
+const char *fmi2GetVersion(void) { return "2.0"; }
+
+static fmi2Status plcfmu_set_debug_logging(plcfmu_component_t *c, fmi2Boolean on, size_t count, const fmi2String names[]) {
+    int selected = count == 0 ? PLCFMU_ALL : 0, category;
+    size_t i;
+    if (plcfmu_array(&c->text, names, count, sizeof *names, "categories") != fmi2OK) {
+        return fmi2Error;
+    }
+    for (i = 0; i < count; i += 1) {
+        if (names[i] == NULL) {
+            return plcfmu_refuse(&c->text, "a category is NULL");
+        }
+        for (category = 0; category < 4 && strcmp(names[i], plcfmu_categories[category]) != 0; category += 1) {
+        }
+        if (category == 4) {
+            plcfmu_say(&c->text, "category \"");
+            plcfmu_say(&c->text, names[i]);
+            return plcfmu_refuse(&c->text, "\" is unknown: there are logStatusError, logStatusDiscard, logStatusFatal, logAdvice");
+        }
+        selected |= 1 << category;
+    }
+    c->logged = on ? selected : 0;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t count, const fmi2String names[]) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_DEBUG_LOGGING);
+    status = status == fmi2OK ? plcfmu_set_debug_logging(c, on, count, names) : status;
+    return plcfmu_leave(c, PLCFMU_SET_DEBUG_LOGGING, status);
+}
+
+/* Why there is no instance. */
+static fmi2Status plcfmu_check_arguments(plcfmu_component_t *c, fmi2String name, fmi2Type type, fmi2String guid) {
+    if (name == NULL || name[0] == '\0') {
+        return plcfmu_refuse(&c->text, "instanceName is NULL or empty: give the instance a name");
+    }
+    if (type != fmi2CoSimulation) {
+        plcfmu_say(&c->text, "fmuType = ");
+        plcfmu_say_whole(&c->text, (int64_t)(int)type);
+        return plcfmu_refuse(&c->text, ": this FMU is for co-simulation (1) only");
+    }
+    if (guid == NULL || strcmp(guid, PLCFMU_GUID) != 0) {
+        plcfmu_say(&c->text, guid == NULL ? "fmuGUID = NULL" : "fmuGUID = \"");
+        plcfmu_say(&c->text, guid == NULL ? "" : guid);
+        return plcfmu_refuse(&c->text, guid == NULL ? ": this library is " PLCFMU_GUID
+                                                      "; take the modelDescription.xml that came with it"
+                                                    : "\": this library is " PLCFMU_GUID
+                                                      "; take the modelDescription.xml that came with it");
+    }
+    plcfmu_fresh(c);
+    if (!plcfmu_is_exact(c)) {
+        return plcfmu_refuse(&c->text, "this library was compiled with options that change its results (-ffast-math, fused "
+                                       "multiplication and addition, x87 or such): its self-test differs; compile it without them");
+    }
+    return fmi2OK;
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging_on) {
+    plcfmu_component_t *c;
+    size_t length = name == NULL ? 0 : strlen(name);
+    (void)resources;
+    (void)visible;
+    if (callbacks == NULL || callbacks->logger == NULL) {
+        return NULL;
+    }
+    c = plcfmu_new_component();
+    if (c == NULL) {
+        callbacks->logger(callbacks->componentEnvironment, length == 0 ? "" : name, fmi2Error, "logStatusError", "%s",
+                          "fmi2Instantiate: there is no memory for another instance; free one, or compile with a larger "
+                          "PLCFMU_MAX_INSTANCES");
+        return NULL;
+    }
+    c->logger = callbacks->logger;
+    c->environment = callbacks->componentEnvironment;
+    length = length < sizeof c->name ? length : sizeof c->name - 1;
+    if (length > 0) {
+        memcpy(c->name, name, length);
+    }
+    c->logged = PLCFMU_ERROR | PLCFMU_FATAL;
+    if (plcfmu_leave(c, PLCFMU_INSTANTIATE, plcfmu_check_arguments(c, name, type, guid)) != fmi2OK) {
+        plcfmu_free_component(c);
+        return NULL;
+    }
+    c->logged = logging_on ? PLCFMU_ALL : PLCFMU_ERROR | PLCFMU_FATAL;
+    return c;
+}
+
+void fmi2FreeInstance(fmi2Component component) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    while (c != NULL && c->saved != NULL) {
+        plcfmu_saved_t *next = c->saved->next;
+        plcfmu_free_state(c->saved);
+        c->saved = next;
+    }
+    if (c != NULL) {
+        plcfmu_free_component(c);
+    }
+}
+
+static fmi2Status plcfmu_setup(plcfmu_component_t *c, double start, int has_stop, double stop) {
+    if (!(abs_f64(start) <= 1.7976931348623157e308)) {
+        plcfmu_say_named(&c->text, "startTime = ", start, ": must be finite");
+        return fmi2Error;
+    }
+    if (has_stop && !(stop >= start)) {
+        plcfmu_say_named(&c->text, "stopTime = ", stop, ": must not lie before startTime = ");
+        plcfmu_say_number(&c->text, start, 0);
+        return fmi2Error;
+    }
+    c->instance.has_experiment = 1;
+    c->instance.start = start;
+    c->instance.stop = has_stop ? stop : PLCFMU_INFINITY;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
+                               fmi2Boolean has_stop, fmi2Real stop) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_SETUP_EXPERIMENT);
+    (void)has_tolerance;
+    (void)tolerance;
+    status = status == fmi2OK ? plcfmu_setup(c, start, has_stop, stop) : status;
+    return plcfmu_leave(c, PLCFMU_SETUP_EXPERIMENT, status);
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component component) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_ENTER_INITIALIZATION);
+    if (status == fmi2OK && !c->instance.has_experiment) {
+        status = plcfmu_refuse(&c->text, "the start time is unknown: call fmi2SetupExperiment first");
+    } else if (status == fmi2OK) {
+        c->instance.state = PLCFMU_INITIALIZATION;
+    }
+    return plcfmu_leave(c, PLCFMU_ENTER_INITIALIZATION, status);
+}
+
+static fmi2Status plcfmu_exit_initialization(plcfmu_component_t *c) {
+    plcfmu_instance_t *instance = &c->instance;
+    if (instance->block.cycle < 1) {
+        plcfmu_say_named(&c->text, PLCFMU_CYCLE_NAME " = ", (double)instance->block.cycle / 1000.0,
+                         " s: the time between two calls must be at least 0.001 s");
+        return fmi2Error;
+    }
+    plcfmu_restart(&instance->block, &c->other);
+    memcpy(&instance->block, &c->other, sizeof c->other);
+    instance->clock = plcfmu_clock(instance->start, instance->stop, instance->block.cycle);
+    instance->state = PLCFMU_STEP_COMPLETE;
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component component) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_EXIT_INITIALIZATION);
+    status = status == fmi2OK ? plcfmu_exit_initialization(c) : status;
+    return plcfmu_leave(c, PLCFMU_EXIT_INITIALIZATION, status);
+}
+
+fmi2Status fmi2Terminate(fmi2Component component) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_TERMINATE);
+    if (status == fmi2OK) {
+        c->instance.state = PLCFMU_TERMINATED;
+    }
+    return plcfmu_leave(c, PLCFMU_TERMINATE, status);
+}
+
+fmi2Status fmi2Reset(fmi2Component component) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_RESET);
+    if (status == fmi2OK) {
+        plcfmu_fresh(c);
+    }
+    return plcfmu_leave(c, PLCFMU_RESET, status);
+}
+
+/* --- Reading and writing variables: of class 0 Real, 1 Integer, 2 Boolean */
+
+static fmi2Status plcfmu_get(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count, int of, void *values) {
+    const plcfmu_block_t *block;
+    size_t i;
+    if (plcfmu_array(&c->text, vr, count, sizeof *vr, "vr") != fmi2OK
+        || plcfmu_array(&c->text, values, count, of == 0 ? sizeof(fmi2Real) : sizeof(int), "value") != fmi2OK
+        || plcfmu_check(&c->text, vr, count, of, "Get") != fmi2OK) {
+        return fmi2Error;
+    }
+    block = plcfmu_shown(c, vr, count);
+    for (i = 0; i < count; i += 1) {
+        int kind = plcfmu_rows[vr[i]].kind;
+        int64_t bits = plcfmu_bits(block, vr[i]);
+        if (of == 0) {
+            ((fmi2Real *)values)[i] = plcfmu_number(kind, bits);
+        } else {
+            /* A WORD is the integer of its 16 bits with sign, a DWORD that of its 32 bits. */
+            ((int *)values)[i] = kind == PLCFMU_WORD ? (int16_t)(uint16_t)bits : (int32_t)(uint32_t)bits;
+        }
+    }
+    return fmi2OK;
+}
+
+/* The number that a host gives for a variable. */
+static double plcfmu_given(const void *values, size_t i, int of) {
+    if (of == 0) {
+        return ((const fmi2Real *)values)[i];
+    }
+    return of == 1 ? (double)((const int *)values)[i] : ((const int *)values)[i] != 0 ? 1.0 : 0.0;
+}
+
+static fmi2Status plcfmu_set(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count, int of, const void *values) {
+    int64_t bits;
+    size_t i;
+    if (plcfmu_array(&c->text, vr, count, sizeof *vr, "vr") != fmi2OK
+        || plcfmu_array(&c->text, values, count, of == 0 ? sizeof(fmi2Real) : sizeof(int), "value") != fmi2OK) {
+        return fmi2Error;
+    }
+    for (i = 0; i < count; i += 1) {
+        const char *range;
+        if (plcfmu_check(&c->text, vr + i, 1, of, "Set") != fmi2OK || plcfmu_may_set(c, vr[i]) != fmi2OK) {
+            return fmi2Error;
+        }
+        range = plcfmu_bits_of(plcfmu_given(values, i, of), plcfmu_rows[vr[i]].kind, &bits);
+        if (range != NULL) {
+            plcfmu_say(&c->text, plcfmu_rows[vr[i]].name);
+            plcfmu_say(&c->text, " = ");
+            plcfmu_say_number(&c->text, plcfmu_given(values, i, of), of != 0);
+            plcfmu_say(&c->text, ": ");
+            return plcfmu_refuse(&c->text, range);
+        }
+    }
+    for (i = 0; i < count; i += 1) {
+        plcfmu_put_number(&c->instance.block, vr[i], plcfmu_given(values, i, of));
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference vr[], size_t count, fmi2Real value[]) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_REAL);
+    status = status == fmi2OK ? plcfmu_get(c, vr, count, 0, value) : status;
+    return plcfmu_leave(c, PLCFMU_GET_REAL, status);
+}
+
+fmi2Status fmi2GetInteger(fmi2Component component, const fmi2ValueReference vr[], size_t count, fmi2Integer value[]) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_INTEGER);
+    status = status == fmi2OK ? plcfmu_get(c, vr, count, 1, value) : status;
+    return plcfmu_leave(c, PLCFMU_GET_INTEGER, status);
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component component, const fmi2ValueReference vr[], size_t count, fmi2Boolean value[]) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_BOOLEAN);
+    status = status == fmi2OK ? plcfmu_get(c, vr, count, 2, value) : status;
+    return plcfmu_leave(c, PLCFMU_GET_BOOLEAN, status);
+}
+
+/* There are no String variables. */
+static fmi2Status plcfmu_strings(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count) {
+    if (plcfmu_array(&c->text, vr, count, sizeof *vr, "vr") != fmi2OK) {
+        return fmi2Error;
+    }
+    return count == 0 ? fmi2OK : plcfmu_no_variable(&c->text, vr[0], NULL);
+}
+
+fmi2Status fmi2GetString(fmi2Component component, const fmi2ValueReference vr[], size_t count, fmi2String value[]) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_STRING);
+    (void)value;
+    status = status == fmi2OK ? plcfmu_strings(c, vr, count) : status;
+    return plcfmu_leave(c, PLCFMU_GET_STRING, status);
+}
+
+fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2Real value[]) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_REAL);
+    status = status == fmi2OK ? plcfmu_set(c, vr, count, 0, value) : status;
+    return plcfmu_leave(c, PLCFMU_SET_REAL, status);
+}
+
+fmi2Status fmi2SetInteger(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2Integer value[]) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_INTEGER);
+    status = status == fmi2OK ? plcfmu_set(c, vr, count, 1, value) : status;
+    return plcfmu_leave(c, PLCFMU_SET_INTEGER, status);
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2Boolean value[]) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_BOOLEAN);
+    status = status == fmi2OK ? plcfmu_set(c, vr, count, 2, value) : status;
+    return plcfmu_leave(c, PLCFMU_SET_BOOLEAN, status);
+}
+
+fmi2Status fmi2SetString(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2String value[]) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_STRING);
+    (void)value;
+    status = status == fmi2OK ? plcfmu_strings(c, vr, count) : status;
+    return plcfmu_leave(c, PLCFMU_SET_STRING, status);
+}
+
+static fmi2Status plcfmu_get_state(plcfmu_component_t *c, fmi2FMUstate *state) {
+    plcfmu_saved_t *saved;
+    if (plcfmu_target(&c->text, state, "FMUstate") != fmi2OK || (saved = plcfmu_keep(c, state)) == NULL) {
+        return fmi2Error;
+    }
+    memcpy(&saved->instance, &c->instance, sizeof c->instance);
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_STATE);
+    status = status == fmi2OK ? plcfmu_get_state(c, state) : status;
+    return plcfmu_leave(c, PLCFMU_GET_STATE, status);
+}
+
+static fmi2Status plcfmu_set_state(plcfmu_component_t *c, fmi2FMUstate state) {
+    plcfmu_saved_t **link, *saved = plcfmu_find(c, state, &link);
+    if (saved == NULL) {
+        return fmi2Error;
+    }
+    memcpy(&c->instance, &saved->instance, sizeof c->instance);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_STATE);
+    status = status == fmi2OK ? plcfmu_set_state(c, state) : status;
+    return plcfmu_leave(c, PLCFMU_SET_STATE, status);
+}
+
+/* Frees a saved state and sets it to NULL. NULL is left alone. */
+static fmi2Status plcfmu_drop_state(plcfmu_component_t *c, fmi2FMUstate *state) {
+    plcfmu_saved_t **link, *saved;
+    if (plcfmu_target(&c->text, state, "FMUstate") != fmi2OK) {
+        return fmi2Error;
+    }
+    if (*state == NULL) {
+        return fmi2OK;
+    }
+    saved = plcfmu_find(c, *state, &link);
+    if (saved == NULL) {
+        return fmi2Error;
+    }
+    *link = saved->next;
+    plcfmu_free_state(saved);
+    *state = NULL;
+    return fmi2OK;
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component component, fmi2FMUstate *state) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_FREE_STATE);
+    status = status == fmi2OK ? plcfmu_drop_state(c, state) : status;
+    return plcfmu_leave(c, PLCFMU_FREE_STATE, status);
+}
+
+static fmi2Status plcfmu_size_of_state(plcfmu_component_t *c, fmi2FMUstate state, size_t *size) {
+    plcfmu_saved_t **link, *saved;
+    if (plcfmu_target(&c->text, size, "size") != fmi2OK || (saved = plcfmu_find(c, state, &link)) == NULL) {
+        return fmi2Error;
+    }
+    *size = plcfmu_serialized_size(&saved->instance);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate state, size_t *size) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_SERIALIZED_SIZE);
+    status = status == fmi2OK ? plcfmu_size_of_state(c, state, size) : status;
+    return plcfmu_leave(c, PLCFMU_SERIALIZED_SIZE, status);
+}
+
+static fmi2Status plcfmu_serialize_state(plcfmu_component_t *c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
+    plcfmu_saved_t **link, *saved;
+    size_t length;
+    if (plcfmu_array(&c->text, bytes, size, 1, "serializedState") != fmi2OK || (saved = plcfmu_find(c, state, &link)) == NULL) {
+        return fmi2Error;
+    }
+    length = plcfmu_serialized_size(&saved->instance);
+    if (size < length) {
+        plcfmu_say(&c->text, "size = ");
+        plcfmu_say_whole(&c->text, (int64_t)size);
+        plcfmu_say(&c->text, ": the state takes ");
+        plcfmu_say_whole(&c->text, (int64_t)length);
+        return plcfmu_refuse(&c->text, " bytes");
+    }
+    plcfmu_serialize(&saved->instance, (unsigned char *)bytes, length);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_SERIALIZE);
+    status = status == fmi2OK ? plcfmu_serialize_state(c, state, bytes, size) : status;
+    return plcfmu_leave(c, PLCFMU_SERIALIZE, status);
+}
+
+static fmi2Status plcfmu_deserialize_state(plcfmu_component_t *c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
+    plcfmu_saved_t *saved, **link;
+    int is_new;
+    if (plcfmu_array(&c->text, bytes, size, 1, "serializedState") != fmi2OK
+        || plcfmu_target(&c->text, state, "FMUstate") != fmi2OK) {
+        return fmi2Error;
+    }
+    /* What is refused changes nothing: it is read to a state of its own, which takes the place of the old one. */
+    is_new = *state == NULL;
+    if (!is_new && plcfmu_find(c, *state, &link) == NULL) {
+        return fmi2Error;
+    }
+    {
+        fmi2FMUstate read = NULL;
+        saved = plcfmu_keep(c, &read);
+        if (saved == NULL) {
+            return fmi2Error;
+        }
+        if (plcfmu_deserialize(&c->text, (const unsigned char *)bytes, size, &saved->instance) != fmi2OK) {
+            c->saved = saved->next;
+            plcfmu_free_state(saved);
+            return fmi2Error;
+        }
+        if (is_new) {
+            *state = read;
+        } else {
+            plcfmu_saved_t *old = plcfmu_find(c, *state, &link);
+            memcpy(&old->instance, &saved->instance, sizeof saved->instance);
+            c->saved = saved->next;
+            plcfmu_free_state(saved);
+        }
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_DESERIALIZE);
+    status = status == fmi2OK ? plcfmu_deserialize_state(c, bytes, size, state) : status;
+    return plcfmu_leave(c, PLCFMU_DESERIALIZE, status);
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2ValueReference unknowns[], size_t unknown_count,
+                                        const fmi2ValueReference knowns[], size_t known_count, const fmi2Real known_changes[],
+                                        fmi2Real unknown_changes[]) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_DIRECTIONAL_DERIVATIVE);
+    (void)unknowns, (void)unknown_count, (void)knowns, (void)known_count, (void)known_changes, (void)unknown_changes;
+    status = status == fmi2OK ? plcfmu_refuse(&c->text, "not provided (providesDirectionalDerivative = false)") : status;
+    return plcfmu_leave(c, PLCFMU_GET_DIRECTIONAL_DERIVATIVE, status);
+}
+
+/* The place of an input among those that are extrapolated. */
+static plcfmu_extrapolation_t *plcfmu_extrapolation(plcfmu_instance_t *instance, uint32_t row) {
+    size_t i;
+    for (i = 0; i < instance->extrapolated; i += 1) {
+        if (instance->extrapolations[i].row == row) {
+            return &instance->extrapolations[i];
+        }
+    }
+    memset(&instance->extrapolations[i], 0, sizeof instance->extrapolations[i]);
+    instance->extrapolations[i].row = row;
+    instance->extrapolated += 1;
+    return &instance->extrapolations[i];
+}
+
+static int plcfmu_is_extrapolated(const plcfmu_extrapolation_t *input) {
+    int order, is = 0;
+    for (order = 0; order < PLCFMU_ORDERS; order += 1) {
+        is |= !(input->derivatives[order] == 0.0);
+    }
+    return is;
+}
+
+/* In the steps from now on, the program sees the inputs extrapolated from the start of the step. 0 removes a derivative. */
+static fmi2Status plcfmu_set_derivatives(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count,
+                                         const fmi2Integer order[], const fmi2Real value[]) {
+    plcfmu_instance_t *instance = &c->instance;
+    size_t i, kept = 0;
+    if (plcfmu_array(&c->text, vr, count, sizeof *vr, "vr") != fmi2OK
+        || plcfmu_array(&c->text, order, count, sizeof *order, "order") != fmi2OK
+        || plcfmu_array(&c->text, value, count, sizeof *value, "value") != fmi2OK) {
+        return fmi2Error;
+    }
+    for (i = 0; i < count; i += 1) {
+        const plcfmu_row_t *row;
+        if (plcfmu_check(&c->text, vr + i, 1, 0, "Set") != fmi2OK) {
+            return fmi2Error;
+        }
+        row = &plcfmu_rows[vr[i]];
+        if (row->role != PLCFMU_INPUT || (row->kind != PLCFMU_REAL && row->kind != PLCFMU_LREAL)) {
+            plcfmu_say(&c->text, row->name);
+            return plcfmu_refuse(&c->text, " is not a Real input: only Real inputs have derivatives");
+        }
+        if (order[i] < 1 || order[i] > PLCFMU_ORDERS) {
+            plcfmu_say(&c->text, row->name);
+            plcfmu_say(&c->text, ": order ");
+            plcfmu_say_whole(&c->text, order[i]);
+            return plcfmu_refuse(&c->text, ": derivatives go from order 1 to 4");
+        }
+        if (!(abs_f64(value[i]) <= 1.7976931348623157e308)) {
+            plcfmu_say(&c->text, row->name);
+            plcfmu_say_named(&c->text, ": derivative ", value[i], ": must be finite");
+            return fmi2Error;
+        }
+    }
+    for (i = 0; i < count; i += 1) {
+        plcfmu_extrapolation(instance, vr[i])->derivatives[order[i] - 1] = value[i];
+    }
+    for (i = 0; i < instance->extrapolated; i += 1) {
+        if (plcfmu_is_extrapolated(&instance->extrapolations[i])) {
+            instance->extrapolations[kept] = instance->extrapolations[i];
+            kept += 1;
+        }
+    }
+    instance->extrapolated = kept;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component component, const fmi2ValueReference vr[], size_t count,
+                                       const fmi2Integer order[], const fmi2Real value[]) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_INPUT_DERIVATIVES);
+    status = status == fmi2OK ? plcfmu_set_derivatives(c, vr, count, order, value) : status;
+    return plcfmu_leave(c, PLCFMU_SET_INPUT_DERIVATIVES, status);
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2ValueReference vr[], size_t count,
+                                        const fmi2Integer order[], fmi2Real value[]) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_OUTPUT_DERIVATIVES);
+    (void)vr, (void)order, (void)value;
+    if (status == fmi2OK && count > 0) {
+        status = plcfmu_refuse(&c->text, "outputs change in steps and have no derivatives (maxOutputDerivativeOrder = 0)");
+    }
+    return plcfmu_leave(c, PLCFMU_GET_OUTPUT_DERIVATIVES, status);
+}
+
+fmi2Status fmi2DoStep(fmi2Component component, fmi2Real tc, fmi2Real h, fmi2Boolean no_set_state_prior) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_DO_STEP);
+    (void)no_set_state_prior;
+    if (status == fmi2OK) {
+        status = plcfmu_step(c, tc, h);
+        if (status == fmi2OK) {
+            plcfmu_advise(c, h);
+        }
+    }
+    return plcfmu_leave(c, PLCFMU_DO_STEP, status);
+}
+
+fmi2Status fmi2CancelStep(fmi2Component component) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_CANCEL_STEP);
+    status = status == fmi2OK
+                 ? plcfmu_refuse(&c->text, "a step is complete when fmi2DoStep returns, so there is never one to cancel")
+                 : status;
+    return plcfmu_leave(c, PLCFMU_CANCEL_STEP, status);
+}
+
+/* fmi2DoStepStatus, fmi2PendingStatus and the rest are only asked while a step is pending. */
+static fmi2Status plcfmu_no_status(plcfmu_component_t *c, int kind, const void *value) {
+    if (plcfmu_target(&c->text, value, "value") != fmi2OK) {
+        return fmi2Error;
+    }
+    plcfmu_say(&c->text, "status kind ");
+    plcfmu_say_whole(&c->text, kind);
+    plcfmu_say(&c->text, " has no answer here: no step is ever pending");
+    return fmi2Discard;
+}
+
+fmi2Status fmi2GetStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Status *value) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_STATUS);
+    status = status == fmi2OK ? plcfmu_no_status(c, (int)kind, value) : status;
+    return plcfmu_leave(c, PLCFMU_GET_STATUS, status);
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Real *value) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_REAL_STATUS);
+    if (status == fmi2OK && kind == fmi2LastSuccessfulTime && value != NULL) {
+        *value = c->instance.clock.end;
+    } else if (status == fmi2OK) {
+        status = plcfmu_no_status(c, (int)kind, value);
+    }
+    return plcfmu_leave(c, PLCFMU_GET_REAL_STATUS, status);
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Integer *value) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_INTEGER_STATUS);
+    status = status == fmi2OK ? plcfmu_no_status(c, (int)kind, value) : status;
+    return plcfmu_leave(c, PLCFMU_GET_INTEGER_STATUS, status);
+}
+
+/* A program never ends the simulation. */
+fmi2Status fmi2GetBooleanStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Boolean *value) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_BOOLEAN_STATUS);
+    if (status == fmi2OK && kind == fmi2Terminated && value != NULL) {
+        *value = 0;
+    } else if (status == fmi2OK) {
+        status = plcfmu_no_status(c, (int)kind, value);
+    }
+    return plcfmu_leave(c, PLCFMU_GET_BOOLEAN_STATUS, status);
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component component, const fmi2StatusKind kind, fmi2String *value) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_STRING_STATUS);
+    status = status == fmi2OK ? plcfmu_no_status(c, (int)kind, value) : status;
+    return plcfmu_leave(c, PLCFMU_GET_STRING_STATUS, status);
+}

@@ -1,0 +1,276 @@
+
+/* --- Clock: integer ticks of whole milliseconds ------------------------------------------------------------------------
+
+   The program is called at start + k * CYCLE, k = 0, 1, 2, ..., whatever the communication step: a step makes every call with
+   tc <= t < tc + h. A host that adds up its time is off by the rounding of every addition; one that computes it anew may give an
+   h that is rounded. So the clock goes on from its own time where rounding explains the difference from tc, and from tc where it
+   does not. If the host is ahead, the calls in between are made. */
+
+#define PLCFMU_SAME 1e-6                             /* times that differ by less of a CYCLE are the same */
+#define PLCFMU_MOST_DRIFT 0.25                       /* how far a host that adds up may drift, of a CYCLE */
+#define PLCFMU_ROUNDINGS 4.0                         /* that may separate two times which are meant to be the same */
+#define PLCFMU_EPSILON 2.220446049250313e-16
+#define PLCFMU_RESOLUTION (PLCFMU_EPSILON * 1000.0)  /* of a double at 1 s, in milliseconds */
+#define PLCFMU_MOST_CALLS 4294967296.0               /* in one step: a day at 1 ms is 86 million */
+#define PLCFMU_INFINITY f64_of(0x7FF0000000000000u)
+
+/* The calls of one step. */
+typedef struct {
+    int64_t count;
+    double lead; /* from the start of the step to the first of them, s; negative if the step makes up for calls */
+} plcfmu_calls_t;
+
+static plcfmu_clock_t plcfmu_clock(double start, double stop, int32_t cycle) {
+    plcfmu_clock_t clock = {0, 0, 0, 0, 0, 0, 0, 0};
+    clock.start = start;
+    clock.stop = stop;
+    clock.cycle = (double)cycle;
+    clock.end = start;
+    return clock;
+}
+
+static double plcfmu_largest(double a, double b) { return a > b ? a : b; }
+
+/* Whether a step goes from where the last one ended, at a tick, to the next tick: nothing can be wrong with it then. */
+static int plcfmu_is_ordinary(const plcfmu_clock_t *clock, double tc, double h) {
+    double period = clock->cycle / 1000.0, from_0 = abs_f64(clock->start);
+    double resolved = 0.1 * clock->cycle / (PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION);
+    double last = clock->stop - 2.0 * period;
+    double horizon = from_0 < resolved ? (last < resolved ? last : resolved) : -PLCFMU_INFINITY;
+    double drift, rounding;
+    if (!(h == period && clock->offset == 0.0 && clock->next == clock->tick && tc < horizon)) {
+        return 0;
+    }
+    drift = abs_f64((tc - clock->start) * 1000.0 - (double)clock->tick * clock->cycle);
+    if (tc == clock->end) {
+        return drift < PLCFMU_MOST_DRIFT * clock->cycle;
+    }
+    rounding = period * 1000.0 == clock->cycle ? PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION : -1.0;
+    rounding *= plcfmu_largest(abs_f64(tc) < abs_f64(clock->end) ? abs_f64(tc) : abs_f64(clock->end), from_0);
+    return drift <= rounding && (clock->end - tc) * 1000.0 <= PLCFMU_SAME * clock->cycle + rounding;
+}
+
+static void plcfmu_say_step(plcfmu_text_t *text, double tc, double h) {
+    plcfmu_say_named(text, "currentCommunicationPoint = ", tc, ", communicationStepSize = ");
+    plcfmu_say_number(text, h, 0);
+}
+
+/* Goes from tc to tc + h and says which calls lie in between. What is refused leaves the clock where it is. */
+static fmi2Status plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plcfmu_calls_t *calls, plcfmu_text_t *text) {
+    double cycle = clock->cycle, per_cycle = 1.0 / cycle, period = cycle / 1000.0;
+    double magnitude, same, rounding, position, offset = clock->offset, since = clock->since;
+    double step, present, lead, tolerance, cycles, most = 1.7976931348623157e308;
+    int64_t tick = clock->tick, first = clock->next, passed, next;
+    calls->count = 0;
+    calls->lead = 0.0;
+    if (plcfmu_is_ordinary(clock, tc, h)) {
+        clock->tick += 1;
+        clock->next = clock->tick;
+        clock->end = tc + h;
+        clock->since += h;
+        calls->count = 1;
+        return fmi2OK;
+    }
+    if (!(h >= 0.0 && h <= most && abs_f64(tc) <= most)) {
+        plcfmu_say_step(text, tc, h);
+        return plcfmu_refuse(text, ": the point must be finite, the step finite and not below 0");
+    }
+    magnitude = plcfmu_largest(abs_f64(tc), abs_f64(clock->start));
+    same = PLCFMU_SAME * cycle + PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION * magnitude;
+    if (same > 0.125 * cycle) {
+        plcfmu_say_named(text, "currentCommunicationPoint = ", tc,
+                         ": this far from 0, a double no longer distinguishes one CYCLE of ");
+        plcfmu_say_number(text, period, 1);
+        return plcfmu_refuse(text, " s from the next; start nearer to 0");
+    }
+    if ((clock->end - tc) * 1000.0 > same) {
+        plcfmu_say_named(text, "currentCommunicationPoint = ", tc, " is before ");
+        plcfmu_say_named(text, "", clock->end, ", where the last step ended; to go back, restore an FMU state");
+        return fmi2Error;
+    }
+    rounding = tc == clock->end || tc == clock->start + clock->since ? PLCFMU_MOST_DRIFT * cycle
+                                                                     : PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION * magnitude;
+    position = (tc - clock->start) * 1000.0;
+    if (abs_f64(position - ((double)tick * cycle + offset)) > rounding) {
+        tick = (int64_t)(position * per_cycle);
+        offset = position - (double)tick * cycle;
+        since = tc - clock->start;
+    }
+    step = h * 1000.0;
+    present = (double)tick * cycle + offset;
+    if (clock->stop <= most) {
+        double beyond = present + step - (clock->stop - clock->start) * 1000.0;
+        if (beyond > 0.0) {
+            double behind = (tc + h - clock->stop) * 1000.0;
+            if ((beyond < behind ? beyond : behind) > same) {
+                plcfmu_say_step(text, tc, h);
+                plcfmu_say_named(text, ": the step ends after stopTime = ", clock->stop, "");
+                return fmi2Error;
+            }
+            step -= beyond;
+        }
+    }
+    if (h == 0.0) {
+        /* Some hosts end a run with such a step. It makes no call and moves nothing. */
+        return fmi2OK;
+    }
+    lead = (double)first * cycle - present;
+    /* A long step has rounding of its own. */
+    tolerance = (same + PLCFMU_ROUNDINGS * PLCFMU_EPSILON * step) * per_cycle;
+    cycles = (offset + step) * per_cycle;
+    if (cycles + (double)(tick - first) > PLCFMU_MOST_CALLS) {
+        plcfmu_say_step(text, tc, h);
+        plcfmu_say_named(text, ": from ", clock->end, " on, with one call every ");
+        plcfmu_say_number(text, period, 1);
+        return plcfmu_refuse(text, " s, this is more than 4294967296 calls; make the step shorter");
+    }
+    passed = (int64_t)(cycles + tolerance);
+    next = (int64_t)(cycles - tolerance);
+    next = tick + next + (cycles - tolerance > (double)next ? 1 : 0);
+    clock->tick = tick + passed;
+    clock->next = next > first ? next : first;
+    clock->offset = offset + step - (double)passed * cycle;
+    clock->end = tc + h > clock->end ? tc + h : clock->end;
+    clock->since = since + h;
+    calls->count = clock->next - first;
+    calls->lead = abs_f64(lead) > same ? lead / 1000.0 : 0.0;
+    return fmi2OK;
+}
+
+/* --- Steps ------------------------------------------------------------------------------------------------------------ */
+
+/* A value that is extrapolated by t seconds. */
+static double plcfmu_at(double value, const double *derivatives, double t, int is_bound) {
+    double factor = 1.0;
+    int order;
+    for (order = 0; order < PLCFMU_ORDERS; order += 1) {
+        factor *= t / (double)(order + 1);
+        value += (is_bound ? abs_f64(derivatives[order]) : derivatives[order]) * factor;
+    }
+    return value;
+}
+
+static void plcfmu_put_number(plcfmu_block_t *block, uint32_t row, double number) {
+    int64_t bits;
+    if (plcfmu_bits_of(number, plcfmu_rows[row].kind, &bits) == NULL) {
+        plcfmu_put(block, row, bits);
+    }
+}
+
+/* Makes every call from tc on before tc + h. */
+static fmi2Status plcfmu_step(plcfmu_component_t *c, double tc, double h) {
+    plcfmu_instance_t *instance = &c->instance;
+    plcfmu_clock_t clock = instance->clock;
+    double period = clock.cycle / 1000.0;
+    plcfmu_calls_t calls;
+    int64_t call;
+    size_t i;
+    if (plcfmu_advance(&clock, tc, h, &calls, &c->text) != fmi2OK) {
+        return fmi2Error;
+    }
+    for (i = 0; i < instance->extrapolated; i += 1) {
+        plcfmu_extrapolation_t *input = &instance->extrapolations[i];
+        const plcfmu_row_t *row = &plcfmu_rows[input->row];
+        double last = plcfmu_largest(calls.lead + (double)calls.count * period, 0.0);
+        const char *range;
+        int64_t bits;
+        input->value = plcfmu_number(row->kind, plcfmu_bits(&instance->block, input->row));
+        /* The largest magnitude that the value can reach within the step; if that fits, every value does. */
+        range = plcfmu_bits_of(plcfmu_at(abs_f64(input->value), input->derivatives, last, 1), row->kind, &bits);
+        if (range != NULL) {
+            plcfmu_say(&c->text, row->name);
+            plcfmu_say_named(&c->text, ", extrapolated over ", last, " s, may leave its range: ");
+            return plcfmu_refuse(&c->text, range);
+        }
+    }
+    instance->clock = clock;
+    for (call = 0; call < calls.count; call += 1) {
+        double t = plcfmu_largest(calls.lead + (double)call * period, 0.0);
+        for (i = 0; i < instance->extrapolated; i += 1) {
+            const plcfmu_extrapolation_t *input = &instance->extrapolations[i];
+            plcfmu_put_number(&instance->block, input->row, plcfmu_at(input->value, input->derivatives, t, 0));
+        }
+        plcfmu_call(&instance->block, &c->before, &c->text);
+    }
+    for (i = 0; i < instance->extrapolated; i += 1) {
+        plcfmu_put_number(&instance->block, instance->extrapolations[i].row, instance->extrapolations[i].value);
+    }
+    return instance->block.stopped[0] == '\0' ? fmi2OK : plcfmu_refuse(&c->text, instance->block.stopped);
+}
+
+/* Says once if a step is so short that CYCLE may be given in the wrong unit. */
+static void plcfmu_advise(plcfmu_component_t *c, double h) {
+    double cycle = c->instance.clock.cycle / 1000.0;
+    /* Steps below a microsecond are what rounding leaves of a host's time. */
+    if (!c->is_step_advised && (c->logged & PLCFMU_ADVICE) && 1e-6 < h && h < cycle / 100.0) {
+        plcfmu_say_named(&c->text, "communicationStepSize = ", h, ": " PLCFMU_CYCLE_NAME " = ");
+        plcfmu_say_number(&c->text, cycle, 0);
+        plcfmu_say(&c->text, " s is ");
+        plcfmu_say_number(&c->text, round_f64(cycle / h), 1);
+        plcfmu_say(&c->text, " times as long, and only one step in so many makes a call; is " PLCFMU_CYCLE_NAME
+                             " given in ms instead of s?");
+        c->is_step_advised = 1;
+    }
+}
+
+/* --- Variables by value reference -------------------------------------------------------------------------------------- */
+
+/* Refuses a reference that is not one of a variable of a type; class 3 is String, of which there are none. */
+static fmi2Status plcfmu_no_variable(plcfmu_text_t *text, uint32_t reference, const char *access) {
+    plcfmu_say(text, "value reference ");
+    plcfmu_say_whole(text, reference);
+    if (reference < PLCFMU_ROWS) {
+        const char *own = plcfmu_classes[plcfmu_class(&plcfmu_rows[reference])];
+        plcfmu_say(text, " is ");
+        plcfmu_say(text, plcfmu_rows[reference].name);
+        plcfmu_say(text, ", a ");
+        plcfmu_say(text, own);
+        plcfmu_say(text, ": use fmi2");
+        plcfmu_say(text, access == NULL ? "Get" : access);
+        plcfmu_say(text, own);
+        plcfmu_say(text, access == NULL ? " or fmi2Set" : "");
+        plcfmu_say(text, access == NULL ? own : "");
+    } else {
+        plcfmu_say(text, " is unknown: they go from 0 to ");
+        plcfmu_say_whole(text, PLCFMU_ROWS - 1);
+    }
+    return fmi2Error;
+}
+
+static fmi2Status plcfmu_check(plcfmu_text_t *text, const fmi2ValueReference *references, size_t count, int of,
+                               const char *access) {
+    size_t i;
+    for (i = 0; i < count; i += 1) {
+        if (references[i] >= PLCFMU_ROWS || plcfmu_class(&plcfmu_rows[references[i]]) != of) {
+            return plcfmu_no_variable(text, references[i], access);
+        }
+    }
+    return fmi2OK;
+}
+
+/* The block that is read. In Initialization Mode what is computed has the values that the restart would give. */
+static const plcfmu_block_t *plcfmu_shown(plcfmu_component_t *c, const fmi2ValueReference *references, size_t count) {
+    size_t i;
+    for (i = 0; c->instance.state == PLCFMU_INITIALIZATION && i < count; i += 1) {
+        if (references[i] != PLCFMU_CYCLE_ROW && !plcfmu_is_settable(&plcfmu_rows[references[i]])
+            && c->instance.block.cycle >= 1) {
+            plcfmu_restart(&c->instance.block, &c->other);
+            return &c->other;
+        }
+    }
+    return &c->instance.block;
+}
+
+/* Whether a variable can be set to a number now; `text` has the number if not. */
+static fmi2Status plcfmu_may_set(plcfmu_component_t *c, uint32_t reference) {
+    const plcfmu_row_t *row = &plcfmu_rows[reference];
+    int is_fixed = row->role == PLCFMU_FIXED || row->role == PLCFMU_CYCLE_TIME;
+    if (row->role == PLCFMU_INPUT || row->role == PLCFMU_PARAMETER
+        || (is_fixed && c->instance.state != PLCFMU_STEP_COMPLETE)) {
+        return fmi2OK;
+    }
+    plcfmu_say(&c->text, row->name);
+    return plcfmu_refuse(&c->text, is_fixed ? " is a fixed parameter: set it before fmi2ExitInitializationMode, or call "
+                                              "fmi2Reset first"
+                                            : " is computed by the block and can only be read");
+}
