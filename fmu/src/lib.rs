@@ -70,4 +70,4 @@ pub mod table;
 mod test_block;
 pub mod v2;
 
-pub use v2::describe;
+pub use v2::{describe, sources};

@@ -80,6 +80,23 @@ impl ModelDescription {
         self
     }
 
+    /// The same of an FMU with these source files in its folder `sources`.
+    pub fn with_sources(mut self, names: &[String]) -> ModelDescription {
+        let ModelDescription::V2(own) = &mut self;
+        if let Some(co_simulation) = &mut own.co_simulation {
+            co_simulation.source_files = names.iter().map(|name| v2::SourceFile { name: name.clone() }).collect();
+        }
+        self
+    }
+
+    /// The source files in its folder `sources`.
+    pub fn sources(&self) -> Vec<&str> {
+        let ModelDescription::V2(own) = self;
+        let exchange = own.model_exchange.iter().flat_map(|own| &own.source_files);
+        let files = own.co_simulation.iter().flat_map(|own| &own.source_files).chain(exchange);
+        files.map(|file| file.name.as_str()).collect()
+    }
+
     /// The model description of a preset. Declared ranges are widened to the start values: FMI requires that the one lies
     /// within the other, but the blocks take any value.
     ///

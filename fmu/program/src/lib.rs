@@ -9,6 +9,7 @@
 //! ```
 
 mod manifest;
+mod sources;
 mod table;
 
 pub use manifest::{CPUS, FILE, Manifest};
@@ -38,6 +39,7 @@ pub struct Loaded {
     pub hash: u128,
     /// What the author should know, with file and line.
     pub warnings: Vec<Problems>,
+    program: scl::program::Program,
     code: Arc<Code>,
     /// The number of the function of a cycle.
     cycle: usize,
@@ -83,6 +85,7 @@ impl Loaded {
             code: Arc::new(code),
             cycle: root.cycle,
             startup: root.startup,
+            program: compiled.program,
             places,
             in_outs,
             own_cycle,

@@ -110,7 +110,11 @@ pub(crate) fn contradictions(description: &ModelDescription, found: &mut impl Fn
     if description.model_exchange.is_none() && description.co_simulation.is_none() {
         found(None, "there is neither ModelExchange nor CoSimulation: add one, or both".into());
     }
+    let exchanged = description.model_exchange.iter().flat_map(|own| &own.source_files);
+    let simulated = description.co_simulation.iter().flat_map(|own| &own.source_files);
     for (what, repeated) in [
+        ("ModelExchange: File", repeated(exchanged.map(|file| &file.name))),
+        ("CoSimulation: File", repeated(simulated.map(|file| &file.name))),
         ("Unit", repeated(description.unit_definitions.iter().map(|unit| &unit.name))),
         ("SimpleType", repeated(description.type_definitions.iter().map(|simple_type| &simple_type.name))),
         ("Category", repeated(description.log_categories.iter().map(|category| &category.name))),

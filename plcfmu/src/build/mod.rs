@@ -1,5 +1,6 @@
 //! From sources to libraries.
 
+pub mod c;
 pub mod compile;
 pub mod platform;
 pub mod template;

@@ -46,7 +46,7 @@ pub fn run(options: &Options) -> Result<()> {
             );
         }
         let folder = options.pack.out.clone().unwrap_or_else(|| PathBuf::from("."));
-        let (path, warnings) = package::program::pack(&files, &options.program, &folder)?;
+        let (path, warnings) = package::program::pack(&files, &options.program, options.pack.native, &folder)?;
         for warning in warnings {
             eprintln!("{warning}");
         }

@@ -43,6 +43,13 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
     let found = package.xml.check(matches!(preset, Ok(Some(_))));
     let errors = found.forbidden.into_iter().map(|finding| format!("{DESCRIPTION}: {finding}")).collect();
     let mut report = Report { errors, remarks: found.odd, ..Report::default() };
+    for name in package.xml.sources() {
+        let path = format!("sources/{name}");
+        if package.archive.find(&path).is_none() {
+            let name = shortened(name);
+            report.errors.push(format!("{DESCRIPTION}: SourceFiles names {name:?}, and there is no {path:?}"));
+        }
+    }
     for file in package.libraries.clone() {
         match check_library(package, &file, &preset) {
             Ok(binary) => report.libraries.push((file, binary)),

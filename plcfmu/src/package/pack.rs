@@ -48,7 +48,8 @@ pub struct Options {
     /// Library that was built elsewhere, for the one FMU that is packed; may be repeated
     #[arg(long = "library", value_name = "PLATFORM=FILE", value_parser = given_library)]
     pub libraries: Vec<(&'static str, PathBuf)>,
-    /// Link against this machine's C library (needs no zig); such an FMU may not run on an older Linux
+    /// Link against this machine's C library (needs no zig); such an FMU may not run on an older Linux. A PLC program is compiled
+    /// through C, by the compiler of the variable CC, or cc, gcc, clang or zig
     #[arg(long)]
     pub native: bool,
     /// Folder for the FMUs [default: target/fmu]

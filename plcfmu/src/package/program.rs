@@ -1,6 +1,7 @@
 //! Packs a PLC program in SCL: the sources go into the FMU's resources, beside the one library of all programs, which translates
 //! them when an instance is made. Nothing is compiled for it.
 
+use crate::build::c;
 use crate::build::compile::{Linkage, compile};
 use crate::build::platform::{self, Platform};
 use crate::build::workspace::Workspace;
@@ -22,6 +23,7 @@ use std::env::consts::{ARCH, OS};
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What a user has to be told about the licences of the crates in the library of programs.
 const NOTICE: (&str, &str) = ("NOTICE-PROGRAM", include_str!("../../NOTICE-PROGRAM"));
@@ -153,20 +155,39 @@ fn milliseconds(text: &str) -> Result<u32> {
     milliseconds.map(i32::unsigned_abs).context("give it in whole milliseconds, at least 1: 100ms, 0.5s, 2s")
 }
 
-/// Packs the program of these sources, as `NAME.fmu` in a folder, and gives the path. Warnings are for the user.
+/// Packs the program of these sources, as `NAME.fmu` in a folder, and gives the path. Warnings are for the user. A native one has
+/// the library that this machine's C compiler makes of it; any other that of all programs.
 ///
 /// # Errors
 /// All that is wrong with the sources, with file, line and column; the library of programs is missing.
-pub fn pack(files: &[PathBuf], options: &Options, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
+pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
     let (manifest, sources) = read(files, options)?;
     let loaded =
         Loaded::new(&manifest, &sources, |unit| units::definition(unit).is_some()).map_err(anyhow::Error::msg)?;
+    let loaded = Arc::new(loaded);
     let warnings = loaded.warnings.iter().map(ToString::to_string).filter(|text| !text.is_empty()).collect();
-    let interface = Interface::parse(&fmu::describe(loaded.table, &loaded.guid()))?;
+    let told = fmu::describe(loaded.table, &loaded.guid());
+    let interface = Interface::parse(&told)?;
     let name = &interface.table.name;
-    let xml = ModelDescription::of(&interface)?;
-    let libraries = libraries()?;
-    let mut contents = BTreeMap::from([(DESCRIPTION.to_string(), xml.write())]);
+    let mut xml = ModelDescription::of(&interface)?;
+    let mut contents = BTreeMap::new();
+    let host = *platforms(OS, ARCH).first().context("FMI has no platform for this machine")?;
+    let compiled = temporary::builder().tempdir().context("there is no folder for temporary files")?;
+    let mut libraries = if native { BTreeMap::new() } else { libraries()? };
+    match loaded.sources() {
+        Ok(text) => {
+            let file = format!("{name}.c");
+            if native {
+                let suffix = platform::system(host).map_or("", |(_, suffix)| suffix);
+                fs::write(compiled.path().join(&file), &text)?;
+                libraries.insert(host, c::compile(&compiled.path().join(&file), &told, compiled.path(), suffix)?);
+            }
+            contents.insert(format!("sources/{file}"), text.into_bytes());
+            xml = xml.with_sources(&[file]);
+        }
+        Err(reason) => ensure!(!native, "{name} has no form in C: {reason}; leave out --native"),
+    }
+    contents.insert(DESCRIPTION.to_string(), xml.write());
     let unpacked = temporary::builder().tempdir().context("there is no folder for temporary files")?;
     for (file, text) in [(FILE, manifest.to_string().into_bytes())]
         .into_iter()
@@ -175,7 +196,6 @@ pub fn pack(files: &[PathBuf], options: &Options, folder: &Path) -> Result<(Path
         fs::write(unpacked.path().join(file), &text)?;
         contents.insert(format!("resources/{file}"), text);
     }
-    let host = *platforms(OS, ARCH).first().context("FMI has no platform for this machine")?;
     let here = libraries.get(host).with_context(|| format!("there is no library of programs for {host}"))?;
     let resources = unpacked.path().display().to_string();
     let response = &interface.table.responses[0];

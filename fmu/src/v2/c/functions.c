@@ -26,9 +26,9 @@ static fmi2Status plcfmu_set_debug_logging(plcfmu_component_t *c, fmi2Boolean on
         for (category = 0; category < 4 && strcmp(names[i], plcfmu_categories[category]) != 0; category += 1) {
         }
         if (category == 4) {
-            plcfmu_say(&c->text, "category \"");
-            plcfmu_say(&c->text, names[i]);
-            return plcfmu_refuse(&c->text, "\" is unknown: there are logStatusError, logStatusDiscard, logStatusFatal, logAdvice");
+            plcfmu_say(&c->text, "category ");
+            plcfmu_say_quoted(&c->text, names[i]);
+            return plcfmu_refuse(&c->text, " is unknown: there are logStatusError, logStatusDiscard, logStatusFatal, logAdvice");
         }
         selected |= 1 << category;
     }
@@ -54,12 +54,13 @@ static fmi2Status plcfmu_check_arguments(plcfmu_component_t *c, fmi2String name,
         return plcfmu_refuse(&c->text, ": this FMU is for co-simulation (1) only");
     }
     if (guid == NULL || strcmp(guid, PLCFMU_GUID) != 0) {
-        plcfmu_say(&c->text, guid == NULL ? "fmuGUID = NULL" : "fmuGUID = \"");
-        plcfmu_say(&c->text, guid == NULL ? "" : guid);
-        return plcfmu_refuse(&c->text, guid == NULL ? ": this library is " PLCFMU_GUID
-                                                      "; take the modelDescription.xml that came with it"
-                                                    : "\": this library is " PLCFMU_GUID
-                                                      "; take the modelDescription.xml that came with it");
+        plcfmu_say(&c->text, "fmuGUID = ");
+        if (guid == NULL) {
+            plcfmu_say(&c->text, "NULL");
+        } else {
+            plcfmu_say_quoted(&c->text, guid);
+        }
+        return plcfmu_refuse(&c->text, ": this library is " PLCFMU_GUID "; take the modelDescription.xml that came with it");
     }
     plcfmu_fresh(c);
     if (!plcfmu_is_exact(c)) {

@@ -173,6 +173,29 @@ static void plcfmu_say_whole(plcfmu_text_t *text, int64_t number) {
     plcfmu_say(text, digits + at);
 }
 
+/* A text of the host, cut if it is long, without line breaks. */
+static void plcfmu_say_quoted(plcfmu_text_t *text, const char *given) {
+    static const char hex[] = "0123456789abcdef";
+    size_t i;
+    plcfmu_say(text, "\"");
+    for (i = 0; given[i] != '\0' && i < 200; i += 1) {
+        char one[3] = {'\\', 0, 0}, code[7] = {'\\', 'u', '{', 0, 0, '}', 0};
+        unsigned char byte = (unsigned char)given[i];
+        if (byte == '"' || byte == '\\' || byte == '\n' || byte == '\r' || byte == '\t') {
+            one[1] = byte == '\n' ? 'n' : byte == '\r' ? 'r' : byte == '\t' ? 't' : given[i];
+            plcfmu_say(text, one);
+        } else if (byte < 0x20 || byte == 0x7f) {
+            code[3] = hex[byte >> 4];
+            code[4] = hex[byte & 15];
+            plcfmu_say(text, code);
+        } else {
+            one[0] = given[i];
+            plcfmu_say(text, one);
+        }
+    }
+    plcfmu_say(text, given[i] == '\0' ? "\"" : "...\"");
+}
+
 /* Numbers of 1280 bits, enough for all digits of a double. */
 #define PLCFMU_LIMBS 40
 typedef struct {

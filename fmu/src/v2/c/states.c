@@ -181,7 +181,7 @@ static void plcfmu_pass_instance(plcfmu_bytes_t *bytes, plcfmu_instance_t *insta
 #define PLCFMU_CHECKSUM 16u
 
 static size_t plcfmu_serialized_size(const plcfmu_instance_t *instance) {
-    size_t content = 102u + 8u * (PLCFMU_ROWS - 1u) + PLCFMU_MEMORY;
+    size_t content = 110u + 8u * (PLCFMU_ROWS - 1u) + PLCFMU_MEMORY;
     return PLCFMU_HEAD + content + 36u * instance->extrapolated + strlen(instance->block.stopped) + PLCFMU_CHECKSUM;
 }
 

@@ -7,8 +7,7 @@ static int plcfmu_is_settable(const plcfmu_row_t *row) {
 
 /* The FMI type of a variable: 0 Real, 1 Integer, 2 Boolean. */
 static int plcfmu_class(const plcfmu_row_t *row) {
-    static const int classes[] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 2};
-    return classes[row->kind];
+    return plcfmu_kinds[row->kind].of;
 }
 
 static const char *const plcfmu_classes[] = {"Real", "Integer", "Boolean"};
@@ -56,9 +55,8 @@ static int64_t plcfmu_read(const plcfmu_row_t *row, const memory_t *memory) {
 }
 
 static void plcfmu_write(const plcfmu_row_t *row, memory_t *memory, int64_t bits) {
-    static const size_t sizes[] = {4, 8, 4, 8, 4, 8, 8, 8, 2, 2, 1, 1, 1, 2, 4, 4, 1};
     /* The machine is little endian: the low bytes come first. */
-    memcpy((char *)memory + row->offset, &bits, sizes[row->kind]);
+    memcpy((char *)memory + row->offset, &bits, plcfmu_kinds[row->kind].size);
 }
 
 /* The bits of a variable of a block. */
@@ -101,34 +99,8 @@ static double plcfmu_number(int kind, int64_t bits) {
     }
 }
 
-/* The largest integer up to which all are doubles. */
-#define PLCFMU_EXACT 9007199254740992.0
-
 /* The bits of a number; NULL, or the range of the type if it lies outside. */
 static const char *plcfmu_bits_of(double number, int kind, int64_t *bits) {
-    static const double lowest[] = {0, 0, 0, -PLCFMU_EXACT, 0, -PLCFMU_EXACT, 0, 0, -32768, -32768, -128, 0, 0, 0,
-                                    -2147483648.0, -2147483648.0, 0};
-    static const double highest[] = {0, 0, 0, PLCFMU_EXACT, 4294967295.0, PLCFMU_EXACT, PLCFMU_EXACT, PLCFMU_EXACT, 65535,
-                                     32767, 127, 255, 255, 65535, 2147483647.0, 4294967295.0, 1};
-    static const char *const ranges[] = {
-        "a REAL takes finite numbers of at most 3.4028235e38",
-        "an LREAL takes finite numbers",
-        "a TIME takes 0 ... 2147483.647 s",
-        "an LTIME takes -9007199.254740992 ... 9007199.254740992 s here",
-        "a UDINT takes 0 ... 4294967295",
-        "an LINT takes integers from -9007199254740992 to 9007199254740992 here",
-        "this type takes integers from 0 to 9007199254740992 here",
-        "this type takes integers from 0 to 9007199254740992 here",
-        "a WORD takes -32768 ... 65535",
-        "an INT takes -32768 ... 32767",
-        "an SINT takes -128 ... 127",
-        "a USINT takes 0 ... 255",
-        "a BYTE takes 0 ... 255",
-        "a UINT takes 0 ... 65535",
-        "a DINT takes -2147483648 ... 2147483647",
-        "a DWORD takes -2147483648 ... 4294967295",
-        "a BOOL takes 0 and 1",
-    };
     int is_inside;
     if (kind == PLCFMU_REAL) {
         /* Halfway between the largest REAL and the power of 2 beyond it. */
@@ -143,13 +115,13 @@ static const char *plcfmu_bits_of(double number, int kind, int64_t *bits) {
         *bits = (int64_t)number + (number - (double)(int64_t)number >= 0.5 ? 1 : 0);
     } else {
         number = kind == PLCFMU_LTIME ? round_f64(number * 1e9) : number;
-        is_inside = number >= lowest[kind] && number <= highest[kind];
+        is_inside = number >= plcfmu_kinds[kind].lowest && number <= plcfmu_kinds[kind].highest;
         *bits = is_inside ? (int64_t)number : 0;
         is_inside = is_inside && (double)*bits == number;
         /* The upper half of an unsigned word is the negative half of a signed one. */
         *bits = kind == PLCFMU_WORD ? (int64_t)(uint16_t)*bits : kind == PLCFMU_DWORD ? (int64_t)(uint32_t)*bits : *bits;
     }
-    return is_inside ? NULL : ranges[kind];
+    return is_inside ? NULL : plcfmu_kinds[kind].takes;
 }
 
 /* --- The program ------------------------------------------------------------------------------------------------------ */

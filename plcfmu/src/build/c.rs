@@ -1,0 +1,66 @@
+//! Compiles an FMU's C to a library for this machine.
+
+use crate::build::zig::is_on_path;
+use crate::command::output;
+use anyhow::{Context, Result};
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The programs that compile C, with their first argument, in the order in which they are looked for.
+const COMPILERS: [(&str, Option<&str>); 5] =
+    [("cc", None), ("gcc", None), ("clang", None), ("zig", Some("cc")), ("python-zig", Some("cc"))];
+
+/// The command of the compiler: the words of the variable CC, or what PATH has.
+fn compiler() -> Result<Command> {
+    if let Some(given) = std::env::var("CC").ok().filter(|given| !given.trim().is_empty()) {
+        let mut words = given.split_whitespace();
+        let mut command = Command::new(words.next().unwrap_or_default());
+        command.args(words);
+        return Ok(command);
+    }
+    let (program, argument) = COMPILERS.into_iter().find(|(program, _)| is_on_path(program)).context(
+        "--native compiles a program through C, and there is no C compiler on PATH: install gcc, clang or zig (pip install \
+         ziglang), or set CC",
+    )?;
+    let mut command = Command::new(program);
+    command.args(argument);
+    Ok(command)
+}
+
+/// Compiles the file of an FMU, and what its library says of itself (JSON), in a folder, to a library there.
+///
+/// # Errors
+/// There is no compiler, or it refuses the file, with what it says.
+pub fn compile(source: &Path, interface: &str, folder: &Path, suffix: &str) -> Result<PathBuf> {
+    let (header, about) = (folder.join(fmu::sources::HEADER_NAME), folder.join("interface.c"));
+    fs::write(&header, fmu::sources::HEADER)?;
+    fs::write(&about, told(interface))?;
+    let library = folder.join(format!("library{suffix}"));
+    let mut command = compiler()?;
+    command.args(["-std=c99", "-O2", "-shared", "-fvisibility=hidden", "-DDISABLE_PREFIX"]);
+    if !cfg!(windows) {
+        command.arg("-fPIC");
+    }
+    command.arg("-I").arg(folder).arg(source).arg(&about).arg("-o").arg(&library);
+    output(&mut command).with_context(|| format!("{} does not compile", source.display()))?;
+    Ok(library)
+}
+
+/// The function by which a library says of itself what it is, as C.
+fn told(interface: &str) -> String {
+    let mut text = String::from(
+        "#include <stddef.h>\n#include <string.h>\n#if defined(_WIN32)\n__declspec(dllexport)\n#else\n\
+         __attribute__((visibility(\"default\")))\n#endif\n\
+         size_t plcfmu_interface(char *buffer, size_t size);\n\nstatic const unsigned char json[] = {",
+    );
+    for (index, byte) in interface.bytes().enumerate() {
+        let _ = write!(text, "{}{byte},", if index % 32 == 0 { "\n" } else { "" });
+    }
+    text.push_str(
+        "\n};\n\nsize_t plcfmu_interface(char *buffer, size_t size) {\n    if (buffer != NULL) {\n        \
+         memcpy(buffer, json, size < sizeof json ? size : sizeof json);\n    }\n    return sizeof json;\n}\n",
+    );
+    text
+}

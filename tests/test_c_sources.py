@@ -1,0 +1,407 @@
+"""The C in an FMU: it compiles without warnings in every dialect, keeps the promises of the library that plcfmu packs (the same
+suites run over it), has its bits and its saved states, and refuses to be compiled with options that change results.
+
+One program is enough: it has a variable of every kind, and the door is the same in every FMU."""
+
+import ctypes
+import functools
+import os
+import pathlib
+import random
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+
+import fmpy
+import fmpy.build
+import pytest
+
+import host
+
+ROOT = pathlib.Path(__file__).parents[1]
+# The programs with the periods of their calls.
+PROGRAMS = {ROOT / "tests/programs/mixer.scl": "100ms", ROOT / "examples/programs/conveyor.scl": "50ms"}
+RUN = pathlib.Path(__file__).parent / "c" / "run.c"
+HEADERS = pathlib.Path(fmpy.__file__).parent / "c-code"
+# The standard's own header pastes prefixes, which FMPy's does not.
+PREFIXING = ROOT / "fmu/src/v2/c"
+WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror"]
+SUITES = ["test_conformance.py", "test_fmu_state.py", "test_time.py", "test_restart_values.py"]
+
+pytestmark = host.in_fmpy
+
+
+def run(*words, **options):
+    done = subprocess.run([*map(str, words)], capture_output=True, text=True, **options)
+    assert done.returncode == 0, f"{' '.join(map(str, words))}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def packed(command, tmp_path_factory):
+    """Packs the programs; a native one has the C as its library."""
+
+    @functools.cache
+    def packed(native):
+        folder = tmp_path_factory.mktemp("native" if native else "packed")
+        more = ["--native"] if native else []
+        for source, cycle in PROGRAMS.items():
+            run(command, "build", source, f"--cycle={cycle}", f"--out={folder}", *more, env=host.environment())
+        return folder
+
+    return packed
+
+
+@pytest.fixture(scope="module")
+def native(packed, tmp_path_factory):
+    return host.Fmu(packed(True) / "Mixer.fmu", tmp_path_factory.mktemp("unpacked"))
+
+
+@pytest.fixture(scope="module")
+def rust(packed, native, tmp_path_factory):
+    """The same FMU with the library in Rust, which does not say what it is."""
+
+    class Rust(host.Fmu):
+        def told(self):
+            return {"table": native.table, "interface": native.interface}
+
+        def slave(self, name="instance"):
+            return Located(
+                self.resources,
+                guid=self.description.guid,
+                modelIdentifier=self.description.coSimulation.modelIdentifier,
+                unzipDirectory=str(self.folder),
+                instanceName=name,
+            )
+
+    return Rust(packed(False) / "Mixer.fmu", tmp_path_factory.mktemp("unpacked_rust"))
+
+
+class Located(fmpy.fmi2.FMU2Slave):
+    """An FMU that is told where its resources are."""
+
+    def __init__(self, resources, **options):
+        super().__init__(**options)
+        self.resources = resources
+
+    def instantiate(self, **options):
+        super().instantiate(resourceLocation=self.resources, **options)
+
+
+@pytest.fixture(scope="module")
+def source(native):
+    return native.folder / "sources" / "Mixer.c"
+
+
+def compiler(words):
+    """The command of a compiler; the test is skipped if it is not there."""
+    program, *rest = words.split()
+    if program == "zig":
+        # Of the Python environment.
+        pytest.importorskip("ziglang", reason="zig is missing: pip install ziglang")
+        return [sys.executable, "-m", "ziglang", *rest]
+    if not shutil.which(program):
+        pytest.skip(f"{program} is missing: install it (Debian, Ubuntu: apt install gcc g++ clang gcc-mingw-w64)")
+    return [program, *rest]
+
+
+# --- The file in the package ---------------------------------------------------------------------------------------
+
+
+def test_an_fmu_has_its_sources_without_headers_of_fmi(packed):
+    for folder in (packed(False), packed(True)):
+        with zipfile.ZipFile(folder / "Mixer.fmu") as fmu:
+            assert [name for name in fmu.namelist() if name.startswith("sources/")] == ["sources/Mixer.c"]
+            assert b'<SourceFiles>\n      <File name="Mixer.c"/>' in fmu.read("modelDescription.xml")
+        assert fmpy.validation.validate_fmu(str(folder / "Mixer.fmu")) == []
+
+
+def test_a_source_file_that_is_missing_is_found_by_check(packed, command, tmp_path):
+    with zipfile.ZipFile(packed(False) / "Mixer.fmu") as original, zipfile.ZipFile(tmp_path / "Mixer.fmu", "w") as changed:
+        for name in original.namelist():
+            if not name.startswith("sources/"):
+                changed.writestr(name, original.read(name))
+    done = subprocess.run([command, "check", tmp_path / "Mixer.fmu"], capture_output=True, text=True)
+    assert done.returncode != 0 and 'SourceFiles names "Mixer.c", and there is no "sources/Mixer.c"' in done.stdout + done.stderr
+
+
+def test_what_has_no_form_in_c_is_packed_without_sources_and_not_compiled(command, tmp_path):
+    tank = ROOT / "examples/programs/tank.scl"
+    run(command, "build", tank, "--cycle=100ms", f"--out={tmp_path}", env=host.environment())
+    with zipfile.ZipFile(tmp_path / "TankFilling.fmu") as fmu:
+        assert not any(name.startswith("sources/") for name in fmu.namelist())
+    build = [command, "build", tank, "--cycle=100ms", f"--out={tmp_path}", "--native"]
+    done = subprocess.run(build, env=host.environment(), capture_output=True, text=True)
+    assert done.returncode == 1 and "TankFilling has no form in C: CONT_C cannot be printed as C" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "gcc -std=c99",
+        "gcc -std=gnu17",
+        "g++ -x c++ -std=c++98 -Wno-long-long",
+        "g++ -x c++ -std=c++17",
+        "clang -std=c99",
+        "clang -x c++ -std=c++14",
+        "x86_64-w64-mingw32-gcc -std=c99",
+        "zig cc -target aarch64-linux-musl",
+    ],
+)
+def test_the_file_compiles_without_a_warning(words, source, tmp_path):
+    run(*compiler(words), *WARNINGS, "-O2", "-I", HEADERS, "-c", source, "-o", tmp_path / "out.o")
+
+
+@pytest.mark.parametrize(
+    "option, why", [("-ffast-math", "compile without -ffast-math"), ("-mfpmath=387", "x87 changes the results")]
+)
+def test_options_that_change_results_do_not_compile(option, why, source, tmp_path):
+    words = [*compiler("gcc -std=gnu99"), option, "-I", HEADERS, "-c", source, "-o", tmp_path / "out.o"]
+    done = subprocess.run([*map(str, words)], capture_output=True, text=True)
+    assert done.returncode != 0 and why in done.stderr
+
+
+# --- The same suites ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("suite", SUITES)
+def test_the_suites_of_the_c_interface_pass_over_the_c(suite, packed):
+    environment = {**host.environment(), "PLCFMU_FMUS": str(packed(True))}
+    tests = [sys.executable, "-m", "pytest", suite, "-q", "-p", "no:cacheprovider", "-k", "Mixer and not preset"]
+    done = subprocess.run(tests, cwd=ROOT / "tests", env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout[-5000:]
+    assert re.search(r"[1-9]\d* passed", done.stdout) and "failed" not in done.stdout, done.stdout[-500:]
+
+
+def test_the_hostile_calls_pass_over_the_c(packed, tmp_path, native):
+    shutil.copy(native.library(), tmp_path / f"mixer{fmpy.sharedLibraryExtension}")
+    environment = {**os.environ, "PLCFMU_LIBRARIES": str(tmp_path)}
+    cargo = ["cargo", "test", "--quiet", "-p", "tests", "--test", "hostile", "--test", "time", "--test", "threads"]
+    done = subprocess.run(cargo, cwd=ROOT, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-2000:]
+
+
+# --- Both doors -----------------------------------------------------------------------------------------------------
+
+ODD = [0.0, -0.0, 1e-45, 0.1, -3.5, 1e30, 3.4e38, 3.5e38, 1e300, float("nan"), float("inf"), 65535.0, -32768.0, 0.5]
+
+
+def answer(instance, function, *given):
+    """The status of a call and what it logs."""
+    count = len(instance.log.messages)
+    status = instance.call(function, *given)
+    return status, [(message.category, message.text) for message in instance.log.messages[count:]]
+
+
+def change(generator, fmu):
+    """Some call that sets something, as (function, arguments)."""
+    type = generator.choice(["Real", "Real", "Integer", "Boolean"])
+    names = generator.sample(list(fmu.variables), 2) if generator.random() < 0.2 else [
+        generator.choice(fmu.of("input", "parameter", type=type))
+    ]
+    number = generator.choice(ODD) if generator.random() < 0.3 else generator.uniform(-50, 50)
+    values = [number if type == "Real" else int(min(max(number if number == number else 0, -1e9), 1e9)) for _ in names]
+    return f"fmi2Set{type}", (host.references(fmu, names), len(names), (host.C_TYPES[type] * len(names))(*values))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_both_doors_answer_alike_and_have_the_same_states(seed, native, rust):
+    """Random calls, refused ones among them: status, message, all values and the bytes of the saved state are equal; and each
+    goes on from the state of the other."""
+    generator = random.Random(seed)
+    pair = [fmu.instance() for fmu in (rust, native)]
+    for instance in pair:
+        instance.start(start_time=generator.choice([0.0]))
+    time, refused = 0.0, 0
+    for _ in range(300):
+        function, given = change(generator, native)
+        if generator.random() < 0.4:
+            h = generator.choice([0.1, 0.1, 0.1, 0.05, 0.3, 1.0, 0.1 + 1e-9, 0.0, -1.0, float("nan")])
+            tc = time if generator.random() < 0.9 else generator.choice([time + 0.25, time - 1.0, float("inf")])
+            function, given = "fmi2DoStep", (tc, h, 1)
+        answers = [answer(instance, function, *given) for instance in pair]
+        assert answers[0] == answers[1], (function, given)
+        refused += answers[0][0] != host.OK
+        if function == "fmi2DoStep" and answers[0][0] == host.OK:
+            time = max(time, tc + h)
+        assert pair[0].values() == pair[1].values()
+        contents = [instance.content() for instance in pair]
+        assert contents[0] == contents[1]
+        if generator.random() < 0.1:
+            for instance, content in zip(pair, reversed(contents)):
+                instance.restore(instance.deserialize(content))
+    assert refused > 10
+
+
+def test_a_stop_is_told_alike_and_is_in_the_state(command, tmp_path):
+    text = 'FUNCTION_BLOCK "Stop" VAR_INPUT i : Int; END_VAR VAR_OUTPUT n : Int; END_VAR VAR a : Array[0..2] of Int; END_VAR\n' \
+        "BEGIN #n := #n + 1;\n#a[#i] := 1;\nEND_FUNCTION_BLOCK"
+    (tmp_path / "stop.scl").write_text(text, encoding="utf-8")
+    told = []
+    for more in ([], ["--native"]):
+        folder = tmp_path / f"of{len(more)}"
+        run(command, "build", "stop.scl", "--cycle=0.5s", f"--out={folder}", *more, cwd=tmp_path, env=host.environment())
+        unpacked = fmpy.extract(str(folder / "Stop.fmu"))
+        description = fmpy.read_model_description(unpacked)
+        slave = Located(
+            pathlib.Path(unpacked, "resources").as_uri(), guid=description.guid, modelIdentifier="Stop",
+            unzipDirectory=unpacked, instanceName="stop",
+        )
+        log = host.Log()
+        slave.instantiate(callbacks=log.callbacks)
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        slave.exitInitializationMode()
+        slave.doStep(0.0, 0.5)
+        slave.setInteger([0], [3])
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            slave.doStep(0.5, 0.5)
+        told.append((log.take()[-1].text, slave.serializeFMUstate(slave.getFMUstate())))
+        slave.freeInstance()
+    assert told[0] == told[1]
+    assert "stop.scl:3: index 3 is outside of 0..2 (call 1, 0.5 s after the start)" in told[0][0]
+
+
+# --- Self-test and memory ---------------------------------------------------------------------------------------------
+
+
+def library_of(source, folder, change=lambda text: text, *options):
+    """Compiles the file, changed, as a library that has no prefix."""
+    text = source.read_text(encoding="utf-8")
+    changed = change(text)
+    path = folder / source.name
+    path.write_text(changed, encoding="utf-8")
+    library = folder / f"changed{fmpy.sharedLibraryExtension}"
+    words = ["gcc -std=c99", "-O2", "-shared", "-fPIC", "-DDISABLE_PREFIX", "-I", HEADERS, *options]
+    run(*compiler(words[0]), *words[1:], path, "-o", library)
+    return ctypes.CDLL(str(library))
+
+
+def instantiate(library, guid):
+    library.fmi2Instantiate.restype = ctypes.c_void_p
+    log = host.Log(memory=False)
+    given = (b"x", 1, guid.encode(), None, ctypes.byref(log.callbacks), 0, 0)
+    return library.fmi2Instantiate(*given), [message.text for message in log.messages]
+
+
+@pytest.mark.parametrize(
+    "change, is_refused",
+    [
+        (lambda text: text, False),
+        (lambda text: text.replace("27648.0f", "27647.0f"), True),
+        (lambda text: re.sub(r"(PLCFMU_TEST_LOW 0x\w)", r"\g<1>1", text), True),
+    ],
+    ids=["as it is", "one constant", "another hash"],
+)
+def test_the_self_test_refuses_another_result(change, is_refused, source, native, tmp_path):
+    assert change("") == "" or change(source.read_text(encoding="utf-8")) != source.read_text(encoding="utf-8")
+    component, told = instantiate(library_of(source, tmp_path, change), native.description.guid)
+    assert (component is None) == is_refused
+    assert bool(told) == is_refused and all("compiled with options that change its results" in text for text in told)
+
+
+def test_a_static_pool_has_as_many_instances_as_it_says(source, native, tmp_path):
+    library = library_of(source, tmp_path, lambda text: text, "-DPLCFMU_MAX_INSTANCES=2")
+    made = [instantiate(library, native.description.guid) for _ in range(3)]
+    assert [component is None for component, _ in made] == [False, False, True]
+    assert "PLCFMU_MAX_INSTANCES" in made[2][1][0]
+    library.fmi2FreeInstance(ctypes.c_void_p(made[0][0]))
+    assert instantiate(library, native.description.guid)[0] == made[0][0]
+
+
+# --- One hash -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def program(packed, tmp_path_factory):
+    """The folder of a program that links all FMUs statically, each under its prefix, and its C files."""
+    folder = tmp_path_factory.mktemp("program")
+    header, runs = [], []
+    for path in sorted(packed(True).glob("*.fmu")):
+        fmu = host.Fmu(path, folder / path.stem)
+        letters = ""
+        for name, variable in fmu.variables.items():
+            kind = fmu.kinds[name]
+            is_whole = kind in ("TIME", "LTIME", "UDINT", "LINT", "ULINT", "LWORD")
+            letter = "W" if is_whole else variable.type[0]
+            letters += letter if variable.causality == "input" else "-"
+        name = fmu.name
+        header.append(
+            f'FMU({name})\nconst char *const {name}_guid = "{fmu.description.guid}";\n'
+            f'const char {name}_types[] = "{letters}";\nconst double {name}_cycle = {fmu.cycle!r};\n'
+        )
+        runs.append(f"run_{name}();")
+    (folder / "fmus.h").write_text("".join(header) + f"#define RUN {' '.join(runs)}\n")
+    return folder, [RUN, *sorted(folder.glob("*/sources/*.c"))]
+
+
+BUILDS = {
+    **{f"gcc {level}": f"gcc -std=c99 {level}" for level in ("-O0", "-O1", "-O2", "-O3")},
+    **{f"clang {level}": f"clang -std=c99 {level}" for level in ("-O0", "-O2", "-O3")},
+    "gcc -O3 -march=native": "gcc -O3 -march=native",
+    "gcc -O2 -mfma": "gcc -O2 -mavx2 -mfma",
+    "clang -O3 -march=native": "clang -O3 -march=native",
+    "zig": "zig cc -O2",
+    "i386 with SSE": "zig cc -target x86-linux-musl -mcpu=pentium4 -O2 -static",
+    "aarch64": "zig cc -target aarch64-linux-musl -O3 -static",
+    "win64": "zig cc -target x86_64-windows-gnu -O2",
+    "win64 by mingw": "x86_64-w64-mingw32-gcc -std=c99 -O2",
+}
+RUNNERS = {"aarch64": ["qemu-aarch64"], "win64": [host.remote.RUNNERS["win64"]]}
+
+
+@pytest.fixture(scope="module")
+def expected(program, tmp_path_factory):
+    """What the program of gcc -O0 prints."""
+    return hashes(program, "gcc -std=c99 -O0", [], tmp_path_factory.mktemp("expected"))
+
+
+def hashes(program, words, runner, folder):
+    sources, files = program
+    built = folder / ("run.exe" if "windows" in words or "mingw" in words else "run")
+    run(*compiler(words), "-I", PREFIXING, "-I", sources, *files, "-o", built)
+    if runner and not shutil.which(runner[0]):
+        pytest.skip(f"{runner[0]} is missing: install qemu-user and wine64")
+    environment = {**os.environ, "WINEPREFIX": str(host.remote.BUILT / "wine"), "WINEDEBUG": "-all"}
+    return run(*runner, built, env=environment).split()
+
+
+@pytest.mark.parametrize("build", BUILDS)
+def test_every_compiler_option_and_platform_gives_the_same_states(build, program, expected, tmp_path):
+    assert hashes(program, BUILDS[build], RUNNERS.get(build.split(" by")[0], []), tmp_path) == expected
+
+
+def test_fmpy_compiles_an_fmu_that_has_sources_alone(packed, tmp_path):
+    cmake = pathlib.Path(sys.executable).parent
+    if not (cmake / "cmake").exists() and not shutil.which("cmake"):
+        pytest.skip("cmake is missing: pip install cmake")
+    unpacked = tmp_path / "unpacked"
+    fmpy.extract(str(packed(False) / "Mixer.fmu"), unpacked)
+    shutil.rmtree(unpacked / "binaries")
+    path = os.environ["PATH"]
+    os.environ["PATH"] = f"{cmake}{os.pathsep}{path}"
+    try:
+        fmpy.build.build_platform_binary(unpacked)
+    finally:
+        os.environ["PATH"] = path
+    result = fmpy.simulate_fmu(str(unpacked), stop_time=1.0, output_interval=0.1)
+    assert len(result) == 11
+
+
+def test_cmake_links_all_fmus_statically(program, expected, tmp_path):
+    cmake = pathlib.Path(sys.executable).parent / "cmake"
+    cmake = cmake if cmake.exists() else shutil.which("cmake")
+    if not cmake:
+        pytest.skip("cmake is missing: pip install cmake")
+    sources, files = program
+    libraries = "\n".join(f"add_library({file.stem} STATIC {file})" for file in files[1:])
+    names = " ".join(file.stem for file in files[1:])
+    (tmp_path / "CMakeLists.txt").write_text(
+        f"cmake_minimum_required(VERSION 3.10)\nproject(all C)\ninclude_directories({PREFIXING} {sources})\n{libraries}\n"
+        f"add_executable(all {files[0]})\ntarget_link_libraries(all {names})\n"
+    )
+    run(cmake, "-S", tmp_path, "-B", tmp_path / "build", "-DCMAKE_BUILD_TYPE=Release")
+    run(cmake, "--build", tmp_path / "build")
+    assert run(tmp_path / "build" / "all").split() == expected
