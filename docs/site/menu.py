@@ -14,6 +14,7 @@ GUIDES = {
     "docs/tool.md": "Parameter tool",
     "parameters/README.md": "PLC files",
     "docs/scl.md": "PLC programs in SCL",
+    "docs/c_sources.md": "C sources",
     "docs/studies.md": "Studies",
     "docs/clusters.md": "Studies on clusters",
     "blocks/README.md": "A block of your own",

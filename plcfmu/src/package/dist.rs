@@ -34,6 +34,13 @@ const ADDED: [(&str, &str); 4] = [
     (".whl", "For pip: the command plcfmu, the Python package plcfmu, and all FMUs"),
 ];
 
+/// How TwinCAT builds the sources of an FMU.
+const TWINCAT: (&str, &str, &str) = (
+    "plcfmu.xml",
+    include_str!("templates/twincat.xml"),
+    "Settings for TwinCAT's Target for FMI, which builds the C sources of FMUs (made after its documentation, not tried)",
+);
+
 const SUMS: &str = "SHA256SUMS";
 const CONTENTS: &str = "CONTENTS.md";
 
@@ -125,6 +132,8 @@ fn finish(folder: &Path) -> Result<()> {
             files.insert(name, bytes);
         }
     }
+    let (name, settings, _) = TWINCAT;
+    files.insert(name.into(), settings.replace("VERSION", env!("CARGO_PKG_VERSION")).into_bytes());
     files.insert(CONTENTS.into(), contents(&files)?.into_bytes());
     files.insert(SUMS.into(), sums(&files).into_bytes());
     for (name, bytes) in &files {
@@ -151,6 +160,7 @@ fn contents(files: &BTreeMap<String, Vec<u8>>) -> Result<String> {
     let mut table = String::from("# What is in which file\n\n| file | for | kB | what it is |\n|---|---|---|---|\n");
     for (name, bytes) in files {
         let (platforms, what) = match ADDED.iter().find_map(|(end, what)| Some((name.strip_suffix(end)?, what))) {
+            _ if name == TWINCAT.0 => ("TwinCAT".into(), TWINCAT.2.to_string()),
             Some((_, what)) if name == make::FILE => ("any browser".into(), (*what).to_string()),
             // The last part of its name.
             Some((stem, what)) => (stem.rsplit('-').next().unwrap_or_default().to_string(), (*what).to_string()),
@@ -211,10 +221,11 @@ mod tests {
         let table = contents(&files).unwrap();
         assert!(table.contains("\n| PUMP.fmu | aarch64-linux, linux64 | 1 | Pumps or not |\n"), "{table}");
         assert!(table.contains("\n| aarch64-linux/PUMP.fmu | aarch64-linux, linux64 | 1 |"), "{table}");
-        let files = ["plcfmu-0.1.0-linux64.tar.gz", "plcfmu-0.1.0-py3-none-win_amd64.whl", make::FILE];
+        let files = ["plcfmu-0.1.0-linux64.tar.gz", "plcfmu-0.1.0-py3-none-win_amd64.whl", make::FILE, TWINCAT.0];
         let table = contents(&files.map(|name| (name.to_string(), vec![0; 2345])).into()).unwrap();
         assert!(table.contains("\n| plcfmu-0.1.0-linux64.tar.gz | linux64 | 3 | The command plcfmu |\n"), "{table}");
         assert!(table.contains("\n| plcfmu-0.1.0-py3-none-win_amd64.whl | win_amd64 | 3 | For pip: "), "{table}");
+        assert!(table.contains("\n| plcfmu.xml | TwinCAT | 3 | Settings for TwinCAT"), "{table}");
         assert!(table.contains("\n| plcfmu-tool.html | any browser | 3 | The parameter tool"), "{table}");
     }
 

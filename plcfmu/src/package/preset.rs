@@ -127,6 +127,10 @@ impl<R: Read + Seek> Original<R> {
     /// Refuses an FMU that is damaged or of another tool.
     fn check(&mut self) -> Result<()> {
         if !self.is_checked {
+            ensure!(
+                self.package.archive.find(&format!("resources/{}", program::FILE)).is_none(),
+                "it is a PLC program, which has no presets: change the start values in its sources"
+            );
             let report = check::check(&mut self.package);
             ensure!(
                 report.libraries.iter().any(|(_, binary)| binary.has_table),
