@@ -12,9 +12,8 @@ fn main() -> io::Result<()> {
         let folder = root.join(library).join("src");
         println!("cargo::rerun-if-changed={}", folder.display());
         // Rust, and what it includes: the documentation of the blocks, the door in C.
-        let is_source = |path: &Path| {
-            path.extension().is_some_and(|of| ["rs", "md", "c", "h"].iter().any(|wanted| of == *wanted))
-        };
+        let is_source =
+            |path: &Path| path.extension().is_some_and(|of| ["rs", "md", "c", "h"].iter().any(|wanted| of == *wanted));
         collect(&folder, &is_source, &mut files)?;
     }
     write("sources.rs", &root, files)?;
