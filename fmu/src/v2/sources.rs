@@ -119,7 +119,7 @@ fn table(parts: &Parts) -> String {
         cycle.full_name(),
         (number(cycle.start) * 1000.0).round(),
         u8::from(parts.places.iter().any(|(_, is_in_out)| *is_in_out)),
-        u8::from(["index_of(call", "goes_on(call", "stop(call"].iter().any(|stop| parts.law.contains(stop))),
+        u8::from(["index_of(call,", "goes_on(call,", "STEP_OF_0, "].iter().any(|stop| parts.law.contains(stop))),
         parts.call,
         (test >> 64) as u64,
         *test as u64,

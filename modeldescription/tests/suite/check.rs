@@ -138,6 +138,11 @@ fn names_that_are_there_twice() {
         d.unit_definitions.push(unit);
     });
     assert_eq!(units, ["Unit \"odd\" is defined twice: define it once"]);
+    let files = finding(|d| {
+        let files = &mut d.co_simulation.as_mut().unwrap().source_files;
+        files.extend([SourceFile { name: "twice.c".into() }, SourceFile { name: "twice.c".into() }]);
+    });
+    assert_eq!(files, "CoSimulation: File \"twice.c\" is defined twice: define it once");
     let display_units = finding(|d| {
         let display_unit = d.unit_definitions[1].display_units[0].clone();
         d.unit_definitions[1].display_units.push(display_unit);
