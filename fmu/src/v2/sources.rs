@@ -27,6 +27,18 @@ pub const HEADER_NAME: &str = "fmi2Functions.h";
 /// The calls of the self-test.
 const CALLS: u32 = 64;
 
+/// When a variable is given what the host has set.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Given {
+    /// At once.
+    #[default]
+    AtOnce,
+    /// Before each call, because the program writes it, too.
+    EachCall,
+    /// At the start, because it keeps its value in a power failure.
+    AtStart,
+}
+
 /// What an FMU in C is made of.
 #[derive(Debug)]
 pub struct Parts<'a> {
@@ -38,15 +50,17 @@ pub struct Parts<'a> {
     pub law: &'a str,
     /// The name of the function of a call.
     pub call: &'a str,
-    /// Where each variable lies in the memory, in bytes, and whether the program writes it, too; of the cycle, anything.
-    pub places: &'a [(usize, bool)],
+    /// The name of the function that is called once at the start.
+    pub startup: Option<&'a str>,
+    /// Where each variable lies in the memory, in bytes, and when it is given what the host has set; of the cycle, anything.
+    pub places: &'a [(usize, Given)],
     /// The size of the memory in bytes.
     pub memory: usize,
     /// Where the program has the time between two calls for itself.
     pub own_cycle: Option<usize>,
     /// The sources, for messages.
     pub files: &'a [String],
-    /// The most runs of loops in a call.
+    /// The most statements in a call.
     pub budget: u32,
     /// How many calls the self-test makes, and the hash of what they give: see [`tape`].
     pub tape: (u32, u128),
@@ -105,7 +119,7 @@ fn table(parts: &Parts) -> String {
 #define PLCFMU_CYCLE_NAME {:?}
 #define PLCFMU_CYCLE {} /* ms */
 #define PLCFMU_MEMORY {memory}u /* bytes */
-#define PLCFMU_BUDGET {budget} /* runs of loops in a call */
+#define PLCFMU_BUDGET {budget} /* statements in a call */
 #define PLCFMU_IN_OUTS {} /* whether there are variables that the host sets and the program writes */
 #define PLCFMU_MAY_STOP {} /* whether a call can be stopped: by an index out of bounds, or a loop without end */
 #define PLCFMU_CALL {}
@@ -118,12 +132,15 @@ fn table(parts: &Parts) -> String {
         table.cycle,
         cycle.full_name(),
         (number(cycle.start) * 1000.0).round(),
-        u8::from(parts.places.iter().any(|(_, is_in_out)| *is_in_out)),
-        u8::from(["index_of(call,", "goes_on(call,", "STEP_OF_0, "].iter().any(|stop| parts.law.contains(stop))),
+        u8::from(parts.places.iter().any(|(_, given)| *given == Given::EachCall)),
+        u8::from(["index_of(", "goes_on(", "stop("].iter().any(|stop| parts.law.contains(stop))),
         parts.call,
         (test >> 64) as u64,
         *test as u64,
     );
+    if let Some(startup) = parts.startup {
+        let _ = writeln!(text, "#define PLCFMU_STARTUP {startup} /* called once at the start */");
+    }
     if let Some(offset) = parts.own_cycle {
         let _ = writeln!(text, "#define PLCFMU_OWN_CYCLE {offset} /* where the program has it for itself */");
     }
@@ -182,6 +199,9 @@ static const plcfmu_kind_t plcfmu_kinds[] = {
 fn rows(text: &mut String, parts: &Parts) {
     text.push_str(
         "
+/* When a variable is given what the host has set, if not at once. */
+enum { PLCFMU_EACH_CALL = 1, PLCFMU_AT_START = 2 };
+
 /* What the variables are for the host. */
 enum { PLCFMU_INPUT, PLCFMU_PARAMETER, PLCFMU_FIXED, PLCFMU_CYCLE_TIME, PLCFMU_OUTPUT, PLCFMU_LOCAL };
 
@@ -190,7 +210,7 @@ typedef struct {
     const char *name;
     int kind;
     int role;
-    int is_in_out; /* the program writes it, too */
+    int held;      /* 0, PLCFMU_EACH_CALL or PLCFMU_AT_START */
     size_t offset; /* in the memory, bytes */
     double low;    /* what the self-test gives a floating-point input */
     double high;
@@ -200,7 +220,7 @@ static const plcfmu_row_t plcfmu_rows[] = {
 ",
     );
     for (index, row) in parts.table.rows.iter().enumerate() {
-        let (offset, is_in_out) = parts.places.get(index).copied().unwrap_or_default();
+        let (offset, given) = parts.places.get(index).copied().unwrap_or_default();
         let role = match row.role {
             Role::Input => "INPUT",
             Role::Parameter => "PARAMETER",
@@ -215,7 +235,7 @@ static const plcfmu_row_t plcfmu_rows[] = {
             "    {{{}, PLCFMU_{}, PLCFMU_{role}, {}, {offset}, {low:?}, {high:?}}}, /* {index} */",
             quoted(&row.full_name()),
             row.kind.name(),
-            u8::from(is_in_out),
+            given as u8,
         );
     }
     text.push_str("};\n");

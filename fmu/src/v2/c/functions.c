@@ -114,7 +114,7 @@ void fmi2FreeInstance(fmi2Component component) {
 }
 
 static fmi2Status plcfmu_setup(plcfmu_component_t *c, double start, int has_stop, double stop) {
-    if (!(abs_f64(start) <= 1.7976931348623157e308)) {
+    if (!(plcfmu_abs_f64(start) <= 1.7976931348623157e308)) {
         plcfmu_say_named(&c->text, "startTime = ", start, ": must be finite");
         return fmi2Error;
     }
@@ -157,7 +157,7 @@ static fmi2Status plcfmu_exit_initialization(plcfmu_component_t *c) {
                          " s: the time between two calls must be at least 0.001 s");
         return fmi2Error;
     }
-    plcfmu_restart(&instance->block, &c->other);
+    plcfmu_restart(&instance->block, &c->other, &c->before, &c->text);
     memcpy(&instance->block, &c->other, sizeof c->other);
     instance->clock = plcfmu_clock(instance->start, instance->stop, instance->block.cycle);
     instance->state = PLCFMU_STEP_COMPLETE;
@@ -513,7 +513,7 @@ static fmi2Status plcfmu_set_derivatives(plcfmu_component_t *c, const fmi2ValueR
             plcfmu_say_whole(&c->text, order[i]);
             return plcfmu_refuse(&c->text, ": derivatives go from order 1 to 4");
         }
-        if (!(abs_f64(value[i]) <= 1.7976931348623157e308)) {
+        if (!(plcfmu_abs_f64(value[i]) <= 1.7976931348623157e308)) {
             plcfmu_say(&c->text, row->name);
             plcfmu_say_named(&c->text, ": derivative ", value[i], ": must be finite");
             return fmi2Error;

@@ -16,6 +16,46 @@ typedef char plcfmu_memory_is_laid_out_as_in_the_table[sizeof(memory_t) == PLCFM
 /* How many time derivatives of an input can be given. */
 #define PLCFMU_ORDERS 4
 
+/* --- Numbers and their bits -------------------------------------------------------------------------------------------- */
+
+static float plcfmu_f32_of(uint32_t bits) {
+    float number;
+    memcpy(&number, &bits, sizeof number);
+    return number;
+}
+
+static double plcfmu_f64_of(uint64_t bits) {
+    double number;
+    memcpy(&number, &bits, sizeof number);
+    return number;
+}
+
+static uint32_t plcfmu_bits_f32(float number) {
+    uint32_t bits;
+    memcpy(&bits, &number, sizeof bits);
+    return bits;
+}
+
+static uint64_t plcfmu_bits_f64(double number) {
+    uint64_t bits;
+    memcpy(&bits, &number, sizeof bits);
+    return bits;
+}
+
+static double plcfmu_abs_f64(double number) { return plcfmu_f64_of(plcfmu_bits_f64(number) & 0x7FFFFFFFFFFFFFFFu); }
+
+/* To the nearest whole number, ties to even; from 2^52 on every number is whole. */
+static double plcfmu_round_f64(double number) {
+    if (!(number > -4503599627370496.0 && number < 4503599627370496.0)) {
+        return number;
+    }
+    return number < 0.0 ? (number - 4503599627370496.0) + 4503599627370496.0
+                        : (number + 4503599627370496.0) - 4503599627370496.0;
+}
+
+/* The whole part of a small number above 0. */
+static double plcfmu_floor_f64(double number) { return (double)(int64_t)number; }
+
 /* --- Data ------------------------------------------------------------------------------------------------------------- */
 
 /* The states that an instance can be in. A step is refused before it begins or runs to its end, so there are no others. */
@@ -30,7 +70,7 @@ static const char *const plcfmu_categories[] = {"logStatusError", "logStatusDisc
 typedef struct {
     memory_t memory;
     int64_t calls;               /* since the restart */
-    int64_t set[PLCFMU_ROWS];    /* what the host has set of variables that the program writes, too; start values of the others */
+    int64_t set[PLCFMU_ROWS];    /* what the host has set of variables that are held; start values of the others */
     int32_t cycle;               /* milliseconds */
     char stopped[PLCFMU_LONGEST]; /* why the program has stopped, or nothing */
 } plcfmu_block_t;
@@ -314,8 +354,8 @@ static void plcfmu_say_number(plcfmu_text_t *text, double number, int plain) {
         plcfmu_say(text, "NaN");
         return;
     }
-    plcfmu_say(text, bits_f64(number) >> 63 ? "-" : "");
-    number = abs_f64(number);
+    plcfmu_say(text, plcfmu_bits_f64(number) >> 63 ? "-" : "");
+    number = plcfmu_abs_f64(number);
     if (number > 1.7976931348623157e308) {
         plcfmu_say(text, "inf");
         return;

@@ -119,10 +119,10 @@ static void plcfmu_pass(plcfmu_bytes_t *bytes, void *value, size_t size) {
 /* Whether a sequence of steps can lead to this clock. Another one could ask for endless calls. */
 static int plcfmu_is_possible(const plcfmu_clock_t *clock) {
     double most = 1.7976931348623157e308;
-    return clock->cycle >= 0.0 && clock->cycle <= 2147483647.0 && abs_f64(clock->start) <= most && abs_f64(clock->end) <= most
-           && abs_f64(clock->since) <= most && clock->stop >= clock->start && clock->tick >= 0
+    return clock->cycle >= 0.0 && clock->cycle <= 2147483647.0 && plcfmu_abs_f64(clock->start) <= most && plcfmu_abs_f64(clock->end) <= most
+           && plcfmu_abs_f64(clock->since) <= most && clock->stop >= clock->start && clock->tick >= 0
            && clock->tick <= 9007199254740992 && clock->next >= clock->tick && clock->next <= clock->tick + 2
-           && abs_f64(clock->offset) <= 2.0 * clock->cycle;
+           && plcfmu_abs_f64(clock->offset) <= 2.0 * clock->cycle;
 }
 
 /* Writes or reads what an instance is. */

@@ -12,7 +12,7 @@
 #define PLCFMU_EPSILON 2.220446049250313e-16
 #define PLCFMU_RESOLUTION (PLCFMU_EPSILON * 1000.0)  /* of a double at 1 s, in milliseconds */
 #define PLCFMU_MOST_CALLS 4294967296.0               /* in one step: a day at 1 ms is 86 million */
-#define PLCFMU_INFINITY f64_of(0x7FF0000000000000u)
+#define PLCFMU_INFINITY plcfmu_f64_of(0x7FF0000000000000u)
 
 /* The calls of one step. */
 typedef struct {
@@ -33,7 +33,7 @@ static double plcfmu_largest(double a, double b) { return a > b ? a : b; }
 
 /* Whether a step goes from where the last one ended, at a tick, to the next tick: nothing can be wrong with it then. */
 static int plcfmu_is_ordinary(const plcfmu_clock_t *clock, double tc, double h) {
-    double period = clock->cycle / 1000.0, from_0 = abs_f64(clock->start);
+    double period = clock->cycle / 1000.0, from_0 = plcfmu_abs_f64(clock->start);
     double resolved = 0.1 * clock->cycle / (PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION);
     double last = clock->stop - 2.0 * period;
     double horizon = from_0 < resolved ? (last < resolved ? last : resolved) : -PLCFMU_INFINITY;
@@ -41,12 +41,12 @@ static int plcfmu_is_ordinary(const plcfmu_clock_t *clock, double tc, double h) 
     if (!(h == period && clock->offset == 0.0 && clock->next == clock->tick && tc < horizon)) {
         return 0;
     }
-    drift = abs_f64((tc - clock->start) * 1000.0 - (double)clock->tick * clock->cycle);
+    drift = plcfmu_abs_f64((tc - clock->start) * 1000.0 - (double)clock->tick * clock->cycle);
     if (tc == clock->end) {
         return drift < PLCFMU_MOST_DRIFT * clock->cycle;
     }
     rounding = period * 1000.0 == clock->cycle ? PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION : -1.0;
-    rounding *= plcfmu_largest(abs_f64(tc) < abs_f64(clock->end) ? abs_f64(tc) : abs_f64(clock->end), from_0);
+    rounding *= plcfmu_largest(plcfmu_abs_f64(tc) < plcfmu_abs_f64(clock->end) ? plcfmu_abs_f64(tc) : plcfmu_abs_f64(clock->end), from_0);
     return drift <= rounding && (clock->end - tc) * 1000.0 <= PLCFMU_SAME * clock->cycle + rounding;
 }
 
@@ -71,11 +71,11 @@ static fmi2Status plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plc
         calls->count = 1;
         return fmi2OK;
     }
-    if (!(h >= 0.0 && h <= most && abs_f64(tc) <= most)) {
+    if (!(h >= 0.0 && h <= most && plcfmu_abs_f64(tc) <= most)) {
         plcfmu_say_step(text, tc, h);
         return plcfmu_refuse(text, ": the point must be finite, the step finite and not below 0");
     }
-    magnitude = plcfmu_largest(abs_f64(tc), abs_f64(clock->start));
+    magnitude = plcfmu_largest(plcfmu_abs_f64(tc), plcfmu_abs_f64(clock->start));
     same = PLCFMU_SAME * cycle + PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION * magnitude;
     if (same > 0.125 * cycle) {
         plcfmu_say_named(text, "currentCommunicationPoint = ", tc,
@@ -91,7 +91,7 @@ static fmi2Status plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plc
     rounding = tc == clock->end || tc == clock->start + clock->since ? PLCFMU_MOST_DRIFT * cycle
                                                                      : PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION * magnitude;
     position = (tc - clock->start) * 1000.0;
-    if (abs_f64(position - ((double)tick * cycle + offset)) > rounding) {
+    if (plcfmu_abs_f64(position - ((double)tick * cycle + offset)) > rounding) {
         tick = (int64_t)(position * per_cycle);
         offset = position - (double)tick * cycle;
         since = tc - clock->start;
@@ -133,7 +133,7 @@ static fmi2Status plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plc
     clock->end = tc + h > clock->end ? tc + h : clock->end;
     clock->since = since + h;
     calls->count = clock->next - first;
-    calls->lead = abs_f64(lead) > same ? lead / 1000.0 : 0.0;
+    calls->lead = plcfmu_abs_f64(lead) > same ? lead / 1000.0 : 0.0;
     return fmi2OK;
 }
 
@@ -145,7 +145,7 @@ static double plcfmu_at(double value, const double *derivatives, double t, int i
     int order;
     for (order = 0; order < PLCFMU_ORDERS; order += 1) {
         factor *= t / (double)(order + 1);
-        value += (is_bound ? abs_f64(derivatives[order]) : derivatives[order]) * factor;
+        value += (is_bound ? plcfmu_abs_f64(derivatives[order]) : derivatives[order]) * factor;
     }
     return value;
 }
@@ -176,7 +176,7 @@ static fmi2Status plcfmu_step(plcfmu_component_t *c, double tc, double h) {
         int64_t bits;
         input->value = plcfmu_number(row->kind, plcfmu_bits(&instance->block, input->row));
         /* The largest magnitude that the value can reach within the step; if that fits, every value does. */
-        range = plcfmu_bits_of(plcfmu_at(abs_f64(input->value), input->derivatives, last, 1), row->kind, &bits);
+        range = plcfmu_bits_of(plcfmu_at(plcfmu_abs_f64(input->value), input->derivatives, last, 1), row->kind, &bits);
         if (range != NULL) {
             plcfmu_say(&c->text, row->name);
             plcfmu_say_named(&c->text, ", extrapolated over ", last, " s, may leave its range: ");
@@ -206,7 +206,7 @@ static void plcfmu_advise(plcfmu_component_t *c, double h) {
         plcfmu_say_named(&c->text, "communicationStepSize = ", h, ": " PLCFMU_CYCLE_NAME " = ");
         plcfmu_say_number(&c->text, cycle, 0);
         plcfmu_say(&c->text, " s is ");
-        plcfmu_say_number(&c->text, round_f64(cycle / h), 1);
+        plcfmu_say_number(&c->text, plcfmu_round_f64(cycle / h), 1);
         plcfmu_say(&c->text, " times as long, and only one step in so many makes a call; is " PLCFMU_CYCLE_NAME
                              " given in ms instead of s?");
         c->is_step_advised = 1;
@@ -254,7 +254,7 @@ static const plcfmu_block_t *plcfmu_shown(plcfmu_component_t *c, const fmi2Value
     for (i = 0; c->instance.state == PLCFMU_INITIALIZATION && i < count; i += 1) {
         if (references[i] != PLCFMU_CYCLE_ROW && !plcfmu_is_settable(&plcfmu_rows[references[i]])
             && c->instance.block.cycle >= 1) {
-            plcfmu_restart(&c->instance.block, &c->other);
+            plcfmu_restart(&c->instance.block, &c->other, &c->before, &c->text);
             return &c->other;
         }
     }
