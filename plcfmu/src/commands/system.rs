@@ -203,7 +203,7 @@ pub fn packed(system: &System) -> Result<(System, Option<TempDir>)> {
         let Some(program) = system.programs.get(&member.name) else { continue };
         let (name, folder) = (&member.name, folder.path().join(number.to_string()));
         let options = Program::parse(&program.options).with_context(|| format!("the program {name}"))?;
-        let (path, warnings) = package::program::pack(&program.sources, &options, &folder)
+        let (path, warnings) = package::program::pack(&program.sources, &options, false, &folder)
             .with_context(|| format!("the program {name}"))?;
         member.path = path;
         if !warnings.is_empty() {
