@@ -86,12 +86,12 @@ def test_rows_are_recorded_as_often_as_wanted(plcfmu):
 def test_inputs_come_from_a_file_of_signals(plcfmu, tmp_path):
     (tmp_path / "power.csv").write_text("time,HEATER.POWER\n0,10\n1.0,10\n2.0,50\n")
     given = ["run", FMUS[1], "--step=1", "--stop=4", "--out=-", "--record=HEATER.POWER", "--record=HEATER.T_FURN"]
-    read = plcfmu(*given, "--input=power.csv")
+    read = plcfmu(*given, "--signals=power.csv")
     assert [row["HEATER.POWER"] for row in rows(read.stdout)] == ["10.0", "10.0", "50.0", "50.0", "50.0"]
     assert read.stdout == plcfmu(*given, "--set=HEATER.POWER=10", "--set=HEATER.POWER=50@2").stdout
     # What a run has written is a file of signals.
-    (tmp_path / "again.csv").write_text(plcfmu(*given, "--input=power.csv", "--record=HEATER.POWER").stdout.replace("T_FURN", "DOOR"))
-    assert plcfmu("run", FMUS[1], "--step=1", "--stop=5", "--input=again.csv").returncode == 0
+    (tmp_path / "again.csv").write_text(plcfmu(*given, "--signals=power.csv", "--record=HEATER.POWER").stdout.replace("T_FURN", "DOOR"))
+    assert plcfmu("run", FMUS[1], "--step=1", "--stop=5", "--signals=again.csv").returncode == 0
 
 
 def test_a_picture_has_setpoint_and_process_value_in_one_panel_and_fits_on_a_page(plcfmu, tmp_path):

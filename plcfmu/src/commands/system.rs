@@ -49,7 +49,7 @@ pub struct Arguments {
     ///
     /// The time is in seconds. A value holds until the next row; the first row is set before the initialization.
     #[arg(long, value_name = "FILE.csv")]
-    input: Option<PathBuf>,
+    signals: Option<PathBuf>,
     /// Record this variable; by default, all outputs and the inputs that are connected or set
     ///
     /// The columns have the order in which the variables are named.
@@ -125,7 +125,7 @@ impl Arguments {
         }
         self.add_options(&mut system)?;
         system.connections.extend(self.connect.iter().cloned());
-        if let Some(input) = &self.input {
+        if let Some(input) = &self.signals {
             let shown = input.display().to_string();
             let text =
                 fs::read_to_string(input).with_context(|| format!("{shown} cannot be read")).map_err(Unreadable)?;
