@@ -372,7 +372,7 @@ def test_what_does_not_apply_is_refused_and_several_blocks_ask_for_a_choice(buil
     assert "called by no other: Main, Cyclic; choose" in done.stderr, done.stderr
     done, _ = build(LINE, *TAGS, "--call=Main", "--call=Cyclic", "--cycle=1s", "--cycle=2s", "--cycle=3s")
     assert "3 --cycle for 2 --call" in done.stderr, done.stderr
-    for option in ("--platform=win64", "--native", "--library=win64=a.dll", "--update", "--package=pump"):
+    for option in ("--platform=win64", "--library=win64=a.dll", "--update", "--package=pump"):
         done, folder = build(COUNTER, "--cycle=1s", option)
         assert done.returncode == 1 and f"{option.split('=')[0]} is for crates" in done.stderr, done.stderr
         assert list(folder.glob("*.fmu")) == []

@@ -37,12 +37,11 @@ pub fn run(options: &Options) -> Result<()> {
             ("package", !options.pack.packages.is_empty()),
             ("platform", !options.pack.platforms.is_empty()),
             ("library", !options.pack.libraries.is_empty()),
-            ("native", options.pack.native),
             ("update", options.update),
         ] {
             ensure!(
                 !is_given,
-                "--{option} is for crates: a program is packed for all platforms, and nothing is compiled for it"
+                "--{option} is for crates: a program is packed for all platforms; --native compiles it for this machine"
             );
         }
         let folder = options.pack.out.clone().unwrap_or_else(|| PathBuf::from("."));
