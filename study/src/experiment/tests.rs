@@ -554,7 +554,6 @@ fn a_long_recording_comes_in_pieces_or_with_its_extremes_alone() {
     assert!(all.len() > 1 && all.iter().all(|rows| *rows <= PIECE), "{all:?}");
     // Of 21 rows each, two: 2 * ceil(200 001 / 21).
     assert_eq!(received(Detail::Drawn), [19_048]);
-    assert!(19_048 <= DRAWN);
 }
 
 #[test]
