@@ -295,10 +295,10 @@ def test_fmpys_master_for_ssp_files_begins_with_0_on_every_connection(loop, open
 
 
 def test_the_first_call_of_cont_c_tells_whether_a_master_passes_on_the_outputs_of_the_restart(open_fmu, pack):
-    # T_PER is 27648 * 20 / 400 = 1382 after the restart, and PV = 4 * 1382 / 276.48 = 19.994; LMN_P = 1.4 * (60 - PV).
+    # T_PER is 27648 * 20 / 400 = 1382 after the restart, and PV = 4 * 1382 / 276.48 = 19.994; LMN_P = 0.7 * (60 - PV).
     loop = Loop(LOOPS / "furnace.toml")
-    assert by_fmpy(loop, open_fmu)[0]["CONT_C.LMN_P"] == pytest.approx(56.008, abs=1e-3)
-    assert by_fmpy_for_ssp(loop, open_fmu, pack)[0]["CONT_C.LMN_P"] == host.real(84.0)
+    assert by_fmpy(loop, open_fmu)[0]["CONT_C.LMN_P"] == pytest.approx(28.004, abs=1e-3)
+    assert by_fmpy_for_ssp(loop, open_fmu, pack)[0]["CONT_C.LMN_P"] == host.real(42.0)
 
 
 def test_in_sequence_a_loop_is_the_same_with_a_step_less_of_dead_time(open_fmu):

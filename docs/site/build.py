@@ -158,8 +158,10 @@ class Site:
         frame = self.frame(target, fmu.name, fmu.description)
         head, top, bottom = (ESCAPED.get_template(f"{part}.html").render(frame) for part in ("head", "top", "bottom"))
         text = re.sub(r"<title>.*?</title>", lambda _: f"<title>{html.escape(fmu.name)} - plcfmu</title>", text, count=1)
+        # The frame has its own.
+        text = text.replace('<a class="skip" href="#main">Skip to the text</a>\n', "", 1)
+        text = re.sub(r'<meta name="description".*\n', "", text, count=1)
         text = text.replace("</head>", f"{head}\n</head>", 1).replace("<body>\n", f"<body>\n{top}\n", 1)
-        text = text.replace("<main>", '<main id="main">', 1)
         self.place(target, text.replace("</body>", f"{bottom}\n</body>", 1))
 
     def document(self, source):

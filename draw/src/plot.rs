@@ -22,12 +22,15 @@ const LEGEND: f64 = 18.0;
 /// The line that a legend shows of a curve.
 const SAMPLE: f64 = 22.0;
 const LANE: f64 = 15.0;
-const LANE_GAP: f64 = 18.0;
+const LANE_GAP: f64 = 21.0;
 const BOTTOM: f64 = 42.0;
 
 /// Colours that people with a colour vision deficiency can tell apart (Okabe and Ito), but for yellow, which is too pale
-/// on white.
-const COLORS: &[&str] = &["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"];
+/// on white; orange and sky blue are darker than theirs, so that each has a contrast of 3 to white.
+const COLORS: &[&str] = &["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b87d00", "#3d94cc", "#000000"];
+
+/// How many colours there are; from this number on lines are dotted.
+pub const COLOR_COUNT: usize = COLORS.len();
 
 /// By these names a page's stylesheet gives the colours others.
 const CLASSES: &[&str] = &["curve-1", "curve-2", "curve-3", "curve-4", "curve-5", "curve-6", "curve-7"];
@@ -75,6 +78,14 @@ pub struct Curve {
 /// # Errors
 /// The time goes back or is not finite, or a curve does not have one value for each point.
 pub fn svg(chart: &Chart) -> anyhow::Result<String> {
+    svg_named(chart, &chart.title)
+}
+
+/// The same, with a name for those who hear the page, where its text has the title.
+///
+/// # Errors
+/// As for [`svg`].
+pub fn svg_named(chart: &Chart, name: &str) -> anyhow::Result<String> {
     check(chart)?;
     let time = Scale::of_time(&chart.time);
     let mut pens = pens();
@@ -108,6 +119,7 @@ pub fn svg(chart: &Chart) -> anyhow::Result<String> {
         label: tick_label(tick),
     });
     let drawing = Drawing {
+        name,
         title: &chart.title,
         title_y: Pixels(17.0),
         width: Pixels(WIDTH),
@@ -155,6 +167,7 @@ fn check(chart: &Chart) -> anyhow::Result<()> {
 #[derive(Template)]
 #[template(path = "chart.svg")]
 struct Drawing<'a> {
+    name: &'a str,
     title: &'a str,
     title_y: Pixels,
     width: Pixels,
@@ -181,7 +194,7 @@ struct Drawing<'a> {
 }
 
 struct DrawnPanel<'a> {
-    label: &'a str,
+    label: String,
     top: Pixels,
     middle: Pixels,
     legend: Vec<LegendEntry<'a>>,
@@ -276,7 +289,7 @@ fn draw_panel<'a>(
         path: path(&points(&chart.time, &curve.values, time), time, &|value| scale.y(value, top)),
     });
     DrawnPanel {
-        label: &panel.label,
+        label: panel.label.replace("degC", "°C"),
         top: Pixels(top),
         middle: Pixels(top + PANEL / 2.0),
         legend: legend.collect(),
@@ -298,7 +311,8 @@ fn draw_lane<'a>(lane: &'a Curve, pen: Pen, times: &[f64], time: &Scale, top: f6
     let areas = path.split('M').filter(|line| line.contains('H')).map(area).collect();
     DrawnLane {
         name: &lane.name,
-        name_y: Pixels(top - 4.0),
+        // An underscore of the name reaches four pixels down.
+        name_y: Pixels(top - 6.5),
         grid_top: Pixels(top - 2.0),
         curve: DrawnCurve { pen, path },
         areas,
@@ -401,17 +415,36 @@ fn stairs(points: &[(f64, f64)], time: &Scale, y: &dyn Fn(f64) -> f64) -> String
     path
 }
 
-/// A path straight from point to point.
+/// A path straight from point to point, but upright where the values jump.
 fn lines(points: &[(f64, f64)], over: &Scale, y: &dyn Fn(f64) -> f64) -> String {
     let mut path = String::new();
     let mut is_gap = true;
-    for (at, value) in points {
+    for (place, (at, value)) in points.iter().enumerate() {
         if is_drawn(*value) {
+            if is_jump(points, place) {
+                let (before, held) = points[place - 1];
+                let x = Pixels(over.x((before + at) / 2.0));
+                let _ = write!(path, "L{x} {}V{}", Pixels(y(held)), Pixels(y(*value)));
+            }
             let _ = write!(path, "{}{} {}", if is_gap { 'M' } else { 'L' }, Pixels(over.x(*at)), Pixels(y(*value)));
         }
         is_gap = !is_drawn(*value);
     }
     path
+}
+
+/// Whether the value jumps to this point: the slope to it is many times that before and after.
+fn is_jump(points: &[(f64, f64)], place: usize) -> bool {
+    const TIMES: f64 = 3.0;
+    let slope = |place: usize| {
+        let ((from, before), (to, after)) = (points.get(place.checked_sub(1)?)?, points.get(place)?);
+        Some(((after - before) / (to - from)).abs()).filter(|slope| slope.is_finite())
+    };
+    let beside = [place.checked_sub(1).and_then(slope), slope(place + 1)];
+    match (slope(place), beside) {
+        (Some(slope), [Some(before), Some(after)]) => slope > TIMES * before.max(after) && slope > 0.0,
+        _ => false,
+    }
 }
 
 #[cfg(test)]
@@ -469,6 +502,9 @@ mod tests {
         let points = [(-1.0, 5.0), (0.0, 7.0), (0.5, f64::NAN), (1.0, 9.0)];
         let at = |value| Pixels(over.x(value));
         assert_eq!(lines(&points, &over, &|value| value), format!("M{} 5L{} 7M{} 9", at(-1.0), at(0.0), at(1.0)));
+        let steps: Vec<(f64, f64)> = [(-1.0, 0.0), (-0.5, 1.0), (0.0, 2.0), (0.5, 20.0), (1.0, 21.0)].to_vec();
+        let jump = format!("L{} 2L{} 2V20L{} 20", at(0.0), at(0.25), at(0.5));
+        assert!(lines(&steps, &over, &|value| value).contains(&jump));
         let mut chart = chart(&[0.0, 1.0]);
         chart.over = Some("VALVE in %".into());
         let drawing = svg(&chart).unwrap();

@@ -1,6 +1,6 @@
 //! A block's responses and characteristics as charts.
 
-use crate::plot::{Chart, Curve, Panel};
+use crate::plot::{COLOR_COUNT, Chart, Curve, Panel};
 use blocks::{Class, Kind, Role};
 use modeldescription::{Characteristic, Row, Table};
 
@@ -33,36 +33,74 @@ pub struct Sweep {
     pub means: Vec<(usize, Vec<f64>)>,
 }
 
+/// The colour of each variable, the same in all charts of a block.
+#[derive(Clone, Debug)]
+pub struct Colors(Vec<Option<usize>>);
+
+impl Colors {
+    /// The colours of what has a role in a loop, in all blocks the same: setpoint, process value, manipulated value.
+    pub const OF_ROLES: [usize; 3] = [6, 0, 1];
+
+    /// The order in which the others take theirs, numbers and Booleans.
+    const ORDER: [[usize; COLOR_COUNT]; 2] = [[4, 2, 3, 5, 0, 1, 6], [1, 5, 2, 4, 3, 0, 6]];
+
+    /// Chooses them: `charts` are the variables that each chart shows, by row; `roles` those that are setpoint, process value
+    /// and manipulated value. Variables that share a chart differ, but for a Boolean and a number.
+    pub fn of(table: &Table, charts: &[Vec<usize>], roles: [Option<&str>; 3]) -> Colors {
+        let mut colors = vec![None; table.variables.len()];
+        for (name, color) in roles.into_iter().zip(Self::OF_ROLES) {
+            if let Some(row) = name.and_then(|name| table.find(name)) {
+                colors[row] = Some(color);
+            }
+        }
+        let is_boolean = |row: usize| table.variables[row].kind == Kind::Bool;
+        for row in charts.iter().flatten().copied() {
+            if colors[row].is_none() {
+                let beside = charts.iter().filter(|chart| chart.contains(&row)).flatten();
+                let taken: Vec<usize> = beside
+                    .filter(|other| is_boolean(**other) == is_boolean(row))
+                    .filter_map(|other| colors[*other])
+                    .collect();
+                let mut numbers = Self::ORDER[usize::from(is_boolean(row))].into_iter().chain(COLOR_COUNT..);
+                colors[row] = numbers.find(|color| !taken.contains(color));
+            }
+        }
+        Colors(colors)
+    }
+}
+
 /// A block's response, as a library has answered it.
-pub fn of_recording(table: &Table, recording: &Recording) -> Chart {
-    let mut panels: Vec<(String, Panel)> = Vec::new();
+pub fn of_recording(table: &Table, recording: &Recording, colors: &Colors) -> Chart {
+    let mut panels = Vec::new();
     let mut lanes = Vec::new();
-    for (column, row) in recording.shown.iter().enumerate() {
-        let row = &table.variables[*row];
+    for (column, number) in recording.shown.iter().enumerate() {
+        let row = &table.variables[*number];
         // The value of the last call is held for a cycle, as those before it.
         let values = recording.calls.iter().chain(recording.calls.last()).map(|values| values[column]).collect();
-        let curve = Curve { name: row.name.clone(), values, is_input: row.role == Role::Input, color: None };
+        let is_input = row.role == Role::Input;
+        let curve = Curve { name: row.name.clone(), values, is_input, color: colors.0[*number] };
         if row.kind == Kind::Bool {
             lanes.push(curve);
             continue;
         }
-        add(&mut panels, unit(row), curve);
+        add(&mut panels, Axis::of(row), curve);
     }
     let time = match recording.calls.len() {
         0 => Vec::new(),
         calls => (0..=calls).map(|call| recording.time(call)).collect(),
     };
-    let panels = panels.into_iter().map(|(_, panel)| panel.labelled()).collect();
-    Chart { title: format!("Response of {}", table.name), time, over: None, panels, lanes }
+    Chart { title: String::new(), time, over: None, panels: labelled(panels), lanes }
 }
 
 /// A block's characteristic, as a library has answered it. A BOOL is drawn as the share of calls in which it was TRUE.
-pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep) -> Chart {
-    let mut panels: Vec<(String, Panel)> = Vec::new();
-    for (row, means) in &sweep.means {
-        let row = &table.variables[*row];
-        let curve = Curve { name: row.name.clone(), values: means.clone(), is_input: false, color: None };
-        add(&mut panels, if row.kind == Kind::Bool { "share of the calls" } else { unit(row) }, curve);
+pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep, colors: &Colors) -> Chart {
+    let mut panels = Vec::new();
+    for (number, means) in &sweep.means {
+        let row = &table.variables[*number];
+        let is_boolean = row.kind == Kind::Bool;
+        let values = means.iter().map(|mean| if is_boolean { 100.0 * mean } else { *mean }).collect();
+        let curve = Curve { name: row.name.clone(), values, is_input: false, color: colors.0[*number] };
+        add(&mut panels, if is_boolean { Axis::Share } else { Axis::of(row) }, curve);
     }
     let row = table.find(&characteristic.variable).map(|row| &table.variables[row]);
     let over = match row.and_then(Row::shown_unit) {
@@ -70,40 +108,63 @@ pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep) -
         None => characteristic.variable.clone(),
     };
     Chart {
-        title: format!("Characteristic of {}", table.name),
+        title: String::new(),
         time: sweep.over.clone(),
         over: Some(over),
-        panels: panels.into_iter().map(|(_, panel)| panel.labelled()).collect(),
+        panels: labelled(panels),
         lanes: Vec::new(),
     }
 }
 
-/// What a panel is named by: curves with the same unit share one.
-fn unit(row: &Row) -> &str {
-    match row.kind {
-        kind if kind.class() == Class::Integer => kind.name(),
-        _ => row.shown_unit().unwrap_or_default(),
-    }
+/// What curves in a panel have in common.
+#[derive(PartialEq)]
+enum Axis<'a> {
+    Unit(&'a str),
+    /// Integers of a type.
+    Whole(&'static str),
+    /// Signals without a unit.
+    Plain,
+    /// A setting without a unit, by its name: its numbers have nothing to do with those of the signals.
+    Setting(&'a str),
+    /// Percent of the calls in which a Boolean is TRUE.
+    Share,
 }
 
-fn add(panels: &mut Vec<(String, Panel)>, unit: &str, curve: Curve) {
-    match panels.iter_mut().find(|(of, _)| of == unit) {
-        Some((_, panel)) => panel.curves.push(curve),
-        None => panels.push((unit.to_string(), Panel { label: unit.to_string(), curves: vec![curve] })),
-    }
-}
-
-impl Panel {
-    /// With the names of the curves for a label where there is no unit, if they fit beside the panel.
-    fn labelled(mut self) -> Panel {
-        if self.label.is_empty() {
-            let names = self.curves.iter().map(|curve| curve.name.as_str()).collect::<Vec<_>>().join(", ");
-            if names.chars().count() <= 26 {
-                self.label = names;
-            }
+impl<'a> Axis<'a> {
+    fn of(row: &'a Row) -> Axis<'a> {
+        match (row.shown_unit(), row.role) {
+            _ if row.kind.class() == Class::Integer => Axis::Whole(row.kind.name()),
+            (Some(unit), _) => Axis::Unit(unit),
+            (None, Role::Parameter | Role::Fixed) => Axis::Setting(&row.name),
+            (None, _) => Axis::Plain,
         }
-        self
     }
+
+    /// The text beside the panel: what is shown and in which unit, or the unit alone where the names do not fit.
+    fn label(&self, curves: &[Curve]) -> String {
+        let names = curves.iter().map(|curve| curve.name.as_str()).collect::<Vec<_>>().join(", ");
+        let (long, short) = match self {
+            Axis::Unit(unit) => (format!("{names} in {unit}"), (*unit).to_string()),
+            Axis::Whole(kind) => (format!("{names} ({kind})"), (*kind).to_string()),
+            Axis::Plain | Axis::Setting(_) => (names, "without a unit".to_string()),
+            Axis::Share => ("TRUE in % of the calls".into(), String::new()),
+        };
+        if long.chars().count() <= LONGEST_LABEL { long } else { short }
+    }
+}
+
+/// Characters of a label that fit beside a panel.
+const LONGEST_LABEL: usize = 28;
+
+fn add<'a>(panels: &mut Vec<(Axis<'a>, Vec<Curve>)>, axis: Axis<'a>, curve: Curve) {
+    match panels.iter_mut().find(|(of, _)| *of == axis) {
+        Some((_, curves)) => curves.push(curve),
+        None => panels.push((axis, vec![curve])),
+    }
+}
+
+fn labelled(panels: Vec<(Axis, Vec<Curve>)>) -> Vec<Panel> {
+    panels.into_iter().map(|(axis, curves)| Panel { label: axis.label(&curves), curves }).collect()
 }
 
 #[cfg(test)]
@@ -128,16 +189,69 @@ mod tests {
         .unwrap();
         let means = vec![(1, vec![0.0, 2.0, 6.0]), (2, vec![0.0, 0.5, 1.0])];
         let sweep = Sweep { over: vec![0.0, 4.5, 9.0], means };
-        let chart = of_sweep(&table, &table.characteristics[0], &sweep);
+        let colors = Colors::of(&table, &[vec![1, 2]], [None; 3]);
+        let chart = of_sweep(&table, &table.characteristics[0], &sweep, &colors);
         assert_eq!(chart.over.as_deref(), Some("SPEED in 1/min"));
         let labels: Vec<_> = chart.panels.iter().map(|panel| panel.label.as_str()).collect();
-        assert_eq!(labels, ["l/min", "share of the calls"]);
+        assert_eq!(labels, ["FLOW in l/min", "TRUE in % of the calls"]);
+        assert_eq!(chart.panels[1].curves[0].values, [0.0, 50.0, 100.0]);
         let svg = svg(&chart).unwrap();
         assert!(svg.contains(">SPEED in 1/min</text>") && !svg.contains("time in s"));
         // From the left end by the middle to the right end, and no stairs.
         let flow =
-            svg.split("class=\"curve-1\"").last().unwrap().split('"').find(|part| part.starts_with('M')).unwrap();
+            svg.split("class=\"curve-5\"").last().unwrap().split('"').find(|part| part.starts_with('M')).unwrap();
         assert_eq!(flow.matches('L').count(), 2, "{flow}");
         assert!(!flow.contains('H') && !flow.contains('V'), "{flow}");
+    }
+
+    #[test]
+    fn a_variable_has_one_colour_in_all_charts_and_none_of_those_beside_it() {
+        let rows: Vec<String> = ["SP", "PV", "P", "I", "D", "HIGH", "LOW"]
+            .iter()
+            .map(|name| {
+                let kind = if name.len() > 2 { "BOOL" } else { "REAL" };
+                format!(
+                    r#"{{"name":"{name}","description":"","kind":"{kind}","role":"output","start":0.0,"min":null,"max":null,
+                    "unit":null}}"#
+                )
+            })
+            .collect();
+        let json = r#"{"name":"X","docs":"","cycle":0,"mean":null,"responses":[],"variables":["#;
+        let table: Table = serde_json::from_str(&format!("{json}{}]}}", rows.join(","))).unwrap();
+        let charts = [vec![1, 3], vec![2, 4, 5], vec![0, 1, 2, 3, 4, 5, 6]];
+        let colors = Colors::of(&table, &charts, [Some("SP"), Some("PV"), None]).0;
+        // I comes first, then P and D beside it; the Booleans have lanes of their own.
+        assert_eq!(colors, [6, 0, 2, 4, 3, 1, 5].map(Some));
+    }
+
+    #[test]
+    fn an_axis_says_what_it_shows_in_which_unit_and_a_setting_has_its_own() {
+        let row = |name: &str, role: &str, unit: &str| {
+            format!(
+                r#"{{"name":"{name}","description":"","kind":"REAL","role":"{role}","start":0.0,"min":null,"max":null,
+                "unit":{unit}}}"#
+            )
+        };
+        let rows = [
+            row("TEMP", "output", "\"degC\""),
+            row("LMN", "output", "null"),
+            row("GAIN", "parameter", "null"),
+            row("A_LONG_NAME_OF_A_SIGNAL", "output", "null"),
+            row("AMBIENT_TEMPERATURE_OF_IT", "output", "\"degC\""),
+        ];
+        let json = r#"{"name":"X","docs":"","cycle":0,"mean":null,"responses":[],"variables":["#;
+        let table: Table = serde_json::from_str(&format!("{json}{}]}}", rows.join(","))).unwrap();
+        let labels = |shown: &[usize]| -> Vec<String> {
+            let calls = vec![vec![0.0; shown.len()]; 2];
+            let recording = Recording { cycle: 100, shown: shown.to_vec(), restart: calls[0].clone(), calls };
+            let colors = Colors::of(&table, &[shown.to_vec()], [None; 3]);
+            of_recording(&table, &recording, &colors).panels.into_iter().map(|panel| panel.label).collect()
+        };
+        assert_eq!(labels(&[0, 1, 2]), ["TEMP in degC", "LMN", "GAIN"]);
+        assert_eq!(labels(&[0, 4, 1, 3]), ["degC", "LMN, A_LONG_NAME_OF_A_SIGNAL"]);
+        let calls = vec![vec![1.0]; 2];
+        let recording = Recording { cycle: 100, shown: vec![0], restart: vec![0.0], calls };
+        let chart = of_recording(&table, &recording, &Colors::of(&table, &[], [None; 3]));
+        assert!(svg(&chart).unwrap().contains(">TEMP in °C</text>"));
     }
 }

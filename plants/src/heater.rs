@@ -29,7 +29,7 @@ blocks::block! {
     /// # Diagram
     ///
     /// ```diagram
-    /// icon lag
+    /// icon furnace
     /// input POWER 0,14
     /// box LIMIT 12,14 limit
     /// box DELAY 23,14 delay with DELAY_TM DELAY_MAX

@@ -25,7 +25,7 @@ blocks::block! {
     /// # Diagram
     ///
     /// ```diagram
-    /// icon root
+    /// icon level
     /// input VALVE 0,10
     /// input DRAIN 0,26
     /// box LIMIT 12,10 limit

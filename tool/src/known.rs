@@ -43,7 +43,7 @@ mod tests {
         let loops = loops(|_| true);
         let furnace = loops.iter().find(|known| known.title.contains("furnace")).unwrap();
         let [controller, plant] = furnace.setup.members.as_slice() else { panic!("{furnace:?}") };
-        assert_eq!(controller.values["GAIN"], Value::Number(1.4));
+        assert_eq!(controller.values["GAIN"], Value::Number(0.7));
         assert_eq!(controller.values["PVPER_ON"], Value::Boolean(true));
         assert_eq!(plant.values["CYCLE"], Value::Number(1.0));
         assert_eq!((furnace.setup.step, furnace.setup.exchange), (Some(1.0), Exchange::Parallel));

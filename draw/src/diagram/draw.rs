@@ -24,6 +24,7 @@ const TIP: f64 = 7.0;
 struct Drawing<'a> {
     name: &'a str,
     prefix: &'a str,
+    is_linked: bool,
     left: Pixels,
     top: Pixels,
     width: Pixels,
@@ -144,16 +145,17 @@ struct Value<'a> {
     value_y: Pixels,
 }
 
-/// The drawing. All ids begin with `prefix`.
+/// The drawing. All ids begin with `prefix`; if it is linked, each variable leads to the anchor of its name.
 ///
 /// # Errors
 /// The template cannot be rendered.
-pub fn svg(checked: &Checked, prefix: &str) -> anyhow::Result<String> {
+pub fn svg(checked: &Checked, prefix: &str, is_linked: bool) -> anyhow::Result<String> {
     let elements = &checked.diagram.elements;
     let area = extent(checked);
     let mut drawing = Drawing {
         name: &checked.table.name,
         prefix,
+        is_linked,
         left: Pixels(area.left),
         top: Pixels(area.top),
         width: Pixels(area.right - area.left),
@@ -409,7 +411,7 @@ fn switch<'a>(checked: &'a Checked, element: &'a Element) -> Switch<'a> {
         |is_true: bool| format!("M{} {}L{} {}", Pixels(right), Pixels(y), Pixels(left), Pixels(contact(is_true)));
     let label = |is_true: bool| {
         let at = contact(is_true);
-        let text = if is_true { "1" } else { "0" };
+        let text = if is_true { "TRUE" } else { "FALSE" };
         (Pixels(left + 1.0), Pixels(if at < y { at - 5.0 } else { at + 12.5 }), text)
     };
     let end = match control {

@@ -11,7 +11,7 @@ use modeldescription::Table;
 /// Width and height of the drawing in pixels.
 const SIZE: f64 = 128.0;
 /// What the border takes from the width.
-const BORDER: f64 = 18.0;
+const BORDER: f64 = 24.0;
 /// Width of a character of a monospaced font of one pixel.
 const CHARACTER: f64 = 0.602;
 /// Longer names are drawn in two lines, if there is a place to part them.

@@ -80,7 +80,7 @@ const LANGUAGE: &str = "diagram";
 /// # Errors
 /// The description of the diagram is faulty or does not fit the table; the error names line, text and remedy.
 pub fn svg(table: &Table) -> Result<String> {
-    svg_with(table, "")
+    drawn(table, "", false)
 }
 
 /// The same, with ids that begin with `prefix`.
@@ -88,8 +88,20 @@ pub fn svg(table: &Table) -> Result<String> {
 /// # Errors
 /// As for [`svg`].
 pub fn svg_with(table: &Table, prefix: &str) -> Result<String> {
+    drawn(table, prefix, false)
+}
+
+/// The same for a page on which each variable has an anchor: those in the diagram are links to them.
+///
+/// # Errors
+/// As for [`svg`].
+pub fn linked(table: &Table) -> Result<String> {
+    drawn(table, "", true)
+}
+
+fn drawn(table: &Table, prefix: &str, is_linked: bool) -> Result<String> {
     match read(table)? {
-        Some(checked) => draw::svg(&checked, prefix),
+        Some(checked) => draw::svg(&checked, prefix, is_linked),
         None => pins::svg(table),
     }
 }

@@ -68,6 +68,15 @@ pub const SYMBOLS: &[Symbol] = &[
     curve("edge", "rising edge", "", "M-14 9H0V-9H14M-4 3L0 -2L4 3"),
     curve("root", "square root", CORNER, "M-18 11C-18 0 -2 -8 17 -10"),
     curve("curve", "nonlinear characteristic", CORNER, "M-18 11C2 9 14 2 17 -11"),
+    curve("furnace", "electric furnace", "M-18 -13H18V13H-18Z", "M-14 0H-11L-8 -6L-4 6L0 -6L4 6L8 -6L11 0H14"),
+    curve("level", "vessel with a level", "M-16 -13V13H16V-13", "M-16 -4C-11 -8 -5 0 0 -4C5 -8 11 0 16 -4M-16 4H16"),
+    Symbol {
+        name: "pid_pulses",
+        meaning: "PID controller with pulses",
+        axes: "",
+        lines: "M-19 13H-13V4H-3V13H4V4H13V13H19",
+        texts: &[(0.0, -7.0, "PID")],
+    },
 ];
 
 /// The symbol of this name.

@@ -270,3 +270,15 @@ fn a_diagram_that_does_not_fit_its_table_is_refused() {
         assert!(refusal.contains(expected), "{refusal}");
     }
 }
+
+#[test]
+fn in_a_linked_drawing_each_variable_leads_to_the_anchor_of_its_name() {
+    let table = documented(PUMP);
+    let (plain, linked) = (drawing(), super::linked(&table).unwrap());
+    assert!(!plain.contains("<a ") && plain.contains("role=\"img\""));
+    let shown = linked.matches("id=\"terminal-").count();
+    assert!(shown > 3 && linked.matches("<a href=\"#").count() >= shown && !linked.contains("role=\"img\""));
+    for row in table.variables.iter().filter(|row| linked.contains(&format!("terminal-{}\"", row.name))) {
+        assert!(linked.contains(&format!("<a href=\"#{0}\"><g id=\"terminal-{0}\"", row.name)), "{}", row.name);
+    }
+}

@@ -52,7 +52,8 @@ impl<'a> Sections<'a> {
     }
 }
 
-/// Markdown as HTML. Words that are names of variables in `linked` become links to their anchors.
+/// Markdown as HTML. Words that are names of variables in `linked` become links to their anchors, where a paragraph, an item or a
+/// cell names them first.
 ///
 /// # Errors
 /// A formula is not LaTeX as it is understood here.
@@ -60,6 +61,7 @@ pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
     let mut events = Vec::new();
     let mut fence: Option<(String, String)> = None;
     let mut is_linked = !linked.is_empty();
+    let mut named = Vec::new();
     for event in Parser::new_ext(markdown, Options::ENABLE_TABLES) {
         match event {
             Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(ref language)))
@@ -77,7 +79,11 @@ pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
                 is_linked = matches!(event, Event::End(_)) && !linked.is_empty();
                 events.push(event);
             }
-            Event::Text(ref text) if is_linked => events.extend(with_links(text, linked)),
+            Event::Start(Tag::Paragraph | Tag::Item | Tag::TableCell | Tag::Heading { .. }) => {
+                named.clear();
+                events.push(event);
+            }
+            Event::Text(ref text) if is_linked => events.extend(with_links(text, linked, &mut named)),
             other => events.push(other),
         }
     }
@@ -87,14 +93,15 @@ pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
     Ok(html.replace("<pre>", r#"<pre tabindex="0">"#))
 }
 
-/// A text whose words are links where they are the names of variables.
-fn with_links(text: &str, linked: &[&str]) -> Vec<Event<'static>> {
+/// A text whose words are links where they are the names of variables, but not those that are `named` already.
+fn with_links(text: &str, linked: &[&str], named: &mut Vec<String>) -> Vec<Event<'static>> {
     let is_in_name = |character: char| character.is_ascii_alphanumeric() || "_.".contains(character);
     let mut events = Vec::new();
     for piece in text.split_inclusive(|character| !is_in_name(character)) {
         // A dot that ends a sentence is not part of a name.
         let name = piece.trim_end_matches(|character| !is_in_name(character) || character == '.');
-        if linked.contains(&name) {
+        if linked.contains(&name) && !named.iter().any(|before| before == name) {
+            named.push(name.to_string());
             events.push(Event::InlineHtml(format!(r##"<a class="variable" href="#{name}">{name}</a>"##).into()));
             events.push(Event::Text(piece[name.len()..].to_string().into()));
         } else {
@@ -152,9 +159,10 @@ mod tests {
     }
 
     #[test]
-    fn names_of_variables_are_links() {
-        let html = html("Above TI, as PI.GAIN. Not TITLE, TI.", &["TI", "PI.GAIN"]).unwrap();
+    fn names_of_variables_are_links_where_a_paragraph_has_them_first() {
+        let html = html("Above TI, as PI.GAIN. Not TITLE, TI.\n\nTI again.", &["TI", "PI.GAIN"]).unwrap();
         let link = |name: &str| format!(r##"<a class="variable" href="#{name}">{name}</a>"##);
-        assert_eq!(html, format!("<p>Above {}, as {}. Not TITLE, {}.</p>\n", link("TI"), link("PI.GAIN"), link("TI")));
+        let (ti, gain) = (link("TI"), link("PI.GAIN"));
+        assert_eq!(html, format!("<p>Above {ti}, as {gain}. Not TITLE, TI.</p>\n<p>{ti} again.</p>\n"));
     }
 }

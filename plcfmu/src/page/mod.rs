@@ -5,8 +5,8 @@ mod markdown;
 use crate::package::reference::{self, Recordings};
 use anyhow::Context;
 use askama::Template;
-use blocks::{Kind, Role};
-use draw::response::{self, Recording, Sweep};
+use blocks::{Class, Kind, Role};
+use draw::response::{self, Colors, Recording, Sweep};
 use draw::{diagram, plot, text};
 use markdown::Sections;
 use modeldescription::{Characteristic, Response, Row, Table};
@@ -23,6 +23,9 @@ struct Page<'a> {
     /// Whether it is a block diagram.
     has_diagram: bool,
     has_boolean_terminals: bool,
+    /// Whether there are variables of these types, which the page then explains.
+    has_integers: bool,
+    has_doubles: bool,
     /// How many variables belong to blocks inside the block; the diagram leaves them out.
     nested: usize,
     cycle_name: &'a str,
@@ -79,8 +82,8 @@ struct Variable<'a> {
     name: &'a str,
     kind: &'static str,
     unit: &'a str,
+    /// Which values make sense; empty where the variable does not say.
     range: String,
-    range_class: &'static str,
     start: String,
     description: &'a str,
     /// HTML; empty if there is no help.
@@ -112,8 +115,13 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
     // A documentation without headings is the law.
     let law = take(&[("Law", "Law"), ("", "Law"), ("Clauses", "Clauses")])?;
     let mut after_responses = take(&[("Limits of use", "Limits of use"), ("Sources", "Sources")])?;
-    // Only programs read it; here it has to be right.
-    run::dialog::of(table).context("the dialog of the block")?;
+    let (roles, _) = run::dialog::of(table).context("the dialog of the block")?;
+    let process_value = roles.shown_process_value.as_deref().or(roles.process_value.as_deref());
+    let roles = [roles.setpoint.as_deref(), process_value, roles.manipulated_value.as_deref()];
+    let sweeps = recordings.characteristics.iter().map(|sweep| sweep.means.iter().map(|(row, _)| *row).collect());
+    let shown: Vec<Vec<usize>> =
+        recordings.responses.iter().map(|response| response.shown.clone()).chain(sweeps).collect();
+    let colors = Colors::of(table, &shown, roles);
     sections.take("Dialog");
     for (title, text) in sections.take_all() {
         after_responses.push(section(title, text, &names)?);
@@ -122,9 +130,11 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
         name: &table.name,
         summary: table.summary(),
         guid,
-        diagram: diagram::svg(table).context("the diagram of the block")?,
+        diagram: diagram::linked(table).context("the diagram of the block")?,
         has_diagram: diagram::find(&table.docs).is_some(),
         has_boolean_terminals: terminals.iter().any(|row| row.kind == Kind::Bool),
+        has_integers: rows.iter().any(|row| row.kind.class() == Class::Integer),
+        has_doubles: rows.iter().any(|row| row.kind == Kind::LReal),
         nested: rows.iter().filter(|row| row.name.contains('.')).count(),
         cycle_name: &cycle.name,
         cycle_start: text::value(cycle, cycle.start),
@@ -139,13 +149,13 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
             .responses
             .iter()
             .zip(&recordings.responses)
-            .map(|(response, recording)| drawing(table, response, recording))
+            .map(|(response, recording)| drawing(table, response, recording, &colors))
             .collect::<anyhow::Result<_>>()?,
         characteristics: table
             .characteristics
             .iter()
             .zip(&recordings.characteristics)
-            .map(|(characteristic, sweep)| characteristic_drawing(table, characteristic, sweep))
+            .map(|(characteristic, sweep)| characteristic_drawing(table, characteristic, sweep, &colors))
             .collect::<anyhow::Result<_>>()?,
         recordings: reference::links(&table.name),
         groups: groups(table)?,
@@ -189,13 +199,19 @@ fn section(title: &str, text: &str, names: &[&str]) -> anyhow::Result<Section> {
     Ok(Section { id: title.to_lowercase().replace(' ', "-"), title: title.to_string(), text })
 }
 
-fn drawing<'a>(table: &Table, response: &'a Response, recording: &Recording) -> anyhow::Result<Drawing<'a>> {
-    let chart = response::of_recording(table, recording);
+fn drawing<'a>(
+    table: &Table,
+    response: &'a Response,
+    recording: &Recording,
+    colors: &Colors,
+) -> anyhow::Result<Drawing<'a>> {
+    let chart = response::of_recording(table, recording, colors);
+    let title = response.title.trim_end_matches('.');
     let curves = chart.panels.iter().flat_map(|panel| &panel.curves).chain(&chart.lanes);
     Ok(Drawing {
-        title: response.title.trim_end_matches('.'),
+        title,
         has_dashed_lines: curves.into_iter().any(|curve| curve.is_input),
-        plot: plot::svg(&chart).context("the plot of a response")?,
+        plot: plot::svg_named(&chart, title).context("the plot of a response")?,
         cycle: recording.time(1),
     })
 }
@@ -204,12 +220,14 @@ fn characteristic_drawing<'a>(
     table: &Table,
     characteristic: &'a Characteristic,
     sweep: &Sweep,
+    colors: &Colors,
 ) -> anyhow::Result<Drawing<'a>> {
-    let chart = response::of_sweep(table, characteristic, sweep);
+    let chart = response::of_sweep(table, characteristic, sweep, colors);
+    let title = characteristic.title.trim_end_matches('.');
     Ok(Drawing {
-        title: characteristic.title.trim_end_matches('.'),
+        title,
         has_dashed_lines: false,
-        plot: plot::svg(&chart).context("the plot of a characteristic")?,
+        plot: plot::svg_named(&chart, title).context("the plot of a characteristic")?,
         cycle: 0.0,
     })
 }
@@ -243,20 +261,19 @@ fn groups<'a>(table: &'a Table) -> anyhow::Result<Vec<Group<'a>>> {
 
 fn variable<'a>(table: &Table, reference: usize, row: &'a Row) -> anyhow::Result<Variable<'a>> {
     let is_set = !matches!(row.role, Role::Output | Role::Local);
-    let (range, range_class, description) = match text::range_in_words(row) {
-        // Words may take several lines, numbers do not.
-        Some((description, range)) => (range.to_string(), "range", description),
-        None => (text::range(row), "number", row.description.as_str()),
+    let (range, description) = match text::range_in_words(row) {
+        Some((description, range)) => (range.to_string(), description),
+        None => (text::range(row), row.description.as_str()),
     };
     Ok(Variable {
         name: &row.name,
         kind: row.kind.name(),
         unit: row.shown_unit().unwrap_or_default(),
         range,
-        range_class,
         start: if is_set { text::number(row.kind, row.start) } else { String::new() },
         description,
-        help: help(table, row)?,
+        // What is set and read inside another block is explained by that block's own documentation.
+        help: if row.name.contains('.') { String::new() } else { help(table, row)? },
         reference,
     })
 }
@@ -307,10 +324,10 @@ mod tests {
     fn every_variable_is_on_the_page_with_all_that_is_known_of_it() {
         let page = page();
         assert!(page.contains(
-            r##"<td class="name"><a href="#FLOW">FLOW</a></td><td>LREAL</td><td>l/min</td><td class="number">0 ... 9</td><td class="number">1.5</td><td><span class="short">About FLOW &amp; &lt;more&gt;</span></td><td class="number">0</td>"##
+            r##"<td class="name"><a href="#FLOW">FLOW</a></td><td>LREAL in l/min</td><td class="number">1.5</td><td><span class="short">About FLOW &amp; &lt;more&gt;</span> <span class="range">Range 0 ... 9</span></td><td class="number">0</td>"##
         ));
         assert!(page.contains(
-            r##"<td class="name"><a href="#CYCLE">CYCLE</a></td><td>TIME</td><td>s</td><td class="number">≥ 0.001</td><td class="number">0.1</td>"##
+            r##"<td class="name"><a href="#CYCLE">CYCLE</a></td><td>TIME in s</td><td class="number">0.1</td><td><span class="short">About CYCLE &amp; &lt;more&gt;</span> <span class="range">Range ≥ 0.001</span>"##
         ));
         for row in &table().variables {
             assert!(page.contains(&format!(r#"<tr id="{}">"#, row.name)), "{}", row.name);
@@ -322,7 +339,7 @@ mod tests {
         let page = page();
         assert!(page.contains("<p class=\"summary\">Pumps &amp; more.</p>"));
         assert!(page.contains("The <em>law</em>:") && page.contains("<td>1</td><td>2</td>"));
-        assert!(page.contains("aria-label=\"Terminals of PUMP\"") && page.contains("aria-label=\"Response of PUMP\""));
+        assert!(page.contains("aria-label=\"Terminals of PUMP\"") && page.contains("aria-label=\"It runs\""));
         assert!(page.contains("<code>CYCLE</code> (start value 0.1 s)"));
         assert!(page.contains("<code>DUTY</code> is the mean"));
         assert!(page.contains("The 2 variables of the blocks inside"));
@@ -370,12 +387,12 @@ mod tests {
     }
 
     #[test]
-    fn a_range_that_is_only_in_the_description_goes_to_the_column_of_ranges() {
+    fn a_range_that_is_only_in_the_description_stands_where_ranges_do() {
         let mut table = table();
         table.variables[2].description = "Gain; range: GAIN >= FLOW".into();
         let page = page_of(&table, &[0]);
         assert!(page.contains(
-            r#"<td class="range">GAIN &gt;= FLOW</td><td class="number">2</td><td><span class="short">Gain</span></td>"#
+            r#"<td class="number">2</td><td><span class="short">Gain</span> <span class="range">Range GAIN &gt;= FLOW</span></td>"#
         ));
     }
 
@@ -422,7 +439,7 @@ mod tests {
             page_of(table, &[0])
         };
         let without = page("Pumps.\n\n# Purpose\n\nIt pumps.", &mut table);
-        let fence = "```dialog\nsetpoint: FLOW\n\n[Process value]\nFLOW, DI_A.GAIN, CYCLE\n```";
+        let fence = "```dialog\n[Process value]\nFLOW, DI_A.GAIN, CYCLE\n```";
         for docs in [
             format!("Pumps.\n\n# Purpose\n\nIt pumps.\n\n# Dialog\n\n{fence}"),
             format!("Pumps.\n\n# Purpose\n\nIt pumps.\n\n{fence}"),
@@ -470,8 +487,9 @@ mod tests {
                 tag.split("class=\"").nth(1).and_then(|rest| rest.split('"').next()).unwrap_or_else(|| panic!("{tag}"))
             })
             .collect();
-        assert!(classes.contains(&"paper") && classes.contains(&"curve-1"));
-        for class in classes {
+        assert!(classes.contains(&"paper") && classes.iter().any(|class| class.starts_with("curve-")));
+        let curves = (1..=plot::COLOR_COUNT).map(|number| format!("curve-{number}"));
+        for class in classes.iter().map(|class| class.to_string()).chain(curves) {
             assert!(style.contains(&format!("svg .{class} {{")), "{class}");
         }
     }
