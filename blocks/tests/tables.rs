@@ -52,8 +52,10 @@ fn every_variable_has_help_that_says_more_than_its_description() {
                 findings.push(format!("{} of {}: the help has less than 80 characters: {help:?}", name, table.name));
             } else if words(help).starts_with(&words(row.description)) {
                 findings.push(format!("{} of {}: the help begins with the description", name, table.name));
-            } else if help.lines().any(|line| ["+ ", "* ", "- "].iter().any(|sign| line.trim_start().starts_with(sign))) {
-                findings.push(format!("{} of {}: a line that begins with a sign is an item of a list", name, table.name));
+            } else if help.lines().any(|line| ["+ ", "* ", "- "].iter().any(|sign| line.trim_start().starts_with(sign)))
+            {
+                findings
+                    .push(format!("{} of {}: a line that begins with a sign is an item of a list", name, table.name));
             } else if !help.ends_with('.') {
                 findings.push(format!("{} of {}: the help does not end with a sentence: {help:?}", name, table.name));
             }

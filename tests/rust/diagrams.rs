@@ -1,8 +1,11 @@
-//! The block diagrams in the documentation of the blocks.
+//! The block diagrams in the documentation of the blocks: complete, and those of plants compute what the laws do.
 
-use blocks::{Block, EachBlock, Role, for_each_block};
+use blocks::table::number;
+use blocks::{Block, EachBlock, Law, Role, for_each_block};
 use draw::diagram;
+use draw::diagram::net::{self, Link};
 use modeldescription::Table;
+use plants::{Drive, Heater, Tank, Valve};
 use std::collections::BTreeSet;
 
 /// The tables of the blocks that have a diagram, as their libraries tell them.
@@ -54,4 +57,171 @@ fn a_block_is_drawn_alike_each_time() {
         assert_eq!(diagram::svg(&table).unwrap(), diagram::svg(&table).unwrap());
         assert_eq!(diagram::icon::svg(&table).unwrap(), diagram::icon::svg(&table).unwrap());
     }
+}
+
+/// A plant at some moment, and its diagram: what the boxes compute is compared with what the law does.
+struct Plant<B: Block> {
+    block: B,
+    links: Vec<Link>,
+    /// What the boxes do, by their name and the side where the value leaves them: of the values that come in, by side.
+    boxes: fn(&Plant<B>, &str, &dyn Fn(&str) -> f64) -> f64,
+}
+
+impl<B: Block> Plant<B> {
+    fn new(set: &[(&str, f64)], boxes: fn(&Plant<B>, &str, &dyn Fn(&str) -> f64) -> f64) -> Plant<B> {
+        let links = net::links(&Table::from(B::TABLE)).unwrap();
+        let mut plant = Plant { block: B::default(), links, boxes };
+        plant.set(set);
+        plant.block.restart();
+        plant
+    }
+
+    fn set(&mut self, values: &[(&str, f64)]) {
+        for (name, value) in values {
+            let row = B::TABLE.find(name).unwrap_or_else(|| panic!("{name}"));
+            let value = number::to_value(*value, B::TABLE.rows[row].kind).unwrap();
+            assert!(self.block.set(row, value), "{name}");
+        }
+    }
+
+    fn value(&self, name: &str) -> f64 {
+        let row = B::TABLE.find(name).unwrap_or_else(|| panic!("{name}"));
+        number::number(self.block.get(row).unwrap())
+    }
+
+    /// What comes into an element at this side, by the diagram. A variable of the block has the value of the law.
+    fn entering(&self, element: &str, side: &str) -> f64 {
+        let mut links = self.links.iter().filter(|link| link.to == element && link.enters == Some(side));
+        let link = links.next().unwrap_or_else(|| panic!("nothing enters {element} at its {side}"));
+        assert!(links.next().is_none(), "two wires enter {element} at its {side}");
+        let value = self.out_of(&link.from);
+        if link.is_negative { -value } else { value }
+    }
+
+    fn out_of(&self, element: &str) -> f64 {
+        if self.is_a("input", element) {
+            return self.value(element);
+        }
+        if self.is_a("sum", element) {
+            let sides = self.links.iter().filter(|link| link.to == element).filter_map(|link| link.enters);
+            return sides.map(|side| self.entering(element, side)).sum();
+        }
+        (self.boxes)(self, element, &|side| self.entering(element, side))
+    }
+
+    fn is_a(&self, kind: &str, element: &str) -> bool {
+        B::TABLE.docs.lines().any(|line| line.trim().starts_with(&format!("{kind} {element} ")))
+    }
+
+    /// The change of an output per second over one call.
+    fn slope(&mut self, output: &str) -> f64 {
+        let before = self.value(output);
+        self.block.call();
+        (self.value(output) - before) / f64::from(self.block.cycle().seconds())
+    }
+}
+
+fn near(found: f64, expected: f64) {
+    assert!((found - expected).abs() <= 1e-3 * expected.abs().max(1e-3), "{found} is not {expected}");
+}
+
+fn heater(plant: &Plant<Heater>, element: &str, into: &dyn Fn(&str) -> f64) -> f64 {
+    let value = |name: &str| plant.value(name);
+    match element {
+        "LIMIT" => into("left").clamp(0.0, 100.0),
+        // POWER has been the same for longer than the delay.
+        "DELAY" => into("left"),
+        "RISE" => into("left") / 100.0 * value("RISE"),
+        "LOSS" => into("right") * (1.0 + into("left") / 100.0 * value("DOOR_LOSS") / 100.0),
+        "FURNACE" => value("T_FURN"),
+        "SENSOR" => value("TEMP"),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn the_diagram_of_the_furnace_computes_what_its_law_does() {
+    let mut plant = Plant::new(&[("CYCLE", 0.001), ("POWER", 50.0), ("DELAY_TM", 0.0), ("T_AMB", 12.0)], heater);
+    plant.set(&[("DOOR", 80.0)]);
+    (0..20_000).for_each(|_| plant.block.call());
+    assert!(plant.value("T_FURN") - plant.value("T_AMB") > 20.0);
+    let by_diagram = plant.entering("FURNACE", "left") / plant.value("FURN_TM");
+    near(plant.slope("T_FURN"), by_diagram);
+    let by_diagram = (plant.entering("SENSOR", "left") - plant.value("TEMP")) / plant.value("SENS_TM");
+    near(plant.slope("TEMP"), by_diagram);
+}
+
+fn drive(plant: &Plant<Drive>, element: &str, into: &dyn Fn(&str) -> f64) -> f64 {
+    let value = |name: &str| plant.value(name);
+    // Percent of the torque, from a change of the speed per second.
+    let torque = 100.0 / (value("N_MAX") / value("ACC_TM"));
+    match element {
+        "SCALE" => into("left") * value("N_MAX") / 32767.0,
+        "CONTROL" => into("left") / value("CTRL_TM") * torque,
+        "LIMIT" => into("left").clamp(-value("M_MAX"), value("M_MAX")),
+        "INERTIA" => value("SPEED"),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn the_diagram_of_the_drive_computes_what_its_law_does() {
+    // At a limit of the torque, and within.
+    for (setpoint, load) in [(6000.0, 40.0), (60.0, 40.0), (-60.0, 15.0), (0.0, 0.0)] {
+        let mut plant = Plant::new(&[("CYCLE", 0.001), ("SP", setpoint), ("LOAD", load), ("ERR_MAX", 1e6)], drive);
+        plant.block.call();
+        let by_diagram = plant.entering("INERTIA", "left") / 100.0 * plant.value("N_MAX") / plant.value("ACC_TM");
+        let found = plant.slope("SPEED");
+        assert!((found - by_diagram).abs() <= 0.02 * by_diagram.abs() + 1e-3, "{setpoint}: {found}, {by_diagram}");
+        let torque = plant.value("TORQUE");
+        assert!((torque - plant.out_of("LIMIT")).abs() <= 0.02 * torque.abs() + 0.01, "{setpoint}: {torque}");
+    }
+}
+
+fn tank(plant: &Plant<Tank>, element: &str, into: &dyn Fn(&str) -> f64) -> f64 {
+    let value = |name: &str| plant.value(name);
+    match element {
+        "LIMIT" | "LIMIT_D" => into("left").clamp(0.0, 100.0),
+        "INLET" => into("left") / 100.0 * value("FLOW_MAX"),
+        "OUTLET" => value("CD") * value("A_OUT") * into("left") / 100.0 * (2.0 * 9.81 * into("right")).sqrt(),
+        "TANK" => value("LEVEL"),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn the_diagram_of_the_tank_computes_what_its_law_does() {
+    let mut plant = Plant::new(&[("CYCLE", 0.001), ("VALVE", 60.0), ("DRAIN", 80.0), ("L_START", 1.2)], tank);
+    plant.block.call();
+    let by_diagram = plant.entering("TANK", "left") / plant.value("AREA");
+    near(plant.slope("LEVEL"), by_diagram);
+    near(plant.value("INFLOW"), plant.out_of("INLET"));
+    near(plant.value("OUTFLOW"), plant.out_of("OUTLET"));
+}
+
+fn valve(plant: &Plant<Valve>, element: &str, into: &dyn Fn(&str) -> f64) -> f64 {
+    let value = |name: &str| plant.value(name);
+    match element {
+        "STEM" => value("LMNR"),
+        "CURVE" => (value("CURVE").powf(into("left") / 100.0) - 1.0) / (value("CURVE") - 1.0),
+        "ROOT" => into("left") * (into("bottom") / value("PRES_NOM")).sqrt(),
+        "SCALE" => into("left") * value("FLOW_MAX"),
+        "RISE" => into("left") * value("RISE"),
+        "EXCHANGER" => value("T_HX"),
+        "SENSOR" => value("TEMP"),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn the_diagram_of_the_valve_and_its_heat_exchanger_computes_what_its_law_does() {
+    let set =
+        [("CYCLE", 0.001), ("POS_START", 60.0), ("CURVE", 30.0), ("PRES", 3.0), ("FLOW_MAX", 250.0), ("T_IN", 15.0)];
+    let mut plant = Plant::new(&set, valve);
+    (0..3000).for_each(|_| plant.block.call());
+    near(plant.value("FLOW"), plant.out_of("SCALE"));
+    let by_diagram = (plant.entering("EXCHANGER", "left") - plant.value("T_HX")) / plant.value("HX_TM");
+    near(plant.slope("T_HX"), by_diagram);
+    let by_diagram = (plant.entering("SENSOR", "left") - plant.value("TEMP")) / plant.value("SENS_TM");
+    near(plant.slope("TEMP"), by_diagram);
 }

@@ -58,6 +58,7 @@ mod check;
 mod draw;
 pub mod icon;
 mod model;
+pub mod net;
 mod parse;
 pub mod pins;
 pub mod symbol;

@@ -282,3 +282,16 @@ fn in_a_linked_drawing_each_variable_leads_to_the_anchor_of_its_name() {
         assert!(linked.contains(&format!("<a href=\"#{0}\"><g id=\"terminal-{0}\"", row.name)), "{}", row.name);
     }
 }
+
+#[test]
+fn the_links_say_where_each_signal_comes_from_and_with_which_sign_it_is_taken() {
+    let links = net::links(&documented(PUMP)).unwrap();
+    let found = |from: &str, to: &str| {
+        links.iter().find(|link| link.from == from && link.to == to).unwrap_or_else(|| panic!("{links:?}"))
+    };
+    assert!(!found("SP", "DIFF").is_negative && found("FLOW", "DIFF").is_negative);
+    assert_eq!((found("FLOW", "DIFF").enters, found("SP", "DIFF").enters), (Some("bottom"), Some("left")));
+    // It branches off the wire from ON to LMN.
+    assert_eq!(found("ON", "RUN").leaves, Some("right"));
+    assert_eq!(links.len(), 9);
+}

@@ -1,5 +1,6 @@
 //! What is offered for download: every FMU for all platforms that can be built here, an FMU for ARM alone of each, the parameter
-//! tool, the command as the caller builds it, checksums, and a table of what is in which file. For `cargo xtask dist`.
+//! tool, the command as the caller builds it, a folder to try the FMUs in other tools, checksums, and a table of what is in which
+//! file. For `cargo xtask dist`.
 
 use crate::build::platform::{self, Platform};
 use crate::build::workspace::Workspace;
@@ -41,6 +42,9 @@ const TWINCAT: (&str, &str, &str) = (
     "Settings for TwinCAT's Target for FMI, which builds the C sources of FMUs (made after its documentation, not tried)",
 );
 
+/// The folder with what others need to try the FMUs in their tools: each with its reference, in the layout of the FMI cross-check.
+const COMPATIBILITY: &str = "compatibility";
+
 const SUMS: &str = "SHA256SUMS";
 const CONTENTS: &str = "CONTENTS.md";
 
@@ -53,6 +57,9 @@ pub struct Options {
     /// Folder for the files, which is replaced [default: target/dist]
     #[arg(short, long = "out", value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Where the project is published, such as https://example.org/plcfmu/; for its entry in the list of FMI tools, tools.json
+    #[arg(long, value_name = "URL")]
+    pub address: Option<String>,
 }
 
 /// Builds everything and puts it into a new folder. `python` is a Python with maturin, for the wheels and archives.
@@ -81,7 +88,12 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
     }
     python.arg(workspace.root.join("plcfmu/python/build_wheel.py")).args(["--archive", "--fmus=.", "--out=."]);
     python.args(targets(&new, &Platform::host()?)?.iter().map(|target| format!("--target={target}")));
+    let mut compatibility = Command::new(python.get_program());
+    compatibility.arg(workspace.root.join("plcfmu/python/compatibility.py")).arg("--fmus").arg(&new);
+    compatibility.arg("--out").arg(new.join(COMPATIBILITY)).args(["--version", env!("CARGO_PKG_VERSION")]);
+    compatibility.args(options.address.iter().map(|address| format!("--address={address}")));
     command::run(python.current_dir(&new))?;
+    command::run(&mut compatibility)?;
     finish(&new)?;
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(unwritable)?;
@@ -135,9 +147,27 @@ fn finish(folder: &Path) -> Result<()> {
     let (name, settings, _) = TWINCAT;
     files.insert(name.into(), settings.replace("VERSION", env!("CARGO_PKG_VERSION")).into_bytes());
     files.insert(CONTENTS.into(), contents(&files)?.into_bytes());
+    if folder.join(COMPATIBILITY).is_dir() {
+        below(folder, COMPATIBILITY, &mut files)?;
+    }
     files.insert(SUMS.into(), sums(&files).into_bytes());
     for (name, bytes) in &files {
         temporary::place(&folder.join(name), |file| Ok(file.write_all(bytes)?), |_| Ok(()))?;
+    }
+    Ok(())
+}
+
+/// Adds all files below `inside`, a folder in `folder`, by their paths with `/`.
+fn below(folder: &Path, inside: &str, files: &mut BTreeMap<String, Vec<u8>>) -> Result<()> {
+    for entry in fs::read_dir(folder.join(inside)).with_context(|| inside.to_string())? {
+        let entry = entry?;
+        let name = format!("{inside}/{}", entry.file_name().to_string_lossy());
+        if entry.path().is_dir() {
+            below(folder, &name, files)?;
+        } else {
+            let bytes = fs::read(entry.path()).with_context(|| name.clone())?;
+            files.insert(name, bytes);
+        }
     }
     Ok(())
 }
@@ -175,7 +205,8 @@ fn contents(files: &BTreeMap<String, Vec<u8>>) -> Result<String> {
     let _ = write!(
         table,
         "\nFMI 2.0 has no folder for Linux on ARM: the FMUs in {ALONE}/ have that library in linux64, too, for tools that \
-         look there.\n"
+         look there. {COMPATIBILITY}/ has each FMU with inputs, reference results and options, in the layout of the FMI \
+         cross-check.\n"
     );
     Ok(table)
 }
@@ -247,6 +278,20 @@ mod tests {
         let files = BTreeMap::from([("a.fmu".to_string(), b"abc".to_vec())]);
         let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         assert_eq!(sums(&files), format!("{sum}  a.fmu\n"));
+    }
+
+    #[test]
+    fn the_checksums_are_of_the_files_for_other_tools_too() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("PUMP.fmu"), fmu(&[("linux64", "1")])).unwrap();
+        let inside = folder.path().join(COMPATIBILITY).join("fmus/PUMP");
+        fs::create_dir_all(&inside).unwrap();
+        fs::write(inside.join("PUMP_ref.csv"), "abc").unwrap();
+        finish(folder.path()).unwrap();
+        let sums = fs::read_to_string(folder.path().join(SUMS)).unwrap();
+        let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert!(sums.contains(&format!("{sum}  {COMPATIBILITY}/fmus/PUMP/PUMP_ref.csv\n")), "{sums}");
+        assert!(!fs::read_to_string(folder.path().join(CONTENTS)).unwrap().contains("PUMP_ref"));
     }
 
     #[test]

@@ -1,0 +1,111 @@
+"""Writes what others need to try the FMUs in their tools: for each FMU and platform a folder in the layout of the FMI
+cross-check, and the entry of the project in the public list of FMI tools.
+
+    compatibility/fmus/2.0/cs/linux64/plcfmu/0.1.0/CONT_C/CONT_C.fmu, CONT_C_in.csv, CONT_C_ref.csv, CONT_C_ref.opt, README.md
+    compatibility/tools.json
+
+The reference results are those that are in each FMU: what its own library has answered, a step for each call.
+"""
+
+import argparse
+import json
+import re
+import sys
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+TOOL = "plcfmu"
+# The platforms that the cross-check knows.
+PLATFORMS = ("linux64", "win64", "darwin64")
+REFERENCES = "extra/org.fmi-standard.fmi-ls-ref"
+
+README = """# {name}, an FMU of {tool} {version}
+
+{about}
+
+`{name}_ref.csv` has the outputs after the initialization and after each communication step, `{name}_in.csv` the inputs, which hold from
+row to row, and `{name}_ref.opt` the times. {settings}
+Every value of the reference was answered by the library in `{name}.fmu`. Importers that step as the options say compute the same numbers
+to the last bit.
+"""
+
+
+def reference(package, name):
+    """The description of an FMU's reference experiment: its times, and the settings that its inputs cannot hold."""
+    text = package.read("documentation/fmi-ls-ref.txt").decode()
+    times = re.search(r"^Start time (\S+) s, stop time (\S+) s, communication step (\S+) s", text, re.MULTILINE)
+    if not times:
+        raise ValueError(f"{name}.fmu: documentation/fmi-ls-ref.txt names no times")
+    return times.groups(), re.findall(r"^Set before the initialization ends: (.+)$", text, re.MULTILINE)
+
+
+def files(path, version):
+    """The files of an FMU's folder, and for which platforms the FMU is."""
+    name = path.stem
+    with zipfile.ZipFile(path) as package:
+        (start, stop, step), settings = reference(package, name)
+        inputs, results = (package.read(f"{REFERENCES}/{name}_{kind}.csv") for kind in ("in", "out"))
+        about = ElementTree.fromstring(package.read("modelDescription.xml")).get("description").split("\n")[0]
+        folders = {entry.split("/")[1] for entry in package.namelist() if entry.startswith("binaries/")}
+    settings = f"Set before the initialization ends: {', '.join(settings)}.\n" if settings else ""
+    text = README.format(name=name, tool=TOOL, version=version, about=about, settings=settings)
+    made = {
+        f"{name}.fmu": path.read_bytes(),
+        f"{name}_in.csv": inputs,
+        f"{name}_ref.csv": results,
+        f"{name}_ref.opt": f"StartTime, {start}\nStopTime, {stop}\nStepSize, {step}\nRelTol, 0.0\n".encode(),
+        "README.md": text.encode(),
+    }
+    return made, [platform for platform in PLATFORMS if platform in folders]
+
+
+def entry(address):
+    """The entry in the list of tools; its addresses are where the project is published."""
+    return {
+        "name": TOOL,
+        "license": "osi",
+        "url": address,
+        "vendor": TOOL,
+        "vendorURL": address,
+        "examplesURL": f"{address}examples/index.html",
+        "description": "PLC control blocks as FMUs, and closed loops of FMUs on the command line: run, study, tune",
+        "features": [],
+        "platforms": ["Linux", "Windows"],
+        "interfaces": ["CLI", "GUI", "library"],
+        "fmiVersions": ["2.0"],
+        "fmuExport": ["CS"],
+        "fmuImport": ["CS"],
+        "layeredStandards": [],
+    }
+
+
+def write(fmus, out, version, address=""):
+    """Writes the folder. Without an address there is no entry for the list of tools, which needs one."""
+    for path in sorted(Path(fmus).glob("*.fmu")):
+        made, platforms = files(path, version)
+        for platform in platforms:
+            folder = Path(out) / "fmus" / "2.0" / "cs" / platform / TOOL / version / path.stem
+            folder.mkdir(parents=True, exist_ok=True)
+            for name, content in made.items():
+                (folder / name).write_bytes(content)
+    if address:
+        text = json.dumps(entry(address.rstrip("/") + "/"), indent=4)
+        (Path(out) / "tools.json").write_text(f"{text}\n", "utf-8")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("--fmus", required=True, help="folder of the FMUs")
+    parser.add_argument("--out", required=True, help="folder to write")
+    parser.add_argument("--version", required=True, help="version of plcfmu")
+    parser.add_argument("--address", default="", help="where the project is published; for the entry of the list of tools")
+    arguments = parser.parse_args()
+    try:
+        write(arguments.fmus, arguments.out, arguments.version, arguments.address)
+    except (KeyError, ValueError) as error:
+        sys.exit(f"error: {error}")
+
+
+if __name__ == "__main__":
+    main()
