@@ -24,7 +24,7 @@ LEFT_OUT = {
     r"plcfmu params s7:": "asks a PLC: test_plc.py",
     r"plcfmu merge": "needs the FMUs of two systems: test_package.py",
     r"plcfmu study .*(/shared/|\$first)": "needs the folder of a cluster: test_study_dask.py",
-    r"plcfmu (check|build|c) \S*machine\.": "a program of the reader's",
+    r"plcfmu (check|build|run) \S*(machine|line)\.": "a program of the reader's",
 }
 
 OVENS = """DATA_BLOCK "OVEN1" "TWO_POINT"

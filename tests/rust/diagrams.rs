@@ -178,12 +178,18 @@ fn the_diagram_of_the_drive_computes_what_its_law_does() {
     }
 }
 
+/// In m3/s.
+const LITRE_PER_MINUTE: f64 = 1e-3 / 60.0;
+
 fn tank(plant: &Plant<Tank>, element: &str, into: &dyn Fn(&str) -> f64) -> f64 {
     let value = |name: &str| plant.value(name);
     match element {
         "LIMIT" | "LIMIT_D" => into("left").clamp(0.0, 100.0),
         "INLET" => into("left") / 100.0 * value("FLOW_MAX"),
-        "OUTLET" => value("CD") * value("A_OUT") * into("left") / 100.0 * (2.0 * 9.81 * into("right")).sqrt(),
+        "OUTLET" => {
+            let opening = value("CD") * value("A_OUT") * into("left") / 100.0;
+            opening * (2.0 * 9.81 * into("right")).sqrt() / LITRE_PER_MINUTE
+        }
         "TANK" => value("LEVEL"),
         other => panic!("{other}"),
     }
@@ -193,7 +199,7 @@ fn tank(plant: &Plant<Tank>, element: &str, into: &dyn Fn(&str) -> f64) -> f64 {
 fn the_diagram_of_the_tank_computes_what_its_law_does() {
     let mut plant = Plant::new(&[("CYCLE", 0.001), ("VALVE", 60.0), ("DRAIN", 80.0), ("L_START", 1.2)], tank);
     plant.block.call();
-    let by_diagram = plant.entering("TANK", "left") / plant.value("AREA");
+    let by_diagram = plant.entering("TANK", "left") * LITRE_PER_MINUTE / plant.value("AREA");
     near(plant.slope("LEVEL"), by_diagram);
     near(plant.value("INFLOW"), plant.out_of("INLET"));
     near(plant.value("OUTFLOW"), plant.out_of("OUTLET"));
