@@ -293,5 +293,5 @@ fn the_links_say_where_each_signal_comes_from_and_with_which_sign_it_is_taken() 
     assert_eq!((found("FLOW", "DIFF").enters, found("SP", "DIFF").enters), (Some("bottom"), Some("left")));
     // It branches off the wire from ON to LMN.
     assert_eq!(found("ON", "RUN").leaves, Some("right"));
-    assert_eq!(links.len(), 9);
+    assert_eq!(links.len(), 8);
 }
