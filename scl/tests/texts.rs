@@ -81,3 +81,19 @@ fn texts_are_put_together_searched_and_changed() {
         assert!(holds(condition), "{condition}");
     }
 }
+
+#[test]
+fn texts_of_both_kinds_are_compared_with_what_has_no_kind_and_not_with_each_other() {
+    let of = |condition: &str| {
+        let source = format!(
+            "FUNCTION_BLOCK \"B\" VAR_OUTPUT y : Bool; END_VAR VAR w : WString := WSTRING#'abc'; s : String; END_VAR
+            BEGIN y := {condition}; END_FUNCTION_BLOCK"
+        );
+        compile(&[Source::new("b.scl", source.into())], &Options::default())
+    };
+    for condition in ["w = 'abc'", "'abc' <= w", "s = 'abc'"] {
+        assert!(Code::compile(&of(condition).unwrap().program).is_ok(), "{condition}");
+    }
+    let refused = of("w = s").unwrap_err()[0].to_string();
+    assert!(refused.contains("WSTRING = STRING is not possible; a STRING is not compared with a WSTRING"), "{refused}");
+}

@@ -291,7 +291,22 @@ impl Lowerer<'_, '_> {
         }
         let common = self.common(&left, &right);
         if common.is_none() && is_text(&left) && is_text(&right) {
-            let (left, right) = (self.text_place(left), self.text_place(right));
+            let width = |operand: &Operand| match operand {
+                Operand::Variable(Type::Text { wide, .. }, _) => Some(*wide),
+                Operand::Text(text, wide) => wide.or(text.iter().any(|unit| *unit > 255).then_some(true)),
+                _ => None,
+            };
+            let (one, other) = (width(&left), width(&right));
+            if one.is_some() && other.is_some() && one != other {
+                let help = "a STRING is not compared with a WSTRING: write WSTRING#'...', or use one type";
+                return self.refuse(name, &left, &right, span, Some(help));
+            }
+            // A text without a type has that of the other one.
+            let of_other = |operand: Operand| match operand {
+                Operand::Text(text, None) => Operand::Text(text, one.or(other)),
+                operand => operand,
+            };
+            let (left, right) = (self.text_place(of_other(left)), self.text_place(of_other(right)));
             let (Some(left), Some(right)) = (left, right) else { return Operand::Wrong(None) };
             return Operand::Value(Elementary::Bool, Expr::Texts(operation, left, right));
         }
