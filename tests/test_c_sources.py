@@ -364,7 +364,9 @@ def hashes(program, words, runner, folder):
     run(*compiler(words), "-I", PREFIXING, "-I", sources, *files, "-o", built)
     if runner and not shutil.which(runner[0]):
         pytest.skip(f"{runner[0]} is missing: install qemu-user and wine64")
-    environment = {**os.environ, "WINEPREFIX": str(host.remote.BUILT / "wine"), "WINEDEBUG": "-all"}
+    wine = host.remote.BUILT / "wine"
+    wine.parent.mkdir(parents=True, exist_ok=True)
+    environment = {**os.environ, "WINEPREFIX": str(wine), "WINEDEBUG": "-all"}
     return run(*runner, built, env=environment).split()
 
 
