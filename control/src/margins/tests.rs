@@ -270,7 +270,7 @@ fn ms_from_a_recorded_step_is_that_of_the_exact_sampled_loop_for_200_random_plan
 
 #[test]
 fn the_resolution_of_an_analog_input_does_not_count_as_the_plant() {
-    // Two lags with a step of 20 % and 4 K for 276.48 counts, and a D action that multiplies what is fast by thirteen.
+    // A step so small that the loop would seem to be unstable: two lags with a step of 3 % and 4 K for 276.48 counts, and a D action that multiplies what is fast by thirteen.
     let model =
         Model { gain: 3.6, time_constant: 120.0, second_time_constant: 20.0, dead_time: 9.0, is_integrating: false };
     let law = Law {
@@ -280,16 +280,17 @@ fn the_resolution_of_an_analog_input_does_not_count_as_the_plant() {
     };
     let exact = Exact::of(&model);
     let times: Vec<f64> = (0..600).map(f64::from).collect();
-    let input: Vec<f64> = times.iter().map(|time| if *time < 60.0 { 0.0 } else { 20.0 }).collect();
+    let input: Vec<f64> = times.iter().map(|time| if *time < 60.0 { 0.0 } else { 3.0 }).collect();
     let count = 400.0 / 27648.0;
-    let output = times.iter().map(|time| (20.0 * exact.at(time - 60.0) / count).round() * count);
+    let output = times.iter().map(|time| (3.0 * exact.at(time - 60.0) / count).round() * count);
     let output: Vec<f64> = output.collect();
     let recorded = crate::identify::Recorded { times: &times, input: &input, output: &output };
     let answer = crate::identify::Answer::of(&recorded, false).unwrap();
-    let ms = |values: &[f64]| of(&Plant::of_step(values, 1.0, false, 0.0), &law, 0.0).sensitivity.unwrap();
+    let ms =
+        |values: &[f64]| of(&Plant::of_step(values, 1.0, false, 0.0), &law, 0.0).sensitivity.unwrap_or(f64::INFINITY);
     let expected = of(&Plant::of_model(&model, 1.0), &law, 0.0).sensitivity.unwrap();
     let is = ms(&answer.values);
-    let rough: Vec<f64> = output[60..].iter().map(|value| value / 20.0).collect();
+    let rough: Vec<f64> = output[60..].iter().map(|value| value / 3.0).collect();
     let rough = ms(&rough);
-    assert!((is / expected - 1.0).abs() < 0.005 && (rough / expected - 1.0).abs() > 0.01, "{is} {rough} {expected}");
+    assert!((is / expected - 1.0).abs() < 0.1 && rough == f64::INFINITY, "{is} {rough} {expected}");
 }
