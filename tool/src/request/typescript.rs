@@ -28,7 +28,14 @@ impl TypeVisitor for Types {
 impl Types {
     /// The answer to a request.
     pub(super) fn answer<T: TS + 'static>(&mut self, request: &str) {
-        let name = request.to_lowercase();
+        // As serde writes it: SameTest is same_test.
+        let mut name = String::new();
+        for (at, letter) in request.char_indices() {
+            if at > 0 && letter.is_uppercase() {
+                name.push('_');
+            }
+            name.extend(letter.to_lowercase());
+        }
         let answer = T::name(&self.config);
         self.answers +=
             &format!("  {name}: {{ request: Extract<Request, {{ do: \"{name}\" }}>; answer: {answer} }};\n");

@@ -774,14 +774,14 @@ export interface Dialogue {
   exchange: { request: Extract<Request, { do: "exchange" }>; answer: State };
   view: { request: Extract<Request, { do: "view" }>; answer: Curves };
   events: { request: Extract<Request, { do: "events" }>; answer: Events };
-  samebits: { request: Extract<Request, { do: "samebits" }>; answer: State };
-  sametest: { request: Extract<Request, { do: "sametest" }>; answer: State };
+  same_bits: { request: Extract<Request, { do: "same_bits" }>; answer: State };
+  same_test: { request: Extract<Request, { do: "same_test" }>; answer: State };
   figures: { request: Extract<Request, { do: "figures" }>; answer: Figures };
   identify: { request: Extract<Request, { do: "identify" }>; answer: Identified };
   tune: { request: Extract<Request, { do: "tune" }>; answer: Tuned };
   rules: { request: Extract<Request, { do: "rules" }>; answer: Array<Row> };
-  steptest: { request: Extract<Request, { do: "steptest" }>; answer: StepTested };
-  relaytest: { request: Extract<Request, { do: "relaytest" }>; answer: RelayTested };
+  step_test: { request: Extract<Request, { do: "step_test" }>; answer: StepTested };
+  relay_test: { request: Extract<Request, { do: "relay_test" }>; answer: RelayTested };
   ratio: { request: Extract<Request, { do: "ratio" }>; answer: Ratio };
   characteristic: { request: Extract<Request, { do: "characteristic" }>; answer: Characteristics };
   columns: { request: Extract<Request, { do: "columns" }>; answer: Array<string> };
