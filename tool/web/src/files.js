@@ -231,7 +231,7 @@ function loopOf(file, model, description) {
     const text = one.firstElementChild?.getAttribute("start");
     if (!variable || text === null || text === undefined || variable.role === "output") continue;
     const value = isBoolean(variable.kind) ? text === "true" || text === "1" : Number(text);
-    settings.push({ name: variable.name, value, origin: file });
+    settings.push({ name: variable.name, value, origin: file, file: null });
   }
   const name = model.documentElement.getAttribute("modelName") ?? description.name;
   const cycle = settings.find((one) => one.name === description.cycle)?.value;

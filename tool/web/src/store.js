@@ -602,7 +602,8 @@ export function asLoop(loop) {
   const cycle = loop.description.cycle ? loop.settings[loop.description.cycle]?.sent : undefined;
   const settings = Object.entries(loop.settings).map(([name, one]) => {
     const isStart = same(one.variable.kind, one.sent, one.start);
-    return { name, value: one.sent, origin: one.origin ?? (isStart ? null : "the parameter tool"), file: one.file };
+    const origin = one.origin ?? (isStart ? null : "the parameter tool");
+    return { name, value: one.sent, origin, file: one.file ?? null };
   });
   const block = loop.description.block;
   return { name: loop.name, block, cycle: typeof cycle === "number" ? cycle : null, settings, warnings: loop.warnings };

@@ -102,6 +102,7 @@ function show() {
       format: format.value,
       loops: (which.value === "all" ? store.loops : [loop]).map(asLoop),
       origin: loop.file ?? loop.description.name,
+      stimuli: false,
     });
   const csvOf = (/** @type {string[]} */ variables) => () => download({ what: "csv", variables });
   const noRun = isAlive ? undefined : "Run the loop first";
@@ -244,6 +245,11 @@ async function savePicture(format) {
 /** @param {import("tool/store.js").Work} loop */
 function report(loop) {
   const settings = Object.entries(loop.settings);
-  const before = settings.map(([name, one]) => ({ name, value: one.file ?? one.start, origin: one.origin ?? null }));
+  const before = settings.map(([name, one]) => ({
+    name,
+    value: one.file ?? one.start,
+    origin: one.origin ?? null,
+    file: null,
+  }));
   return download({ what: "report", of: asLoop(loop), before });
 }

@@ -572,6 +572,7 @@ function tunedBy(rule, of, loop) {
     ...{ do: "tune", model: of, rule, structure: kept.structure },
     controller: { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) },
     closed_loop: rule === "simc" && kept.closedLoop !== "" && closed > 0 ? closed : null,
+    step: {},
   });
 }
 
