@@ -59,16 +59,18 @@ fn a_block_is_drawn_alike_each_time() {
     }
 }
 
+/// What a box does, by its name and the side where the value leaves it: of the values that come in, by side.
+type Boxes<B> = fn(&Plant<B>, &str, &dyn Fn(&str) -> f64) -> f64;
+
 /// A plant at some moment, and its diagram: what the boxes compute is compared with what the law does.
 struct Plant<B: Block> {
     block: B,
     links: Vec<Link>,
-    /// What the boxes do, by their name and the side where the value leaves them: of the values that come in, by side.
-    boxes: fn(&Plant<B>, &str, &dyn Fn(&str) -> f64) -> f64,
+    boxes: Boxes<B>,
 }
 
 impl<B: Block> Plant<B> {
-    fn new(set: &[(&str, f64)], boxes: fn(&Plant<B>, &str, &dyn Fn(&str) -> f64) -> f64) -> Plant<B> {
+    fn new(set: &[(&str, f64)], boxes: Boxes<B>) -> Plant<B> {
         let links = net::links(&Table::from(B::TABLE)).unwrap();
         let mut plant = Plant { block: B::default(), links, boxes };
         plant.set(set);
