@@ -607,7 +607,7 @@ mod tests {
         let runs = [("worst", 7, &worst), ("best", 2, &best)];
         let drawing = curves("Runs", &signals, &quantity("iae"), &runs).unwrap().unwrap();
         for (text, count) in
-            [("worst: run 7", 2), ("best: run 2", 2), ("setpoint", 1), ("HEATER.TEMP in degC", 1), ("PID.LMN in %", 1)]
+            [("worst: run 7", 2), ("best: run 2", 2), ("setpoint", 1), ("HEATER.TEMP in °C", 1), ("PID.LMN in %", 1)]
         {
             assert_eq!(drawing.matches(&format!(">{text}</text>")).count(), count, "{text}");
         }
@@ -615,6 +615,6 @@ mod tests {
         assert_eq!(drawing.matches("class=\"curve-2\"").count(), 4);
         assert_eq!(curves("Runs", &Signals::default(), &quantity("iae"), &runs).unwrap(), None);
         let drawing = curves("Runs", &Signals::default(), &quantity("HEATER.TEMP.max"), &runs).unwrap().unwrap();
-        assert!(drawing.contains(">HEATER.TEMP in degC</text>"));
+        assert!(drawing.contains(">HEATER.TEMP in °C</text>"));
     }
 }

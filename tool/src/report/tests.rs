@@ -80,7 +80,7 @@ fn a_report_has_curves_with_axes_and_units_and_what_was_done() {
     let page = made(&Report { record: Some(record), figures: Some(&figures), ..report(&now) });
     for part in [
         ">time in s</text>",
-        ">degC</text>",
+        ">°C</text>",
         ">%</text>",
         ">SP</text>",
         ">OUT</text>",
