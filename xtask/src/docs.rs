@@ -10,7 +10,7 @@ use plcfmu::tool::make;
 /// What the site is made for.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Options {
-    /// Where the site will be published, such as https://example.org/plcfmu/; for previews, the sitemap and its page 404.html
+    /// Where the site will be published, such as `https://example.org/plcfmu/`; for previews, the sitemap and its page 404.html
     #[arg(long, value_name = "URL")]
     pub address: Option<String>,
 }

@@ -57,7 +57,7 @@ pub struct Options {
     /// Folder for the files, which is replaced [default: target/dist]
     #[arg(short, long = "out", value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Where the project is published, such as https://example.org/plcfmu/; for its entry in the list of FMI tools, tools.json
+    /// Where the project is published, such as `https://example.org/plcfmu/`; for its entry in the list of FMI tools, tools.json
     #[arg(long, value_name = "URL")]
     pub address: Option<String>,
 }

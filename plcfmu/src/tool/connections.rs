@@ -1,7 +1,7 @@
 //! The connections of the server: few, and none for long that says nothing.
 //!
 //! Every program of this machine can connect. A connection is trusted from the first request with the cookie of the page on. One that
-//! is not has [`INTRODUCTION`] to become so, and it is the first to give way when there are too many.
+//! is not has `INTRODUCTION` to become so, and it is the first to give way when there are too many.
 
 use axum::Router;
 use axum::extract::Request;
