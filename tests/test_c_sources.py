@@ -174,14 +174,6 @@ def test_the_suites_of_the_c_interface_pass_over_the_c(suite, packed):
     assert re.search(r"[1-9]\d* passed", done.stdout) and "failed" not in done.stdout, done.stdout[-500:]
 
 
-def test_the_hostile_calls_pass_over_the_c(packed, tmp_path, native):
-    shutil.copy(native.library(), tmp_path / f"mixer{fmpy.sharedLibraryExtension}")
-    environment = {**os.environ, "PLCFMU_LIBRARIES": str(tmp_path)}
-    cargo = ["cargo", "test", "--quiet", "-p", "tests", "--test", "hostile", "--test", "time", "--test", "threads"]
-    done = subprocess.run(cargo, cwd=ROOT, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-2000:]
-
-
 # --- Both doors -----------------------------------------------------------------------------------------------------
 
 ODD = [0.0, -0.0, 1e-45, 0.1, -3.5, 1e30, 3.4e38, 3.5e38, 1e300, float("nan"), float("inf"), 65535.0, -32768.0, 0.5]

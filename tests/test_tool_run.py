@@ -530,9 +530,15 @@ def test_from_a_db_file_to_a_tuned_awl_and_preset(open_tool, run_described, comm
     assert_success(given, tmp_path)
     of_page, of_command = (contents(tmp_path / file) for file in ("page.fmu", "command.fmu"))
     assert sorted(of_page) == sorted(of_command)
-    # The documentation names the files that the values come from.
+    # The documentation names the files that the values come from; a parameter file has no stimuli: setpoint and manual value.
     differing = {path for path in of_page if of_page[path] != of_command[path]}
-    assert differing == {"documentation/index.html"}
+    assert differing == {"documentation/index.html", "modelDescription.xml", "resources/start.txt"}
+    starts = [
+        {tuple(line.split("=")) for line in of[path].decode().splitlines() if "=" in line}
+        for of in (of_page, of_command)
+        for path in ["resources/start.txt"]
+    ]
+    assert {name.strip() for name, _ in starts[0] ^ starts[1]} == {"MAN", "SP_INT"}
     assert_success([command, "check", "--run", "page.fmu"], tmp_path)
 
 

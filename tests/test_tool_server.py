@@ -2,6 +2,7 @@
 foreign FMUs that crash, hang or refuse without harm to the rest."""
 
 import base64
+import contextlib
 import csv
 import gzip
 import http.client
@@ -439,7 +440,8 @@ def test_the_processes_of_a_closed_tab_end(start, faulty, open_page):
         one.evaluate(f"async () => {{ await (await import('tool/engine.js')).ask({setup}) }}")
     (first, second) = sorted(tool.children())
     page.close()
-    psutil.wait_procs([psutil.Process(second)])
+    with contextlib.suppress(psutil.NoSuchProcess):
+        psutil.wait_procs([psutil.Process(second)])
     assert tool.children() == {first}
 
 

@@ -168,7 +168,7 @@ def test_plcfmu_run_closes_a_loop_of_two_fmus_of_the_wheel(installed):
         "--step=1", "--stop=900", "--out=-", "--record=HEATER.TEMP", "--record=CONT_C.LMN",
     )  # fmt: skip
     rows = list(csv.DictReader(io.StringIO(text)))
-    assert len(rows) == 900
+    assert len(rows) == 901
     assert float(rows[0]["HEATER.TEMP"]) == 20.0
     assert abs(float(rows[-1]["HEATER.TEMP"]) - 60.0) < 0.5
 

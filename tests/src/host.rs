@@ -1,7 +1,7 @@
 //! An instance as a well-behaved host uses it. Tests that misbehave call the functions of the library themselves.
 
 use crate::fmu::Fmu;
-use blocks::Kind;
+use blocks::Class;
 use host::library::{CallbackFunctions, Logger, Pointer};
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_int};
@@ -233,17 +233,16 @@ impl Instance {
         let vr = &raw const reference;
         // SAFETY: a component of this library; one reference, one value.
         unsafe {
-            match variables[reference as usize].kind {
-                Kind::Real | Kind::LReal | Kind::Time => (library.set_real)(self.component, vr, 1, &raw const value),
-                Kind::Word | Kind::Int => {
+            match variables[reference as usize].kind.class() {
+                Class::Real => (library.set_real)(self.component, vr, 1, &raw const value),
+                Class::Integer => {
                     let value = value as c_int;
                     (library.set_integer)(self.component, vr, 1, &raw const value)
                 }
-                Kind::Bool => {
+                Class::Boolean => {
                     let value = c_int::from(value != 0.0);
                     (library.set_boolean)(self.component, vr, 1, &raw const value)
                 }
-                _ => unreachable!("no block has such a type"),
             }
         }
         .into()
@@ -267,11 +266,10 @@ impl Instance {
         let (mut real, mut integer) = (0.0, 0);
         // SAFETY: a component of this library; one reference, one value.
         let status: Status = unsafe {
-            match variables[reference as usize].kind {
-                Kind::Real | Kind::LReal | Kind::Time => (library.get_real)(self.component, vr, 1, &raw mut real),
-                Kind::Word | Kind::Int => (library.get_integer)(self.component, vr, 1, &raw mut integer),
-                Kind::Bool => (library.get_boolean)(self.component, vr, 1, &raw mut integer),
-                _ => unreachable!("no block has such a type"),
+            match variables[reference as usize].kind.class() {
+                Class::Real => (library.get_real)(self.component, vr, 1, &raw mut real),
+                Class::Integer => (library.get_integer)(self.component, vr, 1, &raw mut integer),
+                Class::Boolean => (library.get_boolean)(self.component, vr, 1, &raw mut integer),
             }
         }
         .into();

@@ -29,4 +29,4 @@ def arguments(description: str) -> tuple[Optional[pathlib.Path], pathlib.Path]:
     )
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
-    return given.fmu, given.out
+    return given.fmus, given.out
