@@ -1,6 +1,6 @@
 /** What differs from the file, or from the block's start values where there is no file. */
 
-import { byId, element, fill } from "tool/dom.js";
+import { byId, element, fill, tableHead } from "tool/dom.js";
 import { toggleDrawer } from "tool/panels.js";
 import { goTo } from "tool/parameters.js";
 import { store } from "tool/store.js";
@@ -31,7 +31,8 @@ function show(content) {
   const what = loop.file ? `the file ${loop.file}` : "the block's start values";
   if (different.length === 0) return fill(content, close, element("p", {}, `Nothing differs from ${what}.`));
   const takeAll = () => store.edit(Object.fromEntries(different.map(([name, one]) => [name, base(one)])));
-  const columns = ["Setting", loop.file ? "File" : "Start", "Field", "In force", "Unit", ""];
+  const back = element("span", { class: "visually-hidden" }, "Back");
+  const columns = ["Setting", loop.file ? "File" : "Start", "Field", "In force", "Unit", back];
   fill(
     content,
     close,
@@ -42,21 +43,7 @@ function show(content) {
       element(
         "table",
         {},
-        element(
-          "thead",
-          {},
-          element(
-            "tr",
-            {},
-            columns.map((title, at) =>
-              element(
-                "th",
-                { scope: "col", class: at > 0 && at < 4 && "number" },
-                title || element("span", { class: "visually-hidden" }, "Back"),
-              ),
-            ),
-          ),
-        ),
+        tableHead(columns, (at) => at > 0 && at < 4),
         element(
           "tbody",
           {},

@@ -27,6 +27,17 @@ export function element(tag, attributes = {}, ...children) {
 }
 
 /**
+ * The head of a table: a row with a title for each column.
+ *
+ * @param {Child[]} titles
+ * @param {(column: number) => boolean} [isNumber] whether a column holds numbers
+ */
+export function tableHead(titles, isNumber = () => false) {
+  const cells = titles.map((title, at) => element("th", { scope: "col", class: isNumber(at) && "number" }, title));
+  return element("thead", {}, element("tr", {}, cells));
+}
+
+/**
  * A new element of SVG; attributes as in {@link element}.
  *
  * @param {string} tag

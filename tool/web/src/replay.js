@@ -7,7 +7,7 @@
 
 import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
-import { element, fill } from "tool/dom.js";
+import { element, fill, tableHead } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { unitText } from "tool/signals.js";
 import { store, valuesOf } from "tool/store.js";
@@ -274,15 +274,7 @@ function table(titles, rows) {
     element(
       "table",
       {},
-      element(
-        "thead",
-        {},
-        element(
-          "tr",
-          {},
-          titles.map((title) => element("th", { scope: "col" }, title)),
-        ),
-      ),
+      tableHead(titles),
       element(
         "tbody",
         {},

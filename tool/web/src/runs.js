@@ -17,7 +17,7 @@
  */
 
 import { swatch, theme } from "tool/charts.js";
-import { element, fill } from "tool/dom.js";
+import { element, fill, tableHead } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { figuresOf, shownUnit } from "tool/figures.js";
 import { remake } from "tool/remake.js";
@@ -260,17 +260,7 @@ function show() {
       element(
         "table",
         {},
-        element(
-          "thead",
-          {},
-          element(
-            "tr",
-            {},
-            element("th", { scope: "col" }, "Run"),
-            element("th", { scope: "col" }, "Settings that differ"),
-            [...titles.values()].map((title) => element("th", { scope: "col", class: "number" }, title)),
-          ),
-        ),
+        tableHead(["Run", "Settings that differ", ...titles.values()], (at) => at > 1),
         element("tbody", {}, rows),
       ),
     ),

@@ -11,7 +11,7 @@
 
 import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
-import { attribute, element, fill, text } from "tool/dom.js";
+import { attribute, element, fill, tableHead, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { units, unitText } from "tool/signals.js";
 import { canStep, stepTest } from "tool/steptest.js";
@@ -598,15 +598,7 @@ async function showRules(of, loop, mine) {
     element(
       "table",
       {},
-      element(
-        "thead",
-        {},
-        element(
-          "tr",
-          {},
-          titles.map((one, at) => element("th", { scope: "col", class: at > 0 && "number" }, one)),
-        ),
-      ),
+      tableHead(titles, (at) => at > 0),
       element("tbody", {}, rows),
     ),
   );
@@ -702,17 +694,7 @@ function showTuned(answer) {
         element(
           "table",
           {},
-          element(
-            "thead",
-            {},
-            element(
-              "tr",
-              {},
-              ["Setting", "now", "rule", "unit"].map((title, at) =>
-                element("th", { scope: "col", class: at === 1 || at === 2 ? "number" : false }, title),
-              ),
-            ),
-          ),
+          tableHead(["Setting", "now", "rule", "unit"], (at) => at === 1 || at === 2),
           element("tbody", {}, rows),
         ),
         element(
