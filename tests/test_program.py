@@ -112,18 +112,6 @@ def test_an_example_that_ships_is_the_one_that_is_judged(name):
     assert shipped.read_text(encoding="utf-8") == example(name)["scl"]
 
 
-def test_the_commands_of_the_readme_check_pack_and_test_a_program(command, tmp_path):
-    root = CASES.parents[2]
-    lines = [line.split("#")[0].split() for line in (root / "README.md").read_text(encoding="utf-8").splitlines()]
-    commands = [line for line in lines if line[:1] == ["plcfmu"] and any("examples/programs" in word for word in line)]
-    assert [line[1] for line in commands] == ["check", "build", "test"]
-    for line in commands:
-        words = [str(root / word) if word.startswith("examples/") else word for word in line[1:]]
-        done = subprocess.run([command, *words], cwd=tmp_path, env=host.environment(), capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-    assert [path.name for path in tmp_path.glob("*.fmu")] == ["TankFilling.fmu"]
-
-
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_an_example_gives_the_bits_of_its_case_in_every_call(build, name):
     case = example(name)

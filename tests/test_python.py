@@ -364,19 +364,6 @@ def test_a_simulated_loop_is_the_one_stepped_by_hand_bit_for_bit(fmus):
     assert np.ptp(result["HEATER.TEMP"]) > 5.0
 
 
-def test_the_loop_of_the_packages_page_runs_in_ten_lines(tmp_path):
-    code = re.search(r"```python\n(.*?)```", (PACKAGE / "README.md").read_text(encoding="utf-8"), re.DOTALL)[1]
-    loop = code[code.index("with plcfmu") :]
-    assert len(loop.splitlines()) <= 10
-    command = [sys.executable, "-c", code]
-    process = subprocess.run(command, cwd=tmp_path, env=host.environment(), capture_output=True, text=True)
-    assert process.returncode == 0, process.stderr
-    assert "  rise  " in process.stdout and " K s" in process.stdout
-    assert {path.name for path in tmp_path.iterdir()} == {"furnace.csv", "furnace.png"}
-    result = plcfmu.Result.from_csv(tmp_path / "furnace.csv")
-    assert result["HEATER.TEMP"][-1] == pytest.approx(180.0, abs=0.5)
-
-
 def test_inputs_are_constants_or_steps_or_functions_and_are_recorded_as_given(fmus):
     result = plcfmu.simulate(
         fmus.start("CONT_C"),

