@@ -237,6 +237,17 @@ pub struct Window<'a> {
     deviation: Result<Deviation, String>,
 }
 
+/// A range of values in a part of the time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Band {
+    /// From when to when, in seconds.
+    pub times: (f64, f64),
+    /// Its lower end.
+    pub low: f64,
+    /// Its upper end.
+    pub high: f64,
+}
+
 /// Integrals and extremes of the deviation.
 #[derive(Clone, Copy, Debug)]
 struct Deviation {
@@ -249,6 +260,10 @@ struct Deviation {
 #[derive(Debug)]
 struct Step<'a> {
     times: &'a [f64],
+    /// Where it goes.
+    setpoint: f64,
+    /// How far, with its sign.
+    height: f64,
     /// How much of the step is done, from 0 to 1.
     done: Vec<f64>,
     /// How far the process value goes beyond the setpoint, as a part of the step.
@@ -276,6 +291,14 @@ impl<'a> Window<'a> {
     /// The times of its first and its last call in seconds, unless it has none.
     pub fn times(&self) -> Option<(f64, f64)> {
         Some((self.signals.times[*self.calls.clone().next().as_ref()?], self.signals.times[self.calls.end - 1]))
+    }
+
+    /// The band in which the process value counts as settled; none without a step.
+    pub fn band(&self) -> Option<Band> {
+        let step = self.step.as_ref().ok()?;
+        let half = BAND * step.height.abs();
+        let times = (*step.times.first()?, *step.times.last()?);
+        Some(Band { times, low: step.setpoint - half, high: step.setpoint + half })
     }
 
     /// The figures that its signals allow.
@@ -421,6 +444,8 @@ impl<'a> Step<'a> {
         }
         Ok(Step {
             times,
+            setpoint,
+            height,
             done: values.iter().map(|value| (value - start) / height).collect(),
             beyond: values.iter().map(|value| (value - setpoint) / height).fold(0.0, f64::max),
             is_ramp: setpoints.windows(2).any(|pair| pair[0] != pair[1]),
@@ -525,6 +550,7 @@ mod tests {
             assert!((value - expected).abs() < 1e-9, "{key}: {value}");
         }
         assert_eq!(figures.figures().map(|figure| figure.key).collect::<Vec<_>>(), expected.map(|(key, _)| key));
+        assert_eq!(figures.band(), Some(Band { times: (1.0, 11.0), low: 9.8, high: 10.2 }));
     }
 
     #[test]

@@ -2,10 +2,13 @@
 
 pub mod diagram;
 pub mod escape;
+pub mod field;
+pub mod histogram;
 #[cfg(feature = "png")]
 pub mod picture;
 pub mod plot;
 pub mod response;
 pub mod scale;
+pub mod scatter;
 pub mod svg;
 pub mod text;

@@ -36,7 +36,7 @@ pub const COLOR_COUNT: usize = COLORS.len();
 const CLASSES: &[&str] = &["curve-1", "curve-2", "curve-3", "curve-4", "curve-5", "curve-6", "curve-7"];
 
 /// What is drawn: panels with the curves of numbers above lanes of Booleans, over one time axis.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Chart {
     /// The text above the drawing; empty means none.
     pub title: String,
@@ -45,19 +45,42 @@ pub struct Chart {
     /// Where the points are those of a variable and not of time: its name and unit. Curves are lines from point to point
     /// then.
     pub over: Option<String>,
+    /// The text of the time axis, if it is to say more than `time in s`.
+    pub time_label: Option<String>,
     /// The panels, from the top.
     pub panels: Vec<Panel>,
     /// Booleans: 0 is FALSE, anything else TRUE.
     pub lanes: Vec<Curve>,
+    /// The part of the time that matters: the rest is shaded.
+    pub window: Option<(f64, f64)>,
+    /// Each point has a dot: a chart of few points, which stand for something each.
+    pub has_dots: bool,
 }
 
 /// Curves that share an axis.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Panel {
     /// The text of the axis: a unit, or the names of the curves; empty means none.
     pub label: String,
     /// The curves.
     pub curves: Vec<Curve>,
+    /// What is behind them.
+    pub bands: Vec<Band>,
+}
+
+/// An area between two lines.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Band {
+    /// What it is.
+    pub name: String,
+    /// The points in seconds, in ascending order.
+    pub times: Vec<f64>,
+    /// Its lower end at each point.
+    pub low: Vec<f64>,
+    /// Its upper end.
+    pub high: Vec<f64>,
+    /// The number of its colour, from 0.
+    pub color: usize,
 }
 
 /// A variable.
@@ -97,7 +120,7 @@ pub fn svg_named(chart: &Chart, name: &str) -> anyhow::Result<String> {
             top += PANEL_GAP;
         }
         let legend_top = top;
-        top += legend_height(&panel.curves);
+        top += legend_height(panel);
         panels.push(draw_panel(panel, &pens, chart, &time, legend_top, top));
         top += PANEL;
     }
@@ -118,7 +141,19 @@ pub fn svg_named(chart: &Chart, name: &str) -> anyhow::Result<String> {
         text_y: Pixels(top + 16.0),
         label: tick_label(tick),
     });
+    let shade = |(from, to): (f64, f64)| {
+        // An end that is not within leaves nothing to shade there.
+        let [from, to] = [from, to].map(|at| Pixels(time.x(at.clamp(time.from, time.to))));
+        let (left, right) = (Pixels(LEFT), Pixels(WIDTH - RIGHT));
+        let drawn = |panel: &DrawnPanel| {
+            let (top, bottom) = (panel.top, Pixels(panel.top.0 + PANEL));
+            format!("M{left} {top}H{from}V{bottom}H{left}zM{to} {top}H{right}V{bottom}H{to}z")
+        };
+        panels.iter().map(drawn).collect::<String>()
+    };
+    let shade = chart.window.map(shade).unwrap_or_default();
     let drawing = Drawing {
+        shade,
         name,
         title: &chart.title,
         title_y: Pixels(17.0),
@@ -135,7 +170,7 @@ pub fn svg_named(chart: &Chart, name: &str) -> anyhow::Result<String> {
         tick_x: Pixels(LEFT - 8.0),
         axis: Pixels(top),
         time_y: Pixels(top + 34.0),
-        over: chart.over.as_deref().unwrap_or("time in s"),
+        over: chart.over.as_deref().or(chart.time_label.as_deref()).unwrap_or("time in s"),
         times: times.collect(),
         panels,
         lanes,
@@ -191,6 +226,8 @@ struct Drawing<'a> {
     times: Vec<Tick>,
     panels: Vec<DrawnPanel<'a>>,
     lanes: Vec<DrawnLane<'a>>,
+    /// A path over what is outside of the window.
+    shade: String,
 }
 
 struct DrawnPanel<'a> {
@@ -199,12 +236,15 @@ struct DrawnPanel<'a> {
     middle: Pixels,
     legend: Vec<LegendEntry<'a>>,
     ticks: Vec<Tick>,
+    bands: Vec<DrawnCurve>,
     curves: Vec<DrawnCurve>,
+    dots: Vec<DrawnCurve>,
 }
 
 struct LegendEntry<'a> {
     name: &'a str,
     pen: Pen,
+    is_band: bool,
     x: Pixels,
     line_y: Pixels,
     text_x: Pixels,
@@ -244,18 +284,23 @@ fn pens() -> impl FnMut(&Curve) -> Pen {
     let mut taken = 0;
     move |curve| {
         let number = curve.color.unwrap_or(taken);
-        let color = number % COLORS.len();
-        let dashes = match (curve.is_input, number >= COLORS.len()) {
-            (true, false) => Some("6 3"),
-            (true, true) => Some("6 3 1.5 3"),
-            (false, true) => Some("1.5 1.5"),
-            (false, false) => None,
-        };
         if curve.color.is_none() {
             taken += 1;
         }
-        Pen { class: CLASSES[color], color: COLORS[color], dashes }
+        pen_of(number, curve.is_input)
     }
+}
+
+/// The pen of a number.
+fn pen_of(number: usize, is_input: bool) -> Pen {
+    let color = number % COLORS.len();
+    let dashes = match (is_input, number >= COLORS.len()) {
+        (true, false) => Some("6 3"),
+        (true, true) => Some("6 3 1.5 3"),
+        (false, true) => Some("1.5 1.5"),
+        (false, false) => None,
+    };
+    Pen { class: CLASSES[color], color: COLORS[color], dashes }
 }
 
 fn draw_panel<'a>(
@@ -266,13 +311,16 @@ fn draw_panel<'a>(
     legend_top: f64,
     top: f64,
 ) -> DrawnPanel<'a> {
-    let scale = range(&panel.curves);
-    let legend = panel.curves.iter().zip(pens).zip(legend_places(&panel.curves));
-    let legend = legend.map(|((curve, pen), (x, line))| {
+    let scale = range(panel);
+    let band_pen = |band: &Band| pen_of(band.color, false);
+    let all_pens = pens.iter().copied().chain(panel.bands.iter().map(band_pen));
+    let legend = names(panel).zip(all_pens).zip(legend_places(panel)).enumerate();
+    let legend = legend.map(|(place, ((name, pen), (x, line)))| {
         let y = legend_top + (line + 1) as f64 * LEGEND - 2.0;
         LegendEntry {
-            name: &curve.name,
-            pen: *pen,
+            name,
+            pen,
+            is_band: place >= panel.curves.len(),
             x: Pixels(x),
             line_y: Pixels(y - 4.0),
             text_x: Pixels(x + SAMPLE + 6.0),
@@ -288,13 +336,30 @@ fn draw_panel<'a>(
         pen: *pen,
         path: path(&points(&chart.time, &curve.values, time), time, &|value| scale.y(value, top)),
     });
+    let bands = panel.bands.iter().map(|band| {
+        let line = |values: &[f64]| -> Vec<String> {
+            let points = band.times.iter().zip(values).filter(|(_, value)| is_drawn(**value));
+            points.map(|(at, value)| format!("{} {}", Pixels(time.x(*at)), Pixels(scale.y(*value, top)))).collect()
+        };
+        let (there, mut back) = (line(&band.low), line(&band.high));
+        back.reverse();
+        let path = if there.is_empty() { String::new() } else { format!("M{}L{}z", there.join("L"), back.join("L")) };
+        DrawnCurve { pen: band_pen(band), path }
+    });
+    let dots = panel.curves.iter().zip(pens).filter(|_| chart.has_dots).map(|(curve, pen)| {
+        let points = chart.time.iter().zip(&curve.values).filter(|(_, value)| is_drawn(**value));
+        let path = points.map(|(at, value)| format!("M{} {}h0", Pixels(time.x(*at)), Pixels(scale.y(*value, top))));
+        DrawnCurve { pen: *pen, path: path.collect() }
+    });
     DrawnPanel {
         label: panel.label.replace("degC", "°C"),
         top: Pixels(top),
         middle: Pixels(top + PANEL / 2.0),
         legend: legend.collect(),
         ticks: ticks.collect(),
+        bands: bands.collect(),
         curves: curves.collect(),
+        dots: dots.collect(),
     }
 }
 
@@ -341,15 +406,22 @@ impl Scale {
 }
 
 /// The range that a panel shows: all values that can be drawn, with some room.
-fn range(curves: &[Curve]) -> Scale {
-    Scale::around(curves.iter().flat_map(|curve| &curve.values).copied())
+fn range(panel: &Panel) -> Scale {
+    let bands = panel.bands.iter().flat_map(|band| band.low.iter().chain(&band.high));
+    Scale::around(panel.curves.iter().flat_map(|curve| &curve.values).chain(bands).copied())
+}
+
+/// The names of a legend: the curves, then the bands.
+fn names(panel: &Panel) -> impl Iterator<Item = &str> {
+    let bands = panel.bands.iter().map(|band| band.name.as_str());
+    panel.curves.iter().map(|curve| curve.name.as_str()).chain(bands)
 }
 
 /// Where each name of a legend begins: from the left, and in which line.
-fn legend_places(curves: &[Curve]) -> Vec<(f64, usize)> {
+fn legend_places(panel: &Panel) -> Vec<(f64, usize)> {
     let (mut x, mut line) = (LEFT, 0);
-    let place = |curve: &Curve| {
-        let width = 28.0 + curve.name.chars().count() as f64 * 7.3 + 18.0;
+    let place = |name: &str| {
+        let width = 28.0 + name.chars().count() as f64 * 7.3 + 18.0;
         if x > LEFT && x + width > WIDTH {
             (x, line) = (LEFT, line + 1);
         }
@@ -357,11 +429,11 @@ fn legend_places(curves: &[Curve]) -> Vec<(f64, usize)> {
         x += width;
         place
     };
-    curves.iter().map(place).collect()
+    names(panel).map(place).collect()
 }
 
-fn legend_height(curves: &[Curve]) -> f64 {
-    let lines = legend_places(curves).last().map_or(0, |(_, line)| line + 1);
+fn legend_height(panel: &Panel) -> f64 {
+    let lines = legend_places(panel).last().map_or(0, |(_, line)| line + 1);
     lines as f64 * LEGEND + 6.0
 }
 
@@ -457,21 +529,23 @@ mod tests {
 
     fn chart(values: &[f64]) -> Chart {
         let time = (0..values.len()).map(|point| point as f64).collect();
-        let panels = vec![Panel { label: "l/min".into(), curves: vec![curve("FLOW", values)] }];
-        Chart { title: "A <pump>".into(), time, over: None, panels, lanes: vec![curve("ON", values)] }
+        let panels = vec![Panel { label: "l/min".into(), curves: vec![curve("FLOW", values)], bands: Vec::new() }];
+        Chart { title: "A <pump>".into(), time, panels, lanes: vec![curve("ON", values)], ..Chart::default() }
     }
 
     #[test]
     fn a_long_legend_takes_several_lines() {
         let curves: Vec<Curve> = std::iter::repeat_with(|| curve("A_LONG_NAME_OF_A_SIGNAL", &[])).take(7).collect();
-        let lines: Vec<usize> = legend_places(&curves).iter().map(|(_, line)| *line).collect();
+        let panel = Panel { curves, ..Panel::default() };
+        let lines: Vec<usize> = legend_places(&panel).iter().map(|(_, line)| *line).collect();
         assert_eq!(lines, [0, 0, 0, 1, 1, 1, 2]);
-        assert_eq!(legend_height(&curves), 60.0);
-        assert!(legend_places(&curves).iter().all(|(x, _)| *x < WIDTH / 1.5));
+        assert_eq!(legend_height(&panel), 60.0);
+        assert!(legend_places(&panel).iter().all(|(x, _)| *x < WIDTH / 1.5));
     }
 
     #[test]
     fn a_panel_shows_all_finite_values() {
+        let range = |curves: &[Curve]| range(&Panel { curves: curves.to_vec(), ..Panel::default() });
         let scale = range(&[curve("X", &[1.0, f64::NAN]), curve("X", &[3.0, f64::INFINITY])]);
         assert!(scale.from < 1.0 && scale.from > 0.8 && scale.to > 3.0 && scale.to < 3.2);
         let scale = range(&[curve("X", &[0.0, 0.0])]);
@@ -556,6 +630,36 @@ mod tests {
         }
         assert!(!drawing.contains("stroke-dasharray"));
         assert_eq!(drawing, svg(&chart(&[0.0, 1.0, 1.0])).unwrap());
+    }
+
+    #[test]
+    fn a_band_is_an_area_behind_the_curves_with_its_name_and_what_is_outside_of_the_window_is_shaded() {
+        let mut chart = chart(&[0.0, 4.0, 4.0]);
+        let band = |name: &str, high: f64| Band {
+            name: name.into(),
+            times: vec![0.0, 2.0],
+            low: vec![1.0, 1.0],
+            high: vec![high; 2],
+            color: 0,
+        };
+        chart.panels[0].bands = vec![band("5 to 95 %", 8.0)];
+        chart.window = Some((1.0, 9.0));
+        let drawing = svg(&chart).unwrap();
+        assert!(drawing.contains(">5 to 95 %</text>"));
+        // The panel reaches from -0.48 to 8.48, 190 pixels high below title and legend.
+        let y = |value: f64| Pixels(50.0 + 190.0 - (value + 0.48) / 8.96 * 190.0);
+        let area = format!("M76 {0}L736 {0}L736 {1}L76 {1}z", y(1.0), y(8.0));
+        assert!(drawing.find(&area).unwrap() < drawing.find("stroke-width=\"1.8\"").unwrap(), "{area}");
+        // From the left end to the middle; nothing at the right, where the window reaches beyond the time.
+        assert!(drawing.contains("M76 50H406V240H76zM736 50H736V240H736z"), "{drawing}");
+    }
+
+    #[test]
+    fn dots_are_drawn_where_a_chart_asks_for_them() {
+        let mut chart = chart(&[0.0, f64::NAN, 1.0]);
+        assert!(!svg(&chart).unwrap().contains("h0"));
+        chart.has_dots = true;
+        assert_eq!(svg(&chart).unwrap().matches("h0").count(), 2);
     }
 
     #[test]

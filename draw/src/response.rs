@@ -89,7 +89,7 @@ pub fn of_recording(table: &Table, recording: &Recording, colors: &Colors) -> Ch
         0 => Vec::new(),
         calls => (0..=calls).map(|call| recording.time(call)).collect(),
     };
-    Chart { title: String::new(), time, over: None, panels: labelled(panels), lanes }
+    Chart { time, panels: labelled(panels), lanes, ..Chart::default() }
 }
 
 /// A block's characteristic, as a library has answered it. A BOOL is drawn as the share of calls in which it was TRUE.
@@ -107,13 +107,7 @@ pub fn of_sweep(table: &Table, characteristic: &Characteristic, sweep: &Sweep, c
         Some(unit) => format!("{} in {unit}", characteristic.variable),
         None => characteristic.variable.clone(),
     };
-    Chart {
-        title: String::new(),
-        time: sweep.over.clone(),
-        over: Some(over),
-        panels: labelled(panels),
-        lanes: Vec::new(),
-    }
+    Chart { time: sweep.over.clone(), over: Some(over), panels: labelled(panels), ..Chart::default() }
 }
 
 /// What curves in a panel have in common.
@@ -164,7 +158,7 @@ fn add<'a>(panels: &mut Vec<(Axis<'a>, Vec<Curve>)>, axis: Axis<'a>, curve: Curv
 }
 
 fn labelled(panels: Vec<(Axis, Vec<Curve>)>) -> Vec<Panel> {
-    panels.into_iter().map(|(axis, curves)| Panel { label: axis.label(&curves), curves }).collect()
+    panels.into_iter().map(|(axis, curves)| Panel { label: axis.label(&curves), curves, bands: Vec::new() }).collect()
 }
 
 #[cfg(test)]

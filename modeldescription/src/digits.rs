@@ -18,6 +18,22 @@ pub fn short(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
+/// A number with the digits that a spread of such numbers tells: to a power of ten of at most a fiftieth of it. With at most six
+/// digits where there is no spread.
+pub fn within(value: f64, spread: f64) -> String {
+    let place = (spread / 50.0).log10().floor();
+    if !(value.is_finite() && (-15.0..=15.0).contains(&place)) {
+        return short(value);
+    }
+    if place < 0.0 {
+        let text = format!("{value:.*}", -place as usize);
+        return text.trim_end_matches('0').trim_end_matches('.').into();
+    }
+    let unit = 10f64.powi(place as i32);
+    let rounded = (value / unit).round() * unit;
+    if rounded.abs() < 1e9 { format!("{}", rounded + 0.0) } else { format!("{rounded:e}") }
+}
+
 /// A variable's value without its unit. A 32-bit REAL has as many digits as tell it from its neighbours.
 pub fn number(kind: Kind, value: f64) -> String {
     let is_short = value == 0.0 || (1e-5..1e9).contains(&value.abs());
@@ -33,6 +49,16 @@ pub fn number(kind: Kind, value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_number_has_the_digits_that_the_spread_tells() {
+        // Fiftieths: 0.15, 153, 6.2, 0.00014.
+        let texts = [(5.8798, 7.4), (15377.8, 7655.0), (306.2, 309.0), (179.99612, 0.007)];
+        assert_eq!(texts.map(|(value, spread)| within(value, spread)), ["5.9", "15400", "306", "179.9961"]);
+        assert_eq!(within(1.0 / 3.0, 0.0), "0.333333");
+        assert_eq!(within(105.0, 9.0), "105");
+        assert_eq!([within(-0.04, 400.0), within(f64::INFINITY, 1.0)], ["0", "inf"]);
+    }
 
     #[test]
     fn a_number_is_written_with_at_most_six_digits() {

@@ -11,7 +11,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// The version of the format.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// The content of `study.json`.
 #[derive(Debug, Deserialize, Serialize)]
@@ -19,6 +19,9 @@ struct Content {
     version: u32,
     /// The name of the study.
     name: String,
+    /// The name of the loop's file.
+    #[serde(rename = "loop")]
+    description: String,
     fingerprint: String,
     runs: u64,
     /// Whether each run needs new instances, which the maker of the bundle has found out for all parts.
@@ -31,9 +34,9 @@ struct Content {
 ///
 /// # Errors
 /// The folder cannot be written.
-pub fn write(folder: &Path, name: &str, job: &Job, runs: u64, renews: bool) -> Result<()> {
-    let fingerprint = fingerprint(job)?;
-    let mut job = bare(job);
+pub fn write(folder: &Path, reading: &Reading, runs: u64, renews: bool) -> Result<()> {
+    let fingerprint = fingerprint(&reading.job)?;
+    let mut job = bare(&reading.job);
     make_folder(&folder.join("fmus"))?;
     for member in &mut job.system.members {
         let place = PathBuf::from("fmus").join(format!("{}.fmu", hash(&member.path)?));
@@ -42,7 +45,15 @@ pub fn write(folder: &Path, name: &str, job: &Job, runs: u64, renews: bool) -> R
         // With / on every platform.
         member.path = place.to_string_lossy().replace('\\', "/").into();
     }
-    let content = Content { version: VERSION, name: name.into(), fingerprint, runs, renews, job };
+    let content = Content {
+        version: VERSION,
+        name: reading.name.clone(),
+        description: reading.description.clone(),
+        fingerprint,
+        runs,
+        renews,
+        job,
+    };
     let content = serde_json::to_vec_pretty(&content)?;
     temporary::place(&folder.join("study.json"), |to| Ok(to.write_all(&content)?), |_| Ok(()))
 }
@@ -70,7 +81,8 @@ pub fn open(path: &Path) -> Result<Reading> {
     if fingerprint(&job)? != content.fingerprint {
         bail!("{shown} has changed since it was made, or was made by another version of plcfmu: {again}");
     }
-    Ok(Reading { name: content.name, job, tune: None, renews: Some(content.renews), places: Vec::new() })
+    let (name, description) = (content.name, content.description);
+    Ok(Reading { name, description, job, tune: None, renews: Some(content.renews), places: Vec::new() })
 }
 
 #[cfg(test)]
@@ -95,12 +107,20 @@ mod tests {
         };
         let job = Job { system, ..Job::default() };
         let bundle = folder.path().join("bundle");
-        write(&bundle, "valves", &job, 7, true).unwrap();
+        let reading = Reading {
+            name: "valves".into(),
+            description: "valve.toml".into(),
+            job: job.clone(),
+            tune: None,
+            renews: None,
+            places: Vec::new(),
+        };
+        write(&bundle, &reading, 7, true).unwrap();
         assert_eq!(fs::read_dir(bundle.join("fmus")).unwrap().count(), 1, "an FMU is there once");
         let moved = folder.path().join("moved");
         fs::rename(&bundle, &moved).unwrap();
-        let Reading { name, job: opened, renews, .. } = open(&moved.join("study.json")).unwrap();
-        assert_eq!((name.as_str(), renews), ("valves", Some(true)));
+        let Reading { name, description, job: opened, renews, .. } = open(&moved.join("study.json")).unwrap();
+        assert_eq!((name.as_str(), description.as_str(), renews), ("valves", "valve.toml", Some(true)));
         assert_eq!(fingerprint(&opened).unwrap(), fingerprint(&job).unwrap());
         assert_eq!(fs::read(&opened.system.members[1].path).unwrap(), b"an FMU");
 

@@ -18,6 +18,9 @@ use std::hash::{DefaultHasher, Hasher};
 /// So many rows of a run are enough for a picture.
 const DRAWN: usize = 20_000;
 
+/// A trace has so many values: one for each other pixel of a picture.
+const TRACED: usize = 331;
+
 /// A recording is handed on in pieces of so many values.
 const PIECE: usize = 1 << 20;
 
@@ -35,6 +38,15 @@ impl Detail {
     pub fn thinned(self, columns: Vec<run::plan::Column>, steps: usize) -> Thinned {
         Thinned::new(columns, steps, if self == Detail::All { steps } else { DRAWN })
     }
+}
+
+/// What the values of a row are.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
+pub enum Gives {
+    /// The figures.
+    Figures,
+    /// The process value at the times [`Experiment::trace_times`].
+    Trace,
 }
 
 /// A study that can be run.
@@ -169,6 +181,12 @@ impl Experiment {
         self.axes.point(run)
     }
 
+    /// The times of a row that gives the process value; none if that is not known.
+    pub fn trace_times(&self) -> Vec<f64> {
+        let has_loop = self.signals.process_value.is_some();
+        traced(self.plan.steps).filter(|_| has_loop).map(|step| self.plan.time(step)).collect()
+    }
+
     /// Puts the values of a point into the plan.
     fn set(&mut self, point: &[f64]) {
         assert_eq!(point.len(), self.slots.len(), "a value for each coordinate");
@@ -177,6 +195,12 @@ impl Experiment {
             *slot.value(&mut self.recording.members) = *value;
         }
     }
+}
+
+/// The steps whose values a trace has.
+pub(super) fn traced(steps: usize) -> impl Iterator<Item = usize> {
+    let count = steps.min(TRACED);
+    (0..count).map(move |place| if count == 1 { 0 } else { place * (steps - 1) / (count - 1) })
 }
 
 /// What the user should know if no run has a step of the setpoint.
@@ -232,7 +256,15 @@ impl<C: Reset> Executor<C> {
     ///
     /// # Panics
     /// The point has not a value for each coordinate.
-    pub fn row(&mut self, point: &[f64], mut instantiate: impl FnMut(usize) -> Result<C>) -> Row {
+    pub fn row(&mut self, point: &[f64], instantiate: impl FnMut(usize) -> Result<C>) -> Row {
+        self.row_of(point, Gives::Figures, instantiate)
+    }
+
+    /// The same with the values that are wanted.
+    ///
+    /// # Panics
+    /// As [`Executor::row`].
+    pub fn row_of(&mut self, point: &[f64], gives: Gives, mut instantiate: impl FnMut(usize) -> Result<C>) -> Row {
         let is_reset = self.run.is_some();
         let mut figures = self.figures(point, &mut instantiate, |_| {});
         if figures.is_err() && is_reset {
@@ -240,6 +272,7 @@ impl<C: Reset> Executor<C> {
             figures = self.figures(point, &mut instantiate, |_| {});
         }
         match figures {
+            Ok(_) if gives == Gives::Trace => Row { figures: self.traces.process_values(), error: None },
             Ok(figures) => Row { figures, error: None },
             Err(error) => {
                 let error = format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ");

@@ -1,5 +1,6 @@
 //! What a study records of a run, and the figures that come of it.
 
+use crate::experiment::traced;
 use crate::results::Quantity;
 use crate::{Limit, Signals, Study, Take};
 use anyhow::{Context, Result, bail};
@@ -48,6 +49,13 @@ pub(super) struct Traces {
     /// How many steps each limit was violated in.
     violations: Vec<u64>,
     steps: u64,
+}
+
+impl Traces {
+    /// The process value at the steps of a trace.
+    pub fn process_values(&self) -> Vec<f64> {
+        traced(self.process_value.len()).map(|step| self.process_value[step]).collect()
+    }
 }
 
 /// Minimum, maximum and mean of a variable so far. Once one of them is not a number, nothing is.

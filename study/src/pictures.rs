@@ -1,166 +1,32 @@
-//! The pictures of a study: how a figure is distributed, over which coordinates, and the curves of single runs.
-//!
-//! The same results give the same bytes. However many runs there are, a picture stays small: points are put together in cells,
-//! curves are thinned to what half a pixel can show.
+//! The pictures of a study: how a figure is distributed, over which coordinates, and the curves of single runs. Each title says
+//! what the picture shows of this study. The same results give the same bytes.
 
-use crate::Signals;
-use crate::expect::{runs_text, with_unit};
+use crate::envelope::Envelope;
+use crate::expect::runs_text;
 use crate::results::{Quantity, Results};
 use crate::summary::{Distribution, Summary, is_lower_better, percentile};
+use crate::{Signals, Window};
 use anyhow::{Context, Result};
-use askama::Template;
-use draw::plot::{self, Chart, Curve, Panel};
-use draw::scale::{Scale, is_drawn, round_step, tick_label};
-use draw::svg::Pixels;
-use modeldescription::digits::short;
+use control::figures;
+use draw::histogram::{self, Mark};
+use draw::plot::{self, Band, Chart, Curve, Panel};
+use draw::scale::is_drawn;
+use draw::scatter::{self, Scatter};
+use modeldescription::digits::within;
 use run::master::Recording;
-use std::collections::BTreeMap;
-use std::fmt::Write;
-
-// In pixels.
-const WIDTH: f64 = 760.0;
-const LEFT: f64 = 76.0;
-const RIGHT: f64 = 24.0;
-const BOTTOM: f64 = 46.0;
-const HISTOGRAM: (f64, f64) = (78.0, 230.0);
-const SCATTER: (f64, f64) = (54.0, 360.0);
-/// A row of texts.
-const ROW: f64 = 15.0;
-
-/// At most so many bars has a histogram.
-const MOST_BARS: f64 = 80.0;
-
-/// More points than these are put together in cells.
-const MOST_POINTS: usize = 4000;
-/// The width and the height of a cell.
-const CELL: f64 = 6.0;
-/// At most so many runs without the figure are marked.
-const MOST_ABSENT: usize = 500;
 
 /// The number of the colour of setpoints: black.
 const SETPOINT: usize = 6;
+/// That of the runs that an envelope is of: blue.
+const ENVELOPE: usize = 0;
+/// That of the band in which a loop counts as settled: green.
+const SETTLED: usize = 2;
 
-/// From the best to the worst: from blue to vermilion, which people with a colour vision deficiency can tell apart.
-const LEVELS: [&str; 7] = ["#0072b2", "#3c82ac", "#7292a5", "#a0a0a0", "#b28b6e", "#c4753d", "#d55e00"];
+/// Percentiles of fewer runs say nothing.
+const FEW_RUNS: usize = 20;
 
-/// What both drawings have in common.
-struct Frame {
-    title: String,
-    width: Pixels,
-    height: Pixels,
-    left: Pixels,
-    right: Pixels,
-    top: Pixels,
-    bottom: Pixels,
-    title_y: Pixels,
-    label_x: Pixels,
-    tick_x: Pixels,
-    middle_x: Pixels,
-    middle_y: Pixels,
-    horizontal_y: Pixels,
-    horizontal: String,
-    vertical: String,
-    rows: Vec<Tick>,
-    columns: Vec<Tick>,
-}
-
-struct Tick {
-    at: Pixels,
-    text_y: Pixels,
-    label: String,
-}
-
-struct Label {
-    x: Pixels,
-    text_x: Pixels,
-    text_y: Pixels,
-    anchor: &'static str,
-    text: String,
-}
-
-/// A scale, of the values or of their logarithms.
-struct Axis {
-    scale: Scale,
-    is_logarithmic: bool,
-}
-
-impl Axis {
-    /// All values, with some room. Logarithms are of values above 0.
-    fn around(values: impl Iterator<Item = f64> + Clone, is_logarithmic: bool) -> Axis {
-        let is_logarithmic = is_logarithmic && values.clone().all(|value| value > 0.0);
-        let scale = Scale::around(values.map(|value| if is_logarithmic { value.log10() } else { value }));
-        Axis { scale, is_logarithmic }
-    }
-
-    fn part(&self, value: f64) -> f64 {
-        self.scale.part(if self.is_logarithmic { value.log10() } else { value })
-    }
-
-    /// Round numbers within, about `count` of them; of logarithms 1, 2, 5, 10 and so on.
-    fn ticks(&self, count: f64) -> Vec<f64> {
-        if !self.is_logarithmic {
-            return self.scale.ticks(count);
-        }
-        let decades = self.scale.from.floor() as i32..=self.scale.to.ceil() as i32;
-        let are_few = self.scale.to - self.scale.from <= 4.0;
-        let factors: &[f64] = if are_few { &[1.0, 2.0, 5.0] } else { &[1.0] };
-        let all = decades.flat_map(|decade| factors.iter().map(move |factor| factor * 10f64.powi(decade)));
-        all.filter(|tick| (0.0..=1.0).contains(&self.part(*tick))).collect()
-    }
-}
-
-impl From<Scale> for Axis {
-    fn from(scale: Scale) -> Axis {
-        Axis { scale, is_logarithmic: false }
-    }
-}
-
-/// Where values are in a drawing.
-struct Place {
-    horizontal: Axis,
-    vertical: Axis,
-    top: f64,
-    height: f64,
-}
-
-impl Place {
-    fn x(&self, value: f64) -> f64 {
-        LEFT + self.horizontal.part(value) * (WIDTH - LEFT - RIGHT)
-    }
-
-    fn y(&self, value: f64) -> f64 {
-        self.top + (1.0 - self.vertical.part(value)) * self.height
-    }
-
-    fn frame(&self, title: String, horizontal: String, vertical: String) -> Frame {
-        let bottom = self.top + self.height;
-        let row = |tick: f64| {
-            let y = self.y(tick);
-            Tick { at: Pixels(y), text_y: Pixels(y + 4.0), label: tick_label(tick) }
-        };
-        let column =
-            |tick: f64| Tick { at: Pixels(self.x(tick)), text_y: Pixels(bottom + 16.0), label: tick_label(tick) };
-        Frame {
-            title,
-            width: Pixels(WIDTH),
-            height: Pixels(bottom + BOTTOM),
-            left: Pixels(LEFT),
-            right: Pixels(WIDTH - RIGHT),
-            top: Pixels(self.top),
-            bottom: Pixels(bottom),
-            title_y: Pixels(18.0),
-            label_x: Pixels(16.0),
-            tick_x: Pixels(LEFT - 8.0),
-            middle_x: Pixels((LEFT + WIDTH - RIGHT) / 2.0),
-            middle_y: Pixels(self.top + self.height / 2.0),
-            horizontal_y: Pixels(bottom + 36.0),
-            horizontal,
-            vertical,
-            rows: self.vertical.ticks(6.0).into_iter().map(row).collect(),
-            columns: self.horizontal.ticks(8.0).into_iter().map(column).collect(),
-        }
-    }
-}
+/// A correlation below this is not worth a word.
+const WEAK: f64 = 0.2;
 
 /// A quantity as the text of an axis: `settling in s`.
 pub fn axis(of: &Quantity) -> String {
@@ -170,254 +36,189 @@ pub fn axis(of: &Quantity) -> String {
     }
 }
 
-#[derive(Template)]
-#[template(path = "histogram.svg")]
-struct Histogram {
-    frame: Frame,
-    bars: String,
-    marks: Vec<Label>,
+/// A value of a figure with the digits that its spread tells, and its unit.
+fn told(of: &Distribution, value: f64) -> String {
+    let text = told_bare(of, value);
+    of.figure.unit.as_ref().map_or_else(|| text.clone(), |unit| format!("{text} {unit}").replace("degC", "°C"))
 }
 
-/// How many runs have which value of a figure, with the percentiles 5, 50 and 95; none if no run has the figure.
-///
-/// The width of a bar is a round number: the next above 2 (p75 - p25) / n^(1/3) (Freedman and Diaconis), and more where
-/// there would be over 80 bars.
+/// The same without the unit.
+fn told_bare(of: &Distribution, value: f64) -> String {
+    let at = |percent: f64| of.percentiles.iter().find(|(other, _)| *other == percent).map(|(_, value)| *value);
+    let spread = at(95.0).zip(at(5.0)).map_or(0.0, |(high, low)| high - low);
+    let spread = if spread > 0.0 { spread } else { of.max.zip(of.min).map_or(0.0, |(max, min)| max - min) };
+    within(value, spread)
+}
+
+/// How many runs have which value of a figure, with the percentiles 5, 50 and 95 and with `limits`; none if no run has the figure.
 ///
 /// # Errors
 /// It cannot be drawn.
-pub fn histogram(distribution: &Distribution, values: impl Iterator<Item = f64>) -> Result<Option<String>> {
-    let mut values: Vec<f64> = values.filter(|value| is_drawn(*value)).collect();
-    values.sort_unstable_by(f64::total_cmp);
-    let Some(width) = bar_width(&values) else { return Ok(None) };
-    let (first, last) = ((values[0] / width).floor(), (values[values.len() - 1] / width).floor());
-    let mut counts = vec![0u64; (last - first) as usize + 1];
-    for value in &values {
-        counts[((value / width).floor() - first) as usize] += 1;
-    }
-    let most = counts.iter().copied().max().unwrap_or(0);
-    let place = Place {
-        // A quarter of a bar on both sides.
-        horizontal: Scale { from: (first - 0.25) * width, to: (last + 1.25) * width }.into(),
-        vertical: Scale { from: 0.0, to: most as f64 * 1.05 }.into(),
-        top: HISTOGRAM.0,
-        height: HISTOGRAM.1,
-    };
-    let bottom = Pixels(place.y(0.0));
-    let mut bars = String::new();
-    for (bar, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
-        let at = first + bar as f64;
-        let (left, right) = (place.x(at * width) + 0.5, place.x((at + 1.0) * width) - 0.5);
-        write!(bars, "M{} {bottom}V{}H{}V{bottom}Z", Pixels(left), Pixels(place.y(*count as f64)), Pixels(right))?;
-    }
-    let mark = |(row, percent): (usize, f64)| {
-        let value = percentile(&values, percent)?;
-        let x = place.x(value);
-        let (anchor, text_x) = if x > WIDTH / 2.0 { ("end", x - 5.0) } else { ("start", x + 5.0) };
+pub fn histogram(summary: &Summary, figure: usize, values: &[f64], limits: &[Mark]) -> Result<Option<String>> {
+    let of = &summary.figures[figure];
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|value| is_drawn(*value)).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let is_constant = sorted.first() == sorted.last();
+    let mark = |percent: f64| {
+        let at = percentile(&sorted, percent)?;
         let name = if percent == 50.0 { "median".into() } else { format!("{percent} %") };
-        let text = format!("{name}: {}", with_unit(value, &distribution.figure));
-        let text_y = Pixels(HISTOGRAM.0 - 6.0 - (2 - row) as f64 * ROW);
-        Some(Label { x: Pixels(x), text_x: Pixels(text_x), text_y, anchor, text })
+        Some(Mark { at, text: format!("{name}: {}", told(of, at)), is_limit: false })
     };
-    let marks = [5.0, 50.0, 95.0].into_iter().enumerate().filter_map(mark).collect();
-    let title = format!("{} of {}", distribution.figure.name, runs_text(values.len() as u64));
-    let mut frame = place.frame(title, axis(&distribution.figure), "runs".into());
-    frame.rows.retain(|tick| !tick.label.contains('.'));
-    Ok(Some(Histogram { frame, bars, marks }.render()?))
+    let marks = [5.0, 50.0, 95.0].into_iter().filter(|_| !is_constant).filter_map(mark);
+    let marks: Vec<Mark> = marks.chain(limits.iter().cloned()).collect();
+    histogram::svg(&distributed(summary, of, &sorted), &axis(&of.figure), &sorted, &marks)
 }
 
-/// How wide the bars of a histogram are; none without values, which are in ascending order.
-fn bar_width(values: &[f64]) -> Option<f64> {
-    let (min, max) = (*values.first()?, *values.last()?);
-    if min == max {
-        return Some(round_step(if min == 0.0 { 1.0 } else { min.abs() / 20.0 }));
+/// What a histogram shows, in a line.
+fn distributed(summary: &Summary, of: &Distribution, sorted: &[f64]) -> String {
+    let (name, runs) = (&of.figure.name, runs_text(sorted.len() as u64));
+    let at = |percent: f64| percentile(sorted, percent).unwrap_or(f64::NAN);
+    let mut title = match (sorted.first(), sorted.last()) {
+        (Some(min), Some(max)) if min == max => {
+            let all = if sorted.len() as u64 == summary.runs && summary.runs > 1 { "all " } else { "" };
+            format!("{name} is {} in {all}{runs}", told(of, *min))
+        }
+        (Some(min), Some(max)) if sorted.len() < FEW_RUNS => {
+            format!("{name} of {runs}: {} to {}", told_bare(of, *min), told(of, *max))
+        }
+        _ => {
+            let (word, tail) = if is_lower_better(name) { ("above", at(95.0)) } else { ("below", at(5.0)) };
+            format!("{name}: median {}, {word} {} in 5 % of {runs}", told_bare(of, at(50.0)), told(of, tail))
+        }
+    };
+    match summary.runs - summary.failed - of.count {
+        0 => {}
+        1 => title += "; 1 run has none",
+        absent => title += &format!("; {absent} runs have none"),
     }
-    let quartiles = percentile(values, 75.0)? - percentile(values, 25.0)?;
-    let rule = 2.0 * quartiles / (values.len() as f64).cbrt();
-    // Where most values are equal, the rule says nothing.
-    let rule = if rule > 0.0 { rule } else { (max - min) / 40.0 };
-    let are_whole = values.iter().all(|value| value.fract() == 0.0);
-    let least = if are_whole { 1.0 } else { 0.0 };
-    Some(round_step(rule.max((max - min) / MOST_BARS).max(least)))
+    title
 }
 
-#[derive(Template)]
-#[template(path = "scatter.svg")]
-struct Scatter {
-    frame: Frame,
-    classes: Vec<Class>,
-    /// Cells in place of points.
-    has_cells: bool,
-    diameter: Pixels,
-    /// A path of crosses.
-    absent: String,
-    keys: Vec<Key>,
-    key_y: Pixels,
-    key_texts: Vec<Label>,
+/// How the axes of a coordinate are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Coordinate {
+    /// Its values are told by their ratios.
+    pub is_logarithmic: bool,
+    /// It has a list of values, which are not samples.
+    pub is_listed: bool,
 }
 
-struct Class {
-    number: usize,
-    color: &'static str,
-    path: String,
-}
-
-struct Key {
-    number: usize,
-    color: &'static str,
-    x: Pixels,
-    width: Pixels,
-}
-
-/// The runs over the two coordinates that correlate most with a figure, coloured by it; over one coordinate if there
-/// is but one, with the figure as the height. None if nothing varies or no run has the figure. `logarithmic` says of
-/// each coordinate whether its axis shows logarithms.
-///
-/// The colours divide the range from the percentile 5 to the percentile 95 evenly. Runs at the same place are one point with
-/// their mean; a grid is drawn in cells, and more than 4000 points are put together in cells.
+/// The runs over the two coordinates that a figure depends on most, coloured by it; over one coordinate if there is but one,
+/// with the figure as the height. None if nothing varies or no run has the figure. The colours divide the range from the
+/// percentile 5 to the percentile 95 evenly.
 ///
 /// # Errors
 /// It cannot be drawn.
-pub fn scatter(results: &Results, summary: &Summary, figure: usize, logarithmic: &[bool]) -> Result<Option<String>> {
-    let of = &summary.figures[figure].figure;
-    let coordinates = summary.strongest(figure);
-    let Some(&first) = coordinates.first() else { return Ok(None) };
-    let second = coordinates.get(1).copied();
-    let value = |run: u64| results.figures_of(run)[figure];
+pub fn scatter(
+    results: &Results,
+    summary: &Summary,
+    figure: usize,
+    coordinates: &[Coordinate],
+) -> Result<Option<String>> {
+    let of = &summary.figures[figure];
+    let strongest = summary.strongest(figure);
+    let Some(&first) = strongest.first() else { return Ok(None) };
+    let second = strongest.get(1).copied();
     let mut values: Vec<f64> = results.figure(figure).filter(|value| is_drawn(*value)).collect();
     values.sort_unstable_by(f64::total_cmp);
     let (Some(low), Some(high)) = (percentile(&values, 5.0), percentile(&values, 95.0)) else { return Ok(None) };
-    let at = |run: u64| {
-        let point = results.point(run);
-        (point[first], second.map_or_else(|| value(run), |second| point[second]))
-    };
-    let runs = (0..results.count()).map(|run| (at(run), value(run)));
-    let runs = runs.filter(|((x, y), _)| is_drawn(*x) && is_drawn(*y));
-    let is_logarithmic = |coordinate: usize| logarithmic.get(coordinate).copied().unwrap_or(false);
-    let place = Place {
-        horizontal: Axis::around(runs.clone().map(|((x, _), _)| x), is_logarithmic(first)),
-        vertical: Axis::around(runs.clone().map(|((_, y), _)| y), second.is_some_and(is_logarithmic)),
-        top: SCATTER.0,
-        height: SCATTER.1,
-    };
-    let points = runs.clone().filter(|(_, value)| is_drawn(*value));
-    let points: Vec<(f64, f64, f64)> = points.map(|((x, y), value)| (place.x(x), place.y(y), value)).collect();
-    let mut drawn = cells(&points, 0.01, place.top);
-    let is_binned = drawn.len() > MOST_POINTS;
-    let size = if is_binned { Some((CELL, CELL)) } else { pitch(&drawn) };
-    if is_binned {
-        drawn = cells(&points, CELL, place.top);
-        drawn.iter_mut().for_each(|(x, y, _)| (*x, *y) = (*x + CELL / 2.0, *y + CELL / 2.0));
+    if values.len() < 2 {
+        return Ok(None);
     }
-    let level = |value: f64| {
-        let part = if high > low { (value - low) / (high - low) } else { 0.5 };
-        let part = if is_lower_better(&of.name) { part } else { 1.0 - part };
-        ((part * LEVELS.len() as f64) as usize).min(LEVELS.len() - 1)
+    let point = |run: u64| {
+        let (point, value) = (results.point(run), results.figures_of(run)[figure]);
+        (point[first], second.map_or(value, |second| point[second]), value)
     };
-    let mut paths = vec![String::new(); LEVELS.len()];
-    for (x, y, value) in &drawn {
-        let path = &mut paths[level(*value)];
-        match size {
-            Some((width, height)) => {
-                let (left, top) = (Pixels(x - width / 2.0), Pixels(y - height / 2.0));
-                let (width, height) = (Pixels(width), Pixels(height));
-                write!(path, "M{left} {top}h{width}v{height}h-{width}z")?;
-            }
-            None => write!(path, "M{} {}h0", Pixels(*x), Pixels(*y))?,
-        }
-    }
-    let class = |(level, path): (usize, String)| Class { number: level + 1, color: LEVELS[level], path };
-    let classes = paths.into_iter().enumerate().filter(|(_, path)| !path.is_empty()).map(class).collect();
-    let without = runs.filter(|(_, value)| !is_drawn(*value));
-    let mut absent = String::new();
-    for ((x, y), _) in without.clone().take(MOST_ABSENT) {
-        write!(absent, "M{} {}l6 6m0-6l-6 6", Pixels(place.x(x) - 3.0), Pixels(place.y(y) - 3.0))?;
-    }
-    let mean_of = (drawn.len() < points.len()).then_some(if size.is_some() { "a cell" } else { "a point" });
-    let (keys, key_texts) = keys(of, low, high, mean_of, without.count());
-    let vertical = second.map_or(of, |second| &results.coordinates[second]);
-    let title = format!("{} over {}", axis(of), coordinates_text(results, &coordinates));
-    let frame = place.frame(title, axis(&results.coordinates[first]), axis(vertical));
-    let diameter = Pixels(if drawn.len() > 500 { 5.0 } else { 8.0 });
-    let drawing =
-        Scatter { frame, classes, has_cells: size.is_some(), diameter, absent, keys, key_y: Pixels(36.0), key_texts };
-    Ok(Some(drawing.render()?))
+    let points: Vec<(f64, f64, f64)> = (0..results.count()).map(point).collect();
+    let of_coordinate = |number: usize| coordinates.get(number).copied().unwrap_or_default();
+    let is_map = strongest.iter().all(|number| of_coordinate(*number).is_listed);
+    let best = if is_map { best_place(results, figure, &strongest) } else { None };
+    let title = best.unwrap_or_else(|| dependence(results, of, &strongest));
+    let [across, up] = [Some(first), second].map(|number| match number {
+        Some(number) => (axis(&results.coordinates[number]), of_coordinate(number).is_logarithmic),
+        None => (axis(&of.figure), false),
+    });
+    scatter::svg(&Scatter {
+        title: &title,
+        points: &points,
+        horizontal: (&across.0, across.1),
+        vertical: (&up.0, up.1),
+        is_curve: second.is_none(),
+        range: (low, high),
+        ends: if is_lower_better(&of.figure.name) {
+            (told_bare(of, low), told(of, high))
+        } else {
+            (told(of, low), told_bare(of, high))
+        },
+        is_lower_better: is_lower_better(&of.figure.name),
+        absent: format!("without {}", of.figure.name),
+    })
+    .map(Some)
 }
 
-fn coordinates_text(results: &Results, coordinates: &[usize]) -> String {
-    let names: Vec<&str> = coordinates.iter().map(|of| results.coordinates[*of].name.as_str()).collect();
-    names.join(" and ")
-}
-
-/// The cells of this size that have points: left, top and the mean of their values, column by column.
-fn cells(points: &[(f64, f64, f64)], size: f64, top: f64) -> Vec<(f64, f64, f64)> {
-    let mut cells = BTreeMap::<(i64, i64), (f64, f64)>::new();
-    for (x, y, value) in points {
-        let cell = (((x - LEFT) / size).floor() as i64, ((y - top) / size).floor() as i64);
-        let (sum, count) = cells.entry(cell).or_default();
-        (*sum, *count) = (*sum + value, *count + 1.0);
+/// With what a figure rises and falls.
+fn dependence(results: &Results, of: &Distribution, coordinates: &[usize]) -> String {
+    let name = &of.figure.name;
+    if of.min == of.max && of.count > 0 {
+        return format!("{name} is {} in every run", of.min.map_or_else(String::new, |value| told(of, value)));
     }
-    let place = |((column, row), (sum, count)): ((i64, i64), (f64, f64))| {
-        (LEFT + column as f64 * size, top + row as f64 * size, sum / count)
-    };
-    cells.into_iter().map(place).collect()
-}
-
-/// The size of the cells of a grid with a point at each place; none if the points are no such grid, or too close.
-fn pitch(points: &[(f64, f64, f64)]) -> Option<(f64, f64)> {
-    let along = |place: fn(&(f64, f64, f64)) -> f64| {
-        let mut places: Vec<f64> = points.iter().map(place).collect();
-        places.sort_unstable_by(f64::total_cmp);
-        places.dedup();
-        let least = places.windows(2).map(|pair| pair[1] - pair[0]).reduce(f64::min);
-        (places.len(), least.filter(|pitch| *pitch >= CELL))
-    };
-    let ((columns, width), (rows, height)) = (along(|point| point.0), along(|point| point.1));
-    (columns * rows == points.len()).then_some(())?;
-    Some((width?, height?))
-}
-
-/// The scale of the colours, and what the marks are.
-fn keys(of: &Quantity, low: f64, high: f64, mean_of: Option<&str>, absent: usize) -> (Vec<Key>, Vec<Label>) {
-    let label =
-        |x: f64, text: String| Label { x: Pixels(x), text_x: Pixels(x), text_y: Pixels(40.0), anchor: "start", text };
-    let (best, worst) = if is_lower_better(&of.name) {
-        (format!("≤ {}", short(low)), format!("≥ {}", with_unit(high, of)))
-    } else {
-        (format!("≥ {}", short(high)), format!("≤ {}", with_unit(low, of)))
-    };
-    let (begin, width) = (LEFT + best.chars().count() as f64 * 7.0 + 8.0, 26.0);
-    let key = |level: usize| Key {
-        number: level + 1,
-        color: LEVELS[level],
-        x: Pixels(begin + level as f64 * width),
-        width: Pixels(width),
-    };
-    let mut end = worst;
-    if let Some(mark) = mean_of {
-        let _ = write!(end, "; {mark} has the mean of its runs");
+    let known = coordinates.iter().filter_map(|number| Some((*number, of.correlations[*number]?)));
+    let strong: Vec<(usize, f64)> = known.filter(|(_, correlation)| correlation.abs() >= WEAK).collect();
+    let word = |correlation: f64| if correlation > 0.0 { "rises" } else { "falls" };
+    let mut text = String::new();
+    for (place, (number, correlation)) in strong.iter().enumerate() {
+        let verb = match place {
+            0 => format!("{name} {} with", word(*correlation)),
+            _ if word(*correlation) == word(strong[0].1) => " and".into(),
+            _ => format!(" and {} with", word(*correlation)),
+        };
+        text += &format!("{verb} {} ({correlation:.2})", results.coordinates[*number].name);
     }
-    if absent > 0 {
-        let _ = write!(end, "; ×: {} without {}", runs_text(absent as u64), of.name);
-    }
-    let texts = vec![label(LEFT, best), label(begin + LEVELS.len() as f64 * width + 8.0, end)];
-    ((0..LEVELS.len()).map(key).collect(), texts)
+    if text.is_empty() { format!("{name} neither rises nor falls with one setting alone") } else { text }
 }
 
-/// The curves of some runs in one chart: what the figure is of above what the controller does. `runs` have a word each, such
-/// as `worst`. None if nothing of the loop is recorded.
+/// At which of their values a figure is the best, in the mean of the runs there.
+fn best_place(results: &Results, figure: usize, coordinates: &[usize]) -> Option<String> {
+    let mut places: Vec<(Vec<f64>, f64)> = (0..results.count())
+        .map(|run| {
+            let point = coordinates.iter().map(|number| results.point(run)[*number]).collect();
+            (point, results.figures_of(run)[figure])
+        })
+        .collect();
+    places.sort_by(|(one, _), (other, _)| one.partial_cmp(other).unwrap_or(std::cmp::Ordering::Equal));
+    let name = &results.figures[figure].name;
+    let mean = |runs: &[(Vec<f64>, f64)]| runs.iter().map(|(_, value)| value).sum::<f64>() / runs.len() as f64;
+    let means = places.chunk_by(|one, other| one.0 == other.0).map(|runs| (&runs[0].0, mean(runs)));
+    let means: Vec<(&Vec<f64>, f64)> = means.filter(|(_, mean)| mean.is_finite()).collect();
+    let by_value = |one: &&(&Vec<f64>, f64), other: &&(&Vec<f64>, f64)| one.1.total_cmp(&other.1);
+    let (least, greatest) = (means.iter().min_by(by_value)?, means.iter().max_by(by_value)?);
+    let (word, (best, _)) = if is_lower_better(name) { ("lowest", least) } else { ("highest", greatest) };
+    (least.1 < greatest.1).then_some(())?;
+    let at = coordinates.iter().zip(best.iter()).map(|(number, value)| {
+        let Quantity { name, unit } = &results.coordinates[*number];
+        let unit = unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
+        format!("{name} = {}{unit}", within(*value, value.abs()))
+    });
+    Some(format!("{name} is {word} at {}", at.collect::<Vec<_>>().join(" and ")))
+}
+
+/// The curves of some runs in one chart: what the figure is of above what the controller does, in front of the `envelope` of
+/// many runs. `runs` have a word each, such as `worst`. What is outside of the figures' window is shaded, and the band in
+/// which the first run counts as settled is marked. None if nothing of the loop is recorded.
 ///
 /// # Errors
 /// It cannot be drawn.
 pub fn curves(
-    title: &str,
     signals: &Signals,
-    figure: &Quantity,
+    window: Window,
+    (of, values): (&Distribution, &[f64]),
     runs: &[(&str, u64, &Recording)],
+    envelope: Option<&Envelope>,
 ) -> Result<Option<String>> {
     let Some((_, _, first)) = runs.first() else { return Ok(None) };
     let rows = runs.iter().map(|(_, _, recording)| recording.times.len()).min().unwrap_or(0);
     let column = |name: &str| first.columns.iter().position(|column| column.name == name);
-    let values = |recording: &Recording, name: &str| -> Option<Vec<f64>> {
+    let values_of = |recording: &Recording, name: &str| -> Option<Vec<f64>> {
         let column = recording.columns.iter().position(|column| column.name == name)?;
         Some(recording.column(column).take(rows).collect())
     };
@@ -426,7 +227,7 @@ pub fn curves(
             let name_of_run = format!("{word}: run {run}");
             // A run has the same colour everywhere: vermilion, blue, green.
             let color = Some([1, 0, 2].get(place).copied().unwrap_or(place));
-            Some(Curve { name: name_of_run, values: values(recording, name)?, is_input: false, color })
+            Some(Curve { name: name_of_run, values: values_of(recording, name)?, is_input: false, color })
         };
         runs.iter().enumerate().filter_map(curve).collect()
     };
@@ -434,28 +235,50 @@ pub fn curves(
         Some(unit) => format!("{name} in {unit}"),
         None => name.to_string(),
     };
+    let times = &first.times[..rows];
     let mut panels = Vec::new();
+    let mut shown_window = None;
     if let Some(name) = &signals.process_value {
-        let mut curves = of_each(name);
+        let mut panel = Panel { label: label(name), curves: of_each(name), ..Panel::default() };
         if let Some(setpoint) = &signals.setpoint {
-            let all: Vec<_> = runs.iter().filter_map(|(_, _, recording)| values(recording, setpoint)).collect();
+            let all: Vec<_> = runs.iter().filter_map(|(_, _, recording)| values_of(recording, setpoint)).collect();
+            if let (Some(setpoint), Some(process_value)) = (all.first(), values_of(first, name)) {
+                let signals = figures::Signals { times, setpoint, process_value: &process_value, ..Default::default() };
+                let span = figures::Span { from: window.from, to: window.to, step: None };
+                let of_figures = figures::Window::of(signals, &span);
+                shown_window = of_figures.times();
+                panel.bands.extend(of_figures.band().map(|band| Band {
+                    name: "settled".into(),
+                    times: vec![band.times.0, band.times.1],
+                    low: vec![band.low; 2],
+                    high: vec![band.high; 2],
+                    color: SETTLED,
+                }));
+            }
             let are_equal = all.windows(2).all(|pair| pair[0] == pair[1]);
             let shown = if are_equal { 1 } else { all.len() };
             for (values, (word, ..)) in all.into_iter().zip(runs).take(shown) {
                 let name = if are_equal { "setpoint".into() } else { format!("setpoint ({word})") };
-                curves.push(Curve { name, values, is_input: true, color: Some(SETPOINT) });
+                panel.curves.push(Curve { name, values, is_input: true, color: Some(SETPOINT) });
             }
         }
-        panels.push(Panel { label: label(name), curves });
+        panel.bands.extend(envelope.filter(|_| !panel.curves.is_empty()).map(|envelope| Band {
+            name: format!("5 to 95 % of {}", runs_text(envelope.runs)),
+            times: envelope.times.clone(),
+            low: envelope.low.clone(),
+            high: envelope.high.clone(),
+            color: ENVELOPE,
+        }));
+        panels.push(panel);
     }
     let own = ["min", "max", "mean", "last", "violation"]
         .iter()
-        .find_map(|of| figure.name.strip_suffix(of)?.strip_suffix('.'));
+        .find_map(|end| of.figure.name.strip_suffix(end)?.strip_suffix('.'));
     let shown = |name: &&str| {
         Some(*name) != signals.process_value.as_deref() && Some(*name) != signals.manipulated_value.as_deref()
     };
     for name in own.filter(shown).into_iter().chain(signals.manipulated_value.as_deref()) {
-        panels.push(Panel { label: label(name), curves: of_each(name) });
+        panels.push(Panel { label: label(name), curves: of_each(name), ..Panel::default() });
     }
     panels.retain(|panel| !panel.curves.is_empty());
     let is_pulsed = signals.manipulated_value.is_none();
@@ -467,7 +290,15 @@ pub fn curves(
     if panels.is_empty() && lanes.is_empty() {
         return Ok(None);
     }
-    let chart = Chart { title: title.into(), time: first.times[..rows].to_vec(), over: None, panels, lanes };
+    let value = |(word, run, _): &(&str, u64, &Recording)| {
+        let value = values.get(*run as usize).map_or_else(String::new, |value| told(of, *value));
+        if runs.len() == 1 { value } else { format!("{value} in the {word} run") }
+    };
+    let title = format!("{} is {}", of.figure.name, runs.iter().map(value).collect::<Vec<_>>().join(", "));
+    let window = shown_window.filter(|(from, to)| Some(from) != times.first() || Some(to) != times.last());
+    let over = window.map(|_| "time in s; the figures are of what is not shaded".to_string());
+    // Stairs, as without this text.
+    let chart = Chart { title, time: times.to_vec(), time_label: over, panels, lanes, window, ..Chart::default() };
     plot::svg(&chart).context("the curves cannot be drawn").map(Some)
 }
 
@@ -481,122 +312,73 @@ mod tests {
         Quantity { name: name.into(), unit: Some("s".into()) }
     }
 
-    /// Results over `width` coordinates, which are those of a spiral.
-    fn results(width: usize, values: &[f64]) -> Results {
-        let coordinates = ["P.A", "P.B", "P.C"].map(quantity)[..width].to_vec();
-        let mut results = Results::new(coordinates, vec![quantity("settling")]);
-        for (run, value) in values.iter().enumerate() {
-            let (along, angle) = (run as f64 / values.len() as f64, run as f64 * 2.4);
-            let point = [along * angle.cos(), along * angle.sin(), 1.0];
+    /// Results of a figure over `width` coordinates.
+    fn results(points: &[[f64; 2]], width: usize, figure: &str, values: &[f64]) -> Results {
+        let mut results = Results::new(["P.A", "P.B"].map(quantity)[..width].to_vec(), vec![quantity(figure)]);
+        for (point, value) in points.iter().zip(values) {
             results.push(&point[..width], &Row { figures: vec![*value], error: None });
         }
         results
     }
 
     fn of(values: &[f64]) -> Option<String> {
-        let results = results(0, values);
-        histogram(&Summary::of(&results, 1).figures[0], results.figure(0)).unwrap()
+        let results = results(&vec![[0.0; 2]; values.len()], 0, "settling", values);
+        histogram(&Summary::of(&results, 1), 0, values, &[]).unwrap()
+    }
+
+    fn over(points: &[[f64; 2]], width: usize, values: &[f64], is_listed: bool) -> Option<String> {
+        let results = results(points, width, "settling", values);
+        let coordinates = [Coordinate { is_logarithmic: false, is_listed }; 2];
+        scatter(&results, &Summary::of(&results, 1), 0, &coordinates).unwrap()
+    }
+
+    fn has(drawing: &str, text: &str) -> bool {
+        drawing.contains(&format!(">{text}</text>"))
     }
 
     #[test]
-    fn the_bars_of_a_histogram_have_a_round_width_and_hold_all_runs() {
-        // Quartiles 24.75 and 74.25: 2 * 49.5 / 100^(1/3) = 21.3.
-        let values: Vec<f64> = (0..100).map(f64::from).collect();
-        assert_eq!(bar_width(&values), Some(50.0));
-        // An outlier does not make thousands of bars.
-        let outlier: Vec<f64> = values.iter().copied().chain([1e6]).collect();
-        assert_eq!(bar_width(&outlier), Some(20_000.0));
-        // Whole numbers are not divided; where most are equal there are forty bars.
-        assert_eq!(bar_width(&[1.0, 1.0, 2.0, 2.0, 3.0]), Some(2.0));
-        let mut mostly = vec![0.0; 99];
-        mostly.push(0.5);
-        assert_eq!(bar_width(&mostly), Some(0.02));
-        assert_eq!((bar_width(&[5.0]), bar_width(&[0.0; 3]), bar_width(&[])), (Some(0.5), Some(1.0), None));
-    }
-
-    #[test]
-    fn a_histogram_marks_its_percentiles_and_names_its_axes() {
-        let drawing = of(&(0..=100).map(f64::from).collect::<Vec<_>>()).unwrap();
-        for text in ["settling of 101 runs", "settling in s", "runs", "5 %: 5 s", "median: 50 s", "95 %: 95 s"] {
-            assert!(drawing.contains(&format!(">{text}</text>")), "{text}");
+    fn a_histogram_says_what_it_shows_with_the_digits_that_the_spread_tells() {
+        let drawing = of(&(0..=100).map(|run| 100.0 + f64::from(run) / 10.0 + 0.0123).collect::<Vec<_>>()).unwrap();
+        for text in ["settling: median 105, above 109.5 s in 5 % of 101 runs", "5 %: 100.5 s", "settling in s"] {
+            assert!(has(&drawing, text), "{text}");
         }
+        assert!(has(&of(&[2.0, f64::NAN, 4.0]).unwrap(), "settling of 2 runs: 2 to 4 s; 1 run has none"));
+        let constant = of(&[100.0; 30]).unwrap();
+        assert!(has(&constant, "settling is 100 s in all 30 runs") && !constant.contains("median"), "{constant}");
         assert_eq!(of(&[f64::NAN]), None);
     }
 
     #[test]
-    fn any_values_give_a_histogram_without_a_number_that_is_none() {
-        for values in [&[f64::NAN, 3.0, f64::INFINITY][..], &[0.0], &[-5.0; 9], &[1e300, -1e300], &[5e-324, 1.0]] {
-            let drawing = of(values).unwrap();
-            assert!(!drawing.contains("NaN") && !drawing.contains("inf"), "{values:?}");
-            resvg::usvg::roxmltree::Document::parse(&drawing).unwrap();
-        }
-    }
-
-    #[test]
-    fn few_runs_are_points_and_many_are_cells_of_a_small_file() {
-        let draw = |count: usize| {
-            let values: Vec<f64> = (0..count).map(|run| run as f64).collect();
-            let results = results(2, &values);
-            scatter(&results, &Summary::of(&results, 1), 0, &[]).unwrap().unwrap()
+    fn a_scatter_plot_says_with_what_the_figure_rises_and_falls() {
+        let points: Vec<[f64; 2]> = (0..40).map(|run| [f64::from(run), f64::from(run * 17 % 40)]).collect();
+        let draw = |value: fn(&[f64; 2]) -> f64| {
+            over(&points, 2, &points.iter().map(value).collect::<Vec<_>>(), false).unwrap()
         };
-        let few = draw(1000);
-        assert_eq!(few.matches("h0").count(), 1000);
-        let many = draw(100_000);
-        assert!(many.len() < 300_000, "{}", many.len());
-        assert!(many.contains("a cell has the mean of its runs") && !few.contains("a cell"));
-        assert_eq!(many, draw(100_000));
+        let rising = draw(|point| point[0]);
+        assert!(has(&rising, "settling rises with P.A (1.00)"), "{rising}");
+        assert!(draw(|point| point[0] - 2.0 * point[1]).contains("settling falls with P.B (-0."));
+        assert!(has(&draw(|_| 3.0), "settling is 3 s in every run"));
+        assert!(has(&draw(|point| (point[0] - 19.5).abs()), "settling neither rises nor falls with one setting alone"));
     }
 
     #[test]
-    fn a_scatter_plot_marks_runs_without_the_figure() {
-        let results = results(3, &[1.0, f64::NAN, 3.0, 5.0]);
-        let drawing = scatter(&results, &Summary::of(&results, 1), 0, &[]).unwrap().unwrap();
-        assert!(drawing.contains("×: 1 run without settling"), "{drawing}");
-        for text in ["settling in s over P.A and P.B", "P.A in s", "P.B in s"] {
-            assert!(drawing.contains(&format!(">{text}</text>")), "{text}");
-        }
+    fn a_grid_says_where_the_figure_is_the_best() {
+        let points: Vec<[f64; 2]> = (0..12).map(|run| [f64::from(run / 4), f64::from(run % 4)]).collect();
+        let values: Vec<f64> = points.iter().map(|[a, b]| (a - 1.0).powi(2) + (b - 3.0).powi(2)).collect();
+        let drawing = over(&points, 2, &values, true).unwrap();
+        assert!(has(&drawing, "settling is lowest at P.B = 3 s and P.A = 1 s"), "{drawing}");
     }
 
     #[test]
-    fn a_grid_is_drawn_in_cells() {
-        let mut results = Results::new(vec![quantity("P.A"), quantity("P.B")], vec![quantity("settling")]);
-        for run in 0..12_u32 {
-            let point = [f64::from(run / 4), f64::from(run % 4)];
-            results.push(&point, &Row { figures: vec![f64::from(run)], error: None });
-        }
-        let drawing = scatter(&results, &Summary::of(&results, 1), 0, &[]).unwrap().unwrap();
-        assert_eq!((drawing.matches("h0").count(), drawing.matches("h-").count()), (0, 12));
-        assert!(!drawing.contains("mean of its runs"));
+    fn over_one_coordinate_the_figure_is_the_height_and_no_grid() {
+        let points = [[1.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 0.0]];
+        let one = over(&points, 1, &[1.0, 2.0, 1.0, 2.0], true).unwrap();
+        assert!(has(&one, "P.A in s") && has(&one, "settling in s") && one.matches("h0").count() == 4);
+        assert_eq!(over(&points, 0, &[1.0, 2.0, 4.0, 3.0], false), None);
     }
 
     #[test]
-    fn runs_at_the_same_place_are_one_point_and_a_logarithmic_axis_has_round_ticks() {
-        let mut results = Results::new(vec![quantity("P.A"), quantity("P.B")], vec![quantity("settling")]);
-        for (run, value) in [1.0, 2.0, 3.0, 4.0, 5.0, 6.0].into_iter().enumerate() {
-            let point = [10f64.powi(run as i32 % 3), f64::from(run as u32 % 3)];
-            results.push(&point, &Row { figures: vec![value], error: None });
-        }
-        let drawing = scatter(&results, &Summary::of(&results, 1), 0, &[true, false]).unwrap().unwrap();
-        assert_eq!(drawing.matches("h0").count(), 3);
-        assert!(drawing.contains("a point has the mean of its runs"));
-        for tick in ["1", "2", "5", "10", "20", "50", "100"] {
-            assert!(drawing.contains(&format!("text-anchor=\"middle\">{tick}</text>")), "{tick}");
-        }
-    }
-
-    #[test]
-    fn over_one_coordinate_the_figure_is_the_height() {
-        let draw = |width| {
-            let results = results(width, &[1.0, 2.0, 4.0]);
-            scatter(&results, &Summary::of(&results, 1), 0, &[]).unwrap()
-        };
-        let one = draw(1).unwrap();
-        assert!(one.contains(">P.A in s</text>") && one.contains(">settling in s</text>"));
-        assert_eq!(draw(0), None);
-    }
-
-    #[test]
-    fn the_curves_of_runs_share_axes_and_the_setpoint_is_drawn_once() {
+    fn the_curves_of_runs_share_axes_before_the_envelope_and_the_setpoint_is_drawn_once() {
         let signals = Signals {
             setpoint: Some("PID.SP".into()),
             process_value: Some("HEATER.TEMP".into()),
@@ -604,17 +386,30 @@ mod tests {
             pulses: None,
         };
         let (worst, best) = (recording(80.0), recording(60.0));
-        let runs = [("worst", 7, &worst), ("best", 2, &best)];
-        let drawing = curves("Runs", &signals, &quantity("iae"), &runs).unwrap().unwrap();
-        for (text, count) in
-            [("worst: run 7", 2), ("best: run 2", 2), ("setpoint", 1), ("HEATER.TEMP in °C", 1), ("PID.LMN in %", 1)]
-        {
+        let runs = [("worst", 1, &worst), ("best", 0, &best)];
+        let values = [1.0, 3.0];
+        let draw = |signals: &Signals, figure: &str, envelope: Option<&Envelope>| {
+            let results = results(&[[0.0; 2]; 2], 0, figure, &values);
+            let summary = Summary::of(&results, 1);
+            curves(signals, Window::default(), (&summary.figures[0], &values), &runs, envelope).unwrap()
+        };
+        let times = vec![0.0, 2.0];
+        let envelope = Envelope { runs: 200, times, low: vec![20.0; 2], high: vec![70.0; 2] };
+        let drawing = draw(&signals, "iae", Some(&envelope)).unwrap();
+        for (text, count) in [
+            ("worst: run 1", 2),
+            ("best: run 0", 2),
+            ("setpoint", 1),
+            ("5 to 95 % of 200 runs", 1),
+            ("HEATER.TEMP in °C", 1),
+            ("PID.LMN in %", 1),
+            ("iae is 3 s in the worst run, 1 s in the best run", 1),
+        ] {
             assert_eq!(drawing.matches(&format!(">{text}</text>")).count(), count, "{text}");
         }
         // A run has one colour: a line in the legend and one in the panel, twice.
         assert_eq!(drawing.matches("class=\"curve-2\"").count(), 4);
-        assert_eq!(curves("Runs", &Signals::default(), &quantity("iae"), &runs).unwrap(), None);
-        let drawing = curves("Runs", &Signals::default(), &quantity("HEATER.TEMP.max"), &runs).unwrap().unwrap();
-        assert!(drawing.contains(">HEATER.TEMP in °C</text>"));
+        assert_eq!(draw(&Signals::default(), "iae", None), None);
+        assert!(has(&draw(&Signals::default(), "HEATER.TEMP.max", None).unwrap(), "HEATER.TEMP in °C"));
     }
 }

@@ -4,7 +4,7 @@
 //! that keeps what FMUs print; if that ends too, the run's row has the reason, and the others go on.
 
 use crate::Job;
-use crate::experiment::{Detail, Experiment};
+use crate::experiment::{Detail, Experiment, Gives};
 use crate::process::{Curve, End, Starter, TICK, Worker};
 use crate::results::Row;
 use crate::worker::{self, FLUSH};
@@ -191,6 +191,29 @@ impl Pool {
         point: &(dyn Fn(u64) -> Vec<f64> + Sync),
         sink: &mut dyn Sink,
     ) -> Result<()> {
+        self.make(count, point, Gives::Figures, sink)
+    }
+
+    /// The same for rows whose values are those of the process value at [`Experiment::trace_times`].
+    ///
+    /// # Errors
+    /// A worker cannot be started, or an error of `each`.
+    pub fn traces(
+        &mut self,
+        count: u64,
+        point: &(dyn Fn(u64) -> Vec<f64> + Sync),
+        each: &mut Receive<'_>,
+    ) -> Result<()> {
+        self.make(count, point, Gives::Trace, &mut Each(each))
+    }
+
+    fn make(
+        &mut self,
+        count: u64,
+        point: &(dyn Fn(u64) -> Vec<f64> + Sync),
+        gives: Gives,
+        sink: &mut dyn Sink,
+    ) -> Result<()> {
         let width = (self.experiment.coordinates.len() + self.experiment.figures.len()).max(1) as u64;
         let shared = Shared {
             next: Mutex::new(Next { first: 0, delivered: 0, is_over: false }),
@@ -206,7 +229,7 @@ impl Pool {
             for slot in slots.iter_mut().take(usize::try_from(count).unwrap_or(usize::MAX)) {
                 let (sender, shared) = (sender.clone(), &shared);
                 scope.spawn(move || {
-                    let made = Maker { starter, slot, figures, sender: &sender, printed }.work(shared, point);
+                    let made = Maker { starter, slot, gives, figures, sender: &sender, printed }.work(shared, point);
                     if let Err(error) = made
                         && !starter.child.interrupted.load(Ordering::Relaxed)
                     {
@@ -350,6 +373,7 @@ fn deliver(batches: &Receiver<Result<Batch>>, shared: &Shared, sink: &mut dyn Si
 struct Maker<'a> {
     starter: &'a Starter,
     slot: &'a mut Slot,
+    gives: Gives,
     figures: usize,
     sender: &'a Sender<Result<Batch>>,
     printed: &'a Mutex<Option<(u64, String)>>,
@@ -379,7 +403,8 @@ impl Maker<'_> {
         let mut next = first;
         while !points.is_empty() {
             let worker = self.slot.worker(self.starter)?;
-            let (sender, end) = (self.sender, worker.rows(&mut points, |rows| hand_in(self.sender, &mut next, rows)));
+            let (sender, end) =
+                (self.sender, worker.rows(&mut points, self.gives, |rows| hand_in(self.sender, &mut next, rows)));
             let Some(end) = end else { break };
             self.slot.worker = None;
             if end == End::Interrupted {
@@ -389,7 +414,7 @@ impl Maker<'_> {
             let lost = self.slot.run.map_or(64, |run| (2 * FLUSH).as_nanos() / run.as_nanos().max(1) + 1);
             let rest = points.split_off(usize::try_from(lost).unwrap_or(usize::MAX).min(points.len()));
             let mut listening = self.starter.start(true)?.0;
-            match listening.rows(&mut points, |rows| hand_in(sender, &mut next, rows)) {
+            match listening.rows(&mut points, self.gives, |rows| hand_in(sender, &mut next, rows)) {
                 None => {}
                 Some(End::Interrupted) => return Ok(false),
                 Some(end) => {

@@ -1,6 +1,6 @@
 //! A worker process as the main process sees it.
 
-use crate::experiment::Detail;
+use crate::experiment::{Detail, Gives};
 use crate::results::Row;
 use crate::worker::{ROLE, Reply, Request};
 use anyhow::{Result, bail};
@@ -70,8 +70,13 @@ impl Worker {
 
     /// Makes runs. `each` gets the rows with their points, which are taken from `points`. Gives why it has ended before there
     /// was a row for each.
-    pub fn rows(&mut self, points: &mut Vec<Vec<f64>>, mut each: impl FnMut(Vec<(Vec<f64>, Row)>)) -> Option<End> {
-        self.0.send(&Request::Rows(points.clone()));
+    pub fn rows(
+        &mut self,
+        points: &mut Vec<Vec<f64>>,
+        gives: Gives,
+        mut each: impl FnMut(Vec<(Vec<f64>, Row)>),
+    ) -> Option<End> {
+        self.0.send(&Request::Rows(points.clone(), gives));
         while !points.is_empty() {
             match self.reply() {
                 Ok(Reply::Rows(rows)) if rows.len() <= points.len() => {

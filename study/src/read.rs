@@ -34,6 +34,8 @@ const KINDS: &str = "values = [...], range, uniform, normal, log_normal or trian
 pub struct Reading {
     /// The name of the study: that of its file, without the extension.
     pub name: String,
+    /// The name of the loop's file, without its folder.
+    pub description: String,
     /// What to run.
     pub job: Job,
     /// Its table `[tune]`, for `plcfmu tune-study`.
@@ -175,7 +177,10 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     // Before the numbers are written as JSON, which has no NaN.
     study.check().map_err(|error| located(&places, error, path))?;
     let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    Ok(Reading { name, job: Job { system, study }, tune: content.tune.map(Spanned::into_inner), renews: None, places })
+    let description = content.description.map(Spanned::into_inner).unwrap_or_default();
+    let description = description.rsplit(['/', '\\']).next().unwrap_or_default().to_string();
+    let tune = content.tune.map(Spanned::into_inner);
+    Ok(Reading { name, description, job: Job { system, study }, tune, renews: None, places })
 }
 
 /// The system of a study's loop.

@@ -1,14 +1,17 @@
 //! What a study writes of its results: a page, a file for programs, pictures, and the text of the command. None of it says
 //! when or on which machine the runs were made, so that the same study gives the same bytes everywhere.
 
+use crate::envelope::Envelope;
 use crate::expect::{Expectation, Of, Verdict, runs_text, with_unit};
 use crate::finished::Table;
-use crate::pictures;
+use crate::pictures::{self, Coordinate};
+use crate::ran::{Ran, RanFmu, Set};
 use crate::results::{Quantity, Results};
 use crate::summary::{Distribution, PERCENTS, Summary};
 use crate::{Along, Axis, Job, Sampling, Signals};
 use anyhow::{Context, Result, bail};
 use askama::Template;
+use draw::histogram::Mark;
 use draw::picture;
 use host::package::temporary;
 use modeldescription::digits::short;
@@ -37,6 +40,8 @@ pub struct Report<'a> {
     pub fingerprint: &'a str,
     /// The table with the runs.
     pub table: &'a Table,
+    /// What all runs have in common.
+    pub ran: &'a Ran,
     /// The loop's signals, `FMU.VARIABLE`.
     pub signals: &'a Signals,
     /// What the runs came to.
@@ -49,6 +54,8 @@ pub struct Report<'a> {
     pub verdicts: &'a [(Expectation, Verdict)],
     /// The curves of runs, at least of those that are wanted by [`curves_wanted`], by their numbers.
     pub curves: &'a [(u64, Recording)],
+    /// Between which values most runs are, if that is known.
+    pub envelope: Option<&'a Envelope>,
 }
 
 /// The figure by which curves are chosen and points coloured: the study's, else `iae`, else the first. None if
@@ -137,17 +144,19 @@ fn pictures(report: &Report) -> Result<(Vec<Picture>, Vec<String>)> {
                 runs.push((word, run, recording));
             }
         }
-        let title = format!("Runs with the worst, the median and the best {}", of.figure.name);
-        let svg = pictures::curves(&title, report.signals, &of.figure, &runs);
+        let values: Vec<f64> = report.results.figure(main).collect();
+        let window = report.job.study.window;
+        let svg = pictures::curves(report.signals, window, (of, &values), &runs, report.envelope);
         drawn.push(("curves".to_string(), None, svg));
         drawn.push((
             "scatter".into(),
             None,
-            pictures::scatter(report.results, report.summary, main, &logarithmic(report)),
+            pictures::scatter(report.results, report.summary, main, &coordinates(report)),
         ));
     }
     for (column, of) in report.summary.figures.iter().enumerate() {
-        let svg = pictures::histogram(of, report.results.figure(column));
+        let values: Vec<f64> = report.results.figure(column).collect();
+        let svg = pictures::histogram(report.summary, column, &values, &limits(report, column));
         drawn.push((format!("histogram_{}", file_name(&of.figure.name)), Some(column), svg));
     }
     let (mut names, mut problems) = (BTreeSet::new(), Vec::new());
@@ -166,16 +175,26 @@ fn pictures(report: &Report) -> Result<(Vec<Picture>, Vec<String>)> {
     Ok((pictures, problems))
 }
 
-/// Whether the values of a coordinate are told by their ratios.
-fn logarithmic(report: &Report) -> Vec<bool> {
+/// The bounds that are expected of each run's figure.
+fn limits(report: &Report, figure: usize) -> Vec<Mark> {
+    let own = report.verdicts.iter().filter(|(of, _)| of.figure == figure && of.of == Of::Each);
+    own.map(|(of, _)| Mark { at: of.bound, text: of.text.clone(), is_limit: true }).collect()
+}
+
+/// How the axes of the coordinates are drawn.
+fn coordinates(report: &Report) -> Vec<Coordinate> {
     let has_ratios = |along: &Along| matches!(along, Along::Range { logarithmic: true, .. } | Along::LogNormal { .. });
-    let of_axis = |name: &str, axis: &Axis| has_ratios(&axis.along) && axis.variables.iter().any(|of| of == name);
-    let is_logarithmic = |of: &Quantity| {
+    let coordinate = |of: &Quantity| {
         // A value that is set later is named FMU.VARIABLE@SECONDS.
         let name = of.name.split('@').next().unwrap_or_default();
-        report.job.study.axes.iter().any(|axis| of_axis(name, axis))
+        let is_own = |axis: &&Axis| axis.variables.iter().any(|of| of == name);
+        let axes = report.job.study.axes.iter().filter(is_own);
+        Coordinate {
+            is_logarithmic: axes.clone().any(|axis| has_ratios(&axis.along)),
+            is_listed: axes.clone().next().is_some() && axes.clone().all(|axis| !is_sampled(&axis.along)),
+        }
     };
-    report.results.coordinates.iter().map(is_logarithmic).collect()
+    report.results.coordinates.iter().map(coordinate).collect()
 }
 
 /// A name that every file system takes.
@@ -329,6 +348,8 @@ impl<T: Serialize> Serialize for Pairs<T> {
 struct Document<'a> {
     study: &'a str,
     fingerprint: &'a str,
+    #[serde(flatten)]
+    ran: &'a Ran,
     table: &'a Table,
     runs: u64,
     failed: u64,
@@ -430,6 +451,7 @@ fn json(report: &Report) -> Result<String> {
     let document = Document {
         study: report.name,
         fingerprint: report.fingerprint,
+        ran: report.ran,
         table: report.table,
         runs: summary.runs,
         failed: summary.failed,
@@ -467,6 +489,51 @@ struct Page<'a> {
     /// Whether there is any rank correlation.
     has_influence: bool,
     failures: Vec<(String, String)>,
+    ran: RanPart<'a>,
+}
+
+/// What was run, and how to run it again.
+struct RanPart<'a> {
+    of: &'a Ran,
+    /// From when to when, in which steps.
+    span: String,
+    fmus: Vec<[String; 4]>,
+    connections: Vec<String>,
+    settings: Vec<String>,
+    events: Vec<(String, String)>,
+    command: String,
+    /// The same with the curves of the worst run.
+    curves: String,
+    fingerprint: &'a str,
+}
+
+impl<'a> RanPart<'a> {
+    fn of(report: &Report<'a>) -> RanPart<'a> {
+        let ran = report.ran;
+        let seconds = |value: f64| format!("{} s", short(value));
+        let fmu = |of: &RanFmu| {
+            let version = of.version.as_deref().unwrap_or_default();
+            [&of.name, &of.model, version, &of.sha256].map(printable)
+        };
+        let event = |of: &Set| (seconds(of.time.unwrap_or_default()), printable(&of.text()));
+        let mut command = format!("plcfmu study {}.toml", report.name);
+        let curves = report.main.and_then(|main| report.summary.figures[main].worst.first());
+        let curves = curves.map_or_else(String::new, |run| format!("{command} --resume --curves {run}"));
+        for (of, _) in report.verdicts {
+            let _ = write!(command, " --expect '{}'", of.text);
+        }
+        RanPart {
+            of: ran,
+            span: format!("from {} to {} in steps of {}", seconds(ran.start), seconds(ran.stop), seconds(ran.step)),
+            fmus: ran.fmus.iter().map(fmu).collect(),
+            connections: ran.connections.iter().map(|(from, to)| printable(&format!("{from} → {to}"))).collect(),
+            settings: ran.settings.iter().map(|of| printable(&of.text())).collect(),
+            events: ran.events.iter().map(event).collect(),
+            command: printable(&command),
+            curves: printable(&curves),
+            fingerprint: report.fingerprint,
+        }
+    }
 }
 
 struct ExpectationPart {
@@ -566,6 +633,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         has_influence: summary.figures.iter().any(|of| of.correlations.iter().any(Option::is_some)),
         coordinates: summary.coordinates.iter().map(|of| printable(&pictures::axis(of))).collect(),
         failures: failures.collect(),
+        ran: RanPart::of(report),
     };
     Ok(page.render()?)
 }

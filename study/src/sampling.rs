@@ -107,7 +107,7 @@ const ROUNDS: usize = 8;
 
 /// A permutation of the numbers below `count`.
 #[derive(Clone, Debug, PartialEq)]
-struct Permutation {
+pub(crate) struct Permutation {
     count: u64,
     /// How many bits each half of a number has.
     half: u32,
@@ -115,14 +115,15 @@ struct Permutation {
 }
 
 impl Permutation {
-    fn new(seed: u64, axis: usize, count: u64) -> Permutation {
+    /// One of many, by the seed and the number of an axis.
+    pub fn new(seed: u64, axis: usize, count: u64) -> Permutation {
         let bits = u64::BITS - count.saturating_sub(1).leading_zeros();
         let mut stream = stream(seed, axis, Use::Permutation);
         Permutation { count, half: bits.div_ceil(2).max(1), keys: std::array::from_fn(|_| stream.next_u64()) }
     }
 
     /// Where a number below `count` goes.
-    fn of(&self, number: u64) -> u64 {
+    pub fn of(&self, number: u64) -> u64 {
         // The network permutes the numbers below a power of 4. Walking its cycle on until it is below `count` again permutes those.
         let mut number = self.network(number);
         while number >= self.count {

@@ -188,8 +188,9 @@ impl Found<'_> {
             None => name.to_string(),
         };
         let panel = |name: &str, unit: Option<&String>, values: Vec<f64>| Panel {
-            label: unit.cloned().unwrap_or_default(),
+            label: labelled(name, unit),
             curves: vec![Curve { name: name.into(), values, is_input: false, color: None }],
+            ..Panel::default()
         };
         let seconds = candidates.iter().map(|of| of.second.unwrap_or(f64::NAN)).collect();
         let mut panels = vec![panel(&second.name, second.unit.as_ref(), seconds)];
@@ -208,7 +209,8 @@ impl Found<'_> {
             time: candidates.iter().map(|of| of.objective.unwrap_or(f64::NAN)).collect(),
             over: Some(labelled(&first.name, first.unit.as_ref())),
             panels,
-            lanes: Vec::new(),
+            has_dots: true,
+            ..Chart::default()
         })
     }
 }

@@ -9,7 +9,7 @@
 //! few of them.
 
 use crate::Job;
-use crate::experiment::{Detail, Executor, Experiment};
+use crate::experiment::{Detail, Executor, Experiment, Gives};
 use crate::results::Row;
 use anyhow::{Context, Result, bail};
 use host::child::witness::Witnessed;
@@ -46,7 +46,7 @@ pub enum Request {
         renews: bool,
     },
     /// Make the runs of these points.
-    Rows(Vec<Vec<f64>>),
+    Rows(Vec<Vec<f64>>, Gives),
     /// Find out whether an instance that was reset computes what a new one does.
     CheckReset,
     /// Make the run of this point and record it.
@@ -158,10 +158,10 @@ impl Serving {
                         Err(error) => output.send(&Reply::Refused(format!("{error:#}")))?,
                     }
                 }
-                Request::Rows(points) => {
+                Request::Rows(points, gives) => {
                     let (mut rows, mut flushed) = (Vec::new(), Instant::now());
                     for point in &points {
-                        rows.push(executor.row(point, &mut instantiate));
+                        rows.push(executor.row_of(point, gives, &mut instantiate));
                         if flushed.elapsed() >= self.flush {
                             output.send(&Reply::Rows(std::mem::take(&mut rows)))?;
                             flushed = Instant::now();

@@ -180,10 +180,11 @@ fn curves(record: &Record, roles: &Roles) -> Result<Option<String>> {
             (Curve { name: name.clone(), values, is_input, color: None }, unit)
         };
         let (curves, units): (Vec<_>, Vec<_>) = names.into_iter().zip(&mut columns).map(curve).unzip();
-        Panel { label: units.into_iter().flatten().next().unwrap_or_default(), curves }
+        Panel { label: units.into_iter().flatten().next().unwrap_or_default(), curves, ..Panel::default() }
     });
     let panels = [controlled, manipulated].into_iter().filter(|panel| !panel.curves.is_empty()).collect();
-    let chart = Chart { title: member.name.clone(), time: view.times, over: None, panels, lanes: switches.curves };
+    let chart =
+        Chart { title: member.name.clone(), time: view.times, panels, lanes: switches.curves, ..Chart::default() };
     Ok(Some(svg(&chart)?))
 }
 

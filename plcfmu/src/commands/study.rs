@@ -15,12 +15,14 @@ use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+use study::envelope::Envelope;
 use study::expect::{Expectation, Verdict};
 use study::experiment::{Detail, Experiment};
 use study::finished::{self, Table};
 use study::output::Format;
 use study::parts::{self, Collector, Parts};
 use study::pool::{self, Pool};
+use study::ran::Ran;
 use study::report::{self, Report};
 use study::results::{Results, Row};
 use study::summary::Summary;
@@ -121,7 +123,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
     warn(&pool, &reading.job.system.remarks);
     if let Some(folder) = &options.bundle {
-        bundle::write(folder, &reading.name, &reading.job, count, pool.renews())?;
+        bundle::write(folder, &reading, count, pool.renews())?;
         let file = folder.join("study.json");
         return print(&format!("{}: a bundle of {count} runs; plcfmu study runs it\n", file.display()));
     }
@@ -141,18 +143,24 @@ pub fn run(options: &Options) -> Result<()> {
     let verdicts: Vec<_> = verdicts.collect();
     let summary = Summary::of(&results, WORST);
     let curves = curves(&mut pool, &results, &out, &options.curves, &report::curves_wanted(&summary, main))?;
+    let experiment = pool.experiment().clone();
+    let envelope = Envelope::of(&mut pool, &experiment, |run| results.errors.contains_key(&run))?;
+    ensure_going(&pool)?;
     output::write(&options.format.file(&out), options.format, &results)?;
+    let ran = Ran::of(&reading, &experiment)?;
     let report = Report {
         name: &reading.name,
         job: &reading.job,
         fingerprint: &fingerprint,
         table: &Table::of(&out, options.format)?,
-        signals: &pool.experiment().signals,
+        ran: &ran,
+        signals: &experiment.signals,
         results: &results,
         summary: &summary,
         main,
         verdicts: &verdicts,
         curves: &curves,
+        envelope: envelope.as_ref(),
     };
     write(&out, options, &report)?;
     parts.remove()?;
@@ -356,9 +364,7 @@ fn curves(
         }
         let is_named = named.contains(&run);
         let made = pool.curve(results.point(run), if is_named { Detail::All } else { Detail::Drawn });
-        if pool.is_interrupted() {
-            bail!(Interrupted("all runs are kept; the same command with --resume writes the results".into()));
-        }
+        ensure_going(pool)?;
         let (mut recording, figures) = match made {
             Ok(made) => made,
             Err(error) => {
@@ -382,6 +388,14 @@ fn curves(
         curves.push((run, recording));
     }
     Ok(curves)
+}
+
+/// All runs are made: an interruption leaves them to `--resume`.
+fn ensure_going(pool: &Pool) -> Result<()> {
+    if pool.is_interrupted() {
+        bail!(Interrupted("all runs are kept; the same command with --resume writes the results".into()));
+    }
+    Ok(())
 }
 
 /// What a picture needs of a recording: the same, whether all of it is wanted or not.

@@ -14,10 +14,15 @@ pub(crate) struct Sample {
     summary: Summary,
     verdicts: Vec<(Expectation, Verdict)>,
     curves: Vec<(u64, Recording)>,
+    ran: Ran,
 }
 
 fn quantity(name: &str, unit: &str) -> Quantity {
     Quantity { name: name.into(), unit: (!unit.is_empty()).then(|| unit.to_string()) }
+}
+
+fn set(variable: &str, value: &str, time: Option<f64>) -> Set {
+    Set { variable: variable.into(), value: value.into(), unit: Some("degC".into()), time }
 }
 
 /// A recording of three calls.
@@ -66,6 +71,22 @@ impl Sample {
             summary: Summary::of(&results, MOST_RUNS),
             verdicts: expected.iter().map(expectation).collect(),
             curves: vec![(1, recording(80.0)), (3, recording(65.0)), (0, recording(60.0))],
+            ran: Ran {
+                plcfmu: "9.8.7".into(),
+                description: "furnace.toml".into(),
+                stop: 3600.0,
+                step: 1.0,
+                fmus: vec![RanFmu {
+                    name: "HEATER".into(),
+                    model: "HEATER".into(),
+                    version: Some("1.2".into()),
+                    sha256: "89ab".into(),
+                }],
+                settings: vec![set("PID.GAIN", "2", None)],
+                events: vec![set("PID.SP", "60", Some(10.0))],
+                connections: vec![("PID.LMN".into(), "HEATER.POWER".into())],
+                ..Ran::default()
+            },
             results,
         }
     }
@@ -82,6 +103,8 @@ impl Sample {
             main: main_figure(&self.job, &self.results.figures).unwrap(),
             verdicts: &self.verdicts,
             curves: &self.curves,
+            ran: &self.ran,
+            envelope: None,
         }
     }
 }
@@ -154,6 +177,7 @@ fn the_summary_for_programs_has_settings_by_name() {
     let expectation = &summary["expectations"][0];
     assert_eq!((&expectation["met"], &expectation["count"]), (&json!(false), &json!(2)));
     assert_eq!(expectation["runs"][0], json!({"run": 3, "reason": "overshoot is 12 %", "settings": settings}));
+    assert_eq!((&summary["loop"], &summary["fmus"][0]["sha256"]), (&json!("furnace.toml"), &json!("89ab")));
     assert_eq!(summary["axes"][1]["along"]["uniform"]["max"], 45.0);
 }
 
@@ -170,9 +194,17 @@ fn the_page_shows_everything_and_loads_nothing() {
         "HEATER: it &lt;broke&gt;\u{fffd}",
         "normal, mean 2.5, deviation 1, not below 1",
         "4 samples at random, seed 7.",
-        "Runs with the worst, the median and the best iae",
-        "iae in degC s over HEATER.GAIN and PID.TI",
-        "overshoot of 3 runs",
+        "iae is 300 °C s in the worst run, 200 °C s in the median run, 100 °C s in the best run",
+        "iae rises with HEATER.GAIN (0.50) and PID.TI (0.50)",
+        "overshoot of 3 runs: 4 to 12 %",
+        ">overshoot &lt; 10 %</text>",
+        "furnace.toml, from 0 s to 3600 s in steps of 1 s",
+        "PID.LMN → HEATER.POWER",
+        "PID.GAIN = 2 degC",
+        "at 10 s: PID.SP = 60 degC",
+        "<td>HEATER</td><td>1.2</td><td>89ab</td>",
+        "plcfmu 9.8.7 gives the same bytes with: <code>plcfmu study furnace &lt;A&gt;.toml --expect",
+        "furnace &lt;A&gt;.toml --resume --curves 1</code>",
     ] {
         assert!(page.contains(text), "{text}");
     }

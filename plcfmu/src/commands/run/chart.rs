@@ -67,9 +67,12 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
             _ => left_out += 1,
         }
     }
-    let panel =
-        |(of, _): (Vec<usize>, bool)| Panel { label: label(of[0]), curves: of.into_iter().map(curve).collect() };
-    let chart = Chart { title, time, over: None, panels: panels.into_iter().map(panel).collect(), lanes };
+    let panel = |(of, _): (Vec<usize>, bool)| Panel {
+        label: label(of[0]),
+        curves: of.into_iter().map(curve).collect(),
+        ..Panel::default()
+    };
+    let chart = Chart { title, time, panels: panels.into_iter().map(panel).collect(), lanes, ..Chart::default() };
     let svg = plot::svg(&chart)?;
     let bytes = if is_svg { svg.into_bytes() } else { picture::png(&svg)? };
     Ok(Picture { bytes, left_out })

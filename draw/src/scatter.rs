@@ -1,0 +1,295 @@
+//! Numbers over one or two others: points with the colour of their value, or cells.
+
+use crate::field::{Axis, Field, LEFT, Label, RIGHT, Shape, Style, WIDTH, pitch};
+use crate::scale::{Scale, is_drawn};
+use crate::svg::Pixels;
+use modeldescription::digits::short;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+// In pixels.
+const TOP: f64 = 54.0;
+const HEIGHT: f64 = 360.0;
+/// The height of the colours' scale.
+const KEY_Y: f64 = 36.0;
+/// The width of a colour in it.
+const KEY: f64 = 26.0;
+
+/// More points than these are put together in cells.
+const MOST_POINTS: usize = 4000;
+/// The width and the height of such a cell.
+const CELL: f64 = 6.0;
+/// At most so many points without a value are marked.
+const MOST_ABSENT: usize = 500;
+/// A grid with at most so many values along an axis has them as its ticks.
+const MOST_TICKS: usize = 8;
+
+/// From the best to the worst: from blue to vermilion, which people with a colour vision deficiency can tell apart.
+const LEVELS: [&str; 7] = ["#0072b2", "#3c82ac", "#7292a5", "#a0a0a0", "#b28b6e", "#c4753d", "#d55e00"];
+
+/// What a scatter plot shows.
+#[derive(Clone, Debug)]
+pub struct Scatter<'a> {
+    /// The text above it.
+    pub title: &'a str,
+    /// Across, up, and the value; NaN is a point without a value, which is a cross.
+    pub points: &'a [(f64, f64, f64)],
+    /// The text of the axis below, and whether it shows logarithms.
+    pub horizontal: (&'a str, bool),
+    /// The same of the axis at the left.
+    pub vertical: (&'a str, bool),
+    /// Whether the height is the value itself: such points are no grid.
+    pub is_curve: bool,
+    /// The colours divide the range between these two values evenly.
+    pub range: (f64, f64),
+    /// The texts of the range's ends.
+    pub ends: (String, String),
+    /// Whether the lowest value is the best.
+    pub is_lower_better: bool,
+    /// What a cross is, after the number of them: `without settling`.
+    pub absent: String,
+}
+
+/// A scatter plot. Points at the same place are one with their mean; an even grid is drawn in cells, and more than 4000 points
+/// are put together in cells.
+///
+/// # Errors
+/// It cannot be drawn.
+pub fn svg(scatter: &Scatter) -> anyhow::Result<String> {
+    let drawable = scatter.points.iter().filter(|(x, y, _)| is_drawn(*x) && is_drawn(*y));
+    let axis = |(label, is_logarithmic): (&str, bool), at: fn(&(f64, f64, f64)) -> f64| {
+        Axis::around(label, drawable.clone().map(at), is_logarithmic)
+    };
+    let [horizontal, vertical] = [axis(scatter.horizontal, |point| point.0), axis(scatter.vertical, |point| point.1)];
+    let mut field = Field { title: scatter.title, horizontal, vertical, left: LEFT, top: TOP, height: HEIGHT };
+    let grid = if scatter.is_curve { None } else { grid(&mut field, drawable.clone()) };
+    let points: Vec<(f64, f64, f64)> = drawable
+        .clone()
+        .filter(|(_, _, value)| is_drawn(*value))
+        .map(|(x, y, value)| (field.x(*x), field.y(*y), *value))
+        .collect();
+    let mut drawn = cells(&points, 0.01);
+    let size = if grid.is_none() && drawn.len() > MOST_POINTS { Some((CELL, CELL)) } else { grid };
+    if grid.is_none() && size.is_some() {
+        drawn = cells(&points, CELL);
+        drawn.iter_mut().for_each(|(x, y, _)| (*x, *y) = (*x + CELL / 2.0, *y + CELL / 2.0));
+    }
+    let level = |value: f64| {
+        let (low, high) = scatter.range;
+        let part = if high > low { (value - low) / (high - low) } else { 0.5 };
+        let part = if scatter.is_lower_better { part } else { 1.0 - part };
+        ((part * LEVELS.len() as f64) as usize).min(LEVELS.len() - 1)
+    };
+    let mut paths = vec![String::new(); LEVELS.len()];
+    for (x, y, value) in &drawn {
+        let path = &mut paths[level(*value)];
+        match size {
+            // No further than the field.
+            Some((width, height)) => {
+                let (left, right) = ((x - width / 2.0).max(LEFT), (x + width / 2.0).min(WIDTH - RIGHT));
+                let (top, bottom) = ((y - height / 2.0).max(TOP), (y + height / 2.0).min(TOP + HEIGHT));
+                write!(
+                    path,
+                    "M{} {}H{}V{}H{}z",
+                    Pixels(left),
+                    Pixels(top),
+                    Pixels(right),
+                    Pixels(bottom),
+                    Pixels(left)
+                )?;
+            }
+            None => write!(path, "M{} {}h0", Pixels(*x), Pixels(*y))?,
+        }
+    }
+    let style = match size {
+        Some(_) => Style::Area(1.0),
+        None => Style::Dots(if drawn.len() > 500 { 5.0 } else { 8.0 }),
+    };
+    let class = |(level, path): (usize, String)| shape(level, path, style);
+    let mut shapes: Vec<Shape> =
+        paths.into_iter().enumerate().filter(|(_, path)| !path.is_empty()).map(class).collect();
+    let without = drawable.filter(|(_, _, value)| !is_drawn(*value));
+    let mut crosses = String::new();
+    for (x, y, _) in without.clone().take(MOST_ABSENT) {
+        write!(crosses, "M{} {}l6 6m0-6l-6 6", Pixels(field.x(*x) - 3.0), Pixels(field.y(*y) - 3.0))?;
+    }
+    if !crosses.is_empty() {
+        shapes.push(Shape { class: "curve-7".into(), color: "#000000", path: crosses, style: Style::Line(1.2) });
+    }
+    let mean_of = (drawn.len() < points.len()).then_some(if size.is_some() { "a cell" } else { "a point" });
+    let labels = keys(scatter, mean_of, without.count(), &mut shapes);
+    field.svg(&shapes, &labels)
+}
+
+fn shape(level: usize, path: String, style: Style) -> Shape {
+    Shape { class: format!("level-{}", level + 1), color: LEVELS[level], path, style }
+}
+
+/// The size of the cells of an even grid with a point at each place; none if the points are no such grid, or too close. The
+/// field then has half a cell of room on each side, and few values are its ticks.
+fn grid<'a>(field: &mut Field, points: impl Iterator<Item = &'a (f64, f64, f64)> + Clone) -> Option<(f64, f64)> {
+    let (horizontal, vertical) = (&field.horizontal, &field.vertical);
+    let (width, columns) = pitch(points.clone().map(|point| horizontal.place(point.0)))?;
+    let (height, rows) = pitch(points.clone().map(|point| vertical.place(point.1)))?;
+    let mut places: Vec<(i64, i64)> = points
+        .clone()
+        .map(|(x, y, _)| {
+            let number = |axis: &Axis, value: f64, pitch: f64| ((axis.place(value) - axis.scale.from) / pitch).round();
+            (number(horizontal, *x, width) as i64, number(vertical, *y, height) as i64)
+        })
+        .collect();
+    places.sort_unstable();
+    places.dedup();
+    let [wide, high] = [(WIDTH - LEFT - RIGHT) / columns as f64, HEIGHT / rows as f64];
+    if places.len() != columns * rows || wide < CELL || high < CELL {
+        return None;
+    }
+    let [x, y]: [Vec<f64>; 2] = [points.clone().map(|point| point.0).collect(), points.map(|point| point.1).collect()];
+    for (axis, mut values, pitch, count) in
+        [(&mut field.horizontal, x, width, columns), (&mut field.vertical, y, height, rows)]
+    {
+        values.sort_unstable_by(f64::total_cmp);
+        let (from, to) = (axis.place(values[0]), axis.place(values[values.len() - 1]));
+        axis.scale = Scale { from: from - pitch / 2.0, to: to + pitch / 2.0 };
+        if count <= MOST_TICKS {
+            let mut ticks: Vec<(f64, String)> = values.into_iter().map(|value| (value, short(value))).collect();
+            ticks.dedup_by(|a, b| a.1 == b.1);
+            axis.ticks = Some(ticks);
+        }
+    }
+    Some((wide, high))
+}
+
+/// The cells of this size that have points: left, top and the mean of their values, column by column.
+fn cells(points: &[(f64, f64, f64)], size: f64) -> Vec<(f64, f64, f64)> {
+    let mut cells = BTreeMap::<(i64, i64), (f64, f64)>::new();
+    for (x, y, value) in points {
+        let cell = (((x - LEFT) / size).floor() as i64, ((y - TOP) / size).floor() as i64);
+        let (sum, count) = cells.entry(cell).or_default();
+        (*sum, *count) = (*sum + value, *count + 1.0);
+    }
+    let place = |((column, row), (sum, count)): ((i64, i64), (f64, f64))| {
+        (LEFT + column as f64 * size, TOP + row as f64 * size, sum / count)
+    };
+    cells.into_iter().map(place).collect()
+}
+
+/// The scale of the colours, and what the marks are.
+fn keys(of: &Scatter, mean_of: Option<&str>, absent: usize, shapes: &mut Vec<Shape>) -> Vec<Label> {
+    let label =
+        |x: f64, text: String| Label {
+            x, y: KEY_Y + 4.0, anchor: "start", text: text.replace("degC", "°C"), of: None
+        };
+    let (low, high) = &of.ends;
+    let (best, mut end) = if of.is_lower_better {
+        (format!("≤ {low}"), format!("≥ {high}"))
+    } else {
+        (format!("≥ {high}"), format!("≤ {low}"))
+    };
+    let begin = LEFT + best.chars().count() as f64 * 7.0 + 8.0;
+    for level in 0..LEVELS.len() {
+        let path = format!("M{} {}h{}", Pixels(begin + level as f64 * KEY), Pixels(KEY_Y), Pixels(KEY));
+        shapes.push(shape(level, path, Style::Line(9.0)));
+    }
+    if let Some(mark) = mean_of {
+        end += &format!("; {mark} has the mean of its runs");
+    }
+    if absent > 0 {
+        let runs = if absent == 1 { "run" } else { "runs" };
+        end += &format!("; ×: {absent} {runs} {}", of.absent);
+    }
+    vec![label(LEFT, best), label(begin + LEVELS.len() as f64 * KEY + 8.0, end)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(points: &[(f64, f64, f64)], logarithmic: bool) -> String {
+        svg(&Scatter {
+            title: "T",
+            points,
+            horizontal: ("GAIN", logarithmic),
+            vertical: ("TI in s", false),
+            is_curve: false,
+            range: (0.0, 10.0),
+            ends: ("0".into(), "10 s".into()),
+            is_lower_better: true,
+            absent: "without settling".into(),
+        })
+        .unwrap()
+    }
+
+    /// The corners of all cells.
+    fn corners(drawing: &str) -> Vec<[f64; 4]> {
+        let paths = drawing.split(" d=\"").skip(1).filter_map(|rest| rest.split('"').next());
+        let cells = paths.flat_map(|path| path.split('M')).filter(|cell| cell.ends_with('z'));
+        cells
+            .map(|cell| {
+                let numbers = cell.split([' ', 'H', 'V', 'z']).filter_map(|number| number.parse().ok());
+                let numbers: Vec<f64> = numbers.collect();
+                [numbers[0], numbers[1], numbers[2], numbers[3]]
+            })
+            .collect()
+    }
+
+    #[test]
+    fn an_even_grid_fills_the_field_with_its_cells_and_no_cell_reaches_beyond() {
+        for (columns, rows) in [(2, 2), (3, 4), (2, 9)] {
+            let points: Vec<_> = (0..columns * rows)
+                .map(|run| (f64::from(run % columns), f64::from(run / columns), f64::from(run)))
+                .collect();
+            let cells = corners(&of(&points, false));
+            assert_eq!(cells.len(), points.len());
+            let area: f64 = cells.iter().map(|[left, top, right, bottom]| (right - left) * (bottom - top)).sum();
+            assert!((area / (660.0 * 360.0) - 1.0).abs() < 1e-3, "{columns} x {rows}: {area}");
+            assert!(cells.iter().all(|[left, top, right, bottom]| {
+                *left >= LEFT && *top >= TOP && *right <= WIDTH - RIGHT && *bottom <= TOP + HEIGHT
+            }));
+        }
+    }
+
+    #[test]
+    fn an_uneven_grid_and_one_with_gaps_are_points() {
+        let uneven = [1.0, 2.0, 5.0].map(|x| [1.0, 2.0].map(|y| (x, y, x))).concat();
+        assert_eq!((corners(&of(&uneven, false)).len(), of(&uneven, false).matches("h0").count()), (0, 6));
+        // Equal ratios are even on a logarithmic axis.
+        let ratios = [1.0, 10.0, 100.0].map(|x| [1.0, 2.0].map(|y| (x, y, x))).concat();
+        assert_eq!(corners(&of(&ratios, true)).len(), 6);
+        let gap = &[(1.0, 1.0, 1.0), (2.0, 1.0, 2.0), (1.0, 2.0, 3.0)];
+        assert_eq!(of(gap, false).matches("h0").count(), 3);
+    }
+
+    #[test]
+    fn points_at_the_same_place_are_one_with_their_mean_and_a_grid_names_its_few_values() {
+        let samples: Vec<_> =
+            (0..18).map(|run| (f64::from(run % 3) + 0.25, f64::from(run / 3 % 3), f64::from(run))).collect();
+        let drawing = of(&samples, false);
+        assert_eq!(corners(&drawing).len(), 9);
+        assert!(drawing.contains("a cell has the mean of its runs"));
+        for tick in ["0.25", "1.25", "2.25"] {
+            assert!(drawing.contains(&format!("text-anchor=\"middle\">{tick}</text>")), "{tick}");
+        }
+    }
+
+    #[test]
+    fn many_points_are_cells_of_a_small_file_within_the_field_and_few_are_points() {
+        let spiral = |count: u32| {
+            let point = |run: u32| {
+                let (along, angle) = (f64::from(run) / f64::from(count), f64::from(run) * 2.4);
+                (along * angle.cos(), along * angle.sin(), along * 10.0)
+            };
+            of(&(0..count).map(point).collect::<Vec<_>>(), false)
+        };
+        assert_eq!(spiral(1000).matches("h0").count(), 1000);
+        let many = spiral(100_000);
+        assert!(many.len() < 400_000, "{}", many.len());
+        assert!(corners(&many).iter().all(|[left, top, ..]| *left >= LEFT && *top >= TOP));
+    }
+
+    #[test]
+    fn points_without_a_value_are_crosses() {
+        let drawing = of(&[(1.0, 1.0, f64::NAN), (2.0, 5.0, 2.0), (3.0, 1.0, 3.0)], false);
+        assert!(drawing.contains("×: 1 run without settling"), "{drawing}");
+    }
+}

@@ -1,0 +1,89 @@
+//! Between which values most runs are at each time: the percentiles 5 and 95 of the process value.
+
+use crate::experiment::Experiment;
+use crate::pool::Pool;
+use crate::sampling::Permutation;
+use crate::summary::percentile;
+use anyhow::Result;
+
+/// It is of so many runs at most, which are made again; and at least, if there are so many.
+const RUNS: std::ops::RangeInclusive<u64> = 20..=200;
+
+/// The percentiles of a signal over the runs, at times that are equally far from each other.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Envelope {
+    /// How many runs it is of.
+    pub runs: u64,
+    /// The times in seconds.
+    pub times: Vec<f64>,
+    /// At each time the percentile 5.
+    pub low: Vec<f64>,
+    /// The percentile 95.
+    pub high: Vec<f64>,
+}
+
+/// Which runs an envelope is of: a tenth of them, at least 20 and at most 200, drawn at random; none of fewer than 20.
+fn chosen(count: u64) -> Vec<u64> {
+    if count < *RUNS.start() {
+        return Vec::new();
+    }
+    // Evenly spaced ones could all have the same value of a grid's axis.
+    let order = Permutation::new(0, 0, count);
+    (0..(count / 10).clamp(*RUNS.start(), *RUNS.end())).map(|place| order.of(place)).collect()
+}
+
+impl Envelope {
+    /// That of the process value; none without one, or if there are too few runs. `point` gives the point of a run.
+    ///
+    /// # Errors
+    /// A worker cannot be started.
+    pub fn of(pool: &mut Pool, experiment: &Experiment, is_failed: impl Fn(u64) -> bool) -> Result<Option<Envelope>> {
+        let runs: Vec<u64> = chosen(experiment.count()).into_iter().filter(|run| !is_failed(*run)).collect();
+        let times = experiment.trace_times();
+        if (runs.len() as u64) < *RUNS.start() || times.is_empty() {
+            return Ok(None);
+        }
+        let mut traces = Vec::new();
+        pool.traces(runs.len() as u64, &|place| experiment.point(runs[place as usize]), &mut |_, _, row| {
+            traces.extend(Some(row.figures).filter(|_| row.error.is_none()));
+            Ok(())
+        })?;
+        Ok(Envelope::of_traces(times, &traces))
+    }
+
+    /// That of curves with a value at each time.
+    fn of_traces(times: Vec<f64>, traces: &[Vec<f64>]) -> Option<Envelope> {
+        let mut envelope = Envelope { runs: traces.len() as u64, times, ..Envelope::default() };
+        for place in 0..envelope.times.len() {
+            let mut values: Vec<f64> = traces.iter().filter_map(|trace| trace.get(place).copied()).collect();
+            values.retain(|value| value.is_finite());
+            values.sort_unstable_by(f64::total_cmp);
+            envelope.low.push(percentile(&values, 5.0)?);
+            envelope.high.push(percentile(&values, 95.0)?);
+        }
+        Some(envelope)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_envelope_has_the_percentiles_5_and_95_at_each_time() {
+        let traces: Vec<Vec<f64>> = (0..=100).map(|run| vec![7.0, f64::from(run)]).collect();
+        let envelope = Envelope::of_traces(vec![0.0, 1.0], &traces).unwrap();
+        assert_eq!((envelope.runs, envelope.low, envelope.high), (101, vec![7.0, 5.0], vec![7.0, 95.0]));
+        assert_eq!(Envelope::of_traces(vec![0.0], &[vec![f64::NAN]]), None);
+    }
+
+    #[test]
+    fn it_is_of_a_tenth_of_the_runs_each_once() {
+        let lengths = [19, 20, 300, 10_000].map(|count| chosen(count).len());
+        assert_eq!(lengths, [0, 20, 30, 200]);
+        let mut runs = chosen(300);
+        runs.sort_unstable();
+        runs.dedup();
+        assert!(runs.len() == 30 && runs.iter().all(|run| *run < 300));
+    }
+}
