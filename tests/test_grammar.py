@@ -5,13 +5,16 @@ import csv
 import io
 import json
 import subprocess
+from pathlib import Path
 
+import jsonschema
 import pytest
 
 import host
 
 LOOP = ["--connect=CONT_C.LMN=HEATER.POWER", "--connect=HEATER.TEMP=CONT_C.PV_IN"]
 STEP = ["--set=CONT_C.MAN_ON=false", "--set=CONT_C.GAIN=0.7", "--set=CONT_C.TI=130", "--set=CONT_C.SP_INT=60"]
+ROOT = Path(__file__).parent.parent
 FMUS = [str(host.FOLDER / f"{name}.fmu") for name in ("CONT_C", "HEATER")]
 
 
@@ -21,6 +24,68 @@ def plcfmu(command, tmp_path):
         return subprocess.run([command, *map(str, arguments)], cwd=tmp_path, capture_output=True, text=True)
 
     return plcfmu
+
+
+def schema(name):
+    """What the documentation says that a command prints."""
+    whole = json.loads((ROOT / "plcfmu/json.schema.json").read_text())
+    return {"$ref": f"#/$defs/{name}", "$defs": whole["$defs"]}
+
+
+@pytest.mark.parametrize(
+    ("name", "given"),
+    [
+        ("info", ["info", *FMUS]),
+        ("info", ["info", str(host.FOLDER / "PROCESS.fmu"), "preset.fmu"]),
+        ("check", ["check", "--run", FMUS[0], "bad.fmu"]),
+        ("run", ["run", *FMUS, *LOOP, *STEP, "--set=CONT_C.SP_INT=80@20", "--step=1", "--stop=40", "--out=o.csv"]),
+        ("run", ["run", FMUS[1], "--stop=2"]),
+        ("params", ["params", "loops.awl"]),
+        ("params_diff", ["params", "loops.awl", "--diff", "other.awl"]),
+        ("preset", ["preset", "loops.awl", "--fmus", FMUS[0]]),
+        ("gains", ["gains", "--ideal", "Kp=2,Ti=20"]),
+        ("gains", ["gains", "--from", "GAIN=2,TI=20", "--to", "codesys"]),
+    ],
+)
+def test_what_is_printed_as_json_is_as_documented(plcfmu, tmp_path, name, given):
+    (tmp_path / "bad.fmu").write_bytes(b"no archive")
+    block = 'DATA_BLOCK "{}" CONT_C BEGIN GAIN := {}; END_DATA_BLOCK\n'
+    (tmp_path / "loops.awl").write_text(block.format("TIC1", "2.0") + block.format("TIC2", "2.0"))
+    (tmp_path / "other.awl").write_text(block.format("TIC1", "2.5"))
+    assert plcfmu("preset", FMUS[0], "--set=GAIN=3", "--out=preset.fmu").returncode == 0
+    told = json.loads(plcfmu(*given, "--json").stdout)
+    assert told
+    jsonschema.validate(told, schema(name))
+
+
+def test_a_schema_is_no_empty_one():
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate([{"file": "a.fmu", "errors": []}], schema("check"))
+
+
+def test_a_description_comes_from_standard_input(plcfmu, command, tmp_path):
+    loop = (ROOT / "plants/loops/furnace.toml").read_text()
+    (tmp_path / "furnace.toml").write_text(loop)
+    given = [f"--fmus={host.FOLDER}", "--stop=20", "--out=-"]
+    piped = subprocess.run([command, "run", "-", *given], cwd=tmp_path, input=loop, capture_output=True, text=True)
+    assert piped.returncode == 0 and len(rows(piped.stdout)) == 21
+    assert piped.stdout == plcfmu("run", "furnace.toml", *given).stdout
+    wrong = subprocess.run([command, "run", "-"], cwd=tmp_path, input="[fmus]\nA = 1\n", capture_output=True, text=True)
+    assert wrong.returncode == 3 and wrong.stderr.startswith("error: stdin:2:5: ")
+
+
+def test_quiet_leaves_results_and_errors(plcfmu):
+    preset = ["preset", FMUS[0], "--set=GAIN=0", "--out=a.fmu"]
+    assert plcfmu(*preset).stderr.startswith("warning: a: MAN_ON is TRUE")
+    for quiet in ("-q", "--quiet"):
+        done = plcfmu(*preset, quiet)
+        assert (done.stderr, done.stdout[:9]) == ("", "a  CONT_C")
+    assert plcfmu("-q", "params", "missing.awl").stderr.startswith("error: missing.awl cannot be read")
+
+
+def test_colour_is_for_terminals_and_for_whoever_asks(plcfmu):
+    assert "\x1b" not in plcfmu("params", "missing.awl").stderr
+    assert plcfmu("params", "missing.awl", "--color=always").stderr.startswith("\x1b[1m\x1b[31merror:\x1b[0m missing.awl ")
 
 
 def test_a_check_is_a_list_of_verdicts(plcfmu, tmp_path):
@@ -110,6 +175,9 @@ def test_a_preset_that_the_fmu_refuses_is_not_made(plcfmu, tmp_path):
     done = plcfmu("preset", host.FOLDER / "PULS_CTR.fmu", "--set=RED_FAC=0", "--out=red.fmu")
     assert done.returncode == 1
     assert "error: red.fmu would not run: " in done.stderr and "RED_FAC is 0" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+    dead = plcfmu("preset", host.FOLDER / "PROCESS.fmu", "--set=DEAD_MAX=1e9", "--out=dead.fmu")
+    assert dead.returncode == 1 and "error: dead.fmu would not run: " in dead.stderr and "DEAD_MAX is 1000000000 s" in dead.stderr
     assert list(tmp_path.iterdir()) == []
     twice = plcfmu("preset", FMUS[0], "--set=GAIN=1", "--set=GAIN=2", "--out=two.fmu")
     assert "GAIN is set twice: remove one of the settings" in twice.stderr

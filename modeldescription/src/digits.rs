@@ -1,6 +1,7 @@
 //! Numbers for people to read.
 
 use blocks::Kind;
+use blocks::table::number::shown;
 
 /// A number with at most six digits.
 pub fn short(value: f64) -> String {
@@ -36,12 +37,10 @@ pub fn within(value: f64, spread: f64) -> String {
 
 /// A variable's value without its unit. A 32-bit REAL has as many digits as tell it from its neighbours.
 pub fn number(kind: Kind, value: f64) -> String {
-    let is_short = value == 0.0 || (1e-5..1e9).contains(&value.abs());
     match kind {
         Kind::Bool => if value == 0.0 { "FALSE" } else { "TRUE" }.to_string(),
-        Kind::Real if is_short => (value as f32).to_string(),
-        Kind::Real => format!("{:e}", value as f32),
-        _ if is_short => value.to_string(),
+        Kind::Real => shown(value as f32),
+        _ if value == 0.0 || (1e-5..1e9).contains(&value.abs()) => value.to_string(),
         _ => format!("{value:e}"),
     }
 }

@@ -44,14 +44,16 @@ impl<'a> Report<'a> {
         Origin::Text { file: self.source.file.clone(), line, column, span }
     }
 
-    /// Something is wrong at a place of the text.
+    /// Something is wrong at a place of the text. What two readers of a part find there is reported once.
     pub(crate) fn wrong(&mut self, span: Range<usize>, message: impl Into<String>, help: Option<String>) {
         if self.problems.len() == MOST_PROBLEMS {
             self.omitted += 1;
             return;
         }
-        let place = Some(self.source.place(span));
-        self.problems.push(Problem { place, message: message.into(), help });
+        let problem = Problem { place: Some(self.source.place(span)), message: message.into(), help };
+        if !self.problems.contains(&problem) {
+            self.problems.push(problem);
+        }
     }
 
     /// There are so many problems more.

@@ -3,7 +3,7 @@
 use crate::encoding::Encoding;
 use crate::problem::Place;
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::ops::Range;
 use std::path::Path;
 
@@ -64,20 +64,34 @@ impl Source {
         Ok(Source::in_encoding(file.into(), bytes, chosen))
     }
 
-    /// Reads a file, of which the user may name the encoding.
+    /// The name of standard input among files.
+    pub const STANDARD_INPUT: &str = "-";
+
+    /// The name, for messages, and the bytes of a file, or of standard input if it is named `-`.
+    ///
+    /// # Errors
+    /// It cannot be read, or has more than `largest` bytes: a sentence with its name.
+    pub fn load(path: &Path, largest: u64) -> Result<(String, Vec<u8>), String> {
+        let is_file = path != Path::new(Source::STANDARD_INPUT);
+        let name = if is_file { path.display().to_string() } else { "stdin".to_string() };
+        let mut bytes = Vec::new();
+        let file: io::Result<Box<dyn Read>> =
+            if is_file { File::open(path).map(|file| Box::new(file) as _) } else { Ok(Box::new(io::stdin())) };
+        // One byte more shows that the file is too large, even if it is no regular file and has no size.
+        file.and_then(|file| file.take(largest + 1).read_to_end(&mut bytes))
+            .map_err(|error| format!("{name} cannot be read: {error}"))?;
+        if bytes.len() as u64 > largest {
+            return Err(format!("{name} is larger than {} MB; split it", largest >> 20));
+        }
+        Ok((name, bytes))
+    }
+
+    /// Reads a file, or standard input, of which the user may name the encoding.
     ///
     /// # Errors
     /// It cannot be read, or is larger than [`Source::LARGEST`], or there is no such encoding: a sentence with the file's name.
     pub fn read(path: &Path, encoding: Option<&str>) -> Result<Source, String> {
-        let name = path.display().to_string();
-        let mut bytes = Vec::new();
-        File::open(path)
-            // One byte more shows that the file is too large, even if it is no regular file and has no size.
-            .and_then(|file| file.take(Source::LARGEST + 1).read_to_end(&mut bytes))
-            .map_err(|error| format!("{name} cannot be read: {error}"))?;
-        if bytes.len() as u64 > Source::LARGEST {
-            return Err(format!("{name} is larger than {} MB; split it", Source::LARGEST >> 20));
-        }
+        let (name, bytes) = Source::load(path, Source::LARGEST)?;
         match encoding {
             Some(encoding) => Source::encoded(name, bytes, encoding),
             None => Ok(Source::new(name, bytes)),

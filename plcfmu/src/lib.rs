@@ -13,4 +13,5 @@ pub mod parameter_file;
 pub mod plc;
 pub mod program;
 pub mod progress;
+pub mod tell;
 pub mod tool;

@@ -8,15 +8,18 @@ use host::package::temporary;
 use plcfmu::commands::tool;
 use plcfmu::commands::{
     Differs, Unreadable, build, check, child, figures, gains, info, manual, merge, new, params, preset, run, ssp,
-    study, tell, test, tune_study,
+    study, test, tune_study,
 };
 use plcfmu::parameter_file::Wrong;
+use plcfmu::tell;
 use std::process::ExitCode;
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
 #[derive(Parser)]
 #[command(name = "plcfmu", version)]
 struct Arguments {
+    #[command(flatten)]
+    tell: tell::Options,
     #[command(subcommand)]
     command: Command,
 }
@@ -66,7 +69,9 @@ const INTERRUPTED: u8 = 130;
 
 fn main() -> ExitCode {
     temporary::remove_forgotten();
-    let result = match Arguments::parse().command {
+    let Arguments { tell, command } = Arguments::parse();
+    tell.apply();
+    let result = match command {
         Command::Info(options) => info::run(&options),
         Command::Check(options) => check::run(&options),
         Command::Test(options) => test::run(&options),
@@ -95,7 +100,7 @@ fn main() -> ExitCode {
         }
         Err(error) if error.is::<Differs>() => ExitCode::FAILURE,
         Err(error) => {
-            tell("error", &format!("{error:#}"));
+            tell::error(&error);
             let is_unreadable = error.is::<Unreadable>() || error.is::<Wrong>();
             if is_unreadable { ExitCode::from(UNREADABLE) } else { ExitCode::FAILURE }
         }

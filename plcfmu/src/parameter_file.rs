@@ -12,7 +12,6 @@ use modeldescription::{Description, Interface, Row, Table};
 use parameters::problem::each_drawn;
 use parameters::{Block, Format, Loop, Member, Options, Origin, Part, Problems, Reading, Source};
 use std::fmt;
-use std::io::{Read, stdin};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -38,25 +37,8 @@ pub fn read(
         Some(format) => format,
         None => format_of(name)?,
     };
-    let source = source(name, encoding).map_err(|error| Error::new(Unreadable(error)))?;
+    let source = Source::read(Path::new(name), encoding).map_err(|error| Error::new(Unreadable(Error::msg(error))))?;
     parameters::read(format, &source, blocks, options).map_err(|problems| Error::new(Wrong(problems)))
-}
-
-/// Standard input as a file.
-const STANDARD_INPUT: &str = "-";
-
-/// Reads a file, or standard input.
-fn source(name: &str, encoding: Option<&str>) -> Result<Source> {
-    if name != STANDARD_INPUT {
-        return Source::read(Path::new(name), encoding).map_err(Error::msg);
-    }
-    let mut bytes = Vec::new();
-    stdin().lock().take(Source::LARGEST + 1).read_to_end(&mut bytes).context("standard input")?;
-    ensure!(bytes.len() as u64 <= Source::LARGEST, "standard input has more than {} bytes", Source::LARGEST);
-    match encoding {
-        Some(encoding) => Source::encoded("stdin", bytes, encoding).map_err(Error::msg),
-        None => Ok(Source::new("stdin", bytes)),
-    }
 }
 
 /// What is wrong with a file, for a terminal: each problem with its line of the file.
@@ -113,7 +95,7 @@ pub fn read_any(name: &str, options: &Options) -> Result<Reading> {
 /// # Errors
 /// The extension is that of no format.
 pub fn format_of(name: &str) -> Result<Format> {
-    ensure!(name != STANDARD_INPUT, "standard input has no extension: name its format with --format");
+    ensure!(name != Source::STANDARD_INPUT, "standard input has no extension: name its format with --format");
     Format::of_file(name).with_context(|| {
         let extensions: Vec<String> = Format::ALL
             .iter()

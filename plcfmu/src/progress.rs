@@ -1,5 +1,6 @@
 //! Progress on standard error, if it is a terminal. Elsewhere only the lines that stay are written.
 
+use crate::tell;
 use indicatif::{HumanFloatCount, ProgressBar, ProgressState, ProgressStyle};
 use std::fmt;
 use std::io::{IsTerminal, stderr};
@@ -15,9 +16,9 @@ impl Progress {
     /// For work of unknown length. Without a terminal, the text is written as a line.
     pub fn spinner(text: &str) -> Progress {
         if !stderr().is_terminal() {
-            eprintln!("{text}");
+            tell::text(text);
         }
-        let bar = ProgressBar::new_spinner();
+        let bar = if tell::is_quiet() { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
         bar.set_message(text.to_string());
         bar.enable_steady_tick(Duration::from_millis(100));
         Progress { bar }
@@ -46,7 +47,7 @@ impl Progress {
         };
         let template =
             "{bar:30} {percent:>3} %  {human_pos}/{human_len} runs, {per_sec}, {cycles} control cycles/s, {eta} left";
-        let bar = ProgressBar::new(length);
+        let bar = Progress::of(length);
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style.with_key("cycles", rate));
         }
@@ -55,8 +56,12 @@ impl Progress {
         Progress { bar }
     }
 
+    fn of(length: u64) -> ProgressBar {
+        if tell::is_quiet() { ProgressBar::hidden() } else { ProgressBar::new(length) }
+    }
+
     fn styled(length: usize, template: &str) -> Progress {
-        let bar = ProgressBar::new(length as u64);
+        let bar = Progress::of(length as u64);
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }

@@ -29,7 +29,7 @@ mod write;
 
 use crate::plan::near;
 use crate::system::{Connection, Exchange, Member, Place, Program, Recorded, Setting, System, Value};
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Error, Result, anyhow, bail};
 use parameters::{Options, Reading, Source};
 use serde::Deserialize;
 use serde::de::{self, DeserializeOwned, MapAccess, SeqAccess, Visitor};
@@ -223,14 +223,9 @@ pub struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// For the file at `path`; see [`read`] for `fmus`.
+    /// For the file at `path`, or standard input if that is `-`; see [`read`] for `fmus`.
     pub fn open(path: &'a Path, fmus: Option<&'a Path>, parameters: ReadParameters) -> Result<Reader<'a>> {
-        let shown = path.display().to_string();
-        let size = fs::metadata(path).with_context(|| format!("{shown} cannot be read"))?.len();
-        if size > LARGEST {
-            bail!("{shown} has {size} bytes; at most {LARGEST} are accepted");
-        }
-        let bytes = fs::read(path).with_context(|| format!("{shown} cannot be read"))?;
+        let (shown, bytes) = Source::load(path, LARGEST).map_err(Error::msg)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         Ok(Reader { source: Source::new(shown, bytes), folder, fmus: fmus.or(Some(folder)), parameters })
     }

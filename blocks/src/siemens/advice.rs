@@ -1,6 +1,7 @@
 //! What the controllers and the pulse generator do with settings that a user may not mean that way. `path` leads to a block
 //! inside another one, such as `DI_CONT_C.`, and is empty otherwise.
 
+use crate::table::number::shown;
 use crate::table::{Real, Time, rnd};
 use crate::{ContC, ContS, Pulsegen};
 
@@ -8,7 +9,7 @@ use crate::{ContC, ContS, Pulsegen};
 pub(crate) fn cont_c(block: &ContC, path: &str) -> Vec<String> {
     let mut advice = Vec::new();
     if block.man_on {
-        let man = block.man;
+        let man = shown(block.man);
         advice.push(format!("{path}MAN_ON is TRUE: LMN follows MAN = {man} within its limits until MAN_ON is FALSE"));
     }
     let cycle = block.cycle.milliseconds();
@@ -24,6 +25,7 @@ pub(crate) fn cont_c(block: &ContC, path: &str) -> Vec<String> {
 
     let (low, high) = (block.lmn_llm, block.lmn_hlm);
     if high <= low {
+        let (low, high) = (shown(low), shown(high));
         advice.push(format!(
             "{path}LMN_HLM = {high} is not above LMN_LLM = {low}: the manipulated value is always at one of the two limits"
         ));
@@ -31,6 +33,7 @@ pub(crate) fn cont_c(block: &ContC, path: &str) -> Vec<String> {
     for (name, limit) in [("LMN_HLM", high), ("LMN_LLM", low)] {
         let lmn = (limit * block.lmn_fac) + block.lmn_off;
         if i16::try_from(rnd(lmn * 276.48)).is_err() {
+            let lmn = shown(lmn);
             advice.push(format!(
                 "{path}LMN can reach {lmn} ({name} * LMN_FAC + LMN_OFF): beyond 118.5 % LMN_PER wraps to the other sign"
             ));
@@ -84,8 +87,8 @@ pub(crate) fn pulsegen(block: &Pulsegen, path: &str) -> Vec<String> {
             "{path}P_B_TM = {shortest} s is above half of PER_TM = {period} s: the output is either off or fully on"
         ));
     }
-    let ratiofac = block.ratiofac;
-    if block.step3_on && !(0.1..=10.0).contains(&ratiofac) {
+    if block.step3_on && !(0.1..=10.0).contains(&block.ratiofac) {
+        let ratiofac = shown(block.ratiofac);
         advice.push(format!("{path}RATIOFAC = {ratiofac} is outside 0.1 ... 10; it is used as it is"));
     }
     advice
@@ -98,7 +101,7 @@ fn common(path: &str, gain: Real, deadb_w: Real) -> Vec<String> {
         advice.push(format!("{path}GAIN = 0: the output does not respond to the error"));
     }
     if deadb_w < 0.0 {
-        let wider = -deadb_w;
+        let (deadb_w, wider) = (shown(deadb_w), shown(-deadb_w));
         advice.push(format!("{path}DEADB_W = {deadb_w} is below 0: it makes every error larger by {wider}"));
     }
     advice
@@ -171,6 +174,16 @@ mod tests {
         block.call();
         assert_eq!(block.er, 3.5);
         assert_eq!(ContS { deadb_w: -1.0, ..ContS::default() }.advice().len(), 1);
+    }
+
+    #[test]
+    fn a_number_that_nobody_can_read_in_full_has_an_exponent() {
+        let block = ContC { man_on: true, man: 1e-40, lmn_hlm: 3.4e38, ..automatic() };
+        let expected = [
+            "MAN_ON is TRUE: LMN follows MAN = 1e-40 within its limits until MAN_ON is FALSE",
+            "LMN can reach 3.4e38 (LMN_HLM * LMN_FAC + LMN_OFF): beyond 118.5 % LMN_PER wraps to the other sign",
+        ];
+        assert_eq!(block.advice(), expected);
     }
 
     #[test]

@@ -67,6 +67,12 @@ pub fn number(value: Value) -> f64 {
     }
 }
 
+/// A REAL for people: the shortest decimals that tell it from its neighbours, with an exponent below 1e-5 and from 1e9 on.
+pub fn shown(real: f32) -> String {
+    let is_short = real == 0.0 || (1e-5..1e9).contains(&real.abs());
+    if is_short { real.to_string() } else { format!("{real:e}") }
+}
+
 /// The value as it is written in decimals: 0.1 for the REAL next to it, which is a little more.
 pub(super) fn decimal(value: Value) -> f64 {
     match value {

@@ -8,7 +8,7 @@ use std::io::{self, BufWriter, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use tempfile::TempDir;
+use tempfile::{TempDir, TempPath};
 
 /// What their names begin and end with.
 const NAME: (&str, &str) = (".plcfmu-", ".tmp");
@@ -37,41 +37,74 @@ pub fn place(
     write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
     check: impl FnOnce(&Path) -> Result<()>,
 ) -> Result<()> {
-    let failed = || format!("{} cannot be written", path.display());
-    let present = present(path).with_context(failed)?;
-    let (path, stream) = match &present {
-        Some(of) if !of.is_file() => {
-            (path.to_path_buf(), Some(OpenOptions::new().write(true).open(path).with_context(failed)?))
-        }
-        _ => (linked(path), None),
-    };
-    let folder = if stream.is_some() { std::env::temp_dir() } else { folder(&path).to_path_buf() };
-    fs::create_dir_all(&folder).with_context(failed)?;
-    #[cfg_attr(not(unix), expect(unused_mut))]
-    let mut builder = builder();
-    // As other files: the temporary ones of this crate are their owner's alone.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let beside = builder.tempfile_in(&folder).with_context(failed)?;
-    let mut writer = BufWriter::new(beside.as_file());
-    write(&mut writer).with_context(failed)?;
-    writer.flush().with_context(failed)?;
-    drop(writer);
-    if let Some(mut stream) = stream {
-        check(beside.path())?;
-        return io::copy(&mut beside.reopen()?, &mut stream).map(drop).with_context(failed);
-    }
-    // On the disk before it gets its name.
-    beside.as_file().sync_all().with_context(failed)?;
-    check(beside.path())?;
-    if let Some(present) = present {
-        // Only the superuser can give a file to somebody else.
+    Pending::write(path, write, check)?.finish()
+}
+
+/// A file that is written and checked, and lies beside its place. Dropped, it is removed. Of several files, all can be written
+/// before the first one gets its name, so that a full disk leaves none of them.
+#[derive(Debug)]
+pub struct Pending {
+    beside: TempPath,
+    path: PathBuf,
+    /// What is there is no regular file: it is written into.
+    is_stream: bool,
+}
+
+impl Pending {
+    /// Writes a file as [`place`] does, which gets its name by [`finish`](Pending::finish).
+    ///
+    /// # Errors
+    /// The file cannot be written, or `write` or `check` fails.
+    pub fn write(
+        path: &Path,
+        write: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
+        check: impl FnOnce(&Path) -> Result<()>,
+    ) -> Result<Pending> {
+        let failed = || format!("{} cannot be written", path.display());
+        let present = present(path).with_context(failed)?;
+        let is_stream = present.as_ref().is_some_and(|of| !of.is_file());
+        let path = if is_stream { path.to_path_buf() } else { linked(path) };
+        let folder = if is_stream { std::env::temp_dir() } else { folder(&path).to_path_buf() };
+        fs::create_dir_all(&folder).with_context(failed)?;
+        #[cfg_attr(not(unix), expect(unused_mut))]
+        let mut builder = builder();
+        // As other files: the temporary ones of this crate are their owner's alone.
         #[cfg(unix)]
-        let _ = std::os::unix::fs::fchown(beside.as_file(), Some(present.uid()), Some(present.gid()));
-        beside.as_file().set_permissions(present.permissions()).with_context(failed)?;
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let (file, beside) = builder.tempfile_in(&folder).with_context(failed)?.into_parts();
+        let mut writer = BufWriter::new(&file);
+        write(&mut writer).with_context(failed)?;
+        writer.flush().with_context(failed)?;
+        drop(writer);
+        if !is_stream {
+            // On the disk before it gets its name.
+            file.sync_all().with_context(failed)?;
+        }
+        check(&beside)?;
+        if let Some(present) = present.filter(|_| !is_stream) {
+            // Only the superuser can give a file to somebody else.
+            #[cfg(unix)]
+            let _ = std::os::unix::fs::fchown(&file, Some(present.uid()), Some(present.gid()));
+            file.set_permissions(present.permissions()).with_context(failed)?;
+        }
+        Ok(Pending { beside, path, is_stream })
     }
-    beside.persist(path).with_context(failed)?;
-    Ok(())
+
+    /// Gives the file its name, or writes what is in it into the device that has this name.
+    ///
+    /// # Errors
+    /// The file cannot be renamed, or the device cannot be written.
+    pub fn finish(self) -> Result<()> {
+        let failed = || format!("{} cannot be written", self.path.display());
+        if self.is_stream {
+            let mut stream = OpenOptions::new().write(true).open(&self.path).with_context(failed)?;
+            return io::copy(&mut File::open(&self.beside).with_context(failed)?, &mut stream)
+                .map(drop)
+                .with_context(failed);
+        }
+        let Pending { beside, path, .. } = self;
+        beside.persist(&path).with_context(|| format!("{} cannot be written", path.display()))
+    }
 }
 
 /// What is at `path`, or where its symbolic links lead to, if there is anything.
@@ -229,6 +262,31 @@ mod tests {
         place(&path, |file| Ok(file.write_all(b"new")?), |_| Ok(())).unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn of_several_files_none_is_there_if_one_cannot_be_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |number: usize| {
+            let path = folder.path().join(format!("{number}.fmu"));
+            // What a full disk says at the seventh file.
+            Pending::write(
+                &path,
+                |file| match number {
+                    7 => Err(io::Error::from(io::ErrorKind::StorageFull).into()),
+                    _ => Ok(file.write_all(b"preset")?),
+                },
+                |_| Ok(()),
+            )
+        };
+        let error = (1..=9).map(write).collect::<Result<Vec<_>>>().unwrap_err();
+        assert!(error.to_string().ends_with("7.fmu cannot be written"), "{error}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+        let pending = [1, 2].map(|number| write(number).unwrap());
+        assert!(!folder.path().join("1.fmu").exists());
+        pending.into_iter().for_each(|file| file.finish().unwrap());
+        assert_eq!(fs::read(folder.path().join("2.fmu")).unwrap(), b"preset");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
     }
 
     fn put(path: &Path, content: &str) -> Result<()> {

@@ -56,6 +56,9 @@ pub(super) struct Declaration {
     pub(super) has_initial_value: bool,
 }
 
+/// What is wrong with a comment that goes to the end of the file.
+pub(super) const OPEN_COMMENT: &str = "this comment has no end";
+
 /// What begins a block, and what ends it.
 const BLOCKS: [(&str, &str); 5] = [
     ("DATA_BLOCK", "END_DATA_BLOCK"),
@@ -90,12 +93,14 @@ pub(super) struct Tokens<'a> {
     next: Option<Token>,
     previous_end: usize,
     end: usize,
+    is_in_comment: bool,
 }
 
 impl<'a> Tokens<'a> {
     pub(super) fn new(text: &'a str, part: Range<usize>) -> Tokens<'a> {
         let (start, end) = (part.start, part.end);
-        let mut tokens = Tokens { text, lexer: Lexer::new(text, part), next: None, previous_end: start, end };
+        let mut tokens =
+            Tokens { text, lexer: Lexer::new(text, part), next: None, previous_end: start, end, is_in_comment: false };
         tokens.advance();
         tokens
     }
@@ -110,9 +115,15 @@ impl<'a> Tokens<'a> {
 
     pub(super) fn take(&mut self) -> Option<Token> {
         let token = self.next.take()?;
+        self.is_in_comment |= token.kind == TokenKind::OpenComment;
         self.previous_end = token.span.end;
         self.advance();
         Some(token)
+    }
+
+    /// Whether the text ended in a comment: what is missing behind it is no error of its own.
+    pub(super) fn is_in_comment(&self) -> bool {
+        self.is_in_comment
     }
 
     /// Where the token before the next one ends.
@@ -256,7 +267,7 @@ impl Parser<'_, '_, '_> {
     fn expected(&mut self, expected: &str) {
         let found = self.tokens.found();
         let message = match self.tokens.next_kind() {
-            Some(TokenKind::OpenComment) => "this comment has no end".to_string(),
+            Some(TokenKind::OpenComment) => OPEN_COMMENT.to_string(),
             Some(TokenKind::OpenQuote) => format!("expected {expected}, found {found}, which has no closing quote"),
             _ => format!("expected {expected}, found {found}"),
         };
@@ -301,7 +312,7 @@ impl Parser<'_, '_, '_> {
         let place = self.tokens.next_span().start;
         if self.tokens.next_is_word(end) {
             self.tokens.take();
-        } else {
+        } else if !self.tokens.is_in_comment() {
             let message = format!("{} has no {end}", quoted(&name.text));
             self.report.wrong(name.span.clone(), message, None);
         }

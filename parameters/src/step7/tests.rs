@@ -548,6 +548,7 @@ fn broken_structure_is_told_and_what_follows_is_read() {
         ("DATA_BLOCK ; END_DATA_BLOCK", &["plant.awl:1:12: expected a name after DATA_BLOCK, found `;`"]),
         ("hello", &["plant.awl:1:1: expected DATA_BLOCK or another block, found `hello`"]),
         ("DATA_BLOCK DB1 PUMP (* BEGIN END_DATA_BLOCK", &["plant.awl:1:21: this comment has no end"]),
+        ("DATA_BLOCK DB1 PUMP BEGIN (* END_DATA_BLOCK", &["plant.awl:1:27: this comment has no end"]),
         (
             "DATA_BLOCK \"DB1 PUMP\nBEGIN END_DATA_BLOCK",
             &["plant.awl:1:12: expected a name after DATA_BLOCK, found `\"DB1 PUMP`, which has no closing quote"],

@@ -1,7 +1,7 @@
 //! The values of a data block: `GAIN := 2.0;`.
 
 use super::lexer::TokenKind;
-use super::parser::Tokens;
+use super::parser::{OPEN_COMMENT, Tokens};
 use crate::problem::quoted;
 use std::ops::Range;
 
@@ -191,9 +191,11 @@ fn path(text: &str, tokens: &mut Tokens) -> Result<(Vec<String>, Range<usize>), 
 }
 
 fn expected(tokens: &Tokens, expected: &str) -> SyntaxError {
+    if tokens.next_kind() == Some(TokenKind::OpenComment) {
+        return SyntaxError { span: tokens.next_span(), message: OPEN_COMMENT.to_string(), help: None };
+    }
     let found = match tokens.next_kind() {
         Some(TokenKind::OpenQuote) => format!("{}, which has no closing quote", tokens.found()),
-        Some(TokenKind::OpenComment) => "a comment that has no end".to_string(),
         Some(_) => tokens.found(),
         None => "the end of the data block".to_string(),
     };

@@ -5,6 +5,7 @@ use crate::build::template;
 use crate::build::workspace::Workspace;
 use crate::package::{self, pack};
 use crate::program;
+use crate::tell;
 use anyhow::{Result, ensure};
 use std::path::{Path, PathBuf};
 
@@ -47,7 +48,7 @@ pub fn run(options: &Options) -> Result<()> {
         let folder = options.pack.out.clone().unwrap_or_else(|| PathBuf::from("."));
         let (path, warnings) = package::program::pack(&files, &options.program, options.pack.native, &folder)?;
         for warning in warnings {
-            eprintln!("{warning}");
+            tell::text(&warning);
         }
         return print(&format!("{}\n", path.display()));
     }
@@ -57,10 +58,10 @@ pub fn run(options: &Options) -> Result<()> {
         template::update(&workspace.root)?;
     }
     if let Some(path) = template::different_source(&workspace.root) {
-        eprintln!(
-            "note: {path} is not that of plcfmu {}; 'plcfmu build --update' replaces the folder",
+        tell::note(&format!(
+            "{path} is not that of plcfmu {}; 'plcfmu build --update' replaces the folder",
             env!("CARGO_PKG_VERSION")
-        );
+        ));
     }
     pack::run(&workspace, &options.pack)
 }

@@ -1,6 +1,7 @@
 //! `plcfmu gains`: gains from other tools as settings of a PLC block, and back.
 
 use super::print;
+use crate::tell;
 use anyhow::{Context, Result, anyhow, ensure};
 use blocks::Value;
 use blocks::table::number::number;
@@ -152,7 +153,7 @@ pub fn run(options: &Options) -> Result<()> {
     };
     if options.json {
         for remark in &remarks {
-            eprintln!("remark: {remark}");
+            tell::remark(remark);
         }
         let members: Vec<_> =
             values.iter().map(|line| format!("{}: {}", serde_json::json!(line.name), line.json)).collect();

@@ -1,7 +1,7 @@
 //! The loops of parameter files, as `plcfmu params` and `plcfmu preset` take them.
 
-use super::tell;
 use crate::parameter_file::{self, Wrong};
+use crate::tell;
 use anyhow::{Context, Error, Result, bail, ensure};
 use host::fmu::has_table;
 use host::package::Package;
@@ -66,7 +66,7 @@ impl Found {
     pub fn finish(mut self) -> Result<()> {
         let Some(last) = self.errors.pop() else { return Ok(()) };
         for error in self.errors {
-            tell("error", &format!("{error:#}"));
+            tell::error(&error);
         }
         Err(last)
     }
@@ -149,7 +149,7 @@ impl Arguments {
                 if let Some(wrong) =
                     found.errors.last().and_then(|error| error.downcast_ref::<Wrong>()).filter(|of| is_empty(of))
                 {
-                    tell("remark", &format!("{} (passed over)", wrong.to_string().lines().next().unwrap_or_default()));
+                    tell::remark(&format!("{} (passed over)", wrong.to_string().lines().next().unwrap_or_default()));
                     found.errors.pop();
                 }
             }
@@ -162,7 +162,7 @@ impl Arguments {
 impl Found {
     fn add(&mut self, reading: Reading) {
         for remark in run::file::remarks(&reading) {
-            tell("remark", &remark);
+            tell::remark(&remark);
         }
         self.loops.extend(reading.loops);
         let Problems { problems, .. } = &reading.wrong;

@@ -62,20 +62,6 @@ impl fmt::Display for Differs {
 
 impl std::error::Error for Differs {}
 
-/// Writes a remark, a warning or an error to standard error.
-pub fn tell(kind: &str, text: &str) {
-    eprintln!("{kind}: {}", plain(text));
-}
-
-/// A text without the characters that a terminal takes for orders: they are shown as escape sequences. Lines stay.
-pub fn plain(text: &str) -> String {
-    let is_order = |c: char| {
-        c.is_control() && c != '\n' && c != '\t' || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-    };
-    let shown = |c: char| if is_order(c) { c.escape_default().to_string() } else { c.to_string() };
-    text.chars().map(shown).collect()
-}
-
 /// Says once what is to be said of several: `TIC1, TIC2, TIC3 and 37 more: ...`. Names and sentences, in their order.
 fn told_once(told: impl IntoIterator<Item = (String, String)>) -> Vec<String> {
     const MOST: usize = 3;
@@ -137,11 +123,6 @@ mod tests {
         assert_eq!(told_once(told(1).chain([other])), ["P1: it is off", "P9: it is on"]);
         assert_eq!(told_once(told(40)), ["P1, P2, P3 and 37 more: it is off"]);
         assert_eq!(told_once(told(2).chain(told(2))), ["P1, P2: it is off"]);
-    }
-
-    #[test]
-    fn orders_for_a_terminal_are_shown() {
-        assert_eq!(plain("a\u{1b}[31mred\u{9b}\u{202e} µ\n\tb"), "a\\u{1b}[31mred\\u{9b}\\u{202e} µ\n\tb");
     }
 
     #[test]

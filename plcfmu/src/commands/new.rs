@@ -77,6 +77,12 @@ fn quoted(path: &str) -> String {
     if path.chars().all(is_plain) { path.into() } else { format!("\"{path}\"") }
 }
 
+#[cfg(test)]
+#[test]
+fn a_path_with_a_blank_is_one_word_for_a_shell() {
+    assert_eq!(["sub dir/b2", "sub/b2", r"C:\b2"].map(quoted), ["\"sub dir/b2\"", "sub/b2", r"C:\b2"]);
+}
+
 /// Asks for the licence.
 fn ask() -> Result<Option<String>> {
     eprint!("Licence of the block, such as MIT (Enter leaves it open): ");

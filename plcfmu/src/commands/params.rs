@@ -1,8 +1,9 @@
 //! `plcfmu params`: the values of a PLC's parameter files, shown, converted and compared.
 
 use super::loops::Arguments;
-use super::{Differs, plain, print, tell, told_once};
+use super::{Differs, print, told_once};
 use crate::parameter_file::{check_target, format_of};
+use crate::tell::{self, plain};
 use anyhow::{Context, Error, Result, bail};
 use blocks::Value;
 use blocks::table::number::number;
@@ -62,7 +63,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
     let warnings = loops.iter().flat_map(|one| one.warnings().into_iter().map(|text| (one.name.clone(), text)));
     for warning in told_once(warnings) {
-        tell("warning", &warning);
+        tell::warning(&warning);
     }
     found.finish()
 }
@@ -96,10 +97,9 @@ fn write(target: &str, options: &Options, loops: &[Loop]) -> Result<()> {
     let bytes = parameters::write(format, loops, &origin).map_err(|error| anyhow::anyhow!("{target}: {error}"))?;
     temporary::place(Path::new(target), |file| file.write_all(&bytes).context("writing"), |_| Ok(()))?;
     if format == Format::Dump {
-        tell(
-            "remark",
-            &format!("{target}: outputs are 0, and the memory of the block behind them is not known and not there"),
-        );
+        tell::remark(&format!(
+            "{target}: outputs are 0, and the memory of the block behind them is not known and not there"
+        ));
     }
     let values: usize = loops.iter().map(|one| one.settings.len()).sum();
     let plural = if loops.len() == 1 { "" } else { "s" };

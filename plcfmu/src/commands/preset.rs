@@ -2,11 +2,13 @@
 
 use super::loops::{self, Arguments};
 use super::study::interruption;
-use super::{Unreadable, print, tell, told_once};
+use super::{Unreadable, print, told_once};
 use crate::package::check;
 use crate::package::preset::{Original, Preset, identifier};
+use crate::tell;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use host::child::Starter;
+use host::package::temporary::Pending;
 use host::package::{Package, temporary};
 use parameters::{Loop, Origin};
 use serde::Serialize;
@@ -124,8 +126,9 @@ pub fn run(options: &Options) -> Result<()> {
     temporary::check_outputs(folder.into_iter().chain(made.iter().map(|made| made.path.as_path())), inputs)?;
     ensure!(folder.is_none(), "--out names a file that is no FMU: name FILE.fmu, or a folder");
     start(&made)?;
-    for Made { preset, path, .. } in &made {
-        place(preset, path)?;
+    let pending = made.iter().map(|Made { preset, path, .. }| write(preset, path)).collect::<Result<Vec<_>>>()?;
+    for preset in pending {
+        preset.finish()?;
     }
     tell_of(&made, options.json)?;
     found.finish()
@@ -169,7 +172,7 @@ fn tell_of(made: &[Made], is_json: bool) -> Result<()> {
     }
     let advice = made.iter().flat_map(|made| made.advice.iter().map(|text| (made.preset.name.clone(), text.clone())));
     for warning in told_once(advice) {
-        tell("warning", &warning);
+        tell::warning(&warning);
     }
     Ok(())
 }
@@ -251,9 +254,9 @@ fn check_blocks(fmus: &[Fmu], loops: &[Loop]) -> Result<()> {
     Ok(())
 }
 
-/// Writes a preset, if it reads back as it should.
-fn place(preset: &Preset, path: &Path) -> Result<()> {
-    temporary::place(
+/// Writes a preset beside its place, if it reads back as it should.
+fn write(preset: &Preset, path: &Path) -> Result<Pending> {
+    Pending::write(
         path,
         |file| Ok(file.write_all(&preset.bytes)?),
         |path| {

@@ -4,8 +4,9 @@ mod chart;
 mod kept;
 
 use super::study::interruption;
-use super::{Unreadable, system, tell, time_limit, told_once};
+use super::{Unreadable, system, time_limit, told_once};
 use crate::progress::Progress;
+use crate::tell;
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use host::child::run::Finished;
 use host::child::{self, Starter};
@@ -118,10 +119,10 @@ pub fn run(options: &Options) -> Result<()> {
     let plan = child::run::plan(&run).map_err(|error| unreadable(&run, error))?;
     let every = options.every.map_or(Ok(1), |seconds| every(seconds, &plan))?;
     for remark in &run.remarks {
-        tell("remark", remark);
+        tell::remark(remark);
     }
     for warning in &plan.warnings {
-        tell("warning", warning);
+        tell::warning(warning);
     }
 
     let is_drawn = options.plot.is_some();
@@ -306,7 +307,7 @@ fn show_messages(plan: &Plan, messages: &[(String, String)]) {
         }
     }
     for line in told_once(shown) {
-        eprintln!("{}", super::plain(&line));
+        tell::text(&line);
     }
 }
 
@@ -353,7 +354,7 @@ fn last_row(kept: &Kept, plan: &Plan) -> Vec<String> {
             (_, value) => short(value),
         };
         let unit = column.unit.as_deref().unwrap_or_default();
-        super::plain(format!("  {:width$}  {value} {unit}", column.name).trim_end())
+        tell::plain(format!("  {:width$}  {value} {unit}", column.name).trim_end())
     };
     plan.columns.iter().zip(&kept.last).map(line).collect()
 }

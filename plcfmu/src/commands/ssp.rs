@@ -1,7 +1,8 @@
 //! `plcfmu ssp`: packs FMUs, their values and connections as an SSP file.
 
-use super::{print, system, tell};
+use super::{print, system};
 use crate::package::ssp::{self, Version};
+use crate::tell;
 use anyhow::{Result, bail, ensure};
 use host::package::temporary;
 use std::io::Write;
@@ -46,7 +47,7 @@ pub fn run(options: &Options) -> Result<()> {
     let format = ssp::Options { version: options.ssp_version, only_connected: options.only_connected };
     let ssp = ssp::write(&system, &name, format)?;
     for remark in system.remarks.iter().chain(&ssp.remarks) {
-        tell("remark", remark);
+        tell::remark(remark);
     }
     temporary::place(out, |to| Ok(to.write_all(&ssp.bytes)?), |_| Ok(()))?;
     print(&format!(

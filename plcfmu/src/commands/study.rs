@@ -3,6 +3,7 @@
 use super::{print, shown, system, time_limit};
 use crate::parameter_file;
 use crate::progress::Progress;
+use crate::tell;
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum;
 use host::package::temporary;
@@ -171,7 +172,7 @@ pub fn run(options: &Options) -> Result<()> {
         out.join("summary.html").display()
     ))?;
     if let Some(printed) = pool.printed() {
-        eprintln!("warning: {}", shown(&printed, LONGEST_PRINTED));
+        tell::warning(&shown(&printed, LONGEST_PRINTED));
     }
     judge(&results, &verdicts)
 }
@@ -208,10 +209,10 @@ fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<Ato
 /// Tells what the user should know before the runs.
 fn warn(pool: &Pool, remarks: &[String]) {
     for remark in remarks {
-        eprintln!("remark: {remark}");
+        tell::remark(remark);
     }
     for warning in &pool.experiment().warnings {
-        eprintln!("warning: {warning}");
+        tell::warning(warning);
     }
 }
 
@@ -327,7 +328,7 @@ fn finished(
         out.display(),
         rows.len()
     );
-    eprintln!("remark: {} has all {count} runs of this study: none is made again", out.display());
+    tell::remark(&format!("{} has all {count} runs of this study: none is made again", out.display()));
     let mut results = Results::new(experiment.coordinates.clone(), experiment.figures.clone());
     for (run, row) in (0..).zip(rows) {
         results.push(&experiment.point(run), &row);
@@ -359,7 +360,7 @@ fn curves(
     study::clear(&out.join("curves"), |name| name.starts_with("run_") && name.ends_with(".csv"))?;
     for run in named.iter().chain(wanted).copied().collect::<BTreeSet<_>>() {
         if results.errors.contains_key(&run) {
-            eprintln!("warning: run {run} failed and has no curves");
+            tell::warning(&format!("run {run} failed and has no curves"));
             continue;
         }
         let is_named = named.contains(&run);
@@ -368,17 +369,17 @@ fn curves(
         let (mut recording, figures) = match made {
             Ok(made) => made,
             Err(error) => {
-                eprintln!("warning: run {run} has no curves: {error:#}");
+                tell::warning(&format!("run {run} has no curves: {error:#}"));
                 continue;
             }
         };
         if let Some(figures) = figures
             && let Some(difference) = difference(results, run, &figures)
         {
-            eprintln!(
-                "warning: run {run}: {difference}: an FMU keeps something from one run to the next one although it is reset, so that \
+            tell::warning(&format!(
+                "run {run}: {difference}: an FMU keeps something from one run to the next one although it is reset, so that \
                  rows of the table may be wrong; tell the maker of the FMU"
-            );
+            ));
         }
         if is_named {
             let file = out.join("curves").join(format!("run_{run}.csv"));
@@ -422,7 +423,7 @@ fn write(out: &Path, options: &Options, report: &Report) -> Result<()> {
     let has_older = out.join("summary.json").is_file();
     study::clear(&out.join("pictures"), report::is_picture)?;
     for problem in report::write(out, report)? {
-        eprintln!("warning: {problem}");
+        tell::warning(&problem);
     }
     if let Some(file) = &options.junit {
         junit::write(file, report)?;
@@ -442,7 +443,7 @@ fn judge(results: &Results, verdicts: &[(Expectation, Verdict)]) -> Result<()> {
     if let Some((run, error)) = results.errors.first_key_value() {
         let said = format!("{failed} of {count} runs failed; the first is run {run}: {error}");
         ensure!(failed < count, "{said}");
-        eprintln!("warning: {said}");
+        tell::warning(&said);
     }
     let problems = verdicts.iter().filter_map(|(expectation, verdict)| {
         let problem = verdict.problem.as_ref()?;

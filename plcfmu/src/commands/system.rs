@@ -7,7 +7,7 @@ use crate::program::{has_code, is_source};
 use crate::{package, parameter_file};
 use anyhow::{Context, Error, Result, bail, ensure};
 use host::package::temporary;
-use parameters::Format;
+use parameters::{Format, Source};
 use run::file;
 use run::system::{Connection, Exchange, Member, Place, Recorded, Setting, System, Value};
 use std::fs;
@@ -21,7 +21,7 @@ pub struct Arguments {
     /// FMUs in the order in which they are stepped, a controller before its plant; or a description of a loop
     ///
     /// An FMU has the name of its file. NAME= gives it another one, which is needed to use the same file twice. A description
-    /// (.toml) names FMUs, connections, values and times; options come on top. A parameter file of a PLC (.awl, .scl, .db,
+    /// (.toml, or - for standard input) names FMUs, connections, values and times; options come on top. A parameter file of a PLC (.awl, .scl, .db,
     /// .xml, .json) stands for one FMU for each of its loops, with the loop's name and values; --fmus names the folder of the
     /// FMUs. Sources of a PLC program (.scl, .udt, .db, .awl) stand for the FMU that `plcfmu build` makes of them together, named
     /// as the first one.
@@ -103,7 +103,7 @@ impl Arguments {
                 continue;
             }
             let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
-            if extension.is_some_and(|extension| extension == "toml") {
+            if extension.is_some_and(|extension| extension == "toml") || file == Source::STANDARD_INPUT {
                 if has_description {
                     bail!("{file} is a second description: name one only, and FMUs beside it");
                 }

@@ -1,6 +1,7 @@
 //! `plcfmu tool`: the parameter tool in the browser, with FMUs.
 
 use super::{print, time_limit};
+use crate::tell;
 use crate::tool::assets;
 use crate::tool::home::{Collection, File, Known};
 use crate::tool::page::{self, Content, Home};
@@ -80,7 +81,7 @@ pub fn run(options: &Options) -> Result<()> {
         if let Some(door) = &door
             && open::that_detached(door).is_err()
         {
-            eprintln!("remark: no browser could be opened: open the address above in one");
+            tell::remark("no browser could be opened: open the address above in one");
         }
     })
 }
@@ -172,10 +173,10 @@ fn add_folder(fmus: &mut Vec<Known>, folder: &Path) -> Result<()> {
         }
         match is_preset(&path).and_then(|is_preset| if is_preset { Ok(None) } else { Known::open(&path).map(Some) }) {
             Ok(Some(known)) if known.is_foreign() => {
-                eprintln!("remark: {}: it is a foreign FMU: name it to use it", path.display());
+                tell::remark(&format!("{}: it is a foreign FMU: name it to use it", path.display()));
             }
             Ok(known) => fmus.extend(known),
-            Err(error) => eprintln!("warning: {}: {error:#}", path.display()),
+            Err(error) => tell::warning(&format!("{}: {error:#}", path.display())),
         }
     }
     Ok(())

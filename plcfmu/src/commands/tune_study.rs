@@ -4,6 +4,7 @@ use super::study::interruption;
 use super::{print, system, time_limit};
 use crate::parameter_file;
 use crate::progress::Progress;
+use crate::tell;
 use anyhow::{Result, bail};
 use host::package::temporary;
 use modeldescription::digits::short;
@@ -52,8 +53,8 @@ Example of a table [tune]:
   min = 0.5
   max = 10.0
 
-Files of the result: tuned.toml is the loop with the settings found, which plcfmu run runs; tuned.json has them as a parameter
-file, if the block is one of a PLC's; settings.csv; front.csv, front.svg and front.png.
+Files of the result: tuned.toml is the loop with the settings found, which plcfmu run runs; tuned.json has them as a \
+parameter file, if the block is one of a PLC's; settings.csv; front.csv, front.svg and front.png.
 
 The README of plcfmu says what a study and its table [tune] are made of.";
 
@@ -77,7 +78,7 @@ pub fn run(options: &Options) -> Result<()> {
     };
     let mut tuning = Tuning::start(&reading, &pool_options).map_err(|error| reading.located(error, &options.study))?;
     for remark in reading.job.system.remarks.iter().chain(&tuning.remarks) {
-        eprintln!("remark: {remark}");
+        tell::remark(remark);
     }
     let progress = Progress::candidates(tuning.problem.evaluations);
     let minimized = &tuning.figures[tuning.problem.minimize];
@@ -97,7 +98,7 @@ pub fn run(options: &Options) -> Result<()> {
     let found = Found { tuning: &tuning, outcome: &outcome, present: &present };
     print(&found.text())?;
     for remark in found.remarks() {
-        eprintln!("remark: {remark}");
+        tell::remark(&remark);
     }
     if let Some(problem) = found.problem() {
         bail!("{problem}");

@@ -6,6 +6,7 @@ use crate::build::platform::{self, Platform};
 use crate::build::workspace::Workspace;
 use crate::command;
 use crate::package::{merge, pack};
+use crate::tell;
 use crate::tool::make;
 use anyhow::{Context, Result, bail};
 use host::hexadecimal;
@@ -82,7 +83,7 @@ pub fn run(workspace: &Workspace, options: &Options, mut python: Command) -> Res
     pack::run(workspace, &packing)?;
     if packing.platforms.contains(&Platform::host()?.folder) {
         match make::run(workspace, &make::Options { fmus: Some(new.clone()), out: Some(new.clone()) }) {
-            Err(error) if as_available => eprintln!("note: left out: {error:#}"),
+            Err(error) if as_available => tell::note(&format!("left out: {error:#}")),
             made => made?,
         }
     }

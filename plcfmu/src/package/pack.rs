@@ -13,6 +13,7 @@ use crate::package::program;
 use crate::package::reference;
 use crate::page;
 use crate::progress::Progress;
+use crate::tell;
 use anyhow::{Context, Result, bail};
 use draw::diagram;
 use draw::picture;
@@ -130,7 +131,7 @@ fn plan(workspace: &Workspace, options: &Options, crates: usize) -> Result<Plan>
         };
         match platforms.into_iter().map(linked).collect::<Result<Vec<_>>>() {
             Ok(targets) => built.push((folder, targets)),
-            Err(error) if options.as_available => eprintln!("note: left out: {error:#}"),
+            Err(error) if options.as_available => tell::note(&format!("left out: {error:#}")),
             Err(error) => return Err(error),
         }
     }
@@ -179,7 +180,9 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     drop(progress);
     if !plan.has_host {
         let host = plan.host.folder;
-        eprintln!("note: the library for this machine ({host}) was built for the tables only; the FMUs do not have it");
+        tell::note(&format!(
+            "the library for this machine ({host}) was built for the tables only; the FMUs do not have it"
+        ));
     } else if plan.is_host_native && plan.host.is_linux() {
         note_glibc(&all, options.native)?;
     }
@@ -203,7 +206,7 @@ fn build(
             Ok(paths) => {
                 libraries.insert(folder, paths);
             }
-            Err(error) if options.as_available && *folder != host => eprintln!("note: left out: {error:#}"),
+            Err(error) if options.as_available && *folder != host => tell::note(&format!("left out: {error:#}")),
             Err(error) => return Err(error),
         }
     }
@@ -247,7 +250,7 @@ fn note_glibc(all: &[Built], asked_for: bool) -> Result<()> {
     } else {
         format!("; for {GLIBC}, install zig and cargo-zigbuild (pip install ziglang cargo-zigbuild)")
     };
-    eprintln!("note: linked with this machine's C library: the FMUs need glibc {glibc} or newer{remedy}");
+    tell::note(&format!("linked with this machine's C library: the FMUs need glibc {glibc} or newer{remedy}"));
     Ok(())
 }
 
@@ -313,7 +316,7 @@ fn begin(workspace: &Workspace, folder: &Path) -> Result<File> {
         fs::create_dir_all(&own)?;
         let lock = File::create(own.join(".lock"))?;
         if lock.try_lock().is_err() {
-            eprintln!("waiting for another command that packs the FMUs of this workspace ...");
+            tell::text("waiting for another command that packs the FMUs of this workspace ...");
             lock.lock()?;
         }
         fs::create_dir_all(folder)?;

@@ -4,6 +4,7 @@ use crate::build::compile;
 use crate::build::platform::Platform;
 use crate::build::workspace::{self, Workspace};
 use crate::package::pack;
+use crate::tell;
 use crate::tool::assets;
 use crate::tool::page::{self, Content, Home};
 use anyhow::{Context, Result, ensure};
@@ -59,7 +60,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     let page = page::assemble(&sources, &Content { home: Home::Page, data: &data })?;
     let path = options.out.as_ref().map_or_else(|| place(workspace), |folder| folder.join(FILE));
     if page.len() > LARGEST {
-        eprintln!("warning: {FILE} has {} bytes: more than {LARGEST} do not fit into a mail", page.len());
+        tell::warning(&format!("{FILE} has {} bytes: more than {LARGEST} do not fit into a mail", page.len()));
     }
     temporary::place(&path, |file| Ok(file.write_all(page.as_bytes())?), |_| Ok(()))?;
     let kilobytes = |length: usize| length.div_ceil(1000);

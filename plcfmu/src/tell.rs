@@ -1,0 +1,103 @@
+//! What the command says beside its results: errors, warnings, remarks and notes, on standard error.
+
+use crate::parameter_file::Wrong;
+use anstream::eprintln;
+use anyhow::Error;
+use clap::builder::styling::{AnsiColor, Style};
+use parameters::problem::each_drawn;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether results and errors alone are printed.
+static IS_QUIET: AtomicBool = AtomicBool::new(false);
+
+/// Behind the options of a command.
+const HEADING: &str = "What is printed";
+
+/// How much is said, and whether in colour.
+#[derive(clap::Args, Clone, Copy, Debug)]
+pub struct Options {
+    /// Print results and errors only: no warnings, remarks, notes and progress
+    #[arg(short, long, global = true, help_heading = HEADING)]
+    quiet: bool,
+    /// Colour in what is said on a terminal; auto follows NO_COLOR and CLICOLOR
+    #[arg(long, global = true, value_name = "WHEN", default_value_t, help_heading = HEADING)]
+    color: clap::ColorChoice,
+}
+
+impl Options {
+    /// Sets it for all that is said from now on.
+    pub fn apply(self) {
+        IS_QUIET.store(self.quiet, Ordering::Relaxed);
+        let color = match self.color {
+            clap::ColorChoice::Auto => anstream::ColorChoice::Auto,
+            clap::ColorChoice::Always => anstream::ColorChoice::Always,
+            clap::ColorChoice::Never => anstream::ColorChoice::Never,
+        };
+        color.write_global();
+    }
+}
+
+/// Whether warnings, remarks, notes and progress are wanted.
+pub fn is_quiet() -> bool {
+    IS_QUIET.load(Ordering::Relaxed)
+}
+
+/// What is wrong: a line for each problem of a file, else one for the error with its causes.
+pub fn error(error: &Error) {
+    match error.downcast_ref::<Wrong>() {
+        Some(Wrong(problems)) => each_drawn(problems).for_each(|problem| line("error", AnsiColor::Red, &problem)),
+        None => line("error", AnsiColor::Red, &format!("{error:#}")),
+    }
+}
+
+/// What is probably not as the user wants it.
+pub fn warning(text: &str) {
+    beside("warning", AnsiColor::Yellow, text);
+}
+
+/// What may surprise.
+pub fn remark(text: &str) {
+    beside("remark", AnsiColor::Cyan, text);
+}
+
+/// What was done differently from what one might expect, and why.
+pub fn note(text: &str) {
+    beside("note", AnsiColor::Cyan, text);
+}
+
+/// A line of text without a kind, such as what an FMU has logged.
+pub fn text(text: &str) {
+    if !is_quiet() {
+        eprintln!("{}", plain(text));
+    }
+}
+
+fn beside(kind: &str, color: AnsiColor, text: &str) {
+    if !is_quiet() {
+        line(kind, color, text);
+    }
+}
+
+fn line(kind: &str, color: AnsiColor, text: &str) {
+    let style = Style::new().bold().fg_color(Some(color.into()));
+    eprintln!("{style}{kind}:{style:#} {}", plain(text.trim_end()));
+}
+
+/// A text without the characters that a terminal takes for orders: they are shown as escape sequences. Lines stay.
+pub fn plain(text: &str) -> String {
+    let is_order = |c: char| {
+        c.is_control() && c != '\n' && c != '\t' || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    let shown = |c: char| if is_order(c) { c.escape_default().to_string() } else { c.to_string() };
+    text.chars().map(shown).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_for_a_terminal_are_shown() {
+        assert_eq!(plain("a\u{1b}[31mred\u{9b}\u{202e} µ\n\tb"), "a\\u{1b}[31mred\\u{9b}\\u{202e} µ\n\tb");
+    }
+}
