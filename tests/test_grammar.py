@@ -4,7 +4,10 @@ completions and manual pages."""
 import csv
 import io
 import json
+import os
+import re
 import subprocess
+import sys
 from pathlib import Path
 
 import jsonschema
@@ -86,6 +89,46 @@ def test_quiet_leaves_results_and_errors(plcfmu):
 def test_colour_is_for_terminals_and_for_whoever_asks(plcfmu):
     assert "\x1b" not in plcfmu("params", "missing.awl").stderr
     assert plcfmu("params", "missing.awl", "--color=always").stderr.startswith("\x1b[1m\x1b[31merror:\x1b[0m missing.awl ")
+
+
+@pytest.mark.parametrize("name", ["run", "study", "tune-study", "build", "preset", "tool"])
+def test_help_is_wrapped_for_the_terminal_and_not_before(command, name):
+    given = {"capture_output": True, "text": True, "env": {**os.environ, "COLUMNS": "70"}}
+    lines = subprocess.run([command, name, "--help"], **given).stdout.splitlines()
+    assert max(map(len, lines)) <= 100
+    for line, next_line in zip(lines, lines[1:]):
+        # A sentence that goes on, and no sample.
+        if re.search(r"[a-z,] \w+,? \w+$", line) and re.match(r" *[a-z]+ [a-z]+", next_line) and "plcfmu" not in next_line + line:
+            assert len(line) + 1 + len(next_line.split()[0]) > 65, (line, next_line)
+
+
+def test_without_cargo_the_remedy_is_said(command, tmp_path):
+    (tmp_path / "Cargo.toml").write_text("[package]\nname = 'a'\n")
+    done = subprocess.run([command, "build"], cwd=tmp_path, env={"PATH": str(tmp_path)}, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr.endswith(": cargo was not found: FMUs of Rust are built with Rust, see https://rustup.rs\n")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="wait4 tells the memory of a process in kB on Linux")
+def test_a_recording_does_not_fill_the_memory(command, tmp_path):
+    def peak(steps):
+        given = ["run", FMUS[0], f"--stop={steps}", "--out=o.csv", "--quiet"]
+        with subprocess.Popen([command, *given], cwd=tmp_path, stdout=subprocess.DEVNULL) as process:
+            _, status, usage = os.wait4(process.pid, 0)
+            process.returncode = status
+        assert status == 0
+        return usage.ru_maxrss
+
+    peaks = peak(1_000), peak(200_000)
+    columns = len((tmp_path / "o.csv").open().readline().split(",")) - 1
+    # In memory, the values alone would take 8 bytes each.
+    assert columns * 200_000 * 8 / 1024 > 14_000
+    assert peaks[1] - peaks[0] < 6_000, peaks
+
+
+def test_one_variable_is_one(plcfmu):
+    done = plcfmu("run", FMUS[1], "--step=1", "--stop=4", "--record=HEATER.TEMP", "--out=o.csv")
+    assert "o.csv: 5 rows of the time and 1 variable\n" in done.stdout
 
 
 def test_a_check_is_a_list_of_verdicts(plcfmu, tmp_path):

@@ -153,10 +153,13 @@ fn reason(error: &libloading::Error, path: &Path) -> String {
     let reason = error.source().map_or(error.to_string(), ToString::to_string);
     // The system names the file again, by the place that it was unpacked to.
     let reason = reason.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&reason);
+    format!("{reason}{}", help(reason))
+}
+
+/// What to do, if the reason shows it.
+fn help(reason: &str) -> &'static str {
     let is_python = reason.contains("undefined symbol: Py") || reason.contains("undefined symbol: _Py");
-    let help =
-        if is_python { ": it needs Python; set LD_PRELOAD to the library libpython3 of its version" } else { "" };
-    format!("{reason}{help}")
+    if is_python { ": it needs Python; set LD_PRELOAD to the library libpython3 of its version" } else { "" }
 }
 
 /// A library by the name of its file.
@@ -198,4 +201,13 @@ impl Library {
         };
         String::from_utf8(json).context("the library's table is not UTF-8")
     }
+}
+
+#[cfg(test)]
+#[test]
+fn an_fmu_that_python_has_to_load_says_so() {
+    let of = |symbol: &str| {
+        help(&format!("TMP.so: undefined symbol: {symbol}")).contains("set LD_PRELOAD to the library libpython3")
+    };
+    assert_eq!(["_Py_NoneStruct", "PyLong_Type", "sin"].map(of), [true, true, false]);
 }

@@ -132,13 +132,15 @@ struct Patient {
 
 impl Read for Patient {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        let left = self.until.saturating_duration_since(Instant::now());
-        if left.is_zero() {
-            return Err(ErrorKind::TimedOut.into());
-        }
-        self.stream.set_read_timeout(Some(left))?;
+        self.stream.set_read_timeout(Some(left(self.until, Instant::now())?))?;
         self.stream.read(bytes)
     }
+}
+
+/// How long a read may take that begins now.
+fn left(until: Instant, now: Instant) -> io::Result<Duration> {
+    let left = until.saturating_duration_since(now);
+    if left.is_zero() { Err(ErrorKind::TimedOut.into()) } else { Ok(left) }
 }
 
 impl Write for Patient {

@@ -6,6 +6,15 @@ fn address() -> Address {
     "s7://192.168.0.1/0/2/DB41".parse().unwrap()
 }
 
+#[test]
+fn a_plc_that_sends_a_byte_now_and_then_has_no_more_time_than_another() {
+    let begin = Instant::now();
+    let until = begin + PATIENCE;
+    let after = |tenths: u32| left(until, begin + PATIENCE * tenths / 10).map_err(|error| error.kind());
+    assert_eq!([after(0), after(5), after(9)], [Ok(PATIENCE), Ok(PATIENCE / 2), Ok(PATIENCE / 10)]);
+    assert_eq!([after(10), after(11)], [Err(ErrorKind::TimedOut); 2]);
+}
+
 /// A PLC that gives these answers, in this order, whatever it is asked. At the end it closes the connection.
 struct Plc {
     answers: VecDeque<Vec<u8>>,
