@@ -102,6 +102,15 @@ def test_axe_finds_nothing_on_a_page(show, name):
         assert nodes == [], scheme
 
 
+def test_axe_finds_nothing_on_any_other_page_of_the_site(show, site):
+    names = {path.relative_to(site).as_posix() for path in site.rglob("*.html")} - {site_pages.TOOL, *PAGES}
+    assert len(names) > 40
+    for scheme, options in [("light", None), ("dark", {"runOnly": ["color-contrast"]})]:
+        for name in sorted(names):
+            found = [(one["id"], node["html"][:120]) for one in axe(show(name, scheme=scheme), options) for node in one["nodes"]]
+            assert found == [], (name, scheme)
+
+
 def test_axe_finds_nothing_on_open_menus_and_found_places(show):
     for width in (DESKTOP, PHONE):
         page = show("docs/tool.html", width)

@@ -82,10 +82,10 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// \frac{d\,\text{SPEED}}{dt} = \frac{\text{SP_RPM} - \text{SPEED}}{\text{CTRL_TM}} \quad \text{within} \quad \pm\frac{\text{N_MAX}}{\text{ACC_TM}}\,\frac{\text{M_MAX} \mp \text{LOAD}}{100\,\%}
+    /// \frac{d\,\text{SPEED}}{dt} = \frac{\text{SP_RPM} - \text{SPEED}}{\text{CTRL_TM}} \quad \text{within} \quad \pm\frac{\text{N_MAX}}{\text{ACC_TM}}\,\frac{\text{M_MAX} \mp M_L}{100\,\%}
     /// ```
     ///
-    /// The law of a call:
+    /// The law of a call, `M_L` being the load that acts:
     ///
     /// ```text
     /// SP_RPM = N_MAX (SP / 32767)
@@ -109,9 +109,8 @@ blocks::block! {
     ///    the drive trips. So a jump of more than ERR_MAX trips it at once, a ramp of more than ERR_MAX / CTRL_TM rpm a
     ///    second (with the defaults 750: 0 to 1500 rpm in 2 s) as soon as it is that far behind, and a slower one too where
     ///    the load leaves too little torque.
-    /// 5. Tripped, the drive has no torque and coasts to rest. A rising edge of RESET makes it go on, with the setpoint
-    ///    as it is: one that is too far away trips it again in the same call. So bring the setpoint to N_ACT first (SET
-    ///    and INIT, or R, of HLG).
+    /// 5. Tripped, the drive has no torque and coasts to rest. A rising edge of RESET clears the trip; a setpoint that is
+    ///    too far away trips it again in the same call. So bring the setpoint to N_ACT first (SET and INIT, or R, of HLG).
     /// 6. LOAD is limited to the torque limit: an overhauling load is not modelled.
     ///
     /// # Limits of use
@@ -159,7 +158,7 @@ blocks::block! {
             acc_tm: LReal = 2.0, min 0.0, unit "s";
             /// Torque limit in percent of the rated torque
             ///
-            /// What the inverter gives for a while. Torque that the load takes is not there for acceleration.
+            /// What the inverter gives for a short time. Torque that the load takes is not available for acceleration.
             m_max: LReal = 150.0, min 0.0, unit "%";
             /// Largest allowed difference of setpoint and speed
             ///

@@ -87,7 +87,7 @@ blocks::block! {
     /// \text{FURN_TM}\,\frac{d\,\text{T_FURN}}{dt} = \text{RISE}\,\frac{p(t - \text{DELAY_TM})}{100\,\%} - L\,(\text{T_FURN} - \text{T_AMB}), \qquad \text{SENS_TM}\,\frac{d\,\text{TEMP}}{dt} = \text{T_FURN} - \text{TEMP}
     /// ```
     ///
-    /// `p` is POWER within 0 ... 100 %, in the law as it was DELAY_TM ago, `L` the loss as a multiple of that with the door
+    /// `p` is POWER within 0 ... 100 %, in the law as it was DELAY_TM ago. `L` is the loss as a multiple of that with the door
     /// closed:
     ///
     /// ```text

@@ -23,7 +23,7 @@ blocks::block! {
     /// 5. LOAD during the run for a disturbance.
     ///
     /// For CONT_C: with CYCLE 100 ms and the start values of the process, GAIN 4.76 and TI 8.4 s (SIMC) bring it from 0 to
-    /// 10 within 0.2 in 9 s, with 7 % overshoot; a LOAD of 10 % then costs 1.8 for a while.
+    /// 10 within 0.2 in 9 s, with 7 % overshoot; a LOAD of 10 % then moves PV by 1.8 at most.
     ///
     /// # Diagram
     ///

@@ -66,7 +66,7 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// \text{Y} = \text{U} + \text{noise}, \qquad \text{in steps of} \quad \frac{\text{RANGE_HI} - \text{RANGE_LO}}{\text{STEPS}}
+    /// \text{LAG_TM}\,\frac{dx}{dt} = \text{U} + \text{noise} - x, \qquad \text{Y} = x \quad \text{in steps of} \quad \frac{\text{RANGE_HI} - \text{RANGE_LO}}{\text{STEPS}}
     /// ```
     ///
     /// The law of call k, g(k) being the noise:

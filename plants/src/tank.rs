@@ -81,7 +81,7 @@ blocks::block! {
     /// \text{AREA}\,\frac{d\,\text{LEVEL}}{dt} = \text{FLOW_MAX}\,\frac{\text{VALVE}}{100\,\%} - \text{CD}\,\text{A_OUT}\,\frac{\text{DRAIN}}{100\,\%}\,\sqrt{2\,g\,\text{LEVEL}}
     /// ```
     ///
-    /// The law:
+    /// The law, with VALVE and DRAIN within 0 ... 100 %:
     ///
     /// ```text
     /// INFLOW  = FLOW_MAX (VALVE / 100 %)

@@ -101,7 +101,7 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// F = f(x)\,\sqrt{\frac{\text{PRES}}{\text{PRES_NOM}}}, \qquad \text{FLOW} = \text{FLOW_MAX}\,F, \qquad f(x) = \frac{\text{CURVE}^x - 1}{\text{CURVE} - 1}
+    /// F = f(x)\,\sqrt{\frac{\text{PRES}}{\text{PRES_NOM}}}, \qquad f(x) = \begin{cases} \frac{\text{CURVE}^x - 1}{\text{CURVE} - 1} & \text{CURVE} \ne 1 \\ x & \text{CURVE} = 1 \end{cases}
     /// ```
     ///
     /// ```math
@@ -202,7 +202,7 @@ blocks::block! {
             mtr_tm: LReal = 30.0, min 0.0, unit "s";
             /// Idle travel of the motor after a reversal
             ///
-            /// After a reversal the motor runs so many percent of the stroke before the stem follows: 5 with MTR_TM =
+            /// Part of the stroke that the motor runs after a reversal before the stem follows: 5 with MTR_TM =
             /// 30 s are 1.5 s without effect. A dead band in the controller keeps it from hunting about it.
             backlash: LReal = 0.0, min 0.0, max 100.0, unit "%";
             /// Position at the start

@@ -5,7 +5,7 @@ use blocks::{Block, EachBlock, Law, Role, for_each_block};
 use draw::diagram;
 use draw::diagram::net::{self, Link};
 use modeldescription::Table;
-use plants::{Drive, Heater, Tank, Valve};
+use plants::{Drive, Heater, Process, Sensor, Tank, Thermo, Valve};
 use std::collections::BTreeSet;
 
 /// The tables of the blocks that have a diagram, as their libraries tell them.
@@ -109,6 +109,11 @@ impl<B: Block> Plant<B> {
             return sides.map(|side| self.entering(element, side)).sum();
         }
         (self.boxes)(self, element, &|side| self.entering(element, side))
+    }
+
+    /// The elements whose signals come into an element.
+    fn sources(&self, element: &str) -> BTreeSet<&str> {
+        self.links.iter().filter(|link| link.to == element).map(|link| link.from.as_str()).collect()
     }
 
     fn is_a(&self, kind: &str, element: &str) -> bool {
@@ -232,4 +237,119 @@ fn the_diagram_of_the_valve_and_its_heat_exchanger_computes_what_its_law_does() 
     near(plant.slope("T_HX"), by_diagram);
     let by_diagram = (plant.entering("SENSOR", "left") - plant.value("TEMP")) / plant.value("SENS_TM");
     near(plant.slope("TEMP"), by_diagram);
+}
+
+fn thermo(plant: &Plant<Thermo>, element: &str, into: &dyn Fn(&str) -> f64) -> f64 {
+    let value = |name: &str| plant.value(name);
+    match element {
+        "DEMAND" => {
+            assert_eq!(plant.sources(element), BTreeSet::from(["DRIVE", "HEAT"]));
+            (100.0 * value("HEAT") + value("DRIVE").max(0.0)).min(100.0)
+        }
+        "DEMAND_C" => {
+            assert_eq!(plant.sources(element), BTreeSet::from(["COOL", "DRIVE"]));
+            (100.0 * value("COOL") - value("DRIVE").min(0.0)).min(100.0)
+        }
+        "HEATER" => value("HEATING"),
+        "COOLER" => value("COOLING"),
+        "RISE" => into("left") / 100.0 * value("RISE"),
+        "DROP" => into("left") / 100.0 * value("DROP"),
+        "CHAMBER" => value("TEMP"),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn the_diagram_of_the_chamber_computes_what_its_law_does() {
+    for (heat, cool, drive) in [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 40.0), (0.0, 0.0, -40.0), (1.0, 1.0, 30.0)]
+    {
+        let set = [("CYCLE", 0.001), ("HEAT", heat), ("COOL", cool), ("DRIVE", drive), ("T_AMB", 95.0), ("LOAD", 7.0)];
+        let mut plant = Plant::new(&set, thermo);
+        (0..4000).for_each(|_| plant.block.call());
+        for (output, lag, time) in
+            [("HEATING", "HEATER", "HEAT_TM"), ("COOLING", "COOLER", "COOL_TM"), ("TEMP", "CHAMBER", "ZONE_TM")]
+        {
+            assert_eq!(plant.sources(output), BTreeSet::from([lag]));
+            let by_diagram = (plant.entering(lag, "left") - plant.value(output)) / plant.value(time);
+            near(plant.slope(output), by_diagram);
+        }
+    }
+}
+
+/// With a T2 of 0, and with a T1 of 0 where it integrates, the process has one state, which PV shows.
+fn process(plant: &Plant<Process>, element: &str, into: &dyn Fn(&str) -> f64) -> f64 {
+    let value = |name: &str| plant.value(name);
+    let state = || value("PV") - value("PV_0");
+    let is_integrating = value("INTEG") == 1.0;
+    match element {
+        // U and LOAD have been the same for longer than the dead time.
+        "DEAD" => into("left"),
+        "GAIN" => into("left") * value("GAIN"),
+        "LAG_1" if is_integrating => into("left"),
+        "LAG_1" | "INT" => state(),
+        "LAG_2" => into("left"),
+        "INTEG" => {
+            assert_eq!(plant.sources(element), BTreeSet::from(["INT", "LAG_2"]));
+            plant.out_of(if is_integrating { "INT" } else { "LAG_2" })
+        }
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn the_diagram_of_the_process_computes_what_its_law_does() {
+    let set = [("CYCLE", 0.001), ("DEAD_TM", 0.0), ("GAIN", 1.5), ("U_0", 20.0), ("PV_0", 30.0), ("LOAD", -5.0)];
+    let mut plant = Plant::new(&set, process);
+    plant.set(&[("U", 60.0), ("PV_0", 25.0)]);
+    (0..4000).for_each(|_| plant.block.call());
+    assert_eq!(plant.sources("PV"), BTreeSet::from(["POINT"]));
+    near(plant.value("PV"), plant.out_of("POINT"));
+    let by_diagram = (plant.entering("LAG_1", "left") - plant.out_of("LAG_1")) / plant.value("T1");
+    near(plant.slope("PV"), by_diagram);
+
+    let mut plant = Plant::new(&[&set[..], &[("INTEG", 1.0), ("T1", 0.0), ("U", 60.0)]].concat(), process);
+    near(plant.value("PV"), plant.out_of("POINT"));
+    near(plant.slope("PV"), plant.entering("INT", "left"));
+}
+
+fn sensor(plant: &Plant<Sensor>, element: &str, into: &dyn Fn(&str) -> f64) -> f64 {
+    let value = |name: &str| plant.value(name);
+    let (low, span) = (value("RANGE_LO"), value("RANGE_HI") - value("RANGE_LO"));
+    match element {
+        // The second call of a sensor that makes nothing but noise.
+        "GENERATOR" => {
+            let mut alone = Sensor { noise: value("NOISE"), seed: 7, steps: 0, ..Sensor::default() };
+            alone.restart();
+            alone.call();
+            alone.call();
+            alone.y
+        }
+        "FILTER" if value("LAG_TM") == 0.0 => into("left"),
+        "FILTER" => {
+            let before = value("Y");
+            before + (1.0 - (-value("CYCLE") / value("LAG_TM")).exp()) * (into("left") - before)
+        }
+        "STEPS_OF" if value("STEPS") == 0.0 => into("left"),
+        "STEPS_OF" => low + ((into("left") - low) / span * value("STEPS")).round() * span / value("STEPS"),
+        "ANALOG" => ((into("left") - low) / span * 27648.0).round(),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn the_diagram_of_the_sensor_computes_what_its_law_does() {
+    let set = [("SEED", 7.0), ("NOISE", 0.4), ("RANGE_LO", -50.0), ("RANGE_HI", 150.0), ("U", 20.0)];
+    for (lag, steps) in [(0.0, 0.0), (0.3, 0.0), (0.0, 500.0)] {
+        let mut plant = Plant::new(&[&set[..], &[("LAG_TM", lag), ("STEPS", steps)]].concat(), sensor);
+        plant.block.call();
+        plant.set(&[("U", 24.0)]);
+        let [y, word] = ["STEPS_OF", "ANALOG"].map(|element| plant.out_of(element));
+        plant.block.call();
+        assert!((plant.value("Y") - y).abs() < 1e-9, "{lag}, {steps}: {y}");
+        assert_eq!(plant.value("Y_PER"), word, "{lag}, {steps}");
+        assert_eq!(
+            (plant.sources("Y"), plant.sources("Y_PER")),
+            (BTreeSet::from(["STEPS_OF"]), BTreeSet::from(["ANALOG"]))
+        );
+    }
 }

@@ -52,8 +52,7 @@ impl<'a> Sections<'a> {
     }
 }
 
-/// Markdown as HTML. Words that are names of variables in `linked` become links to their anchors, where a paragraph, an item or a
-/// cell names them first.
+/// Markdown as HTML. Words that are names of variables in `linked` become links to their anchors, where the text names them first.
 ///
 /// # Errors
 /// A formula is not LaTeX as it is understood here.
@@ -77,10 +76,6 @@ pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
             }
             Event::Start(Tag::CodeBlock(_) | Tag::Link { .. }) | Event::End(TagEnd::CodeBlock | TagEnd::Link) => {
                 is_linked = matches!(event, Event::End(_)) && !linked.is_empty();
-                events.push(event);
-            }
-            Event::Start(Tag::Paragraph | Tag::Item | Tag::TableCell | Tag::Heading { .. }) => {
-                named.clear();
                 events.push(event);
             }
             Event::Text(ref text) if is_linked => events.extend(with_links(text, linked, &mut named)),
@@ -159,10 +154,10 @@ mod tests {
     }
 
     #[test]
-    fn names_of_variables_are_links_where_a_paragraph_has_them_first() {
+    fn names_of_variables_are_links_where_a_text_has_them_first() {
         let html = html("Above TI, as PI.GAIN. Not TITLE, TI.\n\nTI again.", &["TI", "PI.GAIN"]).unwrap();
         let link = |name: &str| format!(r##"<a class="variable" href="#{name}">{name}</a>"##);
         let (ti, gain) = (link("TI"), link("PI.GAIN"));
-        assert_eq!(html, format!("<p>Above {ti}, as {gain}. Not TITLE, TI.</p>\n<p>{ti} again.</p>\n"));
+        assert_eq!(html, format!("<p>Above {ti}, as {gain}. Not TITLE, TI.</p>\n<p>TI again.</p>\n"));
     }
 }

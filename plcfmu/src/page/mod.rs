@@ -41,6 +41,10 @@ struct Page<'a> {
     /// Whether the documentation says where its rules come from.
     names_sources: bool,
     responses: Vec<Drawing<'a>>,
+    /// Whether one of them has inputs.
+    has_dashed_lines: bool,
+    /// Seconds between two calls of the first response.
+    response_cycle: f64,
     characteristics: Vec<Drawing<'a>>,
     /// Link and text of the files with the recorded response.
     recordings: [(String, &'static str); 2],
@@ -67,8 +71,8 @@ struct Drawing<'a> {
     /// SVG.
     plot: String,
     has_dashed_lines: bool,
-    /// Seconds between two calls.
-    cycle: f64,
+    /// Seconds between two calls, where they are not those of the first one.
+    cycle: Option<f64>,
 }
 
 /// Variables of the same use.
@@ -126,8 +130,16 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
     for (title, text) in sections.take_all() {
         after_responses.push(section(title, text, &names)?);
     }
+    let response_cycle = recordings.responses.first().map_or(0.0, |first| first.time(1));
+    let responses: Vec<Drawing> = table
+        .responses
+        .iter()
+        .zip(&recordings.responses)
+        .map(|(response, recording)| drawing(table, response, recording, response_cycle, &colors))
+        .collect::<anyhow::Result<_>>()?;
     let page = Page {
         name: &table.name,
+        response_cycle,
         summary: table.summary(),
         guid,
         diagram: diagram::linked(table).context("the diagram of the block")?,
@@ -145,12 +157,8 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
         law,
         after_responses,
         names_sources: names_sources(table),
-        responses: table
-            .responses
-            .iter()
-            .zip(&recordings.responses)
-            .map(|(response, recording)| drawing(table, response, recording, &colors))
-            .collect::<anyhow::Result<_>>()?,
+        has_dashed_lines: responses.iter().any(|response| response.has_dashed_lines),
+        responses,
         characteristics: table
             .characteristics
             .iter()
@@ -203,6 +211,7 @@ fn drawing<'a>(
     table: &Table,
     response: &'a Response,
     recording: &Recording,
+    usual: f64,
     colors: &Colors,
 ) -> anyhow::Result<Drawing<'a>> {
     let chart = response::of_recording(table, recording, colors);
@@ -212,7 +221,7 @@ fn drawing<'a>(
         title,
         has_dashed_lines: curves.into_iter().any(|curve| curve.is_input),
         plot: plot::svg_named(&chart, title).context("the plot of a response")?,
-        cycle: recording.time(1),
+        cycle: Some(recording.time(1)).filter(|cycle| *cycle != usual),
     })
 }
 
@@ -228,7 +237,7 @@ fn characteristic_drawing<'a>(
         title,
         has_dashed_lines: false,
         plot: plot::svg_named(&chart, title).context("the plot of a characteristic")?,
-        cycle: 0.0,
+        cycle: None,
     })
 }
 

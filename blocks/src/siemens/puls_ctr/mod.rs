@@ -16,54 +16,48 @@ crate::block! {
         input {
             /// Setpoint, -100 ... 100 % or a physical value
             ///
-            /// The setpoint of the controller inside, in the unit of its process value: percent with the start values,
-            /// degC with DI_CONT_C.PV_FAC = 4 for a transmitter of 0 ... 400 degC. It is read only when the controller
-            /// runs, every 2 s with RED_FAC 200 and CYCLE 10 ms. A step of 10 moves DI_CONT_C.LMN_P by 20 with GAIN 2,
-            /// and the length of the next pulse by 20 % of the period.
+            /// In the unit of the process value: percent with the start values. It is read only when the controller
+            /// runs, every 2 s with the start values. A step of 10 moves DI_CONT_C.LMN_P by 20 with GAIN 2, and the
+            /// length of the next pulse by 20 % of the period.
             sp_int: Real = 0.0;
             /// Process value as an analog input word: 27648 is 100 %
             ///
-            /// The word that the analog input gives; DI_CONT_C.PV_FAC and DI_CONT_C.PV_OFF scale it: 13824 (50 %) is
-            /// 200 with PV_FAC 4 and PV_OFF 0. It is read only when the controller runs. A simulated plant that gives
-            /// degC needs a conversion before it, times 27648 / 400 for 0 ... 400 degC. The block does not detect a
-            /// broken wire: 32767 is 118.51 %.
+            /// DI_CONT_C.PV_FAC and DI_CONT_C.PV_OFF scale it: 13824 (50 %) is 200 with PV_FAC 4 and PV_OFF 0. It is
+            /// read only when the controller runs. A simulated plant that gives degC needs a conversion before it,
+            /// times 27648 / 400 for 0 ... 400 degC. The block does not detect a broken wire.
             pv_per: Word = Word::new(0);
         }
         fixed {
             /// Calls from one call of the controller to the next
             ///
             /// The controller runs in one call of RED_FAC, with the sampling time CYCLE * RED_FAC, which is also the
-            /// period of the pulses: 2 s with 200 and 10 ms. It also sets the resolution of the pulses: 200 resolve 0.5 %
-            /// of LMN, 20 resolve 5 %. Choose CYCLE * RED_FAC at most a tenth of the plant's time constant, and RED_FAC
-            /// 100 or more; shorten CYCLE if the two do not go together. After a restart the first pulse comes after
-            /// RED_FAC calls.
+            /// period of the pulses. 200 calls resolve 0.5 % of LMN, 20 resolve 5 %. Choose CYCLE * RED_FAC at most a
+            /// tenth of the plant's time constant, and RED_FAC 100 or more; shorten CYCLE if the two do not go
+            /// together.
             red_fac: Int = 200, min 1;
         }
         input {
             /// Complete restart: TRUE runs the restart routine instead of the controller
             ///
             /// While it is TRUE, every call restarts both blocks inside: a pulse ends at once, LMN is 0, and the
-            /// integral becomes DI_CONT_C.I_ITLVAL. When it falls, the controller first runs after RED_FAC calls, so
-            /// there is no pulse for 2 s with RED_FAC 200 and CYCLE 10 ms. The block does not reset COM_RST. Every run
-            /// begins with a restart; set it for another one during the run.
+            /// integral becomes DI_CONT_C.I_ITLVAL. When it falls, there is no pulse for RED_FAC calls.
             com_rst: Bool = false;
         }
         cycle {
             /// Sampling time: the time between two calls
             ///
             /// A pulse is a whole number of CYCLE long. 10 ms, a half-wave of 50 Hz, suits a solid-state relay; a
-            /// contactor needs a longer DI_PULSEGEN.P_B_TM, not a longer CYCLE. The controller does not compute with it
-            /// but with CYCLE * RED_FAC, so twice the CYCLE with half the RED_FAC leaves the controller as it is and
-            /// makes the pulses coarser.
+            /// contactor needs a longer DI_PULSEGEN.P_B_TM, not a longer CYCLE. Twice the CYCLE with half the RED_FAC
+            /// makes the pulses coarser and leaves the controller unchanged.
             cycle: Time = Time::ms(10), min Time::ms(1);
         }
         output {
             /// Positive pulse
             ///
             /// TRUE in the first LMN percent of each period: with LMN = 30 and RED_FAC = 200 in 60 calls, then FALSE in
-            /// 140. A pulse or break shorter than DI_PULSEGEN.P_B_TM is left out: with 50 ms of 2 s, LMN below 2.5
-            /// gives no pulse and above 97.5 no break. For a negative LMN it stays FALSE; DI_PULSEGEN.QNEG_P has the
-            /// pulses then. It shows the last call, so take Q_MEAN if the communication step is longer than CYCLE.
+            /// 140. A pulse or break shorter than DI_PULSEGEN.P_B_TM is left out. For a negative LMN it stays FALSE;
+            /// DI_PULSEGEN.QNEG_P has the pulses then. It shows the last call: take Q_MEAN if the communication step is
+            /// longer than CYCLE.
             qpos_p: Bool;
         }
     }
@@ -72,8 +66,7 @@ crate::block! {
         ///
         /// With a communication step of one period it is LMN, to 100 / RED_FAC: 30 for LMN = 30. In a step of one CYCLE
         /// it is 100, 0 or -100; steps that are no multiple of the period make it fluctuate. Connect it to a plant with
-        /// a Real input, a heater's power for example. In two-step control (DI_PULSEGEN.STEP3_ON = FALSE) it is between
-        /// 0 and 100, because only QPOS_P counts.
+        /// a Real input. In two-step control (DI_PULSEGEN.STEP3_ON = FALSE) only QPOS_P counts.
         q_mean;
     }
     instances {

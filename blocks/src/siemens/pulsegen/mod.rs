@@ -17,111 +17,96 @@ crate::block! {
         input {
             /// Manipulated value in percent, to be turned into pulses
             ///
-            /// Connect LMN of CONT_C here. It is read at the start of a period, or at any call with SYN_ON, and held to
-            /// the end of the period. In three-step control its sign chooses the output: 30 with PER_TM = 1 s is a
-            /// positive pulse of 0.3 s. Bipolar two-step control maps -100 ... 100 to 0 ... 100 % on time, monopolar 0
-            /// ... 100 to the same. Values beyond the range give a full pulse in their direction; in two-step control
-            /// below it none. Limit LMN of the controller to the range that the actuator has.
+            /// Connect LMN of CONT_C here, limited to the range that the actuator has. It is read at the start of a
+            /// period, or at any call with SYN_ON. In three-step control 30 with PER_TM = 1 s is a positive pulse of
+            /// 0.3 s. Values beyond the range give a full pulse in their direction; in two-step control below it none.
             inv: Real = 0.0, min -100.0, max 100.0;
         }
         parameter {
             /// Period of the pulses, in which INV is updated once; range: PER_TM >= 20 CYCLE
             ///
-            /// The mean of the pulses over a period is INV, so the plant must not follow single pulses: choose PER_TM
-            /// well below its dominant time constant, a tenth or less, and long enough for the wear of the relay. 1 s
-            /// is for solid state relays, 10 ... 60 s for contactors and heating valves. PER_TM / CYCLE is the
-            /// resolution: the start values, 1 s and 10 ms, give 100 calls and 1 %; below 20 calls it is coarser than 5
-            /// %. It acts on the loop as a dead time of about PER_TM / 2. It is rounded to whole calls and takes effect
-            /// with the next period.
+            /// Choose a tenth of the plant's dominant time constant or less, and long enough for the wear of the relay:
+            /// 1 s is for solid state relays, 10 ... 60 s for contactors and heating valves. PER_TM / CYCLE is the
+            /// resolution: 1 % with the start values. In the loop it is a dead time of about PER_TM / 2. It takes
+            /// effect with the next period.
             per_tm: Time = Time::ms(1000);
             /// Minimum length of a pulse and of a break; range: P_B_TM >= CYCLE
             ///
-            /// Pulses shorter than this are left out, and breaks shorter than this are filled, so that the actuator is
-            /// never switched for less time than it takes. With PER_TM = 1 s and 0.05 s, INV below 5 % gives nothing
-            /// and above 95 % a full pulse: the characteristic jumps there. Take the shortest sensible on time of the
-            /// relay or valve. Above PER_TM / 2 there is only off and fully on, above PER_TM only fully on.
+            /// Shorter pulses are left out, shorter breaks filled: with PER_TM = 1 s and 0.05 s, INV below 5 % gives
+            /// nothing and above 95 % a full pulse. Take the shortest sensible on time of the relay or valve. Above
+            /// PER_TM / 2 there is only off and fully on, above PER_TM only fully on.
             p_b_tm: Time = Time::ms(50);
             /// Ratio of the length of negative to positive pulses
             ///
             /// Makes up for a process that reacts differently to cooling and heating, in three-step control only. If
-            /// cooling is twice as strong as heating, set 0.5: negative pulses are half as long, INV = -50 gives 25 %.
-            /// Above 1 the positive pulses are divided by it: with 2, INV = 50 gives 25 %. The minimum time scales with
-            /// the pulses of that sign, so that they may be shorter than P_B_TM. 1 is symmetrical.
+            /// cooling is twice as strong, set 0.5: INV = -50 gives 25 %. Above 1 the positive pulses are divided by
+            /// it: with 2, INV = 50 gives 25 %. The minimum time scales with the pulses of that sign.
             ratiofac: Real = 1.0, min 0.1, max 10.0;
             /// Three-step control: positive and negative pulses; otherwise two-step control
             ///
-            /// TRUE: QPOS_P and QNEG_P drive two actuators, such as heating and cooling. FALSE:
-            /// QPOS_P drives one actuator and QNEG_P is its opposite; ST2BI_ON then says which range INV has. A change
-            /// takes effect with the next period, for the pulse width, and at once for the outputs.
+            /// TRUE: QPOS_P and QNEG_P drive two actuators, such as heating and cooling. FALSE: QPOS_P drives one
+            /// actuator, QNEG_P is its opposite, and ST2BI_ON says which range INV has. A change takes effect with the
+            /// next period for the pulse width, and at once for the outputs.
             step3_on: Bool = true;
             /// Two-step control is bipolar, -100 ... 100 % (TRUE), or monopolar, 0 ... 100 % (FALSE)
             ///
-            /// Only with STEP3_ON = FALSE. TRUE: INV = -100 is off, 0 is half on, 100 is on; for a controller whose
-            /// output goes from -100 to 100. FALSE: 0 is off, 100 is on, and below 0 it stays off; for a controller
-            /// with LMN_LLM = 0. Choosing the wrong one halves or doubles the gain of the loop.
+            /// Only with STEP3_ON = FALSE. TRUE: INV = -100 is off, 0 is half on, 100 is on. FALSE: 0 is off, 100 is
+            /// on, for a controller with LMN_LLM = 0. The wrong one halves or doubles the gain of the loop.
             st2bi_on: Bool = false;
         }
         input {
             /// Manual mode: POS_P_ON and NEG_P_ON set the outputs
             ///
-            /// While it is TRUE, POS_P_ON and NEG_P_ON switch the outputs in the same call, without period and without
-            /// minimum time. When it becomes FALSE, the next call starts a new period with the INV of that call.
+            /// POS_P_ON and NEG_P_ON act in the same call, without period and minimum time. When it becomes FALSE, the
+            /// next call starts a new period with the INV of that call.
             man_on: Bool = false;
             /// Manual positive pulse
             ///
-            /// Acts with MAN_ON = TRUE. In three-step control it sets QPOS_P unless NEG_P_ON is TRUE as well; in
-            /// two-step control QPOS_P follows it, and QNEG_P is the opposite. P_B_TM is not observed: a short command
-            /// makes a short pulse.
+            /// In three-step control it sets QPOS_P unless NEG_P_ON is TRUE as well; in two-step control QPOS_P follows
+            /// it, and QNEG_P is the opposite.
             pos_p_on: Bool = false;
             /// Manual negative pulse; no effect in two-step control
             ///
-            /// Acts with MAN_ON = TRUE in three-step control: it sets QNEG_P unless POS_P_ON is TRUE as well. In
-            /// two-step control it has no effect, because QNEG_P is the opposite of QPOS_P.
+            /// In three-step control it sets QNEG_P unless POS_P_ON is TRUE as well. It acts with MAN_ON only.
             neg_p_on: Bool = false;
             /// Synchronization: a change of INV starts a new period
             ///
-            /// TRUE: a new INV ends the running period and starts a new one with the next call, except in the first
-            /// call and in the last two of a period. It saves the wait of up to a PER_TM and fits a controller that
-            /// computes INV once a period. With an INV that changes in every call it defeats the modulation: a period
-            /// then lasts two calls, and 30 % of ten calls is on all the time. Set FALSE there, or call the controller
-            /// once a period as PULS_CTR does.
+            /// TRUE: a new INV ends the running period, except in the first call and in the last two of it. It saves
+            /// the wait of up to a PER_TM, if the controller computes INV once a period. With an INV that changes in
+            /// every call a period lasts two calls, and 30 % of ten calls is on all the time: set FALSE there.
             syn_on: Bool = true;
             /// Complete restart: TRUE runs the restart routine instead of the generator
             ///
             /// While it is TRUE, every call is a restart: both outputs are FALSE, QNEG_P in two-step control too. The
-            /// first call after it starts a period. The block does not reset it; at the start of a simulation the FMU
-            /// restarts the block itself.
+            /// first call after it starts a period.
             com_rst: Bool = false;
         }
         cycle {
             /// Sampling time: the time between two calls
             ///
-            /// The time base of the pulses: the FMU calls the block that often, whatever the communication step is.
-            /// Pulses and periods are whole numbers of calls. Choose PER_TM / 100 for a resolution of 1 %, as the start
-            /// values have it, and call the controller before it less often: its CYCLE may be PER_TM.
+            /// Pulses and periods are whole numbers of calls. Choose PER_TM / 100 for a resolution of 1 %, and call the
+            /// controller before it less often: its CYCLE may be PER_TM.
             cycle: Time = Time::ms(10), min Time::ms(1);
         }
         output {
             /// Positive pulse
             ///
-            /// TRUE while the actuator for positive values is on. It shows the last call of the communication step:
-            /// with a step of PER_TM it always shows the same call of the period. Use Q_MEAN for longer steps and for a
-            /// plant with a Real input.
+            /// It shows the last call of the communication step: with a step of PER_TM always the same call of the
+            /// period. Use Q_MEAN for longer steps and for a plant with a Real input.
             qpos_p: Bool;
             /// Negative pulse; in two-step control the opposite of QPOS_P
             ///
-            /// In three-step control TRUE while the actuator for negative values is on. In two-step control it is TRUE
-            /// whenever QPOS_P is FALSE, but not after a restart, when both are FALSE. Do not connect it to a second
-            /// actuator there.
+            /// In two-step control it is TRUE whenever QPOS_P is FALSE, except after a restart. Do not connect it to a
+            /// second actuator there.
             qneg_p: Bool;
         }
     }
     mean {
         /// Mean of the pulses over the last communication step in percent, negative ones negative (not in the manual)
         ///
-        /// Connects the pulses to a plant with a Real input. With a communication step of one period it is INV itself,
-        /// rounded to whole calls: 34 in a period of ten calls gives 30. In steps of one CYCLE it is 100, 0 or -100. In
-        /// two-step control it counts QPOS_P only, 0 ... 100.
+        /// Connects the pulses to a plant with a Real input. With a communication step of one period it is INV, rounded
+        /// to whole calls: 34 in a period of ten calls gives 30. In steps of one CYCLE it is 100, 0 or -100. In
+        /// two-step control it counts QPOS_P only.
         q_mean;
     }
     memory Memory {
