@@ -48,8 +48,8 @@ fn every_variable_has_help_that_says_more_than_its_description() {
     for table in tables() {
         for row in table.rows {
             let (name, help) = (row.full_name(), row.help);
-            if help.chars().count() < 80 {
-                findings.push(format!("{} of {}: the help has less than 80 characters: {help:?}", name, table.name));
+            if help.chars().count() < 60 {
+                findings.push(format!("{} of {}: the help has less than 60 characters: {help:?}", name, table.name));
             } else if words(help).starts_with(&words(row.description)) {
                 findings.push(format!("{} of {}: the help begins with the description", name, table.name));
             } else if help.lines().any(|line| ["+ ", "* ", "- "].iter().any(|sign| line.trim_start().starts_with(sign)))

@@ -42,7 +42,7 @@ impl Colors {
     pub const OF_ROLES: [usize; 3] = [6, 0, 1];
 
     /// The order in which the others take theirs, numbers and Booleans.
-    const ORDER: [[usize; COLOR_COUNT]; 2] = [[4, 2, 3, 5, 0, 1, 6], [1, 5, 2, 4, 3, 0, 6]];
+    const ORDER: [[usize; COLOR_COUNT]; 2] = [[3, 2, 4, 5, 0, 1, 6], [1, 5, 2, 4, 3, 0, 6]];
 
     /// Chooses them: `charts` are the variables that each chart shows, by row; `roles` those that are setpoint, process value
     /// and manipulated value. Variables that share a chart differ, but for a Boolean and a number.
@@ -193,7 +193,7 @@ mod tests {
         assert!(svg.contains(">SPEED in 1/min</text>") && !svg.contains("time in s"));
         // From the left end by the middle to the right end, and no stairs.
         let flow =
-            svg.split("class=\"curve-5\"").last().unwrap().split('"').find(|part| part.starts_with('M')).unwrap();
+            svg.split("class=\"curve-4\"").last().unwrap().split('"').find(|part| part.starts_with('M')).unwrap();
         assert_eq!(flow.matches('L').count(), 2, "{flow}");
         assert!(!flow.contains('H') && !flow.contains('V'), "{flow}");
     }
@@ -215,7 +215,7 @@ mod tests {
         let charts = [vec![1, 3], vec![2, 4, 5], vec![0, 1, 2, 3, 4, 5, 6]];
         let colors = Colors::of(&table, &charts, [Some("SP"), Some("PV"), None]).0;
         // I comes first, then P and D beside it; the Booleans have lanes of their own.
-        assert_eq!(colors, [6, 0, 2, 4, 3, 1, 5].map(Some));
+        assert_eq!(colors, [6, 0, 2, 3, 4, 1, 5].map(Some));
     }
 
     #[test]

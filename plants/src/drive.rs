@@ -82,7 +82,10 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// \frac{d\,\text{SPEED}}{dt} = \frac{\text{SP_RPM} - \text{SPEED}}{\text{CTRL_TM}} \quad \text{within} \quad \pm\frac{\text{N_MAX}}{\text{ACC_TM}}\,\frac{\text{M_MAX} \mp M_L}{100\,\%}
+    /// \begin{aligned}
+    /// \dfrac{d\,\text{SPEED}}{dt} &= \dfrac{\text{SP_RPM} - \text{SPEED}}{\text{CTRL_TM}} \\
+    /// \text{within} & \quad \pm\dfrac{\text{N_MAX}}{\text{ACC_TM}}\,\dfrac{\text{M_MAX} \mp M_L}{100\,\%}
+    /// \end{aligned}
     /// ```
     ///
     /// The law of a call, `M_L` being the load that acts:

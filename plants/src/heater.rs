@@ -84,7 +84,11 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// \text{FURN_TM}\,\frac{d\,\text{T_FURN}}{dt} = \text{RISE}\,\frac{p(t - \text{DELAY_TM})}{100\,\%} - L\,(\text{T_FURN} - \text{T_AMB}), \qquad \text{SENS_TM}\,\frac{d\,\text{TEMP}}{dt} = \text{T_FURN} - \text{TEMP}
+    /// \begin{aligned}
+    /// \text{FURN_TM}\,\dfrac{d\,\text{T_FURN}}{dt} &= \text{RISE}\,\dfrac{p(t - \text{DELAY_TM})}{100\,\%} \\
+    /// &\quad - L\,(\text{T_FURN} - \text{T_AMB}) \\
+    /// \text{SENS_TM}\,\dfrac{d\,\text{TEMP}}{dt} &= \text{T_FURN} - \text{TEMP}
+    /// \end{aligned}
     /// ```
     ///
     /// `p` is POWER within 0 ... 100 %, in the law as it was DELAY_TM ago. `L` is the loss as a multiple of that with the door

@@ -66,7 +66,10 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// \text{LAG_TM}\,\frac{dx}{dt} = \text{U} + \text{noise} - x, \qquad \text{Y} = x \quad \text{in steps of} \quad \frac{\text{RANGE_HI} - \text{RANGE_LO}}{\text{STEPS}}
+    /// \begin{aligned}
+    /// \text{LAG_TM}\,\dfrac{dx}{dt} &= \text{U} + \text{noise} - x \\
+    /// \text{Y} &= x \quad \text{in steps of} \quad \dfrac{\text{RANGE_HI} - \text{RANGE_LO}}{\text{STEPS}}
+    /// \end{aligned}
     /// ```
     ///
     /// The law of call k, g(k) being the noise:

@@ -78,7 +78,10 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// \text{AREA}\,\frac{d\,\text{LEVEL}}{dt} = \text{FLOW_MAX}\,\frac{\text{VALVE}}{100\,\%} - \text{CD}\,\text{A_OUT}\,\frac{\text{DRAIN}}{100\,\%}\,\sqrt{2\,g\,\text{LEVEL}}
+    /// \begin{aligned}
+    /// \text{AREA}\,\dfrac{d\,\text{LEVEL}}{dt} &= \text{FLOW_MAX}\,\dfrac{\text{VALVE}}{100\,\%} \\
+    /// &\quad - \text{CD}\,\text{A_OUT}\,\dfrac{\text{DRAIN}}{100\,\%}\,\sqrt{2\,g\,\text{LEVEL}}
+    /// \end{aligned}
     /// ```
     ///
     /// The law, with VALVE and DRAIN within 0 ... 100 %:

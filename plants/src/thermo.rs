@@ -87,7 +87,10 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// \text{ZONE_TM}\,\frac{d\,\text{TEMP}}{dt} = \text{T_AMB} + \text{LOAD} + \text{RISE}\,\frac{\text{HEATING}}{100\,\%} - \text{DROP}\,\frac{\text{COOLING}}{100\,\%} - \text{TEMP}
+    /// \begin{aligned}
+    /// \text{ZONE_TM}\,\dfrac{d\,\text{TEMP}}{dt} &= \text{T_AMB} + \text{LOAD} - \text{TEMP} \\
+    /// &\quad + \text{RISE}\,\dfrac{\text{HEATING}}{100\,\%} - \text{DROP}\,\dfrac{\text{COOLING}}{100\,\%}
+    /// \end{aligned}
     /// ```
     ///
     /// The law:

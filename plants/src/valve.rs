@@ -101,11 +101,17 @@ blocks::block! {
     /// # Law
     ///
     /// ```math
-    /// F = f(x)\,\sqrt{\frac{\text{PRES}}{\text{PRES_NOM}}}, \qquad f(x) = \begin{cases} \frac{\text{CURVE}^x - 1}{\text{CURVE} - 1} & \text{CURVE} \ne 1 \\ x & \text{CURVE} = 1 \end{cases}
+    /// \begin{aligned}
+    /// F &= f(x)\,\sqrt{\dfrac{\text{PRES}}{\text{PRES_NOM}}} \\
+    /// f(x) &= \begin{cases} \dfrac{\text{CURVE}^x - 1}{\text{CURVE} - 1} & \text{CURVE} \ne 1 \\ x & \text{CURVE} = 1 \end{cases}
+    /// \end{aligned}
     /// ```
     ///
     /// ```math
-    /// \text{FLOW} = \text{FLOW_MAX}\,F, \qquad \text{HX_TM}\,\frac{d\,\text{T_HX}}{dt} = \text{T_IN} + \text{RISE}\,F - \text{T_HX}
+    /// \begin{aligned}
+    /// \text{FLOW} &= \text{FLOW_MAX}\,F \\
+    /// \text{HX_TM}\,\dfrac{d\,\text{T_HX}}{dt} &= \text{T_IN} + \text{RISE}\,F - \text{T_HX}
+    /// \end{aligned}
     /// ```
     ///
     /// The law:

@@ -16,26 +16,23 @@ crate::block! {
         input {
             /// Complete restart: TRUE runs the restart routine instead of the controller
             ///
-            /// Set it for a restart during the run, after a standstill or when LMN is NaN: while it is TRUE, every call
-            /// is a restart (clause 1). Every run begins with one.
+            /// Every run begins with a restart; set it for one during the run, after a standstill or when LMN is NaN.
             com_rst: Bool = false;
             /// Manual mode: the loop is open and MAN is the manipulated value
             ///
             /// LMN does not jump when MAN_ON falls (clause 9): with MAN = 40, ER = 10 and the start values, the first
-            /// automatic call gives 41, one step of the integral more. It does jump if SP_INT, the process value, DISV
-            /// or GAIN changes in that call, or MAN in the one before, and when MAN_ON rises: set MAN to LMN first.
+            /// automatic call gives 41. It does if SP_INT, the process value, DISV or GAIN changes in that call, or MAN
+            /// in the one before. When MAN_ON rises, LMN jumps to MAN.
             man_on: Bool = true;
         }
         parameter {
             /// The process value comes from PV_PER (TRUE) or PV_IN (FALSE)
             ///
-            /// With TRUE, the steps of the analog input (0.0036 %) and its range are part of the simulation. Switching
-            /// in automatic mode is a step of the process value.
+            /// TRUE makes the steps of the analog input (0.0036 %) and its range part of the simulation.
             pvper_on: Bool = false;
             /// Proportional action on
             ///
-            /// FALSE makes LMN_P 0; I and D still act on GAIN * ER. I action alone suits plants that follow at once or
-            /// have little but dead time.
+            /// I action alone suits plants that follow at once or consist mostly of dead time.
             p_sel: Bool = true;
             /// Integral action on
             ///
@@ -46,22 +43,20 @@ crate::block! {
         input {
             /// Holds the integral action
             ///
-            /// Use it while LMN has no effect for a reason that the block does not see: a closed gate, or, in the
-            /// primary controller of a cascade, a secondary controller in manual mode. I_SEL = FALSE, I_ITL_ON, MAN_ON
-            /// and the limits take precedence.
+            /// Use it while LMN has no effect for a reason that the block does not see, such as a secondary controller
+            /// in manual mode. I_SEL = FALSE, I_ITL_ON, MAN_ON and the limits take precedence.
             int_hold: Bool = false;
             /// Sets the integral action to I_ITLVAL
             ///
             /// Presets the integral before a batch is heated, or takes LMN over from elsewhere, with I_ITLVAL = LMN -
-            /// LMN_P - DISV. The integral continues from there, even from beyond a limit (clause 7).
+            /// LMN_P - DISV.
             i_itl_on: Bool = false;
         }
         parameter {
             /// Derivative action on
             ///
             /// Makes loops with two or more lags faster and better damped; where the process value is noisy, such as a
-            /// flow, it mostly moves the actuator. It acts on the setpoint too. Switching it off takes LMN_D away at
-            /// once.
+            /// flow, it mostly moves the actuator. It acts on the setpoint too.
             d_sel: Bool = false;
         }
         cycle {
@@ -79,32 +74,30 @@ crate::block! {
             sp_int: Real = 0.0;
             /// Process value as a floating point number, -100 ... 100 % or a physical value
             ///
-            /// The process value while PVPER_ON is FALSE, neither filtered nor checked: noise of 0.5 moves LMN_P by 1
-            /// with GAIN 2, and a value that fails to 0 drives LMN to a limit.
+            /// Neither filtered nor checked: noise of 0.5 moves LMN_P by 1 with GAIN 2, and a value that fails to 0
+            /// drives LMN to a limit.
             pv_in: Real = 0.0;
             /// Process value as an analog input word: 27648 is 100 %
             ///
-            /// The process value while PVPER_ON is TRUE. 32768 ... 65535 count as negative words. Analog inputs report
-            /// overflow and underflow by 32767 and -32768, which the block takes for process values: check for a broken
-            /// wire outside.
+            /// 32768 ... 65535 count as negative words. Overflow and underflow of an analog input, 32767 and -32768,
+            /// count as process values: check for a broken wire outside.
             pv_per: Word = Word::new(0);
             /// Manual value, -100 ... 100 % or a physical value
             ///
-            /// LMN in manual mode, before the limits, LMN_FAC and LMN_OFF. Leave it unchanged for two calls before
-            /// MAN_ON falls: if it goes from 40 to 50 in the last manual call, LMN returns to 40.
+            /// Acts before the limits, LMN_FAC and LMN_OFF. If it goes from 40 to 50 in the last manual call, LMN
+            /// returns to 40 (clause 9).
             man: Real = 0.0;
         }
         parameter {
             /// Proportional gain
             ///
-            /// An error step of 10 with the start values (and CYCLE 1 s) gives LMN_P = 20, an LMN_I that rises by 1 per
-            /// second, and LMN_D = 80 at first; GAIN 4 doubles each. The unit is percent of LMN per unit of PV. If PV
-            /// falls when LMN rises, as in cooling, GAIN must be negative.
+            /// In percent of LMN per unit of PV; negative if PV falls when LMN rises, as in cooling. An error step of
+            /// 10 with the start values gives LMN_P = 20, an LMN_I that rises by 1 per second, and LMN_D = 80 at first.
             gain: Real = 2.0;
             /// Reset time of the integral action; range: TI >= CYCLE
             ///
-            /// The time in which LMN_I grows by GAIN * ER at a constant error. A shorter TI removes an error faster, a
-            /// too short one makes the loop oscillate. A change does not make LMN jump.
+            /// The time in which LMN_I grows by GAIN * ER at a constant error. Too short a TI makes the loop oscillate.
+            /// A change does not make LMN jump.
             ti: Time = Time::ms(20_000);
             /// Derivative time; range: TD >= CYCLE
             ///
@@ -114,20 +107,19 @@ crate::block! {
             /// Time lag of the derivative action; range: TM_LAG >= CYCLE / 2
             ///
             /// The time constant with which LMN_D decays: 8, 4.8, 2.88 after an error step of GAIN * ER = 2 with the
-            /// start values. Choose TD / 10 ... TD / 5; more if noise moves the actuator. At CYCLE / 2 or less the
-            /// whole kick falls into one call: 20, 0, 0.
+            /// start values, or 20, 0, 0 at CYCLE / 2 or less. Choose TD / 10 ... TD / 5; more if noise moves the
+            /// actuator.
             tm_lag: Time = Time::ms(2_000);
             /// Dead band: half the width of the band in which the error counts as 0
             ///
-            /// In the unit of PV: a difference of 5 with DEADB_W = 2 gives ER = 3. Use it against a limit cycle behind
-            /// a coarse actuator: if the pulses resolve 1 % and the plant's gain is 2, 1 is enough. A value below 0
-            /// makes every error larger.
+            /// A difference of 5 with DEADB_W = 2 gives ER = 3. Use it against a limit cycle behind a coarse actuator:
+            /// if the pulses resolve 1 % and the plant's gain is 2, 1 is enough. A value below 0 makes every error
+            /// larger.
             deadb_w: Real = 0.0, min 0.0;
             /// High limit of the manipulated value; range: LMN_LLM ... 100 % or a physical value
             ///
-            /// Holds the manipulated value, MAN too, before LMN_FAC and LMN_OFF, and stops the integral: LMN leaves the
-            /// limit as soon as LMN_P or LMN_D falls, without first unwinding the integral. If it is lowered, LMN and
-            /// LMN_I go down with it at once.
+            /// Acts before LMN_FAC and LMN_OFF, on MAN too. LMN leaves the limit as soon as LMN_P or LMN_D falls,
+            /// without first unwinding the integral. If it is lowered, LMN and LMN_I go down at once.
             lmn_hlm: Real = 100.0;
             /// Low limit of the manipulated value; range: -100 % ... LMN_HLM or a physical value
             ///
@@ -146,47 +138,45 @@ crate::block! {
             pv_off: Real = 0.0;
             /// Factor of the manipulated value
             ///
-            /// Behind the limits, and a part of the loop's gain: with 0.5, the loop needs twice the GAIN. -1 with
-            /// LMN_OFF = 100 reverses an actuator: 30 becomes 70.
+            /// A part of the loop's gain: with 0.5, the loop needs twice the GAIN. -1 with LMN_OFF = 100 reverses an
+            /// actuator: 30 becomes 70.
             lmn_fac: Real = 1.0;
             /// Offset of the manipulated value
             ///
-            /// Added last, in manual mode too. With LMN_FAC = 0.5 and LMN_OFF = 50, limits of -100 and 100 become 0 and
-            /// 100. A restart gives LMN = 0, not LMN_OFF.
+            /// Added last. With LMN_FAC = 0.5 and LMN_OFF = 50, limits of -100 and 100 become 0 and 100. A restart
+            /// gives LMN = 0.
             lmn_off: Real = 0.0;
         }
         input {
             /// Value of the integral action at the restart and with I_ITL_ON, -100 ... 100 % or a physical value
             ///
             /// Choose the LMN that the plant needs at its usual setpoint. The first automatic call adds half a step:
-            /// with 40, ER = 10 and the start values, LMN_I is 40.5. After a restart it is held within the limits, with
-            /// I_ITL_ON it is not.
+            /// 40.5 for 40 with ER = 10 and the start values.
             i_itlval: Real = 0.0;
             /// Disturbance variable for feedforward, -100 ... 100 % or a physical value
             ///
-            /// Added in automatic mode, before the limits. Connect a measured disturbance times the LMN that makes up
-            /// for it: if 1 m3/h more needs 4 % more LMN, 4 times the flow. A constant DISV causes no bump.
+            /// Connect a measured disturbance times the LMN that makes up for it: if 1 m3/h more needs 4 % more LMN, 4
+            /// times the flow. A constant DISV causes no bump.
             disv: Real = 0.0;
         }
         output {
             /// Manipulated value
             ///
-            /// What the actuator gets: the limited sum, or MAN, times LMN_FAC plus LMN_OFF. It holds between two calls.
+            /// The limited sum, or MAN, times LMN_FAC plus LMN_OFF. It holds between two calls.
             lmn: Real;
             /// Manipulated value as an analog output word: 27648 is 100 %; wraps beyond 118.5 %
             ///
-            /// 50 % is 13824. It is not clipped (clause 12): if LMN is a physical value, scale it to percent outside
-            /// and leave LMN_PER unconnected.
+            /// Not clipped (clause 12): if LMN is a physical value, scale it to percent outside and leave LMN_PER
+            /// unconnected.
             lmn_per: Word;
             /// The manipulated value is at its high limit
             ///
             /// If it stays TRUE in automatic mode, the actuator is too weak for the setpoint or the limit too low.
-            /// QLMN_LLM is never TRUE at the same time, even if LMN_HLM is 10 and LMN_LLM 90.
             qlmn_hlm: Bool;
             /// The manipulated value is at its low limit
             ///
-            /// With LMN_LLM = 0 it is TRUE whenever the value to be limited is 0, as in the first call with all start
-            /// values; that is no fault.
+            /// With LMN_LLM = 0 it is TRUE whenever the value to be limited is 0, as in the first call; that is no
+            /// fault.
             qlmn_llm: Bool;
             /// Proportional component of the manipulated value
             ///
@@ -195,13 +185,12 @@ crate::block! {
             lmn_p: Real;
             /// Integral component of the manipulated value
             ///
-            /// When the loop is at rest, LMN_I + DISV is the LMN that the load needs. In manual mode it follows MAN -
-            /// LMN_P - DISV one call later: 20 with MAN = 40, ER = 10 and GAIN 2.
+            /// At rest, LMN_I + DISV is the LMN that the load needs. In manual mode it follows MAN - LMN_P - DISV one
+            /// call later: 20 with MAN = 40, ER = 10 and GAIN 2.
             lmn_i: Real;
             /// Derivative component of the manipulated value
             ///
-            /// A kick at each change of the error, which decays with TM_LAG, and is not limited. At a constant error it
-            /// returns to 0.
+            /// A kick at each change of the error, which decays with TM_LAG, and is not limited.
             lmn_d: Real;
             /// Process value in use
             ///
@@ -209,8 +198,8 @@ crate::block! {
             pv: Real;
             /// Error after the dead band
             ///
-            /// Positive while PV is too low; GAIN is not in it. If it stays away from 0 in automatic mode, LMN is at a
-            /// limit, the I action is off or on hold, or the setpoint or a disturbance keeps changing.
+            /// If it stays away from 0 in automatic mode, LMN is at a limit, the I action is off or on hold, or the
+            /// setpoint or a disturbance keeps changing.
             er: Real;
         }
     }
