@@ -1,7 +1,7 @@
 """The C in an FMU: it compiles without warnings in every dialect, keeps the promises of the library that plcfmu packs (the same
 suites run over it), has its bits and its saved states, and refuses to be compiled with options that change results.
 
-Few programs are enough: they have a variable of every type, and the door is the same in every FMU."""
+Of programs a few are enough: they have a variable of every type, and the door is the same in every FMU. Of blocks there are all."""
 
 import ctypes
 import functools
@@ -21,6 +21,7 @@ import fmpy.fmi2
 import fmpy.validation
 import pytest
 
+import c_builds
 import host
 
 ROOT = pathlib.Path(__file__).parents[1]
@@ -31,11 +32,14 @@ PROGRAMS = {
     ROOT / "examples/programs/conveyor.scl": "50ms",
 }
 RUN = pathlib.Path(__file__).parent / "c" / "run.c"
-HEADERS = pathlib.Path(fmpy.__file__).parent / "c-code"
+HEADERS = c_builds.HEADERS
 # The standard's own header pastes prefixes, which FMPy's does not.
 PREFIXING = ROOT / "fmu/src/v2/c"
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror"]
 SUITES = ["test_conformance.py", "test_fmu_state.py", "test_time.py", "test_restart_values.py"]
+# What is there of blocks only: their recordings, their clauses, and random runs against the second text of their laws.
+SUITES_OF_BLOCKS = [*SUITES, "test_traces.py", "test_tapes.py", "test_random.py"]
+BLOCKS = [name for name in host.names() if c_builds.sources(host.FOLDER / f"{name}.fmu")]
 
 pytestmark = host.in_fmpy
 
@@ -62,6 +66,14 @@ def packed(command, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
+def blocks(tmp_path_factory):
+    """A folder of the blocks' FMUs that have their C as their library."""
+    folder = tmp_path_factory.mktemp("blocks")
+    c_builds.all_compiled(host.FOLDER, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
 def native(packed, tmp_path_factory):
     return host.Fmu(packed(True) / "Mixer.fmu", tmp_path_factory.mktemp("unpacked"))
 
@@ -78,11 +90,14 @@ class InRust(host.Fmu):
 
 
 @pytest.fixture(scope="module")
-def both(packed, tmp_path_factory):
+def both(packed, blocks, tmp_path_factory):
     """An FMU by its name, in Rust and in C."""
 
     @functools.cache
     def both(name):
+        if name in BLOCKS:
+            of = [(host.FOLDER, "rust"), (blocks, "c")]
+            return tuple(host.Fmu(folder / f"{name}.fmu", tmp_path_factory.mktemp(door)) for folder, door in of)
         native = host.Fmu(packed(True) / f"{name}.fmu", tmp_path_factory.mktemp("c"))
         return InRust(native, packed(False) / f"{name}.fmu", tmp_path_factory.mktemp("rust")), native
 
@@ -115,6 +130,32 @@ def test_an_fmu_has_its_sources_without_headers_of_fmi(packed):
             assert [name for name in fmu.namelist() if name.startswith("sources/")] == ["sources/Mixer.c"]
             assert b'<SourceFiles>\n      <File name="Mixer.c"/>' in fmu.read("modelDescription.xml")
         assert fmpy.validation.validate_fmu(str(folder / "Mixer.fmu")) == []
+
+
+@pytest.mark.parametrize("name", BLOCKS)
+def test_a_block_has_its_c_under_its_name_with_the_headers_that_any_compiler_has(name):
+    with zipfile.ZipFile(host.FOLDER / f"{name}.fmu") as fmu:
+        assert c_builds.sources(host.FOLDER / f"{name}.fmu") == [f"sources/{name}.c"]
+        text = fmu.read(f"sources/{name}.c").decode("ascii")
+        assert f'<SourceFiles>\n      <File name="{name}.c"/>' in fmu.read("modelDescription.xml").decode()
+        assert f"<code>sources/{name}.c</code>" in fmu.read("documentation/index.html").decode()
+    included = re.findall(r"#include (.*)", text)
+    assert sorted(included) == ['"fmi2Functions.h"', "<stddef.h>", "<stdlib.h>", "<string.h>"]
+    assert f"#define FMI2_FUNCTION_PREFIX {name}_\n" in text
+    assert fmpy.validation.validate_fmu(str(host.FOLDER / f"{name}.fmu")) == []
+
+
+def test_all_blocks_of_manuals_and_a_block_of_ones_own_have_c():
+    assert {"CONT_C", "CONT_S", "HLG", "PULSEGEN", "PULS_CTR", "TWO_POINT"} <= set(BLOCKS)
+
+
+def test_a_preset_has_no_c(make_preset, open_fmu, tmp_path):
+    preset = make_preset(open_fmu("CONT_C"), tmp_path / "SLOW.fmu", TI=60.0)
+    assert c_builds.sources(preset) == []
+    with zipfile.ZipFile(preset) as fmu:
+        assert b"SourceFiles" not in fmu.read("modelDescription.xml")
+        assert "This preset has no C" in fmu.read("documentation/index.html").decode()
+    assert fmpy.validation.validate_fmu(str(preset)) == []
 
 
 def test_a_source_file_that_is_missing_is_found_by_check(packed, command, tmp_path):
@@ -174,6 +215,18 @@ def test_the_suites_of_the_c_interface_pass_over_the_c(suite, packed):
     assert re.search(r"[1-9]\d* passed", done.stdout) and "failed" not in done.stdout, done.stdout[-500:]
 
 
+@pytest.mark.parametrize("suite", SUITES_OF_BLOCKS)
+def test_the_suites_pass_over_the_c_of_the_blocks(suite, blocks):
+    # Presets have no C, and advice on settings is not told; its tests name no FMU.
+    environment = {**host.environment(), "PLCFMU_FMUS": str(blocks), "PLCFMU_RANDOM": "0.25"}
+    others = [name for name in host.names() if name not in BLOCKS]
+    left_out = " and ".join(f"not {text}" for text in ["preset", "says_what_it_will_do", "advice_is_given_only", *others])
+    tests = [sys.executable, "-m", "pytest", suite, "-q", "-p", "no:cacheprovider", "-k", left_out]
+    done = subprocess.run(tests, cwd=ROOT / "tests", env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout[-5000:]
+    assert re.search(r"[1-9]\d* passed", done.stdout) and "failed" not in done.stdout, done.stdout[-500:]
+
+
 # --- Both doors -----------------------------------------------------------------------------------------------------
 
 ODD = [0.0, -0.0, 1e-45, 0.1, -3.5, 1e30, 3.4e38, 3.5e38, 1e300, float("nan"), float("inf"), 65535.0, -32768.0, 0.5]
@@ -197,7 +250,7 @@ def change(generator, fmu):
     return f"fmi2Set{type}", (host.references(fmu, names), len(names), (host.C_TYPES[type] * len(names))(*values))
 
 
-@pytest.mark.parametrize("name", ["Mixer", "Kinds", "Conveyor"])
+@pytest.mark.parametrize("name", ["Mixer", "Kinds", "Conveyor", *BLOCKS])
 @pytest.mark.parametrize("seed", range(4))
 def test_both_doors_answer_alike_and_have_the_same_states(seed, name, both):
     """Random calls, refused ones among them: status, message, all values and the bytes of the saved state are equal; and each
@@ -307,11 +360,11 @@ def test_a_static_pool_has_as_many_instances_as_it_says(source, native, tmp_path
 
 
 @pytest.fixture(scope="module")
-def program(packed, tmp_path_factory):
+def program(packed, blocks, tmp_path_factory):
     """The folder of a program that links all FMUs statically, each under its prefix, and its C files."""
     folder = tmp_path_factory.mktemp("program")
     header, runs = [], []
-    for path in sorted(packed(True).glob("*.fmu")):
+    for path in sorted([*packed(True).glob("*.fmu"), *(blocks / f"{name}.fmu" for name in BLOCKS)]):
         fmu = host.Fmu(path, folder / path.stem)
         letters = ""
         for name, variable in fmu.variables.items():

@@ -2,7 +2,7 @@
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let name = std::env::args().nth(1).ok_or("which block?")?;
-    let law = laws::read(&laws::Sources::of_blocks(), &name)?;
+    let law = laws::read_whole(&laws::Sources::of_blocks(), &name)?;
     print!("{}", scl::c::print(&law.program)?);
     Ok(())
 }

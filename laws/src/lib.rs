@@ -8,6 +8,7 @@
 //! overflow wrap, and an integer divided by 0 is 0. What is not a number is only that, whatever its bits are.
 
 mod body;
+mod check;
 mod expr;
 mod item;
 mod method;
@@ -17,6 +18,7 @@ mod source;
 mod table;
 mod value;
 
+pub use check::{Check, NUMBERS};
 pub use source::{Error, Sources};
 
 use scl::program::Program;
@@ -35,6 +37,10 @@ pub struct Law {
     pub restart: usize,
     /// The number of the function that calls it.
     pub call: usize,
+    /// The number of the function that writes `pulse` anew, if [`read_whole`] has read a law that has a mean.
+    pub pulse: Option<usize>,
+    /// Why it refuses settings, if [`read_whole`] has read a law that does.
+    pub check: Option<Check>,
 }
 
 /// Reads the law of the block that has this name in its table.
@@ -42,5 +48,13 @@ pub struct Law {
 /// # Errors
 /// What is not known, with its place.
 pub fn read(sources: &Sources, block: &str) -> Result<Law, Error> {
-    reader::law(sources, block)
+    reader::law(sources, block, false)
+}
+
+/// The same with all that a host needs: the check of the settings, and the pulse between two calls.
+///
+/// # Errors
+/// What is not known, with its place.
+pub fn read_whole(sources: &Sources, block: &str) -> Result<Law, Error> {
+    reader::law(sources, block, true)
 }

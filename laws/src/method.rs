@@ -20,6 +20,13 @@ impl Body<'_, '_> {
                 format!("{name} of {ty} is not known here; write it with operators, or as a function"),
             )
         };
+        if let ("is_none" | "is_some", syn::Expr::MethodCall(checked)) = (&*name, &*it.receiver)
+            && let Some(overflows) = self.overflows(checked)?
+        {
+            let value =
+                if name == "is_none" { overflows } else { Expr::Unary(Unary::Not, Scalar::Bool, Box::new(overflows)) };
+            return Ok(Val::Number(value, Ty::BOOL));
+        }
         // A literal receiver takes the type of what is wanted.
         let receiver = self.value(&it.receiver, None)?;
         let receiver = match receiver {
@@ -85,6 +92,29 @@ impl Body<'_, '_> {
             Val::Number(value, Ty::Scalar(ty)) => self.of_number(it, &name, value, ty, &arguments),
             _ => Err(self.error(it.receiver.span(), "this has no methods that are known here")),
         }
+    }
+
+    /// Whether `checked_add` and the like of integers of up to 32 bits overflow; `None` of other methods.
+    fn overflows(&mut self, it: &ExprMethodCall) -> Result<Option<Expr>, Error> {
+        let at = self.place_of_line();
+        let op = match &*it.method.to_string() {
+            "checked_add" => Binary::Add,
+            "checked_sub" => Binary::Sub,
+            "checked_mul" => Binary::Mul,
+            _ => return Ok(None),
+        };
+        let (value, ty) = self.number(&it.receiver, None)?;
+        let (Ty::Scalar(kept), Some(other)) = (&ty, it.args.first()) else { return Ok(None) };
+        if !kept.is_integer() || kept.size() == 8 {
+            return Err(self.error(it.method.span(), format!("{} of {ty} is not known here", it.method)));
+        }
+        let (other, _) = self.number(other, Some(&ty))?;
+        let wide = |value| Box::new(self.converted(value, *kept, Scalar::I64));
+        let exact = Expr::Binary(op, Scalar::I64, wide(value), wide(other), at);
+        let limit = |which| Box::new(Expr::Const(Value::from(limit(*kept, which) as i64)));
+        let below = Expr::Binary(Binary::Lt, Scalar::I64, Box::new(exact.clone()), limit("MIN"), at);
+        let above = Expr::Binary(Binary::Gt, Scalar::I64, Box::new(exact), limit("MAX"), at);
+        Ok(Some(Expr::Binary(Binary::Or, Scalar::Bool, Box::new(below), Box::new(above), at)))
     }
 
     /// A method of a number.

@@ -2,7 +2,8 @@
 
 use crate::Law;
 use crate::body::Body;
-use crate::item::Items;
+use crate::check;
+use crate::item::{Function, Items};
 use crate::source::{Error, Sources};
 use crate::table::{Doc, Table, short};
 use crate::value::{Ty, Var};
@@ -41,7 +42,7 @@ pub(crate) struct Signature {
 }
 
 /// Reads a law.
-pub(crate) fn law(sources: &Sources, name: &str) -> Result<Law, Error> {
+pub(crate) fn law(sources: &Sources, name: &str, is_whole: bool) -> Result<Law, Error> {
     let items = Items::of(sources)?;
     let find = || items.blocks.iter().find(|(_, table)| table.name.eq_ignore_ascii_case(name));
     let Some((file, table)) = find() else {
@@ -63,17 +64,23 @@ pub(crate) fn law(sources: &Sources, name: &str) -> Result<Law, Error> {
         signatures: BTreeMap::new(),
     };
     let record = reader.block(*file, table)?;
+    let refusals = if is_whole { reader.refusals(*file, table)? } else { None };
     let mut members = vec![(table.name.clone(), Type::Record(record))];
     if table.mean.is_some() {
         members.push(("pulse".to_string(), Type::Scalar(Scalar::I32)));
+    }
+    if refusals.is_some() {
+        members.extend(check::members());
     }
     reader.program.memory = reader.program.add_record("memory", members);
     reader.program.constants = reader.program.add_record("constants", []);
     let restart = reader.entry(*file, table, "restart")?;
     let call = reader.entry(*file, table, "call")?;
+    let pulse = if is_whole && table.mean.is_some() { Some(reader.pulse(*file, table)?) } else { None };
+    let check = refusals.map(|refusals| reader.check(*file, table, refusals));
     let mut program = reader.program;
     program.docs.head = head(sources, *file, table);
-    Ok(Law { program, name: table.name.clone(), record, restart, call })
+    Ok(Law { program, name: table.name.clone(), record, restart, call, pulse, check })
 }
 
 /// The first sentence of a block's documentation, and its clauses.
@@ -274,30 +281,39 @@ impl Reader<'_> {
         let call = Call { function, instance: Some(instance.clone()), arguments: Vec::new(), outputs: Vec::new() };
         let mut body = vec![Statement { at, what: What::Call(call) }];
         if table.mean.is_some() {
-            let pulse = Place::of(Base::Memory).member(1);
-            let what = match self.items.function(self.sources, Some(&owner), "pulse", file) {
-                Some(item) => {
-                    let function = self.function(item)?;
-                    let result = self.signatures[&function].results[0];
-                    What::Call(Call {
-                        function,
-                        instance: Some(instance),
-                        arguments: Vec::new(),
-                        outputs: vec![(result, pulse)],
-                    })
-                }
-                None => What::Assign(pulse, Expr::Const(Value::from(0_i32))),
-            };
-            body.push(Statement { at, what });
+            body.push(Statement { at, what: self.pulse_of(file, table)? });
         }
+        Ok(self.add_entry(if method == "call" { "cycle" } else { method }, body))
+    }
+
+    /// A function without parameters that writes the pulse of the block in the memory.
+    fn pulse(&mut self, file: usize, table: &Table) -> Result<usize, Error> {
+        let body = vec![Statement { at: self.at(file, table.ident.span()), what: self.pulse_of(file, table)? }];
+        Ok(self.add_entry("pulse", body))
+    }
+
+    /// The pulse of the block in the memory, which comes behind it.
+    fn pulse_of(&mut self, file: usize, table: &Table) -> Result<What, Error> {
+        let pulse = Place::of(Base::Memory).member(1);
+        let Some(item) = self.items.function(self.sources, Some(&table.ident.to_string()), "pulse", file) else {
+            return Ok(What::Assign(pulse, Expr::Const(Value::from(0_i32))));
+        };
+        let function = self.function(item)?;
+        let result = self.signatures[&function].results[0];
+        let instance = Some(Place::of(Base::Memory).member(0));
+        Ok(What::Call(Call { function, instance, arguments: Vec::new(), outputs: vec![(result, pulse)] }))
+    }
+
+    /// A function that a host calls.
+    pub fn add_entry(&mut self, name: &str, body: Vec<Statement>) -> usize {
         self.program.functions.push(typed::Function {
-            name: if method == "call" { "cycle".to_string() } else { method.to_string() },
+            name: name.to_string(),
             instance: None,
             locals: Vec::new(),
             parameters: 0,
             body: typed::Body::Code(body),
         });
-        Ok(self.program.functions.len() - 1)
+        self.program.functions.len() - 1
     }
 
     /// A method of a block, by the name of its struct.
@@ -366,6 +382,14 @@ impl Reader<'_> {
             None => {}
         }
         self.made.insert(item, None);
+        let function = self.build(it)?;
+        self.made.insert(item, Some(function));
+        Ok(function)
+    }
+
+    /// A new function.
+    pub fn build(&mut self, it: &Function) -> Result<usize, Error> {
+        let items = self.items;
         let owner = it.owner.as_deref();
         let table = items.blocks.iter().find(|(_, table)| Some(table.ident.to_string().as_str()) == owner);
         let mut body = Body::new(self, it.file, it.owner.clone());
@@ -430,7 +454,6 @@ impl Reader<'_> {
             self.program.docs.functions.insert(function, docs);
         }
         self.signatures.insert(function, Signature { parameters, result, results, is_pure });
-        self.made.insert(item, Some(function));
         Ok(function)
     }
 }

@@ -97,7 +97,7 @@ impl ModelDescription {
         files.map(|file| file.name.as_str()).collect()
     }
 
-    /// The model description of a preset. Declared ranges are widened to the start values: FMI requires that the one lies
+    /// The model description of a preset, which has no source files. Declared ranges are widened to the start values: FMI requires that the one lies
     /// within the other, but the blocks take any value.
     ///
     /// # Panics
@@ -111,7 +111,8 @@ impl ModelDescription {
         for (place, start) in preset.starts {
             own.set_start(place, start);
         }
-        ModelDescription::V2(own)
+        // They have the block's own start values.
+        ModelDescription::V2(own).with_sources(&[])
     }
 }
 

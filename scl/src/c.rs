@@ -26,7 +26,7 @@ const KEYWORDS: &str = "alignas alignof and and_eq asm auto bitand bitor bool br
     friend goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public \
     register reinterpret_cast requires restrict return short signed sizeof static static_assert static_cast struct switch template \
     this thread_local throw true try typedef typeid typename typeof union unsigned using virtual void volatile wchar_t while xor \
-    xor_eq NULL AT_8 LINE PROGRAM OUT_OF_BOUNDS OUT_OF_BUDGET STEP_OF_0 linux unix i386 near far interface small errno assert";
+    xor_eq NULL I64_MAX I64_MIN AT_8 LINE PROGRAM OUT_OF_BOUNDS OUT_OF_BUDGET STEP_OF_0 linux unix i386 near far interface small errno assert";
 
 /// Names of variables and functions that are taken: by the printer, and by C's library, whose functions compilers know.
 const TAKEN: &str = "call constants done memory self start stop abs acos acosh asin asinh atan atan2 atanh calloc cbrt ceil \
@@ -134,14 +134,14 @@ struct Scope<'a> {
 /// The type of a number in C.
 fn scalar(ty: Scalar) -> &'static str {
     match ty {
-        Scalar::Bool | Scalar::U8 => "uint8_t",
-        Scalar::I8 => "int8_t",
-        Scalar::I16 => "int16_t",
-        Scalar::I32 => "int32_t",
-        Scalar::I64 => "int64_t",
-        Scalar::U16 => "uint16_t",
-        Scalar::U32 => "uint32_t",
-        Scalar::U64 => "uint64_t",
+        Scalar::Bool | Scalar::U8 => "u8_t",
+        Scalar::I8 => "i8_t",
+        Scalar::I16 => "i16_t",
+        Scalar::I32 => "i32_t",
+        Scalar::I64 => "i64_t",
+        Scalar::U16 => "u16_t",
+        Scalar::U32 => "u32_t",
+        Scalar::U64 => "u64_t",
         Scalar::F32 => "float",
         Scalar::F64 => "double",
     }
@@ -181,7 +181,7 @@ fn is_taken(name: &str) -> bool {
 
 /// Whether a record cannot have this name, which gets `_t` behind it.
 fn is_type(name: &str) -> bool {
-    let is_number = ["int", "uint", "text_", "wide_"].iter().any(|prefix| {
+    let is_number = ["i", "u", "text_", "wide_"].iter().any(|prefix| {
         name.strip_prefix(prefix).is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit()))
     });
     is_number
@@ -255,12 +255,12 @@ impl<'a> Printer<'a> {
 
     fn types(&mut self, with_constants: bool) {
         for (capacity, wide) in self.texts.clone() {
-            let (name, of) = if wide { ("wide", "uint16_t") } else { ("text", "uint8_t") };
+            let (name, of) = if wide { ("wide", "u16_t") } else { ("text", "u8_t") };
             // The room is even, so that the next number lies at its place.
             let room = if wide { capacity.max(1) } else { capacity.max(1).next_multiple_of(2) };
             let _ = writeln!(
                 self.text,
-                "\ntypedef struct {{\n    uint16_t length;\n    {of} characters[{room}];\n}} {name}_{capacity}_t;"
+                "\ntypedef struct {{\n    u16_t length;\n    {of} characters[{room}];\n}} {name}_{capacity}_t;"
             );
         }
         let mut done = vec![false; self.program.records.len()];
@@ -313,7 +313,7 @@ impl<'a> Printer<'a> {
             }
         }
         if record.members.is_empty() {
-            self.text.push_str("    uint8_t nothing;\n");
+            self.text.push_str("    u8_t nothing;\n");
         }
         let _ = writeln!(self.text, "}} {}_t;", self.records[number]);
     }
@@ -329,7 +329,7 @@ impl<'a> Printer<'a> {
             let constants = bytes(&self.program.records[self.program.constants].start);
             let _ = writeln!(
                 self.text,
-                "\nstatic const union {{\n    uint8_t bytes[sizeof({name}_t)];\n    {name}_t value;\n}} constants = \
+                "\nstatic const union {{\n    u8_t bytes[sizeof({name}_t)];\n    {name}_t value;\n}} constants = \
                 {{{{{constants}}}}};"
             );
         }
@@ -344,7 +344,7 @@ impl<'a> Printer<'a> {
         if lines.len() > 1000 {
             let _ = writeln!(
                 self.text,
-                "    static const uint8_t bytes[] = {{{}}};\n    memcpy(memory, bytes, sizeof *memory);\n}}",
+                "    static const u8_t bytes[] = {{{}}};\n    memcpy(memory, bytes, sizeof *memory);\n}}",
                 bytes(image)
             );
             return;
@@ -366,7 +366,7 @@ impl<'a> Printer<'a> {
             Type::Scalar(ty) => lines.push(format!("{whole} = {};", expr::constant(Value::read(*ty, image)))),
             Type::Text { .. } => {
                 for (index, byte) in image.iter().enumerate().filter(|(_, byte)| **byte != 0) {
-                    lines.push(format!("((uint8_t *)&{whole})[{index}] = {byte};"));
+                    lines.push(format!("((u8_t *)&{whole})[{index}] = {byte};"));
                 }
             }
             Type::Array { of, .. } => {
@@ -406,7 +406,7 @@ impl<'a> Printer<'a> {
             match (&local.ty, local.by_reference) {
                 (Type::Open { .. }, _) => {
                     parameters.push(self.declared(&local.ty, name));
-                    parameters.push(format!("const int32_t *{name}_bounds"));
+                    parameters.push(format!("const i32_t *{name}_bounds"));
                 }
                 (ty, true) => parameters.push(self.pointer(ty, name)),
                 (Type::Scalar(ty), false) => parameters.push(format!("{} {name}", scalar(*ty))),
@@ -500,7 +500,7 @@ impl<'a> Printer<'a> {
                 }
                 ty => {
                     let image = bytes(&program.start(ty));
-                    let _ = writeln!(declarations, "    static const uint8_t {name}_start[] = {{{image}}};");
+                    let _ = writeln!(declarations, "    static const u8_t {name}_start[] = {{{image}}};");
                     let _ = writeln!(declarations, "    {};", self.declared(ty, name));
                     let from = if is_parameter {
                         format!("{name}_in ? (const void *){name}_in : {name}_start")

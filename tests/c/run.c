@@ -7,21 +7,27 @@
 
 #include "fmi2Functions.h"
 
+#ifdef __cplusplus
+#define IN_C extern "C"
+#else
+#define IN_C extern
+#endif
+
 #define FMU(name)                                                                                                            \
-    extern fmi2Component name##_fmi2Instantiate(fmi2String, fmi2Type, fmi2String, fmi2String, const fmi2CallbackFunctions *, \
+    IN_C fmi2Component name##_fmi2Instantiate(fmi2String, fmi2Type, fmi2String, fmi2String, const fmi2CallbackFunctions *,   \
                                                 fmi2Boolean, fmi2Boolean);                                                   \
-    extern fmi2Status name##_fmi2SetupExperiment(fmi2Component, fmi2Boolean, fmi2Real, fmi2Real, fmi2Boolean, fmi2Real);     \
-    extern fmi2Status name##_fmi2EnterInitializationMode(fmi2Component);                                                     \
-    extern fmi2Status name##_fmi2ExitInitializationMode(fmi2Component);                                                      \
-    extern fmi2Status name##_fmi2DoStep(fmi2Component, fmi2Real, fmi2Real, fmi2Boolean);                                     \
-    extern fmi2Status name##_fmi2GetReal(fmi2Component, const fmi2ValueReference *, size_t, fmi2Real *);                     \
-    extern fmi2Status name##_fmi2SetReal(fmi2Component, const fmi2ValueReference *, size_t, const fmi2Real *);               \
-    extern fmi2Status name##_fmi2SetInteger(fmi2Component, const fmi2ValueReference *, size_t, const fmi2Integer *);         \
-    extern fmi2Status name##_fmi2SetBoolean(fmi2Component, const fmi2ValueReference *, size_t, const fmi2Boolean *);         \
-    extern fmi2Status name##_fmi2GetFMUstate(fmi2Component, fmi2FMUstate *);                                                 \
-    extern fmi2Status name##_fmi2SerializedFMUstateSize(fmi2Component, fmi2FMUstate, size_t *);                              \
-    extern fmi2Status name##_fmi2SerializeFMUstate(fmi2Component, fmi2FMUstate, fmi2Byte *, size_t);                         \
-    extern void name##_fmi2FreeInstance(fmi2Component);                                                                      \
+    IN_C fmi2Status name##_fmi2SetupExperiment(fmi2Component, fmi2Boolean, fmi2Real, fmi2Real, fmi2Boolean, fmi2Real);       \
+    IN_C fmi2Status name##_fmi2EnterInitializationMode(fmi2Component);                                                       \
+    IN_C fmi2Status name##_fmi2ExitInitializationMode(fmi2Component);                                                        \
+    IN_C fmi2Status name##_fmi2DoStep(fmi2Component, fmi2Real, fmi2Real, fmi2Boolean);                                       \
+    IN_C fmi2Status name##_fmi2GetReal(fmi2Component, const fmi2ValueReference *, size_t, fmi2Real *);                       \
+    IN_C fmi2Status name##_fmi2SetReal(fmi2Component, const fmi2ValueReference *, size_t, const fmi2Real *);                 \
+    IN_C fmi2Status name##_fmi2SetInteger(fmi2Component, const fmi2ValueReference *, size_t, const fmi2Integer *);           \
+    IN_C fmi2Status name##_fmi2SetBoolean(fmi2Component, const fmi2ValueReference *, size_t, const fmi2Boolean *);           \
+    IN_C fmi2Status name##_fmi2GetFMUstate(fmi2Component, fmi2FMUstate *);                                                   \
+    IN_C fmi2Status name##_fmi2SerializedFMUstateSize(fmi2Component, fmi2FMUstate, size_t *);                                \
+    IN_C fmi2Status name##_fmi2SerializeFMUstate(fmi2Component, fmi2FMUstate, fmi2Byte *, size_t);                           \
+    IN_C void name##_fmi2FreeInstance(fmi2Component);                                                                        \
     extern const char *const name##_guid;                                                                                    \
     extern const char name##_types[];                                                                                        \
     extern const double name##_cycle;                                                                                        \
@@ -45,7 +51,7 @@
                 fmi2ValueReference vr = (fmi2ValueReference)i;                                                               \
                 int drawn = next(&seed);                                                                                     \
                 double number = (double)drawn / 97.0 - 400.0;                                                                \
-                int integer = drawn % 120, boolean = drawn & 1;                                                              \
+                int integer = drawn % 120, boolean = drawn % 8 == 0;                                                         \
                 if (name##_types[i] == 'R') {                                                                                \
                     check(name##_fmi2SetReal(c, &vr, 1, &number) == fmi2OK, "fmi2SetReal");                                  \
                 } else if (name##_types[i] == 'W') {                                                                         \

@@ -132,7 +132,7 @@ pub fn plain_library(package: &str) -> PathBuf {
         let library = prebuilt(folder).remove(package);
         return library.unwrap_or_else(|| panic!("there is no library of {package} in PLCFMU_LIBRARIES"));
     }
-    let plain = FmuCrate { name: package.into(), library: package.into(), license: None, test_only: true };
+    let plain = FmuCrate { name: package.into(), library: package.into(), test_only: true, ..FmuCrate::default() };
     build(&[plain]).remove(package).unwrap_or_else(|| panic!("cargo has built no library of {package}"))
 }
 

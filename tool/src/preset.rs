@@ -23,8 +23,9 @@ pub const DESCRIPTION: &str = "modelDescription.xml";
 /// The path of the documentation in an FMU.
 pub const PAGE: &str = "documentation/index.html";
 
-/// What a preset leaves out: the recorded results are those of the block's own start values. A folder ends with `/`.
-const LEFT_OUT: [&str; 2] = ["extra/org.fmi-standard.fmi-ls-ref/", "documentation/fmi-ls-ref.txt"];
+/// What a preset leaves out: the recorded results are those of the block's own start values, and so is the C. A folder ends
+/// with `/`.
+const LEFT_OUT: [&str; 3] = ["extra/org.fmi-standard.fmi-ls-ref/", "documentation/fmi-ls-ref.txt", "sources/"];
 
 /// Names that Windows gives to devices, whatever extension follows.
 const DEVICES: [&str; 4] = ["CON", "PRN", "AUX", "NUL"];

@@ -2,7 +2,9 @@
 
 use crate::table::Held;
 use crate::{Loaded, Program};
-use fmu::sources::{self, Given, Parts};
+use blocks::table::number::number;
+use fmu::cyclic::Cyclic;
+use fmu::sources::{self, Given, Of, Parts, Variable};
 use std::sync::Arc;
 
 impl Loaded {
@@ -18,18 +20,27 @@ impl Loaded {
             Held::Start => Given::AtStart,
         };
         let places: Vec<(usize, Given)> = self.places.iter().map(|place| (place.offset, given(place.held))).collect();
+        let table = self.table;
+        let variables: Vec<Variable> = table.rows.iter().map(Variable::from).collect();
+        let mut program = Program::new(self.clone());
+        program.restart();
+        let Ok(tape) = sources::tape(&variables, &mut program);
         Ok(sources::file(&Parts {
-            table: self.table,
+            name: table.name,
+            variables: &variables,
+            cycle: (table.cycle, (number(table.rows[table.cycle].start) * 1000.0).round()),
             hash: self.hash,
             law: &law,
             call: &scl::c::name(&self.program, self.cycle),
-            startup: self.startup.map(|startup| scl::c::name(&self.program, startup)).as_deref(),
             places: &places,
             memory: self.program.records[self.program.memory].start.len(),
-            own_cycle: self.own_cycle,
-            files: &self.program.files,
-            budget: self.budget,
-            tape: sources::tape(Program::new(self.clone())),
+            tape,
+            of: Of::Program {
+                startup: self.startup.map(|startup| scl::c::name(&self.program, startup)).as_deref(),
+                own_cycle: self.own_cycle,
+                files: &self.program.files,
+                budget: self.budget,
+            },
         }))
     }
 }

@@ -6,7 +6,7 @@
 use crate::cyclic::Cyclic;
 use blocks::table::fingerprint::{self, BASIS};
 use blocks::table::number::{number, to_value};
-use blocks::{Class, Kind, Role, Row, Table};
+use blocks::{Class, Kind, Role, Row};
 use std::fmt::Write;
 
 /// The parts of the door, in order.
@@ -39,36 +39,108 @@ pub enum Given {
     AtStart,
 }
 
+/// A variable of the table.
+#[derive(Clone, Debug)]
+pub struct Variable {
+    /// Its name with the instances that lead to it.
+    pub name: String,
+    /// Its PLC type.
+    pub kind: Kind,
+    /// Who sets it, and when.
+    pub role: Role,
+    /// The lowest and the highest value that make sense.
+    pub range: (Option<f64>, Option<f64>),
+}
+
+impl From<&Row> for Variable {
+    fn from(row: &Row) -> Variable {
+        let range = (row.least(), row.greatest());
+        Variable { name: row.full_name(), kind: row.kind, role: row.role, range }
+    }
+}
+
 /// What an FMU in C is made of.
 #[derive(Debug)]
 pub struct Parts<'a> {
+    /// The name of the block.
+    pub name: &'a str,
     /// Its variables.
-    pub table: &'a Table,
+    pub variables: &'a [Variable],
+    /// Which of them is the time between two calls, and its start value in milliseconds.
+    pub cycle: (usize, f64),
     /// What the GUID is made of.
     pub hash: u128,
     /// What it calls, as C.
     pub law: &'a str,
     /// The name of the function of a call.
     pub call: &'a str,
-    /// The name of the function that is called once at the start.
-    pub startup: Option<&'a str>,
-    /// Where each variable lies in the memory, in bytes, and when it is given what the host has set; of the cycle, anything.
+    /// Where each variable lies in the memory, in bytes, and when it is given what the host has set; of a program's cycle,
+    /// anything.
     pub places: &'a [(usize, Given)],
     /// The size of the memory in bytes.
     pub memory: usize,
-    /// Where the program has the time between two calls for itself.
-    pub own_cycle: Option<usize>,
-    /// The sources, for messages.
-    pub files: &'a [String],
-    /// The most statements in a call.
-    pub budget: u32,
     /// How many calls the self-test makes, and the hash of what they give: see [`tape`].
     pub tape: (u32, u128),
+    /// What depends on what it is.
+    pub of: Of<'a>,
+}
+
+/// What is called.
+#[derive(Debug)]
+pub enum Of<'a> {
+    /// A program, which begins with its start values.
+    Program {
+        /// The name of the function that is called once at the start.
+        startup: Option<&'a str>,
+        /// Where it has the time between two calls for itself.
+        own_cycle: Option<usize>,
+        /// The sources, for messages.
+        files: &'a [String],
+        /// The most statements in a call.
+        budget: u32,
+    },
+    /// A block, which has the time between two calls in its memory.
+    Block {
+        /// The name of the function of the restart.
+        restart: &'a str,
+        /// Where the mean of the pulse and the pulse lie, and the name of the function that writes the latter.
+        mean: Option<(usize, usize, &'a str)>,
+        /// Why settings are refused.
+        check: Option<Check<'a>>,
+        /// What a saved state consists of, in its order.
+        fields: &'a [Field],
+    },
+}
+
+/// Why a block refuses settings.
+#[derive(Debug)]
+pub struct Check<'a> {
+    /// The name of the function that says it.
+    pub call: &'a str,
+    /// Where it writes the number of the message, from 1, or 0.
+    pub refusal: usize,
+    /// Where the numbers in the message lie, one binary64 behind the other.
+    pub numbers: usize,
+    /// The messages. A number stands where they have the character 1 (a whole one without ".0") or 2.
+    pub messages: &'a [String],
+}
+
+/// A number in a saved state.
+#[derive(Clone, Debug)]
+pub struct Field {
+    /// Its name, for readers.
+    pub name: String,
+    /// Where it lies in the memory, in bytes.
+    pub offset: usize,
+    /// Its size in bytes.
+    pub size: usize,
+    /// It is 0 or 1.
+    pub is_truth: bool,
 }
 
 /// The file.
 pub fn file(parts: &Parts) -> String {
-    let name = parts.table.name;
+    let name = parts.name;
     let version = env!("CARGO_PKG_VERSION");
     let mut text = format!(
         "/* {name}: an FMU for co-simulation (FMI 2.0) in one file of C99, which is C++, too. Made by plcfmu {version}.
@@ -105,8 +177,11 @@ pub fn file(parts: &Parts) -> String {
 
 /// The table as C.
 fn table(parts: &Parts) -> String {
-    let Parts { table, hash, files, memory, budget, tape: (calls, test), .. } = parts;
-    let (name, cycle) = (table.name, &table.rows[table.cycle]);
+    let Parts { name, variables, cycle: (cycle, period), hash, memory, tape: (calls, test), .. } = parts;
+    let budget = match parts.of {
+        Of::Program { budget, .. } => budget,
+        Of::Block { .. } => u32::MAX,
+    };
     let mut text = format!(
         "
 /* ------------------------------------------------------------------------------------------------------------------------
@@ -115,44 +190,98 @@ fn table(parts: &Parts) -> String {
 #define PLCFMU_NAME {name:?}
 #define PLCFMU_GUID {:?}
 #define PLCFMU_ROWS {}u
-#define PLCFMU_CYCLE_ROW {}u
+#define PLCFMU_CYCLE_ROW {cycle}u
 #define PLCFMU_CYCLE_NAME {:?}
-#define PLCFMU_CYCLE {} /* ms */
+#define PLCFMU_CYCLE {period} /* ms */
 #define PLCFMU_MEMORY {memory}u /* bytes */
 #define PLCFMU_BUDGET {budget} /* statements in a call */
+#define PLCFMU_IS_BLOCK {} /* 1: a block, which has its cycle in its memory; 0: a program */
 #define PLCFMU_IN_OUTS {} /* whether there are variables that the host sets and the program writes */
 #define PLCFMU_MAY_STOP {} /* whether a call can be stopped: by an index out of bounds, or a loop without end */
 #define PLCFMU_CALL {}
 #define PLCFMU_TEST_CALLS {calls}
-#define PLCFMU_TEST_HIGH {:#x}u
-#define PLCFMU_TEST_LOW {:#x}u
+#define PLCFMU_TEST_HIGH {:#x}ull
+#define PLCFMU_TEST_LOW {:#x}ull
 ",
         String::from_utf8_lossy(&fingerprint::text(*hash)),
-        table.rows.len(),
-        table.cycle,
-        cycle.full_name(),
-        (number(cycle.start) * 1000.0).round(),
+        variables.len(),
+        variables[*cycle].name,
+        u8::from(matches!(parts.of, Of::Block { .. })),
         u8::from(parts.places.iter().any(|(_, given)| *given == Given::EachCall)),
         u8::from(["index_of(", "goes_on(", "stop("].iter().any(|stop| parts.law.contains(stop))),
         parts.call,
         (test >> 64) as u64,
         *test as u64,
     );
-    if let Some(startup) = parts.startup {
-        let _ = writeln!(text, "#define PLCFMU_STARTUP {startup} /* called once at the start */");
-    }
-    if let Some(offset) = parts.own_cycle {
-        let _ = writeln!(text, "#define PLCFMU_OWN_CYCLE {offset} /* where the program has it for itself */");
-    }
     let fingerprint: Vec<String> = hash.to_be_bytes().iter().map(|byte| format!("{byte:#04x}")).collect();
+    let whole = [Field { name: "memory".into(), offset: 0, size: *memory, is_truth: false }];
+    let (fields, files): (&[Field], _) = match &parts.of {
+        Of::Program { startup, own_cycle, files, .. } => {
+            if let Some(startup) = startup {
+                let _ = writeln!(text, "#define PLCFMU_STARTUP {startup} /* called once at the start */");
+            }
+            if let Some(offset) = own_cycle {
+                let _ = writeln!(text, "#define PLCFMU_OWN_CYCLE {offset} /* where the program has it for itself */");
+            }
+            (&whole, files.iter().map(|file| quoted(file)).collect())
+        }
+        Of::Block { restart, mean, check, fields } => {
+            let _ = writeln!(text, "#define PLCFMU_RESTART {restart}");
+            if let Some((mean, pulse, call)) = mean {
+                let _ =
+                    writeln!(text, "#define PLCFMU_MEAN {mean} /* where the mean of the pulse lies in the memory */");
+                let _ = writeln!(text, "#define PLCFMU_PULSE {pulse}");
+                let _ = writeln!(text, "#define PLCFMU_PULSE_CALL {call} /* writes the pulse anew */");
+            }
+            if let Some(check) = check {
+                refusals(&mut text, check);
+            }
+            (fields, vec![quoted("")])
+        }
+    };
     let _ = writeln!(text, "\n/* The GUID as bytes. */");
     let _ = writeln!(text, "static const unsigned char plcfmu_fingerprint[16] = {{{}}};", fingerprint.join(", "));
-    let files: Vec<String> = files.iter().map(|file| quoted(file)).collect();
     let _ = writeln!(text, "\n/* The sources, for messages. */");
     let _ = writeln!(text, "static const char *const plcfmu_files[] = {{{}}};", files.join(", "));
     kinds(&mut text);
     rows(&mut text, parts);
+    saved(&mut text, fields);
     text
+}
+
+/// Why a block refuses settings.
+fn refusals(text: &mut String, check: &Check) {
+    let _ =
+        writeln!(text, "#define PLCFMU_CHECK {} /* refuses settings with which the block cannot run */", check.call);
+    let _ = writeln!(
+        text,
+        "#define PLCFMU_REFUSAL {} /* where it writes the number of the message, or 0 */",
+        check.refusal
+    );
+    let _ = writeln!(text, "#define PLCFMU_REFUSAL_NUMBERS {} /* where the numbers in it lie */", check.numbers);
+    let _ = writeln!(text, "\n/* The messages; \\001 and \\002 stand for the numbers. */");
+    let messages: Vec<String> = check.messages.iter().map(|message| format!("    {},\n", quoted(message))).collect();
+    let _ = writeln!(text, "static const char *const plcfmu_refusals[] = {{\n{}}};", messages.concat());
+}
+
+/// What a saved state consists of.
+fn saved(text: &mut String, fields: &[Field]) {
+    text.push_str(
+        "
+/* What a saved state has of the memory, in this order. */
+typedef struct {
+    size_t offset; /* bytes */
+    size_t size;
+    int is_truth;  /* 0 or 1 is all that it can be */
+} plcfmu_field_t;
+
+static const plcfmu_field_t plcfmu_fields[] = {
+",
+    );
+    for Field { name, offset, size, is_truth } in fields {
+        let _ = writeln!(text, "    {{{offset}, {size}, {}}}, /* {name} */", u8::from(*is_truth));
+    }
+    text.push_str("};\n");
 }
 
 /// The PLC types.
@@ -219,7 +348,7 @@ typedef struct {
 static const plcfmu_row_t plcfmu_rows[] = {
 ",
     );
-    for (index, row) in parts.table.rows.iter().enumerate() {
+    for (index, row) in parts.variables.iter().enumerate() {
         let (offset, given) = parts.places.get(index).copied().unwrap_or_default();
         let role = match row.role {
             Role::Input => "INPUT",
@@ -233,7 +362,7 @@ static const plcfmu_row_t plcfmu_rows[] = {
         let _ = writeln!(
             text,
             "    {{{}, PLCFMU_{}, PLCFMU_{role}, {}, {offset}, {low:?}, {high:?}}}, /* {index} */",
-            quoted(&row.full_name()),
+            quoted(&row.name),
             row.kind.name(),
             given as u8,
         );
@@ -259,54 +388,93 @@ fn quoted(text: &str) -> String {
 }
 
 /// Between which numbers the self-test draws a floating-point input.
-fn range(row: &Row) -> (f64, f64) {
-    match (row.least(), row.greatest()) {
-        (Some(low), Some(high)) if row.kind.class() == Class::Real => (low, high),
+fn range(of: &Variable) -> (f64, f64) {
+    match of.range {
+        (Some(low), Some(high)) if of.kind.class() == Class::Real => (low, high),
         _ => (-100.0, 100.0),
+    }
+}
+
+/// What the self-test calls. Its inputs and parameters have their start values; it is restarted already.
+pub trait Subject {
+    /// Why a value is refused, or a call.
+    type Error;
+    /// Writes an input.
+    ///
+    /// # Errors
+    /// The input does not take it.
+    fn set(&mut self, row: usize, number: f64) -> Result<(), Self::Error>;
+    /// Makes a call, and says whether it came to its end.
+    ///
+    /// # Errors
+    /// There is none to be made.
+    fn call(&mut self) -> Result<bool, Self::Error>;
+    /// Reads a variable as a number: times in seconds, TRUE as 1.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    fn get(&mut self, row: usize) -> Result<f64, Self::Error>;
+}
+
+impl<B: Cyclic> Subject for B {
+    type Error = std::convert::Infallible;
+
+    fn set(&mut self, row: usize, number: f64) -> Result<(), Self::Error> {
+        if let Ok(value) = to_value(number, self.table().rows[row].kind) {
+            Cyclic::set(self, row, value);
+        }
+        Ok(())
+    }
+
+    fn call(&mut self) -> Result<bool, Self::Error> {
+        Cyclic::call(self);
+        Ok(self.stopped().is_none())
+    }
+
+    fn get(&mut self, row: usize) -> Result<f64, Self::Error> {
+        Ok(Cyclic::get(self, row).map_or(0.0, number))
     }
 }
 
 /// Makes the calls of the self-test, up to one that stops the program, with inputs that are drawn. Says how many they are, and the
 /// hash of all variables after each.
-pub fn tape<B: Cyclic>(mut block: B) -> (u32, u128) {
-    let rows = block.table().rows.to_vec();
+///
+/// # Errors
+/// What the subject refuses.
+pub fn tape<S: Subject>(variables: &[Variable], subject: &mut S) -> Result<(u32, u128), S::Error> {
     let (mut seed, mut hash) = (1_u32, BASIS);
     let mut next = || {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         seed >> 8
     };
-    block.restart();
     for call in 0..CALLS {
-        for (index, row) in rows.iter().enumerate().filter(|(_, row)| row.role == Role::Input) {
+        for (index, of) in variables.iter().enumerate().filter(|(_, of)| of.role == Role::Input) {
             // Each input changes in one of four calls.
             if next() >= 1 << 22 && call > 0 {
                 continue;
             }
-            if let Ok(value) = to_value(drawn(row, f64::from(next())), row.kind) {
-                block.set(index, value);
-            }
+            subject.set(index, drawn(of, f64::from(next())))?;
         }
-        block.call();
-        if block.stopped().is_some() {
-            return (call, hash);
+        if !subject.call()? {
+            return Ok((call, hash));
         }
-        for index in 0..rows.len() {
-            let value = block.get(index).map_or(0.0, number);
+        for index in 0..variables.len() {
+            let value = subject.get(index)?;
             // Processors differ in the bits of what is not a number.
             let value = if value.is_nan() { f64::NAN } else { value };
             hash = fingerprint::hash(hash, &value.to_bits().to_le_bytes());
         }
     }
-    (CALLS, hash)
+    Ok((CALLS, hash))
 }
 
 /// An input of the tape, of a number from 0 to 2^24 - 1.
-fn drawn(row: &Row, number: f64) -> f64 {
-    match row.kind {
+fn drawn(of: &Variable, number: f64) -> f64 {
+    match of.kind {
         Kind::Bool if number < 8_388_608.0 => 0.0,
         Kind::Bool => 1.0,
         Kind::Real | Kind::LReal => {
-            let (low, high) = range(row);
+            let (low, high) = range(of);
             low + (high - low) * (number / 16_777_216.0)
         }
         Kind::Time | Kind::LTime => (number / 4096.0).floor() / 1000.0,

@@ -20,7 +20,7 @@ pub struct Workspace {
 }
 
 /// A package that makes an FMU: a `cdylib` that depends on `fmu`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FmuCrate {
     /// The name of the cargo package.
     pub name: String,
@@ -30,6 +30,10 @@ pub struct FmuCrate {
     pub license: Option<String>,
     /// Only packed when asked for with `-p`.
     pub test_only: bool,
+    /// Its FMU has no C: `sources = false` under `[package.metadata.plcfmu]`.
+    pub without_sources: bool,
+    /// The folders in which the Rust of its block may lie: its own, and those of the packages that it depends on by path.
+    pub folders: Vec<PathBuf>,
 }
 
 impl Workspace {
@@ -54,6 +58,9 @@ impl Workspace {
         let is_of_programs = |package: &&Package| package.metadata["plcfmu"]["programs"] == true;
         let (programs, blocks): (Vec<_>, Vec<_>) = metadata.packages.iter().partition(is_of_programs);
         let mut crates: Vec<FmuCrate> = blocks.into_iter().filter_map(fmu_crate).collect();
+        for fmu_crate in &mut crates {
+            fmu_crate.folders = folders(metadata, &fmu_crate.name);
+        }
         crates.sort_by(|a, b| a.name.cmp(&b.name));
         Workspace {
             root: metadata.workspace_root.clone().into(),
@@ -83,7 +90,21 @@ fn fmu_crate(package: &Package) -> Option<FmuCrate> {
         library: library.name.clone(),
         license: package.license.clone(),
         test_only: package.metadata["plcfmu"]["test-only"] == true,
+        without_sources: package.metadata["plcfmu"]["sources"] == false,
+        folders: Vec::new(),
     })
+}
+
+/// The folders with the sources of a package and of those that it depends on by path, but for what every FMU is made of.
+fn folders(metadata: &Metadata, name: &str) -> Vec<PathBuf> {
+    let Some(package) = metadata.packages.iter().find(|package| package.name == name) else { return Vec::new() };
+    let root = package.manifest_path.parent().map(|folder| folder.as_std_path().to_path_buf());
+    let is_own = |needed: &&cargo_metadata::Dependency| {
+        needed.kind == DependencyKind::Normal && !["blocks", "fmu"].contains(&needed.name.as_str())
+    };
+    let needed = package.dependencies.iter().filter(is_own).filter_map(|needed| needed.path.as_ref());
+    let all = root.into_iter().chain(needed.map(|path| path.as_std_path().to_path_buf()));
+    all.map(|folder| folder.join("src")).filter(|folder| folder.is_dir()).collect()
 }
 
 /// The cargo that runs this program, or the one on PATH.
@@ -153,6 +174,7 @@ mod tests {
             library: library.into(),
             license: license.map(str::to_string),
             test_only,
+            ..FmuCrate::default()
         };
         assert_eq!(
             workspace.crates,

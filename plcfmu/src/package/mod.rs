@@ -7,4 +7,5 @@ pub mod pack;
 pub mod preset;
 pub mod program;
 pub mod reference;
+mod sources;
 pub mod ssp;

@@ -10,7 +10,7 @@ use crate::build::workspace::{FmuCrate, Workspace};
 use crate::package::check;
 use crate::package::merge;
 use crate::package::program;
-use crate::package::reference;
+use crate::package::{reference, sources};
 use crate::page;
 use crate::progress::Progress;
 use crate::tell;
@@ -166,7 +166,8 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
         progress.begin(name);
         let folder = if built.fmu_crate.test_only { &folder.join("test-only") } else { &folder };
         let path = folder.join(format!("{name}.fmu"));
-        let size = pack(built, &plan, &path).with_context(|| format!("{name} (package {})", built.fmu_crate.name))?;
+        let size = pack(workspace, built, &plan, &path)
+            .with_context(|| format!("{name} (package {})", built.fmu_crate.name))?;
         let platforms: Vec<_> = built.libraries.keys().copied().collect();
         progress.line(&format!(
             "{name:<10} {}  {:>4} kB  {}  {}",
@@ -330,15 +331,41 @@ fn begin(workspace: &Workspace, folder: &Path) -> Result<File> {
 }
 
 /// Packs one FMU and returns its size in bytes.
-fn pack(built: &Built, plan: &Plan, path: &Path) -> Result<usize> {
-    let xml = ModelDescription::of(&built.interface)?.with_license(built.fmu_crate.license.clone());
-    let bytes = archive::write(&files(built, &xml)?)?;
+fn pack(workspace: &Workspace, built: &Built, plan: &Plan, path: &Path) -> Result<usize> {
+    let mut xml = ModelDescription::of(&built.interface)?.with_license(built.fmu_crate.license.clone());
+    let sources = sources(workspace, built)?;
+    if let Some((file, _)) = &sources {
+        xml = xml.with_sources(std::slice::from_ref(file));
+    }
+    let mut files = files(built, &xml, sources.as_ref().map(|(file, _)| file.as_str()))?;
+    files.extend(sources.map(|(file, text)| (format!("sources/{file}"), text.into_bytes())));
+    let bytes = archive::write(&files)?;
     temporary::place(path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, plan.has_host))?;
     Ok(bytes.len())
 }
 
-/// Everything that is in an FMU, by its path there.
-fn files(built: &Built, xml: &ModelDescription) -> Result<BTreeMap<String, Vec<u8>>> {
+/// The FMU in C: name and content of the file. A law that cannot be read is told, and the FMU has no C.
+fn sources(workspace: &Workspace, built: &Built) -> Result<Option<(String, String)>> {
+    let Built { fmu_crate, here, interface, .. } = built;
+    if fmu_crate.without_sources {
+        return Ok(None);
+    }
+    let name = &interface.table.name;
+    match sources::of(workspace, fmu_crate, &Library::open(here)?, interface) {
+        Ok(text) => Ok(Some((format!("{name}.c"), text))),
+        Err(why) => {
+            eprintln!(
+                "note: {name} is packed without C: {why:#}; write the law so that it can be read, or say that it has none: \
+                 sources = false under [package.metadata.plcfmu] in the Cargo.toml of {}",
+                fmu_crate.name
+            );
+            Ok(None)
+        }
+    }
+}
+
+/// Everything in an FMU but its C, the file `source`, by its path there.
+fn files(built: &Built, xml: &ModelDescription, source: Option<&str>) -> Result<BTreeMap<String, Vec<u8>>> {
     let Built { interface, libraries, fmu_crate, .. } = built;
     let table = &interface.table;
     let name = &table.name;
@@ -354,7 +381,7 @@ fn files(built: &Built, xml: &ModelDescription) -> Result<BTreeMap<String, Vec<u
     files.extend(reference::files(table, &recordings.responses[0]));
     files.insert(
         "documentation/index.html".into(),
-        page::html(table, &interface.guid, &recordings, fmu_crate.license.as_deref())?.into_bytes(),
+        page::html(table, &interface.guid, &recordings, fmu_crate.license.as_deref(), source)?.into_bytes(),
     );
     for (licence, text) in LICENCES {
         files.insert(format!("documentation/licenses/{licence}"), text.into());
@@ -368,7 +395,7 @@ mod tests {
     use super::*;
 
     fn fmu_crate(package: &str, test_only: bool) -> FmuCrate {
-        FmuCrate { name: package.into(), library: package.into(), license: None, test_only }
+        FmuCrate { name: package.into(), library: package.into(), test_only, ..FmuCrate::default() }
     }
 
     fn workspace(root: &Path) -> Workspace {

@@ -205,7 +205,7 @@ pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -
     let recordings = reference::Recordings { responses: vec![recording], characteristics: Vec::new() };
     contents.insert(
         "documentation/index.html".into(),
-        page::html(&interface.table, &interface.guid, &recordings, None)?.into_bytes(),
+        page::html(&interface.table, &interface.guid, &recordings, None, xml.sources().first().copied())?.into_bytes(),
     );
     for (platform, library) in &libraries {
         let suffix = platform::system(platform).map_or("", |(_, suffix)| suffix);

@@ -50,9 +50,12 @@ struct Page<'a> {
     recordings: [(String, &'static str); 2],
     groups: Vec<Group<'a>>,
     license: &'a str,
+    /// The name of the file in C.
+    source: Option<&'a str>,
     /// Where the page of a preset says what differs.
     preset_place: (&'a str, &'a str),
     recording_place: (&'a str, &'a str),
+    source_place: (&'a str, &'a str),
 }
 
 /// A section of the documentation.
@@ -95,11 +98,18 @@ struct Variable<'a> {
     reference: usize,
 }
 
-/// The page. `license` is that of the block's package, as its `Cargo.toml` has it.
+/// The page. `license` is that of the block's package, as its `Cargo.toml` has it; `source` the name of the FMU's file in C, if it
+/// has one.
 ///
 /// # Errors
 /// A drawing, a formula or the page cannot be rendered.
-pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<&str>) -> anyhow::Result<String> {
+pub fn html(
+    table: &Table,
+    guid: &str,
+    recordings: &Recordings,
+    license: Option<&str>,
+    source: Option<&str>,
+) -> anyhow::Result<String> {
     let rows = &table.variables;
     let cycle = &rows[table.cycle];
     let terminals =
@@ -168,8 +178,10 @@ pub fn html(table: &Table, guid: &str, recordings: &Recordings, license: Option<
         recordings: reference::links(&table.name),
         groups: groups(table)?,
         license: license.unwrap_or("its package names no licence"),
+        source,
         preset_place: tool::preset::page::PRESET,
         recording_place: tool::preset::page::RECORDING,
+        source_place: tool::preset::page::SOURCE,
     };
     page.render().context("the documentation page")
 }
@@ -326,7 +338,7 @@ mod tests {
             restart: vec![0.0, 0.0],
             calls: vec![vec![1.0, 0.0], vec![2.0, 1.0]],
         };
-        html(&table(), "{1}", &recordings(recording), Some("LicenseRef-<House>")).unwrap()
+        html(&table(), "{1}", &recordings(recording), Some("LicenseRef-<House>"), Some("PUMP.c")).unwrap()
     }
 
     #[test]
@@ -384,7 +396,7 @@ mod tests {
     fn page_of(table: &Table, shown: &[usize]) -> String {
         let calls = vec![vec![0.0; shown.len()]; 2];
         let recording = Recording { cycle: 100, shown: shown.to_vec(), restart: calls[0].clone(), calls };
-        html(table, "{1}", &recordings(recording), None).unwrap()
+        html(table, "{1}", &recordings(recording), None, None).unwrap()
     }
 
     #[test]
@@ -462,7 +474,7 @@ mod tests {
         let refusal = |lines: &str| {
             let table = Table { docs: format!("Pumps.\n\n```dialog\n{lines}\n```"), ..table() };
             let recordings = Recordings { responses: Vec::new(), characteristics: Vec::new() };
-            format!("{:#}", html(&table, "{1}", &recordings, None).unwrap_err())
+            format!("{:#}", html(&table, "{1}", &recordings, None, None).unwrap_err())
         };
         assert_eq!(
             refusal("[Process value]\nFLOW\nCYCLE"),

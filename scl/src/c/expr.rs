@@ -88,7 +88,7 @@ impl Printer<'_> {
     pub(super) fn whole(&mut self, expr: &Expr) -> Result<String, String> {
         let text = self.expr(expr)?;
         let text = bare(&text);
-        Ok(if is_int(expr) { format!("(uint8_t)({text})") } else { text.to_string() })
+        Ok(if is_int(expr) { format!("(u8_t)({text})") } else { text.to_string() })
     }
 
     /// Expressions with commas between them.
@@ -196,10 +196,8 @@ impl Printer<'_> {
                 (Step::Index(indices, at), Type::Text { capacity, wide }) => {
                     let index = self.expr(&indices[0])?;
                     let dot = if pointer { "->" } else { "." };
-                    text = format!(
-                        "{text}{dot}characters[index_of(call, (int64_t){index}, 1, {capacity}, {})]",
-                        line(*at)
-                    );
+                    text =
+                        format!("{text}{dot}characters[index_of(call, (i64_t){index}, 1, {capacity}, {})]", line(*at));
                     ty = Type::Scalar(if wide { Scalar::U16 } else { Scalar::U8 });
                 }
                 (Step::Index(indices, at), Type::Array { of, bounds }) => {
@@ -225,7 +223,7 @@ impl Printer<'_> {
         let mut number = String::new();
         let indices = self.exprs(&indices.iter().collect::<Vec<_>>())?;
         for (index, (low, high)) in indices.iter().zip(bounds) {
-            let index = format!("index_of(call, (int64_t){index}, {low}, {high}, {line})");
+            let index = format!("index_of(call, (i64_t){index}, {low}, {high}, {line})");
             number = match number.is_empty() {
                 true => index,
                 false => format!("({number}) * (size_t)({high} - {low} + 1) + {index}"),
@@ -277,13 +275,13 @@ pub(super) fn constant(value: Value) -> String {
         Scalar::F32 if value.number().is_finite() => format!("{value}f"),
         Scalar::F32 => format!("f32_of({}u)", value.bits()),
         Scalar::F64 if value.number().is_finite() => value.to_string(),
-        Scalar::F64 => format!("f64_of(UINT64_C({}))", value.bits()),
+        Scalar::F64 => format!("f64_of({}ull)", value.bits()),
         Scalar::Bool => value.bits().to_string(),
         Scalar::U32 => format!("{}u", value.bits()),
-        Scalar::U64 => format!("UINT64_C({})", value.bits()),
-        Scalar::I64 if value.bits() == 1 << 63 => "INT64_MIN".to_string(),
-        Scalar::I64 => format!("INT64_C({})", value.bits() as i64),
-        Scalar::I32 if value.bits() as i32 == i32::MIN => "INT32_MIN".to_string(),
+        Scalar::U64 => format!("{}ull", value.bits()),
+        Scalar::I64 if value.bits() == 1 << 63 => "I64_MIN".to_string(),
+        Scalar::I64 => format!("{}ll", value.bits() as i64),
+        Scalar::I32 if value.bits() as i32 == i32::MIN => "(-2147483647 - 1)".to_string(),
         _ => (value.bits() as i64).to_string(),
     }
 }
@@ -314,7 +312,7 @@ fn converted(how: Convert, from: Scalar, to: Scalar, a: &str) -> String {
             return if to == unsigned { bits } else { format!("(({name}){bits})") };
         }
         Convert::Bits => {
-            let unsigned = if to == Scalar::F32 { "uint32_t" } else { "uint64_t" };
+            let unsigned = if to == Scalar::F32 { "u32_t" } else { "u64_t" };
             return format!("{to}_of(({unsigned}){a})");
         }
     };
@@ -324,7 +322,7 @@ fn converted(how: Convert, from: Scalar, to: Scalar, a: &str) -> String {
             let wide = if to == Scalar::U64 { "whole_u64" } else { "whole_i64" };
             format!("(({name}){wide}({whole}_f64((double){a})))")
         }
-        (_, Scalar::Bool) => format!("((uint8_t)({a} & 1))"),
+        (_, Scalar::Bool) => format!("((u8_t)({a} & 1))"),
         _ => format!("(({name}){a})"),
     }
 }

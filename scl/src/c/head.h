@@ -1,6 +1,18 @@
 #include <stddef.h>
-#include <stdint.h>
 #include <string.h>
+
+/* Integers by their bits. */
+typedef signed char i8_t;
+typedef unsigned char u8_t;
+typedef short i16_t;
+typedef unsigned short u16_t;
+typedef int i32_t;
+typedef unsigned int u32_t;
+typedef long long i64_t;
+typedef unsigned long long u64_t;
+typedef char integers_have_these_bits[sizeof(i16_t) == 2 && sizeof(i32_t) == 4 && sizeof(i64_t) == 8 ? 1 : -1];
+#define I64_MAX ((i64_t)(~(u64_t)0 >> 1))
+#define I64_MIN (-I64_MAX - 1)
 
 /* The results are those of the PLC only if each operation rounds to its type. */
 #if defined(__FAST_MATH__)

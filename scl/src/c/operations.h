@@ -13,20 +13,20 @@
 # call_t
 /* A call: its time in nanoseconds, what is left of its budget, and why it was stopped, if it was. */
 typedef struct {
-    int64_t now;
-    int64_t budget;
-    int32_t stopped; /* the line, or 0 */
-    int32_t cause;
-    int64_t index;
-    int64_t low;
-    int64_t high;
+    i64_t now;
+    i64_t budget;
+    i32_t stopped; /* the line, or 0 */
+    i32_t cause;
+    i64_t index;
+    i64_t low;
+    i64_t high;
 } call_t;
 
 enum { OUT_OF_BOUNDS = 1, OUT_OF_BUDGET = 2, STEP_OF_0 = 3 };
 
 # stop
 /* Stops a call: what it has done does not count, and its caller restores the memory. */
-static void stop(call_t *call, int32_t cause, int32_t line) {
+static void stop(call_t *call, i32_t cause, i32_t line) {
     if (call->stopped == 0) {
         call->stopped = line;
         call->cause = cause;
@@ -35,7 +35,7 @@ static void stop(call_t *call, int32_t cause, int32_t line) {
 
 # index_of
 /* How far an index lies behind the lowest one. Outside of its bounds it stops the call. */
-static size_t index_of(call_t *call, int64_t index, int64_t low, int64_t high, int32_t line) {
+static size_t index_of(call_t *call, i64_t index, i64_t low, i64_t high, i32_t line) {
     if (index >= low && index <= high) {
         return (size_t)(index - low);
     }
@@ -50,7 +50,7 @@ static size_t index_of(call_t *call, int64_t index, int64_t low, int64_t high, i
 
 # goes_on
 /* Whether a loop may go on. */
-static int goes_on(call_t *call, int32_t line) {
+static int goes_on(call_t *call, i32_t line) {
     call->budget -= 1;
     if (call->budget < 0) {
         stop(call, OUT_OF_BUDGET, line);
@@ -60,7 +60,7 @@ static int goes_on(call_t *call, int32_t line) {
 
 # goes_in
 /* Whether a function may be called. */
-static int goes_in(call_t *call, int32_t line) {
+static int goes_in(call_t *call, i32_t line) {
     if (call->budget < 0) {
         stop(call, OUT_OF_BUDGET, line);
     }
@@ -68,29 +68,29 @@ static int goes_in(call_t *call, int32_t line) {
 }
 
 # f32_of
-static float f32_of(uint32_t bits) {
+static float f32_of(u32_t bits) {
     float number;
     memcpy(&number, &bits, sizeof number);
     return number;
 }
 
 # f64_of
-static double f64_of(uint64_t bits) {
+static double f64_of(u64_t bits) {
     double number;
     memcpy(&number, &bits, sizeof number);
     return number;
 }
 
 # bits_f32
-static uint32_t bits_f32(float number) {
-    uint32_t bits;
+static u32_t bits_f32(float number) {
+    u32_t bits;
     memcpy(&bits, &number, sizeof bits);
     return bits;
 }
 
 # bits_f64
-static uint64_t bits_f64(double number) {
-    uint64_t bits;
+static u64_t bits_f64(double number) {
+    u64_t bits;
     memcpy(&bits, &number, sizeof bits);
     return bits;
 }
@@ -164,33 +164,33 @@ static $T rem_$t($T a, $T b) {
 }
 
 # shl_* integer
-static $T shl_$t($T a, uint32_t n) {
+static $T shl_$t($T a, u32_t n) {
     return n < $Bu ? ($T)($U)(($W)($U)a << n) : ($T)0;
 }
 
 # shr_* integer
-static $T shr_$t($T a, uint32_t n) {
+static $T shr_$t($T a, u32_t n) {
     return ($T)((a >> (n < $Bu ? n : $Bu - 1u)) >> (n < $Bu ? 0 : 1));
 }
 
 # rol_* integer
-static $T rol_$t($T a, uint32_t n) {
+static $T rol_$t($T a, u32_t n) {
     n %= $Bu;
     return n == 0 ? a : ($T)($U)(($W)($U)a << n | ($W)($U)a >> ($Bu - n));
 }
 
 # ror_* integer
-static $T ror_$t($T a, uint32_t n) {
+static $T ror_$t($T a, u32_t n) {
     return rol_$t(a, $Bu - n % $Bu);
 }
 
 # swap_i8
-static int8_t swap_i8(int8_t a) {
+static i8_t swap_i8(i8_t a) {
     return a;
 }
 
 # swap_u8
-static uint8_t swap_u8(uint8_t a) {
+static u8_t swap_u8(u8_t a) {
     return a;
 }
 
@@ -244,17 +244,17 @@ static $T limit_$t($T low, $T x, $T high) {
 
 # ne_*
 /* Whether one of them is greater. */
-static uint8_t ne_$t($T a, $T b) {
-    return (uint8_t)(a < b || a > b);
+static u8_t ne_$t($T a, $T b) {
+    return (u8_t)(a < b || a > b);
 }
 
 # select_*
-static $T select_$t(uint8_t which, $T a, $T b) {
+static $T select_$t(u8_t which, $T a, $T b) {
     return which ? a : b;
 }
 
 # same_*
-static uint8_t same_$t(const void *a, const void *b, size_t count) {
+static u8_t same_$t(const void *a, const void *b, size_t count) {
     size_t i;
     for (i = 0; i < count; i += 1) {
         $T x, y;
@@ -269,13 +269,13 @@ static uint8_t same_$t(const void *a, const void *b, size_t count) {
 
 # and_bool
 /* Both sides are calculated, as on the PLC. */
-static uint8_t and_bool(uint8_t a, uint8_t b) {
+static u8_t and_bool(u8_t a, u8_t b) {
     return a && b;
 }
 
 # or_bool
 /* Both sides are calculated, as on the PLC. */
-static uint8_t or_bool(uint8_t a, uint8_t b) {
+static u8_t or_bool(u8_t a, u8_t b) {
     return a || b;
 }
 
@@ -286,7 +286,7 @@ static float abs_f32(float a) {
 
 # abs_f64
 static double abs_f64(double a) {
-    return f64_of(bits_f64(a) & UINT64_C(0x7FFFFFFFFFFFFFFF));
+    return f64_of(bits_f64(a) & 0x7FFFFFFFFFFFFFFFull);
 }
 
 # abs_* signed
@@ -307,8 +307,8 @@ static double trunc_f64(double x) {
     if (is_whole(x)) {
         return x;
     }
-    whole = (double)(int64_t)x;
-    return whole == 0.0 ? f64_of(bits_f64(x) & UINT64_C(0x8000000000000000)) : whole;
+    whole = (double)(i64_t)x;
+    return whole == 0.0 ? f64_of(bits_f64(x) & 0x8000000000000000ull) : whole;
 }
 
 # round_f64
@@ -342,48 +342,48 @@ static double frac_f64(double x) {
 
 # whole_i64
 /* A whole number as an integer: the last one beyond 64 bits, 0 for what is not a number. */
-static int64_t whole_i64(double x) {
+static i64_t whole_i64(double x) {
     if (!(x == x)) {
         return 0;
     }
-    return x >= 9223372036854775808.0 ? INT64_MAX : x < -9223372036854775808.0 ? INT64_MIN : (int64_t)x;
+    return x >= 9223372036854775808.0 ? I64_MAX : x < -9223372036854775808.0 ? I64_MIN : (i64_t)x;
 }
 
 # whole_u64
-static uint64_t whole_u64(double x) {
-    return !(x > 0.0) ? (uint64_t)whole_i64(x) : x >= 18446744073709551616.0 ? UINT64_MAX : (uint64_t)x;
+static u64_t whole_u64(double x) {
+    return !(x > 0.0) ? (u64_t)whole_i64(x) : x >= 18446744073709551616.0 ? (u64_t)-1 : (u64_t)x;
 }
 
 # round_i32
 /* The nearest integer, ties to even: adding 1.5 * 2^52 leaves no bit for a fraction. Beyond 32 bits the low ones count. */
-static int32_t round_i32(double x) {
+static i32_t round_i32(double x) {
     if (x >= -2147483648.0 && x <= 2147483647.0) {
-        return (int32_t)((x + 6755399441055744.0) - 6755399441055744.0);
+        return (i32_t)((x + 6755399441055744.0) - 6755399441055744.0);
     }
-    return (int32_t)whole_i64(round_f64(x));
+    return (i32_t)whole_i64(round_f64(x));
 }
 
 # sqrt_f64
 /* The square root, digit by digit and rounded to the nearest number; two bits of the mantissa give one of the root. */
 static double sqrt_f64(double x) {
-    uint64_t mantissa = bits_f64(x) & UINT64_C(0xFFFFFFFFFFFFF), root = 0, rest = 0;
-    int64_t exponent = (int64_t)(bits_f64(x) >> 52);
+    u64_t mantissa = bits_f64(x) & 0xFFFFFFFFFFFFFull, root = 0, rest = 0;
+    i64_t exponent = (i64_t)(bits_f64(x) >> 52);
     int i;
     if (!(x > 0.0) || exponent == 0x7FF) {
-        return x < 0.0 ? f64_of(UINT64_C(0x7FF8000000000000)) : x;
+        return x < 0.0 ? f64_of(0x7FF8000000000000ull) : x;
     }
     if (exponent == 0) {
         exponent = 1;
-        while (mantissa < UINT64_C(0x10000000000000)) {
+        while (mantissa < 0x10000000000000ull) {
             mantissa <<= 1;
             exponent -= 1;
         }
     }
-    mantissa |= UINT64_C(0x10000000000000);
+    mantissa |= 0x10000000000000ull;
     exponent -= 1023;
     mantissa <<= (exponent & 1) != 0 ? 11 : 10;
     for (i = 0; i < 54; i += 1) {
-        uint64_t next = root << 2 | 1;
+        u64_t next = root << 2 | 1;
         rest = rest << 2 | mantissa >> 62;
         mantissa <<= 2;
         root <<= 1;
@@ -394,7 +394,7 @@ static double sqrt_f64(double x) {
     }
     root = (root >> 1) + (root & 1);
     exponent = (exponent - (exponent & 1)) / 2 + 1023;
-    return f64_of(((uint64_t)exponent << 52) + (root - UINT64_C(0x10000000000000)));
+    return f64_of(((u64_t)exponent << 52) + (root - 0x10000000000000ull));
 }
 
 # sqrt_f32
@@ -405,7 +405,7 @@ static float sqrt_f32(float x) {
 # length_of
 /* Texts: a length, then characters of one or two bytes. */
 static size_t length_of(const void *text, size_t capacity) {
-    uint16_t length;
+    u16_t length;
     memcpy(&length, text, sizeof length);
     return length < capacity ? length : capacity;
 }
@@ -413,7 +413,7 @@ static size_t length_of(const void *text, size_t capacity) {
 # copy_text
 static void copy_text(void *to, size_t to_capacity, const void *from, size_t from_capacity, size_t width) {
     size_t length = length_of(from, from_capacity);
-    uint16_t kept = (uint16_t)(length < to_capacity ? length : to_capacity);
+    u16_t kept = (u16_t)(length < to_capacity ? length : to_capacity);
     memmove((char *)to + 2, (const char *)from + 2, kept * width);
     memcpy(to, &kept, sizeof kept);
 }

@@ -33,9 +33,9 @@ fn text(name: &str) -> Option<String> {
     };
     let (.., text) = PARTS.iter().find(|(it, class, _)| it.strip_suffix("_*") == Some(op) && fits(class))?;
     let bits = 8 * ty.size();
-    let unsigned = format!("uint{bits}_t");
+    let unsigned = format!("u{bits}_t");
     // An unsigned type that C does not widen.
-    let wide = if bits == 64 { "uint64_t" } else { "uint32_t" };
+    let wide = if bits == 64 { "u64_t" } else { "u32_t" };
     let text = text.replace("$T", scalar(ty)).replace("$t", of).replace("$U", &unsigned).replace("$W", wide);
     Some(text.replace("$B", &bits.to_string()))
 }

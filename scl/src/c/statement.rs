@@ -148,7 +148,7 @@ impl Printer<'_> {
             What::If(..) => self.branch(what, "if", last)?,
             What::Case(selector, arms, otherwise) => {
                 let value = self.expr(selector)?;
-                let value = self.kept(Scalar::I64, &format!("(int64_t){value}"));
+                let value = self.kept(Scalar::I64, &format!("(i64_t){value}"));
                 let mut word = "if";
                 for arm in arms {
                     let inside: Vec<String> = arm.values.iter().map(|range| inside(&value, *range)).collect();
@@ -472,8 +472,7 @@ impl Printer<'_> {
             (Type::Open { .. }, Type::Array { bounds, .. }) => {
                 let bounds: Vec<String> =
                     bounds.iter().flat_map(|(low, high)| [low.to_string(), high.to_string()]).collect();
-                let name =
-                    self.temporary(|_, name| format!("static const int32_t {name}[] = {{{}}}", bounds.join(", ")));
+                let name = self.temporary(|_, name| format!("static const i32_t {name}[] = {{{}}}", bounds.join(", ")));
                 passed.push(text);
                 passed.push(name);
             }

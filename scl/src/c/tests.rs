@@ -26,7 +26,7 @@ int main(void) {
     memory_t memory, before;
     start(&memory);
     for (int call_number = 0; call_number < CALLS; call_number += 1) {
-        call_t call = {call_number * (int64_t)100000000, BUDGET, 0, 0, 0, 0, 0};
+        call_t call = {call_number * (i64_t)100000000, BUDGET, 0, 0, 0, 0, 0};
         before = memory;
         f0(&call, &memory);
         if (call.stopped != 0) {

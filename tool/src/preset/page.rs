@@ -14,6 +14,9 @@ pub const PRESET: (&str, &str) = ("<!-- preset -->", "<!-- end of preset -->");
 /// Comments around what the page says of recorded results.
 pub const RECORDING: (&str, &str) = ("<!-- recorded -->", "<!-- end of recorded -->");
 
+/// Comments around what the page says of the FMU's C.
+pub const SOURCE: (&str, &str) = ("<!-- source -->", "<!-- end of source -->");
+
 /// The page of a preset called `name`, made of the page of its block or of another preset of it. `library` is the GUID of the
 /// block's own FMU.
 ///
@@ -22,7 +25,13 @@ pub const RECORDING: (&str, &str) = ("<!-- recorded -->", "<!-- end of recorded 
 pub fn html(page: &str, name: &str, library: &str, values: &Loop) -> anyhow::Result<String> {
     let section = section(name, library, values)?;
     let page = replaced(page, PRESET, &section)?;
-    replaced(&page, RECORDING, "Recorded with the start values of the block, not with those of this preset.")
+    let page =
+        replaced(&page, RECORDING, "Recorded with the start values of the block, not with those of this preset.")?;
+    if !page.contains(SOURCE.0) {
+        // It was packed before FMUs had C.
+        return Ok(page);
+    }
+    replaced(&page, SOURCE, "This preset has no C; that of the block has the block's own start values.")
 }
 
 /// The section on the start values.

@@ -35,7 +35,7 @@ fn a_preset_is_three_files_with_one_guid_and_leaves_the_recorded_results_out() {
     let declared = ModelDescription::read(preset.files[DESCRIPTION].as_bytes()).unwrap().description();
     assert_eq!((declared.guid.as_str(), declared.model_name.as_str()), (preset.guid.as_str(), "P_1"));
     assert!(preset.files[PAGE].starts_with(&format!("<p>{}</p>", preset.guid)));
-    assert_eq!(preset.left_out, ["extra/org.fmi-standard.fmi-ls-ref/", "documentation/fmi-ls-ref.txt"]);
+    assert_eq!(preset.left_out, ["extra/org.fmi-standard.fmi-ls-ref/", "documentation/fmi-ls-ref.txt", "sources/"]);
 }
 
 #[test]

@@ -5,7 +5,7 @@
 static void plcfmu_fresh(plcfmu_component_t *c) {
     memset(&c->instance, 0, sizeof c->instance);
     plcfmu_start(&c->instance.block);
-    c->instance.clock = plcfmu_clock(0.0, PLCFMU_INFINITY, c->instance.block.cycle);
+    c->instance.clock = plcfmu_clock(0.0, PLCFMU_INFINITY, plcfmu_cycle(&c->instance.block));
     c->instance.state = PLCFMU_INSTANTIATED;
 }
 
@@ -50,7 +50,7 @@ static fmi2Status plcfmu_check_arguments(plcfmu_component_t *c, fmi2String name,
     }
     if (type != fmi2CoSimulation) {
         plcfmu_say(&c->text, "fmuType = ");
-        plcfmu_say_whole(&c->text, (int64_t)(int)type);
+        plcfmu_say_whole(&c->text, (i64_t)(int)type);
         return plcfmu_refuse(&c->text, ": this FMU is for co-simulation (1) only");
     }
     if (guid == NULL || strcmp(guid, PLCFMU_GUID) != 0) {
@@ -152,14 +152,17 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component component) {
 
 static fmi2Status plcfmu_exit_initialization(plcfmu_component_t *c) {
     plcfmu_instance_t *instance = &c->instance;
-    if (instance->block.cycle < 1) {
-        plcfmu_say_named(&c->text, PLCFMU_CYCLE_NAME " = ", (double)instance->block.cycle / 1000.0,
+    if (plcfmu_cycle(&instance->block) < 1) {
+        plcfmu_say_named(&c->text, PLCFMU_CYCLE_NAME " = ", (double)plcfmu_cycle(&instance->block) / 1000.0,
                          " s: the time between two calls must be at least 0.001 s");
+        return fmi2Error;
+    }
+    if (plcfmu_check_settings(&instance->block, &c->text) != fmi2OK) {
         return fmi2Error;
     }
     plcfmu_restart(&instance->block, &c->other, &c->before, &c->text);
     memcpy(&instance->block, &c->other, sizeof c->other);
-    instance->clock = plcfmu_clock(instance->start, instance->stop, instance->block.cycle);
+    instance->clock = plcfmu_clock(instance->start, instance->stop, plcfmu_cycle(&instance->block));
     instance->state = PLCFMU_STEP_COMPLETE;
     return fmi2OK;
 }
@@ -201,13 +204,14 @@ static fmi2Status plcfmu_get(plcfmu_component_t *c, const fmi2ValueReference vr[
     }
     block = plcfmu_shown(c, vr, count);
     for (i = 0; i < count; i += 1) {
-        int kind = plcfmu_rows[vr[i]].kind;
-        int64_t bits = plcfmu_bits(block, vr[i]);
+        const plcfmu_row_t *row = &plcfmu_rows[vr[i]];
+        int kind = row->kind, is_set = vr[i] == PLCFMU_CYCLE_ROW || plcfmu_is_settable(row);
+        i64_t bits = plcfmu_bits(is_set ? &c->instance.block : block, vr[i]);
         if (of == 0) {
             ((fmi2Real *)values)[i] = plcfmu_number(kind, bits);
         } else {
             /* A WORD is the integer of its 16 bits with sign, a DWORD that of its 32 bits. */
-            ((int *)values)[i] = kind == PLCFMU_WORD ? (int16_t)(uint16_t)bits : (int32_t)(uint32_t)bits;
+            ((int *)values)[i] = kind == PLCFMU_WORD ? (i16_t)(u16_t)bits : (i32_t)(u32_t)bits;
         }
     }
     return fmi2OK;
@@ -222,7 +226,7 @@ static double plcfmu_given(const void *values, size_t i, int of) {
 }
 
 static fmi2Status plcfmu_set(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count, int of, const void *values) {
-    int64_t bits;
+    i64_t bits;
     size_t i;
     if (plcfmu_array(&c->text, vr, count, sizeof *vr, "vr") != fmi2OK
         || plcfmu_array(&c->text, values, count, of == 0 ? sizeof(fmi2Real) : sizeof(int), "value") != fmi2OK) {
@@ -397,9 +401,9 @@ static fmi2Status plcfmu_serialize_state(plcfmu_component_t *c, fmi2FMUstate sta
     length = plcfmu_serialized_size(&saved->instance);
     if (size < length) {
         plcfmu_say(&c->text, "size = ");
-        plcfmu_say_whole(&c->text, (int64_t)size);
+        plcfmu_say_whole(&c->text, (i64_t)size);
         plcfmu_say(&c->text, ": the state takes ");
-        plcfmu_say_whole(&c->text, (int64_t)length);
+        plcfmu_say_whole(&c->text, (i64_t)length);
         return plcfmu_refuse(&c->text, " bytes");
     }
     plcfmu_serialize(&saved->instance, (unsigned char *)bytes, length);
@@ -466,7 +470,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2Value
 }
 
 /* The place of an input among those that are extrapolated. */
-static plcfmu_extrapolation_t *plcfmu_extrapolation(plcfmu_instance_t *instance, uint32_t row) {
+static plcfmu_extrapolation_t *plcfmu_extrapolation(plcfmu_instance_t *instance, u32_t row) {
     size_t i;
     for (i = 0; i < instance->extrapolated; i += 1) {
         if (instance->extrapolations[i].row == row) {

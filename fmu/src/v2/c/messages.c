@@ -18,31 +18,31 @@ typedef char plcfmu_memory_is_laid_out_as_in_the_table[sizeof(memory_t) == PLCFM
 
 /* --- Numbers and their bits -------------------------------------------------------------------------------------------- */
 
-static float plcfmu_f32_of(uint32_t bits) {
+static float plcfmu_f32_of(u32_t bits) {
     float number;
     memcpy(&number, &bits, sizeof number);
     return number;
 }
 
-static double plcfmu_f64_of(uint64_t bits) {
+static double plcfmu_f64_of(u64_t bits) {
     double number;
     memcpy(&number, &bits, sizeof number);
     return number;
 }
 
-static uint32_t plcfmu_bits_f32(float number) {
-    uint32_t bits;
+static u32_t plcfmu_bits_f32(float number) {
+    u32_t bits;
     memcpy(&bits, &number, sizeof bits);
     return bits;
 }
 
-static uint64_t plcfmu_bits_f64(double number) {
-    uint64_t bits;
+static u64_t plcfmu_bits_f64(double number) {
+    u64_t bits;
     memcpy(&bits, &number, sizeof bits);
     return bits;
 }
 
-static double plcfmu_abs_f64(double number) { return plcfmu_f64_of(plcfmu_bits_f64(number) & 0x7FFFFFFFFFFFFFFFu); }
+static double plcfmu_abs_f64(double number) { return plcfmu_f64_of(plcfmu_bits_f64(number) & 0x7FFFFFFFFFFFFFFFull); }
 
 /* To the nearest whole number, ties to even; from 2^52 on every number is whole. */
 static double plcfmu_round_f64(double number) {
@@ -54,7 +54,7 @@ static double plcfmu_round_f64(double number) {
 }
 
 /* The whole part of a small number above 0. */
-static double plcfmu_floor_f64(double number) { return (double)(int64_t)number; }
+static double plcfmu_floor_f64(double number) { return (double)(i64_t)number; }
 
 /* --- Data ------------------------------------------------------------------------------------------------------------- */
 
@@ -69,9 +69,9 @@ static const char *const plcfmu_categories[] = {"logStatusError", "logStatusDisc
 /* The program with its memory. */
 typedef struct {
     memory_t memory;
-    int64_t calls;               /* since the restart */
-    int64_t set[PLCFMU_ROWS];    /* what the host has set of variables that are held; start values of the others */
-    int32_t cycle;               /* milliseconds */
+    i64_t calls;               /* since the restart */
+    i64_t set[PLCFMU_ROWS];    /* what the host has set of variables that are held; start values of the others */
+    i32_t cycle;               /* milliseconds; a block has it in its memory */
     char stopped[PLCFMU_LONGEST]; /* why the program has stopped, or nothing */
 } plcfmu_block_t;
 
@@ -80,8 +80,8 @@ typedef struct {
     double start;   /* s */
     double stop;    /* s; infinite without a stop time */
     double cycle;   /* between two calls: whole milliseconds */
-    int64_t next;   /* the number of the next call */
-    int64_t tick;   /* the present time is tick * cycle + offset */
+    i64_t next;   /* the number of the next call */
+    i64_t tick;   /* the present time is tick * cycle + offset */
     double offset;
     double end;     /* of the last step, s, as the host gave it; the furthest end */
     double since;   /* the sum of all steps, s, as a host would add them up */
@@ -89,7 +89,7 @@ typedef struct {
 
 /* An input that is extrapolated within a step. */
 typedef struct {
-    uint32_t row;
+    u32_t row;
     double value; /* its own value, while a step replaces it */
     double derivatives[PLCFMU_ORDERS];
 } plcfmu_extrapolation_t;
@@ -199,10 +199,10 @@ static void plcfmu_say(plcfmu_text_t *text, const char *more) {
     text->text[text->length] = '\0';
 }
 
-static void plcfmu_say_whole(plcfmu_text_t *text, int64_t number) {
+static void plcfmu_say_whole(plcfmu_text_t *text, i64_t number) {
     char digits[24];
     size_t at = sizeof digits - 1;
-    uint64_t rest = number < 0 ? 0u - (uint64_t)number : (uint64_t)number;
+    u64_t rest = number < 0 ? 0u - (u64_t)number : (u64_t)number;
     digits[at] = '\0';
     do {
         at -= 1;
@@ -239,20 +239,20 @@ static void plcfmu_say_quoted(plcfmu_text_t *text, const char *given) {
 /* Numbers of 1280 bits, enough for all digits of a double. */
 #define PLCFMU_LIMBS 40
 typedef struct {
-    uint32_t limbs[PLCFMU_LIMBS];
+    u32_t limbs[PLCFMU_LIMBS];
 } plcfmu_big_t;
 
-static void plcfmu_big_times(plcfmu_big_t *a, uint32_t factor) {
-    uint64_t carry = 0;
+static void plcfmu_big_times(plcfmu_big_t *a, u32_t factor) {
+    u64_t carry = 0;
     int i;
     for (i = 0; i < PLCFMU_LIMBS; i += 1) {
-        carry += (uint64_t)a->limbs[i] * factor;
-        a->limbs[i] = (uint32_t)carry;
+        carry += (u64_t)a->limbs[i] * factor;
+        a->limbs[i] = (u32_t)carry;
         carry >>= 32;
     }
 }
 
-static void plcfmu_big_power(plcfmu_big_t *a, uint32_t base, int exponent) {
+static void plcfmu_big_power(plcfmu_big_t *a, u32_t base, int exponent) {
     for (; exponent > 0; exponent -= 1) {
         plcfmu_big_times(a, base);
     }
@@ -261,11 +261,11 @@ static void plcfmu_big_power(plcfmu_big_t *a, uint32_t base, int exponent) {
 /* a + sign * b */
 static plcfmu_big_t plcfmu_big_sum(const plcfmu_big_t *a, const plcfmu_big_t *b, int sign) {
     plcfmu_big_t sum;
-    int64_t carry = 0;
+    i64_t carry = 0;
     int i;
     for (i = 0; i < PLCFMU_LIMBS; i += 1) {
-        carry += (int64_t)a->limbs[i] + sign * (int64_t)b->limbs[i];
-        sum.limbs[i] = (uint32_t)(uint64_t)carry;
+        carry += (i64_t)a->limbs[i] + sign * (i64_t)b->limbs[i];
+        sum.limbs[i] = (u32_t)(u64_t)carry;
         carry = carry < 0 ? -1 : carry >> 32;
     }
     return sum;
@@ -283,24 +283,24 @@ static int plcfmu_big_compare(const plcfmu_big_t *a, const plcfmu_big_t *b) {
 
 /* The shortest digits that give the number back, which is finite and above 0. It is 0.DIGITS * 10^(the result). */
 static int plcfmu_digits(double number, char *digits) {
-    uint64_t bits, mantissa;
+    u64_t bits, mantissa;
     int exponent, is_even, power, low = 0, high = 0;
     plcfmu_big_t rest = {{0}}, scale = {{0}}, above = {{0}}, below, sum;
     memcpy(&bits, &number, sizeof bits);
-    mantissa = bits & 0xFFFFFFFFFFFFFu;
+    mantissa = bits & 0xFFFFFFFFFFFFFull;
     exponent = (int)(bits >> 52) & 0x7FF;
-    mantissa |= exponent > 0 ? 0x10000000000000u : 0u;
+    mantissa |= exponent > 0 ? 0x10000000000000ull : 0u;
     exponent = (exponent > 0 ? exponent : 1) - 1075;
     is_even = (mantissa & 1u) == 0;
     /* The number is rest / scale, and half of the distance to the next one above / scale, to the last one below / scale. */
-    rest.limbs[0] = (uint32_t)mantissa;
-    rest.limbs[1] = (uint32_t)(mantissa >> 32);
+    rest.limbs[0] = (u32_t)mantissa;
+    rest.limbs[1] = (u32_t)(mantissa >> 32);
     scale.limbs[0] = above.limbs[0] = 1;
     plcfmu_big_power(&rest, 2, exponent > 0 ? exponent + 1 : 1);
     plcfmu_big_power(&above, 2, exponent > 0 ? exponent : 0);
     plcfmu_big_power(&scale, 2, exponent > 0 ? 1 : 1 - exponent);
     below = above;
-    if (mantissa == 0x10000000000000u && exponent > -1074) {
+    if (mantissa == 0x10000000000000ull && exponent > -1074) {
         /* Below a power of 2 the numbers are twice as dense. */
         plcfmu_big_times(&rest, 2);
         plcfmu_big_times(&scale, 2);
@@ -476,11 +476,11 @@ static fmi2Status plcfmu_array(plcfmu_text_t *text, const void *array, size_t co
     } else {
         return fmi2OK;
     }
-    if ((uint64_t)count > (uint64_t)INT64_MAX) {
-        plcfmu_say_whole(text, (int64_t)(count / 10u));
-        plcfmu_say_whole(text, (int64_t)(count % 10u));
+    if ((u64_t)count > (u64_t)I64_MAX) {
+        plcfmu_say_whole(text, (i64_t)(count / 10u));
+        plcfmu_say_whole(text, (i64_t)(count % 10u));
     } else {
-        plcfmu_say_whole(text, (int64_t)count);
+        plcfmu_say_whole(text, (i64_t)count);
     }
     return plcfmu_refuse(text, " elements");
 }

@@ -125,13 +125,31 @@ static int plcfmu_is_possible(const plcfmu_clock_t *clock) {
            && plcfmu_abs_f64(clock->offset) <= 2.0 * clock->cycle;
 }
 
+/* Writes or reads what a program has beside its memory. */
+static void plcfmu_pass_program(plcfmu_bytes_t *bytes, plcfmu_block_t *block) {
+    u64_t length = strlen(block->stopped);
+    u32_t row;
+    plcfmu_pass(bytes, &block->cycle, 4);
+    plcfmu_pass(bytes, &block->calls, 8);
+    for (row = 0; row < PLCFMU_ROWS; row += 1) {
+        if (row != PLCFMU_CYCLE_ROW) {
+            plcfmu_pass(bytes, &block->set[row], 8);
+        }
+    }
+    plcfmu_pass(bytes, &length, 8);
+    bytes->is_damaged |= length >= sizeof block->stopped;
+    if (!bytes->is_damaged) {
+        plcfmu_pass(bytes, block->stopped, (size_t)length);
+        block->stopped[length] = '\0';
+    }
+}
+
 /* Writes or reads what an instance is. */
 static void plcfmu_pass_instance(plcfmu_bytes_t *bytes, plcfmu_instance_t *instance) {
     plcfmu_clock_t *clock = &instance->clock;
     plcfmu_block_t *block = &instance->block;
-    uint64_t count = instance->extrapolated, length = strlen(block->stopped);
+    u64_t count = instance->extrapolated;
     unsigned char state = (unsigned char)instance->state, has_experiment = (unsigned char)instance->has_experiment;
-    uint32_t row;
     size_t i;
     plcfmu_pass(bytes, &state, 1);
     plcfmu_pass(bytes, &has_experiment, 1);
@@ -152,20 +170,14 @@ static void plcfmu_pass_instance(plcfmu_bytes_t *bytes, plcfmu_instance_t *insta
         plcfmu_pass(bytes, instance->extrapolations[i].derivatives, 8 * PLCFMU_ORDERS);
         bytes->is_damaged |= instance->extrapolations[i].row >= PLCFMU_ROWS;
     }
-    plcfmu_pass(bytes, &block->cycle, 4);
-    plcfmu_pass(bytes, &block->calls, 8);
-    for (row = 0; row < PLCFMU_ROWS; row += 1) {
-        if (row != PLCFMU_CYCLE_ROW) {
-            plcfmu_pass(bytes, &block->set[row], 8);
-        }
+    if (!PLCFMU_IS_BLOCK) {
+        plcfmu_pass_program(bytes, block);
     }
-    plcfmu_pass(bytes, &length, 8);
-    bytes->is_damaged |= length >= sizeof block->stopped;
-    if (!bytes->is_damaged) {
-        plcfmu_pass(bytes, block->stopped, (size_t)length);
-        block->stopped[length] = '\0';
+    for (i = 0; i < sizeof plcfmu_fields / sizeof plcfmu_fields[0]; i += 1) {
+        unsigned char *field = (unsigned char *)&block->memory + plcfmu_fields[i].offset;
+        plcfmu_pass(bytes, field, plcfmu_fields[i].size);
+        bytes->is_damaged |= plcfmu_fields[i].is_truth && *field > 1;
     }
-    plcfmu_pass(bytes, &block->memory, PLCFMU_MEMORY);
     if (bytes->is_damaged) {
         return;
     }
@@ -181,13 +193,19 @@ static void plcfmu_pass_instance(plcfmu_bytes_t *bytes, plcfmu_instance_t *insta
 #define PLCFMU_CHECKSUM 16u
 
 static size_t plcfmu_serialized_size(const plcfmu_instance_t *instance) {
-    size_t content = 110u + 8u * (PLCFMU_ROWS - 1u) + PLCFMU_MEMORY;
-    return PLCFMU_HEAD + content + 36u * instance->extrapolated + strlen(instance->block.stopped) + PLCFMU_CHECKSUM;
+    size_t content = 90u + 36u * instance->extrapolated, i;
+    if (!PLCFMU_IS_BLOCK) {
+        content += 20u + 8u * (PLCFMU_ROWS - 1u) + strlen(instance->block.stopped);
+    }
+    for (i = 0; i < sizeof plcfmu_fields / sizeof plcfmu_fields[0]; i += 1) {
+        content += plcfmu_fields[i].size;
+    }
+    return PLCFMU_HEAD + content + PLCFMU_CHECKSUM;
 }
 
 static void plcfmu_serialize(plcfmu_instance_t *instance, unsigned char *to, size_t size) {
     plcfmu_bytes_t bytes = {NULL, NULL, 0, 0};
-    uint64_t length = size - PLCFMU_HEAD - PLCFMU_CHECKSUM;
+    u64_t length = size - PLCFMU_HEAD - PLCFMU_CHECKSUM;
     plcfmu_hash_t hash = plcfmu_hash_basis;
     memcpy(to, plcfmu_magic, sizeof plcfmu_magic);
     memcpy(to + 8, plcfmu_fingerprint, sizeof plcfmu_fingerprint);
@@ -203,7 +221,7 @@ static void plcfmu_serialize(plcfmu_instance_t *instance, unsigned char *to, siz
 static fmi2Status plcfmu_deserialize(plcfmu_text_t *text, const unsigned char *from, size_t size, plcfmu_instance_t *to) {
     plcfmu_bytes_t bytes = {NULL, NULL, 0, 0};
     plcfmu_hash_t hash = plcfmu_hash_basis, expected;
-    uint64_t length;
+    u64_t length;
     if (size < 8 || memcmp(from, plcfmu_magic, sizeof plcfmu_magic) != 0) {
         return plcfmu_refuse(text, "the bytes are not a serialized state of this format");
     }

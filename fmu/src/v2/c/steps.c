@@ -12,15 +12,15 @@
 #define PLCFMU_EPSILON 2.220446049250313e-16
 #define PLCFMU_RESOLUTION (PLCFMU_EPSILON * 1000.0)  /* of a double at 1 s, in milliseconds */
 #define PLCFMU_MOST_CALLS 4294967296.0               /* in one step: a day at 1 ms is 86 million */
-#define PLCFMU_INFINITY plcfmu_f64_of(0x7FF0000000000000u)
+#define PLCFMU_INFINITY plcfmu_f64_of(0x7FF0000000000000ull)
 
 /* The calls of one step. */
 typedef struct {
-    int64_t count;
+    i64_t count;
     double lead; /* from the start of the step to the first of them, s; negative if the step makes up for calls */
 } plcfmu_calls_t;
 
-static plcfmu_clock_t plcfmu_clock(double start, double stop, int32_t cycle) {
+static plcfmu_clock_t plcfmu_clock(double start, double stop, i32_t cycle) {
     plcfmu_clock_t clock = {0, 0, 0, 0, 0, 0, 0, 0};
     clock.start = start;
     clock.stop = stop;
@@ -60,7 +60,7 @@ static fmi2Status plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plc
     double cycle = clock->cycle, per_cycle = 1.0 / cycle, period = cycle / 1000.0;
     double magnitude, same, rounding, position, offset = clock->offset, since = clock->since;
     double step, present, lead, tolerance, cycles, most = 1.7976931348623157e308;
-    int64_t tick = clock->tick, first = clock->next, passed, next;
+    i64_t tick = clock->tick, first = clock->next, passed, next;
     calls->count = 0;
     calls->lead = 0.0;
     if (plcfmu_is_ordinary(clock, tc, h)) {
@@ -92,7 +92,7 @@ static fmi2Status plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plc
                                                                      : PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION * magnitude;
     position = (tc - clock->start) * 1000.0;
     if (plcfmu_abs_f64(position - ((double)tick * cycle + offset)) > rounding) {
-        tick = (int64_t)(position * per_cycle);
+        tick = (i64_t)(position * per_cycle);
         offset = position - (double)tick * cycle;
         since = tc - clock->start;
     }
@@ -124,8 +124,8 @@ static fmi2Status plcfmu_advance(plcfmu_clock_t *clock, double tc, double h, plc
         plcfmu_say_number(text, period, 1);
         return plcfmu_refuse(text, " s, this is more than 4294967296 calls; make the step shorter");
     }
-    passed = (int64_t)(cycles + tolerance);
-    next = (int64_t)(cycles - tolerance);
+    passed = (i64_t)(cycles + tolerance);
+    next = (i64_t)(cycles - tolerance);
     next = tick + next + (cycles - tolerance > (double)next ? 1 : 0);
     clock->tick = tick + passed;
     clock->next = next > first ? next : first;
@@ -150,8 +150,8 @@ static double plcfmu_at(double value, const double *derivatives, double t, int i
     return value;
 }
 
-static void plcfmu_put_number(plcfmu_block_t *block, uint32_t row, double number) {
-    int64_t bits;
+static void plcfmu_put_number(plcfmu_block_t *block, u32_t row, double number) {
+    i64_t bits;
     if (plcfmu_bits_of(number, plcfmu_rows[row].kind, &bits) == NULL) {
         plcfmu_put(block, row, bits);
     }
@@ -163,7 +163,7 @@ static fmi2Status plcfmu_step(plcfmu_component_t *c, double tc, double h) {
     plcfmu_clock_t clock = instance->clock;
     double period = clock.cycle / 1000.0;
     plcfmu_calls_t calls;
-    int64_t call;
+    i64_t call, pulses = 0;
     size_t i;
     if (plcfmu_advance(&clock, tc, h, &calls, &c->text) != fmi2OK) {
         return fmi2Error;
@@ -173,7 +173,7 @@ static fmi2Status plcfmu_step(plcfmu_component_t *c, double tc, double h) {
         const plcfmu_row_t *row = &plcfmu_rows[input->row];
         double last = plcfmu_largest(calls.lead + (double)calls.count * period, 0.0);
         const char *range;
-        int64_t bits;
+        i64_t bits;
         input->value = plcfmu_number(row->kind, plcfmu_bits(&instance->block, input->row));
         /* The largest magnitude that the value can reach within the step; if that fits, every value does. */
         range = plcfmu_bits_of(plcfmu_at(plcfmu_abs_f64(input->value), input->derivatives, last, 1), row->kind, &bits);
@@ -191,10 +191,12 @@ static fmi2Status plcfmu_step(plcfmu_component_t *c, double tc, double h) {
             plcfmu_put_number(&instance->block, input->row, plcfmu_at(input->value, input->derivatives, t, 0));
         }
         plcfmu_call(&instance->block, &c->before, &c->text);
+        pulses += plcfmu_pulse(&instance->block);
     }
     for (i = 0; i < instance->extrapolated; i += 1) {
         plcfmu_put_number(&instance->block, instance->extrapolations[i].row, instance->extrapolations[i].value);
     }
+    plcfmu_show_mean(&instance->block, pulses, calls.count);
     return instance->block.stopped[0] == '\0' ? fmi2OK : plcfmu_refuse(&c->text, instance->block.stopped);
 }
 
@@ -216,7 +218,7 @@ static void plcfmu_advise(plcfmu_component_t *c, double h) {
 /* --- Variables by value reference -------------------------------------------------------------------------------------- */
 
 /* Refuses a reference that is not one of a variable of a type; class 3 is String, of which there are none. */
-static fmi2Status plcfmu_no_variable(plcfmu_text_t *text, uint32_t reference, const char *access) {
+static fmi2Status plcfmu_no_variable(plcfmu_text_t *text, u32_t reference, const char *access) {
     plcfmu_say(text, "value reference ");
     plcfmu_say_whole(text, reference);
     if (reference < PLCFMU_ROWS) {
@@ -248,21 +250,27 @@ static fmi2Status plcfmu_check(plcfmu_text_t *text, const fmi2ValueReference *re
     return fmi2OK;
 }
 
-/* The block that is read. In Initialization Mode what is computed has the values that the restart would give. */
+/* The block with what it computes. In Initialization Mode it has the values that the restart would give, if that is possible. */
 static const plcfmu_block_t *plcfmu_shown(plcfmu_component_t *c, const fmi2ValueReference *references, size_t count) {
+    const plcfmu_block_t *shown = &c->instance.block;
+    int is_asked = 0;
     size_t i;
     for (i = 0; c->instance.state == PLCFMU_INITIALIZATION && i < count; i += 1) {
-        if (references[i] != PLCFMU_CYCLE_ROW && !plcfmu_is_settable(&plcfmu_rows[references[i]])
-            && c->instance.block.cycle >= 1) {
-            plcfmu_restart(&c->instance.block, &c->other, &c->before, &c->text);
-            return &c->other;
-        }
+        is_asked |= references[i] != PLCFMU_CYCLE_ROW && !plcfmu_is_settable(&plcfmu_rows[references[i]]);
     }
-    return &c->instance.block;
+    if (is_asked && plcfmu_cycle(shown) >= 1) {
+        if (plcfmu_check_settings(&c->instance.block, &c->text) == fmi2OK) {
+            plcfmu_restart(shown, &c->other, &c->before, &c->text);
+            shown = &c->other;
+        }
+        c->text.length = 0;
+        c->text.text[0] = '\0';
+    }
+    return shown;
 }
 
 /* Whether a variable can be set to a number now; `text` has the number if not. */
-static fmi2Status plcfmu_may_set(plcfmu_component_t *c, uint32_t reference) {
+static fmi2Status plcfmu_may_set(plcfmu_component_t *c, u32_t reference) {
     const plcfmu_row_t *row = &plcfmu_rows[reference];
     int is_fixed = row->role == PLCFMU_FIXED || row->role == PLCFMU_CYCLE_TIME;
     if (row->role == PLCFMU_INPUT || row->role == PLCFMU_PARAMETER

@@ -13,65 +13,65 @@ static int plcfmu_class(const plcfmu_row_t *row) {
 static const char *const plcfmu_classes[] = {"Real", "Integer", "Boolean"};
 
 /* The bits of a value, extended by its sign. */
-static int64_t plcfmu_read(const plcfmu_row_t *row, const memory_t *memory) {
+static i64_t plcfmu_read(const plcfmu_row_t *row, const memory_t *memory) {
     const char *at = (const char *)memory + row->offset;
     switch (row->kind) {
     case PLCFMU_LREAL: case PLCFMU_LTIME: case PLCFMU_LINT: case PLCFMU_ULINT: case PLCFMU_LWORD: {
-        int64_t value;
+        i64_t value;
         memcpy(&value, at, sizeof value);
         return value;
     }
     case PLCFMU_TIME: case PLCFMU_DINT: {
-        int32_t value;
+        i32_t value;
         memcpy(&value, at, sizeof value);
         return value;
     }
     case PLCFMU_REAL: case PLCFMU_UDINT: case PLCFMU_DWORD: {
-        uint32_t value;
+        u32_t value;
         memcpy(&value, at, sizeof value);
-        return (int64_t)value;
+        return (i64_t)value;
     }
     case PLCFMU_INT: {
-        int16_t value;
+        i16_t value;
         memcpy(&value, at, sizeof value);
         return value;
     }
     case PLCFMU_WORD: case PLCFMU_UINT: {
-        uint16_t value;
+        u16_t value;
         memcpy(&value, at, sizeof value);
         return value;
     }
     case PLCFMU_SINT: {
-        int8_t value;
+        i8_t value;
         memcpy(&value, at, sizeof value);
         return value;
     }
     default: {
-        uint8_t value;
+        u8_t value;
         memcpy(&value, at, sizeof value);
         return row->kind == PLCFMU_BOOL ? value != 0 : value;
     }
     }
 }
 
-static void plcfmu_write(const plcfmu_row_t *row, memory_t *memory, int64_t bits) {
+static void plcfmu_write(const plcfmu_row_t *row, memory_t *memory, i64_t bits) {
     /* The machine is little endian: the low bytes come first. */
     memcpy((char *)memory + row->offset, &bits, plcfmu_kinds[row->kind].size);
 }
 
 /* The bits of a variable of a block. */
-static int64_t plcfmu_bits(const plcfmu_block_t *block, uint32_t reference) {
+static i64_t plcfmu_bits(const plcfmu_block_t *block, u32_t reference) {
     const plcfmu_row_t *row = &plcfmu_rows[reference];
-    if (reference == PLCFMU_CYCLE_ROW) {
+    if (!PLCFMU_IS_BLOCK && reference == PLCFMU_CYCLE_ROW) {
         return block->cycle;
     }
     return row->held != 0 ? block->set[reference] : plcfmu_read(row, &block->memory);
 }
 
-static void plcfmu_put(plcfmu_block_t *block, uint32_t reference, int64_t bits) {
+static void plcfmu_put(plcfmu_block_t *block, u32_t reference, i64_t bits) {
     const plcfmu_row_t *row = &plcfmu_rows[reference];
-    if (reference == PLCFMU_CYCLE_ROW) {
-        block->cycle = (int32_t)bits;
+    if (!PLCFMU_IS_BLOCK && reference == PLCFMU_CYCLE_ROW) {
+        block->cycle = (i32_t)bits;
     } else if (row->held != 0) {
         block->set[reference] = bits;
     } else {
@@ -79,47 +79,52 @@ static void plcfmu_put(plcfmu_block_t *block, uint32_t reference, int64_t bits) 
     }
 }
 
+/* The time between two calls, in milliseconds. */
+static i32_t plcfmu_cycle(const plcfmu_block_t *block) {
+    return (i32_t)plcfmu_bits(block, PLCFMU_CYCLE_ROW);
+}
+
 /* A variable as a number: times in seconds, TRUE as 1. */
-static double plcfmu_number(int kind, int64_t bits) {
+static double plcfmu_number(int kind, i64_t bits) {
     switch (kind) {
     case PLCFMU_REAL:
-        return (double)plcfmu_f32_of((uint32_t)bits);
+        return (double)plcfmu_f32_of((u32_t)bits);
     case PLCFMU_LREAL:
-        return plcfmu_f64_of((uint64_t)bits);
+        return plcfmu_f64_of((u64_t)bits);
     case PLCFMU_TIME:
         return (double)bits / 1000.0;
     case PLCFMU_LTIME:
         return (double)bits / 1e9;
     case PLCFMU_ULINT: case PLCFMU_LWORD:
-        return (double)(uint64_t)bits;
+        return (double)(u64_t)bits;
     case PLCFMU_WORD:
-        return (double)(int16_t)(uint16_t)bits;
+        return (double)(i16_t)(u16_t)bits;
     default:
         return (double)bits;
     }
 }
 
 /* The bits of a number; NULL, or the range of the type if it lies outside. */
-static const char *plcfmu_bits_of(double number, int kind, int64_t *bits) {
+static const char *plcfmu_bits_of(double number, int kind, i64_t *bits) {
     int is_inside;
     if (kind == PLCFMU_REAL) {
         /* Halfway between the largest REAL and the power of 2 beyond it. */
         is_inside = plcfmu_abs_f64(number) < 340282356779733661637539395458142568448.0;
-        *bits = is_inside ? (int64_t)plcfmu_bits_f32((float)number) : 0;
+        *bits = is_inside ? (i64_t)plcfmu_bits_f32((float)number) : 0;
     } else if (kind == PLCFMU_LREAL) {
         is_inside = plcfmu_abs_f64(number) <= 1.7976931348623157e308;
-        *bits = (int64_t)plcfmu_bits_f64(number);
+        *bits = (i64_t)plcfmu_bits_f64(number);
     } else if (kind == PLCFMU_TIME) {
         is_inside = number >= 0.0 && number <= 2147483.647;
         number = is_inside ? number * 1000.0 : 0.0;
-        *bits = (int64_t)number + (number - (double)(int64_t)number >= 0.5 ? 1 : 0);
+        *bits = (i64_t)number + (number - (double)(i64_t)number >= 0.5 ? 1 : 0);
     } else {
         number = kind == PLCFMU_LTIME ? plcfmu_round_f64(number * 1e9) : number;
         is_inside = number >= plcfmu_kinds[kind].lowest && number <= plcfmu_kinds[kind].highest;
-        *bits = is_inside ? (int64_t)number : 0;
+        *bits = is_inside ? (i64_t)number : 0;
         is_inside = is_inside && (double)*bits == number;
         /* The upper half of an unsigned word is the negative half of a signed one. */
-        *bits = kind == PLCFMU_WORD ? (int64_t)(uint16_t)*bits : kind == PLCFMU_DWORD ? (int64_t)(uint32_t)*bits : *bits;
+        *bits = kind == PLCFMU_WORD ? (i64_t)(u16_t)*bits : kind == PLCFMU_DWORD ? (i64_t)(u32_t)*bits : *bits;
     }
     return is_inside ? NULL : plcfmu_kinds[kind].takes;
 }
@@ -128,7 +133,7 @@ static const char *plcfmu_bits_of(double number, int kind, int64_t *bits) {
 
 /* Start values. */
 static void plcfmu_start(plcfmu_block_t *block) {
-    uint32_t row;
+    u32_t row;
     start(&block->memory);
     for (row = 0; row < PLCFMU_ROWS; row += 1) {
         block->set[row] = row == PLCFMU_CYCLE_ROW ? 0 : plcfmu_read(&plcfmu_rows[row], &block->memory);
@@ -140,7 +145,7 @@ static void plcfmu_start(plcfmu_block_t *block) {
 
 /* Gives the program what is set of the variables that it writes, too. */
 static void plcfmu_give(plcfmu_block_t *block) {
-    uint32_t row;
+    u32_t row;
     for (row = 0; PLCFMU_IN_OUTS && row < PLCFMU_ROWS; row += 1) {
         if (plcfmu_rows[row].held == PLCFMU_EACH_CALL) {
             plcfmu_write(&plcfmu_rows[row], &block->memory, block->set[row]);
@@ -176,7 +181,7 @@ static void plcfmu_say_stop(const plcfmu_block_t *block, const call_t *call, plc
 }
 
 /* Calls a function at a time in nanoseconds. If it stops, the memory is as before, of which `before` takes a copy. */
-static void plcfmu_run(plcfmu_block_t *block, void (*function)(call_t *, memory_t *), int64_t now, memory_t *before,
+static void plcfmu_run(plcfmu_block_t *block, void (*function)(call_t *, memory_t *), i64_t now, memory_t *before,
                        plcfmu_text_t *text) {
     call_t call = {0, PLCFMU_BUDGET, 0, 0, 0, 0, 0};
     call.now = now;
@@ -193,9 +198,83 @@ static void plcfmu_run(plcfmu_block_t *block, void (*function)(call_t *, memory_
     }
 }
 
+/* The pulse of a block after its last call: 1, 0 or -1. */
+static i64_t plcfmu_pulse(const plcfmu_block_t *block) {
+    i32_t pulse = 0;
+#ifdef PLCFMU_MEAN
+    memcpy(&pulse, (const char *)&block->memory + PLCFMU_PULSE, sizeof pulse);
+#else
+    (void)block;
+#endif
+    return pulse;
+}
+
+/* The mean of the pulse over the calls of a step in percent; without a call, that of the pulse that is held. */
+static void plcfmu_show_mean(plcfmu_block_t *block, i64_t pulses, i64_t calls) {
+#ifdef PLCFMU_MEAN
+    double percent = 100.0 * (double)pulses / (double)calls;
+    if (calls == 0) {
+        call_t call = {0, PLCFMU_BUDGET, 0, 0, 0, 0, 0};
+        PLCFMU_PULSE_CALL(&call, &block->memory);
+        percent = 100.0 * (double)plcfmu_pulse(block);
+    }
+    memcpy((char *)&block->memory + PLCFMU_MEAN, &percent, sizeof percent);
+#else
+    (void)block, (void)pulses, (void)calls;
+#endif
+}
+
+/* Refuses settings with which the block cannot run. */
+static fmi2Status plcfmu_check_settings(plcfmu_block_t *block, plcfmu_text_t *text) {
+#ifdef PLCFMU_CHECK
+    call_t call = {0, PLCFMU_BUDGET, 0, 0, 0, 0, 0};
+    const char *rest;
+    size_t number = PLCFMU_REFUSAL_NUMBERS;
+    i32_t refusal;
+    PLCFMU_CHECK(&call, &block->memory);
+    memcpy(&refusal, (const char *)&block->memory + PLCFMU_REFUSAL, sizeof refusal);
+    if (refusal == 0) {
+        return fmi2OK;
+    }
+    for (rest = plcfmu_refusals[refusal - 1]; *rest != '\0'; rest += 1) {
+        char one[2] = {0, 0};
+        one[0] = *rest;
+        if (*rest == 1 || *rest == 2) {
+            double given;
+            memcpy(&given, (const char *)&block->memory + number, sizeof given);
+            number += sizeof given;
+            plcfmu_say_number(text, given, *rest == 1);
+        } else {
+            plcfmu_say(text, one);
+        }
+    }
+    return fmi2Error;
+#else
+    (void)block, (void)text;
+    return fmi2OK;
+#endif
+}
+
+/* The restart of a block, which keeps what a host has set, to another one. */
+static void plcfmu_restart_block(const plcfmu_block_t *from, plcfmu_block_t *to, memory_t *before, plcfmu_text_t *text) {
+    memcpy(to, from, sizeof *to);
+    to->calls = 0;
+    to->stopped[0] = '\0';
+#ifdef PLCFMU_RESTART
+    plcfmu_run(to, PLCFMU_RESTART, 0, before, text);
+#else
+    (void)before, (void)text;
+#endif
+    plcfmu_show_mean(to, 0, 0);
+}
+
 /* A warm restart to another block: all start values but those of what a host sets; then the block of the start, if there is one. */
 static void plcfmu_restart(const plcfmu_block_t *from, plcfmu_block_t *to, memory_t *before, plcfmu_text_t *text) {
-    uint32_t row;
+    u32_t row;
+    if (PLCFMU_IS_BLOCK) {
+        plcfmu_restart_block(from, to, before, text);
+        return;
+    }
     memcpy(to, from, sizeof *to);
     start(&to->memory);
     for (row = 0; row < PLCFMU_ROWS; row += 1) {
@@ -222,7 +301,7 @@ static void plcfmu_call(plcfmu_block_t *block, memory_t *before, plcfmu_text_t *
         return;
     }
     plcfmu_give(block);
-    plcfmu_run(block, PLCFMU_CALL, (int64_t)((uint64_t)block->calls * (uint64_t)block->cycle * 1000000u), before, text);
+    plcfmu_run(block, PLCFMU_CALL, (i64_t)((u64_t)block->calls * (u64_t)block->cycle * 1000000u), before, text);
     block->calls += block->stopped[0] == '\0' ? 1 : 0;
 }
 
@@ -230,18 +309,18 @@ static void plcfmu_call(plcfmu_block_t *block, memory_t *before, plcfmu_text_t *
 
 /* FNV-1a with 128 bits. */
 typedef struct {
-    uint64_t high;
-    uint64_t low;
+    u64_t high;
+    u64_t low;
 } plcfmu_hash_t;
 
-static const plcfmu_hash_t plcfmu_hash_basis = {0x6c62272e07bb0142u, 0x62b821756295c58du};
+static const plcfmu_hash_t plcfmu_hash_basis = {0x6c62272e07bb0142ull, 0x62b821756295c58dull};
 
 static void plcfmu_hash(plcfmu_hash_t *hash, const void *bytes, size_t count) {
     const unsigned char *byte = (const unsigned char *)bytes;
     size_t i;
     for (i = 0; i < count; i += 1) {
         /* times 2^88 + 0x13b */
-        uint64_t low = hash->low ^ byte[i], right = (low & 0xFFFFFFFFu) * 0x13bu, left = (low >> 32) * 0x13bu + (right >> 32);
+        u64_t low = hash->low ^ byte[i], right = (low & 0xFFFFFFFFu) * 0x13bu, left = (low >> 32) * 0x13bu + (right >> 32);
         hash->high = hash->high * 0x13bu + (left >> 32) + (low << 24);
         hash->low = left << 32 | (right & 0xFFFFFFFFu);
     }
@@ -250,13 +329,13 @@ static void plcfmu_hash(plcfmu_hash_t *hash, const void *bytes, size_t count) {
 /* --- Self-test -------------------------------------------------------------------------------------------------------- */
 
 /* The next number of the tape of inputs, 0 ... 2^24 - 1. */
-static uint32_t plcfmu_next(uint32_t *tape) {
+static u32_t plcfmu_next(u32_t *tape) {
     *tape = *tape * 1664525u + 1013904223u;
     return *tape >> 8;
 }
 
 /* An input of the tape. */
-static double plcfmu_tape(const plcfmu_row_t *row, uint32_t *tape) {
+static double plcfmu_tape(const plcfmu_row_t *row, u32_t *tape) {
     double drawn = (double)plcfmu_next(tape);
     switch (row->kind) {
     case PLCFMU_BOOL:
@@ -273,12 +352,12 @@ static double plcfmu_tape(const plcfmu_row_t *row, uint32_t *tape) {
 /* Makes the calls of the tape, and says whether their results have the hash of the library that plcfmu packed. */
 static int plcfmu_is_exact(plcfmu_component_t *c) {
     plcfmu_hash_t hash = plcfmu_hash_basis;
-    uint32_t tape = 1, row;
+    u32_t tape = 1, row;
     int call;
     plcfmu_restart(&c->instance.block, &c->other, &c->before, &c->text);
     for (call = 0; call < PLCFMU_TEST_CALLS; call += 1) {
         for (row = 0; row < PLCFMU_ROWS; row += 1) {
-            int64_t bits;
+            i64_t bits;
             /* Each input changes in one of four calls. */
             if (plcfmu_rows[row].role == PLCFMU_INPUT && (plcfmu_next(&tape) < 4194304u || call == 0)
                 && plcfmu_bits_of(plcfmu_tape(&plcfmu_rows[row], &tape), plcfmu_rows[row].kind, &bits) == NULL) {
@@ -286,12 +365,13 @@ static int plcfmu_is_exact(plcfmu_component_t *c) {
             }
         }
         plcfmu_call(&c->other, &c->before, &c->text);
+        plcfmu_show_mean(&c->other, plcfmu_pulse(&c->other), 1);
         for (row = 0; row < PLCFMU_ROWS; row += 1) {
             double number = plcfmu_number(plcfmu_rows[row].kind, plcfmu_bits(&c->other, row));
-            uint64_t bits = number != number ? 0x7FF8000000000000u : plcfmu_bits_f64(number);
+            u64_t bits = number != number ? 0x7FF8000000000000ull : plcfmu_bits_f64(number);
             plcfmu_hash(&hash, &bits, sizeof bits);
         }
     }
-    return hash.high == PLCFMU_TEST_HIGH && hash.low == PLCFMU_TEST_LOW 
+    return hash.high == PLCFMU_TEST_HIGH && hash.low == PLCFMU_TEST_LOW
            && (PLCFMU_TEST_CALLS == 0 || c->other.stopped[0] == '\0');
 }
