@@ -93,7 +93,7 @@ impl Table {
     /// The names of a file's columns as its header has them, with their units.
     ///
     /// # Errors
-    /// The text is no CSV file.
+    /// The text is not a CSV file.
     pub fn headers(text: &str) -> Result<Vec<String>> {
         Ok(Layout::of(text)?.header.into_iter().map(|header| header.written).collect())
     }
@@ -122,7 +122,7 @@ impl Table {
     /// The column of this name.
     ///
     /// # Errors
-    /// There is none; the message says which there are.
+    /// No column has this name; the message lists those that exist.
     pub fn column(&self, name: &str) -> Result<&Column> {
         let names = || self.columns.iter().map(|column| column.name.as_str());
         let found = self.find(name).with_context(|| {
@@ -199,7 +199,7 @@ fn reader(text: &str, separator: u8) -> ::csv::Reader<&[u8]> {
     builder.from_reader(text.as_bytes())
 }
 
-/// So many records decide on the layout.
+/// This many records decide on the layout.
 const SAMPLE: usize = 100;
 
 impl<'a> Layout<'a> {

@@ -31,7 +31,7 @@ use step::Step;
 pub const LOWEST_FIT: f64 = 60.0;
 /// A model that fits worse gets a remark.
 const GOOD_FIT: f64 = 85.0;
-/// At most so many points are drawn.
+/// At most this many points are drawn.
 const MOST_POINTS: usize = 2000;
 /// A process value may move by so much of its answer in the last fifth of the record and still counts as settled.
 const SETTLED: f64 = 0.02;
@@ -204,7 +204,7 @@ impl Answer {
         Ok(Answer { values, interval: step.interval(), noise: (step.noise / step.height).abs() })
     }
 
-    /// The answer as it is on the average of so many seconds before, which has no pulses of this period in it.
+    /// The answer as it is on the average of this many seconds before, which has no pulses of this period in it.
     #[must_use]
     pub fn averaged(&self, period: f64) -> Answer {
         let count = (period / self.interval).round().max(1.0) as usize;
@@ -360,7 +360,7 @@ fn judged(step: &Step, model: Model, method: Method) -> Result<Identified> {
     })
 }
 
-/// Where a function with one minimum between two numbers is smallest, after so many divisions of the interval.
+/// Where a function with one minimum between two numbers is smallest, after this many divisions of the interval.
 pub fn golden_section(low: f64, high: f64, divisions: usize, mut function: impl FnMut(f64) -> f64) -> f64 {
     let ratio = (5.0_f64.sqrt() - 1.0) / 2.0;
     let (mut low, mut high) = (low, high);

@@ -18,9 +18,9 @@ use std::ops::{Add, Div, Mul, Sub};
 /// By how much two neighbouring frequencies differ, as a logarithm: the phase of a dead time turns by this part of a radian between
 /// them where it is one radian.
 const DENSITY: f64 = 0.012;
-/// A plant has at most so many steps: the sampling time is a multiple of the call's beyond.
+/// A plant has at most this many steps: the sampling time is a multiple of the call's beyond.
 const MOST_STEPS: usize = 20_000;
-/// After so many time constants a lag is at rest.
+/// After this many time constants a lag is at rest.
 const RESTS: f64 = 12.0;
 /// If the change in a tenth of a record is more than this part of that in the tenth before, it is no lag that ends.
 const SLOWEST: f64 = 0.95;

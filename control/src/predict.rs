@@ -27,9 +27,9 @@ use run::system::{Connection, Member, Recorded, Setting, System, Value};
 const MANUAL: f64 = 50.0;
 /// The step of the setpoint, as percent of the manipulated value.
 const STEP: f64 = 10.0;
-/// At most so many calls are simulated.
+/// At most this many calls are simulated.
 const MOST_CALLS: usize = 200_000;
-/// So many calls after the step are all shown; of the others, about as many again and four times as many.
+/// This many calls after the step are all shown; of the others, about as many again and four times as many.
 const ALL_SHOWN: usize = 200;
 /// The names of the two members.
 const CONTROLLER: &str = "CONTROLLER";

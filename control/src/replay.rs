@@ -35,7 +35,7 @@ use serde::{Deserialize, Serialize};
 /// The most values of outputs that are compared, rows times columns.
 const MOST_VALUES: usize = 8 << 20;
 
-/// At most so many rows of a curve are answered.
+/// At most this many rows of a curve are answered.
 const MOST_POINTS: usize = 8_000;
 
 /// What to replay.

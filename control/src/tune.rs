@@ -556,7 +556,7 @@ fn values(controller: &Controller, structure: Structure, settings: &Settings) ->
     numbers.chain(switches).collect()
 }
 
-/// A number with so many significant digits.
+/// A number with this many significant digits.
 pub fn rounded(number: f64, digits: i32) -> f64 {
     format!("{number:.*e}", (digits - 1).max(0) as usize).parse().unwrap_or(number)
 }

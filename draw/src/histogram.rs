@@ -8,7 +8,7 @@ use std::fmt::Write;
 /// The height of the field in pixels.
 const HEIGHT: f64 = 230.0;
 
-/// A histogram has at most so many bars.
+/// A histogram has at most this many bars.
 const MOST_BARS: f64 = 80.0;
 
 /// A value that a line marks, with its text.

@@ -19,9 +19,9 @@ const KEY: f64 = 26.0;
 const MOST_POINTS: usize = 4000;
 /// The width and the height of such a cell.
 const CELL: f64 = 6.0;
-/// At most so many points without a value are marked.
+/// At most this many points without a value are marked.
 const MOST_ABSENT: usize = 500;
-/// A grid with at most so many values along an axis has them as its ticks.
+/// A grid with at most this many values along an axis has them as its ticks.
 const MOST_TICKS: usize = 8;
 
 /// From the best to the worst: from blue to vermilion, which people with a colour vision deficiency can tell apart.

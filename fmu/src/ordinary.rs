@@ -26,7 +26,7 @@ use blocks::Kind;
 use blocks::table::number;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// So many steps are known to be ordinary after one look.
+/// This many steps are known to be ordinary after one look.
 const ORDINARY_STEPS: i64 = 1000;
 
 impl State {
@@ -104,7 +104,7 @@ pub fn set_numbers<B: Cyclic>(block: &mut B, references: &[u32], values: &[f64])
     true
 }
 
-/// Writes an LREAL that may be set at any time; false, and nothing is changed, if it is none, or the value is not in range.
+/// Writes an LREAL that may be set at any time; false, and nothing is changed, if it is not one, or the value is not in range.
 #[inline]
 fn set_lreal<B: Cyclic>(block: &mut B, reference: u32, value: f64) -> bool {
     let fits = block.table().tunable_lreals.get(reference as usize) == Some(&true) && value.is_finite();

@@ -23,7 +23,7 @@ const FATAL: c_int = 4;
 /// The fmi2StatusKind that tells whether an FMU ends the simulation.
 const TERMINATED: c_int = 3;
 
-/// So many messages are kept; later ones replace the earliest.
+/// This many messages are kept; later ones replace the earliest.
 const MOST_MESSAGES: usize = 100;
 
 /// An instance of an FMU for co-simulation. It is freed when it is dropped.

@@ -106,7 +106,7 @@ pub fn each_drawn(problems: &Problems) -> impl Iterator<Item = String> {
 
 /// The line of a place, with the place underlined.
 fn underlined(text: &str, place: &Place) -> String {
-    /// Of a long line only what is around the place is drawn: so many bytes before and behind its start.
+    /// Of a long line only what is around the place is drawn: this many bytes before and behind its start.
     const AROUND: usize = 60;
     let start = text.floor_char_boundary(place.span.start);
     let end = text.floor_char_boundary(place.span.end);

@@ -56,7 +56,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// There are so many problems more.
+    /// There are this many problems more.
     pub(crate) fn omit(&mut self, count: usize) {
         self.omitted += count;
     }

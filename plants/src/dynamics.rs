@@ -173,7 +173,7 @@ enum Way {
 }
 
 impl Way {
-    /// The way in so many time constants.
+    /// The way in this many time constants.
     fn of(passed: LReal) -> Way {
         if passed == LReal::INFINITY { Way::Whole } else { Way::Share(share(passed)) }
     }

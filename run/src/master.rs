@@ -92,7 +92,7 @@ impl Recording {
     }
 }
 
-/// Thins the rows of a long run for a picture. So many of them that follow each other become two, which have the least and the
+/// Thins the rows of a long run for a picture. This many consecutive ones become two, which have the least and the
 /// greatest value of each column, in the order in which they were.
 #[derive(Debug)]
 pub struct Thinned {
@@ -108,7 +108,7 @@ pub struct Thinned {
 }
 
 impl Thinned {
-    /// For a run with so many steps, of which about `most` rows are wanted.
+    /// For a run with this many steps, of which about `most` rows are wanted.
     pub fn new(columns: Vec<Column>, steps: usize, most: usize) -> Thinned {
         let every = if steps <= most { 1 } else { (2 * steps).div_ceil(most.max(2)) };
         let extremes = Vec::with_capacity(columns.len());
@@ -127,7 +127,7 @@ impl Thinned {
         }
         self.last = time;
         for ([least, greatest], value) in self.extremes.iter_mut().zip(row) {
-            // A value that is no number is kept, since a curve has a gap there.
+            // A value that is not a number is kept, since a curve has a gap there.
             if *value < least.0 || value.is_nan() {
                 *least = (*value, self.count);
             } else if *value > greatest.0 {
@@ -149,7 +149,7 @@ impl Thinned {
         *count = 0;
     }
 
-    /// What there is, if it is so many rows or more; they are not kept then.
+    /// What there is, if it is this many rows or more; they are not kept then.
     pub fn take(&mut self, rows: usize) -> Option<Recording> {
         let empty = || Recording::empty(self.recording.columns.clone());
         (self.recording.times.len() >= rows.max(1))

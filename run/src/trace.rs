@@ -3,16 +3,16 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// So many calls are held exactly, at least.
+/// This many calls are held exactly, at least.
 pub const EXACT: usize = 65_536;
 
-/// So many calls are packed together.
+/// This many calls are packed together.
 const CHUNK: usize = 1024;
 
-/// The overview has at most so many buckets; then each two become one.
+/// The overview has at most this many buckets; then each two become one.
 const BUCKETS: usize = 4096;
 
-/// So many calls are in a bucket at first.
+/// This many calls are in a bucket at first.
 const FIRST_WIDTH: usize = 16;
 
 /// The values of several variables in each call.
@@ -157,7 +157,7 @@ impl Overview {
 }
 
 impl Trace {
-    /// An empty one of so many variables.
+    /// An empty one of this many variables.
     pub fn new(width: usize) -> Trace {
         Trace {
             width,
@@ -303,7 +303,7 @@ impl Trace {
         all.into_iter().map(Extremes::in_time).collect()
     }
 
-    /// The curves of variables in calls, with at most so many points, 2 at least.
+    /// The curves of variables in calls, with at most this many points, 2 at least.
     pub fn curves(&self, columns: &[usize], calls: Range<usize>, points: usize) -> Curves {
         let calls = calls.start.min(self.calls)..calls.end.min(self.calls);
         let count = calls.len();

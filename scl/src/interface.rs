@@ -53,7 +53,7 @@ pub struct Comment {
     pub max: Option<f64>,
 }
 
-/// So many variables are shown; what is beyond is inside.
+/// This many variables are shown; what is beyond is inside.
 const MOST: usize = 100_000;
 
 /// Reads a comment: `unit: bar`, `min 0` and `max 10` may stand anywhere in it, between commas or semicolons.

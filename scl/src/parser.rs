@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 /// So deep statements, brackets, types and start values may be nested, all together.
 const DEEPEST: usize = 100;
 
-/// After so many errors the rest of a source is not read.
+/// After this many errors the rest of a source is not read.
 const MOST_ERRORS: usize = 100;
 
 /// The tree of a source.

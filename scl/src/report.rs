@@ -3,7 +3,7 @@
 use crate::lexer::Span;
 use parameters::{Problem, Problems, Source};
 
-/// So many messages of one kind are shown of a program.
+/// This many messages of one kind are shown of a program.
 const MOST: usize = 1000;
 
 /// What was found in the sources of a program.

@@ -103,7 +103,7 @@ impl Elementary {
         if self == Elementary::Bool { 1 } else { self.scalar().size() as u32 * 8 }
     }
 
-    /// The bit string of so many bits.
+    /// The bit string of this many bits.
     pub fn bit_string(bits: u32) -> Elementary {
         match bits {
             1 => Elementary::Bool,
@@ -114,7 +114,7 @@ impl Elementary {
         }
     }
 
-    /// The integer of so many bits.
+    /// The integer of this many bits.
     pub fn integer(bits: u32, is_signed: bool) -> Elementary {
         match (bits, is_signed) {
             (8, true) => Elementary::SInt,

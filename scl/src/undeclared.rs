@@ -22,7 +22,7 @@ pub enum What {
 /// A name that no source declares.
 #[derive(Clone, Debug)]
 pub struct Undeclared {
-    /// As it is written first.
+    /// Its first spelling.
     pub name: String,
     /// Where first.
     pub span: Span,

@@ -268,7 +268,7 @@ pub(super) fn varied(system: &System, names: &Names, targets: &[Target], point: 
 }
 
 impl Resolved {
-    /// The least and the greatest value for a variable; of a distribution, about those that so many samples reach.
+    /// The least and the greatest value for a variable; of a distribution, about those that this many samples reach.
     fn extremes(&self, place: usize, samples: u64) -> [f64; 2] {
         let among = |values: &mut dyn Iterator<Item = f64>| {
             values.fold([f64::INFINITY, f64::NEG_INFINITY], |[min, max], value| [min.min(value), max.max(value)])

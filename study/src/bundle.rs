@@ -30,7 +30,7 @@ struct Content {
     job: Job,
 }
 
-/// Writes a bundle of a study with so many runs to a folder. `renews` says whether each run needs new instances.
+/// Writes a bundle of a study with this many runs to a folder. `renews` says whether each run needs new instances.
 ///
 /// # Errors
 /// The folder cannot be written.

@@ -143,7 +143,7 @@ impl Along {
         }
     }
 
-    /// Checks the values of an axis with so many variables.
+    /// Checks the values of an axis with this many variables.
     fn check(&self, variables: usize) -> Result<()> {
         match self {
             Along::Values(values) => {

@@ -6,7 +6,7 @@ use crate::sampling::Permutation;
 use crate::summary::percentile;
 use anyhow::Result;
 
-/// It is of so many runs at most, which are made again; and at least, if there are so many.
+/// It is of this many runs at most, which are made again; and at least, if there are so many.
 const RUNS: std::ops::RangeInclusive<u64> = 20..=200;
 
 /// The percentiles of a signal over the runs, at times that are equally far from each other.

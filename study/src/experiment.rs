@@ -15,13 +15,13 @@ use run::system::{Recorded, System};
 use serde::{Deserialize, Serialize};
 use std::hash::{DefaultHasher, Hasher};
 
-/// So many rows of a run are enough for a picture.
+/// This many rows of a run are enough for a picture.
 const DRAWN: usize = 20_000;
 
-/// A trace has so many values: one for each other pixel of a picture.
+/// A trace has this many values: one for each other pixel of a picture.
 const TRACED: usize = 331;
 
-/// A recording is handed on in pieces of so many values.
+/// A recording is handed on in pieces of this many values.
 const PIECE: usize = 1 << 20;
 
 /// What is kept of a run that is recorded.
@@ -34,7 +34,7 @@ pub enum Detail {
 }
 
 impl Detail {
-    /// What keeps so much of a run with so many steps.
+    /// What keeps so much of a run with this many steps.
     pub fn thinned(self, columns: Vec<run::plan::Column>, steps: usize) -> Thinned {
         Thinned::new(columns, steps, if self == Detail::All { steps } else { DRAWN })
     }

@@ -37,7 +37,7 @@ struct Summary {
     table: Table,
 }
 
-/// The rows of a study that has left its results in a folder; none if no study has left any. The table has so many coordinates
+/// The rows of a study that has left its results in a folder; none if no study has left any. The table has this many coordinates
 /// and figures.
 ///
 /// # Errors

@@ -271,7 +271,7 @@ impl Measures {
         traces.steps += 1;
     }
 
-    /// The figures of a run whose steps took so many seconds each.
+    /// The figures of a run whose steps took this many seconds each.
     pub fn end(&self, traces: &Traces, step: f64) -> Vec<f64> {
         let mut all = Vec::with_capacity(self.figures.len());
         if let Some(signals) = &self.loop_signals {

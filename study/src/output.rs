@@ -22,7 +22,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// So many rows a row group of Parquet has.
+/// This many rows a row group of Parquet has.
 const ROW_GROUP: u64 = 1 << 17;
 
 /// The format of the table.
@@ -83,7 +83,7 @@ pub fn write_csv(to: &mut impl Write, results: &Results) -> Result<()> {
     Ok(())
 }
 
-/// Reads the rows of a table that [`write()`] has written, with so many coordinates and figures.
+/// Reads the rows of a table that [`write()`] has written, with this many coordinates and figures.
 ///
 /// # Errors
 /// The file cannot be read, or it is damaged.
@@ -116,7 +116,7 @@ fn read_csv(from: impl BufRead, coordinates: usize, figures: usize) -> Result<Ve
 fn read_parquet(from: File, coordinates: usize, figures: usize) -> Result<Vec<Row>> {
     let reader = SerializedFileReader::new(from)?;
     let row = |row: &parquet::record::Row| Row {
-        // What is null is no number.
+        // What is null is not a number.
         figures: (0..figures).map(|figure| row.get_double(1 + coordinates + figure).unwrap_or(f64::NAN)).collect(),
         error: row.get_string(1 + coordinates + figures).ok().cloned(),
     };

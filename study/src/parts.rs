@@ -22,7 +22,7 @@ const MAGIC: &[u8] = b"plcfmu part 1\n";
 /// A SHA-256 in bytes.
 const HASH: usize = 32;
 
-/// So many rows a part has at most.
+/// This many rows a part has at most.
 const MOST_ROWS: usize = 1 << 18;
 
 /// A part is written after so much time at the latest, and in a long study after this share of its time.

@@ -26,7 +26,7 @@ const CHUNK: Duration = Duration::from_millis(300);
 /// The largest chunk.
 const LARGEST_CHUNK: u64 = 1 << 16;
 
-/// So many values of points and rows may wait for an earlier row.
+/// This many values of points and rows may wait for an earlier row.
 const MOST_WAITING: u64 = 1 << 23;
 
 /// How to make runs.
@@ -298,7 +298,7 @@ struct Shared {
     moved: Condvar,
     count: u64,
     jobs: u64,
-    /// So many rows may wait for an earlier one.
+    /// This many rows may wait for an earlier one.
     most_waiting: u64,
 }
 

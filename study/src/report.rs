@@ -24,9 +24,9 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
-/// At most so many runs are named with their settings.
+/// At most this many runs are named with their settings.
 const MOST_RUNS: usize = 10;
-/// So many for figures that are not the main one.
+/// This many for figures that are not the main one.
 const FEW_RUNS: usize = 3;
 
 /// What a report is of.

@@ -1,4 +1,4 @@
-//! What the runs of a study come to.
+//! The results of the runs of a study.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ pub struct Quantity {
     pub unit: Option<String>,
 }
 
-/// What one run comes to.
+/// The result of one run.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 pub struct Row {
     /// A value for each figure of the experiment; NaN if it has no value.

@@ -49,7 +49,7 @@ enum Method {
 }
 
 impl Sampler {
-    /// For so many samples, 1 to 10^9, of so many distributions.
+    /// For this many samples, 1 to 10^9, of this many distributions.
     pub fn new(sampling: Sampling, seed: u64, samples: u64, axes: usize) -> Sampler {
         let permutation = |axis| Permutation::new(seed, axis, samples);
         let method = match sampling {

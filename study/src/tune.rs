@@ -25,7 +25,7 @@ pub use search::{Outcome, search};
 /// The significant digits of a searched value.
 const DIGITS: i32 = 5;
 
-/// So many variables can be searched at once: a simplex needs many more evaluations with each.
+/// This many variables can be searched at once: a simplex needs many more evaluations with each.
 const MOST_VARIABLES: usize = 12;
 
 /// The name of the largest sensitivity among the figures.
@@ -297,7 +297,7 @@ pub struct Problem {
     pub search: Vec<Search>,
 }
 
-/// Settings with what they come to.
+/// Settings with their result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
     /// The value of each search variable.

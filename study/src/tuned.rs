@@ -24,7 +24,7 @@ pub struct Found<'a> {
     pub tuning: &'a Tuning,
     /// What was found.
     pub outcome: &'a Outcome,
-    /// What the present settings come to.
+    /// The result of the present settings.
     pub present: &'a Candidate,
 }
 

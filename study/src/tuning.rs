@@ -21,7 +21,7 @@ use serde::Deserialize;
 use std::sync::Arc;
 use std::thread;
 
-/// A study has at most so many plants for a search.
+/// A study has at most this many plants for a search.
 const MOST_PLANTS: u64 = 10_000;
 /// A search that can be made.
 #[derive(Debug)]

@@ -38,7 +38,7 @@ const STEP: f64 = 0.1;
 /// Steps in one measurement: short, so that others on the machine seldom interrupt it.
 const STEPS: usize = 3000;
 
-/// The loop with a control cycle of so many seconds.
+/// The loop with a control cycle of this many seconds.
 fn system(folder: &Path, step: f64, steps: usize) -> Result<System> {
     let settings = [
         "CONT_C.MAN_ON=0".into(),

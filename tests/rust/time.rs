@@ -380,7 +380,7 @@ fn a_host_that_jumps_ahead_is_followed_and_the_calls_in_between_are_made() {
 #[test]
 fn a_small_jump_is_followed_even_after_a_long_run_far_from_0() {
     // Two thousand additions at 1e9 s may have drifted by a quarter of a CYCLE. A point that is no sum of the last
-    // point and step is none of this drift.
+    // point and step is not part of this drift.
     let mut clock = clock(1e9, 1);
     let mut tc = 1e9;
     for _ in 0..2000 {

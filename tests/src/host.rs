@@ -370,7 +370,7 @@ impl Instance {
 /// Calls a function that takes a component, by its name, with arguments that are right for any block.
 ///
 /// # Panics
-/// The function is none that takes a component and gives a status.
+/// The function does not take a component and gives a status.
 pub fn call_harmlessly(fmu: &Fmu, function: &str, component: Pointer) -> Status {
     let library = &fmu.library;
     let (reference, mut real, mut integer, mut size, mut state) = (fmu.cycle, 1.0, 1, 0, ptr::null_mut());

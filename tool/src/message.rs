@@ -286,7 +286,7 @@ pub struct View {
     /// The end in seconds; the last call without it.
     #[serde(default)]
     pub to: Option<f64>,
-    /// At most so many points.
+    /// At most this many points.
     pub points: usize,
 }
 

@@ -13,10 +13,10 @@ use run::fmus::number_of;
 use run::system::Value;
 use std::fmt::Write;
 
-/// So many points a curve has.
+/// This many points a curve has.
 const POINTS: usize = 1500;
 
-/// At most so many events are listed.
+/// At most this many events are listed.
 const MOST_EVENTS: usize = 100;
 
 /// The largest picture that is taken, in bytes.
@@ -30,7 +30,7 @@ pub(crate) struct Report<'a> {
     pub(crate) before: &'a [Setting],
     /// The run, if there is one.
     pub(crate) record: Option<&'a Record>,
-    /// What it comes to.
+    /// Its result.
     pub(crate) figures: Option<&'a Figures>,
     /// The curves as the user sees them; drawn here without it.
     pub(crate) picture: Option<&'a str>,
@@ -39,7 +39,7 @@ pub(crate) struct Report<'a> {
 /// The page.
 ///
 /// # Errors
-/// There is no such block here, or the picture is none.
+/// There is no such block here, or the picture is not one.
 pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
     let fmu = fmu_of(home, &report.of.block)?;
     let description = describe(home, &fmu)?;

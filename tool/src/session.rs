@@ -39,7 +39,7 @@ const MOST_RECORDED: usize = 1000;
 /// The most calls of a block in one communication step.
 const MOST_CALLS_OF_STEP: f64 = 1000.0;
 
-/// So many earlier runs are kept.
+/// This many earlier runs are kept.
 const EARLIER: usize = 5;
 
 /// The present run and the earlier ones.
@@ -792,7 +792,7 @@ fn cycle(member: &message::Member, description: &Description, table: Option<&Tab
     }
 }
 
-/// What to record of an FMU: at most so many variables, inputs and outputs first.
+/// What to record of an FMU: at most this many variables, inputs and outputs first.
 fn recorded(description: &Description, most: usize) -> impl Iterator<Item = &str> {
     let variables = || description.variables.iter().filter(|of| of.kind.is_some());
     let is_terminal = |of: &&modeldescription::Variable| matches!(of.causality, Causality::Input | Causality::Output);

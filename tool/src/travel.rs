@@ -82,7 +82,7 @@ fn stride(travel: &[f64], percent: f64) -> usize {
     ((MOVE * (high - low) / percent).ceil() as usize).max(1)
 }
 
-/// One sample for so many calls: the mean of the input over them, the output at their beginning.
+/// One sample for this many calls: the mean of the input over them, the output at their beginning.
 fn thinned(times: &[f64], input: &[f64], output: &[f64], stride: usize) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let firsts = |values: &[f64]| values.iter().copied().step_by(stride).collect::<Vec<_>>();
     let means = input.chunks(stride).map(|part| part.iter().sum::<f64>() / part.len() as f64).collect();

@@ -127,7 +127,7 @@ impl Environment {
     }
 }
 
-/// The last of pip's errors, which says what it comes to.
+/// The last of pip's errors, which sums them up.
 fn reason(output: &str) -> &str {
     let mut errors = output.lines().filter_map(|line| line.trim().strip_prefix("ERROR: "));
     errors.next_back().or(output.lines().last()).unwrap_or_default()

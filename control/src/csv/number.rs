@@ -96,7 +96,7 @@ impl Found {
     }
 }
 
-/// What the point or comma of a number is; nothing if it is no number with one.
+/// What the point or comma of a number is; nothing if it is not a number with one.
 fn sign(cell: &str) -> Option<Sign> {
     let cell = cell.trim().trim_start_matches(['+', '-']);
     let (mantissa, exponent) = match cell.split_once(['e', 'E']) {

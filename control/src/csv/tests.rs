@@ -107,7 +107,7 @@ fn dates_and_times_of_day_are_seconds_after_the_first_row() {
         assert_eq!(values(&table, "x"), [1.0, 2.0], "{text}");
         assert_eq!(table.columns.len(), 2, "{text}");
     }
-    // 2024 is a leap year, 2100 is none.
+    // 2024 is a leap year, 2100 is not.
     assert_eq!(seconds(&read("time,x\n2024-02-28,1\n2024-03-01,2\n")), [0.0, 172_800.0]);
     assert_eq!(seconds(&read("time,x\n2100-02-28,1\n2100-03-01,2\n")), [0.0, 86_400.0]);
     // There is no such day: the column is one of texts.

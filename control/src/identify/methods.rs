@@ -5,7 +5,7 @@ use super::step::Step;
 use anyhow::{Context, Result};
 use std::f64::consts::E;
 
-/// The slope is looked for in at most so many samples; of more, means of neighbours.
+/// The slope is looked for in at most this many samples; of more, means of neighbours.
 const MOST_SAMPLES: usize = 20_000;
 
 /// A point of the answer with its slope.

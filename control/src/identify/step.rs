@@ -4,9 +4,9 @@ use super::{Recorded, SETTLED};
 use anyhow::{Result, bail};
 use modeldescription::digits::short;
 
-/// So many neighbours on each side are enough for smoothing.
+/// This many neighbours on each side are enough for smoothing.
 const MOST_NEIGHBOURS: usize = 200;
-/// What smoothing takes off may be so many times the noise and the rounding.
+/// What smoothing takes off may be this many times the noise and the rounding.
 const SMOOTHED: f64 = 1.2;
 /// The fewest samples after the step.
 const FEWEST: usize = 10;
@@ -16,11 +16,11 @@ const STEP: f64 = 0.02;
 const FLAT: f64 = 0.05;
 /// The process value has to move by so much more than its noise.
 const ABOVE_NOISE: f64 = 10.0;
-/// The process value has to move by so many of its smallest changes.
+/// The process value has to move by this many of its smallest changes.
 const COUNTS: f64 = 20.0;
 /// What is left of earlier movements may be so much of the answer.
 const AT_REST: f64 = 0.05;
-/// If the process value moves so many times slower in the last part before the step, the part before that is an earlier movement.
+/// If the process value moves this many times slower in the last part before the step, the part before that is an earlier movement.
 const CALMER: f64 = 4.0;
 
 /// A step and its answer: times from the step on, values as deviations from where both were before it.
@@ -501,7 +501,7 @@ fn means_of_pulses(times: &[f64], input: &[f64]) -> Option<(Vec<f64>, f64)> {
 }
 
 /// Half of the changes are smaller: what a signal does by its noise.
-/// The value at a place of the parabola that fits its neighbours on both sides best (Savitzky and Golay), of so many if there are.
+/// The value at a place of the parabola that fits its neighbours on both sides best (Savitzky and Golay), of this many if there are.
 fn parabola(values: &[f64], at: usize, reach: usize) -> f64 {
     let reach = reach.min(at).min(values.len() - 1 - at);
     if reach < 2 {

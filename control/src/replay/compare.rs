@@ -6,7 +6,7 @@ use anyhow::Result;
 use blocks::Kind;
 use modeldescription::digits::short;
 
-/// In so many ways the last digits of the measured values are varied.
+/// In this many ways the last digits of the measured values are varied.
 const SEEDS: [u64; 3] = [1, 2, 3];
 
 /// What these few ways show may be too little by so much.

@@ -11,16 +11,16 @@ use modeldescription::digits::short;
 use run::fmus::Values;
 use run::system::Value;
 
-/// So many rows behind the first difference tell whether a suspect is worth a full run.
+/// This many rows behind the first difference tell whether a suspect is worth a full run.
 const BEHIND: usize = 3_000;
 
-/// So many calls may be spent on trying.
+/// This many calls may be spent on trying.
 const MOST_CALLS: usize = 3_000_000;
 
-/// So many missed calls are looked for.
+/// This many missed calls are looked for.
 const MOST_MISSED: usize = 10;
 
-/// Of so many settings each two are tried together.
+/// Of this many settings each two are tried together.
 const MOST_PAIRED: usize = 6;
 
 /// Two settings that leave more of the error than this part are no explanation.
@@ -29,7 +29,7 @@ const GOOD: f64 = 0.05;
 /// A value is told if it could not be another one by this part of it.
 const WIDE: f64 = 0.15;
 
-/// At most so many suspects are answered.
+/// At most this many suspects are answered.
 const MOST_SUSPECTS: usize = 8;
 
 /// A suspect to be tried.

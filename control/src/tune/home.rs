@@ -290,7 +290,7 @@ impl Law for Stepper {
     }
 }
 
-/// The controllers above, and a plant and a foreign FMU that are none.
+/// The controllers above, and a plant and a foreign FMU that are not.
 #[derive(Debug, Default)]
 pub struct Controllers;
 

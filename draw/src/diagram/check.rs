@@ -19,7 +19,7 @@ impl<'a> Checked<'a> {
     /// Checks a diagram, whose description is `source`, and names its signals.
     ///
     /// # Errors
-    /// The diagram lacks a terminal, shows what is none, or parts of it overlap. The error names line and remedy.
+    /// The diagram lacks a terminal, shows something that is not one, or parts of it overlap. The error names line and remedy.
     pub fn of(mut diagram: Diagram, source: &str, table: &'a Table) -> Result<Checked<'a>> {
         name_signals(&mut diagram);
         let checked = Checked { diagram, table };

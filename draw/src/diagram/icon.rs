@@ -62,7 +62,7 @@ pub fn svg(table: &Table) -> Result<String> {
     Ok(drawing.render()?)
 }
 
-/// The largest font in which so many characters fit, up to `most` pixels.
+/// The largest font in which this many characters fit, up to `most` pixels.
 fn size(characters: usize, most: f64) -> f64 {
     ((SIZE - BORDER) / (characters.max(1) as f64 * CHARACTER)).min(most)
 }

@@ -48,7 +48,7 @@
 //!
 //! | id | what |
 //! |---|---|
-//! | `wire-NAME` | all wires of a signal. NAME is the variable that they carry, or `from-BOX` where it is none |
+//! | `wire-NAME` | all wires of a signal. NAME is the variable that they carry, or `from-BOX` where they carry none |
 //! | `switch-NAME` | a switch. Its blades have `data-value` FALSE and TRUE; the one that is not taken is hidden (`visibility`). A further switch of the variable has its own name in the id, the variable in `data-variable` |
 //! | `terminal-NAME` | a terminal, or a variable in a box |
 //! | `value-NAME` | a text element for the value. Settings show their start value in it, signals leave it empty; a variable that throws a switch has none: its switch shows it |

@@ -28,14 +28,14 @@ pub enum Held {
     Start,
 }
 
-/// So many names are told in an error.
+/// This many names are told in an error.
 const MOST_NAMES: usize = 20;
 
 /// The name of the row that holds the time between two calls.
 const CYCLE: &str = "CYCLE";
 
 /// The table, the place of each row but that of the cycle, and where the block has a CYCLE of its own. A table lives as long as the
-/// process: a library is asked for few programs. A unit in a comment that is none of `is_unit` stays in the text.
+/// process: a library is asked for few programs. A unit in a comment that `is_unit` does not know stays in the text.
 ///
 /// # Errors
 /// A name in the manifest that the program does not have.
@@ -120,7 +120,7 @@ fn variables<'a>(compiled: &'a Compiled, root: &'a Root) -> Vec<(&'a Variable, S
     root.variables.iter().map(|variable| (variable, root.path(&variable.name))).chain(globals).collect()
 }
 
-/// Refuses names of the manifest that are none of the program.
+/// Refuses names in the manifest that the program does not have.
 fn known(manifest: &Manifest, root: &Root, variables: &[(&Variable, String)]) -> Result<(), String> {
     use interface::Role::{Input, Local, Parameter};
     for (option, names, roles, what) in [

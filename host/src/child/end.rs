@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::process::ExitStatus;
 
-/// So many bytes are kept of what FMUs print.
+/// This many bytes are kept of what FMUs print.
 const MOST_PRINTED: usize = 4096;
 
 /// The last bytes that can be read.

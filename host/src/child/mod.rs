@@ -38,13 +38,13 @@ pub const COMMAND: &str = "child";
 /// How often a thread that waits looks whether there is an interruption.
 pub const TICK: Duration = Duration::from_millis(100);
 
-/// So many replies may wait to be read.
+/// This many replies may wait to be read.
 const MOST_REPLIES: usize = 64;
 
-/// So many of the messages that an FMU has logged last are told when it crashes.
+/// This many of the messages that an FMU has logged last are told when it crashes.
 const MOST_LOGGED: usize = 3;
 
-/// So many lines are told of what it has printed last.
+/// This many lines are told of what it has printed last.
 const LINES: usize = 3;
 
 /// What is told of a process that is ended, as its output is not that of this program.

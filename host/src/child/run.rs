@@ -17,7 +17,7 @@ use std::path::Path;
 /// The role of the process.
 pub const ROLE: &str = "run";
 
-/// So many bytes of rows are in a message, at least.
+/// This many bytes of rows are in a message, at least.
 const PIECE: usize = 1 << 16;
 
 #[derive(Deserialize, Serialize)]

@@ -62,7 +62,7 @@ impl Witness {
         calls.store(calls.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
     }
 
-    /// So many steps are made.
+    /// This many steps are made.
     #[inline]
     pub fn stepped(&self, steps: usize) {
         self.words().steps.store(steps as u64, Ordering::Relaxed);

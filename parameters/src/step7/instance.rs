@@ -148,7 +148,7 @@ impl Instance {
     }
 }
 
-/// Whether the names can be those of an instance of the block: each is a member, none is there twice, and behind the last member
+/// Whether the names can be those of an instance of the block: each is a member, none occurs twice, and behind the last member
 /// stands its memory. Gives the number of those that are inputs and parameters.
 pub(super) fn fit<'a>(block: &Block, names: impl IntoIterator<Item = &'a [String]>) -> Option<usize> {
     let mut given = vec![false; block.members.len()];

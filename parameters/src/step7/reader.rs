@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// How deep function blocks are nested at most. An S7-300 takes eight, an S7-1500 more.
 const DEPTH: usize = 32;
 
-/// So many names of members are enough to recognize a block.
+/// This many names of members are enough to recognize a block.
 const ENOUGH_NAMES: usize = 3;
 
 /// Reads the loops of a source text. [`Options::block`] is the block of those data blocks whose type is unknown, if they have its

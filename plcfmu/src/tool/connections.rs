@@ -22,7 +22,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::task::AbortHandle;
 use tokio::time::{Sleep, sleep, timeout};
 
-/// So many connections are open at a time; a browser opens six.
+/// This many connections are open at a time; a browser opens six.
 const MOST: usize = 64;
 
 /// How long a connection may take to show the cookie.

@@ -23,7 +23,7 @@ use tempfile::TempPath;
 use tool::home::Home;
 use tool::message::{Entry, KnownLoop, Part};
 
-/// So many FMUs may a page upload.
+/// This many FMUs may a page upload.
 const MOST_UPLOADS: usize = 20;
 
 /// An FMU, and where its instances are.

@@ -25,7 +25,7 @@ const ENGINE: &str = "tool_wasm";
 /// Where it runs: no platform of FMI.
 pub const WEB: Platform = Platform { folder: "the page", target: "wasm32-unknown-unknown", suffix: ".wasm" };
 
-/// The page is to fit into a mail: so many bytes.
+/// The page is to fit into a mail: this many bytes.
 const LARGEST: usize = 1_600_000;
 
 /// What to make.

@@ -45,7 +45,7 @@ const LARGEST_FMU: usize = 256 << 20;
 /// How long the body of a request may take.
 const BODY: Duration = Duration::from_secs(60);
 
-/// So many tabs have an engine.
+/// This many tabs have an engine.
 const MOST_TABS: usize = 16;
 
 /// How long the engines may take to end.

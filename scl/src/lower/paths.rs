@@ -51,7 +51,7 @@ pub enum Path {
 }
 
 impl Lowerer<'_, '_> {
-    /// A path as a number, or as a variable that is none.
+    /// A path as a number, or as a variable that does not exist.
     pub fn load(&mut self, id: ExpressionId) -> Operand {
         match self.path(id) {
             Path::Variable(variable) => self.value_of(&variable, self.span(id)),

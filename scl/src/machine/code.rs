@@ -222,7 +222,7 @@ pub(crate) enum Op {
         value: Register,
         step: Register,
     },
-    /// So many statements begin here.
+    /// This many statements begin here.
     Mark {
         run: u32,
         count: u32,
@@ -274,7 +274,7 @@ pub(crate) enum Part {
     Text { offset: u32, capacity: u16, wide: bool },
 }
 
-/// The law of a block: the bytes of an instance, and room for writing it. `false` if the bytes are none of the block.
+/// The law of a block: the bytes of an instance, and room for writing it. `false` if the bytes do not belong to the block.
 pub(crate) type Native = fn(&mut [u8], &mut Vec<u8>) -> bool;
 
 /// A compiled program. Many machines can run it.

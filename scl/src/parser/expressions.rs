@@ -7,7 +7,7 @@ use crate::syntax::{Argument, Binary, ExpressionId, ExpressionKind, Name, Scope,
 /// Above all operators with two operands.
 const HIGHEST: u8 = 8;
 
-/// So many operators may stand in a chain.
+/// This many operators may stand in a chain.
 const MOST_LEVELS: u32 = 300;
 
 /// The words that are no names.

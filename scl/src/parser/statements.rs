@@ -25,7 +25,7 @@ const ENDS: [&str; 17] = [
     "ORGANIZATION_BLOCK",
 ];
 
-/// So many branches an IF may have.
+/// This many branches an IF may have.
 const MOST_ARMS: usize = 300;
 
 impl Parser<'_> {

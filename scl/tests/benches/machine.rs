@@ -31,7 +31,7 @@ fn machine(name: &str, text: &str) -> (Machine, usize, impl Fn(&str) -> usize + 
     (Machine::new(Arc::new(code)), root.cycle, offset)
 }
 
-/// The least time of a run in nanoseconds, of so many rounds with so many runs.
+/// The least time of a run in nanoseconds, of this many rounds with this many runs.
 fn least(rounds: usize, runs: usize, mut run: impl FnMut()) -> f64 {
     let round = |_| {
         let start = Instant::now();

@@ -7,7 +7,7 @@ fn samples(sampling: Sampling, seed: u64, count: u64, axis: usize) -> Vec<f64> {
     (0..count).map(|sample| sampler.probability(axis, sample)).collect()
 }
 
-/// How many samples are in each of so many intervals of the same width.
+/// How many samples are in each of this many intervals of the same width.
 fn histogram(samples: &[f64], count: usize) -> Vec<usize> {
     let mut histogram = vec![0; count];
     samples.iter().for_each(|sample| histogram[(sample * count as f64) as usize] += 1);

@@ -144,7 +144,7 @@ fn the_same_test_has_the_settings_in_force_from_its_beginning() {
     assert_eq!(*begins, values(&[("GAIN", 1.5), ("SP", 40.0), ("TI", 4.0)]));
     assert_eq!((number(&state, "C.GAIN"), number(&state, "C.TI"), number(&state, "C.SP")), (1.5, 4.0, 55.5));
 
-    // The test of any run, with the settings that the page has; a setpoint among them is none.
+    // The test of any run, with the settings that the page has; a setpoint among them is not.
     session.same_test(&home, Some(0), &values(&[("C.GAIN", 0.2), ("C.SP", 99.0)])).unwrap();
     let same = session.record(None).unwrap();
     assert_eq!(shown(same), stimuli);

@@ -747,7 +747,7 @@ variables: Array<string>,
 from?: number | null,
 /** The end in seconds; the last call without it. */
 to?: number | null,
-/** At most so many points. */
+/** At most this many points. */
 points: number, };
 
 /** A possible connection. */

@@ -114,7 +114,7 @@ impl Lowerer<'_, '_> {
         self.as_moment(binary(operation, Scalar::I64, left, right, at), to, span)
     }
 
-    /// The nanoseconds of two dates with time that are compared; `None` if they are none.
+    /// The nanoseconds of two dates with time that are compared; `None` if they are not such dates.
     pub fn compared_moments(&mut self, left: &Operand, right: &Operand, span: Span) -> Option<[Operand; 2]> {
         let are = [left, right].map(|operand| self.moment_of(operand) == Some(Moment::Dtl));
         if are != [true, true] {

@@ -8,7 +8,7 @@ use crate::lexer::Span;
 use crate::program::{Binary, Convert, Expr, Scalar, Unary, Value, What};
 use crate::types::{Class, Elementary, Type};
 
-/// So many inputs has MIN, MAX or MUX.
+/// This many inputs has MIN, MAX or MUX.
 const MOST_INPUTS: usize = 32;
 
 impl Lowerer<'_, '_> {

@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// Makes random programs.
 pub(crate) struct Random {
     seed: u64,
-    /// How often a part is of the wrong type or does not exist: once in so many; never if 0.
+    /// How often a part is of the wrong type or does not exist: once in this many; never if 0.
     wrong: u64,
     /// Without functions that have no text in C.
     printable: bool,

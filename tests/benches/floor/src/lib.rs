@@ -1,7 +1,7 @@
 //! The least that one control cycle through C functions costs: the law of CONT_C, its values in an array, and no check
 //! at all. The benchmark `cycle` measures it beside the FMU.
 //!
-//! This is no FMU: there are only the functions that a control cycle takes, and wrong arguments are undefined behavior.
+//! This is not an FMU: there are only the functions that a control cycle takes, and wrong arguments are undefined behavior.
 
 // The functions are called through C.
 #![allow(unsafe_code)]

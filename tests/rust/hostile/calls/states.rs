@@ -7,9 +7,9 @@ use host::library::Pointer;
 use std::ptr;
 use tests::Status;
 
-/// An instance holds so many states; then the host reuses them.
+/// An instance holds this many states; then the host reuses them.
 const MOST_STATES: usize = 12;
-/// The host keeps so many serialized states.
+/// The host keeps this many serialized states.
 const MOST_BLOBS: usize = 8;
 
 impl Host<'_> {
