@@ -241,7 +241,8 @@ def answer(instance, function, *given):
 
 def change(generator, fmu):
     """Some call that sets something, as (function, arguments)."""
-    type = generator.choice(["Real", "Real", "Integer", "Boolean"])
+    types = [type for type in ("Real", "Real", "Integer", "Boolean") if fmu.of("input", "parameter", type=type)]
+    type = generator.choice(types)
     names = generator.sample(list(fmu.variables), 2) if generator.random() < 0.2 else [
         generator.choice(fmu.of("input", "parameter", type=type))
     ]

@@ -7,6 +7,7 @@ static void plcfmu_fresh(plcfmu_component_t *c) {
     plcfmu_start(&c->instance.block);
     c->instance.clock = plcfmu_clock(0.0, PLCFMU_INFINITY, plcfmu_cycle(&c->instance.block));
     c->instance.state = PLCFMU_INSTANTIATED;
+    c->ordinary_below = 0;
 }
 
 const char *fmi2GetTypesPlatform(void) { return "default"; }
@@ -164,6 +165,7 @@ static fmi2Status plcfmu_exit_initialization(plcfmu_component_t *c) {
     memcpy(&instance->block, &c->other, sizeof c->other);
     instance->clock = plcfmu_clock(instance->start, instance->stop, plcfmu_cycle(&instance->block));
     instance->state = PLCFMU_STEP_COMPLETE;
+    c->ordinary_below = 0;
     return fmi2OK;
 }
 
@@ -252,9 +254,32 @@ static fmi2Status plcfmu_set(plcfmu_component_t *c, const fmi2ValueReference vr[
     return fmi2OK;
 }
 
+/* The REAL in the memory that a host may read, or set, in a control cycle without any check; NULL of anything else. */
+static char *plcfmu_real(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count, const fmi2Real value[], int is_set) {
+    const plcfmu_row_t *row;
+    if (c == NULL || c->instance.state != PLCFMU_STEP_COMPLETE || count != 1 || vr == NULL || value == NULL
+        || vr[0] >= PLCFMU_ROWS) {
+        return NULL;
+    }
+    row = &plcfmu_rows[vr[0]];
+    if (row->kind != PLCFMU_REAL || row->held != 0
+        || (is_set && row->role != PLCFMU_INPUT && row->role != PLCFMU_PARAMETER)) {
+        return NULL;
+    }
+    return (char *)&c->instance.block.memory + row->offset;
+}
+
 fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference vr[], size_t count, fmi2Real value[]) {
     plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_REAL);
+    const char *real = plcfmu_real(c, vr, count, value, 0);
+    fmi2Status status;
+    if (real != NULL) {
+        float number;
+        memcpy(&number, real, sizeof number);
+        value[0] = (double)number;
+        return fmi2OK;
+    }
+    status = plcfmu_enter(c, PLCFMU_GET_REAL);
     status = status == fmi2OK ? plcfmu_get(c, vr, count, 0, value) : status;
     return plcfmu_leave(c, PLCFMU_GET_REAL, status);
 }
@@ -291,7 +316,14 @@ fmi2Status fmi2GetString(fmi2Component component, const fmi2ValueReference vr[],
 
 fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2Real value[]) {
     plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_REAL);
+    char *real = plcfmu_real(c, vr, count, value, 1);
+    fmi2Status status;
+    if (real != NULL && plcfmu_abs_f64(value[0]) < PLCFMU_REAL_END) {
+        float number = (float)value[0];
+        memcpy(real, &number, sizeof number);
+        return fmi2OK;
+    }
+    status = plcfmu_enter(c, PLCFMU_SET_REAL);
     status = status == fmi2OK ? plcfmu_set(c, vr, count, 0, value) : status;
     return plcfmu_leave(c, PLCFMU_SET_REAL, status);
 }
@@ -340,6 +372,7 @@ static fmi2Status plcfmu_set_state(plcfmu_component_t *c, fmi2FMUstate state) {
         return fmi2Error;
     }
     memcpy(&c->instance, &saved->instance, sizeof c->instance);
+    c->ordinary_below = 0;
     return fmi2OK;
 }
 
@@ -559,7 +592,9 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real tc, fmi2Real h, fmi2Bool
     plcfmu_component_t *c = (plcfmu_component_t *)component;
     fmi2Status status = plcfmu_enter(c, PLCFMU_DO_STEP);
     (void)no_set_state_prior;
-    if (status == fmi2OK) {
+    if (status == fmi2OK && plcfmu_is_ordinary_step(c, tc, h)) {
+        status = c->instance.block.stopped[0] == '\0' ? fmi2OK : plcfmu_refuse(&c->text, c->instance.block.stopped);
+    } else if (status == fmi2OK) {
         status = plcfmu_step(c, tc, h);
         if (status == fmi2OK) {
             plcfmu_advise(c, h);

@@ -127,6 +127,8 @@ typedef struct {
     fmi2CallbackLogger logger;
     fmi2ComponentEnvironment environment;
     char name[256];
+    i64_t ordinary_below; /* ticks: up to here a step of one CYCLE from where the last one ended is known to be ordinary */
+    double period;        /* of the clock, s */
     int logged;
     int is_step_advised;
     plcfmu_text_t text;

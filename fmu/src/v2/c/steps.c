@@ -12,6 +12,7 @@
 #define PLCFMU_EPSILON 2.220446049250313e-16
 #define PLCFMU_RESOLUTION (PLCFMU_EPSILON * 1000.0)  /* of a double at 1 s, in milliseconds */
 #define PLCFMU_MOST_CALLS 4294967296.0               /* in one step: a day at 1 ms is 86 million */
+#define PLCFMU_ORDINARY_STEPS 1000.0                 /* that are known to be ordinary after one look */
 #define PLCFMU_INFINITY plcfmu_f64_of(0x7FF0000000000000ull)
 
 /* The calls of one step. */
@@ -48,6 +49,18 @@ static int plcfmu_is_ordinary(const plcfmu_clock_t *clock, double tc, double h) 
     rounding = period * 1000.0 == clock->cycle ? PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION : -1.0;
     rounding *= plcfmu_largest(plcfmu_abs_f64(tc) < plcfmu_abs_f64(clock->end) ? plcfmu_abs_f64(tc) : plcfmu_abs_f64(clock->end), from_0);
     return drift <= rounding && (clock->end - tc) * 1000.0 <= PLCFMU_SAME * clock->cycle + rounding;
+}
+
+/* Whether, after an ordinary step from tc on, the next ones of one CYCLE are ordinary, too: they end before the horizon, and the
+   roundings of the clock's end cannot add up to the drift that is allowed. */
+static int plcfmu_stays_ordinary(const plcfmu_clock_t *clock, double tc, double steps) {
+    double period = clock->cycle / 1000.0, last = tc + (steps + 1.0) * period, from_0 = plcfmu_abs_f64(clock->start);
+    double resolved = 0.1 * clock->cycle / (PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION), end = clock->stop - 2.0 * period;
+    double magnitude = plcfmu_largest(plcfmu_largest(plcfmu_abs_f64(tc), plcfmu_abs_f64(last)), from_0);
+    double rounding = PLCFMU_ROUNDINGS * PLCFMU_RESOLUTION * magnitude;
+    double drift = plcfmu_abs_f64((tc - clock->start) * 1000.0 - (double)clock->tick * clock->cycle);
+    return last < (end < resolved ? end : resolved) && from_0 < resolved
+           && drift + (steps + 1.0) * rounding < 0.9 * PLCFMU_MOST_DRIFT * clock->cycle;
 }
 
 static void plcfmu_say_step(plcfmu_text_t *text, double tc, double h) {
@@ -157,6 +170,22 @@ static void plcfmu_put_number(plcfmu_block_t *block, u32_t row, double number) {
     }
 }
 
+/* Makes the step that is known to be ordinary, and says whether it is: in it nothing can be wrong with the time. What follows
+   does the same, more slowly. */
+static int plcfmu_is_ordinary_step(plcfmu_component_t *c, double tc, double h) {
+    plcfmu_clock_t *clock = &c->instance.clock;
+    if (!(clock->tick < c->ordinary_below && tc == clock->end && h == c->period && c->instance.extrapolated == 0)) {
+        return 0;
+    }
+    clock->tick += 1;
+    clock->next = clock->tick;
+    clock->end = tc + h;
+    clock->since += h;
+    plcfmu_call(&c->instance.block, &c->before, &c->text);
+    plcfmu_show_mean(&c->instance.block, plcfmu_pulse(&c->instance.block), 1);
+    return 1;
+}
+
 /* Makes every call from tc on before tc + h. */
 static fmi2Status plcfmu_step(plcfmu_component_t *c, double tc, double h) {
     plcfmu_instance_t *instance = &c->instance;
@@ -165,6 +194,11 @@ static fmi2Status plcfmu_step(plcfmu_component_t *c, double tc, double h) {
     plcfmu_calls_t calls;
     i64_t call, pulses = 0;
     size_t i;
+    c->ordinary_below = 0;
+    if (plcfmu_is_ordinary(&clock, tc, h) && plcfmu_stays_ordinary(&clock, tc, PLCFMU_ORDINARY_STEPS)) {
+        c->ordinary_below = clock.tick + (i64_t)PLCFMU_ORDINARY_STEPS;
+        c->period = period;
+    }
     if (plcfmu_advance(&clock, tc, h, &calls, &c->text) != fmi2OK) {
         return fmi2Error;
     }

@@ -104,12 +104,14 @@ static double plcfmu_number(int kind, i64_t bits) {
     }
 }
 
+/* Halfway between the largest REAL and the power of 2 beyond it. */
+#define PLCFMU_REAL_END 340282356779733661637539395458142568448.0
+
 /* The bits of a number; NULL, or the range of the type if it lies outside. */
 static const char *plcfmu_bits_of(double number, int kind, i64_t *bits) {
     int is_inside;
     if (kind == PLCFMU_REAL) {
-        /* Halfway between the largest REAL and the power of 2 beyond it. */
-        is_inside = plcfmu_abs_f64(number) < 340282356779733661637539395458142568448.0;
+        is_inside = plcfmu_abs_f64(number) < PLCFMU_REAL_END;
         *bits = is_inside ? (i64_t)plcfmu_bits_f32((float)number) : 0;
     } else if (kind == PLCFMU_LREAL) {
         is_inside = plcfmu_abs_f64(number) <= 1.7976931348623157e308;
@@ -297,10 +299,17 @@ static void plcfmu_restart(const plcfmu_block_t *from, plcfmu_block_t *to, memor
 
 /* One call, unless the program has stopped. */
 static void plcfmu_call(plcfmu_block_t *block, memory_t *before, plcfmu_text_t *text) {
-    if (block->stopped[0] != '\0') {
+    if (PLCFMU_MAY_STOP && block->stopped[0] != '\0') {
         return;
     }
     plcfmu_give(block);
+    if (!PLCFMU_MAY_STOP) {
+        call_t call = {0, PLCFMU_BUDGET, 0, 0, 0, 0, 0};
+        call.now = (i64_t)((u64_t)block->calls * (u64_t)block->cycle * 1000000u);
+        PLCFMU_CALL(&call, &block->memory);
+        block->calls += 1;
+        return;
+    }
     plcfmu_run(block, PLCFMU_CALL, (i64_t)((u64_t)block->calls * (u64_t)block->cycle * 1000000u), before, text);
     block->calls += block->stopped[0] == '\0' ? 1 : 0;
 }
