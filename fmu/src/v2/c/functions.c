@@ -590,11 +590,16 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2Value
 
 fmi2Status fmi2DoStep(fmi2Component component, fmi2Real tc, fmi2Real h, fmi2Boolean no_set_state_prior) {
     plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status = plcfmu_enter(c, PLCFMU_DO_STEP);
+    fmi2Status status;
     (void)no_set_state_prior;
-    if (status == fmi2OK && plcfmu_is_ordinary_step(c, tc, h)) {
-        status = c->instance.block.stopped[0] == '\0' ? fmi2OK : plcfmu_refuse(&c->text, c->instance.block.stopped);
-    } else if (status == fmi2OK) {
+    if (c != NULL && c->instance.state == PLCFMU_STEP_COMPLETE && plcfmu_is_ordinary_step(c, tc, h)) {
+        if (!PLCFMU_MAY_STOP || c->instance.block.stopped[0] == '\0') {
+            return fmi2OK;
+        }
+        return plcfmu_leave(c, PLCFMU_DO_STEP, plcfmu_refuse(&c->text, c->instance.block.stopped));
+    }
+    status = plcfmu_enter(c, PLCFMU_DO_STEP);
+    if (status == fmi2OK) {
         status = plcfmu_step(c, tc, h);
         if (status == fmi2OK) {
             plcfmu_advise(c, h);
