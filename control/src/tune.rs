@@ -562,6 +562,4 @@ pub fn rounded(number: f64, digits: i32) -> f64 {
 }
 
 #[cfg(test)]
-mod home;
-#[cfg(test)]
 mod tests;

@@ -186,7 +186,7 @@ fn set(values: &mut Loop, settings: &[(String, f64)]) -> Result<()> {
         let member = block.find(name).filter(|member| block.members[*member].role.is_settable());
         let member = member.with_context(|| format!("{} has no input or parameter {name}", block.name))?;
         let value = parameters::plc_value(*number, block.members[member].kind);
-        let value = value.map_err(|why| anyhow!("{} = {number}: {why}", block.members[member].name))?;
+        let value = value.map_err(|why| anyhow!("{} = {number:?}: {why}", block.members[member].name))?;
         values.set(member, value, Origin::File { file: "command line".into() });
     }
     Ok(())

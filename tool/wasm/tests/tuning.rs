@@ -1,16 +1,27 @@
 //! The tuning rules with the real blocks: settings in each block's form, and the curve that its own arithmetic gives.
 
+use blocks::{ContC, Law, Time};
 use control::identify::{self, Data, Method, Model};
-use control::tune::{Predicted, Request, Rule, Structure, Tuned, tune};
+use control::process::Process;
+use control::tune::{Predicted, Request, Rule, Step, Structure, Tuned, table, tune};
 use run::system::Value;
 use tool::message::{Member, Setup, Values};
 use tool::session::Session;
 use tool::signals;
 use tool_wasm::home::Linked;
 
+fn lag(gain: f64, time_constant: f64, dead_time: f64) -> Model {
+    Model { gain, time_constant, dead_time, ..Model::default() }
+}
+
 fn request(fmu: &str, rule: Rule, structure: Structure, values: &[(&str, f64)]) -> Request {
+    with(fmu, rule, structure, lag(1.0, 10.0, 1.0), values)
+}
+
+/// The same for another plant.
+fn with(fmu: &str, rule: Rule, structure: Structure, model: Model, values: &[(&str, f64)]) -> Request {
     Request {
-        model: Model { gain: 1.0, time_constant: 10.0, dead_time: 1.0, ..Model::default() },
+        model,
         rule,
         structure,
         controller: Member {
@@ -20,13 +31,28 @@ fn request(fmu: &str, rule: Rule, structure: Structure, values: &[(&str, f64)]) 
         },
         closed_loop: None,
         pace: None,
-        step: control::tune::Step::default(),
+        step: Step::default(),
         ultimate: None,
     }
 }
 
 fn tuned(request: &Request) -> Tuned {
     tune(&Linked::new(), request).unwrap()
+}
+
+fn error(request: &Request) -> String {
+    format!("{:#}", tune(&Linked::new(), request).unwrap_err())
+}
+
+fn number(tuned: &Tuned, name: &str) -> f64 {
+    match tuned.values[name] {
+        Value::Number(value) => value,
+        Value::Boolean(value) => f64::from(u8::from(value)),
+    }
+}
+
+fn is_on(tuned: &Tuned, name: &str) -> bool {
+    tuned.values[name] == Value::Boolean(true)
 }
 
 fn last(curve: &[f64]) -> f64 {
@@ -54,10 +80,6 @@ fn cont_c_overshoots_as_the_linear_loop_does() {
 #[test]
 fn cont_c_gets_settings_switches_and_the_gain_that_lmn_fac_takes_away() {
     let plain = tuned(&request("CONT_C", Rule::Simc, Structure::Pi, &[("CYCLE", 0.1)]));
-    let number = |tuned: &Tuned, name: &str| match tuned.values[name] {
-        Value::Number(value) => value,
-        Value::Boolean(value) => f64::from(u8::from(value)),
-    };
     let of = |tuned: &Tuned| ["GAIN", "TI", "P_SEL", "I_SEL", "D_SEL"].map(|name| number(tuned, name));
     assert_eq!(of(&plain), [4.7619, 8.4, 1.0, 1.0, 0.0]);
     assert_eq!(plain.values.len(), 5);
@@ -108,8 +130,15 @@ fn cont_s_gets_pi_and_a_valve_that_takes_mtr_tm() {
 
 #[test]
 fn what_is_no_controller_cannot_be_tuned() {
-    let error = tune(&Linked::new(), &request("HLG", Rule::Simc, Structure::Pi, &[])).unwrap_err();
-    assert!(error.to_string().starts_with("HLG is not a controller with a GAIN"), "{error}");
+    let of = |fmu: &str, structure, values: &[(&str, f64)]| error(&request(fmu, Rule::Simc, structure, values));
+    let error = of("HLG", Structure::Pi, &[]);
+    assert!(error.starts_with("HLG is not a controller with a GAIN"), "{error}");
+    assert_eq!(of("CONT_C", Structure::Pi, &[("GAIM", 1.0)]), "CONT_C has no variable GAIM");
+    for structure in [Structure::P, Structure::Pid] {
+        assert_eq!(of("CONT_S", structure, &[]), "CONT_S is a step controller, which has PI only: take PI");
+    }
+    let slow = with("CONT_C", Rule::ChrSetpoint0, Structure::Pi, lag(1.0, 1e8, 1.0), &[]);
+    assert!(self::error(&slow).starts_with("TI would be 120000000 s, and the longest TIME is 2147483.647 s"));
 }
 
 #[test]
@@ -175,4 +204,188 @@ fn the_plant_of_a_step_controller_is_identified_from_a_pulse_in_manual_mode() {
     assert!((gain - 2.0).abs() < 0.02 && (time_constant - 20.0).abs() < 0.3, "{identified:?}");
     assert!((dead_time - 2.0).abs() < 0.1, "{dead_time}");
     assert!(identified.remarks[0].contains("100 % in MTR_TM = 30 s"), "{:?}", identified.remarks);
+}
+
+#[test]
+fn the_prediction_is_for_the_step_that_the_user_makes() {
+    let mut request =
+        with("CONT_C", Rule::Simc, Structure::Pi, lag(2.0, 8.0, 1.0), &[("CYCLE", 0.2), ("SP_INT", 20.0)]);
+    request.step = Step { from: Some(50.0), size: Some(-4.0), manual: Some(30.0) };
+    let predicted = tuned(&request).predicted;
+    let ends = |values: &[f64]| (values[0], values[values.len() - 1]);
+    assert_eq!(ends(&predicted.setpoint), (50.0, 46.0));
+    assert!((ends(&predicted.process_value).1 - 46.0).abs() < 0.01 && predicted.process_value[0] == 50.0);
+    // 4 down need 2 % less; on its way the manipulated value goes GAIN times 4 down and comes back.
+    let (first, last) = ends(&predicted.manipulated_value);
+    assert!((first - 30.0).abs() < 1e-3 && (last - 28.0).abs() < 0.01, "{first} {last}");
+    // 7.3 down at once and 1 more in the dead time, 6.3 up again, and a little of both.
+    let travel = predicted.travel.unwrap();
+    assert!((14.5..15.5).contains(&travel), "{travel}");
+    request.step.size = Some(0.0);
+    let remarks = tuned(&request).remarks;
+    assert!(remarks.iter().any(|remark| remark.contains("the step is 0")), "{remarks:?}");
+}
+
+#[test]
+fn the_table_has_all_rules_for_one_step_and_says_which_do_not_apply() {
+    let request = with("CONT_C", Rule::Simc, Structure::P, lag(2.0, 8.0, 1.0), &[("CYCLE", 0.2)]);
+    let rows = table(&Linked::new(), &request).unwrap();
+    assert_eq!(rows.len(), 27);
+    let find = |rule, structure| rows.iter().find(|row| row.rule == rule && row.structure == structure).unwrap();
+    let simc = find(Rule::Simc, Structure::Pi);
+    let alone = tuned(&Request { structure: Structure::Pi, ..request.clone() });
+    assert_eq!((simc.tuned.as_ref(), simc.name.as_str()), (Some(&alone), "SIMC"));
+    assert_eq!(alone.closed_loop, Some(1.1));
+    let refusal = find(Rule::Simc, Structure::P).refusal.as_deref().unwrap();
+    assert!(refusal.starts_with("SIMC has no P controller"), "{refusal}");
+    let lambda = find(Rule::Lambda, Structure::Pi).tuned.as_ref().unwrap();
+    assert_eq!((lambda.closed_loop, number(lambda, "TI")), (Some(8.0), 8.0));
+    assert!(rows.iter().filter_map(|row| row.tuned.as_ref()).all(|tuned| tuned.predicted.travel.is_some()));
+}
+
+#[test]
+fn a_pace_is_a_closed_loop_between_calm_and_fast() {
+    let mut request = with("CONT_C", Rule::Lambda, Structure::Pi, lag(2.0, 17.6, 1.0), &[("CYCLE", 0.2)]);
+    let closed_loop = |pace| {
+        request.pace = Some(pace);
+        tuned(&request).closed_loop.unwrap()
+    };
+    let loops = [0.0, 0.5, 1.0].map(closed_loop);
+    for (is, expected) in loops.into_iter().zip([17.6, 4.4, 1.1]) {
+        assert!((is - expected).abs() < 1e-9, "{is}");
+    }
+    request.pace = Some(2.0);
+    assert_eq!(error(&request), "the pace is 2: it is from 0, calm, to 1, fast");
+}
+
+#[test]
+fn a_rule_gets_half_a_cycle_more_dead_time_and_gives_the_settings_and_switches_of_the_block() {
+    let mut request = with("CONT_C", Rule::Simc, Structure::Pi, lag(2.0, 8.0, 1.0), &[("CYCLE", 0.2)]);
+    let pi = tuned(&request);
+    assert_eq!(pi.dead_time, 1.1);
+    // T / (2 K L) and T.
+    assert_eq!((number(&pi, "GAIN"), number(&pi, "TI")), (1.8182, 8.0));
+    assert_eq!((is_on(&pi, "P_SEL"), is_on(&pi, "I_SEL"), is_on(&pi, "D_SEL")), (true, true, false));
+    assert!(!pi.values.contains_key("TD"));
+    // By a scan of the sampled loop; 1.590, pi and 61.35 degrees with calls that are infinitely fast.
+    assert!((pi.sensitivity.unwrap() - 1.5920).abs() < 0.001);
+    assert!((pi.gain_margin.unwrap() - 3.1311).abs() < 0.001);
+    assert!((pi.phase_margin.unwrap() - 61.342).abs() < 0.01);
+    assert_eq!(pi.remarks, [""; 0]);
+
+    (request.rule, request.structure) = (Rule::Amigo, Structure::Pid);
+    let pid = tuned(&request);
+    assert!(is_on(&pid, "D_SEL"));
+    // 0.5 L T / (0.3 L + T), and a tenth of it, which is below CYCLE / 2.
+    assert_eq!((number(&pid, "TD"), number(&pid, "TM_LAG")), (0.528, 0.1));
+    assert_eq!(
+        pid.remarks[0],
+        "TM_LAG = 0.053 s is below half the time between two calls: the block computes with 0.1 s, which is set."
+    );
+
+    (request.rule, request.structure) = (Rule::ChrSetpoint0, Structure::P);
+    let p = tuned(&request);
+    assert_eq!((is_on(&p, "P_SEL"), is_on(&p, "I_SEL"), is_on(&p, "D_SEL")), (true, false, false));
+    assert!(!p.values.contains_key("TI"));
+}
+
+#[test]
+fn a_limit_that_acts_in_the_prediction_is_named() {
+    let plain = with("CONT_C", Rule::ChrSetpoint20, Structure::Pid, lag(1.0, 10.0, 1.0), &[("CYCLE", 0.1)]);
+    let remarks = tuned(&plain).remarks;
+    assert!(remarks.iter().any(|remark| remark.contains("stays at its limit of 100 for")), "{remarks:?}");
+}
+
+#[test]
+fn after_a_unit_load_step_the_integral_of_the_deviation_is_ti_divided_by_gain() {
+    // SIMC with the dead time that includes half a cycle: TI / GAIN = 8.4 / 4.7619.
+    let model = lag(1.0, 10.0, 1.0);
+    let settings = tuned(&with("CONT_C", Rule::Simc, Structure::Pi, model, &[("CYCLE", 0.1)]));
+    let (gain, ti) = (number(&settings, "GAIN"), number(&settings, "TI"));
+    let mut block = ContC {
+        man_on: false,
+        gain: gain as f32,
+        ti: Time::ms((ti * 1000.0).round() as i32),
+        lmn_llm: -100.0,
+        cycle: Time::ms(100),
+        ..ContC::default()
+    };
+    block.restart();
+    let mut process = Process::at_rest(model, 0.0);
+    let mut sum = 0.0;
+    for call in 0..3000 {
+        let time = f64::from(call) * 0.1;
+        block.pv_in = process.output_at(time) as f32;
+        block.call();
+        sum += f64::from(block.sp_int - block.pv) * 0.1;
+        process.put(time, f64::from(block.lmn) + 1.0);
+    }
+    assert!((-sum - ti / gain).abs() < 1e-4 * ti / gain, "{sum} {}", ti / gain);
+    assert!((f64::from(block.lmn) + 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn a_falling_plant_gets_a_negative_gain_and_a_curve() {
+    let falling = tuned(&with("CONT_C", Rule::Simc, Structure::Pi, lag(-0.5, 10.0, 1.0), &[("CYCLE", 0.1)]));
+    assert!(number(&falling, "GAIN") < 0.0);
+    let Predicted { setpoint, process_value, settling, .. } = falling.predicted;
+    assert_eq!(setpoint.last(), Some(&-5.0));
+    assert!((process_value.last().unwrap() + 5.0).abs() < 0.01 && settling.is_some());
+}
+
+#[test]
+fn an_integrating_plant_is_predicted_too() {
+    let model = Model { gain: 0.1, dead_time: 2.0, is_integrating: true, ..Model::default() };
+    let tuned = tuned(&with("CONT_C", Rule::Simc, Structure::Pi, model, &[("CYCLE", 0.1)]));
+    assert!((tuned.sensitivity.unwrap() - 1.704).abs() < 0.001);
+    let Predicted { setpoint, process_value, manipulated_value, overshoot, .. } = tuned.predicted;
+    let step = setpoint.last().unwrap();
+    assert!((step - 10.0 * 0.1 * 4.1).abs() < 1e-3, "{step}");
+    assert!((process_value.last().unwrap() - step).abs() < 0.02 * step);
+    assert!((manipulated_value.last().unwrap() - 50.0).abs() < 0.5);
+    assert!(overshoot.unwrap() > 10.0);
+}
+
+#[test]
+fn numbers_without_sense_are_refused_and_cost_no_time() {
+    let model = lag(1.0, 10.0, 1.0);
+    let of = |values: &[(&str, f64)]| with("CONT_C", Rule::Simc, Structure::Pi, model, values);
+    for cycle in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(error(&of(&[("CYCLE", cycle)])).ends_with("it has to be a millisecond at least"), "{cycle}");
+    }
+    let long = with("PULS_CTR", Rule::Simc, Structure::Pi, model, &[("RED_FAC", 1e7)]);
+    let remarks = tuned(&long).remarks;
+    assert!(remarks.iter().any(|remark| remark.contains("takes too many calls")), "{remarks:?}");
+    // A million calls would be needed: the simulation ends earlier.
+    let slow = tuned(&Request { model: lag(1.0, 10_000.0, 100.0), ..of(&[("CYCLE", 0.001)]) });
+    assert!(slow.predicted.times.len() < 2000 && *slow.predicted.times.last().unwrap() < 201.0);
+}
+
+#[test]
+fn an_unstable_or_nervous_loop_is_named_before_it_is_applied() {
+    let nervous =
+        tuned(&with("CONT_C", Rule::ZieglerNicholsStep, Structure::Pi, lag(1.0, 10.5, 1.0), &[("CYCLE", 0.1)]));
+    assert!((nervous.sensitivity.unwrap() - 3.4093).abs() < 0.002);
+    assert!(nervous.remarks[0].starts_with("Ms = 3.4"), "{:?}", nervous.remarks);
+    let wrong = Request {
+        ultimate: Some((50.0, 3.85)),
+        ..with("CONT_C", Rule::ZieglerNicholsUltimate, Structure::Pi, lag(1.0, 10.0, 1.0), &[("CYCLE", 0.1)])
+    };
+    let unstable = tuned(&wrong);
+    assert_eq!(unstable.sensitivity, None);
+    assert!(unstable.remarks[0].starts_with("The loop would be unstable"), "{:?}", unstable.remarks);
+}
+
+#[test]
+fn a_second_lag_is_told_where_the_rule_does_not_know_it() {
+    let model = Model { second_time_constant: 2.0, ..lag(1.0, 10.0, 1.0) };
+    let pi = tuned(&with("CONT_C", Rule::Simc, Structure::Pi, model, &[("CYCLE", 0.1)]));
+    assert!(
+        pi.remarks[0].starts_with("SIMC knows one lag") && pi.remarks[0].contains("T = 11 s and L = 2 s"),
+        "{:?}",
+        pi.remarks
+    );
+    let pid = tuned(&with("CONT_C", Rule::Simc, Structure::Pid, model, &[("CYCLE", 0.1)]));
+    assert!(!pid.remarks.iter().any(|remark| remark.contains("one lag")));
+    assert!((number(&pid, "TD") - 2.0 / 1.238).abs() < 0.001, "{}", number(&pid, "TD"));
 }
