@@ -25,7 +25,7 @@ pub const HEADER: &str = include_str!("c/fmi2Functions.h");
 pub const HEADER_NAME: &str = "fmi2Functions.h";
 
 /// The calls of the self-test.
-const CALLS: u32 = 64;
+const CALLS: u32 = 256;
 
 /// When a variable is given what the host has set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,12 +50,14 @@ pub struct Variable {
     pub role: Role,
     /// The lowest and the highest value that make sense.
     pub range: (Option<f64>, Option<f64>),
+    /// Its start value as a number.
+    pub start: f64,
 }
 
 impl From<&Row> for Variable {
     fn from(row: &Row) -> Variable {
         let range = (row.least(), row.greatest());
-        Variable { name: row.full_name(), kind: row.kind, role: row.role, range }
+        Variable { name: row.full_name(), kind: row.kind, role: row.role, range, start: number(row.start) }
     }
 }
 
@@ -341,7 +343,7 @@ typedef struct {
     int role;
     int held;      /* 0, PLCFMU_EACH_CALL or PLCFMU_AT_START */
     size_t offset; /* in the memory, bytes */
-    double low;    /* what the self-test gives a floating-point input */
+    double low;    /* what the self-test gives a floating-point number, and a time that is a parameter */
     double high;
 } plcfmu_row_t;
 
@@ -387,9 +389,18 @@ fn quoted(text: &str) -> String {
     quoted
 }
 
-/// Between which numbers the self-test draws a floating-point input.
+/// Whether the self-test draws a variable.
+fn is_drawn(of: &Variable) -> bool {
+    let is_setting = of.role == Role::Parameter;
+    of.role == Role::Input || is_setting && matches!(of.kind, Kind::Real | Kind::LReal | Kind::Time | Kind::Bool)
+}
+
+/// Between which numbers the self-test draws a floating-point number, or a time that is a parameter: parameters near their start
+/// values, with which the block does something.
 fn range(of: &Variable) -> (f64, f64) {
     match of.range {
+        _ if of.role == Role::Parameter && of.kind == Kind::Time => (0.5 * of.start, 1.5 * of.start),
+        _ if of.role == Role::Parameter => (of.start - 1.0, of.start + 1.0),
         (Some(low), Some(high)) if of.kind.class() == Class::Real => (low, high),
         _ => (-100.0, 100.0),
     }
@@ -448,8 +459,8 @@ pub fn tape<S: Subject>(variables: &[Variable], subject: &mut S) -> Result<(u32,
         seed >> 8
     };
     for call in 0..CALLS {
-        for (index, of) in variables.iter().enumerate().filter(|(_, of)| of.role == Role::Input) {
-            // Each input changes in one of four calls.
+        for (index, of) in variables.iter().enumerate().filter(|(_, of)| is_drawn(of)) {
+            // Each changes in one of four calls.
             if next() >= 1 << 22 && call > 0 {
                 continue;
             }
@@ -468,15 +479,18 @@ pub fn tape<S: Subject>(variables: &[Variable], subject: &mut S) -> Result<(u32,
     Ok((CALLS, hash))
 }
 
-/// An input of the tape, of a number from 0 to 2^24 - 1.
+/// A value of the tape, of a number from 0 to 2^24 - 1. One of four BOOLs is TRUE, and half of the inputs are small, so that a
+/// controller is neither restarted nor at a limit all the time.
 fn drawn(of: &Variable, number: f64) -> f64 {
+    let (low, high) = range(of);
+    let between = low + (high - low) * (number / 16_777_216.0);
     match of.kind {
-        Kind::Bool if number < 8_388_608.0 => 0.0,
-        Kind::Bool => 1.0,
-        Kind::Real | Kind::LReal => {
-            let (low, high) = range(of);
-            low + (high - low) * (number / 16_777_216.0)
+        Kind::Bool => f64::from(number < 4_194_304.0),
+        Kind::Real | Kind::LReal if of.role == Role::Input => {
+            between * [1.0, 1.0, 0.0625, 0.00390625][number as usize % 4]
         }
+        Kind::Real | Kind::LReal => between,
+        Kind::Time if of.role == Role::Parameter => (between * 1000.0).floor() / 1000.0,
         Kind::Time | Kind::LTime => (number / 4096.0).floor() / 1000.0,
         _ => (number / 167_773.0).floor(),
     }

@@ -72,7 +72,7 @@ pub fn of(workspace: &Workspace, fmu_crate: &FmuCrate, library: &Library, interf
 }
 
 fn variable(row: &modeldescription::Row) -> Variable {
-    Variable { name: row.name.clone(), kind: row.kind, role: row.role, range: (row.min, row.max) }
+    Variable { name: row.name.clone(), kind: row.kind, role: row.role, range: (row.min, row.max), start: row.start }
 }
 
 /// Where a number or a structure lies in the memory.

@@ -343,15 +343,26 @@ static u32_t plcfmu_next(u32_t *tape) {
     return *tape >> 8;
 }
 
-/* An input of the tape. */
+/* Whether the tape has a variable: all inputs, and parameters of some types. */
+static int plcfmu_is_drawn(const plcfmu_row_t *row) {
+    int is_type = row->kind == PLCFMU_REAL || row->kind == PLCFMU_LREAL || row->kind == PLCFMU_TIME || row->kind == PLCFMU_BOOL;
+    return row->role == PLCFMU_INPUT || (row->role == PLCFMU_PARAMETER && is_type);
+}
+
+/* A value of the tape. One of four BOOLs is TRUE, and half of the inputs are small. */
 static double plcfmu_tape(const plcfmu_row_t *row, u32_t *tape) {
-    double drawn = (double)plcfmu_next(tape);
+    static const double scales[] = {1.0, 1.0, 0.0625, 0.00390625};
+    u32_t number = plcfmu_next(tape);
+    double drawn = (double)number, between = row->low + (row->high - row->low) * (drawn / 16777216.0);
     switch (row->kind) {
     case PLCFMU_BOOL:
-        return drawn < 8388608.0 ? 0.0 : 1.0;
+        return drawn < 4194304.0 ? 1.0 : 0.0;
     case PLCFMU_REAL: case PLCFMU_LREAL:
-        return row->low + (row->high - row->low) * (drawn / 16777216.0);
+        return row->role == PLCFMU_INPUT ? between * scales[number % 4] : between;
     case PLCFMU_TIME: case PLCFMU_LTIME:
+        if (row->kind == PLCFMU_TIME && row->role == PLCFMU_PARAMETER) {
+            return plcfmu_floor_f64(between * 1000.0) / 1000.0;
+        }
         return plcfmu_floor_f64(drawn / 4096.0) / 1000.0;
     default:
         return plcfmu_floor_f64(drawn / 167773.0);
@@ -367,8 +378,8 @@ static int plcfmu_is_exact(plcfmu_component_t *c) {
     for (call = 0; call < PLCFMU_TEST_CALLS; call += 1) {
         for (row = 0; row < PLCFMU_ROWS; row += 1) {
             i64_t bits;
-            /* Each input changes in one of four calls. */
-            if (plcfmu_rows[row].role == PLCFMU_INPUT && (plcfmu_next(&tape) < 4194304u || call == 0)
+            /* Each changes in one of four calls. */
+            if (plcfmu_is_drawn(&plcfmu_rows[row]) && (plcfmu_next(&tape) < 4194304u || call == 0)
                 && plcfmu_bits_of(plcfmu_tape(&plcfmu_rows[row], &tape), plcfmu_rows[row].kind, &bits) == NULL) {
                 plcfmu_put(&c->other, row, bits);
             }
