@@ -348,6 +348,20 @@ def test_the_self_test_refuses_another_result(change, is_refused, source, native
     assert bool(told) == is_refused and all("compiled with options that change its results" in text for text in told)
 
 
+def test_the_self_test_of_a_controller_finds_fused_multiplication_and_addition(both, tmp_path):
+    name = "CONT_C"
+    cpu = pathlib.Path("/proc/cpuinfo")
+    if not cpu.exists() or " fma " not in cpu.read_text():
+        pytest.skip("this processor has no fused multiplication and addition for x86")
+    fmu, _ = both(name)
+    pragma = '#pragma GCC optimize("fp-contract=off")'
+    source = fmu.folder / "sources" / f"{name}.c"
+    for options, is_refused in [((), False), (("-mfma", "-ffp-contract=fast"), True)]:
+        (tmp_path / str(is_refused)).mkdir()
+        library = library_of(source, tmp_path / str(is_refused), lambda text: text.replace(pragma, ""), *options)
+        assert (instantiate(library, fmu.description.guid)[0] is None) == is_refused
+
+
 def test_a_static_pool_has_as_many_instances_as_it_says(source, native, tmp_path):
     library = library_of(source, tmp_path, lambda text: text, "-DPLCFMU_MAX_INSTANCES=2")
     made = [instantiate(library, native.description.guid) for _ in range(3)]
