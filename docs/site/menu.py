@@ -13,6 +13,7 @@ GUIDES = {
     "docs/import.md": "Import into your tool",
     "docs/tool.md": "Parameter tool",
     "parameters/README.md": "PLC files",
+    "docs/tia.md": "From TIA Portal to an FMU",
     "docs/scl.md": "PLC programs in SCL",
     "docs/c_sources.md": "C sources",
     "docs/studies.md": "Studies",

@@ -84,8 +84,16 @@ pub fn compile(sources: &[Source], options: &Options) -> Result<Compiled, Vec<Pr
     all.push(library);
     let mut compiler = Compiler::new(&all, &trees, cpu, options, report);
     compiler.run();
-    let globals = crate::interface::globals(&compiler);
     let (root, candidates) = (compiler.root(), compiler.candidates());
+    let mut globals = crate::interface::globals(&compiler);
+    if let Some(root) = root.as_ref().filter(|root| !root.instance.is_empty()) {
+        let is_own = |name: &str| {
+            name.split(['.', '['])
+                .next()
+                .is_some_and(|first| crate::syntax::key(first) == crate::syntax::key(&root.instance))
+        };
+        globals.retain(|variable| !is_own(&variable.name));
+    }
     compiler.tell_undeclared();
     let Compiler { report, mut program, .. } = compiler;
     program.files = all.iter().map(|source| source.file.clone()).collect();

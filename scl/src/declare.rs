@@ -2,10 +2,11 @@
 
 use crate::compile::{BlockId, Compiler, State};
 use crate::lexer::Span;
-use crate::lower::{Lowerer, Operand};
+use crate::lower::{Lowerer, Operand, View};
 use crate::program::{self, Base, Body, Function, Local, Place};
 use crate::syntax::{
-    Block, BlockKind, Member, Section, SectionKind, Statement, StatementKind, Type as Written, TypeKind, attribute, key,
+    Block, BlockKind, Member, Name, Section, SectionKind, Statement, StatementKind, Type as Written, TypeKind,
+    attribute, key,
 };
 use crate::types::{Array, Elementary, Field, Structure, Type};
 use crate::undeclared::What;
@@ -37,6 +38,8 @@ pub struct Interface {
     pub function: usize,
     /// The local with its ENO, if the block may set it.
     pub eno: Option<usize>,
+    /// Its variables that show the bytes of others.
+    pub views: Vec<View>,
 }
 
 /// A parameter or a static variable of a block.
@@ -231,7 +234,7 @@ impl Compiler<'_> {
         if is_refused || !is_quoted && is_hardware.iter().any(|prefix| capitals.starts_with(prefix)) {
             return self.refused_type(span, &capitals);
         }
-        if let Some(message) = crate::lower::refused(&capitals) {
+        if let Some(message) = crate::lower::refused(&capitals).filter(|_| !is_quoted) {
             self.error(span, message.0, Some(&message.1));
             return Type::Wrong;
         }
@@ -351,7 +354,7 @@ impl Compiler<'_> {
 
     fn member_type(&mut self, member: &Member, file: usize, symbols: &Rc<HashMap<String, Symbol>>) -> Type {
         if let Some(at) = &member.at {
-            self.error(at.span, "AT is not supported", Some("use slices such as .%X0, or copy the members one by one"));
+            self.error(at.span, "AT is for the variables of a block", Some("use slices such as .%X0"));
             return Type::Wrong;
         }
         let Some(written) = &member.of else { return Type::Wrong };
@@ -387,6 +390,7 @@ impl Compiler<'_> {
         let mut members = Vec::new();
         let mut statics: Vec<(String, program::Type)> = Vec::new();
         let mut starts = Vec::new();
+        let mut views: Vec<View> = Vec::new();
         let (mut parameters, mut locals) = (Vec::new(), Vec::new());
         let known = Rc::new(symbols.clone());
         let result = match &block.of {
@@ -399,6 +403,15 @@ impl Compiler<'_> {
                 kind => kind,
             };
             for member in &section.members {
+                if member.at.is_some() {
+                    for (local, view) in self.views_of(member, id.0, &known) {
+                        locals.push(local);
+                        let slot = Slot::Local(usize::MAX - (locals.len() - 1));
+                        symbols.insert(key(&view.name), Symbol::Variable(kind, view.of.clone(), slot));
+                        views.push(View { local: locals.len() - 1, ..view });
+                    }
+                    continue;
+                }
                 let of = self.member_type(member, id.0, &known);
                 for name in &member.names {
                     if symbols.contains_key(&name.key()) {
@@ -454,6 +467,7 @@ impl Compiler<'_> {
         }
         let count = parameters.len();
         parameters.extend(locals);
+        views.iter_mut().for_each(|view| view.local += count);
         let eno = may_set_eno.then(|| parameters.len() - 1);
         let settle = |slot: &mut Slot| {
             if let Slot::Local(number) = slot
@@ -496,9 +510,23 @@ impl Compiler<'_> {
             record,
             function: self.program.functions.len() - 1,
             eno,
+            views,
         });
         self.block_of.insert(id, State::Known(self.blocks.len() - 1));
         Some(self.blocks.len() - 1)
+    }
+
+    /// The views of a declaration with AT, each with the local that holds what it shows.
+    fn views_of(&mut self, member: &Member, file: usize, known: &Rc<HashMap<String, Symbol>>) -> Vec<(Local, View)> {
+        let (Some(behind), Some(of)) = (&member.at, &member.of) else { return Vec::new() };
+        let of = self.type_of(of, file, known);
+        let ty = self.lowered(&of);
+        let view = |name: &Name| {
+            let local = Local { name: name.text.clone(), ty: ty.clone(), by_reference: false };
+            let name = name.text.clone();
+            (local, View { name, local: 0, behind: behind.key(), of: of.clone(), span: behind.span })
+        };
+        member.names.iter().map(view).collect()
     }
 
     /// Whether a source names ENO, or returns a value.

@@ -228,6 +228,7 @@ impl Compiler<'_> {
             record,
             function: self.program.functions.len() - 1,
             eno: None,
+            views: Vec::new(),
         });
         self.natives.insert(name.to_string(), self.blocks.len() - 1);
         Some(self.blocks.len() - 1)

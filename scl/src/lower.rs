@@ -7,6 +7,7 @@ mod functions;
 mod operators;
 mod paths;
 mod statements;
+mod views;
 
 use crate::compile::Compiler;
 use crate::declare::{Slot, Symbol};
@@ -18,7 +19,8 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 pub use expressions::DTL_BYTES;
-pub use functions::refused;
+pub use functions::{is_ordinary, refused};
+pub use views::View;
 
 /// The result of an expression.
 #[derive(Clone, Debug)]
@@ -64,6 +66,10 @@ pub struct Lowerer<'c, 'a> {
     loop_count: usize,
     labels: HashMap<String, LabelOf>,
     eno: Option<usize>,
+    /// Variables that show the bytes of others.
+    views: Vec<View>,
+    /// Those that the statement uses, and whether it writes them.
+    used: Vec<(usize, bool)>,
 }
 
 impl<'a> Compiler<'a> {
@@ -72,12 +78,15 @@ impl<'a> Compiler<'a> {
         let Some(id) = self.blocks[block].source else { return };
         let function = self.blocks[block].function;
         let symbols = self.blocks[block].symbols.clone();
+        let views = self.blocks[block].views.clone();
         let locals = std::mem::take(&mut self.program.functions[function].locals);
         let temps = locals.len();
         let body = &self.block(id).body;
         let mut lowerer = Lowerer::new(self, id.0, symbols);
         lowerer.block = Some(block);
+        lowerer.views = views;
         lowerer.locals = locals;
+        lowerer.check_views();
         lowerer.statements(body);
         lowerer.check_labels();
         let Lowerer { locals, mut code, eno, .. } = lowerer;
@@ -86,7 +95,10 @@ impl<'a> Compiler<'a> {
             let value = Expr::Const(Value::from(true));
             code.insert(0, Statement { at: At::default(), what: What::Assign(Place::of(Base::Local(eno)), value) });
         }
-        let names: Vec<(usize, String)> = self.temps(block, temps);
+        // What is written through a view is written.
+        let is_seen = |name: &str| self.blocks[block].views.iter().any(|view| view.behind == key(name));
+        let mut names: Vec<(usize, String)> = self.temps(block, temps);
+        names.retain(|(_, name)| !is_seen(name));
         crate::lint::unwritten(self, id, &names, &code);
         let function = &mut self.program.functions[function];
         function.locals = locals;
@@ -132,6 +144,8 @@ impl<'c, 'a> Lowerer<'c, 'a> {
             loop_count: 0,
             labels: HashMap::new(),
             eno: None,
+            views: Vec::new(),
+            used: Vec::new(),
         }
     }
 

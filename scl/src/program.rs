@@ -13,6 +13,7 @@ mod print;
 mod value;
 pub(crate) mod walk;
 
+pub(crate) use layout::extent;
 pub use layout::{align, scalar};
 pub use value::{Scalar, Value};
 

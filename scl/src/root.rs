@@ -1,9 +1,9 @@
 //! What is called in a cycle: one function block, or organization blocks and what else is named.
 
 use crate::compile::{Compiler, State, Task};
-use crate::declare::{Global, Interface};
+use crate::declare::{Global, Interface, Parameter, Slot};
 use crate::lexer::Span;
-use crate::program::{Argument, At, Binary, Body, Call, Expr, Function, Scalar, Statement, Value, What};
+use crate::program::{Argument, At, Binary, Body, Call, Expr, Function, Place, Scalar, Statement, Value, What};
 use crate::syntax::{BlockKind, key};
 use crate::types::{Elementary, Type};
 
@@ -43,6 +43,9 @@ enum Target {
     /// A function or an organization block.
     Function(usize),
 }
+
+/// The arguments of a call, and what is copied out behind it.
+type Passed = (Vec<Argument>, Vec<(usize, Place)>);
 
 impl Compiler<'_> {
     /// What is run; `None` if there are errors, or several blocks and none is chosen.
@@ -93,7 +96,8 @@ impl Compiler<'_> {
                         _ => self.add_global(name, Type::Instance(*of)).place(),
                     };
                     let function = self.blocks[*of].function;
-                    Call { function, instance: Some(place), arguments: Vec::new(), outputs: Vec::new() }
+                    let (arguments, outputs) = self.in_outs(name, *of)?;
+                    Call { function, instance: Some(place), arguments, outputs }
                 }
                 Target::Function(of) => self.call_without_parameters(*of)?,
             };
@@ -116,6 +120,36 @@ impl Compiler<'_> {
             body: Body::Code(code),
         });
         Some(self.program.functions.len() - 1)
+    }
+
+    /// Variables for the structured in-out parameters of an instance that nothing calls: what a data block would be there.
+    fn in_outs(&mut self, instance: &str, of: usize) -> Option<Passed> {
+        let (mut arguments, mut outputs) = (Vec::new(), Vec::new());
+        let function = self.blocks[of].function;
+        for number in 0..self.program.functions[function].parameters {
+            let is_it = |member: &&Parameter| member.slot == Slot::Local(number);
+            let Parameter { name, of: ty, .. } = self.blocks[of].members.iter().find(is_it)?.clone();
+            if let Type::Open(..) = ty {
+                let span = self.blocks[of].source.map_or(Span::default(), |id| self.block(id).name.span);
+                let message =
+                    format!("the bounds of the parameter {name} come from a caller: this block is not run alone");
+                self.warn(span, message, Some("call it from another block"));
+                return None;
+            }
+            let is_free = !self.globals.contains_key(&key(&name)) && !self.names.contains_key(&key(&name));
+            let name = if is_free { name } else { format!("{instance}_{name}") };
+            let place = match self.globals.get(&key(&name)) {
+                Some(State::Known(global)) if global.of == ty => global.place(),
+                _ => self.add_global(&name, ty).place(),
+            };
+            if self.program.functions[function].locals[number].by_reference {
+                arguments.push(Argument::Reference(place));
+            } else {
+                arguments.push(Argument::Copy(place.clone()));
+                outputs.push((number, place));
+            }
+        }
+        Some((arguments, outputs))
     }
 
     /// The call of an organization block, whose parameters the system supplies, or of a function that has none.

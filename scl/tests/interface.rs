@@ -2,8 +2,10 @@
 
 use parameters::Source;
 use scl::interface::{Role, Variable};
+use scl::machine::{Code, Machine};
 use scl::program::Scalar;
 use scl::{Options, compile};
+use std::sync::Arc;
 
 const PROGRAM: &str = r#"
 TYPE "Limits"
@@ -99,4 +101,31 @@ fn each_number_of_a_block_has_a_name_a_type_and_a_role() {
             ("Button", "BOOL", Role::Input),
         ]
     );
+}
+
+#[test]
+fn a_structured_in_out_of_the_block_that_is_run_has_a_variable_of_its_own() {
+    let source = "TYPE Pair STRUCT a : INT; b : REAL := 2.5; END_STRUCT; END_TYPE
+        FUNCTION_BLOCK B VAR_IN_OUT p : Pair; s : STRING; END_VAR VAR_OUTPUT y : REAL; n : INT; END_VAR
+        BEGIN p.a := p.a + 1; y := p.b; s := CONCAT(IN1 := s, IN2 := 'x'); n := LEN(s); END_FUNCTION_BLOCK";
+    let compiled = compile(&[Source::new("b.scl", source.into())], &Options::default()).unwrap();
+    let root = compiled.root.unwrap();
+    let mut machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
+    for _ in 0..3 {
+        machine.call(root.cycle, 0).unwrap();
+    }
+    let get = |path: &str, of: Scalar| machine.get(of, compiled.program.find(path).unwrap().0);
+    assert_eq!(get("p.a", Scalar::I16), 3_i16.into());
+    assert_eq!(get("B.y", Scalar::F32), 2.5_f32.into());
+    assert_eq!(get("B.n", Scalar::I16), 3_i16.into());
+    assert_eq!(
+        shown(&compiled.globals),
+        [("p.a", "INT", Role::Local), ("p.b", "REAL", Role::Local), ("s", "STRING", Role::Local)]
+    );
+
+    let source = "FUNCTION_BLOCK B VAR_IN_OUT a : ARRAY[*] OF INT; END_VAR BEGIN a[1] := 1; END_FUNCTION_BLOCK";
+    let compiled = compile(&[Source::new("b.scl", source.into())], &Options::default()).unwrap();
+    assert!(compiled.root.is_none());
+    let warning = compiled.warnings[0].to_string();
+    assert!(warning.contains("the bounds of the parameter a come from a caller"), "{warning}");
 }

@@ -111,6 +111,7 @@ fn what_has_no_value_outside_of_a_plc_is_refused() {
     }
     refused("#i := PEEK(area := 16#84, dbNumber := 1, byteOffset := 0);", "PEEK is not supported; a pointer");
     refused("\"MC_Power\"(Axis := 1);", "MC_POWER talks to the PLC's hardware or system; make its values inputs");
+    refused("\"Fill\"();", "no source declares the function \"Fill\"");
     refused("#i := RDREC(REQ := TRUE);", "talks to the PLC's hardware or system");
     refused("#i := S_ODT(T_NO := 1);", "use TON, TOF or TP");
     refused("#t := S5T#2S;", "S5 timers: use TON, TOF or TP with T#");

@@ -97,3 +97,10 @@ fn texts_of_both_kinds_are_compared_with_what_has_no_kind_and_not_with_each_othe
     let refused = of("w = s").unwrap_err()[0].to_string();
     assert!(refused.contains("WSTRING = STRING is not possible; a STRING is not compared with a WSTRING"), "{refused}");
 }
+
+#[test]
+fn s_conv_converts_to_the_type_of_its_output() {
+    assert!(runs("S_CONV(IN := '  42 kg', OUT => #n); #y := #n = 42;"));
+    assert!(runs("#n := -7; S_CONV(IN := #n, OUT => #s); #y := #s = '         -7';"));
+    assert!(runs("S_CONV(IN := 'Pump', OUT => #short); #y := #short = 'Pump';"));
+}

@@ -103,6 +103,9 @@ impl Loaded {
 fn none_is_run(candidates: &[String]) -> String {
     match candidates {
         [] => "the sources have no block to be run: neither a FUNCTION_BLOCK nor an ORGANIZATION_BLOCK".into(),
+        [one] => format!(
+            "{one} is not run alone: its array parameters get their bounds from a caller; call it from another block"
+        ),
         all => format!(
             "several blocks are called by no other: {}; choose a function block with --fb NAME, or each organization block \
              with --call NAME and its --cycle TIME",

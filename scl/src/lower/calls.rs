@@ -303,7 +303,9 @@ impl Lowerer<'_, '_> {
             self.warn(span, message, None);
             return Callee::Instance(block, global.place());
         }
-        if let Some((message, help)) = super::refused(&capitals) {
+        // In quotation marks stand names of the author's own blocks, such as "Fill", and data blocks of the system's ones.
+        let is_own = scope == Scope::Global && super::is_ordinary(&capitals) && !capitals.contains("_DB");
+        if let Some((message, help)) = super::refused(&capitals).filter(|_| !is_own) {
             self.error(span, message, Some(&help));
             return Callee::Wrong;
         }

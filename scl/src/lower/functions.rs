@@ -13,7 +13,7 @@ use crate::program::{self, Binary, Convert, Expr, Place, Scalar, Unary, What};
 use crate::syntax::{Argument, ExpressionId};
 use crate::types::{Class, Elementary};
 
-pub use refused::refused;
+pub use refused::{is_ordinary, refused};
 
 /// Functions whose name may be followed by the type of their value: `LIMIT_REAL`.
 const TYPED: [&str; 21] = [
@@ -92,7 +92,7 @@ impl Lowerer<'_, '_> {
             ("SEL", _) => self.selected(&given, expected),
             ("MUX", _) => self.multiplexed(&given, expected),
             ("SHL" | "SHR" | "ROL" | "ROR", _) => self.shifted(&given, expected),
-            ("SWAP", _) => self.swapped(&given, expected),
+            ("SWAP", _) | (_, "SWAP") => self.swapped(&given, suffix.or(expected)),
             ("NORM_X", _) | (_, "NORM_X") => self.normed(&given, suffix.or(expected)),
             ("SCALE_X", _) | (_, "SCALE_X") => self.scaled(&given, suffix.or(expected)),
             ("ROUND" | "TRUNC" | "CEIL" | "FLOOR", _) => self.rounded(name, &given, expected),
@@ -111,6 +111,7 @@ impl Lowerer<'_, '_> {
             ("T_COMBINE" | "CONCAT_DATE_TOD" | "CONCAT_DATE_LTOD", _) => self.combined(&given),
             ("DECO", _) | (_, "DECO") => self.decoded(&given, suffix.or(expected)),
             ("LOWER_BOUND" | "UPPER_BOUND", _) => self.bound(&given),
+            ("COUNTOFELEMENTS", _) => self.count(&given),
             ("TIME_TCK", _) => {
                 let at = self.at(span);
                 let milliseconds = binary(Binary::Div, Scalar::I64, Expr::Now, Expr::Const(1_000_000i64.into()), at);
@@ -151,6 +152,7 @@ impl Lowerer<'_, '_> {
             }
             "MOVE_BLK" | "UMOVE_BLK" | "FILL_BLK" | "UFILL_BLK" => self.block_of_elements(&given),
             "SCATTER" | "GATHER" => self.bits_of_elements(&given),
+            "S_CONV" => self.text_or_number(&given),
             "S_MOVE" => {
                 if let (Some(from), Some(to)) = (given.find("IN", 0), given.find("OUT", 1))
                     && let Some(to) = self.target(to)

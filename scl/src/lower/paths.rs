@@ -91,7 +91,10 @@ impl Lowerer<'_, '_> {
             return None;
         }
         match self.path(id) {
-            Path::Variable(variable) => Some(variable),
+            Path::Variable(variable) => {
+                self.use_view(&variable, true);
+                Some(variable)
+            }
             Path::Constant(_) => {
                 self.error(span, "a constant cannot be written", None);
                 None
@@ -172,7 +175,9 @@ impl Lowerer<'_, '_> {
                         Slot::Member(number) => Place::of(Base::Instance).member(number),
                         Slot::Local(number) => Place::of(Base::Local(number)),
                     };
-                    return Path::Variable(Variable { of, place, slice: None, section: Some(section), timer: None });
+                    let variable = Variable { of, place, slice: None, section: Some(section), timer: None };
+                    self.use_view(&variable, false);
+                    return Path::Variable(variable);
                 }
                 Some(Symbol::Constant(operand)) => return Path::Constant(operand),
                 None => {}

@@ -14,7 +14,7 @@ impl Lowerer<'_, '_> {
     pub fn statements(&mut self, statements: &[Statement]) {
         self.warn_of_calls(statements);
         for statement in statements {
-            self.statement(statement);
+            self.with_views(statement.span, |lowerer| lowerer.statement(statement));
         }
     }
 
@@ -42,8 +42,10 @@ impl Lowerer<'_, '_> {
         let span = self.span(id);
         // What is calculated before it belongs to it: a loop calculates it in each run.
         let (before, condition) = self.aside(|lowerer| {
-            let operand = lowerer.operand(id, Some(Elementary::Bool));
-            lowerer.condition(operand, span)
+            lowerer.with_views(span, |lowerer| {
+                let operand = lowerer.operand(id, Some(Elementary::Bool));
+                lowerer.condition(operand, span)
+            })
         });
         if before.is_empty() { condition } else { Expr::After(before, Box::new(condition)) }
     }
@@ -371,6 +373,9 @@ impl Lowerer<'_, '_> {
             }
         };
         if let Some(target) = &target {
+            if self.is_view(target) {
+                self.error(variable_span, "a loop cannot count in a view (AT)", Some("count in a variable of its own"));
+            }
             self.check_written(target, variable_span);
         } else {
             self.guess_target(variable, &Operand::Value(Elementary::Int, zero(Elementary::Int)));

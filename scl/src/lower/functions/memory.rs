@@ -31,6 +31,18 @@ impl Lowerer<'_, '_> {
         }
     }
 
+    /// How many elements an array has.
+    pub(super) fn count(&mut self, given: &Given) -> Operand {
+        match self.argument(given, "IN", 0) {
+            Operand::Variable(Type::Array(array), _) => {
+                let count = array.bounds.iter().map(|(low, high)| program::extent(*low, *high)).product::<usize>();
+                Operand::Value(Elementary::UDInt, Expr::Const((count as u32).into()))
+            }
+            Operand::Wrong(name) => Operand::Wrong(name),
+            _ => self.error(given.span, format!("{} is for arrays with bounds", given.name), None),
+        }
+    }
+
     pub(super) fn runtime(&mut self, given: &Given) -> Operand {
         let Some(block) = self.compiler.system_block("RUNTIME") else { return Operand::Wrong(None) };
         let Some(id) = given.find("MEM", 0) else {

@@ -45,7 +45,7 @@ const HARDWARE: [&str; 40] = [
 ];
 
 /// Functions that work on memory or pointers.
-const POINTERS: [&str; 22] = [
+const POINTERS: [&str; 21] = [
     "PEEK",
     "PEEK_BOOL",
     "PEEK_WORD",
@@ -63,7 +63,6 @@ const POINTERS: [&str; 22] = [
     "VARIANTPUT",
     "TYPEOF",
     "TYPEOFELEMENTS",
-    "COUNTOFELEMENTS",
     "IS_ARRAY",
     "READ_DBL",
     "WRIT_DBL",
@@ -71,8 +70,7 @@ const POINTERS: [&str; 22] = [
 ];
 
 /// Functions of texts and of the clock, which do not exist here yet.
-const LATER: [&str; 22] = [
-    "S_CONV",
+const LATER: [&str; 21] = [
     "S_COMP",
     "STRG_VAL",
     "VAL_STRG",
@@ -95,6 +93,15 @@ const LATER: [&str; 22] = [
     "RD_SINFO",
     "TIME_TO_S5TIME",
 ];
+
+/// Words that a machine's own blocks begin with, too.
+const ORDINARY: [&str; 12] =
+    ["CALCULATE", "DEVICE", "FILE", "FILL", "GEN_", "GET", "JOIN", "LED", "PUT", "SEG", "SPLIT", "STP"];
+
+/// Whether a name in quotation marks is rather a block of the machine than a function of the CPU.
+pub fn is_ordinary(name: &str) -> bool {
+    ORDINARY.iter().any(|word| name.starts_with(word))
+}
 
 /// Why a function or a type is refused, and what to do; `None` if it is not known to be.
 pub fn refused(name: &str) -> Option<(String, String)> {

@@ -80,6 +80,27 @@ impl Lowerer<'_, '_> {
         Some(converted.unwrap_or(Operand::Wrong(None)))
     }
 
+    /// S_CONV: a number to a text, a text to a number, or a text as it is; the variable at OUT says which.
+    pub(super) fn text_or_number(&mut self, given: &Given) {
+        let (Some(_), Some(output)) = (given.find("IN", 0), given.find("OUT", 1)) else {
+            self.error(given.span, "S_CONV is called without IN or OUT", None);
+            return;
+        };
+        let Some(to) = self.target(output) else { return };
+        // Only its type: what it calculates is thrown away.
+        let (_, operand) = self.aside(|lowerer| lowerer.argument(given, "IN", 0));
+        let value = match (&operand, to.of.elementary()) {
+            (Operand::Variable(Type::Text { wide: false, .. }, _) | Operand::Text(..), Some(of)) => {
+                self.text_to_number(of, given)
+            }
+            (Operand::Value(of, _), None) => self.number_to_text(*of, given),
+            _ => Some(self.argument(given, "IN", 0)),
+        };
+        if let Some(value) = value {
+            self.assign(&to, value, given.span);
+        }
+    }
+
     /// A number as a text: as wide as the longest one of its type, right-aligned.
     fn number_to_text(&mut self, of: Elementary, given: &Given) -> Option<Operand> {
         let span = given.span;

@@ -1,0 +1,340 @@
+//! `AT`: a variable that shows the bytes of another one in its own type.
+//!
+//! A CPU keeps variables as bytes, numbers with the highest byte first and truth values as bits. Here every variable lies as the
+//! machine calculates it. A view is therefore a variable of its own: what it shows is calculated before a statement that uses
+//! it, and what a statement writes to it goes back to the variable behind it.
+
+use super::Lowerer;
+use super::convert::{binary, convert};
+use super::paths::Variable;
+use crate::compile::Compiler;
+use crate::declare::{Slot, Symbol};
+use crate::lexer::Span;
+use crate::program::{At, Base, Binary, Convert, Expr, Place, Scalar, Step, What};
+use crate::types::{Class, Elementary, Type};
+
+/// No view has more parts: each costs an operation in every statement that uses it.
+const MOST_PARTS: usize = 4096;
+
+/// A view of a variable.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// Its name.
+    pub name: String,
+    /// The local that holds what it shows.
+    pub local: usize,
+    /// The variable behind it, in capitals.
+    pub behind: String,
+    /// Its type.
+    pub of: Type,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// A number in the bytes of a CPU.
+struct Part {
+    place: Place,
+    of: Elementary,
+    /// Its first bit: 8 times the byte, and of a truth value the bit in it.
+    bit: usize,
+}
+
+impl Part {
+    fn bits(&self) -> usize {
+        self.of.bits() as usize
+    }
+
+    fn end(&self) -> usize {
+        self.bit + self.bits()
+    }
+}
+
+/// The parts of a variable in the order of their bytes.
+struct Image {
+    parts: Vec<Part>,
+    /// The number of bits up to here.
+    end: usize,
+    at: At,
+}
+
+impl Image {
+    /// The parts of a variable, or why it cannot be seen as bytes.
+    fn of(place: Place, of: &Type, at: At) -> Result<Image, String> {
+        let mut image = Image { parts: Vec::new(), end: 0, at };
+        image.add(place, of)?;
+        Ok(image)
+    }
+
+    fn bytes(&self) -> usize {
+        self.end.div_ceil(8)
+    }
+
+    /// Numbers of one byte and truth values follow one another, everything else begins at an even byte.
+    fn add(&mut self, place: Place, of: &Type) -> Result<(), String> {
+        match of {
+            Type::Elementary(of) => {
+                match of.bits() {
+                    1 => {}
+                    8 => self.end = self.end.next_multiple_of(8),
+                    _ => self.end = self.end.next_multiple_of(16),
+                }
+                if self.parts.len() == MOST_PARTS {
+                    return Err(format!("a view of more than {MOST_PARTS} numbers"));
+                }
+                self.parts.push(Part { place, of: *of, bit: self.end });
+                self.end += of.bits() as usize;
+                Ok(())
+            }
+            Type::Array(array) => {
+                let is_small = array.of.elementary().is_some_and(|of| of.bits() <= 8);
+                if is_small && array.bounds.len() > 1 {
+                    return Err("an array of several dimensions whose elements are a byte or a bit".to_string());
+                }
+                self.end = self.end.next_multiple_of(16);
+                for indices in indices(&array.bounds) {
+                    let mut element = place.clone();
+                    let indices = indices.into_iter().map(|index| Expr::Const(index.into())).collect();
+                    element.steps.push(Step::Index(indices, self.at));
+                    self.add(element, &array.of)?;
+                }
+                self.end = self.end.next_multiple_of(16);
+                Ok(())
+            }
+            Type::Structure(structure) => {
+                self.end = self.end.next_multiple_of(16);
+                for (number, field) in structure.fields.iter().enumerate() {
+                    self.add(place.clone().member(number), &field.of)?;
+                }
+                self.end = self.end.next_multiple_of(16);
+                Ok(())
+            }
+            Type::Text { .. } => Err("a text".to_string()),
+            Type::Open(..) => Err("an array whose bounds the caller gives".to_string()),
+            Type::Instance(_) | Type::Void | Type::Wrong => Err("an instance".to_string()),
+        }
+    }
+
+    /// The byte of a number, as a `U64`; 0 between the parts.
+    fn byte(&self, number: usize) -> Expr {
+        let at = self.at;
+        let first = self.parts.partition_point(|part| part.end() <= number * 8);
+        let within = self.parts[first..].iter().take_while(|part| part.bit < number * 8 + 8);
+        let mut sum: Option<Expr> = None;
+        for part in within {
+            let value = bits_of(Expr::Load(part.of.scalar(), part.place.clone()), part.of, at);
+            let value = if part.bits() == 1 {
+                shifted(Binary::Shl, value, part.bit % 8, at)
+            } else {
+                // The highest byte comes first.
+                let high = shifted(Binary::Shr, value, part.end() - (number * 8 + 8), at);
+                binary(Binary::And, Scalar::U64, high, Expr::Const(0xff_u64.into()), at)
+            };
+            sum = Some(match sum {
+                Some(sum) => binary(Binary::Or, Scalar::U64, sum, value, at),
+                None => value,
+            });
+        }
+        sum.unwrap_or(Expr::Const(0_u64.into()))
+    }
+
+    /// The bits of a part of another image that no part of this one has: gaps, and what is behind its end.
+    fn missing(&self, part: &Part) -> u64 {
+        let has = |bit: usize| {
+            let first = self.parts.partition_point(|own| own.end() <= bit);
+            self.parts.get(first).is_some_and(|own| own.bit <= bit)
+        };
+        let bits = (0..part.bits()).filter(|bit| !has(part.bit + bit));
+        // The highest byte comes first, and in a byte the lowest bit.
+        let number = |bit: usize| if part.bits() == 1 { 0 } else { part.bits() - 8 - bit / 8 * 8 + bit % 8 };
+        bits.map(number).fold(0, |mask, bit| mask | 1 << bit)
+    }
+
+    /// The value of a part of another image, from the bytes of this one.
+    fn value(&self, part: &Part) -> Expr {
+        let at = self.at;
+        // The same number under another name.
+        let same = self.parts.binary_search_by_key(&part.bit, |own| own.bit).ok().map(|own| &self.parts[own]);
+        if let Some(own) = same.filter(|own| own.bits() == part.bits()) {
+            let bits = bits_of(Expr::Load(own.of.scalar(), own.place.clone()), own.of, at);
+            return number_of(bits, part.of, at);
+        }
+        let first = part.bit / 8;
+        let bits = if part.bits() == 1 {
+            let shifted = shifted(Binary::Shr, self.byte(first), part.bit % 8, at);
+            binary(Binary::And, Scalar::U64, shifted, Expr::Const(1_u64.into()), at)
+        } else {
+            let bytes = part.bits() / 8;
+            (0..bytes)
+                .map(|byte| shifted(Binary::Shl, self.byte(first + byte), 8 * (bytes - 1 - byte), at))
+                .reduce(|sum, byte| binary(Binary::Or, Scalar::U64, sum, byte, at))
+                .unwrap_or(Expr::Const(0_u64.into()))
+        };
+        number_of(bits, part.of, at)
+    }
+}
+
+/// All indices of an array, row by row; not more than a view may have.
+fn indices(bounds: &[(i32, i32)]) -> Vec<Vec<i32>> {
+    let mut all = vec![Vec::new()];
+    for (low, high) in bounds {
+        let longer = |indices: &Vec<i32>| {
+            let indices = indices.clone();
+            (*low..=*high).take(MOST_PARTS + 1).map(move |index| [indices.clone(), vec![index]].concat())
+        };
+        all = all.iter().flat_map(longer).take(MOST_PARTS + 1).collect();
+    }
+    all
+}
+
+/// The bits of a number as a `U64`.
+fn bits_of(value: Expr, of: Elementary, at: At) -> Expr {
+    let unsigned = unsigned(of);
+    let how = if of.class() == Class::Real { Convert::Bits } else { Convert::Value };
+    convert(convert(value, of.scalar(), unsigned, how, at), unsigned, Scalar::U64, Convert::Value, at)
+}
+
+/// The number with these bits.
+fn number_of(bits: Expr, of: Elementary, at: At) -> Expr {
+    let unsigned = unsigned(of);
+    let how = if of.class() == Class::Real { Convert::Bits } else { Convert::Value };
+    convert(convert(bits, Scalar::U64, unsigned, Convert::Value, at), unsigned, of.scalar(), how, at)
+}
+
+fn unsigned(of: Elementary) -> Scalar {
+    match of.bits() {
+        1 => Scalar::Bool,
+        8 => Scalar::U8,
+        16 => Scalar::U16,
+        32 => Scalar::U32,
+        _ => Scalar::U64,
+    }
+}
+
+fn ones(bits: usize) -> u64 {
+    u64::MAX >> (64 - bits)
+}
+
+fn shifted(operation: Binary, value: Expr, by: usize, at: At) -> Expr {
+    if by == 0 {
+        return value;
+    }
+    binary(operation, Scalar::U64, value, Expr::Const((by as u32).into()), at)
+}
+
+impl Compiler<'_> {
+    /// The bytes behind a view and those of the view, or why there are none.
+    fn images(&self, behind: (Place, &Type), view: &View) -> Result<(Image, Image), String> {
+        let at = self.at(view.span);
+        let under = Image::of(behind.0, behind.1, at).map_err(|what| format!("{what} cannot be seen through AT"))?;
+        let over = Image::of(Place::of(Base::Local(view.local)), &view.of, at)
+            .map_err(|what| format!("{what} cannot be a view"))?;
+        if over.bytes() > under.bytes() {
+            return Err(format!("the view has {} bytes, the variable behind it only {}", over.bytes(), under.bytes()));
+        }
+        Ok((under, over))
+    }
+}
+
+impl Lowerer<'_, '_> {
+    /// Whether a variable is a view or a part of one.
+    pub fn is_view(&self, variable: &Variable) -> bool {
+        self.views.iter().any(|view| variable.place.base == Base::Local(view.local))
+    }
+
+    /// Notes that a view is used.
+    pub fn use_view(&mut self, variable: &Variable, is_written: bool) {
+        let Base::Local(local) = variable.place.base else { return };
+        let Some(number) = self.views.iter().position(|view| view.local == local) else { return };
+        match self.used.iter_mut().find(|(used, _)| *used == number) {
+            Some((_, written)) => *written |= is_written,
+            None => self.used.push((number, is_written)),
+        }
+    }
+
+    /// A variable behind a view, unless it is a view itself.
+    fn behind(&self, view: &View) -> Option<(Place, Type)> {
+        match self.symbols.get(&view.behind)? {
+            Symbol::Variable(_, of, slot) => {
+                let place = match slot {
+                    Slot::Member(number) => Place::of(Base::Instance).member(*number),
+                    Slot::Local(number) => Place::of(Base::Local(*number)),
+                };
+                (!self.views.iter().any(|view| place == Place::of(Base::Local(view.local))))
+                    .then(|| (place, of.clone()))
+            }
+            Symbol::Constant(_) => None,
+        }
+    }
+
+    /// Tells what is wrong with the views of a block; those that are wrong are left out.
+    pub fn check_views(&mut self) {
+        for view in self.views.clone() {
+            if view.of == Type::Wrong {
+                continue;
+            }
+            let problem = match self.behind(&view) {
+                None => Some("AT is for a variable of this block".to_string()),
+                Some((_, Type::Wrong)) => None,
+                Some((place, of)) => self.compiler.images((place, &of), &view).err(),
+            };
+            if let Some(problem) = problem {
+                let help = "use slices such as .%X0, or copy the members one by one";
+                self.error(view.span, problem, Some(help));
+            }
+        }
+    }
+
+    /// What a part translates, with what its views show before it and what it wrote to them behind it. A view that only the
+    /// conditions of nested statements use is not among them.
+    pub fn with_views<T>(&mut self, span: Span, part: impl FnOnce(&mut Self) -> T) -> T {
+        if self.views.is_empty() {
+            return part(self);
+        }
+        let outer = std::mem::take(&mut self.used);
+        let (code, result) = self.aside(part);
+        let used = std::mem::replace(&mut self.used, outer);
+        for (number, _) in &used {
+            self.show(*number, span);
+        }
+        self.code.extend(code);
+        for (number, _) in used.iter().filter(|(_, written)| *written) {
+            self.write_back(*number, span);
+        }
+        result
+    }
+
+    fn images_of(&self, number: usize) -> Option<(Image, Image)> {
+        let view = &self.views[number];
+        let (place, of) = self.behind(view)?;
+        self.compiler.images((place, &of), view).ok()
+    }
+
+    fn show(&mut self, number: usize, span: Span) {
+        let Some((under, over)) = self.images_of(number) else { return };
+        for part in &over.parts {
+            self.push(span, What::Assign(part.place.clone(), under.value(part)));
+        }
+    }
+
+    /// Bits that the view does not have keep what they are.
+    fn write_back(&mut self, number: usize, span: Span) {
+        let Some((under, over)) = self.images_of(number) else { return };
+        let at = self.at(span);
+        for part in &under.parts {
+            let (all, kept) = (ones(part.bits()), over.missing(part));
+            if kept == all {
+                continue;
+            }
+            let mut value = over.value(part);
+            if kept != 0 {
+                let load = Expr::Load(part.of.scalar(), part.place.clone());
+                let [new, old] = [(value, !kept), (load, kept)].map(|(value, mask)| {
+                    let bits = bits_of(value, part.of, at);
+                    binary(Binary::And, Scalar::U64, bits, Expr::Const(mask.into()), at)
+                });
+                value = number_of(binary(Binary::Or, Scalar::U64, new, old, at), part.of, at);
+            }
+            self.push(span, What::Assign(part.place.clone(), value));
+        }
+    }
+}
