@@ -94,4 +94,18 @@ proptest! {
         }
         try_it(&words.concat());
     }
+
+    #[test]
+    fn a_program_with_bits_turned_over_is_told(
+        program: prop::sample::Index,
+        places in prop::collection::vec((any::<prop::sample::Index>(), 0..8_u32), 1..9),
+    ) {
+        let mut bytes = pick(program).as_bytes().to_vec();
+        for (at, bit) in places {
+            bytes[at.index(bytes.len())] ^= 1 << bit;
+        }
+        // As a file: what is no UTF-8 is read as Windows-1252.
+        let source = Source::new("a.scl", bytes);
+        try_it(&source.text);
+    }
 }
