@@ -102,7 +102,8 @@ proptest! {
     ) {
         let mut bytes = pick(program).as_bytes().to_vec();
         for (at, bit) in places {
-            bytes[at.index(bytes.len())] ^= 1 << bit;
+            let at = at.index(bytes.len());
+            bytes[at] ^= 1 << bit;
         }
         // As a file: what is no UTF-8 is read as Windows-1252.
         let source = Source::new("a.scl", bytes);
