@@ -95,7 +95,7 @@ MUTANTS = {
         variable("LMN_I", 'Reference="31"', 'Reference="10"'),
         'that of "PV_IN" too',
     ),
-    "an unknown that is none": (replaced(UNKNOWN, r'\1<Unknown index="14"/>'), "does not belong here"),
+    "an unknown that does not exist": (replaced(UNKNOWN, r'\1<Unknown index="14"/>'), "does not belong here"),
 }
 
 

@@ -137,7 +137,7 @@ def test_a_changed_value_is_refused_with_both_guids(preset):
     file = preset.folder / START
     file.write_text(file.read_text().replace("GAIN = 2.7", "GAIN = 3.7"))
     text = refusal(preset)
-    assert preset.description.guid in text and "were changed or exchanged" in text and START in text
+    assert preset.description.guid in text and "were changed or replaced" in text and START in text
 
 
 def test_any_changed_byte_is_refused(preset):
@@ -385,7 +385,7 @@ def test_check_says_what_is_wrong_with_a_preset(plcfmu, preset, open_preset, tmp
         assert done.returncode == 1
         return done.stdout
 
-    assert "one of them was changed or exchanged" in verdict(start=start.replace("GAIN = 2.7", "GAIN = 3.7"))
+    assert "one of them was changed or replaced" in verdict(start=start.replace("GAIN = 2.7", "GAIN = 3.7"))
     assert "start values are missing" in verdict(start=None)
     assert '"CONT_S_PRESET"' in verdict(start=other)
     assert "resources/start.txt: line 1 is" in verdict(start="hello\n")

@@ -278,7 +278,7 @@ def test_of_two_commands_in_a_checkout_the_one_that_was_built_last_is_taken(prog
 
 def test_without_the_command_the_error_says_how_to_get_it(programs, monkeypatch, tmp_path):
     monkeypatch.setenv("PLCFMU_COMMAND", "/nowhere/plcfmu")
-    with pytest.raises(plcfmu.CommandNotFoundError, match="PLCFMU_COMMAND is .*plcfmu, which is no file"):
+    with pytest.raises(plcfmu.CommandNotFoundError, match="PLCFMU_COMMAND is .*plcfmu, which is not a file"):
         plcfmu.params("plant.awl")
     monkeypatch.delenv("PLCFMU_COMMAND")
     monkeypatch.setenv("PATH", str(tmp_path))

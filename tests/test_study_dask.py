@@ -64,7 +64,7 @@ def place(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def tolerance(place):
-    """A study of so many runs."""
+    """A study of this many runs."""
     return write_study(place / "tolerance.toml")
 
 
@@ -313,7 +313,7 @@ def test_workers_with_another_version_of_the_program_are_refused(tmp_path, betwe
 
 def test_workers_without_the_program_are_refused(tmp_path, between, client):
     study, nothing = write_study(tmp_path / "nothing.toml", seed=6), tmp_path / "nothing"
-    wanted = r"run \d+: tcp://\S+: PLCFMU_COMMAND is .*nothing, which is no file"
+    wanted = r"run \d+: tcp://\S+: PLCFMU_COMMAND is .*nothing, which is not a file"
     with command_of_the_workers(client, nothing), pytest.raises(plcfmu.StudyError, match=wanted):
         run(study, tmp_path / "out", client)
 
@@ -403,7 +403,7 @@ def test_runs_that_kill_every_worker_are_named(tmp_path, between, client, monkey
 
 
 class Cluster:
-    """A client of a cluster with so many threads."""
+    """A client of a cluster with this many threads."""
 
     class scheduler:
         address = "tcp://127.0.0.1:8786"

@@ -106,7 +106,7 @@ def wait_for_calls(page, calls):
 
 
 def run_calls(page, calls, cycle=1.0, fresh=False):
-    """Makes so many calls as fast as it goes; after a reset, the run is a fresh one."""
+    """Makes this many calls as fast as it goes; after a reset, the run is a fresh one."""
     if fresh:
         page.locator("#run .status").get_by_text("0 calls").wait_for()
     before = made(page)
@@ -285,7 +285,7 @@ def test_the_same_test_has_the_stimuli_of_before_and_the_settings_of_now(tool, r
 
 
 def wait_for_runs(page, count):
-    """Waits until the list of runs has so many."""
+    """Waits until the list of runs has this many."""
     runs = "async count => (await import('tool/store.js')).store.loop.notes.runs?.length === count"
     page.wait_for_function(runs, arg=count)
     page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")

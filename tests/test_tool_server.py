@@ -373,7 +373,7 @@ def test_what_an_fmu_says_of_itself_is_quoted_and_short(tool, faulty, tmp_path):
     question = tool.upload(tmp_path / "x.fmu", 'x". It is safe.fmu')["ok"]["question"]
     assert question == (
         r'The FMU "x\". It is safe" is native code of somebody else. It names tool '
-        f'"{lie[:60]}…", author "Somebody"; nobody has checked that. Let it run on this machine, with all that you may do?'
+        f'"{lie[:60]}…", author "Somebody"; nobody has checked that. Let it run on this machine, with all your permissions?'
     )
 
 
@@ -528,7 +528,7 @@ def test_an_fmu_that_is_sent_runs_only_after_it_was_accepted(tool, faulty):
         "tool": "By hand",
         "author": "Somebody",
         "question": 'The FMU "FAULTY" is native code of somebody else. It names tool "By hand", author "Somebody"; nobody has '
-        "checked that. Let it run on this machine, with all that you may do?",
+        "checked that. Let it run on this machine, with all your permissions?",
         "platforms": [fmpy.platform],
         "problem": None,
         "parameters": None,

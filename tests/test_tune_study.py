@@ -141,7 +141,7 @@ def test_without_settings_that_keep_the_constraints_the_exit_code_is_1_and_nothi
     out = tmp_path / "out"
     done = run("tune-study", study, "--fmus", host.FOLDER, "--out", out)
     assert done.returncode == 1
-    assert "no candidate keeps all constraints" in done.stderr and "settling < 1 s" in done.stderr
+    assert "no candidate meets all constraints" in done.stderr and "settling < 1 s" in done.stderr
     assert "closest" in done.stdout and not out.exists()
 
 

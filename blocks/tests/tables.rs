@@ -123,7 +123,7 @@ fn what_a_characteristic_sets_and_shows_exists() {
             let Characteristic { title, variable, range, points, calls, set, show } = characteristic;
             assert!(!title.is_empty() && !show.is_empty() && *points > 1 && *calls > 0, "{}: {title}", table.name);
             assert!(range.0 < range.1, "{}: {title}", table.name);
-            assert_ne!(row(variable).kind, Kind::Bool, "{variable} of {} is no number", table.name);
+            assert_ne!(row(variable).kind, Kind::Bool, "{variable} of {} is not a number", table.name);
             for name in set.iter().map(|(name, _)| name).chain([variable]) {
                 assert!(row(name).role.is_settable(), "{name} of {} cannot be set", table.name);
             }

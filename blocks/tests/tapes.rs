@@ -156,7 +156,7 @@ fn repeated(token: &str, sign: char) -> Vec<Expected> {
 }
 
 fn value(token: &str) -> Expected {
-    let read = |text: &str| text.parse::<f64>().unwrap_or_else(|_| panic!("{token:?} is no value of a tape"));
+    let read = |text: &str| text.parse::<f64>().unwrap_or_else(|_| panic!("{token:?} is not a value of a tape"));
     match token {
         "_" => Expected::Anything,
         "TRUE" => Expected::Exactly(1.0),

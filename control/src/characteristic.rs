@@ -58,7 +58,8 @@ pub struct Sweep {
 /// There is no such block, it refuses a setting, or a period of its pulses has too many calls.
 pub fn characteristics(home: &dyn Fmus, member: &Member) -> Result<Characteristics> {
     let table = home.table(&member.fmu)?;
-    let table = table.with_context(|| format!("{} is a foreign FMU: it tells no characteristics", member.fmu))?;
+    let table =
+        table.with_context(|| format!("{} is a foreign FMU, whose characteristics are not known", member.fmu))?;
     let mut distinct: Vec<&Characteristic> = Vec::new();
     for of in &table.characteristics {
         if !distinct.iter().any(|known| known.variable == of.variable && known.show == of.show) {
@@ -163,6 +164,6 @@ mod tests {
         let error = |member: &Member| format!("{:#}", characteristics(&TestHome::default(), member).unwrap_err());
         assert!(error(&member(&[("HIG", Value::Number(1.0))])).contains("did you mean C.HIGH?"));
         let foreign = Member { fmu: "FOREIGN".into(), ..member(&[]) };
-        assert_eq!(error(&foreign), "FOREIGN is a foreign FMU: it tells no characteristics");
+        assert_eq!(error(&foreign), "FOREIGN is a foreign FMU, whose characteristics are not known");
     }
 }

@@ -213,7 +213,7 @@ impl<'a> Layout<'a> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         // Before anything is made of it.
         if let Some(line) = text.lines().take(SAMPLE).position(|line| line.len() > LONGEST_LINE) {
-            bail!("line {} has more than {LONGEST_LINE} bytes: this is no CSV file", line + 1);
+            bail!("line {} has more than {LONGEST_LINE} bytes: this is not a CSV file", line + 1);
         }
         let (mut rest, mut line, mut comment, mut told) = (text, 1, None, None);
         loop {

@@ -86,7 +86,7 @@ pub static FIGURES: [&Figure; 8] = [
     &Figure {
         key: "iae",
         title: "IAE",
-        meaning: "Integral of the deviation's amount",
+        meaning: "Integral of the absolute deviation",
         unit: Unit::ProcessValueSeconds,
         is_lower_better: true,
         absent: NO_DEVIATION,
@@ -96,7 +96,7 @@ pub static FIGURES: [&Figure; 8] = [
     &Figure {
         key: "ise",
         title: "ISE",
-        meaning: "Integral of the deviation's square",
+        meaning: "Integral of the squared deviation",
         unit: Unit::SquareSeconds,
         is_lower_better: true,
         absent: NO_DEVIATION,
@@ -106,7 +106,7 @@ pub static FIGURES: [&Figure; 8] = [
     &Figure {
         key: "peak",
         title: "Largest deviation",
-        meaning: "Largest amount of the deviation",
+        meaning: "Largest absolute deviation",
         unit: Unit::ProcessValue,
         is_lower_better: true,
         absent: NO_DEVIATION,
@@ -346,7 +346,7 @@ impl<'a> Window<'a> {
                 let unit = self.signals.travel_unit.map_or_else(String::new, |unit| format!(" {unit}"));
                 let (value, since) = (short(value), short(since));
                 format!(
-                    "{why}; the manipulated value has stood at {value}{unit} since {since} s: it is at a limit, in manual mode, \
+                    "{why}; the manipulated value has been {value}{unit} since {since} s: it is at a limit, in manual mode, \
                      or the deviation is within the dead band"
                 )
             }
@@ -671,7 +671,7 @@ mod tests {
         let remark = figures.all_remarks().pop().unwrap();
         assert!(
             remark.contains(
-                "stood at 100 % since 30 s: it is at a limit, in manual mode, or the \
+                "been 100 % since 30 s: it is at a limit, in manual mode, or the \
                      deviation is within the dead band"
             ),
             "{remark}"

@@ -301,8 +301,8 @@ mod tests {
             assert_eq!(component.advice, Vec::<String>::new(), "{h:?}");
         }
         component.do_step(0.001, 0.0005).unwrap();
-        let expected = "communicationStepSize = 0.0005: CYCLE = 0.1 s is 200 times as long, and only one step in so many \
-                        makes a call; is CYCLE given in ms instead of s?";
+        let expected = "communicationStepSize = 0.0005: CYCLE = 0.1 s is 200 times as long, and most steps make no \
+                        call; is CYCLE given in ms instead of s?";
         assert_eq!(std::mem::take(&mut component.advice), [expected]);
         component.do_step(0.0015, 0.0005).unwrap();
         assert_eq!(component.advice, Vec::<String>::new());

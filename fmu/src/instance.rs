@@ -227,7 +227,7 @@ impl<B: Cyclic> Instance<B> {
         let rest = bytes.strip_prefix(MAGIC).ok_or("the bytes are not a serialized state of this format")?;
         let rest = rest
             .strip_prefix(&fingerprint.to_be_bytes())
-            .ok_or_else(|| format!("the state is of another FMU or version; this is {}", block.table().name))?;
+            .ok_or_else(|| format!("the state belongs to another FMU or version; this is {}", block.table().name))?;
         let damaged = || Refusal::from("the serialized state is damaged");
         let (mut rest, checksum_bytes) = rest.split_last_chunk().ok_or_else(damaged)?;
         if checksum(&bytes[..bytes.len() - checksum_bytes.len()]) != u128::from_le_bytes(*checksum_bytes) {
@@ -430,7 +430,7 @@ mod tests {
         instance.do_step(0.0, 2.5).unwrap();
         assert_eq!(instance.last_successful_time(), 2.5);
         instance.do_step(2.5, -1.0).unwrap_err();
-        assert_eq!(instance.last_successful_time(), 2.5, "a refused step is none");
+        assert_eq!(instance.last_successful_time(), 2.5, "a refused step does not count");
     }
 
     #[test]

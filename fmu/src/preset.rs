@@ -60,7 +60,7 @@ impl<B: Block> Preset<B> {
         if fingerprint::text(hash) != guid.to_bytes() {
             let text = fingerprint::text(hash);
             let text = String::from_utf8_lossy(&text);
-            let why = format!("the start values are those of {preset:?} {text}: they were changed or exchanged");
+            let why = format!("the start values are those of {preset:?} {text}: they were changed or replaced");
             return Err(refused(why).into());
         }
         let mut block = B::default();

@@ -75,8 +75,8 @@ impl<B: Cyclic> Session<B> {
             let table = self.block.table();
             let name = table.rows[table.cycle].name;
             format!(
-                "communicationStepSize = {h:?}: {name} = {cycle:?} s is {:.0} times as long, and only one step in so many \
-                 makes a call; is {name} given in ms instead of s?",
+                "communicationStepSize = {h:?}: {name} = {cycle:?} s is {:.0} times as long, and most steps make no \
+                 call; is {name} given in ms instead of s?",
                 cycle / h
             )
         })

@@ -309,7 +309,7 @@ impl<'r, 'a> Body<'r, 'a> {
                     let Some(Var::Place(place, ty)) = self.place(&it.left)? else {
                         return Err(self.error(it.left.span(), "this is no variable"));
                     };
-                    let kept = ty.kept().ok_or_else(|| self.error(it.left.span(), "this is no number"))?;
+                    let kept = ty.kept().ok_or_else(|| self.error(it.left.span(), "this is not a number"))?;
                     let (value, found) = self.number(&it.right, Some(&ty))?;
                     if found != ty {
                         return Err(self.error(it.right.span(), format!("expected {ty}, found {found}")));

@@ -247,7 +247,7 @@ impl Reader<'_> {
             let ty = match ty {
                 Ty::Struct(record) => Type::Record(*record),
                 ty => Type::Scalar(
-                    ty.kept().ok_or_else(|| self.error(file, Span::call_site(), format!("{name} is no number")))?,
+                    ty.kept().ok_or_else(|| self.error(file, Span::call_site(), format!("{name} is not a number")))?,
                 ),
             };
             typed.push((name.clone(), ty));

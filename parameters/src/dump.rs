@@ -20,7 +20,7 @@ pub fn read(source: &Source, blocks: &[Arc<Block>], options: &Options) -> Result
     let Ok(chosen) = report.chosen(blocks, options) else { return report.finish(Vec::new()) };
     let Some(block) = chosen else {
         let help = format!("name it with --block: {}", list(blocks));
-        report.wrong_file("a dump does not say of which block it is", Some(help));
+        report.wrong_file("a dump does not say which block it belongs to", Some(help));
         return report.finish(Vec::new());
     };
     let (addresses, size) = match whole(&block) {

@@ -74,7 +74,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
             continue;
         };
         if !block.name.ends_with("DB") {
-            report.remark(Some(block.span.clone()), format!("{} is no data block: skipped", quoted(&name)));
+            report.remark(Some(block.span.clone()), format!("{} is not a data block: skipped", quoted(&name)));
             continue;
         }
         let before = loops.len();
@@ -88,7 +88,7 @@ fn loops(report: &mut Report, source: &Source, blocks: &[Arc<Block>], options: &
         containers.resize(loops.len(), name.clone());
         if loops.len() == before && !report.is_wrong() {
             let of = if of.is_empty() { String::new() } else { format!(" ({})", quoted(&of)) };
-            let message = format!("{}{of} is no instance of a known block: skipped", quoted(&name));
+            let message = format!("{}{of} is not an instance of a known block: skipped", quoted(&name));
             report.remark(Some(block.span.clone()), message);
         }
         if loops.len() > MOST_LOOPS {

@@ -58,7 +58,7 @@ impl Source {
     pub fn encoded(file: impl Into<String>, bytes: Vec<u8>, encoding: &str) -> Result<Source, String> {
         let Some(chosen) = Encoding::named(encoding) else {
             return Err(format!(
-                "{encoding:?} is no encoding; say utf-8, utf-16le, windows-1252 or windows-1251, for example"
+                "{encoding:?} is not an encoding; say utf-8, utf-16le, windows-1252 or windows-1251, for example"
             ));
         };
         Ok(Source::in_encoding(file.into(), bytes, chosen))
@@ -148,7 +148,7 @@ mod tests {
         let cyrillic = Source::encoded("a.awl", b"\xcf\xc8\xc4".to_vec(), "windows-1251").unwrap();
         assert_eq!(cyrillic.text, "ПИД");
         let error = Source::encoded("a.awl", Vec::new(), "klingon").unwrap_err();
-        assert!(error.contains("\"klingon\" is no encoding"), "{error}");
+        assert!(error.contains("\"klingon\" is not an encoding"), "{error}");
     }
 
     #[test]

@@ -80,7 +80,7 @@ fn tree(text: &str) -> Result<Element, (usize, String)> {
             Event::Start(tag) => {
                 elements += 1;
                 if open.len() == MOST_DEPTH {
-                    return wrong(format!("elements stand deeper than {MOST_DEPTH} in each other"));
+                    return wrong(format!("elements are nested more than {MOST_DEPTH} deep"));
                 }
                 open.push(element(&tag, start..end)?);
             }

@@ -203,7 +203,7 @@ fn refusal(code: u8, number: u16, end: usize) -> String {
             "the PLC denies access to DB{number}: lower the protection level of the CPU, or allow full access without a password"
         ),
         0x05 => format!(
-            "DB{number} is shorter than {end} bytes, so that it is no instance of this block, or it is an optimized data block \
+            "DB{number} is shorter than {end} bytes, so that it is not an instance of this block, or it is an optimized data block \
              of an S7-1200 or S7-1500: switch off \"Optimized block access\" in its properties and load it"
         ),
         0x06 | 0x07 => format!("the PLC cannot read bytes of DB{number} (code {code:#04x})"),

@@ -251,7 +251,7 @@ impl Roles {
             "disturbances" | "settings" | "stimuli" => usize::MAX,
             _ if role.strip_prefix("signal ").is_some_and(|what| !what.trim().is_empty()) => 1,
             _ => bail!(
-                "{role:?} is no role: setpoint, process value, manipulated value, manual, controller, structure, pulses, \
+                "{role:?} is not a role: setpoint, process value, manipulated value, manual, controller, structure, pulses, \
                  pulse former, limits, dead band, shortest pulse, restart, disturbances, settings, stimuli, signal NAME"
             ),
         };

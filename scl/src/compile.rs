@@ -230,7 +230,7 @@ impl<'a> Compiler<'a> {
                 let name = &block.name.text;
                 let message =
                     format!("{name} is declared twice: first in {}:{}", self.sources[earlier.0].file, place.line);
-                self.error(block.name.span, message, Some("rename one of them, or leave one file away"));
+                self.error(block.name.span, message, Some("rename one of them, or leave one file out"));
             }
         }
         self.collect_kinds();

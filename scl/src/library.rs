@@ -178,7 +178,7 @@ impl Compiler<'_> {
                 let Some(name) = last_name(tree, *base).filter(|_| is_method(&method)) else { continue };
                 let earlier = self.kinds.entry(name.0.clone()).or_insert_with(|| method.clone());
                 if *earlier != method {
-                    let message = format!("{} is called as {earlier} and as {method}", name.0);
+                    let message = format!("{} is called both as {earlier} and as {method}", name.0);
                     self.report.error(name.1, message, Some("use one variable for each"));
                 }
             }

@@ -161,7 +161,7 @@ impl Starting<'_, '_> {
             }
             _ => {
                 let span = self.span(start);
-                self.compiler.error(span, format!("this is no start value of {of}"), None);
+                self.compiler.error(span, format!("this is not a start value of {of}"), None);
             }
         }
     }

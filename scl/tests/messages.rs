@@ -134,7 +134,7 @@ fn types_without_a_meaning_here_are_refused() {
     }
     undeclarable("x : HW_IO;", "hardware: feed its values through inputs");
     undeclarable("x : PID_Compact;", "its law is not published; available are CONT_C");
-    undeclarable("x : Array[3..1] of Int;", "3..1 is no range of an index");
+    undeclarable("x : Array[3..1] of Int;", "3..1 is not a range of an index");
     undeclarable("x : Array[0..2000000000] of LReal;", "larger than the memory of a CPU");
     undeclarable("x : Array[0..1] of Array[0..1] of Int;", "use several dimensions");
     undeclarable("x : Int := 'text';", "expected INT, found a text");
@@ -169,7 +169,7 @@ fn types_that_do_not_fit_are_refused() {
     refused("FOR #r := 1 TO 2 DO ; END_FOR;", "a loop counts in an integer, not in REAL");
     refused("FOR #i := 1 TO 2 BY 0 DO ; END_FOR;", "a step of 0 never ends");
     refused("FOR #i := 1 TO 2 DO #i := 3; END_FOR;", "the loop variable i must not be written in its loop");
-    refused("EXIT;", "EXIT stands in no loop; RETURN leaves the block");
+    refused("EXIT;", "EXIT is not inside a loop; RETURN leaves the block");
     refused("GOTO L1;", "there is no label L1 in this block");
     refused("GOTO L1; WHILE #flag DO L1: #i := 1; END_WHILE;", "GOTO jumps into the loop of the label L1");
 }
@@ -219,7 +219,10 @@ fn names_that_no_source_declares_are_told_with_what_to_do() {
     silent("\"X\".TON(IN := TRUE, PT := T#1s); #flag := \"X\".Q;");
     silent("\"R_TRIG_DB_1\"(CLK := #flag, Q => #flag);");
     warned("\"Sub_DB\"(a := 1, p := #pair);", "no source declares \"Sub_DB\": it is taken for an instance of Sub");
-    refused("\"X\".TON(IN := TRUE, PT := T#1s); \"X\".TOF(IN := TRUE, PT := T#1s);", "X is called as TON and as TOF");
+    refused(
+        "\"X\".TON(IN := TRUE, PT := T#1s); \"X\".TOF(IN := TRUE, PT := T#1s);",
+        "X is called both as TON and as TOF",
+    );
 }
 
 #[test]
@@ -230,7 +233,7 @@ fn blocks_that_cannot_be_are_refused() {
         told("TYPE \"A\"\nSTRUCT x : Int; END_STRUCT;\nEND_TYPE\nDATA_BLOCK \"a\"\nBEGIN\nEND_DATA_BLOCK", None);
     assert_eq!(
         errors,
-        ["a.scl:4:12: a is declared twice: first in a.scl:1; rename one of them, or leave one file away"]
+        ["a.scl:4:12: a is declared twice: first in a.scl:1; rename one of them, or leave one file out"]
     );
     let (errors, _) = told("FUNCTION \"A\" : Void\nBEGIN\nNETWORK\nTITLE =\n  A I0.0;\nEND_FUNCTION", None);
     assert!(errors[0].starts_with("a.scl:3:1: this block is in STL or LAD, not in SCL"), "{errors:#?}");
@@ -260,7 +263,7 @@ fn what_may_surprise_is_told() {
     warned("#flag := #r < #l;", "REAL is compared with LREAL");
     warned("#i := #temp;", "the temporary temp may be read before it is written: it is 0 then");
     warned("IF #flag THEN #temp := 1; END_IF; #i := #temp;", "the temporary temp may be read before it is written");
-    warned("CASE #i OF 1..3: ; 2: ; END_CASE;", "this value of CASE stands twice: the first one counts");
+    warned("CASE #i OF 1..3: ; 2: ; END_CASE;", "this value of CASE occurs twice: the first one applies");
     warned(
         "#timer(IN := #flag, PT := T#1s); #timer(IN := TRUE, PT := T#1s);",
         "#timer is called a second time in this cycle",

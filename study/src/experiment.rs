@@ -351,8 +351,8 @@ impl<C: Reset> Executor<C> {
         let anew = values(self, &second);
         self.is_reset_wrong = is_reset && after_reset != anew;
         self.is_reset_wrong.then(|| {
-            "an FMU computes something else after a reset than a new instance does: each run gets new instances, which \
-             takes longer; tell the maker of the FMU"
+            "an FMU computes something else after a reset than a new instance does: each run gets new \
+             instances, which takes longer; report it to the maker of the FMU"
                 .into()
         })
     }

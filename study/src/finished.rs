@@ -43,7 +43,7 @@ struct Summary {
 /// # Errors
 /// The results are those of another study, or the table is not the one that the study has written; what to do.
 pub fn rows(out: &Path, fingerprint: &str, coordinates: usize, figures: usize) -> Result<Option<Vec<Row>>> {
-    const REMEDY: &str = "name another folder with --out, or begin anew without --resume";
+    const REMEDY: &str = "name another folder with --out, or start over without --resume";
     let path = out.join("summary.json");
     if !path.exists() {
         return Ok(None);

@@ -150,11 +150,11 @@ impl Measures {
         let (Some(setpoint), Some(process_value)) = (&signals.setpoint, &signals.process_value) else {
             let missing = if signals.setpoint.is_none() { "setpoint" } else { "process_value" };
             if study.signals != Signals::default() {
-                bail!("{missing} is missing, and {first} does not tell it: write {missing} = \"FMU.VARIABLE\"");
+                bail!("{missing} is missing, and {first} does not say what it is: write {missing} = \"FMU.VARIABLE\"");
             }
             if !(study.values.is_empty() && study.limits.is_empty()) {
                 self.warnings.push(format!(
-                    "{first} does not tell its {missing}, so there are no figures such as overshoot: name the loop's signals in \
+                    "{first} does not name its {missing}, so there are no figures such as overshoot: name the loop's signals in \
                      [signals] for them"
                 ));
             }
@@ -223,7 +223,7 @@ impl Measures {
 
     fn add_figure(&mut self, name: &str, unit: Option<String>) -> Result<()> {
         if self.figures.iter().any(|other| other.name == name) {
-            bail!("the figure {name} is there twice: remove one");
+            bail!("the figure {name} occurs twice: remove one");
         }
         self.figures.push(Quantity { name: name.into(), unit });
         Ok(())

@@ -75,7 +75,7 @@ pub fn read(path: &Path, fingerprint: &str) -> Result<(Range<u64>, Vec<Row>)> {
     if header.fingerprint != fingerprint {
         bail!(
             "{shown} is of another study: the study, an FMU or plcfmu has changed since; name another folder with --out, or \
-             begin anew without --resume"
+             start over without --resume"
         );
     }
     let rows: Vec<Row> = postcard::from_bytes(&content[line + 1..]).with_context(damaged)?;

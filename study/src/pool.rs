@@ -51,7 +51,7 @@ impl Options {
     /// The program does not find itself.
     pub fn new() -> Result<Options> {
         Ok(Options {
-            program: std::env::current_exe().context("the program plcfmu does not find itself")?,
+            program: std::env::current_exe().context("plcfmu cannot find its own program file")?,
             jobs: thread::available_parallelism().map_or(1, usize::from),
             limit: Duration::from_secs(300),
             interrupted: Arc::default(),

@@ -578,7 +578,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         is_met: verdict.problem.is_none(),
         problem: match (&verdict.problem, of.of) {
             (Some(problem), _) => printable(problem),
-            (None, Of::Each) => "every run keeps to it".into(),
+            (None, Of::Each) => "every run meets it".into(),
             (None, _) => String::new(),
         },
         runs: printable(&listed(

@@ -51,13 +51,14 @@ impl Found<'_> {
             })
             .collect();
         let what = if broken.is_empty() {
-            format!("{} has no value for every plant", self.tuning.figures[self.tuning.problem.minimize].name)
+            format!(
+                "with the closest one, {} does not have a value for every plant",
+                self.tuning.figures[self.tuning.problem.minimize].name
+            )
         } else {
-            format!("what stands in the way is {}", broken.join(" and "))
+            format!("the closest one misses {}", broken.join(" and "))
         };
-        Some(format!(
-            "no candidate keeps all constraints; with the one that is the closest, {what}. Allow more, or search wider ranges"
-        ))
+        Some(format!("no candidate meets all constraints; {what}. Allow more, or search wider ranges"))
     }
 
     /// What the user should know of the result.

@@ -204,7 +204,7 @@ impl<'a> Bench<'a> {
         };
         let shown = roles.shown_process_value.as_ref().or(roles.process_value.as_ref());
         let process_value =
-            shown.with_context(|| format!("{fmu} does not tell which of its variables is its process value"))?;
+            shown.with_context(|| format!("{fmu} does not say which of its variables is its process value"))?;
         let name = |variable: &String| format!("{}.{variable}", controller.name);
         let mut bench = Bench {
             home,

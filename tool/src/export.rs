@@ -153,7 +153,7 @@ fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -
     let ending = format.to_lowercase();
     let Some(kind) = Format::of_file(&format!("file.{ending}")) else {
         let endings: Vec<_> = Format::ALL.iter().flat_map(|format| format.extensions()).copied().collect();
-        bail!("{format:?} is no format of parameter files: take one of {}", endings.join(", "));
+        bail!("{format:?} is not a format of parameter files: take one of {}", endings.join(", "));
     };
     let [first, rest @ ..] = loops else { bail!("there is no loop to write: open or add one first") };
     let loops = loops.iter().map(|of| as_loop(home, of)).collect::<Result<Vec<_>>>()?;

@@ -178,7 +178,7 @@ pub struct Request {
 pub fn of(home: &dyn Home, request: &Request) -> Result<Preset> {
     let values = as_loop(home, &request.of)?;
     let file = |path: &str| request.files.get(path).map(String::as_str);
-    let text = file(DESCRIPTION).with_context(|| format!("it is no FMU: it has no {DESCRIPTION}"))?;
+    let text = file(DESCRIPTION).with_context(|| format!("it is not an FMU: it has no {DESCRIPTION}"))?;
     let xml = ModelDescription::read(text.as_bytes()).context(DESCRIPTION)?;
     let description = xml.description();
     let path = path();

@@ -45,7 +45,7 @@ impl Signals {
         let values = |column: usize| record.trace().column(column, calls.clone()).collect::<Vec<_>>();
         let unit = |column: usize| record.columns()[column].unit.clone();
         let needed = |role: &Option<String>, what: &str| {
-            let missing = || format!("{} does not tell which of its variables is its {what}", controller.fmu);
+            let missing = || format!("{} does not say which of its variables is its {what}", controller.fmu);
             column(role.as_ref().with_context(missing)?)
         };
         let setpoint = needed(&roles.setpoint, "setpoint")?;
@@ -193,6 +193,6 @@ mod tests {
         let member = Member { name: "F".into(), fmu: "FOREIGN".into(), values: Values::new() };
         session.start(&home, Setup { members: vec![member], step: Some(0.1), ..Setup::default() }).unwrap();
         let error = figures(&home, &session, &FiguresRequest::default()).unwrap_err();
-        assert_eq!(error.to_string(), "FOREIGN does not tell which of its variables is its setpoint");
+        assert_eq!(error.to_string(), "FOREIGN does not say which of its variables is its setpoint");
     }
 }

@@ -89,7 +89,7 @@ pub(crate) fn pulsegen(block: &Pulsegen, path: &str) -> Vec<String> {
     }
     if block.step3_on && !(0.1..=10.0).contains(&block.ratiofac) {
         let ratiofac = shown(block.ratiofac);
-        advice.push(format!("{path}RATIOFAC = {ratiofac} is outside 0.1 ... 10; it is used as it is"));
+        advice.push(format!("{path}RATIOFAC = {ratiofac} is outside 0.1 ... 10; it is used unchanged"));
     }
     advice
 }
@@ -252,7 +252,7 @@ mod tests {
     #[test]
     fn pulsegen_names_a_ratio_outside_its_range_where_it_is_used() {
         let of = |step3_on, ratiofac| Pulsegen { step3_on, ratiofac, ..Pulsegen::default() }.advice();
-        assert_eq!(of(true, 0.05), ["RATIOFAC = 0.05 is outside 0.1 ... 10; it is used as it is"]);
+        assert_eq!(of(true, 0.05), ["RATIOFAC = 0.05 is outside 0.1 ... 10; it is used unchanged"]);
         assert_eq!(of(true, 11.0).len(), 1);
         assert_eq!(of(false, 11.0), Vec::<String>::new());
         assert_eq!([of(true, 0.1), of(true, 10.0)], [Vec::<String>::new(), Vec::new()]);

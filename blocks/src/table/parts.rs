@@ -106,7 +106,7 @@ pub const fn nest(
     while i < table.inner() {
         let mut row = table.rows[i];
         let is_own = row.path[0].is_empty();
-        assert!(row.path[DEPTH - 1].is_empty(), "blocks stand too deep inside blocks");
+        assert!(row.path[DEPTH - 1].is_empty(), "blocks are nested too deep");
         let mut depth = DEPTH - 1;
         while depth > 0 {
             row.path[depth] = row.path[depth - 1];

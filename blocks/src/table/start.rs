@@ -77,7 +77,7 @@ impl Start {
             let row = names.iter().position(|own| own == name).filter(|row| table.rows[*row].role.is_settable());
             let row = row.ok_or_else(|| format!("{} has no setting {:?}", table.name, shown(name)))?;
             if settings.iter().any(|(known, _)| *known == row) {
-                return Err(format!("{name} is there twice"));
+                return Err(format!("{name} occurs twice"));
             }
             let value = value(text, table.rows[row].kind).map_err(|why| format!("{name} = {}: {why}", shown(text)))?;
             if row == table.cycle && number(value) < 0.001 {
@@ -223,7 +223,7 @@ mod tests {
             ("ON = false", "OFF = false", "PUMP has no setting \"OFF\""),
             ("ON = false", "Q = 1.0", "PUMP has no setting \"Q\""),
             ("ON = false\n", "", "ON is missing"),
-            ("ON = false", "FLOW = 0.5", "FLOW is there twice"),
+            ("ON = false", "FLOW = 0.5", "FLOW occurs twice"),
             ("ON = false", "ON = 0", "ON = 0: a BOOL is true or false"),
             ("LEVEL = -1", "LEVEL = x", "LEVEL = x: it is not a number"),
             ("LEVEL = -1", "LEVEL = 65535", "LEVEL = 65535: the WORD is written -1"),

@@ -125,7 +125,7 @@ impl Recording {
                 before = *value;
                 to_value(*value, variable.kind).map_err(|range| {
                     anyhow::anyhow!(
-                        "line {line}, column {}: {value:?} is no value of {}: {range}",
+                        "line {line}, column {}: {value:?} is not a value of {}: {range}",
                         of.name,
                         variable.name
                     )
@@ -331,7 +331,7 @@ fn matched(block: &Block, csv: &Csv, time: Option<usize>, remarks: &mut Vec<Stri
         match variable(block, &of.name) {
             Some(row) if pairs.iter().any(|(_, other)| *other == row) => {
                 remarks.push(format!(
-                    "{} is there twice; the column {} is not used.",
+                    "{} occurs twice; the column {} is not used.",
                     block.table.variables[row].name, of.name
                 ));
             }

@@ -82,7 +82,8 @@ impl Outcome {
             .collect();
         (!shown.is_empty()).then(|| {
             format!(
-                "The measured values are rounded to the digits of the recording, which alone may move {}: so much is allowed.",
+                "The measured values are rounded to the digits of the recording, which alone may move {}: \
+                 differences of this size are accepted.",
                 shown.join(", ")
             )
         })

@@ -220,9 +220,9 @@ fn values_that_the_block_does_not_take_are_refused_with_their_line() {
     let mut rows = recorded(5);
     rows[2].1 = f32::INFINITY;
     let message = error(&request(text("time,SP,PV,OUT", &rows)));
-    assert!(message.starts_with("line 4, column SP: inf is no value of SP"), "{message}");
+    assert!(message.starts_with("line 4, column SP: inf is not a value of SP"), "{message}");
     let message = error(&request("time,MAN_ON,OUT\n0,1,1\n1,2,1\n".into()));
-    assert!(message.starts_with("line 3, column MAN_ON: 2.0 is no value of MAN_ON"), "{message}");
+    assert!(message.starts_with("line 3, column MAN_ON: 2.0 is not a value of MAN_ON"), "{message}");
     assert!(error(&request("time,OUT\n0,1\n1,1\n".into())).contains("is an input of PID"));
     let mut request = request("time,SP,OUT\n0,1,1\n".into());
     request.controller = member(&[("GIAN", 1.0)]);

@@ -348,7 +348,7 @@ impl Library for Program {
         if given.to_bytes() != own.as_bytes() {
             let given = given.to_string_lossy();
             return Err(format!(
-                "{} = {given:?}: the program in resources is {own}: it was changed or exchanged; unpack the FMU again",
+                "{} = {given:?}: the program in resources is {own}: it was changed or replaced; unpack the FMU again",
                 guid.name
             )
             .into());

@@ -117,7 +117,7 @@ impl Starter {
     /// The program does not find itself.
     pub fn new() -> Result<Starter> {
         Ok(Starter {
-            program: std::env::current_exe().context("the program plcfmu does not find itself")?,
+            program: std::env::current_exe().context("plcfmu cannot find its own program file")?,
             limit: Duration::from_secs(300),
             interrupted: Arc::default(),
         })

@@ -244,7 +244,7 @@ fn read_names(reader: &mut (impl Read + Seek), end: &End) -> Result<Vec<String>>
         let name =
             std::str::from_utf8(name).ok().with_context(|| format!("the name of entry {number} is not UTF-8"))?;
         check_name(name)?;
-        ensure!(seen.insert(name), "{name} is there twice");
+        ensure!(seen.insert(name), "{name} occurs twice");
         names.push(name.to_string());
     }
     ensure!(rest.is_empty(), "its table of contents does not end after the {} entries it announces", end.count);
@@ -530,7 +530,7 @@ mod tests {
 
     #[test]
     fn two_entries_of_one_name_are_refused() {
-        assert_eq!(refusal(&[stored("x", b"1"), stored("y", b""), stored("x", b"2")]), "x is there twice");
+        assert_eq!(refusal(&[stored("x", b"1"), stored("y", b""), stored("x", b"2")]), "x occurs twice");
     }
 
     #[test]

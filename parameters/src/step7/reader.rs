@@ -435,7 +435,7 @@ impl Reader<'_> {
             self.report.remark(None, sentence);
         }
         if let Some(span) = self.seven_digits.take() {
-            let message = "REALs with seven digits, as here, may lie one bit beside the values of the PLC; a dump of the data \
+            let message = "REALs with seven digits, as here, may differ from the values of the PLC by one bit; a dump of the data \
                            block is exact";
             self.report.remark(Some(span), message);
         }
@@ -459,7 +459,7 @@ impl Reader<'_> {
         found.retain(|Found { one, span, .. }| {
             let Some(first) = first.insert(one.name.to_uppercase(), span.clone()) else { return true };
             let message =
-                format!("{} is there twice; the first is in line {}", quoted(&one.name), self.report.line(first));
+                format!("{} occurs twice; the first is in line {}", quoted(&one.name), self.report.line(first));
             self.report.wrong(span.clone(), message, None);
             false
         });

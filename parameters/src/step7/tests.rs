@@ -449,7 +449,7 @@ fn a_text_with_seven_digits_says_once_that_it_is_lossy() {
     let text = "DATA_BLOCK DB1 PUMP BEGIN GAIN := 1.234567e+000; SP_INT := 2.000000e+000; END_DATA_BLOCK";
     assert_eq!(
         remarks(text),
-        "plant.awl:1:35: REALs with seven digits, as here, may lie one bit beside the values of the PLC; a dump of the data \
+        "plant.awl:1:35: REALs with seven digits, as here, may differ from the values of the PLC by one bit; a dump of the data \
          block is exact"
     );
 }
@@ -493,7 +493,7 @@ fn a_member_that_is_assigned_twice_is_an_error() {
 fn two_loops_of_one_name_are_an_error() {
     assert_refused(
         "DATA_BLOCK \"Tic\" PUMP BEGIN END_DATA_BLOCK\nDATA_BLOCK \"TIC\" PUMP BEGIN END_DATA_BLOCK",
-        &["plant.awl:2:12: `TIC` is there twice; the first is in line 1"],
+        &["plant.awl:2:12: `TIC` occurs twice; the first is in line 1"],
     );
 }
 

@@ -13,7 +13,7 @@ fn deep_nesting_is_refused() {
     }
     for format in [Format::Ssv, Format::Openness] {
         let error = refusal(format, "<a>".repeat(MANY));
-        assert!(error.contains("elements stand deeper than 64 in each other"), "{error}");
+        assert!(error.contains("elements are nested more than 64 deep"), "{error}");
     }
 }
 

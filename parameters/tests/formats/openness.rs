@@ -157,8 +157,8 @@ fn other_blocks_are_skipped_with_a_remark() {
     assert_eq!(reading.loops.len(), 1);
     assert_eq!(
         reading.remarks.to_string(),
-        "plant.xml:4:1: `M1` (`MOTOR`) is no instance of a known block: skipped\n\
-         plant.xml:6:1: `PUMP` is no data block: skipped"
+        "plant.xml:4:1: `M1` (`MOTOR`) is not an instance of a known block: skipped\n\
+         plant.xml:6:1: `PUMP` is not a data block: skipped"
     );
 }
 

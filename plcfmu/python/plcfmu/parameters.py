@@ -70,7 +70,7 @@ def command() -> pathlib.Path:
     if os.environ.get(VARIABLE):
         given = pathlib.Path(os.environ[VARIABLE])
         if not given.is_file():
-            raise CommandNotFoundError(f"{VARIABLE} is {given}, which is no file: set it to the program plcfmu, or unset it")
+            raise CommandNotFoundError(f"{VARIABLE} is {given}, which is not a file: set it to the program plcfmu, or unset it")
         return given
     installed = pathlib.Path(sysconfig.get_path("scripts")) / PROGRAM
     if installed.is_file():

@@ -49,7 +49,7 @@ class StudyResult:
 
     @property
     def unmet(self) -> list[str]:
-        """What the runs do not keep to of what was expected, a sentence each."""
+        """The expectations that are not met, a sentence each."""
         return [one["problem"] for one in self.summary["expectations"] if not one["met"]]
 
     @property
@@ -117,7 +117,7 @@ def study(
     - `client`: where the runs are made. A Dask `Client`; the address of a scheduler; or None for a cluster of this
       machine's cores, which is closed at the end.
     - `fmus`: the folder of the loop's FMUs; by default, that of the loop's description.
-    - `expect`: what the runs should keep to, such as "overshoot < 10 %"; `StudyResult.unmet` says which do not.
+    - `expect`: what is expected of the runs, such as "overshoot < 10 %"; `StudyResult.unmet` lists those that are not met.
     - `curves`: the runs whose signals over time are wanted, too.
     - `limit`: how long one run may take, in seconds (0.1 to 1e6); then its FMU hangs.
     - `resume`: goes on with what is in `out` of an earlier call that was interrupted. Runs of a finished study are not made
@@ -244,7 +244,7 @@ class _Parts:
             return False
         raise StudyError(
             f"{results} has the results of another study: the study, an FMU, plcfmu or the table of the runs has changed since; "
-            "name another folder, or begin anew without resume=True"
+            "name another folder, or start over without resume=True"
         )
 
     def gaps(self) -> list[Span]:

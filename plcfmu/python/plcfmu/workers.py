@@ -111,7 +111,7 @@ def folder_of(worker: Worker) -> pathlib.Path:
 
 
 def run(task: Task, span: Span) -> tuple[bytes, float]:
-    """Makes the runs of a range on the worker that calls it: the part that they come to, and how many seconds it took.
+    """Makes the runs of a range on the worker that calls it: the part with their results, and how many seconds it took.
 
     Raises WorkerError, which names the worker.
     """
@@ -124,7 +124,7 @@ def run(task: Task, span: Span) -> tuple[bytes, float]:
 
 
 def part(worker: Worker, task: Task, span: Span) -> bytes:
-    """What the runs of a range come to, as the command writes it."""
+    """The results of a range of runs, as the command writes them."""
     program = program_of(task.version)
     folder = folder_of(worker)
     # Again, since a worker may live for weeks in a folder for temporary files, which the system clears.
@@ -185,7 +185,7 @@ class Share:
 def results(
     client: Client, files: Files, task: Task, gaps: Iterable[Span]
 ) -> Generator[tuple[Span, bytes], None, None]:
-    """Has the runs of `gaps` made by the workers: what each range of them comes to, as the ranges come to their end.
+    """Has the runs of `gaps` made by the workers: the result of each range, when it is done.
 
     When the caller ends early, what was not begun is not begun. Raises WorkerError, which names the runs.
     """

@@ -99,11 +99,14 @@ fn check_program(sources: &[PathBuf], options: &program::Options) -> Result<()> 
         Ok(compiled) => {
             compiled.warnings.iter().try_for_each(|problems| print(&drawn(problems)))?;
             let block = compiled.root.map_or_else(String::new, |root| format!("; {} is run", root.block));
-            print(&format!("no errors, {} warnings{block}\n", count(&compiled.warnings)))
+            let warnings = count(&compiled.warnings);
+            let plural = if warnings == 1 { "" } else { "s" };
+            print(&format!("no errors, {warnings} warning{plural}{block}\n"))
         }
         Err(errors) => {
             errors.iter().try_for_each(|problems| print(&drawn(problems)))?;
-            bail!("the program has {} errors", count(&errors))
+            let errors = count(&errors);
+            bail!("the program has {errors} error{}", if errors == 1 { "" } else { "s" })
         }
     }
 }

@@ -15,8 +15,8 @@ pub struct Arguments {
     /// Parameter files, folders with such files, or the address of a data block in a PLC; - is standard input
     ///
     /// STEP 7 sources (.awl, .scl), TIA Portal sources (.db), TIA Openness XML (.xml), dumps of data blocks (.bin), JSON, SSV, and
-    /// FMUs, of which the start values are read. s7://HOST/RACK/SLOT/DBn reads a data block of an S7, such as
-    /// s7://192.168.0.1/0/2/DB41, with --block. Of a folder, files with parameters are read, but no dumps and FMUs.
+    /// FMUs, whose start values are read. s7://HOST/RACK/SLOT/DBn reads a data block of an S7, such as
+    /// s7://192.168.0.1/0/2/DB41, with --block. In a folder, files with parameters are read, except dumps and FMUs.
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<String>,
     /// FMUs, or folders with FMUs

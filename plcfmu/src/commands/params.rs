@@ -27,7 +27,7 @@ pub struct Options {
     /// Write the loops to this file; its extension selects the format
     #[arg(short, long, value_name = "FILE", conflicts_with = "diff")]
     pub out: Option<String>,
-    /// Show only what is different in this file; exit code 1 if something is
+    /// Show only the differences from this file; exit code 1 if there are any
     #[arg(long, value_name = "OTHER")]
     pub diff: Option<String>,
     /// Where the instance begins in OTHER, in bytes

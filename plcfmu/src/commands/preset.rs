@@ -102,7 +102,7 @@ pub fn run(options: &Options) -> Result<()> {
     if let (Some(name), [_], true) =
         (name, arguments.files.as_slice(), arguments.files.iter().all(|file| is_fmu(&file)))
     {
-        // The preset of an FMU is called as its file.
+        // The preset of an FMU is named after its file.
         arguments.names = vec![name.to_string_lossy().into_owned()];
     }
     let mut found = arguments.read(&arguments.blocks()?)?;
@@ -124,7 +124,7 @@ pub fn run(options: &Options) -> Result<()> {
         sources.iter().map(PathBuf::as_path).chain(arguments.files.iter().map(|file| Path::new(file.as_str())));
     let folder = options.out.as_deref().filter(|out| out.is_file() && !is_file(out));
     temporary::check_outputs(folder.into_iter().chain(made.iter().map(|made| made.path.as_path())), inputs)?;
-    ensure!(folder.is_none(), "--out names a file that is no FMU: name FILE.fmu, or a folder");
+    ensure!(folder.is_none(), "--out names a file that is not an FMU: name FILE.fmu, or a folder");
     start(&made)?;
     let pending = made.iter().map(|Made { preset, path, .. }| write(preset, path)).collect::<Result<Vec<_>>>()?;
     for preset in pending {
@@ -240,7 +240,7 @@ fn check_blocks(fmus: &[Fmu], loops: &[Loop]) -> Result<()> {
             [] => missing.entry(&values.block.name).or_default().push(&values.name),
             [_] => {}
             [first, second, ..] => bail!(
-                "{} and {} are both FMUs of {}: name the one that {} shall be made of",
+                "{} and {} are both FMUs of {}: name the one to make {} of",
                 first.path.display(),
                 second.path.display(),
                 values.block.name,

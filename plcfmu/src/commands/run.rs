@@ -25,7 +25,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use study::Interrupted;
 
-/// So many messages of each FMU are shown.
+/// This many messages of each FMU are shown.
 const MOST_MESSAGES: usize = 10;
 
 /// Run FMUs together, record them, draw them
@@ -40,7 +40,7 @@ pub struct Options {
     /// Write the recording as CSV; - is standard output
     #[arg(short, long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
-    /// Record a row every so many seconds, and the last one; by default, a row for each step
+    /// Record a row at intervals of this many seconds, and the last one; by default, a row for each step
     #[arg(long, value_name = "SECONDS")]
     every: Option<f64>,
     /// Draw the recording: setpoint and process value, the manipulated value, the others; --record chooses
@@ -49,7 +49,7 @@ pub struct Options {
     /// Write what is run as a description that `plcfmu run FILE.toml` runs again
     #[arg(long, value_name = "FILE.toml")]
     save: Option<PathBuf>,
-    /// Print what the run was and its figures as JSON, for scripts
+    /// Print a summary of the run with its figures as JSON, for scripts
     #[arg(long)]
     json: bool,
     /// How long one call of an FMU may take, in seconds
@@ -253,7 +253,7 @@ fn every(seconds: f64, plan: &Plan) -> Result<usize> {
     Ok(steps.round() as usize)
 }
 
-/// The error that nothing can be planned; an FMU that cannot be read is one of its own.
+/// The error that nothing can be planned; an FMU that cannot be read is an error by itself.
 fn unreadable(system: &System, error: Error) -> Error {
     let can_be_read = system.members.iter().all(|member| Package::open(&member.path).is_ok());
     if can_be_read { error } else { Unreadable(error).into() }

@@ -29,10 +29,10 @@ use study::results::{Results, Row};
 use study::summary::Summary;
 use study::{self, Interrupted, bundle, junit, output};
 
-/// So many of the worst runs are in the summary, for each figure.
+/// This many of the worst runs are in the summary, for each figure.
 const WORST: usize = 10;
 
-/// So many characters are shown of what an FMU that crashed has printed.
+/// This many characters are shown of what an FMU that crashed has printed.
 const LONGEST_PRINTED: usize = 500;
 
 /// Run a loop many times with different values: tolerances, grids, regression tests
@@ -60,7 +60,7 @@ pub struct Options {
     /// How long one run may take, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     time_limit: f64,
-    /// Go on with a study that was interrupted; a finished one is not made again
+    /// Go on with a study that was interrupted; a finished one is not repeated
     #[arg(long)]
     resume: bool,
     /// Also write the curves of these runs, as plcfmu run --out does
@@ -75,7 +75,7 @@ pub struct Options {
     /// Write a bundle, a folder with the study and its FMUs for another machine, and run nothing
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "resume", "runs", "part", "junit"])]
     bundle: Option<PathBuf>,
-    /// Make the runs from A to before B only, and write nothing but a part
+    /// Make only the runs from A up to, but not including, B, and write nothing but a part
     #[arg(long, value_name = "A..B", value_parser = range, requires = "part", conflicts_with_all = ["out", "resume", "curves", "expect", "junit"])]
     runs: Option<Range<u64>>,
     /// The part to write: put it into the folder parts of the results, and --resume goes on with it
@@ -99,7 +99,7 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 /// Runs a study.
 ///
 /// # Errors
-/// What is wrong and what to do; all runs fail; a run does not keep to what is expected; [`Interrupted`].
+/// What is wrong and what to do; all runs fail; a run does not meet an expectation; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
     let mut reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
     let (system, _folder) = system::packed(&reading.job.system)?;
@@ -324,11 +324,11 @@ fn finished(
     };
     ensure!(
         rows.len() as u64 == count,
-        "{} has {} of {count} runs: begin anew without --resume",
+        "{} has {} of {count} runs: start over without --resume",
         out.display(),
         rows.len()
     );
-    tell::remark(&format!("{} has all {count} runs of this study: none is made again", out.display()));
+    tell::remark(&format!("{} has all {count} runs of this study: no run is repeated", out.display()));
     let mut results = Results::new(experiment.coordinates.clone(), experiment.figures.clone());
     for (run, row) in (0..).zip(rows) {
         results.push(&experiment.point(run), &row);
@@ -377,8 +377,8 @@ fn curves(
             && let Some(difference) = difference(results, run, &figures)
         {
             tell::warning(&format!(
-                "run {run}: {difference}: an FMU keeps something from one run to the next one although it is reset, so that \
-                 rows of the table may be wrong; tell the maker of the FMU"
+                "run {run}: {difference}: an FMU keeps something across a reset, so rows of the table may be \
+                 wrong; report it to the maker of the FMU"
             ));
         }
         if is_named {

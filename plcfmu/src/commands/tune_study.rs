@@ -61,7 +61,7 @@ The README of plcfmu says what a study and its table [tune] are made of.";
 /// Searches.
 ///
 /// # Errors
-/// What is wrong and what to do; no candidate keeps the constraints; [`Interrupted`].
+/// What is wrong and what to do; no candidate meets the constraints; [`Interrupted`].
 pub fn run(options: &Options) -> Result<()> {
     let mut reading = study::open(&options.study, options.fmus.as_deref(), parameter_file::read_any)?;
     let (system, _folder) = system::packed(&reading.job.system)?;
@@ -87,7 +87,7 @@ pub fn run(options: &Options) -> Result<()> {
         progress.set(count);
         progress.begin(&match best.objective.filter(|_| best.is_feasible()) {
             Some(value) => format!("{name} {} {unit}", short(value)),
-            None => "no candidate keeps the constraints yet".into(),
+            None => "no candidate meets the constraints yet".into(),
         });
     });
     drop(progress);

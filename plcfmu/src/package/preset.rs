@@ -44,8 +44,7 @@ pub fn start<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Start>> 
     let fingerprint = guid_of(&text);
     ensure!(
         fingerprint == *guid,
-        "{path} has the start values of {:?} {fingerprint}, but {DESCRIPTION} the GUID {:?}: one of them was changed or \
-         exchanged",
+        "{path} has the start values of {:?} {fingerprint}, but {DESCRIPTION} the GUID {:?}: one of them was changed or replaced",
         shortened(&start.preset),
         shortened(guid)
     );
@@ -54,7 +53,7 @@ pub fn start<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Start>> 
         match declared.get(name.as_str()) {
             Some(other) if other == value => {}
             Some(other) => bail!("{name} is {value} in {path} and {other} in {DESCRIPTION}: one of them was changed"),
-            None => bail!("{path} has a value of {:?}, which is no setting in {DESCRIPTION}", shortened(name)),
+            None => bail!("{path} has a value of {:?}, which is not a setting in {DESCRIPTION}", shortened(name)),
         }
     }
     if let Some(missing) = declared.keys().find(|name| !start.values.iter().any(|(own, _)| own == *name)) {

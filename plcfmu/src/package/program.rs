@@ -306,6 +306,6 @@ mod tests {
         assert_eq!([read("100ms"), read("0.5s"), read("2s"), read("1m30s")], [Ok(100), Ok(500), Ok(2000), Ok(90_000)]);
         let whole = Err("give it in whole milliseconds, at least 1: 100ms, 0.5s, 2s".to_string());
         assert_eq!([read("0s"), read("-1s"), read("1.5ms"), read("30D")], [(); 4].map(|()| whole.clone()));
-        assert_eq!(read("fast"), Err("\"fast\" is no duration: write 2s, 100ms or 1m30s".to_string()));
+        assert_eq!(read("fast"), Err("\"fast\" is not a duration: write 2s, 100ms or 1m30s".to_string()));
     }
 }

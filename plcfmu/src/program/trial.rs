@@ -78,7 +78,7 @@ impl File {
             toml::from_str(&text).map_err(|error| anyhow!("{shown}: {}", error.to_string().trim()))?;
         let pairs = |texts: &[String], between: char| -> Result<Vec<(String, String)>> {
             let pair = |text: &String| {
-                super::halves(text, between).with_context(|| format!("{shown}: {text:?} is no declaration"))
+                super::halves(text, between).with_context(|| format!("{shown}: {text:?} is not a declaration"))
             };
             texts.iter().map(pair).collect()
         };
@@ -118,7 +118,8 @@ impl File {
 
 /// A duration such as `2s` or `1m30s`.
 pub(crate) fn nanoseconds(text: &str) -> Result<i64> {
-    let count = literal::duration(text, 1).map_err(|_| anyhow!("{text:?} is no duration: write 2s, 100ms or 1m30s"))?;
+    let count =
+        literal::duration(text, 1).map_err(|_| anyhow!("{text:?} is not a duration: write 2s, 100ms or 1m30s"))?;
     i64::try_from(count).with_context(|| format!("{text:?} is too long"))
 }
 
@@ -168,7 +169,7 @@ impl Trial {
         let found = self.program.find(&format!("{}.{name}", self.instance)).or_else(|| self.program.find(name));
         match found {
             Some((offset, Type::Scalar(of))) => Ok((offset, of)),
-            Some(_) => bail!("{name} is no number: name its members or elements"),
+            Some(_) => bail!("{name} is not a number: name its members or elements"),
             None => bail!("the program has no variable {name}"),
         }
     }
@@ -275,7 +276,7 @@ fn time(nanoseconds: i64) -> String {
 
 /// A value of a case as a number of the program.
 fn value(name: &str, given: &toml::Value, of: Scalar) -> Result<Value> {
-    let wrong = || anyhow!("{given} is no value of {name}, which is {of}");
+    let wrong = || anyhow!("{given} is not a value of {name}, which is {of}");
     let number = |number: f64| match of {
         Scalar::F32 => Some(Value::from(number as f32)),
         Scalar::F64 => Some(Value::from(number)),

@@ -116,8 +116,8 @@ fn question(name: &str, description: &Description) -> String {
     let origin =
         if said.is_empty() { "It does not name its origin".into() } else { format!("It names {}", said.join(", ")) };
     format!(
-        "The FMU {:?} is native code of somebody else. {origin}; nobody has checked that. Let it run on this machine, with all \
-         that you may do?",
+        "The FMU {:?} is native code of somebody else. {origin}; nobody has checked that. Let \
+         it run on this machine, with all your permissions?",
         shortened(name)
     )
 }
@@ -253,7 +253,7 @@ impl FmuHome {
         uploads.waiting.retain(|(other, _)| *other != inspected.name);
         ensure!(
             uploads.waiting.len() + uploads.accepted.len() < MOST_UPLOADS,
-            "a page can send {MOST_UPLOADS} FMUs at most: reload it to begin anew"
+            "a page can send {MOST_UPLOADS} FMUs at most: reload it to start over"
         );
         let mut beside = temporary::builder().tempfile().context("there is no room for a temporary file")?;
         beside.write_all(bytes).context("there is no room for the FMU")?;

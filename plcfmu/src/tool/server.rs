@@ -203,7 +203,7 @@ fn interrupted() -> Result<impl Future<Output = ()>> {
 /// Ends when the user interrupts the command.
 #[cfg(windows)]
 fn interrupted() -> Result<impl Future<Output = ()>> {
-    let mut interrupts = tokio::signal::windows::ctrl_c().context("the system does not tell of Ctrl-C")?;
+    let mut interrupts = tokio::signal::windows::ctrl_c().context("the system does not report Ctrl-C")?;
     Ok(async move {
         interrupts.recv().await;
     })
@@ -367,7 +367,7 @@ async fn bytes(request: Request, kind: &str, most: usize) -> Result<(HeaderMap, 
     // It also fails if the page is gone: then nobody reads why.
     let body = timeout(BODY, to_bytes(body, most)).await.map_err(|_| Refusal {
         status: StatusCode::REQUEST_TIMEOUT,
-        message: format!("the request has not come within {} s", BODY.as_secs()),
+        message: format!("the request did not arrive within {} s", BODY.as_secs()),
     })?;
     Ok((headers, body.map_err(|_| too_large())?))
 }
@@ -484,8 +484,7 @@ impl Shared {
             Err(_) => {
                 let mut tabs = self.tabs.lock().unwrap_or_else(PoisonError::into_inner);
                 tabs.tabs.retain(|tab| tab.number != number);
-                let message =
-                    "the engine of this page has ended in an error of its own: open the loop anew".to_string();
+                let message = "the engine of this page has failed: open the loop again".to_string();
                 Err(Refusal { status: StatusCode::INTERNAL_SERVER_ERROR, message })
             }
         }

@@ -75,11 +75,11 @@ fn what_cannot_be_read_is_named_with_its_line() {
     let begins = "PID: the line ";
     let cases = [
         ("setpoint: SPP", r#""setpoint: SPP" of its dialog: there is no variable "SPP"; did you mean SP?"#),
-        ("set point: SP", r#""set point: SP" of its dialog: "set point" is no role: setpoint, process value"#),
+        ("set point: SP", r#""set point: SP" of its dialog: "set point" is not a role: setpoint, process value"#),
         ("setpoint: SP, MAN", "setpoint has one name at most"),
         ("manual: MAN", "manual has two names: the switch and the value"),
         ("SP, PV_IN", "write ROLE: NAMES, or [Title] to begin a group"),
-        ("signal : SP", "is no role"),
+        ("signal : SP", "is not a role"),
         ("[A", "a title ends with ]"),
         ("[ ]", "the title is empty"),
     ];

@@ -211,7 +211,7 @@ impl Lowerer<'_, '_> {
         };
         if global.of != Type::Instance(block) {
             let of = self.compiler.blocks[block].name.clone();
-            self.error(span, format!("{name} is no instance of {of}"), None);
+            self.error(span, format!("{name} is not an instance of {of}"), None);
             return Callee::Wrong;
         }
         Callee::Instance(block, global.place())

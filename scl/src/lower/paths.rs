@@ -232,7 +232,7 @@ impl Lowerer<'_, '_> {
             let what = match kind {
                 BlockKind::Type => "a type",
                 BlockKind::DataBlock => return Path::Wrong,
-                _ => "a block, and no variable",
+                _ => "a block, not a variable",
             };
             self.error(name.span, format!("{} is {what}", name.text), None);
             return Path::Wrong;

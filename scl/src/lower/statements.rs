@@ -71,7 +71,7 @@ impl Lowerer<'_, '_> {
             StatementKind::Exit | StatementKind::Continue => {
                 if self.loops.is_empty() {
                     let name = if matches!(statement.kind, StatementKind::Exit) { "EXIT" } else { "CONTINUE" };
-                    self.error(span, format!("{name} stands in no loop"), Some("RETURN leaves the block"));
+                    self.error(span, format!("{name} is not inside a loop"), Some("RETURN leaves the block"));
                     return;
                 }
                 let is_exit = matches!(statement.kind, StatementKind::Exit);
@@ -99,7 +99,7 @@ impl Lowerer<'_, '_> {
                 let label = self.label(&name.text);
                 let number = label.number;
                 if label.loops.replace(loops).is_some() {
-                    self.error(name.span, format!("the label {} stands twice", name.text), None);
+                    self.error(name.span, format!("the label {} is defined twice", name.text), None);
                     return;
                 }
                 self.push(span, What::Label(number));
@@ -321,7 +321,7 @@ impl Lowerer<'_, '_> {
                 if let Some(range) = self.range_of(label) {
                     let label_span = self.span(label.low);
                     if taken.iter().any(|(low, high)| range.0 <= *high && *low <= range.1) {
-                        self.warn(label_span, "this value of CASE stands twice: the first one counts", None);
+                        self.warn(label_span, "this value of CASE occurs twice: the first one applies", None);
                     }
                     taken.push(range);
                     values.push(range);
@@ -339,7 +339,11 @@ impl Lowerer<'_, '_> {
         let high = label.high.map_or(low, |high| self.whole(high));
         let (low, high) = (low?, high?);
         if low > high {
-            self.error(self.span(label.low), format!("{low}..{high} is no range"), Some("write the lower value first"));
+            self.error(
+                self.span(label.low),
+                format!("{low}..{high} is not a range"),
+                Some("write the lower value first"),
+            );
             return None;
         }
         Some((low as i64, high as i64))

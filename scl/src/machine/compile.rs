@@ -127,7 +127,7 @@ impl<'a> Compiler<'a> {
             return Err(format!("{} calls itself", function.name));
         }
         if depth > DEEPEST {
-            return Err(format!("{} is called by more than {DEEPEST} functions inside one another", function.name));
+            return Err(format!("{} is called through more than {DEEPEST} nested functions", function.name));
         }
         self.begun[number] = true;
         let Body::Code(body) = &function.body else {

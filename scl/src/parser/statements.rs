@@ -137,7 +137,7 @@ impl Parser<'_> {
             }
             "NETWORK" if self.symbol_ahead(1) != ":=" => {
                 let message = "this block is in STL or LAD, not in SCL";
-                self.refuse(self.span(), message, Some("write it in SCL, or leave its file away"))?
+                self.refuse(self.span(), message, Some("write it in SCL, or leave its file out"))?
             }
             _ if self.symbol_ahead(1) == ":" && self.token().kind == Kind::Word => {
                 let name: Name = self.name("a label")?;

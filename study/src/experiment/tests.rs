@@ -492,8 +492,8 @@ fn instances_that_cannot_be_reset_are_replaced_by_new_ones_for_each_run() {
         let (_, mut sound) = faulty(Fault::None);
         let (instances, mut make) = faulty(fault);
         let mut executor = Executor::new(experiment.clone());
-        let warning = "an FMU computes something else after a reset than a new instance does: each run gets new instances, \
-                       which takes longer; tell the maker of the FMU";
+        let warning = "an FMU computes something else after a reset than a new instance does: each run gets new \
+             instances, which takes longer; report it to the maker of the FMU";
         assert_eq!(executor.check_reset(&mut make).as_deref(), Some(warning));
         let before = instances.get();
         for point in points(&experiment) {
@@ -679,11 +679,11 @@ fn signals_can_be_named_and_have_to_be_where_no_fmu_tells_them() {
     job.study.values = vec![Taken { variable: "P.TEMP".into(), take: vec![Take::Max] }];
     let experiment = none(&job).unwrap();
     assert_eq!(experiment.figures.len(), 1);
-    let warning = "C does not tell its setpoint, so there are no figures such as overshoot: name the loop's signals in \
+    let warning = "C does not name its setpoint, so there are no figures such as overshoot: name the loop's signals in \
                    [signals] for them";
     assert_eq!((experiment.warnings, experiment.signals), (vec![warning.to_string()], Signals::default()));
     job.study.signals.process_value = Some("P.TEMP".into());
-    let expected = "signals: setpoint is missing, and C does not tell it: write setpoint = \"FMU.VARIABLE\"";
+    let expected = "signals: setpoint is missing, and C does not say what it is: write setpoint = \"FMU.VARIABLE\"";
     assert_eq!(message(&job), expected);
     job.study.signals.setpoint = Some("C.SP".into());
     let figures = none(&job).unwrap().figures;
@@ -709,7 +709,7 @@ fn a_wrong_value_or_limit_says_what_to_do() {
         (
             vec![taken("P.TEMP", &[Take::Max]), taken("P.TEMP", &[Take::Min, Take::Max])],
             vec![],
-            "values: the figure P.TEMP.max is there twice: remove one",
+            "values: the figure P.TEMP.max occurs twice: remove one",
         ),
         (vec![taken("P.TEMPP", &[Take::Max])], vec![], "values: P has no variable TEMPP; did you mean P.TEMP?"),
         (vec![], vec![limit(None, None)], "limits: C.OUT has no limit: give min, max or both"),

@@ -492,7 +492,7 @@ function key(event) {
   action();
 }
 
-/** Moves the cursor by so many calls that are drawn. @param {number} by */
+/** Moves the cursor by this many calls that are drawn. @param {number} by */
 function move(by) {
   const at = index();
   if (at === undefined) return;

@@ -196,7 +196,7 @@ function packed(id) {
  *
  * @typedef {object} Exported
  * @property {WebAssembly.Memory} memory
- * @property {(length: number) => number} room where a request of so many bytes is to be written
+ * @property {(length: number) => number} room where a request of this many bytes is to be written
  * @property {() => number} message how long the answer is
  * @property {() => number} answer where it is
  */

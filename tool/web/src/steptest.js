@@ -9,7 +9,7 @@ import { store, variable } from "tool/store.js";
 
 /** How many calls are made at once. */
 const CHUNK = 100;
-/** A plant that has not come to rest in so many calls does not, or integrates. */
+/** A plant that has not come to rest in this many calls does not, or integrates. */
 const MOST_CALLS = 100_000;
 /** Rest: the mean of the last quarter of what is looked at differs from that of the quarter before by this part of the movement. */
 const STILL = 0.005;

@@ -68,7 +68,7 @@ export function shown(value, kind) {
 }
 
 /**
- * A value that has room for so many characters only: rounded for the eye, never for copying.
+ * A value that has room for this many characters only: rounded for the eye, never for copying.
  *
  * @param {Value | undefined | null} value
  * @param {string} kind

@@ -226,7 +226,7 @@ static fmi2Status plcfmu_deserialize(plcfmu_text_t *text, const unsigned char *f
         return plcfmu_refuse(text, "the bytes are not a serialized state of this format");
     }
     if (size < 24 || memcmp(from + 8, plcfmu_fingerprint, sizeof plcfmu_fingerprint) != 0) {
-        return plcfmu_refuse(text, "the state is of another FMU or version; this is " PLCFMU_NAME);
+        return plcfmu_refuse(text, "the state belongs to another FMU or version; this is " PLCFMU_NAME);
     }
     if (size < PLCFMU_HEAD + PLCFMU_CHECKSUM) {
         return plcfmu_refuse(text, "the serialized state is damaged");

@@ -243,7 +243,7 @@ static void plcfmu_advise(plcfmu_component_t *c, double h) {
         plcfmu_say_number(&c->text, cycle, 0);
         plcfmu_say(&c->text, " s is ");
         plcfmu_say_number(&c->text, plcfmu_round_f64(cycle / h), 1);
-        plcfmu_say(&c->text, " times as long, and only one step in so many makes a call; is " PLCFMU_CYCLE_NAME
+        plcfmu_say(&c->text, " times as long, and most steps make no call; is " PLCFMU_CYCLE_NAME
                              " given in ms instead of s?");
         c->is_step_advised = 1;
     }

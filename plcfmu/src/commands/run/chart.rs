@@ -7,7 +7,7 @@ use draw::plot::{self, Chart, Curve, Panel};
 use host::instance::Type;
 use run::plan::{Column, Plan};
 
-/// So many panels, curves in each and lanes fit on a page.
+/// This many panels, curves in each and lanes fit on a page.
 const MOST_PANELS: usize = 5;
 const MOST_CURVES: usize = 6;
 const MOST_LANES: usize = 10;

@@ -13,7 +13,7 @@ use std::io::{ErrorKind, Write};
 /// The figures of longer runs are those of a study: here they would fill the memory.
 const MOST_CALLS: usize = 2_000_000;
 
-/// A drawing has at most so many points: each two of them are the extremes of a part of the run.
+/// A drawing has at most this many points: each two of them are the extremes of a part of the run.
 const POINTS: usize = 8192;
 
 /// Writes the recording while the run goes on, and keeps what is needed at its end.
@@ -28,7 +28,7 @@ pub struct Recorder<'a, 'w> {
 /// What is kept of the rows.
 pub struct Kept<'a> {
     plan: &'a Plan,
-    /// Of so many rows one is recorded.
+    /// Of this many rows one is recorded.
     every: usize,
     /// The recorded rows, for a drawing.
     drawn: Option<Trace>,

@@ -107,7 +107,7 @@ impl Compiler<'_> {
             }
             What::Label(label) => {
                 if scope.labels[*label].is_some() {
-                    return Err("a label stands twice".to_string());
+                    return Err("a label is defined twice".to_string());
                 }
                 self.here(scope, *label);
                 Ok(())
