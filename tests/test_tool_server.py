@@ -753,7 +753,7 @@ def test_what_cannot_be_served_is_refused_in_a_sentence(command, tool, tmp_path)
     assert refused(command, tmp_path, "none.awl").startswith("none.awl: ")
     assert refused(command, tmp_path, "none.fmu").startswith("none.fmu: ")
     (tmp_path / "notes.odt").write_text("x")
-    assert refused(command, tmp_path, "notes.odt").endswith("it is neither a parameter file nor a recording (.csv) nor an FMU")
+    assert refused(command, tmp_path, "notes.odt").endswith("it is neither a parameter file, a source of a program, a recording (.csv) nor an FMU")
     (tmp_path / "empty").mkdir()
     assert refused(command, tmp_path, "--fmus", "empty") == (
         "there are no FMUs of blocks in empty: name their folder with --fmus, or set PLCFMU_FMUS to it"

@@ -19,6 +19,7 @@ pub mod c;
 pub mod interface;
 pub mod machine;
 pub mod program;
+pub mod watch;
 
 pub use compile::{Compiled, Cpu, Options, Task, compile};
 pub use root::Root;

@@ -172,6 +172,13 @@ impl Machine {
         value.write(&mut self.state_mut()[offset..]);
     }
 
+    /// What a local of a function had when the last call was over, if it is a number. It counts for a function that runs once in a
+    /// call and is called by no other but the first: what is called beside it has the same registers.
+    pub fn local(&self, function: usize, local: usize, ty: Scalar) -> Option<Value> {
+        let register = (*self.code.locals.get(function)?.get(local)?)?;
+        Some(Value::new(ty, *self.registers.get(usize::from(register))?))
+    }
+
     /// The warnings since the last time that this was called.
     pub fn take_warnings(&mut self) -> Vec<Warning> {
         std::mem::take(&mut self.warnings)

@@ -2,20 +2,21 @@
 
 use crate::home::Home;
 use crate::message::{Answer, Error};
+use crate::program::Programs;
 use crate::request::Request;
 use crate::session::Session;
 use anyhow::Result;
 
 /// The engine of one page.
 pub struct Engine<H> {
-    home: H,
+    home: Programs<H>,
     session: Session,
 }
 
 impl<H: Home> Engine<H> {
     /// A new one, with nothing opened.
     pub fn new(home: H) -> Engine<H> {
-        Engine { home, session: Session::default() }
+        Engine { home: Programs::new(home), session: Session::default() }
     }
 
     /// Answers a request, both as JSON. It always gives an answer.

@@ -12,8 +12,9 @@ use base64::engine::general_purpose::STANDARD;
 use parameters::{Format, Origin};
 use run::file;
 use run::master::write_csv;
-use run::system::{Connection, Setting, System, Value};
+use run::system::{Connection, Program, Setting, System, Value};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// The longest description that `plcfmu run` reads, in bytes.
 const LONGEST_DESCRIPTION: usize = 1 << 20;
@@ -108,7 +109,7 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
         Request::Source { file, loops, stimuli } => source(home, file, &of_settings(home, loops, *stimuli)?),
         Request::Description { run } => {
             let record = session.record(*run)?;
-            let (text, remarks) = description(record)?;
+            let (text, remarks) = description(home, record)?;
             let file = format!("{}.toml", file_name(&record.setup().members[0].name));
             Ok(Exported::of(file, "application/toml", text.into_bytes(), remarks))
         }
@@ -236,7 +237,7 @@ fn preset(home: &dyn Home, of: &Loop) -> Result<Exported> {
 }
 
 /// A run as a description that `plcfmu run` runs with the same bits.
-fn description(record: &Record) -> Result<(String, Vec<String>)> {
+fn description(home: &dyn Home, record: &Record) -> Result<(String, Vec<String>)> {
     let mut remarks = Vec::new();
     let setup = record.setup();
     let mut calls = record.calls();
@@ -251,8 +252,13 @@ fn description(record: &Record) -> Result<(String, Vec<String>)> {
     if calls == 0 {
         bail!("the run has made no call: make one at least, and take it away then");
     }
+    let system = system(home, record, calls);
+    for program in system.programs.values() {
+        let files: Vec<String> = program.sources.iter().map(|file| file.display().to_string()).collect();
+        remarks.push(format!("The program's sources belong beside it: {}.", files.join(", ")));
+    }
     let about = format!("# Run {} of the parameter tool, {calls} calls: plcfmu run FILE.toml\n", record.number());
-    let text = about + &file::write(&system(record, calls))?;
+    let text = about + &file::write(&system)?;
     if text.len() > LONGEST_DESCRIPTION {
         remarks.push(format!(
             "It has {} MiB, because each call of a ramp has its own event: 'plcfmu run' reads at most {} MiB.",
@@ -264,11 +270,16 @@ fn description(record: &Record) -> Result<(String, Vec<String>)> {
 }
 
 /// The first calls of a run as a system for `plcfmu run`.
-fn system(record: &Record, calls: usize) -> System {
+fn system(home: &dyn Home, record: &Record, calls: usize) -> System {
     let setup = record.setup();
     let set = |variable: String, value, time| Setting { variable, value, time, is_preliminary: false, place: None };
     let is_free = |variable: &String| !setup.connections.iter().any(|(_, to)| to == variable);
-    let member = |of: &Member| run::system::Member { name: of.name.clone(), path: format!("{}.fmu", of.fmu).into() };
+    let programs: BTreeMap<String, Program> =
+        setup.members.iter().filter_map(|of| Some((of.name.clone(), home.program(&of.fmu)?))).collect();
+    let member = |of: &Member| run::system::Member {
+        name: of.name.clone(),
+        path: programs.get(&of.name).map_or_else(|| format!("{}.fmu", of.fmu).into(), |of| of.sources[0].clone()),
+    };
     let at_start = setup.members.iter().flat_map(|member| {
         let full = move |(name, value): (&String, &Value)| (format!("{}.{name}", member.name), *value);
         member.values.iter().map(full)
@@ -286,6 +297,7 @@ fn system(record: &Record, calls: usize) -> System {
         stop: Some(record.time(calls)),
         step: Some(record.step()),
         exchange: setup.exchange,
+        programs,
         ..System::default()
     }
 }

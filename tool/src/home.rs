@@ -22,4 +22,14 @@ pub trait Home: Fmus {
     /// # Errors
     /// There is no such FMU here, or a value does not fit.
     fn preset(&self, of: &parameters::Loop) -> Result<Vec<u8>>;
+
+    /// The sources and options of a PLC program; any other FMU has none.
+    fn program(&self, _fmu: &str) -> Option<run::system::Program> {
+        None
+    }
+
+    /// The texts of a PLC program's sources; any other FMU has none.
+    fn sources(&self, _fmu: &str) -> Vec<parameters::Source> {
+        Vec::new()
+    }
 }

@@ -76,6 +76,9 @@ pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
     if let Some(record) = report.record {
         events(&mut page, record)?;
     }
+    for source in home.sources(&fmu) {
+        write!(page, "<h2>{}</h2>\n<pre>{}</pre>\n", Text(&source.file), Text(&source.text))?;
+    }
     page.push_str("</body>\n</html>\n");
     Ok(page)
 }

@@ -8,6 +8,7 @@ use crate::message::{
     State, Values, View,
 };
 use crate::preset::{self, Preset};
+use crate::program::{self, Compiled, Monitored, Programs};
 use crate::session::Session;
 use crate::{connect, describe, signals};
 use anyhow::Result;
@@ -39,7 +40,7 @@ macro_rules! requests {
             ///
             /// # Errors
             /// What is wrong, with name and value, and what to do.
-            pub(crate) fn answer(self, $home: &dyn Home, $session: &mut Session) -> Result<serde_json::Value> {
+            pub(crate) fn answer<H: Home>(self, $home: &Programs<H>, $session: &mut Session) -> Result<serde_json::Value> {
                 Ok(match self { $(
                     Request::$Name $({ $($field),* })? $(($given))? => serde_json::to_value::<$Answer>($answer)?,
                 )* })
@@ -64,6 +65,13 @@ requests! { |home, session|
     } -> Description = describe::describe(home, &fmu)?;
     /// Reads a parameter file.
     Read(file: ReadFile) -> Loops = describe::read(home, &file)?;
+    /// Translates a PLC program in SCL, and takes it into the catalogue.
+    Compile(of: program::Request) -> Compiled = program::compile(home, &of)?;
+    /// What a program of the present run did in its last call, line by line.
+    Monitor {
+        /// Its name in the loop.
+        member: String,
+    } -> Monitored = program::monitor(home, &member)?;
     /// What a block does with settings, before they are sent.
     Check {
         /// The FMU's name in the catalogue.

@@ -8,11 +8,15 @@
 //! Manifest, sources --Loaded::new--> Table, Code --Program::new--> Program: a machine with its memory, called by fmu
 //! ```
 
+mod inside;
 mod manifest;
 mod sources;
 mod table;
+mod wrong;
 
+pub use inside::Part;
 pub use manifest::{CPUS, FILE, Manifest};
+pub use wrong::Wrong;
 
 use blocks::table::fingerprint;
 use blocks::{LReal, Real, Table, Time, Value};
@@ -50,6 +54,10 @@ pub struct Loaded {
     startup: Option<usize>,
     /// Where the block itself has the time between two calls.
     own_cycle: Option<usize>,
+    /// The name of the block, or of the first of several.
+    block: String,
+    /// The instance in the memory; empty if what is run is no single instance.
+    instance: String,
     budget: u32,
 }
 
@@ -58,7 +66,7 @@ impl Loaded {
     ///
     /// # Errors
     /// All that is wrong with the sources, with file, line and column; there is no block to be run.
-    pub fn new(manifest: &Manifest, sources: &[Source], is_unit: fn(&str) -> bool) -> Result<Loaded, String> {
+    pub fn new(manifest: &Manifest, sources: &[Source], is_unit: fn(&str) -> bool) -> Result<Loaded, Wrong> {
         let options = Options {
             cpu: manifest.cpu,
             block: manifest.block.clone(),
@@ -66,10 +74,8 @@ impl Loaded {
             constants: manifest.constants.clone(),
             calls: manifest.calls.iter().map(|(name, period)| Task { name: name.clone(), period: *period }).collect(),
         };
-        let compiled = compile(sources, &options).map_err(|problems| {
-            problems.iter().map(parameters::problem::drawn).collect::<String>().trim_end().to_string()
-        })?;
-        let root = compiled.root.as_ref().ok_or_else(|| none_is_run(&compiled.candidates))?;
+        let compiled = compile(sources, &options).map_err(Wrong::Sources)?;
+        let root = compiled.root.as_ref().ok_or_else(|| Wrong::Choice(compiled.candidates.clone()))?;
         let code = Code::compile(&compiled.program)?;
         let (table, places, own_cycle) = table::of(manifest, &compiled, root, is_unit)?;
         let in_outs = (0..places.len()).filter(|row| places[*row].held == Held::InOut).collect();
@@ -89,6 +95,8 @@ impl Loaded {
             places,
             in_outs,
             own_cycle,
+            block: root.block.clone(),
+            instance: root.instance.clone(),
             budget: manifest.budget.unwrap_or(Machine::BUDGET),
         })
     }
@@ -96,21 +104,6 @@ impl Loaded {
     /// The GUID of its FMU.
     pub fn guid(&self) -> String {
         String::from_utf8_lossy(&fingerprint::text(self.hash)).into_owned()
-    }
-}
-
-/// Why no block is run.
-fn none_is_run(candidates: &[String]) -> String {
-    match candidates {
-        [] => "the sources have no block to be run: neither a FUNCTION_BLOCK nor an ORGANIZATION_BLOCK".into(),
-        [one] => format!(
-            "{one} is not run alone: its array parameters get their bounds from a caller; call it from another block"
-        ),
-        all => format!(
-            "several blocks are called by no other: {}; choose a function block with --fb NAME, or each organization block \
-             with --call NAME and its --cycle TIME",
-            all.join(", ")
-        ),
     }
 }
 
@@ -126,6 +119,8 @@ pub struct Program {
     /// What was set of each row that the program writes, too; of the others 0.
     set: Vec<u64>,
     stopped: Option<String>,
+    /// Whether it is noted which lines the last call has run.
+    is_watched: bool,
 }
 
 impl Program {
@@ -138,7 +133,7 @@ impl Program {
             _ => 0,
         };
         let set = loaded.places.iter().map(|place| machine.get(place.ty, place.offset).bits()).collect();
-        Program { machine, cycle, calls: 0, set, stopped: None, loaded }
+        Program { machine, cycle, calls: 0, set, stopped: None, is_watched: false, loaded }
     }
 
     /// Gives the machine what was set of variables that the program writes, too.
@@ -247,6 +242,9 @@ impl Cyclic for Program {
             return;
         }
         self.give();
+        if self.is_watched {
+            self.machine.forget_coverage();
+        }
         let now = (self.calls as i64).wrapping_mul(i64::from(self.cycle)).wrapping_mul(1_000_000);
         self.run(self.loaded.cycle, now);
         self.calls += u64::from(self.stopped.is_none());
@@ -339,7 +337,7 @@ impl Library for Program {
             Some(loaded) => loaded.clone(),
             None => {
                 let sources: Vec<Source> = sources.into_iter().map(|(name, bytes)| Source::new(name, bytes)).collect();
-                let loaded = Arc::new(Loaded::new(&manifest, &sources, |_| false)?);
+                let loaded = Arc::new(Loaded::new(&manifest, &sources, |_| false).map_err(|wrong| wrong.to_string())?);
                 known.insert(key, loaded.clone());
                 loaded
             }

@@ -1,6 +1,7 @@
 //! `plcfmu tool`: the parameter tool in the browser, with FMUs.
 
 use super::{print, time_limit};
+use crate::program::is_source;
 use crate::tell;
 use crate::tool::assets;
 use crate::tool::home::{Collection, File, Known};
@@ -37,7 +38,8 @@ const FMUS: &str = "PLCFMU_FMUS";
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = HELP)]
 pub struct Options {
-    /// Parameter files to open (.awl, .scl, .db, .xml, .json, .ssv), and FMUs of blocks
+    /// Parameter files to open (.awl, .scl, .db, .xml, .json, .ssv), the sources of a PLC program (.scl, .udt, .db), and FMUs of
+    /// blocks
     #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,
     /// An FMU to control, from any tool; it runs in a process of its own
@@ -60,6 +62,7 @@ pub struct Options {
 const HELP: &str = "\
 Examples:
   plcfmu tool plant.awl
+  plcfmu tool machine.scl types.udt
   plcfmu tool --plant BOILER.fmu plant.awl";
 
 /// Serves the tool until it is interrupted.
@@ -220,8 +223,14 @@ fn folder(given: Option<&Path>, has_fmus: impl Fn(&Path) -> bool) -> Option<Path
 /// A parameter file for the page to read.
 fn parameter_file(path: &Path) -> Result<File> {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let is_known = Format::of_file(&name).is_some() || path.extension().is_some_and(|extension| extension == "csv");
-    ensure!(is_known, "{}: it is neither a parameter file nor a recording (.csv) nor an FMU", path.display());
+    let is_known = Format::of_file(&name).is_some()
+        || is_source(path)
+        || path.extension().is_some_and(|extension| extension == "csv");
+    ensure!(
+        is_known,
+        "{}: it is neither a parameter file, a source of a program, a recording (.csv) nor an FMU",
+        path.display()
+    );
     let read = || -> Result<File> {
         let size = fs::metadata(path)?.len();
         ensure!(size <= LARGEST_FILE, "it has {size} bytes; at most {LARGEST_FILE} are accepted");

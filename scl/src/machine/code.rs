@@ -302,6 +302,8 @@ pub struct Code {
     /// How much of it is the memory of the program.
     pub(crate) state: usize,
     pub(crate) registers: usize,
+    /// The registers of the numbers among the locals of each function.
+    pub(crate) locals: Vec<Vec<Option<Register>>>,
     /// The most calls inside one another.
     pub(crate) depth: usize,
     /// The lines of the statements.

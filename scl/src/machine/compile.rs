@@ -46,7 +46,12 @@ impl Code {
         for function in 0..count {
             compiler.function(function, 0)?;
         }
-        let Compiler { mut code, spaces, natives, .. } = compiler;
+        let Compiler { mut code, spaces, natives, homes, .. } = compiler;
+        let register = |home: &Home| match home {
+            Home::Register(register) => Some(*register),
+            Home::Reference(_) | Home::Memory(_) => None,
+        };
+        code.locals = homes.iter().map(|(_, homes)| homes.iter().map(register).collect()).collect();
         let ends = |end: fn(&Space) -> usize, least| spaces.iter().map(end).max().unwrap_or(0).max(least);
         code.registers = ends(|space| space.registers, 1);
         code.depth = ends(|space| space.depth, 0);

@@ -1,6 +1,5 @@
 //! The home of the engine in the page: the FMUs that are linked in.
 
-use crate::component::Instance;
 use anyhow::{Context, Result, bail};
 use blocks::EachBlock;
 use fmu::table::Guid;
@@ -12,6 +11,7 @@ use run::fmus::Fmus;
 use std::sync::Arc;
 use tool::home::Home;
 use tool::known;
+use tool::linked::Instance;
 use tool::message::{Entry, KnownLoop, Part};
 
 /// The FMUs that are linked in.

@@ -7,7 +7,6 @@
 // The exported functions are found by their names; there is no other unsafe code here.
 #![cfg_attr(target_family = "wasm", allow(unsafe_code))]
 
-mod component;
 pub mod home;
 
 use home::Linked;

@@ -1,7 +1,7 @@
 /** The line at the top, and the sentences for the user below it. */
 
 import { attribute, byId, element, fill, text } from "tool/dom.js";
-import { ask, goOnInThePage, hasEngineInPage, listenToNewEngine, whereIsTheEngine } from "tool/engine.js";
+import { ask, EngineError, goOnInThePage, hasEngineInPage, listenToNewEngine, whereIsTheEngine } from "tool/engine.js";
 import { toggleDrawer } from "tool/panels.js";
 import { source, store } from "tool/store.js";
 import { shown } from "tool/values.js";
@@ -45,7 +45,7 @@ export function mount() {
     for (const loop of store.loops) delete loop.notes.runs;
     store.say("The engine has begun anew: its run is gone. Values are kept; begin a new run.");
   });
-  store.on("failure", () => store.say(new Error(store.state?.failure ?? "")));
+  store.on("failure", () => store.say(new EngineError(store.state?.failure ?? "")));
 }
 
 /** Name, block, cycle, file and how many settings are changed. */

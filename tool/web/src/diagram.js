@@ -6,6 +6,7 @@
 
 import { assetOf, drawing } from "tool/assets.js";
 import { attribute, element, fill, text } from "tool/dom.js";
+import { chosenInside, descriptionInside, mountInside } from "tool/inside.js";
 import { goTo } from "tool/parameters.js";
 import { runValue, store, wiredTo } from "tool/store.js";
 import { isBoolean, rounded, shown } from "tool/values.js";
@@ -33,6 +34,8 @@ let parts = [];
 let isDue = false;
 /** @type {string} */
 let shownOf = "";
+/** Where in the program the block is that is shown, with a point behind it; empty of a loop's own block. */
+let within = "";
 
 /** @param {HTMLElement} content */
 export function mount(content) {
@@ -60,21 +63,26 @@ export function mount(content) {
     element("div", { class: "row sizes", role: "group", "aria-label": "Size of the diagram" }, buttons, note),
     sheet,
   );
+  mountInside(content);
   resize(sizes.find((size) => size === kept()) ?? "Fit");
   store.on("loop", async () => {
     const loop = store.loop;
-    if (loop?.description.name !== shownOf) {
-      shownOf = loop?.description.name ?? "";
+    const inside = loop && (await chosenInside(loop));
+    const shownNow = inside ? `${loop.description.name} ${inside.path}` : (loop?.description.name ?? "");
+    if (loop !== store.loop) return;
+    if (shownNow !== shownOf) {
+      shownOf = shownNow;
+      within = inside ? `${inside.path}.` : "";
       parts = [];
       fill(sheet);
-      const asset = loop && (await assetOf(loop.description.name));
+      const asset = loop && (await assetOf(inside?.block ?? loop.description.name));
       if (loop !== store.loop) {
         shownOf = "";
         return;
       }
       const made = asset?.diagram ? drawing(asset.diagram) : undefined;
       if (made && loop) {
-        prepare(made, loop.description);
+        prepare(made, inside ? descriptionInside(loop, inside.path) : loop.description);
         fill(sheet, made);
       } else fill(sheet, element("p", { class: "faint" }, loop ? `${loop.description.block} has no diagram.` : ""));
     }
@@ -175,7 +183,7 @@ function prepareSwitch(of, group) {
     blade,
   ]);
   of.switches.push({ group, blades });
-  const setting = store.loop?.settings[of.name];
+  const setting = within ? undefined : store.loop?.settings[of.name];
   if (!setting) return;
   // The lines of a switch are thin; the area around them answers, too.
   const box = { x: Infinity, y: Infinity, right: -Infinity, bottom: -Infinity };
@@ -230,7 +238,8 @@ function update() {
   const loop = store.loop;
   if (!loop) return;
   for (const part of parts) {
-    const value = runValue(loop, part.name) ?? loop.settings[part.name]?.sent;
+    const own = within ? startOf(loop, within + part.name) : loop.settings[part.name]?.sent;
+    const value = runValue(loop, within + part.name) ?? own;
     if (part.value) {
       text(part.value, fitting(value, part.kind, part.room));
     }
@@ -242,6 +251,11 @@ function update() {
       attribute(group, "aria-label", `${part.name} is ${value ? "TRUE" : "FALSE"}`);
     }
   }
+}
+
+/** @param {import("./store.js").Work} loop @param {string} name */
+function startOf(loop, name) {
+  return loop.description.variables.find((one) => one.name === name)?.start;
 }
 
 /**

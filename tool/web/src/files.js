@@ -1,5 +1,5 @@
 /**
- * Files that a user opens: parameter files, FMUs, recorded curves.
+ * Files that a user opens: parameter files, FMUs, recorded curves, the sources of a program.
  *
  * @typedef {import("./messages").Loop} Loop
  * @typedef {import("./messages").Loops} Loops
@@ -9,6 +9,7 @@
 
 import { recordingOf } from "tool/csv.js";
 import { accept, ask, EngineError, fromBase64, toBase64, unpacked, upload, whereIsTheEngine } from "tool/engine.js";
+import { openProgram, sourcesAmong } from "tool/program.js";
 import { store } from "tool/store.js";
 import { isBoolean } from "tool/values.js";
 import { unzipped } from "tool/zip.js";
@@ -27,7 +28,15 @@ const BEGINNING = /(?<!END_)DATA_BLOCK|"\s*:\s*\{|<SW\.Blocks\./gi;
  * @param {Iterable<File>} files
  */
 export async function openFiles(files) {
-  for (const file of files) {
+  const [sources, others] = await sourcesAmong([...files]);
+  if (sources.length > 0) {
+    try {
+      await openProgram(sources);
+    } catch (error) {
+      store.say(error);
+    }
+  }
+  for (const file of others) {
     try {
       await open(file);
     } catch (error) {

@@ -10,6 +10,7 @@ import { theme } from "tool/charts.js";
 import { element, fill, svg, text } from "tool/dom.js";
 import { ask, whereIsTheEngine } from "tool/engine.js";
 import { outline } from "tool/outline.js";
+import { openExample } from "tool/program_example.js";
 import { store } from "tool/store.js";
 import { number, rounded } from "tool/values.js";
 
@@ -54,7 +55,31 @@ export function cards(open) {
       return known ? [card(task, known, open)] : [];
     }),
   );
-  return element("ul", { class: "cards" }, all);
+  return element("ul", { class: "cards" }, programCard(), all);
+}
+
+/** A program of the user's own, with one that runs when it is clicked. */
+function programCard() {
+  const line = (/** @type {string} */ path, /** @type {Record<string, any>} */ ink) =>
+    svg("path", { d: path, fill: "none", stroke: "currentColor", ...ink });
+  const picture = svg(
+    "svg",
+    { viewBox: `0 0 ${SMALL_WIDTH} ${SMALL_HEIGHT}`, "aria-hidden": "true", preserveAspectRatio: "none" },
+    line("M4 10h60M12 20h74M12 30h46M4 40h30", { "stroke-opacity": 0.35, "stroke-width": 3 }),
+    line("M100 42h12L140 14h26", { "stroke-width": 2 }),
+  );
+  const about = { title: "Drop your .scl anywhere; a click runs an oven with a ramp and a trip", onclick: openExample };
+  return element(
+    "li",
+    {},
+    element(
+      "button",
+      { type: "button", class: "card", id: "program-card", ...about },
+      element("span", { class: "spark" }, picture),
+      element("span", { class: "card-title" }, "Your own program (.scl)"),
+      element("span", { class: "faint" }, "Program: SCL + HEATER"),
+    ),
+  );
 }
 
 /**

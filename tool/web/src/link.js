@@ -6,6 +6,7 @@
  * @property {1} version
  * @property {string} name of the loop
  * @property {string} fmu
+ * @property {import("./messages").Program} [program] the sources of what runs, if it is a program
  * @property {import("./messages").Values} values in force at the end
  * @property {number | null} window of the curves, in seconds
  * @property {import("tool/remake.js").Made | null} run
@@ -14,6 +15,7 @@
  */
 
 import { ask, EngineError, fromBase64, toBase64 } from "tool/engine.js";
+import { admit, programOf } from "tool/program.js";
 import { remake } from "tool/remake.js";
 import { runsOf } from "tool/runs.js";
 import { store, valuesOf } from "tool/store.js";
@@ -32,6 +34,7 @@ export async function linkOfLoop() {
   /** @type {Carried} */
   const carried = {
     ...{ version: 1, name, member, fmu: loop.description.name, values: valuesOf(loop, "sent") },
+    program: programOf(loop)?.program,
     window: loop.notes.curves?.window ?? null,
     run: now && done ? { setup: now.setup, ...done } : null,
     plant: { members, connections, step, exchange },
@@ -59,7 +62,8 @@ export async function openLink() {
   if (carried.version !== 1) throw new EngineError("The link is of another version of this page.");
   if ((carried.run?.calls ?? 0) > MOST_CALLS)
     throw new EngineError(`The run of the link has ${carried.run?.calls} calls; ${MOST_CALLS} are made at most.`);
-  const loop = await store.add(String(carried.name), String(carried.fmu));
+  const fmu = carried.program ? (await admit(carried.program)).fmu : carried.fmu;
+  const loop = await store.add(String(carried.name), String(fmu));
   const taken = store.loops.some((one) => one !== loop && one.member === carried.member);
   if (!taken) loop.member = String(carried.member);
   store.edit(carried.values);
@@ -76,7 +80,11 @@ export async function openLink() {
   const [controller, ...others] = setup.members;
   const connections = setup.connections.map(([from, to]) => /** @type {[string, string]} */ ([own(from), own(to)]));
   await remake(loop, {
-    setup: { ...setup, members: [{ ...controller, name: loop.member }, ...others], connections },
+    setup: {
+      ...setup,
+      members: [{ ...controller, name: loop.member, fmu: loop.description.name }, ...others],
+      connections,
+    },
     events: events.map((event) => ({ ...event, variable: own(event.variable) })),
     calls,
   });

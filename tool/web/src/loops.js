@@ -79,7 +79,7 @@ function mountOpening() {
   const kinds = element(
     "p",
     { id: "open-kinds", class: "faint" },
-    "Or drop them anywhere: AWL, SCL, .db, Openness XML, JSON, SSV, .fmu; a recorded CSV. Nothing leaves this computer.",
+    "Or drop them anywhere: a program (.scl, .udt); AWL, SCL, .db, Openness XML, JSON, SSV, .fmu; a recorded CSV. Nothing leaves this computer.",
   );
   const name = element("input", {
     id: "new-name",

@@ -12,6 +12,7 @@ import { mount as help } from "tool/help.js";
 import { mount as keyboard } from "tool/keyboard.js";
 import { openLink } from "tool/link.js";
 import { mount as loops } from "tool/loops.js";
+import { mount as monitor } from "tool/monitor.js";
 import { mount as panels } from "tool/panels.js";
 import { mount as parameters } from "tool/parameters.js";
 import { mount as plant } from "tool/plant.js";
@@ -29,6 +30,7 @@ const PANELS = [
   ["parameters", parameters],
   ["compare", compare],
   ["help", help],
+  ["program", monitor],
   ["diagram", diagram],
   ["curves", curves],
   ["run", run],

@@ -3,6 +3,30 @@
 /** Values by the variable's name. */
 export type Values = Record<string, Value>;
 
+/** A block with code. */
+export type Block = {
+/** Which of the sources it is in, from 0. */
+file: number,
+/** Its name. */
+name: string,
+/** Its first line, from 1. */
+line: number,
+/** What its lines name. */
+names: Array<Named>,
+/** Its calls of instances. */
+calls: Array<Called>,
+/** The types of its temporaries by name. */
+temps: Array<[string, string]>,
+/** The values of its constants by name, as they are written. */
+constants: Array<[string, string]>, };
+
+/** A call of an instance. */
+export type Called = {
+/** The instance. */
+instance: string,
+/** What is passed. */
+arguments: Array<Passed>, };
+
 /** What there is to choose from. */
 export type Catalogue = {
 /** The FMUs, in the order in which they are shown. */
@@ -45,6 +69,27 @@ times: Array<number>,
 recorded: Array<number>,
 /** What the block computes. */
 computed: Array<number>, };
+
+/** What has become of sources. */
+export type Compiled = {
+/** The name in the catalogue by which the program runs; it has none if it was refused. */
+fmu: string | null,
+/** What is run. */
+block: string,
+/** What is wrong, or what the author should know, in the order of the sources. */
+problems: Array<Finding>,
+/** The blocks of which one has to be chosen, if it is not clear which is run. */
+candidates: Array<string>,
+/** The time between two calls in seconds. */
+cycle: number,
+/** Why it is that. */
+cycle_from: string,
+/** The texts of the sources. */
+sources: Array<SourceText>,
+/** The blocks with code, in the order of the sources. */
+blocks: Array<Block>,
+/** The instances of blocks; first the program itself, whose path is empty. */
+parts: Array<Instance>, };
 
 /**
  * Curves: each row is a call. If they are not exact, each two rows are a group of calls, at the times of its first and its
@@ -225,6 +270,21 @@ unit?: string | null,
 /** The unit of the manipulated value, where its variable has none. */
 travel_unit?: string | null, };
 
+/** Something about a place of a source. */
+export type Finding = {
+/** The source's name; empty if it is about all of them. */
+file: string,
+/** The line and the column, from 1. */
+place: [number, number] | null,
+/** How many characters it is about, in its first line. */
+length: number,
+/** What is wrong. */
+message: string,
+/** What to do. */
+help: string | null,
+/** Whether there is no program because of it. */
+is_error: boolean, };
+
 /** Settings that belong together. */
 export type Group = {
 /** Its title. */
@@ -255,6 +315,15 @@ data: Data,
 method: Method,
 /** Whether the plant integrates. */
 is_integrating: boolean, };
+
+/** An instance of a block. */
+export type Instance = {
+/** Its path, as the FMU names it: `motors[1]`; that of the program itself is empty. */
+path: string,
+/** Its block. */
+block: string,
+/** Whether that is a block of the catalogue, and not in SCL. */
+is_native: boolean, };
 
 /** A loop that is known to work. */
 export type KnownLoop = {
@@ -325,8 +394,35 @@ dead_time: number,
 /** Whether the plant integrates. */
 is_integrating: boolean, };
 
+/** What a program did in its last call, beside the values of its variables, which are in the state of the run. */
+export type Monitored = {
+/** The temporaries of what is run, at the end of the call. */
+temps: Values,
+/** The lines that were run: which of the sources, from 0, and the line. */
+lines: Array<[number, number]>,
+/** What the program has warned of since it was started, with file and line. */
+warnings: Array<string>, };
+
+/** A variable that a line names. */
+export type Named = {
+/** The line, from 1. */
+line: number,
+/** The variable, as the FMU names it: in an instance, or of all blocks. An index may be the path of another variable. */
+path: string,
+/** Whether it is a variable that all blocks see. */
+is_global: boolean, };
+
 /** What an FMU is in a loop. */
 export type Part = "controller" | "plant" | "other";
+
+/** What is passed for a parameter. */
+export type Passed = {
+/** The parameter of the instance's block. */
+formal: string,
+/** The variable that is passed; what is calculated has none. */
+path: string | null,
+/** The line, from 1. */
+line: number, };
 
 /** A simulated loop. */
 export type Predicted = {
@@ -373,6 +469,32 @@ place: [number, number] | null,
 message: string,
 /** What to do. */
 help: string | null, };
+
+/** The sources of a program, and how it is made of them. What is left out is as for `plcfmu build`. */
+export type Program = {
+/** The sources. */
+files: Array<SourceFile>,
+/** The time between two calls in seconds; what the sources propose without it, see [`Compiled::cycle_from`]. */
+cycle?: number | null,
+/**
+ * What is run: a function block, an organization block, or a data block with an instance. Without it, the one that no other
+ * block calls.
+ */
+run?: string | null,
+/** The CPU whose rules hold: `300`, `1200` or `1500`; that of the sources' dialect without it. */
+cpu?: string | null,
+/** The most statements in a call; a million without it. */
+budget?: number | null,
+/** Inputs that are parameters. */
+parameters: Array<string>,
+/** Settings, or members of data blocks, that are inputs. */
+inputs: Array<string>,
+/** Locals, or members of data blocks, that are outputs. */
+outputs: Array<string>,
+/** Names that no source declares, with their types or blocks. */
+tags: Array<[string, string]>,
+/** Constants that no source declares, with their values. */
+constants: Array<[string, string]>, };
 
 /** How a controller and a plant are connected. */
 export type Proposal = {
@@ -478,7 +600,9 @@ remarks: Array<string>, };
 /** What the page asks for. */
 export type Request = { "do": "catalogue" } | { "do": "describe",
 /** The FMU's name in the catalogue. */
-fmu: string, } | { "do": "read" } & ReadFile | { "do": "check",
+fmu: string, } | { "do": "read" } & ReadFile | { "do": "compile" } & Program | { "do": "monitor",
+/** Its name in the loop. */
+member: string, } | { "do": "check",
 /** The FMU's name in the catalogue. */
 fmu: string,
 /** Its settings; the others have their start values. */
@@ -589,6 +713,20 @@ connections: Array<[string, string]>,
 step: number | null,
 /** When values go from output to input. */
 exchange: Exchange, };
+
+/** A source. */
+export type SourceFile = {
+/** Its name. */
+file: string,
+/** Its bytes, Base64. */
+content: string, };
+
+/** A source as text. */
+export type SourceText = {
+/** Its name. */
+file: string,
+/** Its text. */
+text: string, };
 
 /** Where the run is. */
 export type State = {
@@ -764,6 +902,8 @@ export interface Dialogue {
   catalogue: { request: Extract<Request, { do: "catalogue" }>; answer: Catalogue };
   describe: { request: Extract<Request, { do: "describe" }>; answer: Description };
   read: { request: Extract<Request, { do: "read" }>; answer: Loops };
+  compile: { request: Extract<Request, { do: "compile" }>; answer: Compiled };
+  monitor: { request: Extract<Request, { do: "monitor" }>; answer: Monitored };
   check: { request: Extract<Request, { do: "check" }>; answer: Checked };
   propose: { request: Extract<Request, { do: "propose" }>; answer: Proposal };
   start: { request: Extract<Request, { do: "start" }>; answer: State };

@@ -9,6 +9,7 @@ import { store } from "tool/store.js";
 /** The tabs: the id of the panel and its title. The parameters are a tab on a narrow screen only. @type {[string, string][]} */
 const TABS = [
   ["side", "Parameters"],
+  ["program", "Program"],
   ["diagram", "Diagram"],
   ["plant", "Plant"],
   ["tune", "Tune"],

@@ -4,6 +4,7 @@
  */
 
 import { ask } from "tool/engine.js";
+import { admit, programs } from "tool/program.js";
 import { remake } from "tool/remake.js";
 import { runsOf } from "tool/runs.js";
 import { store } from "tool/store.js";
@@ -79,7 +80,13 @@ function save() {
   const run = live
     ? { of: store.loops.indexOf(/** @type {any} */ (store.live)), setup, events, calls: store.state?.calls }
     : undefined;
-  const kept = { version: VERSION, shown: store.loops.indexOf(/** @type {any} */ (store.loop)), loops, run };
+  const kept = {
+    version: VERSION,
+    programs: programs(),
+    shown: store.loops.indexOf(/** @type {any} */ (store.loop)),
+    loops,
+    run,
+  };
   // A file of thousands of loops is too large for it: then the loops under work are kept, and the file is opened again.
   for (const files of [store.files, []]) {
     try {
@@ -100,6 +107,8 @@ export async function resume() {
     return;
   }
   if (kept?.version !== VERSION) return;
+  // In the order in which they came they have the names that the loops know.
+  for (const program of kept.programs ?? []) await admit(program).catch(store.say);
   store.files = kept.files;
   store.emit("files");
   for (const one of kept.loops) {

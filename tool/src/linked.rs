@@ -1,9 +1,10 @@
-//! An instance of a block that is linked in. It goes through the same checks as an instance behind the FMU's C interface, and
-//! what it says has the same words.
+//! An instance of a block or program that runs in this program, without a C interface. It goes through the same checks as an
+//! instance behind one, and what it says has the same words.
 
 use anyhow::{Context, Result, anyhow, ensure};
 use blocks::Block;
 use fmu::component::{self, Fresh, Origin};
+use fmu::cyclic::Cyclic;
 use fmu::host_type::HostType;
 use fmu::refusal::Refusal;
 use fmu::state::Function;
@@ -22,18 +23,37 @@ pub struct Instance<B> {
 }
 
 impl<B: Block> Instance<B> {
-    /// A new instance with logging on.
+    /// A new instance of a block with its start values, with logging on.
     ///
     /// # Errors
     /// The name is empty or contains a NUL.
     pub fn new(name: &str) -> Result<Instance<B>> {
+        Instance::of(name, Origin { hash: Fingerprint::<B>::HASH, fresh: Fresh::New(B::default) })
+    }
+}
+
+impl<B: Cyclic> Instance<B> {
+    /// A new instance, with logging on.
+    ///
+    /// # Errors
+    /// The name is empty or contains a NUL.
+    pub fn of(name: &str, origin: Origin<B>) -> Result<Instance<B>> {
         ensure!(
             !name.is_empty() && !name.contains('\0'),
             "{name:?} is empty or contains a NUL: give the instance a name"
         );
-        let origin = Origin { hash: Fingerprint::<B>::HASH, fresh: Fresh::New(B::default) };
         let component = component::Component::new(origin, true);
         Ok(Instance { component, integers: Vec::new(), booleans: Vec::new() })
+    }
+
+    /// What it calls, with its present values.
+    pub fn block(&self) -> &B {
+        self.component.instance.block()
+    }
+
+    /// What the user should know of the last step although it succeeded.
+    pub fn take_advice(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.component.advice)
     }
 
     /// Makes a call as the C interface does: if the function may be called now.
@@ -51,7 +71,7 @@ impl<B: Block> Instance<B> {
 }
 
 /// Converts values, calls, and converts back.
-fn get<B: Block, T: HostType<Fmi2>>(
+fn get<B: Cyclic, T: HostType<Fmi2>>(
     component: &component::Component<B>,
     references: &[u32],
     room: &mut Vec<T>,
@@ -62,7 +82,7 @@ fn get<B: Block, T: HostType<Fmi2>>(
     component.instance.get(references, room)
 }
 
-impl<B: Block> Component for Instance<B> {
+impl<B: Cyclic> Component for Instance<B> {
     fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
         self.call(&Function::fmi2SetupExperiment, |component| component.instance.setup_experiment(start, stop))
     }

@@ -1,0 +1,123 @@
+//! What is inside of a program, for tools that show it while it runs.
+
+use crate::{Loaded, Program};
+use scl::program::{At, Body, Type, Value, What};
+
+/// So many instances are told.
+const MOST: usize = 2000;
+
+/// An instance of a block inside a program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Its path, as the table names its variables: `motors[1]`; empty for the program itself.
+    pub path: String,
+    /// The name of its block.
+    pub block: String,
+    /// Whether its law is that of a block of [`blocks`], and not in SCL.
+    pub is_native: bool,
+}
+
+impl Loaded {
+    /// The name of what is run: a function block, or the first of the organization blocks.
+    pub fn block(&self) -> &str {
+        &self.block
+    }
+
+    /// Whether one function block is run, and no organization block.
+    pub fn is_function_block(&self) -> bool {
+        !self.instance.is_empty()
+    }
+
+    /// The instances of blocks, those inside others behind them; first the program itself.
+    pub fn parts(&self) -> Vec<Part> {
+        let mut found = vec![Part { path: String::new(), block: self.block.clone(), is_native: false }];
+        let memory = self.program.memory;
+        for member in &self.program.records[memory].members {
+            // The variables of the instance are named without it.
+            let is_own = !self.instance.is_empty() && member.name.eq_ignore_ascii_case(&self.instance);
+            if let (true, Type::Record(record)) = (is_own, &member.ty) {
+                self.inside(*record, "", &mut found);
+            } else {
+                self.add(&member.ty, &member.name, &mut found);
+            }
+        }
+        found
+    }
+
+    fn inside(&self, record: usize, path: &str, found: &mut Vec<Part>) {
+        for member in &self.program.records[record].members {
+            let path = if path.is_empty() { member.name.clone() } else { format!("{path}.{}", member.name) };
+            self.add(&member.ty, &path, found);
+        }
+    }
+
+    fn add(&self, ty: &Type, path: &str, found: &mut Vec<Part>) {
+        if found.len() >= MOST {
+            return;
+        }
+        match ty {
+            Type::Record(record) => {
+                let function = self.program.functions.iter().find(|function| function.instance == Some(*record));
+                if let Some(function) = function {
+                    let (block, is_native) = match function.body {
+                        Body::Native(name) => (name.to_string(), true),
+                        Body::Code(_) => (function.name.clone(), false),
+                    };
+                    found.push(Part { path: path.to_string(), block, is_native });
+                }
+                self.inside(*record, path, found);
+            }
+            Type::Array { of, bounds } if matches!(**of, Type::Record(_)) => {
+                if let [(low, high)] = bounds.as_slice() {
+                    (*low..=*high).for_each(|index| self.add(of, &format!("{path}[{index}]"), found));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The function that a cycle runs, if it is a single one.
+    fn body(&self) -> Option<usize> {
+        match &self.program.functions[self.cycle].body {
+            Body::Code(code) => match code.as_slice() {
+                [only] => match &only.what {
+                    What::Call(call) => Some(call.function),
+                    _ => None,
+                },
+                _ => None,
+            },
+            Body::Native(_) => None,
+        }
+    }
+}
+
+impl Program {
+    /// The same program, of which [`Program::lines`] can be asked; each call then takes a little longer.
+    #[must_use]
+    pub fn watched(mut self) -> Program {
+        self.is_watched = true;
+        self
+    }
+
+    /// The files and lines of the statements that the last call has run, those of the sources alone; sorted.
+    pub fn lines(&self) -> Vec<(usize, u32)> {
+        let is_own = |at: &At| at.line > 0 && usize::from(at.file) + 1 < self.loaded.program.files.len();
+        let run = self.machine.coverage().filter(|(at, is_run)| *is_run && is_own(at));
+        let mut lines: Vec<(usize, u32)> = run.map(|(at, _)| (usize::from(at.file), at.line)).collect();
+        lines.sort_unstable();
+        lines.dedup();
+        lines
+    }
+
+    /// The temporaries of what is run, with their values at the end of the last call: numbers and truth values.
+    pub fn temps(&self) -> Vec<(&str, Value)> {
+        let Some(body) = self.loaded.body() else { return Vec::new() };
+        let locals = self.loaded.program.functions[body].locals.iter().enumerate();
+        locals
+            .filter_map(|(place, local)| match local.ty {
+                Type::Scalar(ty) => Some((local.name.as_str(), self.machine.local(body, place, ty)?)),
+                _ => None,
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,47 @@
+//! Why there is no program to be run.
+
+use parameters::{Problems, problem};
+use std::fmt;
+
+/// Why there is no program to be run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Wrong {
+    /// What is wrong with the sources.
+    Sources(Vec<Problems>),
+    /// No block is called by no other, or several are: the names of those.
+    Choice(Vec<String>),
+    /// Anything else, in a sentence.
+    Other(String),
+}
+
+impl From<String> for Wrong {
+    fn from(what: String) -> Wrong {
+        Wrong::Other(what)
+    }
+}
+
+impl fmt::Display for Wrong {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Wrong::Sources(problems) => {
+                formatter.write_str(problems.iter().map(problem::drawn).collect::<String>().trim_end())
+            }
+            Wrong::Choice(blocks) if blocks.is_empty() => formatter
+                .write_str("the sources have no block to be run: neither a FUNCTION_BLOCK nor an ORGANIZATION_BLOCK"),
+            Wrong::Choice(blocks) if blocks.len() == 1 => write!(
+                formatter,
+                "{} is not run alone: its array parameters get their bounds from a caller; call it from another block",
+                blocks[0]
+            ),
+            Wrong::Choice(blocks) => write!(
+                formatter,
+                "several blocks are called by no other: {}; choose a function block with --fb NAME, or each organization \
+                 block with --call NAME and its --cycle TIME",
+                blocks.join(", ")
+            ),
+            Wrong::Other(what) => formatter.write_str(what),
+        }
+    }
+}
+
+impl std::error::Error for Wrong {}

@@ -1,0 +1,297 @@
+//! What an engineer watches while a program runs: which variables each line names, and which block a line belongs to.
+//!
+//! This is read off the text alone, so that it is there for a program that has errors, too. A path is written as the FMU names
+//! its variables, `motors[1].fault`; an index that is no constant is the path of a variable in its place, `motors[i].fault`.
+
+use crate::lexer::Span;
+use crate::parser;
+use crate::report::Report;
+use crate::syntax::{
+    Argument, Block, BlockKind, ExpressionId, ExpressionKind, Expressions, Member, Scope, SectionKind, Statement,
+    StatementKind, TypeKind,
+};
+use parameters::Source;
+
+/// A block with code.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Watched {
+    /// The number of its source.
+    pub file: usize,
+    /// Its name.
+    pub name: String,
+    /// Whether it is an organization block.
+    pub is_organization: bool,
+    /// Its comment: the lines of its head.
+    pub comment: String,
+    /// Its first line, from 1.
+    pub line: usize,
+    /// What its lines name, in the order of the text.
+    pub names: Vec<Named>,
+    /// Its calls of instances.
+    pub calls: Vec<Called>,
+    /// Its temporaries: the name, and the type as it is written.
+    pub temps: Vec<(String, String)>,
+    /// Its constants: the name, and the value as it is written.
+    pub constants: Vec<(String, String)>,
+}
+
+/// A variable that a line names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Named {
+    /// The line, from 1.
+    pub line: usize,
+    /// The variable.
+    pub path: String,
+    /// Whether it is a variable that all blocks see, `"DB".x`. One without quotation marks and `#` may be either.
+    pub is_global: bool,
+}
+
+/// A call of an instance.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Called {
+    /// The instance.
+    pub instance: String,
+    /// What is passed.
+    pub arguments: Vec<Passed>,
+}
+
+/// What is passed for a parameter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Passed {
+    /// The formal parameter.
+    pub formal: String,
+    /// The variable that is passed; what is calculated has none.
+    pub path: Option<String>,
+    /// The line, from 1.
+    pub line: usize,
+}
+
+/// The blocks with code of these sources.
+pub fn watched(sources: &[Source]) -> Vec<Watched> {
+    let mut found = Vec::new();
+    for (file, source) in sources.iter().enumerate() {
+        let tree = parser::parse(&source.text, file as u32, &mut Report::default());
+        for block in &tree.blocks {
+            if matches!(block.kind, BlockKind::Type | BlockKind::DataBlock) {
+                continue;
+            }
+            let mut reader = Reader { source, expressions: &tree.expressions, found: start(file, source, block) };
+            reader.statements(&block.body);
+            found.push(reader.found);
+        }
+    }
+    found
+}
+
+fn start(file: usize, source: &Source, block: &Block) -> Watched {
+    let written = |span: Span| source.text[span.range()].to_string();
+    let of_kind = |kind: SectionKind| {
+        let sections = block.sections.iter().filter(move |section| section.kind == kind);
+        sections.flat_map(|section| &section.members)
+    };
+    let each = |member: &Member, text: String| {
+        member.names.iter().map(|name| (name.text.clone(), text.clone())).collect::<Vec<_>>()
+    };
+    let temps = of_kind(SectionKind::Temp).filter_map(|member| match member.of.as_ref()?.kind {
+        TypeKind::Name(ref name, _) => Some(each(member, name.to_uppercase())),
+        _ => None,
+    });
+    let constants = of_kind(SectionKind::Constant).filter_map(|member| match member.start {
+        // What stands between the name and the end of its declaration.
+        Some(crate::syntax::Start::Value(_)) => {
+            let name = member.names.first()?;
+            let rest = written(Span { start: name.span.end, end: source.text.len() as u32, ..name.span });
+            let value = rest.split_once(":=")?.1.split(';').next()?.trim().to_string();
+            Some(each(member, value))
+        }
+        _ => None,
+    });
+    Watched {
+        file,
+        name: block.name.text.clone(),
+        is_organization: block.kind == BlockKind::OrganizationBlock,
+        comment: block.comment.clone(),
+        line: source.place(block.name.span.range()).line,
+        temps: temps.flatten().collect(),
+        constants: constants.flatten().collect(),
+        ..Watched::default()
+    }
+}
+
+/// Reads the body of a block.
+struct Reader<'a> {
+    source: &'a Source,
+    expressions: &'a Expressions,
+    found: Watched,
+}
+
+impl Reader<'_> {
+    fn line(&self, span: Span) -> usize {
+        self.source.place(span.range()).line
+    }
+
+    fn statements(&mut self, statements: &[Statement]) {
+        for statement in statements {
+            match &statement.kind {
+                StatementKind::Assign(targets, value) => {
+                    targets.iter().for_each(|(target, _)| self.expression(*target));
+                    self.expression(*value);
+                }
+                StatementKind::Call(call) => self.expression(*call),
+                StatementKind::If(arms, rest) => {
+                    for (condition, body) in arms {
+                        self.expression(*condition);
+                        self.statements(body);
+                    }
+                    self.statements(rest);
+                }
+                StatementKind::Case(selector, arms, rest) => {
+                    self.expression(*selector);
+                    arms.iter().for_each(|(_, body)| self.statements(body));
+                    self.statements(rest);
+                }
+                StatementKind::For(variable, [first, last], step, body) => {
+                    [variable, first, last].into_iter().chain(step).for_each(|of| self.expression(*of));
+                    self.statements(body);
+                }
+                StatementKind::While(condition, body) => {
+                    self.expression(*condition);
+                    self.statements(body);
+                }
+                StatementKind::Repeat(body, condition) => {
+                    self.statements(body);
+                    self.expression(*condition);
+                }
+                StatementKind::Return(value) => value.iter().for_each(|value| self.expression(*value)),
+                StatementKind::Exit | StatementKind::Continue | StatementKind::Goto(_) | StatementKind::Label(_) => {}
+            }
+        }
+    }
+
+    /// Notes the variables of an expression. Expressions are at most as deep as the parser allows.
+    fn expression(&mut self, id: ExpressionId) {
+        let expressions = self.expressions;
+        if let Some((path, is_global)) = self.path(id) {
+            self.note(expressions[id].span, path, is_global);
+            return;
+        }
+        match &expressions[id].kind {
+            ExpressionKind::Unary(_, inner) | ExpressionKind::Pointer(inner) | ExpressionKind::Member(inner, _) => {
+                self.expression(*inner);
+            }
+            ExpressionKind::Binary(_, left, right) => [left, right].into_iter().for_each(|of| self.expression(*of)),
+            ExpressionKind::Index(base, indices) => {
+                self.expression(*base);
+                indices.iter().for_each(|index| self.expression(*index));
+            }
+            ExpressionKind::Call(callee, arguments) => self.call(*callee, arguments),
+            ExpressionKind::Name(..) | ExpressionKind::Literal(_) | ExpressionKind::Address | ExpressionKind::Wrong => {
+            }
+        }
+    }
+
+    fn call(&mut self, callee: ExpressionId, arguments: &[Argument]) {
+        let instance = self.path(callee);
+        let mut passed = Vec::new();
+        for argument in arguments {
+            let path = self.path(argument.value).map(|(path, _)| path);
+            if let Some(formal) = argument.name.as_ref().map(|name| name.text.clone()) {
+                // What is calculated for an input can be seen in the instance.
+                if let (None, Some((instance, is_global))) = (&path, &instance) {
+                    self.note(argument.span, format!("{instance}.{formal}"), *is_global);
+                }
+                passed.push(Passed { formal, path, line: self.line(argument.span) });
+            }
+            self.expression(argument.value);
+        }
+        if let Some((instance, _)) = instance {
+            self.found.calls.push(Called { instance, arguments: passed });
+        }
+    }
+
+    fn note(&mut self, span: Span, path: String, is_global: bool) {
+        let named = Named { line: self.line(span), path, is_global };
+        if !self.found.names.contains(&named) {
+            self.found.names.push(named);
+        }
+    }
+
+    /// The path of a variable, and whether it begins with one that all blocks see; `None` for anything else.
+    fn path(&self, id: ExpressionId) -> Option<(String, bool)> {
+        match &self.expressions[id].kind {
+            ExpressionKind::Name(scope, name) => Some((name.text.clone(), *scope == Scope::Global)),
+            // A slice such as `.%X3` is a part of the variable.
+            ExpressionKind::Member(base, name) if name.text.starts_with('%') => self.path(*base),
+            ExpressionKind::Member(base, name) => {
+                let (base, is_global) = self.path(*base)?;
+                Some((format!("{base}.{}", name.text), is_global))
+            }
+            ExpressionKind::Index(base, indices) => {
+                let (base, is_global) = self.path(*base)?;
+                let index = |id: &ExpressionId| match &self.expressions[*id].kind {
+                    ExpressionKind::Literal(text) => Some(text.clone()),
+                    _ => self.path(*id).map(|(path, _)| path),
+                };
+                let indices = indices.iter().map(index).collect::<Option<Vec<_>>>()?;
+                Some((format!("{base}[{}]", indices.join(",")), is_global))
+            }
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SOURCE: &str = "FUNCTION_BLOCK \"Pump\"
+VAR_INPUT level : Real; END_VAR
+VAR t : TON_TIME; m : ARRAY[1..2] OF Bool; END_VAR
+VAR_TEMP i : Int; END_VAR
+VAR CONSTANT CYCLE : Time := T#1s; END_VAR
+BEGIN
+  #t(IN := #level > 3.0,
+     PT := T#2s, Q => #m[1]);
+  IF NOT #m[#i] AND \"Data\".on.%X3 THEN
+    #level := LIMIT(MN := 0.0, IN := #level, MX := 1.0);
+  END_IF;
+END_FUNCTION_BLOCK";
+
+    #[test]
+    fn each_line_has_the_variables_that_it_names() {
+        let found = watched(&[Source::new("pump.scl", SOURCE.into())]);
+        let [pump] = found.as_slice() else { panic!("{found:?}") };
+        assert_eq!((pump.name.as_str(), pump.line), ("Pump", 1));
+        let names: Vec<(usize, &str, bool)> =
+            pump.names.iter().map(|named| (named.line, named.path.as_str(), named.is_global)).collect();
+        assert_eq!(
+            names,
+            [
+                (7, "t.IN", false),
+                (7, "level", false),
+                (8, "t.PT", false),
+                (8, "m[1]", false),
+                (9, "m[i]", false),
+                (9, "Data.on", true),
+                (10, "level", false),
+            ]
+        );
+        assert_eq!(pump.calls.len(), 2);
+        let passed = |formal: &str, path: Option<&str>, line| Passed {
+            formal: formal.into(),
+            path: path.map(str::to_string),
+            line,
+        };
+        let arguments = vec![passed("IN", None, 7), passed("PT", None, 8), passed("Q", Some("m[1]"), 8)];
+        assert_eq!(pump.calls[0], Called { instance: "t".into(), arguments });
+        assert_eq!(pump.temps, [("i".to_string(), "INT".to_string())]);
+        assert_eq!(pump.constants, [("CYCLE".to_string(), "T#1s".to_string())]);
+    }
+
+    #[test]
+    fn a_source_with_errors_is_read_as_far_as_it_goes() {
+        let text = SOURCE.replace("LIMIT(", "LIMIT((");
+        let found = watched(&[Source::new("pump.scl", text.into())]);
+        assert!(found.iter().all(|block| block.names.iter().all(|named| named.line < 12)), "{found:?}");
+    }
+}

@@ -1,0 +1,240 @@
+"""PLC programs in the parameter tool's page: a source is dropped, runs, is watched line by line, and stops where it is wrong.
+
+What the page computes is compared with `plcfmu run` of the same sources, bit for bit.
+"""
+
+import base64
+import pathlib
+import subprocess
+
+import pytest
+
+import host
+from test_tool_run import PHONE, assert_same_bits, made, manual, open_tool, recorded, run_calls, saved, screenshot, wait_for_calls
+from test_tool_run import browser, pytestmark, run_described  # noqa: F401
+from tool import new_loop, show_tab
+
+ROOT = pathlib.Path(__file__).parents[1]
+PROGRAMS = ROOT / "examples/programs"
+LAPTOP = (1366, 768)
+
+DROP = """files => {
+  const transfer = new DataTransfer();
+  for (const [name, content] of files) {
+    const bytes = Uint8Array.from(atob(content), (letter) => letter.charCodeAt(0));
+    transfer.items.add(new File([bytes], name));
+  }
+  document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
+}"""
+
+COUNTER = """FUNCTION_BLOCK "Counter"
+VAR_INPUT up : Bool; step : Int := 1; END_VAR
+VAR_OUTPUT count : Int; END_VAR
+VAR a : ARRAY[1..3] OF Int; END_VAR
+BEGIN
+  IF #up THEN
+    #count += #step;
+    #a[#count] := #count;
+  END_IF;
+END_FUNCTION_BLOCK
+"""
+
+
+def drop(page, *files):
+    """Drops files on the page: paths, or names with texts."""
+    named = [(of.name, of.read_bytes()) if isinstance(of, pathlib.Path) else (of[0], of[1].encode()) for of in files]
+    page.evaluate(DROP, [[name, base64.b64encode(content).decode()] for name, content in named])
+
+
+def line(page, number):
+    return page.locator(f'.program [data-line="{number}"]')
+
+
+def set_input(page, name, value):
+    """Sets an input of the program in the list of parameters."""
+    field = page.locator(f'[data-name="{name}"] input')
+    if isinstance(value, bool):
+        field.set_checked(value)
+    else:
+        field.fill(str(value))
+        field.press("Enter")
+
+
+@pytest.fixture
+def by_command(command, tmp_path):
+    """Runs a program with `plcfmu run`, without packing it, and gives what it records."""
+
+    def by_command(source, cycle, seconds):
+        given = [command, "run", source, "--cycle", cycle, "--stop", str(seconds), "--out", "-"]
+        done = subprocess.run(given, cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return recorded(done.stdout)
+
+    return by_command
+
+
+@pytest.mark.parametrize("name, cycle", [("furnace", "1s"), ("tank", "100ms"), ("conveyor", "100ms")])
+def test_one_drop_and_one_click_lead_from_a_source_to_a_curve_with_the_bits_of_plcfmu_run(
+    open_tool, by_command, name, cycle
+):
+    page = open_tool(LAPTOP)
+    drop(page, PROGRAMS / f"{name}.scl")
+    page.get_by_role("button", name="Run", exact=True).click()
+    wait_for_calls(page, 3)
+    page.get_by_role("button", name="Pause").click()
+    page.locator("#curves canvas").first.wait_for()
+    calls = made(page)
+    _, table = saved(page, "CSV of everything")
+    shown = recorded(table.decode())
+    step = {"1s": 1.0, "100ms": 0.1}[cycle]
+    ran = by_command(PROGRAMS / f"{name}.scl", cycle, calls * step)
+    # The page names the program by its block, the command by its file.
+    own = {column.split(".", 1)[-1]: values for column, values in shown.items()}
+    assert len(ran) >= 7
+    for column, values in ran.items():
+        here = own[column.split(".", 1)[-1]]
+        assert [float(value) for value in values[:-1]] == [float(value) for value in here[: len(values) - 1]], column
+
+
+def test_a_program_runs_against_a_plant_with_the_bits_of_its_description(open_tool, run_described, tmp_path):
+    page = open_tool(LAPTOP)
+    drop(page, PROGRAMS / "furnace.scl")
+    show_tab(page, "Plant")
+    page.locator("#plant-choice").select_option("HEATER")
+    plant = page.locator("#plant")
+    plant.get_by_text("goes to").first.wait_for()
+    # What the controller inside is given, and gives, is what the plant has and takes.
+    assert page.locator('[id="wire-to-FurnaceZone.temperature"]').input_value() != ""
+    set_input(page, "enable", True)
+    page.locator("#send").click()
+    set_input(page, "setpoint", 60)
+    run_calls(page, 120)
+    (tmp_path / "furnace.scl").write_bytes((PROGRAMS / "furnace.scl").read_bytes())
+    shown = assert_same_bits(page, run_described)
+    # The ramp leads to the setpoint with 60 K/min, 1 K a call.
+    assert float(shown["FurnaceZone.rampSetpoint"][-1]) == 60.0
+    assert float(shown["FurnaceZone.temperature"][-1]) > 40.0
+    screenshot(page, "program-plant")
+
+
+def test_errors_stand_at_their_lines_and_the_corrected_source_runs(open_tool):
+    page = open_tool(LAPTOP)
+    damaged = (PROGRAMS / "furnace.scl").read_text().replace("#tTrip.Q", "#tTirp.Q").replace("#manual;", "#manual")
+    drop(page, ("furnace.scl", damaged))
+    refused = page.locator("#refused")
+    refused.locator(".line.is-wrong").first.wait_for()
+    at = next(number for number, text in enumerate(damaged.splitlines(), 1) if "#tTirp.Q" in text)
+    assert "is-wrong" in line(page, at).get_attribute("class")
+    assert line(page, at).locator("mark").inner_text() == "#tTirp"
+    findings = refused.locator(".finding")
+    assert findings.count() >= 2
+    findings.last.click()
+    assert "is-target" in page.locator(".line.is-target").get_attribute("class")
+    screenshot(page, "program-errors")
+    drop(page, PROGRAMS / "furnace.scl")
+    page.get_by_role("button", name="Run", exact=True).click()
+    wait_for_calls(page, 1)
+    assert refused.is_hidden()
+
+
+def test_the_values_of_a_line_stand_beside_it_while_the_program_runs(open_tool):
+    page = open_tool(LAPTOP)
+    drop(page, ("counter.scl", COUNTER))
+    press = page.get_by_role("button", name="One call")
+    press.click()
+    line(page, 6).locator(".value.is-false").wait_for()
+    assert line(page, 6).locator(".value").inner_text() == "FALSE"
+    assert "has-run" not in line(page, 7).get_attribute("class")
+    set_input(page, "up", True)
+    page.locator("#send").click()
+    press.click()
+    page.locator('.program [data-line="7"].has-run').wait_for()
+    assert line(page, 6).locator(".value").inner_text() == "TRUE"
+    assert line(page, 7).locator(".values").inner_text().split() == ["count", "1", "step", "1"]
+    # The element that the index names.
+    assert line(page, 8).locator(".values").inner_text().split() == ["a[count]", "1", "count", "1"]
+    assert line(page, 7).locator(".is-changed").count() == 1
+    screenshot(page, "program-values")
+
+
+def test_a_program_that_stops_says_so_at_its_line_and_begins_again(open_tool):
+    page = open_tool(LAPTOP)
+    drop(page, ("counter.scl", COUNTER))
+    set_input(page, "up", True)
+    page.locator("#send").click()
+    page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
+    page.get_by_role("button", name="Run", exact=True).click()
+    stop = page.locator(".line-note.is-stop")
+    stop.wait_for()
+    assert "index 4 is outside of 1..3" in stop.inner_text()
+    # It follows the line of the access.
+    assert stop.evaluate("note => note.previousElementSibling.dataset.line") == "8"
+    stop.get_by_role("button", name="Restart").click()
+    stop.wait_for(state="detached")
+    page.get_by_role("button", name="One call").click()
+    wait_for_calls(page, 1)
+
+
+def test_a_loop_without_end_leaves_the_page_alive(open_tool):
+    page = open_tool(LAPTOP)
+    endless = COUNTER.replace("#count += #step;", "WHILE TRUE DO #count += 1; END_WHILE;")
+    drop(page, ("counter.scl", endless))
+    set_input(page, "up", True)
+    page.locator("#send").click()
+    page.get_by_role("button", name="Run", exact=True).click()
+    stop = page.locator(".line-note.is-stop")
+    stop.wait_for()
+    assert "1000000 statements" in stop.inner_text()
+    set_input(page, "up", False)
+    assert page.locator("#send").is_enabled()
+
+
+def test_several_sources_are_one_program_and_the_block_that_runs_is_chosen(open_tool):
+    page = open_tool(LAPTOP)
+    types = "TYPE \"Limits\" STRUCT low : Real := 1.0; END_STRUCT; END_TYPE"
+    user = COUNTER.replace("VAR a :", "VAR limits : \"Limits\"; a :")
+    drop(page, ("limits.udt", types), ("counter.scl", user + COUNTER.replace('"Counter"', '"Other"')))
+    page.get_by_role("button", name="Run Other").click()
+    page.locator("#what").get_by_text("Other", exact=True).first.wait_for()
+    page.get_by_role("button", name="One call").click()
+    wait_for_calls(page, 1)
+
+
+def test_a_program_survives_a_reload_and_a_link_carries_it(open_tool):
+    page = open_tool(LAPTOP)
+    drop(page, ("counter.scl", COUNTER))
+    set_input(page, "up", True)
+    page.locator("#send").click()
+    for _ in range(2):
+        page.get_by_role("button", name="One call").click()
+    wait_for_calls(page, 2)
+    page.wait_for_function("() => (sessionStorage.getItem('plcfmu') ?? '').includes('\"calls\":2')")
+    page.reload()
+    wait_for_calls(page, 2)
+    assert page.locator(".program .source").inner_text().count("#count") == 3
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.locator("#away-button").click()
+    page.get_by_role("button", name="Copy link").click()
+    page.get_by_text("The link is in the clipboard").wait_for()
+    link = page.evaluate("navigator.clipboard.readText()")
+    other = open_tool(LAPTOP)
+    other.goto(link)
+    wait_for_calls(other, 2)
+    _, table = saved(other, "CSV of everything")
+    assert recorded(table.decode())["Counter.count"] == ["1", "2"]
+
+
+def test_a_parameter_file_and_a_damaged_file_are_no_programs(open_tool):
+    page = open_tool(LAPTOP)
+    drop(page, ("noise.scl", "FUNCTION_BLOCK \0\x01 ((((" * 50))
+    page.locator("#refused .finding").first.wait_for()
+    # The page goes on.
+    new_loop(page, "TIC101")
+    page.get_by_role("button", name="Run", exact=True).wait_for()
+
+
+def test_on_a_phone_the_program_is_a_tab(open_tool):
+    page = open_tool(PHONE)
+    drop(page, ("counter.scl", COUNTER))
+    show_tab(page, "Program")
+    line(page, 7).wait_for()

@@ -1,0 +1,449 @@
+//! PLC programs in SCL: translated here, run as an FMU of them would, and watched line by line.
+
+mod kept;
+mod roles;
+
+pub use kept::Programs;
+
+use crate::home::Home;
+use crate::message::{Part, Value, Values};
+use anyhow::{Context, Result, ensure};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use modeldescription::{Interface, ModelDescription, Table, shortened, units};
+use parameters::{Problems, Source, literal};
+use program::{CPUS, Loaded, Manifest, Wrong};
+use run::dialog;
+use scl::watch::{self, Watched};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// The largest sources, in bytes, all together.
+const LARGEST: usize = 16 << 20;
+
+/// The time between two calls where nothing proposes one, in milliseconds.
+const CYCLE: u32 = 100;
+
+/// So many problems are told.
+const MOST_PROBLEMS: usize = 500;
+
+/// The sources of a program, and how it is made of them. What is left out is as for `plcfmu build`.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(rename = "Program", optional_fields = nullable))]
+#[serde(default, deny_unknown_fields)]
+pub struct Request {
+    /// The sources.
+    pub files: Vec<File>,
+    /// The time between two calls in seconds; what the sources propose without it, see [`Compiled::cycle_from`].
+    pub cycle: Option<f64>,
+    /// What is run: a function block, an organization block, or a data block with an instance. Without it, the one that no other
+    /// block calls.
+    pub run: Option<String>,
+    /// The CPU whose rules hold: `300`, `1200` or `1500`; that of the sources' dialect without it.
+    pub cpu: Option<String>,
+    /// The most statements in a call; a million without it.
+    pub budget: Option<u32>,
+    /// Inputs that are parameters.
+    pub parameters: Vec<String>,
+    /// Settings, or members of data blocks, that are inputs.
+    pub inputs: Vec<String>,
+    /// Locals, or members of data blocks, that are outputs.
+    pub outputs: Vec<String>,
+    /// Names that no source declares, with their types or blocks.
+    pub tags: Vec<(String, String)>,
+    /// Constants that no source declares, with their values.
+    pub constants: Vec<(String, String)>,
+}
+
+/// A source.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(rename = "SourceFile"))]
+pub struct File {
+    /// Its name.
+    pub file: String,
+    /// Its bytes, Base64.
+    pub content: String,
+}
+
+/// What has become of sources.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Compiled {
+    /// The name in the catalogue by which the program runs; it has none if it was refused.
+    pub fmu: Option<String>,
+    /// What is run.
+    pub block: String,
+    /// What is wrong, or what the author should know, in the order of the sources.
+    pub problems: Vec<Finding>,
+    /// The blocks of which one has to be chosen, if it is not clear which is run.
+    pub candidates: Vec<String>,
+    /// The time between two calls in seconds.
+    pub cycle: f64,
+    /// Why it is that.
+    pub cycle_from: String,
+    /// The texts of the sources.
+    pub sources: Vec<SourceText>,
+    /// The blocks with code, in the order of the sources.
+    pub blocks: Vec<Block>,
+    /// The instances of blocks; first the program itself, whose path is empty.
+    pub parts: Vec<Instance>,
+}
+
+/// Something about a place of a source.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Finding {
+    /// The source's name; empty if it is about all of them.
+    pub file: String,
+    /// The line and the column, from 1.
+    pub place: Option<(usize, usize)>,
+    /// How many characters it is about, in its first line.
+    pub length: usize,
+    /// What is wrong.
+    pub message: String,
+    /// What to do.
+    pub help: Option<String>,
+    /// Whether there is no program because of it.
+    pub is_error: bool,
+}
+
+/// A source as text.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SourceText {
+    /// Its name.
+    pub file: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// A block with code.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Block {
+    /// Which of the sources it is in, from 0.
+    pub file: usize,
+    /// Its name.
+    pub name: String,
+    /// Its first line, from 1.
+    pub line: usize,
+    /// What its lines name.
+    pub names: Vec<Named>,
+    /// Its calls of instances.
+    pub calls: Vec<Called>,
+    /// The types of its temporaries by name.
+    pub temps: Vec<(String, String)>,
+    /// The values of its constants by name, as they are written.
+    pub constants: Vec<(String, String)>,
+}
+
+/// A variable that a line names.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Named {
+    /// The line, from 1.
+    pub line: usize,
+    /// The variable, as the FMU names it: in an instance, or of all blocks. An index may be the path of another variable.
+    pub path: String,
+    /// Whether it is a variable that all blocks see.
+    pub is_global: bool,
+}
+
+/// A call of an instance.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Called {
+    /// The instance.
+    pub instance: String,
+    /// What is passed.
+    pub arguments: Vec<Passed>,
+}
+
+/// What is passed for a parameter.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Passed {
+    /// The parameter of the instance's block.
+    pub formal: String,
+    /// The variable that is passed; what is calculated has none.
+    pub path: Option<String>,
+    /// The line, from 1.
+    pub line: usize,
+}
+
+/// An instance of a block.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Instance {
+    /// Its path, as the FMU names it: `motors[1]`; that of the program itself is empty.
+    pub path: String,
+    /// Its block.
+    pub block: String,
+    /// Whether that is a block of the catalogue, and not in SCL.
+    pub is_native: bool,
+}
+
+/// What a program did in its last call, beside the values of its variables, which are in the state of the run.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Monitored {
+    /// The temporaries of what is run, at the end of the call.
+    pub temps: Values,
+    /// The lines that were run: which of the sources, from 0, and the line.
+    pub lines: Vec<(usize, usize)>,
+    /// What the program has warned of since it was started, with file and line.
+    pub warnings: Vec<String>,
+}
+
+/// A program of the catalogue.
+#[derive(Clone)]
+pub struct Kept {
+    name: String,
+    request: Request,
+    sources: Vec<Source>,
+    loaded: Arc<Loaded>,
+    table: Arc<Table>,
+    description: Arc<modeldescription::Description>,
+}
+
+/// Translates the sources, and takes the program into the catalogue. What is wrong with them is in the answer.
+///
+/// # Errors
+/// A file is not Base64, or they are too large; an option that is none.
+pub fn compile<H: Home>(home: &Programs<H>, request: &Request) -> Result<Compiled> {
+    let sources = sources(&request.files)?;
+    let blocks = watch::watched(&sources);
+    let (cycle, cycle_from) = match request.cycle {
+        Some(seconds) => (milliseconds(seconds)?, String::new()),
+        None => proposed_cycle(&blocks),
+    };
+    let manifest = manifest(request, &sources, &blocks, cycle)?;
+    let mut compiled = Compiled {
+        cycle: f64::from(cycle) / 1000.0,
+        cycle_from,
+        blocks: blocks.iter().map(as_message).collect(),
+        sources: sources.iter().map(|of| SourceText { file: of.file.clone(), text: of.text.clone() }).collect(),
+        ..Compiled::default()
+    };
+    let loaded = match Loaded::new(&manifest, &sources, |unit| units::definition(unit).is_some()) {
+        Ok(loaded) => loaded,
+        Err(wrong) => {
+            refuse(wrong, &mut compiled);
+            return Ok(compiled);
+        }
+    };
+    compiled.problems = findings(&loaded.warnings, false);
+    compiled.block = loaded.block().to_string();
+    compiled.parts = loaded
+        .parts()
+        .into_iter()
+        .map(|of| Instance { path: of.path, block: of.block, is_native: of.is_native })
+        .collect();
+    let name = home.admit(loaded, |loaded, name| {
+        // A changed program has another name than the earlier one, and so in all that is asked for by its block.
+        let mut table = Table { name: name.clone(), ..Table::from(loaded.table) };
+        table.docs += &roles::dialog(home, &table, &blocks, &compiled.parts);
+        let guid = loaded.guid();
+        // A dialog that does not fit the table would be a program without one, no error of its author.
+        if dialog::of(&table).is_err() {
+            table.docs = loaded.table.docs.into();
+        }
+        let interface = Interface::linked(table, &guid)?;
+        let description = Arc::new(ModelDescription::of(&interface)?.description());
+        let table = Arc::new(interface.table);
+        Ok(Kept { name, request: request.clone(), sources, loaded, table, description })
+    })?;
+    compiled.fmu = Some(name);
+    Ok(compiled)
+}
+
+/// What a program that runs in the loop did in its last call.
+///
+/// # Errors
+/// No program runs under this name.
+pub fn monitor<H: Home>(home: &Programs<H>, member: &str) -> Result<Monitored> {
+    home.with_running(member, |program, warnings| Monitored {
+        temps: program
+            .temps()
+            .into_iter()
+            .map(|(name, value)| {
+                let shown = match value.ty() {
+                    scl::program::Scalar::Bool => Value::Boolean(value.bits() != 0),
+                    _ => Value::Number(value.number()),
+                };
+                (name.to_string(), shown)
+            })
+            .collect(),
+        lines: program.lines().into_iter().map(|(file, line)| (file, line as usize)).collect(),
+        warnings: warnings.to_vec(),
+    })
+}
+
+fn sources(files: &[File]) -> Result<Vec<Source>> {
+    let size: usize = files.iter().map(|of| of.content.len() / 4 * 3).sum();
+    ensure!(
+        size <= LARGEST,
+        "the sources are larger than {} MiB: leave out what the program does not use",
+        LARGEST >> 20
+    );
+    ensure!(!files.is_empty(), "there is no source: open files that end in .scl, .udt or .db");
+    let mut sources: Vec<Source> = Vec::new();
+    for File { file, content } in files {
+        let bytes = STANDARD.decode(content).with_context(|| format!("the content of {file} is not Base64"))?;
+        let is_second = sources.iter().any(|other| other.file.eq_ignore_ascii_case(file));
+        ensure!(!is_second, "two sources are called {}: rename one", shortened(file));
+        sources.push(Source::new(file.as_str(), bytes));
+    }
+    Ok(sources)
+}
+
+fn milliseconds(seconds: f64) -> Result<u32> {
+    let milliseconds = (seconds * 1000.0).round();
+    ensure!(
+        (1.0..=f64::from(i32::MAX)).contains(&milliseconds) && (milliseconds / 1000.0 - seconds).abs() < 1e-9,
+        "the time between two calls is {seconds:?} s: give it in whole milliseconds, at least 0.001 s"
+    );
+    Ok(milliseconds as u32)
+}
+
+/// The time between two calls in milliseconds that the sources propose, and why. It is the period of the OB, which sources do
+/// not have, but authors write it down.
+fn proposed_cycle(blocks: &[Watched]) -> (u32, String) {
+    let milliseconds = |text: &str| {
+        let plain = text.trim_start_matches(['T', 't', 'I', 'i', 'M', 'm', 'E', 'e', '#']);
+        let nanoseconds = literal::duration(plain, 1).ok()?;
+        u32::try_from(nanoseconds / 1_000_000).ok().filter(|time| (1..=3_600_000).contains(time))
+    };
+    for block in blocks.iter().filter(|block| block.is_organization) {
+        // "every 100 ms" as well as "100ms".
+        let joined = block.comment.replace(" ms", "ms").replace(" s ", "s ");
+        let words = joined.split(|c: char| c.is_whitespace() || matches!(c, ',' | ';' | '(' | ')' | ':' | '"'));
+        if let Some(time) = words
+            .filter(|word| word.starts_with(|c: char| c.is_ascii_digit()))
+            .find_map(|word| milliseconds(word.trim_end_matches('.')))
+        {
+            return (time, format!("the comment of {}", block.name));
+        }
+    }
+    for block in blocks {
+        let is_cycle = |(name, _): &&(String, String)| name.eq_ignore_ascii_case("CYCLE");
+        if let Some(time) = block.constants.iter().find(is_cycle).and_then(|(_, value)| milliseconds(value)) {
+            return (time, format!("the constant CYCLE of {}", block.name));
+        }
+    }
+    (CYCLE, "no source says one: give the period of the OB that calls it".into())
+}
+
+fn manifest(request: &Request, sources: &[Source], blocks: &[Watched], cycle: u32) -> Result<Manifest> {
+    let cpu = match &request.cpu {
+        None => None,
+        Some(cpu) => {
+            let found = CPUS.iter().find(|(name, _)| name == cpu);
+            Some(found.with_context(|| format!("there is no CPU {cpu:?}: take 300, 1200 or 1500"))?.1)
+        }
+    };
+    let is_organization =
+        |name: &String| blocks.iter().any(|block| block.is_organization && block.name.eq_ignore_ascii_case(name));
+    let (calls, block) = match &request.run {
+        Some(name) if is_organization(name) => (vec![(name.clone(), 0)], None),
+        other => (Vec::new(), other.clone()),
+    };
+    Ok(Manifest {
+        name: None,
+        sources: sources.iter().map(|source| source.file.clone()).collect(),
+        cycle,
+        block,
+        cpu,
+        budget: request.budget,
+        parameters: request.parameters.clone(),
+        inputs: request.inputs.clone(),
+        outputs: request.outputs.clone(),
+        calls,
+        declared: request.tags.clone(),
+        constants: request.constants.clone(),
+    })
+}
+
+fn refuse(wrong: Wrong, compiled: &mut Compiled) {
+    let about_all = |message: String, help: Option<&str>| Finding {
+        message,
+        help: help.map(str::to_string),
+        is_error: true,
+        ..Finding::default()
+    };
+    compiled.problems = match wrong {
+        Wrong::Sources(problems) => findings(&problems, true),
+        Wrong::Choice(candidates) if candidates.len() > 1 => {
+            let message = format!("several blocks are called by no other: {}", candidates.join(", "));
+            compiled.candidates = candidates;
+            vec![about_all(message, Some("choose the one that is run"))]
+        }
+        other => vec![about_all(other.to_string(), None)],
+    };
+}
+
+fn findings(problems: &[Problems], is_error: bool) -> Vec<Finding> {
+    let of_file = |problems: &Problems| {
+        let finding = |of: &parameters::Problem| {
+            let about = of.place.as_ref().and_then(|place| problems.text.get(place.span.clone())).unwrap_or_default();
+            Finding {
+                file: problems.file.clone(),
+                place: of.place.as_ref().map(|place| (place.line, place.column)),
+                length: about.lines().next().unwrap_or_default().chars().count(),
+                message: of.message.clone(),
+                help: of.help.clone(),
+                is_error,
+            }
+        };
+        problems.problems.iter().map(finding).collect::<Vec<_>>()
+    };
+    problems.iter().flat_map(of_file).take(MOST_PROBLEMS).collect()
+}
+
+fn as_message(of: &Watched) -> Block {
+    let passed = |of: &watch::Passed| Passed { formal: of.formal.clone(), path: of.path.clone(), line: of.line };
+    let called = |of: &watch::Called| Called {
+        instance: of.instance.clone(),
+        arguments: of.arguments.iter().map(passed).collect(),
+    };
+    let named = |of: &watch::Named| Named { line: of.line, path: of.path.clone(), is_global: of.is_global };
+    Block {
+        file: of.file,
+        name: of.name.clone(),
+        line: of.line,
+        names: of.names.iter().map(named).collect(),
+        calls: of.calls.iter().map(called).collect(),
+        temps: of.temps.clone(),
+        constants: of.constants.clone(),
+    }
+}
+
+impl Kept {
+    /// What it is in a loop: whatever drives the rest of it.
+    fn part(&self) -> Part {
+        Part::Controller
+    }
+
+    /// The sources by name, and the options with which `plcfmu` makes an FMU of them.
+    fn as_program(&self) -> run::system::Program {
+        let Request { files, cycle: _, run, cpu, budget, parameters, inputs, outputs, tags, constants } = &self.request;
+        let mut options: Vec<(String, String)> = Vec::new();
+        let mut add = |option: &str, value: String| options.push((option.into(), value));
+        let cycle = self.table.variables.get(self.table.cycle).map_or(0.0, |row| row.start);
+        add("cycle", format!("{}ms", (cycle * 1000.0).round()));
+        if let Some(run) = run {
+            add(if self.loaded.is_function_block() { "fb" } else { "call" }, run.clone());
+        }
+        cpu.iter().for_each(|cpu| add("cpu", cpu.clone()));
+        budget.iter().for_each(|budget| add("budget", budget.to_string()));
+        parameters.iter().for_each(|name| add("parameter", name.clone()));
+        inputs.iter().for_each(|name| add("input", name.clone()));
+        outputs.iter().for_each(|name| add("output", name.clone()));
+        tags.iter().for_each(|(name, of)| add("tag", format!("{name} : {of}")));
+        constants.iter().for_each(|(name, value)| add("constant", format!("{name}={value}")));
+        run::system::Program { sources: files.iter().map(|of| of.file.clone().into()).collect(), options }
+    }
+}
+
+#[cfg(test)]
+mod tests;

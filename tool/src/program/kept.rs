@@ -1,0 +1,168 @@
+//! The programs that a page has opened, as FMUs of the catalogue beside those of the home.
+
+use super::Kept;
+use crate::home::Home;
+use crate::linked::Instance;
+use crate::message::{Entry, KnownLoop};
+use anyhow::{Context, Result, ensure};
+use fmu::component::{Fresh, Origin};
+use modeldescription::{Description, Table, shortened};
+use parameters::{Block, Loop, Source};
+use program::{Loaded, Program};
+use run::component::{Component, Type};
+use run::fmus::Fmus;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// So many programs are kept: each has a table that lives as long as the process.
+const MOST: usize = 500;
+
+/// So many warnings of a run are kept.
+const MOST_WARNINGS: usize = 200;
+
+/// A home with the programs that were opened in it.
+pub struct Programs<H> {
+    home: H,
+    kept: RefCell<Vec<Arc<Kept>>>,
+    /// The program that was started last under each name of a member.
+    running: RefCell<BTreeMap<String, Rc<RefCell<Running>>>>,
+}
+
+/// A program that runs in a loop.
+struct Running {
+    instance: Instance<Program>,
+    warnings: Vec<String>,
+}
+
+/// The same for the loop, which owns its members.
+struct Shared(Rc<RefCell<Running>>);
+
+impl<H: Home> Programs<H> {
+    /// A home without programs.
+    pub fn new(home: H) -> Programs<H> {
+        Programs { home, kept: RefCell::default(), running: RefCell::default() }
+    }
+
+    /// Takes a program into the catalogue under the name that `make` gets, and gives that name. A program that is there already
+    /// keeps its own; one that has changed gets another, so that the runs of the earlier one can be repeated.
+    pub(super) fn admit(
+        &self,
+        loaded: Loaded,
+        make: impl FnOnce(Arc<Loaded>, String) -> Result<Kept>,
+    ) -> Result<String> {
+        let same = |kept: &&Arc<Kept>| kept.loaded.hash == loaded.hash;
+        if let Some(kept) = self.kept.borrow().iter().find(same) {
+            return Ok(kept.name.clone());
+        }
+        ensure!(self.kept.borrow().len() < MOST, "{MOST} programs have been opened: reload the page to begin anew");
+        let own = loaded.table.name;
+        let is_free = |name: &String| !self.entries().iter().any(|entry| entry.name == *name);
+        let numbered = (2..=MOST + 2).map(|number| format!("{own}_{number}"));
+        let name = std::iter::once(own.to_string()).chain(numbered).find(is_free);
+        let kept = make(Arc::new(loaded), name.context("there is no free name")?)?;
+        let name = kept.name.clone();
+        self.kept.borrow_mut().push(Arc::new(kept));
+        Ok(name)
+    }
+
+    /// Looks at a program that runs, and at what it has warned of.
+    pub(super) fn with_running<T>(&self, member: &str, look: impl FnOnce(&Program, &[String]) -> T) -> Result<T> {
+        let all = self.running.borrow();
+        let running = all.get(member).with_context(|| format!("no program runs as {:?}", shortened(member)))?.borrow();
+        Ok(look(running.instance.block(), &running.warnings))
+    }
+
+    fn find(&self, fmu: &str) -> Option<Arc<Kept>> {
+        self.kept.borrow().iter().find(|kept| kept.name == fmu).cloned()
+    }
+}
+
+impl<H: Home> Fmus for Programs<H> {
+    fn description(&self, fmu: &str) -> Result<Arc<Description>> {
+        self.find(fmu).map_or_else(|| self.home.description(fmu), |kept| Ok(kept.description.clone()))
+    }
+
+    fn table(&self, fmu: &str) -> Result<Option<Arc<Table>>> {
+        self.find(fmu).map_or_else(|| self.home.table(fmu), |kept| Ok(Some(kept.table.clone())))
+    }
+
+    fn instantiate(&self, fmu: &str, name: &str) -> Result<Box<dyn Component>> {
+        let Some(kept) = self.find(fmu) else { return self.home.instantiate(fmu, name) };
+        let program = Program::new(kept.loaded.clone()).watched();
+        let origin = Origin { hash: kept.loaded.hash, fresh: Fresh::Copy(Box::new(program)) };
+        let instance = Instance::of(name, origin)?;
+        let running = Rc::new(RefCell::new(Running { instance, warnings: Vec::new() }));
+        self.running.borrow_mut().insert(name.to_string(), running.clone());
+        Ok(Box::new(Shared(running)))
+    }
+}
+
+impl<H: Home> Home for Programs<H> {
+    fn entries(&self) -> Vec<Entry> {
+        let entry = |kept: &Arc<Kept>| Entry {
+            name: kept.name.clone(),
+            summary: kept.table.summary(),
+            part: kept.part(),
+            is_foreign: false,
+        };
+        let mut entries = self.home.entries();
+        entries.extend(self.kept.borrow().iter().map(entry));
+        entries
+    }
+
+    fn known_loops(&self) -> Vec<KnownLoop> {
+        self.home.known_loops()
+    }
+
+    fn blocks(&self) -> Vec<Arc<Block>> {
+        self.home.blocks()
+    }
+
+    fn preset(&self, of: &Loop) -> Result<Vec<u8>> {
+        self.home.preset(of)
+    }
+
+    fn program(&self, fmu: &str) -> Option<run::system::Program> {
+        Some(self.find(fmu)?.as_program())
+    }
+
+    fn sources(&self, fmu: &str) -> Vec<Source> {
+        self.find(fmu).map(|kept| kept.sources.clone()).unwrap_or_default()
+    }
+}
+
+impl Component for Shared {
+    fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
+        self.0.borrow_mut().instance.setup(start, stop)
+    }
+
+    fn enter_initialization(&mut self) -> Result<()> {
+        self.0.borrow_mut().instance.enter_initialization()
+    }
+
+    fn exit_initialization(&mut self) -> Result<()> {
+        self.0.borrow_mut().instance.exit_initialization()
+    }
+
+    fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
+        self.0.borrow_mut().instance.read(kind, references, values)
+    }
+
+    fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
+        self.0.borrow_mut().instance.write(kind, references, values)
+    }
+
+    fn step(&mut self, time: f64, size: f64) -> Result<()> {
+        let Running { instance, warnings } = &mut *self.0.borrow_mut();
+        let done = instance.step(time, size);
+        let room = MOST_WARNINGS - warnings.len().min(MOST_WARNINGS);
+        warnings.extend(instance.take_advice().into_iter().take(room));
+        done
+    }
+
+    fn terminate(&mut self) -> Result<()> {
+        self.0.borrow_mut().instance.terminate()
+    }
+}

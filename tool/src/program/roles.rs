@@ -1,0 +1,93 @@
+//! What the variables of a program are in a loop, as far as its calls of controllers tell: what is passed for the process value
+//! of a controller is the process value of the program.
+
+use super::Instance;
+use crate::home::Home;
+use blocks::{Kind, Role};
+use modeldescription::{Row, Table};
+use run::dialog::{self, Roles};
+use scl::watch::{Called, Watched};
+use std::fmt::Write;
+
+/// The dialog of a program, as a block's documentation would have it; empty if nothing is known.
+pub fn dialog(home: &dyn Home, table: &Table, blocks: &[Watched], parts: &[Instance]) -> String {
+    let Some(roles) = roles(home, table, blocks, parts) else { return String::new() };
+    let is_plain = |row: &&Row| !row.name.contains(',');
+    let names = |is_of: fn(Role) -> bool| {
+        let rows = table.variables.iter().filter(|row| is_of(row.role));
+        rows.map(|row| row.name.as_str()).collect::<Vec<_>>()
+    };
+    // Commas are between the names of a dialog.
+    if !table.variables.iter().all(|row| is_plain(&row)) {
+        return String::new();
+    }
+    let mut text = String::from("\n```dialog\n");
+    let mut role = |name: &str, of: &Option<String>| {
+        if let Some(of) = of {
+            let _ = writeln!(text, "{name}: {of}");
+        }
+    };
+    role("setpoint", &roles.setpoint);
+    role("process value", &roles.process_value);
+    role("manipulated value", &roles.manipulated_value);
+    if let Some((on, value)) = &roles.manual {
+        let _ = writeln!(text, "manual: {on}, {value}");
+    }
+    for (title, names) in [
+        ("Inputs", names(|role| role == Role::Input)),
+        ("Settings", names(|role| role.is_settable() && role != Role::Input)),
+    ] {
+        if !names.is_empty() {
+            let _ = writeln!(text, "[{title}]\n{}", names.join("\n"));
+        }
+    }
+    text + "```\n"
+}
+
+/// The roles by the first call of a controller in the program's own block that tells any.
+fn roles(home: &dyn Home, table: &Table, blocks: &[Watched], parts: &[Instance]) -> Option<Roles> {
+    let own = parts.first().map(|part| part.block.as_str())?;
+    let block = blocks.iter().find(|block| block.name.eq_ignore_ascii_case(own))?;
+    block.calls.iter().find_map(|call| {
+        let instance = parts.iter().find(|part| part.is_native && part.path.eq_ignore_ascii_case(&call.instance))?;
+        let native = home.table(&instance.block).ok()??;
+        let (of_native, _) = dialog::of(&native).ok()?;
+        of_native.process_value.as_ref()?;
+        Some(through(table, call, &of_native))
+    })
+}
+
+/// The roles of a block's parameters, of the variables that are passed for them.
+fn through(table: &Table, call: &Called, of_native: &Roles) -> Roles {
+    let passed = |formal: &Option<String>, is: fn(Role) -> bool| {
+        let formal = formal.as_ref()?;
+        let actual = call.arguments.iter().find(|of| of.formal.eq_ignore_ascii_case(formal))?.path.as_ref()?;
+        let row = table.variables.iter().find(|row| row.name.eq_ignore_ascii_case(actual))?;
+        is(row.role).then(|| row.name.clone())
+    };
+    let settable = |formal: &Option<String>| passed(formal, Role::is_settable);
+    let manual = of_native
+        .manual
+        .as_ref()
+        .and_then(|(on, value)| Some((settable(&Some(on.clone()))?, settable(&Some(value.clone()))?)));
+    let process_value = passed(&of_native.process_value, |role| role == Role::Input);
+    Roles {
+        // A ramp or a choice of setpoints is often between the program's setpoint and the controller's.
+        setpoint: settable(&of_native.setpoint).or_else(|| named_setpoint(table)),
+        shown_process_value: process_value.clone(),
+        process_value,
+        manipulated_value: passed(&of_native.manipulated_value, |role| role == Role::Output),
+        manual,
+        ..Roles::default()
+    }
+}
+
+/// The first number to be set whose name says that it is a setpoint.
+fn named_setpoint(table: &Table) -> Option<String> {
+    let is_setpoint = |name: &str| {
+        let small = name.to_ascii_lowercase();
+        small.contains("setpoint") || small.contains("sollwert") || name.ends_with("Sp") || name.ends_with("SP")
+    };
+    let is_number = |row: &&Row| row.role.is_settable() && matches!(row.kind, Kind::Real | Kind::LReal);
+    table.variables.iter().filter(is_number).find(|row| is_setpoint(&row.name)).map(|row| row.name.clone())
+}

@@ -1,0 +1,160 @@
+use crate::Engine;
+use crate::test_home::TestHome;
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::{Value, json};
+
+const PUMP: &str = "FUNCTION_BLOCK \"Pump\"
+VAR_INPUT
+  level : Real;   // of the tank; unit: m, min 0, max 10
+  limit { S7_SetPoint := 'True'} : Real := 3.0;
+END_VAR
+VAR_OUTPUT on : Bool; calls : Int; END_VAR
+VAR t : TON_TIME; END_VAR
+VAR_TEMP far : Bool; END_VAR
+BEGIN
+  #far := #level > #limit;
+  #t(IN := #far, PT := T#1s);
+  IF #t.Q THEN
+    #on := TRUE;
+  END_IF;
+  #calls += 1;
+END_FUNCTION_BLOCK
+";
+
+fn ask(engine: &mut Engine<TestHome>, request: Value) -> Value {
+    let answer: Value = serde_json::from_str(&engine.message(&request.to_string())).unwrap();
+    assert!(answer["error"].is_null(), "{request} -> {answer}");
+    answer["ok"].clone()
+}
+
+fn files(sources: &[(&str, &str)]) -> Value {
+    sources.iter().map(|(file, text)| json!({"file": file, "content": STANDARD.encode(text)})).collect()
+}
+
+fn compile(engine: &mut Engine<TestHome>, sources: &[(&str, &str)], options: Value) -> Value {
+    let mut request = json!({"do": "compile", "files": files(sources)});
+    request.as_object_mut().unwrap().extend(options.as_object().unwrap().clone());
+    ask(engine, request)
+}
+
+fn engine() -> Engine<TestHome> {
+    Engine::new(TestHome::default())
+}
+
+#[test]
+fn a_program_runs_as_a_member_of_a_loop_and_is_watched() {
+    let mut engine = engine();
+    let compiled = compile(&mut engine, &[("pump.scl", PUMP)], json!({"cycle": 0.5}));
+    assert_eq!(
+        (&compiled["fmu"], &compiled["block"], &compiled["cycle"]),
+        (&json!("Pump"), &json!("Pump"), &json!(0.5))
+    );
+    assert_eq!(compiled["problems"], json!([]));
+    let described = ask(&mut engine, json!({"do": "describe", "fmu": "Pump"}));
+    let level = described["variables"].as_array().unwrap().iter().find(|of| of["name"] == "level").unwrap();
+    assert_eq!((&level["unit"], &level["max"], &level["role"]), (&json!("m"), &json!(10.0), &json!("input")));
+    assert_eq!(described["cycle"], "CYCLE");
+
+    ask(&mut engine, json!({"do": "start", "members": [{"name": "P1", "fmu": "Pump"}], "connections": []}));
+    let lines = |engine: &mut Engine<TestHome>| ask(engine, json!({"do": "monitor", "member": "P1"}));
+    ask(&mut engine, json!({"do": "run", "calls": 1}));
+    let low = lines(&mut engine);
+    assert_eq!((&low["temps"], &low["lines"]), (&json!({"far": false}), &json!([[0, 10], [0, 11], [0, 12], [0, 15]])));
+    ask(&mut engine, json!({"do": "send", "values": {"P1.level": 4.0}}));
+    // The timer begins with this call; after 1 s, two calls later, it is over.
+    let state = ask(&mut engine, json!({"do": "run", "calls": 2}));
+    assert_eq!((&state["values"]["P1.on"], &state["values"]["P1.t.ET"]), (&json!(false), &json!(0.5)));
+    let state = ask(&mut engine, json!({"do": "run", "calls": 1}));
+    assert_eq!((&state["values"]["P1.on"], &state["values"]["P1.calls"]), (&json!(true), &json!(4.0)));
+    let high = lines(&mut engine);
+    assert_eq!((&high["temps"]["far"], &high["lines"][3]), (&json!(true), &json!([0, 13])));
+}
+
+#[test]
+fn a_program_that_has_changed_stands_beside_the_earlier_one() {
+    let mut engine = engine();
+    let first = compile(&mut engine, &[("pump.scl", PUMP)], json!({"cycle": 0.5}));
+    let again = compile(&mut engine, &[("pump.scl", PUMP)], json!({"cycle": 0.5}));
+    let changed = compile(&mut engine, &[("pump.scl", &PUMP.replace("+= 1", "+= 2"))], json!({"cycle": 0.5}));
+    assert_eq!((&first["fmu"], &again["fmu"], &changed["fmu"]), (&json!("Pump"), &json!("Pump"), &json!("Pump_2")));
+    for (fmu, calls) in [("Pump", 1.0), ("Pump_2", 2.0)] {
+        ask(&mut engine, json!({"do": "start", "members": [{"name": "P1", "fmu": fmu}], "connections": []}));
+        assert_eq!(ask(&mut engine, json!({"do": "run", "calls": 1}))["values"]["P1.calls"], calls);
+    }
+}
+
+#[test]
+fn all_errors_come_with_their_lines() {
+    let mut engine = engine();
+    let wrong = PUMP.replace("#far :=", "#fra :=").replace("#calls += 1", "#calls += TRUE");
+    let compiled = compile(&mut engine, &[("pump.scl", &wrong)], json!({}));
+    assert_eq!(compiled["fmu"], Value::Null);
+    let problems = compiled["problems"].as_array().unwrap();
+    let places: Vec<&Value> = problems.iter().filter(|of| of["is_error"] == true).map(|of| &of["place"][0]).collect();
+    assert_eq!(places, [&json!(10), &json!(15)], "{problems:?}");
+    assert_eq!((&problems[0]["file"], &problems[0]["length"]), (&json!("pump.scl"), &json!(4)));
+    // The text is there to be shown with them.
+    assert_eq!(compiled["sources"][0]["text"], wrong);
+}
+
+#[test]
+fn one_of_several_blocks_is_chosen() {
+    let mut engine = engine();
+    let two = format!("{PUMP}{}", PUMP.replace("\"Pump\"", "\"Other\""));
+    let compiled = compile(&mut engine, &[("pump.scl", &two)], json!({}));
+    assert_eq!((&compiled["fmu"], &compiled["candidates"]), (&Value::Null, &json!(["Pump", "Other"])));
+    let compiled = compile(&mut engine, &[("pump.scl", &two)], json!({"run": "Other"}));
+    assert_eq!(compiled["fmu"], "Other");
+    let main = format!(
+        "{PUMP}DATA_BLOCK \"Pump_DB\" \"Pump\" BEGIN END_DATA_BLOCK
+        ORGANIZATION_BLOCK \"Main\" BEGIN \"Pump_DB\"(); END_ORGANIZATION_BLOCK"
+    );
+    let compiled = compile(&mut engine, &[("pump.scl", &main)], json!({"run": "Main"}));
+    assert_eq!((&compiled["fmu"], &compiled["parts"][1]["path"]), (&json!("Main"), &json!("Pump_DB")));
+}
+
+#[test]
+fn the_cycle_is_that_of_a_comment_or_a_constant() {
+    let cycle = |source: String| {
+        let compiled = compile(&mut engine(), &[("pump.scl", &source)], json!({}));
+        (compiled["cycle"].clone(), compiled["cycle_from"].as_str().unwrap().to_string())
+    };
+    let (none, why) = cycle(PUMP.into());
+    assert!(none == 0.1 && why.starts_with("no source says one"), "{why}");
+    let constant = PUMP.replace("BEGIN", "VAR CONSTANT CYCLE : Time := T#2s; END_VAR\nBEGIN");
+    assert_eq!(cycle(constant), (json!(2.0), "the constant CYCLE of Pump".into()));
+    let main = format!(
+        "{PUMP}DATA_BLOCK \"D\" \"Pump\" BEGIN END_DATA_BLOCK\nORGANIZATION_BLOCK \"Cyclic\"\n// called every 20 ms\n\
+         VAR_TEMP x : Int; END_VAR\nBEGIN \"D\"(); END_ORGANIZATION_BLOCK"
+    );
+    assert_eq!(cycle(main), (json!(0.02), "the comment of Cyclic".into()));
+}
+
+#[test]
+fn a_loop_without_end_stops_the_program_and_not_the_engine() {
+    let mut engine = engine();
+    let endless = PUMP.replace("  #calls += 1;", "  WHILE #level > 0.0 DO\n    #calls += 1;\n  END_WHILE;");
+    compile(&mut engine, &[("pump.scl", &endless)], json!({"cycle": 0.5, "budget": 1000}));
+    ask(&mut engine, json!({"do": "start", "members": [{"name": "P1", "fmu": "Pump"}], "connections": []}));
+    ask(&mut engine, json!({"do": "send", "values": {"P1.level": 1.0}}));
+    let state = ask(&mut engine, json!({"do": "run", "calls": 5}));
+    let failure = state["failure"].as_str().unwrap();
+    assert!(failure.contains("pump.scl:15: the call has run 1000 statements and is stopped"), "{failure}");
+    ask(&mut engine, json!({"do": "start", "members": [{"name": "P1", "fmu": "Pump"}], "connections": []}));
+    assert_eq!(ask(&mut engine, json!({"do": "run", "calls": 1}))["values"]["P1.calls"], 0.0);
+}
+
+#[test]
+fn a_run_of_a_program_is_taken_away_with_its_options() {
+    let mut engine = engine();
+    compile(&mut engine, &[("pump.scl", PUMP)], json!({"cycle": 0.5, "run": "Pump", "parameters": ["level"]}));
+    ask(&mut engine, json!({"do": "start", "members": [{"name": "P1", "fmu": "Pump"}], "connections": []}));
+    ask(&mut engine, json!({"do": "run", "calls": 2}));
+    let exported = ask(&mut engine, json!({"do": "export", "what": "description"}));
+    let text = String::from_utf8(STANDARD.decode(exported["content"].as_str().unwrap()).unwrap()).unwrap();
+    for line in ["sources = [\"pump.scl\"]", "cycle = [\"500ms\"]", "fb = [\"Pump\"]", "parameter = [\"level\"]"] {
+        assert!(text.contains(&format!("P1.{line}")), "{text}");
+    }
+    assert_eq!(exported["remarks"], json!(["The program's sources belong beside it: pump.scl."]));
+}

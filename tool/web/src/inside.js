@@ -1,0 +1,239 @@
+/**
+ * The blocks inside a program, such as its controllers: which of them is shown in the diagram, its parameters with their present
+ * values, and the same block as a loop of its own, to be tuned and replayed as any other.
+ *
+ * @typedef {import("./messages").Description} Description
+ * @typedef {import("tool/store.js").Work} Work
+ */
+
+import { assetOf } from "tool/assets.js";
+import { element, fill, text } from "tool/dom.js";
+import { programOf } from "tool/program.js";
+import { runValue, store } from "tool/store.js";
+import { isTime, plcTime, shown } from "tool/values.js";
+
+/**
+ * The blocks of the catalogue inside a loop's program that have a diagram.
+ *
+ * @param {Work} loop
+ */
+export async function blocksInside(loop) {
+  const natives = programOf(loop)?.compiled.parts.filter((part) => part.is_native) ?? [];
+  const known = await Promise.all(
+    natives.map(async (part) => ((await assetOf(part.block))?.diagram && isInCatalogue(part.block) ? part : undefined)),
+  );
+  return known.flatMap((part) => part ?? []);
+}
+
+/** @param {string} block */
+function isInCatalogue(block) {
+  return store.catalogue.fmus.some(({ name }) => name === block);
+}
+
+/**
+ * Which of them is shown.
+ *
+ * @param {Work} loop
+ */
+export async function chosenInside(loop) {
+  const all = await blocksInside(loop);
+  return all.find(({ path }) => path === loop.notes.inside) ?? all[0];
+}
+
+/**
+ * What is shown of a block inside: the variables of the program that are its own, by their names in the block.
+ *
+ * @param {Work} loop
+ * @param {string} path
+ * @returns {Description}
+ */
+export function descriptionInside(loop, path) {
+  const own = loop.description.variables.filter(({ name }) => name.startsWith(`${path}.`));
+  return { ...loop.description, variables: own.map((one) => ({ ...one, name: one.name.slice(path.length + 1) })) };
+}
+
+/** @type {HTMLElement} */
+let body;
+/** The fields of values that are shown, by the variable's name in the program. @type {Map<string, { kind: string, place: HTMLElement }>} */
+let values = new Map();
+let isDue = false;
+
+/**
+ * Mounts the choice of the block above the diagram, and its parameters below it.
+ *
+ * @param {HTMLElement} content
+ */
+export function mountInside(content) {
+  const head = element("div", { class: "row inside" });
+  body = element("div", { class: "inside" });
+  content.prepend(head);
+  content.append(body);
+  store.on("loop", () => show(head));
+  store.on("plant", () => show(head));
+  for (const what of ["state", "run"]) {
+    store.on(what, () => {
+      if (isDue || values.size === 0) return;
+      isDue = true;
+      requestAnimationFrame(() => {
+        isDue = false;
+        update();
+      });
+    });
+  }
+}
+
+/** @param {HTMLElement} head */
+async function show(head) {
+  const loop = store.loop;
+  values = new Map();
+  if (!loop || !programOf(loop)) {
+    fill(head);
+    fill(body);
+    return;
+  }
+  const all = await blocksInside(loop);
+  const one = await chosenInside(loop);
+  const of = one && (await store.describe(one.block));
+  if (store.loop !== loop) return;
+  if (!one || !of) {
+    fill(head);
+    fill(body);
+    return;
+  }
+  const list = element(
+    "select",
+    { id: "inside-choice" },
+    all.map(({ path, block }) => element("option", { value: path, selected: path === one.path }, `${path}: ${block}`)),
+  );
+  list.addEventListener("change", () => {
+    loop.notes.inside = list.value;
+    store.emit("loop");
+  });
+  const open = element(
+    "button",
+    {
+      ...{ type: "button", onclick: () => openAlone(loop, one.path, one.block) },
+      title:
+        "Its values, the plant and the connections are taken over; what is tuned there goes back into the source by hand",
+    },
+    "Open as a loop of its own",
+  );
+  fill(head, element("label", { for: "inside-choice" }, "Block inside the program"), list, open);
+  fill(body, ...of.groups.map((group) => parameters(loop, one.path, of, group)));
+  update();
+}
+
+/**
+ * The parameters of a block inside, which the program sets.
+ *
+ * @param {Work} loop
+ * @param {string} path
+ * @param {Description} of
+ * @param {import("./messages").Group} group
+ */
+function parameters(loop, path, of, group) {
+  const rows = group.fields.flatMap(({ name }) => {
+    const variable = of.variables.find((one) => one.name === name);
+    const own = loop.description.variables.find((one) => one.name === `${path}.${name}`);
+    if (!variable || !own) return [];
+    const place = element("td", { class: "number" });
+    values.set(own.name, { kind: own.kind, place });
+    const line = lineOf(loop, path, name);
+    return element(
+      "tr",
+      { title: variable.description },
+      element("td", { class: "name" }, name),
+      place,
+      element("td", { class: "faint" }, line ? `line ${line}` : ""),
+    );
+  });
+  return rows.length === 0
+    ? null
+    : element("details", { open: true }, element("summary", {}, group.title), element("table", {}, rows));
+}
+
+/**
+ * The line of the source that passes a parameter.
+ *
+ * @param {Work} loop
+ * @param {string} path
+ * @param {string} name
+ */
+function lineOf(loop, path, name) {
+  const found = passed(loop, path, name);
+  return found?.line;
+}
+
+/**
+ * What the program's own block passes for a parameter of an instance.
+ *
+ * @param {Work} loop
+ * @param {string} path
+ * @param {string} name
+ */
+function passed(loop, path, name) {
+  const { compiled } = programOf(loop) ?? {};
+  const block = compiled?.blocks.find((one) => one.name.toUpperCase() === compiled.block.toUpperCase());
+  const call = block?.calls.find((one) => one.instance.toUpperCase() === path.toUpperCase());
+  return call?.arguments.find((one) => one.formal.toUpperCase() === name.toUpperCase());
+}
+
+function update() {
+  const loop = store.loop;
+  if (!loop) return;
+  for (const [name, { kind, place }] of values) {
+    const start = loop.description.variables.find((one) => one.name === name)?.start;
+    const now = runValue(loop, name) ?? start;
+    text(place, isTime(kind) ? plcTime(Number(now)) : shown(now, kind));
+  }
+}
+
+/**
+ * Opens a block inside as a loop: with the values that it has now, against the same plant.
+ *
+ * @param {Work} loop
+ * @param {string} path
+ * @param {string} block
+ */
+async function openAlone(loop, path, block) {
+  try {
+    const description = await store.describe(block);
+    /** @type {import("./messages").Values} */
+    const now = {};
+    for (const { name, role, start } of description.variables) {
+      const value = runValue(loop, `${path}.${name}`) ?? startOf(loop, `${path}.${name}`);
+      if (role !== "output" && role !== "local" && value !== undefined && value !== start) now[name] = value;
+    }
+    const cycle = loop.settings[loop.description.cycle ?? ""]?.sent;
+    if (description.cycle && cycle !== undefined) now[description.cycle] = cycle;
+    const { members, step, exchange } = loop;
+    const connections = loop.connections;
+    const made = await store.add(`${loop.name}.${path}`, block);
+    store.edit(now);
+    await store.send();
+    made.undo = [];
+    // The ends at the program are those of the block that the program passes them to.
+    const own = (/** @type {string} */ end) => {
+      if (!end.startsWith(`${loop.member}.`)) return end;
+      const name = end.slice(loop.member.length + 1).toUpperCase();
+      const all = description.variables.filter((one) => passed(loop, path, one.name)?.path?.toUpperCase() === name);
+      return all.length > 0 ? `${made.member}.${all[0].name}` : undefined;
+    };
+    const wires = connections.flatMap(([from, to]) => {
+      const ends = [own(from), own(to)];
+      return ends.every((end) => end !== undefined) ? [/** @type {[string, string]} */ (ends)] : [];
+    });
+    const copies = members.map((member) => ({ ...member, values: { ...member.values } }));
+    await store.connect({ members: copies, connections: wires, step, exchange });
+    store.say(
+      `${made.name} is ${path} of ${loop.name} with the values that it has now. The program does not change with it.`,
+    );
+  } catch (error) {
+    store.say(error);
+  }
+}
+
+/** @param {Work} loop @param {string} name */
+function startOf(loop, name) {
+  return loop.description.variables.find((one) => one.name === name)?.start;
+}

@@ -1,0 +1,501 @@
+/**
+ * A program as its author knows it: the source with marks where something is wrong, and, while it runs, with the present values
+ * beside each line that names variables. Values that have changed since the last picture are marked; a line that the last call has
+ * run has a bar at its number.
+ *
+ * @typedef {import("./messages").Block} Block
+ * @typedef {import("./messages").Compiled} Compiled
+ * @typedef {import("./messages").Finding} Finding
+ * @typedef {import("./messages").Monitored} Monitored
+ * @typedef {import("./messages").Named} Named
+ * @typedef {import("./messages").Program} Program
+ * @typedef {import("tool/store.js").Work} Work
+ *
+ * @typedef {object} Line
+ * @property {HTMLElement} row
+ * @property {HTMLElement} values
+ * @property {Block | undefined} block
+ * @property {Named[]} names
+ * @property {string} shown what its values are, as text
+ */
+
+import { byId, element, fill } from "tool/dom.js";
+import { ask } from "tool/engine.js";
+import { byPath, forgetRefused, programOf, refused, translate } from "tool/program.js";
+import { optionsForm } from "tool/program_options.js";
+import { store } from "tool/store.js";
+import { isBoolean, isTime, number, plcTime, rounded } from "tool/values.js";
+
+/** The height of a line, as the style has it. */
+const HEIGHT = 20;
+/** How often values are asked for, in milliseconds. */
+const PAUSE = 100;
+const MOST_PROBLEMS = 50;
+
+/** @type {HTMLElement} */
+let body;
+/** What is shown. @type {{ program: Program, compiled: Compiled } | undefined} */
+let showing;
+/** Which of the sources. */
+let file = 0;
+/** The instance that is watched, by the name of its block in capitals. @type {Map<string, string>} */
+const chosen = new Map();
+/** @type {Line[]} */
+let lines = [];
+/** @type {HTMLElement} */
+let sheet;
+/** @type {Map<string, import("./messages").Variable>} */
+let variables = new Map();
+/** @type {Monitored | undefined} */
+let monitored;
+/** Whether the values are being asked for. */
+let isAsking = false;
+/** @type {string} */
+let drawn = "";
+
+/** @param {HTMLElement} content */
+export function mount(content) {
+  body = element("div", { class: "program" });
+  content.append(body);
+  for (const what of ["loop", "program"]) store.on(what, show);
+  for (const what of ["state", "run"]) store.on(what, due);
+  store.on("failure", () => {
+    if (programOf(store.loop)) store.emit("show", "program");
+    draw();
+  });
+  store.on("tab", due);
+  show();
+}
+
+/** Shows the program of the loop, or the one that was refused last. */
+function show() {
+  const bad = refused();
+  showing = bad ?? programOf(store.loop);
+  variables = store.loop ? byPath(store.loop) : new Map();
+  monitored = undefined;
+  const { compiled } = showing ?? {};
+  document.body.classList.toggle("has-program", showing !== undefined);
+  document.body.classList.toggle("has-refused", bad !== undefined);
+  file = Math.max(0, compiled?.sources.findIndex(({ file }) => file === firstProblem()?.file) ?? 0);
+  // Without a loop there are no panels: it stands on the first page.
+  const place = store.loop ? byId("program") : byId("refused");
+  byId("refused").hidden = !bad || store.loop !== undefined;
+  place.querySelector(".content")?.append(body);
+  drawn = "";
+  draw();
+  const first = firstProblem();
+  if (bad && first?.place) goTo(first);
+  due();
+}
+
+/** The first error of what is shown. */
+function firstProblem() {
+  return showing?.compiled.problems.find((one) => one.is_error && one.place);
+}
+
+/** The error that has ended the run, at its line. @returns {{ file: string, line: number, text: string } | undefined} */
+function stopped() {
+  const failure = store.isLive() && !refused() ? store.state?.failure : undefined;
+  if (!failure || !showing) return undefined;
+  for (const { file: name } of showing.compiled.sources) {
+    const at = failure.indexOf(`${name}:`);
+    const place = at < 0 ? null : /^:(\d+): (.*)$/s.exec(failure.slice(at + name.length));
+    if (place) return { file: name, line: Number(place[1]), text: place[2] };
+  }
+  return undefined;
+}
+
+function draw() {
+  if (!showing) {
+    drawn = "";
+    lines = [];
+    fill(
+      body,
+      element("p", { class: "faint" }, "The loop's controller is a block. Drop the sources of a program (.scl)."),
+    );
+    return;
+  }
+  const stop = stopped();
+  const key = JSON.stringify([showing.compiled.fmu, file, [...chosen], stop, store.loop?.id, refused() !== undefined]);
+  // What is refused has no name of its own.
+  if (key === drawn && !refused()) return;
+  drawn = key;
+  const { compiled } = showing;
+  const source = compiled.sources[file];
+  if (stop && source.file !== stop.file) {
+    file = compiled.sources.findIndex((one) => one.file === stop.file);
+    draw();
+    return;
+  }
+  const scroll = sheet?.isConnected ? sheet.scrollTop : 0;
+  sheet = element("div", { class: "source", tabindex: 0, role: "region", "aria-label": `Source ${source.file}` });
+  lines = source.text.split(/\r\n|\n|\r/).map((text, at) => line(text, at + 1));
+  fill(
+    sheet,
+    lines.flatMap(({ row }, at) => [row, ...notesOf(source.file, at + 1)]),
+  );
+  sheet.addEventListener("scroll", due);
+  fill(body, head(), problems(compiled.problems), sheet);
+  sheet.scrollTop = scroll;
+  if (stop) lines[stop.line - 1]?.row.scrollIntoView({ block: "center" });
+  update();
+}
+
+/** What is above the source: which source, which instance, what else can be chosen. */
+function head() {
+  const { compiled, program } = /** @type {NonNullable<typeof showing>} */ (showing);
+  const isRefused = compiled.fmu === null;
+  const files = element(
+    "select",
+    { "aria-label": "Source", hidden: compiled.sources.length < 2 },
+    compiled.sources.map((one, at) => element("option", { value: at, selected: at === file }, one.file)),
+  );
+  files.addEventListener("change", () => {
+    file = Number(files.value);
+    draw();
+  });
+  const choices = compiled.candidates.map((name) =>
+    element(
+      "button",
+      { type: "button", class: "primary", onclick: () => again({ ...program, run: name }) },
+      `Run ${name}`,
+    ),
+  );
+  return element(
+    "div",
+    { class: "row program-head" },
+    element("strong", {}, isRefused ? "Not translated" : compiled.block),
+    compiled.sources.length < 2 ? element("span", { class: "faint" }, compiled.sources[0]?.file) : files,
+    isRefused ? null : instances(compiled),
+    choices,
+    optionsForm(program, compiled, again),
+    isRefused &&
+      element(
+        "button",
+        { type: "button", onclick: () => forgetRefused() },
+        store.loop && programOf(store.loop) ? "Back to the program that runs" : "Close",
+      ),
+  );
+}
+
+/** @param {Program} program */
+async function again(program) {
+  try {
+    await translate(program, programOf(store.loop) ? store.loop : undefined);
+  } catch (error) {
+    store.say(error);
+  }
+}
+
+/**
+ * The choice of the instance that is watched, of each block that has several in the source that is shown.
+ *
+ * @param {Compiled} compiled
+ */
+function instances(compiled) {
+  const parts = compiled.parts.filter((part) => !part.is_native);
+  return compiled.blocks.flatMap((block) => {
+    const own = parts.filter((part) => same(part.block, block.name));
+    if (block.file !== file || own.length < 2) return [];
+    const list = element(
+      "select",
+      { "aria-label": `Instance of ${block.name}`, title: `Which ${block.name} is watched` },
+      own.map(({ path }) => element("option", { value: path, selected: path === instanceOf(block) }, path)),
+    );
+    list.addEventListener("change", () => {
+      chosen.set(block.name.toUpperCase(), list.value);
+      lines.find((one) => one.block === block)?.row.scrollIntoView({ block: "start" });
+      due();
+    });
+    return list;
+  });
+}
+
+/** @param {string} one @param {string} other */
+function same(one, other) {
+  return one.toUpperCase() === other.toUpperCase();
+}
+
+/**
+ * The path of the instance of a block that is watched; a function has none.
+ *
+ * @param {Block} block
+ */
+function instanceOf(block) {
+  const own = (showing?.compiled.parts ?? []).filter((part) => !part.is_native && same(part.block, block.name));
+  const wanted = chosen.get(block.name.toUpperCase());
+  return (own.find((part) => part.path === wanted) ?? own[0])?.path;
+}
+
+/**
+ * The list of what is wrong: a click goes to the line.
+ *
+ * @param {Finding[]} all
+ */
+function problems(all) {
+  if (all.length === 0) return null;
+  const errors = all.filter((one) => one.is_error).length;
+  const count = (/** @type {number} */ of, /** @type {string} */ what) => `${of} ${of === 1 ? what : `${what}s`}`;
+  const title = errors > 0 ? count(errors, "error") : count(all.length, "remark");
+  const item = (/** @type {Finding} */ one) => {
+    const place = one.place ? `${one.file}, line ${one.place[0]}: ` : "";
+    const help = one.help ? element("span", { class: "help" }, ` ${one.help}`) : null;
+    const words = [element("span", { class: one.is_error ? "error" : "note" }, place + one.message), help];
+    return element(
+      "li",
+      {},
+      one.place
+        ? element("button", { type: "button", class: "plain finding", onclick: () => goTo(one) }, ...words)
+        : words,
+    );
+  };
+  return element(
+    "details",
+    { class: "findings", open: errors > 0 },
+    element("summary", { class: errors > 0 ? "error" : "note" }, title),
+    element("ul", {}, all.slice(0, MOST_PROBLEMS).map(item)),
+    all.length > MOST_PROBLEMS && element("p", { class: "faint" }, `and ${all.length - MOST_PROBLEMS} more`),
+  );
+}
+
+/** @param {Finding} one */
+function goTo({ file: name, place }) {
+  if (!place || !showing) return;
+  const at = showing.compiled.sources.findIndex((source) => source.file === name);
+  if (at >= 0 && at !== file) {
+    file = at;
+    draw();
+  }
+  const row = lines[place[0] - 1]?.row;
+  row?.scrollIntoView({ block: "center" });
+  for (const other of lines) other.row.classList.toggle("is-target", other.row === row);
+}
+
+/**
+ * A line of the source.
+ *
+ * @param {string} text
+ * @param {number} at
+ * @returns {Line}
+ */
+function line(text, at) {
+  const { compiled } = /** @type {NonNullable<typeof showing>} */ (showing);
+  const block = compiled.blocks.findLast((one) => one.file === file && one.line <= at);
+  const names = block?.names.filter((one) => one.line === at) ?? [];
+  const found = compiled.problems.filter((one) => one.place?.[0] === at && one.file === compiled.sources[file].file);
+  const values = element("span", { class: "values" });
+  const row = element(
+    "div",
+    {
+      class: ["line", found.some((one) => one.is_error) && "is-wrong", found.length > 0 && "has-note"]
+        .filter(Boolean)
+        .join(" "),
+      "data-line": at,
+    },
+    element("span", { class: "line-number" }, at),
+    element("code", { title: text.length > 60 ? text.trim() : null }, marked(text, found)),
+    values,
+  );
+  return { row, values, block, names, shown: "" };
+}
+
+/**
+ * A text with what is wrong in it underlined.
+ *
+ * @param {string} text
+ * @param {Finding[]} found
+ */
+function marked(text, found) {
+  const parts = [];
+  let from = 0;
+  const letters = [...text];
+  for (const one of found.toSorted((a, b) => (a.place?.[1] ?? 0) - (b.place?.[1] ?? 0))) {
+    const start = (one.place?.[1] ?? 1) - 1;
+    if (start < from) continue;
+    const end = start + Math.max(one.length, 1);
+    parts.push(letters.slice(from, start).join(""));
+    const about = { class: one.is_error ? "is-error" : "is-note", title: one.message };
+    parts.push(element("mark", about, letters.slice(start, end).join("") || " "));
+    from = end;
+  }
+  return [...parts, letters.slice(from).join("")];
+}
+
+/**
+ * What is said below a line: errors with what to do, and why the program has stopped there.
+ *
+ * @param {string} name
+ * @param {number} at
+ */
+function notesOf(name, at) {
+  const { compiled } = /** @type {NonNullable<typeof showing>} */ (showing);
+  const own = compiled.problems.filter((one) => one.is_error && one.file === name && one.place?.[0] === at);
+  const told = own.map((one) =>
+    element(
+      "p",
+      { class: "line-note" },
+      element("span", { class: "error" }, one.message),
+      one.help && element("span", { class: "help" }, ` ${one.help}`),
+    ),
+  );
+  const stop = stopped();
+  if (stop?.file === name && stop.line === at) {
+    const restart = async () => {
+      try {
+        await store.begin();
+        draw();
+      } catch (error) {
+        store.say(error);
+      }
+    };
+    told.push(
+      element(
+        "p",
+        { class: "line-note is-stop" },
+        element("span", { class: "error" }, `Stopped here: ${stop.text} `),
+        element("button", { type: "button", class: "restart", onclick: restart }, "Restart"),
+      ),
+    );
+  }
+  return told;
+}
+
+/** Brings the values up to date soon, if they can be seen. */
+async function due() {
+  if (isAsking || !showing || refused() || document.body.dataset.tab !== "program") return;
+  isAsking = true;
+  const loop = store.loop;
+  try {
+    draw();
+    if (loop && store.isLive()) {
+      const told = await ask({ do: "monitor", member: loop.member });
+      if (store.loop === loop) monitored = told;
+    }
+  } catch (error) {
+    store.say(error);
+  }
+  requestAnimationFrame(() => {
+    update();
+    setTimeout(() => {
+      isAsking = false;
+      if (isBehind()) due();
+    }, PAUSE);
+  });
+}
+
+/** The state that the values were shown of. @type {unknown} */
+let shownState;
+
+function isBehind() {
+  return shownState !== (store.isLive() ? store.state : undefined);
+}
+
+/** Shows the values of the lines that can be seen. */
+function update() {
+  if (!sheet?.isConnected || !showing || refused()) return;
+  const state = store.isLive() ? store.state : undefined;
+  const isNext = shownState !== state;
+  shownState = state;
+  const run = new Set(monitored?.lines.filter(([of]) => of === file).map(([, at]) => at));
+  const top = sheet.getBoundingClientRect();
+  for (const one of lines) {
+    const box = one.row.getBoundingClientRect();
+    if (box.bottom < top.top - HEIGHT || box.top > top.bottom + HEIGHT) continue;
+    one.row.classList.toggle("has-run", state !== undefined && run.has(Number(one.row.dataset.line)));
+    if (one.names.length === 0) continue;
+    showValues(one, state, isNext);
+  }
+}
+
+/**
+ * @param {Line} one
+ * @param {import("./messages").State | undefined} state
+ * @param {boolean} isNext whether there was a call since the last picture
+ */
+function showValues(one, state, isNext) {
+  const found = state ? one.names.flatMap((named) => value(one, named) ?? []) : [];
+  const shown = JSON.stringify(found);
+  if (shown === one.shown) {
+    if (isNext)
+      for (const changed of one.values.querySelectorAll(".is-changed")) changed.classList.remove("is-changed");
+    return;
+  }
+  const before = new Map(
+    one.shown ? JSON.parse(one.shown).map((/** @type {string[]} */ [path, text]) => [path, text]) : [],
+  );
+  one.shown = shown;
+  fill(
+    one.values,
+    found.map(([path, text, kind]) => {
+      const isChanged = before.has(path) && before.get(path) !== text;
+      const look = isBoolean(kind) ? (text === "TRUE" ? "is-true" : "is-false") : "";
+      return element(
+        "span",
+        { class: `value ${look}${isChanged ? " is-changed" : ""}`, title: `${path} = ${text}` },
+        one.names.length > 1 ? element("span", { class: "faint" }, `${lastName(path)} `) : null,
+        text,
+      );
+    }),
+  );
+}
+
+/** @param {string} path */
+function lastName(path) {
+  return path.slice(path.lastIndexOf(".") + 1);
+}
+
+/**
+ * The present value of a variable that a line names: its path, the value as text, its type.
+ *
+ * @param {Line} one
+ * @param {Named} named
+ * @returns {[string, string, string][] | undefined}
+ */
+function value({ block }, named) {
+  const found = find(block, named.path, named.is_global);
+  if (!found) return undefined;
+  const [kind, now] = found;
+  const seconds = number(now);
+  const text = isTime(kind) ? plcTime(seconds) : rounded(now, kind, 7);
+  return [[named.path, text, kind]];
+}
+
+/**
+ * A variable by its path, in an instance or of all blocks: its type and value.
+ *
+ * @param {Block | undefined} block
+ * @param {string} path
+ * @param {boolean} isGlobal
+ * @returns {[string, import("./messages").Value] | undefined}
+ */
+function find(block, path, isGlobal) {
+  const loop = store.loop;
+  const { compiled } = showing ?? {};
+  if (!block || !loop || !compiled || !store.state) return undefined;
+  // An index that is a variable has the value of that variable.
+  let isKnown = true;
+  const plain = path.replace(/\[([^\]]*)\]/g, (_, indices) => {
+    const known = indices.split(",").map((/** @type {string} */ index) => {
+      if (/^-?\d+$/.test(index.trim())) return index.trim();
+      const of = find(block, index.trim(), isGlobal);
+      isKnown &&= of !== undefined;
+      return of ? String(number(of[1])) : "";
+    });
+    return `[${known.join(",")}]`;
+  });
+  if (!isKnown) return undefined;
+  const prefix = instanceOf(block);
+  const own = prefix ? `${prefix}.${plain}` : plain;
+  const candidates = isGlobal ? [plain] : prefix === undefined ? [plain] : [own, plain];
+  for (const candidate of candidates) {
+    const variable = variables.get(candidate.toUpperCase());
+    const now = variable && store.state.values[`${loop.member}.${variable.name}`];
+    if (variable && now !== undefined) return [variable.kind, now];
+  }
+  // The temporaries of the program itself; those of blocks inside it are gone.
+  const temp = prefix === "" ? block.temps.find(([name]) => same(name, plain)) : undefined;
+  const name = temp && Object.keys(monitored?.temps ?? {}).find((one) => same(one, plain));
+  if (!temp || !name || !monitored) return undefined;
+  const now = monitored.temps[name];
+  return isTime(temp[1]) ? ["TIME", number(now) / 1000] : [temp[1], now];
+}

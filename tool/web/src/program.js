@@ -1,0 +1,229 @@
+/**
+ * PLC programs in SCL: sources that are dropped are translated by the engine, which has them in its catalogue from then on, and run
+ * as a loop. What was refused is kept to be shown at its lines.
+ *
+ * @typedef {import("./messages").Compiled} Compiled
+ * @typedef {import("./messages").Program} Program
+ * @typedef {import("tool/store.js").Work} Work
+ */
+
+import { ask, EngineError, toBase64 } from "tool/engine.js";
+import { isSettable, store } from "tool/store.js";
+import { isBoolean } from "tool/values.js";
+
+/** Sources of a program, and what tells one that is executed from data alone, which may be a parameter file. */
+const SOURCE = /\.(scl|udt|db)$/i;
+const CODE = /^[ \t]*(FUNCTION_BLOCK|ORGANIZATION_BLOCK|FUNCTION)\b/im;
+const LARGEST = 16_000_000;
+/** As many curves as the picture has room for, numbers and Booleans. */
+const [MOST_NUMBERS, MOST_SWITCHES] = [4, 8];
+
+/** What was translated, by the name in the catalogue, in the order in which it came. @type {Map<string, { program: Program, compiled: Compiled }>} */
+const known = new Map();
+
+/** The sources that were refused last. @type {{ program: Program, compiled: Compiled } | undefined} */
+let refusedNow;
+
+/** What was refused last, and is not put right yet. */
+export function refused() {
+  return refusedNow;
+}
+
+/** Puts the refused sources away. */
+export function forgetRefused() {
+  refusedNow = undefined;
+  store.emit("program");
+}
+
+/**
+ * What a loop's program was translated from, and to; a loop of a block has none.
+ *
+ * @param {Work | undefined} loop
+ */
+export function programOf(loop) {
+  return loop && known.get(loop.description.name);
+}
+
+/** All programs, for a reload: translated again in this order, they have the same names. */
+export function programs() {
+  return [...known.values()].map(({ program }) => program);
+}
+
+/**
+ * Takes the sources of a program out of files that were opened together.
+ *
+ * @param {File[]} files
+ * @returns {Promise<[File[], File[]]>} the sources, if one of them has code; the others
+ */
+export async function sourcesAmong(files) {
+  const sources = files.filter((file) => SOURCE.test(file.name));
+  for (const file of sources) {
+    if (file.size > LARGEST) continue;
+    const bytes = new Uint8Array(await file.arrayBuffer());
+    // Of UTF-16 every other byte is a NUL.
+    const text = new TextDecoder("latin1").decode(bytes).replaceAll("\0", "");
+    if (CODE.test(text)) return [sources, files.filter((one) => !sources.includes(one))];
+  }
+  return [[], files];
+}
+
+/**
+ * Opens sources as one program.
+ *
+ * @param {File[]} files
+ */
+export async function openProgram(files) {
+  /** @type {import("./messages").SourceFile[]} */
+  const sources = [];
+  for (const file of files) {
+    if (file.size > LARGEST) throw new EngineError(`${file.name} is larger than ${LARGEST / 1e6} MB: leave it out.`);
+    sources.push({ file: file.name, content: toBase64(new Uint8Array(await file.arrayBuffer())) });
+  }
+  // Sources that are opened again are those of the loop that has them: with what was chosen for it.
+  const names = (/** @type {Program} */ program) => program.files.map(({ file }) => file).join("|");
+  const before = store.loops.find((loop) => {
+    const of = programOf(loop);
+    return of && names(of.program) === sources.map(({ file }) => file).join("|");
+  });
+  const program = { ...programOf(before)?.program, files: sources };
+  await translate(/** @type {Program} */ (program), before);
+}
+
+/**
+ * Translates a program and shows it: as a new loop, or in the place of a loop's program.
+ *
+ * @param {Program} program
+ * @param {Work} [loop]
+ * @returns {Promise<Work | undefined>} the loop, unless the program was refused
+ */
+export async function translate(program, loop) {
+  const compiled = await admit(program);
+  if (!compiled.fmu) {
+    refusedNow = { program, compiled };
+    store.emit("program");
+    store.emit("show", "program");
+    return undefined;
+  }
+  refusedNow = undefined;
+  const made = loop ? await replaced(loop, compiled.fmu) : await opened(compiled);
+  store.emit("program");
+  store.emit("show", "program");
+  return made;
+}
+
+/**
+ * Translates a program; if that is possible, the catalogue has it.
+ *
+ * @param {Program} program
+ * @returns {Promise<Compiled>}
+ */
+export async function admit(program) {
+  const compiled = await ask({ do: "compile", ...program });
+  if (compiled.fmu && !known.has(compiled.fmu)) {
+    known.set(compiled.fmu, { program, compiled });
+    store.catalogue = await ask({ do: "catalogue" });
+    store.emit("catalogue");
+  }
+  return compiled;
+}
+
+/** @param {Compiled} compiled */
+async function opened(compiled) {
+  const name = freeName(compiled.block);
+  const loop = await store.add(
+    name,
+    compiled.fmu ?? "",
+    undefined,
+    compiled.sources.map(({ file }) => file).join(", "),
+  );
+  showOutputs(loop);
+  if (compiled.cycle_from)
+    store.say(`${compiled.block} is called every ${compiled.cycle} s: ${compiled.cycle_from}. Options change it.`);
+  return loop;
+}
+
+/**
+ * Outputs that are no part of a control loop are drawn, too: they are what one looks for.
+ *
+ * @param {Work} loop
+ */
+function showOutputs(loop) {
+  const { roles, variables, cycle } = loop.description;
+  const main = [roles.setpoint, roles.shown_process_value, roles.manipulated_value];
+  const outputs = variables.filter(({ role, name }) => role === "output" && !main.includes(name) && name !== cycle);
+  const numbers = outputs.filter(({ kind }) => !isBoolean(kind)).slice(0, MOST_NUMBERS);
+  const switches = outputs.filter(({ kind }) => isBoolean(kind)).slice(0, MOST_SWITCHES);
+  const chosen = [...numbers, ...switches].map(({ name }) => `${loop.member}.${name}`);
+  loop.notes.curves = { chosen, hidden: [], window: 0 };
+  store.emit("plant");
+}
+
+/** @param {string} block */
+function freeName(block) {
+  const taken = new Set(store.loops.map(({ name }) => name));
+  let name = block;
+  for (let number = 2; taken.has(name); number += 1) name = `${block} ${number}`;
+  return name;
+}
+
+/**
+ * The loop with another program: values, plant, connections and runs stay, as far as the program still has the variables.
+ *
+ * @param {Work} before
+ * @param {string} fmu
+ */
+async function replaced(before, fmu) {
+  if (before.description.name === fmu) {
+    store.show(before);
+    return before;
+  }
+  store.emit("pause");
+  const loop = await store.add(before.name, fmu, undefined, before.file);
+  for (const [name, setting] of Object.entries(loop.settings)) {
+    const old = before.settings[name];
+    // The cycle is what the program was translated with.
+    if (!old || old.variable.kind !== setting.variable.kind || name === loop.description.cycle) continue;
+    const isChanged = old.sent !== old.start;
+    if (isChanged) setting.sent = setting.value = old.sent;
+  }
+  const { member, members, step, exchange, notes, runs } = before;
+  const isThere = (/** @type {string} */ end) => {
+    const own = end.startsWith(`${member}.`) ? end.slice(member.length + 1) : undefined;
+    return own === undefined || loop.description.variables.some(({ name }) => name === own);
+  };
+  const connections = before.connections.filter((wire) => wire.every(isThere));
+  const at = store.loops.indexOf(before);
+  store.remove(before);
+  store.loops.splice(store.loops.indexOf(loop), 1);
+  store.loops.splice(at, 0, loop);
+  Object.assign(loop, { member, members, connections, step, exchange, notes, runs });
+  store.emit("loops");
+  store.show(loop);
+  store.emit("loop");
+  store.emit("plant");
+  store.say(`${loop.name} has the changed program. The next run begins with it; the earlier runs are kept to compare.`);
+  return loop;
+}
+
+/**
+ * The variable of a loop's program by its path in the sources, where names are the same in capitals and in small letters.
+ *
+ * @param {Work} loop
+ */
+export function byPath(loop) {
+  // A name that is no identifier stands in apostrophes.
+  const plain = (/** @type {string} */ name) => name.replaceAll("'", "").toUpperCase();
+  return new Map(loop.description.variables.map((one) => [plain(one.name), one]));
+}
+
+/**
+ * The inputs of a loop's program that nothing is connected to: a user sets them by hand.
+ *
+ * @param {Work} loop
+ */
+export function openInputs(loop) {
+  const wired = new Set(loop.connections.map(([, to]) => to));
+  return loop.description.variables.filter(
+    (one) => one.role === "input" && isSettable(one) && !wired.has(`${loop.member}.${one.name}`),
+  );
+}

@@ -1,0 +1,131 @@
+/**
+ * How a program is translated: the time between two calls, what is run, the CPU, tags and constants that no source declares, what
+ * becomes an input, an output or a parameter.
+ *
+ * @typedef {import("./messages").Program} Program
+ * @typedef {import("./messages").Compiled} Compiled
+ */
+
+import { element, text } from "tool/dom.js";
+import { read } from "tool/values.js";
+
+const CPUS = ["300", "1200", "1500"];
+/** Lists of names: the key, the title, what it is for. @type {["inputs" | "outputs" | "parameters", string, string][]} */
+const LISTS = [
+  ["inputs", "Inputs", "Settings or members of data blocks that become inputs"],
+  ["outputs", "Outputs", "Locals or members of data blocks that become outputs"],
+  ["parameters", "Parameters", "Inputs that become parameters"],
+];
+/** Names with something behind them: the key, the title, an example, what stands between. @type {["tags" | "constants", string, string, string][]} */
+const PAIRS = [
+  ["tags", "Tags and instances that no source declares, a line each", "Start : Bool", ":"],
+  ["constants", "Constants that no source declares, a line each", "MAX = 5", "="],
+];
+
+/** The fold that is open stays open when the program is drawn anew. */
+let isOpen = false;
+
+/**
+ * The options, folded.
+ *
+ * @param {Program} program
+ * @param {Compiled} compiled
+ * @param {(program: Program) => void} translate
+ */
+export function optionsForm(program, compiled, translate) {
+  const problem = element("p", { class: "error", role: "alert" });
+  const cycle = element("input", {
+    ...{ class: "number", size: 8, value: String(compiled.cycle), id: "program-cycle", autocomplete: "off" },
+  });
+  const cpu = element(
+    "select",
+    { id: "program-cpu" },
+    element("option", { value: "" }, "as the sources tell"),
+    CPUS.map((one) => element("option", { value: one, selected: one === program.cpu }, `S7-${one}`)),
+  );
+  const run = element("input", {
+    ...{
+      id: "program-run",
+      value: program.run ?? "",
+      placeholder: compiled.block || "the one block that no other calls",
+    },
+    ...{ spellcheck: "false", autocomplete: "off" },
+  });
+  const lists = LISTS.map(([key, title, about]) => ({
+    key,
+    title,
+    input: element("input", {
+      ...{ id: `program-${key}`, value: (program[key] ?? []).join(", "), title: about, placeholder: "NAME, NAME" },
+      ...{ spellcheck: "false", autocomplete: "off" },
+    }),
+  }));
+  const pairs = PAIRS.map(([key, title, example, between]) => {
+    const input = element("textarea", { id: `program-${key}`, rows: 3, placeholder: example, spellcheck: "false" });
+    input.value = (program[key] ?? []).map(([name, of]) => `${name} ${between} ${of}`).join("\n");
+    return { key, title, between, example, input };
+  });
+  const field = (/** @type {string} */ title, /** @type {HTMLElement} */ input) =>
+    element("label", { class: "option" }, element("span", {}, title), input);
+  const form = element(
+    "form",
+    { class: "program-options" },
+    field("Called every (s, or 100 ms)", cycle),
+    field("What is run", run),
+    field("CPU", cpu),
+    lists.map(({ title, input }) => field(title, input)),
+    pairs.map(({ title, input }) => field(title, input)),
+    problem,
+    element("button", { type: "submit", class: "primary" }, "Translate"),
+  );
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    const got = read(cycle.value, { name: "the time between two calls", kind: "TIME" });
+    if ("why" in got) {
+      text(problem, got.why);
+      cycle.focus();
+      return;
+    }
+    /** @type {Program} */
+    const next = { ...program, cycle: Number(got.value), cpu: cpu.value || null, run: run.value.trim() || null };
+    for (const { key, input } of lists) next[key] = names(input.value);
+    for (const { key, input, between, example } of pairs) {
+      const found = pairsOf(input.value, between);
+      if (!found) {
+        text(problem, `Write each as ${example}.`);
+        input.focus();
+        return;
+      }
+      next[key] = found;
+    }
+    text(problem, "");
+    translate(next);
+  });
+  const fold = element("details", { class: "options", open: isOpen }, element("summary", {}, "Options"), form);
+  fold.addEventListener("toggle", () => {
+    isOpen = fold.open;
+  });
+  return fold;
+}
+
+/** @param {string} text */
+function names(text) {
+  return text
+    .split(",")
+    .map((name) => name.trim())
+    .filter(Boolean);
+}
+
+/**
+ * @param {string} text
+ * @param {string} between
+ * @returns {[string, string][] | undefined}
+ */
+function pairsOf(text, between) {
+  const lines = text.split("\n").filter((line) => line.trim() !== "");
+  const pairs = lines.map((line) => {
+    const at = line.indexOf(between);
+    const halves = [line.slice(0, Math.max(at, 0)), line.slice(at + 1)];
+    return /** @type {[string, string]} */ (halves.map((half) => half.trim().replace(/^"|"$/g, "")));
+  });
+  return pairs.every((pair) => pair.every(Boolean)) ? pairs : undefined;
+}
