@@ -238,3 +238,59 @@ def test_on_a_phone_the_program_is_a_tab(open_tool):
     drop(page, ("counter.scl", COUNTER))
     show_tab(page, "Program")
     line(page, 7).wait_for()
+
+
+def test_a_block_inside_is_shown_with_its_diagram_and_opens_as_a_loop(open_tool):
+    page = open_tool(LAPTOP)
+    drop(page, PROGRAMS / "furnace.scl")
+    show_tab(page, "Plant")
+    page.locator("#plant-choice").select_option("HEATER")
+    page.locator("#plant").get_by_text("goes to").first.wait_for()
+    page.get_by_role("button", name="One call").click()
+    wait_for_calls(page, 1)
+    show_tab(page, "Diagram")
+    inside = page.locator("#diagram")
+    assert inside.locator("#inside-choice option").all_inner_texts() == ["controller: CONT_C", "pulses: PULSEGEN"]
+    inside.locator("svg").first.wait_for()
+    # The program passes GAIN := 4.0 in this line.
+    source = (PROGRAMS / "furnace.scl").read_text().splitlines()
+    at = next(number for number, text in enumerate(source, 1) if "GAIN := 4.0" in text)
+    row = inside.locator("tr", has=page.get_by_text("GAIN", exact=True))
+    assert row.inner_text().split() == ["GAIN", "4", "line", str(at)]
+    screenshot(page, "program-inside")
+    inside.get_by_role("button", name="Open as a loop of its own").click()
+    page.locator("#what").get_by_text("CONT_C", exact=True).wait_for()
+    assert page.locator('[data-name="GAIN"] input').input_value() == "4"
+    assert page.locator('[data-name="TI"] input').input_value() == "200"
+    show_tab(page, "Plant")
+    assert page.locator("#plant-choice").input_value() == "HEATER"
+    page.locator('[id$=".PV_IN"]').first.wait_for(state="attached")
+    page.get_by_role("button", name="One call").click()
+    wait_for_calls(page, 1)
+
+
+def test_a_corrected_program_takes_the_place_of_the_earlier_one_with_its_values(open_tool):
+    page = open_tool(LAPTOP)
+    drop(page, ("counter.scl", COUNTER))
+    set_input(page, "step", 2)
+    press = page.get_by_role("button", name="One call")
+    press.click()
+    wait_for_calls(page, 1)
+    drop(page, ("counter.scl", COUNTER.replace("IF #up THEN", "IF NOT #up THEN")))
+    line(page, 6).get_by_text("NOT #up").wait_for()
+    assert page.locator('[data-name="step"] input').input_value() == "2"
+    press.click()
+    page.locator('.program [data-line="7"].has-run').wait_for()
+    assert line(page, 7).locator(".values").inner_text().split() == ["count", "2", "step", "2"]
+
+
+def test_the_card_of_the_first_page_runs_a_program(open_tool):
+    page = open_tool(LAPTOP)
+    page.locator("#program-card").click()
+    wait_for_calls(page, 700)
+    page.locator(".line.has-run").first.wait_for()
+    _, table = saved(page, "CSV of everything")
+    shown = recorded(table.decode())
+    # It has reached both setpoints, and is in its band.
+    assert abs(float(shown["Oven.temperature"][419]) - 80) < 2 and abs(float(shown["Oven.temperature"][-1]) - 120) < 5
+    screenshot(page, "program-card")

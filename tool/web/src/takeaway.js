@@ -9,6 +9,7 @@ import { element, fill } from "tool/dom.js";
 import { ask, EngineError, fromBase64, whereIsTheEngine } from "tool/engine.js";
 import { linkOfLoop } from "tool/link.js";
 import { pngPicture, svgPicture } from "tool/picture.js";
+import { programOf } from "tool/program.js";
 import { asLoop, store } from "tool/store.js";
 import { rezipped, unzipped } from "tool/zip.js";
 
@@ -129,15 +130,19 @@ function show() {
         element("button", { type: "button", onclick: copy }, "Copy link"),
         element("span", { class: "faint" }, "the loop, its settings and this run, in the address itself"),
       ),
-    element(
-      "div",
-      { class: "row" },
-      element("span", { class: "what" }, "Parameters"),
-      which,
-      format,
-      element("button", { type: "button", onclick: parameters }, "Save parameters"),
-    ),
-    preset(loop),
+    programOf(loop)
+      ? sources(loop)
+      : [
+          element(
+            "div",
+            { class: "row" },
+            element("span", { class: "what" }, "Parameters"),
+            which,
+            format,
+            element("button", { type: "button", onclick: parameters }, "Save parameters"),
+          ),
+          preset(loop),
+        ],
     element(
       "div",
       { class: "row" },
@@ -160,6 +165,27 @@ function show() {
  */
 function button(name, why, action) {
   return element("button", { type: "button", disabled: why !== undefined, title: why, onclick: action }, name);
+}
+
+/**
+ * The sources of a loop's program, and the command that makes an FMU of them.
+ *
+ * @param {import("tool/store.js").Work} loop
+ */
+function sources(loop) {
+  const { program, compiled } = programOf(loop) ?? {};
+  const files = program?.files ?? [];
+  const milliseconds = Math.round((compiled?.cycle ?? 0) * 1000);
+  return element(
+    "div",
+    { class: "row" },
+    element("span", { class: "what" }, "Program"),
+    files.map(({ file, content }) =>
+      button(`Save ${file}`, undefined, () => save(file, new Blob([fromBase64(content)], { type: "text/plain" }))),
+    ),
+    element("span", { class: "faint" }, "As an FMU:"),
+    element("code", {}, `plcfmu build ${files.map(({ file }) => file).join(" ")} --cycle ${milliseconds}ms`),
+  );
 }
 
 /** @param {import("tool/store.js").Work} loop */
