@@ -168,9 +168,9 @@ def test_the_first_page_lives_and_an_example_runs_when_it_is_clicked(open_tool):
     page = open_tool((1366, 768))
     assert "bit for bit" in page.locator(".promise").inner_text()
     seconds = "() => Number(/(\\d+) s$/.exec(document.querySelector('.living figcaption')?.innerText)?.[1])"
-    page.wait_for_function("() => document.querySelectorAll('.card .spark svg').length === 15")
+    page.wait_for_function("() => document.querySelectorAll('.card .spark[data-known] svg').length === 15")
     page.wait_for_function(f"() => ({seconds})() > 155")
-    assert page.locator(".card").first.inner_text().startswith("Furnace with a continuous")
+    assert page.locator(".card:has([data-known])").first.inner_text().startswith("Furnace with a continuous")
     open_example(page, "Level of a tank with")
     assert made(page) == 1200
     # What its description sets has come: the drain at 600 s.
