@@ -365,6 +365,7 @@ async function due() {
   if (isAsking || !showing || refused() || document.body.dataset.tab !== "program") return;
   isAsking = true;
   const loop = store.loop;
+  askedState = store.isLive() ? store.state : undefined;
   try {
     draw();
     if (loop && store.isLive()) {
@@ -383,11 +384,13 @@ async function due() {
   });
 }
 
-/** The state that the values were shown of. @type {unknown} */
+/** The state that the values were shown of, and the one at which they were asked for. @type {unknown} */
 let shownState;
+/** @type {unknown} */
+let askedState;
 
 function isBehind() {
-  return shownState !== (store.isLive() ? store.state : undefined);
+  return askedState !== (store.isLive() ? store.state : undefined);
 }
 
 /** Shows the values of the lines that can be seen. */

@@ -26,7 +26,7 @@ VERSION : 1.0
       setpoint : Real := 80.0;   // unit: degC, min 0, max 200
       temperature : Real := 20.0;   // unit: degC
       rate { S7_SetPoint := 'True'} : Real := 20.0;   // K/min
-      limit { S7_SetPoint := 'True'} : Real := 150.0;   // unit: degC
+      tripAt { S7_SetPoint := 'True'} : Real := 150.0;   // unit: degC
    END_VAR
 
    VAR_OUTPUT
@@ -53,10 +53,10 @@ VERSION : 1.0
 
 BEGIN
    // Above the limit for 3 s: a fault until the next start below it
-   #hot(IN := #temperature > #limit, PT := T#3s);
+   #hot(IN := #temperature > #tripAt, PT := T#3s);
    IF #hot.Q THEN
       #tripped := TRUE;
-   ELSIF #start AND #temperature < #limit THEN
+   ELSIF #start AND #temperature < #tripAt THEN
       #tripped := FALSE;
    END_IF;
    #on := (#start OR #on) AND NOT #stop AND NOT #tripped;
