@@ -24,7 +24,7 @@ const LARGEST: usize = 16 << 20;
 /// The time between two calls where nothing proposes one, in milliseconds.
 const CYCLE: u32 = 100;
 
-/// So many problems are told.
+/// At most this many problems are told.
 const MOST_PROBLEMS: usize = 500;
 
 /// The sources of a program, and how it is made of them. What is left out is as for `plcfmu build`.

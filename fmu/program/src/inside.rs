@@ -3,7 +3,7 @@
 use crate::{Loaded, Program};
 use scl::program::{At, Body, Type, Value, What};
 
-/// So many instances are told.
+/// At most this many instances are told.
 const MOST: usize = 2000;
 
 /// An instance of a block inside a program.

@@ -16,10 +16,10 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// So many programs are kept: each has a table that lives as long as the process.
+/// At most this many programs are kept: each has a table that lives as long as the process.
 const MOST: usize = 500;
 
-/// So many warnings of a run are kept.
+/// At most this many warnings of a run are kept.
 const MOST_WARNINGS: usize = 200;
 
 /// A home with the programs that were opened in it.
