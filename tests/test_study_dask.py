@@ -11,6 +11,7 @@ import signal
 import stat
 import subprocess
 import sys
+import types
 
 import pytest
 
@@ -433,3 +434,35 @@ def test_a_cluster_without_workers_is_told_once_after_five_seconds(caplog):
     assert told(61.0, {"tcp://worker": 1}) == []
     assert told(62.0, {}) == [] and told(66.9, {}) == []
     assert told(67.0, {}) == [message]
+
+
+def result(tmp_path, runs="run,C.GAIN,iae,error\n0,0.5,3.0,\n1,2.0,,dry\n"):
+    """What a study with two runs, of which one has failed, leaves."""
+    figure = {"name": "iae", "unit": "s", "percentiles": {"p5": 3.0, "p50": 3.0, "p95": 3.0}, "worst": [{"run": 0, "value": 3.0}]}
+    expectation = {"expectation": "iae < 2", "met": False, "problem": "1 of 2 runs fails"}
+    summary = {"study": "a <b>", "runs": 2, "failed": 1, "figures": [figure], "expectations": [expectation]}
+    (tmp_path / "runs.csv").write_text(runs)
+    (tmp_path / "pictures").mkdir()
+    (tmp_path / "pictures/curves.svg").write_text("<svg>curves</svg>")
+    return plcfmu.StudyResult(tmp_path, summary)
+
+
+def test_the_runs_are_a_data_frame_of_the_library_that_there_is(tmp_path, monkeypatch):
+    runs = result(tmp_path)
+    monkeypatch.setitem(sys.modules, "pandas", types.SimpleNamespace(DataFrame=lambda table: ("frame", table)))
+    kind, table = runs.frame()
+    assert kind == "frame" and list(table["C.GAIN"]) == [0.5, 2.0] and list(table["error"]) == ["", "dry"]
+    monkeypatch.setitem(sys.modules, "polars", types.SimpleNamespace(DataFrame=lambda columns: columns))
+    assert list(runs.frame("polars")) == ["run", "C.GAIN", "iae", "error"]
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(plcfmu.StudyError, match=r"frame\('arrow'\) needs the package pyarrow: pip install pyarrow"):
+        runs.frame("arrow")
+    with pytest.raises(ValueError, match="there are pandas, polars and arrow"):
+        runs.frame("numpy")
+
+
+def test_a_notebook_shows_the_figures_the_verdicts_and_the_pictures(tmp_path):
+    page = result(tmp_path)._repr_html_()
+    for text in ["a &lt;b&gt;: 2 runs; 1 failed", "iae &lt; 2: <b>not met</b>: 1 of 2 runs fails", "<td>iae in s</td><td>3</td>"]:
+        assert text in page
+    assert "<td>3 (run 0)</td>" in page and page.endswith("<svg>curves</svg>")

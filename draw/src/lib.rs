@@ -1,5 +1,6 @@
 //! Charts, block diagrams and icons as SVG, and SVG as PNG. What is drawn comes from a block's table, or as numbers.
 
+pub mod bars;
 pub mod diagram;
 pub mod escape;
 pub mod field;

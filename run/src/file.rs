@@ -213,6 +213,17 @@ struct Entry<'a> {
     node: &'a Spanned<Node>,
 }
 
+/// A key or a text of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Word {
+    /// As it is written.
+    pub text: String,
+    /// Where.
+    pub place: Place,
+    /// Whether it is a key.
+    pub is_key: bool,
+}
+
 /// Reads a file whose errors have line and column.
 pub struct Reader<'a> {
     source: Source,
@@ -429,6 +440,33 @@ impl<'a> Reader<'a> {
                 Node::Table(inner) => self.add(flat, &format!("{name}."), inner),
                 _ => flat.push(Entry { name, place: self.place(key.span()), node }),
             }
+        }
+    }
+
+    /// The keys and the texts inside of a table at the top of the file, each with its place: an error that has such a word in it is
+    /// about that line. Nothing without such a table.
+    pub fn words(&self, table: &str) -> Vec<Word> {
+        let mut words = Vec::new();
+        if let Ok(Node::Table(all)) = toml::from_str::<Node>(&self.source.text) {
+            let own = all.0.iter().filter(|(key, _)| key.get_ref() == table);
+            own.for_each(|(_, node)| self.add_words(node, &mut words));
+        }
+        words
+    }
+
+    fn add_words(&self, node: &Spanned<Node>, words: &mut Vec<Word>) {
+        match node.get_ref() {
+            Node::Text(text) => {
+                words.push(Word { text: text.clone(), place: self.place(node.span()), is_key: false });
+            }
+            Node::List(list) => list.iter().for_each(|node| self.add_words(node, words)),
+            Node::Table(table) => {
+                for (key, node) in &table.0 {
+                    words.push(Word { text: key.get_ref().clone(), place: self.place(key.span()), is_key: true });
+                    self.add_words(node, words);
+                }
+            }
+            Node::Boolean(_) | Node::Number(_) => {}
         }
     }
 

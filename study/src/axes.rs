@@ -143,7 +143,7 @@ impl Axes {
     pub fn of(study: &Study, system: &System, names: &Names) -> Result<Axes> {
         study.check()?;
         let count = study.count()?;
-        let samples = if study.distributions() > 0 { study.samples } else { 1 };
+        let samples = study.runs_of_point();
         let mut axes = Axes {
             axes: Vec::new(),
             samples,
@@ -217,11 +217,14 @@ impl Axes {
         let mut warnings = Vec::new();
         if study.distributions() > 0 && self.samples == 1 {
             warnings.push("samples = 1: each distribution has a single value; give the number of samples".into());
-        } else if study.distributions() > 0 && study.sampling == Sampling::Sobol && !self.samples.is_power_of_two() {
+        } else if study.distributions() > 0
+            && matches!(study.sampling, Sampling::Sobol | Sampling::Saltelli)
+            && !study.samples.is_power_of_two()
+        {
             warnings.push(format!(
                 "samples = {}: a Sobol sequence is most even with a power of 2, such as {}",
-                self.samples,
-                self.samples.next_power_of_two()
+                study.samples,
+                study.samples.next_power_of_two()
             ));
         }
         for (number, axis) in self.axes.iter().enumerate() {

@@ -2,6 +2,7 @@
 
 use crate::distribution::Distribution;
 use crate::sampling::{SOBOL_AXES, SOBOL_SAMPLES};
+use crate::sobol::runs_of_sample;
 use crate::{Along, Axis, Limit, Sampling, Study, Window};
 use anyhow::{Context, Result, bail};
 use run::system::Value;
@@ -31,16 +32,24 @@ impl Study {
                 self.samples
             );
         }
-        if distributions > 0 && self.sampling == Sampling::Sobol {
+        let is_saltelli = self.sampling == Sampling::Saltelli;
+        if is_saltelli && self.axes.iter().any(|axis| axis.along.length() > 1) {
+            bail!(
+                "sampling = \"saltelli\" is for distributions alone, and an axis has several values: make a study for each of them, or \
+                 give the axis a distribution"
+            );
+        }
+        if distributions > 0 && (is_saltelli || self.sampling == Sampling::Sobol) {
+            let most = if is_saltelli { SOBOL_AXES / 2 } else { SOBOL_AXES };
             if self.samples > SOBOL_SAMPLES {
                 bail!(
                     "samples = {}: a Sobol sequence has {SOBOL_SAMPLES} at most; take fewer, or sampling = \"latin_hypercube\"",
                     self.samples
                 );
             }
-            if distributions > SOBOL_AXES {
+            if distributions > most {
                 bail!(
-                    "{distributions} axes have distributions: a Sobol sequence has {SOBOL_AXES} at most; take fewer, or \
+                    "{distributions} axes have distributions: a Sobol sequence has {most} at most; take fewer, or \
                      sampling = \"latin_hypercube\""
                 );
             }
@@ -54,7 +63,7 @@ impl Study {
     /// More than 10^9.
     pub fn count(&self) -> Result<u64> {
         let lengths = self.axes.iter().map(|axis| axis.along.length());
-        let samples = if self.distributions() > 0 { self.samples } else { 1 };
+        let samples = self.runs_of_point();
         let count = lengths.chain([samples]).try_fold(1_u64, |count, length| count.checked_mul(length));
         match count {
             Some(count) if count <= MOST_RUNS => Ok(count),
@@ -72,6 +81,15 @@ impl Study {
                     factors.join(" x ")
                 )
             }
+        }
+    }
+
+    /// How many runs there are at each point of the grid.
+    pub fn runs_of_point(&self) -> u64 {
+        match (self.distributions(), self.sampling) {
+            (0, _) => 1,
+            (axes, Sampling::Saltelli) => self.samples.saturating_mul(runs_of_sample(axes)),
+            _ => self.samples,
         }
     }
 

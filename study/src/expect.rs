@@ -110,6 +110,8 @@ pub struct Verdict {
     pub offending: Vec<u64>,
     /// What is wrong, a sentence; none if it is met.
     pub problem: Option<String>,
+    /// How many runs meet it, if it is of each run.
+    pub hits: Option<u64>,
 }
 
 impl Expectation {
@@ -154,6 +156,7 @@ impl Expectation {
             first.cmp(&second).then(b.total_cmp(&a))
         });
         let runs = results.count();
+        let hits = (self.of == Of::Each).then(|| runs - offending.len() as u64);
         let problem = if self.of == Of::Each {
             offending.first().map(|worst| {
                 let count = offending.len();
@@ -166,7 +169,7 @@ impl Expectation {
         if problem.is_none() {
             offending.clear();
         }
-        Verdict { offending, problem }
+        Verdict { offending, problem, hits }
     }
 
     /// What is wrong with the value of all runs together.
@@ -418,8 +421,13 @@ mod tests {
             "min(settling) >= 1",
             "p50(overshoot) > 8",
         ] {
-            assert_eq!(parse(met).verdict(&results), Verdict::default(), "{met}");
+            let Verdict { offending, problem, .. } = parse(met).verdict(&results);
+            assert_eq!((offending, problem), (Vec::new(), None), "{met}");
         }
+        assert_eq!(
+            ["overshoot < 10", "mean(overshoot) < 8"].map(|text| parse(text).verdict(&results).hits),
+            [Some(2), None]
+        );
         assert_eq!(parse("overshoot < 10").verdict(&results).offending, [1]);
         assert_eq!(parse("overshoot > 9").verdict(&results).offending, [2, 0]);
     }

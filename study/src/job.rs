@@ -139,6 +139,9 @@ pub enum Sampling {
     LatinHypercube,
     /// A low-discrepancy sequence, which fills the space of all axes evenly.
     Sobol,
+    /// For Sobol's indices: each sample has a run more than there are distributions, and another one; see
+    /// [`sobol`](crate::sobol).
+    Saltelli,
 }
 
 /// The loop's signals, `FMU.VARIABLE`.

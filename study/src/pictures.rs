@@ -4,10 +4,11 @@
 use crate::envelope::Envelope;
 use crate::expect::runs_text;
 use crate::results::{Quantity, Results};
-use crate::summary::{Distribution, Summary, is_lower_better, percentile};
+use crate::summary::{Distribution, Summary, is_lower_better, mean, percentile};
 use crate::{Signals, Window};
 use anyhow::{Context, Result};
 use control::figures;
+use draw::bars::{self, Bar};
 use draw::histogram::{self, Mark};
 use draw::plot::{self, Band, Chart, Curve, Panel};
 use draw::scale::is_drawn;
@@ -24,6 +25,9 @@ const SETTLED: usize = 2;
 
 /// Percentiles of fewer runs say nothing.
 const FEW_RUNS: usize = 20;
+
+/// A tornado chart has at most so many bars.
+const MOST_BARS: usize = 16;
 
 /// A correlation below this is not worth a word.
 const WEAK: f64 = 0.2;
@@ -43,7 +47,7 @@ fn told(of: &Distribution, value: f64) -> String {
 }
 
 /// The same without the unit.
-fn told_bare(of: &Distribution, value: f64) -> String {
+pub(crate) fn told_bare(of: &Distribution, value: f64) -> String {
     let at = |percent: f64| of.percentiles.iter().find(|(other, _)| *other == percent).map(|(_, value)| *value);
     let spread = at(95.0).zip(at(5.0)).map_or(0.0, |(high, low)| high - low);
     let spread = if spread > 0.0 { spread } else { of.max.zip(of.min).map_or(0.0, |(max, min)| max - min) };
@@ -154,6 +158,39 @@ pub fn scatter(
         absent: format!("without {}", of.figure.name),
     })
     .map(Some)
+}
+
+/// How far the mean of a figure moves with each coordinate: that of the runs in its lowest fifth and that of those in its highest
+/// fifth. The coordinate that moves it most is the first. None if nothing varies, or if there are fewer than twenty runs.
+///
+/// # Errors
+/// It cannot be drawn.
+pub fn tornado(results: &Results, summary: &Summary, figure: usize) -> Result<Option<String>> {
+    let of = &summary.figures[figure];
+    let value = |run: u64| results.figures_of(run)[figure];
+    let runs: Vec<u64> = (0..results.count()).filter(|run| is_drawn(value(*run))).collect();
+    let Some(middle) = of.mean.filter(|_| runs.len() >= FEW_RUNS) else { return Ok(None) };
+    let bar = |(number, coordinate): (usize, &Quantity)| {
+        let at = |run: &u64| results.point(*run)[number];
+        let mut sorted: Vec<f64> = runs.iter().map(at).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let (low, high) = (percentile(&sorted, 20.0)?, percentile(&sorted, 80.0)?);
+        let mean_of = |is_in: &dyn Fn(f64) -> bool| {
+            let values: Vec<f64> = runs.iter().filter(|run| is_in(at(run))).map(|run| value(*run)).collect();
+            mean(&values)
+        };
+        let ends = [mean_of(&|at| at <= low)?, mean_of(&|at| at >= high)?];
+        (sorted.first() < sorted.last()).then(|| Bar { name: coordinate.name.clone(), ends })
+    };
+    let mut bars: Vec<Bar> = results.coordinates.iter().enumerate().filter_map(bar).collect();
+    let width = |bar: &Bar| (bar.ends[1] - bar.ends[0]).abs();
+    bars.sort_by(|one, other| width(other).total_cmp(&width(one)));
+    bars.truncate(MOST_BARS);
+    let Some(Bar { name, ends }) = bars.first() else { return Ok(None) };
+    let title =
+        format!("{} moves most with {name}: {} to {}", of.figure.name, told_bare(of, ends[0]), told(of, ends[1]));
+    let halves = ["lowest fifth of the setting", "highest fifth"];
+    bars::tornado(&title, &format!("mean of {}", axis(&of.figure)), middle, &bars, halves)
 }
 
 /// With what a figure rises and falls.
@@ -346,6 +383,19 @@ mod tests {
         let constant = of(&[100.0; 30]).unwrap();
         assert!(has(&constant, "settling is 100 s in all 30 runs") && !constant.contains("median"), "{constant}");
         assert_eq!(of(&[f64::NAN]), None);
+    }
+
+    #[test]
+    fn a_tornado_chart_has_the_means_of_the_lowest_and_the_highest_fifth() {
+        let points: Vec<[f64; 2]> = (0..25).map(|run| [f64::from(run % 5), f64::from(run / 5)]).collect();
+        let values: Vec<f64> = points.iter().map(|[a, b]| 10.0 * b - a).collect();
+        let results = results(&points, 2, "settling", &values);
+        let drawing = tornado(&results, &Summary::of(&results, 1), 0).unwrap().unwrap();
+        // b = 0 and 4, each with the mean of a: -2 and 38.
+        assert!(has(&drawing, "settling moves most with P.B: -2 to 38 s"), "{drawing}");
+        assert!(drawing.find(">P.B<") < drawing.find(">P.A<") && has(&drawing, "mean of settling in s"));
+        let few = super::tests::results(&points[..19], 2, "settling", &values);
+        assert_eq!(tornado(&few, &Summary::of(&few, 1), 0).unwrap(), None);
     }
 
     #[test]

@@ -15,9 +15,10 @@
 //! max = 90.0
 //! ```
 
+use crate::tune::SENSITIVITY;
 use crate::{Along, Axis, Job, Limit, Sampling, Signals, Study, Taken, Window};
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use run::file::{self, Entries, Event, Node, ReadParameters, Reader, plain};
+use run::file::{self, Entries, Event, Node, ReadParameters, Reader, Word, plain};
 use run::system::{Place, Setting, System, Value};
 use serde::Deserialize;
 use std::path::Path;
@@ -65,11 +66,13 @@ impl Reading {
 
 fn located(places: &[Part], error: anyhow::Error, path: &Path) -> anyhow::Error {
     let (text, shown) = (format!("{error:#}"), path.display().to_string());
-    if text.starts_with(&shown) {
+    // The place of a part of the loop's file, for example.
+    let has_place = |start: &str| start.rsplitn(3, ':').take(2).all(|number| number.parse::<usize>().is_ok());
+    if text.starts_with(&shown) || text.split(": ").next().is_some_and(has_place) {
         return error;
     }
     let is_about = |part: &&Part| text.starts_with(&part.begins) && text.contains(&part.names);
-    let part = places.iter().filter(is_about).max_by_key(|part| (part.names.len(), part.begins.len()));
+    let part = places.iter().filter(is_about).max_by_key(|part| (part.begins.len(), part.names.len()));
     error.context(part.map_or(shown, |part| part.place.to_string()))
 }
 
@@ -88,10 +91,37 @@ fn places(reader: &Reader, content: &Content, axes: &[Axis]) -> Vec<Part> {
     parts.extend(content.samples.iter().map(|of| part("samples", "", of.span())));
     parts.extend(content.signals.iter().map(|of| part("signals", "", of.span())));
     parts.extend(content.window.iter().map(|of| part("window", "", of.span())));
-    parts.extend(content.values.iter().map(|of| part("values", &of.get_ref().variable, of.span())));
-    parts.extend(content.limits.iter().map(|of| part("limits", &of.get_ref().variable, of.span())));
+    let values = content.values.iter().map(|of| ("values", &of.get_ref().variable, of.span()));
+    let limits = content.limits.iter().map(|of| ("limits", &of.get_ref().variable, of.span()));
+    for (begins, variable, span) in values.chain(limits) {
+        parts.push(part(begins, variable, span.clone()));
+        // An error may name the FMU and its variable one after the other.
+        parts.extend(variable.split_once('.').map(|(_, own)| part(begins, own, span)));
+    }
+    for (key, begins, names) in [
+        (&content.step, "the communication step", ""),
+        (&content.start, "from ", " communication step "),
+        (&content.stop, "from ", " communication step "),
+    ] {
+        parts.extend(key.iter().map(|of| part(begins, names, of.span())));
+    }
     parts.extend(content.main.iter().map(|of| part("main", "", of.span())));
     parts.extend(content.tune.iter().map(|of| part("[tune]", "", of.span())));
+    parts.extend(content.tune.iter().map(|of| part(SENSITIVITY, "", of.span())));
+    for Word { text: word, place, is_key } in reader.words("tune") {
+        // What is given says more of the place than its key.
+        let begins = if is_key { "[tune]" } else { "[tune]: " }.to_string();
+        if let Some((_, own)) = word.split_once('.') {
+            parts.push(Part { begins: begins.clone(), names: own.into(), place: place.clone() });
+        }
+        if is_key {
+            let begins = format!("[tune]: unknown field `{word}`");
+            parts.push(Part { begins, names: String::new(), place: place.clone() });
+        }
+        parts.push(Part { begins, names: word, place });
+    }
+    // Whatever else is wrong comes with the loop.
+    parts.extend(content.description.iter().map(|of| part("", "", of.span())));
     parts
 }
 
@@ -339,6 +369,32 @@ mod tests {
         assert_eq!((normal.time, normal.relative, rows.variables.len()), (Some(7.0), true, 2));
         assert_eq!((job.study.samples, job.study.sampling), (10, Sampling::Sobol));
         assert!(tune.is_some_and(|tune| tune.contains_key("anything")));
+    }
+
+    #[test]
+    fn an_error_of_a_later_check_gets_the_line_of_the_word_that_it_is_about() {
+        let text = "loop = \"loop.toml\"\nstop = -1\nstep = 0\n[[values]]\nvariable = \"C.LMM\"\ntake = [\"max\"]\n[tune]\n\
+                    minimize = \"iaee\"\nconstraints = [\"ms < 2\"]\n[[tune.search]]\nvariable = \"C.GIAN\"\n";
+        let reading = read_text(text).unwrap();
+        let place = |error: &str| {
+            let located = reading.located(anyhow!("{error}"), Path::new("study.toml"));
+            let text = format!("{located:#}");
+            text[..text.len() - error.len()].rsplit('/').next().unwrap().to_string()
+        };
+        for (error, expected) in [
+            ("from 0.0 s to -1.0 s there is no whole communication step of 1.0 s", "study.toml:2:8: "),
+            ("the communication step is 0.0 s: it has to be positive and finite", "study.toml:3:8: "),
+            ("values: C has no variable LMM; did you mean C.LMN?", "study.toml:4:1: "),
+            ("[tune]: minimize: there is no figure iaee", "study.toml:8:12: "),
+            ("[tune]: expectation \"ms < 2\": there is no figure ms", "study.toml:9:16: "),
+            ("[tune]: C has no variable GIAN: is it GAIN?", "study.toml:11:12: "),
+            ("[tune]: unknown field `search`, expected `minimize` or `constraints`", "study.toml:10:8: "),
+            ("ms: plant 0: there are only 3 samples", "study.toml:7:1: "),
+            ("C.fmu is not an FMU", "study.toml:1:8: "),
+            ("loop.toml:6:1: C has no variable X", ""),
+        ] {
+            assert_eq!(place(error), expected, "{error}");
+        }
     }
 
     #[test]

@@ -4,9 +4,11 @@
 use crate::envelope::Envelope;
 use crate::expect::{Expectation, Of, Verdict, runs_text, with_unit};
 use crate::finished::Table;
+use crate::interval;
 use crate::pictures::{self, Coordinate};
 use crate::ran::{Ran, RanFmu, Set};
 use crate::results::{Quantity, Results};
+use crate::sobol::{self, Index};
 use crate::summary::{Distribution, PERCENTS, Summary};
 use crate::{Along, Axis, Job, Sampling, Signals};
 use anyhow::{Context, Result, bail};
@@ -148,6 +150,8 @@ fn pictures(report: &Report) -> Result<(Vec<Picture>, Vec<String>)> {
         let window = report.job.study.window;
         let svg = pictures::curves(report.signals, window, (of, &values), &runs, report.envelope);
         drawn.push(("curves".to_string(), None, svg));
+        let tornado = pictures::tornado(report.results, report.summary, main);
+        drawn.push(("tornado".into(), None, tornado));
         drawn.push((
             "scatter".into(),
             None,
@@ -231,7 +235,7 @@ pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item =
 /// Whether a file has the name of a picture of a study.
 pub fn is_picture(name: &str) -> bool {
     let stem = name.strip_suffix(".svg").or_else(|| name.strip_suffix(".png"));
-    stem.is_some_and(|stem| stem == "curves" || stem == "scatter" || stem.starts_with("histogram_"))
+    stem.is_some_and(|stem| ["curves", "scatter", "tornado"].contains(&stem) || stem.starts_with("histogram_"))
 }
 
 /// What a run was given: `FURNACE.GAIN = 1.2, PID.TI = 20 s`.
@@ -251,6 +255,41 @@ fn numbers(runs: &[u64], count: u64) -> String {
 }
 
 impl Report<'_> {
+    /// Whether the runs are samples that are independent of each other, so that there are intervals of confidence.
+    fn is_independent(&self) -> bool {
+        let study = &self.job.study;
+        let is_grid = study.axes.iter().any(|axis| axis.along.length() > 1);
+        study.distributions() > 0 && !is_grid && study.sampling != Sampling::Saltelli
+    }
+
+    /// The share of runs that meet something.
+    fn share(&self, of: &str, hits: u64) -> Yield {
+        let runs = self.summary.runs;
+        let interval = if self.is_independent() { interval::share(hits, runs) } else { None };
+        Yield { of: of.into(), hits, share: hits as f64 / runs.max(1) as f64, interval }
+    }
+
+    /// The shares of runs whose variables stay within their limits.
+    fn yields(&self) -> Vec<Yield> {
+        let figures = self.results.figures.iter().enumerate();
+        let of = figures.filter_map(|(column, of)| Some((column, of.name.strip_suffix(".violation")?)));
+        of.map(|(column, name)| {
+            let hits = self.results.figure(column).filter(|time| *time == 0.0).count() as u64;
+            self.share(&format!("{name} within its limits"), hits)
+        })
+        .collect()
+    }
+
+    /// Sobol's indices of a figure, by the axes with a distribution; none if the study is not made for them.
+    fn indices(&self, figure: usize) -> Option<Vec<(String, Index)>> {
+        let study = &self.job.study;
+        let names = study.axes.iter().filter(|axis| is_sampled(&axis.along)).map(|axis| axis.variables.join(", "));
+        let names: Vec<String> = names.collect();
+        let indices =
+            sobol::indices(self.results, figure, names.len()).filter(|_| study.sampling == Sampling::Saltelli);
+        Some(names.into_iter().zip(indices?).collect())
+    }
+
     /// What is wrong with the runs that failed, a sentence; none if no run failed.
     pub(crate) fn failure_text(&self) -> Option<String> {
         let summary = self.summary;
@@ -303,6 +342,9 @@ pub fn text(report: &Report) -> String {
         let runs = &failure.runs[..failure.runs.len().min(FEW_RUNS)];
         let _ = writeln!(text, "  failed: {}: {}", numbers(runs, failure.count), failure.reason);
     }
+    for of in report.yields() {
+        let _ = writeln!(text, "  {}: {} of the runs", of.of, of.text());
+    }
     for (expectation, verdict) in report.verdicts {
         match &verdict.problem {
             None => {
@@ -310,6 +352,9 @@ pub fn text(report: &Report) -> String {
             }
             Some(problem) => {
                 let _ = writeln!(text, "not met: {expectation}: {problem}");
+                if let Some(hits) = verdict.hits {
+                    let _ = writeln!(text, "    {} of the runs meet it", report.share("", hits).text());
+                }
                 let runs = verdict.offending.iter().map(|run| (*run, expectation.reason(report.results, *run)));
                 for line in listed(report.results, verdict.offending.len(), runs).lines() {
                     let _ = writeln!(text, "    {line}");
@@ -343,6 +388,31 @@ impl<T: Serialize> Serialize for Pairs<T> {
     }
 }
 
+/// The share of runs that meet something.
+#[derive(Debug, Serialize)]
+struct Yield {
+    #[serde(skip)]
+    of: String,
+    /// How many they are.
+    hits: u64,
+    /// The share of all runs, from 0 to 1.
+    share: f64,
+    /// The interval that holds the share of all machines with 95 % confidence; only of independent samples.
+    interval: Option<(f64, f64)>,
+}
+
+impl Yield {
+    /// `95.29 % (94.86 to 95.69 %)`
+    fn text(&self) -> String {
+        let percent = |share: f64| short((share * 1e4).round() / 1e2);
+        let share = percent(self.share);
+        match self.interval {
+            Some((low, high)) => format!("{share} % ({} to {} %)", percent(low), percent(high)),
+            None => format!("{share} %"),
+        }
+    }
+}
+
 /// `summary.json`.
 #[derive(Serialize)]
 struct Document<'a> {
@@ -362,6 +432,8 @@ struct Document<'a> {
     main: Option<&'a str>,
     figures: Vec<FigureDocument<'a>>,
     expectations: Vec<ExpectationDocument<'a>>,
+    /// The runs whose variable stays within its limits.
+    limits: Vec<Yield>,
 }
 
 #[derive(Serialize)]
@@ -372,11 +444,17 @@ struct FigureDocument<'a> {
     count: u64,
     min: Option<f64>,
     percentiles: Pairs<f64>,
+    /// Intervals that hold the percentiles of all machines with 95 % confidence; only of independent samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    intervals: Option<Pairs<Option<(f64, f64)>>>,
     max: Option<f64>,
     mean: Option<f64>,
     deviation: Option<f64>,
     /// Spearman's rank correlation with each coordinate.
     correlations: Pairs<Option<f64>>,
+    /// Sobol's indices of each axis with a distribution.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sobol: Option<Pairs<Index>>,
     best: Option<RunDocument>,
     median: Option<RunDocument>,
     worst: Vec<RunDocument>,
@@ -396,6 +474,9 @@ struct ExpectationDocument<'a> {
     expectation: &'a str,
     met: bool,
     problem: Option<&'a str>,
+    /// How many meet it, if it is of each run.
+    #[serde(flatten)]
+    share: Option<Yield>,
     /// How many runs fail.
     count: usize,
     /// The first of them.
@@ -424,10 +505,15 @@ fn json(report: &Report) -> Result<String> {
             count: of.count,
             min: of.min,
             percentiles: Pairs(of.percentiles.iter().map(|(percent, value)| (format!("p{percent}"), *value)).collect()),
+            intervals: report.is_independent().then(|| {
+                let intervals = of.percentiles.iter().zip(&of.intervals);
+                Pairs(intervals.map(|((percent, _), interval)| (format!("p{percent}"), *interval)).collect())
+            }),
             max: of.max,
             mean: of.mean,
             deviation: of.deviation,
             correlations: Pairs(correlations.collect()),
+            sobol: report.indices(column).map(Pairs),
             best: of.best.map(document),
             median: of.middle.map(document),
             worst: of.worst.iter().copied().map(document).collect(),
@@ -446,7 +532,8 @@ fn json(report: &Report) -> Result<String> {
         let (met, runs) = expectation(pair);
         let (of, verdict) = pair;
         let problem = verdict.problem.as_deref();
-        ExpectationDocument { expectation: &of.text, met, problem, count: verdict.offending.len(), runs }
+        let share = verdict.hits.map(|hits| report.share(&of.text, hits));
+        ExpectationDocument { expectation: &of.text, met, problem, share, count: verdict.offending.len(), runs }
     });
     let document = Document {
         study: report.name,
@@ -464,6 +551,7 @@ fn json(report: &Report) -> Result<String> {
         main: report.main.map(|main| summary.figures[main].figure.name.as_str()),
         figures: summary.figures.iter().enumerate().map(figure).collect(),
         expectations: expectations.collect(),
+        limits: report.yields(),
     };
     let mut text = serde_json::to_string_pretty(&document).context("the summary cannot be written as JSON")?;
     text.push('\n');
@@ -486,6 +574,15 @@ struct Page<'a> {
     percents: Vec<String>,
     figures: Vec<FigurePart<'a>>,
     coordinates: Vec<String>,
+    /// Variables with limits, and the shares of runs within them.
+    yields: Vec<(String, String)>,
+    /// Of each figure the intervals of the percentiles 5, 50 and 95.
+    intervals: Vec<(String, Vec<String>)>,
+    /// Whether the shares have intervals.
+    is_independent: bool,
+    /// The axes with Sobol's indices, and of each figure the indices of each.
+    index_names: Vec<String>,
+    indices: Vec<(String, Vec<(String, String)>)>,
     /// Whether there is any rank correlation.
     has_influence: bool,
     failures: Vec<(String, String)>,
@@ -538,6 +635,7 @@ impl<'a> RanPart<'a> {
 
 struct ExpectationPart {
     text: String,
+    share: String,
     is_met: bool,
     problem: String,
     runs: String,
@@ -576,6 +674,7 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
     let expectation = |(of, verdict): &(Expectation, Verdict)| ExpectationPart {
         text: printable(&of.text),
         is_met: verdict.problem.is_none(),
+        share: verdict.hits.map_or_else(String::new, |hits| report.share("", hits).text()),
         problem: match (&verdict.problem, of.of) {
             (Some(problem), _) => printable(problem),
             (None, Of::Each) => "every run meets it".into(),
@@ -619,7 +718,9 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         Sampling::Random => "at random",
         Sampling::LatinHypercube => "as a Latin hypercube",
         Sampling::Sobol => "as a Sobol sequence",
+        Sampling::Saltelli => "as a Sobol sequence for Sobol's indices",
     };
+    let index_names = (0..summary.figures.len()).find_map(|column| report.indices(column)).unwrap_or_default();
     let page = Page {
         name: printable(report.name),
         about,
@@ -629,6 +730,11 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         axes: study.axes.iter().map(axis_part).collect(),
         sampling: has_samples.then(|| format!("{} samples {sampling}, seed {}.", study.samples, study.seed)),
         percents: PERCENTS.iter().map(|percent| format!("{percent} %")).collect(),
+        yields: report.yields().iter().map(|of| (printable(&of.of), of.text())).collect(),
+        intervals: intervals(report),
+        is_independent: report.is_independent(),
+        index_names: index_names.into_iter().map(|(name, _)| printable(&name)).collect(),
+        indices: indices(report),
         figures: summary.figures.iter().enumerate().map(figure).collect(),
         has_influence: summary.figures.iter().any(|of| of.correlations.iter().any(Option::is_some)),
         coordinates: summary.coordinates.iter().map(|of| printable(&pictures::axis(of))).collect(),
@@ -636,6 +742,32 @@ fn html(report: &Report, pictures: &[Picture]) -> Result<String> {
         ran: RanPart::of(report),
     };
     Ok(page.render()?)
+}
+
+/// Of each figure the intervals of the percentiles 5, 50 and 95.
+fn intervals(report: &Report) -> Vec<(String, Vec<String>)> {
+    let row = |of: &Distribution| {
+        let cell = |wanted: f64| {
+            let place = PERCENTS.iter().position(|percent| *percent == wanted)?;
+            let (low, high) = (*of.intervals.get(place)?)?;
+            Some(format!("{} to {}", pictures::told_bare(of, low), pictures::told_bare(of, high)))
+        };
+        let cells = [5.0, 50.0, 95.0].map(|percent| cell(percent).unwrap_or_else(|| "too few runs".into()));
+        (printable(&pictures::axis(&of.figure)), cells.to_vec())
+    };
+    let figures = report.summary.figures.iter().filter(|of| of.count > 0);
+    if report.is_independent() { figures.map(row).collect() } else { Vec::new() }
+}
+
+/// Of each figure that varies in a study for Sobol's indices the indices of each axis: the first-order one and the total one.
+fn indices(report: &Report) -> Vec<(String, Vec<(String, String)>)> {
+    let cell = |value: f64, error: f64| format!("{value:.2} ± {error:.2}");
+    let cells = |of: Index| (cell(of.first, of.first_error), cell(of.total, of.total_error));
+    let row = |(column, of): (usize, &Distribution)| {
+        let indices = report.indices(column)?;
+        Some((printable(&of.figure.name), indices.into_iter().map(|(_, of)| cells(of)).collect()))
+    };
+    report.summary.figures.iter().enumerate().filter_map(row).collect()
 }
 
 fn is_sampled(along: &Along) -> bool {

@@ -8,8 +8,10 @@
 //!   any sample is computed by itself.
 //! - Sobol: the sequence of the crate `sobol_burley` with Owen scrambling (B. Burley, "Practical Hash-based Owen Scrambling",
 //!   Journal of Computer Graphics Techniques 9, 2020); its first 2^16 samples in up to 256 dimensions.
+//! - Saltelli: this sequence with two dimensions for each axis, A and B; each of its samples has the runs of [`crate::sobol`].
 
 use crate::Sampling;
+use crate::sobol::runs_of_sample;
 use chacha20::ChaCha8Rng;
 use chacha20::rand_core::{Rng, SeedableRng};
 
@@ -46,6 +48,8 @@ enum Method {
     LatinHypercube(Vec<Permutation>),
     /// With the seed of the scrambling.
     Sobol(u32),
+    /// With the seed of the scrambling and the number of axes.
+    Saltelli(u32, usize),
 }
 
 impl Sampler {
@@ -56,6 +60,7 @@ impl Sampler {
             Sampling::Random => Method::Random,
             Sampling::LatinHypercube => Method::LatinHypercube((0..axes).map(permutation).collect()),
             Sampling::Sobol => Method::Sobol(stream(seed, 0, Use::Scrambling).next_u32()),
+            Sampling::Saltelli => Method::Saltelli(stream(seed, 0, Use::Scrambling).next_u32(), axes),
         };
         Sampler { seed, samples, method }
     }
@@ -73,9 +78,12 @@ impl Sampler {
                 // Stratum and place together have 53 bits at most, so that their sum is exact.
                 (stratum + centered(self.bits(axis, sample), 22)) / self.samples as f64
             }
-            // The crate's numbers are multiples of 2^-23: the middle of the interval that each stands for.
-            Method::Sobol(seed) => {
-                f64::from(sobol_burley::sample(sample as u32, axis as u32, *seed)) + 0.5 / f64::from(1 << 23)
+            Method::Sobol(seed) => sobol(*seed, sample, axis),
+            Method::Saltelli(seed, axes) => {
+                let width = runs_of_sample(*axes);
+                let run = (sample % width) as usize;
+                let is_other = run == axis + 1 || run == axes + 1;
+                sobol(*seed, sample / width, if is_other { axes + axis } else { axis })
             }
         }
     }
@@ -86,6 +94,11 @@ impl Sampler {
         stream.set_word_pos(2 * u128::from(sample));
         stream.next_u64()
     }
+}
+
+/// A number of the Sobol sequence. The crate's are multiples of 2^-23: the middle of the interval that each stands for.
+fn sobol(seed: u32, sample: u64, dimension: usize) -> f64 {
+    f64::from(sobol_burley::sample(sample as u32, dimension as u32, seed)) + 0.5 / f64::from(1 << 23)
 }
 
 /// The random numbers of an axis.

@@ -7,6 +7,7 @@
 //! variable, `FMU.VARIABLE.min`: of this the highest is the best. For `FMU.VARIABLE.mean` and `FMU.VARIABLE.last`, of which neither end is better, the
 //! highest value counts as the worst.
 
+use crate::interval;
 use crate::results::{Quantity, Results};
 use control::figures;
 use serde::{Deserialize, Serialize};
@@ -52,6 +53,8 @@ pub struct Distribution {
     pub min: Option<f64>,
     /// The percentiles [`PERCENTS`], with their numbers.
     pub percentiles: Vec<(f64, f64)>,
+    /// For each of them the interval that holds that of all machines with 95 % confidence, as far as there are enough runs for it.
+    pub intervals: Vec<Option<(f64, f64)>>,
     /// The greatest value.
     pub max: Option<f64>,
     /// The mean.
@@ -145,6 +148,7 @@ impl Distribution {
                 .into_iter()
                 .filter_map(|percent| Some((percent, percentile(&sorted, percent)?)))
                 .collect(),
+            intervals: PERCENTS.iter().map(|percent| interval::percentile(&sorted, *percent)).collect(),
             max: sorted.last().copied(),
             mean: mean(&sorted),
             deviation: deviation(&sorted),

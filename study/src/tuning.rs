@@ -68,7 +68,11 @@ impl Tuning {
         for search in &mut tune.search {
             let is_axis =
                 base.study.axes.iter().any(|axis| axis.time.is_none() && axis.variables.contains(&search.variable));
-            ensure!(!is_axis, "{0} is searched and is a variable of an axis: remove one of them", search.variable);
+            ensure!(
+                !is_axis,
+                "[tune]: {0} is searched and is a variable of an axis: remove one of them",
+                search.variable
+            );
             let (grid, value) = variable(&base.system, &search.variable)?;
             search.grid = grid;
             present.push(value);

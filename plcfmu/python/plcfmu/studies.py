@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import csv
 import hashlib
+import html
 import json
 import math
 import pathlib
@@ -63,8 +64,8 @@ class StudyResult:
     def table(self) -> NDArray[np.void]:
         """A row for each run: its number, what it was given, its figures (NaN where one has no value), its error.
 
-        `pandas.DataFrame(result.table())` is the same for pandas. Raises StudyError if the file is runs.parquet and the
-        package pyarrow is missing.
+        `frame()` is the same for pandas or polars. Raises StudyError if the file is runs.parquet and the package pyarrow is
+        missing.
         """
         columns = _parquet(path) if (path := self.folder / "runs.parquet").is_file() else _csv(self.folder / "runs.csv")
         kinds: dict[str, Any] = {"run": np.int64, "error": object}
@@ -72,6 +73,73 @@ class StudyResult:
         for name, column in columns.items():
             table[name] = column
         return table
+
+    def frame(self, library: str = "pandas") -> Any:
+        """The same as a data frame of "pandas" or "polars", as a pyarrow.Table with "arrow".
+
+        A file runs.parquet goes through Arrow without a copy in between, where that library can take it. Raises StudyError if
+        the package is missing, and ValueError for another library.
+        """
+        if library not in ("pandas", "polars", "arrow"):
+            raise ValueError(f"library={library!r}: there are pandas, polars and arrow")
+        try:
+            if library == "arrow" or (self.folder / "runs.parquet").is_file():
+                return _from_arrow(_arrow(self), library)
+            if library == "pandas":
+                import pandas
+
+                return pandas.DataFrame(self.table())
+            import polars
+
+            table = self.table()
+            return polars.DataFrame({name: table[name] for name in table.dtype.names or ()})
+        except ModuleNotFoundError as error:
+            raise StudyError(f"frame({library!r}) needs the package {error.name}: pip install {error.name}") from error
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: what is expected, the percentiles of each figure, and the pictures of the main one."""
+        summary, text = self.summary, html.escape
+        failed = f"; {summary['failed']} failed" if summary["failed"] else ""
+        parts = [f"<h3>{text(summary['study'])}: {summary['runs']} runs{failed}</h3>"]
+        for one in summary["expectations"]:
+            verdict = "met" if one["met"] else f"<b>not met</b>: {text(one['problem'])}"
+            parts.append(f"<p>{text(one['expectation'])}: {verdict}</p>")
+        parts.append("<table><tr><th>Figure</th><th>5 %</th><th>Median</th><th>95 %</th><th>Worst run</th></tr>")
+        for figure in summary["figures"]:
+            unit = f" in {figure['unit']}" if figure["unit"] else ""
+            numbers = [figure["percentiles"].get(name) for name in ("p5", "p50", "p95")]
+            cells = [text(figure["name"] + unit), *("" if number is None else f"{number:.6g}" for number in numbers)]
+            worst = figure["worst"][:1]
+            cells += [f"{one['value']:.6g} (run {one['run']})" for one in worst] or [""]
+            parts.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+        parts.append("</table>")
+        for name in ("curves", "tornado", "scatter"):
+            with contextlib.suppress(FileNotFoundError):
+                parts.append((self.folder / "pictures" / f"{name}.svg").read_text(encoding="utf-8"))
+        return "\n".join(parts)
+
+
+def _arrow(result: StudyResult) -> Any:
+    """The runs as a table of Arrow. Raises ModuleNotFoundError without pyarrow."""
+    import pyarrow
+    from pyarrow import parquet
+
+    path = result.folder / "runs.parquet"
+    if path.is_file():
+        return parquet.read_table(path)
+    table = result.table()
+    return pyarrow.table({name: list(table[name]) for name in table.dtype.names or ()})
+
+
+def _from_arrow(table: Any, library: str) -> Any:
+    """A table of Arrow as a data frame."""
+    if library == "pandas":
+        return table.to_pandas()
+    if library == "polars":
+        import polars
+
+        return polars.from_arrow(table)
+    return table
 
 
 def _csv(path: pathlib.Path) -> dict[str, Sequence[Any]]:

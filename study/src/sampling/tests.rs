@@ -15,6 +15,20 @@ fn histogram(samples: &[f64], count: usize) -> Vec<usize> {
 }
 
 #[test]
+fn each_sample_of_saltellis_design_has_a_run_for_each_axis_between_two_points() {
+    let sampler = Sampler::new(Sampling::Saltelli, 3, 8 * 5, 3);
+    let point = |run: u64| [0, 1, 2].map(|axis| sampler.probability(axis, run));
+    for first in (0..40).step_by(5) {
+        let (a, b) = (point(first), point(first + 4));
+        assert!((0..3).all(|axis| a[axis] != b[axis]));
+        for own in 0..3 {
+            let expected: Vec<f64> = (0..3).map(|axis| if axis == own { b[axis] } else { a[axis] }).collect();
+            assert_eq!(point(first + 1 + own as u64)[..], expected);
+        }
+    }
+}
+
+#[test]
 fn probabilities_are_above_0_and_below_1() {
     for sampling in ALL {
         for count in [1, 2, 3, 1000] {

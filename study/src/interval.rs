@@ -1,0 +1,124 @@
+//! How exactly a sample tells a percentile or a share: intervals that hold the true value with 95 % confidence.
+//!
+//! They hold for samples that are independent of each other. A Latin hypercube and a Sobol sequence are more even, so that the
+//! true value is nearer in most cases.
+
+use libm::{exp, lgamma, log, log1p};
+
+/// The probability of each of the two errors.
+const TAIL: f64 = 0.025;
+
+/// The quantile of the standard normal distribution for [`TAIL`].
+const NORMAL: f64 = 1.959_963_984_540_054;
+
+/// The interval of a percentile, from 0 to 100, of values in ascending order: from one of the values to another one, whatever
+/// their distribution is. None if there are too few values for both ends.
+///
+/// H. A. David and H. N. Nagaraja, "Order Statistics" (3rd edition, 2003), section 7.1: the number of values below the true
+/// percentile has a binomial distribution.
+pub fn percentile(sorted: &[f64], percent: f64) -> Option<(f64, f64)> {
+    let (low, high) = ranks(sorted.len(), percent / 100.0)?;
+    Some((sorted[low - 1], sorted[high - 1]))
+}
+
+/// The ranks, from 1, of the values at the ends.
+fn ranks(count: usize, share: f64) -> Option<(usize, usize)> {
+    if count == 0 || !(0.0 < share && share < 1.0) {
+        return None;
+    }
+    let (size, deviation) = (count as f64, (count as f64 * share * (1.0 - share)).sqrt());
+    // What is further away has no probability worth a count.
+    let far = (12.0 * deviation + 40.0).ceil();
+    let first = (size * share - far).max(0.0) as usize;
+    let last = ((size * share + far) as usize).min(count);
+    let probability = |below: usize| {
+        let k = below as f64;
+        let ways = lgamma(size + 1.0) - lgamma(k + 1.0) - lgamma(size - k + 1.0);
+        exp(ways + k * log(share) + (size - k) * log1p(-share))
+    };
+    // The largest rank that more than so few values are below the percentile, and the smallest that fewer are.
+    let (mut low, mut sum) = (0, 0.0);
+    for below in first..=last {
+        sum += probability(below);
+        if sum > TAIL {
+            low = below;
+            break;
+        }
+    }
+    let (mut high, mut sum) = (count + 1, 0.0);
+    for below in (first..=last).rev() {
+        sum += probability(below);
+        if sum > TAIL {
+            high = below + 1;
+            break;
+        }
+    }
+    (low >= 1 && high <= count).then_some((low, high))
+}
+
+/// The interval of the share of `hits` in `count`, both from 0 to 1; none of nothing.
+///
+/// E. B. Wilson, "Probable inference, the law of succession, and statistical inference", Journal of the American Statistical
+/// Association 22 (1927), pages 209 to 212: it is right for small numbers and for shares near 0 and 1 as well.
+pub fn share(hits: u64, count: u64) -> Option<(f64, f64)> {
+    if count == 0 {
+        return None;
+    }
+    let (size, share) = (count as f64, hits as f64 / count as f64);
+    let square = NORMAL * NORMAL / size;
+    let middle = share + square / 2.0;
+    let half = (square * (share * (1.0 - share) + square / 4.0)).sqrt();
+    let end = |value: f64| (value / (1.0 + square)).clamp(0.0, 1.0);
+    Some((end(middle - half), end(middle + half)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_interval_of_a_median_is_that_of_the_tables() {
+        // Of 20 values the 6th and the 15th: 5 or fewer of 20 tosses have the probability 0.0207, 6 or fewer 0.0577.
+        assert_eq!(ranks(20, 0.5), Some((6, 15)));
+        // Of 6 values the ends: 2 / 64 = 0.031 outside. Of 5 values 2 / 32 = 0.0625 would be.
+        assert_eq!((ranks(6, 0.5), ranks(5, 0.5)), (Some((1, 6)), None));
+        let values: Vec<f64> = (1..=20).map(f64::from).collect();
+        assert_eq!(percentile(&values, 50.0), Some((6.0, 15.0)));
+    }
+
+    #[test]
+    fn the_ranks_of_a_large_sample_are_those_of_the_normal_distribution() {
+        // 500 -+ 1.96 sqrt(10 000 * 0.05 * 0.95) = 500 -+ 42.7.
+        let (low, high) = ranks(10_000, 0.05).unwrap();
+        assert!(low.abs_diff(458) <= 1 && high.abs_diff(544) <= 1, "{low} {high}");
+        let (low, high) = ranks(1_000_000, 0.95).unwrap();
+        assert!(low.abs_diff(949_573) <= 2 && high.abs_diff(950_428) <= 2, "{low} {high}");
+    }
+
+    #[test]
+    fn the_ends_cover_the_percentile_as_often_as_they_say() {
+        // Both tails by adding up the binomial distribution itself.
+        for (count, share) in [(59_usize, 0.1), (200, 0.95), (37, 0.5)] {
+            let (low, high) = ranks(count, share).unwrap();
+            let mut probabilities = vec![(1.0 - share).powi(count as i32)];
+            for below in 1..=count {
+                let before = probabilities[below - 1];
+                probabilities.push(before * (count + 1 - below) as f64 / below as f64 * share / (1.0 - share));
+            }
+            let (under, over): (f64, f64) = (probabilities[..low].iter().sum(), probabilities[high..].iter().sum());
+            assert!(under <= 0.025 && over <= 0.025, "{count} {share}");
+            // One value less on either side would be too few.
+            assert!(under + probabilities[low] > 0.025 && over + probabilities[high - 1] > 0.025, "{count} {share}");
+        }
+    }
+
+    #[test]
+    fn the_interval_of_a_share_is_wilsons() {
+        let (low, high) = share(8, 10).unwrap();
+        assert!((low - 0.4902).abs() < 5e-5 && (high - 0.9433).abs() < 5e-5, "{low} {high}");
+        // 0 of 10: 3.8416 / (10 + 3.8416) is the upper end.
+        let (low, high) = share(0, 10).unwrap();
+        assert!(low == 0.0 && (high - 0.27754).abs() < 1e-5, "{low} {high}");
+        assert_eq!(share(0, 0), None);
+    }
+}
