@@ -1,7 +1,9 @@
 //! Runs a plan and records it.
 //!
 //! Initialization: every FMU gets its parameters, enters Initialization Mode and gets its inputs; then the connected values
-//! go once from output to input, in the order of the FMUs; then every FMU leaves Initialization Mode.
+//! go from output to input, in the order of the FMUs, until no output changes, so that a value goes through chains (plant, sensor,
+//! filter) in whatever order they are, but not more often than there are FMUs; then every FMU leaves Initialization Mode.
+//! With [`Exchange::Parallel`] they go once.
 //!
 //! Step k goes from `start + k step` to `start + (k + 1) step`. Each FMU in turn gets the values that are set at that time,
 //! then its connected inputs, and steps. With [`Exchange::Parallel`], all get their inputs before any of them steps.
@@ -13,8 +15,8 @@
 //! The last row is that of the end, at which there is no step: outputs have the values that the last step gave, connected
 //! inputs those of their outputs.
 //!
-//! [`Run`] gives a row for each step, which is a call of the controllers: there, outputs of an FMU of which nobody reads any are
-//! those that the step gave.
+//! [`Run`] gives the same rows but for one thing: a row is a call of the first member, the controller, so that its outputs are
+//! those that the call gave, whether anybody reads them or not.
 
 use crate::component::{Component, Reset, Terminated, Type};
 use crate::plan::{Assignment, Column, MemberPlan, Plan, ROUNDING};
@@ -508,11 +510,16 @@ impl<C: Component> Run<C> {
             of.assign(&own.inputs).with_context(|| at(own))?;
             of.observe_outputs(own, &mut self.values).with_context(|| at(own))?;
         }
-        for (member, own) in plan.members.iter().enumerate().skip(first) {
-            let of = &mut self.members[member];
-            of.write_inputs(&self.values).with_context(|| at(own))?;
-            if plan.exchange == Exchange::Sequential {
-                of.observe_outputs(own, &mut self.values).with_context(|| at(own))?;
+        for _ in first..plan.members.len() {
+            let before = self.values.clone();
+            for (of, own) in self.members.iter_mut().zip(&plan.members).skip(first) {
+                of.write_inputs(&self.values).with_context(|| at(own))?;
+                if plan.exchange == Exchange::Sequential {
+                    of.observe_outputs(own, &mut self.values).with_context(|| at(own))?;
+                }
+            }
+            if before.iter().zip(&self.values).all(|(before, after)| before.to_bits() == after.to_bits()) {
+                break;
             }
         }
         for (of, own) in self.members.iter_mut().zip(&plan.members).skip(first) {
@@ -575,9 +582,10 @@ fn place(plan: &Plan, (member, place): (usize, usize)) -> usize {
 }
 
 /// What is recorded before a step, and after it: the numbers of the columns, and where their values are. `of_times` asks for rows
-/// of times, in place of those of calls.
+/// of times, in place of those of the first member's calls.
 fn recorded(plan: &Plan, of_times: bool) -> [Vec<(usize, usize)>; 2] {
-    let is_before = |column: &Column| column.is_before_step || of_times && column.is_unread;
+    let is_at_its_time = |column: &Column| column.is_unread && (of_times || column.source.0 > 0);
+    let is_before = |column: &Column| column.is_before_step || is_at_its_time(column);
     [true, false].map(|is_before_step| {
         let columns = plan.columns.iter().enumerate().filter(|(_, column)| is_before(column) == is_before_step);
         columns.map(|(number, column)| (number, place(plan, column.source))).collect()
