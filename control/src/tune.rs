@@ -162,8 +162,6 @@ pub struct Row {
     pub rule: Rule,
     /// Its name.
     pub name: String,
-    /// P, PI or PID.
-    pub structure: Structure,
     /// The settings, and the prediction for the same step as those of all other rows.
     pub tuned: Option<Tuned>,
     /// Why there are none.
@@ -421,21 +419,19 @@ pub fn tune(home: &dyn Fmus, request: &Request) -> Result<Tuned> {
     })
 }
 
-/// All rules with all structures that the controller can have. The rule and the structure of the request do not count.
+/// All rules with the structure of the request, whose rule does not count.
 ///
 /// # Errors
-/// The FMU is not a controller, or the model is not that of a plant.
+/// The FMU is not a controller or does not have this structure, or the model is not that of a plant.
 pub fn table(home: &dyn Fmus, request: &Request) -> Result<Vec<Row>> {
-    let controller = Controller::of(home, &request.controller)?;
+    Controller::of(home, &request.controller)?.require(request.structure)?;
     request.model.check()?;
-    let structures = [Structure::P, Structure::Pi, Structure::Pid];
-    let possible = structures.into_iter().filter(|structure| controller.require(*structure).is_ok());
-    let row = |rule: Rule, structure: Structure| {
-        let tuned = tune(home, &Request { rule, structure, ..request.clone() });
+    let row = |rule: Rule| {
+        let tuned = tune(home, &Request { rule, ..request.clone() });
         let refusal = tuned.as_ref().err().map(|error| format!("{error:#}"));
-        Row { rule, name: rules::name(rule).into(), structure, tuned: tuned.ok(), refusal }
+        Row { rule, name: rules::name(rule).into(), tuned: tuned.ok(), refusal }
     };
-    Ok(possible.flat_map(|structure| Rule::ALL.map(|rule| row(rule, structure))).collect())
+    Ok(Rule::ALL.map(row).into())
 }
 
 /// RATIOFAC, by which the negative pulses are as strong as the positive ones: the gain of heating divided by that of cooling.

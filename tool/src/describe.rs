@@ -191,9 +191,20 @@ fn problems(problems: Problems) -> Vec<Problem> {
     let problem = |of: parameters::Problem| Problem {
         place: of.place.map(|place| (place.line, place.column)),
         message: of.message,
-        help: of.help,
+        help: of.help.map(without_options),
     };
     problems.problems.into_iter().map(problem).collect()
+}
+
+/// A remedy that names options of the command, as one that a user of the page can follow.
+fn without_options(help: String) -> String {
+    const SAME: [(&str, &str); 4] = [
+        ("name it with --block: ", "choose its block: "),
+        ("say with --block which one it is: ", "choose which one it is: "),
+        ("name that with --block", "choose that as its block"),
+        ("choose one with --loop, or rename", "rename"),
+    ];
+    SAME.iter().fold(help, |help, (command, page)| help.replace(command, page))
 }
 
 /// A loop as a message.

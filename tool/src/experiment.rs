@@ -9,10 +9,11 @@ use crate::message::{State, Values};
 use crate::session::{MOST_CALLS, Session};
 use crate::signals::{self, Signals};
 use anyhow::{Context, Result, bail, ensure};
-use control::identify::{self, Data, Identified, Method};
+use control::identify::{self, Data, Identified, Method, Model};
 use run::fmus::number_of;
 use run::system::Value;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// Calls that are made before anybody asks whether the process value rests.
 const FIRST: usize = 40;
@@ -30,7 +31,8 @@ const COUNTED: usize = 2;
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
 pub struct StepTest {
-    /// By how much the manipulated value steps, in its unit; below 0 for down.
+    /// By how much the manipulated value steps, in its unit; below 0 for down. Where that leads beyond one of its limits and the other
+    /// direction does not, it steps in the other one.
     pub size: f64,
     /// How the model is found.
     pub method: Method,
@@ -77,6 +79,8 @@ pub struct RelayTested {
     pub ultimate: (f64, f64),
     /// The amplitude of the process value.
     pub swing: f64,
+    /// An integrator with dead time that has this ultimate gain and period: a relay tells a plant at one frequency only.
+    pub model: Model,
     /// What the user should know, a sentence each.
     pub remarks: Vec<String>,
 }
@@ -97,6 +101,7 @@ pub fn step(home: &dyn Home, session: &mut Session, request: &StepTest) -> Resul
     let before = bench.process_value()?;
     let (level, noise) = (mean(&before[before.len() * 2 / 3..]), noise(&before));
     let step = bench.next_time()?;
+    let size = if !bench.is_within(size)? && bench.is_within(-size)? { -size } else { size };
     bench.put(bench.manual + size)?;
     let has_moved = |values: &[f64]| (mean(&values[values.len() * 2 / 3..]) - level).abs() > MOVED * noise + 1e-9;
     if request.is_integrating {
@@ -128,9 +133,16 @@ pub fn relay(home: &dyn Home, session: &mut Session, request: &RelayTest) -> Res
     bench.settle(|_| true)?;
     let before = bench.process_value()?;
     let level = mean(&before[before.len() * 2 / 3..]);
+    for way in [amplitude, -amplitude] {
+        ensure!(
+            bench.is_within(way)?,
+            "the manipulated value is {}, and {amplitude} more or less are beyond its limits: choose a smaller relay, or move it \
+             to the middle first",
+            bench.output
+        );
+    }
     let hysteresis = request.hysteresis.unwrap_or(4.0 * noise(&before));
     ensure!(hysteresis >= 0.0 && hysteresis.is_finite(), "the hysteresis is {hysteresis}: it has to be 0 or more");
-    let start = bench.next_time()?;
     let mut is_up = true;
     bench.put(bench.manual + amplitude)?;
     // The sign of the plant's gain: which way the first step moves it.
@@ -173,9 +185,11 @@ pub fn relay(home: &dyn Home, session: &mut Session, request: &RelayTest) -> Res
     if moved < 0.99 * amplitude {
         remarks.push(format!("The manipulated value moved by {moved} only: it is at a limit."));
     }
-    let held = bench.from;
-    debug_assert!(start >= held);
-    Ok(RelayTested { state: session.state()?, from: held, ultimate: (gain, period), swing, remarks })
+    let from = bench.from;
+    // At the ultimate frequency its phase is -180 degrees, of which the dead time has a half, and its gain that of the plant.
+    let model =
+        Model { gain: TAU / (period * gain), dead_time: period / 4.0, is_integrating: true, ..Model::default() };
+    Ok(RelayTested { state: session.state()?, from, ultimate: (gain, period), swing, model, remarks })
 }
 
 /// A loop in manual mode.
@@ -185,7 +199,11 @@ struct Bench<'a> {
     /// `MEMBER.VARIABLE` of the manual value.
     manual_name: String,
     process_value_name: String,
-    /// The manual value at which the actuator is where it was.
+    /// `MEMBER.VARIABLE` of the limits of the manipulated value, high and low.
+    limits: Option<(String, String)>,
+    /// Where the actuator was.
+    output: f64,
+    /// The manual value at which it is there.
     manual: f64,
     /// From when on it is held, in seconds.
     from: f64,
@@ -194,7 +212,9 @@ struct Bench<'a> {
 impl<'a> Bench<'a> {
     /// Goes to manual mode without moving the actuator.
     fn hold(home: &'a dyn Home, session: &'a mut Session) -> Result<Bench<'a>> {
-        let controller = session.record(None)?.setup().members.first().context("there is no controller")?.clone();
+        let record = session.record(None)?;
+        let controller = record.members().next().context("there is no controller")?.clone();
+        ensure!(record.members().nth(1).is_some(), "nothing answers {}: connect a plant first", controller.name);
         let roles = describe(home, &controller.fmu)?.roles;
         let fmu = &controller.fmu;
         let (Some((switch, manual)), Some(output)) = (&roles.manual, &roles.manipulated_value) else {
@@ -211,10 +231,14 @@ impl<'a> Bench<'a> {
             session,
             manual_name: name(manual),
             process_value_name: name(process_value),
+            limits: roles.limits.as_ref().map(|(high, low)| (name(high), name(low))),
+            output: 0.0,
             manual: 0.0,
             from: 0.0,
         };
-        if bench.session.record(None)?.calls() == 0 {
+        let record = bench.session.record(None)?;
+        // What was set since the last call, such as the manual value, counts.
+        if record.calls() == 0 || record.done().last().is_some_and(|done| done.call == record.calls()) {
             bench.run(1)?;
         }
         let (switch, output) = (name(switch), name(output));
@@ -223,7 +247,7 @@ impl<'a> Bench<'a> {
         bench.session.send(&Values::from([(switch, Value::Boolean(true))]))?;
         // What the block does to the manual value is a straight line: a factor and an offset.
         let mut tried: Option<(f64, f64)> = None;
-        bench.manual = target;
+        (bench.output, bench.manual) = (target, target);
         for _ in 0..3 {
             bench.put(bench.manual)?;
             bench.run(1)?;
@@ -242,6 +266,12 @@ impl<'a> Bench<'a> {
             bench.manual += off / slope;
         }
         Ok(bench)
+    }
+
+    /// Whether the manipulated value is within its limits if it moves by so much.
+    fn is_within(&mut self, size: f64) -> Result<bool> {
+        let Some((high, low)) = self.limits.clone() else { return Ok(true) };
+        Ok((self.value(&low)?..=self.value(&high)?).contains(&(self.output + size)))
     }
 
     fn put(&mut self, value: f64) -> Result<()> {

@@ -3,7 +3,7 @@
 use crate::describe::{as_loop, opened, stimuli_of_block};
 use crate::home::Home;
 use crate::message::{FiguresRequest, Loop, Member, ReadFile};
-use crate::report::{self, Report};
+use crate::report::{self, Report, Tuning};
 use crate::session::{Record, Session};
 use crate::signals;
 use anyhow::{Context, Result, bail};
@@ -75,6 +75,12 @@ pub enum Request {
         /// A picture of the curves, an `<svg>` or a `data:` URL of a PNG; drawn by the engine without it.
         #[serde(default)]
         picture: Option<String>,
+        /// When it is made, as it is to stand there.
+        #[serde(default)]
+        date: Option<String>,
+        /// Where the settings come from.
+        #[serde(default)]
+        tuning: Option<Tuning>,
     },
     /// The home's FMU of a block with these start values.
     Preset {
@@ -119,7 +125,7 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
             let file = format!("{}.csv", file_name(&record.setup().members[0].name));
             Ok(Exported::of(file, "text/csv", text, remarks))
         }
-        Request::Report { of, before, run, picture } => {
+        Request::Report { of, before, run, picture, date, tuning } => {
             // A report of settings alone needs no run.
             let record = match run {
                 Some(run) => Some(session.record(Some(*run))?),
@@ -128,7 +134,8 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
             // A loop without a setpoint has no figures.
             let of_run = FiguresRequest { run: *run, ..FiguresRequest::default() };
             let figures = record.and_then(|_| signals::figures(home, session, &of_run).ok());
-            let report = Report { of, before, record, figures: figures.as_ref(), picture: picture.as_deref() };
+            let (picture, date, tuning) = (picture.as_deref(), date.as_deref(), tuning.as_ref());
+            let report = Report { of, before, record, figures: figures.as_ref(), picture, date, tuning };
             let page = report::page(home, &report)?;
             Ok(Exported::of(format!("{}.html", file_name(&of.name)), "text/html", page.into_bytes(), Vec::new()))
         }

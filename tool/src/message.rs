@@ -306,10 +306,12 @@ pub struct Curves {
     pub is_exact: bool,
 }
 
-/// What was done, in the order of time.
+/// What a run began with, and what was done in it, in the order of time.
 #[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct Events {
+    /// What the run began with.
+    pub setup: Setup,
     /// What was done.
     pub events: Vec<Event>,
     /// How many calls the run has made.

@@ -2,15 +2,19 @@
 
 use crate::describe::{check, describe};
 use crate::home::Home;
-use crate::message::{Description, Figures, Loop, Setting, Variable, View};
+use crate::message::{Description, Figures, Loop, Setting, Values, Variable, View};
 use crate::session::Record;
 use anyhow::{Context, Result, bail};
+use control::identify::Model;
+use control::rules;
+use control::tune::Rule;
 use draw::escape::Text;
 use draw::plot::{Chart, Curve, Panel, svg};
 use modeldescription::digits::short;
 use run::dialog::Roles;
 use run::fmus::number_of;
 use run::system::Value;
+use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
 /// This many points a curve has.
@@ -21,6 +25,31 @@ const MOST_EVENTS: usize = 100;
 
 /// The largest picture that is taken, in bytes.
 const LARGEST_PICTURE: usize = 16 << 20;
+
+/// What settings were computed from, and what they lead to.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields = nullable))]
+pub struct Tuning {
+    /// The plant.
+    pub model: Model,
+    /// The rule.
+    pub rule: Rule,
+    /// The settings that it gave.
+    pub values: Values,
+    /// Lambda in seconds, of a rule that takes it.
+    #[serde(default)]
+    pub closed_loop: Option<f64>,
+    /// The largest sensitivity.
+    #[serde(default)]
+    pub sensitivity: Option<f64>,
+    /// How much more gain the loop takes, as a factor.
+    #[serde(default)]
+    pub gain_margin: Option<f64>,
+    /// In degrees.
+    #[serde(default)]
+    pub phase_margin: Option<f64>,
+}
 
 /// What is reported.
 pub(crate) struct Report<'a> {
@@ -34,6 +63,10 @@ pub(crate) struct Report<'a> {
     pub(crate) figures: Option<&'a Figures>,
     /// The curves as the user sees them; drawn here without it.
     pub(crate) picture: Option<&'a str>,
+    /// When it is made, as it is to stand there.
+    pub(crate) date: Option<&'a str>,
+    /// Where the settings come from.
+    pub(crate) tuning: Option<&'a Tuning>,
 }
 
 /// The page.
@@ -63,6 +96,9 @@ pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
     if let (Some(cycle), Some(name)) = (cycle, &description.cycle) {
         write!(page, " {} {cycle} s.", Text(name))?;
     }
+    if let Some(date) = report.date {
+        write!(page, " {}.", Text(date))?;
+    }
     writeln!(page, "</p>")?;
     if !checked.remarks.is_empty() {
         writeln!(page, "<h2>What the block does with the settings</h2>\n<ul>")?;
@@ -72,6 +108,9 @@ pub(crate) fn page(home: &dyn Home, report: &Report) -> Result<String> {
         writeln!(page, "</ul>")?;
     }
     run(&mut page, report, &description.roles)?;
+    if let Some(of) = report.tuning {
+        tuning(&mut page, of)?;
+    }
     settings(&mut page, report, &description, &checked.unused)?;
     if let Some(record) = report.record {
         events(&mut page, record)?;
@@ -135,6 +174,48 @@ fn run(page: &mut String, report: &Report, roles: &Roles) -> Result<()> {
     {
         writeln!(page, "<h2>Curves</h2>\n<figure>{drawing}</figure>")?;
     }
+    Ok(())
+}
+
+/// The plant's model, the rule and the margins.
+fn tuning(page: &mut String, of: &Tuning) -> Result<()> {
+    let Model { gain, time_constant, second_time_constant, dead_time, is_integrating } = of.model;
+    let digits = |value: f64| format!("{:.4}", value).trim_end_matches('0').trim_end_matches('.').to_string();
+    let mut rows = vec![("K", digits(gain), if is_integrating { "1/s" } else { "" })];
+    if !is_integrating {
+        rows.push(("T", digits(time_constant), "s"));
+    }
+    if second_time_constant != 0.0 {
+        rows.push(("T2", digits(second_time_constant), "s"));
+    }
+    rows.push(("L", digits(dead_time), "s"));
+    let margins = [
+        ("\u{3bb}", of.closed_loop, "s"),
+        ("Ms", of.sensitivity, ""),
+        ("gain margin", of.gain_margin, ""),
+        ("phase margin", of.phase_margin, "\u{b0}"),
+    ];
+    rows.extend(margins.into_iter().filter_map(|(name, value, unit)| Some((name, digits(value?), unit))));
+    let values: Vec<String> = of
+        .values
+        .iter()
+        .filter_map(|(name, value)| match value {
+            Value::Number(value) => Some(format!("{name} {}", short(*value))),
+            Value::Boolean(_) => None,
+        })
+        .collect();
+    let rule = rules::name(of.rule);
+    writeln!(
+        page,
+        "<h2>Tuning</h2>\n<p class=\"about\">{} by {} for a plant with gain K, {}dead time L.</p>\n<dl class=\"figures\">",
+        Text(&values.join(", ")),
+        Text(rule),
+        if is_integrating { "integrating, and " } else { "time constant T and " }
+    )?;
+    for (name, value, unit) in rows {
+        writeln!(page, "<div><dt>{name}</dt> <dd>{value} {unit}</dd></div>")?;
+    }
+    writeln!(page, "</dl>")?;
     Ok(())
 }
 

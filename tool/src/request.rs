@@ -118,7 +118,7 @@ requests! { |home, session|
     } -> State = session.exchange(home, members, connections)?;
     /// The curves of a run, thinned out.
     View(view: View) -> Curves = session.view(&view)?;
-    /// What was done in a run.
+    /// What a run began with, and what was done in it.
     Events {
         /// The run; the present one without it.
         run: Option<usize>,
@@ -130,7 +130,7 @@ requests! { |home, session|
         run: Option<usize>,
     } -> State = session.same_bits(home, run)?;
     /// Repeats the test of a run with other settings: its stimuli (setpoint, manual value, disturbances, noise) come again when they
-    /// came; settings have from the beginning on the values that are in force.
+    /// came; settings, plant and connections are from the beginning on those that are in force.
     SameTest {
         /// The run whose test it is; the present one without it.
         #[serde(default)]
@@ -146,8 +146,8 @@ requests! { |home, session|
     Identify(of: identify::Request) -> Identified = signals::identify(home, session, &of)?;
     /// Settings for a plant's model by a rule, with what they lead to.
     Tune(of: tune::Request) -> Tuned = tune::tune(home, &of)?;
-    /// All rules for a plant's model, with what they lead to: Ms, overshoot, settling time and travel for one step. The rule and the
-    /// structure of the request do not count.
+    /// All rules for a plant's model and one structure, with what they lead to: Ms, overshoot, settling time and travel for one step.
+    /// The rule of the request does not count.
     Rules(of: tune::Request) -> Vec<tune::Row> = tune::table(home, &of)?;
     /// Holds the plant at the present manipulated value until it rests, steps it, waits until it rests again, and identifies.
     StepTest(of: experiment::StepTest) -> StepTested = experiment::step(home, session, &of)?;

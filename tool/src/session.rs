@@ -15,7 +15,7 @@ use run::master::Run;
 use run::plan::{self, Assignment, Column, Names, Plan, Reference};
 use run::system::{self, Connection, Recorded, Setting, System, Value};
 use run::trace::Trace;
-use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
 use std::sync::Arc;
 
 /// The most calls of a request.
@@ -205,7 +205,13 @@ impl Record {
             variable: self.columns[done.column].name.clone(),
             value: shown(done.kind, done.value),
         };
-        Events { events: self.done.iter().map(event).collect(), calls: self.calls() }
+        Events { setup: self.setup.clone(), events: self.done.iter().map(event).collect(), calls: self.calls() }
+    }
+
+    /// The members at the end, the controller first.
+    pub fn members(&self) -> impl Iterator<Item = &message::Member> {
+        let (controller, others) = self.setup.members.split_at(self.setup.members.len().min(1));
+        controller.iter().chain(self.exchanges.last().map_or(others, |exchange| &exchange.members))
     }
 
     /// The calls from one time to another, both in seconds and inclusive; all without them.
@@ -353,8 +359,8 @@ impl Session {
         self.play(home, script)
     }
 
-    /// Begins again with the stimuli of a run, and with the settings that are in force: those given, by `MEMBER.VARIABLE`, else those at
-    /// the end of that run.
+    /// Begins again with the stimuli of a run, and with what is in force: the settings given, by `MEMBER.VARIABLE`, else those at the end
+    /// of that run, and the members and connections at its end.
     ///
     /// # Errors
     /// There is no such run; as [`Session::start`].
@@ -405,29 +411,43 @@ struct Script {
 
 impl Script {
     fn of(record: &Record) -> Script {
-        let Events { events, calls } = record.events();
-        Script { setup: record.setup.clone(), calls, events, exchanges: record.exchanges.clone() }
+        let Events { setup, events, calls } = record.events();
+        Script { setup, calls, events, exchanges: record.exchanges.clone() }
     }
 
-    /// Keeps of the events the stimuli alone. What was set besides counts from the beginning on, unless `values` has another value.
+    /// Keeps of the events the stimuli alone. What was set besides counts from the beginning on, unless `values` has another value; so
+    /// does a plant that took the place of another.
     fn put_settings(&mut self, home: &dyn Home, values: &Values) -> Result<()> {
+        if let Some(last) = self.exchanges.pop() {
+            self.exchanges.clear();
+            let before = self.setup.members.split_off(1);
+            self.setup.members.extend(last.members);
+            self.setup.connections = last.connections;
+            for member in &mut self.setup.members[1..] {
+                let stimuli = stimuli(home, member)?;
+                let Some(same) = before.iter().find(|of| of.name == member.name && of.fmu == member.fmu) else {
+                    continue;
+                };
+                member.values.retain(|name, _| !stimuli.contains(name));
+                let begin = same.values.iter().filter(|(name, _)| stimuli.contains(*name));
+                member.values.extend(begin.map(|(name, value)| (name.clone(), *value)));
+            }
+        }
+        let members = &mut self.setup.members;
         let names = |name: &str, members: &[message::Member]| {
             // One name of a member may be the beginning of a variable's name, but not with the point of another member.
             members.iter().position(|of| name.strip_prefix(&of.name).is_some_and(|rest| rest.starts_with('.')))
         };
-        let mut in_force = Values::new();
-        let mut all = self.setup.members.clone();
-        all.extend(self.exchanges.iter().flat_map(|exchange| exchange.members.clone()));
-        let descriptions = all.iter().map(|of| describe(home, &of.fmu)).collect::<Result<Vec<_>>>()?;
+        let all = members.clone();
+        let stimuli = all.iter().map(|of| stimuli(home, of)).collect::<Result<Vec<_>>>()?;
         let is_stimulus = |name: &str| {
-            names(name, &all).is_some_and(|place| {
-                let own = &name[all[place].name.len() + 1..];
-                descriptions[place].variables.iter().any(|of| of.name == own && of.is_stimulus)
-            })
+            names(name, &all).is_some_and(|place| stimuli[place].contains(&name[all[place].name.len() + 1..]))
         };
+        let mut in_force = Values::new();
         self.events.retain(|event| {
             let keeps = is_stimulus(&event.variable);
-            if !keeps {
+            // What a plant was told that is gone is not told the next one.
+            if !keeps && names(&event.variable, &all).is_some() {
                 in_force.insert(event.variable.clone(), event.value);
             }
             keeps
@@ -435,21 +455,19 @@ impl Script {
         in_force
             .extend(values.iter().filter(|(name, _)| !is_stimulus(name)).map(|(name, value)| (name.clone(), *value)));
         for (name, value) in in_force {
-            let later = self.exchanges.iter_mut().map(|exchange| &mut exchange.members);
-            let mut is_known = false;
-            for members in std::iter::once(&mut self.setup.members).chain(later) {
-                if let Some(place) = names(&name, members) {
-                    let own = name[members[place].name.len() + 1..].to_string();
-                    members[place].values.insert(own, value);
-                    is_known = true;
-                }
-            }
-            if !is_known {
-                bail!("the run has no member with the variable {name:?}");
-            }
+            let place = names(&name, members);
+            let place = place.with_context(|| format!("the run has no member with the variable {name:?}"))?;
+            let own = name[members[place].name.len() + 1..].to_string();
+            members[place].values.insert(own, value);
         }
         Ok(())
     }
+}
+
+/// What a member is tried with.
+fn stimuli(home: &dyn Home, member: &message::Member) -> Result<HashSet<String>> {
+    let variables = describe(home, &member.fmu)?.variables;
+    Ok(variables.into_iter().filter(|of| of.is_stimulus).map(|of| of.name).collect())
 }
 
 impl Present {

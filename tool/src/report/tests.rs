@@ -14,7 +14,7 @@ fn of(name: &str, settings: Vec<Setting>) -> Loop {
 }
 
 fn report(of: &Loop) -> Report<'_> {
-    Report { of, before: &[], record: None, figures: None, picture: None }
+    Report { of, before: &[], record: None, figures: None, picture: None, date: None, tuning: None }
 }
 
 fn made(report: &Report) -> String {
@@ -140,4 +140,26 @@ fn an_unknown_block_is_an_error() {
     let mut now = of("C", Vec::new());
     now.block = "PUMP".into();
     assert!(format!("{:#}", page(&TestHome::default(), &report(&now)).unwrap_err()).contains("no block \"PUMP\""));
+}
+
+#[test]
+fn it_tells_its_date_and_from_what_the_settings_were_computed() {
+    let model = Model { gain: 2.0, time_constant: 20.0, dead_time: 2.5, ..Model::default() };
+    let tuning = Tuning {
+        model,
+        rule: Rule::Simc,
+        values: [("GAIN".to_string(), Value::Number(2.0)), ("I_SEL".to_string(), Value::Boolean(true))].into(),
+        closed_loop: Some(2.5),
+        sensitivity: Some(1.59),
+        gain_margin: Some(3.1),
+        phase_margin: None,
+    };
+    let now = of("TIC101", vec![setting("GAIN", 2.0, None)]);
+    let page = made(&Report { date: Some("2026-03-01 12:00 UTC"), tuning: Some(&tuning), ..report(&now) });
+    assert!(page.contains("2026-03-01 12:00 UTC.</p>"), "{page}");
+    assert!(page.contains("GAIN 2 by SIMC for a plant with gain K, time constant T and dead time L."), "{page}");
+    for row in ["<dt>T</dt> <dd>20 s</dd>", "<dt>L</dt> <dd>2.5 s</dd>", "<dt>Ms</dt> <dd>1.59 </dd>"] {
+        assert!(page.contains(row), "{row}");
+    }
+    assert!(!page.contains("phase margin"));
 }

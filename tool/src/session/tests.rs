@@ -154,6 +154,30 @@ fn the_same_test_has_the_settings_in_force_from_its_beginning() {
 }
 
 #[test]
+fn the_same_test_has_the_plant_in_force_from_its_beginning() {
+    let home = TestHome::default();
+    let mut session = started(&home);
+    session.run(4).unwrap();
+    session.send(&values(&[("P.LOAD", 2.0)])).unwrap();
+    session.run(4).unwrap();
+    // The same plant, three times as slow: what disturbed it stays.
+    let slower = member("P", "LAG", &[("CYCLE", 0.5), ("T", 30.0), ("LOAD", 2.0)]);
+    session.exchange(&home, vec![slower], wires()).unwrap();
+    session.run(4).unwrap();
+    session.same_test(&home, None, &Values::new()).unwrap();
+    let same = session.record(None).unwrap();
+    assert!(same.exchanges().is_empty());
+    assert_eq!(same.setup().members[1].values, values(&[("CYCLE", 0.5), ("T", 30.0)]));
+    let load = |call| same.trace().get(same.column("P.LOAD").unwrap(), call);
+    assert_eq!((same.calls(), load(3), load(4), load(11)), (12, 0.0, 2.0, 2.0));
+    // Another one: what was set in the plant that has gone does not come again.
+    let other = [("C.OUT", "Q.POWER"), ("Q.TEMP", "C.PV_IN")].map(|(from, to)| (from.into(), to.into()));
+    session.exchange(&home, vec![member("Q", "LAG", &[("CYCLE", 0.5)])], other.into()).unwrap();
+    let state = session.same_test(&home, None, &Values::new()).unwrap();
+    assert_eq!((state.calls, session.record(None).unwrap().events().events.len()), (12, 0));
+}
+
+#[test]
 fn a_ramp_is_an_event_before_each_call_and_ends_at_its_value() {
     let home = TestHome::default();
     let mut session = started(&home);

@@ -93,8 +93,6 @@ let zoomed;
 let cursor;
 /** Earlier runs: their curves by run. @type {Map<number, { key: string, view: View }>} */
 const earlier = new Map();
-/** Where a predicted curve begins: the time, and the loop's values then. It is a step away from them. */
-let origin = { time: 0, processValue: 0, manipulatedValue: 0 };
 
 let isScheduled = false;
 let isFetching = false;
@@ -127,30 +125,13 @@ export function mount(content) {
     marks = done;
     refresh();
   });
-  store.on("prediction", () => {
-    origin = here();
-    refresh();
-  });
+  store.on("prediction", refresh);
   store.on("key-left", () => move(-1));
   store.on("key-right", () => move(1));
   store.on("key-home", () => moveTo(view.times[0]));
   store.on("key-end", () => moveTo(view.times.at(-1)));
   store.on("key-zoom-in", () => zoomBy(0.5));
   store.on("key-zoom-out", () => zoomBy(2));
-}
-
-/** Where the loop is now. */
-function here() {
-  const loop = store.loop;
-  if (!loop || !store.isLive() || !store.state)
-    return { time: 0, processValue: Number.NaN, manipulatedValue: Number.NaN };
-  const { processValue, manipulatedValue } = roles(loop);
-  const { time, values } = store.state;
-  return {
-    time,
-    processValue: number(values[processValue ?? ""]),
-    manipulatedValue: number(values[manipulatedValue ?? ""]),
-  };
 }
 
 /** What is shown, for a picture of it. */
@@ -425,7 +406,8 @@ function range() {
   if (zoomed) return zoomed;
   const last = store.isLive() ? (store.state?.time ?? 0) : 0;
   const length = notes()?.window ?? 0;
-  const predicted = store.prediction ? origin.time + (store.prediction.curves.times.at(-1) ?? 0) : 0;
+  const { origin, curves: ahead } = store.prediction ?? {};
+  const predicted = origin ? origin.time + (ahead?.times.at(-1) ?? 0) : 0;
   // A prediction reaches into the future, but does not push what was measured out of sight.
   const end = Math.max(last, length === 0 ? predicted : Math.min(predicted, last + length / 2));
   const step = store.state?.step ?? 1;
@@ -654,7 +636,6 @@ function behind() {
       const of = earlier.get(run);
       return of ? [{ view: of.view, colour }] : [];
     }),
-    origin,
   );
 }
 

@@ -17,7 +17,6 @@
 import { ask, EngineError, fromBase64, toBase64 } from "tool/engine.js";
 import { admit, programOf } from "tool/program.js";
 import { remake } from "tool/remake.js";
-import { runsOf } from "tool/runs.js";
 import { store, valuesOf } from "tool/store.js";
 
 const BEGIN = "#loop=";
@@ -29,15 +28,13 @@ export async function linkOfLoop() {
   const loop = store.loop;
   if (!loop) throw new EngineError("Open or make a loop first.");
   const { members, connections, step, exchange, name, member } = loop;
-  const now = store.isLive() ? runsOf(loop).at(-1) : undefined;
-  const done = now ? await ask({ do: "events" }) : undefined;
+  const run = store.isLive() ? await ask({ do: "events" }) : null;
   /** @type {Carried} */
   const carried = {
     ...{ version: 1, name, member, fmu: loop.description.name, values: valuesOf(loop, "sent") },
     program: programOf(loop)?.program,
     window: loop.notes.curves?.window ?? null,
-    run: now && done ? { setup: now.setup, ...done } : null,
-    plant: { members, connections, step, exchange },
+    ...{ run, plant: { members, connections, step, exchange } },
   };
   const bytes = new TextEncoder().encode(JSON.stringify(carried));
   const packed = await through(bytes, new CompressionStream("deflate-raw"), LARGEST);

@@ -169,8 +169,10 @@ variable: string,
 /** The value. */
 value: Value, };
 
-/** What was done, in the order of time. */
+/** What a run began with, and what was done in it, in the order of time. */
 export type Events = {
+/** What the run began with. */
+setup: Setup,
 /** What was done. */
 events: Array<Event>,
 /** How many calls the run has made. */
@@ -211,7 +213,11 @@ before: Array<Setting>,
 /** The run; the present one without it. */
 run?: number | null,
 /** A picture of the curves, an `<svg>` or a `data:` URL of a PNG; drawn by the engine without it. */
-picture?: string | null, } | { "what": "preset",
+picture?: string | null,
+/** When it is made, as it is to stand there. */
+date?: string | null,
+/** Where the settings come from. */
+tuning?: Tuning | null, } | { "what": "preset",
 /** The loop with its values. */
 of: Loop, };
 
@@ -555,6 +561,8 @@ from: number,
 ultimate: [number, number],
 /** The amplitude of the process value. */
 swing: number,
+/** An integrator with dead time that has this ultimate gain and period: a relay tells a plant at one frequency only. */
+model: Model,
 /** What the user should know, a sentence each. */
 remarks: Array<string>, };
 
@@ -682,8 +690,6 @@ export type Row = {
 rule: Rule,
 /** Its name. */
 name: string,
-/** P, PI or PID. */
-structure: Structure,
 /** The settings, and the prediction for the same step as those of all other rows. */
 tuned: Tuned | null,
 /** Why there are none. */
@@ -759,7 +765,10 @@ manual?: number | null, };
 
 /** A step of the manual value. */
 export type StepTest = {
-/** By how much the manipulated value steps, in its unit; below 0 for down. */
+/**
+ * By how much the manipulated value steps, in its unit; below 0 for down. Where that leads beyond one of its limits and the other
+ * direction does not, it steps in the other one.
+ */
 size: number,
 /** How the model is found. */
 method: Method,
@@ -848,6 +857,23 @@ phase_margin: number | null,
 predicted: Predicted,
 /** What the user should know, a sentence each. */
 remarks: Array<string>, };
+
+/** What settings were computed from, and what they lead to. */
+export type Tuning = {
+/** The plant. */
+model: Model,
+/** The rule. */
+rule: Rule,
+/** The settings that it gave. */
+values: Values,
+/** Lambda in seconds, of a rule that takes it. */
+closed_loop?: number | null,
+/** The largest sensitivity. */
+sensitivity?: number | null,
+/** How much more gain the loop takes, as a factor. */
+gain_margin?: number | null,
+/** In degrees. */
+phase_margin?: number | null, };
 
 /** A value as the user writes it. */
 export type Value = boolean | number | "NaN" | "inf" | "-inf";

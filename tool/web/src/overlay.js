@@ -16,7 +16,7 @@
  *
  * @typedef {object} Origin where a prediction begins: the loop then
  * @property {number} time
- * @property {number} processValue NaN if the loop did not run
+ * @property {number} processValue NaN to draw it where it was computed
  * @property {number} manipulatedValue
  */
 
@@ -37,10 +37,9 @@ export function drawnOfEarlier(loop) {
  * @param {Work} loop
  * @param {Curve[]} visible
  * @param {{ view: View, colour: number }[]} earlier
- * @param {Origin} origin
  * @returns {Overlay[]}
  */
-export function overlays(loop, visible, earlier, origin) {
+export function overlays(loop, visible, earlier) {
   const { curves: palette, runs } = theme();
   const { setpoint, processValue, manipulatedValue } = roles(loop);
   /** @param {string | undefined} name */
@@ -58,8 +57,8 @@ export function overlays(loop, visible, earlier, origin) {
       made.push({ scale: curve.scale, colour: at === 0 ? ink : `${ink}99`, ...of });
     });
   }
-  const prediction = store.prediction?.curves;
-  if (!prediction) return made;
+  if (!store.prediction) return made;
+  const { origin, curves: prediction } = store.prediction;
   const times = prediction.times.map((time) => time + origin.time);
   const { setpoint: goal, process_value: answer, manipulated_value: moves } = prediction;
   const level = Number.isNaN(origin.processValue) ? 0 : origin.processValue - (answer[0] ?? 0);

@@ -20,7 +20,6 @@ import { swatch, theme } from "tool/charts.js";
 import { element, fill, tableHead } from "tool/dom.js";
 import { ask } from "tool/engine.js";
 import { figuresOf, shownUnit } from "tool/figures.js";
-import { remake } from "tool/remake.js";
 import { split, store } from "tool/store.js";
 import { rounded, same, shown } from "tool/values.js";
 
@@ -72,7 +71,7 @@ function present() {
 /**
  * A run has begun: the one before is kept with what was done in it.
  *
- * @param {import("./messages").Setup | undefined} setup
+ * @param {import("./messages").Setup} setup
  */
 function begin(setup) {
   const [loop, state] = [store.live, store.state];
@@ -82,9 +81,8 @@ function begin(setup) {
   if (!list.some(({ run }) => run === state.run)) {
     const number = 1 + Math.max(0, ...list.map(({ name }) => Number(/^Run (\d+)$/.exec(name)?.[1] ?? 0)));
     const colour = ((before?.colour ?? -1) + 1) % theme().runs.length;
-    const of = setup ?? before?.setup ?? store.setup();
     const first = { run: state.run, name: `Run ${number}`, colour, isShown: true };
-    list.push({ ...first, setup: structuredClone(of), events: [], calls: state.calls, figures: [] });
+    list.push({ ...first, setup: structuredClone(setup), events: [], calls: state.calls, figures: [] });
     if (list.length > MOST) list.splice(0, list.length - MOST);
     if (before) complete(loop, before);
   }
@@ -110,46 +108,15 @@ async function complete(loop, kept) {
   }
 }
 
-/** The same stimuli at the same calls, with the settings of now. */
-export async function sameTest() {
-  const loop = store.loop;
-  const now = present();
-  if (!loop || !now) return;
-  const { events, calls } = await ask({ do: "events" });
-  const setup = store.setup();
-  for (const member of setup.members) {
-    const before = now.setup.members.find(({ name }) => name === member.name)?.values ?? {};
-    const settings = Object.entries(member.values).filter(([name]) => !isStimulus(loop, `${member.name}.${name}`));
-    const stimuli = Object.entries(before).filter(([name]) => isStimulus(loop, `${member.name}.${name}`));
-    member.values = Object.fromEntries([...settings, ...stimuli]);
-  }
-  await remake(loop, { setup, events: events.filter(({ variable }) => isStimulus(loop, variable)), calls });
-}
-
 /**
- * Whether a variable is what the loop is tested with: an input of the controller, or what disturbs the plant. All else is a setting.
+ * Whether a variable of the controller is what the loop is tested with. All else is a setting.
  *
  * @param {Work} loop
- * @param {string} name `TIC101.SP_INT`
+ * @param {string} name
  */
 function isStimulus(loop, name) {
-  const [member, variable] = split(name);
-  const description = member === loop.member ? loop.description : descriptionsOfMembers.get(fmuOf(loop, member));
-  const { role } = description?.variables.find((one) => one.name === variable) ?? {};
-  return role === "input";
+  return loop.settings[name]?.variable.is_stimulus === true;
 }
-
-/** @param {Work} loop @param {string} member */
-function fmuOf(loop, member) {
-  return loop.members.find(({ name }) => name === member)?.fmu ?? "";
-}
-
-/** What is known of the plants. @type {Map<string, import("./messages").Description>} */
-const descriptionsOfMembers = new Map();
-store.on("plant", async () => {
-  for (const { fmu } of store.loop?.members ?? [])
-    descriptionsOfMembers.set(fmu, await store.describe(fmu).catch(() => /** @type {any} */ (undefined)));
-});
 
 /** @param {() => Promise<unknown>} action */
 const tried = (action) => async () => {
@@ -161,20 +128,28 @@ const tried = (action) => async () => {
   }
 };
 
-/** The two buttons that make a run again. */
+/** The two buttons that make the present run again. */
 export function againButtons() {
   const test = {
-    onclick: tried(sameTest),
+    onclick: tried(() => store.repeat("same_test")),
     title: "The same setpoints, manual values and disturbances, with the settings of now",
   };
   const bits = {
-    onclick: tried(() => store.again()),
-    title: "The same record: the same start, the same settings, the same bits",
+    onclick: tried(() => store.repeat("same_bits")),
+    title: "The same record: the same start, the same settings, the same bits. Undo has the settings of now",
   };
   return [
     element("button", { type: "button", ...test }, "Same test"),
     element("button", { type: "button", ...bits }, "Same bits"),
   ];
+}
+
+/** Makes an earlier run again. @param {Kept} kept */
+function bitsButton({ run, name }) {
+  const onclick = tried(() => store.repeat("same_bits", run));
+  const button = element("button", { type: "button", class: "plain", onclick }, "Make again");
+  attributeOf(button, `Make ${name} again`);
+  return button;
 }
 
 /**
@@ -191,7 +166,7 @@ function settingsOf(loop, { setup, events, run, calls }) {
     const [member, name] = split(variable);
     if (member === loop.member) values[name] = value;
   }
-  const settings = Object.entries(loop.settings).filter(([name]) => !isStimulus(loop, `${loop.member}.${name}`));
+  const settings = Object.entries(loop.settings).filter(([name]) => !isStimulus(loop, name));
   return new Map(settings.map(([name, one]) => [name, isNow ? one.sent : (values[name] ?? one.start)]));
 }
 
@@ -244,6 +219,7 @@ function show() {
       element("td", {}, element("span", { class: "row" }, box, swatch(colour), name)),
       element("td", { class: "name" }, values.join(", ") || (isNow ? "now" : "")),
       cells,
+      element("td", {}, isNow || !loop.runs.includes(kept.run) ? null : bitsButton(kept)),
     );
   });
   fill(
@@ -260,7 +236,7 @@ function show() {
       element(
         "table",
         {},
-        tableHead(["Run", "Settings that differ", ...titles.values()], (at) => at > 1),
+        tableHead(["Run", "Settings that differ", ...titles.values(), ""], (at) => at > 1),
         element("tbody", {}, rows),
       ),
     ),

@@ -37,7 +37,7 @@ export function keep() {
     }, 300);
   };
   store.on("run", (begun) => {
-    setup = begun ?? setup;
+    setup = begun;
     events = [];
   });
   for (const what of ["settings", "plant", "run"]) {

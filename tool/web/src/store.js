@@ -10,7 +10,7 @@
  *   `loop.step` and `loop.exchange` how they are stepped, all as `start` takes them; change them with `store.connect(...)`.
  * - The controller's member is named as the loop, made plain: `loop.member`. Its variables in the engine are
  *   `variable(loop, "GAIN")` = `TIC101.GAIN`.
- * - A run: `store.begin()` starts (Setup from the loop), `store.calls(n)` makes calls, `store.again()` repeats, `store.now(values)`
+ * - A run: `store.begin()` starts (Setup from the loop), `store.calls(n)` makes calls, `store.repeat(...)` makes it again, `store.now(values)`
  *   sets live values at once (setpoint, MAN, disturbances), `store.ramp(...)`. Each resolves to the State and is `store.state`
  *   from then on. `store.isLive()` says whether the engine's present run is that of the shown loop. `loop.runs` are the
  *   numbers of its runs in the engine, the last one last.
@@ -28,7 +28,7 @@
  * | `settings` | values of the shown loop were edited, sent, undone; detail: the names |
  * | `checked` | the engine has checked the settings of the shown loop |
  * | `plant` | members, connections or settings of members are others |
- * | `run` | a run has begun; earlier ones are in `loop.runs`; detail: its Setup if it is a new one |
+ * | `run` | a run has begun; earlier ones are in `loop.runs`; detail: its Setup |
  * | `runs` | the list of runs is another, or others of them are drawn |
  * | `figures` | the figures of the present run; detail: they |
  * | `pause` | no more calls are to be made |
@@ -95,6 +95,7 @@
  * @typedef {object} Prediction
  * @property {string} title
  * @property {import("./messages").Predicted} curves
+ * @property {import("tool/overlay.js").Origin} origin where it begins
  */
 
 import { ask, EngineError, ServerLost } from "tool/engine.js";
@@ -451,19 +452,28 @@ export const store = {
     return state;
   },
 
-  /** Begins again with the same setup and the same events. */
-  async again() {
+  /**
+   * Makes a run again: the same record to the same bits, or the same test with the settings in force.
+   *
+   * @param {"same_bits" | "same_test"} what
+   * @param {number} [run] the present one without it
+   */
+  async repeat(what, run) {
     const loop = store.live;
     const before = Object.entries(loop?.settings ?? {}).map(([name, one]) => ({ name, one, before: one.value }));
-    const state = await ask({ do: "same_bits" });
+    const state = await ask(what === "same_bits" ? { do: what, run: run ?? null } : { do: what, run, values: {} });
     loop?.runs.push(state.run);
     await store.take(Promise.resolve(state));
     // What was sent after the last call is in force, and in no state yet.
-    const { events } = await ask({ do: "events" });
+    const { setup, events } = await ask({ do: "events" });
     for (const { call, variable: name, value } of events) {
       const [member, own] = split(name);
       const setting = member === loop?.member ? loop?.settings[own] : undefined;
       if (setting && call >= state.calls) setting.sent = setting.value = value;
+    }
+    if (loop && run !== undefined) {
+      const { members, connections, step, exchange } = setup;
+      Object.assign(loop, { members: members.slice(1), connections, step, exchange });
     }
     store.emit("settings", Object.keys(loop?.settings ?? {}));
     // The record has settings of its own: Undo takes them back.
@@ -471,8 +481,11 @@ export const store = {
     const moved = change.filter(
       ({ name, before, after }) => !same(loop?.settings[name].variable.kind ?? "", before, after),
     );
-    if (loop && moved.length > 0) loop.undo.push(moved);
-    store.emit("run");
+    if (loop && moved.length > 0) {
+      loop.undo.push(moved);
+      loop.redo = [];
+    }
+    store.emit("run", setup);
     store.emit("plant");
     return state;
   },

@@ -11,28 +11,19 @@
 
 import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
-import { attribute, element, fill, tableHead, text } from "tool/dom.js";
+import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
-import { units, unitText } from "tool/signals.js";
-import { canStep, stepTest } from "tool/steptest.js";
+import { rulesTable, settingsTable } from "tool/rules.js";
+import { units } from "tool/signals.js";
+import { userStep } from "tool/steptest.js";
 import { store, valuesOf } from "tool/store.js";
-import { read, rounded, shown } from "tool/values.js";
+import { read, rounded } from "tool/values.js";
 
 const METHODS = /** @type {[Method, string][]} */ ([
   ["least_squares", "least squares"],
   ["two_points", "two points, 28 % and 63 %"],
   ["tangent", "tangent"],
   ["area", "area"],
-]);
-const RULES = /** @type {[Rule, string][]} */ ([
-  ["simc", "SIMC"],
-  ["amigo", "AMIGO"],
-  ["chr_setpoint0", "Chien-Hrones-Reswick, setpoint, 0 %"],
-  ["chr_setpoint20", "Chien-Hrones-Reswick, setpoint, 20 %"],
-  ["chr_disturbance0", "Chien-Hrones-Reswick, disturbance, 0 %"],
-  ["chr_disturbance20", "Chien-Hrones-Reswick, disturbance, 20 %"],
-  ["ziegler_nichols_step", "Ziegler-Nichols, step answer"],
-  ["ziegler_nichols_ultimate", "Ziegler-Nichols, ultimate gain"],
 ]);
 const STRUCTURES = /** @type {[Structure, string][]} */ ([
   ["p", "P"],
@@ -48,7 +39,12 @@ const STRUCTURES = /** @type {[Structure, string][]} */ ([
  * @property {Rule} rule
  * @property {Structure} structure
  * @property {string} closedLoop lambda in seconds, or empty
+ * @property {number | null} pace the same from calm, 0, to fast, 1
+ * @property {string} from the process value before the step that is predicted, or empty
+ * @property {string} to the setpoint behind it, or empty
+ * @property {[number, number] | null} ultimate gain and period that a relay has found
  * @property {string} step the size of the step test
+ * @property {import("./messages").Tuning | null} applied what was last taken from here into the fields
  * @property {Model | undefined} heating
  * @property {Model | undefined} cooling
  */
@@ -74,8 +70,6 @@ let csvPlace;
 let identifiedPlace;
 /** @type {HTMLElement} */
 let resultPlace;
-/** @type {HTMLElement} */
-let rulesPlace;
 /** @type {HTMLElement} */
 let ratioPlace;
 /** @type {Map<string, HTMLInputElement>} */
@@ -105,7 +99,7 @@ function notes() {
   /** @type {Notes} */
   const fresh = {
     ...{ model: {}, isIntegrating: false, method: "least_squares", rule: "simc", structure: "pi", closedLoop: "" },
-    step: "10",
+    ...{ pace: null, from: "", to: "", ultimate: null, step: "10", applied: null },
     ...{ heating: undefined, cooling: undefined },
   };
   if (!loop) return fresh;
@@ -131,7 +125,6 @@ function show() {
   csvPlace = element("div", {});
   identifiedPlace = element("div", { "aria-live": "polite" });
   resultPlace = element("div", { "aria-live": "polite" });
-  rulesPlace = element("div", { class: "rules wide" });
   ratioPlace = element("div", {});
   fit = element("span", { class: "fit" });
   fill(body, identifyRow(), csvPlace, modelRow(), identifiedPlace, ruleRow(), resultPlace, ratioPlace);
@@ -146,7 +139,7 @@ function identifyRow() {
     kept.method = next;
     identifyAgain();
   });
-  const box = element("input", { type: "checkbox", checked: kept.isIntegrating });
+  const box = element("input", { type: "checkbox", id: "tune-integrating", checked: kept.isIntegrating });
   box.addEventListener("change", () => {
     kept.isIntegrating = box.checked;
     modelFields.get("time_constant")?.closest("label")?.toggleAttribute("hidden", box.checked);
@@ -158,7 +151,7 @@ function identifyRow() {
     "div",
     { class: "row" },
     element("span", { class: "what" }, "Plant"),
-    stepTestButton(),
+    ...testButtons(),
     element(
       "button",
       {
@@ -190,36 +183,86 @@ function choice(id, from, now, take) {
   return list;
 }
 
-/** The step test in one button, with the size of its step. */
-function stepTestButton() {
+/** The step test and the relay test, each in one button, with the size of the step. */
+function testButtons() {
   const kept = notes();
   const loop = store.loop;
-  if (!loop || !canStep(loop)) return null;
+  const { manual, manipulated_value: output } = loop?.description.roles ?? {};
+  if (!loop || !manual || !output) return [];
   const size = element("input", {
     ...{ class: "number", id: "step-size", value: kept.step, inputmode: "decimal", autocomplete: "off" },
     ...{ "aria-label": `Size of the step in ${unitOfManipulatedValue()}` },
   });
-  const test = async () => {
+  /** @param {(size: number) => Promise<void>} test @param {string} what */
+  const made = (test, what) => async () => {
     const got = read(size.value, { name: "the step", kind: "LREAL" });
     attribute(size, "aria-invalid", "why" in got ? "true" : undefined);
     if ("why" in got) return refuse(got.why);
     kept.step = size.value;
-    const tell = (/** @type {string} */ sentence) => fill(identifiedPlace, element("p", { role: "status" }, sentence));
+    fill(identifiedPlace, element("p", { role: "status" }, what));
+    store.emit("pause");
+    // What is being done is to be seen: the engine answers when it is done.
+    await new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)));
     try {
-      await stepTest(Number(got.value), kept.isIntegrating, tell);
-      if (store.loop === loop) await identify(false);
+      if (!store.isLive()) await store.begin();
+      await test(Number(got.value));
     } catch (error) {
+      if (store.isLive()) await store.take(ask({ do: "state" }));
       refuse(error instanceof Error ? error.message : String(error));
     }
+    // What was set in the run is kept over a reload.
+    store.emit("settings", []);
   };
+  const step = made(async (size) => {
+    const { method, isIntegrating } = kept;
+    const { state, identified } = await ask({ do: "step_test", size, method, is_integrating: isIntegrating });
+    await store.take(Promise.resolve(state));
+    isFromCsv = false;
+    if (store.loop === loop) takeModel(identified);
+  }, "Step test: in manual mode until the process value rests, one step, until it rests again.");
+  const relay = made(async (size) => {
+    const tested = await ask({ do: "relay_test", amplitude: Math.abs(size) });
+    await store.take(Promise.resolve(tested.state));
+    if (store.loop === loop) takeRelay(tested);
+  }, "Relay test: the manipulated value switches up and down until the process value swings evenly.");
   const title = "Manual at the present value, wait for rest, one step, wait for rest, identify";
-  return element(
-    "span",
-    { class: "control" },
-    element("button", { type: "button", class: "primary", id: "step-test", onclick: test, title }, "Step test"),
-    size,
-    element("span", { class: "faint" }, unitOfManipulatedValue()),
-  );
+  const aboutRelay = "Manual, and the manipulated value switches up and down by the size: the ultimate gain and period";
+  return [
+    element(
+      "span",
+      { class: "control" },
+      element("button", { type: "button", class: "primary", id: "step-test", onclick: step, title }, "Step test"),
+      size,
+      element("span", { class: "faint" }, unitOfManipulatedValue()),
+      element("button", { type: "button", id: "relay-test", onclick: relay, title: aboutRelay }, "Relay test"),
+    ),
+  ];
+}
+
+/**
+ * A relay tells the ultimate gain and period. If no step has told the plant, they stand for it.
+ *
+ * @param {import("./messages").RelayTested} tested
+ */
+function takeRelay({ ultimate, model: found, remarks, swing }) {
+  const kept = notes();
+  kept.ultimate = ultimate;
+  kept.rule = "ziegler_nichols_ultimate";
+  const of = model();
+  if (typeof of !== "object") {
+    isFromCsv = undefined;
+    writeModel(found);
+  }
+  const [gain, period] = ultimate.map((one) => rounded(one, "LREAL", 4));
+  const sentence = `Ultimate gain ${gain}, ultimate period ${period} s; the process value swings by ${rounded(swing, "LREAL", 3)} ${unitOfProcessValue()}.`;
+  const more =
+    typeof of === "object"
+      ? []
+      : ["A relay tells the plant at one frequency: the model is an integrator with dead time."];
+  endChart();
+  fill(identifiedPlace, remarksOf([sentence, ...more, ...remarks]));
+  showRatio();
+  tune();
 }
 
 /** From what the model was identified last: a CSV, or the run. @type {boolean | undefined} */
@@ -328,18 +371,8 @@ function refuse(why) {
 function takeModel(identified) {
   const loop = store.loop;
   if (!loop) return;
-  const kept = notes();
-  const { model } = identified;
-  kept.isIntegrating = model.is_integrating === true;
-  for (const [name, input] of modelFields) {
-    const value = /** @type {Record<string, any>} */ (model)[name] ?? 0;
-    // Four digits are more than a step tells; all are used.
-    kept.model[name] = String(value);
-    input.value = rounded(value, "LREAL", 4);
-    input.dataset.full = String(value);
-    input.dataset.rounded = input.value;
-    input.removeAttribute("aria-invalid");
-  }
+  notes().ultimate = null;
+  writeModel(identified.model);
   text(fit, `fit ${rounded(identified.fit, "LREAL", 3)} %`);
   const chart = element("div", {});
   const unit = unitOfProcessValue();
@@ -357,6 +390,25 @@ function takeModel(identified) {
   });
   showRatio();
   tune();
+}
+
+/** Writes a model into the fields. @param {Model} of */
+function writeModel(of) {
+  const kept = notes();
+  kept.isIntegrating = of.is_integrating === true;
+  const box = document.getElementById("tune-integrating");
+  if (box instanceof HTMLInputElement) box.checked = kept.isIntegrating;
+  modelFields.get("time_constant")?.closest("label")?.toggleAttribute("hidden", kept.isIntegrating);
+  showUnits();
+  for (const [name, input] of modelFields) {
+    const value = /** @type {Record<string, any>} */ (of)[name] ?? 0;
+    // Four digits are more than a step tells; all are used.
+    kept.model[name] = String(value);
+    input.value = rounded(value, "LREAL", 4);
+    input.dataset.full = String(value);
+    input.dataset.rounded = input.value;
+    input.removeAttribute("aria-invalid");
+  }
 }
 
 /** The loop's units, as soon as they are known. */
@@ -455,34 +507,33 @@ function model() {
   };
 }
 
+/** @type {HTMLInputElement} */
+let closedField;
+/** @type {{ from: HTMLInputElement, to: HTMLInputElement }} */
+let stepFields;
+let showClosed = () => {};
+
 function ruleRow() {
   const kept = notes();
-  const closed = element("input", {
-    class: "number",
-    size: 6,
-    value: kept.closedLoop,
-    placeholder: "L",
-    inputmode: "decimal",
-    autocomplete: "off",
-  });
+  /** @param {string} id @param {string} value */
+  const field = (id, value) =>
+    element("input", { ...{ class: "number", size: 6, id, value }, inputmode: "decimal", autocomplete: "off" });
+  const closed = field("tune-lambda", kept.closedLoop);
+  closedField = closed;
   const closedLabel = element(
     "label",
-    { title: "Lambda, the time constant of the closed loop that SIMC aims at: the dead time is fast, more is calm" },
+    { title: "Lambda, the time constant of the closed loop that the rule aims at: short is fast, long is calm" },
     "λ ",
     closed,
     element("span", { class: "faint" }, " s, closed loop"),
   );
   const slider = element("input", {
-    ...{ type: "range", id: "tune-speed", min: -CALMEST, max: CALMEST / 2, step: 0.1, value: 0 },
+    ...{ type: "range", id: "tune-speed", min: 0, max: 1, step: 0.02, value: kept.pace ?? 1 },
     "aria-label": "From calm to fast",
   });
   slider.addEventListener("input", () => {
-    const of = model();
-    if (typeof of !== "object") return;
-    const lag = of.is_integrating ? 10 * of.dead_time : of.time_constant;
-    const least = Math.max(of.dead_time, lag / 20) || 1;
-    kept.closedLoop = String(Number((least * 2 ** -Number(slider.value)).toPrecision(3)));
-    closed.value = kept.closedLoop;
+    kept.pace = Number(slider.value);
+    kept.closedLoop = closed.value = "";
     tune();
   });
   const speed = element(
@@ -494,17 +545,13 @@ function ruleRow() {
   );
   closed.addEventListener("input", () => {
     kept.closedLoop = closed.value.trim().replace(",", ".");
+    kept.pace = null;
     tune();
   });
   showClosed = () => {
-    for (const one of [closedLabel, speed]) one.toggleAttribute("hidden", kept.rule !== "simc");
+    for (const one of [closedLabel, speed]) one.toggleAttribute("hidden", !["simc", "lambda"].includes(kept.rule));
   };
   showClosed();
-  const rule = choice("tune-rule", RULES, kept.rule, (next) => {
-    kept.rule = next;
-    showClosed();
-    tune();
-  });
   const structures = STRUCTURES.map(([value, name]) => {
     const radio = element("input", { type: "radio", name: "tune-structure", value, checked: value === kept.structure });
     radio.addEventListener("change", () => {
@@ -513,23 +560,31 @@ function ruleRow() {
     });
     return element("label", {}, radio, ` ${name}`);
   });
+  stepFields = { from: field("tune-from", kept.from), to: field("tune-to", kept.to) };
+  for (const end of /** @type {("from" | "to")[]} */ (["from", "to"])) {
+    stepFields[end].addEventListener("input", () => {
+      kept[end] = stepFields[end].value.trim().replace(",", ".");
+      tune();
+    });
+  }
   return element(
     "div",
     { class: "row" },
-    element("span", { class: "what" }, "Rule"),
-    element("label", { class: "visually-hidden", for: "tune-rule" }, "Rule"),
-    rule,
+    element("span", { class: "what" }, "Rules"),
     element("span", { class: "row", role: "radiogroup", "aria-label": "Structure" }, structures),
     speed,
     closedLabel,
+    element(
+      "span",
+      { class: "control", title: "The setpoint step that is predicted; if nothing is typed, that of the run" },
+      element("label", {}, "Step from ", stepFields.from),
+      element("label", {}, " to ", stepFields.to),
+      element("span", { class: "faint" }, unitOfProcessValue()),
+    ),
   );
 }
 
-/** The slider reaches from 2^4 times the shortest sensible lambda to a quarter of it. */
-const CALMEST = 4;
-let showClosed = () => {};
-
-/** Asks for the settings of the rule, and shows them. */
+/** Asks for the settings of all rules, and shows them. */
 async function tune() {
   const loop = store.loop;
   if (!loop) return;
@@ -546,12 +601,19 @@ async function tune() {
     return;
   }
   try {
-    const answer = await tunedBy(kept.rule, of, loop);
+    const { step, origin } = await userStep(loop, kept);
+    const closed = Number(kept.closedLoop);
+    const rows = await ask({
+      ...{ do: "rules", model: of, rule: kept.rule, structure: kept.structure },
+      controller: { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) },
+      closed_loop: kept.closedLoop !== "" && closed > 0 ? closed : null,
+      ...{ pace: kept.pace, step, ultimate: kept.ultimate },
+    });
     if (mine !== asked || store.loop !== loop) return;
-    tuned = answer;
-    store.predict({ title: RULES.find(([rule]) => rule === kept.rule)?.[1] ?? "", curves: answer.predicted });
-    showTuned(answer);
-    await showRules(of, loop, mine);
+    const row = rows.find(({ rule }) => rule === kept.rule);
+    tuned = row?.tuned ?? undefined;
+    showRules(rows, row);
+    store.predict(tuned && { title: row?.name ?? "", curves: tuned.predicted, origin });
   } catch (error) {
     if (mine !== asked) return;
     tuned = undefined;
@@ -561,172 +623,66 @@ async function tune() {
 }
 
 /**
- * @param {Rule} rule
- * @param {Model} of
- * @param {import("tool/store.js").Work} loop
- */
-function tunedBy(rule, of, loop) {
-  const kept = notes();
-  const closed = Number(kept.closedLoop);
-  return ask({
-    ...{ do: "tune", model: of, rule, structure: kept.structure },
-    controller: { name: loop.member, fmu: loop.description.name, values: valuesOf(loop) },
-    closed_loop: rule === "simc" && kept.closedLoop !== "" && closed > 0 ? closed : null,
-    step: {},
-  });
-}
-
-/**
- * All rules side by side, each with what it leads to.
+ * All rules side by side, and the settings of the chosen one.
  *
- * @param {Model} of
- * @param {import("tool/store.js").Work} loop
- * @param {number} mine which question this answers
+ * @param {import("./messages").Row[]} rows
+ * @param {import("./messages").Row | undefined} chosen
  */
-async function showRules(of, loop, mine) {
-  const rows = [];
-  for (const [rule, title] of RULES) {
-    const answer = await tunedBy(rule, of, loop).catch((error) => String(error.message ?? error));
-    if (mine !== asked || store.loop !== loop) return;
-    rows.push(ruleTableRow(rule, title, answer, loop));
-  }
-  const { controller } = loop.description.roles;
-  const names = controller.slice(0, 3).map((name) => name.slice(name.lastIndexOf(".") + 1));
-  const titles = ["Rule", ...names, "Ms", "overshoot", "settles", "travel"];
-  fill(
-    rulesPlace,
-    element(
-      "table",
-      {},
-      tableHead(titles, (at) => at > 0),
-      element("tbody", {}, rows),
-    ),
-  );
-}
-
-/**
- * @param {Rule} rule
- * @param {string} title
- * @param {Tuned | string} answer
- * @param {import("tool/store.js").Work} loop
- */
-function ruleTableRow(rule, title, answer, loop) {
-  const kept = notes();
-  const take = () => {
-    kept.rule = rule;
-    const list = document.getElementById("tune-rule");
-    if (list instanceof HTMLSelectElement) list.value = rule;
-    showClosed();
-    tune();
-  };
-  const name = element(
-    "td",
-    {},
-    element(
-      "button",
-      { type: "button", class: "plain", "aria-pressed": String(rule === kept.rule), onclick: take },
-      title,
-    ),
-  );
-  if (typeof answer === "string") {
-    return element("tr", {}, name, element("td", { class: "faint", colspan: 7, title: answer }, answer));
-  }
-  const { predicted, sensitivity, values } = answer;
-  const moves = predicted.manipulated_value;
-  const travel = moves.reduce((sum, value, at) => sum + (at > 0 ? Math.abs(value - moves[at - 1]) : 0), 0);
-  const settings = loop.description.roles.controller.slice(0, 3).map((one) => {
-    const value = values[one];
-    return typeof value === "number" ? rounded(value, "LREAL", 3) : "";
-  });
-  const facts = [number(sensitivity), number(predicted.overshoot, " %"), number(predicted.settling, " s")];
-  const cells = [...settings, ...facts, number(travel, ` ${unitOfManipulatedValue()}`)];
-  return element(
-    "tr",
-    { class: rule === kept.rule && "is-now" },
-    name,
-    cells.map((cell) => element("td", { class: "number" }, cell)),
-  );
-}
-
-/** @param {Tuned} answer */
-function showTuned(answer) {
+function showRules(rows, chosen) {
   const loop = store.loop;
   if (!loop) return;
-  const rows = Object.entries(answer.values).map(([name, value]) => {
-    const setting = loop.settings[name];
-    const kind = setting?.variable.kind ?? "LREAL";
-    return element(
-      "tr",
-      {},
-      element("th", { scope: "row", class: "name" }, name),
-      element("td", { class: "number" }, setting ? shown(setting.value, kind) : ""),
-      element(
-        "td",
-        { class: "number strong", title: String(value) },
-        typeof value === "boolean" ? shown(value, kind) : rounded(value, kind, 5),
-      ),
-      element("td", { class: "faint" }, unitText(setting?.variable.unit)),
-    );
+  const kept = notes();
+  const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset.rule : undefined;
+  const table = rulesTable(loop, rows, kept.rule, unitOfManipulatedValue(), (rule) => {
+    kept.rule = rule;
+    showClosed();
+    tune();
   });
-  const { predicted } = answer;
-  const facts = /** @type {[string, string, string][]} */ ([
-    ["Ms", "The largest sensitivity: up to 1.6 is cautious, above 2 is sharp", number(answer.sensitivity)],
-    ["gain margin", "So much more gain the loop takes", number(answer.gain_margin)],
-    ["phase margin", "", number(answer.phase_margin, "°")],
-    ["overshoot", "Of the predicted setpoint step", number(predicted.overshoot, " %")],
-    ["settling", "Settling time of the predicted setpoint step, within 2 %", number(predicted.settling, " s")],
-    ["dead time used", "The model's, half a cycle, half a pulse period", number(answer.dead_time, " s")],
-  ]);
-  const isStable = answer.sensitivity !== null;
-  const apply = element(
-    "button",
-    { type: "button", class: "primary", onclick: () => applyTuned(answer), disabled: !isStable },
-    "Apply",
-  );
+  const answer = chosen?.tuned;
+  closedField.placeholder = answer?.closed_loop ? rounded(answer.closed_loop, "LREAL", 3) : "";
+  const { setpoint = [] } = answer?.predicted ?? {};
+  for (const [end, value] of /** @type {["from" | "to", number | undefined][]} */ ([
+    ["from", setpoint[0]],
+    ["to", setpoint.at(-1)],
+  ]))
+    stepFields[end].placeholder = value === undefined ? "" : rounded(value, "LREAL", 4);
   fill(
     resultPlace,
     element(
       "div",
       { class: "tuned" },
-      element(
-        "div",
-        {},
-        element(
-          "table",
-          {},
-          tableHead(["Setting", "now", "rule", "unit"], (at) => at === 1 || at === 2),
-          element("tbody", {}, rows),
-        ),
-        element(
-          "p",
-          { class: "row" },
-          apply,
-          isStable
-            ? element("span", { class: "faint" }, "into the fields; nothing is in force until you send it")
-            : element("span", { class: "error" }, "The loop would be unstable: take another rule or structure."),
-        ),
-      ),
-      element(
-        "dl",
-        { class: "figures" },
-        facts.map(([name, title, value]) =>
-          element("div", { title }, element("dt", {}, name), element("dd", {}, value)),
-        ),
-      ),
+      answer
+        ? settingsTable(loop, answer, () => applyTuned(answer))
+        : element("p", { class: "error" }, chosen?.refusal ?? "Choose a rule."),
+      element("div", { class: "rules wide" }, table),
     ),
-    rulesPlace,
-    remarksOf(answer.remarks),
+    answer ? remarksOf(answer.remarks) : null,
   );
+  const again = focused && resultPlace.querySelector(`[data-rule="${focused}"]`);
+  if (again instanceof HTMLElement) again.focus();
 }
 
 /** @param {Tuned} answer */
 function applyTuned(answer) {
-  store.edit(answer.values);
-  showTuned(answer);
+  const { values, closed_loop, sensitivity, gain_margin, phase_margin } = answer;
+  const of = model();
+  if (typeof of === "object")
+    notes().applied = { model: of, rule: notes().rule, values, closed_loop, sensitivity, gain_margin, phase_margin };
+  store.edit(values);
+  tune();
   const names = store.edited();
   store.say(
     names.length > 0 ? `${names.join(", ")} edited; send them to the block.` : "The block has these settings already.",
   );
+}
+
+/**
+ * Where the settings of the shown loop come from, for a report: once a rule was applied.
+ *
+ * @returns {import("./messages").Tuning | null}
+ */
+export function tuning() {
+  return store.loop ? notes().applied : null;
 }
 
 /** The ratio of heating and cooling, for blocks that have one. */
@@ -789,12 +745,4 @@ function remarksOf(remarks) {
     { class: "remarks" },
     remarks.map((remark) => element("li", {}, remark)),
   );
-}
-
-/**
- * @param {number | null} value
- * @param {string} [unit]
- */
-function number(value, unit = "") {
-  return value === null || value === undefined ? "–" : `${rounded(value, "LREAL", 4)}${unit}`;
 }

@@ -1,0 +1,121 @@
+/**
+ * The rules as a table, each with what it leads to, and the settings of the chosen one beside those of now.
+ *
+ * @typedef {import("./messages").Tuned} Tuned
+ * @typedef {import("tool/store.js").Work} Work
+ */
+
+import { element, tableHead } from "tool/dom.js";
+import { unitText } from "tool/signals.js";
+import { rounded, shown } from "tool/values.js";
+
+/**
+ * All rules side by side.
+ *
+ * @param {Work} loop
+ * @param {import("./messages").Row[]} rows
+ * @param {import("./messages").Rule} chosen
+ * @param {string} unit of the manipulated value
+ * @param {(rule: import("./messages").Rule) => void} choose
+ */
+export function rulesTable(loop, rows, chosen, unit, choose) {
+  const settings = loop.description.roles.controller.slice(0, 3);
+  const names = settings.map((name) => name.slice(name.lastIndexOf(".") + 1));
+  const body = rows.map(({ rule, name, tuned, refusal }) => {
+    const pressed = String(rule === chosen);
+    const of = { type: "button", class: "plain", "aria-pressed": pressed, "data-rule": rule };
+    const button = element("td", {}, element("button", { ...of, onclick: () => choose(rule) }, name));
+    if (!tuned) {
+      return element("tr", {}, button, element("td", { class: "faint", colspan: 7, title: refusal }, refusal ?? ""));
+    }
+    const { predicted, sensitivity, values } = tuned;
+    const cells = [
+      ...settings.map((one) => {
+        const value = values[one];
+        return typeof value === "number" ? rounded(value, "LREAL", 3) : "";
+      }),
+      ...[number(sensitivity), number(predicted.overshoot, " %"), number(predicted.settling, " s")],
+      number(predicted.travel, ` ${unit}`),
+    ];
+    return element(
+      "tr",
+      { class: rule === chosen && "is-now" },
+      button,
+      cells.map((cell) => element("td", { class: "number" }, cell)),
+    );
+  });
+  return element(
+    "table",
+    {},
+    tableHead(["Rule", ...names, "Ms", "overshoot", "settles", "travel"], (at) => at > 0),
+    element("tbody", {}, body),
+  );
+}
+
+/**
+ * What a rule sets, with the margins of the loop then.
+ *
+ * @param {Work} loop
+ * @param {Tuned} answer
+ * @param {() => void} apply
+ */
+export function settingsTable(loop, answer, apply) {
+  const rows = Object.entries(answer.values).map(([name, value]) => {
+    const setting = loop.settings[name];
+    const kind = setting?.variable.kind ?? "LREAL";
+    return element(
+      "tr",
+      {},
+      element("th", { scope: "row", class: "name" }, name),
+      element("td", { class: "number" }, setting ? shown(setting.value, kind) : ""),
+      element(
+        "td",
+        { class: "number strong", title: String(value) },
+        typeof value === "boolean" ? shown(value, kind) : rounded(value, kind, 5),
+      ),
+      element("td", { class: "faint" }, unitText(setting?.variable.unit)),
+    );
+  });
+  const { predicted } = answer;
+  const facts = /** @type {[string, string, string][]} */ ([
+    ["Ms", "The largest sensitivity: up to 1.6 is cautious, above 2 is sharp", number(answer.sensitivity)],
+    ["gain margin", "By this factor the gain may grow before the loop is unstable", number(answer.gain_margin)],
+    ["phase margin", "", number(answer.phase_margin, "°")],
+    ["overshoot", "Of the predicted setpoint step", number(predicted.overshoot, " %")],
+    ["settling", "Settling time of the predicted setpoint step, within 2 %", number(predicted.settling, " s")],
+    ["dead time used", "The model's, half a cycle, half a pulse period", number(answer.dead_time, " s")],
+  ]);
+  const isStable = answer.sensitivity !== null;
+  const button = { type: "button", class: "primary", onclick: apply, disabled: !isStable };
+  return element(
+    "div",
+    {},
+    element(
+      "table",
+      {},
+      tableHead(["Setting", "now", "rule", "unit"], (at) => at === 1 || at === 2),
+      element("tbody", {}, rows),
+    ),
+    element(
+      "p",
+      { class: "row" },
+      element("button", button, "Apply"),
+      isStable
+        ? element("span", { class: "faint" }, "into the fields; nothing is in force until you send it")
+        : element("span", { class: "error" }, "The loop would be unstable: take another rule or structure."),
+    ),
+    element(
+      "dl",
+      { class: "figures" },
+      facts.map(([name, title, value]) => element("div", { title }, element("dt", {}, name), element("dd", {}, value))),
+    ),
+  );
+}
+
+/**
+ * @param {number | null} value
+ * @param {string} [unit]
+ */
+function number(value, unit = "") {
+  return value === null || value === undefined ? "–" : `${rounded(value, "LREAL", 4)}${unit}`;
+}
