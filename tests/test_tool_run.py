@@ -57,6 +57,7 @@ def open_tool(browser):
         page.on("console", lambda message: messages.append(f"{message.type}: {message.text}"))
         page.on("pageerror", lambda error: messages.append(str(error)))
         page.goto(PAGE.as_uri())
+        page.locator("#new-block option").first.wait_for(state="attached")
         pages.append(page)
         return page
 
@@ -285,8 +286,8 @@ def test_the_same_test_has_the_stimuli_of_before_and_the_settings_of_now(tool, r
 
 
 def wait_for_runs(page, count):
-    """Waits until the list of runs has this many."""
-    runs = "async count => (await import('tool/store.js')).store.loop.notes.runs?.length === count"
+    """Waits until the list of runs has so many."""
+    runs = "async count => (await moduleOf('tool/store.js')).store.loop.notes.runs?.length === count"
     page.wait_for_function(runs, arg=count)
     page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
@@ -449,8 +450,8 @@ def test_a_step_gives_the_plant_and_a_rule_its_settings(tool):
     assert lag == pytest.approx(20, rel=0.03)
     assert dead_time == pytest.approx(2, abs=1)
     tune = tool.locator("#tune")
-    tune.get_by_label("Rule").select_option("amigo")
     tune.get_by_label("PI", exact=True).check()
+    tune.get_by_role("button", name="AMIGO").click()
     tune.locator(".tuned").wait_for()
     rows = settings_of_rule(tool)
     assert float(rows["GAIN"]) > 0 and rows["I_SEL"] == "true" and rows["D_SEL"] == "false"
@@ -627,7 +628,7 @@ def test_a_million_calls_do_not_grow_the_memory(tool):
     def memory():
         tool.evaluate("() => globalThis.gc?.()")
         metrics = {metric["name"]: metric["value"] for metric in session.send("Performance.getMetrics")["metrics"]}
-        engine = tool.evaluate("async () => (await import('tool/engine.js')).memory()")
+        engine = tool.evaluate("async () => (await moduleOf('tool/engine.js')).memory()")
         return engine, metrics["JSHeapUsedSize"]
 
     set_now(tool, "setpoint", 60)

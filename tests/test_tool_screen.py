@@ -94,19 +94,19 @@ def test_help_opens_on_the_first_page_too_and_esc_closes_it(open_tool):
 
 def test_numbers_of_an_axis_are_told_apart_and_there_is_always_a_time(open_tool):
     page = open_tool()
-    ask = "async ([name, splits, length]) => (await import('tool/charts.js'))[name](splits, length)"
+    ask = "async ([name, splits, length]) => (await moduleOf('tool/charts.js'))[name](splits, length)"
     assert page.evaluate(ask, ["ticks", [59.99, 59.9925, 59.995], None]) == ["59.9900", "59.9925", "59.9950"]
     assert page.evaluate(ask, ["ticks", [0, 50, 100], None]) == ["0", "50", "100"]
     assert page.evaluate(ask, ["ticks", [1e7, 1.00001e7], None]) == ["1.000000e+7", "1.000010e+7"]
     # 10 000 000 s are 115 days and 17:46:40.
     assert page.evaluate(ask, ["clock", 10_000_000, 10_000_000]) == "115 d 18 h"
-    steps = page.evaluate("async () => (await import('tool/charts.js')).TIME_STEPS")
+    steps = page.evaluate("async () => (await moduleOf('tool/charts.js')).TIME_STEPS")
     assert max(steps) >= 1e9
 
 
 def test_an_overview_is_a_band_from_the_lowest_to_the_highest(open_tool):
     page = open_tool()
-    draw = """async ([times, values, isExact]) => (await import('tool/outline.js'))
+    draw = """async ([times, values, isExact]) => (await moduleOf('tool/outline.js'))
         .outline(times, values, { isExact, isStepped: false }, one => one, one => 100 - one)"""
     band = page.evaluate(draw, [[0, 1, 2, 3], [10, 30, 25, 5], False])
     assert band["fill"] == "M0 70H2V90H0ZM2 75H3V95H2Z"
@@ -130,7 +130,7 @@ def test_a_thinned_picture_says_so_and_the_cursor_reads_a_range(tool):
 
 def axes(page):
     """The axes by their scale: label and whether they are at the left."""
-    return page.evaluate("""async () => (await import('tool/curves.js')).shownPicture().plot.axes.slice(1)
+    return page.evaluate("""async () => (await moduleOf('tool/curves.js')).shownPicture().plot.axes.slice(1)
         .map(axis => [axis.scale, typeof axis.label === 'function' ? axis.label() : axis.label])""")
 
 
@@ -183,16 +183,75 @@ def test_the_step_test_finds_the_plant_and_all_rules_are_told(tool):
     tool.locator("#tune .fit").get_by_text("fit").wait_for()
     values = [float(tool.locator(f"#model-{name}").input_value()) for name in ("gain", "time_constant", "dead_time")]
     assert values == pytest.approx([2, 20, 2], rel=0.02)
-    tool.wait_for_function("() => document.querySelectorAll('#tune .rules tbody tr').length === 8")
+    tool.wait_for_function("() => document.querySelectorAll('#tune .rules tbody tr').length === 9")
     rows = tool.locator("#tune .rules tbody tr").evaluate_all("rows => rows.map(row => row.innerText.split('\\t'))")
     simc = next(row for row in rows if row[0].strip() == "SIMC")
     # GAIN = T/(2 K L), TI = min(T, 8 L), with the dead time longer by half of CYCLE: L = 2.5 s.
     assert [float(cell) for cell in simc[1:3]] == pytest.approx([2, 20], rel=0.03)
     assert re.fullmatch(r"1\.\d+", simc[4].strip())
     # A longer lambda is calmer.
-    tool.locator("#tune-speed").fill("-2")
+    tool.locator("#tune-speed").fill("0.5")
     gain = "Number(document.querySelector('#tune .rules .is-now td:nth-child(2)')?.innerText)"
     tool.wait_for_function(f"() => {gain} > 0 && {gain} < 1.5")
+
+
+def test_a_step_test_does_not_run_into_a_limit(tool):
+    set_now(tool, "MAN", 95)
+    show_tab(tool, "Tune")
+    tool.locator("#step-test").click()
+    tool.locator("#tune .fit").get_by_text("fit").wait_for()
+    assert tool.locator("#field-MAN").input_value() == "85"
+    # What was done is in the run: in manual mode, and the step.
+    show_tab(tool, "Log")
+    assert "MAN 85" in tool.locator("#done").inner_text()
+
+
+def test_a_relay_gives_the_ultimate_gain_and_period_and_settings(tool):
+    show_tab(tool, "Tune")
+    tool.locator("#relay-test").click()
+    tool.locator("#tune .error").get_by_text("10 more or less are beyond its limits").wait_for()
+    set_now(tool, "MAN", 40)
+    tool.locator("#relay-test").click()
+    tool.get_by_text("Ultimate gain").wait_for()
+    told = re.search(r"Ultimate gain ([\d.]+), ultimate period ([\d.]+) s", tool.locator("#tune").inner_text())
+    gain, period = map(float, told.groups())
+    # GAIN = 0.45 Ku and TI = 0.83 Pu of Ziegler and Nichols.
+    settings = test_tool_run.settings_of_rule(tool)
+    assert float(settings["GAIN"]) == pytest.approx(0.45 * gain, rel=0.02)
+    assert float(settings["TI"]) == pytest.approx(period / 1.2, rel=0.02)
+    # For 2 / (20 s + 1) with L = 2.5 s: w tan(...) gives Pu = 9.4 s and Ku = 6.7; the samples of a second blur both.
+    assert 8 < period < 13 and 4 < gain < 8
+
+
+def test_the_prediction_is_of_the_step_that_was_made_and_lies_on_it(tool):
+    for name, value in (("GAIN", "2"), ("TI", "20")):
+        tool.locator(f"#field-{name}").fill(value)
+        tool.locator(f"#field-{name}").press("Enter")
+    set_now(tool, "MAN", 25)
+    run_calls(tool, 200)
+    set_now(tool, "setpoint", 60)
+    manual(tool).uncheck()
+    run_calls(tool, 100)
+    show_tab(tool, "Tune")
+    for name, value in (("gain", "2"), ("time_constant", "20"), ("dead_time", "2")):
+        tool.locator(f"#model-{name}").fill(value)
+    tool.get_by_role("button", name="Apply").first.wait_for()
+    # The same settings as those that ran: nothing is predicted but what was measured.
+    prediction, run = tool.evaluate("""async () => {
+        const { store } = await moduleOf("tool/store.js");
+        const { ask } = await moduleOf("tool/engine.js");
+        const { state } = store;
+        const loop = store.loop;
+        const { curves, origin } = store.prediction;
+        const view = { do: "view", variables: ["TIC101.PV"], from: origin.time, points: 4000 };
+        return [{ ...curves, ...origin }, await ask(view)];
+    }""")
+    assert (prediction["setpoint"][0], prediction["setpoint"][-1]) == pytest.approx((50, 60), abs=0.01)
+    assert prediction["time"] == run["times"][0] == 200
+    assert prediction["manipulated_value"][0] == pytest.approx(25, abs=0.01)
+    # Another step is what one types.
+    tool.locator("#tune-to").fill("40")
+    tool.wait_for_function("async () => (await moduleOf('tool/store.js')).store.prediction?.curves.setpoint.at(-1) === 40")
 
 
 def test_a_refused_identification_leaves_no_model(tool):
@@ -215,7 +274,7 @@ def test_a_link_makes_the_same_run_to_the_same_bits_elsewhere(tool, open_tool):
     tool.locator("#field-GAIN").press("Enter")
     run_calls(tool, 30)
     _, first = saved(tool, "CSV of everything")
-    link = tool.evaluate("async () => (await import('tool/link.js')).linkOfLoop()")
+    link = tool.evaluate("async () => (await moduleOf('tool/link.js')).linkOfLoop()")
     other = open_tool()
     other.evaluate("fragment => { location.hash = fragment; }", link.split("#")[1])
     other.wait_for_function("() => / 60 calls/.test(document.querySelector('#run .status').textContent)")
@@ -231,7 +290,7 @@ def test_what_is_sent_between_two_calls_stays(tool):
     for name, value in (("GAIN", "0.7"), ("TI", "120"), ("TD", "3")):
         tool.locator(f"#field-{name}").evaluate("(field, value) => { field.value = value; }", value)
         tool.locator(f"#field-{name}").dispatch_event("input")
-        send = "async name => (await import('tool/store.js')).store.send([name])"
+        send = "async name => (await moduleOf('tool/store.js')).store.send([name])"
         assert tool.evaluate(send, name) is True
     assert [tool.locator(f"#field-{name}").input_value() for name in ("GAIN", "TI", "TD")] == ["0.7", "120", "3"]
     run_calls(tool, 1)
@@ -252,5 +311,5 @@ def test_a_new_loop_says_what_comes_next(open_tool):
 
 def test_a_figure_without_a_unit_has_no_square_of_it(open_tool):
     page = open_tool()
-    shown = "async unit => (await import('tool/figures.js')).shownUnit(unit)"
+    shown = "async unit => (await moduleOf('tool/figures.js')).shownUnit(unit)"
     assert [page.evaluate(shown, unit) for unit in ("degC^2 s", "^2 s", "%", None)] == ["degC²·s", "s", "%", ""]

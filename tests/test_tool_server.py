@@ -216,7 +216,16 @@ def test_the_address_is_printed_and_leads_to_the_page(tool):
 def files(page):
     """The parameter files that the page opens at once."""
     (content,) = re.findall(r'<script type="text/plain" id="files">([^<]*)</script>', page)
-    return json.loads(gzip.decompress(base64.b64decode(content)))
+    return json.loads(gzip.decompress(of_base85(content)))
+
+
+def of_base85(text):
+    """The bytes of the page's base 85, whose digits are the characters from ! to } but for those of HTML and of texts."""
+    digits = [chr(code) for code in range(33, 126) if chr(code) not in "\"&'<>\\`|"]
+    whole = text + digits[-1] * (-len(text) % 5)
+    groups = [whole[at : at + 5] for at in range(0, len(whole), 5)]
+    numbers = [sum(digits.index(digit) * 85 ** (4 - place) for place, digit in enumerate(group)) for group in groups]
+    return b"".join((number % 2**32).to_bytes(4, "big") for number in numbers)[: len(whole) // 5 * 4 - (len(whole) - len(text))]
 
 
 def test_each_server_has_an_address_of_its_own(start):
@@ -437,7 +446,7 @@ def test_the_processes_of_a_closed_tab_end(start, faulty, open_page):
     other, page = (open_page(tool) for _ in range(2))
     for one in (other, page):
         setup = json.dumps({"do": "start", **with_faulty()})
-        one.evaluate(f"async () => {{ await (await import('tool/engine.js')).ask({setup}) }}")
+        one.evaluate(f"async () => {{ await (await moduleOf('tool/engine.js')).ask({setup}) }}")
     (first, second) = sorted(tool.children())
     page.close()
     with contextlib.suppress(psutil.NoSuchProcess):
@@ -676,7 +685,7 @@ def test_the_page_opens_what_the_command_line_names(start, open_page):
 
 def test_the_page_asks_before_an_fmu_that_is_dropped_runs(tool, open_page, faulty):
     page = open_page(tool)
-    names = "async () => (await (await import('tool/engine.js')).ask({ do: 'catalogue' })).fmus.map(({ name }) => name)"
+    names = "async () => (await (await moduleOf('tool/engine.js')).ask({ do: 'catalogue' })).fmus.map(({ name }) => name)"
     page.set_input_files("#open-files", faulty)
     page.get_by_text('It names tool "By hand", author "Somebody"').wait_for()
     assert "FAULTY" not in page.evaluate(names)

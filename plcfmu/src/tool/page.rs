@@ -1,7 +1,8 @@
 //! The page of the parameter tool as one HTML file, which loads nothing: `web/index.html` with everything that it names.
 //!
-//! Modules import each other as `tool/NAME.js`. Each becomes a data URL in an import map, so that the page needs no bundler and
-//! works from a file. A content security policy allows these scripts and no others.
+//! Modules import each other as `tool/NAME.js`. They are in the page as one packed text, each after those that it imports, and
+//! `web/boot.js` makes them URLs of the page, so that it needs no bundler and works from a file. A content security policy
+//! allows that script, and what it makes, and no others.
 
 use anyhow::{Context, Result, bail, ensure};
 use base64::Engine as _;
@@ -35,7 +36,7 @@ pub struct Content<'a> {
     /// Which engine it asks.
     pub home: Home,
     /// The content of the elements `<script type="text/plain" id="...">` by their id: `assets`, `engine` (WebAssembly). Packed by
-    /// gzip and written in Base64. An element that is not named stays empty.
+    /// gzip and written in base 85. An element that is not named stays empty.
     pub data: &'a [(&'a str, &'a [u8])],
 }
 
@@ -77,12 +78,16 @@ pub fn assemble(sources: &Sources, content: &Content) -> Result<String> {
     let html = source(sources, "index.html")?;
     let mut page = Page { html: html.clone(), scripts: Vec::new() };
     page.embed(r#"<link rel="stylesheet" href=""#, r#"">"#, |_, file| element(sources, "style", file))?;
-    page.embed(r#"<script src=""#, r#""></script>"#, |scripts, file| {
-        scripts.push(source(sources, file)?.clone());
-        element(sources, "script", file)
+    page.embed(r#"<script type="module" src=""#, r#""></script>"#, |scripts, file| {
+        let text = without_comments(source(sources, file)?);
+        ensure_inside("script", file, &text)?;
+        let element = format!("<script type=\"module\">{text}</script>");
+        scripts.push(text);
+        Ok(element)
     })?;
-    page.add_modules(sources)?;
-    for (id, bytes) in content.data {
+    ensure!(!page.scripts.is_empty(), "index.html has no script that begins");
+    let modules = serde_json::to_vec(&modules(sources)?)?;
+    for (id, bytes) in content.data.iter().chain([&("modules", &modules[..])]) {
         let empty = format!(r#"<script type="text/plain" id="{id}"></script>"#);
         let full = empty.replace("><", &format!(">{}<", packed(bytes)));
         page.replace(&empty, &full)?;
@@ -125,23 +130,6 @@ impl Page {
         Ok(())
     }
 
-    /// Puts the import map before the script that begins with a module.
-    fn add_modules(&mut self, sources: &Sources) -> Result<()> {
-        let modules = sources.iter().filter_map(|(path, text)| Some((path.strip_prefix("src/")?, text)));
-        let entries = modules.map(|(name, text)| {
-            // So that error messages name the module.
-            let text = format!("{}//# sourceURL=tool/{name}\n", without_comments(text));
-            format!(r#""tool/{name}":"data:text/javascript;charset=utf-8;base64,{}""#, STANDARD.encode(text))
-        });
-        let map = format!(r#"{{"imports":{{{}}}}}"#, entries.collect::<Vec<_>>().join(",\n"));
-        let begin = r#"<script type="module">"#;
-        let main = self.html.split_once(begin).and_then(|(_, rest)| Some(rest.split_once("</script>")?.0.to_string()));
-        self.scripts.push(main.context("index.html has no script that begins")?);
-        self.replace(begin, &format!("<script type=\"importmap\">{map}</script>\n{begin}"))?;
-        self.scripts.push(map);
-        Ok(())
-    }
-
     /// Replaces what the page has once.
     fn replace(&mut self, from: &str, to: &str) -> Result<()> {
         let count = self.html.matches(from).count();
@@ -155,13 +143,63 @@ fn source<'a>(sources: &'a Sources, file: &str) -> Result<&'a String> {
     sources.get(file).with_context(|| format!("there is no file {file} for the page"))
 }
 
-/// A style or script that is written in the page.
+/// A style that is written in the page.
 fn element(sources: &Sources, name: &str, file: &str) -> Result<String> {
     let text = source(sources, file)?;
+    ensure_inside(name, file, text)?;
+    Ok(format!("<{name}>{text}</{name}>"))
+}
+
+fn ensure_inside(name: &str, file: &str, text: &str) -> Result<()> {
     if text.to_ascii_lowercase().contains(&format!("</{name}")) || text.contains("<!--") {
         bail!("{file} contains </{name} or <!--, which ends an element of HTML");
     }
-    Ok(format!("<{name}>{text}</{name}>"))
+    Ok(())
+}
+
+/// Names and texts of all modules, each after those that it imports: what is of others, then the page's own, `tool/main.js` last.
+fn modules(sources: &Sources) -> Result<Vec<(String, String)>> {
+    let vendor = sources.iter().filter(|(path, _)| path.starts_with("vendor/") && path.ends_with(".js"));
+    // A script of a browser says what it gives by a global variable, which a module keeps to itself.
+    let global =
+        |path: &str| path.rsplit('/').next().and_then(|file| file.split('.').next()).unwrap_or_default().to_string();
+    let script = |(path, text): (&String, &String)| {
+        let name = global(path);
+        (path.clone(), format!("{text}\nglobalThis.{name} = {name};\n"))
+    };
+    let mut modules: Vec<_> = vendor.map(script).collect();
+    let first = modules.len();
+    let mut rest: Vec<(String, &String)> = sources
+        .iter()
+        .filter_map(|(path, text)| Some((format!("tool/{}", path.strip_prefix("src/")?), text)))
+        .collect();
+    while !rest.is_empty() {
+        let is_waiting = |text: &str| imports(text).any(|name| rest.iter().any(|(other, _)| other == name));
+        let (waiting, ready): (Vec<_>, Vec<_>) = rest.iter().cloned().partition(|(_, text)| is_waiting(text));
+        if ready.is_empty() {
+            let names: Vec<_> = waiting.iter().map(|(name, _)| name.as_str()).collect();
+            bail!("modules of the page import each other in a circle: {}", names.join(", "));
+        }
+        for (name, text) in ready {
+            if let Some(missing) = imports(text).find(|of| !modules.iter().any(|(name, _)| name == of)) {
+                bail!("{name} imports {missing}, which there is not");
+            }
+            // So that error messages name the module.
+            modules.push((name.clone(), format!("{}//# sourceURL={name}\n", without_comments(text))));
+        }
+        rest = waiting;
+    }
+    ensure!(modules.len() > first, "the page has no modules");
+    Ok(modules)
+}
+
+/// What a module imports, a line each as the formatter leaves them.
+fn imports(text: &str) -> impl Iterator<Item = &str> {
+    text.lines().filter_map(|line| {
+        let from = line.strip_prefix("import ").or_else(|| line.split_once(" from ").map(|(_, from)| from))?;
+        let quoted = from.rsplit_once(" from ").map_or(from, |(_, from)| from);
+        quoted.strip_prefix("\"tool/")?.strip_suffix("\";").map(|_| &quoted[1..quoted.len() - 2])
+    })
 }
 
 /// A module without the lines that are nothing but comments. Text between backquotes stays as it is.
@@ -193,22 +231,34 @@ fn licences(sources: &Sources) -> Result<String> {
     Ok(format!("<script type=\"text/plain\" id=\"licences\">\n{text}</script>\n"))
 }
 
-/// Packed by gzip, in Base64. The same bytes always give the same text.
+/// Packed by gzip, in base 85, which has a quarter more characters than there are bytes. The same bytes always give the same text.
 fn packed(bytes: &[u8]) -> String {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
-    encoder
-        .write_all(bytes)
-        .and_then(|()| encoder.finish())
-        .map_or_else(|_| String::new(), |gzip| STANDARD.encode(gzip))
+    encoder.write_all(bytes).and_then(|()| encoder.finish()).map_or_else(|_| String::new(), |gzip| base85(&gzip))
 }
 
-/// The content security policy: these scripts, modules of the import map, and WebAssembly; nothing from elsewhere.
+/// Five digits for four bytes, the highest first; of the last, incomplete group as many digits as it has bytes, and one. The digits
+/// are the characters from ! to } but for those that mean something in HTML or in a text of JavaScript.
+fn base85(bytes: &[u8]) -> String {
+    let digits: Vec<char> = ('!'..='}').filter(|digit| !"\"&'<>\\`|".contains(*digit)).collect();
+    let mut text = String::with_capacity(bytes.len() / 4 * 5 + 5);
+    for group in bytes.chunks(4) {
+        let mut whole = [0; 4];
+        whole[..group.len()].copy_from_slice(group);
+        let number = u32::from_be_bytes(whole);
+        let digit = |place: u32| digits[(number / 85_u32.pow(place) % 85) as usize];
+        text.extend((0..5).rev().map(digit).take(group.len() + 1));
+    }
+    text
+}
+
+/// The content security policy: these scripts, what they make, and WebAssembly; nothing from elsewhere.
 fn policy(scripts: &[String], home: Home) -> String {
     let hash = |script: &String| format!("'sha256-{}'", STANDARD.encode(Sha256::digest(script)));
     let hashes: Vec<String> = scripts.iter().map(hash).collect();
     let connect = if home == Home::Server { "'self'" } else { "'none'" };
     format!(
-        "default-src 'none'; script-src {} data: 'wasm-unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; \
+        "default-src 'none'; script-src {} blob: 'wasm-unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; \
          connect-src {connect}; base-uri 'none'; form-action 'none'",
         hashes.join(" ")
     )
@@ -221,15 +271,17 @@ mod tests {
     fn sources() -> Sources {
         let html = r#"<!DOCTYPE html><head><meta charset="utf-8"><meta name="plcfmu-home" content="page">
             <link rel="stylesheet" href="style.css"></head><body><script type="text/plain" id="assets"></script>
-            <script type="text/plain" id="engine"></script><script src="vendor/plot.js"></script>
-            <script type="module">import "tool/main.js";</script></body>"#;
+            <script type="text/plain" id="engine"></script><script type="text/plain" id="modules"></script>
+            <script type="module" src="boot.js"></script></body>"#;
         [
             ("index.html", html),
             ("style.css", "p { color: red }"),
             ("vendor/plot.js", "var plot = 1;"),
             ("vendor/LICENSE", "As is."),
-            ("src/main.js", "import \"tool/é.js\";"),
-            ("src/é.js", "export {};"),
+            ("boot.js", "begin();\n"),
+            ("src/main.js", "import \"tool/é.js\";\nimport {\n  b,\n} from \"tool/b.js\";\n"),
+            ("src/b.js", "import { a } from \"tool/é.js\";\nexport const b = a;\n"),
+            ("src/é.js", "export const a = 1;\n"),
         ]
         .map(|(path, text)| (path.to_string(), text.to_string()))
         .into()
@@ -242,24 +294,54 @@ mod tests {
     #[test]
     fn the_page_has_all_files_and_names_none() {
         let page = page(Home::Page, &[("assets", b"{}")]).unwrap();
-        assert!(page.contains("<style>p { color: red }</style>") && page.contains("<script>var plot = 1;</script>"));
+        assert!(page.contains("<style>p { color: red }</style>"));
+        assert!(
+            page.contains("<script type=\"module\">begin();\n</script>")
+                && page.contains(&format!("id=\"modules\">{}", base85(&[0x1f, 0x8b, 8, 0])))
+        );
         assert!(page.contains("As is.") && page.contains("Permission is hereby granted"));
         assert!(!page.contains(" src=") && !page.contains(" href="), "{page}");
-        assert!(page.contains(r#""tool/é.js":"data:text/javascript;charset=utf-8;base64,"#));
-        assert!(page.contains(r#"id="assets">H4sI"#) && page.contains(r#"id="engine"></script>"#));
+        assert!(
+            page.contains(&format!("id=\"assets\">{}", base85(&[0x1f, 0x8b, 8, 0])))
+                && page.contains(r#"id="engine"></script>"#)
+        );
     }
 
     #[test]
     fn the_policy_allows_what_is_written_in_the_page_and_nothing_else() {
         let page = page(Home::Page, &[]).unwrap();
         let policy = page.split("Content-Security-Policy\" content=\"").nth(1).unwrap().split('"').next().unwrap();
-        for script in ["var plot = 1;", "import \"tool/main.js\";"] {
-            assert!(policy.contains(&STANDARD.encode(Sha256::digest(script))), "{script}");
-        }
-        let map = page.split("importmap\">").nth(1).unwrap().split("</script>").next().unwrap();
-        assert!(policy.contains(&STANDARD.encode(Sha256::digest(map))));
+        assert!(policy.contains(&STANDARD.encode(Sha256::digest("begin();\n"))));
         assert!(policy.starts_with("default-src 'none'; ") && policy.contains("connect-src 'none'"));
-        assert_eq!(policy.matches("sha256-").count(), 3);
+        assert_eq!((policy.matches("sha256-").count(), policy.contains("data:; connect")), (1, false), "{policy}");
+    }
+
+    #[test]
+    fn each_module_comes_after_those_that_it_imports() {
+        let modules = modules(&sources()).unwrap();
+        let names: Vec<&str> = modules.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["vendor/plot.js", "tool/é.js", "tool/b.js", "tool/main.js"]);
+        assert_eq!(modules[0].1, "var plot = 1;\nglobalThis.plot = plot;\n");
+        assert!(modules[1].1.ends_with("const a = 1;\n//# sourceURL=tool/é.js\n"));
+        let refusal = |text: &str| {
+            let mut sources = sources();
+            sources.insert("src/é.js".into(), text.into());
+            super::modules(&sources).unwrap_err().to_string()
+        };
+        let circle = "modules of the page import each other in a circle: tool/b.js, tool/main.js, tool/é.js";
+        assert_eq!(refusal("import { b } from \"tool/b.js\";\n"), circle);
+        assert_eq!(refusal("import \"tool/c.js\";\n"), "tool/é.js imports tool/c.js, which there is not");
+    }
+
+    #[test]
+    fn four_bytes_are_five_digits_and_the_last_ones_as_many_as_they_need() {
+        // 2^32 - 1 = 82 85^4 + 23 85^3 + 54 85^2 + 12 85 + 0.
+        let digits: Vec<char> = ('!'..='}').filter(|digit| !"\"&'<>\\`|".contains(*digit)).collect();
+        assert_eq!(digits.len(), 85);
+        let text = |values: &[usize]| values.iter().map(|value| digits[*value]).collect::<String>();
+        assert_eq!(base85(&[0, 0, 0, 0, 0xff, 0xff, 0xff, 0xff]), text(&[0, 0, 0, 0, 0, 82, 23, 54, 12, 0]));
+        assert_eq!(base85(&[0, 0]), text(&[0, 0, 0]));
+        assert_eq!(base85(&[]), "");
     }
 
     #[test]
@@ -285,8 +367,8 @@ mod tests {
             assemble(&sources, &Content { home: Home::Page, data: &[] }).unwrap_err().to_string()
         };
         assert_eq!(refusal(&|of| drop(of.remove("style.css"))), "there is no file style.css for the page");
-        let ends = refusal(&|of| drop(of.insert("vendor/plot.js".into(), "'</SCRIPT>'".into())));
-        assert_eq!(ends, "vendor/plot.js contains </script or <!--, which ends an element of HTML");
+        let ends = refusal(&|of| drop(of.insert("boot.js".into(), "'</SCRIPT>'".into())));
+        assert_eq!(ends, "boot.js contains </script or <!--, which ends an element of HTML");
         let other = |html: &str| refusal(&|of| drop(of.insert("index.html".into(), html.into())));
         assert!(other("<body></body>").contains("index.html has no script that begins"));
     }

@@ -119,15 +119,13 @@ export function memory() {
 }
 
 /**
- * The content of an element that holds gzip in Base64.
+ * The unpacked content of an element.
  *
  * @param {string} id
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
-export async function unpacked(id) {
-  const bytes = fromBase64(packed(id));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
+export function unpacked(id) {
+  return /** @type {any} */ (globalThis).unpackedElement(id);
 }
 
 /**

@@ -69,8 +69,14 @@ export async function readAgain(file, block) {
   await openParameters(source, block);
 }
 
-/** The files themselves, as long as they may be read again. @type {WeakMap<import("./store.js").OpenFile, File>} */
+/** The files themselves. @type {WeakMap<import("./store.js").OpenFile, File>} */
 const sources = new WeakMap();
+
+/** The file that a loop comes from, as it was opened; none after a reload. @param {import("./store.js").Work} loop */
+export function sourceOf(loop) {
+  const opened = store.files.find(({ name }) => name === loop.file);
+  return opened && sources.get(opened);
+}
 
 /** @param {File} file */
 async function open(file) {
@@ -124,7 +130,7 @@ async function show(file, read) {
   const opened = { name: file.name, loops: read.loops, problems: read.problems, isRefused: read.is_refused };
   if (before >= 0) store.files.splice(before, 1, opened);
   else store.files.push(opened);
-  if (read.is_refused) sources.set(opened, file);
+  sources.set(opened, file);
   store.emit("files");
   if (read.loops.length === 1) await take(opened, 0);
   const count = read.loops.length;

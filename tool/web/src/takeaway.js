@@ -6,11 +6,13 @@
 
 import { shownNames } from "tool/curves.js";
 import { element, fill } from "tool/dom.js";
-import { ask, EngineError, fromBase64, whereIsTheEngine } from "tool/engine.js";
+import { ask, EngineError, fromBase64, toBase64, whereIsTheEngine } from "tool/engine.js";
+import { sourceOf } from "tool/files.js";
 import { linkOfLoop } from "tool/link.js";
 import { pngPicture, svgPicture } from "tool/picture.js";
 import { programOf } from "tool/program.js";
 import { asLoop, store } from "tool/store.js";
+import { tuning } from "tool/tune.js";
 import { rezipped, unzipped } from "tool/zip.js";
 
 const FORMATS = /** @type {[string, string][]} */ ([
@@ -32,7 +34,7 @@ export function mount(content) {
   body = element("div", {});
   remarks = element("ul", { class: "remarks", role: "status" });
   fill(content, body, remarks);
-  for (const what of ["loop", "loops", "run", "home"]) store.on(what, show);
+  for (const what of ["loop", "loops", "run", "home", "files"]) store.on(what, show);
   store.on("settings", showUnsent);
   show();
 }
@@ -105,6 +107,13 @@ function show() {
       origin: loop.file ?? loop.description.name,
       stimuli: false,
     });
+  const source = sourceOf(loop);
+  const whole = async () => {
+    if (!source) return;
+    const content = toBase64(new Uint8Array(await source.arrayBuffer()));
+    const loops = store.loops.filter(({ file }) => file === loop.file).map(asLoop);
+    await download({ what: "source", file: { file: source.name, content }, loops, stimuli: false });
+  };
   const csvOf = (/** @type {string[]} */ variables) => () => download({ what: "csv", variables });
   const noRun = isAlive ? undefined : "Run the loop first";
   const copy = async () => {
@@ -141,6 +150,14 @@ function show() {
             format,
             element("button", { type: "button", onclick: parameters }, "Save parameters"),
           ),
+          source &&
+            element(
+              "div",
+              { class: "row" },
+              element("span", { class: "what" }, "File"),
+              element("button", { type: "button", class: "primary", onclick: whole }, `Save ${source.name}`),
+              element("span", { class: "faint" }, "as it was opened, with the changed values and nothing else"),
+            ),
           preset(loop),
         ],
     element(
@@ -277,5 +294,6 @@ function report(loop) {
     origin: one.origin ?? null,
     file: null,
   }));
-  return download({ what: "report", of: asLoop(loop), before });
+  const date = `${new Date().toISOString().slice(0, 16).replace("T", " ")} UTC`;
+  return download({ what: "report", of: asLoop(loop), before, date, tuning: tuning() });
 }
