@@ -1,0 +1,73 @@
+"""The page of the parameter tool in Firefox: it opens from a file, runs, tunes and keeps what was done, with the same bits."""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+
+import pytest
+
+import tool
+from test_engine import in_the_page
+
+FOLDER = pathlib.Path(__file__).parent / "firefox"
+FIREFOX = next(filter(None, map(shutil.which, ("firefox-esr", "firefox"))), None)
+NODE, NPM = map(shutil.which, ("node", "npm"))
+
+pytestmark = [
+    tool.needs_page,
+    pytest.mark.skipif(FIREFOX is None, reason="no Firefox: on Debian 'apt install firefox-esr'"),
+    pytest.mark.skipif(NODE is None or NPM is None, reason="no node with npm: on Debian and Ubuntu 'apt install npm'"),
+]
+
+
+@pytest.fixture(scope="module")
+def seen(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("firefox")
+    for file in FOLDER.iterdir():
+        shutil.copy(file, folder)
+    install = [NPM, "install", "--ignore-scripts", "--no-audit", "--no-fund"]
+    done = subprocess.run(install, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert done.returncode == 0, done.stdout
+    # A profile of its own, whoever runs this.
+    home = folder / "home"
+    home.mkdir()
+    command = [NODE, "page.mjs", FIREFOX, tool.PAGE]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env={**os.environ, "HOME": str(home)})
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_the_first_page_has_its_examples_and_one_runs_when_it_is_clicked(seen):
+    assert seen["cards"] == 15 and seen["example"]["calls"] > 100
+    # Lines and axes of a picture of some 900 x 300 pixels.
+    assert seen["ink"] > 3000
+    assert seen["complaints"] == []
+
+
+def test_a_run_has_the_bits_that_the_engine_has_elsewhere(seen):
+    of = seen["example"]
+    asked = [{"do": "start", **of["setup"]}]
+    calls = 0
+    for event in of["events"]:
+        if event["call"] > calls:
+            asked.append({"do": "run", "calls": event["call"] - calls})
+            calls = event["call"]
+        asked.append({"do": "send", "values": {event["variable"]: event["value"]}})
+    variables = json.loads(in_the_page(tool.PAGE, asked)[0])["ok"]["values"]
+    asked.append({"do": "run", "calls": of["calls"] - calls})
+    asked.append({"do": "view", "variables": sorted(variables), "points": of["calls"]})
+    view = json.loads(in_the_page(tool.PAGE, asked)[-1])["ok"]
+    assert view["times"] == of["view"]["times"]
+    assert view["values"] == of["view"]["values"]
+
+
+def test_a_step_is_identified_and_its_settings_are_sent(seen):
+    assert float(re.search(r"fit ([\d.]+) %", seen["fit"])[1]) > 90
+    assert seen["before"]["edited"] == [] and seen["before"]["gain"] > 0
+
+
+def test_a_reload_keeps_settings_and_the_run(seen):
+    assert seen["after"] == seen["before"]
