@@ -180,7 +180,7 @@ fn run(page: &mut String, report: &Report, roles: &Roles) -> Result<()> {
 /// The plant's model, the rule and the margins.
 fn tuning(page: &mut String, of: &Tuning) -> Result<()> {
     let Model { gain, time_constant, second_time_constant, dead_time, is_integrating } = of.model;
-    let digits = |value: f64| format!("{:.4}", value).trim_end_matches('0').trim_end_matches('.').to_string();
+    let digits = |value: f64| format!("{value:.4}").trim_end_matches('0').trim_end_matches('.').to_string();
     let mut rows = vec![("K", digits(gain), if is_integrating { "1/s" } else { "" })];
     if !is_integrating {
         rows.push(("T", digits(time_constant), "s"));
