@@ -9,11 +9,7 @@ use crate::tool::page::{self, Content, Home};
 use crate::tool::server::{self, Server};
 use anyhow::{Context, Result, bail, ensure};
 use askama::filters::Escaper as _;
-use base64::Engine as _;
-use base64::prelude::BASE64_STANDARD;
 use draw::escape::Named;
-use flate2::Compression;
-use flate2::write::GzEncoder;
 use host::child::Starter;
 use host::package::temporary;
 use parameters::Format;
@@ -242,9 +238,7 @@ fn parameter_file(path: &Path) -> Result<File> {
 impl Start {
     /// The page with this in its head.
     fn put_into(&self, page: &str, secret: &str) -> Result<String> {
-        let mut packed = GzEncoder::new(Vec::new(), Compression::default());
-        packed.write_all(serde_json::to_string(&self.files)?.as_bytes())?;
-        let files = BASE64_STANDARD.encode(packed.finish()?);
+        let files = page::packed(&serde_json::to_vec(&self.files)?);
         let mut own = format!("<script type=\"text/plain\" id=\"files\">{files}</script>\n");
         let (open, plant) = (self.block.as_deref(), self.plant.as_deref());
         for (name, content) in [("plcfmu-open", open), ("plcfmu-plant", plant), ("plcfmu-secret", Some(secret))] {

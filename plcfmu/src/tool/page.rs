@@ -232,7 +232,7 @@ fn licences(sources: &Sources) -> Result<String> {
 }
 
 /// Packed by gzip, in base 85, which has a quarter more characters than there are bytes. The same bytes always give the same text.
-fn packed(bytes: &[u8]) -> String {
+pub fn packed(bytes: &[u8]) -> String {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
     encoder.write_all(bytes).and_then(|()| encoder.finish()).map_or_else(|_| String::new(), |gzip| base85(&gzip))
 }
