@@ -16,6 +16,7 @@ GUIDES = {
     "docs/tia.md": "From TIA Portal to an FMU",
     "docs/scl.md": "PLC programs in SCL",
     "docs/c_sources.md": "C sources",
+    "docs/prove.md": "Proof on your CPU",
     "docs/studies.md": "Studies",
     "docs/clusters.md": "Studies on clusters",
     "blocks/README.md": "A block of your own",

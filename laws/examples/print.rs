@@ -1,16 +1,25 @@
-//! Prints a law as C: `cargo run -p laws --example print CONT_C`; that of a block of your own with the files that have it:
-//! `cargo run -p laws --example print PUMP pump/src/lib.rs`.
+//! Prints a law as C: `cargo run -p laws --example print CONT_C`; as SCL with `tia` or `step7` behind the name; that of a block
+//! of your own with the files that have it: `cargo run -p laws --example print PUMP pump/src/lib.rs`.
 
 use laws::Sources;
+use scl::scl::Dialect;
 use std::env::args;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let name = args().nth(1).ok_or("which block?")?;
     let mut sources = Sources::of_blocks();
-    for file in args().skip(2) {
-        sources.add(&file, std::fs::read_to_string(&file)?);
+    let mut dialect = None;
+    for argument in args().skip(2) {
+        match argument.as_str() {
+            "tia" => dialect = Some(Dialect::Tia),
+            "step7" => dialect = Some(Dialect::Step7),
+            file => sources.add(file, std::fs::read_to_string(file)?),
+        }
     }
     let law = laws::read_whole(&sources, &name)?;
-    print!("{}", scl::c::print(&law.program)?);
+    match dialect {
+        Some(dialect) => print!("{}", law.scl(dialect)?),
+        None => print!("{}", scl::c::print(&law.program)?),
+    }
     Ok(())
 }

@@ -22,6 +22,7 @@ pub use check::{Check, NUMBERS};
 pub use source::{Error, Sources};
 
 use scl::program::Program;
+use scl::scl::Dialect;
 
 /// A law as a typed program.
 #[derive(Clone, Debug)]
@@ -41,6 +42,19 @@ pub struct Law {
     pub pulse: Option<usize>,
     /// Why it refuses settings, if [`read_whole`] has read a law that does.
     pub check: Option<Check>,
+}
+
+impl Law {
+    /// The law as the source of a function block with the block's name and interface.
+    ///
+    /// # Errors
+    /// What the dialect has no word for, by name.
+    pub fn scl(&self, dialect: Dialect) -> Result<String, String> {
+        let functions = &self.program.functions;
+        let method = |name: &str| functions.iter().position(|it| it.name == format!("{}.{name}", self.name));
+        let body = method("call").ok_or_else(|| format!("{} has no law that is called", self.name))?;
+        scl::scl::print(&self.program, &[body], dialect)
+    }
 }
 
 /// Reads the law of the block that has this name in its table.

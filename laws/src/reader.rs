@@ -8,7 +8,9 @@ use crate::source::{Error, Sources};
 use crate::table::{Doc, Table, short};
 use crate::value::{Ty, Var};
 use proc_macro2::Span;
-use scl::program::{self as typed, At, Base, Call, Expr, Place, Program, Scalar, Statement, Type, Value, What};
+use scl::program::{
+    self as typed, At, Base, Call, Declared, Expr, Kind, Place, Program, Scalar, Section, Statement, Type, Value, What,
+};
 use std::collections::BTreeMap;
 use syn::spanned::Spanned;
 use syn::{FnArg, Pat, ReturnType};
@@ -226,6 +228,18 @@ impl Reader<'_> {
         }
         let record = self.record(file, &table.name, members)?;
         self.program.docs.records.insert(record, short(&table.docs));
+        for number in 0..self.program.records[record].members.len() {
+            let is_mean = table.mean.is_some() && number == table.rows.len() + table.instances.len();
+            let row = table.rows.get(number);
+            let section = match row.map(|row| row.section.to_string()).as_deref() {
+                Some("output") => Section::Output,
+                Some("local") | None if !is_mean => Section::Static,
+                None => Section::Host,
+                Some(_) => Section::Input,
+            };
+            let of = row.and_then(|row| Kind::named(&row.kind.to_string().to_uppercase()));
+            self.program.docs.declared.insert((record, number), Declared { section, of });
+        }
         self.records.insert(ident.clone(), record);
         for (path, start, ty) in starts {
             let value = Body::constant(self, file, start, &ty)?;

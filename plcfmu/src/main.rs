@@ -7,8 +7,8 @@ use host::package::temporary;
 #[cfg(feature = "server")]
 use plcfmu::commands::tool;
 use plcfmu::commands::{
-    Differs, Unreadable, build, check, child, figures, gains, info, manual, merge, new, params, preset, run, ssp,
-    study, test, tune_study,
+    Differs, Unreadable, build, check, child, figures, gains, info, manual, merge, new, params, preset, prove, run,
+    ssp, study, test, tune_study,
 };
 use plcfmu::parameter_file::Wrong;
 use plcfmu::tell;
@@ -54,6 +54,7 @@ enum Command {
     Build(build::Options),
     Merge(merge::Options),
     Preset(preset::Options),
+    Prove(prove::Options),
     #[cfg(feature = "server")]
     Tool(tool::Options),
     /// Run foreign code for another process of plcfmu
@@ -88,6 +89,7 @@ fn main() -> ExitCode {
         Command::Build(options) => build::run(&options),
         Command::Merge(options) => merge::run(&options),
         Command::Preset(options) => preset::run(&options),
+        Command::Prove(options) => prove::run(&options),
         #[cfg(feature = "server")]
         Command::Tool(options) => tool::run(&options),
         Command::Child(options) => child::run(&options),

@@ -95,12 +95,23 @@ impl fmt::Display for Address {
 /// One sentence: the PLC cannot be reached, or why it refuses, and which setting to change.
 pub fn fetch(address: &Address, block: &Block, offset: usize) -> Result<Vec<u8>> {
     let (_, length) = layout::addresses(block);
-    let stream = connect(address).with_context(|| address.to_string())?;
-    let mut stream = Patient { stream, until: Instant::now() + PATIENCE };
-    let data = read(&mut stream, address, offset, length).with_context(|| address.to_string())?;
     let mut bytes = vec![0; offset];
-    bytes.extend(data);
+    bytes.extend(fetch_from(address, offset, length).with_context(|| address.to_string())?);
     Ok(bytes)
+}
+
+/// Reads the first bytes of the data block, at most 222 of every PLC.
+///
+/// # Errors
+/// As [`fetch`].
+pub fn fetch_bytes(address: &Address, length: usize) -> Result<Vec<u8>> {
+    fetch_from(address, 0, length)
+}
+
+fn fetch_from(address: &Address, offset: usize, length: usize) -> Result<Vec<u8>> {
+    let stream = connect(address)?;
+    let mut stream = Patient { stream, until: Instant::now() + PATIENCE };
+    read(&mut stream, address, offset, length)
 }
 
 fn connect(address: &Address) -> Result<TcpStream> {

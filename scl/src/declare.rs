@@ -344,6 +344,9 @@ impl Compiler<'_> {
         let lowered: Vec<_> = fields.iter().map(|field| (field.name.clone(), self.lowered(&field.of))).collect();
         let record =
             self.add_record(name, lowered, members.first().map_or(Span::default(), |member| member.names[0].span));
+        for (number, field) in fields.iter().enumerate() {
+            self.declare_member(record, number, program::Section::Static, &field.of);
+        }
         for (number, start) in starts.into_iter().enumerate() {
             if let Some(start) = start {
                 self.start_member(record, number, &fields[number].of.clone(), start, file, symbols);
@@ -360,6 +363,16 @@ impl Compiler<'_> {
         let Some(written) = &member.of else { return Type::Wrong };
         // `{InstructionName := 'TON_TIME'}` says the same as the type.
         self.type_of(written, file, symbols)
+    }
+
+    /// Notes how a member is declared.
+    pub fn declare_member(&mut self, record: usize, number: usize, section: program::Section, of: &Type) {
+        let of = match of {
+            Type::Array(array) => array.of.elementary(),
+            of => of.elementary(),
+        };
+        let of = of.and_then(|of| blocks::Kind::named(of.name()));
+        self.program.docs.declared.insert((record, number), program::Declared { section, of });
     }
 
     /// Adds a record, unless the memory would be too large.
@@ -491,6 +504,13 @@ impl Compiler<'_> {
         for (number, start) in starts.into_iter().enumerate() {
             if let Some((of, start)) = start {
                 self.start_member(record, number, &of, start, id.0, &known);
+            }
+        }
+        if is_block {
+            for member in &members {
+                if let Slot::Member(number) = member.slot {
+                    self.declare_member(record, number, section_of(member.section), &member.of);
+                }
             }
         }
         self.program.functions.push(Function {
@@ -663,6 +683,16 @@ impl Compiler<'_> {
 /// Whether an argument of this type is copied into the function.
 pub fn is_copied(of: &Type) -> bool {
     matches!(of, Type::Elementary(_) | Type::Text { .. } | Type::Wrong)
+}
+
+/// Who sets a member of this section and who reads it.
+pub fn section_of(section: SectionKind) -> program::Section {
+    match section {
+        SectionKind::Input => program::Section::Input,
+        SectionKind::Output => program::Section::Output,
+        SectionKind::InOut => program::Section::InOut,
+        _ => program::Section::Static,
+    }
 }
 
 fn is_setting(member: &Member) -> bool {

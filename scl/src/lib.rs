@@ -19,6 +19,8 @@ pub mod c;
 pub mod interface;
 pub mod machine;
 pub mod program;
+pub mod prove;
+pub mod scl;
 pub mod watch;
 
 pub use compile::{Compiled, Cpu, Options, Task, compile};

@@ -16,6 +16,9 @@ const TIMERS: [&str; 4] = ["TON", "TOF", "TP", "TONR"];
 const COUNTERS: [&str; 3] = ["CTU", "CTD", "CTUD"];
 const COUNTED: [&str; 8] = ["SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT"];
 
+/// The name of the library among the files of a program.
+pub const FILE: &str = "the library";
+
 /// Functions of texts, dates and bits, by their names in programs.
 pub const FUNCTIONS: [&str; 13] = [
     "LEN",
@@ -56,7 +59,7 @@ pub fn source() -> Source {
         }
         all.push('\n');
     }
-    Source::new("the library", all.into_bytes())
+    Source::new(FILE, all.into_bytes())
 }
 
 /// The constants that a block of the library uses.
@@ -215,6 +218,9 @@ impl Compiler<'_> {
             is_retained: false,
         });
         let members: Vec<Parameter> = members.collect();
+        for (number, member) in members.iter().enumerate() {
+            self.declare_member(record, number, crate::declare::section_of(member.section), &member.of);
+        }
         let symbols = members
             .iter()
             .map(|member| (member.key.clone(), Symbol::Variable(member.section, member.of.clone(), member.slot)));

@@ -13,6 +13,7 @@ mod print;
 mod value;
 pub(crate) mod walk;
 
+pub use blocks::Kind;
 pub(crate) use layout::extent;
 pub use layout::{align, scalar};
 pub use value::{Scalar, Value};
@@ -49,6 +50,32 @@ pub struct Docs {
     pub functions: BTreeMap<usize, String>,
     /// The functions of blocks that were not written in SCL: the budget does not count their statements.
     pub natives: BTreeSet<usize>,
+    /// How members are declared, by the numbers of record and member.
+    pub declared: BTreeMap<(usize, usize), Declared>,
+}
+
+/// How a source declares a member of a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Declared {
+    /// Who sets it and who reads it.
+    pub section: Section,
+    /// The elementary type, or that of its elements, if it tells more than [`Type`] does: TIME or WORD, for example.
+    pub of: Option<Kind>,
+}
+
+/// Who sets a member and who reads it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Section {
+    /// The caller sets it.
+    Input,
+    /// The caller reads it.
+    Output,
+    /// The caller sets and reads it.
+    InOut,
+    /// It belongs to the block.
+    Static,
+    /// A value for the host of an FMU, which the block of a PLC does not have.
+    Host,
 }
 
 /// A line of a source, for messages.

@@ -2,7 +2,7 @@
 
 use parameters::{Problems, Source};
 use scl::machine::{Code, Machine};
-use scl::program::{Program, Scalar, Value};
+use scl::program::{Body, Program, Scalar, Value, What};
 use scl::{Compiled, Cpu, Options, compile};
 use serde_json::Value as Json;
 use std::path::Path;
@@ -81,7 +81,59 @@ fn names(variable: &Json) -> Vec<String> {
 }
 
 fn check(case: &Json) -> Result<(), String> {
-    let compiled = compiled(case);
+    check_of(case, compiled(case))
+}
+
+/// The program printed as SCL and read again; `None` with what SCL has no text for.
+fn read_again(case: &Json) -> Result<Compiled, String> {
+    let first = compiled(case)?;
+    let root = first.root.as_ref().ok_or("no block to be run")?;
+    let Body::Code(cycle) = &first.program.functions[root.cycle].body else { return Err("no code".to_string()) };
+    let called = cycle.iter().find_map(|statement| match &statement.what {
+        What::Call(call) => Some(call.function),
+        _ => None,
+    });
+    let text = scl::scl::print(&first.program, &[called.ok_or("nothing is called")?], scl::scl::Dialect::Tia)?;
+    // Start values of structures inside are in a data block.
+    let data_block = format!("{}_DB", root.block);
+    let has_data_block = text.contains(&format!("DATA_BLOCK \"{data_block}\""));
+    let block = Some(if has_data_block { data_block } else { root.block.clone() });
+    let options = Options { cpu: Some(first.cpu), block, ..Options::default() };
+    let source = Source::new("case.scl", text.clone().into_bytes());
+    Ok(compile(&[source], &options).unwrap_or_else(|errors| panic!("{}: {}\n{text}", case["name"], errors[0])))
+}
+
+/// Checks what the programs of a file give when they are printed and read again; how many there are, and why others are not.
+fn check_printed(file: &str) -> (usize, Vec<String>) {
+    let (mut count, mut refused, mut failed) = (0, Vec::new(), Vec::new());
+    for case in cases(file).iter().filter(|case| !case["error"].is_object()) {
+        match read_again(case) {
+            Ok(again) => {
+                count += 1;
+                if let Err(error) = check_of(case, Ok(again)) {
+                    failed.push(format!("{}: {error}", case["name"]));
+                }
+            }
+            Err(error) => refused.push(format!("{}: {error}", case["name"])),
+        }
+    }
+    assert!(failed.is_empty(), "{} of {count}:\n{}", failed.len(), failed.join("\n"));
+    (count, refused)
+}
+
+#[test]
+fn printed_programs_give_the_same_bits_when_they_are_read_again() {
+    for example in ["example_tank.json", "example_furnace.json", "example_conveyor.json"] {
+        let (count, refused) = check_printed(example);
+        assert_eq!(count, 1, "{refused:?}");
+    }
+    for file in ["hand.json", "random.json"] {
+        let (count, refused) = check_printed(file);
+        assert!(count > refused.len(), "{file}: {count} printed, {}", refused.join("\n"));
+    }
+}
+
+fn check_of(case: &Json, compiled: Result<Compiled, String>) -> Result<(), String> {
     let error = &case["error"];
     let says = error["says"].as_str().unwrap_or_default();
     let line = || {

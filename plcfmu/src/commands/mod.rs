@@ -12,6 +12,7 @@ pub mod merge;
 pub mod new;
 pub mod params;
 pub mod preset;
+pub mod prove;
 pub mod run;
 pub mod ssp;
 pub mod study;

@@ -107,3 +107,82 @@ pub(crate) fn runs_statements(it: &Expr) -> bool {
     expr(it, &mut finds);
     finds.0
 }
+
+/// Changes all places of statements.
+pub(crate) fn change_places(list: &mut [Statement], change: &mut dyn FnMut(&mut Place)) {
+    for statement in list {
+        match &mut statement.what {
+            What::Assign(to, value) => {
+                change_place(to, change);
+                change_expr(value, change);
+            }
+            What::Copy(to, from) => {
+                change_place(to, change);
+                change_place(from, change);
+            }
+            What::Call(it) => change_call(it, change),
+            What::If(condition, then, otherwise) => {
+                change_expr(condition, change);
+                change_places(then, change);
+                change_places(otherwise, change);
+            }
+            What::Case(selector, arms, otherwise) => {
+                change_expr(selector, change);
+                arms.iter_mut().for_each(|arm| change_places(&mut arm.body, change));
+                change_places(otherwise, change);
+            }
+            What::While(condition, body) | What::Repeat(body, condition) => {
+                change_expr(condition, change);
+                change_places(body, change);
+            }
+            What::For(it) => {
+                change_place(&mut it.variable, change);
+                [&mut it.first, &mut it.last, &mut it.step].into_iter().for_each(|it| change_expr(it, change));
+                change_places(&mut it.body, change);
+            }
+            What::Break | What::Continue | What::Return | What::Label(_) | What::Goto(_) | What::Comment(_) => {}
+        }
+    }
+}
+
+fn change_call(it: &mut Call, change: &mut dyn FnMut(&mut Place)) {
+    it.instance.iter_mut().for_each(|it| change_place(it, change));
+    for argument in &mut it.arguments {
+        match argument {
+            Argument::Value(value) => change_expr(value, change),
+            Argument::Copy(from) | Argument::Reference(from) => change_place(from, change),
+            Argument::Start => {}
+        }
+    }
+    it.outputs.iter_mut().for_each(|(_, to)| change_place(to, change));
+}
+
+fn change_place(it: &mut Place, change: &mut dyn FnMut(&mut Place)) {
+    change(it);
+    for step in &mut it.steps {
+        if let Step::Index(indices, _) = step {
+            indices.iter_mut().for_each(|index| change_expr(index, change));
+        }
+    }
+}
+
+fn change_expr(it: &mut Expr, change: &mut dyn FnMut(&mut Place)) {
+    match it {
+        Expr::Const(_) | Expr::Bound { .. } | Expr::Now => {}
+        Expr::Load(_, from) => change_place(from, change),
+        Expr::Unary(_, _, a) | Expr::Convert(_, _, _, a, _) => change_expr(a, change),
+        Expr::Binary(_, _, a, b, _) => {
+            change_expr(a, change);
+            change_expr(b, change);
+        }
+        Expr::Select(_, parts) | Expr::Limit(_, parts) => parts.iter_mut().for_each(|part| change_expr(part, change)),
+        Expr::Texts(_, a, b) | Expr::Same(a, b) => {
+            change_place(a, change);
+            change_place(b, change);
+        }
+        Expr::After(before, value) => {
+            change_places(before, change);
+            change_expr(value, change);
+        }
+    }
+}

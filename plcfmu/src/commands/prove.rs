@@ -1,0 +1,146 @@
+//! `plcfmu prove`: a source that compares a PLC's own block with the law of ours, and what it found.
+
+use super::{Differs, Unreadable, print};
+use crate::parameter_file::is_plc;
+use crate::tell;
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use host::package::temporary;
+use scl::prove::{self, MOST_CALLS, Names, Outcome, RESULT_BYTES, State, Tape};
+use scl::scl::Dialect;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Write a source that compares a PLC's own block with this one, call by call, and read what it found
+///
+/// The source has a tape of inputs with the bits that each output must have, and a function block that makes one call in each
+/// cycle of the PLC, or of PLCSIM, and stops at the first difference. --read says what it found.
+#[derive(clap::Args, Clone, Debug)]
+#[command(
+    override_usage = "plcfmu prove BLOCK --out FILE.scl [--calls N] [--seed N] [--dialect tia|step7] [--block NAME] [--number N]\n       \
+                      plcfmu prove --read FILE.bin|s7://HOST/RACK/SLOT/DBn"
+)]
+pub struct Options {
+    /// The block whose law is the expected one
+    #[arg(value_name = "BLOCK", required_unless_present = "read", conflicts_with = "read", value_parser = block())]
+    name: Option<String>,
+    /// The source to write
+    #[arg(short, long, value_name = "FILE.scl", required_unless_present = "read", conflicts_with = "read")]
+    out: Option<PathBuf>,
+    /// The calls on the tape, each of which takes a cycle of the PLC
+    #[arg(long, value_name = "N", default_value_t = 5000, value_parser = clap::value_parser!(u32).range(1..=MOST_CALLS as i64))]
+    calls: u32,
+    /// Another number makes another tape
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u32,
+    /// The compiler that reads the source: TIA Portal, or STEP 7 V5 with S7-SCL
+    #[arg(long, value_enum, default_value_t = Compiler::Tia)]
+    dialect: Compiler,
+    /// The PLC's own block, if it is not the one of the vendor's library: FB200, or its name
+    #[arg(long, value_name = "NAME")]
+    block: Option<String>,
+    /// STEP 7: the number of the function block and of the first data block of the source
+    #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u16).range(1..=16000))]
+    number: u16,
+    /// Say what was found: the result's data block as bytes, or its address in the PLC, which is only read
+    #[arg(long, value_name = "FILE.bin|s7://...")]
+    read: Option<String>,
+}
+
+/// The compiler that reads the source.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Compiler {
+    /// TIA Portal
+    Tia,
+    /// STEP 7 V5 with S7-SCL
+    Step7,
+}
+
+fn block() -> clap::builder::PossibleValuesParser {
+    clap::builder::PossibleValuesParser::new(prove::blocks())
+}
+
+/// Writes a source, or says what a PLC found.
+///
+/// # Errors
+/// What cannot be written or read; [`Differs`] if the PLC found a difference.
+pub fn run(options: &Options) -> Result<()> {
+    match &options.read {
+        Some(from) => read(from),
+        None => write(options),
+    }
+}
+
+fn write(options: &Options) -> Result<()> {
+    let (Some(name), Some(out)) = (&options.name, &options.out) else { bail!("BLOCK and --out are missing") };
+    let dialect = match options.dialect {
+        Compiler::Tia => Dialect::Tia,
+        Compiler::Step7 => Dialect::Step7,
+    };
+    let tape = Tape::of(name, options.calls as usize, options.seed);
+    let tape = tape.with_context(|| format!("there is no block {name}"))?;
+    let own = options.block.clone().map(|block| Names { block, first: options.number });
+    let names = own.or_else(|| Names::of(&tape, dialect).map(|names| Names { first: options.number, ..names }));
+    let names = names.with_context(|| {
+        format!("the libraries of STEP 7 have no {name}: name the function block of your project with --block FB200")
+    })?;
+    let source = prove::print(&tape, &names, dialect);
+    temporary::place(out, |file| Ok(file.write_all(source.as_bytes())?), |_| Ok(()))?;
+    let (bytes, blocks) = tape.size(dialect);
+    let kilobytes = |bytes: usize| format!("{} KB", bytes.div_ceil(1024));
+    let seconds = tape.calls as f64 / 100.0;
+    let mut text = format!("{}: {} calls of {}, {}\n", out.display(), tape.calls, names.block, kilobytes(source.len()));
+    text += &format!(
+        "tape     {} of load memory and as much work memory, in {blocks} data blocks of at most {}\n",
+        kilobytes(bytes),
+        kilobytes(bytes.min(prove::largest(dialect)))
+    );
+    text += &format!("cycles   {}: {seconds} s at a cycle time of 10 ms\n", tape.calls);
+    text += &format!("call     {} once in each cycle\n", prove::call(&tape, &names, dialect));
+    text += &format!("result   {}\n", prove::result(&tape, &names, dialect));
+    print(&text)
+}
+
+fn read(from: &str) -> Result<()> {
+    let bytes = result(from).map_err(|error| Unreadable(error.context(from.to_string())))?;
+    let outcome = Outcome::read(&bytes).map_err(|error| Unreadable(anyhow!("{from}: {error}")))?;
+    let tape = outcome.tape();
+    if tape.is_none() {
+        tell::remark(&format!(
+            "this version of plcfmu makes another tape of {} calls with the seed {}: names and inputs are not known here",
+            outcome.calls, outcome.seed
+        ));
+    }
+    let mut text = format!("{}\n", outcome.text(tape.as_ref()));
+    if let (State::Differs { .. }, Some(tape)) = (outcome.state, &tape) {
+        text += "inputs of this call:\n";
+        for (name, value) in tape.inputs_of(outcome.done as usize) {
+            text += &format!("  {name} {value}\n");
+        }
+    }
+    print(&text)?;
+    match outcome.state {
+        State::Complete => Ok(()),
+        State::Differs { .. } => Err(Differs.into()),
+        State::Running => bail!("the PLC has not made all calls yet: read it again later"),
+    }
+}
+
+/// The bytes of the result.
+fn result(from: &str) -> Result<Vec<u8>> {
+    if is_plc(from) {
+        return of_plc(from);
+    }
+    let bytes = std::fs::read(Path::new(from))?;
+    ensure!(!bytes.is_empty(), "it is empty");
+    Ok(bytes)
+}
+
+#[cfg(feature = "s7")]
+fn of_plc(from: &str) -> Result<Vec<u8>> {
+    crate::plc::fetch_bytes(&from.parse()?, RESULT_BYTES)
+}
+
+#[cfg(not(feature = "s7"))]
+fn of_plc(_: &str) -> Result<Vec<u8>> {
+    bail!("this plcfmu cannot read a PLC: it was built without the feature s7; it would read {RESULT_BYTES} bytes")
+}

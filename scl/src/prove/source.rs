@@ -1,0 +1,311 @@
+//! The source for the PLC.
+
+use super::outcome;
+use super::tape::{Entry, Tape};
+use crate::scl::Dialect;
+use blocks::{Kind, Row};
+use std::fmt::Write;
+
+/// What the PLC's own block and ours are called.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Names {
+    /// The type of the PLC's own block, such as `FB41` or a name.
+    pub block: String,
+    /// STEP 7: the number of the function block and of the first data block.
+    pub first: u16,
+}
+
+impl Names {
+    /// The name that the PLC's libraries have for the block: in TIA Portal its own, in STEP 7 the number of its function block,
+    /// if there is one.
+    pub fn of(tape: &Tape, dialect: Dialect) -> Option<Names> {
+        let number = tape.table.aliases.iter().find(|alias| alias.starts_with("FB"));
+        let block = match dialect {
+            Dialect::Tia => tape.table.name.to_string(),
+            Dialect::Step7 => number?.replace(' ', ""),
+        };
+        Some(Names { block, first: 400 })
+    }
+}
+
+/// The entries in one data block: STEP 7's oldest CPUs have 16 KB for each.
+const fn part(dialect: Dialect) -> usize {
+    match dialect {
+        Dialect::Tia => 8192,
+        Dialect::Step7 => 2048,
+    }
+}
+
+struct Source<'a> {
+    tape: &'a Tape,
+    names: &'a Names,
+    dialect: Dialect,
+    text: String,
+}
+
+/// The source for the PLC: the tape, the result, and the function block with its data block, which a cyclic organization block
+/// must call.
+pub fn print(tape: &Tape, names: &Names, dialect: Dialect) -> String {
+    let mut source = Source { tape, names, dialect, text: String::new() };
+    source.head();
+    source.result();
+    for (number, entries) in tape.entries.chunks(part(dialect)).enumerate() {
+        source.part(number, entries);
+    }
+    source.block();
+    source.text
+}
+
+/// The bytes of an entry in the PLC.
+const ENTRY: usize = 5;
+
+/// The bytes of the largest data block of a tape.
+pub const fn largest(dialect: Dialect) -> usize {
+    ENTRY * part(dialect)
+}
+
+/// The call of the function block, as a statement.
+pub fn call(tape: &Tape, names: &Names, dialect: Dialect) -> String {
+    let source = Source { tape, names, dialect, text: String::new() };
+    match dialect {
+        Dialect::Tia => format!("{}();", source.name(1)),
+        Dialect::Step7 => format!("{}.{}();", source.name(0), source.name(1)),
+    }
+}
+
+/// The name of the result's data block.
+pub fn result(tape: &Tape, names: &Names, dialect: Dialect) -> String {
+    Source { tape, names, dialect, text: String::new() }.name(2)
+}
+
+/// The bytes of the tape in the PLC's memory, and the data blocks that it takes.
+fn size(tape: &Tape, dialect: Dialect) -> (usize, usize) {
+    (ENTRY * tape.entries.len(), tape.entries.len().div_ceil(part(dialect)))
+}
+
+impl Tape {
+    /// The bytes of the tape in the PLC's load memory and again in its work memory, and the data blocks that it takes.
+    pub fn size(&self, dialect: Dialect) -> (usize, usize) {
+        size(self, dialect)
+    }
+}
+
+impl Source<'_> {
+    fn line(&mut self, text: &str) {
+        self.text.push_str(text);
+        self.text.push('\n');
+    }
+
+    /// A variable of the function block.
+    fn own(&self, name: &str) -> String {
+        if self.dialect == Dialect::Tia { format!("#{name}") } else { name.to_string() }
+    }
+
+    /// The name of the function block (0), its data block (1), the result (2) and the parts of the tape (from 3).
+    fn name(&self, of: usize) -> String {
+        let block = self.tape.table.name;
+        match (self.dialect, of) {
+            (Dialect::Step7, 0) => format!("FB{}", self.names.first),
+            (Dialect::Step7, of) => format!("DB{}", usize::from(self.names.first) + of - 1),
+            (Dialect::Tia, 0) => format!("\"PROVE_{block}\""),
+            (Dialect::Tia, 1) => format!("\"PROVE_{block}_DB\""),
+            (Dialect::Tia, 2) => format!("\"PROVE_{block}_RESULT\""),
+            (Dialect::Tia, of) => format!("\"PROVE_{block}_TAPE_{}\"", of - 2),
+        }
+    }
+
+    fn attributes(&mut self, is_optimized: bool) {
+        if self.dialect == Dialect::Tia {
+            let optimized = if is_optimized { "TRUE" } else { "FALSE" };
+            self.line(&format!("{{ S7_Optimized_Access := '{optimized}' }}\nVERSION : 0.1"));
+        } else {
+            self.line("VERSION : '0.1'");
+        }
+    }
+
+    fn head(&mut self) {
+        let Tape { table, calls, seed, entries, .. } = self.tape;
+        let (bytes, parts) = size(self.tape, self.dialect);
+        self.line(&format!(
+            "// Compares {} of this PLC with the law of {}: {calls} calls, seed {seed}.",
+            self.names.block, table.name
+        ));
+        self.line("//");
+        let call = call(self.tape, self.names, self.dialect);
+        self.line(&format!(
+            "// Load all blocks of this source, and call the function block once in each cycle: {call}"
+        ));
+        self.line(&format!(
+            "// It makes a call in each cycle and stops after {calls} of them, or at the first difference."
+        ));
+        self.line(&format!("// Then {} says what was found; plcfmu prove --read reads it.", self.name(2)));
+        self.line("// To run it again, load its data blocks again, with their start values.");
+        self.line(&format!("// The tape has {} changes: {bytes} bytes in {parts} data blocks.", entries.len()));
+    }
+
+    fn result(&mut self) {
+        self.line(&format!("\nDATA_BLOCK {}", self.name(2)));
+        self.attributes(false);
+        self.line("    STRUCT");
+        for field in outcome::FIELDS {
+            self.line(&format!("        {:12} : {};  // {}", field.name, field.ty, field.docs));
+        }
+        self.line("    END_STRUCT;\nBEGIN");
+        for (name, value) in outcome::starts(self.tape) {
+            self.line(&format!("    {name} := {value};"));
+        }
+        self.line("END_DATA_BLOCK");
+    }
+
+    fn part(&mut self, number: usize, entries: &[Entry]) {
+        self.line(&format!("\nDATA_BLOCK {}", self.name(3 + number)));
+        self.attributes(true);
+        self.line("    STRUCT");
+        self.line(&format!("        value : ARRAY[0..{}] OF DWORD;", entries.len() - 1));
+        self.line(&format!("        what : ARRAY[0..{}] OF BYTE;", entries.len() - 1));
+        self.line("    END_STRUCT;\nBEGIN");
+        for (index, entry) in entries.iter().enumerate() {
+            let what = entry.what | if entry.is_last { 0x80 } else { 0 };
+            if entry.bits != 0 {
+                let _ = write!(self.text, "    value[{index}] := DW#16#{:X};", entry.bits);
+            }
+            let _ = writeln!(self.text, "    what[{index}] := B#16#{what:X};");
+        }
+        self.line("END_DATA_BLOCK");
+    }
+
+    /// Whether a row belongs to the block itself: what is inside of it is written in place.
+    fn is_own(row: &Row) -> bool {
+        row.path[0].is_empty()
+    }
+
+    fn block(&mut self) {
+        let tape = self.tape;
+        let rows = tape.table.rows;
+        let outputs = tape.outputs.len();
+        self.line(&format!("\nFUNCTION_BLOCK {}", self.name(0)));
+        self.attributes(true);
+        self.line("VAR");
+        let attribute = match self.dialect {
+            Dialect::Tia if self.names.block == tape.table.name && !tape.table.aliases.is_empty() => {
+                format!(" {{InstructionName := '{}'; LibVersion := '1.1'}}", self.names.block)
+            }
+            _ => String::new(),
+        };
+        let block = match self.dialect {
+            Dialect::Tia if attribute.is_empty() => format!("\"{}\"", self.names.block),
+            _ => self.names.block.clone(),
+        };
+        self.line(&format!("    tested{attribute} : {block};  // the PLC's own block"));
+        self.line("    given : STRUCT  // its inputs");
+        for row in tape.inputs.iter().map(|row| &rows[*row]).filter(|row| Self::is_own(row)) {
+            let start = crate::program::Value::of_plc(row.start);
+            let of = crate::types::Elementary::named(row.kind.name());
+            let of = of.unwrap_or(crate::types::Elementary::DWord);
+            let start = crate::scl::literal(start, of, true, self.dialect).unwrap_or_default();
+            self.line(&format!("        {} : {} := {start};", row.name, row.kind.name()));
+        }
+        self.line("    END_STRUCT;");
+        self.line(&format!("    expected : ARRAY[1..{outputs}] OF DWORD;  // the bits of its outputs, from the tape"));
+        self.line(&format!("    found : ARRAY[1..{outputs}] OF DWORD;  // the bits of its outputs"));
+        self.line("    place : DINT;  // how many changes of the tape are done");
+        self.line("END_VAR\nVAR_TEMP");
+        for variable in ["part : INT", "index : INT", "value : DWORD", "what : INT", "output : INT", "is_last : BOOL"] {
+            self.line(&format!("    {variable};"));
+        }
+        self.line("END_VAR\nBEGIN");
+        self.body();
+        self.line("END_FUNCTION_BLOCK");
+        self.line(&format!("\nDATA_BLOCK {}", self.name(1)));
+        self.attributes(true);
+        self.line(&format!("{}\nBEGIN\nEND_DATA_BLOCK", self.name(0)));
+    }
+
+    fn body(&mut self) {
+        let tape = self.tape;
+        let rows = tape.table.rows;
+        let result = self.name(2);
+        let [part_name, index, value, what, output, is_last, place, expected, found, given, tested] =
+            ["part", "index", "value", "what", "output", "is_last", "place", "expected", "found", "given", "tested"]
+                .map(|name| self.own(name));
+        self.line(&format!("    IF {result}.state <> {} THEN", outcome::RUNNING));
+        self.line("        RETURN;\n    END_IF;");
+        self.line("    // The changes up to this call.");
+        self.line("    REPEAT");
+        let size = part(self.dialect);
+        self.line(&format!("        {part_name} := DINT_TO_INT({place} / {size});"));
+        self.line(&format!("        {index} := DINT_TO_INT({place} MOD {size});"));
+        self.line(&format!("        CASE {part_name} OF"));
+        for number in 0..tape.entries.len().div_ceil(size) {
+            let data = self.name(3 + number);
+            self.line(&format!("            {number}:"));
+            self.line(&format!("                {value} := {data}.value[{index}];"));
+            self.line(&format!("                {what} := BYTE_TO_INT({data}.what[{index}]);"));
+        }
+        self.line("        END_CASE;");
+        self.line(&format!("        {place} := {place} + 1;"));
+        self.line(&format!("        {is_last} := {what} >= 128;"));
+        self.line(&format!("        IF {is_last} THEN\n            {what} := {what} - 128;\n        END_IF;"));
+        self.line(&format!("        CASE {what} OF"));
+        for (number, row) in tape.inputs.iter().enumerate() {
+            let row = &rows[*row];
+            let to = if Self::is_own(row) {
+                format!("{given}.{}", row.name)
+            } else {
+                format!("{tested}.{}", row.full_name())
+            };
+            self.line(&format!(
+                "            {}:\n                {to} := {};",
+                number + 1,
+                from_bits(row.kind, &value)
+            ));
+        }
+        let first = tape.inputs.len() + 1;
+        self.line(&format!("            {first}..{}:", tape.inputs.len() + tape.outputs.len()));
+        self.line(&format!("                {expected}[{what} - {}] := {value};", first - 1));
+        self.line("        END_CASE;");
+        self.line(&format!("    UNTIL {is_last}\n    END_REPEAT;"));
+        let own: Vec<&Row> = tape.inputs.iter().map(|row| &rows[*row]).filter(|row| Self::is_own(row)).collect();
+        for (number, row) in own.iter().enumerate() {
+            let before = if number == 0 { format!("    {tested}(") } else { "        ".to_string() };
+            let behind = if number + 1 == own.len() { ");" } else { "," };
+            self.line(&format!("{before}{} := {given}.{}{behind}", row.name, row.name));
+        }
+        for (number, row) in tape.outputs.iter().enumerate() {
+            let row = &rows[*row];
+            let text = to_bits(row.kind, &format!("{tested}.{}", row.full_name()));
+            self.line(&format!("    {found}[{}] := {text};", number + 1));
+        }
+        self.line(&format!("    {result}.done := {result}.done + 1;"));
+        self.line(&format!("    FOR {output} := 1 TO {} DO", tape.outputs.len()));
+        self.line(&format!("        IF {found}[{output}] <> {expected}[{output}] THEN"));
+        self.line(&format!("            {result}.state := {};", outcome::DIFFERS));
+        self.line(&format!("            {result}.output := {output};"));
+        self.line(&format!("            {result}.expected := {expected}[{output}];"));
+        self.line(&format!("            {result}.found := {found}[{output}];"));
+        self.line("            RETURN;\n        END_IF;\n    END_FOR;");
+        self.line(&format!("    IF {result}.done >= {result}.calls THEN"));
+        self.line(&format!("        {result}.state := {};\n    END_IF;", outcome::COMPLETE));
+    }
+}
+
+/// A value of a type from its bits in a DWORD.
+fn from_bits(kind: Kind, value: &str) -> String {
+    match kind {
+        Kind::Bool => format!("{value} <> DW#16#0"),
+        Kind::Real => format!("DWORD_TO_REAL({value})"),
+        Kind::Time => format!("DINT_TO_TIME(DWORD_TO_DINT({value}))"),
+        Kind::Int => format!("WORD_TO_INT(DWORD_TO_WORD({value}))"),
+        kind => format!("DWORD_TO_{}({value})", kind.name()),
+    }
+}
+
+/// The bits of a value in a DWORD.
+fn to_bits(kind: Kind, value: &str) -> String {
+    match kind {
+        Kind::Real => format!("REAL_TO_DWORD({value})"),
+        Kind::Time => format!("DINT_TO_DWORD(TIME_TO_DINT({value}))"),
+        Kind::Int => format!("WORD_TO_DWORD(INT_TO_WORD({value}))"),
+        kind => format!("{}_TO_DWORD({value})", kind.name()),
+    }
+}

@@ -1,0 +1,100 @@
+//! Random programs, printed and read again, give the same bits.
+
+use super::{Dialect, print};
+use crate::machine::tests::random::Random;
+use crate::machine::{Code, Machine};
+use crate::program::{Program, Type};
+use crate::{Options, compile};
+use parameters::Source;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Programs in a run of the test; `PLCFMU_PROGRAMS` makes more.
+fn programs() -> u64 {
+    std::env::var("PLCFMU_PROGRAMS").map_or(200, |programs| programs.parse().expect("PLCFMU_PROGRAMS is a number"))
+}
+
+/// The memory's members as bytes, by name; what is not a number is alike.
+fn values(program: &Program, ty: &Type, bytes: &[u8], name: &str, into: &mut BTreeMap<String, u64>) {
+    match ty {
+        Type::Scalar(ty) => {
+            let value = crate::program::Value::read(*ty, bytes);
+            let bits = if ty.is_float() && value.number().is_nan() { 0x7FC0_0000 } else { value.bits() };
+            into.insert(name.to_string(), bits);
+        }
+        Type::Array { of, .. } => {
+            let size = program.size(of);
+            for (index, part) in bytes[..program.size(ty)].chunks(size).enumerate() {
+                values(program, of, part, &format!("{name}[{index}]"), into);
+            }
+        }
+        Type::Record(record) => {
+            for member in &program.records[*record].members {
+                let name = format!("{name}.{}", member.name.to_ascii_lowercase());
+                values(program, &member.ty, &bytes[member.offset..], &name, into);
+            }
+        }
+        Type::Text { wide: false, .. } => {
+            let length = usize::from(u16::from_le_bytes([bytes[0], bytes[1]]));
+            let bits = bytes[..2 + length].iter().fold(0, |bits: u64, byte| bits.wrapping_mul(257) + u64::from(*byte));
+            into.insert(name.to_string(), bits);
+        }
+        _ => {}
+    }
+}
+
+/// What each call leaves in the memory; `None` for a call that is stopped.
+fn run(program: &Program, function: usize) -> Vec<Option<BTreeMap<String, u64>>> {
+    let mut machine = Machine::new(Arc::new(Code::compile(program).unwrap()));
+    machine.budget = 4000;
+    let calls = (0..3).map(|call| {
+        machine.call(function, call * 100_000_000).ok()?;
+        let mut found = BTreeMap::new();
+        let memory = &program.records[program.memory];
+        for member in &memory.members {
+            // Numbers and arrays of the memory are in a data block of the printed program.
+            let name = if member.name == "globals" { String::new() } else { format!(".{}", member.name) };
+            values(program, &member.ty, &machine.state()[member.offset..], &name.to_ascii_lowercase(), &mut found);
+        }
+        Some(found)
+    });
+    calls.collect()
+}
+
+#[test]
+fn random_programs_give_the_same_bits_when_they_are_read_again() {
+    let (mut printed, mut compared) = (0, 0);
+    let mut refusals: BTreeMap<String, usize> = BTreeMap::new();
+    for seed in 1..=programs() {
+        let program = Random::program(seed * 7919, 0, true);
+        let text = match print(&program, &[0], Dialect::Tia) {
+            Ok(text) => text,
+            Err(error) => {
+                *refusals
+                    .entry(error.split_once(": ").map_or(error.clone(), |(_, rest)| rest.to_string()))
+                    .or_default() += 1;
+                continue;
+            }
+        };
+        printed += 1;
+        let task = crate::Task { name: "f0".to_string(), period: 0 };
+        let options = Options { calls: vec![task], ..Options::default() };
+        // A constant index outside of its array stops a program of the generator, and SCL is not compiled at all with one.
+        let compiled = match compile(&[Source::new("random.scl", text.clone().into_bytes())], &options) {
+            Err(errors) if errors[0].to_string().contains("is outside of") => continue,
+            Err(errors) => panic!("seed {seed}: {}\n{text}", errors[0]),
+            Ok(compiled) => compiled,
+        };
+        let before = run(&program, 0);
+        let after = run(&compiled.program, compiled.root.unwrap().cycle);
+        for (call, pair) in before.iter().zip(&after).enumerate() {
+            // Statements are counted in another way where the printer adds some.
+            let (Some(before), Some(after)) = pair else { break };
+            for (name, value) in after {
+                assert_eq!(Some(value), before.get(name), "seed {seed}, call {call}: {name}\n{text}");
+                compared += 1;
+            }
+        }
+    }
+    assert!(printed > 5 && compared > 100, "{printed} printed, {compared} compared: {refusals:?}");
+}
