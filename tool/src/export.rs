@@ -80,7 +80,7 @@ pub enum Request {
         date: Option<String>,
         /// Where the settings come from.
         #[serde(default)]
-        tuning: Option<Tuning>,
+        tuning: Option<Box<Tuning>>,
     },
     /// The home's FMU of a block with these start values.
     Preset {
@@ -134,7 +134,7 @@ pub fn export(home: &dyn Home, session: &Session, request: &Request) -> Result<E
             // A loop without a setpoint has no figures.
             let of_run = FiguresRequest { run: *run, ..FiguresRequest::default() };
             let figures = record.and_then(|_| signals::figures(home, session, &of_run).ok());
-            let (picture, date, tuning) = (picture.as_deref(), date.as_deref(), tuning.as_ref());
+            let (picture, date, tuning) = (picture.as_deref(), date.as_deref(), tuning.as_deref());
             let report = Report { of, before, record, figures: figures.as_ref(), picture, date, tuning };
             let page = report::page(home, &report)?;
             Ok(Exported::of(format!("{}.html", file_name(&of.name)), "text/html", page.into_bytes(), Vec::new()))
