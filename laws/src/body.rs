@@ -145,8 +145,11 @@ impl<'r, 'a> Body<'r, 'a> {
             self.at = self.reader.at(self.file, statement.span());
             let file = &self.reader.sources.files[self.file];
             let (start, end) = (statement.span().start(), statement.span().end());
-            for comment in file.comments_before(start.line) {
-                self.push(What::Comment(comment));
+            // What stands before a line belongs to the statement that begins it, not to those in its braces.
+            if start.line > block.brace_token.span.open().start().line {
+                for comment in file.comments_before(start.line) {
+                    self.push(What::Comment(comment));
+                }
             }
             let is_one_line = start.line == end.line;
             let behind = file.comment_behind(end.line, end.column).filter(|_| is_one_line);
