@@ -171,7 +171,9 @@ fn unknown() -> impl Strategy<Value = Unknown> {
 
 fn interfaces() -> impl Strategy<Value = (ModelExchange, CoSimulation)> {
     let source_file = text().prop_map(|name| SourceFile { name });
-    (text(), any::<[bool; 9]>(), any::<u32>(), vec(source_file, 0..3)).prop_map(|(name, flag, order, files)| {
+    (text(), any::<[bool; 9]>(), any::<u32>(), vec(source_file, 0..3)).prop_map(|(name, flag, order, mut files)| {
+        // A file is named once.
+        files.dedup_by(|one, other| one.name == other.name);
         let model_exchange = ModelExchange {
             model_identifier: name.clone(),
             needs_execution_tool: flag[0],
