@@ -259,3 +259,29 @@ def test_heating_and_cooling_pulses_are_searched_for_with_a_bound_on_their_numbe
     done = run("tune-study", tmp_path / "mean.toml", "--fmus", host.FOLDER, "--out", tmp_path / "mean")
     assert done.returncode == 0, done.stderr
     assert re.search(r"^ms +\S+ +\S+ +(\S+)", done.stdout, re.M)[1] == sensitivity[1]
+
+
+def test_each_loop_of_a_plc_source_is_tuned_with_its_own_plant_and_written_back(run, tmp_path):
+    source = EXAMPLES / "studies/ovens.awl"
+    done = run("tune-study", EXAMPLES / "studies/ovens.toml", "--fmus", host.FOLDER, "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.endswith("4 of 4 loops tuned\n")
+    loops = rows(tmp_path / "settings.csv")
+    assert [one["loop"] for one in loops] == ["TIC201", "TIC202", "TIC203", "TIC204"]
+    # All began with the settings of the source, and the ovens ask for different ones.
+    assert {(one["CONT_C.GAIN.now"], one["CONT_C.TI.now"]) for one in loops} == {("1.399999976158142", "80.0")}
+    assert len({one["CONT_C.GAIN"] for one in loops}) == 4
+    before, after = source.read_text().splitlines(), (tmp_path / "ovens.awl").read_text().splitlines()
+    changed = [new for old, new in zip(before, after) if old != new]
+    assert len(before) == len(after) and len(changed) == 8
+    assert all(re.match(r" +(GAIN|TI) := ", line) for line in changed)
+    assert changed[0].endswith("// all four as the first one was commissioned")
+    # What is written is what was found, to the digits of a REAL.
+    gains = [float(line.split(":=")[1].split(";")[0]) for line in after if "GAIN" in line]
+    assert gains == pytest.approx([float(one["CONT_C.GAIN"]) for one in loops], rel=1e-6)
+    # The study of the table has a row for each loop, with its name, and what the present settings come to there.
+    done = run("study", EXAMPLES / "studies/ovens.toml", "--fmus", host.FOLDER, "--out", tmp_path, "--format", "csv")
+    assert done.returncode == 0, done.stderr
+    assert [(one["loop"], one["iae"]) for one in rows(tmp_path / "runs.csv")] == [
+        (one["loop"], one["iae.now"]) for one in loops
+    ]

@@ -173,6 +173,23 @@ impl Table {
     }
 }
 
+/// The cells of the first column that is called by one of these names, in any case, as they are written; none without such a
+/// column.
+///
+/// # Errors
+/// The text is no CSV file.
+pub fn texts(text: &str, names: &[&str]) -> Result<Option<Vec<String>>> {
+    let layout = Layout::of(text)?;
+    let is_called = |header: &Header| names.contains(&header.name.trim().to_lowercase().as_str());
+    let Some(column) = layout.header.iter().position(is_called) else { return Ok(None) };
+    let mut texts = Vec::new();
+    layout.each(|_, record| {
+        texts.push(record.get(column).unwrap_or_default().to_string());
+        Ok(())
+    })?;
+    Ok(Some(texts))
+}
+
 /// Where the rows of a text begin, and how they are written.
 struct Layout<'a> {
     text: &'a str,

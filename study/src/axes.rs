@@ -1,7 +1,8 @@
 //! The axes of a study with their variables resolved: the point of every run.
 
+use crate::correlation;
 use crate::distribution::Distribution;
-use crate::results::Quantity;
+use crate::results::{Loops, Quantity};
 use crate::sampling::{LEAST_PROBABILITY, Sampler};
 use crate::{Along, Axis, Sampling, Study};
 use anyhow::{Context, Result, bail};
@@ -20,6 +21,8 @@ pub(super) struct Axes {
     /// How many runs there are.
     count: u64,
     sampler: Sampler,
+    /// How the distributions depend on each other; nothing if they do not.
+    mixing: Vec<Vec<f64>>,
     /// What gets the values, for each coordinate.
     pub targets: Vec<Target>,
 }
@@ -69,8 +72,8 @@ enum Values {
         count: u64,
         logarithmic: bool,
     },
-    /// With the number of the distribution, from 0.
-    Drawn(Distribution, usize),
+    /// With the number of the distribution, from 0, and whether its values are whole numbers.
+    Drawn(Distribution, usize, bool),
 }
 
 impl Target {
@@ -149,6 +152,7 @@ impl Axes {
             samples,
             count,
             sampler: Sampler::new(study.sampling, study.seed, samples, study.distributions()),
+            mixing: correlation::mixing(study)?,
             targets: Vec::new(),
         };
         let (mut stride, mut distributions) = (count / samples, 0);
@@ -171,7 +175,11 @@ impl Axes {
             };
             let (values, targets) = add().with_context(|| axis.label(number))?;
             let length = axis.along.length();
-            stride /= length;
+            let leader = study.leader(number);
+            if leader == number {
+                stride /= length;
+            }
+            let stride = axes.axes.get(leader).map_or(stride, |leader| leader.stride);
             axes.axes.push(Resolved { values, width: targets.len(), stride, length });
             axes.targets.extend(targets);
         }
@@ -181,6 +189,12 @@ impl Axes {
     /// How many runs there are.
     pub fn count(&self) -> u64 {
         self.count
+    }
+
+    /// The loops of the study's table, if it has one with names.
+    pub fn loops(&self, study: &Study) -> Option<Loops> {
+        let number = study.axes.iter().position(|axis| !axis.names.is_empty())?;
+        Some(Loops { names: study.axes[number].names.clone(), runs: self.axes[number].stride * self.samples })
     }
 
     /// The values of a run, for each coordinate.
@@ -201,7 +215,11 @@ impl Axes {
                 }
                 Values::Shared(values) => values[place as usize],
                 Values::Range { from, to, count, logarithmic } => between(*from, *to, place, *count, *logarithmic),
-                Values::Drawn(distribution, number) => distribution.quantile(self.sampler.probability(*number, sample)),
+                Values::Drawn(distribution, number, is_whole) => {
+                    let own = |number: usize| self.sampler.probability(number, sample);
+                    let probability = correlation::probability(&self.mixing, *number, own);
+                    distribution.quantile_of(probability, *is_whole)
+                }
             };
             point.extend(std::iter::repeat_n(shared, axis.width));
         }
@@ -280,16 +298,16 @@ impl Resolved {
             Values::Shared(values) => among(&mut values.iter().copied()),
             Values::Rows(values) => among(&mut values.iter().skip(place).step_by(self.width).copied()),
             Values::Range { from, to, .. } => [from.min(*to), from.max(*to)],
-            Values::Drawn(distribution, _) => {
+            Values::Drawn(distribution, _, is_whole) => {
                 let share = 0.5 / samples as f64;
-                [distribution.quantile(share), distribution.quantile(1.0 - share)]
+                [share, 1.0 - share].map(|probability| distribution.quantile_of(probability, *is_whole))
             }
         }
     }
 }
 
 /// The value number `place` of a range.
-fn between(from: f64, to: f64, place: u64, count: u64, logarithmic: bool) -> f64 {
+pub(super) fn between(from: f64, to: f64, place: u64, count: u64, logarithmic: bool) -> f64 {
     if place == 0 {
         from
     } else if place + 1 == count {
@@ -379,23 +397,28 @@ fn values(axis: &Axis, targets: &[Target], distributions: &mut usize) -> Result<
             Ok(Values::Range { from: *from, to: *to, count: *count, logarithmic: *logarithmic })
         }
         Along::Uniform { .. } | Along::Normal { .. } | Along::LogNormal { .. } | Along::Triangular { .. } => {
-            if let Some(target) = targets.iter().find(|target| target.kind != Type::Real) {
+            let fits = |target: &&Target| target.kind == Type::Real || axis.whole && target.kind == Type::Integer;
+            if let Some(target) = targets.iter().find(|target| !fits(target)) {
+                let whole = if target.kind == Type::Integer { "add whole = true, or " } else { "" };
                 bail!(
-                    "{} is {}, and distributions give fractions: write its values as a list, values = [...]",
+                    "{} is {}, and distributions give fractions: {whole}write its values as a list, values = [...]",
                     target.name,
                     target.kind.name()
                 );
             }
+            if let Some(target) = targets.iter().find(|_| axis.whole && axis.relative) {
+                bail!("{}: factors are not whole numbers: remove relative or whole", target.name);
+            }
             let distribution = Distribution::of(&axis.along).context("it is a distribution")?;
             let ends =
-                [LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY].map(|probability| distribution.quantile(probability));
+                [LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY].map(|end| distribution.quantile_of(end, axis.whole));
             for target in targets {
                 ends.iter()
                     .try_for_each(|end| target.check(target.absolute(*end)))
                     .context("the deviation is too large")?;
             }
             *distributions += 1;
-            Ok(Values::Drawn(distribution, *distributions - 1))
+            Ok(Values::Drawn(distribution, *distributions - 1, axis.whole))
         }
     }
 }

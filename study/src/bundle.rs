@@ -82,7 +82,15 @@ pub fn open(path: &Path) -> Result<Reading> {
         bail!("{shown} has changed since it was made, or was made by another version of plcfmu: {again}");
     }
     let (name, description) = (content.name, content.description);
-    Ok(Reading { name, description, job, tune: None, renews: Some(content.renews), places: Vec::new() })
+    Ok(Reading {
+        name,
+        description,
+        job,
+        tune: None,
+        tables: Vec::new(),
+        renews: Some(content.renews),
+        places: Vec::new(),
+    })
 }
 
 #[cfg(test)]
@@ -112,6 +120,7 @@ mod tests {
             description: "valve.toml".into(),
             job: job.clone(),
             tune: None,
+            tables: Vec::new(),
             renews: None,
             places: Vec::new(),
         };

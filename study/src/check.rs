@@ -19,6 +19,7 @@ impl Study {
         for (number, axis) in self.axes.iter().enumerate() {
             axis.check().with_context(|| axis.label(number))?;
         }
+        self.check_groups()?;
         self.window.check().context("window")?;
         self.limits.iter().try_for_each(Limit::check).context("limits")?;
         let distributions = self.distributions();
@@ -33,6 +34,11 @@ impl Study {
             );
         }
         let is_saltelli = self.sampling == Sampling::Saltelli;
+        if is_saltelli && !self.correlations.is_empty() {
+            bail!(
+                "sampling = \"saltelli\" needs independent axes, and [[correlations]] makes some depend on others: remove one of the two"
+            );
+        }
         if is_saltelli && self.axes.iter().any(|axis| axis.along.length() > 1) {
             bail!(
                 "sampling = \"saltelli\" is for distributions alone, and an axis has several values: make a study for each of them, or \
@@ -62,16 +68,14 @@ impl Study {
     /// # Errors
     /// More than 10^9.
     pub fn count(&self) -> Result<u64> {
-        let lengths = self.axes.iter().map(|axis| axis.along.length());
+        let lengths = self.lengths();
         let samples = self.runs_of_point();
-        let count = lengths.chain([samples]).try_fold(1_u64, |count, length| count.checked_mul(length));
+        let count = lengths.iter().copied().chain([samples]).try_fold(1_u64, |count, length| count.checked_mul(length));
         match count {
             Some(count) if count <= MOST_RUNS => Ok(count),
             _ => {
-                let factors: Vec<String> = self
-                    .axes
-                    .iter()
-                    .map(|axis| axis.along.length())
+                let factors: Vec<String> = lengths
+                    .into_iter()
                     .chain([samples])
                     .filter(|length| *length > 1)
                     .map(|length| length.to_string())
@@ -82,6 +86,58 @@ impl Study {
                 )
             }
         }
+    }
+
+    /// The lengths of the axes that span the grid; of a group, only that of the first axis.
+    fn lengths(&self) -> Vec<u64> {
+        let spans = |number: &usize| self.leader(*number) == *number;
+        (0..self.axes.len()).filter(spans).map(|number| self.axes[number].along.length()).collect()
+    }
+
+    /// The first axis of an axis' group; the axis itself without one.
+    pub(super) fn leader(&self, number: usize) -> usize {
+        let Some(group) = &self.axes[number].group else { return number };
+        self.axes.iter().position(|axis| axis.group.as_ref() == Some(group)).unwrap_or(number)
+    }
+
+    /// Axes of a group have as many values, and none of them a distribution.
+    fn check_groups(&self) -> Result<()> {
+        for (number, axis) in self.axes.iter().enumerate() {
+            let (label, leader) = (axis.label(number), self.leader(number));
+            let other = &self.axes[leader];
+            let (own, first) = (axis.along.length(), other.along.length());
+            if own != first {
+                bail!(
+                    "{label}: it has {}, and {} of the same group has {first}: give both the same number",
+                    counted(own as usize, "value"),
+                    other.label(leader)
+                );
+            }
+            let before = self.axes[..number].iter().position(|other| !other.names.is_empty());
+            if let Some(before) = before.filter(|_| !axis.names.is_empty()) {
+                let (other, place) = (&self.axes[before], self.axes[before].label(before));
+                if self.leader(before) != leader {
+                    bail!(
+                        "{label}: its rows are those of named loops, and so are those of {place}: give both the same group"
+                    );
+                }
+                let names = other.names.iter().zip(&axis.names);
+                if let Some((row, (other, own))) = (1..).zip(names).find(|(_, (other, own))| other != own) {
+                    bail!(
+                        "{label}: row {row} is of {own}, and row {row} of {place}, which is of the same group, is of {other}: bring \
+                         the rows into the same order"
+                    );
+                }
+            }
+            let is_drawn = Distribution::of(&axis.along).is_some();
+            if is_drawn && axis.group.is_some() {
+                bail!("{label}: a distribution has a sample for each point of a group anyway: remove group");
+            }
+            if axis.whole && !is_drawn {
+                bail!("{label}: whole is for distributions: write whole numbers, and remove whole");
+            }
+        }
+        Ok(())
     }
 
     /// How many runs there are at each point of the grid.

@@ -75,6 +75,19 @@ impl Distribution {
         }
     }
 
+    /// The same, or a whole number: of a uniform distribution each from its least to its greatest value with the same probability, of
+    /// other ones the nearest.
+    pub fn quantile_of(&self, probability: f64, is_whole: bool) -> f64 {
+        match *self {
+            Distribution::Uniform { min, max } if is_whole => {
+                let (min, max) = (min.ceil(), max.floor());
+                (min + probability * (max - min + 1.0)).floor().clamp(min, max)
+            }
+            _ if is_whole => self.quantile(probability).round(),
+            _ => self.quantile(probability),
+        }
+    }
+
     /// The value that this share of the distribution is below; `probability` is above 0 and below 1.
     pub fn quantile(&self, probability: f64) -> f64 {
         match *self {
@@ -111,7 +124,7 @@ fn truncated(mean: f64, deviation: f64, min: f64, max: f64) -> Distribution {
 }
 
 /// The share of the standard normal distribution below a value.
-fn normal_share(value: f64) -> f64 {
+pub fn normal_share(value: f64) -> f64 {
     0.5 * erfc(-value / SQRT_2)
 }
 

@@ -2,7 +2,7 @@
 
 use crate::axes::{Axes, Target, varied};
 use crate::measures::{Measures, Traces};
-use crate::results::{Quantity, Row};
+use crate::results::{Loops, Quantity, Results, Row};
 use crate::{Job, Signals, Study};
 use anyhow::{Context, Result};
 use modeldescription::digits::short;
@@ -65,6 +65,8 @@ pub struct Experiment {
     pub warnings: Vec<String>,
     /// The names of the loop's signals; none of them if the setpoint or the process value is not known.
     pub signals: Signals,
+    /// The loops that the runs are of, if the study has a table of loops with names.
+    pub loops: Option<Loops>,
     axes: Axes,
     measures: Measures,
     /// Where the values of a point are in the plan, for each coordinate.
@@ -161,6 +163,7 @@ impl Experiment {
             plan,
             warnings,
             signals: measures.signals.clone(),
+            loops: axes.loops(study),
             axes,
             measures,
             slots,
@@ -171,6 +174,13 @@ impl Experiment {
     /// How many runs the axes span.
     pub fn count(&self) -> u64 {
         self.axes.count()
+    }
+
+    /// Results without a run yet.
+    pub fn results(&self) -> Results {
+        let mut results = Results::new(self.coordinates.clone(), self.figures.clone());
+        results.loops = self.loops.clone();
+        results
     }
 
     /// The values of a run, for each coordinate, as its variables get them.

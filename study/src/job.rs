@@ -19,6 +19,9 @@ pub struct Job {
 pub struct Study {
     /// What varies. Lists and ranges span a grid, the first axis slowest; distributions are sampled at each of its points.
     pub axes: Vec<Axis>,
+    /// Which distributions depend on each other.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub correlations: Vec<Correlation>,
     /// How many samples the distributions have, at each point of the grid; 1 to 10^9. They are the same at each point.
     pub samples: u64,
     /// What the samples depend on beside their number.
@@ -42,6 +45,7 @@ impl Default for Study {
     fn default() -> Study {
         Study {
             axes: Vec::new(),
+            correlations: Vec::new(),
             samples: 1,
             seed: 0,
             sampling: Sampling::default(),
@@ -54,8 +58,18 @@ impl Default for Study {
     }
 }
 
-/// What varies: one value, or several values that belong together.
+/// Two axes with distributions whose values go up and down together.
 #[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Correlation {
+    /// A variable of each of the two axes.
+    pub variables: [String; 2],
+    /// The rank correlation (Spearman) of the values, above -1 and below 1.
+    pub rank: f64,
+}
+
+/// What varies: one value, or several values that belong together.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Axis {
     /// What gets the value: `FMU.VARIABLE`. Several variables get the same value, or of a list of rows one value each.
@@ -66,8 +80,27 @@ pub struct Axis {
     /// The values are factors for what the loop sets, or for the start value if it sets nothing.
     #[serde(default)]
     pub relative: bool,
+    /// The values of a distribution are whole numbers.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub whole: bool,
+    /// Axes of the same group vary together: they have the first value of each, then the second, and so on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
+    /// The names of the loops that the values belong to, one for each; empty without names.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub names: Vec<String>,
     /// The values.
     pub along: Along,
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
+}
+
+impl Default for Along {
+    fn default() -> Along {
+        Along::Values(Vec::new())
+    }
 }
 
 /// The values of an axis.

@@ -14,7 +14,9 @@
 mod axes;
 pub mod bundle;
 mod check;
+mod correlation;
 pub mod distribution;
+pub mod each;
 pub mod envelope;
 pub mod expect;
 pub mod experiment;
@@ -35,12 +37,13 @@ pub mod results;
 pub mod sampling;
 pub mod sobol;
 pub mod summary;
+pub mod table;
 pub mod tune;
 pub mod tuned;
 pub mod tuning;
 pub mod worker;
 
-pub use job::{Along, Axis, Job, Limit, Sampling, Signals, Study, Take, Taken, Window};
+pub use job::{Along, Axis, Correlation, Job, Limit, Sampling, Signals, Study, Take, Taken, Window};
 
 use anyhow::{Context, Result, ensure};
 use host::hexadecimal;

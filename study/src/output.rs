@@ -1,10 +1,11 @@
 //! The results of a study as a table: a row for each run, as Parquet or CSV. The same results give the same bytes.
 //!
-//! The columns are `run`, the coordinates of its point, its figures, and `error`. A figure without a value is null in
+//! The columns are `run`, `loop` if the study has a table of loops with names, the coordinates of the run's point, its figures, and
+//! `error`. A figure without a value is null in
 //! Parquet and an empty field in CSV; true is 1.
 
-use crate::results::{Quantity, Results, Row};
-use anyhow::{Context, Result};
+use crate::results::{Loops, Quantity, Results, Row};
+use anyhow::{Context, Result, bail};
 use host::package::temporary;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::column::writer::ColumnWriter;
@@ -24,6 +25,9 @@ use std::sync::Arc;
 
 /// This many rows a row group of Parquet has.
 const ROW_GROUP: u64 = 1 << 17;
+
+/// The column with the names of loops. Those of coordinates have a dot.
+const LOOP: &str = "loop";
 
 /// The format of the table.
 #[derive(clap::ValueEnum, Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -62,12 +66,18 @@ pub fn write(path: &Path, format: Format, results: &Results) -> Result<()> {
 /// Those of `to`.
 pub fn write_csv(to: &mut impl Write, results: &Results) -> Result<()> {
     write!(to, "run")?;
+    if results.loops.is_some() {
+        write!(to, ",{LOOP}")?;
+    }
     for Quantity { name, .. } in results.coordinates.iter().chain(&results.figures) {
         write!(to, ",{}", field(name))?;
     }
     writeln!(to, ",error")?;
     for run in 0..results.count() {
         write!(to, "{run}")?;
+        if let Some(loops) = &results.loops {
+            write!(to, ",{}", field(loops.of(run)))?;
+        }
         for value in results.point(run) {
             write!(to, ",{value:?}")?;
         }
@@ -98,27 +108,44 @@ pub fn read(path: &Path, format: Format, coordinates: usize, figures: usize) -> 
 }
 
 fn read_csv(from: impl BufRead, coordinates: usize, figures: usize) -> Result<Vec<Row>> {
+    let mut lines = from.lines().enumerate();
+    let header = lines.next().map(|(_, line)| line).transpose()?.unwrap_or_default();
+    let has_loops = header.split(',').nth(1) == Some(LOOP);
     let row = |line: &str| -> Option<Row> {
+        let mut rest = line.split_once(',')?.1;
+        if has_loops {
+            rest = &rest[end_of_field(rest)? + 1..];
+        }
         // Numbers have no commas, and the error is the last field.
-        let mut fields = line.splitn(coordinates + figures + 2, ',').skip(1 + coordinates);
+        let mut fields = rest.splitn(coordinates + figures + 1, ',').skip(coordinates);
         let number = |field: &str| if field.is_empty() { Some(f64::NAN) } else { field.parse().ok() };
         let figures = fields.by_ref().take(figures).map(number).collect::<Option<_>>()?;
         Some(Row { figures, error: Some(unquoted(fields.next()?)).filter(|error| !error.is_empty()) })
     };
-    let rows = from
-        .lines()
-        .enumerate()
-        .skip(1)
-        .map(|(number, line)| row(&line?).with_context(|| format!("line {} is damaged", number + 1)));
+    let rows = lines.map(|(number, line)| row(&line?).with_context(|| format!("line {} is damaged", number + 1)));
     rows.collect()
+}
+
+/// Where the comma after the first field of a line of CSV is.
+fn end_of_field(line: &str) -> Option<usize> {
+    let mut is_quoted = false;
+    line.find(|letter| {
+        is_quoted ^= letter == '"';
+        letter == ',' && !is_quoted
+    })
 }
 
 fn read_parquet(from: File, coordinates: usize, figures: usize) -> Result<Vec<Row>> {
     let reader = SerializedFileReader::new(from)?;
+    // The number of the run, and of a table of loops the name.
+    let columns = reader.metadata().file_metadata().schema_descr().columns();
+    let leading = if columns.get(1).is_some_and(|column| column.name() == LOOP) { 2 } else { 1 };
     let row = |row: &parquet::record::Row| Row {
         // What is null is not a number.
-        figures: (0..figures).map(|figure| row.get_double(1 + coordinates + figure).unwrap_or(f64::NAN)).collect(),
-        error: row.get_string(1 + coordinates + figures).ok().cloned(),
+        figures: (0..figures)
+            .map(|figure| row.get_double(leading + coordinates + figure).unwrap_or(f64::NAN))
+            .collect(),
+        error: row.get_string(leading + coordinates + figures).ok().cloned(),
     };
     reader.get_row_iter(None)?.map(|read| Ok(row(&read?))).collect()
 }
@@ -155,11 +182,14 @@ pub fn write_parquet(to: &mut (impl Write + Send), results: &Results) -> Result<
         let runs = first..(first + ROW_GROUP).min(results.count());
         first = runs.end;
         let mut group = writer.next_row_group()?;
-        let mut place = 0;
-        while let Some(mut column) = group.next_column()? {
-            write_column(column.untyped(), place, results, runs.clone())?;
+        for place in 0.. {
+            let Some(mut column) = group.next_column()? else { break };
+            match (&results.loops, place) {
+                (Some(loops), 1) => write_loops(column.untyped(), loops, runs.clone())?,
+                (Some(_), 2..) => write_column(column.untyped(), place - 1, results, runs.clone())?,
+                _ => write_column(column.untyped(), place, results, runs.clone())?,
+            }
             column.close()?;
-            place += 1;
         }
         group.close()?;
     }
@@ -172,6 +202,10 @@ fn schema(results: &Results) -> Result<TypePtr> {
         Type::primitive_type_builder(name, physical).with_repetition(repetition)
     }
     let mut columns = vec![column("run", Physical::INT64, Repetition::REQUIRED).build()?];
+    if results.loops.is_some() {
+        let name = column(LOOP, Physical::BYTE_ARRAY, Repetition::REQUIRED);
+        columns.push(name.with_logical_type(Some(LogicalType::String)).build()?);
+    }
     for Quantity { name, .. } in &results.coordinates {
         columns.push(column(name, Physical::DOUBLE, Repetition::REQUIRED).build()?);
     }
@@ -184,7 +218,15 @@ fn schema(results: &Results) -> Result<TypePtr> {
     Ok(Arc::new(Type::group_type_builder("runs").with_fields(columns).build()?))
 }
 
-/// Writes some rows of the column at `place`.
+/// Writes some rows of the column with the names of loops.
+fn write_loops(to: &mut ColumnWriter, loops: &Loops, runs: Range<u64>) -> Result<()> {
+    let ColumnWriter::ByteArrayColumnWriter(to) = to else { bail!("the schema has other columns") };
+    let names: Vec<ByteArray> = runs.map(|run| ByteArray::from(loops.of(run))).collect();
+    to.write_batch(&names, None, None)?;
+    Ok(())
+}
+
+/// Writes some rows of the column at `place`, not counting the names of loops.
 fn write_column(to: &mut ColumnWriter, place: usize, results: &Results, runs: Range<u64>) -> Result<()> {
     let coordinates = results.coordinates.len();
     // Whether there is a value, and those that there are.
@@ -271,13 +313,40 @@ mod tests {
         assert_eq!(from_parquet, csv);
     }
 
+    /// The same, of two loops, the first with a comma and a quotation mark in its name.
+    fn of_loops() -> Results {
+        let names = vec!["TIC \"1\", left".into(), "TIC2".into()];
+        let mut results = results();
+        results.loops = Some(Loops { names, runs: 2 });
+        results
+    }
+
+    #[test]
+    fn a_table_of_loops_has_their_names_beside_the_runs() {
+        let mut csv = Vec::new();
+        write_csv(&mut csv, &of_loops()).unwrap();
+        let csv = String::from_utf8(csv).unwrap();
+        let starts =
+            |line: &str| line.split(",").take(if line.contains('"') { 3 } else { 2 }).collect::<Vec<_>>().join(",");
+        let expected = ["run,loop", "0,\"TIC \"\"1\"\", left\"", "1,\"TIC \"\"1\"\", left\"", "2,TIC2"];
+        assert_eq!(csv.lines().map(starts).collect::<Vec<_>>(), expected);
+        let mut bytes = Vec::new();
+        write_parquet(&mut bytes, &of_loops()).unwrap();
+        let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).unwrap();
+        let rows = reader.get_row_iter(None).unwrap().map(|row| row.unwrap());
+        let names: Vec<String> = rows.map(|row| row.get_string(1).unwrap().clone()).collect();
+        assert_eq!(names, ["TIC \"1\", left", "TIC \"1\", left", "TIC2"]);
+    }
+
     #[test]
     fn both_formats_read_back_with_the_rows_that_were_written() {
-        let (folder, results) = (tempfile::tempdir().unwrap(), results());
-        for format in [Format::Parquet, Format::Csv] {
+        let folder = tempfile::tempdir().unwrap();
+        let cases = [Format::Parquet, Format::Csv].map(|format| [(format, results()), (format, of_loops())]);
+        for (format, results) in cases.into_iter().flatten() {
             let path = format.file(folder.path());
             write(&path, format, &results).unwrap();
             let mut read_back = Results::new(results.coordinates.clone(), results.figures.clone());
+            read_back.loops = results.loops.clone();
             for (run, row) in (0..).zip(read(&path, format, 2, 2).unwrap()) {
                 read_back.push(results.point(run), &row);
             }

@@ -15,8 +15,9 @@
 //! max = 90.0
 //! ```
 
+use crate::table::{self, Rows};
 use crate::tune::SENSITIVITY;
-use crate::{Along, Axis, Job, Limit, Sampling, Signals, Study, Taken, Window};
+use crate::{Along, Axis, Correlation, Job, Limit, Sampling, Signals, Study, Taken, Window};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use run::file::{self, Entries, Event, Node, ReadParameters, Reader, Word, plain};
 use run::system::{Place, Setting, System, Value};
@@ -41,6 +42,8 @@ pub struct Reading {
     pub job: Job,
     /// Its table `[tune]`, for `plcfmu tune-study`.
     pub tune: Option<Table>,
+    /// The axes whose rows are those of a file, by their numbers.
+    pub tables: Vec<(usize, Rows)>,
     /// Whether each run needs new instances; not known for a file that a user has written.
     pub renews: Option<bool>,
     /// Where what an error may be about is in the file.
@@ -88,6 +91,7 @@ fn places(reader: &Reader, content: &Content, axes: &[Axis]) -> Vec<Part> {
         parts.push(part(&axis.label(number), "", at.span()));
     }
     parts.extend(content.axes.first().map(|axis| part("the axes span", "", axis.span())));
+    parts.extend(content.correlations.iter().map(|of| part("correlations", &of.get_ref().variables[0], of.span())));
     parts.extend(content.samples.iter().map(|of| part("samples", "", of.span())));
     parts.extend(content.signals.iter().map(|of| part("signals", "", of.span())));
     parts.extend(content.window.iter().map(|of| part("window", "", of.span())));
@@ -145,6 +149,8 @@ struct Content {
     sampling: Sampling,
     #[serde(default)]
     axes: Vec<Spanned<AxisOf>>,
+    #[serde(default)]
+    correlations: Vec<Spanned<Correlation>>,
     signals: Option<Spanned<Signals>>,
     window: Option<Spanned<Window>>,
     #[serde(default)]
@@ -163,6 +169,11 @@ struct AxisOf {
     time: Option<Spanned<Node>>,
     #[serde(default)]
     relative: bool,
+    #[serde(default)]
+    whole: bool,
+    group: Option<String>,
+    file: Option<Spanned<String>>,
+    fmu: Option<String>,
     values: Option<Spanned<Node>>,
     range: Option<Spanned<Table>>,
     uniform: Option<Spanned<Table>>,
@@ -191,10 +202,24 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
         let place = reader.place(samples.span());
         ensure!(SAMPLES.contains(samples.get_ref()), "{place}: samples is from {least} to {most}");
     }
-    let axes: Vec<Axis> = content.axes.iter().map(|axis| self::axis(&reader, axis)).collect::<Result<_>>()?;
+    let fixed: Vec<String> = reader.all_settings(&content.settings, &[])?.into_iter().map(|of| of.variable).collect();
+    let mut tables = Vec::new();
+    let mut axes = Vec::new();
+    for (number, axis) in content.axes.iter().enumerate() {
+        let Some(file) = &axis.get_ref().file else {
+            axes.push(self::axis(&reader, axis)?);
+            continue;
+        };
+        let rows = of_file(&reader, path, axis.get_ref(), file, (&system, &fixed))?;
+        system.sources.push(path.with_file_name(file.get_ref()));
+        system.remarks.extend(rows.remarks.iter().cloned());
+        axes.push(rows.axis.clone());
+        tables.push((number, rows));
+    }
     let places = places(&reader, &content, &axes);
     let study = Study {
         axes,
+        correlations: content.correlations.into_iter().map(Spanned::into_inner).collect(),
         samples: content.samples.map_or(Study::default().samples, Spanned::into_inner),
         seed: content.seed,
         sampling: content.sampling,
@@ -210,7 +235,7 @@ pub fn read(path: &Path, fmus: Option<&Path>, parameters: ReadParameters) -> Res
     let description = content.description.map(Spanned::into_inner).unwrap_or_default();
     let description = description.rsplit(['/', '\\']).next().unwrap_or_default().to_string();
     let tune = content.tune.map(Spanned::into_inner);
-    Ok(Reading { name, description, job: Job { system, study }, tune, renews: None, places })
+    Ok(Reading { name, description, job: Job { system, study }, tune, tables, renews: None, places })
 }
 
 /// The system of a study's loop.
@@ -274,7 +299,31 @@ fn axis(reader: &Reader, axis: &Spanned<AxisOf>) -> Result<Axis> {
         }
     };
     let time = axis.time.as_ref().map(|node| reader.seconds(node)).transpose()?;
-    Ok(Axis { variables, time, relative: axis.relative, along })
+    let (whole, group) = (axis.whole, axis.group.clone());
+    Ok(Axis { variables, time, relative: axis.relative, whole, group, names: Vec::new(), along })
+}
+
+/// An axis whose rows are in a file.
+fn of_file(
+    reader: &Reader,
+    path: &Path,
+    axis: &AxisOf,
+    file: &Spanned<String>,
+    (system, fixed): (&System, &[String]),
+) -> Result<Rows> {
+    let place = reader.place(file.span());
+    let kinds = [&axis.range, &axis.uniform, &axis.normal, &axis.log_normal, &axis.triangular];
+    let has_values = axis.values.is_some() || kinds.into_iter().any(Option::is_some);
+    ensure!(
+        axis.variable.is_none() && axis.variables.is_none() && !has_values && !axis.whole,
+        "{place}: the file names the variables and has their values: leave the others out"
+    );
+    let rows =
+        table::read(&path.with_file_name(file.get_ref()), axis.fmu.as_deref(), system, fixed, reader.parameters());
+    let mut rows = rows.with_context(|| place.to_string())?;
+    rows.axis.time = axis.time.as_ref().map(|node| reader.seconds(node)).transpose()?;
+    (rows.axis.relative, rows.axis.group) = (axis.relative, axis.group.clone());
+    Ok(rows)
 }
 
 /// A list of values, or of rows with a value for each variable.

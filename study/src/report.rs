@@ -28,6 +28,8 @@ use std::path::Path;
 
 /// At most this many runs are named with their settings.
 const MOST_RUNS: usize = 10;
+/// At most this many rows of an axis are written out.
+const MOST_ROWS: usize = 40;
 /// This many for figures that are not the main one.
 const FEW_RUNS: usize = 3;
 
@@ -222,7 +224,8 @@ pub(crate) fn listed(results: &Results, count: usize, runs: impl Iterator<Item =
         let line_end = if text.is_empty() { "" } else { "\n" };
         let _ = write!(text, "{line_end}run {run}: {reason}");
         if !results.coordinates.is_empty() {
-            let _ = write!(text, "\n    {}", settings(results, run));
+            let of = results.loops.as_ref().map_or_else(String::new, |loops| format!("{}: ", loops.of(run)));
+            let _ = write!(text, "\n    {of}{}", settings(results, run));
         }
     }
     let more = count.saturating_sub(MOST_RUNS);
@@ -788,7 +791,9 @@ fn axis_part(axis: &Axis) -> AxisPart {
         (None, None) => String::new(),
     };
     let mut values = match &axis.along {
+        Along::Values(values) if values.len() > MOST_ROWS => format!("{} values", values.len()),
         Along::Values(values) => list(values),
+        Along::Rows(rows) if rows.len() > MOST_ROWS => format!("{} rows", rows.len()),
         Along::Rows(rows) => rows.iter().map(|row| format!("({})", list(row))).collect::<Vec<_>>().join(", "),
         Along::Range { from, to, count, logarithmic } => {
             let ratios = if *logarithmic { ", with equal ratios" } else { "" };

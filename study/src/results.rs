@@ -21,6 +21,22 @@ pub struct Row {
     pub error: Option<String>,
 }
 
+/// The names of the loops of a study with a table of loops.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Loops {
+    /// The names, in the order of the table.
+    pub names: Vec<String>,
+    /// This many runs one behind the other are of the same loop; 1 or more.
+    pub runs: u64,
+}
+
+impl Loops {
+    /// The loop of a run.
+    pub fn of(&self, run: u64) -> &str {
+        &self.names[(run / self.runs) as usize % self.names.len()]
+    }
+}
+
 /// The rows of all runs, in their order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Results {
@@ -32,6 +48,8 @@ pub struct Results {
     points: Vec<f64>,
     /// The figures of the runs, one behind the other.
     values: Vec<f64>,
+    /// The loops that the runs are of, if the study has a table of loops with names.
+    pub loops: Option<Loops>,
     /// Why runs failed, by their numbers.
     pub errors: BTreeMap<u64, String>,
     count: u64,

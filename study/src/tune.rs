@@ -52,6 +52,9 @@ pub struct Tune {
     /// What the first candidates depend on.
     #[serde(default)]
     pub seed: u64,
+    /// Whether each loop of the table of loops gets settings of its own.
+    #[serde(default)]
+    pub each: bool,
     /// What varies from candidate to candidate.
     #[serde(default)]
     pub search: Vec<Search>,

@@ -338,9 +338,8 @@ fn with_axes(job: &Job, search: &[Search], present: &[f64]) -> Job {
     let mut job = job.clone();
     job.study.axes.extend(search.iter().zip(present).map(|(search, value)| Axis {
         variables: vec![search.variable.clone()],
-        time: None,
-        relative: false,
         along: Along::Values(vec![Value::Number(*value)]),
+        ..Axis::default()
     }));
     job
 }

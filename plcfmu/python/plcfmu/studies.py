@@ -68,7 +68,7 @@ class StudyResult:
         missing.
         """
         columns = _parquet(path) if (path := self.folder / "runs.parquet").is_file() else _csv(self.folder / "runs.csv")
-        kinds: dict[str, Any] = {"run": np.int64, "error": object}
+        kinds: dict[str, Any] = {"run": np.int64, "loop": object, "error": object}
         table = np.empty(len(columns["run"]), [(name, kinds.get(name, np.float64)) for name in columns])
         for name, column in columns.items():
             table[name] = column
@@ -147,7 +147,7 @@ def _csv(path: pathlib.Path) -> dict[str, Sequence[Any]]:
         names, *rows = csv.reader(file)
     columns: dict[str, Sequence[Any]] = dict(zip(names, zip(*rows)))
     return {
-        name: column if name == "error" else [float(text) if text else math.nan for text in column]
+        name: column if name in ("loop", "error") else [float(text) if text else math.nan for text in column]
         for name, column in columns.items()
     }
 

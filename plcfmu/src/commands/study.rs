@@ -329,7 +329,7 @@ fn finished(
         rows.len()
     );
     tell::remark(&format!("{} has all {count} runs of this study: no run is repeated", out.display()));
-    let mut results = Results::new(experiment.coordinates.clone(), experiment.figures.clone());
+    let mut results = experiment.results();
     for (run, row) in (0..).zip(rows) {
         results.push(&experiment.point(run), &row);
     }
@@ -339,7 +339,7 @@ fn finished(
 /// All rows with their points.
 fn results(pool: &Pool, parts: &Parts) -> Result<Results> {
     let experiment = pool.experiment();
-    let mut results = Results::new(experiment.coordinates.clone(), experiment.figures.clone());
+    let mut results = experiment.results();
     parts.rows(|run, row| {
         results.push(&experiment.point(run), &row);
         Ok(())

@@ -5,11 +5,14 @@ use super::{print, system, time_limit};
 use crate::parameter_file;
 use crate::progress::Progress;
 use crate::tell;
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use host::package::temporary;
 use modeldescription::digits::short;
-use std::path::PathBuf;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
+use study::each::{self, Tuned};
 use study::pool;
 use study::tuned::{self, Found};
 use study::tuning::Tuning;
@@ -69,13 +72,10 @@ pub fn run(options: &Options) -> Result<()> {
     let out = options.out.clone().unwrap_or_else(|| format!("{}_tuned", reading.name).into());
     let outputs = tuned::FILES.map(|file| out.join(file));
     temporary::check_outputs(outputs.iter().map(PathBuf::as_path), reading.job.system.inputs())?;
-    let defaults = pool::Options::new()?;
-    let pool_options = pool::Options {
-        jobs: options.jobs.map_or(defaults.jobs, usize::from),
-        limit: Duration::from_secs_f64(options.time_limit),
-        interrupted: interruption()?,
-        ..defaults
-    };
+    if reading.is_each() {
+        return run_each(options, &reading, &out);
+    }
+    let pool_options = pool_options(options)?;
     let mut tuning = Tuning::start(&reading, &pool_options).map_err(|error| reading.located(error, &options.study))?;
     for remark in reading.job.system.remarks.iter().chain(&tuning.remarks) {
         tell::remark(remark);
@@ -108,6 +108,70 @@ pub fn run(options: &Options) -> Result<()> {
     }
     if tuning.is_interrupted() {
         bail!(Interrupted("the settings are the best of those that were tried".into()));
+    }
+    Ok(())
+}
+
+/// How the workers are started.
+fn pool_options(options: &Options) -> Result<pool::Options> {
+    let defaults = pool::Options::new()?;
+    Ok(pool::Options {
+        jobs: options.jobs.map_or(defaults.jobs, usize::from),
+        limit: Duration::from_secs_f64(options.time_limit),
+        interrupted: interruption()?,
+        ..defaults
+    })
+}
+
+/// Tunes each loop of a table by itself, and writes the settings into the parameter file that they are from. A loop that cannot be
+/// tuned does not cost the others.
+fn run_each(options: &Options, reading: &study::read::Reading, out: &Path) -> Result<()> {
+    let pool_options = pool_options(options)?;
+    let names = reading.loops().map_err(|error| reading.located(error, &options.study))?;
+    let source = reading.tables.iter().find_map(|(_, rows)| rows.source.as_ref());
+    let file = source.and_then(|of| of.path.file_name()).map(|name| out.join(name));
+    let settings = out.join("settings.csv");
+    temporary::check_outputs(file.iter().chain([&settings]).map(PathBuf::as_path), reading.job.system.inputs())?;
+    for remark in &reading.job.system.remarks {
+        tell::remark(remark);
+    }
+    let progress = Progress::bar(names.len());
+    let (mut tuned, mut columns, mut variables) = (Vec::new(), Vec::new(), Vec::new());
+    for (row, name) in names.iter().enumerate() {
+        progress.set(row);
+        progress.begin(name);
+        let one = Tuning::start(&reading.alone(row), &pool_options).and_then(|mut tuning| {
+            let (outcome, present) = tuning.search(|_, _| {})?;
+            columns = each::columns(&tuning);
+            variables = tuning.problem.search.iter().map(|of| of.variable.clone()).collect();
+            let found = Found { tuning: &tuning, outcome: &outcome, present: &present };
+            Ok(Tuned::of(name, &outcome.candidates[outcome.best], &present, found.problem()))
+        });
+        if pool_options.interrupted.load(Ordering::Relaxed) {
+            bail!(Interrupted("nothing was written".into()));
+        }
+        tuned.push(one.unwrap_or_else(|error| Tuned::failed(name, format!("{error:#}"))));
+    }
+    drop(progress);
+    let failed: Vec<&Tuned> = tuned.iter().filter(|one| one.problem.is_some()).collect();
+    for one in &failed {
+        tell::warning(&format!("{}: {}", one.name, one.problem.as_deref().unwrap_or_default()));
+    }
+    if failed.len() == tuned.len() {
+        bail!("no loop was tuned: nothing was written");
+    }
+    std::fs::create_dir_all(out).with_context(|| format!("{} cannot be made", out.display()))?;
+    let write = |path: &Path, content: &[u8]| {
+        temporary::place(path, |to| Ok(to.write_all(content)?), |_| Ok(()))?;
+        print(&format!("{}\n", path.display()))
+    };
+    write(&settings, each::csv(&columns, &tuned).as_bytes())?;
+    if let (Some(source), Some(file)) = (source, file) {
+        write(&file, &each::written_back(source, &variables, &tuned)?)?;
+    }
+    print(&format!("{} of {} loops tuned\n", tuned.len() - failed.len(), tuned.len()))?;
+    if !failed.is_empty() {
+        bail!("{} of {} loops keep their settings", failed.len(), tuned.len());
     }
     Ok(())
 }

@@ -6,6 +6,16 @@ fn close(value: f64, expected: f64) -> bool {
 }
 
 #[test]
+fn whole_numbers_of_a_uniform_distribution_are_equally_likely() {
+    let die = Distribution::Uniform { min: 1.0, max: 6.0 };
+    let rolls: Vec<f64> = (0..12).map(|place| die.quantile_of((f64::from(place) + 0.5) / 12.0, true)).collect();
+    assert_eq!(rolls, [1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0, 5.0, 5.0, 6.0, 6.0]);
+    let normal = Distribution::Normal { mean: 3.0, deviation: 1.0 };
+    // 84 % of the distribution is below 3.99.
+    assert_eq!((normal.quantile_of(0.84, true), normal.quantile_of(0.5, true)), (4.0, 3.0));
+}
+
+#[test]
 fn the_normal_quantiles_are_those_in_print() {
     // The first three are the test values of AS 241; the others are in every table.
     let printed = [

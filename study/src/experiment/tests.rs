@@ -26,7 +26,7 @@ fn job(axes: Vec<Axis>) -> Job {
 }
 
 fn axis(variable: &str, along: Along) -> Axis {
-    Axis { variables: vec![variable.into()], time: None, relative: false, along }
+    Axis { variables: vec![variable.into()], along, ..Axis::default() }
 }
 
 fn values(values: &[f64]) -> Along {
@@ -63,6 +63,40 @@ fn bits(row: &Row) -> Vec<u64> {
 }
 
 #[test]
+fn axes_of_a_group_go_together_and_the_others_span_a_grid_with_them() {
+    let grouped = |variable: &str, list: &[f64]| Axis { group: Some("loops".into()), ..axis(variable, values(list)) };
+    let axes =
+        vec![grouped("C.GAIN", &[1.0, 2.0]), axis("C.TI", values(&[7.0, 8.0, 9.0])), grouped("C.SP", &[5.0, 6.0])];
+    let experiment = experiment(axes.clone());
+    assert_eq!(experiment.count(), 6);
+    let expected =
+        [[1.0, 7.0, 5.0], [1.0, 8.0, 5.0], [1.0, 9.0, 5.0], [2.0, 7.0, 6.0], [2.0, 8.0, 6.0], [2.0, 9.0, 6.0]];
+    assert_eq!(points(&experiment), expected);
+    let study = |axes| Study { axes, ..Study::default() };
+    let error = |axes| format!("{:#}", study(axes).check().unwrap_err());
+    let uneven = vec![axes[0].clone(), grouped("C.SP", &[5.0])];
+    assert!(
+        error(uneven)
+            .contains("it has 1 value, and axis 1 (C.GAIN) of the same group has 2: give both the same number")
+    );
+    let uniform = || Along::Uniform { min: 1.0, max: 2.0 };
+    let drawn = Axis { group: Some("x".into()), ..axis("C.SP", uniform()) };
+    assert!(error(vec![drawn]).contains("remove group"));
+    assert!(error(vec![Axis { whole: true, ..axes[1].clone() }]).contains("whole is for distributions"));
+    let named = |axis: &Axis, names: [&str; 2]| Axis { names: names.map(String::from).to_vec(), ..axis.clone() };
+    let swapped = error(vec![named(&axes[0], ["TIC1", "TIC2"]), named(&axes[2], ["TIC2", "TIC1"])]);
+    assert!(
+        swapped.contains("row 1 is of TIC2, and row 1 of axis 1 (C.GAIN), which is of the same group, is of TIC1"),
+        "{swapped}"
+    );
+    let apart = Axis { group: None, ..named(&axes[2], ["TIC1", "TIC2"]) };
+    assert!(error(vec![named(&axes[0], ["TIC1", "TIC2"]), apart]).contains("give both the same group"));
+    // Three runs of each loop, one behind the other.
+    let loops = self::experiment(vec![named(&axes[0], ["TIC1", "TIC2"]), axes[1].clone()]).loops.unwrap();
+    assert_eq!([0, 2, 3, 5].map(|run| loops.of(run)), ["TIC1", "TIC1", "TIC2", "TIC2"]);
+}
+
+#[test]
 fn lists_and_ranges_span_a_grid_with_the_first_axis_slowest() {
     let range = Along::Range { from: 10.0, to: 20.0, count: 3, logarithmic: false };
     let experiment = experiment(vec![axis("C.GAIN", values(&[1.0, 2.0])), axis("C.TI", range)]);
@@ -89,7 +123,7 @@ fn the_rows_of_an_axis_give_each_variable_its_own_value() {
     let rows =
         Along::Rows(vec![vec![Value::Number(1.0), Value::Number(5.0)], vec![Value::Number(2.0), Value::Number(9.0)]]);
     let variables = vec!["C.GAIN".to_string(), "C.TI".into()];
-    let experiment = experiment(vec![Axis { variables, time: None, relative: false, along: rows }]);
+    let experiment = experiment(vec![Axis { variables, along: rows, ..Axis::default() }]);
     assert_eq!(points(&experiment), [[1.0, 5.0], [2.0, 9.0]]);
 }
 
@@ -260,7 +294,7 @@ fn a_variable_that_cannot_be_varied_says_why() {
         ),
         (
             distributed("C.BITS"),
-            "axis 1 (C.BITS): C.BITS is Integer, and distributions give fractions: write its values as a list, values = [...]",
+            "axis 1 (C.BITS): C.BITS is Integer, and distributions give fractions: add whole = true, or write its values as a list, values = [...]",
         ),
         (
             range("C.BITS", 3.0),

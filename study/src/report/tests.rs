@@ -36,12 +36,7 @@ pub(crate) fn recording(top: f64) -> Recording {
 impl Sample {
     /// Four runs, one of which failed, with what is expected of them.
     pub(crate) fn new(expected: &[&str]) -> Sample {
-        let axis = |variable: &str, along: Along| Axis {
-            variables: vec![variable.into()],
-            time: None,
-            relative: false,
-            along,
-        };
+        let axis = |variable: &str, along: Along| Axis { variables: vec![variable.into()], along, ..Axis::default() };
         let axes = vec![
             axis("HEATER.GAIN", Along::Normal { mean: 2.5, deviation: 1.0, min: Some(1.0), max: None }),
             axis("PID.TI", Along::Uniform { min: 5.0, max: 45.0 }),

@@ -121,8 +121,8 @@ fn axes_that_act_during_the_run_have_no_coordinate_in_the_identification() {
     let axis = |variable: &str, time: Option<f64>| Axis {
         variables: vec![variable.into()],
         time,
-        relative: false,
         along: Along::Values(vec![Value::Number(1.0)]),
+        ..Axis::default()
     };
     let mut job = job(Vec::new());
     job.study.axes = vec![axis("P.K", None), axis("P.LOAD", Some(5.0)), axis("P.T", None)];

@@ -1,0 +1,138 @@
+//! Distributions that depend on each other by rank.
+//!
+//! The probabilities of all axes become standard normal numbers, which are mixed so that they correlate, and probabilities again: each
+//! axis keeps its distribution, whatever that is. For a rank correlation s the normal numbers correlate by 2 sin(pi s / 6) (W. H.
+//! Kruskal, "Ordinal measures of association", Journal of the American Statistical Association 53, 1958). The mixture is the Cholesky
+//! factor, so that an axis depends on those before it.
+
+use crate::distribution::{Distribution, normal_quantile, normal_share};
+use crate::sampling::LEAST_PROBABILITY;
+use crate::{Correlation, Study};
+use anyhow::{Context, Result, bail, ensure};
+use libm::sin;
+use std::f64::consts::PI;
+
+/// The rows of the mixture, one for each distribution; nothing if no two of them depend on each other.
+///
+/// # Errors
+/// An axis is not there, or the correlations cannot be true together.
+pub(super) fn mixing(study: &Study) -> Result<Vec<Vec<f64>>> {
+    if study.correlations.is_empty() {
+        return Ok(Vec::new());
+    }
+    let drawn: Vec<_> = study.axes.iter().filter(|axis| Distribution::of(&axis.along).is_some()).collect();
+    let find = |of: &Correlation, name: &String| {
+        let found = drawn.iter().position(|axis| axis.variables.contains(name));
+        found.with_context(|| {
+            let names = of.variables.join(" and ");
+            format!(
+                "correlations: {names}: no axis has a distribution for {name}: name a variable of [[axes]] that has one"
+            )
+        })
+    };
+    let mut matrix: Vec<Vec<f64>> = (0..drawn.len())
+        .map(|row| (0..drawn.len()).map(|column| f64::from(u8::from(row == column))).collect())
+        .collect();
+    for of in &study.correlations {
+        let [first, second] = [find(of, &of.variables[0])?, find(of, &of.variables[1])?];
+        let names = of.variables.join(" and ");
+        ensure!(first != second, "correlations: {names} belong to the same axis: name variables of two axes");
+        ensure!(
+            of.rank > -1.0 && of.rank < 1.0,
+            "correlations: {names}: rank = {:?}: give a number above -1 and below 1",
+            of.rank
+        );
+        let normal = 2.0 * sin(PI * of.rank / 6.0);
+        (matrix[first][second], matrix[second][first]) = (normal, normal);
+    }
+    cholesky(&matrix).context(
+        "correlations: they cannot be true together: give values nearer to 0, or the missing ones between their axes",
+    )
+}
+
+/// The lower triangular factor of a symmetric matrix; none if it is not positive definite.
+fn cholesky(matrix: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
+    let mut factor: Vec<Vec<f64>> = Vec::new();
+    for row in matrix {
+        let mut own: Vec<f64> = Vec::new();
+        for column in 0..factor.len() {
+            let sum: f64 = (0..column).map(|place| own[place] * factor[column][place]).sum();
+            own.push((row[column] - sum) / factor[column][column]);
+        }
+        let rest = row[factor.len()] - own.iter().map(|value| value * value).sum::<f64>();
+        if rest <= 1e-12 {
+            bail!("the matrix is not positive definite");
+        }
+        own.push(rest.sqrt());
+        factor.push(own);
+    }
+    Ok(factor)
+}
+
+/// The probability of a distribution, by its number, from those of all by themselves.
+pub(super) fn probability(mixing: &[Vec<f64>], number: usize, own: impl Fn(usize) -> f64) -> f64 {
+    let Some(row) = mixing.get(number).filter(|row| row[..number].iter().any(|factor| *factor != 0.0)) else {
+        return own(number);
+    };
+    let normal: f64 = row.iter().enumerate().map(|(other, factor)| factor * normal_quantile(own(other))).sum();
+    normal_share(normal).clamp(LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::Sampler;
+    use crate::{Along, Axis, Sampling};
+
+    fn study(pairs: &[(usize, usize, f64)]) -> Study {
+        let axis = |name: &&str| Axis {
+            variables: vec![(*name).to_string()],
+            along: Along::Uniform { min: 0.0, max: 1.0 },
+            ..Axis::default()
+        };
+        let names = ["P.A", "P.B", "P.C"];
+        let correlation = |(one, other, rank): &(usize, usize, f64)| Correlation {
+            variables: [names[*one].into(), names[*other].into()],
+            rank: *rank,
+        };
+        Study {
+            axes: names.iter().map(axis).collect(),
+            correlations: pairs.iter().map(correlation).collect(),
+            ..Study::default()
+        }
+    }
+
+    #[test]
+    fn axes_have_the_rank_correlation_that_is_asked_for_and_keep_their_distributions() {
+        let mixing = mixing(&study(&[(0, 2, 0.7), (1, 2, -0.3)])).unwrap();
+        let count = 20_000;
+        let sampler = Sampler::new(Sampling::Random, 5, count, 3);
+        let sample = |axis: usize| -> Vec<f64> {
+            let own = |run| probability(&mixing, axis, |axis| sampler.probability(axis, run));
+            (0..count).map(own).collect()
+        };
+        let [a, b, c] = [sample(0), sample(1), sample(2)];
+        // Of uniform numbers the rank correlation is the correlation: 12 times the mean product of the deviations from 1/2.
+        let rank = |x: &[f64], y: &[f64]| {
+            12.0 * x.iter().zip(y).map(|(x, y)| (x - 0.5) * (y - 0.5)).sum::<f64>() / count as f64
+        };
+        assert!((rank(&a, &c) - 0.7).abs() < 0.02, "{}", rank(&a, &c));
+        assert!((rank(&b, &c) + 0.3).abs() < 0.02 && rank(&a, &b).abs() < 0.02);
+        assert!((rank(&c, &c) - 1.0).abs() < 0.02 && c.iter().all(|value| *value > 0.0 && *value < 1.0));
+    }
+
+    #[test]
+    fn correlations_that_cannot_be_or_name_nothing_are_refused() {
+        let error = |pairs: &[(usize, usize, f64)]| format!("{:#}", mixing(&study(pairs)).unwrap_err());
+        assert!(
+            error(&[(0, 1, 0.95), (1, 2, 0.95), (0, 2, -0.9)])
+                .starts_with("correlations: they cannot be true together")
+        );
+        assert!(error(&[(0, 1, 1.0)]).contains("rank = 1.0: give a number above -1 and below 1"));
+        assert!(error(&[(1, 1, 0.5)]).contains("belong to the same axis"));
+        let mut unknown = study(&[(0, 1, 0.5)]);
+        unknown.correlations[0].variables[1] = "P.X".into();
+        assert!(format!("{:#}", mixing(&unknown).unwrap_err()).contains("no axis has a distribution for P.X"));
+        assert!(mixing(&study(&[])).unwrap().is_empty());
+    }
+}

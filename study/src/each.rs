@@ -1,0 +1,217 @@
+//! A table of loops, each tuned by itself: the study of one of them, and what was found for all.
+
+use crate::read::Reading;
+use crate::table::{Rows, Source};
+use crate::tune::Candidate;
+use crate::tuning::Tuning;
+use crate::{Along, Axis};
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use blocks::table::number::to_value;
+use parameters::{Block, Format, Options, Origin};
+use run::fmus::number_of;
+use run::system::{Setting, Value, own_name};
+use std::fmt::Write as _;
+
+/// What was found for a loop.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tuned {
+    /// The loop's name.
+    pub name: String,
+    /// The settings found, in the order of the search.
+    pub found: Vec<f64>,
+    /// The present ones.
+    pub now: Vec<f64>,
+    /// The figure that is minimized, with the settings found and with the present ones; none if it has no value.
+    pub figure: [Option<f64>; 2],
+    /// Why the settings are not to be used; none if they keep all constraints.
+    pub problem: Option<String>,
+}
+
+impl Reading {
+    /// Whether each loop is to be tuned by itself.
+    pub fn is_each(&self) -> bool {
+        self.tune.as_ref().and_then(|tune| tune.get("each")?.as_bool()).unwrap_or(false)
+    }
+
+    /// The names of the loops of the table, or their numbers from 1.
+    ///
+    /// # Errors
+    /// There is no table, there are several that do not belong together, or the study is wrong.
+    pub fn loops(&self) -> Result<Vec<String>> {
+        let study = &self.job.study;
+        study.check()?;
+        let (first, rows) = self
+            .tables
+            .first()
+            .context("[tune]: each = true, and no axis has a file: write [[axes]] with file = \"LOOPS.csv\"")?;
+        let belongs = |(number, _): &&(usize, Rows)| study.leader(*number) == study.leader(*first);
+        if let Some((other, _)) = self.tables.iter().find(|table| !belongs(table)) {
+            bail!(
+                "{}: its rows and those of {} span a grid, and each = true is for one table of loops: give both axes the same group",
+                study.axes[*other].label(*other),
+                study.axes[*first].label(*first)
+            );
+        }
+        let named = self.tables.iter().map(|(_, rows)| &rows.axis.names).find(|names| !names.is_empty());
+        Ok(named.cloned().unwrap_or_else(|| (1..=rows.axis.along.length()).map(|row| row.to_string()).collect()))
+    }
+
+    /// The study of one loop: the rows of the table, and of the axes of its group, become settings of the loop. Other axes stay.
+    pub fn alone(&self, row: usize) -> Reading {
+        let mut alone = self.clone();
+        let study = &self.job.study;
+        let leaders: Vec<usize> = self.tables.iter().map(|(number, _)| study.leader(*number)).collect();
+        let (own, others): (Vec<usize>, Vec<usize>) =
+            (0..study.axes.len()).partition(|number| leaders.contains(&study.leader(*number)));
+        alone.job.study.axes = others.into_iter().map(|number| study.axes[number].clone()).collect();
+        for number in own {
+            let axis = &study.axes[number];
+            let values = values(axis, row);
+            if axis.relative {
+                alone.job.study.axes.push(Axis { along: Along::Rows(vec![values]), group: None, ..axis.clone() });
+                continue;
+            }
+            let settings = &mut alone.job.system.settings;
+            for (variable, value) in axis.variables.iter().zip(values) {
+                settings.retain(|of| of.variable != *variable || of.time != axis.time);
+                let (variable, time) = (variable.clone(), axis.time);
+                settings.push(Setting { variable, value, time, is_preliminary: false, place: None });
+            }
+        }
+        alone.tables.clear();
+        alone
+    }
+}
+
+/// The values of a row of an axis, one for each variable.
+fn values(axis: &Axis, row: usize) -> Vec<Value> {
+    match &axis.along {
+        Along::Rows(rows) => rows[row].clone(),
+        Along::Values(values) => vec![values[row]; axis.variables.len()],
+        Along::Range { from, to, count, logarithmic } => {
+            let value = crate::axes::between(*from, *to, row as u64, *count, *logarithmic);
+            vec![Value::Number(value); axis.variables.len()]
+        }
+        // Refused in a group.
+        _ => Vec::new(),
+    }
+}
+
+impl Tuned {
+    /// What a search has found for a loop.
+    pub fn of(name: &str, best: &Candidate, present: &Candidate, problem: Option<String>) -> Tuned {
+        Tuned {
+            name: name.into(),
+            found: best.values.clone(),
+            now: present.values.clone(),
+            figure: [best.objective, present.objective],
+            problem,
+        }
+    }
+
+    /// A loop that could not be tuned.
+    pub fn failed(name: &str, problem: String) -> Tuned {
+        Tuned { name: name.into(), problem: Some(problem), ..Tuned::default() }
+    }
+}
+
+/// The names of the columns of [`csv`].
+pub fn columns(tuning: &Tuning) -> Vec<String> {
+    let search = tuning.problem.search.iter().flat_map(|of| [of.variable.clone(), format!("{}.now", of.variable)]);
+    let figure = &tuning.figures[tuning.problem.minimize].name;
+    search.chain([figure.clone(), format!("{figure}.now")]).collect()
+}
+
+/// The loops as CSV, a row each.
+pub fn csv(columns: &[String], loops: &[Tuned]) -> String {
+    let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
+    let mut csv = format!("loop,{},problem\n", columns.join(","));
+    for one in loops {
+        let settings = one.found.iter().zip(&one.now).flat_map(|(found, now)| [Some(*found), Some(*now)]);
+        let mut cells: Vec<Option<f64>> = settings.chain(one.figure).collect();
+        // A loop without a search has nothing but its problem.
+        cells.resize(columns.len(), None);
+        let cells: Vec<String> =
+            cells.into_iter().map(|value| value.map_or_else(String::new, |value| format!("{value:?}"))).collect();
+        let problem = one.problem.as_deref().map_or_else(String::new, quoted);
+        let _ = writeln!(csv, "{},{},{problem}", quoted(&one.name), cells.join(","));
+    }
+    csv
+}
+
+/// The parameter file with the settings that were found; loops with a problem keep theirs. `variables` are those that were searched.
+///
+/// # Errors
+/// The file can no longer be read, or it has no place for a value, or a setting does not fit into the block's type.
+pub fn written_back(source: &Source, variables: &[String], tuned: &[Tuned]) -> Result<Vec<u8>> {
+    let shown = source.path.display().to_string();
+    let format = Format::of_file(&shown).with_context(|| format!("{shown} is no parameter file"))?;
+    let mut loops = Vec::new();
+    for (one, tuned) in source.loops.iter().zip(tuned).filter(|(_, tuned)| tuned.problem.is_none()) {
+        ensure!(one.name == tuned.name, "{shown}: {} is in the place of {}", tuned.name, one.name);
+        let mut one = one.clone();
+        for (variable, value) in variables.iter().zip(&tuned.found) {
+            let member = own_name(variable, &source.fmu).and_then(|own| one.block.find(own));
+            // What is searched may be a setting of another FMU, which the file does not have.
+            let Some(member) = member else { continue };
+            let value = to_value(number_of(Value::Number(*value)), one.block.members[member].kind);
+            one.set(member, value.map_err(|why| anyhow!("{variable} of {}: {why}", tuned.name))?, Origin::Default);
+        }
+        loops.push(one);
+    }
+    let text = parameters::Source::read(&source.path, None).map_err(anyhow::Error::msg)?;
+    let rewritten = parameters::rewrite(format, &text, &Block::all(), &Options::default(), &loops);
+    Ok(rewritten.map_err(anyhow::Error::msg)?.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Job, Study};
+
+    fn axis(variable: &str, along: Along, group: Option<&str>) -> Axis {
+        Axis { variables: vec![variable.into()], along, group: group.map(Into::into), ..Axis::default() }
+    }
+
+    #[test]
+    fn a_loop_alone_has_its_row_of_the_table_and_of_the_axes_of_its_group_as_settings() {
+        let numbers = |list: &[f64]| list.iter().map(|value| Value::Number(*value)).collect::<Vec<_>>();
+        let rows = Along::Rows(vec![numbers(&[1.0]), numbers(&[2.0])]);
+        let names = vec!["TIC1".to_string(), "TIC2".to_string()];
+        let of_file = Axis { names, ..axis("C.GAIN", rows, Some("loops")) };
+        let axes = vec![
+            axis("P.LAG", Along::Values(numbers(&[5.0, 6.0])), Some("loops")),
+            of_file.clone(),
+            axis("P.NOISE", Along::Values(numbers(&[0.0, 1.0])), None),
+        ];
+        let table = Rows { axis: of_file, source: None, remarks: Vec::new() };
+        let reading = Reading {
+            name: "all".into(),
+            description: String::new(),
+            job: Job { study: Study { axes, ..Study::default() }, ..Job::default() },
+            tune: Some(toml::from_str("each = true").unwrap()),
+            tables: vec![(1, table)],
+            renews: None,
+            places: Vec::new(),
+        };
+        assert!(reading.is_each());
+        assert_eq!(reading.loops().unwrap(), ["TIC1", "TIC2"]);
+        let alone = reading.alone(1).job;
+        let settings: Vec<_> = alone.system.settings.iter().map(|of| (of.variable.as_str(), of.value)).collect();
+        assert_eq!(settings, [("P.LAG", Value::Number(6.0)), ("C.GAIN", Value::Number(2.0))]);
+        assert_eq!(alone.study.axes.len(), 1);
+        assert_eq!(alone.study.axes[0].variables, ["P.NOISE"]);
+    }
+
+    #[test]
+    fn the_table_of_results_has_a_row_for_each_loop_those_that_failed_too() {
+        let figure = [Some(10.0), None];
+        let tuned = Tuned { name: "A".into(), found: vec![2.0], now: vec![1.0], figure, problem: None };
+        let failed = Tuned::failed("B", "no \"plant\"".into());
+        let columns = ["C.GAIN", "C.GAIN.now", "iae", "iae.now"].map(String::from);
+        assert_eq!(
+            csv(&columns, &[tuned, failed]),
+            "loop,C.GAIN,C.GAIN.now,iae,iae.now,problem\n\"A\",2.0,1.0,10.0,,\n\"B\",,,,,\"no \"\"plant\"\"\"\n"
+        );
+    }
+}
