@@ -27,7 +27,7 @@ def open_example(page, title):
 
 
 def first_page(page):
-    page.wait_for_function("() => document.querySelectorAll('.card .spark svg').length === 15")
+    page.wait_for_function("() => document.querySelectorAll('.card .spark svg').length === 16")
     page.wait_for_function("() => document.querySelector('.living svg')")
 
 
@@ -66,7 +66,7 @@ def tuned(page):
 
 def runs(page):
     furnace(page)
-    for name, value in (("GAIN", "0.7"), ("TI", "120")):
+    for name, value in (("GAIN", "1.4"), ("TI", "80")):
         if page.locator("#tab-side").is_visible():
             show_tab(page, "Parameters")
         page.locator(f"#field-{name}").fill(value)

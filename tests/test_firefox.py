@@ -41,7 +41,7 @@ def seen(tmp_path_factory):
 
 
 def test_the_first_page_has_its_examples_and_one_runs_when_it_is_clicked(seen):
-    assert seen["cards"] == 15 and seen["example"]["calls"] > 100
+    assert seen["cards"] == 16 and seen["example"]["calls"] > 100
     # Lines and axes of a picture of some 900 x 300 pixels.
     assert seen["ink"] > 3000
     assert seen["complaints"] == []

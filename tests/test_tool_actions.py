@@ -2,9 +2,15 @@
 seen the page. The numbers are what the project promises."""
 
 import difflib
+import io
 import pathlib
+import re
+import zipfile
 
-from test_tool_run import LOOPS, browser, open_tool, pytestmark  # noqa: F401
+import pytest
+
+import host
+from test_tool_run import LOOPS, browser, made, open_tool, pytestmark, wait_for_calls  # noqa: F401
 
 SCREEN = (1366, 768)
 
@@ -26,6 +32,10 @@ class User:
     def type(self, where, text):
         self.actions += 1
         self.page.locator(where).fill(text)
+
+    def choose(self, where, value):
+        self.actions += 1
+        self.page.locator(where).select_option(value)
 
     def press(self, key):
         self.actions += 1
@@ -55,3 +65,44 @@ def test_one_of_forty_loops_is_changed_and_taken_back_in_6_actions_with_one_line
     changed = [line for line in difflib.ndiff(before.splitlines(), after.splitlines()) if line[0] in "+-"]
     assert len(changed) == 2 and changed[1].startswith("+") and "GAIN" in changed[1] and "3.25" in changed[1], changed
     assert user.actions <= 6
+
+
+def test_from_nothing_to_a_tuned_loop_at_60_degc_saved_as_awl_and_fmu_in_15_actions(open_tool):  # noqa: F811
+    page = open_tool(SCREEN)
+    user = User(page)
+    user.button("New loop")
+    user.choose("#plant-choice", "HEATER")
+    user.button("To the step test")
+    user.button("Step test")
+    page.locator("#tune .fit").get_by_text("fit").wait_for()
+    user.button("Apply")
+    user.press("Control+Enter")
+    user.type("#setpoint", "60")
+    user.press("Enter")
+    user.click(page.locator("#run").get_by_role("checkbox", name="Manual"))
+    # The settings and the setpoint are in force in manual mode first, for a call.
+    page.wait_for_function("async () => (await moduleOf('tool/store.js')).store.loop.settings.MAN_ON.sent === false")
+    tested = made(page)
+    user.button("max")
+    user.type("#run-for", "1200")
+    user.press("Enter")
+    wait_for_calls(page, tested + 1200)
+    # The figures are those of all calls: they follow the last of them.
+    at = "figures => figures.textContent.includes(' to ' + document.querySelector('#run .status').textContent.split(' ')[2])"
+    page.wait_for_function(f"() => ({at})(document.querySelector('#figures'))")
+    value = "async () => (await moduleOf('tool/store.js')).store.state.values['CONT_C_1.PV']"
+    assert abs(page.evaluate(value) - 60) < 0.1
+    overshoot = page.locator("#glance div").filter(has_text="overshoot").locator("dd").get_attribute("data-full")
+    assert 0 <= float(overshoot) < 5
+    user.click(page.locator("#away-button"))
+    name, awl = user.saved(lambda: user.button("Save parameters"))
+    assert name.endswith(".awl")
+    set_in_file = dict(re.findall(r"\b(GAIN|TI|SP_INT) := ([^;]+);", awl.decode("latin-1")))
+    fields = {name: page.locator(f"#field-{name}").input_value() for name in ("GAIN", "TI")}
+    # The fields round to five digits.
+    assert float(set_in_file["GAIN"]) == pytest.approx(float(fields["GAIN"]), rel=1e-5)
+    assert 0.8 < float(fields["GAIN"]) < 1.1 and 115 < float(fields["TI"]) < 135
+    name, preset = user.saved(lambda: user.open("#preset-fmu", host.FOLDER / "CONT_C.fmu"))
+    start = zipfile.ZipFile(io.BytesIO(preset)).read("modelDescription.xml").decode()
+    assert name.endswith(".fmu") and re.search(rf'name="GAIN".*?start="0.9398', start, re.DOTALL)
+    assert user.actions <= 15

@@ -10,6 +10,7 @@ import pytest
 
 import test_tool_run
 from test_tool_run import (
+    automatic,
     browser,  # noqa: F401
     made,
     manual,
@@ -231,7 +232,7 @@ def test_the_prediction_is_of_the_step_that_was_made_and_lies_on_it(tool):
     set_now(tool, "MAN", 25)
     run_calls(tool, 200)
     set_now(tool, "setpoint", 60)
-    manual(tool).uncheck()
+    automatic(tool)
     run_calls(tool, 100)
     show_tab(tool, "Tune")
     for name, value in (("gain", "2"), ("time_constant", "20"), ("dead_time", "2")):

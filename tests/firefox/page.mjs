@@ -18,7 +18,7 @@ try {
   // The first page, and an example of it.
   await page.waitForFunction(() => document.querySelectorAll(".card .spark svg").length > 10);
   const cards = await page.$$eval(".card", (all) => all.length);
-  await page.click(".card");
+  await page.click(".card:not(#program-card)");
   await page.waitForFunction(() => /[1-9]\d* calls/.test(document.querySelector("#run .status")?.textContent ?? ""));
   const example = await page.evaluate(async () => {
     const { store } = await globalThis.moduleOf("tool/store.js");

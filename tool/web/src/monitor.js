@@ -73,6 +73,7 @@ function show() {
   showing = bad ?? programOf(store.loop);
   variables = store.loop ? byPath(store.loop) : new Map();
   monitored = undefined;
+  isBrought = false;
   const { compiled } = showing ?? {};
   document.body.classList.toggle("has-program", showing !== undefined);
   document.body.classList.toggle("has-refused", bad !== undefined);
@@ -384,6 +385,8 @@ async function due() {
   });
 }
 
+/** Whether lines of this program that run have been brought into sight. */
+let isBrought = false;
 /** The state that the values were shown of, and the one at which they were asked for. @type {unknown} */
 let shownState;
 /** @type {unknown} */
@@ -401,6 +404,7 @@ function update() {
   shownState = state;
   const run = new Set(monitored?.lines.filter(([of]) => of === file).map(([, at]) => at));
   const top = sheet.getBoundingClientRect();
+  bringRunLines(run, top);
   for (const one of lines) {
     const box = one.row.getBoundingClientRect();
     if (box.bottom < top.top - HEIGHT || box.top > top.bottom + HEIGHT) continue;
@@ -408,6 +412,22 @@ function update() {
     if (one.names.length === 0) continue;
     showValues(one, state, isNext);
   }
+}
+
+/**
+ * A source begins with declarations, which may fill what one sees of it: the first lines that run come into sight by themselves,
+ * unless the user has scrolled.
+ *
+ * @param {Set<number>} run
+ * @param {DOMRect} top where the source is seen
+ */
+function bringRunLines(run, top) {
+  if (isBrought || run.size === 0) return;
+  isBrought = true;
+  const row = lines[Math.min(...run) - 1]?.row;
+  if (!row || sheet.scrollTop > 0) return;
+  const box = row.getBoundingClientRect();
+  if (box.bottom > top.bottom) sheet.scrollTop += box.top - top.top;
 }
 
 /**

@@ -476,10 +476,12 @@ function setpointControl(loop, name) {
 /** @param {Awaited<ReturnType<typeof disturbances>>} disturbing */
 function disturbanceControl(disturbing) {
   const place = element("span", {});
+  // A button says what it is.
+  const word = element("span", {}, "Disturbance ");
   let at = 0;
   const list = element(
     "select",
-    { "aria-label": "Disturbance" },
+    { "aria-label": "Disturbance", title: "Disturbance" },
     disturbing.map(({ name }, number) =>
       element(
         "option",
@@ -491,6 +493,7 @@ function disturbanceControl(disturbing) {
   const showOne = () => {
     const { name, variable, value } = disturbing[at];
     for (const one of disturbing) fields.delete(one.name);
+    word.hidden = !isSwitch(variable);
     if (isSwitch(variable)) {
       const box = element("input", { type: "checkbox", id: "disturbance", checked: value === true });
       box.addEventListener("change", () => {
@@ -520,7 +523,7 @@ function disturbanceControl(disturbing) {
     showOne();
   });
   showOne();
-  return element("span", { class: "control" }, "Disturbance ", list, place);
+  return element("span", { class: "control" }, word, list, place);
 }
 
 /** @param {import("./messages").Member} sensor */

@@ -236,7 +236,7 @@ function show() {
       element(
         "table",
         {},
-        tableHead(["Run", "Settings that differ", ...titles.values(), ""], (at) => at > 1),
+        tableHead(["Run", "Settings that differ", ...titles.values(), "Again"], (at) => at > 1),
         element("tbody", {}, rows),
       ),
     ),

@@ -6,7 +6,7 @@
 
 import { ask } from "tool/engine.js";
 import { controlledValue } from "tool/signals.js";
-import { runValue, store, variable } from "tool/store.js";
+import { runValue, source, store, variable } from "tool/store.js";
 import { number } from "tool/values.js";
 
 /** A setpoint that is nearer to the process value, as a part of both, is no step. */
@@ -22,7 +22,9 @@ const LEAST = 1e-3;
 export async function userStep(loop, typed) {
   const { setpoint } = loop.description.roles;
   const before = await restBefore(loop);
-  const goal = setpoint ? number(loop.settings[setpoint]?.sent) : Number.NaN;
+  const aim = setpoint ? loop.settings[setpoint] : undefined;
+  // A setpoint that nobody has set is no goal: 0 degC in a furnace.
+  const goal = aim && source(aim) !== "start" ? number(aim.sent) : Number.NaN;
   const from = typed.from === "" ? before.processValue : Number(typed.from);
   const to = typed.to === "" ? goal : Number(typed.to);
   const isStep = Math.abs(to - from) > LEAST * Math.max(Math.abs(from), Math.abs(to));

@@ -336,6 +336,7 @@ export const store = {
     if (good.length === 0) return names.length === 0;
     const values = Object.fromEntries(good.map((name) => [name, loop.settings[name].value]));
     try {
+      await prepareTakeover(loop, values);
       if (store.isLive()) await store.take(ask({ do: "send", values: named(loop, values) }));
     } catch (error) {
       store.say(error);
@@ -509,6 +510,7 @@ export const store = {
     const loop = store.loop;
     if (!loop) return undefined;
     const full = named(loop, values);
+    await prepareTakeover(loop, values);
     const state = store.isLive() ? await store.take(ask({ do: "send", values: full })) : undefined;
     /** @type {Values} */
     const own = {};
@@ -676,6 +678,22 @@ function named(loop, values) {
 export function split(name) {
   const at = name.indexOf(".");
   return at < 0 ? ["", name] : [name.slice(0, at), name.slice(at + 1)];
+}
+
+/**
+ * Before manual mode ends, makes one call with what was set since the last one. In manual mode the block prepares its integral
+ * action in each call for the settings and the setpoint of that call; a PLC has made many calls before anybody throws the switch,
+ * a run that pauses has made none.
+ *
+ * @param {Work} loop
+ * @param {Values} values what is about to be set
+ */
+async function prepareTakeover(loop, values) {
+  const { manual } = loop.description.roles;
+  const calls = store.isLive() ? (store.state?.calls ?? 0) : 0;
+  if (!manual || values[manual[0]] !== false || loop.settings[manual[0]]?.sent !== true || calls === 0) return;
+  const { events } = await ask({ do: "events" });
+  if (events.some(({ call }) => call >= calls)) await store.calls(1);
 }
 
 /**

@@ -210,8 +210,9 @@ function testButtons() {
       if (store.isLive()) await store.take(ask({ do: "state" }));
       refuse(error instanceof Error ? error.message : String(error));
     }
-    // What was set in the run is kept over a reload.
+    // What was set in the run is kept over a reload, and what the block does with it is said.
     store.emit("settings", []);
+    store.check();
   };
   const step = made(async (size) => {
     const { method, isIntegrating } = kept;
