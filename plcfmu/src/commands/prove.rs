@@ -90,8 +90,9 @@ fn write(options: &Options) -> Result<()> {
     let seconds = tape.calls as f64 / 100.0;
     let mut text = format!("{}: {} calls of {}, {}\n", out.display(), tape.calls, names.block, kilobytes(source.len()));
     text += &format!(
-        "tape     {} of load memory and as much work memory, in {blocks} data blocks of at most {}\n",
+        "tape     {} of load memory and as much work memory, in {blocks} data block{} of at most {}\n",
         kilobytes(bytes),
+        if blocks == 1 { "" } else { "s" },
         kilobytes(bytes.min(prove::largest(dialect)))
     );
     text += &format!("cycles   {}: {seconds} s at a cycle time of 10 ms\n", tape.calls);

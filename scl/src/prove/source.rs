@@ -230,6 +230,7 @@ impl Source<'_> {
                 .map(|name| self.own(name));
         self.line(&format!("    IF {result}.state <> {} THEN", outcome::RUNNING));
         self.line("        RETURN;\n    END_IF;");
+        self.line(&format!("    {value} := DW#16#0;\n    {what} := 0;"));
         self.line("    // The changes up to this call.");
         self.line("    REPEAT");
         let size = part(self.dialect);
@@ -246,6 +247,7 @@ impl Source<'_> {
         self.line(&format!("        {place} := {place} + 1;"));
         self.line(&format!("        {is_last} := {what} >= 128;"));
         self.line(&format!("        IF {is_last} THEN\n            {what} := {what} - 128;\n        END_IF;"));
+        self.line("        // An input of this call, or what an output must be after it.");
         self.line(&format!("        CASE {what} OF"));
         for (number, row) in tape.inputs.iter().enumerate() {
             let row = &rows[*row];
@@ -265,6 +267,7 @@ impl Source<'_> {
         self.line(&format!("                {expected}[{what} - {}] := {value};", first - 1));
         self.line("        END_CASE;");
         self.line(&format!("    UNTIL {is_last}\n    END_REPEAT;"));
+        self.line("    // The PLC's own block, once, and the bits of its outputs.");
         let own: Vec<&Row> = tape.inputs.iter().map(|row| &rows[*row]).filter(|row| Self::is_own(row)).collect();
         for (number, row) in own.iter().enumerate() {
             let before = if number == 0 { format!("    {tested}(") } else { "        ".to_string() };
@@ -277,6 +280,7 @@ impl Source<'_> {
             self.line(&format!("    {found}[{}] := {text};", number + 1));
         }
         self.line(&format!("    {result}.done := {result}.done + 1;"));
+        self.line("    // The first output with other bits than on the tape ends the proof.");
         self.line(&format!("    FOR {output} := 1 TO {} DO", tape.outputs.len()));
         self.line(&format!("        IF {found}[{output}] <> {expected}[{output}] THEN"));
         self.line(&format!("            {result}.state := {};", outcome::DIFFERS));

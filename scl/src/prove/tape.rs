@@ -58,35 +58,153 @@ impl Random {
         (self.below(1 << 24) as f32 / (1 << 23) as f32 - 1.0) * most
     }
 
+    fn one_of<T: Copy>(&mut self, from: &[T]) -> T {
+        from[self.below(from.len() as u64) as usize]
+    }
+}
+
+/// Calls that have something in common: most differences of two laws show only where values meet, or after a long rest.
+struct Stretch {
+    /// The number of its calls.
+    length: usize,
+    /// Signals change once in so many calls.
+    pace: u64,
+    /// Settings and switches change once in so many calls.
+    unrest: u64,
+    /// The largest usual value of a signal.
+    scale: f32,
+    /// Signals are multiples of it, so that sums and limits meet exactly; 0 if they are not.
+    grid: f32,
+    /// The sampling time of the block in milliseconds.
+    cycle: i32,
+    /// That of a new block.
+    start_cycle: f64,
+    /// Most settings are those of a new block, and some signals rest: several odd ones together hide what a law does.
+    is_plain: bool,
+    /// Values at the ends of the ranges of their types, or far from usual ones, may occur.
+    is_wild: bool,
+    /// Signals change by little.
+    drifts: bool,
+}
+
+impl Stretch {
+    fn new(random: &mut Random, table: &Table, cycle: Time) -> Stretch {
+        let start_cycle = match table.rows[table.cycle].start {
+            Value::Time(time) => f64::from(time.milliseconds()),
+            _ => 1.0,
+        };
+        let cycle = match random.below(6) {
+            0 => 1 + random.below(2000) as i32,
+            1 => random.one_of(&[1, 2, 10, 100, 500, 1000]),
+            2 | 3 => start_cycle as i32,
+            _ => cycle.milliseconds(),
+        };
+        let pace = random.one_of(&[1, 2, 3, 10, 40, 100]);
+        Stretch {
+            length: 20 + random.below(if pace > 3 { 150 } else { 60 }) as usize,
+            pace,
+            unrest: random.one_of(&[40, 200, 1000, 1000]),
+            scale: random.one_of(&[1.0, 5.0, 20.0, 120.0, 120.0, 120.0]),
+            grid: random.one_of(&[0.0, 0.0, 0.5, 1.0, 5.0, 10.0]),
+            cycle,
+            start_cycle,
+            is_plain: !random.once_in(3),
+            is_wild: random.once_in(5),
+            drifts: random.once_in(3),
+        }
+    }
+
     /// A value for a row: mostly a usual one, now and then one at an end of its range.
-    fn value(&mut self, row: &Row) -> Value {
+    fn value(&self, random: &mut Random, row: &Row) -> Value {
+        let is_odd = self.is_wild && random.once_in(6);
         match row.kind {
-            Kind::Bool => Value::Bool(self.once_in(2)),
+            Kind::Bool => Value::Bool(random.once_in(2)),
             // Without time between two calls, or without calls, nothing is defined.
-            Kind::Time if row.role == Role::Cycle => Value::Time(Time::ms(1 + self.below(2000) as i32)),
-            Kind::Int if row.role == Role::Fixed => Value::Int(1 + self.below(50) as i16),
-            Kind::Time => Value::Time(Time::ms(match self.below(6) {
-                0 => self.below(2) as i32,
-                1 | 2 => 10 * (1 + self.below(50) as i32),
-                3 => 1 + self.below(600_000) as i32,
-                _ => 1 + self.below(20_000) as i32,
-            })),
-            Kind::Word => Value::Word(Word::new(match self.below(4) {
-                0 => [i16::MIN, i16::MAX, 0, 27648][self.below(4) as usize],
-                _ => self.next() as i16,
-            })),
-            Kind::Int => Value::Int(match self.below(8) {
-                0 => [i16::MIN, i16::MAX, -1, 0][self.below(4) as usize],
-                1 => self.next() as i16,
-                _ => self.below(200) as i16,
+            Kind::Time if row.role == Role::Cycle => Value::Time(Time::ms(self.cycle)),
+            Kind::Int if row.role == Role::Fixed => {
+                let most = random.one_of(&[5, 20, 50]);
+                Value::Int(1 + random.below(most) as i16)
+            }
+            Kind::Time if is_odd => Value::Time(Time::ms(random.below(600_000) as i32)),
+            Kind::Time => Value::Time(Time::ms(self.time(random, row))),
+            Kind::Word if is_odd => Value::Word(Word::new(random.one_of(&[i16::MIN, i16::MAX, 0, 27648]))),
+            Kind::Word if random.once_in(3) => Value::Word(Word::new(random.next() as i16)),
+            // About the same number in percent.
+            Kind::Word => Value::Word(Word::new((self.real(random) * 276.48) as i16)),
+            Kind::Int if is_odd => Value::Int(random.one_of(&[i16::MIN, i16::MAX, -1, 0, 1])),
+            Kind::Int => Value::Int(match random.below(8) {
+                0 => random.next() as i16,
+                1 => -(random.below(200) as i16),
+                2..=4 => random.below(12) as i16,
+                _ => random.below(200) as i16,
             }),
-            _ => Value::Real(match self.below(12) {
-                0 => self.real(1e6),
-                1 => [0.0, 1.0, 100.0, -100.0][self.below(4) as usize],
-                2..=4 => self.real(5.0),
-                _ => self.real(120.0),
+            _ if is_odd => Value::Real(match random.below(3) {
+                0 => random.real(1e6),
+                _ => random.one_of(&[0.0, 1.0, 100.0, -100.0, -0.0]),
+            }),
+            _ if random.once_in(6)
+                && let (Some(Value::Real(min)), Some(Value::Real(max))) = (row.min, row.max) =>
+            {
+                Value::Real(random.one_of(&[min, max]) + random.one_of(&[0.0, 0.5, -0.5, 2.0, -2.0]))
+            }
+            _ => Value::Real(match (row.start, random.below(8)) {
+                // A factor or a limit of this size.
+                (Value::Real(start), 0..=5) if start != 0.0 => start * random.one_of(&[0.1, 0.25, 0.5, 0.9, 1.0, 2.0]),
+                (Value::Real(start), 6) if start != 0.0 => random.real(2.0 * start),
+                _ => self.real(random),
             }),
         }
+    }
+
+    /// The value of a new block, with times as many calls long as there.
+    fn start(&self, row: &Row) -> Value {
+        match row.start {
+            Value::Time(_) if row.role != Role::Cycle => Value::Time(Time::ms(self.calls(row, 1.0))),
+            start => start,
+        }
+    }
+
+    /// So many times the calls that a time has in a new block.
+    fn calls(&self, row: &Row, factor: f64) -> i32 {
+        let Value::Time(start) = row.start else { return 0 };
+        let calls = f64::from(start.milliseconds()) / self.start_cycle * factor;
+        self.cycle.saturating_mul(calls.round() as i32)
+    }
+
+    /// Mostly a number of sampling times, of about the size that a new block has.
+    fn time(&self, random: &mut Random, row: &Row) -> i32 {
+        let few = |random: &mut Random| self.cycle.saturating_mul(random.below(12) as i32);
+        match random.below(16) {
+            0 | 1 => 0,
+            2 => few(random).saturating_add(random.below(3) as i32 - 1).max(0),
+            3..=5 => few(random),
+            6 => 1 + random.below(20_000) as i32,
+            7 | 8 => self.cycle.saturating_mul(random.one_of(&[5, 10, 20, 25, 50, 100])),
+            _ => {
+                let factor = random.one_of(&[0.0, 0.05, 0.1, 0.2, 0.3, 0.5, 2.0]);
+                self.calls(row, factor).max(self.cycle)
+            }
+        }
+    }
+
+    /// The next value of a signal.
+    fn next(&self, random: &mut Random, row: &Row, old: Option<Value>) -> Value {
+        match old {
+            Some(Value::Real(old)) if self.drifts && !random.once_in(20) => {
+                let step = if self.grid == 0.0 { self.scale / 32.0 } else { self.grid };
+                Value::Real((old + self.on_grid(random.real(2.0 * step))).clamp(-self.scale, self.scale))
+            }
+            _ => self.value(random, row),
+        }
+    }
+
+    fn real(&self, random: &mut Random) -> f32 {
+        let value = random.real(self.scale);
+        self.on_grid(value)
+    }
+
+    fn on_grid(&self, value: f32) -> f32 {
+        if self.grid == 0.0 { value } else { (value / self.grid).round() * self.grid + 0.0 }
     }
 }
 
@@ -100,6 +218,11 @@ pub(super) fn bits(value: Value) -> u32 {
             _ => crate::program::Value::of_plc(value).bits() as u32,
         },
     }
+}
+
+/// Whether a row changes often.
+fn is_signal(row: &Row) -> bool {
+    row.role == Role::Input && row.kind != Kind::Bool
 }
 
 /// Whether a PLC calculates with such a value as we do: no infinity, and none below the normal range, which some CPUs flush.
@@ -157,12 +280,13 @@ impl Tape {
 fn restart_input<B: Block>(inputs: &[usize]) -> Option<usize> {
     let table = B::TABLE;
     let mut random = Random(1);
+    let stretch = Stretch::new(&mut random, table, Time::ms(1000));
     let switches = inputs.iter().copied().filter(|row| table.rows[*row].kind == Kind::Bool);
     let mut switches: Vec<usize> = switches.filter(|row| table.rows[*row].start == Value::Bool(false)).collect();
     for _ in 0..20 {
         let mut block = B::default();
         for row in inputs.iter().filter(|row| table.rows[**row].kind != Kind::Bool) {
-            block.set(*row, random.value(&table.rows[*row]));
+            block.set(*row, stretch.value(&mut random, &table.rows[*row]));
         }
         (0..20).for_each(|_| block.call());
         switches.retain(|row| {
@@ -182,88 +306,148 @@ fn restart_input<B: Block>(inputs: &[usize]) -> Option<usize> {
     switches.first().copied()
 }
 
-fn tape<B: Block>(calls: usize, seed: u32) -> Tape {
-    let table = B::TABLE;
-    let rows = || table.rows.iter().enumerate().filter(|(_, row)| row.kind != Kind::LReal);
-    let inputs: Vec<usize> = rows().filter(|(_, row)| row.role.is_settable()).map(|(number, _)| number).collect();
-    let outputs: Vec<usize> = rows().filter(|(_, row)| row.role == Role::Output).map(|(number, _)| number).collect();
-    let results: Vec<usize> = rows().filter(|(_, row)| !row.role.is_settable()).map(|(number, _)| number).collect();
-    let restart = restart_input::<B>(&inputs);
-    let mut tape = Tape { table, inputs, outputs, entries: Vec::new(), calls, seed };
-    let mut random = Random(u64::from(seed));
-    let mut block = B::default();
-    let mut expected = vec![0; tape.outputs.len()];
-    // Where the present stretch ends, and how often its signals change.
-    let (mut end, mut pace) = (0, 1);
-    for call in 0..calls {
-        let mut next;
-        let mut changes;
-        let begins = call == end;
-        if begins {
-            end = call + 20 + random.below(180) as usize;
-            pace = [1, 3, 10, 40][random.below(4) as usize];
+/// A call: the inputs that change, and the block after it.
+struct Call<B> {
+    changes: Vec<(usize, Value)>,
+    block: B,
+}
+
+struct Maker {
+    random: Random,
+    table: &'static Table,
+    inputs: Vec<usize>,
+    outputs: Vec<usize>,
+    restart: Option<usize>,
+}
+
+impl Maker {
+    /// The value that an input is given before a call, or `None` if it is left as it is.
+    fn change(&mut self, stretch: &Stretch, number: usize, old: Option<Value>, begins: bool) -> Option<Value> {
+        let random = &mut self.random;
+        let row = &self.table.rows[number];
+        if begins && row.role == Role::Cycle {
+            Some(Value::Time(Time::ms(stretch.cycle)))
+        } else if begins {
+            let is_start = random.once_in(if is_signal(row) { 2 } else { 3 }) != stretch.is_plain;
+            let value = if is_start { stretch.start(row) } else { stretch.value(random, row) };
+            (stretch.is_plain || random.once_in(2)).then_some(value)
+        } else if is_signal(row) {
+            // A signal that a stretch begins with as in a new block rests there.
+            let rests = stretch.is_plain && old == Some(row.start) && !random.once_in(20);
+            (!rests && random.once_in(stretch.pace)).then(|| stretch.next(random, row, old))
+        } else {
+            random.once_in(stretch.unrest).then(|| stretch.value(random, row))
         }
-        let mut tries = 0;
-        // Values with which the law gives infinity, or what a CPU may flush to 0, are not used.
-        loop {
-            next = block.clone();
-            changes = Vec::new();
-            for (number, row_number) in tape.inputs.iter().enumerate() {
-                let row = &table.rows[*row_number];
-                let value = if Some(*row_number) == restart {
-                    Some(Value::Bool(call == 0 || random.once_in(200)))
-                } else if call == 0 {
+    }
+
+    /// The next call; `None` if nothing helps: all values give infinity, or what a CPU may flush to 0.
+    fn call<B: Block>(&mut self, stretch: &Stretch, block: &B, begins: bool, is_first: bool) -> Option<Call<B>> {
+        let restarts = is_first || begins && self.random.once_in(3) || self.random.once_in(400);
+        for tries in 0..40 {
+            let mut next = block.clone();
+            let mut changes = Vec::new();
+            for number in 0..self.inputs.len() {
+                let row_number = self.inputs[number];
+                let row = &self.table.rows[row_number];
+                let old = block.get(row_number);
+                let value = if Some(row_number) == self.restart {
+                    Some(Value::Bool(restarts))
+                } else if is_first {
                     Some(row.start)
                 } else if tries > 20 {
                     None
-                } else if begins {
-                    // A third of the settings is that of a new block.
-                    random.once_in(2).then(|| if random.once_in(3) { row.start } else { random.value(row) })
                 } else {
-                    let often = if row.role == Role::Input && row.kind != Kind::Bool { pace } else { 150 };
-                    random.once_in(often).then(|| random.value(row))
+                    self.change(stretch, row_number, old, begins)
                 };
                 // What a block inside starts with is up to the PLC's project: the tape sets all of it.
                 let is_inner = !row.path[0].is_empty();
-                let value = value.filter(|value| call == 0 && is_inner || block.get(*row_number) != Some(*value));
-                if let Some(value) = value {
-                    next.set(*row_number, value);
+                if let Some(value) = value.filter(|value| is_first && is_inner || old != Some(*value)) {
+                    next.set(row_number, value);
                     changes.push((number, value));
                 }
             }
             next.call();
-            let is_good = results.iter().all(|row| next.get(*row).is_some_and(is_usual));
-            tries += 1;
-            if is_good || tries > 40 {
-                break;
+            if self.outputs.iter().all(|row| next.get(*row).is_some_and(is_usual)) {
+                return Some(Call { changes, block: next });
             }
         }
-        if tries > 40 {
-            // The memory itself has gone astray: only a new block helps, which is what the restart is.
-            let Some(restart) = restart else { break };
-            next = block.clone();
-            changes = vec![(tape.inputs.iter().position(|row| *row == restart).unwrap_or(0), Value::Bool(true))];
-            next.set(restart, Value::Bool(true));
-            next.call();
-        }
-        let first = tape.entries.len();
-        let entry = |what: usize, bits: u32| Entry { what: what as u8, is_last: false, bits };
-        tape.entries.extend(changes.iter().map(|(input, value)| entry(input + 1, bits(*value))));
-        for (number, row) in tape.outputs.iter().enumerate() {
-            let value = next.get(*row).map_or(0, bits);
-            if value != expected[number] {
-                expected[number] = value;
-                tape.entries.push(entry(tape.inputs.len() + number + 1, value));
+        // The memory itself has gone astray: only a new block helps, which is what the restart is.
+        let restart = self.restart?;
+        let mut next = block.clone();
+        let changes = vec![(self.inputs.iter().position(|row| *row == restart)?, Value::Bool(true))];
+        next.set(restart, Value::Bool(true));
+        next.call();
+        Some(Call { changes, block: next })
+    }
+
+    /// A stretch of calls; of some, the one in which outputs switch most often.
+    fn stretch<B: Block>(&mut self, block: &B, is_first: bool) -> Vec<Call<B>> {
+        let tries = self.random.one_of(&[1, 4, 12]);
+        let mut best = (Vec::new(), 0);
+        for _ in 0..tries {
+            let stretch = Stretch::new(&mut self.random, self.table, block.cycle());
+            let mut calls: Vec<Call<B>> = Vec::new();
+            let mut switched = 0;
+            while calls.len() < stretch.length {
+                let before = calls.last().map_or(block, |call| &call.block);
+                let begins = calls.is_empty();
+                let Some(call) = self.call(&stretch, before, begins, begins && is_first) else { break };
+                let switches = self.outputs.iter().filter(|row| self.table.rows[**row].kind == Kind::Bool);
+                switched += switches.filter(|row| call.block.get(**row) != before.get(**row)).count();
+                calls.push(call);
+            }
+            let often = 1 + 1000 * switched / calls.len().max(1);
+            if often > best.1 && !calls.is_empty() {
+                best = (calls, often);
             }
         }
-        if tape.entries.len() == first {
-            tape.entries.push(entry(0, 0));
+        best.0
+    }
+}
+
+fn tape<B: Block>(calls: usize, seed: u32) -> Tape {
+    let table = B::TABLE;
+    let rows = || table.rows.iter().enumerate().filter(|(_, row)| row.kind != Kind::LReal);
+    let inputs: Vec<usize> = rows().filter(|(_, row)| row.role.is_settable()).map(|(number, _)| number).collect();
+    let outputs: Vec<usize> = rows().filter(|(_, row)| !row.role.is_settable()).map(|(number, _)| number).collect();
+    let restart = restart_input::<B>(&inputs);
+    let mut maker =
+        Maker { random: Random(u64::from(seed)), table, inputs: inputs.clone(), outputs: outputs.clone(), restart };
+    let mut tape = Tape { table, inputs, outputs, entries: Vec::new(), calls: 0, seed };
+    let mut expected = vec![0; tape.outputs.len()];
+    let mut block = B::default();
+    while tape.calls < calls {
+        let made = maker.stretch(&block, tape.calls == 0);
+        if made.is_empty() {
+            break;
         }
-        if let Some(last) = tape.entries.last_mut() {
-            last.is_last = true;
+        for call in made.into_iter().take(calls - tape.calls) {
+            tape.push(&call, &mut expected);
+            block = call.block;
         }
-        block = next;
-        tape.calls = call + 1;
     }
     tape
+}
+
+impl Tape {
+    /// Adds a call, with the outputs that it changes.
+    fn push<B: Block>(&mut self, call: &Call<B>, expected: &mut [u32]) {
+        let first = self.entries.len();
+        let entry = |what: usize, bits: u32| Entry { what: what as u8, is_last: false, bits };
+        self.entries.extend(call.changes.iter().map(|(input, value)| entry(input + 1, bits(*value))));
+        for (number, row) in self.outputs.iter().enumerate() {
+            let value = call.block.get(*row).map_or(0, bits);
+            if value != expected[number] {
+                expected[number] = value;
+                self.entries.push(entry(self.inputs.len() + number + 1, value));
+            }
+        }
+        if self.entries.len() == first {
+            self.entries.push(entry(0, 0));
+        }
+        if let Some(last) = self.entries.last_mut() {
+            last.is_last = true;
+        }
+        self.calls += 1;
+    }
 }
