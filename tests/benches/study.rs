@@ -88,6 +88,9 @@ impl Fmus {
             variables: vec!["HEATER.FURN_TM".into()],
             time: None,
             relative: false,
+            whole: false,
+            group: None,
+            names: Vec::new(),
             along: Along::Uniform { min: 100.0, max: 140.0 },
         };
         let system = System { record: Vec::new(), ..system(folder, step, steps)? };
