@@ -337,7 +337,7 @@ def instantiate(library, guid):
     [
         (lambda text: text, False),
         (lambda text: text.replace("27648.0f", "27647.0f"), True),
-        (lambda text: re.sub(r"(PLCFMU_TEST_LOW 0x\w)", r"\g<1>1", text), True),
+        (lambda text: re.sub(r"(PLCFMU_TEST_LOW 0x\w*)(\w)ull", lambda of: f"{of[1]}{int(of[2], 16) ^ 1:x}ull", text), True),
     ],
     ids=["as it is", "one constant", "another hash"],
 )

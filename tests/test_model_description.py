@@ -87,7 +87,7 @@ def test_the_block_is_described(fmu):
 def test_no_list_is_empty(fmu):
     """The schema forbids it for some, and readers stumble over the others."""
     leaves = {"Category", "DefaultExperiment", "CoSimulation", "Unknown", "BaseUnit", "DisplayUnit"}
-    leaves |= {"Real", "Integer", "Boolean"}
+    leaves |= {"Real", "Integer", "Boolean", "File"}
     assert {element.tag for element in fmu.xml.iter() if len(element) == 0} <= leaves | {"Unit"}
 
 
@@ -123,8 +123,11 @@ def test_the_capabilities_are_those_that_the_tests_prove(fmu):
     assert all(flags[name] in ("false", "0") for name in set(flags) - yes)
 
 
-def test_there_are_no_source_files_that_a_host_would_have_to_compile(fmu):
-    assert fmu.xml.find("CoSimulation/SourceFiles") is None
+def test_the_source_files_are_those_of_the_archive(fmu):
+    """Of a block one file of C, of a plant and a preset none."""
+    declared = [file.get("name") for file in fmu.xml.findall("CoSimulation/SourceFiles/File")]
+    assert declared == [path.name for path in (fmu.folder / "sources").glob("*")]
+    assert declared in ([], [f"{fmu.description.coSimulation.modelIdentifier}.c"])
 
 
 def test_the_step_size_is_the_default_cycle(fmu):
@@ -266,16 +269,16 @@ def test_a_percent_is_a_hundredth(fmu):
 
 
 @pytest.mark.parametrize("element", ["Outputs", "InitialUnknowns"])
-def test_every_output_is_listed_once_in_order_and_depends_on_no_signal_of_a_step(fmu, element):
+def test_every_output_is_listed_once_in_order_and_depends_on_no_signal(fmu, element):
     """Without the attribute an output would depend on every input, and masters would see
     algebraic loops. It changes in fmi2DoStep alone, and has its restart value before."""
     unknowns = fmu.xml.findall(f"ModelStructure/{element}/Unknown")
     outputs = [i for i, x in enumerate(scalar_variables(fmu), 1) if x.get("causality") == "output"]
     assert [int(unknown.get("index")) for unknown in unknowns] == outputs
-    settings = [i for i, x in enumerate(scalar_variables(fmu), 1) if x.get("causality") in ("input", "parameter")]
+    settings = [i for i, x in enumerate(scalar_variables(fmu), 1) if x.get("causality") == "parameter"]
     for unknown in unknowns:
         if element == "InitialUnknowns" and unknown.get("dependencies"):
-            # On what a host sets: test_restart_values.py shows that these are the right ones.
+            # On settings alone: test_restart_values.py shows that these are the right ones.
             dependencies = [int(index) for index in unknown.get("dependencies").split(" ")]
             assert dependencies == sorted(set(dependencies) & set(settings))
         else:

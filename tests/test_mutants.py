@@ -85,7 +85,7 @@ MUTANTS = {
     "a continuous parameter": (variable("GAIN", "tunable", "continuous"), "not allowed together"),
     "a continuous Boolean": (variable("MAN_ON", "discrete", "continuous"), "only a Real can be continuous"),
     "a name that is no identifier": (replaced('name="PV_IN"', 'name="PV IN"'), "not a structured one"),
-    "a library of another name": (replaced('Identifier="CONT_C"', 'Identifier="PID"'), "nor a library"),
+    "a library of another name": (replaced('Identifier="CONT_C"', 'Identifier="PID"'), "it is not named PID"),
     "a library that is cut off": (cut_off, "it is not a library"),
     "a library without a function": (without_a_function, "it does not export fmi2DoStep"),
     "a library for another processor": (arm, "linux64 needs one of Linux for x86_64"),
@@ -158,7 +158,7 @@ def move(files, path, content):
 
 
 def model_exchange(files):
-    replaced("<CoSimulation.*?/>", '<ModelExchange modelIdentifier="CONT_C"/>')(files)
+    replaced("<CoSimulation.*</CoSimulation>", '<ModelExchange modelIdentifier="CONT_C"/>')(files)
 
 
 RIGHT = {

@@ -62,7 +62,7 @@ def test_entries_are_stored_or_deflated_and_whole(fmu, entries):
 
 def test_the_archive_has_only_the_folders_of_the_standard(entries):
     roots = {entry.filename.split("/")[0] for entry in entries}
-    assert roots == {"modelDescription.xml", "binaries", "documentation", "extra", "model.png"}
+    assert roots - {"sources"} == {"modelDescription.xml", "binaries", "documentation", "extra", "model.png"}
 
 
 # --- The libraries ---------------------------------------------------------------------------------------

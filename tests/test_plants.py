@@ -4,15 +4,10 @@ Each plant is held to its steady state, its time constants and, where it moves, 
 the differential equations of its documentation, which shares nothing with the plant's own closed solution.
 """
 
-import csv
-import io
 import math
 import random
-import subprocess
 
 import pytest
-
-import host
 
 G = 9.81
 LITRE_PER_MINUTE = 1 / 60_000
@@ -588,31 +583,6 @@ def test_sensor_noise_has_its_standard_deviation(sensor):
     mean = sum(values) / len(values)
     assert mean == pytest.approx(50, abs=0.02)
     assert math.sqrt(sum((value - mean) ** 2 for value in values) / len(values)) == pytest.approx(0.5, rel=0.02)
-
-
-def test_a_controller_behind_sensors_finds_the_process_value_in_its_first_call(command, tmp_path):
-    """Not 0, which would kick the manipulated value by GAIN times the setpoint: GAIN 2, and 60 - 20 are left."""
-    loop = tmp_path / "loop.toml"
-    loop.write_text("""
-        step = 1.0
-        stop = 3.0
-        fmus = { C = "CONT_C.fmu", S2 = "SENSOR.fmu", S1 = "SENSOR.fmu", P = "HEATER.fmu" }
-        [connections]
-        C.LMN = "P.POWER"
-        P.TEMP = "S1.U"
-        S1.Y = "S2.U"
-        S2.Y = "C.PV_IN"
-        [settings]
-        C = { MAN_ON = false, SP_INT = 60.0, GAIN = 2.0, CYCLE = 1.0 }
-        P = { T_START = 20.0, CYCLE = 1.0 }
-        S1 = { NOISE = 0.0, STEPS = 0, CYCLE = 1.0 }
-        S2 = { NOISE = 0.0, STEPS = 0, CYCLE = 1.0 }
-    """)
-    given = [command, "run", loop, "--fmus", host.FOLDER, "--out", "-", "--record=C.PV_IN", "--record=C.LMN_P"]
-    done = subprocess.run(given, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    first = next(csv.DictReader(io.StringIO(done.stdout)))
-    assert (float(first["C.PV_IN"]), float(first["C.LMN_P"])) == (20, 80)
 
 
 def test_sensor_filter_is_a_lag_from_the_first_value_on(sensor):

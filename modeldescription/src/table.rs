@@ -152,8 +152,9 @@ impl Table {
         self.variables.iter().position(|row| row.name == name)
     }
 
-    fn is_settable(&self, name: &str) -> bool {
-        self.find(name).is_some_and(|row| self.variables[row].role.is_settable())
+    fn is_setting(&self, name: &str) -> bool {
+        self.find(name)
+            .is_some_and(|row| matches!(self.variables[row].role, Role::Parameter | Role::Fixed | Role::Cycle))
     }
 
     /// What the block does, in one sentence: the first paragraph of its documentation, on one line.
@@ -187,9 +188,9 @@ impl Table {
             return wrong(format!("the mean of the pulse is row {mean}, which is not an output"));
         }
         for row in &self.variables {
-            if let Some(other) = row.from.iter().find(|name| !self.is_settable(name)) {
+            if let Some(other) = row.from.iter().find(|name| !self.is_setting(name)) {
                 return wrong(format!(
-                    "{} has its restart value from {other:?}, which is neither an input nor a parameter of the table",
+                    "{} has its restart value from {other:?}, which is not a parameter of the table",
                     row.name
                 ));
             }

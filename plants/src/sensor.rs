@@ -95,8 +95,7 @@ blocks::block! {
     ///    input, 4096 those of twelve bits; 0 leaves Y as it is, beyond the range too.
     /// 6. Y_PER is the analog input word for PV_PER, whatever STEPS is. With CONT_C's PVPER_ON, PV_FAC = (RANGE_HI -
     ///    RANGE_LO) / 100 and PV_OFF = RANGE_LO make Y of it again.
-    /// 7. Start: until the first call Y and Y_PER are those of U without noise, so that the controller finds the process value in its first
-    ///    call, and not 0.
+    /// 7. Start: Y and Y_PER are 0 until the first call, because they depend on an input.
     ///
     /// # Limits of use
     ///
@@ -154,13 +153,13 @@ blocks::block! {
         output {
             /// Measured value, for PV_IN
             ///
-            /// Connect it to PV_IN of the controller. It has the unit of U.
-            y: LReal, from u range_lo range_hi steps;
+            /// Connect it to PV_IN of the controller. It has the unit of U, and is 0 until the first call.
+            y: LReal;
             /// Measured value as an analog input word, for PV_PER
             ///
             /// Connect it to PV_PER of the controller, with PVPER_ON = TRUE: 0 ... 27648 for RANGE_LO ... RANGE_HI. It
             /// saturates at the ends of the range.
-            y_per: Word, from u range_lo range_hi steps;
+            y_per: Word;
         }
     }
     memory Memory {
@@ -199,7 +198,6 @@ impl Law for Sensor {
 
     fn restart(&mut self) {
         self.clear();
-        self.show(self.u);
     }
 
     fn call(&mut self) {
@@ -208,15 +206,8 @@ impl Law for Sensor {
         self.memory.x = if self.memory.calls == 0 { v } else { filtered };
         self.memory.calls = self.memory.calls.wrapping_add(1);
 
-        self.show(self.memory.x);
-    }
-}
-
-impl Sensor {
-    /// Gives a value in steps, and as a word.
-    fn show(&mut self, value: f64) {
         let (low, span, steps) = (self.range_lo, self.range_hi - self.range_lo, f64::from(self.steps));
-        self.y = value;
+        self.y = self.memory.x;
         if steps > 0.0 && span != 0.0 {
             // Not negative, so cutting off the fraction rounds half up.
             let count = (limited(steps * (self.y - low) / span, 0.0, steps) + 0.5) as u32;
@@ -302,9 +293,9 @@ mod tests {
     }
 
     #[test]
-    fn before_the_first_call_it_shows_its_input_without_noise_in_its_steps() {
-        let sensor = started(Sensor { u: 50.3, noise: 5.0, steps: 100, ..Sensor::default() });
-        assert_eq!((sensor.y, sensor.y_per), (50.0, Word::new(13824)));
+    fn outputs_are_0_until_the_first_call() {
+        let sensor = started(Sensor { u: 50.0, ..Sensor::default() });
+        assert_eq!((sensor.y, sensor.y_per), (0.0, Word::new(0)));
     }
 
     #[test]

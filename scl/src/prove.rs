@@ -1,4 +1,4 @@
-//! A source for a PLC that compares the PLC's own block with the law of a block of [`blocks`], call by call and bit by bit.
+//! A source for a PLC that compares the PLC's own block with the law of a block of `blocks`, call by call and bit by bit.
 //!
 //! The tape in its data blocks has the inputs of each call and the bits that each output must have after it: expected values
 //! come from the law, never from the PLC's arithmetic. Only changes are on the tape. A function block makes one call in each

@@ -26,7 +26,7 @@
 ///
 /// Behind `NAME` and `|` stand the other names by which a PLC project may call the block, if there are any. The sections of
 /// variables may be repeated and stand in any order, so that the rows can keep the order of an instance
-/// data block; start, `from`, `min`, `max` and `unit` may be left out. `from` names the block's own settings and inputs on which the
+/// data block; start, `from`, `min`, `max` and `unit` may be left out. `from` names the block's own settings on which the
 /// value of an output after a restart depends; without it, the restart always gives the same value. A table has one
 /// `cycle` row. `mean`, `instances` and
 /// `memory` may be left out. In an instance, `wired` names the terminals that the law connects: they become locals;

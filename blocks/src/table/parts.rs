@@ -145,7 +145,7 @@ pub const fn nest(
     next
 }
 
-/// A restart value depends on what a host sets before it, and outputs alone have one.
+/// A restart value depends on settings, never on a signal, and outputs alone have one.
 #[doc(hidden)]
 pub const fn check_restart_values(rows: &[Row]) {
     let mut i = 0;
@@ -155,8 +155,8 @@ pub const fn check_restart_values(rows: &[Row]) {
         let mut s = 0;
         while s < from.len() {
             assert!(
-                matches!(rows[from[s]].role, Role::Input | Role::Parameter | Role::Fixed | Role::Cycle),
-                "`from` names what a host sets: rows of the sections input, parameter, fixed and cycle"
+                matches!(rows[from[s]].role, Role::Parameter | Role::Fixed | Role::Cycle),
+                "`from` names settings: rows of the sections parameter, fixed and cycle"
             );
             s += 1;
         }

@@ -158,10 +158,10 @@ fn an_output_names_the_settings_of_its_restart_value_and_an_inner_one_does_not()
 }
 
 #[test]
-#[should_panic(expected = "`from` names what a host sets")]
-fn a_restart_value_cannot_depend_on_an_output() {
-    let output = Row { role: Role::Output, ..Row::EMPTY };
-    check_restart_values(&[output, Row { from: &[0], ..output }]);
+#[should_panic(expected = "`from` names settings")]
+fn a_restart_value_cannot_depend_on_a_signal() {
+    let signal = Row { role: Role::Input, ..Row::EMPTY };
+    check_restart_values(&[signal, Row { role: Role::Output, from: &[0], ..Row::EMPTY }]);
 }
 
 #[test]

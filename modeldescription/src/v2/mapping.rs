@@ -175,7 +175,7 @@ fn boolean(number: f64) -> Result<bool, String> {
 }
 
 /// All outputs, in the order of their indices. They depend on nothing of the same instant, because they change only in
-/// `fmi2DoStep`. Before that they have their restart values, which depend on the settings and inputs that the table names.
+/// `fmi2DoStep`. Before that they have their restart values, which depend on the settings that the table names.
 fn structure(table: &Table) -> ModelStructure {
     let unknown = |index, dependencies| Unknown { index, dependencies: Some(dependencies), dependencies_kind: None };
     let outputs = (1..).zip(&table.variables).filter(|(_, row)| row.role == Role::Output);

@@ -229,8 +229,8 @@ fn the_restart_value_of_an_output_depends_on_the_settings_that_the_table_names()
 }
 
 #[test]
-fn a_restart_value_from_what_no_host_sets_is_refused() {
-    for other in ["OUT", "NOSUCH"] {
+fn a_restart_value_from_what_is_no_setting_is_refused() {
+    for other in ["IN", "OUT", "NOSUCH"] {
         let output = row("OUT", "REAL", "output", "").replace('}', &format!(",\"from\":[\"{other}\"]}}"));
         let error = Interface::parse(&json(&[row("IN", "REAL", "input", ""), output])).unwrap_err().to_string();
         assert!(error.contains(&format!("OUT has its restart value from {other:?}")), "{error}");

@@ -50,6 +50,7 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
             report.errors.push(format!("{DESCRIPTION}: SourceFiles names {name:?}, and there is no {path:?}"));
         }
     }
+    report.errors.extend(misnamed(package));
     for file in package.libraries.clone() {
         match check_library(package, &file, &preset) {
             Ok(binary) => report.libraries.push((file, binary)),
@@ -57,6 +58,19 @@ pub fn check<R: Read + Seek>(package: &mut Package<R>) -> Report {
         }
     }
     report
+}
+
+/// The libraries that no host finds, if it finds none.
+fn misnamed<R: Read + Seek>(package: &Package<R>) -> Vec<String> {
+    let Some(identifier) = package.description.model_identifier().filter(|_| package.libraries.is_empty()) else {
+        return Vec::new();
+    };
+    let is_library = |path: &str| {
+        let folder = path.strip_prefix("binaries/").and_then(|path| path.split_once('/'));
+        folder.and_then(|(folder, file)| Some(file.ends_with(platform::system(folder)?.1))).unwrap_or(false)
+    };
+    let names = package.archive.entries().iter().map(|entry| entry.name.as_str()).filter(|path| is_library(path));
+    names.map(|path| format!("{path}: it is not named {}, as hosts look for it", shortened(identifier))).collect()
 }
 
 /// Reads a library and checks that it belongs to the model description.
