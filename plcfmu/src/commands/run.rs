@@ -82,8 +82,9 @@ Order of a step from t to t + h:
    Step k begins at start + k * step: rounding errors do not add up.
 
 Initialization:
-  Each FMU gets its parameters, enters Initialization Mode and gets its inputs. The connected values then go once \
-   from output to input, in the order of the FMUs. Then each FMU leaves Initialization Mode.
+  Each FMU gets its parameters, enters Initialization Mode and gets its inputs. The connected values then go \
+   from output to input, in the order of the FMUs, until none changes, but not more often than there are FMUs, and once \
+   with --parallel. Then each FMU leaves Initialization Mode.
 
 Rows of the recording:
   A row belongs to a time: the beginning of each step, and the end. An input has the value that its FMU gets for the \

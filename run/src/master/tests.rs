@@ -14,6 +14,8 @@ struct Sum {
     values: [f64; 3],
     log: Rc<RefCell<Vec<String>>>,
     fails_at: f64,
+    /// Its output is its input at once.
+    passes_on: bool,
 }
 
 impl Sum {
@@ -50,6 +52,9 @@ impl Component for Sum {
     fn write(&mut self, _: Type, references: &[u32], values: &[f64]) -> Result<()> {
         for (value, reference) in values.iter().zip(references) {
             self.values[*reference as usize] = *value;
+            if self.passes_on && *reference == INPUT {
+                self.values[OUTPUT as usize] = *value;
+            }
             self.note(&format!("{reference} = {value}"));
         }
         Ok(())
@@ -122,7 +127,7 @@ fn ring(exchange: Exchange) -> Plan {
 
 fn run_it(plan: &Plan, fails_at: f64) -> (Result<Recording>, Vec<String>) {
     let log = Rc::default();
-    let component = |name| Sum { name, values: [0.0; 3], log: Rc::clone(&log), fails_at };
+    let component = |name| Sum { name, values: [0.0; 3], log: Rc::clone(&log), fails_at, passes_on: false };
     let result = run(plan, &mut [component("A"), component("B")], |_| {});
     (result, log.take())
 }
@@ -148,6 +153,23 @@ fn in_parallel_all_get_what_was_given_in_the_last_step() {
     let expected =
         [(0.0, vec![10.0, 1.0, 1.0, 10.0]), (0.5, vec![11.0, 11.0, 11.0, 11.0]), (1.0, vec![22.0, 22.0, 22.0, 22.0])];
     assert_eq!(rows(&recording.unwrap()), expected);
+}
+
+#[test]
+fn a_start_value_goes_through_a_chain_in_whatever_order_it_is() {
+    // A's 7 goes to D, from there to B and to C, which is first: it would take three passes.
+    let names = ["C", "B", "D", "A"];
+    let mut members: Vec<_> = (1..=3).map(|from| member(names[from - 1], from, 0.0)).collect();
+    members.push(MemberPlan { connected: Block::default(), sources: Vec::new(), ..member("A", 0, 7.0) });
+    let first = |exchange| {
+        let columns = vec![column("C.IN", (0, 1), false)];
+        let plan = Plan { members: members.clone(), columns, ..ring(exchange) };
+        let component =
+            |name| Sum { name, values: [0.0; 3], log: Rc::default(), fails_at: f64::NAN, passes_on: name != "A" };
+        let recording = run(&plan, &mut names.map(component), |_| {}).unwrap();
+        rows(&recording)[0].1[0]
+    };
+    assert_eq!((first(Exchange::Sequential), first(Exchange::Parallel)), (7.0, 0.0));
 }
 
 #[test]
@@ -197,7 +219,7 @@ fn an_output_that_no_fmu_reads_stands_at_its_time() {
     };
     let columns = vec![Column { is_unread: true, ..column("A.OUT", (0, 0), false) }];
     let plan = Plan { members: vec![alone], columns, ..ring(Exchange::Sequential) };
-    let component = || Sum { name: "A", values: [0.0; 3], log: Rc::default(), fails_at: f64::NAN };
+    let component = || Sum { name: "A", values: [0.0; 3], log: Rc::default(), fails_at: f64::NAN, passes_on: false };
     let recording = run(&plan, &mut [component()], |_| {}).unwrap();
     assert_eq!(rows(&recording), [(0.0, vec![1.0]), (0.5, vec![11.0]), (1.0, vec![21.0])]);
     // In the row of a call, it is what the call gives.
@@ -231,7 +253,7 @@ fn a_recording_that_does_not_fit_into_the_memory_is_refused() {
 #[test]
 fn progress_is_told_after_each_step() {
     let log = Rc::default();
-    let component = |name| Sum { name, values: [0.0; 3], log: Rc::clone(&log), fails_at: f64::NAN };
+    let component = |name| Sum { name, values: [0.0; 3], log: Rc::clone(&log), fails_at: f64::NAN, passes_on: false };
     let mut told = Vec::new();
     run(&ring(Exchange::Sequential), &mut [component("A"), component("B")], |done| told.push(done)).unwrap();
     assert_eq!(told, [1, 2]);
