@@ -4,6 +4,7 @@ use blocks::{Block, EachBlock, Kind, Row, Time, Value, Word, for_each_block};
 use laws::{Law, Sources};
 use scl::machine::{Code, Machine};
 use scl::program::{Program, Scalar, Type};
+use scl::random::Random;
 use scl::scl::Dialect;
 use std::sync::Arc;
 
@@ -12,60 +13,39 @@ fn calls() -> usize {
     std::env::var("PLCFMU_CALLS").map_or(20_000, |calls| calls.parse().expect("PLCFMU_CALLS is a number"))
 }
 
-/// Random numbers (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut bits = self.0;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        bits ^ (bits >> 31)
-    }
-
-    fn below(&mut self, count: u64) -> u64 {
-        (self.next() >> 11) % count
-    }
-
-    fn real(&mut self, most: f32) -> f32 {
-        (self.below(1 << 24) as f32 / (1 << 23) as f32 - 1.0) * most
-    }
-
-    /// A value for a row: usual ones, and, if they are wanted, any bits of the type.
-    fn value(&mut self, row: &Row, odd: bool) -> Value {
-        const ODD: [f32; 10] = [
-            f32::NAN,
-            f32::INFINITY,
-            f32::NEG_INFINITY,
-            -0.0,
-            1e-45,
-            -1e-40,
-            f32::MAX,
-            f32::MIN,
-            2_147_483_648.0,
-            16_777_217.0,
-        ];
-        let odd = odd && self.below(6) == 0;
-        match row.kind {
-            Kind::Bool => Value::Bool(self.below(2) == 1),
-            Kind::Time if odd => Value::Time(Time::ms(self.next() as i32)),
-            Kind::Time => Value::Time(Time::ms(match self.below(4) {
-                0 => self.below(3) as i32,
-                1 => 10 * self.below(30) as i32,
-                _ => 1 + self.below(20_000) as i32,
-            })),
-            Kind::Word => Value::Word(Word::new(self.next() as i16)),
-            Kind::Int if odd => Value::Int([i16::MIN, i16::MAX, -1, 0][self.below(4) as usize]),
-            Kind::Int => Value::Int(self.below(41) as i16 - 10),
-            Kind::LReal => Value::LReal(f64::from(self.real(100.0))),
-            _ if odd => Value::Real(ODD[self.below(10) as usize]),
-            _ => Value::Real(match self.below(5) {
-                0 => [0.0, 1.0, 100.0, -100.0, 0.5][self.below(5) as usize],
-                1 => self.real(1e6),
-                _ => self.real(150.0),
-            }),
-        }
+/// A value for a row: usual ones, and, if they are wanted, any bits of the type.
+fn value(random: &mut Random, row: &Row, odd: bool) -> Value {
+    const ODD: [f32; 10] = [
+        f32::NAN,
+        f32::INFINITY,
+        f32::NEG_INFINITY,
+        -0.0,
+        1e-45,
+        -1e-40,
+        f32::MAX,
+        f32::MIN,
+        2_147_483_648.0,
+        16_777_217.0,
+    ];
+    let odd = odd && random.below(6) == 0;
+    match row.kind {
+        Kind::Bool => Value::Bool(random.below(2) == 1),
+        Kind::Time if odd => Value::Time(Time::ms(random.bits() as i32)),
+        Kind::Time => Value::Time(Time::ms(match random.below(4) {
+            0 => random.below(3) as i32,
+            1 => 10 * random.below(30) as i32,
+            _ => 1 + random.below(20_000) as i32,
+        })),
+        Kind::Word => Value::Word(Word::new(random.bits() as i16)),
+        Kind::Int if odd => Value::Int([i16::MIN, i16::MAX, -1, 0][random.below(4) as usize]),
+        Kind::Int => Value::Int(random.below(41) as i16 - 10),
+        Kind::LReal => Value::LReal(f64::from(random.real(100.0))),
+        _ if odd => Value::Real(ODD[random.below(10) as usize]),
+        _ => Value::Real(match random.below(5) {
+            0 => [0.0, 1.0, 100.0, -100.0, 0.5][random.below(5) as usize],
+            1 => random.real(1e6),
+            _ => random.real(150.0),
+        }),
     }
 }
 
@@ -133,7 +113,7 @@ fn compare<B: Block>(law: &Law, calls: usize) {
     let places: Vec<_> = rows.iter().map(|row| place(law, row)).collect();
     let code = Code::compile(&law.program).unwrap_or_else(|error| panic!("{error}"));
     let mut machine = Machine::new(Arc::new(code));
-    let mut random = Random(B::TABLE.name.len() as u64);
+    let mut random = Random::new(B::TABLE.name.len() as u64);
     let mut block = B::default();
     let is_kept = |row: &Row| !row.role.is_settable();
     let whole = Type::Record(law.record);
@@ -151,7 +131,7 @@ fn compare<B: Block>(law: &Law, calls: usize) {
                 // A restart is rare.
                 let value = match row.kind {
                     Kind::Bool if row.name == "COM_RST" => Value::Bool(random.below(20) == 0),
-                    _ => random.value(row, odd),
+                    _ => value(&mut random, row, odd),
                 };
                 block.set(index, value);
                 machine.set(scl::program::Value::new(*ty, scl::program::Value::of_plc(value).bits()), *offset);
@@ -227,7 +207,7 @@ fn compare_scl<B: Block>(dialect: Dialect, calls: usize) {
         })
         .collect();
     let mut machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
-    let mut random = Random(B::TABLE.name.len() as u64 + 100);
+    let mut random = Random::new(B::TABLE.name.len() as u64 + 100);
     let mut block = B::default();
     for ((index, row), (ty, offset)) in rows.iter().zip(&places) {
         let start = scl::program::Value::of_plc(block.get(*index).unwrap());
@@ -243,7 +223,7 @@ fn compare_scl<B: Block>(dialect: Dialect, calls: usize) {
             if row.role.is_settable() && (call % 1000 == 0 || random.below(12) == 0) {
                 let value = match row.kind {
                     Kind::Bool if row.name == "COM_RST" => Value::Bool(random.below(20) == 0),
-                    _ => random.value(row, odd),
+                    _ => value(&mut random, row, odd),
                 };
                 block.set(*index, value);
                 machine.set(scl::program::Value::new(*ty, scl::program::Value::of_plc(value).bits()), *offset);

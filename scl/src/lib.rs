@@ -20,6 +20,7 @@ pub mod interface;
 pub mod machine;
 pub mod program;
 pub mod prove;
+pub mod random;
 pub mod scl;
 pub mod watch;
 

@@ -5,6 +5,7 @@ use blocks::{Block, ContC, Kind, Law, Role, Row, Time, Value, Word};
 use parameters::Source;
 use scl::machine::{Code, Machine};
 use scl::program::{Program, Scalar, Type};
+use scl::random::Random;
 use scl::{Options, compile};
 use std::sync::Arc;
 
@@ -59,45 +60,23 @@ fn bits(value: Value) -> u64 {
     }
 }
 
-/// Random numbers (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut bits = self.0;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        bits ^ (bits >> 31)
-    }
-
-    fn below(&mut self, count: u64) -> u64 {
-        (self.next() >> 11) % count
-    }
-
-    /// A number between `-most` and `most`, with all its bits random.
-    fn real(&mut self, most: f32) -> f32 {
-        (self.below(1 << 24) as f32 / (1 << 23) as f32 - 1.0) * most
-    }
-
-    /// A value for a row: mostly a usual one, sometimes one that no loop has.
-    fn value(&mut self, row: &Row) -> Value {
-        match row.kind {
-            Kind::Bool => Value::Bool(self.below(2) == 1),
-            Kind::Time => Value::Time(Time::ms(match self.below(4) {
-                0 => 1 + self.below(1000) as i32,
-                1 => self.below(2) as i32,
-                _ => 1 + self.below(100_000) as i32,
-            })),
-            Kind::Word => Value::Word(Word::new(self.next() as i16)),
-            Kind::Int => Value::Int(self.next() as i16),
-            Kind::LReal => Value::LReal(f64::from(self.real(100.0))),
-            _ => Value::Real(match self.below(16) {
-                0 => self.real(1e12),
-                1 => [0.0, -0.0, 1e-30, 100.0][self.below(4) as usize],
-                _ => self.real(150.0),
-            }),
-        }
+/// A value for a row: mostly a usual one, sometimes one that no loop has.
+fn value(random: &mut Random, row: &Row) -> Value {
+    match row.kind {
+        Kind::Bool => Value::Bool(random.below(2) == 1),
+        Kind::Time => Value::Time(Time::ms(match random.below(4) {
+            0 => 1 + random.below(1000) as i32,
+            1 => random.below(2) as i32,
+            _ => 1 + random.below(100_000) as i32,
+        })),
+        Kind::Word => Value::Word(Word::new(random.bits() as i16)),
+        Kind::Int => Value::Int(random.bits() as i16),
+        Kind::LReal => Value::LReal(f64::from(random.real(100.0))),
+        _ => Value::Real(match random.below(16) {
+            0 => random.real(1e12),
+            1 => [0.0, -0.0, 1e-30, 100.0][random.below(4) as usize],
+            _ => random.real(150.0),
+        }),
     }
 }
 
@@ -122,7 +101,7 @@ fn compare(controller: &mut Controller, random: &mut Random, switches: &[usize],
                 let value = match row.start {
                     _ if row.name == "COM_RST" => Value::Bool(call % 97 == 96),
                     Value::Bool(start) => Value::Bool(start == (random.below(8) == 0)),
-                    _ => random.value(row),
+                    _ => value(random, row),
                 };
                 block.set(index, value);
                 controller.set(index, value);
@@ -153,7 +132,7 @@ fn the_law_in_scl_gives_the_bits_of_the_law_in_rust_with_every_switch() {
     let mut runs = vec![vec![], vec![manual]];
     // Each one in manual mode, in which the block starts, and in automatic mode.
     runs.extend(switches.flat_map(|(index, _)| [vec![index], vec![index, manual]]));
-    let mut random = Random(41);
+    let mut random = Random::new(41);
     let mut controller = Controller::new();
     let calls = calls() / runs.len() + 1;
     for switches in runs {

@@ -1,5 +1,6 @@
 //! What a block is given in each call, and what it must give.
 
+use crate::random::Random;
 use blocks::{Block, EachBlock, Kind, Role, Row, Table, Time, Value, Word, for_each_block};
 
 /// The most calls of a tape.
@@ -31,36 +32,6 @@ pub struct Tape {
     pub calls: usize,
     /// What the random numbers began with.
     pub seed: u32,
-}
-
-/// Random numbers (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut bits = self.0;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        bits ^ (bits >> 31)
-    }
-
-    fn below(&mut self, count: u64) -> u64 {
-        (self.next() >> 11) % count
-    }
-
-    /// Once in so many.
-    fn once_in(&mut self, count: u64) -> bool {
-        self.below(count) == 0
-    }
-
-    fn real(&mut self, most: f32) -> f32 {
-        (self.below(1 << 24) as f32 / (1 << 23) as f32 - 1.0) * most
-    }
-
-    fn one_of<T: Copy>(&mut self, from: &[T]) -> T {
-        from[self.below(from.len() as u64) as usize]
-    }
 }
 
 /// Calls that have something in common: most differences of two laws show only where values meet, or after a long rest.
@@ -128,12 +99,12 @@ impl Stretch {
             Kind::Time if is_odd => Value::Time(Time::ms(random.below(600_000) as i32)),
             Kind::Time => Value::Time(Time::ms(self.time(random, row))),
             Kind::Word if is_odd => Value::Word(Word::new(random.one_of(&[i16::MIN, i16::MAX, 0, 27648]))),
-            Kind::Word if random.once_in(3) => Value::Word(Word::new(random.next() as i16)),
+            Kind::Word if random.once_in(3) => Value::Word(Word::new(random.bits() as i16)),
             // About the same number in percent.
             Kind::Word => Value::Word(Word::new((self.real(random) * 276.48) as i16)),
             Kind::Int if is_odd => Value::Int(random.one_of(&[i16::MIN, i16::MAX, -1, 0, 1])),
             Kind::Int => Value::Int(match random.below(8) {
-                0 => random.next() as i16,
+                0 => random.bits() as i16,
                 1 => -(random.below(200) as i16),
                 2..=4 => random.below(12) as i16,
                 _ => random.below(200) as i16,
@@ -279,7 +250,7 @@ impl Tape {
 /// The input that restarts the block, if it has one: a call with it is the restart.
 fn restart_input<B: Block>(inputs: &[usize]) -> Option<usize> {
     let table = B::TABLE;
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     let stretch = Stretch::new(&mut random, table, Time::ms(1000));
     let switches = inputs.iter().copied().filter(|row| table.rows[*row].kind == Kind::Bool);
     let mut switches: Vec<usize> = switches.filter(|row| table.rows[*row].start == Value::Bool(false)).collect();
@@ -411,8 +382,13 @@ fn tape<B: Block>(calls: usize, seed: u32) -> Tape {
     let inputs: Vec<usize> = rows().filter(|(_, row)| row.role.is_settable()).map(|(number, _)| number).collect();
     let outputs: Vec<usize> = rows().filter(|(_, row)| !row.role.is_settable()).map(|(number, _)| number).collect();
     let restart = restart_input::<B>(&inputs);
-    let mut maker =
-        Maker { random: Random(u64::from(seed)), table, inputs: inputs.clone(), outputs: outputs.clone(), restart };
+    let mut maker = Maker {
+        random: Random::new(u64::from(seed)),
+        table,
+        inputs: inputs.clone(),
+        outputs: outputs.clone(),
+        restart,
+    };
     let mut tape = Tape { table, inputs, outputs, entries: Vec::new(), calls: 0, seed };
     let mut expected = vec![0; tape.outputs.len()];
     let mut block = B::default();
