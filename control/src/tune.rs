@@ -16,7 +16,7 @@
 use crate::identify::Model;
 use crate::margins::{self, Law, Plant};
 use crate::predict;
-use crate::rules::{self, Settings};
+use crate::rules::{self, Rule, Settings, Structure};
 use anyhow::{Context, Result, bail};
 use blocks::{Kind, Role};
 use modeldescription::Table;
@@ -77,59 +77,6 @@ pub struct Step {
     pub size: Option<f64>,
     /// The manual value at which the plant rests before it, in percent; 50 without it.
     pub manual: Option<f64>,
-}
-
-/// A rule.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
-pub enum Rule {
-    /// Ziegler and Nichols, from the step answer.
-    ZieglerNicholsStep,
-    /// Ziegler and Nichols, from the ultimate gain.
-    ZieglerNicholsUltimate,
-    /// Chien, Hrones and Reswick, setpoint, 0 %.
-    ChrSetpoint0,
-    /// Chien, Hrones and Reswick, setpoint, 20 %.
-    ChrSetpoint20,
-    /// Chien, Hrones and Reswick, disturbance, 0 %.
-    ChrDisturbance0,
-    /// Chien, Hrones and Reswick, disturbance, 20 %.
-    ChrDisturbance20,
-    /// Skogestad.
-    Simc,
-    /// Lambda: the plant's lag is compensated, the closed loop has the time constant lambda.
-    Lambda,
-    /// Astroem and Haegglund.
-    Amigo,
-}
-
-impl Rule {
-    /// All rules, in the order in which they are shown.
-    pub const ALL: [Rule; 9] = [
-        Rule::Simc,
-        Rule::Lambda,
-        Rule::Amigo,
-        Rule::ChrSetpoint0,
-        Rule::ChrSetpoint20,
-        Rule::ChrDisturbance0,
-        Rule::ChrDisturbance20,
-        Rule::ZieglerNicholsStep,
-        Rule::ZieglerNicholsUltimate,
-    ];
-}
-
-/// Which actions the controller has.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(feature = "typescript", derive(ts_rs::TS))]
-pub enum Structure {
-    /// Proportional.
-    P,
-    /// Proportional and integral.
-    Pi,
-    /// Proportional, integral and derivative.
-    Pid,
 }
 
 /// Settings and what they lead to.

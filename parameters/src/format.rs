@@ -2,7 +2,8 @@
 
 use crate::block::Block;
 use crate::loops::Loop;
-use crate::problem::{Problem, Problems, Reading};
+use crate::problem::{Problem, Problems};
+use crate::reading::{Options, Reading};
 use crate::source::Source;
 use crate::{dump, json, openness, ssv, step7};
 use std::sync::Arc;
@@ -22,19 +23,6 @@ pub enum Format {
     Json,
     /// A parameter set of SSP (`.ssv`).
     Ssv,
-}
-
-/// What the user says of a file.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Options {
-    /// The block's name or alias, where the file does not say it.
-    pub block: Option<String>,
-    /// The loop's name, where the file does not say it; by default the name of the file.
-    pub name: Option<String>,
-    /// Where the instance begins in a dump, in bytes.
-    pub offset: usize,
-    /// Loops that are right are read although others of the file are wrong.
-    pub is_partial: bool,
 }
 
 impl Format {

@@ -18,6 +18,7 @@ use crate::loops::Loop;
 use crate::named::{self, Choice, Entry, Given};
 use crate::problem::quoted;
 use crate::report::{MOST_LOOPS, Report};
+use crate::value;
 use crate::{Options, Problems, Reading, Source};
 use jsonc_parser::ast::{Object, ObjectProp, Value};
 use jsonc_parser::common::Ranged;
@@ -156,7 +157,7 @@ pub fn write(loops: &[Loop]) -> Result<String, String> {
     let object = |one: &Loop| {
         let member = |setting: &crate::Setting| {
             let name = &one.block.members[setting.member].name;
-            let value = named::text(setting.value)
+            let value = value::text(setting.value)
                 .map_err(|value| format!("{}: {name} is {value}, but JSON has finite numbers only", one.name))?;
             Ok(format!("    {}: {value}", string(name)))
         };

@@ -14,9 +14,11 @@ mod encoding;
 mod format;
 mod loops;
 mod named;
+mod reading;
 mod report;
 mod rewrite;
 mod source;
+mod value;
 
 pub mod dump;
 pub mod gains;
@@ -31,12 +33,13 @@ pub mod step7;
 mod xml;
 
 pub use block::{Block, Member, Part};
-pub use format::{Format, Options, read, write};
+pub use format::{Format, read, write};
 pub use loops::{Loop, Origin, Setting};
-pub use named::{decimal, plc_value};
-pub use problem::{Place, Problem, Problems, Reading};
+pub use problem::{Place, Problem, Problems};
+pub use reading::{Options, Reading};
 pub use rewrite::{Replaced, rewrite};
 pub use source::Source;
+pub use value::{decimal, plc_value};
 
 /// The example in the README.
 #[cfg(doctest)]

@@ -2,7 +2,7 @@
 
 use crate::block::Block;
 use crate::layout::Address;
-use crate::named::decimal;
+use crate::value::decimal;
 use blocks::table::number::number;
 use blocks::{Kind, Value};
 use std::fmt;

@@ -4,9 +4,8 @@ use crate::block::{Block, Member};
 use crate::loops::Loop;
 use crate::problem::quoted;
 use crate::report::{Report, list};
-use blocks::table::number::{number, to_value};
-use blocks::table::start;
-use blocks::{Form, Kind, Time, Value};
+use crate::value::plc_value;
+use blocks::{Form, Kind, Value};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -181,65 +180,6 @@ fn value(member: &Member, given: Given) -> Result<Value, String> {
         (Given::Other(what), _) => what.to_string(),
     };
     Err(format!("{}: expected {expected}, found {found}", member.name))
-}
-
-/// As the FMU makes a value of a number; a PLC has negative TIMEs, too.
-fn from_number(number: f64, kind: Kind) -> Result<Value, &'static str> {
-    const LOWEST: i32 = i32::MIN;
-    if kind == Kind::Time && number < 0.0 {
-        let milliseconds = (number * 1000.0).round();
-        return if milliseconds >= f64::from(LOWEST) {
-            Ok(Value::Time(Time::ms(milliseconds as i32)))
-        } else {
-            Err("a TIME takes -2147483.648 ... 2147483.647 s")
-        };
-    }
-    to_value(number, kind)
-}
-
-/// The value of a number that a user or a file gives, a TIME in seconds.
-///
-/// # Errors
-/// The range of the type, as a text, if the number lies outside it; what the type cannot tell from 0, or not exactly.
-pub fn plc_value(number: f64, kind: Kind) -> Result<Value, &'static str> {
-    /// In milliseconds.
-    const ROUNDING: f64 = 1e-3;
-    let value = from_number(number, kind)?;
-    match value {
-        Value::Real(0.0) if number != 0.0 => Err("a REAL takes 0 and amounts of at least 1.4e-45"),
-        Value::Time(_) if (number * 1000.0 - (number * 1000.0).round()).abs() > ROUNDING => {
-            Err("a TIME has whole milliseconds")
-        }
-        _ => Ok(value),
-    }
-}
-
-/// A value as JSON and XML write it: the shortest decimal that reads back to the same value, an integer, or true and false.
-///
-/// # Errors
-/// The value is not a finite number.
-pub(crate) fn text(value: Value) -> Result<String, String> {
-    match value {
-        Value::Real(real) if !real.is_finite() => Err(format!("{real}")),
-        Value::LReal(lreal) if !lreal.is_finite() => Err(format!("{lreal}")),
-        Value::Real(real) => {
-            let shortest = format!("{real:?}");
-            // A host reads it as binary64 and rounds that to a REAL.
-            let reads_back = shortest.parse::<f64>().is_ok_and(|number| number as f32 == real);
-            Ok(if reads_back { shortest } else { format!("{:?}", f64::from(real)) })
-        }
-        Value::LReal(_) | Value::Time(_) => Ok(format!("{:?}", number(value))),
-        Value::Whole(..) => Ok(start::text(value)),
-        Value::Word(word) => Ok(word.value().to_string()),
-        Value::Int(int) => Ok(int.to_string()),
-        Value::Bool(bool) => Ok(bool.to_string()),
-    }
-}
-
-/// A value as text, as the FMU has it: the shortest decimal that reads back to the same value, a TIME in seconds, an integer,
-/// `true` or `false`; `NaN` and `inf` for a REAL that is not a finite number.
-pub fn decimal(value: Value) -> String {
-    text(value).unwrap_or_else(|number| number)
 }
 
 /// Refuses two loops of one name, which the reader could not tell apart.

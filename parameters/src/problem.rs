@@ -1,6 +1,5 @@
 //! What is wrong with a file, and where.
 
-use crate::loops::Loop;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use std::fmt;
 use std::ops::Range;
@@ -36,18 +35,6 @@ pub struct Problems {
     pub text: String,
     /// The problems, in the order of the file.
     pub problems: Vec<Problem>,
-}
-
-/// What a file holds.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reading {
-    /// The loops, in the order of the file.
-    pub loops: Vec<Loop>,
-    /// What the user should know of the file, though it can be read: other blocks that were skipped, what a dump does not
-    /// prove.
-    pub remarks: Problems,
-    /// What is wrong with the loops that are not here, if [`Options::is_partial`](crate::Options::is_partial) allows that.
-    pub wrong: Problems,
 }
 
 impl Problems {

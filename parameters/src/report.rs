@@ -1,9 +1,9 @@
 //! What a reader has found: problems with their places, and origins of values.
 
 use crate::block::Block;
-use crate::format::Options;
 use crate::loops::{Loop, Origin};
-use crate::problem::{Place, Problem, Problems, Reading};
+use crate::problem::{Place, Problem, Problems};
+use crate::reading::{Options, Reading};
 use crate::source::Source;
 use std::ops::Range;
 use std::sync::Arc;

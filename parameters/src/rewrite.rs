@@ -1,9 +1,9 @@
 //! A source with other values in it: what is not changed stays byte for byte.
 
 use crate::loops::{Loop, Origin, Setting};
-use crate::named::{decimal, text};
 use crate::problem::quoted;
 use crate::step7::member_path;
+use crate::value::{decimal, text};
 use crate::{Block, Format, Options, Source, literal, read};
 use blocks::Value;
 use std::ops::Range;

@@ -18,6 +18,7 @@ use crate::loops::{Loop, Setting};
 use crate::named::{self, Choice, Entry, Given};
 use crate::problem::quoted;
 use crate::report::{MOST_LOOPS, Report};
+use crate::value;
 use crate::xml::{self, Element, Xml};
 use crate::{Options, Problems, Reading, Source};
 use blocks::Class;
@@ -163,7 +164,7 @@ pub fn write(loops: &[Loop]) -> Result<String, String> {
         for setting in &one.settings {
             let member = &one.block.members[setting.member];
             let name = if rest.is_empty() { member.name.clone() } else { format!("{}.{}", one.name, member.name) };
-            let value = named::text(setting.value).map_err(|value| {
+            let value = value::text(setting.value).map_err(|value| {
                 format!("{}: {} is {value}: SSV files hold finite numbers only", one.name, member.name)
             })?;
             parameters.push((name, element(setting), value));

@@ -1,17 +1,15 @@
 //! The command `plcfmu`.
 
-use ::study::Interrupted;
 use clap::{CommandFactory, Parser, Subcommand};
 use host::child::COMMAND;
 use host::package::temporary;
 #[cfg(feature = "server")]
 use plcfmu::commands::tool;
 use plcfmu::commands::{
-    Differs, Unreadable, build, check, child, figures, gains, info, manual, merge, new, params, preset, prove, run,
-    ssp, study, test, tune_study,
+    build, check, child, figures, gains, info, manual, merge, new, params, preset, prove, run, ssp, study, test,
+    tune_study,
 };
-use plcfmu::parameter_file::Wrong;
-use plcfmu::tell;
+use plcfmu::{exit, tell};
 use std::process::ExitCode;
 
 /// Makes FMUs of PLC blocks, looks into FMUs, checks and runs them.
@@ -62,12 +60,6 @@ enum Command {
     Child(child::Options),
 }
 
-/// The exit code if a file cannot be read. That of a finding is 1, that of a wrong command 2.
-const UNREADABLE: u8 = 3;
-
-/// The exit code after Ctrl-C, 128 and the number of its signal.
-const INTERRUPTED: u8 = 130;
-
 fn main() -> ExitCode {
     temporary::remove_forgotten();
     let Arguments { tell, command } = Arguments::parse();
@@ -96,15 +88,9 @@ fn main() -> ExitCode {
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) if error.is::<Interrupted>() => {
-            eprintln!("{error}");
-            ExitCode::from(INTERRUPTED)
-        }
-        Err(error) if error.is::<Differs>() => ExitCode::FAILURE,
         Err(error) => {
             tell::error(&error);
-            let is_unreadable = error.is::<Unreadable>() || error.is::<Wrong>();
-            if is_unreadable { ExitCode::from(UNREADABLE) } else { ExitCode::FAILURE }
+            exit::code(&error)
         }
     }
 }

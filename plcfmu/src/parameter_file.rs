@@ -1,6 +1,6 @@
 //! Parameter files of a PLC, and what else holds the values of a loop.
 
-use crate::commands::Unreadable;
+use crate::exit::{Unreadable, Wrong};
 #[cfg(feature = "s7")]
 use crate::{plc, progress::Progress};
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
@@ -9,9 +9,7 @@ use blocks::table::number::to_value;
 use host::fmu::Fmu;
 use host::package::Package;
 use modeldescription::{Description, Interface, Row, Table};
-use parameters::problem::each_drawn;
 use parameters::{Block, Format, Loop, Member, Options, Origin, Part, Problems, Reading, Source};
-use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -40,19 +38,6 @@ pub fn read(
     let source = Source::read(Path::new(name), encoding).map_err(|error| Error::new(Unreadable(Error::msg(error))))?;
     parameters::read(format, &source, blocks, options).map_err(|problems| Error::new(Wrong(problems)))
 }
-
-/// What is wrong with a file, for a terminal: each problem with its line of the file.
-#[derive(Debug)]
-pub struct Wrong(pub Problems);
-
-impl fmt::Display for Wrong {
-    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        let each: Vec<String> = each_drawn(&self.0).collect();
-        formatter.write_str(each.join("error: ").trim_end())
-    }
-}
-
-impl std::error::Error for Wrong {}
 
 /// Whether this is the address of a data block of a PLC rather than a file.
 pub(crate) fn is_plc(name: &str) -> bool {

@@ -1,11 +1,12 @@
 //! What the command says beside its results: errors, warnings, remarks and notes, on standard error.
 
-use crate::parameter_file::Wrong;
+use crate::exit::{Differs, Wrong};
 use anstream::eprintln;
 use anyhow::Error;
 use clap::builder::styling::{AnsiColor, Style};
 use parameters::problem::each_drawn;
 use std::sync::atomic::{AtomicBool, Ordering};
+use study::Interrupted;
 
 /// Whether results and errors alone are printed.
 static IS_QUIET: AtomicBool = AtomicBool::new(false);
@@ -42,11 +43,14 @@ pub fn is_quiet() -> bool {
     IS_QUIET.load(Ordering::Relaxed)
 }
 
-/// What is wrong: a line for each problem of a file, else one for the error with its causes.
+/// What is wrong: a line for each problem of a file, else one for the error with its causes. Differences are printed already.
 pub fn error(error: &Error) {
-    match error.downcast_ref::<Wrong>() {
-        Some(Wrong(problems)) => each_drawn(problems).for_each(|problem| line("error", AnsiColor::Red, &problem)),
-        None => line("error", AnsiColor::Red, &format!("{error:#}")),
+    if let Some(Wrong(problems)) = error.downcast_ref() {
+        each_drawn(problems).for_each(|problem| line("error", AnsiColor::Red, &problem));
+    } else if error.is::<Interrupted>() {
+        eprintln!("{error}");
+    } else if !error.is::<Differs>() {
+        line("error", AnsiColor::Red, &format!("{error:#}"));
     }
 }
 

@@ -7,7 +7,7 @@ use crate::session::Record;
 use anyhow::{Context, Result, bail};
 use control::identify::Model;
 use control::rules;
-use control::tune::Rule;
+use control::rules::Rule;
 use draw::escape::Text;
 use draw::plot::{Chart, Curve, Panel, svg};
 use modeldescription::digits::short;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::rules::settings;
-use crate::tune::{Rule, Structure};
+use crate::rules::{Rule, Structure};
 
 fn lag(time_constant: f64, dead_time: f64) -> Model {
     Model { gain: 1.0, time_constant, dead_time, ..Model::default() }

@@ -1,7 +1,8 @@
 //! `plcfmu check`: says in one sentence each what is wrong with FMUs, and with programs in SCL.
 
 use super::study::interruption;
-use super::{LONGEST_NAME, Unreadable, functions, print, shown, time_limit};
+use super::{LONGEST_NAME, functions, print, shown, time_limit};
+use crate::exit::Unreadable;
 use crate::package;
 use crate::package::check::{STEPS, check, run_apart};
 use crate::program;

@@ -1,6 +1,7 @@
 //! The loops of parameter files, as `plcfmu params` and `plcfmu preset` take them.
 
-use crate::parameter_file::{self, Wrong};
+use crate::exit::Wrong;
+use crate::parameter_file;
 use crate::tell;
 use anyhow::{Context, Error, Result, bail, ensure};
 use host::fmu::has_table;

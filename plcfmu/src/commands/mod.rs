@@ -22,10 +22,9 @@ pub mod test;
 pub mod tool;
 pub mod tune_study;
 
-use anyhow::{Context, Error, Result};
+use anyhow::{Context, Result};
 use host::library::PREFIX;
 use host::package::binary::Binary;
-use std::fmt;
 use std::io::{ErrorKind, Write, stdout};
 
 /// The longest name that is printed of a foreign FMU, in characters.
@@ -38,30 +37,6 @@ fn print(text: &str) -> Result<()> {
         _ => Ok(()),
     }
 }
-
-/// A file that cannot be read. The exit code says it.
-#[derive(Debug)]
-pub struct Unreadable(pub Error);
-
-impl fmt::Display for Unreadable {
-    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        write!(formatter, "{:#}", self.0)
-    }
-}
-
-impl std::error::Error for Unreadable {}
-
-/// Two things are different, as was printed. The exit code says it.
-#[derive(Clone, Copy, Debug)]
-pub struct Differs;
-
-impl fmt::Display for Differs {
-    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        formatter.write_str("there are differences")
-    }
-}
-
-impl std::error::Error for Differs {}
 
 /// Says once what is to be said of several: `TIC1, TIC2, TIC3 and 37 more: ...`. Names and sentences, in their order.
 fn told_once(told: impl IntoIterator<Item = (String, String)>) -> Vec<String> {

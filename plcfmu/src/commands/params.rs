@@ -1,7 +1,8 @@
 //! `plcfmu params`: the values of a PLC's parameter files, shown, converted and compared.
 
 use super::loops::Arguments;
-use super::{Differs, print, told_once};
+use super::{print, told_once};
+use crate::exit::Differs;
 use crate::parameter_file::{check_target, format_of};
 use crate::tell::{self, plain};
 use anyhow::{Context, Error, Result, bail};

@@ -2,7 +2,8 @@
 
 use super::loops::{self, Arguments};
 use super::study::interruption;
-use super::{Unreadable, print, told_once};
+use super::{print, told_once};
+use crate::exit::Unreadable;
 use crate::package::check;
 use crate::package::preset::{Original, Preset, identifier};
 use crate::tell;

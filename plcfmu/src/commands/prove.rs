@@ -1,6 +1,7 @@
 //! `plcfmu prove`: a source that compares a PLC's own block with the law of ours, and what it found.
 
-use super::{Differs, Unreadable, print};
+use super::print;
+use crate::exit::{Differs, Unreadable};
 use crate::parameter_file::is_plc;
 use crate::tell;
 use anyhow::{Context, Result, anyhow, bail, ensure};

@@ -4,7 +4,8 @@ mod chart;
 mod kept;
 
 use super::study::interruption;
-use super::{Unreadable, system, time_limit, told_once};
+use super::{system, time_limit, told_once};
+use crate::exit::Unreadable;
 use crate::progress::Progress;
 use crate::tell;
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};

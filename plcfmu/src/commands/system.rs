@@ -1,7 +1,7 @@
 //! What to run or to pack, as `plcfmu run` and `plcfmu ssp` take it: FMUs, a description, or the loops of a parameter file,
 //! and options on top.
 
-use super::Unreadable;
+use crate::exit::Unreadable;
 use crate::package::program::Options as Program;
 use crate::program::{has_code, is_source};
 use crate::{package, parameter_file};

@@ -3,7 +3,8 @@
 use blocks::{ContC, Law, Time};
 use control::identify::{self, Data, Method, Model};
 use control::process::Process;
-use control::tune::{Predicted, Request, Rule, Step, Structure, Tuned, table, tune};
+use control::rules::{Rule, Structure};
+use control::tune::{Predicted, Request, Step, Tuned, table, tune};
 use run::system::Value;
 use tool::message::{Member, Setup, Values};
 use tool::session::Session;
