@@ -1,53 +1,14 @@
 //! Sources to a typed program.
 
-use crate::declare::{Global, Interface};
+use crate::compiler::{BlockId, Compiler, Cpu, Options};
 use crate::lexer::Span;
 use crate::parser;
-use crate::program::{At, Program};
+use crate::program::Program;
 use crate::report::Report;
 use crate::root::Root;
-use crate::syntax::{Block, BlockKind, Expressions, Tree};
-use crate::types::Type;
-use crate::undeclared::Undeclared;
+use crate::syntax::{BlockKind, Tree};
 use parameters::{Problems, Source};
 use std::collections::{BTreeMap, HashMap};
-use std::rc::Rc;
-
-/// The CPU whose rules hold.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cpu {
-    /// S7-300 and S7-400.
-    S7300,
-    /// S7-1200.
-    S71200,
-    /// S7-1500.
-    S71500,
-}
-
-/// How a program is translated.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// The CPU; `None` takes it from the dialect of the sources.
-    pub cpu: Option<Cpu>,
-    /// The function block that becomes the program, or the data block with its instance. `None` takes the one that no other
-    /// block uses.
-    pub block: Option<String>,
-    /// Names that no source declares, and their types: PLC tags and instances.
-    pub declared: Vec<(String, String)>,
-    /// Constants that no source declares, and their values as literals.
-    pub constants: Vec<(String, String)>,
-    /// What is called in a cycle in place of one function block: organization blocks, functions, instances.
-    pub calls: Vec<Task>,
-}
-
-/// Something that is called at times.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Task {
-    /// The name of the organization block, of the function, of the function block, or of the data block with its instance.
-    pub name: String,
-    /// The time between two calls in ms; 0 for every cycle.
-    pub period: u32,
-}
 
 /// A translated program.
 #[derive(Debug)]
@@ -102,54 +63,6 @@ pub fn compile(sources: &[Source], options: &Options) -> Result<Compiled, Vec<Pr
     if has_errors { Err(errors) } else { Ok(Compiled { program, cpu, root, candidates, globals, warnings }) }
 }
 
-/// A block of a source: the source, and its number there.
-pub type BlockId = (usize, usize);
-
-/// What is known of something that may depend on itself.
-#[derive(Clone, Debug)]
-pub enum State<T> {
-    /// It is being declared.
-    Open,
-    /// It is declared.
-    Known(T),
-}
-
-impl<T> State<T> {
-    /// What is known.
-    pub fn known(&self) -> Option<&T> {
-        match self {
-            State::Open => None,
-            State::Known(known) => Some(known),
-        }
-    }
-}
-
-/// The state of a translation.
-pub struct Compiler<'a> {
-    pub sources: &'a [Source],
-    pub trees: &'a [Tree],
-    pub cpu: Cpu,
-    pub options: &'a Options,
-    pub report: Report,
-    pub program: Program,
-    /// The blocks of the sources, by name.
-    pub names: HashMap<String, BlockId>,
-    /// The blocks of the library, by name.
-    pub library: HashMap<String, BlockId>,
-    pub types: HashMap<BlockId, State<Type>>,
-    pub blocks: Vec<Interface>,
-    pub block_of: HashMap<BlockId, State<usize>>,
-    pub natives: HashMap<String, usize>,
-    pub globals: HashMap<String, State<Global>>,
-    /// Which kind of timer or counter a variable of a general type is, by the last name of its path.
-    pub kinds: HashMap<String, String>,
-    pub undeclared: BTreeMap<String, Undeclared>,
-    /// Who calls whom, and where.
-    pub calls: Vec<(usize, usize, Span)>,
-    /// Bytes of all records, against types that no memory holds.
-    pub bytes: usize,
-}
-
 impl<'a> Compiler<'a> {
     fn new(sources: &'a [Source], trees: &'a [Tree], cpu: Cpu, options: &'a Options, report: Report) -> Compiler<'a> {
         let mut program = Program::default();
@@ -176,44 +89,6 @@ impl<'a> Compiler<'a> {
         };
         compiler.collect();
         compiler
-    }
-
-    /// The number of the library among the sources.
-    pub fn library_file(&self) -> usize {
-        self.trees.len() - 1
-    }
-
-    /// A block of a source.
-    pub fn block(&self, (file, index): BlockId) -> &'a Block {
-        &self.trees[file].blocks[index]
-    }
-
-    /// The expressions of a source.
-    pub fn expressions(&self, file: usize) -> &'a Expressions {
-        &self.trees[file].expressions
-    }
-
-    /// The line of a span.
-    pub fn at(&self, span: Span) -> At {
-        let line = self.sources[span.file as usize].place(span.range()).line;
-        At { file: span.file as u16, line: line as u32 }
-    }
-
-    /// The text of a span.
-    pub fn text(&self, span: Span) -> &'a str {
-        &self.sources[span.file as usize].text[span.range()]
-    }
-
-    /// A warning; the library gets none.
-    pub fn warn(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
-        if span.file as usize != self.library_file() {
-            self.report.warning(span, message, help);
-        }
-    }
-
-    /// An error.
-    pub fn error(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
-        self.report.error(span, message, help);
     }
 
     fn collect(&mut self) {
@@ -286,9 +161,4 @@ impl<'a> Compiler<'a> {
             self.error(span, message, Some("use a loop"));
         }
     }
-}
-
-/// Shared by all blocks without symbols.
-pub fn nothing<K, V>() -> Rc<HashMap<K, V>> {
-    Rc::new(HashMap::new())
 }

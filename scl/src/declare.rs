@@ -1,9 +1,11 @@
 //! Blocks, types and data blocks as they are declared.
 
-use crate::compile::{BlockId, Compiler, State};
+use crate::compiler::{
+    BlockId, Compiler, Cpu, Global, Interface, Operand, Parameter, Slot, State, Symbol, View, nothing,
+};
 use crate::lexer::Span;
-use crate::lower::{Lowerer, Operand, View};
-use crate::program::{self, Base, Body, Function, Local, Place};
+use crate::lower::Lowerer;
+use crate::program::{self, Body, Function, Local};
 use crate::syntax::{
     Block, BlockKind, Member, Name, Section, SectionKind, Statement, StatementKind, Type as Written, TypeKind,
     attribute, key,
@@ -16,88 +18,6 @@ use std::rc::Rc;
 
 /// No program has more memory, in bytes.
 const MOST_MEMORY: usize = 64 << 20;
-
-/// A block that can be called.
-#[derive(Debug)]
-pub struct Interface {
-    /// Its name.
-    pub name: String,
-    /// What it is.
-    pub kind: BlockKind,
-    /// Where it is declared; `None` for a native one.
-    pub source: Option<BlockId>,
-    /// Its parameters and statics, in the order of declaration.
-    pub members: Vec<Parameter>,
-    /// Its names.
-    pub symbols: Rc<HashMap<String, Symbol>>,
-    /// The type of its value.
-    pub result: Type,
-    /// The record of an instance.
-    pub record: usize,
-    /// Its function in the program.
-    pub function: usize,
-    /// The local with its ENO, if the block may set it.
-    pub eno: Option<usize>,
-    /// Its variables that show the bytes of others.
-    pub views: Vec<View>,
-}
-
-/// A parameter or a static variable of a block.
-#[derive(Clone, Debug)]
-pub struct Parameter {
-    /// Its name as it is written.
-    pub name: String,
-    /// Its name in capitals.
-    pub key: String,
-    /// What it is.
-    pub section: SectionKind,
-    /// Its type.
-    pub of: Type,
-    /// Where it is.
-    pub slot: Slot,
-    /// What its author says of it.
-    pub comment: String,
-    /// Whether it is a setting.
-    pub is_setting: bool,
-    /// Whether it is hidden.
-    pub is_hidden: bool,
-    /// Whether its value survives a power failure.
-    pub is_retained: bool,
-}
-
-/// Where a variable of a block is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Slot {
-    /// A member of the instance.
-    Member(usize),
-    /// A local of the function.
-    Local(usize),
-}
-
-/// What a name stands for in a block.
-#[derive(Clone, Debug)]
-pub enum Symbol {
-    /// A variable.
-    Variable(SectionKind, Type, Slot),
-    /// A constant.
-    Constant(Operand),
-}
-
-/// A variable of the memory that all blocks see.
-#[derive(Clone, Debug)]
-pub struct Global {
-    /// Its member of the memory.
-    pub member: usize,
-    /// Its type.
-    pub of: Type,
-}
-
-impl Global {
-    /// Where it is.
-    pub fn place(&self) -> Place {
-        Place::of(Base::Memory).member(self.member)
-    }
-}
 
 impl Compiler<'_> {
     /// A type in the program.
@@ -179,7 +99,7 @@ impl Compiler<'_> {
         let capitals = key(name);
         if !is_quoted {
             if let Some(elementary) = Elementary::named(&capitals) {
-                if self.cpu != crate::compile::Cpu::S71500
+                if self.cpu != Cpu::S71500
                     && matches!(
                         elementary,
                         Elementary::LWord | Elementary::LInt | Elementary::ULInt | Elementary::LTime
@@ -298,7 +218,7 @@ impl Compiler<'_> {
         }
         self.types.insert(id, State::Open);
         let block = self.block(id);
-        let symbols = crate::compile::nothing();
+        let symbols = nothing();
         let of = match (&block.of, block.sections.first()) {
             (_, Some(section)) => {
                 Type::Structure(Rc::new(self.structure_of(&block.name.text, &section.members, id.0, &symbols)))
@@ -509,7 +429,7 @@ impl Compiler<'_> {
         if is_block {
             for member in &members {
                 if let Slot::Member(number) = member.slot {
-                    self.declare_member(record, number, section_of(member.section), &member.of);
+                    self.declare_member(record, number, member.section.into(), &member.of);
                 }
             }
         }
@@ -599,7 +519,7 @@ impl Compiler<'_> {
             return None;
         }
         self.globals.insert(name.to_string(), State::Open);
-        let symbols = crate::compile::nothing();
+        let symbols = nothing();
         let of = match (&block.of, block.sections.as_slice()) {
             // `VAR` and `VAR RETAIN` may both be there.
             (_, [_, ..]) => Type::Structure(Rc::new(self.joined(block, id.0, &symbols))),
@@ -670,12 +590,12 @@ impl Compiler<'_> {
             return;
         };
         for (target, _) in targets {
-            let mut lowerer = Lowerer::of_constants(self, file, crate::compile::nothing());
+            let mut lowerer = Lowerer::of_constants(self, file, nothing());
             let Some((place, of)) = lowerer.member_of(global, *target) else { continue };
             let Some(offset) = self.offset(&place) else { continue };
             let memory = self.program.memory;
             let start = crate::syntax::Start::Value(*value);
-            self.start_at(memory, offset, &of, &start, file, &crate::compile::nothing());
+            self.start_at(memory, offset, &of, &start, file, &nothing());
         }
     }
 }
@@ -683,16 +603,6 @@ impl Compiler<'_> {
 /// Whether an argument of this type is copied into the function.
 pub fn is_copied(of: &Type) -> bool {
     matches!(of, Type::Elementary(_) | Type::Text { .. } | Type::Wrong)
-}
-
-/// Who sets a member of this section and who reads it.
-pub fn section_of(section: SectionKind) -> program::Section {
-    match section {
-        SectionKind::Input => program::Section::Input,
-        SectionKind::Output => program::Section::Output,
-        SectionKind::InOut => program::Section::InOut,
-        _ => program::Section::Static,
-    }
 }
 
 fn is_setting(member: &Member) -> bool {

@@ -1,7 +1,6 @@
 //! What an FMU shows of a program.
 
-use crate::compile::{Compiler, State};
-use crate::declare::{Global, Slot};
+use crate::compiler::{Compiler, Global, Slot, State};
 use crate::program::walk::{self, Look};
 use crate::program::{self, Argument, Base, Body, Call, Place, Program, Scalar, Statement, Step, What};
 use crate::syntax::{SectionKind, key};

@@ -1,6 +1,7 @@
 //! PLC programs in SCL, as S7-300, S7-400, S7-1200 and S7-1500 execute them: read, checked, and run.
 
 mod compile;
+mod compiler;
 mod constant;
 mod declare;
 mod lexer;
@@ -24,5 +25,6 @@ pub mod random;
 pub mod scl;
 pub mod watch;
 
-pub use compile::{Compiled, Cpu, Options, Task, compile};
+pub use compile::{Compiled, compile};
+pub use compiler::{Cpu, Options, Task};
 pub use root::Root;

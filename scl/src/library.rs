@@ -1,9 +1,7 @@
 //! Timers, counters and edges: SCL that every program may use.
 
-use crate::compile::{BlockId, Compiler, Cpu, State};
-use crate::declare::{Interface, Parameter, Slot, Symbol};
+use crate::compiler::{BlockId, Compiler, Cpu, Global, Interface, Operand, Parameter, Slot, State, Symbol};
 use crate::lexer::Span;
-use crate::lower::Operand;
 use crate::program::{Body, Function, Value};
 use crate::syntax::{BlockKind, ExpressionId, ExpressionKind, SectionKind, key};
 use crate::types::{Elementary, Type};
@@ -219,7 +217,7 @@ impl Compiler<'_> {
         });
         let members: Vec<Parameter> = members.collect();
         for (number, member) in members.iter().enumerate() {
-            self.declare_member(record, number, crate::declare::section_of(member.section), &member.of);
+            self.declare_member(record, number, member.section.into(), &member.of);
         }
         let symbols = members
             .iter()
@@ -241,7 +239,7 @@ impl Compiler<'_> {
     }
 
     /// An instance that no source declares, made because its use tells its type.
-    pub fn implied(&mut self, name: &str, of: usize) -> crate::declare::Global {
+    pub fn implied(&mut self, name: &str, of: usize) -> Global {
         match self.globals.get(&key(name)) {
             Some(State::Known(global)) => global.clone(),
             _ => self.add_global(name, Type::Instance(of)),

@@ -1,6 +1,6 @@
 //! Temporaries that are read before they are written.
 
-use crate::compile::{BlockId, Compiler};
+use crate::compiler::{BlockId, Compiler};
 use crate::lexer::Span;
 use crate::program::{Argument, At, Base, Call, Expr, Place, Statement, Step, What};
 use std::collections::BTreeSet;

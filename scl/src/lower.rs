@@ -9,8 +9,7 @@ mod paths;
 mod statements;
 mod views;
 
-use crate::compile::Compiler;
-use crate::declare::{Slot, Symbol};
+use crate::compiler::{Compiler, Operand, Slot, Symbol, View};
 use crate::lexer::Span;
 use crate::program::{self, At, Base, Body, Expr, Local, Place, Statement, Value, What};
 use crate::syntax::{ExpressionId, Expressions, key};
@@ -20,24 +19,6 @@ use std::rc::Rc;
 
 pub use expressions::DTL_BYTES;
 pub use functions::{is_ordinary, refused};
-pub use views::View;
-
-/// The result of an expression.
-#[derive(Clone, Debug)]
-pub enum Operand {
-    /// A whole number without a type.
-    Whole(i128),
-    /// A number with a fraction without a type, as LREAL and as REAL.
-    Fraction(f64, f32),
-    /// A text, and whether its characters have 16 bits.
-    Text(Vec<u16>, Option<bool>),
-    /// A number.
-    Value(Elementary, Expr),
-    /// A structure, an array, a text or an instance.
-    Variable(Type, Place),
-    /// What a message has told already; the name if no source declares it.
-    Wrong(Option<String>),
-}
 
 /// A loop around a statement.
 struct Loop {

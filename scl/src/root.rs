@@ -1,7 +1,6 @@
 //! What is called in a cycle: one function block, or organization blocks and what else is named.
 
-use crate::compile::{Compiler, State, Task};
-use crate::declare::{Global, Interface, Parameter, Slot};
+use crate::compiler::{Compiler, Global, Interface, Parameter, Slot, State, Task};
 use crate::lexer::Span;
 use crate::program::{Argument, At, Binary, Body, Call, Expr, Function, Place, Scalar, Statement, Value, What};
 use crate::syntax::{BlockKind, key};

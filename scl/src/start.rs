@@ -1,9 +1,8 @@
 //! Start values.
 
-use crate::compile::Compiler;
-use crate::declare::Symbol;
+use crate::compiler::{Compiler, Operand, Parameter, Slot, Symbol};
 use crate::lexer::Span;
-use crate::lower::{Lowerer, Operand};
+use crate::lower::Lowerer;
 use crate::program::{Base, Expr, Place, Step, Type as Lowered};
 use crate::syntax::{Expressions, Start};
 use crate::types::Type;
@@ -129,7 +128,7 @@ impl Starting<'_, '_> {
                     let found = interface.members.iter().find(|member| member.key == name.key()).cloned();
                     let record = interface.record;
                     match found {
-                        Some(crate::declare::Parameter { of, slot: crate::declare::Slot::Member(number), .. }) => {
+                        Some(Parameter { of, slot: Slot::Member(number), .. }) => {
                             self.member(record, number, &of, start, bytes);
                         }
                         _ => self.compiler.error(name.span, format!("there is no member {}", name.text), None),

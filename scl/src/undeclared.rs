@@ -1,6 +1,6 @@
 //! Names that no source declares.
 
-use crate::compile::Compiler;
+use crate::compiler::Compiler;
 use crate::lexer::Span;
 use crate::syntax::key;
 use crate::types::Elementary;

@@ -1,9 +1,9 @@
 //! Calls of functions and instances.
 
+use super::Lowerer;
 use super::paths::{Path, Variable};
-use super::{Lowerer, Operand};
-use crate::compile::Cpu;
-use crate::declare::{Parameter, Slot, is_copied};
+use crate::compiler::{BlockId, Cpu, Operand, Parameter, Slot, Symbol};
+use crate::declare::is_copied;
 use crate::lexer::Span;
 use crate::program::{self, Call, Expr, Place, What};
 use crate::syntax::{Argument, BlockKind, ExpressionId, ExpressionKind, Scope, SectionKind, key};
@@ -203,7 +203,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// An instance of a block in a data block.
-    fn of_data_block(&mut self, declared: crate::compile::BlockId, name: &str, span: Span) -> Callee {
+    fn of_data_block(&mut self, declared: BlockId, name: &str, span: Span) -> Callee {
         let Some(block) = self.compiler.interface(declared) else { return Callee::Wrong };
         let global = match self.compiler.global(&key(name)) {
             Some(global) => global,
@@ -655,7 +655,7 @@ impl Lowerer<'_, '_> {
         if result != Type::Void {
             let name = key(&self.compiler.blocks[block].name);
             let symbol = self.compiler.blocks[block].symbols.get(&name).cloned();
-            if let Some(crate::declare::Symbol::Variable(_, of, Slot::Local(number))) = symbol {
+            if let Some(Symbol::Variable(_, of, Slot::Local(number))) = symbol {
                 let temp = self.temp(self.compiler.lowered(&of));
                 copied.push((number, temp.clone()));
                 value = Some((of, temp));

@@ -1,7 +1,7 @@
 //! Conversions between types, implicit ones and explicit ones.
 
-use super::{Lowerer, Operand};
-use crate::compile::Cpu;
+use super::Lowerer;
+use crate::compiler::{Cpu, Operand};
 use crate::lexer::Span;
 use crate::program::{At, Binary, Convert, Expr, Scalar, Unary, Value};
 use crate::types::{Class, Elementary};

@@ -1,6 +1,7 @@
 //! Expressions.
 
-use super::{Lowerer, Operand};
+use super::Lowerer;
+use crate::compiler::Operand;
 use crate::constant::{self, Literal};
 use crate::lexer::Span;
 use crate::program::{self, Base, Expr, Place, Value};

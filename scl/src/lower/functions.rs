@@ -6,8 +6,9 @@ mod numbers;
 mod refused;
 mod texts;
 
+use super::Lowerer;
 use super::convert::{binary, convert, zero};
-use super::{Lowerer, Operand};
+use crate::compiler::Operand;
 use crate::lexer::Span;
 use crate::program::{self, Binary, Convert, Expr, Place, Scalar, Unary, What};
 use crate::syntax::{Argument, ExpressionId};

@@ -1,7 +1,8 @@
 //! Operators: the type in which is calculated.
 
+use super::Lowerer;
 use super::convert::{binary, unary, zero};
-use super::{Lowerer, Operand};
+use crate::compiler::Operand;
 use crate::lexer::Span;
 use crate::program::{self, Expr};
 use crate::syntax::{Binary, Unary};

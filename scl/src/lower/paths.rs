@@ -1,9 +1,8 @@
 //! Names, members, indices and slices.
 
+use super::Lowerer;
 use super::convert::{convert, zero};
-use super::{Lowerer, Operand};
-use crate::compile::Cpu;
-use crate::declare::{Global, Slot, Symbol};
+use crate::compiler::{Cpu, Global, Operand, Slot, Symbol};
 use crate::lexer::Span;
 use crate::program::{Base, Binary, Call, Convert, Expr, Place, Scalar, Step, Value, What};
 use crate::syntax::{BlockKind, ExpressionId, ExpressionKind, Name, Scope, SectionKind, key};

@@ -2,8 +2,8 @@
 
 use super::convert::{binary, zero};
 use super::paths::{Slice, Variable};
-use super::{LabelOf, Loop, Lowerer, Operand};
-use crate::compile::Cpu;
+use super::{LabelOf, Loop, Lowerer};
+use crate::compiler::{Cpu, Operand};
 use crate::lexer::Span;
 use crate::program::{self, Arm, Expr, For, Place, Scalar, Step, Value, What};
 use crate::syntax::{Binary, ExpressionId, ExpressionKind, Label, Name, SectionKind, Statement, StatementKind};

@@ -7,29 +7,13 @@
 use super::Lowerer;
 use super::convert::{binary, convert};
 use super::paths::Variable;
-use crate::compile::Compiler;
-use crate::declare::{Slot, Symbol};
+use crate::compiler::{Compiler, Slot, Symbol, View};
 use crate::lexer::Span;
 use crate::program::{At, Base, Binary, Convert, Expr, Place, Scalar, Step, What};
 use crate::types::{Class, Elementary, Type};
 
 /// No view has more parts: each costs an operation in every statement that uses it.
 const MOST_PARTS: usize = 4096;
-
-/// A view of a variable.
-#[derive(Clone, Debug)]
-pub struct View {
-    /// Its name.
-    pub name: String,
-    /// The local that holds what it shows.
-    pub local: usize,
-    /// The variable behind it, in capitals.
-    pub behind: String,
-    /// Its type.
-    pub of: Type,
-    /// Where it is declared.
-    pub span: Span,
-}
 
 /// A number in the bytes of a CPU.
 struct Part {

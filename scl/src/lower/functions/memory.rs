@@ -1,9 +1,10 @@
 //! Functions of arrays, timers and the clock: what they change is more than their value.
 
+use super::super::Lowerer;
 use super::super::convert::{binary, convert, zero};
 use super::super::paths::{Slice, Variable};
-use super::super::{Lowerer, Operand};
 use super::Given;
+use crate::compiler::{Operand, Parameter, Slot};
 use crate::lexer::Span;
 use crate::program::{self, Binary, Convert, Expr, For, Scalar, Step, What};
 use crate::syntax::{ExpressionId, ExpressionKind};
@@ -76,9 +77,9 @@ impl Lowerer<'_, '_> {
             return;
         }
         let members = self.compiler.blocks[block].members.clone();
-        let slot = |member: &crate::declare::Parameter| match member.slot {
-            crate::declare::Slot::Member(number) => number,
-            crate::declare::Slot::Local(_) => 0,
+        let slot = |member: &Parameter| match member.slot {
+            Slot::Member(number) => number,
+            Slot::Local(_) => 0,
         };
         if given.name == "RESET_TIMER" {
             for member in &members {

@@ -1,8 +1,9 @@
 //! Dates and times of day: all are calculated as nanoseconds.
 
+use super::super::Lowerer;
 use super::super::convert::{binary, convert};
-use super::super::{Lowerer, Operand};
 use super::Given;
+use crate::compiler::Operand;
 use crate::lexer::Span;
 use crate::program::{self, Argument, At, Convert, Expr, Scalar};
 use crate::syntax;

@@ -1,9 +1,10 @@
 //! Functions of numbers: mathematics, limits, scales, shifts, and the choice among values.
 
+use super::super::Lowerer;
 use super::super::convert::{binary, convert, unary, zero};
 use super::super::paths::Variable;
-use super::super::{Lowerer, Operand};
 use super::Given;
+use crate::compiler::Operand;
 use crate::lexer::Span;
 use crate::program::{Binary, Convert, Expr, Scalar, Unary, Value, What};
 use crate::types::{Class, Elementary, Type};

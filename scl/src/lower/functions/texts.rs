@@ -1,8 +1,9 @@
 //! Functions of texts.
 
+use super::super::Lowerer;
 use super::super::convert::{binary, convert, unary, zero};
-use super::super::{Lowerer, Operand};
 use super::Given;
+use crate::compiler::{Operand, Parameter};
 use crate::lexer::Span;
 use crate::program::{self, Binary, Convert, Expr, Place, Scalar, Unary, What};
 use crate::types::{Class, Elementary, Type};
@@ -11,7 +12,7 @@ impl Lowerer<'_, '_> {
     /// A function of texts, of which the library has one for two texts.
     pub(super) fn text_function(&mut self, given: &Given) -> Option<Operand> {
         let block = self.compiler.system_block(given.name)?;
-        let is_input = |member: &&crate::declare::Parameter| member.section == crate::syntax::SectionKind::Input;
+        let is_input = |member: &&Parameter| member.section == crate::syntax::SectionKind::Input;
         let inputs: Vec<_> = self.compiler.blocks[block].members.iter().filter(is_input).cloned().collect();
         let mut passed = Vec::new();
         for (position, parameter) in inputs.iter().enumerate() {

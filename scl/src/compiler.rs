@@ -1,0 +1,266 @@
+//! What is known of a program while it is translated: what is asked for, what is declared, and what is still missing.
+
+use crate::lexer::Span;
+use crate::program::{self, At, Base, Expr, Place, Program};
+use crate::report::Report;
+use crate::syntax::{Block, BlockKind, Expressions, SectionKind, Tree};
+use crate::types::{Elementary, Type};
+use crate::undeclared::Undeclared;
+use parameters::Source;
+use std::collections::{BTreeMap, HashMap};
+use std::rc::Rc;
+
+/// The CPU whose rules hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cpu {
+    /// S7-300 and S7-400.
+    S7300,
+    /// S7-1200.
+    S71200,
+    /// S7-1500.
+    S71500,
+}
+
+/// How a program is translated.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// The CPU; `None` takes it from the dialect of the sources.
+    pub cpu: Option<Cpu>,
+    /// The function block that becomes the program, or the data block with its instance. `None` takes the one that no other
+    /// block uses.
+    pub block: Option<String>,
+    /// Names that no source declares, and their types: PLC tags and instances.
+    pub declared: Vec<(String, String)>,
+    /// Constants that no source declares, and their values as literals.
+    pub constants: Vec<(String, String)>,
+    /// What is called in a cycle in place of one function block: organization blocks, functions, instances.
+    pub calls: Vec<Task>,
+}
+
+/// Something that is called at times.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Task {
+    /// The name of the organization block, of the function, of the function block, or of the data block with its instance.
+    pub name: String,
+    /// The time between two calls in ms; 0 for every cycle.
+    pub period: u32,
+}
+
+/// A block of a source: the source, and its number there.
+pub type BlockId = (usize, usize);
+
+/// What is known of something that may depend on itself.
+#[derive(Clone, Debug)]
+pub enum State<T> {
+    /// It is being declared.
+    Open,
+    /// It is declared.
+    Known(T),
+}
+
+impl<T> State<T> {
+    /// What is known.
+    pub fn known(&self) -> Option<&T> {
+        match self {
+            State::Open => None,
+            State::Known(known) => Some(known),
+        }
+    }
+}
+
+/// The state of a translation.
+pub struct Compiler<'a> {
+    pub sources: &'a [Source],
+    pub trees: &'a [Tree],
+    pub cpu: Cpu,
+    pub options: &'a Options,
+    pub report: Report,
+    pub program: Program,
+    /// The blocks of the sources, by name.
+    pub names: HashMap<String, BlockId>,
+    /// The blocks of the library, by name.
+    pub library: HashMap<String, BlockId>,
+    pub types: HashMap<BlockId, State<Type>>,
+    pub blocks: Vec<Interface>,
+    pub block_of: HashMap<BlockId, State<usize>>,
+    pub natives: HashMap<String, usize>,
+    pub globals: HashMap<String, State<Global>>,
+    /// Which kind of timer or counter a variable of a general type is, by the last name of its path.
+    pub kinds: HashMap<String, String>,
+    pub undeclared: BTreeMap<String, Undeclared>,
+    /// Who calls whom, and where.
+    pub calls: Vec<(usize, usize, Span)>,
+    /// Bytes of all records, against types that no memory holds.
+    pub bytes: usize,
+}
+
+impl<'a> Compiler<'a> {
+    /// The number of the library among the sources.
+    pub fn library_file(&self) -> usize {
+        self.trees.len() - 1
+    }
+
+    /// A block of a source.
+    pub fn block(&self, (file, index): BlockId) -> &'a Block {
+        &self.trees[file].blocks[index]
+    }
+
+    /// The expressions of a source.
+    pub fn expressions(&self, file: usize) -> &'a Expressions {
+        &self.trees[file].expressions
+    }
+
+    /// The line of a span.
+    pub fn at(&self, span: Span) -> At {
+        let line = self.sources[span.file as usize].place(span.range()).line;
+        At { file: span.file as u16, line: line as u32 }
+    }
+
+    /// The text of a span.
+    pub fn text(&self, span: Span) -> &'a str {
+        &self.sources[span.file as usize].text[span.range()]
+    }
+
+    /// A warning; the library gets none.
+    pub fn warn(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
+        if span.file as usize != self.library_file() {
+            self.report.warning(span, message, help);
+        }
+    }
+
+    /// An error.
+    pub fn error(&mut self, span: Span, message: impl Into<String>, help: Option<&str>) {
+        self.report.error(span, message, help);
+    }
+}
+
+/// A block that can be called.
+#[derive(Debug)]
+pub struct Interface {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub kind: BlockKind,
+    /// Where it is declared; `None` for a native one.
+    pub source: Option<BlockId>,
+    /// Its parameters and statics, in the order of declaration.
+    pub members: Vec<Parameter>,
+    /// Its names.
+    pub symbols: Rc<HashMap<String, Symbol>>,
+    /// The type of its value.
+    pub result: Type,
+    /// The record of an instance.
+    pub record: usize,
+    /// Its function in the program.
+    pub function: usize,
+    /// The local with its ENO, if the block may set it.
+    pub eno: Option<usize>,
+    /// Its variables that show the bytes of others.
+    pub views: Vec<View>,
+}
+
+/// A parameter or a static variable of a block.
+#[derive(Clone, Debug)]
+pub struct Parameter {
+    /// Its name as it is written.
+    pub name: String,
+    /// Its name in capitals.
+    pub key: String,
+    /// What it is.
+    pub section: SectionKind,
+    /// Its type.
+    pub of: Type,
+    /// Where it is.
+    pub slot: Slot,
+    /// What its author says of it.
+    pub comment: String,
+    /// Whether it is a setting.
+    pub is_setting: bool,
+    /// Whether it is hidden.
+    pub is_hidden: bool,
+    /// Whether its value survives a power failure.
+    pub is_retained: bool,
+}
+
+/// Where a variable of a block is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slot {
+    /// A member of the instance.
+    Member(usize),
+    /// A local of the function.
+    Local(usize),
+}
+
+/// What a name stands for in a block.
+#[derive(Clone, Debug)]
+pub enum Symbol {
+    /// A variable.
+    Variable(SectionKind, Type, Slot),
+    /// A constant.
+    Constant(Operand),
+}
+
+/// A variable of the memory that all blocks see.
+#[derive(Clone, Debug)]
+pub struct Global {
+    /// Its member of the memory.
+    pub member: usize,
+    /// Its type.
+    pub of: Type,
+}
+
+impl Global {
+    /// Where it is.
+    pub fn place(&self) -> Place {
+        Place::of(Base::Memory).member(self.member)
+    }
+}
+
+/// The result of an expression.
+#[derive(Clone, Debug)]
+pub enum Operand {
+    /// A whole number without a type.
+    Whole(i128),
+    /// A number with a fraction without a type, as LREAL and as REAL.
+    Fraction(f64, f32),
+    /// A text, and whether its characters have 16 bits.
+    Text(Vec<u16>, Option<bool>),
+    /// A number.
+    Value(Elementary, Expr),
+    /// A structure, an array, a text or an instance.
+    Variable(Type, Place),
+    /// What a message has told already; the name if no source declares it.
+    Wrong(Option<String>),
+}
+
+/// A view of a variable.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// Its name.
+    pub name: String,
+    /// The local that holds what it shows.
+    pub local: usize,
+    /// The variable behind it, in capitals.
+    pub behind: String,
+    /// Its type.
+    pub of: Type,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+impl From<SectionKind> for program::Section {
+    /// Who sets a member of this section and who reads it.
+    fn from(section: SectionKind) -> program::Section {
+        match section {
+            SectionKind::Input => program::Section::Input,
+            SectionKind::Output => program::Section::Output,
+            SectionKind::InOut => program::Section::InOut,
+            _ => program::Section::Static,
+        }
+    }
+}
+
+/// Shared by all blocks without symbols.
+pub fn nothing<K, V>() -> Rc<HashMap<K, V>> {
+    Rc::new(HashMap::new())
+}
