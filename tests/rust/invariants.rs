@@ -4,7 +4,7 @@
 //! Each finding is one line, `file:line contains "what"`; below the findings follows what to do.
 
 use cargo_metadata::MetadataCommand;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -295,6 +295,21 @@ fn files_and_functions_are_short() {
 }
 
 #[test]
+fn imports_form_no_circle_of_more_than_two_files() {
+    let mut findings = Vec::new();
+    for package in PRODUCT.iter().chain(&["fmu/program"]) {
+        let imports = imports_within(package);
+        for (file, imported) in &imports {
+            // The shortest way back from a file that it imports, other than by a direct import.
+            let circle = imported.iter().find_map(|first| way(&imports, first, file));
+            findings
+                .extend(circle.map(|circle| format!("{package}: {} imports {}", circle.join(" imports "), circle[0])));
+        }
+    }
+    assert_none(&findings, "move what they share into a file below them; two files that know each other may stay");
+}
+
+#[test]
 fn modules_are_found_by_their_place_and_nothing_outside_the_repository_is_named() {
     let all: Vec<String> = all_files();
     assert_none(
@@ -390,6 +405,63 @@ fn declared(from: &str) -> Vec<(String, String)> {
     }
     assert!(names.len() >= 5, "{from}/src has no blocks, or they are declared in another way: {names:?}");
     names
+}
+
+/// Each module of a crate, such as `package::check`, with those that it imports.
+fn imports_within(package: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let source = format!("{package}/src/");
+    let module = |file: &str| {
+        let path = file.strip_prefix(&source)?.strip_suffix(".rs")?;
+        Some(path.strip_suffix("/mod").unwrap_or(path).replace('/', "::"))
+            .filter(|name| !["lib", "main"].contains(&&**name))
+    };
+    let files = source_files(&source);
+    let modules: BTreeMap<String, &String> = files.iter().filter_map(|file| Some((module(file)?, file))).collect();
+    let of = |(name, file): (&String, &&String)| {
+        let text = read(file);
+        let code = text.split("\nmod tests {").next().unwrap().lines().map(|line| line.split("//").next().unwrap());
+        let code = code.collect::<Vec<_>>().join("\n");
+        let parent = name.rsplit_once("::").map_or("", |(parent, _)| parent);
+        let imported = [("crate::", ""), ("super::", parent)].into_iter().flat_map(|(from, base)| {
+            code.split(from).skip(1).flat_map(move |rest| paths(rest)).map(move |path| format!("{base}::{path}"))
+        });
+        // The module that a path leads through: its longest beginning that is one.
+        let owner = |path: String| {
+            let path = path.trim_start_matches("::");
+            let ends = path.match_indices("::").map(|(end, _)| end).chain([path.len()]).collect::<Vec<_>>();
+            ends.into_iter().rev().map(|end| path[..end].to_string()).find(|name| modules.contains_key(name))
+        };
+        (name.clone(), imported.filter_map(owner).filter(|imported| imported != name).collect())
+    };
+    modules.iter().map(of).collect()
+}
+
+/// The paths with which a text begins: `a::B` of `a::B;`, `a::B` and `a::C` of `a::{B, C};`.
+fn paths(text: &str) -> Vec<String> {
+    let end = text.find(|c: char| !c.is_alphanumeric() && c != '_' && c != ':').unwrap_or(text.len());
+    match text[end..].strip_prefix('{') {
+        Some(rest) => {
+            words(rest.split(['{', '}']).next().unwrap()).map(|word| format!("{}{word}", &text[..end])).collect()
+        }
+        None => vec![text[..end].to_string()],
+    }
+}
+
+/// The shortest way from a module to another over a third.
+fn way(imports: &BTreeMap<String, BTreeSet<String>>, from: &str, to: &str) -> Option<Vec<String>> {
+    let mut ways = VecDeque::from([vec![from.to_string()]]);
+    let mut seen = BTreeSet::from([from.to_string()]);
+    while let Some(way) = ways.pop_front() {
+        for next in &imports[way.last()?] {
+            if next == to && way.len() > 1 {
+                return Some([vec![to.to_string()], way].concat());
+            }
+            if next != to && seen.insert(next.clone()) {
+                ways.push_back([way.as_slice(), &[next.clone()]].concat());
+            }
+        }
+    }
+    None
 }
 
 fn python_modules(folder: &str) -> BTreeSet<String> {
