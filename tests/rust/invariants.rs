@@ -423,7 +423,7 @@ fn imports_within(package: &str) -> BTreeMap<String, BTreeSet<String>> {
         let code = code.collect::<Vec<_>>().join("\n");
         let parent = name.rsplit_once("::").map_or("", |(parent, _)| parent);
         let imported = [("crate::", ""), ("super::", parent)].into_iter().flat_map(|(from, base)| {
-            code.split(from).skip(1).flat_map(move |rest| paths(rest)).map(move |path| format!("{base}::{path}"))
+            code.split(from).skip(1).flat_map(paths).map(move |path| format!("{base}::{path}"))
         });
         // The module that a path leads through: its longest beginning that is one.
         let owner = |path: String| {
@@ -457,7 +457,7 @@ fn way(imports: &BTreeMap<String, BTreeSet<String>>, from: &str, to: &str) -> Op
                 return Some([vec![to.to_string()], way].concat());
             }
             if next != to && seen.insert(next.clone()) {
-                ways.push_back([way.as_slice(), &[next.clone()]].concat());
+                ways.push_back([way.as_slice(), std::slice::from_ref(next)].concat());
             }
         }
     }
