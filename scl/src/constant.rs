@@ -35,7 +35,6 @@ pub fn read(text: &str) -> Result<Literal, (String, Option<&'static str>)> {
         "DW" => Elementary::DWord,
         "LW" => Elementary::LWord,
         "L" => Elementary::DInt,
-        "DT" | "DATE_AND_TIME" => return Err(("no DT".into(), Some("use DTL"))),
         "T" => Elementary::Time,
         "LT" => Elementary::LTime,
         "D" => Elementary::Date,
@@ -163,10 +162,11 @@ fn characters(text: &str) -> Vec<u16> {
 fn date(text: &str, of: Elementary) -> Result<i128, (String, Option<&'static str>)> {
     const DAY: i128 = 86_400;
     const SECOND: i128 = 1_000_000_000;
-    // DATE counts from 1990-01-01, LDT from 1970-01-01.
+    // DATE and DT count from 1990-01-01, LDT from 1970-01-01.
     let (text, origin, unit) = match of {
         Elementary::Date => (text.to_string(), days(1990, 1, 1), DAY * SECOND),
         Elementary::Ldt => (text.to_string(), days(1970, 1, 1), 1),
+        Elementary::Dt => (text.to_string(), days(1990, 1, 1), 1),
         Elementary::Tod => (format!("1970-01-01-{text}"), days(1970, 1, 1), SECOND / 1000),
         _ => (format!("1970-01-01-{text}"), days(1970, 1, 1), 1),
     };

@@ -88,7 +88,6 @@ impl Compiler<'_> {
             "POINTER" | "ANY" | "VARIANT" | "REF_TO" | "DB_ANY" => {
                 "a pointer of this kind has no type here; pass the variable itself, or ARRAY[*]"
             }
-            "DT" | "DATE_AND_TIME" => "use DTL",
             _ => "hardware: feed its values through inputs",
         };
         self.error(span, format!("{name} is not supported"), Some(help));
@@ -141,8 +140,6 @@ impl Compiler<'_> {
                 | "ANY"
                 | "VARIANT"
                 | "DB_ANY"
-                | "DT"
-                | "DATE_AND_TIME"
                 | "REMOTE"
                 | "BLOCK_DB"
                 | "BLOCK_FB"
@@ -488,6 +485,20 @@ impl Compiler<'_> {
                 let known = Rc::new(symbols.clone());
                 let of = member.of.as_ref().map(|of| self.type_of(of, file, &known));
                 let value = match &member.start {
+                    _ if of
+                        .as_ref()
+                        .is_some_and(|of| matches!(of, Type::Array(_) | Type::Open(..) | Type::Instance(_))) =>
+                    {
+                        let name = &member.names[0];
+                        let of = of.unwrap_or(Type::Wrong);
+                        let help = "constants have elementary types or are texts: declare it in VAR";
+                        self.error(name.span, format!("the constant {} is {of}", name.text), Some(help));
+                        Operand::Wrong(None)
+                    }
+                    None if of.as_ref().is_some_and(Type::is_elementary) => {
+                        let of = of.and_then(|of| of.elementary()).unwrap_or(Elementary::Bool);
+                        Operand::Value(of, crate::lower::zero(of))
+                    }
                     Some(crate::syntax::Start::Value(value)) => {
                         let mut lowerer = Lowerer::of_constants(self, file, known);
                         lowerer.constant(*value, of.as_ref())

@@ -17,33 +17,65 @@ const COUNTED: [&str; 8] = ["SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDI
 /// The name of the library among the files of a program.
 pub const FILE: &str = "the library";
 
-/// Functions of texts, dates and bits, by their names in programs.
-pub const FUNCTIONS: [&str; 13] = [
-    "LEN",
-    "LEFT",
-    "MID",
-    "RIGHT",
-    "CONCAT",
-    "FIND",
-    "DELETE",
-    "INSERT",
-    "REPLACE",
-    "LDT_TO_DTL",
-    "DTL_TO_LDT",
-    "ENCO",
-    "BITSUM",
+/// Functions of texts, of STRING and of WSTRING.
+pub const TEXTS: [&str; 9] = ["LEN", "LEFT", "MID", "RIGHT", "CONCAT", "FIND", "DELETE", "INSERT", "REPLACE"];
+
+/// Functions of dates and bits, by their names in programs.
+pub const FUNCTIONS: [&str; 4] = ["LDT_TO_DTL", "DTL_TO_LDT", "ENCO", "BITSUM"];
+
+/// Functions that are called as those of a program are: all their parameters by name. FC105 and FC106 are STEP 7's numbers.
+const BLOCKS: [&str; 4] = ["SCALE", "UNSCALE", "FC105", "FC106"];
+
+/// Functions between a text and an array: of the elements of an array, with the texts that have such characters.
+const ARRAYS: [&str; 2] = ["STRG_TO_CHARS", "CHARS_TO_STRG"];
+const ELEMENTS: [(&str, &str, &str); 4] = [
+    ("CHAR", "CHAR", "STRING"),
+    ("BYTE", "CHAR", "STRING"),
+    ("WCHAR", "WCHAR", "WSTRING"),
+    ("WORD", "WCHAR", "WSTRING"),
 ];
 
 /// Functions that others are made of.
-pub const INNER: [&str; 4] = ["__WHOLE_TO_TEXT", "__REAL_TO_TEXT", "__TEXT_TO_WHOLE", "__TEXT_TO_REAL"];
+pub const INNER: [&str; 10] = [
+    "__WHOLE_TO_TEXT",
+    "__REAL_TO_TEXT",
+    "__TEXT_TO_WHOLE",
+    "__TEXT_TO_REAL",
+    "__PLACED",
+    "__VAL_STRG_WHOLE",
+    "__VAL_STRG_REAL",
+    "__STRG_VAL",
+    "STRING_TO_WSTRING",
+    "WSTRING_TO_STRING",
+];
 
-/// The library as a source: its timers for TIME and LTIME, its counters for all integers.
+/// The library as a source: its timers for TIME and LTIME, its counters for all integers, its texts for both widths.
 pub fn source() -> Source {
-    let text = include_str!("library.scl");
+    let texts = [include_str!("library.scl"), include_str!("texts.scl")];
     let mut all = String::new();
-    for block in text.split("\n\n").filter(|block| block.contains("END_FUNCTION")) {
+    let blocks = texts.iter().flat_map(|text| text.split("\n\n"));
+    for block in blocks.filter(|block| block.contains("END_FUNCTION")) {
         let name = block.split('"').nth(1).unwrap_or_default();
-        if TIMERS.contains(&name) {
+        if TEXTS.contains(&name) {
+            all += block;
+            all.push('\n');
+            all += &block
+                .replace(": STRING", ": WSTRING")
+                .replace(&format!("\"{name}\""), &format!("\"{name}_WSTRING\""))
+                .replace(&format!("#{name}"), &format!("#{name}_WSTRING"));
+        } else if ARRAYS.contains(&name) {
+            for (of, character, text) in ELEMENTS {
+                all += &block
+                    .replace("OF CHAR", &format!("OF {of}"))
+                    .replace(": STRING", &format!(": {text}"))
+                    .replace("CHAR_TO_CHAR(#STRG", &format!("{character}_TO_{of}(#STRG"))
+                    .replace("CHAR_TO_CHAR(#CHARS", &format!("{of}_TO_{character}(#CHARS"))
+                    .replace("CHAR_TO_WORD", &format!("{of}_TO_WORD"))
+                    .replace(&format!("\"{name}\""), &format!("\"{name}_{of}\""))
+                    .replace(&format!("#{name}"), &format!("#{name}_{of}"));
+                all.push('\n');
+            }
+        } else if TIMERS.contains(&name) {
             all += block;
             all += &block.replace("TIME", "LTIME").replace(&format!("\"{name}\""), &format!("\"{name}_LTIME\""));
         } else if COUNTERS.contains(&name) {
@@ -98,15 +130,23 @@ fn named(name: &str) -> Option<String> {
         "SFB3" => "TP",
         "SFB4" => "TON",
         "SFB5" => "TOF",
+        "FC105" => "SCALE",
+        "FC106" => "UNSCALE",
         _ => name.strip_suffix("_TIME").unwrap_or(name),
     };
     let timer = name.strip_suffix("_LTIME").unwrap_or(name);
     let is_timer = TIMERS.contains(&timer);
     let is_counter = name.split_once('_').is_some_and(|(kind, of)| COUNTERS.contains(&kind) && COUNTED.contains(&of));
     let is_other = ["R_TRIG", "F_TRIG", "SR", "RS", "RUNTIME", "RD_SYS_T"].contains(&name)
-        || FUNCTIONS.contains(&name)
-        || INNER.contains(&name);
+        || [&TEXTS[..], &FUNCTIONS, &BLOCKS, &INNER].iter().any(|names| names.contains(&name))
+        || name.strip_suffix("_WSTRING").is_some_and(|name| TEXTS.contains(&name))
+        || name.rsplit_once('_').is_some_and(|(name, _)| ARRAYS.contains(&name));
     (is_timer || is_counter || is_other).then(|| name.to_string())
+}
+
+/// Whether a name is a function that is called as those of a program are.
+pub fn is_block(name: &str) -> bool {
+    BLOCKS.contains(&name)
 }
 
 /// Whether a name is a kind of timer or counter that a variable of a general type may be called as.

@@ -17,6 +17,7 @@ use crate::types::{Elementary, Type};
 use std::collections::HashMap;
 use std::rc::Rc;
 
+pub use convert::zero;
 pub use expressions::DTL_BYTES;
 pub use functions::{is_ordinary, refused};
 

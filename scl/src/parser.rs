@@ -21,7 +21,13 @@ const MOST_ERRORS: usize = 100;
 pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
     let Tokens { tokens, comments, attributes, unclosed } = tokens(text, file);
     if let Some(span) = unclosed {
-        report.error(span, "this comment or attribute does not end", Some("close it"));
+        let (what, help) = match text[span.range()].as_bytes() {
+            [b'{', ..] => ("this attribute", "close it with }"),
+            [b'/', ..] => ("this comment", "close it with */"),
+            [b'(', b'/', ..] => ("this comment", "close it with */)"),
+            _ => ("this comment", "close it with *)"),
+        };
+        report.error(span, format!("{what} does not end"), Some(help));
     }
     let most = report.errors() + MOST_ERRORS;
     let parser = Parser {
@@ -33,6 +39,7 @@ pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
         depth: 0,
         gotos: BTreeSet::new(),
         is_data: false,
+        is_end_told: unclosed.is_some(),
         tree: Tree::default(),
         report,
         most,
@@ -56,6 +63,8 @@ struct Parser<'a> {
     gotos: BTreeSet<String>,
     /// Within a data block, whose own elements are written `[1]`.
     is_data: bool,
+    /// The file ends too early, and a message has told it.
+    is_end_told: bool,
     tree: Tree,
     report: &'a mut Report,
     most: usize,
@@ -144,7 +153,11 @@ impl<'a> Parser<'a> {
     fn fail<T>(&mut self, expected: &str) -> Parsed<T> {
         let token = self.token();
         let found = match token.kind {
-            Kind::End => "the end of the file".to_string(),
+            Kind::End if self.is_end_told => return Err(Failed),
+            Kind::End => {
+                self.is_end_told = true;
+                "the end of the file".to_string()
+            }
             Kind::Unknown if self.text_of(token).starts_with(['\'', '"', '#']) && token.span.range().len() > 1 => {
                 return self.refuse(token.span, "this text or name does not end in its line", None);
             }

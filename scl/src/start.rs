@@ -99,6 +99,8 @@ impl Starting<'_, '_> {
     fn write(&mut self, of: &Type, start: &Start, bytes: &mut [u8]) {
         match (of, start) {
             (Type::Wrong, _) => {}
+            // `()` leaves the value that the type gives.
+            (_, Start::List(list, _)) if list.is_empty() => {}
             (Type::Array(array), _) => {
                 let size = self.compiler.program.size(&self.compiler.lowered(&array.of));
                 let mut at = 0;

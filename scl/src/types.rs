@@ -76,6 +76,7 @@ elementary! {
     Tod "TOD" U32 Date;
     LTod "LTOD" U64 Date;
     Ldt "LDT" I64 Date;
+    Dt "DATE_AND_TIME" I64 Date;
 }
 
 impl Elementary {
@@ -84,6 +85,7 @@ impl Elementary {
         match name {
             "TIME_OF_DAY" => Some(Elementary::Tod),
             "LTIME_OF_DAY" => Some(Elementary::LTod),
+            "DT" => Some(Elementary::Dt),
             _ => Elementary::ALL.iter().copied().find(|elementary| elementary.name() == name),
         }
     }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 const VARIABLES: &str = "VAR_OUTPUT y : Bool; END_VAR
     VAR
         s : String; c : Char; i : Int; u : USInt; d : DInt; ud : UDInt; r : Real; l : LReal; w : Word; b : Byte; q : Bool;
-        now, then : DTL; date : Date; tod : Time_Of_Day; ldt : LDT; t : Time; memory : LReal; run : LReal; tick : Time;
+        now, then : DTL; dt : DT; limit : Real := 1.5; len : Int; word : Word; date : Date; tod : Time_Of_Day; ldt : LDT; t : Time; memory : LReal; run : LReal; tick : Time;
         bits : Array[0..15] of Bool; from : Array[1..5] of Int := [1, 2, 3, 4, 5]; to : Array[0..5] of Int; n : Int := 2;
         on : TON_TIME; off : TON_TIME;
     END_VAR";
@@ -18,6 +18,7 @@ const VARIABLES: &str = "VAR_OUTPUT y : Bool; END_VAR
 fn program(statements: &str) -> (Machine, scl::program::Program, usize, String) {
     let source = format!(
         "FUNCTION \"Checked\" : Int VAR_INPUT a : Int; END_VAR BEGIN #Checked := #a * 2; ENO := #a < 10; END_FUNCTION
+        FUNCTION \"Later\" : Bool VAR_INPUT than : DTL; END_VAR BEGIN #Later := #than < DTL#2020-01-01-00:00:01; END_FUNCTION
         FUNCTION_BLOCK \"Sub\" VAR_INPUT x : Int; END_VAR VAR_OUTPUT z : Int; END_VAR BEGIN #z := #z + #x; RETURN #x > 0; END_FUNCTION_BLOCK
         FUNCTION_BLOCK \"B\" {{ S7_Optimized_Access := 'TRUE' }} {VARIABLES} VAR sub : \"Sub\"; END_VAR
         BEGIN {statements} END_FUNCTION_BLOCK"
@@ -175,4 +176,53 @@ fn a_call_with_en_is_made_if_it_is_true_and_eno_tells_how_it_went() {
     holds("#i := 7; #sub(EN := FALSE, x := 3, z => #i, ENO => #q);", &["#i = 7 AND NOT #q AND #sub.x = 0"]);
     holds("#sub(x := -1, ENO => #q);", &["NOT #q AND #sub.z = -1"]);
     holds("#on(EN := #q, IN := TRUE, PT := T#0s, ENO => #q);", &["NOT #q AND NOT #on.Q"]);
+}
+
+#[test]
+fn dt_is_calculated_and_converted_and_counts_milliseconds() {
+    holds(
+        "#dt := DT#2024-02-28-23:59:59.5; #now := DT_TO_DTL(#dt + T#1s);",
+        &[
+            "#now.MONTH = 2 AND #now.DAY = 29 AND #now.HOUR = 0 AND #now.NANOSECOND = 500000000",
+            "DT_TO_DATE(#dt) = D#2024-02-28 AND DATE_AND_TIME_TO_TOD(#dt) = TOD#23:59:59.5",
+            "#dt - DT#2024-02-28-23:59:58 = T#1500ms AND #dt > DT#1990-01-01-00:00:00",
+            "DTL_TO_DT(DTL#2024-02-28-23:59:59.5009) = #dt",
+            "LDT_TO_DT(DT_TO_LDT(#dt)) = #dt",
+            "RD_SYS_T(#dt) = 0 AND #dt = DT#2000-01-01-00:00:00",
+            "\"Later\"(than := DTL#2020-01-01-00:00:00)",
+        ],
+    );
+    assert!(runs("#y := #dt = DT#1990-01-01-00:00:00;"), "it begins in 1990");
+}
+
+#[test]
+fn t_conv_converts_to_what_it_is_assigned_to() {
+    for statements in [
+        "#t := T#1500ms; #d := T_CONV(#t); #y := #d = 1500;",
+        "#t := T_CONV(IN := 2500); #y := #t = T#2s500ms;",
+        "#now := DTL#2024-02-28-01:02:03; T_CONV(IN := #now, OUT => #tod); #y := #tod = TOD#01:02:03;",
+        "#date := D#2024-02-28; #now := T_CONV(#date); #y := #now = DTL#2024-02-28-00:00:00;",
+        "#tod := TOD#00:00:05; #t := TOD_TO_TIME(#tod); #y := #t = T#5s;",
+    ] {
+        assert!(runs(statements), "{statements}");
+    }
+}
+
+#[test]
+fn scale_and_unscale_are_those_of_step_7() {
+    holds(
+        "",
+        &[
+            "SCALE(IN := 13824, HI_LIM := 100.0, LO_LIM := 0.0, BIPOLAR := FALSE, OUT => #r) = 0 AND #r = 50.0",
+            "SCALE(IN := -27648, HI_LIM := 100.0, LO_LIM := 0.0, BIPOLAR := TRUE, OUT => #r) = 0 AND #r = 0.0",
+            "\"SCALE\"(IN := -1, HI_LIM := 100.0, LO_LIM := 20.0, BIPOLAR := FALSE, OUT => #r) = 8 AND #r = 20.0",
+            "UNSCALE(IN := 50.0, HI_LIM := 100.0, LO_LIM := 0.0, BIPOLAR := FALSE, OUT => #i) = 0 AND #i = 13824",
+            "UNSCALE(IN := 101.0, HI_LIM := 100.0, LO_LIM := 0.0, BIPOLAR := FALSE, OUT => #i) = 8 AND #i = 27648",
+        ],
+    );
+}
+
+#[test]
+fn a_variable_called_as_a_function_does_not_hide_it() {
+    holds("", &["LIMIT(MN := 0.0, IN := 5.0, MX := #limit) = 1.5", "LEN('abc') = 3 AND #len = 0"]);
 }

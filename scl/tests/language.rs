@@ -20,7 +20,7 @@ BEGIN #b := #a; END_FUNCTION_BLOCK
 const VARIABLES: &str = r#"
 VAR_OUTPUT y : Bool; END_VAR
 VAR i : Int; n : Int; small : SInt; d : DInt; wide : LInt; w : Word; r : Real; zero : Real; one : Real := 1.0; s : String;
-    c : Char; t : Time; a : Array[1..3] of Int; flags : Array[0..15] of Bool; pair : "Pair"; other : "Pair"; sub : "Sub";
+    c : Char; t : Time; a : Array[1..3] of Int; chars : Array[0..9] of Char; flags : Array[0..15] of Bool; pair : "Pair"; other : "Pair"; sub : "Sub";
     subs : Array[1..2] of "Sub"; timer : TON_TIME; any : IEC_TIMER; ctu : CTU; edge : R_TRIG; now : DTL; ws : WString;
     control : CONT_C; pulses : PULSEGEN; END_VAR
 VAR_TEMP temp : Int; END_VAR
@@ -64,26 +64,28 @@ const ROWS: &[Row] = &[
         refused: &[(
             "FUNCTION_BLOCK S VAR s : STRING; b AT s : ARRAY[0..1] OF BYTE; END_VAR BEGIN b[0] := 1; END_FUNCTION_BLOCK",
             "a text cannot be seen through AT",
+        ), (
+            "FUNCTION_BLOCK S VAR d : DT; b AT d : ARRAY[0..7] OF BYTE; END_VAR BEGIN b[0] := 1; END_FUNCTION_BLOCK",
+            "which a CPU keeps in BCD",
         )],
     },
     Row {
         what: "types",
         works: &["FUNCTION_BLOCK S VAR a : LWORD; b : ULINT; c : LREAL; d : LTIME; e : WCHAR; f : STRING[9]; g : WSTRING; h : DATE; i : TOD;
-            j : LTOD; k : LDT; l : DTL; m : ARRAY[1..2, 0..1, 0..1, 0..1, 0..1, 0..1] OF INT; n : STRUCT x : INT; END_STRUCT; END_VAR
+            j : LTOD; k : LDT; l : DTL; dt : DT; m : ARRAY[1..2, 0..1, 0..1, 0..1, 0..1, 0..1] OF INT; n : STRUCT x : INT; END_STRUCT; END_VAR
             BEGIN l := l + T#1s; END_FUNCTION_BLOCK"],
         refused: &[
             ("FUNCTION_BLOCK S VAR x : S5TIME; END_VAR BEGIN END_FUNCTION_BLOCK", "use TON, TOF or TP"),
             ("FUNCTION_BLOCK S VAR_INPUT x : COUNTER; END_VAR BEGIN END_FUNCTION_BLOCK", "use TON, TOF or TP"),
             ("FUNCTION_BLOCK S VAR_TEMP x : VARIANT; END_VAR BEGIN END_FUNCTION_BLOCK", "pass the variable itself, or ARRAY[*]"),
             ("FUNCTION_BLOCK S VAR_INPUT x : DB_ANY; END_VAR BEGIN END_FUNCTION_BLOCK", "pass the variable itself, or ARRAY[*]"),
-            ("FUNCTION_BLOCK S VAR x : DT; END_VAR BEGIN END_FUNCTION_BLOCK", "use DTL"),
             ("FUNCTION_BLOCK S VAR x : HW_IO; END_VAR BEGIN END_FUNCTION_BLOCK", "feed its values through inputs"),
         ],
     },
     Row {
         what: "start values",
         works: &[
-            "FUNCTION_BLOCK S VAR a : ARRAY[1..5] OF INT := [1, 2, 3(0)]; p : \"Pair\" := (6, 7); q : \"Pair\" := (x := 1); END_VAR
+            "FUNCTION_BLOCK S VAR a : ARRAY[1..5] OF INT := [1, 2, 3(0)]; p : \"Pair\" := (6, 7); q : \"Pair\" := (x := 1); pairs : ARRAY[0..1] OF \"Pair\" := [(), (3, ())]; END_VAR
              BEGIN END_FUNCTION_BLOCK",
             "FUNCTION_BLOCK S VAR a : ARRAY[1..5] OF INT := 1, 2, 3(0); END_VAR BEGIN END_FUNCTION_BLOCK",
         ],
@@ -136,7 +138,11 @@ const ROWS: &[Row] = &[
             MOVE_BLK(IN := #a[1], COUNT := 2, OUT => #a[2]); FILL_BLK(IN := 0, COUNT := 3, OUT => #a[1]); #t := TIME_TCK();
             SCATTER(IN := #w, OUT => #flags); #w := DECO(#i); #i := ENCO(#w); #i := BITSUM(#w); #s := CONCAT(IN1 := 'a', IN2 := #s);
             #i := FIND(IN1 := #s, IN2 := 'b'); #s := INT_TO_STRING(#i); S_CONV(IN := #s, OUT => #i); #d := COUNTOFELEMENTS(#a);
-            #i := RD_SYS_T(#now); #d := UPPER_BOUND(ARR := #a, DIM := 1);"],
+            #i := RD_SYS_T(#now); #d := UPPER_BOUND(ARR := #a, DIM := 1);
+            #ws := CONCAT(IN1 := #ws, IN2 := 'a'); #ws := STRING_TO_WSTRING(#s); #i := SCALE(IN := #i, HI_LIM := 1.0, LO_LIM := 0.0, BIPOLAR := #y, OUT => #r);
+            VAL_STRG(IN := #i, SIZE := 3, PREC := 0, FORMAT := 0, P := 1, OUT => #s); STRG_VAL(IN := #s, FORMAT := 0, P := 1, OUT => #i);
+            Strg_TO_Chars(Strg := #s, pChars := 0, Cnt => #i, Chars := #chars); Chars_TO_Strg(Chars := #chars, pChars := 0, Cnt := 0, Strg => #s);
+            #t := T_CONV(#d);"],
         refused: &[
             ("#i := PEEK(area := 16#84, dbNumber := 1, byteOffset := 0);", "assign the variables themselves"),
             ("#i := BLKMOV(SRCBLK := #a, DSTBLK => #a);", "assign the variables themselves"),
@@ -173,6 +179,14 @@ const DECIDED: &[(&str, &str)] = &[
     (
         "`STRING_TO_INT`",
         "#y := STRING_TO_INT('  12 mm') = 12 AND STRING_TO_INT('mm') = 0 AND STRING_TO_INT('99999') = 0;",
+    ),
+    (
+        "VAL_STRG of a number that is longer than SIZE",
+        "#s := 'abc'; VAL_STRG(IN := 1000, SIZE := 3, PREC := 0, FORMAT := 0, P := 1, OUT => #s); #y := #s = 'abc';",
+    ),
+    (
+        "functions of WSTRING",
+        "#ws := 'x'; FOR #i := 1 TO 8 DO #ws := CONCAT(IN1 := #ws, IN2 := #ws); END_FOR; #y := LEN(#ws) = 254;",
     ),
     ("a function with EN = FALSE", "#i := \"Twice\"(EN := FALSE, a := 5); #y := #i = 0;"),
     ("`\"Tag\":P`", "\"Tag\":P := TRUE; #y := \"Tag\";"),

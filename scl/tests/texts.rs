@@ -10,7 +10,8 @@ use std::sync::Arc;
 fn runs(statements: &str) -> bool {
     let source = format!(
         "FUNCTION_BLOCK \"B\" {{ S7_Optimized_Access := 'TRUE' }} VAR_OUTPUT y : Bool; n : DInt; END_VAR
-        VAR s : String := 'Valve 7'; short : String[4]; c : Char := 'x'; END_VAR
+        VAR s : String := 'Valve 7'; short : String[4]; c : Char := 'x'; w : WString := WSTRING#'Größe €'; wc : WChar;
+            i : Int; u : UInt; ul : ULInt; r : Real; bytes : Array[3..7] of Byte; chars : Array[0..9] of WChar; END_VAR
         BEGIN #short := #s; {statements} END_FUNCTION_BLOCK"
     );
     let compiled = compile(&[Source::new("b.scl", source.into())], &Options::default());
@@ -103,4 +104,99 @@ fn s_conv_converts_to_the_type_of_its_output() {
     assert!(runs("S_CONV(IN := '  42 kg', OUT => #n); #y := #n = 42;"));
     assert!(runs("#n := -7; S_CONV(IN := #n, OUT => #s); #y := #s = '         -7';"));
     assert!(runs("S_CONV(IN := 'Pump', OUT => #short); #y := #short = 'Pump';"));
+}
+
+#[test]
+fn val_strg_writes_a_number_into_a_text() {
+    // The examples of the system manual of the S7-1200: a field of 10 characters from position 16 on, between 14 blanks.
+    let of = |declared: &str, size: i32, prec: i32, format: i32| {
+        format!(
+            "#s := 'Current Temp = xxxxxxxxxx C';
+            VAL_STRG(IN := {declared}, SIZE := {size}, PREC := {prec}, FORMAT := {format}, P := 16, OUT => #s);"
+        )
+    };
+    for (value, prec, format, field) in [
+        ("UINT#123", 0, 0, "       123"),
+        ("UINT#0", 2, 0, "      0.00"),
+        ("UDINT#12345678", 3, 0, " 12345.678"),
+        ("UDINT#12345678", 3, 1, " 12345,678"),
+        ("INT#123", 3, 4, "    +0.123"),
+        ("INT#-123", 0, 0, "      -123"),
+        ("REAL#-0.00123", 4, 4, "   -0.0012"),
+        ("REAL#-0.00123", 4, 6, "-1.2300E-3"),
+        ("LINT#-9223372036854775808", 10, 0, "xxxxxxxxxx"),
+        ("REAL#2.5", 1, 0, "       2.5"),
+        ("REAL#99.96", 1, 0, "     100.0"),
+        ("REAL#99.96", 1, 2, "    1.0E+2"),
+        ("REAL#1.0E30", 1, 0, "xxxxxxxxxx"),
+    ] {
+        let check = format!("#y := #s = 'Current Temp = {field} C';");
+        assert!(runs(&(of(value, 10, prec, format) + &check)), "{value}, {prec}, {format}: {field}");
+    }
+    // Blanks fill what the text is too short for.
+    assert!(runs(
+        "#s := 'a'; VAL_STRG(IN := 5, SIZE := 2, PREC := 0, FORMAT := 0, P := 4, OUT => #s); #y := #s = 'a   5';"
+    ));
+}
+
+#[test]
+fn strg_val_reads_a_number_of_a_text() {
+    for (text, format, position, read) in [
+        ("123", 0, 1, 123.0),
+        ("-00456", 0, 1, -456.0),
+        ("+2345", 0, 1, 2345.0),
+        ("00123AbC", 0, 1, 123.0),
+        ("AbC", 0, 1, 0.0),
+        ("T = 12.5 C", 0, 5, 12.5),
+        ("1.25e-2", 0, 1, 1.25),
+        ("1.25e-2", 2, 1, 0.0125),
+        ("1,234.5", 0, 1, 1234.5),
+        ("1.234,5", 1, 1, 1234.5),
+        ("1-2", 0, 1, 1.0),
+    ] {
+        let read = format!(
+            "STRG_VAL(IN := '{text}', FORMAT := {format}, P := {position}, OUT => #r); #y := #r = REAL#{read:?};"
+        );
+        assert!(runs(&read), "{read}");
+    }
+    assert!(runs("STRG_VAL(IN := '12.7', FORMAT := 0, P := 1, OUT => #i); #y := #i = 12;"));
+    assert!(runs("#i := 5; STRG_VAL(IN := '70000', FORMAT := 0, P := 1, OUT => #i); #y := #i = 0;"));
+}
+
+#[test]
+fn texts_are_moved_to_arrays_and_back() {
+    assert!(runs(
+        "Strg_TO_Chars(Strg := #s, pChars := 1, Cnt => #u, Chars := #bytes);
+        #y := #u = 4 AND #bytes[3] = 0 AND #bytes[4] = 16#56 AND #bytes[7] = 16#76;"
+    ));
+    assert!(runs(
+        "Strg_TO_Chars(Strg := #s, pChars := 0, Cnt => #u, Chars := #bytes);
+        Chars_TO_Strg(Chars := #bytes, pChars := 1, Cnt := 3, Strg => #s); #y := #s = 'alv';"
+    ));
+    // To the first character of 0.
+    assert!(runs(
+        "Strg_TO_Chars(Strg := #w, pChars := 0, Cnt => #u, Chars := #chars); #chars[3] := WORD_TO_WCHAR(0);
+        Chars_TO_Strg(Chars := #chars, pChars := 0, Cnt := 0, Strg => #w); #y := #u = 7 AND #w = 'Grö';"
+    ));
+}
+
+#[test]
+fn texts_of_both_kinds_have_the_same_functions_and_are_converted() {
+    for condition in [
+        "LEN(#w) = 7",
+        "LEFT(IN := #w, L := 2) = WSTRING#'Gr'",
+        "CONCAT(IN1 := #w, IN2 := '!', IN3 := WCHAR#'?') = WSTRING#'Größe €!?'",
+        "CONCAT_WSTRING(IN1 := 'a', IN2 := 'b') = WSTRING#'ab'",
+        "FIND(IN1 := #w, IN2 := '€') = 7",
+        "REPLACE(IN1 := #w, IN2 := 'EUR', L := 1, P := 7) = WSTRING#'Größe EUR'",
+        "WSTRING_TO_STRING(#w) = 'Größe ?'",
+        "STRING_TO_WSTRING(#s) = WSTRING#'Valve 7'",
+        "INT_TO_WSTRING(-5) = WSTRING#'    -5'",
+        "WSTRING_TO_INT(WSTRING#' 12') = 12",
+        "WCHAR_TO_STRING(#w[1]) = 'G'",
+    ] {
+        assert!(holds(condition), "{condition}");
+    }
+    assert!(runs("#s := #c; #y := #s = 'x';"));
+    assert!(runs("#wc := #w[7]; #w := #wc; #y := #w = '€' AND WCHAR_TO_WORD(#wc) = 16#20AC;"));
 }

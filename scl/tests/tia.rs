@@ -1,12 +1,14 @@
-//! Programs in the style of what engineers export from TIA Portal. Each compiles, unless its first lines say otherwise:
+//! Programs in the style of what engineers export from TIA Portal. Each compiles and runs, unless its first lines say otherwise:
 //!
 //! - `// refused: LINE: TEXT` is one of its errors, and there is no error in another line;
 //! - `// lacks` means that it names what no file declares, and nothing else is wrong with it.
 
 use parameters::Source;
+use scl::machine::{Code, Machine};
 use scl::{Options, compile};
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 /// What the errors of names that no file declares have in common.
 const LACKS: [&str; 2] = ["no source declares", "talks to the PLC's hardware or system"];
@@ -27,7 +29,13 @@ fn programs_from_tia_portal_compile_or_say_why_not() {
             .collect();
         let lacks = source.text.starts_with("// lacks");
         let errors: Vec<(usize, String)> = match compile(std::slice::from_ref(&source), &Options::default()) {
-            Ok(_) => Vec::new(),
+            Ok(compiled) => {
+                let code = Code::compile(&compiled.program).unwrap_or_else(|error| panic!("{name}: {error}"));
+                if let Some(root) = compiled.root {
+                    Machine::new(Arc::new(code)).call(root.cycle, 0).unwrap_or_else(|stop| panic!("{name}: {stop}"));
+                }
+                Vec::new()
+            }
             Err(errors) => errors
                 .into_iter()
                 .flat_map(|of_file| of_file.problems)

@@ -117,16 +117,21 @@ impl Lowerer<'_, '_> {
         }
     }
 
-    /// The name of a function without a source: a bare one that nothing hides.
+    /// The name of a function without a source: a bare one that nothing hides. A variable that cannot be called, such as a
+    /// parameter `limit`, hides none.
     fn function_name(&self, callee: ExpressionId) -> Option<String> {
-        match &self.expressions()[callee].kind {
-            ExpressionKind::Name(Scope::Bare, name) if self.symbol(&name.text).is_none() => {
-                let is_declared =
-                    self.compiler.names.contains_key(&name.key()) && self.file != self.compiler.library_file();
-                (!is_declared).then(|| name.key())
+        let ExpressionKind::Name(scope, name) = &self.expressions()[callee].kind else { return None };
+        let capitals = name.key();
+        let is_declared = self.compiler.names.contains_key(&capitals) && self.file != self.compiler.library_file();
+        let is_function = match scope {
+            Scope::Bare => {
+                !matches!(self.symbol(&name.text), Some(Symbol::Variable(_, Type::Instance(_) | Type::Wrong, _)))
             }
-            _ => None,
-        }
+            // STEP 7 calls the functions of its library by their symbols.
+            Scope::Global => crate::library::is_block(&capitals),
+            Scope::Local => false,
+        };
+        (is_function && !is_declared).then_some(capitals)
     }
 
     fn callee(&mut self, id: ExpressionId, arguments: &[Argument]) -> Callee {
@@ -564,7 +569,17 @@ impl Lowerer<'_, '_> {
             self.error(span, format!("{} is a {}, not a {of}", parameter.name, parameter.of), None);
             return None;
         }
-        Some(self.frozen(place, span))
+        Some(self.referred(place, &of, span))
+    }
+
+    /// What a function is given by reference: its indices are calculated once, and of a constant it gets a copy.
+    pub(super) fn referred(&mut self, place: Place, of: &Type, span: Span) -> Place {
+        if place.base != program::Base::Constants {
+            return self.frozen(place, span);
+        }
+        let copy = self.temp(self.compiler.lowered(of));
+        self.push(span, What::Copy(copy.clone(), place));
+        copy
     }
 
     fn passed_references(
@@ -696,17 +711,7 @@ impl Lowerer<'_, '_> {
     pub(super) fn by_copy(&mut self, of: &Type, operand: Operand, span: Span) -> Option<program::Argument> {
         match of {
             Type::Elementary(of) => Some(program::Argument::Value(self.converted(operand, *of, span))),
-            Type::Text { .. } => match operand {
-                Operand::Wrong(_) => None,
-                Operand::Text(..) | Operand::Variable(Type::Text { .. }, _) => {
-                    self.text_place(operand).map(program::Argument::Copy)
-                }
-                other => {
-                    let found = self.type_name(&other);
-                    self.error(span, format!("expected {of}, found {found}"), None);
-                    None
-                }
-            },
+            Type::Text { wide, .. } => self.text_as(operand, *wide, span).map(program::Argument::Copy),
             _ => None,
         }
     }

@@ -91,18 +91,57 @@ impl Lowerer<'_, '_> {
         Place::of(Base::Constants).member(member)
     }
 
+    /// Where the text is that a variable or a parameter of this width takes: a constant without a type takes the width, a
+    /// character is a text of one.
+    pub fn text_as(&mut self, operand: Operand, wide: bool, span: Span) -> Option<Place> {
+        match operand {
+            Operand::Wrong(_) => None,
+            Operand::Text(text, of) if of.is_none_or(|of| of == wide) => Some(self.text_constant(&text, wide)),
+            Operand::Variable(Type::Text { wide: of, .. }, place) if of == wide => Some(place),
+            Operand::Value(of @ (Elementary::Char | Elementary::WChar), code) if (of == Elementary::WChar) == wide => {
+                Some(self.text_of(code, wide, span))
+            }
+            other => {
+                let found = match &other {
+                    Operand::Text(_, Some(true)) => "a WSTRING".to_string(),
+                    Operand::Text(_, Some(false)) => "a STRING".to_string(),
+                    other => self.type_name(other),
+                };
+                let is_text = matches!(other, Operand::Text(..) | Operand::Variable(Type::Text { .. }, _));
+                let (expected, help) = match wide {
+                    true => ("WSTRING", "STRING_TO_WSTRING converts it"),
+                    false => ("STRING", "WSTRING_TO_STRING converts it"),
+                };
+                self.error(span, format!("expected {expected}, found {found}"), Some(help).filter(|_| is_text));
+                None
+            }
+        }
+    }
+
+    /// A character as a text.
+    pub fn text_of(&mut self, code: Expr, wide: bool, span: Span) -> Place {
+        let text = self.temp(program::Type::Text { capacity: 1, wide });
+        let part = |step| Place { steps: vec![step], ..text.clone() };
+        let first = program::Step::Index(vec![Expr::Const(1_i32.into())], self.at(span));
+        self.push(span, program::What::Assign(part(first), code));
+        self.push(span, program::What::Assign(part(program::Step::Length), Expr::Const(1_u16.into())));
+        text
+    }
+
     /// Where a text is.
     pub fn text_place(&mut self, operand: Operand) -> Option<Place> {
         match operand {
-            Operand::Text(text, wide) => Some(self.text_constant(&text, wide.unwrap_or(false))),
+            Operand::Text(text, wide) => {
+                let wide = wide.unwrap_or(text.iter().any(|unit| *unit > 255));
+                Some(self.text_constant(&text, wide))
+            }
             Operand::Variable(_, place) => Some(place),
             _ => None,
         }
     }
 
-    /// A constant text.
+    /// A constant text; of a STRING a character that it does not have is a question mark.
     pub fn text_constant(&mut self, text: &[u16], wide: bool) -> Place {
-        let wide = wide || text.iter().any(|unit| *unit > 255);
         let of = Type::Text { capacity: text.len().min(16382) as u16, wide };
         let lowered = self.compiler.lowered(&of);
         let mut bytes = vec![0; self.compiler.program.size(&lowered)];

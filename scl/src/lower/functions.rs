@@ -52,10 +52,9 @@ impl Lowerer<'_, '_> {
         if let Some((from, to)) = name.split_once("_TO_").filter(|(from, _)| !from.starts_with("__")) {
             return self.conversion(from, to, &given);
         }
-        if let Some(base) = name.strip_suffix("_STRING").or(name.strip_suffix("_WSTRING"))
-            && crate::library::FUNCTIONS.contains(&base)
-        {
-            return self.function(base, arguments, expected, span);
+        if crate::library::is_block(name) {
+            let block = self.compiler.system_block(name)?;
+            return Some(self.value_of_function(block, arguments, span));
         }
         if let Some(to) = name.strip_prefix("TO_").and_then(Elementary::named) {
             return Some(self.conversion_of(None, to, &given));
@@ -120,15 +119,16 @@ impl Lowerer<'_, '_> {
                 Operand::Value(Elementary::Time, convert(low, Scalar::I64, Scalar::I32, Convert::Value, at))
             }
             ("RUNTIME", _) => self.runtime(&given),
-            ("RD_SYS_T" | "RD_LOC_T", _) => match self.compiler.system_block("RD_SYS_T") {
-                Some(block) => self.value_of_function(block, arguments, span),
-                None => Operand::Wrong(None),
-            },
+            ("RD_SYS_T" | "RD_LOC_T", _) => self.clock(&given),
             ("MAX_LEN", _) => self.capacity(&given),
+            ("T_CONV", _) => self.converted_moment(&given, expected),
             _ if crate::library::FUNCTIONS.contains(&name) || self.is_inner(name) => {
                 self.text_function(&given).unwrap_or(Operand::Wrong(None))
             }
             _ => {
+                if let Some(operand) = self.function_of_texts(&given) {
+                    return Some(operand);
+                }
                 let (message, help) = refused(name)?;
                 self.error(span, message, Some(&help))
             }
@@ -146,14 +146,19 @@ impl Lowerer<'_, '_> {
         let given = Given { arguments, name, span };
         match name {
             "RESET_TIMER" | "PRESET_TIMER" => self.timer_function(&given),
-            "RD_SYS_T" | "RD_LOC_T" => {
-                if let Some(block) = self.compiler.system_block("RD_SYS_T") {
-                    self.call_function(block, arguments, span);
-                }
-            }
+            "RD_SYS_T" | "RD_LOC_T" => drop(self.clock(&given)),
             "MOVE_BLK" | "UMOVE_BLK" | "FILL_BLK" | "UFILL_BLK" => self.block_of_elements(&given),
             "SCATTER" | "GATHER" => self.bits_of_elements(&given),
             "S_CONV" => self.text_or_number(&given),
+            "VAL_STRG" => self.number_in_text(&given),
+            "STRG_VAL" => self.number_of_text(&given),
+            "STRG_TO_CHARS" | "CHARS_TO_STRG" => self.text_and_array(&given),
+            "T_CONV" if given.find("OUT", 1).is_some() => self.convert_moment(&given),
+            _ if crate::library::is_block(name) => {
+                if let Some(block) = self.compiler.system_block(name) {
+                    self.call_function(block, arguments, span);
+                }
+            }
             "S_MOVE" => {
                 if let (Some(from), Some(to)) = (given.find("IN", 0), given.find("OUT", 1))
                     && let Some(to) = self.target(to)
@@ -215,9 +220,6 @@ impl Lowerer<'_, '_> {
             self.text_conversion(from, to, given).or_else(|| self.moment_conversion(from, to, given))
         {
             return Some(converted);
-        }
-        if matches!(from, "DT" | "DATE_AND_TIME") || matches!(to, "DT" | "DATE_AND_TIME") {
-            return Some(self.error(given.span, format!("{} is not supported", given.name), Some("use DTL")));
         }
         let (from, to) = (Elementary::named(from)?, Elementary::named(to)?);
         Some(self.conversion_of(Some(from), to, given))

@@ -183,8 +183,17 @@ impl Lowerer<'_, '_> {
             }
             match name.key().as_str() {
                 "TRUE" => return Path::Constant(Operand::Value(Elementary::Bool, Expr::Const(true.into()))),
+                "NULL" => {
+                    self.error(
+                        name.span,
+                        "NULL is not supported",
+                        Some("references have no type here: pass the variable itself"),
+                    );
+                    return Path::Wrong;
+                }
                 "FALSE" => return Path::Constant(Operand::Value(Elementary::Bool, Expr::Const(false.into()))),
-                "ENO" if self.block.is_some() => {
+                // STEP 7's OK becomes ENO at the end of the block.
+                "ENO" | "OK" if self.block.is_some() && self.is_eno(scope, &name.key()) => {
                     let own = self.block.and_then(|block| self.compiler.blocks[block].eno);
                     let place = match self.eno.or(own) {
                         Some(eno) => Place::of(Base::Local(eno)),
@@ -211,6 +220,13 @@ impl Lowerer<'_, '_> {
         self.global(scope, name)
     }
 
+    /// Whether a name that the block does not declare is its ENO: OK is on S7-300 and S7-400, where no source declares it.
+    fn is_eno(&self, scope: Scope, name: &str) -> bool {
+        let is_free =
+            || self.compiler.cpu == Cpu::S7300 && scope == Scope::Bare && !self.compiler.names.contains_key(name);
+        name == "ENO" || is_free() && !self.compiler.globals.contains_key(name)
+    }
+
     /// The variable ENO of the block.
     pub fn eno_path(&mut self, name: &Name) -> Path {
         self.name(Scope::Bare, name)
@@ -234,6 +250,11 @@ impl Lowerer<'_, '_> {
                 _ => "a block, not a variable",
             };
             self.error(name.span, format!("{} is {what}", name.text), None);
+            return Path::Wrong;
+        }
+        if scope == Scope::Bare && Elementary::named(&capitals).is_some() {
+            let help = "types are known here before the program runs: write a block for each type";
+            self.error(name.span, format!("{} is a type, not a value", name.text), Some(help));
             return Path::Wrong;
         }
         if scope == Scope::Bare && is_address(&capitals) {

@@ -232,13 +232,13 @@ impl Lowerer<'_, '_> {
                 }
             },
             Type::Wrong => {}
-            of => match operand {
-                Operand::Wrong(_) => {}
-                Operand::Text(text, wide) if matches!(of, Type::Text { .. }) => {
-                    let Type::Text { wide: to, .. } = of else { return };
-                    let from = self.text_constant(&text, wide.unwrap_or(*to) || *to);
+            Type::Text { wide, .. } => {
+                if let Some(from) = self.text_as(operand, *wide, span) {
                     self.push(span, What::Copy(place, from));
                 }
+            }
+            of => match operand {
+                Operand::Wrong(_) => {}
                 Operand::Variable(from, source) if of.is_like(&from) && !matches!(of, Type::Instance(_)) => {
                     self.push(span, What::Copy(place, source));
                 }

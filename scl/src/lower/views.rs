@@ -56,6 +56,7 @@ impl Image {
     /// Numbers of one byte and truth values follow one another, everything else begins at an even byte.
     fn add(&mut self, place: Place, of: &Type) -> Result<(), String> {
         match of {
+            Type::Elementary(Elementary::Dt) => Err("a DATE_AND_TIME, which a CPU keeps in BCD".to_string()),
             Type::Elementary(of) => {
                 match of.bits() {
                     1 => {}

@@ -1,7 +1,8 @@
 //! Dates and times of day: all are calculated as nanoseconds.
 
 use super::super::Lowerer;
-use super::super::convert::{binary, convert};
+use super::super::convert::{binary, convert, zero};
+use super::super::paths::Variable;
 use super::Given;
 use crate::compiler::Operand;
 use crate::lexer::Span;
@@ -12,8 +13,11 @@ use crate::types::{Class, Elementary, Type};
 const MILLISECOND: i64 = 1_000_000;
 const DAY: i64 = 86_400_000 * MILLISECOND;
 
-/// From 1970-01-01, with which LDT begins, to 1990-01-01, with which DATE begins.
+/// From 1970-01-01, with which LDT begins, to 1990-01-01, with which DATE and DT begin.
 const TO_DATE: i64 = 7305 * DAY;
+
+/// 2000-01-01, the clock at the start, as in the library.
+const START_OF_CLOCK: i64 = 10_957 * DAY;
 
 /// What is calculated with nanoseconds.
 #[derive(Clone, Copy, PartialEq)]
@@ -46,8 +50,8 @@ impl Lowerer<'_, '_> {
     fn nanoseconds(&mut self, operand: Operand, span: Span) -> Option<Expr> {
         let at = self.at(span);
         match operand {
-            Operand::Variable(_, place) => {
-                let passed = Argument::Reference(self.frozen(place, span));
+            Operand::Variable(of, place) => {
+                let passed = Argument::Reference(self.referred(place, &of, span));
                 match self.of_library("DTL_TO_LDT", vec![passed], span)? {
                     Operand::Value(_, value) => Some(value),
                     _ => None,
@@ -61,6 +65,7 @@ impl Lowerer<'_, '_> {
                         let days = with(program::Binary::Mul, wide, DAY, at);
                         with(program::Binary::Add, days, TO_DATE, at)
                     }
+                    Elementary::Dt => with(program::Binary::Add, wide, TO_DATE, at),
                     _ => wide,
                 })
             }
@@ -81,6 +86,11 @@ impl Lowerer<'_, '_> {
             Elementary::Tod => with(Div, in_day(nanoseconds), MILLISECOND, at),
             Elementary::LTod => in_day(nanoseconds),
             Elementary::Date => with(Div, with(Sub, nanoseconds, TO_DATE, at), DAY, at),
+            // It counts milliseconds.
+            Elementary::Dt => {
+                let milliseconds = with(Div, with(Sub, nanoseconds, TO_DATE, at), MILLISECOND, at);
+                with(program::Binary::Mul, milliseconds, MILLISECOND, at)
+            }
             _ => nanoseconds,
         };
         Some(Operand::Value(of, convert(value, Scalar::I64, of.scalar(), Convert::Value, at)))
@@ -130,11 +140,18 @@ impl Lowerer<'_, '_> {
     pub(super) fn moment_conversion(&mut self, from: &str, to: &str, given: &Given) -> Option<Operand> {
         let named = |name: &str| match name {
             "DTL" => Some(Moment::Dtl),
-            name => Elementary::named(name).filter(|of| of.class() == Class::Date).map(Moment::Of),
+            name => {
+                Elementary::named(name).filter(|of| matches!(of.class(), Class::Date | Class::Time)).map(Moment::Of)
+            }
         };
         let (from, to) = (named(from)?, named(to)?);
-        let is_of_day = |moment: Moment| matches!(moment, Moment::Of(Elementary::Tod | Elementary::LTod));
-        if is_of_day(from) && !is_of_day(to) {
+        let is_duration = |moment: Moment| matches!(moment, Moment::Of(of) if of.class() == Class::Time);
+        if is_duration(from) && is_duration(to) {
+            return None;
+        }
+        let is_of_day =
+            |moment: Moment| is_duration(moment) || matches!(moment, Moment::Of(Elementary::Tod | Elementary::LTod));
+        if is_of_day(from) && !is_of_day(to) || is_duration(to) && !is_of_day(from) {
             let help = Some("a time of day has no date: use T_COMBINE");
             return Some(self.error(given.span, format!("there is no {}", given.name), help));
         }
@@ -153,6 +170,70 @@ impl Lowerer<'_, '_> {
         };
         let nanoseconds = self.nanoseconds(operand, given.span)?;
         self.as_moment(nanoseconds, to, given.span)
+    }
+
+    /// T_CONV: a duration, a date or a time of day in the type of what it is assigned to.
+    pub(super) fn converted_moment(&mut self, given: &Given, expected: Option<Elementary>) -> Operand {
+        let operand = self.argument(given, "IN", 0);
+        let Some(to) = expected else {
+            // Only a DTL is expected without an elementary type.
+            return match self.moment_of(&operand) {
+                Some(_) => self.between(operand, Moment::Dtl, given.span),
+                None if matches!(operand, Operand::Wrong(_)) => operand,
+                None => self.error(given.span, "T_CONV is assigned to a variable whose type says what it gives", None),
+            };
+        };
+        match self.moment_of(&operand) {
+            Some(_) if matches!(to.class(), Class::Date | Class::Time) => {
+                self.between(operand, Moment::Of(to), given.span)
+            }
+            _ => match self.typed_moment(operand, given) {
+                Some((from, value)) => self.explicit(value, from, to, given.span),
+                None => Operand::Wrong(None),
+            },
+        }
+    }
+
+    fn typed_moment(&mut self, operand: Operand, given: &Given) -> Option<(Elementary, Expr)> {
+        match operand {
+            Operand::Value(of, value) => Some((of, value)),
+            operand => self.typed(operand, None, given.span),
+        }
+    }
+
+    fn between(&mut self, operand: Operand, to: Moment, span: Span) -> Operand {
+        let nanoseconds = self.nanoseconds(operand, span);
+        nanoseconds.and_then(|value| self.as_moment(value, to, span)).unwrap_or(Operand::Wrong(None))
+    }
+
+    /// RD_SYS_T and RD_LOC_T: the clock in a DTL, an LDT or a DT; the value is 0.
+    pub(super) fn clock(&mut self, given: &Given) -> Operand {
+        let output = given.find("OUT", 0);
+        let (_, target) = self.aside(|lowerer| output.and_then(|output| lowerer.target(output)));
+        let to = match target.map(|target| target.of) {
+            Some(Type::Elementary(of @ (Elementary::Ldt | Elementary::Dt))) => Moment::Of(of),
+            _ => {
+                let called = self
+                    .compiler
+                    .system_block("RD_SYS_T")
+                    .and_then(|block| self.call_function(block, given.arguments, given.span));
+                let Some((of, place)) = called else { return Operand::Wrong(None) };
+                return self.value_of(&Variable::whole(of, place), given.span);
+            }
+        };
+        let Some(target) = output.and_then(|output| self.target(output)) else { return Operand::Wrong(None) };
+        let now = with(program::Binary::Add, Expr::Now, START_OF_CLOCK, self.at(given.span));
+        if let Some(moment) = self.as_moment(now, to, given.span) {
+            self.assign(&target, moment, given.span);
+        }
+        Operand::Value(Elementary::Int, zero(Elementary::Int))
+    }
+
+    /// T_CONV with the variable at OUT.
+    pub(super) fn convert_moment(&mut self, given: &Given) {
+        let Some(to) = given.find("OUT", 1).and_then(|output| self.target(output)) else { return };
+        let value = self.converted_moment(given, to.of.elementary());
+        self.assign(&to, value, given.span);
     }
 
     /// `T_COMBINE`: a date and a time of day as DTL.

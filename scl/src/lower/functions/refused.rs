@@ -45,7 +45,8 @@ const HARDWARE: [&str; 40] = [
 ];
 
 /// Functions that work on memory or pointers.
-const POINTERS: [&str; 21] = [
+const POINTERS: [&str; 22] = [
+    "REF",
     "PEEK",
     "PEEK_BOOL",
     "PEEK_WORD",
@@ -70,19 +71,14 @@ const POINTERS: [&str; 21] = [
 ];
 
 /// Functions of texts and of the clock, which do not exist here yet.
-const LATER: [&str; 21] = [
+const LATER: [&str; 16] = [
     "S_COMP",
-    "STRG_VAL",
-    "VAL_STRG",
-    "STRG_TO_CHARS",
-    "CHARS_TO_STRG",
     "JOIN",
     "SPLIT",
     "ATH",
     "HTA",
     "WR_SYS_T",
     "WR_LOC_T",
-    "T_CONV",
     "SET_TIMEZONE",
     "SCATTER_BLK",
     "GATHER_BLK",

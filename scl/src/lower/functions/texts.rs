@@ -5,10 +5,44 @@ use super::super::convert::{binary, convert, unary, zero};
 use super::Given;
 use crate::compiler::{Operand, Parameter};
 use crate::lexer::Span;
-use crate::program::{self, Binary, Convert, Expr, Place, Scalar, Unary, What};
+use crate::program::{self, Binary, Convert, Expr, Scalar, Unary, What};
+use crate::syntax::Argument;
 use crate::types::{Class, Elementary, Type};
 
+/// The settings of VAL_STRG, of which STRG_VAL has the last two.
+const FORMATTED: [(&str, Elementary); 4] =
+    [("SIZE", Elementary::DInt), ("PREC", Elementary::DInt), ("FORMAT", Elementary::Word), ("P", Elementary::DInt)];
+
 impl Lowerer<'_, '_> {
+    /// LEN, LEFT, CONCAT and so on of STRING or WSTRING; `None` if it is none of them.
+    pub(super) fn function_of_texts(&mut self, given: &Given) -> Option<Operand> {
+        let suffix = ["_STRING", "_WSTRING"].into_iter().find(|suffix| given.name.ends_with(suffix)).unwrap_or("");
+        let base = &given.name[..given.name.len() - suffix.len()];
+        if !crate::library::TEXTS.contains(&base) {
+            return None;
+        }
+        let is_wide = match suffix {
+            "" => self.is_wide(given),
+            suffix => suffix == "_WSTRING",
+        };
+        let name = if is_wide { format!("{base}_WSTRING") } else { base.to_string() };
+        let given = Given { name: &name, ..*given };
+        Some(self.text_function(&given).unwrap_or(Operand::Wrong(None)))
+    }
+
+    /// Whether an argument is a WSTRING or a WCHAR. Only its type counts: what it calculates is thrown away.
+    fn is_wide(&mut self, given: &Given) -> bool {
+        given.arguments.iter().any(|argument| {
+            let (_, operand) = self.aside(|lowerer| lowerer.operand(argument.value, None));
+            matches!(
+                operand,
+                Operand::Variable(Type::Text { wide: true, .. }, _)
+                    | Operand::Text(_, Some(true))
+                    | Operand::Value(Elementary::WChar, _)
+            )
+        })
+    }
+
     /// A function of texts, of which the library has one for two texts.
     pub(super) fn text_function(&mut self, given: &Given) -> Option<Operand> {
         let block = self.compiler.system_block(given.name)?;
@@ -24,7 +58,7 @@ impl Lowerer<'_, '_> {
         }
         let mut value = self.text_call(block, passed, given.span);
         let mut number = inputs.len();
-        while given.name == "CONCAT" && given.find(&format!("IN{}", number + 1), number).is_some() {
+        while given.name.starts_with("CONCAT") && given.find(&format!("IN{}", number + 1), number).is_some() {
             let added = self.text_argument(given, &format!("IN{}", number + 1), number, &inputs[1].of)?;
             let before = program::Argument::Copy(self.text_place(value)?);
             value = self.text_call(block, vec![before, added], given.span);
@@ -33,25 +67,12 @@ impl Lowerer<'_, '_> {
         Some(value)
     }
 
-    /// A character as a text.
-    fn text_of(&mut self, code: Expr, span: Span) -> Place {
-        let text = self.temp(program::Type::Text { capacity: 1, wide: false });
-        let part = |step| Place { steps: vec![step], ..text.clone() };
-        let first = program::Step::Index(vec![Expr::Const(1_i32.into())], self.at(span));
-        self.push(span, What::Assign(part(first), code));
-        self.push(span, What::Assign(part(program::Step::Length), Expr::Const(1_u16.into())));
-        text
-    }
-
     fn text_argument(&mut self, given: &Given, name: &str, position: usize, of: &Type) -> Option<program::Argument> {
         let span = self.argument_span(given, name, position);
         let of_parameter = of;
         match (self.argument(given, name, position), of) {
-            (Operand::Value(Elementary::Char, code), Type::Text { .. }) => {
-                Some(program::Argument::Copy(self.text_of(code, span)))
-            }
             (Operand::Variable(of, place), Type::Structure(_)) if of.is_like(of_parameter) => {
-                Some(program::Argument::Reference(self.frozen(place, span)))
+                Some(program::Argument::Reference(self.referred(place, &of, span)))
             }
             (Operand::Wrong(_), _) => None,
             (operand, Type::Structure(_)) => {
@@ -69,16 +90,35 @@ impl Lowerer<'_, '_> {
         if !is_text(from) && !is_text(to) {
             return None;
         }
-        let number = |name: &str| Elementary::named(name).filter(|of| of.is_number() || *of == Elementary::Char);
+        let number = |name: &str| {
+            let of = Elementary::named(name);
+            of.filter(|of| of.is_number() || of.class() == Class::Character || *of == Elementary::Bool)
+        };
         let converted = match (number(from), number(to)) {
-            (Some(of), None) if to == "STRING" => self.number_to_text(of, given),
-            (None, Some(of)) if from == "STRING" => self.text_to_number(of, given),
-            _ => {
-                let help = "compute it outside of the program and feed it through an input";
-                return Some(self.error(given.span, format!("{} is not supported", given.name), Some(help)));
+            (Some(Elementary::Bool), _) | (_, Some(Elementary::Bool)) => None,
+            (Some(of), None) => Some(self.number_to_text(of, to == "WSTRING", given)),
+            (None, Some(of)) => Some(self.text_to_number(of, from == "WSTRING", given)),
+            _ if (from, to) == ("STRING", "WSTRING") || (from, to) == ("WSTRING", "STRING") => {
+                Some(self.other_width(given, to == "WSTRING"))
             }
+            _ => None,
+        };
+        let Some(converted) = converted else {
+            let help = "compute it outside of the program and feed it through an input";
+            return Some(self.error(given.span, format!("{} is not supported", given.name), Some(help)));
         };
         Some(converted.unwrap_or(Operand::Wrong(None)))
+    }
+
+    /// The one argument of a function, a text.
+    fn text_argument_of(&mut self, given: &Given, wide: bool) -> Option<program::Argument> {
+        self.text_argument(given, "IN", 0, &Type::Text { capacity: 254, wide })
+    }
+
+    /// A text in the characters of the other kind.
+    fn other_width(&mut self, given: &Given, wide: bool) -> Option<Operand> {
+        let text = self.text_argument_of(given, !wide)?;
+        self.of_library(if wide { "STRING_TO_WSTRING" } else { "WSTRING_TO_STRING" }, vec![text], given.span)
     }
 
     /// S_CONV: a number to a text, a text to a number, or a text as it is; the variable at OUT says which.
@@ -91,10 +131,13 @@ impl Lowerer<'_, '_> {
         // Only its type: what it calculates is thrown away.
         let (_, operand) = self.aside(|lowerer| lowerer.argument(given, "IN", 0));
         let value = match (&operand, to.of.elementary()) {
-            (Operand::Variable(Type::Text { wide: false, .. }, _) | Operand::Text(..), Some(of)) => {
-                self.text_to_number(of, given)
+            (Operand::Variable(Type::Text { wide, .. }, _) | Operand::Text(_, Some(wide)), Some(of)) => {
+                self.text_to_number(of, *wide, given)
             }
-            (Operand::Value(of, _), None) => self.number_to_text(*of, given),
+            (Operand::Text(..), Some(of)) => self.text_to_number(of, false, given),
+            (Operand::Value(of, _), None) => {
+                self.number_to_text(*of, matches!(to.of, Type::Text { wide: true, .. }), given)
+            }
             _ => Some(self.argument(given, "IN", 0)),
         };
         if let Some(value) = value {
@@ -103,17 +146,29 @@ impl Lowerer<'_, '_> {
     }
 
     /// A number as a text: as wide as the longest one of its type, right-aligned.
-    fn number_to_text(&mut self, of: Elementary, given: &Given) -> Option<Operand> {
+    fn number_to_text(&mut self, of: Elementary, wide: bool, given: &Given) -> Option<Operand> {
         let span = given.span;
         let operand = self.argument(given, "IN", 0);
-        if of == Elementary::Char {
-            let value = self.converted(operand, of, span);
-            let text = self.text_of(value, span);
-            return Some(Operand::Variable(Type::Text { capacity: 1, wide: false }, text));
-        }
         if matches!(operand, Operand::Wrong(_)) {
             return None;
         }
+        let text = if of.class() == Class::Character {
+            let value = self.converted(operand, of, span);
+            let wide = of == Elementary::WChar;
+            let text = self.text_of(value, wide, span);
+            Operand::Variable(Type::Text { capacity: 1, wide }, text)
+        } else {
+            self.digits(operand, of, span)?
+        };
+        let Operand::Variable(Type::Text { wide: found, .. }, place) = &text else { return None };
+        if *found == wide {
+            return Some(text);
+        }
+        let name = if wide { "STRING_TO_WSTRING" } else { "WSTRING_TO_STRING" };
+        self.of_library(name, vec![program::Argument::Copy(place.clone())], span)
+    }
+
+    fn digits(&mut self, operand: Operand, of: Elementary, span: Span) -> Option<Operand> {
         let at = self.at(span);
         let value = self.converted(operand, of, span);
         let (_, value) = self.kept(of, value, span);
@@ -130,6 +185,14 @@ impl Lowerer<'_, '_> {
             32 => 11,
             _ => 21,
         };
+        let [amount, is_minus] = self.amount(of, value, span);
+        let passed = vec![program::Argument::Value(amount), program::Argument::Value(is_minus), number(width)];
+        self.of_library("__WHOLE_TO_TEXT", passed, span)
+    }
+
+    /// A whole number without its sign, and whether it is negative.
+    fn amount(&mut self, of: Elementary, value: Expr, span: Span) -> [Expr; 2] {
+        let at = self.at(span);
         let is_minus = if of.scalar().is_signed() {
             binary(Binary::Lt, of.scalar(), value.clone(), zero(of), at)
         } else {
@@ -137,20 +200,29 @@ impl Lowerer<'_, '_> {
         };
         let wide = convert(value, of.scalar(), Scalar::I64, Convert::Value, at);
         let wide = if of.scalar().is_signed() { unary(Unary::Abs, Scalar::I64, wide) } else { wide };
-        let wide = convert(wide, Scalar::I64, Scalar::U64, Convert::Value, at);
-        let passed = vec![program::Argument::Value(wide), program::Argument::Value(is_minus), number(width)];
-        self.of_library("__WHOLE_TO_TEXT", passed, span)
+        [convert(wide, Scalar::I64, Scalar::U64, Convert::Value, at), is_minus]
     }
 
     /// The number with which a text begins; 0 if it has none or it does not fit.
-    fn text_to_number(&mut self, of: Elementary, given: &Given) -> Option<Operand> {
+    fn text_to_number(&mut self, of: Elementary, wide: bool, given: &Given) -> Option<Operand> {
         let (span, at) = (given.span, self.at(given.span));
-        let text = self.text_argument(given, "IN", 0, &Type::Text { capacity: 254, wide: false })?;
-        if of == Elementary::Char {
-            let program::Argument::Copy(mut place) = text else { return None };
+        let text = self.text_argument_of(given, wide)?;
+        let program::Argument::Copy(mut place) = text else { return None };
+        if of.class() == Class::Character {
             place.steps.push(program::Step::Index(vec![Expr::Const(1_i32.into())], at));
-            return Some(Operand::Value(of, Expr::Load(of.scalar(), place)));
+            let found = if wide { Elementary::WChar } else { Elementary::Char };
+            return Some(self.explicit(Expr::Load(found.scalar(), place), found, of, span));
         }
+        if wide {
+            let narrow = self.of_library("WSTRING_TO_STRING", vec![program::Argument::Copy(place)], span)?;
+            place = self.text_place(narrow)?;
+        }
+        self.number_at(of, place, span)
+    }
+
+    /// The number with which a STRING begins.
+    fn number_at(&mut self, of: Elementary, place: program::Place, span: Span) -> Option<Operand> {
+        let (text, at) = (program::Argument::Copy(place), self.at(span));
         if of.class() == Class::Real {
             let Some(Operand::Value(wide, value)) = self.of_library("__TEXT_TO_REAL", vec![text], span) else {
                 return None;
@@ -166,6 +238,97 @@ impl Lowerer<'_, '_> {
         let is_same = binary(Binary::Eq, wide.scalar(), again, value, at);
         let fitting = Expr::Select(of.scalar(), Box::new([is_same, narrow, zero(of)]));
         Some(Operand::Value(of, Expr::After(code, Box::new(fitting))))
+    }
+
+    /// VAL_STRG: a number into a text, from a position on.
+    pub(super) fn number_in_text(&mut self, given: &Given) {
+        let span = given.span;
+        let Some(output) = given.find("OUT", 5) else {
+            self.error(span, "VAL_STRG is called without OUT", None);
+            return;
+        };
+        let Some(to) = self.target(output) else { return };
+        let operand = self.argument(given, "IN", 0);
+        let Some((of, value)) = self.typed(operand, None, self.argument_span(given, "IN", 0)) else { return };
+        let old = self.value_of(&to, span);
+        let Some(old) = self.text_as(old, false, span) else { return };
+        let mut passed = vec![program::Argument::Copy(old)];
+        let name = if of.class() == Class::Real {
+            let at = self.at(span);
+            let wide = convert(value, of.scalar(), Scalar::F64, Convert::Value, at);
+            passed.push(program::Argument::Value(wide));
+            "__VAL_STRG_REAL"
+        } else {
+            let (_, value) = self.kept(of, value, span);
+            passed.extend(self.amount(of, value, span).map(program::Argument::Value));
+            "__VAL_STRG_WHOLE"
+        };
+        for (position, (name, of)) in FORMATTED.into_iter().enumerate() {
+            let operand = self.argument(given, name, position + 1);
+            let value = self.converted(operand, of, self.argument_span(given, name, position + 1));
+            passed.push(program::Argument::Value(value));
+        }
+        if let Some(text) = self.of_library(name, passed, span) {
+            self.assign(&to, text, span);
+        }
+    }
+
+    /// STRG_VAL: the number in a text, from a position on.
+    pub(super) fn number_of_text(&mut self, given: &Given) {
+        let span = given.span;
+        let Some(output) = given.find("OUT", 3) else {
+            self.error(span, "STRG_VAL is called without OUT", None);
+            return;
+        };
+        let Some(to) = self.target(output) else { return };
+        let Some(of) = to.of.elementary().filter(|of| of.is_number()) else {
+            self.error(span, format!("STRG_VAL writes a number, not {}", to.of), None);
+            return;
+        };
+        let Some(text) = self.text_argument_of(given, false) else { return };
+        let mut passed = vec![text];
+        for (position, (name, of)) in [FORMATTED[2], FORMATTED[3]].into_iter().enumerate() {
+            let operand = self.argument(given, name, position + 1);
+            let value = self.converted(operand, of, self.argument_span(given, name, position + 1));
+            passed.push(program::Argument::Value(value));
+        }
+        let Some(number) = self.of_library("__STRG_VAL", passed, span) else { return };
+        let Some(number) = self.text_place(number) else { return };
+        if let Some(value) = self.number_at(of, number, span) {
+            self.assign(&to, value, span);
+        }
+    }
+
+    /// Strg_TO_Chars and Chars_TO_Strg: the elements of the array say which one of the library it is.
+    pub(super) fn text_and_array(&mut self, given: &Given) {
+        let Some(array) = given.find("CHARS", 3) else {
+            self.error(given.span, format!("{} is called without Chars", given.name), None);
+            return;
+        };
+        let (_, found) = self.aside(|lowerer| lowerer.target(array));
+        let of = match found.map(|variable| variable.of) {
+            Some(Type::Array(array)) => array.of.elementary(),
+            Some(Type::Open(of, _)) => of.elementary(),
+            None | Some(Type::Wrong) => return,
+            _ => None,
+        };
+        let block = of.and_then(|of| self.compiler.system_block(&format!("{}_{}", given.name, of.name())));
+        let Some(block) = block else {
+            let help = "Chars is an array of CHAR, BYTE, WCHAR or WORD";
+            self.error(self.span(array), format!("{} cannot use this", given.name), Some(help));
+            return;
+        };
+        let is_text = |argument: &&Argument| {
+            given.name == "CHARS_TO_STRG" && argument.name.as_ref().is_some_and(|name| name.key() == "STRG")
+        };
+        let target = given.arguments.iter().find(is_text);
+        let others: Vec<Argument> = given.arguments.iter().filter(|argument| !is_text(argument)).cloned().collect();
+        let value = self.call_function(block, &others, given.span);
+        if let (Some(target), Some((of, place))) = (target, value)
+            && let Some(to) = self.target(target.value)
+        {
+            self.assign(&to, Operand::Variable(of, place), given.span);
+        }
     }
 
     /// Calls a function of the library.
