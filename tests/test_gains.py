@@ -1,5 +1,5 @@
 """`plcfmu gains`: what a user of Simulink, TwinCAT, CODESYS or a book types and gets; and the block responds as the formula
-says. The conversions themselves are tested in `parameters/src/gains/tests.rs`."""
+says. The conversions themselves are tested in `control/src/gains/tests.rs`."""
 
 import cmath
 import json

@@ -1,9 +1,10 @@
 //! Control engineering: figures of a recorded step, a plant's model, settings by rules, their margins and what they lead to,
-//! and why a recording differs from what a block computes.
+//! why a recording differs from what a block computes, and gains as other tools write them.
 
 pub mod characteristic;
 pub mod csv;
 pub mod figures;
+pub mod gains;
 pub mod identify;
 pub mod margins;
 mod predict;
@@ -11,3 +12,8 @@ pub mod process;
 pub mod replay;
 pub mod rules;
 pub mod tune;
+
+/// The example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

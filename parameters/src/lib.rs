@@ -21,7 +21,6 @@ mod source;
 mod value;
 
 pub mod dump;
-pub mod gains;
 pub mod json;
 pub mod layout;
 pub mod literal;

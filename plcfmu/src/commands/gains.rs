@@ -7,7 +7,7 @@ use blocks::Value;
 use blocks::table::number::number;
 use clap::ArgGroup;
 use clap::builder::PossibleValue;
-use parameters::gains::{Controller, Form, Settings, shown};
+use control::gains::{Controller, Form, Settings, shown};
 use std::fmt::Write as _;
 use std::str::FromStr;
 
