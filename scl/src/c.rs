@@ -9,10 +9,11 @@ mod facts;
 mod operations;
 mod statement;
 
-use crate::program::{At, Body, Function, Place, Program, Scalar, Type, Value};
+use crate::program::{At, Body, Function, Place, Program, Record, Scalar, Type, Value};
 use facts::{Facts, Uses};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
+use std::sync::LazyLock;
 
 /// What every program begins with.
 const HEAD: &str = include_str!("c/head.h");
@@ -44,15 +45,9 @@ const TAKEN: &str = "call constants done memory self start stop abs acos acosh a
 /// What cannot be printed: blocks of [`blocks`], and functions such as EXP, which need an implementation of their own in C.
 pub fn print(program: &Program) -> Result<String, String> {
     let mut printer = Printer::new(program);
-    for number in printer.reached.clone() {
-        printer.function(number)?;
-    }
-    let functions = std::mem::take(&mut printer.text);
+    let functions = printer.functions()?;
     let with_constants = is_used(&functions, "constants");
-    printer.types(with_constants);
-    let types = std::mem::take(&mut printer.text);
-    printer.values(with_constants);
-    let values = std::mem::take(&mut printer.text);
+    let (types, values) = printer.data(with_constants);
     let mut text = String::new();
     if !program.docs.head.is_empty() {
         let _ = writeln!(text, "{}\n", comment(&program.docs.head, 0));
@@ -63,9 +58,18 @@ pub fn print(program: &Program) -> Result<String, String> {
     Ok(text)
 }
 
+/// Whether a function, or one that it calls, has a loop or a jump.
+#[cfg(test)]
+pub(crate) fn is_endless(program: &Program, function: usize) -> bool {
+    facts::reached_from(program, &[function]).into_iter().any(|number| match &program.functions[number].body {
+        Body::Code(body) => facts::may_not_end(body),
+        Body::Native(_) => false,
+    })
+}
+
 /// The name in C of a function that can be called from outside.
 pub fn name(program: &Program, function: usize) -> String {
-    Printer::new(program).functions.swap_remove(function)
+    Printer::new(program).function_names.swap_remove(function)
 }
 
 /// A line as C has it: that of the first file as its number.
@@ -90,7 +94,9 @@ struct Printer<'a> {
     /// The finished part, then the statements of a function.
     text: String,
     records: Vec<String>,
-    functions: Vec<String>,
+    /// The names of the members of each record.
+    members: Vec<Vec<String>>,
+    function_names: Vec<String>,
     /// The functions that are printed, in this order.
     reached: Vec<usize>,
     facts: Vec<Facts>,
@@ -171,12 +177,14 @@ fn names<'a>(of: impl IntoIterator<Item = &'a str>, is_taken: impl Fn(&str) -> b
 
 /// Whether a word is a keyword, or a macro.
 fn is_keyword(name: &str) -> bool {
-    KEYWORDS.split_whitespace().any(|word| word == name)
+    static WORDS: LazyLock<BTreeSet<&str>> = LazyLock::new(|| KEYWORDS.split_whitespace().collect());
+    WORDS.contains(name)
 }
 
 /// Whether a variable or a function cannot have this name.
 fn is_taken(name: &str) -> bool {
-    is_keyword(name) || TAKEN.split_whitespace().any(|word| word == name) || operations::exists(name)
+    static WORDS: LazyLock<BTreeSet<&str>> = LazyLock::new(|| TAKEN.split_whitespace().collect());
+    is_keyword(name) || WORDS.contains(name) || operations::exists(name)
 }
 
 /// Whether a record cannot have this name, which gets `_t` behind it.
@@ -198,6 +206,13 @@ fn is_used(text: &str, name: &str) -> bool {
     })
 }
 
+/// A text without its comments, whose words may be those of variables.
+fn without_comments(text: &str) -> String {
+    let mut parts = text.split("/*");
+    let first = parts.next().unwrap_or_default().to_string();
+    parts.fold(first, |code, part| code + part.split_once("*/").map_or("", |(_, behind)| behind))
+}
+
 /// The bytes of an image as C.
 fn bytes(image: &[u8]) -> String {
     let bytes: Vec<String> = image.iter().map(u8::to_string).collect();
@@ -213,13 +228,15 @@ impl<'a> Printer<'a> {
         });
         let facts = facts::facts(program, &reached, counts);
         let mut records = names(program.records.iter().map(|record| record.name.as_str()), is_type);
+        let members = |record: &Record| names(record.members.iter().map(|member| member.name.as_str()), is_keyword);
+        let members = program.records.iter().map(members).collect();
         records[program.memory] = "memory".to_string();
         records[program.constants] = "constants".to_string();
-        let functions = names(program.functions.iter().map(|function| function.name.as_str()), is_taken);
+        let function_names = names(program.functions.iter().map(|function| function.name.as_str()), is_taken);
         let mut texts = BTreeSet::new();
-        let members = program.records.iter().flat_map(|record| record.members.iter().map(|member| &member.ty));
+        let types = program.records.iter().flat_map(|record| record.members.iter().map(|member| &member.ty));
         let locals = program.functions.iter().flat_map(|function| function.locals.iter().map(|local| &local.ty));
-        for mut ty in members.chain(locals) {
+        for mut ty in types.chain(locals) {
             while let Type::Array { of, .. } | Type::Open { of, .. } = ty {
                 ty = of;
             }
@@ -228,7 +245,23 @@ impl<'a> Printer<'a> {
             }
         }
         let (text, scope) = (String::new(), Scope::default());
-        Printer { program, text, records, functions, reached, facts, counts, texts, scope }
+        Printer { program, text, records, members, function_names, reached, facts, counts, texts, scope }
+    }
+
+    /// The functions that are reached.
+    fn functions(&mut self) -> Result<String, String> {
+        for number in self.reached.clone() {
+            self.function(number)?;
+        }
+        Ok(std::mem::take(&mut self.text))
+    }
+
+    /// The types, and the start values and constants.
+    fn data(&mut self, with_constants: bool) -> (String, String) {
+        self.types(with_constants);
+        let types = std::mem::take(&mut self.text);
+        self.values(with_constants);
+        (types, std::mem::take(&mut self.text))
     }
 
     /// A variable of a type, as C declares it.
@@ -290,15 +323,15 @@ impl<'a> Printer<'a> {
             let _ = writeln!(self.text, "{}", comment(docs, 0));
         }
         self.text.push_str("typedef struct {\n");
-        let declared = |(member, name): (&crate::program::Member, String)| {
+        let declared = |(member, name): (&crate::program::Member, &String)| {
             let mut of = &member.ty;
             while let Type::Array { of: inner, .. } = of {
                 of = inner;
             }
             let at = if matches!(of, Type::Scalar(of) if of.size() == 8) { "AT_8 " } else { "" };
-            format!("    {at}{};", self.declared(&member.ty, &name))
+            format!("    {at}{};", self.declared(&member.ty, name))
         };
-        let all: Vec<String> = record.members.iter().zip(self.members(number)).map(declared).collect();
+        let all: Vec<String> = record.members.iter().zip(&self.members[number]).map(declared).collect();
         let column = all.iter().map(String::len).filter(|length| *length <= 40).max().unwrap_or(0);
         for (index, declared) in all.into_iter().enumerate() {
             let Some(docs) = program.docs.members.get(&(number, index)) else {
@@ -316,10 +349,6 @@ impl<'a> Printer<'a> {
             self.text.push_str("    u8_t nothing;\n");
         }
         let _ = writeln!(self.text, "}} {}_t;", self.records[number]);
-    }
-
-    fn members(&self, record: usize) -> Vec<String> {
-        names(self.program.records[record].members.iter().map(|member| member.name.as_str()), is_keyword)
     }
 
     /// The start values of the memory, and the constants if they are used.
@@ -376,7 +405,7 @@ impl<'a> Printer<'a> {
                 }
             }
             Type::Record(record) => {
-                for (member, name) in self.program.records[*record].members.iter().zip(self.members(*record)) {
+                for (member, name) in self.program.records[*record].members.iter().zip(&self.members[*record]) {
                     let part = &image[member.offset..member.offset + self.program.size(&member.ty)];
                     self.starts(&member.ty, part, &format!("{path}{name}."), lines);
                 }
@@ -424,12 +453,12 @@ impl<'a> Printer<'a> {
             _ => "void",
         };
         let scope = if is_entry { "PROGRAM" } else { "static" };
-        format!("{scope} {result} {}({})", self.functions[number], parameters.join(", "))
+        format!("{scope} {result} {}({})", self.function_names[number], parameters.join(", "))
     }
 
     fn local_names(&self, function: &Function) -> Vec<String> {
         names(function.locals.iter().map(|local| local.name.as_str()), |name| {
-            is_taken(name) || self.functions.iter().any(|function| function == name)
+            is_taken(name) || self.function_names.iter().any(|function| function == name)
         })
     }
 
@@ -469,7 +498,7 @@ impl<'a> Printer<'a> {
         let facts = &self.facts[number];
         let is_read =
             |local: &usize| uses.is_read(*local) || facts.outs.contains(local) || facts.returns == Some(*local);
-        scope.unread = (function.parameters..function.locals.len()).filter(|local| !is_read(local)).collect();
+        scope.unread = (0..function.locals.len()).filter(|local| !is_read(local)).collect();
         let (later, unread) = (scope.later.clone(), scope.unread.clone());
         self.scope = scope;
         let before = std::mem::take(&mut self.text);
@@ -529,7 +558,8 @@ impl<'a> Printer<'a> {
             }
         }
         let is_unread = |name: &String| names.iter().zip(0..).any(|(it, local)| it == name && unread.contains(&local));
-        for name in all.into_iter().filter(|name| is_unread(name) || !is_used(&statements, name)) {
+        let code = without_comments(&statements);
+        for name in all.into_iter().filter(|name| is_unread(name) || !is_used(&code, name)) {
             let _ = writeln!(declarations, "    (void){name};");
         }
         let _ = write!(self.text, "{declarations}{starts}{statements}");

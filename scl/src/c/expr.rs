@@ -185,7 +185,7 @@ impl Printer<'_> {
         for step in &place.steps {
             match (step, ty) {
                 (Step::Member(member), Type::Record(record)) => {
-                    let name = &self.members(record)[*member];
+                    let name = &self.members[record][*member];
                     text = format!("{text}{}{name}", if pointer { "->" } else { "." });
                     ty = self.program.records[record].members[*member].ty.clone();
                 }

@@ -21,6 +21,12 @@ pub(super) struct Facts {
 
 /// The functions that can be called from outside and all that they call, each behind those that it calls.
 pub(super) fn reached(program: &Program) -> Vec<usize> {
+    let entries = program.functions.iter().enumerate().filter(|(_, function)| is_entry(function));
+    reached_from(program, &entries.map(|(number, _)| number).collect::<Vec<_>>())
+}
+
+/// Functions and all that they call, each behind those that it calls.
+pub(super) fn reached_from(program: &Program, functions: &[usize]) -> Vec<usize> {
     fn add(program: &Program, number: usize, done: &mut BTreeSet<usize>, into: &mut Vec<usize>) {
         if !done.insert(number) {
             return;
@@ -33,10 +39,8 @@ pub(super) fn reached(program: &Program) -> Vec<usize> {
         into.push(number);
     }
     let (mut done, mut into) = (BTreeSet::new(), Vec::new());
-    for (number, function) in program.functions.iter().enumerate() {
-        if is_entry(function) {
-            add(program, number, &mut done, &mut into);
-        }
+    for number in functions {
+        add(program, *number, &mut done, &mut into);
     }
     into
 }
@@ -61,13 +65,23 @@ fn calls(body: &[Statement]) -> Vec<usize> {
 
 /// Whether statements have a loop or a jump, so that they might not end.
 pub(super) fn may_not_end(body: &[Statement]) -> bool {
-    struct Finds(bool);
+    has(body, |what| matches!(what, What::While(..) | What::Repeat(..) | What::For(_) | What::Goto(_)))
+}
+
+/// Whether statements have one that leaves the function.
+pub(super) fn may_leave(body: &[Statement]) -> bool {
+    has(body, |what| matches!(what, What::Return))
+}
+
+/// Whether there is such a statement among these and those in them.
+fn has(body: &[Statement], is_one: fn(&What) -> bool) -> bool {
+    struct Finds(bool, fn(&What) -> bool);
     impl Look for Finds {
         fn statement(&mut self, it: &Statement) {
-            self.0 |= matches!(it.what, What::While(..) | What::Repeat(..) | What::For(_) | What::Goto(_));
+            self.0 |= (self.1)(&it.what);
         }
     }
-    let mut finds = Finds(false);
+    let mut finds = Finds(false, is_one);
     walk::statements(body, &mut finds);
     finds.0
 }

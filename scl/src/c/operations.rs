@@ -2,7 +2,7 @@
 
 use super::scalar;
 use crate::program::Scalar;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
 /// All operations: a line `# name`, and its text. `*` in a name stands for a type, of the class behind it.
@@ -24,7 +24,9 @@ fn text(name: &str) -> Option<String> {
         return Some(text.to_string());
     }
     let (op, of) = name.rsplit_once('_')?;
-    let ty = *Scalar::ALL.iter().find(|ty| ty.to_string() == of)?;
+    static TYPES: LazyLock<BTreeMap<String, Scalar>> =
+        LazyLock::new(|| Scalar::ALL.iter().map(|ty| (ty.to_string(), *ty)).collect());
+    let ty = *TYPES.get(of)?;
     let fits = |class: &str| match class {
         "integer" => ty.is_integer(),
         "signed" => ty.is_signed(),

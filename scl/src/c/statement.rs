@@ -103,10 +103,16 @@ impl Printer<'_> {
                     // Its declaration is the assignment.
                     self.scope.names[local] = format!("{} {name}", scalar(ty));
                 }
-                _ if assigns(one, local, &self.facts) => self.line(&format!("{} {name};", scalar(ty))),
                 _ => {
-                    let zero = constant(Value::new(ty, 0));
-                    self.line(&format!("{} {name} = {zero};", scalar(ty)));
+                    let start = if assigns(one, local, &self.facts) {
+                        String::new()
+                    } else {
+                        format!(" = {}", constant(Value::new(ty, 0)))
+                    };
+                    self.line(&format!("{} {name}{start};", scalar(ty)));
+                    if self.scope.unread.contains(&local) {
+                        self.line(&format!("(void){name};"));
+                    }
                 }
             }
         }
@@ -149,6 +155,9 @@ impl Printer<'_> {
             What::Case(selector, arms, otherwise) => {
                 let value = self.expr(selector)?;
                 let value = self.kept(Scalar::I64, &format!("(i64_t){value}"));
+                if arms.is_empty() {
+                    self.line(&format!("(void){value};"));
+                }
                 let mut word = "if";
                 for arm in arms {
                     let inside: Vec<String> = arm.values.iter().map(|range| inside(&value, *range)).collect();
@@ -343,7 +352,7 @@ impl Printer<'_> {
     /// The call of a function as text; outputs come apart.
     pub(super) fn called(&mut self, call: &Call) -> Result<String, String> {
         let passed = self.passed(call)?;
-        Ok(format!("{}({})", self.functions[call.function], passed.join(", ")))
+        Ok(format!("{}({})", self.function_names[call.function], passed.join(", ")))
     }
 
     /// What is passed to a function, but its outputs.
@@ -382,6 +391,9 @@ impl Printer<'_> {
                     let from_type = self.type_of(place)?;
                     let from = self.address(place)?;
                     let copy = self.temporary(|printer, name| printer.declared(ty, name));
+                    if matches!(ty, Type::Text { .. }) {
+                        self.line(&format!("memset(&{copy}, 0, sizeof {copy});"));
+                    }
                     self.copy(ty, &format!("&{copy}"), &from_type, &from);
                     let array = matches!(ty, Type::Array { .. });
                     passed.push(if array { copy } else { format!("&{copy}") });
@@ -402,7 +414,7 @@ impl Printer<'_> {
             self.leave(1);
             self.line("}");
         }
-        let name = self.functions[call.function].clone();
+        let name = self.function_names[call.function].clone();
         if let Some(result) = facts.returns {
             let Some((_, to)) = call.outputs.iter().find(|(local, _)| *local == result) else {
                 self.line(&format!("(void){name}({});", passed.join(", ")));
@@ -498,10 +510,15 @@ pub(super) fn is_direct(body: &[Statement], result: usize) -> bool {
         // Whether the end of the list is never reached; `None` if the local is used in another way.
         for (number, statement) in list.iter().enumerate() {
             let rest = &list[number + 1..];
-            let is_last = last && rest.iter().all(|it| matches!(it.what, What::Comment(_)));
+            let is_nothing = |rest: &[Statement]| rest.iter().all(|it| matches!(it.what, What::Comment(_)));
+            let is_last = last && is_nothing(rest);
             match &statement.what {
                 What::Assign(to, value) if facts::local(to) == Some(result) => {
-                    let returns = is_last || matches!(rest.first(), Some(Statement { what: What::Return, .. }));
+                    let returns = match rest.first() {
+                        // What stands behind it would return nothing.
+                        Some(Statement { what: What::Return, .. }) => is_nothing(&rest[1..]),
+                        _ => is_last,
+                    };
                     if !returns || reads(value, result, &[]) {
                         return None;
                     }
@@ -513,13 +530,13 @@ pub(super) fn is_direct(body: &[Statement], result: usize) -> bool {
                     }
                     let (then, otherwise) = (of(then, result, is_last)?, of(otherwise, result, is_last)?);
                     if then && otherwise {
-                        return Some(true);
+                        return is_nothing(rest).then_some(true);
                     }
                 }
                 What::Return => return None,
                 _ => {
                     let one = std::slice::from_ref(statement);
-                    if named(one).contains(&result) {
+                    if named(one).contains(&result) || facts::may_leave(one) {
                         return None;
                     }
                 }

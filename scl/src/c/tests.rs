@@ -1,7 +1,7 @@
 //! Random programs give the same bits as C and in the machine.
 
-use super::print;
-use crate::machine::tests::random::Random;
+use super::{HEAD, Printer, operations};
+use crate::machine::tests::random::{Of, Random};
 use crate::machine::{Cause, Code, Machine};
 use crate::program::{Program, Scalar, Type, Value};
 use std::fmt::Write;
@@ -9,66 +9,98 @@ use std::process::Command;
 use std::sync::Arc;
 
 /// The calls of each program.
-const CALLS: i64 = 4;
+const CALLS: usize = 4;
 
 /// The statements of each call: some programs do not end before.
 const BUDGET: u32 = 3000;
 
-/// Programs in a run of the test; `PLCFMU_PROGRAMS` makes more.
-fn programs() -> u64 {
-    std::env::var("PLCFMU_PROGRAMS").map_or(12, |programs| programs.parse().expect("PLCFMU_PROGRAMS is a number"))
+/// The programs that are compiled together.
+const TOGETHER: u64 = 500;
+
+/// A number that a variable of the environment has.
+fn number(name: &str, otherwise: u64) -> u64 {
+    std::env::var(name).map_or(otherwise, |it| it.parse().unwrap_or_else(|_| panic!("{name} is not a number")))
 }
 
-/// What a host adds to a program: it makes the calls and shows the memory after each, and where a call was stopped.
+/// A host: it makes the calls of each program and shows after each where it was stopped, and the memory.
 const MAIN: &str = "
 #include <stdio.h>
 int main(void) {
-    memory_t memory, before;
-    start(&memory);
-    for (int call_number = 0; call_number < CALLS; call_number += 1) {
-        call_t call = {call_number * (i64_t)100000000, BUDGET, 0, 0, 0, 0, 0};
-        before = memory;
-        f0(&call, &memory);
-        if (call.stopped != 0) {
-            memory = before;
+    size_t number;
+    int i;
+    for (number = 0; number < sizeof programs / sizeof *programs; number += 1) {
+        memory_t memory, before;
+        start(&memory);
+        for (i = 0; i < CALLS; i += 1) {
+            call_t call = {i * (i64_t)100000000, BUDGET, 0, 0, 0, 0, 0};
+            before = memory;
+            programs[number](&call, &memory);
+            if (call.stopped != 0) {
+                memory = before;
+            }
+            fwrite(&call.stopped, sizeof call.stopped, 1, stdout);
+            fwrite(&memory, sizeof memory, 1, stdout);
         }
-        printf(\"%ld \", (long)call.stopped);
-        for (size_t i = 0; i < sizeof memory; i += 1) {
-            printf(\"%02x\", ((const unsigned char *)&memory)[i]);
-        }
-        printf(\"\\n\");
     }
     return 0;
 }
 ";
 
-/// The line at which each call was stopped, or 0, and the memory after it; and whether the budget stopped one.
-fn in_machine(program: &Program) -> (Vec<(u32, Vec<u8>)>, bool) {
-    let mut machine = Machine::new(Arc::new(Code::compile(program).unwrap()));
-    machine.budget = BUDGET;
-    let mut is_budget = false;
-    let calls = (0..CALLS).map(|call| {
-        let line = match machine.call(0, call * 100_000_000) {
-            Ok(()) => 0,
-            Err(stop) => {
-                is_budget |= matches!(stop.cause, Cause::Budget(_));
-                stop.line
-            }
-        };
-        (line, machine.state().to_vec())
-    });
-    (calls.collect(), is_budget)
+/// What a program does in the machine.
+#[derive(Default)]
+struct Ran {
+    /// The line at which each call was stopped, or 0, and the memory after it.
+    calls: Vec<(u32, Vec<u8>)>,
+    by_budget: bool,
 }
 
-/// The same of the printed program; `None` if there is no compiler.
-fn in_c(program: &Program, name: &str, level: &str) -> Option<Vec<(u32, Vec<u8>)>> {
+impl Ran {
+    fn of(program: &Program) -> Ran {
+        let mut machine = Machine::new(Arc::new(Code::compile(program).unwrap()));
+        machine.budget = BUDGET;
+        let mut ran = Ran::default();
+        for call in 0..CALLS {
+            let line = match machine.call(Random::entry(program), call as i64 * 100_000_000) {
+                Ok(()) => 0,
+                Err(stop) => {
+                    ran.by_budget |= matches!(stop.cause, Cause::Budget(_));
+                    stop.line
+                }
+            };
+            ran.calls.push((line, machine.state().to_vec()));
+        }
+        ran
+    }
+}
+
+/// Programs that have the same types and start values, with a host, as one file.
+fn file(programs: &[Program]) -> String {
+    let (mut functions, mut entries) = (String::new(), String::new());
+    for (number, program) in programs.iter().enumerate() {
+        let mut printer = Printer::new(program);
+        let text = printer.functions().unwrap();
+        let names: Vec<&String> = printer.reached.iter().map(|it| &printer.function_names[*it]).collect();
+        names.iter().for_each(|name| functions += &format!("\n#define {name} {name}_{number}"));
+        functions += &text;
+        names.iter().for_each(|name| functions += &format!("#undef {name}\n"));
+        let _ = write!(entries, "{}_{number}, ", printer.function_names[Random::entry(program)]);
+    }
+    let (types, values) = Printer::new(&programs[0]).data(true);
+    let operations = operations::used(&format!("call_t {types}{values}{functions}"));
+    format!(
+        "#define PROGRAM static\n#define CALLS {CALLS}\n#define BUDGET {BUDGET}\n{HEAD}{operations}{types}{values}{functions}\n\
+         static void (*const programs[])(call_t *, memory_t *) = {{{entries}}};\n{MAIN}"
+    )
+}
+
+/// What the file writes when it is compiled and run; `None` if there is no compiler.
+fn in_c(text: &str, name: &str, level: &str) -> Option<Vec<u8>> {
     let folder = std::env::temp_dir().join(format!("plcfmu-c-{}-{name}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    let (source, binary) = (folder.join("program.c"), folder.join("program"));
-    let text = format!("#define CALLS {CALLS}\n#define BUDGET {BUDGET}\n{}{MAIN}", print(program).unwrap());
-    std::fs::write(&source, &text).unwrap();
+    let (source, binary) = (folder.join("programs.c"), folder.join("programs"));
+    std::fs::write(&source, text).unwrap();
     // What a random program calculates may be of no use.
-    let useless = ["-Wno-type-limits", "-Wno-tautological-compare", "-Wno-self-assign"];
+    let useless = ["-Wno-type-limits", "-Wno-tautological-compare", "-Wno-self-assign", "-Wno-unused-function"];
     let options = ["-std=c99", level, "-Wall", "-Wextra", "-Wconversion", "-Werror", "-pedantic"];
     let variable = |name: &str| std::env::var(name).unwrap_or_default();
     let compiler = if variable("CC").is_empty() { "cc".to_string() } else { variable("CC") };
@@ -82,16 +114,17 @@ fn in_c(program: &Program, name: &str, level: &str) -> Option<Vec<(u32, Vec<u8>)
         .arg(&binary)
         .output()
         .ok()?;
-    assert!(compiled.status.success(), "{}:\n{}", source.display(), String::from_utf8_lossy(&compiled.stderr));
+    let said = String::from_utf8_lossy(&compiled.stderr);
+    assert!(
+        compiled.status.success(),
+        "{}:\n{}",
+        source.display(),
+        said.lines().take(40).collect::<Vec<_>>().join("\n")
+    );
     let output = Command::new(&binary).output().unwrap();
+    assert!(output.status.success(), "{}: {}", binary.display(), output.status);
     std::fs::remove_dir_all(&folder).unwrap();
-    let lines = String::from_utf8(output.stdout).unwrap();
-    let calls = lines.lines().map(|line| {
-        let (stopped, memory) = line.split_once(' ').unwrap();
-        let byte = |index: usize| u8::from_str_radix(&memory[2 * index..2 * index + 2], 16).unwrap();
-        (stopped.parse().unwrap(), (0..memory.len() / 2).map(byte).collect())
-    });
-    Some(calls.collect())
+    Some(output.stdout)
 }
 
 /// What differs in two variables; what is not a number is the same whatever its bits are.
@@ -124,27 +157,53 @@ fn differences(program: &Program, ty: &Type, name: &str, (c, machine): (&[u8], &
     }
 }
 
+/// Random programs, some of them in each run; `PLCFMU_PROGRAMS=1000000 PLCFMU_SEED=5000` takes a million from the seed 5000 on.
 #[test]
 fn printed_programs_give_the_bits_of_the_machine() {
-    let mut stopped_by_budget = 0;
-    for seed in 1..=programs() {
-        let program = Random::program(seed * 7919, 0, true);
-        let (in_machine, is_budget) = in_machine(&program);
-        stopped_by_budget += u64::from(is_budget);
-        let level = ["-O0", "-O2"][(seed % 2) as usize];
-        let Some(in_c) = in_c(&program, &seed.to_string(), level) else {
+    let (first, count) = (number("PLCFMU_SEED", 1), number("PLCFMU_PROGRAMS", 300));
+    let together = TOGETHER.min(count.div_ceil(2));
+    let (mut ended, mut by_budget) = (0, 0);
+    for (bundle, begin) in (first..first + count).step_by(together as usize).enumerate() {
+        let seeds: Vec<u64> = (begin..(first + count).min(begin + together)).collect();
+        let programs: Vec<Program> = seeds.iter().map(|seed| Random::program(seed * 7919, 0, Of::C)).collect();
+        let level = ["-O0", "-O2"][bundle % if count > 10_000 { 1 } else { 2 }];
+        let Some(written) = in_c(&file(&programs), &begin.to_string(), level) else {
             eprintln!("there is no C compiler: nothing was compared");
             return;
         };
-        assert_eq!(in_c.len(), in_machine.len());
-        for (call, ((stopped_c, c), (stopped, machine))) in in_c.iter().zip(&in_machine).enumerate() {
-            let mut found = String::new();
-            differences(&program, &Type::Record(program.memory), "memory", (c, machine), &mut found);
-            assert!(
-                stopped_c == stopped && found.is_empty(),
-                "seed {seed}, call {call}, stopped at {stopped_c} in C, at {stopped} in the machine:\n{found}"
+        let memory = programs[0].records[programs[0].memory].start.len();
+        let mut calls = written.chunks(4 + memory);
+        for (seed, program) in seeds.iter().zip(&programs) {
+            let ran = Ran::of(program);
+            by_budget += u64::from(ran.by_budget);
+            ended += u64::from(ran.calls.iter().all(|(line, _)| *line == 0));
+            for (call, (stopped, machine)) in ran.calls.iter().enumerate() {
+                let (stopped_c, c) = calls.next().unwrap().split_at(4);
+                // Above the line stands the number of the source.
+                let stopped_c = u32::from_le_bytes(stopped_c.try_into().unwrap()) & 0xFF_FFFF;
+                let mut found = String::new();
+                if c != machine {
+                    let ty = Type::Record(program.memory);
+                    differences(program, &ty, "memory", (c, machine), &mut found);
+                }
+                if stopped_c != *stopped || !found.is_empty() {
+                    let alone = std::env::temp_dir().join(format!("plcfmu-program-{seed}.c"));
+                    std::fs::write(&alone, file(std::slice::from_ref(program))).unwrap();
+                    let alone = alone.display();
+                    panic!(
+                        "seed {seed} ({alone}), call {call}, {level}: stopped at {stopped_c} in C, at {stopped} in the \
+                         machine\n{found}"
+                    );
+                }
+            }
+        }
+        assert!(calls.next().is_none());
+        if count > 10_000 {
+            eprintln!(
+                "{} programs agree, {ended} of them ended, {by_budget} were stopped by their budget",
+                seeds[0] - first + seeds.len() as u64
             );
         }
     }
-    assert!(stopped_by_budget > 0, "no program was stopped by its budget");
+    assert!(ended > count / 3 && by_budget > 0, "{ended} of {count} ended, {by_budget} were stopped by their budget");
 }

@@ -33,6 +33,9 @@ impl Program {
     /// after that.
     pub fn extend_record(&mut self, record: usize, name: impl Into<String>, ty: Type) -> usize {
         let mut extended = std::mem::take(&mut self.records[record]);
+        // The room behind the last member belongs to what comes, as in C.
+        let end = extended.members.last().map_or(0, |last| last.offset + self.size(&last.ty));
+        extended.start.truncate(end);
         self.add_member(&mut extended, name.into(), ty);
         extended.start.resize(align(extended.start.len(), extended.align), 0);
         self.records[record] = extended;

@@ -246,6 +246,10 @@ impl Compiler<'_> {
                 (Argument::Start, Home::Register(to), _) => self.emit(scope, Op::Const { to: *to, bits: 0 }),
                 (Argument::Start, Home::Memory(to), _) => self.start_values(scope, *to, &local.ty),
                 (_, Home::Memory(to), Some((_, ty))) => {
+                    if matches!(local.ty, Type::Text { .. }) {
+                        // What stands behind the text is not that of an earlier call.
+                        self.start_values(scope, *to, &local.ty);
+                    }
                     let to = self.address_of(scope, (0, *to))?;
                     self.copy(scope, (to, &local.ty), (*from, ty))?;
                 }
