@@ -699,7 +699,7 @@ def test_a_lost_server_is_said_and_the_page_goes_on_by_itself(browser):
     context.set_default_timeout(10_000)
     page = context.new_page()
     answers = {
-        "catalogue": {"fmus": [{"name": "CONT_C", "summary": "", "part": "controller", "is_foreign": False}], "loops": []},
+        "catalogue": {"fmus": [{"name": "CONT_C", "summary": "", "part": "controller", "is_foreign": False}], "loops": [], "formats": []},
         "describe": DESCRIPTION,
         "check": {"remarks": [], "unused": [], "rounded": {}},
     }

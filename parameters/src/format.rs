@@ -25,33 +25,78 @@ pub enum Format {
     Ssv,
 }
 
+/// What is known of a format without reading a file.
+struct About {
+    name: &'static str,
+    extensions: &'static [&'static str],
+    media_type: &'static str,
+    offered: &'static [(&'static str, &'static str)],
+}
+
 impl Format {
     /// All formats.
     pub const ALL: &'static [Format] =
         &[Format::Step7, Format::Tia, Format::Openness, Format::Dump, Format::Json, Format::Ssv];
 
+    const fn about(self) -> About {
+        match self {
+            Format::Step7 => About {
+                name: "STEP 7 source",
+                extensions: &["awl", "scl", "stl"],
+                media_type: "text/plain",
+                offered: &[("awl", "STEP 7, AWL source"), ("scl", "STEP 7, SCL source")],
+            },
+            Format::Tia => About {
+                name: "TIA Portal source",
+                extensions: &["db"],
+                media_type: "text/plain",
+                offered: &[("db", "TIA Portal, source of a data block")],
+            },
+            Format::Openness => About {
+                name: "TIA Openness XML",
+                extensions: &["xml"],
+                media_type: "application/xml",
+                offered: &[("xml", "TIA Portal, XML")],
+            },
+            Format::Dump => About {
+                name: "data block dump",
+                extensions: &["bin", "dump"],
+                media_type: "application/octet-stream",
+                offered: &[],
+            },
+            Format::Json => About {
+                name: "JSON",
+                extensions: &["json"],
+                media_type: "application/json",
+                offered: &[("json", "JSON")],
+            },
+            Format::Ssv => About {
+                name: "SSV",
+                extensions: &["ssv"],
+                media_type: "application/xml",
+                offered: &[("ssv", "SSV, parameter values of SSP")],
+            },
+        }
+    }
+
     /// What the format is called in messages.
     pub const fn name(self) -> &'static str {
-        match self {
-            Format::Step7 => "STEP 7 source",
-            Format::Tia => "TIA Portal source",
-            Format::Openness => "TIA Openness XML",
-            Format::Dump => "data block dump",
-            Format::Json => "JSON",
-            Format::Ssv => "SSV",
-        }
+        self.about().name
     }
 
     /// The extensions of its files, the usual one first.
     pub const fn extensions(self) -> &'static [&'static str] {
-        match self {
-            Format::Step7 => &["awl", "scl", "stl"],
-            Format::Tia => &["db"],
-            Format::Openness => &["xml"],
-            Format::Dump => &["bin", "dump"],
-            Format::Json => &["json"],
-            Format::Ssv => &["ssv"],
-        }
+        self.about().extensions
+    }
+
+    /// Its media type.
+    pub const fn media_type(self) -> &'static str {
+        self.about().media_type
+    }
+
+    /// The kinds of files that a user chooses among to write loops: extensions and titles.
+    pub const fn offered(self) -> &'static [(&'static str, &'static str)] {
+        self.about().offered
     }
 
     /// The format of a file, by its extension in any case.

@@ -23,7 +23,9 @@ const LARGEST: usize = 64 << 20;
 
 /// Which FMUs there are.
 pub fn catalogue(home: &dyn Home) -> Catalogue {
-    Catalogue { fmus: home.entries(), loops: home.known_loops() }
+    let offered = Format::ALL.iter().flat_map(|format| format.offered());
+    let formats = offered.map(|(extension, title)| (extension.to_string(), title.to_string())).collect();
+    Catalogue { fmus: home.entries(), loops: home.known_loops(), formats }
 }
 
 /// An FMU with its variables, groups and roles.

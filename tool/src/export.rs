@@ -172,7 +172,7 @@ fn parameter_file(home: &dyn Home, format: &str, loops: &[Loop], origin: &str) -
     let name = if rest.is_empty() { file_name(&first.name) } else { "loops".into() };
     let remarks = loops.iter().flat_map(|of| of.warnings().into_iter().map(|text| format!("{}: {text}", of.name)));
     let remarks: Vec<_> = remarks.take(100).collect();
-    Ok(Exported::of(format!("{name}.{ending}"), media_type(kind), content, remarks))
+    Ok(Exported::of(format!("{name}.{ending}"), kind.media_type(), content, remarks))
 }
 
 /// The loops without what they were tried with, unless that is wanted.
@@ -225,16 +225,7 @@ fn source(home: &dyn Home, file: &ReadFile, loops: &[Loop]) -> Result<Exported> 
     };
     let name = file.file.rsplit(['/', '\\']).next().unwrap_or_default();
     let (stem, ending) = name.rsplit_once('.').unwrap_or((name, "txt"));
-    Ok(Exported::of(format!("{}.{}", file_name(stem), file_name(ending)), media_type(format), content, remarks))
-}
-
-fn media_type(format: Format) -> &'static str {
-    match format {
-        Format::Step7 | Format::Tia => "text/plain",
-        Format::Openness | Format::Ssv => "application/xml",
-        Format::Json => "application/json",
-        Format::Dump => "application/octet-stream",
-    }
+    Ok(Exported::of(format!("{}.{}", file_name(stem), file_name(ending)), format.media_type(), content, remarks))
 }
 
 fn preset(home: &dyn Home, of: &Loop) -> Result<Exported> {

@@ -23,6 +23,8 @@ pub struct Catalogue {
     pub fmus: Vec<Entry>,
     /// Loops that are known to work: examples for connections and settings.
     pub loops: Vec<KnownLoop>,
+    /// The kinds of parameter files that can be written: extensions and titles.
+    pub formats: Vec<(String, String)>,
 }
 
 /// An FMU of the catalogue.

@@ -32,7 +32,9 @@ export type Catalogue = {
 /** The FMUs, in the order in which they are shown. */
 fmus: Array<Entry>,
 /** Loops that are known to work: examples for connections and settings. */
-loops: Array<KnownLoop>, };
+loops: Array<KnownLoop>,
+/** The kinds of parameter files that can be written: extensions and titles. */
+formats: Array<[string, string]>, };
 
 /** Whose. */
 export type CharacteristicRequest = {

@@ -110,7 +110,7 @@ let checks = 0;
 
 export const store = {
   /** @type {import("./messages").Catalogue} */
-  catalogue: { fmus: [], loops: [] },
+  catalogue: { fmus: [], loops: [], formats: [] },
   /** @type {OpenFile[]} */
   files: [],
   /** @type {Work[]} */

@@ -15,15 +15,6 @@ import { asLoop, store } from "tool/store.js";
 import { tuning } from "tool/tune.js";
 import { rezipped, unzipped } from "tool/zip.js";
 
-const FORMATS = /** @type {[string, string][]} */ ([
-  ["awl", "STEP 7, AWL source"],
-  ["scl", "STEP 7, SCL source"],
-  ["db", "TIA Portal, source of a data block"],
-  ["xml", "TIA Portal, XML"],
-  ["json", "JSON"],
-  ["ssv", "SSV, parameter values of SSP"],
-]);
-
 /** @type {HTMLElement} */
 let body;
 /** @type {HTMLElement} */
@@ -91,7 +82,7 @@ function show() {
   const format = element(
     "select",
     { "aria-label": "Format of the parameter file" },
-    FORMATS.map(([value, name]) => element("option", { value }, name)),
+    store.catalogue.formats.map(([value, name]) => element("option", { value }, name)),
   );
   const which = element(
     "select",
