@@ -11,6 +11,7 @@ mod body;
 mod check;
 mod expr;
 mod item;
+mod link;
 mod method;
 mod pattern;
 mod reader;
@@ -19,6 +20,7 @@ mod table;
 mod value;
 
 pub use check::{Check, NUMBERS};
+pub use link::with_laws;
 pub use source::{Error, Sources};
 
 use scl::program::Program;

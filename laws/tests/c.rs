@@ -112,6 +112,13 @@ fn differences(program: &Program, ty: &Type, path: &str, c: &[u8], machine: &[u8
                 differences(program, &member.ty, &path, &c[member.offset..], &machine[member.offset..], found);
             }
         }
+        Type::Array { of, .. } => {
+            let size = program.size(of);
+            for index in 0..program.size(ty) / size {
+                let path = format!("{path}[{index}]");
+                differences(program, of, &path, &c[index * size..], &machine[index * size..], found);
+            }
+        }
         other => panic!("{other:?}"),
     }
 }
@@ -128,26 +135,31 @@ impl EachBlock for Compare {
         let text = format!("{}{MAIN}", scl::c::print(&law.program).unwrap());
         let source = self.folder.join(format!("{}.c", law.name));
         std::fs::write(&source, text).unwrap();
-        let mut compared = 0;
-        for (compiler, options) in COMPILERS {
-            let Some(binary) = compiled(compiler, options, &source) else { continue };
-            compared += 1;
-            if compiler.contains("mingw") {
-                continue;
-            }
-            let memory = law.program.records[law.program.memory].start.len();
-            let found = given(&binary, &before);
-            assert_eq!(found.len(), after.len(), "{} with {compiler} {options:?}", law.name);
-            for (call, (c, machine)) in found.chunks(memory).zip(after.chunks(memory)).enumerate() {
-                let mut differ = Vec::new();
-                differences(&law.program, &Type::Record(law.program.memory), "", c, machine, &mut differ);
-                assert!(differ.is_empty(), "{} with {compiler} {options:?}, call {call}: {differ:?}", law.name);
-            }
-        }
-        if compared == 0 {
-            eprintln!("there is no C compiler: {} was not compared", law.name);
-        }
+        compare(&law.name, &law.program, &source, (&before, &after));
         self.blocks += 1;
+    }
+}
+
+/// Compares what the C makes of the memory before each call with the memory after it, for all compilers that are here.
+fn compare(name: &str, program: &Program, source: &Path, (before, after): (&[u8], &[u8])) {
+    let mut compared = 0;
+    for (compiler, options) in COMPILERS {
+        let Some(binary) = compiled(compiler, options, source) else { continue };
+        compared += 1;
+        if compiler.contains("mingw") {
+            continue;
+        }
+        let memory = program.records[program.memory].start.len();
+        let found = given(&binary, before);
+        assert_eq!(found.len(), after.len(), "{name} with {compiler} {options:?}");
+        for (call, (c, machine)) in found.chunks(memory).zip(after.chunks(memory)).enumerate() {
+            let mut differ = Vec::new();
+            differences(program, &Type::Record(program.memory), "", c, machine, &mut differ);
+            assert!(differ.is_empty(), "{name} with {compiler} {options:?}, call {call}: {differ:?}");
+        }
+    }
+    if compared == 0 {
+        eprintln!("there is no C compiler: {name} was not compared");
     }
 }
 
@@ -201,4 +213,79 @@ fn an_engineer_finds_the_clauses_of_the_manual_page_in_the_c() {
     let behind = text.split("/* Clause 6. */").nth(1).unwrap().trim_start();
     let trapezoid = "float q = (((t / ti) * (e + self->memory.e)) * 0.5f) + self->memory.rest;";
     assert!(behind.starts_with(trapezoid), "{behind}");
+}
+
+/// Every block as an instance, behind a BOOL and in an array, so that no number lies at a multiple of its size; a loop, so that
+/// statements are counted, which those of a block are not.
+fn program_of_instances() -> (Program, usize, String) {
+    struct Instances(String, String, String);
+    impl EachBlock for Instances {
+        fn block<B: Block>(&mut self) {
+            let name = B::TABLE.name;
+            self.0 += &format!("odd_{name} : Bool; it_{name} : {name}; many_{name} : Array[0..1] of {name};\n");
+            for row in B::TABLE.rows.iter().filter(|row| row.role == blocks::Role::Output) {
+                let (output, kind) = (row.name, row.kind.name());
+                self.2 += &format!("{output}_{name} : {kind};\n");
+                self.1 += &format!("#{output}_{name} := #it_{name}.{output};\n");
+            }
+            self.1 += &format!("#it_{name}();\nFOR #i := 0 TO 1 DO #many_{name}[#i](); END_FOR;\n");
+        }
+    }
+    let mut instances = Instances(String::new(), String::new(), String::new());
+    for_each_block(&mut instances);
+    let Instances(members, calls, outputs) = instances;
+    let source = format!(
+        "FUNCTION_BLOCK \"Plant\"\nVAR_OUTPUT {outputs} END_VAR\nVAR {members} i : Int; END_VAR\nBEGIN\n{calls}END_FUNCTION_BLOCK"
+    );
+    let sources = [parameters::Source::new("plant.scl", source.into_bytes())];
+    let compiled = scl::compile(&sources, &scl::Options::default()).unwrap_or_else(|errors| panic!("{}", errors[0]));
+    let root = compiled.root.unwrap();
+    (compiled.program, root.cycle, root.instance)
+}
+
+#[test]
+fn blocks_as_instances_in_a_program_give_the_same_bits_in_c() {
+    struct Settable(String, Vec<(String, Kind)>);
+    impl EachBlock for Settable {
+        fn block<B: Block>(&mut self) {
+            let name = B::TABLE.name;
+            for row in B::TABLE.rows.iter().filter(|row| row.role.is_settable() && row.name != "COM_RST") {
+                for instance in [format!("it_{name}"), format!("many_{name}[1]")] {
+                    self.1.push((format!("{}.{instance}.{}", self.0, row.full_name()), row.kind));
+                }
+            }
+        }
+    }
+    let (program, cycle, instance) = program_of_instances();
+    let mut settable = Settable(instance, Vec::new());
+    for_each_block(&mut settable);
+    assert_eq!(scl::c::print(&program).unwrap_err(), "CONT_C cannot be printed as C");
+    let linked = laws::with_laws(&program).unwrap();
+    let mut machine = Machine::new(Arc::new(Code::compile(&program).unwrap()));
+    let mut random = Random(11);
+    let (mut before, mut after) = (vec![2], machine.state().to_vec());
+    for _ in 0..2000 {
+        for (path, kind) in &settable.1 {
+            // The member of an instance is found behind its element.
+            if random.below(10) == 0
+                && let Some((offset, Type::Scalar(ty))) = program.find(path)
+            {
+                machine.set(Value::new(ty, random.bits(*kind)), offset);
+            }
+        }
+        before.push(1);
+        before.extend(machine.state());
+        machine.call(cycle, 0).unwrap();
+        after.extend(machine.state());
+    }
+    let moved = machine.state().iter().zip(&after[..]).filter(|(last, first)| last != first).count();
+    assert!(moved > 200, "{moved} bytes have changed");
+    let folder = std::env::temp_dir().join(format!("plcfmu-instances-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let source = folder.join("plant.c");
+    let main =
+        MAIN.replace("restart(&call, &memory);", "").replace("cycle(", &format!("{}(", scl::c::name(&linked, cycle)));
+    std::fs::write(&source, scl::c::print(&linked).unwrap() + &main).unwrap();
+    compare("Plant", &program, &source, (&before, &after));
+    std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -42,7 +42,8 @@ const TAKEN: &str = "call constants done memory self start stop abs acos acosh a
 /// or `goes_on`.
 ///
 /// # Errors
-/// What cannot be printed: blocks of [`blocks`], and functions such as EXP, which need an implementation of their own in C.
+/// What cannot be printed: blocks of [`blocks`] whose law was not added ([`Program::add_law`]), and functions such as EXP, which need
+/// an implementation of their own in C.
 pub fn print(program: &Program) -> Result<String, String> {
     let mut printer = Printer::new(program);
     let functions = printer.functions()?;
@@ -319,6 +320,9 @@ impl<'a> Printer<'a> {
             }
         }
         self.text.push('\n');
+        if program.is_packed(number) {
+            return self.packed(number);
+        }
         if let Some(docs) = program.docs.records.get(&number) {
             let _ = writeln!(self.text, "{}", comment(docs, 0));
         }
@@ -349,6 +353,28 @@ impl<'a> Printer<'a> {
             self.text.push_str("    u8_t nothing;\n");
         }
         let _ = writeln!(self.text, "}} {}_t;", self.records[number]);
+    }
+
+    /// The instance of a block in a program: as a block stores itself, its variables, what it has inside, and its memory.
+    fn packed(&mut self, number: usize) {
+        let record = &self.program.records[number];
+        let mut members: Vec<_> = record.members.iter().zip(&self.members[number]).collect();
+        members.sort_by_key(|(member, _)| member.offset);
+        self.text.push_str("#pragma pack(push, 1)\ntypedef struct {\n");
+        let mut end = 0;
+        let gap = |text: &mut String, from: usize, to: usize| {
+            if to > from {
+                let _ = writeln!(text, "    u8_t bytes_{from}[{}];", to - from);
+            }
+        };
+        for (member, name) in members {
+            gap(&mut self.text, end, member.offset);
+            let declared = self.declared(&member.ty, name);
+            let _ = writeln!(self.text, "    {declared};");
+            end = member.offset + self.program.size(&member.ty);
+        }
+        gap(&mut self.text, end, record.start.len());
+        let _ = writeln!(self.text, "}} {}_t;\n#pragma pack(pop)", self.records[number]);
     }
 
     /// The start values of the memory, and the constants if they are used.
@@ -467,7 +493,7 @@ impl<'a> Printer<'a> {
         let function = &program.functions[number];
         let body = match &function.body {
             Body::Code(body) => body,
-            Body::Native(name) => return Err(format!("{name} cannot be printed as C")),
+            Body::Native(name) => return self.law(number, name),
         };
         let names = self.local_names(function);
         let counts = self.counts && !program.docs.natives.contains(&number);
@@ -578,6 +604,43 @@ impl<'a> Printer<'a> {
             let _ = writeln!(self.text, "    return {};", names[result]);
         }
         self.text.push_str("}\n");
+        Ok(())
+    }
+
+    /// The function that calls a block of another program: its instance has the bytes of a saved state, without gaps.
+    fn law(&mut self, number: usize, name: &str) -> Result<(), String> {
+        let law = self.program.docs.laws.get(&number).copied();
+        let (Some(law), Some(record)) = (law, law.and_then(|law| self.program.functions[law].instance)) else {
+            return Err(format!("{name} cannot be printed as C"));
+        };
+        if self.facts[law].needs_call || self.facts[law].needs_memory {
+            return Err(format!("{name} has a loop, and cannot be printed as C in a program"));
+        }
+        let runs = self.program.runs(number);
+        let parts: Vec<String> =
+            runs.iter().map(|run| format!("{{{}, {}, {}}}", run.at, run.packed, run.size)).collect();
+        let (head, count, parts) = (self.head(number), parts.len(), parts.join(", "));
+        let (record, law) = (&self.records[record], &self.function_names[law]);
+        let _ = write!(
+            self.text,
+            "
+/* Calls {name}. An instance in a program has no gaps between its members: that is how a saved state has it. */
+{head} {{
+    /* Where the members lie in a {record}_t, where they lie here, and the bytes. */
+    static const u16_t parts[{count}][3] = {{{parts}}};
+    {record}_t block;
+    size_t i;
+    memset(&block, 0, sizeof block);
+    for (i = 0; i < {count}; i += 1) {{
+        memcpy((char *)&block + parts[i][0], (const char *)self + parts[i][1], parts[i][2]);
+    }}
+    {law}(&block);
+    for (i = 0; i < {count}; i += 1) {{
+        memcpy((char *)self + parts[i][1], (const char *)&block + parts[i][0], parts[i][2]);
+    }}
+}}
+"
+        );
         Ok(())
     }
 

@@ -7,6 +7,7 @@
 //! - a [`Function`] works on its parameters and temporaries ([`Function::locals`]) and, if it belongs to a function block, on an
 //!   instance, which is a record somewhere in the memory.
 
+mod law;
 mod layout;
 pub(crate) mod operations;
 mod print;
@@ -50,6 +51,8 @@ pub struct Docs {
     pub functions: BTreeMap<usize, String>,
     /// The functions of blocks that were not written in SCL: the budget does not count their statements.
     pub natives: BTreeSet<usize>,
+    /// Of functions that are the law of a block, the function that has the law as statements ([`Program::add_law`]).
+    pub laws: BTreeMap<usize, usize>,
     /// How members are declared, by the numbers of record and member.
     pub declared: BTreeMap<(usize, usize), Declared>,
 }

@@ -8,12 +8,16 @@ use fmu::sources::{self, Given, Of, Parts, Variable};
 use std::sync::Arc;
 
 impl Loaded {
-    /// The FMU of the program as one file of C.
+    /// The FMU of the program as one file of C. `with_laws` adds the laws of this project's blocks, of which the program may have instances.
     ///
     /// # Errors
-    /// What of the program cannot be printed as C: a block of this project, or a function such as EXP.
-    pub fn sources(self: &Arc<Self>) -> Result<String, String> {
-        let law = scl::c::print(&self.program)?;
+    /// What of the program cannot be printed as C: a function such as EXP.
+    pub fn sources(
+        self: &Arc<Self>,
+        with_laws: impl FnOnce(&scl::program::Program) -> Result<scl::program::Program, String>,
+    ) -> Result<String, String> {
+        let linked = with_laws(&self.program)?;
+        let law = scl::c::print(&linked)?;
         let given = |held: Held| match held {
             Held::Memory => Given::AtOnce,
             Held::InOut => Given::EachCall,
@@ -31,12 +35,12 @@ impl Loaded {
             cycle: (table.cycle, (number(table.rows[table.cycle].start) * 1000.0).round()),
             hash: self.hash,
             law: &law,
-            call: &scl::c::name(&self.program, self.cycle),
+            call: &scl::c::name(&linked, self.cycle),
             places: &places,
             memory: self.program.records[self.program.memory].start.len(),
             tape,
             of: Of::Program {
-                startup: self.startup.map(|startup| scl::c::name(&self.program, startup)).as_deref(),
+                startup: self.startup.map(|startup| scl::c::name(&linked, startup)).as_deref(),
                 own_cycle: self.own_cycle,
                 files: &self.program.files,
                 budget: self.budget,

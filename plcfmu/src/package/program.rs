@@ -174,7 +174,7 @@ pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -
     let host = *platforms(OS, ARCH).first().context("FMI has no platform for this machine")?;
     let compiled = temporary::builder().tempdir().context("there is no folder for temporary files")?;
     let mut libraries = if native { BTreeMap::new() } else { libraries()? };
-    match loaded.sources() {
+    match loaded.sources(laws::with_laws) {
         Ok(text) => {
             let file = format!("{name}.c");
             if native {

@@ -36,6 +36,9 @@ pub(super) fn reached_from(program: &Program, functions: &[usize]) -> Vec<usize>
                 add(program, callee, done, into);
             }
         }
+        if let Some(law) = program.docs.laws.get(&number) {
+            add(program, *law, done, into);
+        }
         into.push(number);
     }
     let (mut done, mut into) = (BTreeSet::new(), Vec::new());

@@ -108,8 +108,31 @@ pub(crate) fn runs_statements(it: &Expr) -> bool {
     finds.0
 }
 
+/// A part of a statement that can be changed.
+pub(crate) enum Part<'a> {
+    Place(&'a mut Place),
+    Call(&'a mut Call),
+}
+
 /// Changes all places of statements.
 pub(crate) fn change_places(list: &mut [Statement], change: &mut dyn FnMut(&mut Place)) {
+    change_parts(list, &mut |part| {
+        if let Part::Place(place) = part {
+            change(place);
+        }
+    });
+}
+
+/// Changes all calls of statements.
+pub(crate) fn change_calls(list: &mut [Statement], change: &mut dyn FnMut(&mut Call)) {
+    change_parts(list, &mut |part| {
+        if let Part::Call(call) = part {
+            change(call);
+        }
+    });
+}
+
+fn change_parts(list: &mut [Statement], change: &mut dyn FnMut(Part)) {
     for statement in list {
         match &mut statement.what {
             What::Assign(to, value) => {
@@ -123,29 +146,30 @@ pub(crate) fn change_places(list: &mut [Statement], change: &mut dyn FnMut(&mut 
             What::Call(it) => change_call(it, change),
             What::If(condition, then, otherwise) => {
                 change_expr(condition, change);
-                change_places(then, change);
-                change_places(otherwise, change);
+                change_parts(then, change);
+                change_parts(otherwise, change);
             }
             What::Case(selector, arms, otherwise) => {
                 change_expr(selector, change);
-                arms.iter_mut().for_each(|arm| change_places(&mut arm.body, change));
-                change_places(otherwise, change);
+                arms.iter_mut().for_each(|arm| change_parts(&mut arm.body, change));
+                change_parts(otherwise, change);
             }
             What::While(condition, body) | What::Repeat(body, condition) => {
                 change_expr(condition, change);
-                change_places(body, change);
+                change_parts(body, change);
             }
             What::For(it) => {
                 change_place(&mut it.variable, change);
                 [&mut it.first, &mut it.last, &mut it.step].into_iter().for_each(|it| change_expr(it, change));
-                change_places(&mut it.body, change);
+                change_parts(&mut it.body, change);
             }
             What::Break | What::Continue | What::Return | What::Label(_) | What::Goto(_) | What::Comment(_) => {}
         }
     }
 }
 
-fn change_call(it: &mut Call, change: &mut dyn FnMut(&mut Place)) {
+fn change_call(it: &mut Call, change: &mut dyn FnMut(Part)) {
+    change(Part::Call(it));
     it.instance.iter_mut().for_each(|it| change_place(it, change));
     for argument in &mut it.arguments {
         match argument {
@@ -157,8 +181,8 @@ fn change_call(it: &mut Call, change: &mut dyn FnMut(&mut Place)) {
     it.outputs.iter_mut().for_each(|(_, to)| change_place(to, change));
 }
 
-fn change_place(it: &mut Place, change: &mut dyn FnMut(&mut Place)) {
-    change(it);
+fn change_place(it: &mut Place, change: &mut dyn FnMut(Part)) {
+    change(Part::Place(it));
     for step in &mut it.steps {
         if let Step::Index(indices, _) = step {
             indices.iter_mut().for_each(|index| change_expr(index, change));
@@ -166,7 +190,7 @@ fn change_place(it: &mut Place, change: &mut dyn FnMut(&mut Place)) {
     }
 }
 
-fn change_expr(it: &mut Expr, change: &mut dyn FnMut(&mut Place)) {
+fn change_expr(it: &mut Expr, change: &mut dyn FnMut(Part)) {
     match it {
         Expr::Const(_) | Expr::Bound { .. } | Expr::Now => {}
         Expr::Load(_, from) => change_place(from, change),
@@ -181,7 +205,7 @@ fn change_expr(it: &mut Expr, change: &mut dyn FnMut(&mut Place)) {
             change_place(b, change);
         }
         Expr::After(before, value) => {
-            change_places(before, change);
+            change_parts(before, change);
             change_expr(value, change);
         }
     }

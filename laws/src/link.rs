@@ -1,0 +1,22 @@
+//! The laws of blocks in programs that have instances of them.
+
+use crate::{Sources, read};
+use scl::program::{Body, Program};
+
+/// The program with the laws of the blocks of which it has instances, so that it can be printed as C.
+///
+/// # Errors
+/// The law of a block that is not known, with its place.
+pub fn with_laws(program: &Program) -> Result<Program, String> {
+    let mut linked = program.clone();
+    let sources = Sources::of_blocks();
+    for (number, function) in program.functions.iter().enumerate() {
+        let Body::Native(name) = function.body else { continue };
+        let law = read(&sources, name).map_err(|error| error.to_string())?;
+        let is_call = |name: &str| name.strip_prefix(law.name.as_str()) == Some(".call");
+        let call = law.program.functions.iter().position(|function| is_call(&function.name));
+        let call = call.ok_or_else(|| format!("{name} has no law that is called"))?;
+        linked.add_law(number, &law.program, call)?;
+    }
+    Ok(linked)
+}
