@@ -200,7 +200,7 @@ impl OfLaw<'_> {
         let path = format!("{}.{}", self.law.name, self.interface.table.variables[row].name);
         match self.law.program.find(&path) {
             Some((_, program::Type::Scalar(ty))) => Ok(ty),
-            _ => Err(anyhow!("{path} is no number")),
+            _ => Err(anyhow!("{path} is not a number")),
         }
     }
 }

@@ -14,47 +14,48 @@ crate::block! {
         input {
             /// Selects the set point: S0 (FALSE) or S1 (TRUE)
             ///
-            /// FALSE ramps to S0, TRUE to S1. It may change at any time: the ramp goes on from the present output
-            /// towards the other set point, with the slope of that set point.
+            /// It may change at any time: the ramp goes on from the present output towards the other set point, with the
+            /// slope of that set point.
             e01: Bool = false;
             /// Set point 0
             ///
             /// The target while E01 is FALSE, and the slope too: the output moves by |S0| in TH_TZ or TR_TZ calls, so a
-            /// target of 1000 is reached from 0 in the same time as one of 100. 0 is no target: the output stays where
-            /// it is. -32768 counts as -32767.
+            /// target of 1000 is reached from 0 in the same time as one of 100. With 0 the output stays where it
+            /// is. -32768 counts as -32767.
             s0: Int = 0, min -32767, max 32767;
             /// Set point 1
             ///
-            /// The target while E01 is TRUE, and the slope too: the output moves by |S1| in TH_TZ or TR_TZ calls. 0 is
-            /// no target: to return to 0, ramp to a set point beyond it, such as -1000, and limit the output behind the
+            /// The target while E01 is TRUE, and the slope too: the output moves by |S1| in TH_TZ or TR_TZ calls. With 0
+            /// the output stays where it is: to return to 0, ramp to a set point beyond it, such as -1000, and limit the output behind the
             /// block, or use R.
             s1: Int = 0, min -32767, max 32767;
-            /// Start up time TH as a number of program cycles: calls in which the output rises by |set point|
+            /// Start-up time TH as a number of program cycles: the calls in which the output rises by |set point|
             ///
-            /// The time from 0 to a positive set point, divided by TZ: 4 s at TZ = 10 ms are 400. It is used whenever
-            /// the output rises, also from a negative output. The steps are whole numbers, and the remainder is carried
-            /// on: from 0 to 10 in 4 calls gives 2, 5, 7, 10. With 0, the start value, the output jumps in one call.
+            /// The time from 0 to a positive set point, divided by TZ: 400 for 4 s at TZ = 10 ms. It applies whenever the
+            /// output rises, from a negative output too. The steps are whole numbers, and the remainder is carried on:
+            /// from 0 to 10 in 4 calls gives 2, 5, 7, 10. With 0, the start value, the output jumps in one call.
             th_tz: Int = 0, min 0;
-            /// Return time TR as a number of program cycles: calls in which the output falls by |set point|
+            /// Return time TR as a number of program cycles: the calls in which the output falls by |set point|
             ///
-            /// The time from a set point back by its own amount, divided by TZ; used whenever the output falls. With S0
-            /// = -500 and 20 the output falls by 25 a call. 0, the start value, jumps in one call.
+            /// The time in which the output falls by the amount of the set point, divided by TZ; it applies whenever the
+            /// output falls. With S0 = -500 and TR_TZ = 20 it falls by 25 a call. With 0, the start value, it jumps in one
+            /// call.
             tr_tz: Int = 0, min 0;
             /// Holds the output
             ///
-            /// While it is TRUE nothing changes, whatever SET and R are; the ramp goes on afterwards as if no time had
-            /// passed, with the remainder of its division kept. A drive that has to wait on its way up sets it.
+            /// While it is TRUE nothing changes, whatever SET and R are; afterwards the ramp goes on as if no time had
+            /// passed. Use it where a drive has to wait on its way up.
             stop: Bool = false;
-            /// Sets the output to INIT (pin name ours)
+            /// Sets the output to INIT (our name of the pin)
             ///
             /// While it is TRUE the output is INIT, also above or below both set points; when it becomes FALSE, the
             /// ramp starts from there. Use it to start a ramp at the present speed of a drive. STOP has priority over
             /// it, and it has priority over R.
             set: Bool = false;
-            /// Initial value for SET (pin name ours)
+            /// Value of the output while SET is TRUE (our name of the pin)
             ///
-            /// The output while SET is TRUE. It may be beyond the set points: 600 with S0 = 500 and TR_TZ = 10 falls to
-            /// 500 in two calls. -32768 counts as -32767.
+            /// It may be beyond the set points: from 600, with S0 = 500 and TR_TZ = 10, the output falls to 500 in two
+            /// calls. -32768 counts as -32767.
             init: Int = 0;
             /// Resets the output to 0
             ///
@@ -63,7 +64,7 @@ crate::block! {
             r: Bool = false;
         }
         cycle {
-            /// Program cycle time: the time between two calls (no pin of the original)
+            /// Program cycle time: the time between two calls (not a pin of the original)
             ///
             /// The block's law counts calls and does not contain TZ; the FMU calls it every TZ, whatever the
             /// communication step is. When you change TZ, scale TH_TZ and TR_TZ: half of TZ needs twice the number. The

@@ -4,27 +4,25 @@ use crate::table::{Characteristic, Response};
 
 pub(super) const RESPONSES: &[Response] = &[
     Response {
-        title: "Setpoint step to 5, P, I and D action; the derivative time is 1 s, its lag 2 s",
+        title: "P, I and D action after a setpoint step to 5, TD = 1 s",
         calls: 60,
         set: &[(0, "MAN_ON", 0.0), (0, "D_SEL", 1.0), (0, "TD", 1.0), (5, "SP_INT", 5.0), (40, "SP_INT", 0.0)],
         show: &["SP_INT", "LMN", "LMN_P", "LMN_I", "LMN_D"],
     },
     Response {
-        title: "P action alone: LMN is GAIN = 2 times the error, and 0 when there is no error",
+        title: "P action alone: LMN is GAIN times the error",
         calls: 60,
         set: &[(0, "MAN_ON", 0.0), (0, "I_SEL", 0.0), (5, "SP_INT", 10.0), (25, "SP_INT", 20.0), (45, "SP_INT", 0.0)],
         show: &["SP_INT", "LMN"],
     },
     Response {
-        title: "P and I action: at a constant error LMN_I grows by LMN_P in every TI = 20 s, and it keeps its value when \
-                    the error is gone",
+        title: "P and I action: LMN_I grows by LMN_P in every TI, and stays when the error is gone",
         calls: 60,
         set: &[(0, "MAN_ON", 0.0), (5, "SP_INT", 10.0), (45, "SP_INT", 0.0)],
         show: &["SP_INT", "LMN", "LMN_P", "LMN_I"],
     },
     Response {
-        title: "GAIN rises from 1 to 2 at a constant error of 10: LMN_P doubles at once, LMN_I grows twice as fast from \
-                    then on, LMN_D kicks once",
+        title: "GAIN rises from 1 to 2: LMN_P doubles at once, LMN_I grows twice as fast, LMN_D kicks once",
         calls: 60,
         set: &[
             (0, "MAN_ON", 0.0),
@@ -37,27 +35,25 @@ pub(super) const RESPONSES: &[Response] = &[
         show: &["GAIN", "LMN_P", "LMN_I", "LMN_D"],
     },
     Response {
-        title: "P, I and D action at a limit: LMN_I stops while LMN is at 100, and LMN leaves the limit in the call in \
-                    which the error changes its sign",
+        title: "At a limit LMN_I stops; LMN leaves it in the call in which the error changes its sign",
         calls: 80,
         set: &[(0, "MAN_ON", 0.0), (0, "D_SEL", 1.0), (0, "TD", 1.0), (5, "SP_INT", 40.0), (40, "SP_INT", -5.0)],
         show: &["SP_INT", "LMN", "LMN_P", "LMN_I", "LMN_D", "QLMN_HLM", "QLMN_LLM"],
     },
     Response {
-        title: "MAN_ON falls after 20 s: LMN goes on from 40 without a jump, because LMN_I is already MAN - LMN_P",
+        title: "MAN_ON falls: LMN goes on without a jump, because LMN_I is already MAN - LMN_P",
         calls: 60,
         set: &[(0, "MAN", 40.0), (0, "SP_INT", 5.0), (20, "MAN_ON", 0.0)],
         show: &["LMN", "LMN_P", "LMN_I", "MAN_ON"],
     },
     Response {
-        title: "MAN jumps from 40 to 60 in the last manual call: LMN returns to 40, because LMN_I follows MAN one call \
-                    later; when MAN_ON rises again, LMN jumps to MAN",
+        title: "MAN jumps in the last manual call: LMN returns to 40; when MAN_ON rises, it jumps to MAN",
         calls: 60,
         set: &[(0, "MAN", 40.0), (0, "SP_INT", 5.0), (19, "MAN", 60.0), (20, "MAN_ON", 0.0), (40, "MAN_ON", 1.0)],
         show: &["MAN", "LMN", "LMN_I", "MAN_ON"],
     },
     Response {
-        title: "INT_HOLD stops LMN_I, and I_ITL_ON sets it to I_ITLVAL = 40, from where it goes on",
+        title: "INT_HOLD stops LMN_I, I_ITL_ON sets it to I_ITLVAL = 40",
         calls: 60,
         set: &[
             (0, "MAN_ON", 0.0),
@@ -71,7 +67,7 @@ pub(super) const RESPONSES: &[Response] = &[
         show: &["LMN", "LMN_I", "INT_HOLD", "I_ITL_ON"],
     },
     Response {
-        title: "Dead band DEADB_W = 2: a difference of 2 counts as no error, one of 5 as 3",
+        title: "DEADB_W = 2: a difference of 2 counts as no error, one of 5 as 3",
         calls: 60,
         set: &[
             (0, "DEADB_W", 2.0),
@@ -84,7 +80,7 @@ pub(super) const RESPONSES: &[Response] = &[
         show: &["SP_INT", "ER"],
     },
     Response {
-        title: "LMN_PER is 27648 at 100 % and wraps to the other sign where LMN passes 118.5 % or -118.5 %",
+        title: "LMN_PER is 27648 at 100 % and wraps beyond 118.5 %",
         calls: 60,
         set: &[
             (0, "LMN_HLM", 200.0),
@@ -102,7 +98,7 @@ pub(super) const RESPONSES: &[Response] = &[
 
 pub(super) const CHARACTERISTICS: &[Characteristic] = &[
     Characteristic {
-        title: "Dead band DEADB_W = 10: ER is 0 up to a difference of 10 and begins at 0 beyond it",
+        title: "DEADB_W = 10: ER is 0 up to a difference of 10 and begins at 0 beyond it",
         variable: "SP_INT",
         range: (-50.0, 50.0),
         points: 101,
@@ -111,7 +107,7 @@ pub(super) const CHARACTERISTICS: &[Characteristic] = &[
         show: &["ER"],
     },
     Characteristic {
-        title: "Limits 0 and 80, LMN_FAC = 0.5, LMN_OFF = 10: LMN goes from 10 to 50, and the limits act before the factor",
+        title: "Limits of 0 and 80 act before LMN_FAC = 0.5 and LMN_OFF = 10: LMN goes from 10 to 50",
         variable: "MAN",
         range: (-50.0, 150.0),
         points: 201,
@@ -120,7 +116,7 @@ pub(super) const CHARACTERISTICS: &[Characteristic] = &[
         show: &["LMN"],
     },
     Characteristic {
-        title: "LMN_PER rises with LMN between -118.5 and 118.5 %, and wraps to the other sign beyond",
+        title: "LMN_PER wraps to the other sign beyond 118.5 %",
         variable: "MAN",
         range: (-150.0, 150.0),
         points: 601,

@@ -48,8 +48,7 @@ crate::block! {
         parameter {
             /// The process value comes from PV_PER (TRUE) or PV_IN (FALSE)
             ///
-            /// TRUE scales the analog word PV_PER by PV_FAC and PV_OFF. Setpoint, dead band and PV always have the unit
-            /// of the process value that is chosen here.
+            /// Setpoint, dead band and PV have the unit of the process value that is chosen here.
             pvper_on: Bool = false;
         }
         cycle {
@@ -63,27 +62,25 @@ crate::block! {
         input {
             /// Setpoint, -100 ... 100 % or a physical value
             ///
-            /// In the unit of PV. A step of 10 with GAIN = 2 and no dead band demands 20 % of travel at once, a pulse
-            /// of 6 s with MTR_TM = 30 s and TI = 0. If that is too rough, ramp the setpoint before the block.
+            /// In the unit of PV. A step of 10 with GAIN = 2 and no dead band demands 20 % of travel at once; a ramp before
+            /// SP_INT avoids it.
             sp_int: Real = 0.0;
             /// Process value as a floating point number, -100 ... 100 % or a physical value
             ///
-            /// The process value while PVPER_ON is FALSE, neither limited nor filtered: noise larger than DEADB_W makes
-            /// the valve work.
+            /// Neither limited nor filtered: noise larger than DEADB_W makes the valve work.
             pv_in: Real = 0.0;
             /// Process value as an analog input word: 27648 is 100 %
             ///
-            /// The process value while PVPER_ON is TRUE. The overrange of an analog input ends at 32511, which is 117.6
-            /// %. Words from 32768 on are negative: 65535 is -1.
+            /// The overrange of an analog input ends at 32511, which is 117.6 %. Words from 32768 on are negative: 65535
+            /// is -1.
             pv_per: Word = Word::new(0);
         }
         parameter {
             /// Proportional gain
             ///
-            /// Percent of valve travel for each unit of the error, for P and I action. With GAIN = 2 an error of 5
-            /// beyond the dead band demands 10 % of travel, the smallest demand that makes a pulse with the start
-            /// values. It is negative where opening the valve lowers the process value. Begin with the rule of the
-            /// quick start: K = 2, T = 60 s, L = 10 s give 1.5.
+            /// In percent of travel per unit of the error; negative where opening the valve lowers the process value. With
+            /// GAIN = 2, an error of 5 beyond the dead band demands 10 %, the smallest demand that makes a pulse with the
+            /// start values. The rule of the quick start gives 1.5 for K = 2, T = 60 s, L = 10 s.
             gain: Real = 2.0;
             /// Reset time of the integral action; range: TI >= CYCLE, 0 switches the integral action off
             ///
@@ -94,18 +91,16 @@ crate::block! {
             ti: Time = Time::ms(20_000);
             /// Dead band: half the width of the band in which the error counts as 0, 0 ... 100 % or a physical value
             ///
-            /// Spares the motor. Choose it larger than the noise of PV and at least half as large as the change of PV
-            /// that the shortest pulse causes, K 100 PULSE_TM / MTR_TM with the plant's gain K; otherwise the loop
-            /// hunts. The start value is 1, not 0 as in CONT_C. A negative value makes every error larger.
+            /// Spares the motor. Choose it larger than the noise of PV and at least half the change of PV that the shortest
+            /// pulse causes, K 100 PULSE_TM / MTR_TM with the plant's gain K; otherwise the loop hunts.
             deadb_w: Real = 1.0, min 0.0;
             /// Factor of the process value from PV_PER
             ///
-            /// For a transmitter of 0 ... 400 degC set 4 and PV_OFF = 0; then setpoint and dead band are in degC. It
-            /// does not act on PV_IN.
+            /// The transmitter's span divided by 100: 4 for 0 ... 400 degC; setpoint and dead band are then in degC.
             pv_fac: Real = 1.0;
             /// Offset of the process value from PV_PER
             ///
-            /// For a transmitter of -50 ... 150 degC set PV_FAC = 2 and PV_OFF = -50. It does not act on PV_IN.
+            /// PV at PV_PER = 0: -50, with PV_FAC = 2, for a transmitter of -50 ... 150 degC.
             pv_off: Real = 0.0;
             /// Minimum length of a pulse; range: PULSE_TM >= CYCLE
             ///
@@ -116,14 +111,12 @@ crate::block! {
             /// Minimum length of the break between pulses; range: BREAK_TM >= CYCLE
             ///
             /// The rest between two pulses, in any direction, in which the motor stops and the contactors release. Even
-            /// with 0 there is one call without a pulse between up and down. With PULSE_TM = BREAK_TM and short pulses
-            /// the valve moves half of the time.
+            /// with 0 there is one call without a pulse between up and down.
             break_tm: Time = Time::ms(3_000);
             /// Time the actuator needs from limit stop to limit stop; range: MTR_TM >= CYCLE
             ///
-            /// From the data sheet of the actuator, or measured with a stop watch from closed to open: the block
-            /// computes the travel from it. If the true time is 30 % longer, each pulse moves 30 % / 1.3 = 23 % less
-            /// than assumed, and the I action makes up for it more slowly.
+            /// From the data sheet of the actuator, or measured from closed to open. If the true time is 30 % longer, each
+            /// pulse moves 23 % less than assumed, and the I action makes up for it more slowly.
             mtr_tm: Time = Time::ms(30_000);
         }
         input {
@@ -141,16 +134,15 @@ crate::block! {
             qlmnup: Bool;
             /// Pulse down: closes the valve
             ///
-            /// The counterpart of QLMNUP, which also shows the last call of the communication step only.
+            /// As QLMNUP, in the other direction. Never TRUE together with QLMNUP.
             qlmndn: Bool;
             /// Process value in use
             ///
-            /// The process value that the last call used: PV_IN, or PV_PER scaled by PV_FAC and PV_OFF.
+            /// PV_IN, or PV_PER scaled by PV_FAC and PV_OFF: the one for operators and alarms.
             pv: Real;
             /// Error after the dead band
             ///
-            /// 0 within the dead band, otherwise smaller by DEADB_W than the true error: 10 with SP_INT = 11, PV = 0
-            /// and DEADB_W = 1. GAIN is not in it.
+            /// 0 within the dead band, otherwise smaller by DEADB_W than the true error. Without GAIN.
             er: Real;
         }
     }
