@@ -147,6 +147,25 @@ def test_one_finds_a_variable_and_a_section_by_words_and_by_keys(show, site):
     page.goto("about:blank")
 
 
+@pytest.mark.parametrize(
+    "words, place",
+    [
+        ("anti-windup", "fmu/CONT_C/documentation/index.html"),
+        ("SCL", "docs/scl.html#plc-programs-in-scl"),
+        ("C sources", "docs/c_sources.html#c-sources"),
+        ("prove", "docs/prove.html#prove-it-on-your-own-cpu"),
+        ("studies", "docs/studies.html#studies"),
+    ],
+)
+def test_what_a_page_is_about_is_found_first(show, words, place):
+    page = show("docs/tool.html")
+    page.get_by_role("searchbox").fill(words)
+    first = page.locator(".found a").first
+    first.wait_for()
+    assert first.get_attribute("href") == f"../{place}"
+    page.goto("about:blank")
+
+
 def test_a_sample_is_copied_by_its_button(show):
     page = show("docs/import.html")
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])

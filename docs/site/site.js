@@ -10,7 +10,10 @@ const BEFORE = 40, AROUND = 150;
 /** How well an entry of the index fits the words: 0 if one of them is missing. */
 function score([page, , heading, text], words, pages) {
     const title = pages[page][1].toLowerCase(), head = heading.toLowerCase(), body = text.toLowerCase();
-    let sum = 0;
+    // The words beside each other count more than apart, and a page more than a section of another one.
+    const phrase = words.join(" ");
+    let sum = head === phrase ? 100 : words.length > 1 && head.includes(phrase) ? 40 : 0;
+    if (head === title) sum += 10;
     for (const word of words) {
         const isWord = new RegExp(`(^|[^a-z0-9_])${word.replace(/[^a-z0-9_]/g, "\\$&")}`);
         const best = Math.max(

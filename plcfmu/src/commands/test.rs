@@ -8,26 +8,26 @@ use std::fs;
 use std::path::PathBuf;
 use study::junit;
 
+const HELP: &str = "\
+Example of a file:
+  sources = [\"machine.scl\"]
+  cycle = \"100ms\"
+
+  [[case]]
+  name = \"the valve opens\"
+  steps = [
+    { at = \"0s\", set = { level = 20.0 } },
+    { at = \"1s\", set = { start = true }, within = \"2s\", expect = { valve = true } },
+    { at = \"5s\", until = \"9s\", expect = { valve = true, level = 20.0 }, tolerance = 0.1 },
+  ]";
+
 /// Test the logic of a program in SCL
 ///
-/// The file says which sources the program has, what its inputs are over time, and what is expected of its variables:
-///
-/// ```toml
-/// sources = ["machine.scl"]
-/// cycle = "100ms"
-///
-/// [[case]]
-/// name = "the valve opens"
-/// steps = [
-///   { at = "0s", set = { level = 20.0 } },
-///   { at = "1s", set = { start = true }, within = "2s", expect = { valve = true } },
-///   { at = "5s", until = "9s", expect = { valve = true, level = 20.0 }, tolerance = 0.1 },
-/// ]
-/// ```
-///
-/// Each case begins with the start values. What a step sets is set before the call at its time; what it expects must hold behind
-/// this call, or behind one of the calls `within` a time, or behind all calls `until` a time.
+/// The file says which sources the program has, what its inputs are over time, and what is expected of its variables.
+/// Each case begins with the start values. What a step sets is set before the call at its time; what it expects must hold
+/// after this call, or after one of the calls `within` a time, or after all calls `until` a time.
 #[derive(clap::Args, Clone, Debug, Default)]
+#[command(after_help = HELP)]
 pub struct Options {
     /// The file with the cases
     #[arg(value_name = "FILE.toml")]

@@ -285,7 +285,7 @@ fn libraries() -> Result<BTreeMap<&'static str, PathBuf>> {
     let workspace = Workspace::find().ok().and_then(|workspace| Some((workspace.programs.clone()?, workspace)));
     let Some((package, workspace)) = workspace else {
         bail!(
-            "the library of programs is missing: it belongs into the folder programs beside {}; in a clone of plcfmu it is built",
+            "the library of programs is missing: it belongs in the folder programs beside {}; in a clone of plcfmu it is built",
             std::env::current_exe().unwrap_or_default().display()
         );
     };

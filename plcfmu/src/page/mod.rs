@@ -348,7 +348,7 @@ mod tests {
             r##"<td class="name"><a href="#FLOW">FLOW</a></td><td>LREAL in&nbsp;l/min</td><td class="number">1.5</td><td><span class="short">About FLOW &amp; &lt;more&gt;</span> <span class="range">Range 0 ... 9</span></td><td class="number">0</td>"##
         ));
         assert!(page.contains(
-            r##"<td class="name"><a href="#CYCLE">CYCLE</a></td><td>TIME in s</td><td class="number">0.1</td><td><span class="short">About CYCLE &amp; &lt;more&gt;</span> <span class="range">Range ≥ 0.001</span>"##
+            r##"<td class="name"><a href="#CYCLE">CYCLE</a></td><td>TIME in&nbsp;s</td><td class="number">0.1</td><td><span class="short">About CYCLE &amp; &lt;more&gt;</span> <span class="range">Range ≥ 0.001</span>"##
         ));
         for row in &table().variables {
             assert!(page.contains(&format!(r#"<tr id="{}">"#, row.name)), "{}", row.name);
