@@ -9,10 +9,16 @@ import re
 import signal
 import subprocess
 import sys
+import zipfile
 
 import pytest
 
 import host
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 # With the plant first, nothing says which variables are the loop's signals: a study has the figures that it names alone.
 LOOP = """
@@ -137,6 +143,66 @@ def test_the_studies_of_the_examples_can_be_made(study, example, tmp_path):
     done = study("--runs=0..2", "--part=two.part", "--jobs=1", file=example)
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "two.part").is_file()
+
+
+LOOPS = sorted((pathlib.Path(__file__).parents[1] / "plants" / "loops").glob("*.toml"))
+
+
+@pytest.mark.parametrize("loop", LOOPS, ids=lambda path: path.stem)
+def test_a_loop_of_blocks_computes_the_same_bits_without_the_libraries_of_its_fmus(study, loop, tmp_path):
+    settings = tomllib.loads(loop.read_text())["settings"]
+    varied = [
+        f"{member}.{name}"
+        for member, values in settings.items()
+        for name, value in values.items()
+        if type(value) in (int, float) and name != "CYCLE"
+    ]
+    output = next(line.split(" = ")[0] for line in loop.read_text().split("[connections]\n")[1].splitlines())
+    (tmp_path / "study.toml").write_text(f"""
+loop = {json.dumps(str(loop))}
+axes = [{{ variable = "{varied[0]}", relative = true, values = [1.0, 1.125] }}]
+values = [{{ variable = "{output}", take = ["min", "mean", "last"] }}]
+""")
+    made = []
+    for out, options in {"linked": [], "door": ["--exact-door"]}.items():
+        done = study(f"--out={out}", "--format=csv", "--curves=0,1", "--jobs=1", *options)
+        assert done.returncode == 0, done.stderr
+        files = contents(tmp_path / out)
+        made.append(({name: files[name] for name in ["runs.csv", "curves/run_0.csv", "curves/run_1.csv"]}, done.stderr))
+    assert made[0] == made[1]
+    table, curves = (made[0][0][name].decode().splitlines() for name in ["runs.csv", "curves/run_0.csv"])
+    assert len(curves) > 60 and table[1].split(",")[2:] != table[2].split(",")[2:]
+
+
+def without_library(folder, version=b""):
+    """Writes the FMUs of the loop without a library for any platform, and with another version if one is given."""
+    for name in ["CONT_C.fmu", "HEATER.fmu"]:
+        with zipfile.ZipFile(host.FOLDER / name) as fmu, zipfile.ZipFile(folder / name, "w") as bare:
+            for file in fmu.namelist():
+                content = fmu.read(file)
+                if file == "modelDescription.xml":
+                    content = content.replace(b'generationTool="plcfmu ', b'generationTool="plcfmu ' + version)
+                bare.writestr(file.replace("binaries/", "binaries/no_"), content)
+
+
+def test_blocks_of_the_command_need_no_library_but_the_exact_door_and_other_versions_do(study, tmp_path):
+    made = ["--runs=0..2", "--part=two.part"]
+    without_library(tmp_path)
+    done = study(*made, fmus=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    done = study(*made, "--exact-door", fmus=tmp_path)
+    assert done.returncode == 1 and "the FMU has no library for this platform" in done.stderr
+    # The law of another version may be another one, with the same variables.
+    without_library(tmp_path, b"0.0.")
+    done = study(*made, fmus=tmp_path)
+    assert done.returncode == 1 and "the FMU has no library for this platform" in done.stderr
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_a_study_of_the_examples_gives_the_same_part_without_the_libraries(study, example, tmp_path):
+    for part, options in {"linked.part": [], "door.part": ["--exact-door"]}.items():
+        assert study("--runs=0..3", f"--part={part}", "--jobs=1", *options, file=example).returncode == 0
+    assert (tmp_path / "linked.part").read_bytes() == (tmp_path / "door.part").read_bytes()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs signals and cc")

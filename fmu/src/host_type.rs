@@ -37,14 +37,8 @@ pub trait HostType<V: Version>: Copy {
 
     /// Writes variables in the ordinary cases, see [`ordinary`](crate::ordinary). False, and nothing is changed, in every other
     /// case.
-    #[inline(always)]
-    fn set_ordinary<B: Cyclic>(_block: &mut B, _references: &[u32], _values: &[Self]) -> bool {
-        false
-    }
+    fn set_ordinary<B: Cyclic>(block: &mut B, references: &[u32], values: &[Self]) -> bool;
 
     /// Reads variables in the ordinary case. False, and nothing is written, in every other case.
-    #[inline(always)]
-    fn get_ordinary<B: Cyclic>(_block: &B, _references: &[u32], _values: &mut [Self]) -> bool {
-        false
-    }
+    fn get_ordinary<B: Cyclic>(block: &B, references: &[u32], values: &mut [Self]) -> bool;
 }

@@ -1,5 +1,5 @@
-//! The ordinary case of what a host calls in every control cycle, in fewer instructions: it sets one or two inputs or
-//! parameters, makes a step of one CYCLE from where the last one ended, and reads outputs.
+//! The ordinary case of what a host calls in every control cycle, in fewer instructions: it sets inputs or parameters, makes a
+//! step of one CYCLE from where the last one ended, and reads outputs.
 //!
 //! Nothing here decides anything. Each function does what the checked one of the same name does, where nothing that that one
 //! checks can fail, and says whether it did; if not, nothing has happened, and the caller goes on with the checked one. Leave
@@ -22,8 +22,8 @@ use crate::mean::Mean;
 use crate::refusal::Answer;
 use crate::session::Session;
 use crate::state::{Function, State};
-use blocks::Kind;
 use blocks::table::number;
+use blocks::{Kind, Role, Table, Value};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// This many steps are known to be ordinary after one look.
@@ -60,13 +60,19 @@ impl<B: Cyclic, H: Host> Door<B, H> {
 }
 
 impl<B: Cyclic> Instance<B> {
-    /// Reads variables, if all are numbers.
+    /// Whether the ordinary case of a function may be tried.
+    #[inline(always)]
+    pub fn allows_ordinary(&self, function: &Function) -> bool {
+        self.state.allows_ordinary(function)
+    }
+
+    /// Reads variables.
     #[inline(always)]
     pub fn get_ordinary<V: Version, T: HostType<V>>(&self, references: &[u32], values: &mut [T]) -> bool {
         T::get_ordinary(&self.session.block, references, values)
     }
 
-    /// Writes one or two numbers.
+    /// Writes variables.
     #[inline(always)]
     pub fn set_ordinary<V: Version, T: HostType<V>>(&mut self, references: &[u32], values: &[T]) -> bool {
         T::set_ordinary(&mut self.session.block, references, values)
@@ -79,29 +85,34 @@ impl<B: Cyclic> Instance<B> {
     }
 }
 
-/// Writes one or two REAL inputs or parameters, or one LREAL, with values in range.
+/// Writes numbers: one or two REALs or one LREAL in the fewest instructions, more REALs in few, and others as [`set_values`].
 #[inline(always)]
-pub fn set_numbers<B: Cyclic>(block: &mut B, references: &[u32], values: &[f64]) -> bool {
+pub fn set_numbers<V: Version, B: Cyclic>(block: &mut B, references: &[u32], values: &[f64]) -> bool
+where
+    f64: HostType<V>,
+{
     let table = block.table();
     let fits = |reference: &u32, value: &f64| {
         table.tunable_reals.get(*reference as usize) == Some(&true) && number::is_real(*value)
     };
-    let put = |block: &mut B, reference: &u32, value: &f64| {
-        if let Some(real) = block.real_mut(*reference as usize) {
-            *real = *value as f32;
-        }
-    };
     // No loop: in one the compiler would compute the addresses of all REALs first.
     match (references, values) {
-        ([reference], [value]) if fits(reference, value) => put(block, reference, value),
-        ([reference], [value]) => return set_lreal(block, *reference, *value),
+        ([reference], [value]) if fits(reference, value) => put_real(block, *reference, *value),
+        ([reference], [value]) if set_lreal(block, *reference, *value) => {}
         ([first, second], [one, other]) if fits(first, one) && fits(second, other) => {
-            put(block, first, one);
-            put(block, second, other);
+            put_real(block, *first, *one);
+            put_real(block, *second, *other);
         }
-        _ => return false,
+        _ => return set_many(block, references, values),
     }
     true
+}
+
+#[inline(always)]
+fn put_real<B: Cyclic>(block: &mut B, reference: u32, value: f64) {
+    if let Some(real) = block.real_mut(reference as usize) {
+        *real = value as f32;
+    }
 }
 
 /// Writes an LREAL that may be set at any time; false, and nothing is changed, if it is not one, or the value is not in range.
@@ -114,37 +125,130 @@ fn set_lreal<B: Cyclic>(block: &mut B, reference: u32, value: f64) -> bool {
     fits
 }
 
-/// Reads REALs and LREALs.
+/// Writes any numbers.
+#[inline(never)]
+fn set_many<V: Version, B: Cyclic>(block: &mut B, references: &[u32], values: &[f64]) -> bool
+where
+    f64: HostType<V>,
+{
+    #[inline(never)]
+    fn put<B: Cyclic>(block: &mut B, reference: u32, value: f64) {
+        put_real(block, reference, value);
+    }
+    let reals = block.table().tunable_reals;
+    let fits =
+        |(reference, value): (&u32, &f64)| reals.get(*reference as usize) == Some(&true) && number::is_real(*value);
+    if !references.iter().zip(values).all(fits) {
+        return set_values(block, references, values);
+    }
+    references.iter().zip(values).for_each(|(reference, value)| put(block, *reference, *value));
+    true
+}
+
+/// Writes inputs and parameters of one type, if all are of it and all values in range.
+#[inline]
+pub fn set_values<V: Version, B: Cyclic, T: HostType<V>>(block: &mut B, references: &[u32], values: &[T]) -> bool {
+    /// A function of its own: in a loop the compiler would compute the addresses of all variables first.
+    #[inline(never)]
+    fn put<B: Cyclic>(block: &mut B, row: usize, value: Value) {
+        block.set(row, value);
+    }
+    let value_of = |table: &Table, reference: &u32, value: &T| {
+        let row = table.rows.get(*reference as usize)?;
+        let is_tunable = matches!(row.role, Role::Input | Role::Parameter) && T::holds(row.kind);
+        value.to_plc(row.kind).ok().filter(|_| is_tunable)
+    };
+    if let ([reference], [value]) = (references, values) {
+        let value = value_of(block.table(), reference, value);
+        return value.is_some_and(|value| block.set(*reference as usize, value));
+    }
+    let mut all = references.iter().zip(values);
+    if !all.all(|(reference, value)| value_of(block.table(), reference, value).is_some()) {
+        return false;
+    }
+    for (reference, value) in references.iter().zip(values) {
+        if let Some(value) = value_of(block.table(), reference, value) {
+            put(block, *reference as usize, value);
+        }
+    }
+    true
+}
+
+/// Reads numbers: one or two REALs or one LREAL in the fewest instructions, others as [`get_values`].
 #[inline(always)]
-pub fn get_numbers<B: Cyclic>(block: &B, references: &[u32], values: &mut [f64]) -> bool {
-    if let ([reference], [value]) = (references, &mut *values)
-        && let Some(real) = block.real(*reference as usize)
-    {
-        *value = f64::from(real);
-        return true;
+pub fn get_numbers<V: Version, B: Cyclic>(block: &B, references: &[u32], values: &mut [f64]) -> bool
+where
+    f64: HostType<V>,
+{
+    match (references, &mut *values) {
+        ([reference], [value]) => {
+            if let Some(real) = block.real(*reference as usize) {
+                *value = f64::from(real);
+                return true;
+            }
+            if let Some(lreal) = block.lreal(*reference as usize) {
+                *value = lreal;
+                return true;
+            }
+        }
+        ([first, second], [one, other]) => {
+            if let (Some(first), Some(second)) = (block.real(*first as usize), block.real(*second as usize)) {
+                (*one, *other) = (f64::from(first), f64::from(second));
+                return true;
+            }
+        }
+        _ => {}
     }
     get_many(block, references, values)
 }
 
-/// Reads REALs and LREALs; false, and nothing is written, if one is neither.
-#[inline]
-fn get_many<B: Cyclic>(block: &B, references: &[u32], values: &mut [f64]) -> bool {
+/// Reads REALs and LREALs, and any numbers if not all are such.
+#[inline(never)]
+fn get_many<V: Version, B: Cyclic>(block: &B, references: &[u32], values: &mut [f64]) -> bool
+where
+    f64: HostType<V>,
+{
     let rows = block.table().rows;
     let is_number =
         |reference: &u32| rows.get(*reference as usize).is_some_and(|row| matches!(row.kind, Kind::Real | Kind::LReal));
-    let are_numbers = references.iter().all(is_number);
-    if are_numbers {
-        for (value, reference) in values.iter_mut().zip(references) {
-            *value = real_or_lreal(block, *reference as usize).unwrap_or_default();
-        }
+    if !references.iter().all(is_number) {
+        return get_values(block, references, values);
     }
-    are_numbers
+    for (value, reference) in values.iter_mut().zip(references) {
+        *value = real_or_lreal(block, *reference as usize).unwrap_or_default();
+    }
+    true
 }
 
 /// A function of its own: in a loop the compiler would compute the addresses of all variables first.
 #[inline(never)]
 fn real_or_lreal<B: Cyclic>(block: &B, row: usize) -> Option<f64> {
     block.real(row).map(f64::from).or_else(|| block.lreal(row))
+}
+
+/// Reads variables of one type, if all are of it.
+#[inline]
+pub fn get_values<V: Version, B: Cyclic, T: HostType<V>>(block: &B, references: &[u32], values: &mut [T]) -> bool {
+    /// A function of its own: in a loop the compiler would compute the addresses of all variables first.
+    #[inline(never)]
+    fn value<B: Cyclic>(block: &B, row: usize) -> Option<Value> {
+        block.get(row)
+    }
+    if let ([reference], [value]) = (references, &mut *values) {
+        let got = block.get(*reference as usize).and_then(T::from_plc);
+        got.into_iter().for_each(|got| *value = got);
+        return got.is_some();
+    }
+    let rows = block.table().rows;
+    if !references.iter().all(|reference| rows.get(*reference as usize).is_some_and(|row| T::holds(row.kind))) {
+        return false;
+    }
+    for (reference, to) in references.iter().zip(values) {
+        if let Some(got) = value(block, *reference as usize).and_then(T::from_plc) {
+            *to = got;
+        }
+    }
+    true
 }
 
 impl<B: Cyclic> Session<B> {
@@ -236,17 +340,19 @@ impl Clock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_block::{COUNT, CYCLE, FIRST, ON, SUM, Sum, U, V};
+    use crate::test_block::{COUNT, CYCLE, FACTOR, FIRST, ON, SUM, Sum, U, V};
+    use crate::v2::Fmi2;
+    use crate::v2::value::Boolean;
 
     #[test]
     fn reals_and_lreals_are_read_at_once_and_nothing_is_if_one_is_of_another_type() {
         let block = Sum { u: 0.5, v: 0.1, sum: -3.0, ..Sum::default() };
         let mut values = [9.0; 3];
-        assert!(get_numbers(&block, &[V, U, SUM], &mut values));
+        assert!(get_numbers::<Fmi2, _>(&block, &[V, U, SUM], &mut values));
         assert_eq!(values, [0.1, 0.5, -3.0]);
         let mut values = [9.0; 2];
-        for other in [ON, FIRST, CYCLE, COUNT, 1000, u32::MAX] {
-            assert!(!get_numbers(&block, &[V, other], &mut values), "{other}");
+        for other in [ON, FIRST, COUNT, 1000, u32::MAX] {
+            assert!(!get_numbers::<Fmi2, _>(&block, &[V, other], &mut values), "{other}");
             assert_eq!(values, [9.0; 2]);
         }
     }
@@ -254,13 +360,42 @@ mod tests {
     #[test]
     fn an_lreal_is_set_at_once_if_it_is_an_input_and_the_value_a_number() {
         let mut block = Sum::default();
-        assert!(set_numbers(&mut block, &[V], &[0.1]));
+        assert!(set_numbers::<Fmi2, _>(&mut block, &[V], &[0.1]));
         assert_eq!(block.v, 0.1);
         for (reference, value) in [(V, f64::NAN), (V, f64::INFINITY), (SUM, 1.0), (CYCLE, 1.0), (ON, 1.0), (1000, 1.0)]
         {
-            assert!(!set_numbers(&mut block, &[reference], &[value]), "{reference}");
+            assert!(!set_numbers::<Fmi2, _>(&mut block, &[reference], &[value]), "{reference}");
         }
         assert_eq!((block.v, block.sum), (0.1, 0.0));
+    }
+
+    #[test]
+    fn any_number_of_values_is_set_at_once_and_nothing_is_if_one_is_refused() {
+        let mut block = Sum::default();
+        assert!(set_numbers::<Fmi2, _>(&mut block, &[U, FACTOR, U], &[1.0, 2.0, 3.0]));
+        assert!(set_numbers::<Fmi2, _>(&mut block, &[V, FACTOR], &[0.1, 4.0]));
+        assert_eq!((block.u, block.factor, block.v), (3.0, 4.0, 0.1));
+        let beyond = f64::from(f32::MAX) * 2.0;
+        for (reference, value) in [(SUM, 1.0), (CYCLE, 1.0), (ON, 1.0), (U, beyond), (V, f64::NAN), (1000, 1.0)] {
+            assert!(!set_numbers::<Fmi2, _>(&mut block, &[U, FACTOR, reference], &[5.0, 5.0, value]), "{reference}");
+            assert!(!set_numbers::<Fmi2, _>(&mut block, &[V, reference], &[5.0, value]), "{reference}");
+        }
+        assert_eq!((block.u, block.factor, block.v), (3.0, 4.0, 0.1));
+    }
+
+    #[test]
+    fn booleans_and_integers_are_set_and_read_at_once_if_the_block_may_see_them_at_any_time() {
+        let mut block = Sum { count: 7, ..Sum::default() };
+        assert!(set_values(&mut block, &[ON], &[Boolean(-1)]) && block.on);
+        assert!(set_values(&mut block, &[ON, ON], &[Boolean(1), Boolean(0)]) && !block.on);
+        assert!(!set_values(&mut block, &[ON, U], &[Boolean(1); 2]) && !block.on);
+        assert!(!set_values(&mut block, &[FIRST], &[1]) && !set_values(&mut block, &[COUNT], &[1]));
+        let mut integers = [-1; 2];
+        assert!(get_values(&block, &[COUNT], &mut integers[..1]) && integers == [7, -1]);
+        assert!(!get_values(&block, &[COUNT, ON], &mut integers) && integers == [7, -1]);
+        assert!(get_values(&block, &[FIRST, COUNT], &mut integers) && integers == [0, 7]);
+        let mut seconds = [9.0; 2];
+        assert!(get_numbers::<Fmi2, _>(&block, &[CYCLE, CYCLE], &mut seconds) && seconds == [0.1; 2]);
     }
 
     #[test]

@@ -12,6 +12,9 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::fmt;
 
+/// The tool that makes the descriptions of blocks, as they name it: this program, with its version.
+pub const GENERATION_TOOL: &str = concat!("plcfmu ", env!("CARGO_PKG_VERSION"));
+
 /// What an FMU is: what a master, a study or a tool has to know of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Description {

@@ -45,8 +45,8 @@ pub mod v2;
 mod xml;
 
 pub use description::{
-    BaseUnit, Capabilities, Causality, DefaultExperiment, Description, DisplayUnit, Initial, LogCategory, Support,
-    Type, Unit, Variability, Variable,
+    BaseUnit, Capabilities, Causality, DefaultExperiment, Description, DisplayUnit, GENERATION_TOOL, Initial,
+    LogCategory, Support, Type, Unit, Variability, Variable,
 };
 pub use error::{Error, shortened};
 pub use interface::Interface;

@@ -7,6 +7,7 @@ pub mod build;
 pub mod command;
 pub mod commands;
 pub mod exit;
+pub mod linked;
 pub mod package;
 pub mod page;
 pub mod parameter_file;

@@ -4,6 +4,7 @@ use anyhow::Result;
 pub use modeldescription::Type;
 use std::error::Error;
 use std::fmt;
+use std::ops::Range;
 
 /// The FMU has ended the simulation in a step, which is no failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,6 +17,52 @@ impl fmt::Display for Terminated {
 }
 
 impl Error for Terminated {}
+
+/// Where the values of a member come from and go to. It follows from the plan alone: worked out once, so that a step only moves
+/// values.
+#[derive(Debug)]
+pub struct Wiring {
+    /// Where the member's values are in those of the run.
+    pub own: Range<usize>,
+    /// What others need or is recorded, by type.
+    pub read: Vec<Read>,
+    /// The connected inputs, by type.
+    pub written: Vec<Written>,
+}
+
+/// Variables of one type, which one call reads.
+#[derive(Debug)]
+pub struct Read {
+    /// Their type.
+    pub kind: Type,
+    /// Their value references.
+    pub references: Vec<u32>,
+    /// Where their values are in those of the run.
+    pub places: Range<usize>,
+}
+
+/// Inputs of one type, which one call writes.
+#[derive(Debug)]
+pub struct Written {
+    /// Their type.
+    pub kind: Type,
+    /// Their value references.
+    pub references: Vec<u32>,
+    /// Where their values come from in those of the run.
+    pub sources: Vec<usize>,
+    /// The values of the present step.
+    pub values: Vec<f64>,
+}
+
+impl Written {
+    /// Takes the values of the present step from those of the run.
+    #[inline(always)]
+    pub fn gather(&mut self, values: &[f64]) {
+        for (value, source) in self.values.iter_mut().zip(&self.sources) {
+            *value = values[*source];
+        }
+    }
+}
 
 /// What a run needs of an instance of an FMU.
 pub trait Component {
@@ -49,6 +96,24 @@ pub trait Component {
     /// # Errors
     /// The FMU refuses; [`Terminated`].
     fn step(&mut self, time: f64, size: f64) -> Result<()>;
+    /// What a loop does with a member in a step, in one call: writes inputs from `values`, those of the run, steps, and reads what
+    /// others need into them. `None`, as by default, leaves it to [`write`](Component::write),
+    /// [`step`](Component::step) and [`read`](Component::read), which do the same; inputs may be written by then, and nothing else
+    /// is done.
+    ///
+    /// # Errors
+    /// The step is made, and the FMU refuses to be read.
+    #[inline]
+    fn cycle(
+        &mut self,
+        _written: &mut [Written],
+        _read: &[Read],
+        _values: &mut [f64],
+        _time: f64,
+        _size: f64,
+    ) -> Option<Result<()>> {
+        None
+    }
     /// Ends the simulation.
     ///
     /// # Errors
@@ -88,6 +153,18 @@ macro_rules! forward_component {
                     $crate::component::Component::$name($target $(, $argument)*)
                 }
             )*
+
+            #[inline]
+            fn cycle(
+                &mut $self,
+                written: &mut [$crate::component::Written],
+                read: &[$crate::component::Read],
+                values: &mut [f64],
+                time: f64,
+                size: f64,
+            ) -> Option<anyhow::Result<()>> {
+                $crate::component::Component::cycle($target, written, read, values, time, size)
+            }
         }
     };
 }

@@ -18,7 +18,7 @@
 //! [`Run`] gives the same rows but for one thing: a row is a call of the first member, the controller, so that its outputs are
 //! those that the call gave, whether anybody reads them or not.
 
-use crate::component::{Component, Reset, Terminated, Type};
+use crate::component::{Component, Read, Reset, Terminated, Type, Wiring, Written};
 use crate::plan::{Assignment, Column, MemberPlan, Plan, ROUNDING};
 use crate::system::Exchange;
 use anyhow::{Context, Result, bail};
@@ -306,37 +306,6 @@ struct Running<C> {
     pending: Vec<Assignment>,
 }
 
-/// Where the values of a member come from and go to. It follows from the plan alone: worked out once, so that a step only moves
-/// values.
-#[derive(Debug)]
-struct Wiring {
-    /// Where the member's values are in those of the run.
-    own: Range<usize>,
-    /// `plan.observed`, by type.
-    read: Vec<Read>,
-    /// `plan.connected`, by type.
-    written: Vec<Written>,
-}
-
-/// Variables of one type, which one call reads.
-#[derive(Debug)]
-struct Read {
-    kind: Type,
-    references: Vec<u32>,
-    /// Where their values are in those of the run.
-    places: Range<usize>,
-}
-
-/// Inputs of one type, which one call writes.
-#[derive(Debug)]
-struct Written {
-    kind: Type,
-    references: Vec<u32>,
-    /// Where their values come from in those of the run.
-    sources: Vec<usize>,
-    values: Vec<f64>,
-}
-
 impl<C: Component> Run<C> {
     /// Initializes the components, one for each member of the plan. `stop` is the end in seconds, if it is known.
     ///
@@ -382,6 +351,15 @@ impl<C: Component> Run<C> {
         }
         for (member, (of, own)) in self.members.iter_mut().zip(&plan.members).enumerate() {
             self.at = member;
+            if is_parallel || !of.is_set(own, plan, time) {
+                let Running { component, wiring, .. } = of;
+                let written = if is_parallel { &mut [] } else { &mut *wiring.written };
+                if let Some(read) = component.cycle(written, &wiring.read, &mut self.values, time, plan.step) {
+                    self.stepped = member + 1;
+                    read.map_err(|error| after_step(error, own, time))?;
+                    continue;
+                }
+            }
             if !is_parallel {
                 of.prepare(plan, own, &self.values, time)?;
             }
@@ -592,17 +570,28 @@ fn recorded(plan: &Plan, of_times: bool) -> [Vec<(usize, usize)>; 2] {
     })
 }
 
+/// What is set by this time is set in the step that begins at `time`, in seconds.
+#[inline(always)]
+fn due(plan: &Plan, time: f64) -> f64 {
+    time + ROUNDING * plan.step
+}
+
 impl<C: Component> Running<C> {
     fn of(plan: &Plan, member: usize, component: C) -> Running<C> {
         Running { component, wiring: Wiring::of(plan, member), events: 0, pending: Vec::new() }
     }
 
+    /// Whether anything is set at this time. Little is in most runs.
+    #[inline(always)]
+    fn is_set(&self, own: &MemberPlan, plan: &Plan, time: f64) -> bool {
+        own.events.get(self.events).is_some_and(|(at, _)| *at <= due(plan, time)) || !self.pending.is_empty()
+    }
+
     /// Gives the member what is set at this time, and its connected inputs.
     #[inline(always)]
     fn prepare(&mut self, plan: &Plan, own: &MemberPlan, values: &[f64], time: f64) -> Result<()> {
-        let due = time + ROUNDING * plan.step;
-        if own.events.get(self.events).is_some_and(|(at, _)| *at <= due) || !self.pending.is_empty() {
-            self.assign_due(own, due).map_err(|error| at_time(error, own, time))?;
+        if self.is_set(own, plan, time) {
+            self.assign_due(own, due(plan, time)).map_err(|error| at_time(error, own, time))?;
         }
         self.write_inputs(values).map_err(|error| at_time(error, own, time))
     }
@@ -631,9 +620,7 @@ impl<C: Component> Running<C> {
     #[inline(always)]
     fn write_inputs(&mut self, values: &[f64]) -> Result<()> {
         for group in &mut self.wiring.written {
-            for (value, source) in group.values.iter_mut().zip(&group.sources) {
-                *value = values[*source];
-            }
+            group.gather(values);
             self.component.write(group.kind, &group.references, &group.values)?;
         }
         Ok(())

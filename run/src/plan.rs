@@ -22,8 +22,8 @@ pub struct Plan {
     pub step: f64,
     /// The member that proposes it; none if the system has it.
     pub step_proposed_by: Option<usize>,
-    /// The power of ten by which start and step become integers, unless they have too many digits.
-    pub scale: Option<f64>,
+    /// Start and step as integers, unless they have too many digits.
+    pub scale: Option<Scaled>,
     /// How many steps are made.
     pub steps: usize,
     /// When values go from output to input.
@@ -34,6 +34,15 @@ pub struct Plan {
     pub columns: Vec<Column>,
     /// What the user should know, although it can be run: values outside the range that the FMU declares.
     pub warnings: Vec<String>,
+}
+
+/// Start and step as integers: what is computed once, so that a time takes few instructions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scaled {
+    /// The power of ten by which they become such.
+    scale: f64,
+    start: f64,
+    step: f64,
 }
 
 /// What one FMU does.
@@ -358,19 +367,20 @@ pub fn time(start: f64, step: f64, steps: usize) -> f64 {
 }
 
 #[inline]
-fn scaled_time(start: f64, step: f64, scale: Option<f64>, steps: usize) -> f64 {
+fn scaled_time(start: f64, step: f64, scale: Option<Scaled>, steps: usize) -> f64 {
     match scale {
-        Some(scale) => ((start * scale).round() + steps as f64 * (step * scale).round()) / scale,
+        Some(Scaled { scale, start, step }) => (start + steps as f64 * step) / scale,
         None => start + steps as f64 * step,
     }
 }
 
-/// The smallest power of ten by which start and step become integers.
-fn scale(start: f64, step: f64) -> Option<f64> {
+/// By the smallest power of ten with which both are integers.
+fn scale(start: f64, step: f64) -> Option<Scaled> {
     let is_exact = |value: f64, scale: f64| (value * scale).round() / scale == value && (value * scale).abs() < 1e15;
     (0..=MOST_DECIMALS)
         .map(|decimals| 10f64.powi(decimals))
         .find(|scale| is_exact(start, *scale) && is_exact(step, *scale))
+        .map(|scale| Scaled { scale, start: (start * scale).round(), step: (step * scale).round() })
 }
 
 /// The settings that take effect, with their variables: a preliminary one gives way to a connection and to another setting.

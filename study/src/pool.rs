@@ -42,6 +42,8 @@ pub struct Options {
     pub interrupted: Arc<AtomicBool>,
     /// Whether each run needs new instances; found out by the first worker without it.
     pub renews: Option<bool>,
+    /// Whether FMUs are called through their C interface, also those whose block is linked into the program.
+    pub exact_door: bool,
 }
 
 impl Options {
@@ -56,6 +58,7 @@ impl Options {
             limit: Duration::from_secs(300),
             interrupted: Arc::default(),
             renews: None,
+            exact_door: false,
         })
     }
 }
@@ -124,6 +127,7 @@ impl Pool {
             job: serde_json::to_string(job)?,
             members: job.system.members.iter().map(|member| member.name.clone()).collect(),
             renews: options.renews.unwrap_or_default(),
+            exact_door: options.exact_door,
         };
         let (mut worker, interfaces) = starter.start(false)?;
         let tables = interfaces.iter().map(|of| of.as_deref().map(worker::table).transpose());

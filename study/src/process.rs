@@ -23,6 +23,8 @@ pub struct Starter {
     pub members: Vec<String>,
     /// Each run is made with new instances.
     pub renews: bool,
+    /// FMUs are called through their C interface, whatever they are.
+    pub exact_door: bool,
 }
 
 impl Starter {
@@ -35,7 +37,8 @@ impl Starter {
         // What FMUs print in thousands of runs helps nobody, unless one crashes.
         let mut worker = Worker(self.child.start(ROLE, if listens { Prints::Kept } else { Prints::Dropped })?);
         worker.0.limit = self.child.limit.max(LOADING);
-        worker.0.send(&Request::Begin { job: self.job.clone(), is_prompt: listens, renews: self.renews });
+        let Starter { renews, exact_door, .. } = *self;
+        worker.0.send(&Request::Begin { job: self.job.clone(), is_prompt: listens, renews, exact_door });
         match worker.reply() {
             Ok(Reply::Ready(interfaces)) => {
                 worker.0.limit = self.child.limit;

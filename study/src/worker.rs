@@ -22,6 +22,7 @@ use modeldescription::{Description, Interface};
 use run::component::Reset;
 use run::dialog;
 use run::master::Recording;
+use run::system::Member;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -44,6 +45,8 @@ pub enum Request {
         is_prompt: bool,
         /// Make each run with new instances.
         renews: bool,
+        /// Call FMUs through their C interface, also those that this program has [`Linked`].
+        exact_door: bool,
     },
     /// Make the runs of these points.
     Rows(Vec<Vec<f64>>, Gives),
@@ -52,6 +55,19 @@ pub enum Request {
     /// Make the run of this point and record it.
     Curve(Vec<f64>, Detail),
 }
+
+/// An FMU whose block is linked into this program. An instance computes the same bits as one behind the C interface of the FMU's
+/// library, and refuses the same in the same words.
+#[derive(Clone, Debug)]
+pub struct Linked {
+    /// What the FMU's library says of itself.
+    pub interface: String,
+    /// Makes an instance with this name.
+    pub instantiate: fn(&str) -> Result<Box<dyn Reset>>,
+}
+
+/// Finds the block of an FMU, if it is one of this program.
+pub type Find = fn(&Description) -> Option<Linked>;
 
 /// What a worker answers.
 #[derive(Debug, Deserialize, Serialize)]
@@ -87,27 +103,82 @@ pub fn experiment(job: &Job, descriptions: &[&Description], table: Option<&Table
     Experiment::of(job, descriptions, roles.as_ref())
 }
 
-/// Makes runs as it is told on standard input, with the FMUs unpacked in `folder`.
+/// Makes runs as it is told on standard input, with the FMUs unpacked in `folder`. If `find` knows all FMUs of a loop, they run in
+/// this process without their libraries.
 ///
 /// # Errors
 /// There is no standard output, or the other side has ended.
-pub fn run(folder: &Path) -> Result<()> {
+pub fn run(folder: &Path, find: Find) -> Result<()> {
     serve(folder, |channel| {
-        let Some(Request::Begin { job, is_prompt, renews }) = channel.next()? else { bail!("there is no job") };
-        let (fmus, experiment, interfaces) = match begin(&job, channel) {
+        let Some(Request::Begin { job, is_prompt, renews, exact_door }) = channel.next()? else {
+            bail!("there is no job")
+        };
+        let Begun { members, experiment, interfaces } = match begin(&job, channel, find, exact_door) {
             Err(error) => return channel.send(&Reply::Refused(format!("{error:#}"))),
             Ok(begun) => begun,
         };
         channel.send(&Reply::Ready(interfaces))?;
         let flush = if is_prompt { Duration::ZERO } else { FLUSH };
-        let instantiate = |member| Witnessed::instantiate(&fmus, member, &channel.witness);
-        Serving { experiment, renews, flush }.serve(channel, instantiate)
+        let serving = Serving { experiment, renews, flush };
+        match members {
+            Members::Linked(members) => {
+                let instantiate = |member: usize| {
+                    let (name, of): &Named = &members[member];
+                    (of.instantiate)(name).with_context(|| name.clone())
+                };
+                serving.serve(channel, instantiate)
+            }
+            Members::Loaded(fmus) => {
+                serving.serve(channel, |member| Witnessed::instantiate(&fmus, member, &channel.witness))
+            }
+        }
     })
 }
 
-/// Loads the FMUs and resolves the job.
-fn begin(job: &str, channel: &Channel) -> Result<(Fmus, Experiment, Vec<Option<String>>)> {
+/// What is ready to make runs.
+struct Begun {
+    members: Members,
+    experiment: Experiment,
+    /// What the library of each member says of its block, if it has a table.
+    interfaces: Vec<Option<String>>,
+}
+
+/// A block of this program with the name of its member.
+type Named = (String, Linked);
+
+/// What the members of the loop are made of.
+enum Members {
+    /// Blocks of this program.
+    Linked(Vec<Named>),
+    /// FMUs with their libraries.
+    Loaded(Fmus),
+}
+
+/// Resolves the job, with its FMUs loaded where they are not linked.
+fn begin(job: &str, channel: &Channel, find: Find, exact_door: bool) -> Result<Begun> {
     let job: Job = serde_json::from_str(job)?;
+    if !exact_door && let Some((members, descriptions)) = linked(&job, find) {
+        let interfaces: Vec<_> = members.iter().map(|(_, of)| Some(of.interface.clone())).collect();
+        let table = members.first().map(|(_, of)| table(&of.interface)).transpose()?;
+        let experiment = experiment(&job, &descriptions.iter().collect::<Vec<_>>(), table.as_ref())?;
+        return Ok(Begun { members: Members::Linked(members), experiment, interfaces });
+    }
+    let (fmus, experiment, interfaces) = load(&job, channel)?;
+    Ok(Begun { members: Members::Loaded(fmus), experiment, interfaces })
+}
+
+/// The members with their descriptions, if all of them are blocks of this program. What is wrong with a file is said when it is
+/// loaded.
+fn linked(job: &Job, find: Find) -> Option<(Vec<Named>, Vec<Description>)> {
+    let member = |member: &Member| {
+        let description = Package::open(&member.path).ok()?.description;
+        Some(((member.name.clone(), find(&description)?), description))
+    };
+    job.system.members.iter().map(member).collect()
+}
+
+/// Loads the FMUs and resolves the job.
+fn load(job: &Job, channel: &Channel) -> Result<(Fmus, Experiment, Vec<Option<String>>)> {
     let mut interfaces = BTreeMap::new();
     let fmus = Fmus::open(&job.system, |path| {
         let mut load = || {
@@ -127,7 +198,7 @@ fn begin(job: &str, channel: &Channel) -> Result<(Fmus, Experiment, Vec<Option<S
     })?;
     let interfaces: Vec<_> = job.system.members.iter().map(|member| interfaces.get(&member.path).cloned()).collect();
     let table = interfaces.first().and_then(Option::as_deref).map(table).transpose()?;
-    let experiment = experiment(&job, &fmus.descriptions(), table.as_ref())?;
+    let experiment = experiment(job, &fmus.descriptions(), table.as_ref())?;
     Ok((fmus, experiment, interfaces))
 }
 

@@ -12,6 +12,7 @@
 use blocks::{ContC, Law};
 use fmu::table::Guid;
 use fmu::v2::ffi;
+use host::instance::Type;
 use libloading::Library;
 use std::ffi::{CString, c_int, c_void};
 use std::hint::black_box;
@@ -85,6 +86,127 @@ impl Driven<'_> {
             self.cycles();
         });
         [set, step, get, cycle]
+    }
+}
+
+/// A C function that sets Integers or Booleans, and one that gets them.
+type SetIntegers = unsafe extern "C" fn(Component, *const u32, usize, *const c_int) -> c_int;
+type GetIntegers = unsafe extern "C" fn(Component, *const u32, usize, *mut c_int) -> c_int;
+
+/// What else a host may set and get in a cycle: variables of one type in one call.
+struct Shape {
+    name: &'static str,
+    set: &'static [(Type, &'static [&'static str])],
+    get: &'static [(Type, &'static [&'static str])],
+}
+
+const SHAPES: &[Shape] = &[
+    Shape { name: "set 2, get 1", set: &[(Type::Real, &["SP_INT", "PV_IN"])], get: &[(Type::Real, &["LMN"])] },
+    Shape { name: "set 3, get 1", set: &[(Type::Real, &["SP_INT", "PV_IN", "DISV"])], get: &[(Type::Real, &["LMN"])] },
+    Shape {
+        name: "set 5, get 1",
+        set: &[(Type::Real, &["SP_INT", "PV_IN", "DISV", "GAIN", "MAN"])],
+        get: &[(Type::Real, &["LMN"])],
+    },
+    Shape { name: "set 2, get 2", set: &[(Type::Real, &["SP_INT", "PV_IN"])], get: &[(Type::Real, &["LMN", "PV"])] },
+    Shape {
+        name: "set 2, get 5",
+        set: &[(Type::Real, &["SP_INT", "PV_IN"])],
+        get: &[(Type::Real, &["LMN", "PV", "ER", "LMN_P", "LMN_I"])],
+    },
+    Shape { name: "set a TIME, get it", set: &[(Type::Real, &["TI"])], get: &[(Type::Real, &["TI"])] },
+    Shape { name: "set a WORD, get one", set: &[(Type::Integer, &["PV_PER"])], get: &[(Type::Integer, &["LMN_PER"])] },
+    Shape {
+        name: "set 2 REALs and a BOOL, get 1",
+        set: &[(Type::Real, &["SP_INT", "PV_IN"]), (Type::Boolean, &["MAN_ON"])],
+        get: &[(Type::Real, &["LMN"])],
+    },
+    Shape {
+        name: "set 2, get 2 BOOLs",
+        set: &[(Type::Real, &["SP_INT", "PV_IN"])],
+        get: &[(Type::Boolean, &["QLMN_HLM", "QLMN_LLM"])],
+    },
+];
+
+/// The functions of a library for each type of [`Shape`].
+#[derive(Clone, Copy)]
+struct All {
+    functions: Functions,
+    integers: (SetIntegers, GetIntegers),
+    booleans: (SetIntegers, GetIntegers),
+}
+
+/// A host that makes cycles of one shape.
+struct Shaped<'a> {
+    of: All,
+    set: Vec<(Type, Vec<u32>)>,
+    get: Vec<(Type, Vec<u32>)>,
+    signals: &'a [[f64; 2]],
+    step: &'a mut u64,
+}
+
+impl<'a> Shaped<'a> {
+    fn new(of: All, shape: &Shape, fmu: &Fmu, signals: &'a [[f64; 2]], step: &'a mut u64) -> Shaped<'a> {
+        let references = |groups: &[(Type, &[&str])]| {
+            let group = |(kind, names): &(Type, &[&str])| (*kind, names.iter().map(|of| fmu.reference(of)).collect());
+            groups.iter().map(group).collect()
+        };
+        Shaped { of, set: references(shape.set), get: references(shape.get), signals, step }
+    }
+
+    /// Nanoseconds of a cycle.
+    fn measure(&mut self) -> f64 {
+        let Functions { component, set_real, do_step, get_real } = self.of.functions;
+        let (mut reals, mut integers) = ([0.5; 8], [0; 8]);
+        time(CYCLES, || {
+            for k in 0..CYCLES {
+                reals[..2].copy_from_slice(&self.signals[k % self.signals.len()]);
+                let mut status = 0;
+                for (kind, of) in &self.set {
+                    // SAFETY: a living component; arrays at least as long as counted.
+                    status |= unsafe {
+                        match kind {
+                            Type::Real => set_real(component, of.as_ptr(), of.len(), reals.as_ptr()),
+                            Type::Integer => self.of.integers.0(component, of.as_ptr(), of.len(), integers.as_ptr()),
+                            Type::Boolean => self.of.booleans.0(component, of.as_ptr(), of.len(), [0; 8].as_ptr()),
+                        }
+                    };
+                }
+                let tc = *self.step as f64;
+                *self.step += 1;
+                // SAFETY: a living component.
+                status |= unsafe { do_step(component, tc, 1.0, 1) };
+                for (kind, of) in &self.get {
+                    // SAFETY: as above.
+                    status |= unsafe {
+                        match kind {
+                            Type::Real => get_real(component, of.as_ptr(), of.len(), reals[2..].as_mut_ptr()),
+                            Type::Integer => {
+                                self.of.integers.1(component, of.as_ptr(), of.len(), integers.as_mut_ptr())
+                            }
+                            Type::Boolean => {
+                                self.of.booleans.1(component, of.as_ptr(), of.len(), integers.as_mut_ptr())
+                            }
+                        }
+                    };
+                }
+                assert!(status == 0);
+                black_box((&reals, &integers));
+            }
+        })
+    }
+}
+
+/// One cycle of each shape through the FMU and through the floor, in turns.
+fn shapes(fmu: &Fmu, [ours, floor]: [All; 2], steps: &mut [u64; 2], signals: &[[f64; 2]], measurements: u64) {
+    println!("one cycle by what is set and got          FMU   floor  ratio of the fastest");
+    for shape in SHAPES {
+        let [ours_step, floor_step] = &mut *steps;
+        let mut ours = Shaped::new(ours, shape, fmu, signals, ours_step);
+        let mut floor = Shaped::new(floor, shape, fmu, signals, floor_step);
+        let (with, without): (Vec<_>, Vec<_>) = (0..measurements).map(|_| (ours.measure(), floor.measure())).unzip();
+        let [with, without] = [with, without].map(|times| summary(times).fastest);
+        println!("{:38}{with:6.2}ns{without:6.2}ns{:6.2}", shape.name, with / without);
     }
 }
 
@@ -212,9 +334,6 @@ fn main() {
             bare();
         }));
     }
-    // SAFETY: a living instance, not used again.
-    unsafe { free_floor(floor.functions.component) };
-
     println!("one cycle of CONT_C: set 2 inputs, doStep, get 1 output; {measurements} measurements of {CYCLES} cycles");
     println!("                              median             fastest");
     println!("                       FMU   floor  ratio    FMU   floor  ratio");
@@ -232,6 +351,21 @@ fn main() {
             ours.fastest / floor.fastest
         );
     }
+    let of_fmu = (library.set_integer, library.get_integer);
+    let booleans = (library.set_boolean, library.get_boolean);
+    let ours_all = All { functions: ours.functions, integers: of_fmu, booleans };
+    // SAFETY: the package `floor` gives these symbols these types.
+    let of_floor = unsafe {
+        let set: SetIntegers =
+            *floor_library.get("floor_set_integer").unwrap_or_else(|error| panic!("the floor: {error}"));
+        let get: GetIntegers =
+            *floor_library.get("floor_get_integer").unwrap_or_else(|error| panic!("the floor: {error}"));
+        (set, get)
+    };
+    let floor_all = All { functions: floor.functions, integers: of_floor, booleans: of_floor };
+    shapes(fmu, [ours_all, floor_all], &mut [ours.step, floor.step], &signals, measurements);
+    // SAFETY: a living instance, not used again.
+    unsafe { free_floor(floor.functions.component) };
     let row = |name: &str, measured: &Measured| {
         println!("{name:24}{:7.2} ns{:17.2} ns", measured.median, measured.fastest);
     };

@@ -9,12 +9,15 @@
 //! `target/venv`. `PLCFMU_BENCH_MEASUREMENTS` is the number of measurements of which the median is taken,
 //! `PLCFMU_BENCH_STUDIES` how often each study is made.
 
+use anyhow::Context;
 use blocks::{ContC, Law, Time};
 use host::fmu::Fmu;
 use host::instance::Instance;
 use modeldescription::Description;
 use plants::Heater;
+use plcfmu::linked;
 use plcfmu::package::ssp;
+use run::component::Reset;
 use run::master::Run;
 use run::plan::Plan;
 use run::system::{Connection, Exchange, Member, Recorded, Setting, System};
@@ -82,8 +85,15 @@ impl Fmus {
         self.0[member].instantiate("bench")
     }
 
+    /// The same without the C interface, as a study makes it.
+    fn linked(&self, member: usize) -> anyhow::Result<Box<dyn Reset>> {
+        let linked =
+            linked::find(&self.0[member].description).context("the FMU is of another version: pack it again")?;
+        (linked.instantiate)("bench")
+    }
+
     /// What makes the runs of a study of the loop, with the time constant of the furnace as its coordinate.
-    fn executor(&self, folder: &Path, step: f64, steps: usize) -> Result<Executor<Instance>> {
+    fn executor<C: Reset>(&self, folder: &Path, step: f64, steps: usize) -> Result<Executor<C>> {
         let axis = Axis {
             variables: vec!["HEATER.FURN_TM".into()],
             time: None,
@@ -210,6 +220,23 @@ fn masters(folder: &Path, temporary: &Path) -> Result<Vec<Master>> {
     Ok(all.into_iter().filter_map(start).collect())
 }
 
+/// The bits of values.
+fn bits(values: &[f64]) -> Vec<u64> {
+    values.iter().map(|value| value.to_bits()).collect()
+}
+
+/// Nanoseconds of one step of a loop, and what it records.
+fn steps<C: Reset>(run: &mut Run<C>, plan: &Plan, rows: &mut Vec<f64>) -> Result<f64> {
+    run.restart(plan, Some(STEPS as f64 * STEP))?;
+    rows.clear();
+    Ok(time(STEPS, || {
+        for _ in 0..STEPS {
+            run.step(plan).unwrap_or_else(|error| panic!("{error:#}"));
+            rows.extend_from_slice(run.row());
+        }
+    }))
+}
+
 /// One step of the loop by each way, in turns.
 fn compare(folder: &Path, fmus: &Fmus, temporary: &Path) -> Result<()> {
     let measurements = setting("PLCFMU_BENCH_MEASUREMENTS", 301);
@@ -217,32 +244,34 @@ fn compare(folder: &Path, fmus: &Fmus, temporary: &Path) -> Result<()> {
     let instances = (0..2).map(|member| fmus.instantiate(member)).collect::<anyhow::Result<_>>()?;
     let stop = Some(STEPS as f64 * STEP);
     let mut run = Run::begin(&plan, instances, stop)?;
+    let linked = (0..2).map(|member| fmus.linked(member)).collect::<anyhow::Result<_>>()?;
+    let mut linked_run = Run::begin(&plan, linked, stop)?;
     let mut executor = fmus.executor(folder, STEP, STEPS)?;
+    let mut linked_executor = fmus.executor(folder, STEP, STEPS)?;
     let mut masters = masters(folder, temporary)?;
 
     let (mut rows, mut bare_rows) = (Vec::with_capacity(3 * STEPS), Vec::with_capacity(3 * STEPS));
+    let mut linked_rows = rows.clone();
     let (mut by_run, mut by_study, mut alone) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut by_linked_run, mut by_linked_study) = (Vec::new(), Vec::new());
     let mut by_masters = vec![Vec::new(); masters.len()];
     for number in 0..measurements {
-        run.restart(&plan, stop)?;
-        rows.clear();
-        by_run.push(time(STEPS, || {
-            for _ in 0..STEPS {
-                run.step(&plan).unwrap_or_else(|error| panic!("{error:#}"));
-                rows.extend_from_slice(run.row());
-            }
-        }));
+        by_run.push(steps(&mut run, &plan, &mut rows)?);
+        by_linked_run.push(steps(&mut linked_run, &plan, &mut linked_rows)?);
         alone.push(time(STEPS, || bare(&mut bare_rows)));
         let point = [100.0 + 40.0 * number as f64 / measurements as f64];
         let mut row = None;
         by_study.push(time(STEPS, || row = Some(executor.row(&point, |member| fmus.instantiate(member)))));
-        assert!(row.is_some_and(|row| row.error.is_none()));
+        let mut linked_row = None;
+        by_linked_study
+            .push(time(STEPS, || linked_row = Some(linked_executor.row(&point, |member| fmus.linked(member)))));
+        let [row, linked_row] = [row, linked_row].map(|row| row.expect("it was made"));
+        assert!(row.error.is_none() && bits(&row.figures) == bits(&linked_row.figures), "both compute the same");
         for (master, times) in masters.iter_mut().zip(&mut by_masters) {
             times.push(master.measure()?);
         }
     }
-    let bits = |rows: &[f64]| rows.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-    assert!(bits(&rows) == bits(&bare_rows), "both compute the same");
+    assert!([&rows, &linked_rows].iter().all(|rows| bits(rows) == bits(&bare_rows)), "all compute the same");
 
     println!(
         "one step of CONT_C with HEATER at CYCLE {STEP} s; {measurements} measurements of {STEPS} steps, in turns"
@@ -250,6 +279,8 @@ fn compare(folder: &Path, fmus: &Fmus, temporary: &Path) -> Result<()> {
     println!("                                        median    fastest  ratio to bare  ratio to the loop");
     let mut all = vec![("bare blocks in one loop", &alone), ("the loop through its FMUs", &by_run)];
     all.push(("a run of a study, with reset and figures", &by_study));
+    all.push(("the loop with linked blocks", &by_linked_run));
+    all.push(("a run of a study with linked blocks", &by_linked_study));
     all.extend(masters.iter().zip(&by_masters).map(|(master, times)| (master.name, times)));
     for (name, times) in all {
         let ratio = |to: &[f64]| median(&times.iter().zip(to).map(|(time, to)| time / to).collect::<Vec<_>>());
@@ -267,7 +298,7 @@ fn resident() -> Option<u64> {
 
 /// What the runs of a study leave behind in memory: nothing.
 fn memory(folder: &Path, fmus: &Fmus) -> Result<()> {
-    let mut executor = fmus.executor(folder, 1.0, 60)?;
+    let mut executor = fmus.executor::<Instance>(folder, 1.0, 60)?;
     let mut after = Vec::new();
     for number in 0..100_000_u64 {
         let point = executor.experiment().point(number);

@@ -84,6 +84,7 @@ fn crates_depend_on_each_other_one_way() {
                 "laws",
                 "modeldescription",
                 "parameters",
+                "plants",
                 "program",
                 "run",
                 "scl",

@@ -11,7 +11,7 @@ use fmu::state::Function;
 use fmu::table::Fingerprint;
 use fmu::v2::value::Boolean;
 use fmu::v2::{Fmi2, status_name};
-use run::component::{Component, Type};
+use run::component::{Component, Read, Reset, Type, Written};
 use std::ffi::c_int;
 
 /// An instance.
@@ -68,18 +68,26 @@ impl<B: Cyclic> Instance<B> {
             anyhow!("{} returned {}: {}", function.name, status_name(refusal.answer()), refusal.reason())
         })
     }
-}
 
-/// Converts values, calls, and converts back.
-fn get<B: Cyclic, T: HostType<Fmi2>>(
-    component: &component::Component<B>,
-    references: &[u32],
-    room: &mut Vec<T>,
-    empty: T,
-) -> Result<(), Refusal> {
-    room.clear();
-    room.resize(references.len(), empty);
-    component.instance.get(references, room)
+    /// Reads variables, in the ordinary case and in any.
+    #[inline]
+    fn get<T: HostType<Fmi2>>(&mut self, function: &Function, references: &[u32], values: &mut [T]) -> Result<()> {
+        let instance = &self.component.instance;
+        if instance.allows_ordinary(function) && instance.get_ordinary(references, values) {
+            return Ok(());
+        }
+        self.call(function, |component| component.instance.get(references, values))
+    }
+
+    /// Writes variables, in the ordinary case and in any.
+    #[inline]
+    fn set<T: HostType<Fmi2>>(&mut self, function: &Function, references: &[u32], values: &[T]) -> Result<()> {
+        let instance = &mut self.component.instance;
+        if instance.allows_ordinary(function) && instance.set_ordinary(references, values) {
+            return Ok(());
+        }
+        self.call(function, |component| component.instance.set(references, values))
+    }
 }
 
 impl<B: Cyclic> Component for Instance<B> {
@@ -98,22 +106,23 @@ impl<B: Cyclic> Component for Instance<B> {
     }
 
     fn read(&mut self, kind: Type, references: &[u32], values: &mut [f64]) -> Result<()> {
+        if kind == Type::Real {
+            return self.get(&Function::fmi2GetReal, references, values);
+        }
         let (mut integers, mut booleans) = (std::mem::take(&mut self.integers), std::mem::take(&mut self.booleans));
-        let done = match kind {
-            Type::Real => self.call(&Function::fmi2GetReal, |component| component.instance.get(references, values)),
-            Type::Integer => {
-                self.call(&Function::fmi2GetInteger, |component| get(component, references, &mut integers, 0))
-            }
-            Type::Boolean => {
-                self.call(&Function::fmi2GetBoolean, |component| get(component, references, &mut booleans, Boolean(0)))
-            }
+        let done = if kind == Type::Integer {
+            integers.clear();
+            integers.resize(references.len(), 0);
+            self.get(&Function::fmi2GetInteger, references, &mut integers)
+        } else {
+            booleans.clear();
+            booleans.resize(references.len(), Boolean(0));
+            self.get(&Function::fmi2GetBoolean, references, &mut booleans)
         };
-        if done.is_ok() {
-            match kind {
-                Type::Real => {}
-                Type::Integer => values.iter_mut().zip(&integers).for_each(|(to, from)| *to = f64::from(*from)),
-                Type::Boolean => values.iter_mut().zip(&booleans).for_each(|(to, from)| *to = f64::from(from.0)),
-            }
+        if done.is_ok() && kind == Type::Integer {
+            values.iter_mut().zip(&integers).for_each(|(to, from)| *to = f64::from(*from));
+        } else if done.is_ok() {
+            values.iter_mut().zip(&booleans).for_each(|(to, from)| *to = f64::from(from.0));
         }
         (self.integers, self.booleans) = (integers, booleans);
         done
@@ -121,19 +130,22 @@ impl<B: Cyclic> Component for Instance<B> {
 
     fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
         if kind == Type::Real {
-            return self.call(&Function::fmi2SetReal, |component| component.instance.set(references, values));
+            return self.set(&Function::fmi2SetReal, references, values);
         }
-        let mut integers = Vec::with_capacity(values.len());
-        for value in values {
-            let integer = *value as c_int;
-            ensure!(f64::from(integer) == *value, "{value:?} is not an integer of 32 bits");
-            integers.push(integer);
-        }
-        if kind == Type::Integer {
-            return self.call(&Function::fmi2SetInteger, |component| component.instance.set(references, &integers));
-        }
-        let booleans: Vec<_> = integers.iter().map(|integer| Boolean(c_int::from(*integer != 0))).collect();
-        self.call(&Function::fmi2SetBoolean, |component| component.instance.set(references, &booleans))
+        let (mut integers, mut booleans) = (std::mem::take(&mut self.integers), std::mem::take(&mut self.booleans));
+        integers.clear();
+        integers.extend(values.iter().map(|value| *value as c_int));
+        let done = match values.iter().zip(&integers).find(|(value, integer)| f64::from(**integer) != **value) {
+            Some((value, _)) => Err(anyhow!("{value:?} is not an integer of 32 bits")),
+            None if kind == Type::Integer => self.set(&Function::fmi2SetInteger, references, &integers),
+            None => {
+                booleans.clear();
+                booleans.extend(integers.iter().map(|integer| Boolean(c_int::from(*integer != 0))));
+                self.set(&Function::fmi2SetBoolean, references, &booleans)
+            }
+        };
+        (self.integers, self.booleans) = (integers, booleans);
+        done
     }
 
     fn step(&mut self, time: f64, size: f64) -> Result<()> {
@@ -141,9 +153,45 @@ impl<B: Cyclic> Component for Instance<B> {
             .with_context(|| format!("at {time:?} s, step {size:?} s"))
     }
 
+    #[inline]
+    fn cycle(
+        &mut self,
+        written: &mut [Written],
+        read: &[Read],
+        values: &mut [f64],
+        time: f64,
+        size: f64,
+    ) -> Option<Result<()>> {
+        if !self.component.instance.allows_ordinary(&Function::fmi2DoStep) {
+            return None;
+        }
+        for group in written {
+            group.gather(values);
+            self.write(group.kind, &group.references, &group.values).ok()?;
+        }
+        if !self.component.instance.make_ordinary_step(time, size) {
+            return None;
+        }
+        for group in read {
+            if let Err(error) = self.read(group.kind, &group.references, &mut values[group.places.clone()]) {
+                return Some(Err(error));
+            }
+        }
+        Some(Ok(()))
+    }
+
     fn terminate(&mut self) -> Result<()> {
         self.call(&Function::fmi2Terminate, |component| {
             component.instance.terminate();
+            Ok(())
+        })
+    }
+}
+
+impl<B: Cyclic> Reset for Instance<B> {
+    fn reset(&mut self) -> Result<()> {
+        self.call(&Function::fmi2Reset, |component| {
+            component.reset();
             Ok(())
         })
     }

@@ -393,10 +393,10 @@ functions! {
     ) -> Status, ordinary |c| get_ordinary(c, vr, count, value) => |c| get(c, vr, count, value);
     fmi2GetInteger[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut c_int,
-    ) -> Status => |c| get(c, vr, count, value);
+    ) -> Status, ordinary |c| get_ordinary(c, vr, count, value) => |c| get(c, vr, count, value);
     fmi2GetBoolean[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut Boolean,
-    ) -> Status => |c| get(c, vr, count, value);
+    ) -> Status, ordinary |c| get_ordinary(c, vr, count, value) => |c| get(c, vr, count, value);
     fmi2GetString[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, _value: *mut *const c_char,
     ) -> Status => |c| strings(c, array(vr, count, "vr")?);
@@ -405,10 +405,10 @@ functions! {
     ) -> Status, ordinary |c| set_ordinary(c, vr, count, value) => |c| set(c, vr, count, value);
     fmi2SetInteger[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const c_int,
-    ) -> Status => |c| set(c, vr, count, value);
+    ) -> Status, ordinary |c| set_ordinary(c, vr, count, value) => |c| set(c, vr, count, value);
     fmi2SetBoolean[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const Boolean,
-    ) -> Status => |c| set(c, vr, count, value);
+    ) -> Status, ordinary |c| set_ordinary(c, vr, count, value) => |c| set(c, vr, count, value);
     fmi2SetString[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, _value: *const *const c_char,
     ) -> Status => |c| strings(c, array(vr, count, "vr")?);

@@ -20,12 +20,12 @@ impl HostType<Fmi2> for f64 {
 
     #[inline(always)]
     fn set_ordinary<B: Cyclic>(block: &mut B, references: &[u32], values: &[f64]) -> bool {
-        ordinary::set_numbers(block, references, values)
+        ordinary::set_numbers::<Fmi2, B>(block, references, values)
     }
 
     #[inline(always)]
     fn get_ordinary<B: Cyclic>(block: &B, references: &[u32], values: &mut [f64]) -> bool {
-        ordinary::get_numbers(block, references, values)
+        ordinary::get_numbers::<Fmi2, B>(block, references, values)
     }
 
     #[inline]
@@ -57,6 +57,16 @@ impl HostType<Fmi2> for c_int {
         }
     }
 
+    #[inline(always)]
+    fn set_ordinary<B: Cyclic>(block: &mut B, references: &[u32], values: &[Self]) -> bool {
+        ordinary::set_values(block, references, values)
+    }
+
+    #[inline(always)]
+    fn get_ordinary<B: Cyclic>(block: &B, references: &[u32], values: &mut [Self]) -> bool {
+        ordinary::get_values(block, references, values)
+    }
+
     #[inline]
     fn from_plc(value: Value) -> Option<c_int> {
         match value {
@@ -86,6 +96,16 @@ impl HostType<Fmi2> for Boolean {
     #[inline]
     fn to_plc(self, _kind: Kind) -> Result<Value, &'static str> {
         Ok(Value::Bool(self.0 != 0))
+    }
+
+    #[inline(always)]
+    fn set_ordinary<B: Cyclic>(block: &mut B, references: &[u32], values: &[Self]) -> bool {
+        ordinary::set_values(block, references, values)
+    }
+
+    #[inline(always)]
+    fn get_ordinary<B: Cyclic>(block: &B, references: &[u32], values: &mut [Self]) -> bool {
+        ordinary::get_values(block, references, values)
     }
 
     #[inline]

@@ -6,6 +6,7 @@ use super::description::{
     ModelDescription, ModelStructure, Real, RealAttributes, Typed, Unit, Unknown, Variability, Variable,
     VariableNamingConvention,
 };
+use crate::description::GENERATION_TOOL;
 use crate::error::Error;
 use crate::interface::Interface;
 use crate::table::{Row, Table};
@@ -28,7 +29,7 @@ impl ModelDescription {
             model_name: table.name.clone(),
             guid: interface.guid.clone(),
             description: Some(table.summary()).filter(|summary| !summary.is_empty()),
-            generation_tool: Some(concat!("plcfmu ", env!("CARGO_PKG_VERSION")).into()),
+            generation_tool: Some(GENERATION_TOOL.into()),
             variable_naming_convention: VariableNamingConvention::Structured,
             co_simulation: Some(CoSimulation {
                 model_identifier: table.name.clone(),

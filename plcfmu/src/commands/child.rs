@@ -1,5 +1,6 @@
 //! The hidden command of the processes that run foreign code, see [`host::child`].
 
+use crate::linked;
 use crate::package::check;
 #[cfg(feature = "server")]
 use crate::tool::child;
@@ -25,7 +26,7 @@ pub fn run(options: &Options) -> Result<()> {
     match options.role.as_str() {
         simulation::ROLE => simulation::child(&options.folder),
         check::ROLE => check::child(&options.folder),
-        worker::ROLE => worker::run(&options.folder),
+        worker::ROLE => worker::run(&options.folder, linked::find),
         #[cfg(feature = "server")]
         child::ROLE => child::run(&options.folder),
         role => bail!("there is no role {role}"),

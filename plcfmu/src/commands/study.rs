@@ -60,6 +60,10 @@ pub struct Options {
     /// How long one run may take, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     time_limit: f64,
+    /// Call the libraries of all FMUs through FMI's C interface; without it, a loop of FMUs whose blocks plcfmu has itself, in the
+    /// same version, runs without, to the same bits and faster
+    #[arg(long)]
+    exact_door: bool,
     /// Go on with a study that was interrupted; a finished one is not repeated
     #[arg(long)]
     resume: bool,
@@ -195,6 +199,7 @@ fn start(options: &Options, reading: &study::read::Reading, interrupted: Arc<Ato
     let pool_options = pool::Options {
         jobs: options.jobs.map_or(defaults.jobs, usize::from),
         limit: Duration::from_secs_f64(options.time_limit),
+        exact_door: options.exact_door,
         interrupted,
         renews: reading.renews,
         ..defaults

@@ -40,6 +40,10 @@ pub struct Options {
     /// How long one run may take, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     time_limit: f64,
+    /// Call the libraries of all FMUs through FMI's C interface; without it, a loop of FMUs whose blocks plcfmu has itself, in the
+    /// same version, runs without, to the same bits and faster
+    #[arg(long)]
+    exact_door: bool,
 }
 
 const HELP: &str = "\
@@ -118,6 +122,7 @@ fn pool_options(options: &Options) -> Result<pool::Options> {
     Ok(pool::Options {
         jobs: options.jobs.map_or(defaults.jobs, usize::from),
         limit: Duration::from_secs_f64(options.time_limit),
+        exact_door: options.exact_door,
         interrupted: interruption()?,
         ..defaults
     })

@@ -14,6 +14,8 @@ use std::ptr;
 #[derive(Debug)]
 pub struct Floor {
     values: [f64; COUNT],
+    /// Integers and Booleans. They are only kept: what the law makes of them is no part of what the functions cost.
+    integers: [c_int; COUNT],
     block: ContC,
 }
 
@@ -35,7 +37,7 @@ const fn reference(name: &str) -> usize {
 pub extern "C" fn floor_instantiate() -> *mut Floor {
     let mut block = ContC { man_on: false, lmn_llm: -100.0, ..ContC::default() };
     block.restart();
-    Box::into_raw(Box::new(Floor { values: [0.0; COUNT], block }))
+    Box::into_raw(Box::new(Floor { values: [0.0; COUNT], integers: [0; COUNT], block }))
 }
 
 /// Sets `count` values.
@@ -63,7 +65,7 @@ pub unsafe extern "C" fn floor_set_real(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn floor_do_step(floor: *mut Floor, _tc: f64, _h: f64, _no_state_prior: c_int) -> c_int {
     // SAFETY: the caller's contract.
-    let Floor { values, block } = unsafe { &mut *floor };
+    let Floor { values, block, .. } = unsafe { &mut *floor };
     // One by one: a load of both at once would have to wait until both stores of `floor_set_real` are through.
     // SAFETY: references to values.
     let [sp_int, pv_in] = [SP_INT, PV_IN].map(|place| unsafe { ptr::read_volatile(&raw const values[place]) });
@@ -88,6 +90,42 @@ pub unsafe extern "C" fn floor_get_real(
     for i in 0..count {
         // SAFETY: the caller's contract.
         unsafe { *values.add(i) = *(*floor).values.get_unchecked(*references.add(i) as usize) };
+    }
+    0
+}
+
+/// Sets `count` integers or Booleans.
+///
+/// # Safety
+/// As `floor_set_real`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn floor_set_integer(
+    floor: *mut Floor,
+    references: *const u32,
+    count: usize,
+    values: *const c_int,
+) -> c_int {
+    for i in 0..count {
+        // SAFETY: the caller's contract.
+        unsafe { *(*floor).integers.get_unchecked_mut(*references.add(i) as usize) = *values.add(i) };
+    }
+    0
+}
+
+/// Gets `count` integers or Booleans.
+///
+/// # Safety
+/// As `floor_set_real`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn floor_get_integer(
+    floor: *const Floor,
+    references: *const u32,
+    count: usize,
+    values: *mut c_int,
+) -> c_int {
+    for i in 0..count {
+        // SAFETY: the caller's contract.
+        unsafe { *values.add(i) = *(*floor).integers.get_unchecked(*references.add(i) as usize) };
     }
     0
 }
