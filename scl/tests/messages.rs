@@ -176,7 +176,7 @@ fn types_that_do_not_fit_are_refused() {
 
 #[test]
 fn calls_that_do_not_fit_are_refused() {
-    refused("#sub(c := 1, p := #pair);", "Sub has no parameter c");
+    refused("#sub(c := 1, p := #pair);", "Sub has no parameter c; it has a, b, p");
     refused("#sub(a => #i, p := #pair);", "a is supplied with :=");
     refused("#sub(b := #i, p := #pair);", "b is supplied with =>");
     refused("#sub(a := 1);", "the in-out parameter p is missing");

@@ -37,12 +37,25 @@ pub struct FmuCrate {
 }
 
 impl Workspace {
-    /// Asks cargo.
+    /// That of the current folder, as cargo says.
     ///
     /// # Errors
     /// What cargo says if it cannot read the workspace.
     pub fn find() -> Result<Workspace> {
-        let metadata = MetadataCommand::new().no_deps().exec().map_err(|error| match error {
+        Workspace::from(&mut MetadataCommand::new())
+    }
+
+    /// That in whose folder `target` this command was built.
+    ///
+    /// # Errors
+    /// What cargo says if the command is elsewhere.
+    pub fn of_this_command() -> Result<Workspace> {
+        let folder = std::env::current_exe()?.parent().map(Path::to_path_buf).unwrap_or_default();
+        Workspace::from(MetadataCommand::new().current_dir(folder))
+    }
+
+    fn from(command: &mut MetadataCommand) -> Result<Workspace> {
+        let metadata = command.no_deps().exec().map_err(|error| match error {
             cargo_metadata::Error::CargoMetadata { stderr } => {
                 anyhow!("{}", stderr.trim().trim_start_matches("error: "))
             }

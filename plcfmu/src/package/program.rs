@@ -265,8 +265,8 @@ pub fn library_in(folder: &Path, platform: &str) -> PathBuf {
 const FMUS: &str = "PLCFMU_FMUS";
 
 /// The library of programs for each platform: those in the folder `programs` beside this command or, in a Python environment, in
-/// `share/plcfmu`; those that were packed with the FMUs in the folder that the variable PLCFMU_FMUS names; or, in a clone of plcfmu,
-/// that of this machine, which is built once.
+/// `share/plcfmu`; those that were packed with the FMUs in the folder that the variable PLCFMU_FMUS names; or, in a clone of plcfmu or
+/// with a command that was built in one, that of this machine, which is built once.
 fn libraries() -> Result<BTreeMap<&'static str, PathBuf>> {
     let mut libraries = BTreeMap::new();
     let beside = std::env::current_exe().ok().and_then(|own| Some(own.parent()?.to_path_buf()));
@@ -282,10 +282,11 @@ fn libraries() -> Result<BTreeMap<&'static str, PathBuf>> {
             return Ok(libraries);
         }
     }
-    let workspace = Workspace::find().ok().and_then(|workspace| Some((workspace.programs.clone()?, workspace)));
-    let Some((package, workspace)) = workspace else {
+    let clones = [Workspace::find, Workspace::of_this_command].into_iter().filter_map(|find| find().ok());
+    let Some((package, workspace)) = clones.filter_map(|clone| Some((clone.programs.clone()?, clone))).next() else {
         bail!(
-            "the library of programs is missing: it belongs in the folder programs beside {}; in a clone of plcfmu it is built",
+            "the library of programs is missing: it belongs in the folder programs beside {}; build plcfmu in a clone, or \
+             set {FMUS} to the folder of packed FMUs",
             std::env::current_exe().unwrap_or_default().display()
         );
     };

@@ -11,6 +11,9 @@ use crate::types::{Elementary, Type};
 use crate::undeclared::What as Missing;
 use parameters::problem::nearest;
 
+/// A message lists this many names at most.
+const MOST_NAMES: usize = 12;
+
 /// What is called.
 enum Callee {
     /// A function.
@@ -354,9 +357,13 @@ impl Lowerer<'_, '_> {
         };
         let found = interface.members.iter().filter(is_parameter).find(|member| member.key == name.key()).cloned();
         if found.is_none() {
-            let like =
-                nearest(&name.text, interface.members.iter().filter(is_parameter).map(|member| member.name.as_str()));
-            let help = like.map(|like| format!("it has {like}"));
+            let names: Vec<&str> = interface.members.iter().filter(is_parameter).map(|of| of.name.as_str()).collect();
+            let help = match nearest(&name.text, names.iter().copied()) {
+                Some(like) => Some(format!("it has {like}")),
+                None if names.is_empty() => None,
+                None if names.len() <= MOST_NAMES => Some(format!("it has {}", names.join(", "))),
+                None => Some(format!("it has {} and others", names[..MOST_NAMES].join(", "))),
+            };
             let message = format!("{} has no parameter {}", interface.name, name.text);
             self.error(name.span, message, help.as_deref());
         }
