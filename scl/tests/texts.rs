@@ -194,6 +194,10 @@ fn texts_of_both_kinds_have_the_same_functions_and_are_converted() {
         "INT_TO_WSTRING(-5) = WSTRING#'    -5'",
         "WSTRING_TO_INT(WSTRING#' 12') = 12",
         "WCHAR_TO_STRING(#w[1]) = 'G'",
+        "SEL(G := TRUE, IN0 := #short, IN1 := 'longer than four') = 'longer than four'",
+        "MUX(K := 1, IN0 := #short, IN1 := #s, INELSE := 'none') = 'Valve 7'",
+        "MUX(K := -1, IN0 := #short, IN1 := #s, INELSE := 'none') = 'none'",
+        "MUX(K := 2, IN0 := #short, IN1 := #s) = ''",
     ] {
         assert!(holds(condition), "{condition}");
     }

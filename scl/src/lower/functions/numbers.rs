@@ -6,7 +6,7 @@ use super::super::paths::Variable;
 use super::Given;
 use crate::compiler::Operand;
 use crate::lexer::Span;
-use crate::program::{Binary, Convert, Expr, Scalar, Unary, Value, What};
+use crate::program::{Arm, Binary, Convert, Expr, Scalar, Statement, Unary, Value, What};
 use crate::types::{Class, Elementary, Type};
 
 /// This many inputs has MIN, MAX or MUX.
@@ -216,18 +216,48 @@ impl Lowerer<'_, '_> {
 
     /// SEL of two texts or structures: a copy of one of them.
     fn selected_variable(&mut self, condition: Expr, operands: Vec<Operand>, span: Span) -> Operand {
-        let of = operands.iter().find_map(|operand| match operand {
-            Operand::Variable(of, _) => Some(of.clone()),
-            _ => None,
-        });
-        let of = of.unwrap_or(Type::Text { capacity: 254, wide: false });
-        let chosen = Variable::whole(of.clone(), self.temp(self.compiler.lowered(&of)));
-        let mut branches =
-            operands.into_iter().map(|operand| self.aside(|lowerer| lowerer.assign(&chosen, operand, span)).0);
-        let (no, yes) = (branches.next().unwrap_or_default(), branches.next().unwrap_or_default());
-        drop(branches);
+        let (chosen, mut copies) = self.copies(operands, span);
+        let (yes, no) = (copies.pop().unwrap_or_default(), copies.pop().unwrap_or_default());
         self.push(span, What::If(condition, yes, no));
-        Operand::Variable(of, chosen.place)
+        Operand::Variable(chosen.of, chosen.place)
+    }
+
+    /// A temporary for one of several texts or structures, and what copies each of them there.
+    fn copies(&mut self, operands: Vec<Operand>, span: Span) -> (Variable, Vec<Vec<Statement>>) {
+        let mut of = Type::Text { capacity: 254, wide: false };
+        for operand in &operands {
+            match operand {
+                Operand::Variable(Type::Text { wide, .. }, _) | Operand::Text(_, Some(wide)) => {
+                    of = Type::Text { capacity: 254, wide: *wide };
+                    break;
+                }
+                Operand::Variable(other, _) => {
+                    of = other.clone();
+                    break;
+                }
+                _ => {}
+            }
+        }
+        let chosen = Variable::whole(of.clone(), self.temp(self.compiler.lowered(&of)));
+        let copy = |operand| self.aside(|lowerer| lowerer.assign(&chosen, operand, span)).0;
+        let copies = operands.into_iter().map(copy).collect();
+        (chosen, copies)
+    }
+
+    /// MUX of texts or structures; without INELSE an empty one.
+    fn multiplexed_variable(
+        &mut self,
+        number: Expr,
+        operands: Vec<Operand>,
+        has_otherwise: bool,
+        span: Span,
+    ) -> Operand {
+        let (chosen, mut copies) = self.copies(operands, span);
+        let otherwise = if has_otherwise { copies.pop().unwrap_or_default() } else { Vec::new() };
+        let arm = |(index, body)| Arm { values: vec![(index as i64, index as i64)], body };
+        let arms = copies.into_iter().enumerate().map(arm).collect();
+        self.push(span, What::Case(number, arms, otherwise));
+        Operand::Variable(chosen.of, chosen.place)
     }
 
     pub(super) fn multiplexed(&mut self, given: &Given, expected: Option<Elementary>) -> Operand {
@@ -246,6 +276,9 @@ impl Lowerer<'_, '_> {
         operands.extend(otherwise);
         if operands.is_empty() {
             return self.error(given.span, "MUX is called without IN0", None);
+        }
+        if operands.iter().all(|operand| matches!(operand, Operand::Text(..) | Operand::Variable(..))) {
+            return self.multiplexed_variable(number, operands, has_otherwise, given.span);
         }
         let Some(of) = self.common_of(&operands, expected, given.span) else { return Operand::Wrong(None) };
         let mut values = self.all(operands, of, given.span);
