@@ -1,7 +1,7 @@
 """Fixtures. `fmu` is every FMU that `cargo xtask fmu` has made, one after the other, so a new block is tested as soon as
 its FMU is there. `open_fmu(NAME)` is a certain one.
 
-In the modules of `PRESETS_TOO`, `fmu` is also a preset of each of them, with start values of its own."""
+In the modules of `PRESETS_TOO`, `fmu` is also a program in SCL, and a preset of each of them, with start values of its own."""
 
 import collections
 import json
@@ -21,22 +21,31 @@ pytest.register_assert_rewrite("calls")
 
 PRESETS_TOO = ("test_conformance", "test_fmu_state", "test_time")
 PRESET = "preset of "
+PROGRAM = "program "
 
 NONE = "none"  # the parameter where there are no FMUs, so that every test fails and says what to do
 
 
 @pytest.fixture(scope="session")
-def open_fmu(tmp_path_factory):
-    """Unpacks an FMU by its name, once."""
+def open_fmu(request, tmp_path_factory):
+    """Unpacks an FMU by its name, once. `program NAME` is that of `tests/programs/NAME.scl`."""
     opened = {}
+
+    def built(name):
+        folder = tmp_path_factory.mktemp(name)
+        source = pathlib.Path(__file__).parent / "programs" / f"{name}.scl"
+        build = [request.getfixturevalue("command"), "build", str(source), "--cycle=100ms", "--out", str(folder)]
+        subprocess.run(build, check=True, capture_output=True)
+        (path,) = folder.glob("*.fmu")
+        return path
 
     def open_fmu(name):
         if name not in opened:
             try:
-                path = plcfmu.fmu(name, host.FOLDER)
+                path = built(name[len(PROGRAM):]) if name.startswith(PROGRAM) else plcfmu.fmu(name, host.FOLDER)
             except plcfmu.FmuNotFoundError as error:
                 pytest.fail(str(error), pytrace=False)
-            opened[name] = host.Fmu(path, tmp_path_factory.mktemp(name))
+            opened[name] = host.Fmu(path, tmp_path_factory.mktemp(name.replace(" ", "_")))
         return opened[name]
 
     return open_fmu
@@ -45,8 +54,9 @@ def open_fmu(tmp_path_factory):
 def pytest_generate_tests(metafunc):
     if "fmu" in metafunc.fixturenames:
         has_presets = metafunc.module.__name__ in PRESETS_TOO
-        presets = [PRESET + name for name in host.names()] if has_presets else []
-        metafunc.parametrize("fmu", host.names() + presets or [NONE], indirect=True, scope="session")
+        programs = [PROGRAM + "mixer"] if has_presets and host.names() and not host.PLATFORM else []
+        presets = [PRESET + name for name in host.names() + programs] if has_presets else []
+        metafunc.parametrize("fmu", host.names() + programs + presets or [NONE], indirect=True, scope="session")
 
 
 def pytest_terminal_summary(terminalreporter):
@@ -121,8 +131,8 @@ def open_preset(open_fmu, make_preset, tmp_path_factory):
     def open_preset(name):
         if name not in opened:
             fmu = open_fmu(name)
-            folder = tmp_path_factory.mktemp(f"preset_{name}")
-            path = make_preset(fmu, folder / f"{name}_PRESET.fmu", **host.other_values(fmu))
+            folder = tmp_path_factory.mktemp("preset")
+            path = make_preset(fmu, folder / f"{fmu.name}_PRESET.fmu", **host.other_values(fmu))
             opened[name] = host.Fmu(path, folder / "unpacked")
         return opened[name]
 

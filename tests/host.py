@@ -14,6 +14,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import struct
 import sys
 import weakref
@@ -132,7 +133,9 @@ class Fmu:
         return self.folder / "binaries" / fmpy.platform / name
 
     def told(self):
-        """What the library says of itself: its table has the PLC types, the XML only FMI's."""
+        """What the library says of itself: its table has the PLC types, the XML only FMI's. That of programs says nothing."""
+        if (self.folder / "resources/program.txt").exists():
+            return self.told_by_sources()
         if self.platform:
             interface = self.remote.plcfmu_interface
         else:
@@ -141,6 +144,21 @@ class Fmu:
         buffer = ctypes.create_string_buffer(interface(None, 0))
         interface(buffer, len(buffer))
         return json.loads(buffer.raw)
+
+    def told_by_sources(self):
+        """The same of a program: the types of its inputs and parameters are in its sources."""
+        texts = [path.read_text(encoding="utf-8") for path in (self.folder / "resources").glob("*.scl")]
+        declared = {name: kind.upper() for text in texts for name, kind in re.findall(r"^ *(\w+) *: *(\w+)", text, re.M)}
+        of_type = {"Real": "REAL", "Integer": "INT", "Boolean": "BOOL"}
+        rows = []
+        for variable in self.description.modelVariables:
+            kind = "TIME" if variable.unit == "s" else declared.get(variable.name, of_type[variable.type])
+            rows.append({"name": variable.name, "kind": kind})
+        start = self.folder / "resources/start.txt"
+        guid = re.search(r"{.*}", start.read_text(encoding="utf-8"))[0] if start.exists() else self.description.guid
+        names = [row["name"] for row in rows]
+        table = {"name": self.description.coSimulation.modelIdentifier, "variables": rows, "cycle": names.index("CYCLE")}
+        return {"table": table, "interface": {"guid": guid}}
 
     @property
     def cycle(self):

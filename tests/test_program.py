@@ -227,6 +227,37 @@ def test_a_stop_is_an_error_with_file_and_line_and_a_reset_begins_again(counter)
     assert running.get("count") == 1
 
 
+def test_a_preset_of_a_program_starts_from_its_values(counter, command, tmp_path):
+    def preset(of, name, *settings):
+        given = [command, "preset", of, *(f"--set={setting}" for setting in settings), f"--out={name}.fmu"]
+        done = subprocess.run(given, cwd=tmp_path, env=host.environment(), capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return tmp_path / f"{name}.fmu"
+
+    small = preset(counter, "SMALL", "limit=2", "sum=1.25", "CYCLE=0.25")
+    assert fmpy.validation.validate_fmu(str(small)) == []
+    description = fmpy.read_model_description(str(small))
+    starts = {variable.name: variable.start for variable in description.modelVariables}
+    assert (starts["limit"], starts["sum"], starts["CYCLE"]) == ("2", "1.25", "0.25")
+    running = Running(small)
+    for count, total in ((1, 1.75), (2, 1.75), (2, 1.75)):
+        running.call(0.25)
+        assert (running.get("count"), running.get("sum_out")) == (count, total)
+    running.slave.reset()
+    assert running.get("limit") == 2
+    # A preset of it has the values of both.
+    running = Running(preset(small, "LARGE", "limit=5"))
+    for _ in range(6):
+        running.call(0.25)
+    assert (running.get("count"), running.get("sum_out")) == (5, 1.75)
+    with zipfile.ZipFile(small) as original, zipfile.ZipFile(tmp_path / "changed.fmu", "w") as changed:
+        for name in original.namelist():
+            content = original.read(name)
+            changed.writestr(name, content.replace(b"1.25", b"1.75") if name.endswith("start.txt") else content)
+    with pytest.raises(Exception):
+        Running(tmp_path / "changed.fmu")
+
+
 def test_a_source_that_was_changed_by_hand_is_refused(counter, tmp_path):
     with zipfile.ZipFile(counter) as original, zipfile.ZipFile(tmp_path / "Counter.fmu", "w") as changed:
         for name in original.namelist():

@@ -134,12 +134,17 @@ fn values(description: &Description, block: &Block) -> Result<Vec<(usize, Value)
     Ok(values)
 }
 
-/// The block of an FMU that was made with `fmu::export!`, from the table in its library for this machine. This loads the library.
+/// The block of an FMU that was made with `fmu::export!`, from the table in its library for this machine, which is loaded for it.
+/// That of a program comes from its sources.
 ///
 /// # Errors
 /// The FMU cannot be loaded here, or was made otherwise.
 pub fn block_of_library(path: &Path) -> Result<Block> {
-    block(&Interface::parse(&Fmu::open(path)?.library.interface()?)?.table)
+    let interface = match crate::package::program::interface_of(&mut Package::open(path)?)? {
+        Some(interface) => interface,
+        None => Interface::parse(&Fmu::open(path)?.library.interface()?)?,
+    };
+    block(&interface.table)
 }
 
 /// The block that a library's table describes.

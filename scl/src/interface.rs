@@ -4,7 +4,7 @@ use crate::compiler::{Compiler, Global, Slot, State};
 use crate::program::walk::{self, Look};
 use crate::program::{self, Argument, Base, Body, Call, Place, Program, Scalar, Statement, Step, What};
 use crate::syntax::{SectionKind, key};
-use crate::types::{Class, Elementary, Type};
+use crate::types::{Elementary, Type};
 use std::collections::BTreeSet;
 
 /// What a variable is for the one who uses the program.
@@ -112,7 +112,8 @@ fn add(
         found.push(Variable { name: name.to_string(), of, scalar, role, is_retained, comment: comment(text) });
     };
     match of {
-        Type::Elementary(elementary) if elementary.class() == Class::Date => {}
+        // Nanoseconds since 1970 or 1990 are more than a host's number has digits for.
+        Type::Elementary(Elementary::Ldt | Elementary::Dt) => {}
         Type::Elementary(elementary) => push(elementary.name(), Some(elementary.scalar())),
         Type::Text { wide: false, .. } => push("STRING", None),
         Type::Text { wide: true, .. } => push("WSTRING", None),

@@ -18,11 +18,11 @@ pub use inside::Part;
 pub use manifest::{CPUS, FILE, Manifest};
 pub use wrong::Wrong;
 
-use blocks::table::fingerprint;
+use blocks::table::{fingerprint, start};
 use blocks::{LReal, Real, Table, Time, Value};
 use fmu::component::{Fresh, Library, Origin};
 use fmu::cyclic::Cyclic;
-use fmu::preset::Argument;
+use fmu::preset::{self, Argument};
 use fmu::refusal::Refusal;
 use fmu::resources;
 use parameters::{Problems, Source};
@@ -33,7 +33,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use table::Held;
 
 /// The largest file of a program, in bytes.
-const LARGEST: u64 = 16 << 20;
+pub const LARGEST: u64 = 16 << 20;
 
 /// A program that is translated, with its table.
 pub struct Loaded {
@@ -310,7 +310,8 @@ static LOADED: Mutex<Option<HashMap<Vec<u8>, Arc<Loaded>>>> = Mutex::new(None);
 impl Library for Program {
     type Block = Program;
 
-    /// The program is in the resources; its GUID must be the one that the host read in modelDescription.xml.
+    /// The program is in the resources; its GUID must be the one that the host read in modelDescription.xml, or that of a preset
+    /// of it, whose start values are in the resources, too.
     fn open(guid: Argument, location: Argument) -> Result<Origin<Program>, Refusal> {
         let given =
             guid.value.ok_or_else(|| format!("{} = NULL: take the modelDescription.xml of the FMU", guid.name))?;
@@ -343,7 +344,11 @@ impl Library for Program {
             }
         };
         let own = loaded.guid();
-        if given.to_bytes() != own.as_bytes() {
+        let mut program = Program::new(loaded.clone());
+        if given.to_bytes() == own.as_bytes() {
+            return Ok(Origin { hash: loaded.hash, fresh: Fresh::Copy(Box::new(program)) });
+        }
+        if resources::read(location, start::FILE, start::LARGEST).is_err() {
             let given = given.to_string_lossy();
             return Err(format!(
                 "{} = {given:?}: the program in resources is {own}: it was changed or replaced; unpack the FMU again",
@@ -351,7 +356,11 @@ impl Library for Program {
             )
             .into());
         }
-        Ok(Origin { hash: loaded.hash, fresh: Fresh::Copy(Box::new(Program::new(loaded))) })
+        let (hash, settings) = preset::read(guid.name, given, location, loaded.table, &own)?;
+        for (row, value) in settings {
+            program.set(row, value);
+        }
+        Ok(Origin { hash, fresh: Fresh::Copy(Box::new(program)) })
     }
 }
 
@@ -387,5 +396,21 @@ mod tests {
             assert_eq!((pump.get(sum), pump.get(sum_out)), (whole(7), whole(8)));
         }
         assert!(!pump.set(level, Value::Bool(true)) && !pump.set(99, Value::Real(1.0)));
+    }
+
+    #[test]
+    fn dates_and_times_of_day_are_whole_numbers() {
+        let source = "FUNCTION_BLOCK Night VAR_INPUT day : DATE := D#1990-01-03; from : TOD := TOD#00:00:01.5; END_VAR
+            VAR_OUTPUT late : BOOL; END_VAR BEGIN late := from > TOD#22:00:00; END_FUNCTION_BLOCK";
+        let manifest = Manifest { cycle: 100, sources: vec!["night.scl".into()], ..Manifest::default() };
+        let loaded = Loaded::new(&manifest, &[Source::new("night.scl", source.into())], |_| true);
+        let mut night = Program::new(Arc::new(loaded.unwrap_or_else(|error| panic!("{error}"))));
+        let [day, from, late] = ["day", "from", "late"].map(|name| row(&night, name));
+        assert_eq!(night.get(day), Some(Value::Whole(blocks::Kind::UInt, 2)));
+        assert_eq!(night.get(from), Some(Value::Whole(blocks::Kind::UDInt, 1500)));
+        assert_eq!(night.table().rows[from].description, "ms since midnight");
+        assert!(night.set(from, Value::Whole(blocks::Kind::UDInt, 23 * 3_600_000)));
+        night.call();
+        assert_eq!(night.get(late), Some(Value::Bool(true)));
     }
 }

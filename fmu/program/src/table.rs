@@ -147,7 +147,9 @@ fn known(manifest: &Manifest, root: &Root, variables: &[(&Variable, String)]) ->
 fn kind(of: &str) -> Option<Kind> {
     match of {
         "CHAR" => Some(Kind::Byte),
-        "WCHAR" => Some(Kind::UInt),
+        "WCHAR" | "DATE" => Some(Kind::UInt),
+        "TOD" => Some(Kind::UDInt),
+        "LTOD" => Some(Kind::ULInt),
         of => Kind::named(of),
     }
 }
@@ -178,6 +180,13 @@ fn row(name: &str, variable: &Variable, kind: Kind, role: Role, start: Value, is
     };
     if let Some(unit) = unit.filter(|_| shown.is_none() && !is_time) {
         add(format!("unit {unit}"));
+    }
+    // Dates and times of day are numbers for a host.
+    match variable.of {
+        "DATE" => add("days since 1990-01-01".into()),
+        "TOD" => add("ms since midnight".into()),
+        "LTOD" => add("ns since midnight".into()),
+        _ => {}
     }
     let bound = |bound: Option<f64>| bound.filter(|_| kind != Kind::Bool).and_then(|bound| to_value(bound, kind).ok());
     let (mut min, mut max) = (bound(comment.min), bound(comment.max));

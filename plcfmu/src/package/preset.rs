@@ -126,13 +126,17 @@ impl<R: Read + Seek> Original<R> {
     /// Refuses an FMU that is damaged or of another tool.
     fn check(&mut self) -> Result<()> {
         if !self.is_checked {
-            ensure!(
-                self.package.archive.find(&format!("resources/{}", program::FILE)).is_none(),
-                "it is a PLC program, which has no presets: change the start values in its sources"
-            );
+            // The library of all programs has no table: it reads one from the resources. One that was compiled for a program has
+            // its start values in it.
+            let is_program = self.package.archive.find(&format!("resources/{}", program::FILE)).is_some();
             let report = check::check(&mut self.package);
+            let has_table = report.libraries.iter().any(|(_, binary)| binary.has_table);
             ensure!(
-                report.libraries.iter().any(|(_, binary)| binary.has_table),
+                !(is_program && has_table),
+                "its library was compiled for the program alone and takes no other start values: build it without --native"
+            );
+            ensure!(
+                is_program || has_table,
                 "it was not made by plcfmu: its library would ignore the start values of a preset"
             );
             ensure!(report.errors.is_empty(), report.errors.join("; "));

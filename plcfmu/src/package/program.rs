@@ -14,14 +14,14 @@ use clap::Parser as _;
 use draw::{diagram, picture};
 use host::fmu::platforms;
 use host::library::Library;
-use host::package::{DESCRIPTION, archive, temporary};
+use host::package::{DESCRIPTION, Package, archive, temporary};
 use modeldescription::{Interface, ModelDescription, units};
 use parameters::Source;
-use program::{CPUS, FILE, Loaded, Manifest};
+use program::{CPUS, FILE, LARGEST, Loaded, Manifest};
 use std::collections::BTreeMap;
 use std::env::consts::{ARCH, OS};
 use std::fs;
-use std::io::Write;
+use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -162,9 +162,7 @@ fn milliseconds(text: &str) -> Result<u32> {
 /// All that is wrong with the sources, with file, line and column; the library of programs is missing.
 pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
     let (manifest, sources) = read(files, options)?;
-    let loaded =
-        Loaded::new(&manifest, &sources, |unit| units::definition(unit).is_some()).map_err(anyhow::Error::msg)?;
-    let loaded = Arc::new(loaded);
+    let loaded = Arc::new(loaded(&manifest, &sources)?);
     let warnings = loaded.warnings.iter().map(ToString::to_string).filter(|text| !text.is_empty()).collect();
     let told = fmu::describe(loaded.table, &loaded.guid());
     let interface = Interface::parse(&told)?;
@@ -221,6 +219,32 @@ pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -
     let path = folder.join(format!("{name}.fmu"));
     temporary::place(&path, |file| Ok(file.write_all(&bytes)?), |packed| check::packed(packed, &xml, true))?;
     Ok((path, warnings))
+}
+
+/// What the sources in a packed program tell of it; `None` if the FMU is no program.
+///
+/// # Errors
+/// They are damaged.
+pub fn interface_of<R: Read + Seek>(package: &mut Package<R>) -> Result<Option<Interface>> {
+    let path = |file: &str| format!("resources/{file}");
+    if package.archive.find(&path(FILE)).is_none() {
+        return Ok(None);
+    }
+    let manifest = String::from_utf8(package.archive.read(&path(FILE), LARGEST)?)
+        .map_err(anyhow::Error::msg)
+        .and_then(|text| Manifest::parse(&text).map_err(anyhow::Error::msg))
+        .with_context(|| path(FILE))?;
+    let mut sources = Vec::new();
+    for file in &manifest.sources {
+        sources.push(Source::new(file.clone(), package.archive.read(&path(file), LARGEST)?));
+    }
+    let loaded = loaded(&manifest, &sources)?;
+    Ok(Some(Interface::parse(&fmu::describe(loaded.table, &loaded.guid()))?))
+}
+
+/// A program that is translated, with the units that FMI knows.
+fn loaded(manifest: &Manifest, sources: &[Source]) -> Result<Loaded> {
+    Loaded::new(manifest, sources, |unit| units::definition(unit).is_some()).map_err(anyhow::Error::msg)
 }
 
 /// The sources, under their names in the FMU, and what is made of them.
