@@ -132,9 +132,14 @@ class Fmu:
         name = self.description.coSimulation.modelIdentifier + fmpy.sharedLibraryExtension
         return self.folder / "binaries" / fmpy.platform / name
 
+    @property
+    def is_program(self):
+        """Whether it is a program in SCL, which its library reads from the resources."""
+        return (self.folder / "resources/program.txt").exists()
+
     def told(self):
         """What the library says of itself: its table has the PLC types, the XML only FMI's. That of programs says nothing."""
-        if (self.folder / "resources/program.txt").exists():
+        if self.is_program:
             return self.told_by_sources()
         if self.platform:
             interface = self.remote.plcfmu_interface

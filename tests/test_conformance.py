@@ -211,7 +211,9 @@ def test_a_wrong_guid_is_refused_with_both_guids(fmu):
 
 @pytest.mark.parametrize("guid", [None, b"", b"{}"])
 def test_no_guid_is_refused(fmu, guid):
-    expected = fmu.interface["guid"] if guid is None else fmu.description.guid
+    # The library of programs knows no GUID without a program.
+    own = "modelDescription.xml" if fmu.is_program else fmu.interface["guid"]
+    expected = own if guid is None else fmu.description.guid
     assert Instantiation(fmu, guid=guid).refused(expected)
 
 
@@ -235,10 +237,11 @@ def test_without_a_logger_there_is_no_instance(fmu):
 
 
 @pytest.mark.parametrize("resources", [None, b"", b"http://nowhere/"])
-def test_the_resource_location_is_needed_by_presets_alone(fmu, resources):
+def test_the_resource_location_is_needed_by_presets_and_programs_alone(fmu, resources):
     instantiation = Instantiation(fmu, resources=resources)
-    if fmu.is_preset:
-        assert instantiation.refused("fmuResourceLocation", "resources/start.txt")
+    if fmu.is_preset or fmu.is_program:
+        file = "program.txt" if fmu.is_program else "start.txt"
+        assert instantiation.refused("fmuResourceLocation", f"resources/{file}")
         return
     assert instantiation.component is not None
     instantiation.slave.fmi2FreeInstance(instantiation.component)
