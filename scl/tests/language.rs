@@ -165,7 +165,7 @@ const ROWS: &[Row] = &[
 /// What is decided: the row, and statements behind which `y` is TRUE.
 const DECIDED: &[(&str, &str)] = &[
     ("AND, OR", "#y := FALSE AND \"Count\"(); #y := \"D\".a = 4;"),
-    ("FOR, behind the loop", "FOR #i := 1 TO 3 DO ; END_FOR; #y := #i = 4;"),
+    ("FOR, after the loop", "FOR #i := 1 TO 3 DO ; END_FOR; #y := #i = 4;"),
     ("FOR up to the limit of the type", "FOR #small := 120 TO 127 DO #n += 1; END_FOR; #y := #n = 8;"),
     ("a real divided by 0.0", "#r := #one / #zero; #y := #r > 3.4E38 AND NOT (#zero / #zero = #zero / #zero);"),
     ("an integer divided by 0", "#y := 5 / #i = 0 AND 5 MOD #i = 0;"),
