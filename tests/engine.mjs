@@ -7,12 +7,16 @@ import { gunzipSync } from "node:zlib";
 
 const page = readFileSync(process.argv[2], "utf8");
 const [, packed] = page.match(/<script type="text\/plain" id="engine">([^<]*)</);
-// Base 85: five digits are four bytes.
-const digits = Array.from({ length: 93 }, (_, at) => String.fromCharCode(33 + at)).filter((one) => !"\"&'<>\\`|".includes(one));
-const bytes = packed.match(/.{1,5}/g).flatMap((group) => {
-  const number = [...group.padEnd(5, "}")].reduce((sum, digit) => 85 * sum + digits.indexOf(digit), 0);
-  return [24, 16, 8, 0].map((place) => Math.floor(number / 2 ** place) & 255).slice(0, group.length - 1);
-});
+// Base 93: two digits are 13 bits, or 14 where there is room for them.
+const digit = Object.fromEntries(Array.from({ length: 94 }, (_, at) => String.fromCharCode(33 + at)).filter((one) => one !== "<").map((one, at) => [one, at]));
+const bytes = [];
+let [bits, count] = [0, 0];
+for (const [low, high] of packed.match(/..?/g)) {
+  const value = digit[low] + 93 * (digit[high] ?? 0);
+  bits |= value << count;
+  count += high === undefined ? 8 - count : (value & 8191) < 93 * 93 - 8192 ? 14 : 13;
+  for (; count > 7; count -= 8, bits >>= 8) bytes.push(bits & 255);
+}
 const engine = new WebAssembly.Module(gunzipSync(Buffer.from(bytes)));
 if (process.argv[3] === "--terminals") {
   console.log(JSON.stringify([WebAssembly.Module.imports(engine), WebAssembly.Module.exports(engine)]));

@@ -92,6 +92,12 @@ def test_from_nothing_to_a_tuned_loop_at_60_degc_saved_as_awl_and_fmu_in_15_acti
     page.wait_for_function(f"() => ({at})(document.querySelector('#figures'))")
     value = "async () => (await moduleOf('tool/store.js')).store.state.values['CONT_C_1.PV']"
     assert abs(page.evaluate(value) - 60) < 0.1
+    # What was predicted for this step, which ends manual mode, is what came.
+    predicted = page.evaluate("async () => (await moduleOf('tool/store.js')).store.prediction.curves")
+    figures = page.evaluate("async () => (await (await moduleOf('tool/engine.js')).ask({ do: 'figures' })).figures")
+    came = {figure["key"]: figure["value"] for figure in figures}
+    assert predicted["overshoot"] == pytest.approx(came["overshoot"], abs=1.0)
+    assert predicted["settling"] == pytest.approx(came["settling"], rel=0.1)
     overshoot = page.locator("#glance div").filter(has_text="overshoot").locator("dd").get_attribute("data-full")
     assert 0 <= float(overshoot) < 5
     user.click(page.locator("#away-button"))

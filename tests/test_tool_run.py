@@ -237,6 +237,18 @@ def test_calls_show_the_values_of_plcfmu_run_bit_for_bit(tool, run_described):
     assert host.real(float(last["PV"])) == host.real(number(shown["TIC101.PV"][-1]))
 
 
+def test_the_first_call_behind_a_measuring_chain_sees_the_plant(open_tool, run_described):
+    page = open_tool()
+    new_loop(page, "TIC101")
+    show_tab(page, "Plant")
+    page.locator("#plant-choice").select_option("HEATER")
+    page.locator("#plant").get_by_text("goes to").first.wait_for()
+    run_calls(page, 5)
+    shown = assert_same_bits(page, run_described)
+    # A furnace of 20 degC, not one of 0 degC that becomes one of 20 degC.
+    assert shown["SENSOR.Y"][0] == shown["TIC101.PV"][0] == "20.0"
+
+
 def test_a_ramp_moves_the_setpoint_evenly(tool, run_described):
     run_calls(tool, 5)
     tool.locator("#setpoint").fill("50")

@@ -46,12 +46,72 @@ def test_curve_run_bar_and_tabs_are_on_one_screen(open_tool, height):
     open_example(page, "Furnace with a continuous")
     chart, bar, tabs = (box(page, selector) for selector in ("#curves .chart", "#run", "#tabs"))
     assert chart["height"] >= 360
-    assert bar["height"] <= 84
-    assert bottom(chart) <= bar["y"] and bottom(bar) <= tabs["y"] and bottom(tabs) <= height
+    assert bar["height"] <= 84 + 1
+    assert bottom(chart) <= bar["y"] and bottom(tabs) <= height and bottom(bar) <= height
+    if height < 700:
+        # No room below the curve: what a tab shows stands beside it.
+        assert tabs["x"] >= chart["x"] + chart["width"] and box(page, "#panels")["height"] > 400
+    else:
+        assert bottom(bar) <= tabs["y"]
     # The time axis is part of the chart, and nothing scrolls but the parameters and what is in a tab.
     assert bottom(box(page, "#curves .u-axis")) <= bottom(chart)
     assert page.evaluate("document.documentElement.scrollHeight <= innerHeight")
     assert page.evaluate("(p => p.scrollHeight > p.clientHeight)(document.querySelector('#parameters'))")
+
+
+# What stands in a row: pairs that overlap, and elements that are cut by the box that holds them, each as its text.
+CUT = """() => {
+  const shown = (selector) => [...document.querySelectorAll(selector)].filter((one) => one.checkVisibility() && one.textContent.trim());
+  const told = (one) => `${one.className || one.tagName}: ${one.textContent}`;
+  const found = [];
+  for (const signal of document.querySelectorAll("#curves .signal")) {
+    const parts = [...signal.children].filter((one) => one.checkVisibility() && one.textContent.trim());
+    parts.slice(1).forEach((one, at) => {
+      if (one.getBoundingClientRect().left < parts[at].getBoundingClientRect().right - 1) found.push(`${told(parts[at])} | ${told(one)}`);
+    });
+  }
+  const bar = document.querySelector("#curves .curves-bar").getBoundingClientRect();
+  for (const one of shown("#curves .signal")) {
+    const box = one.getBoundingClientRect();
+    const isApart = box.right <= bar.left || box.bottom <= bar.top + 1 || box.top >= bar.bottom - 1;
+    if (!isApart) found.push(`${told(one)} | bar`);
+  }
+  const outside = (one, holder) => {
+    const [box, room] = [one.getBoundingClientRect(), holder.getBoundingClientRect()];
+    if (box.right > room.right + 1) found.push(told(one));
+  };
+  for (const one of shown("#run button, #run label")) outside(one, one.closest(".controls") ?? one.closest(".row") ?? one.parentElement);
+  for (const one of shown(".field .unit, .field .tag"))
+    if (one.scrollWidth > one.clientWidth + 1 || one.getClientRects().length > 1) found.push(told(one));
+  return found;
+}"""
+
+
+@pytest.mark.parametrize("size", [(1366, 768), (1366, 650), (1920, 1000), (390, 844)])
+@pytest.mark.parametrize("example", ["Furnace with a continuous", "Chamber with heating pulses", "Your own program"])
+def test_no_value_lies_on_another_and_no_button_is_cut(open_tool, size, example):
+    page = open_tool(size)
+    open_example(page, example)
+    page.wait_for_function("() => document.querySelector('#glance')?.textContent.includes('rise')")
+    assert page.evaluate(CUT) == []
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_the_first_example_begins_at_the_temperature_of_the_furnace_and_tells_the_figures_of_its_step(open_tool):
+    page = open_tool((1366, 768))
+    open_example(page, "Furnace with a continuous")
+    page.wait_for_function("() => document.querySelector('#glance').textContent.includes('settles')")
+    ask = "async (request) => (await moduleOf('tool/engine.js')).ask(request)"
+    told = page.evaluate(ask, {"do": "figures"})
+    figures = {figure["key"]: figure["value"] for figure in told["figures"]}
+    view = {"do": "view", "variables": ["CONT_C.PV", "CONT_C.LMN"], "from": 0, "to": 599, "points": 600}
+    value, output = page.evaluate(ask, view)["values"]
+    # 1382 of 27648 for 0 ... 400 degC are 19.994 degC; LMN = 0.7 (60 - PV) + 0.7 (60 - PV) / 130.
+    assert value[0] == pytest.approx(1382 * 400 / 27648) and output[0] == pytest.approx(0.7 * 40.0058 * (1 + 0.5 / 130), abs=0.12)
+    assert figures["overshoot"] == pytest.approx(100 * (max(value) - 60) / (60 - value[0]))
+    first = {share: next(at for at, one in enumerate(value) if one >= value[0] + share * (60 - value[0])) for share in (0.1, 0.9)}
+    assert figures["rise"] == pytest.approx(first[0.9] - first[0.1], abs=1)
+    assert figures["peak_deviation" if "peak_deviation" in figures else "peak"] == pytest.approx(60 - value[0])
 
 
 def test_on_a_phone_the_curve_comes_first_and_parameters_are_a_tab(open_tool):

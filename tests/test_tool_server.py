@@ -216,16 +216,19 @@ def test_the_address_is_printed_and_leads_to_the_page(tool):
 def files(page):
     """The parameter files that the page opens at once."""
     (content,) = re.findall(r'<script type="text/plain" id="files">([^<]*)</script>', page)
-    return json.loads(gzip.decompress(of_base85(content)))
+    return json.loads(gzip.decompress(of_base93(content)))
 
 
-def of_base85(text):
-    """The bytes of the page's base 85, whose digits are the characters from ! to } but for those of HTML and of texts."""
-    digits = [chr(code) for code in range(33, 126) if chr(code) not in "\"&'<>\\`|"]
-    whole = text + digits[-1] * (-len(text) % 5)
-    groups = [whole[at : at + 5] for at in range(0, len(whole), 5)]
-    numbers = [sum(digits.index(digit) * 85 ** (4 - place) for place, digit in enumerate(group)) for group in groups]
-    return b"".join((number % 2**32).to_bytes(4, "big") for number in numbers)[: len(whole) // 5 * 4 - (len(whole) - len(text))]
+def of_base93(text):
+    """The bytes of the page's base 93, whose digits are the characters from ! to ~ but for <: two of them are 13 bits, or 14."""
+    digits = [chr(code) for code in range(33, 127) if chr(code) != "<"]
+    bits = count = 0
+    for at in range(0, len(text), 2):
+        pair = text[at : at + 2]
+        value = sum(digits.index(digit) * 93**place for place, digit in enumerate(pair))
+        bits |= value << count
+        count += 8 - count % 8 if len(pair) == 1 else 14 if value % 8192 < 93 * 93 - 8192 else 13
+    return bits.to_bytes(count // 8 + 1, "little")[: count // 8]
 
 
 def test_each_server_has_an_address_of_its_own(start):

@@ -19,6 +19,9 @@ const STAY: f64 = 0.1;
 /// Ends the reason why a figure is absent.
 const NOT_FINITE: &str = "is not a number in some calls";
 
+/// Why there is no step.
+const NO_CHANGE: &str = "the setpoint does not change in this part of the run";
+
 /// A figure of a loop.
 #[derive(Debug)]
 pub struct Figure {
@@ -208,6 +211,9 @@ pub struct Span {
     pub to: Option<f64>,
     /// From which to which value the step goes, if it is known: then it begins with the first call.
     pub step: Option<(f64, f64)>,
+    /// Whether a setpoint that never changes is a step from the process value of the first call. It counts if it is at least half
+    /// of what the process value moves: else the loop was at rest.
+    pub is_start_a_step: bool,
 }
 
 /// What a run has recorded of a loop: a value of each signal for every call.
@@ -223,6 +229,9 @@ pub struct Signals<'a> {
     pub manipulated_value: &'a [f64],
     /// The pulse outputs; may be empty.
     pub pulses: &'a [Vec<bool>],
+    /// Whether the controller is in manual mode; empty: never. A setpoint that is changed in manual mode is a step when automatic
+    /// mode begins.
+    pub manual: &'a [bool],
     /// The unit of the manipulated value, for a reason.
     pub travel_unit: Option<&'a str>,
 }
@@ -277,13 +286,15 @@ impl<'a> Window<'a> {
         let count = signals.times.len().min(signals.setpoint.len()).min(signals.process_value.len());
         let times = &signals.times[..count];
         let end = span.to.map_or(count, |to| times.partition_point(|time| *time <= to));
-        let changed = if span.step.is_some() { Some(0) } else { last_change(&signals.setpoint[..end]) };
-        let begin = span.from.map_or(changed.unwrap_or(0), |from| times.partition_point(|time| *time < from));
-        let calls = begin..end.max(begin);
-        let step = match changed.filter(|changed| *changed >= begin && !calls.is_empty()) {
-            Some(call) => Step::of(&signals, call..end, span.step),
-            None => Err("the setpoint does not change in this part of the run".into()),
+        let (first, is_step) = match span.step {
+            Some(_) => (0, Ok(())),
+            None => signals.beginning(end, span.is_start_a_step),
         };
+        let begin = span.from.map_or(first, |from| times.partition_point(|time| *time < from));
+        let calls = begin..end.max(begin);
+        let is_inside = first >= begin && !calls.is_empty();
+        let step = is_step.and(if is_inside { Ok(()) } else { Err(NO_CHANGE.into()) });
+        let step = step.and_then(|()| Step::of(&signals, first..end, span.step));
         let deviation = Deviation::of(&signals, calls.clone());
         Window { signals, calls, step, deviation }
     }
@@ -403,6 +414,22 @@ fn last_change(setpoint: &[f64]) -> Option<usize> {
     let last = (1..setpoint.len()).rev().find(changes)?;
     let before = (1..last).rev().find(|call| !changes(call));
     Some(before.map_or(1, |call| call + 1))
+}
+
+impl Signals<'_> {
+    /// The call before `end` in which the last step begins, or the last change of the setpoint and why that is no step.
+    fn beginning(&self, end: usize, is_start_a_step: bool) -> (usize, Result<(), String>) {
+        let changed = last_change(&self.setpoint[..end]).or((is_start_a_step && end > 0).then_some(0));
+        let Some(changed) = changed else { return (0, Err(NO_CHANGE.into())) };
+        let is_manual = |call: usize| self.manual.get(call).copied().unwrap_or(false);
+        let Some(call) = (changed..end).find(|call| !is_manual(*call)) else {
+            return (changed, Err("the controller is in manual mode".into()));
+        };
+        let values = &self.process_value[call..end];
+        let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), of| (low.min(*of), high.max(*of)));
+        let is_step = changed > 0 || (self.setpoint[call] - values[0]).abs() >= (high - low) / 2.0;
+        if is_step { (call, Ok(())) } else { (0, Err(NO_CHANGE.into())) }
+    }
 }
 
 impl Deviation {
@@ -595,12 +622,13 @@ mod tests {
             manipulated_value: &[7.0, 10.0, 30.0, 25.0],
             pulses: &pulses,
             travel_unit: Some("%"),
+            ..Signals::default()
         };
         let figures = Window::of(signals, &Span::default());
         assert_eq!((figures.get("travel"), figures.get("pulses")), (Some(25.0), Some(2.0)));
         let figures = Window::of(signals, &Span { from: Some(0.0), ..Span::default() });
         assert_eq!((figures.get("travel"), figures.get("pulses")), (Some(28.0), Some(4.0)));
-        let window = Span { from: Some(0.5), to: Some(1.5), step: None };
+        let window = Span { from: Some(0.5), to: Some(1.5), ..Span::default() };
         let figures = Window::of(signals, &window);
         assert_eq!(
             (figures.times(), figures.get("travel"), figures.get("pulses")),
@@ -626,6 +654,39 @@ mod tests {
             (Some(2.0), None, None, None)
         );
         assert!(figures.all_remarks()[0].ends_with("the setpoint does not change in this part of the run"));
+    }
+
+    #[test]
+    fn a_setpoint_that_never_changes_is_a_step_from_the_first_call_on() {
+        // From 20 to 60, with a peak of 64: 4 of 40 beyond.
+        let (times, setpoint) = ([0.0, 1.0, 2.0, 3.0, 4.0], [60.0; 5]);
+        let signals =
+            |process_value| Signals { times: &times, setpoint: &setpoint, process_value, ..Signals::default() };
+        let span = Span { is_start_a_step: true, ..Span::default() };
+        let rising = [20.0, 40.0, 64.0, 60.0, 60.0];
+        let figures = Window::of(signals(&rising), &span);
+        // 24 at 0.2 s and 56 at 1.667 s; within 0.8 of 60 from 3 s on.
+        assert_eq!((figures.get("overshoot"), figures.get("settling")), (Some(10.0), Some(3.0)));
+        assert!((figures.get("rise").unwrap() - (1.0 + 16.0 / 24.0 - 0.2)).abs() < 1e-12);
+        // At rest, 1 below, and disturbed by 10.
+        assert_eq!(Window::of(signals(&[59.0, 59.0, 49.0, 55.0, 60.0]), &span).get("rise"), None);
+    }
+
+    #[test]
+    fn a_setpoint_that_is_changed_in_manual_mode_is_a_step_when_automatic_mode_begins() {
+        let times = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
+        let setpoint = [0.0, 10.0, 10.0, 10.0, 10.0, 10.0];
+        // In manual mode it drifts from 0 to 2: the step is one of 8, with 2 beyond.
+        let process_value = [0.0, 1.0, 2.0, 12.0, 10.0, 10.0];
+        let manual = [true, true, false, false, false, false];
+        let all = Signals { times: &times, setpoint: &setpoint, process_value: &process_value, ..Signals::default() };
+        let figures = Window::of(Signals { manual: &manual, ..all }, &Span::default());
+        assert_eq!(
+            (figures.times(), figures.get("overshoot"), figures.get("settling")),
+            (Some((2.0, 5.0)), Some(25.0), Some(2.0))
+        );
+        let figures = Window::of(Signals { manual: &[true; 6], ..all }, &Span::default());
+        assert!(figures.all_remarks()[0].ends_with("the controller is in manual mode"), "{:?}", figures.all_remarks());
     }
 
     #[test]

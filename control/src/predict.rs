@@ -166,10 +166,12 @@ fn description() -> Description {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Schedule {
     cycle: f64,
-    /// The first automatic call.
+    /// The call from which on the plant is free; the first automatic one, unless the setpoint steps in manual mode.
     automatic: usize,
     /// The call with the new setpoint.
     step: usize,
+    /// Whether the call behind it is the first automatic one.
+    is_takeover: bool,
     /// The end.
     calls: usize,
 }
@@ -197,7 +199,13 @@ impl Schedule {
         let duration = slow + 15.0 * dead_time + 2.0 * motor_time + 10.0 * period;
         let step = rest + rest.max(5);
         let wanted = if duration / cycle < MOST_CALLS as f64 { calls(duration) } else { MOST_CALLS };
-        Ok(Schedule { cycle, automatic: rest, step, calls: step + wanted.max(20) })
+        let is_takeover = request.step.is_takeover && controller.roles.manual.is_some();
+        Ok(Schedule { cycle, automatic: rest, step, is_takeover, calls: step + wanted.max(20) })
+    }
+
+    /// The call in which the controller answers the step.
+    fn answer(&self) -> usize {
+        self.step + usize::from(self.is_takeover)
     }
 
     fn time(&self, call: usize) -> f64 {
@@ -348,7 +356,8 @@ fn system(
     if let Some((switch, value)) = &controller.roles.manual {
         all.insert(switch.clone(), Value::Boolean(true));
         all.insert(value.clone(), Value::Number(manual));
-        let automatic = Some(schedule.time(schedule.automatic));
+        let automatic = if schedule.is_takeover { schedule.answer() } else { schedule.automatic };
+        let automatic = Some(schedule.time(automatic));
         events.push(Setting { time: automatic, ..setting(switch, Value::Boolean(false)) });
     }
     if controller.is_step_controller() {
@@ -403,11 +412,13 @@ fn shown(rows: &[[f64; 3]], schedule: &Schedule, controller: &Controller, height
     let times: Vec<f64> = (0..rows.len()).map(|call| schedule.time(call)).collect();
     let column = |column: usize| rows.iter().map(|row| row[column]).collect::<Vec<f64>>();
     let (setpoint, process_value, manipulated_value) = (column(0), column(1), column(2));
+    let manual: Vec<bool> = (begin..schedule.calls).map(|call| call < schedule.answer()).collect();
     let signals = Signals {
         times: &times,
         setpoint: &setpoint,
         process_value: &process_value,
         manipulated_value: &manipulated_value,
+        manual: &manual,
         ..Signals::default()
     };
     let window = Window::of(signals, &Span::default());

@@ -77,6 +77,9 @@ pub struct Step {
     pub size: Option<f64>,
     /// The manual value at which the plant rests before it, in percent; 50 without it.
     pub manual: Option<f64>,
+    /// Whether the setpoint is changed in manual mode, a call before automatic mode begins: that is bumpless, so that the P action
+    /// does not answer the step at once.
+    pub is_takeover: bool,
 }
 
 /// Settings and what they lead to.

@@ -32,7 +32,7 @@ blocks::block! {
     /// box GENERATOR 8,13 "Gaussian" "noise" with NOISE SEED
     /// sum NOISY 17,4 left + bottom +
     /// box FILTER 28,4 lag with LAG_TM
-    /// box STEPS_OF 43,4 characteristic with STEPS RANGE_LO RANGE_HI
+    /// box STEPS_OF 43,4 characteristic with STEPS RANGE_LO RANGE_HI Y_START
     /// output Y 58,4
     /// box ANALOG 55,13 "0 ... 27648"
     /// output Y_PER 64,13
@@ -49,6 +49,7 @@ blocks::block! {
     /// process value: Y
     /// signal input: U
     /// signal process value peripheral: Y_PER
+    /// signal start: Y_START
     /// stimuli: NOISE, SEED
     ///
     /// [Process value]
@@ -59,6 +60,8 @@ blocks::block! {
     /// LAG_TM
     /// [Peripheral process value]
     /// RANGE_LO, RANGE_HI, STEPS
+    /// [Start]
+    /// Y_START
     /// [Sampling]
     /// CYCLE
     /// ```
@@ -95,7 +98,8 @@ blocks::block! {
     ///    input, 4096 those of twelve bits; 0 leaves Y as it is, beyond the range too.
     /// 6. Y_PER is the analog input word for PV_PER, whatever STEPS is. With CONT_C's PVPER_ON, PV_FAC = (RANGE_HI -
     ///    RANGE_LO) / 100 and PV_OFF = RANGE_LO make Y of it again.
-    /// 7. Start: Y and Y_PER are 0 until the first call, because they depend on an input.
+    /// 7. Start: until the first call Y is Y_START, and Y_PER its word, because they must not depend on an input. Make it what the
+    ///    plant has then: a controller that is called before the sensor sees no step of the process value.
     ///
     /// # Limits of use
     ///
@@ -143,6 +147,11 @@ blocks::block! {
             /// The resolution of the analog input: 27648 steps of 0 ... 100 are 0.0036 each, 4096 are 0.024. Few steps show
             /// what a coarse sensor does to the D action: 100 of them are 1 each.
             steps: Int = 27648, min 0, max 32767;
+            /// Measured value until the first call
+            ///
+            /// What U is at the start: T_START of HEATER, for example. With 0 a controller that is called first takes a furnace of
+            /// 20 degC for one of 0 degC in its first call.
+            y_start: LReal = 0.0;
         }
         cycle {
             /// Sampling time: the time between two calls
@@ -153,13 +162,13 @@ blocks::block! {
         output {
             /// Measured value, for PV_IN
             ///
-            /// Connect it to PV_IN of the controller. It has the unit of U, and is 0 until the first call.
-            y: LReal;
+            /// Connect it to PV_IN of the controller. It has the unit of U, and is Y_START until the first call.
+            y: LReal, from y_start;
             /// Measured value as an analog input word, for PV_PER
             ///
             /// Connect it to PV_PER of the controller, with PVPER_ON = TRUE: 0 ... 27648 for RANGE_LO ... RANGE_HI. It
             /// saturates at the ends of the range.
-            y_per: Word;
+            y_per: Word, from y_start range_lo range_hi;
         }
     }
     memory Memory {
@@ -198,6 +207,8 @@ impl Law for Sensor {
 
     fn restart(&mut self) {
         self.clear();
+        self.y = self.y_start;
+        self.y_per = analog(self.y, self.range_lo, self.range_hi);
     }
 
     fn call(&mut self) {
@@ -293,9 +304,12 @@ mod tests {
     }
 
     #[test]
-    fn outputs_are_0_until_the_first_call() {
+    fn outputs_are_those_of_y_start_until_the_first_call() {
         let sensor = started(Sensor { u: 50.0, ..Sensor::default() });
         assert_eq!((sensor.y, sensor.y_per), (0.0, Word::new(0)));
+        // A quarter of 0 ... 100 is 6912 of 27648.
+        let sensor = started(Sensor { u: 50.0, y_start: 25.0, ..Sensor::default() });
+        assert_eq!((sensor.y, sensor.y_per), (25.0, Word::new(6912)));
     }
 
     #[test]

@@ -126,7 +126,7 @@ impl Measures {
             warnings: Vec::new(),
             signals: Signals::default(),
             loop_signals: None,
-            span: Span { from: study.window.from, to: study.window.to, step: None },
+            span: Span { from: study.window.from, to: study.window.to, ..Span::default() },
             values: Vec::new(),
             limits: Vec::new(),
         };
@@ -281,7 +281,7 @@ impl Measures {
                 process_value: &traces.process_value,
                 manipulated_value: &traces.manipulated_value,
                 pulses: &traces.pulses,
-                travel_unit: None,
+                ..figures::Signals::default()
             };
             let window = Window::of(borrowed, &self.span);
             all.extend(signals.figures.iter().map(|figure| figure.value(&window).unwrap_or(f64::NAN)));

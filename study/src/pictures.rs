@@ -281,7 +281,7 @@ pub fn curves(
             let all: Vec<_> = runs.iter().filter_map(|(_, _, recording)| values_of(recording, setpoint)).collect();
             if let (Some(setpoint), Some(process_value)) = (all.first(), values_of(first, name)) {
                 let signals = figures::Signals { times, setpoint, process_value: &process_value, ..Default::default() };
-                let span = figures::Span { from: window.from, to: window.to, step: None };
+                let span = figures::Span { from: window.from, to: window.to, ..figures::Span::default() };
                 let of_figures = figures::Window::of(signals, &span);
                 shown_window = of_figures.times();
                 panel.bands.extend(of_figures.band().map(|band| Band {

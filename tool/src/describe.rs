@@ -199,12 +199,16 @@ fn problems(problems: Problems) -> Vec<Problem> {
 }
 
 /// A remedy that names options of the command, as one that a user of the page can follow.
-fn without_options(help: String) -> String {
-    const SAME: [(&str, &str); 4] = [
+pub fn without_options(help: String) -> String {
+    const SAME: [(&str, &str); 8] = [
         ("name it with --block: ", "choose its block: "),
         ("say with --block which one it is: ", "choose which one it is: "),
         ("name that with --block", "choose that as its block"),
         ("choose one with --loop, or rename", "rename"),
+        (": --instance \"", ", under Options: \""),
+        ("--tag \"", "under Options the tag \""),
+        ("--constant ", "the constant "),
+        ("--call ", ""),
     ];
     SAME.iter().fold(help, |help, (command, page)| help.replace(command, page))
 }

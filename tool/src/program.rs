@@ -5,6 +5,7 @@ mod roles;
 
 pub use kept::Programs;
 
+use crate::describe::without_options;
 use crate::home::Home;
 use crate::message::{Part, Value, Values};
 use anyhow::{Context, Result, ensure};
@@ -390,8 +391,8 @@ fn findings(problems: &[Problems], is_error: bool) -> Vec<Finding> {
                 file: problems.file.clone(),
                 place: of.place.as_ref().map(|place| (place.line, place.column)),
                 length: about.lines().next().unwrap_or_default().chars().count(),
-                message: of.message.clone(),
-                help: of.help.clone(),
+                message: without_options(of.message.clone()),
+                help: of.help.clone().map(without_options),
                 is_error,
             }
         };

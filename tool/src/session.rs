@@ -3,6 +3,7 @@
 //! A run has the same bits as `plcfmu run` of its [`Setup`] with its [`Done`] events: what is sent is set before the next
 //! call, when the plan of a description would set it.
 
+use crate::chain::begin_at_the_plant;
 use crate::describe::describe;
 use crate::home::Home;
 use crate::message::{self, Curves, Event, Events, Setup, State, Values, View};
@@ -470,8 +471,22 @@ fn stimuli(home: &dyn Home, member: &message::Member) -> Result<HashSet<String>>
     Ok(variables.into_iter().filter(|of| of.is_stimulus).map(|of| of.name).collect())
 }
 
+/// What all variables of a member are before its first call, by their full names, if it is alone.
+///
+/// # Errors
+/// What is wrong with its values, or why it refuses them.
+pub fn start_values(home: &dyn Home, member: &message::Member) -> Result<Values> {
+    let members = std::slice::from_ref(member);
+    let begin = Begin::Later { start: 0.0, step: 1.0 };
+    let wired = Wired::of(home, members, &[], system::Exchange::Sequential, begin)?;
+    let run = Run::begin(&wired.plan, wired.instantiate(home, members)?, None)?;
+    let values = wired.plan.columns.iter().zip(run.values(&wired.plan));
+    Ok(values.map(|(column, value)| (column.name.clone(), shown(column.kind, value))).collect())
+}
+
 impl Present {
-    fn begin(home: &dyn Home, setup: Setup) -> Result<Present> {
+    fn begin(home: &dyn Home, mut setup: Setup) -> Result<Present> {
+        begin_at_the_plant(home, &mut setup.members, &setup.connections);
         let wired = Wired::of(home, &setup.members, &setup.connections, setup.exchange, Begin::New(setup.step))?;
         let components = wired.instantiate(home, &setup.members)?;
         let run = Run::begin(&wired.plan, components, None)?;
@@ -633,9 +648,10 @@ impl Present {
     fn exchange(
         &mut self,
         home: &dyn Home,
-        members: Vec<message::Member>,
+        mut members: Vec<message::Member>,
         connections: Vec<(String, String)>,
     ) -> Result<()> {
+        begin_at_the_plant(home, &mut members, &connections);
         let Some(first) = self.record.setup.members.first() else { bail!("there is no controller") };
         if self.record.failure.is_some() && self.run.at() == 0 {
             bail!("{} itself has failed: start again", first.name);

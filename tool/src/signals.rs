@@ -22,6 +22,8 @@ pub struct Signals {
     pub manipulated_value: Vec<f64>,
     /// The pulse outputs; may be empty.
     pub pulses: Vec<Vec<bool>>,
+    /// Whether it is in manual mode; empty if it has none.
+    pub manual: Vec<bool>,
     /// The unit of the process value.
     pub unit: Option<String>,
     /// The unit of the manipulated value.
@@ -52,6 +54,8 @@ impl Signals {
         let process_value = needed(&roles.shown_process_value.or(roles.process_value), "process value")?;
         let manipulated_value = roles.manipulated_value.as_ref().map(column).transpose()?;
         let pulses = roles.pulses.iter().map(column).collect::<Result<Vec<_>>>()?;
+        let manual = roles.manual.as_ref().map(|(switch, _)| column(switch)).transpose()?;
+        let switched = |column: usize| values(column).into_iter().map(|value| value == 1.0).collect::<Vec<_>>();
         let mut remarks = Vec::new();
         if wanted.start < calls.start {
             let (first, count) = (record.time(calls.start), calls.len());
@@ -64,7 +68,8 @@ impl Signals {
             setpoint: values(setpoint),
             process_value: values(process_value),
             manipulated_value: manipulated_value.map_or_else(Vec::new, values),
-            pulses: pulses.into_iter().map(|of| values(of).into_iter().map(|value| value == 1.0).collect()).collect(),
+            pulses: pulses.into_iter().map(switched).collect(),
+            manual: manual.map_or_else(Vec::new, switched),
             unit: unit(process_value),
             travel_unit: manipulated_value.and_then(unit),
             remarks,
@@ -79,6 +84,7 @@ impl Signals {
             process_value: &self.process_value,
             manipulated_value: &self.manipulated_value,
             pulses: &self.pulses,
+            manual: &self.manual,
             travel_unit: self.travel_unit.as_deref(),
         }
     }
@@ -90,10 +96,13 @@ impl Signals {
 /// There is no such run; as [`Signals::of`].
 pub fn figures(home: &dyn Home, session: &Session, request: &FiguresRequest) -> Result<Figures> {
     // The last change of the setpoint may be before the window.
-    let mut signals = Signals::of(home, session.record(request.run)?, None, None)?;
+    let record = session.record(request.run)?;
+    let mut signals = Signals::of(home, record, None, None)?;
     signals.unit = signals.unit.or_else(|| request.unit.clone());
     signals.travel_unit = signals.travel_unit.or_else(|| request.travel_unit.clone());
-    let window = Window::of(signals.borrowed(), &Span { from: request.from, to: request.to, step: None });
+    let is_start_a_step = record.trace().exact().start == 0;
+    let span = Span { from: request.from, to: request.to, is_start_a_step, ..Span::default() };
+    let window = Window::of(signals.borrowed(), &span);
     let begin = request.from.unwrap_or_default();
     let (from, to) = window.times().unwrap_or((begin, request.to.unwrap_or(begin)));
     let all: Vec<_> = window.figures().collect();

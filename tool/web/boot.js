@@ -3,31 +3,35 @@
  * as a URL of this page alone.
  */
 
-/** The values of the digits of base 85: from ! to }, but for those that mean something in HTML or in a text. */
-const VALUES = new Map();
-for (let code = 33; code < 126; code += 1)
-  if (!"\"&'<>\\`|".includes(String.fromCharCode(code))) VALUES.set(code, VALUES.size);
+/** The values of the digits of base 93: from ! to ~, but for <, which means something in a script. */
+const BASE = 93;
+const VALUES = new Uint8Array(127);
+for (let code = 33, digits = 0; code < 127; code += 1) if (code !== 60) VALUES[code] = digits++;
 
 /**
- * The content of an element that holds gzip in base 85.
+ * The content of an element that holds gzip in base 93: two digits are 13 bits, or 14 where 93 squared has room for them.
  *
  * @param {string} id
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
 globalThis.unpackedElement = async (id) => {
   const text = document.getElementById(id)?.textContent?.trim() ?? "";
-  const groups = Math.ceil(text.length / 5);
-  const bytes = new Uint8Array(4 * groups);
-  const view = new DataView(bytes.buffer);
-  for (let group = 0; group < groups; group += 1) {
-    let number = 0;
-    // Behind the end there are highest digits.
-    for (let at = 5 * group; at < 5 * group + 5; at += 1)
-      number = 85 * number + (VALUES.get(text.charCodeAt(at)) ?? 84);
-    view.setUint32(4 * group, number);
+  const packed = new Uint8Array(text.length);
+  let length = 0;
+  let bits = 0;
+  let count = 0;
+  const pairs = text.length - (text.length % 2);
+  for (let at = 0; at < pairs; at += 2) {
+    const value = VALUES[text.charCodeAt(at)] + BASE * VALUES[text.charCodeAt(at + 1)];
+    bits |= value << count;
+    count += (value & 0x1fff) < BASE * BASE - 0x2000 ? 14 : 13;
+    for (; count > 7; count -= 8) {
+      packed[length++] = bits;
+      bits >>= 8;
+    }
   }
-  const packed = bytes.subarray(0, bytes.length - (5 * groups - text.length));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  if (pairs < text.length) packed[length++] = bits | (VALUES[text.charCodeAt(pairs)] << count);
+  const stream = new Blob([packed.subarray(0, length)]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 };
 

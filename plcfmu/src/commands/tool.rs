@@ -238,7 +238,7 @@ fn parameter_file(path: &Path) -> Result<File> {
 impl Start {
     /// The page with this in its head.
     fn put_into(&self, page: &str, secret: &str) -> Result<String> {
-        let files = page::packed(&serde_json::to_vec(&self.files)?);
+        let files = page::packed(&serde_json::to_vec(&self.files)?, Home::Server)?;
         let mut own = format!("<script type=\"text/plain\" id=\"files\">{files}</script>\n");
         let (open, plant) = (self.block.as_deref(), self.plant.as_deref());
         for (name, content) in [("plcfmu-open", open), ("plcfmu-plant", plant), ("plcfmu-secret", Some(secret))] {

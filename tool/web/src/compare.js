@@ -29,6 +29,8 @@ function show(content) {
     ([, one]) => !same(one.variable.kind, one.value, base(one)) || !same(one.variable.kind, one.sent, base(one)),
   );
   const what = loop.file ? `the file ${loop.file}` : "the block's start values";
+  const title = document.getElementById("compare-title");
+  if (title) title.textContent = `Compare with ${what}`;
   if (different.length === 0) return fill(content, close, element("p", {}, `Nothing differs from ${what}.`));
   const takeAll = () => store.edit(Object.fromEntries(different.map(([name, one]) => [name, base(one)])));
   const back = element("span", { class: "visually-hidden" }, "Back");

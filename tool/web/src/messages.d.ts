@@ -763,7 +763,12 @@ from?: number | null,
  */
 size?: number | null,
 /** The manual value at which the plant rests before it, in percent; 50 without it. */
-manual?: number | null, };
+manual?: number | null,
+/**
+ * Whether the setpoint is changed in manual mode, a call before automatic mode begins: that is bumpless, so that the P action
+ * does not answer the step at once.
+ */
+is_takeover: boolean, };
 
 /** A step of the manual value. */
 export type StepTest = {

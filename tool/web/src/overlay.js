@@ -14,8 +14,8 @@
  * @property {number[]} dash
  * @property {import("tool/outline.js").How} how
  *
- * @typedef {object} Origin where a prediction begins: the loop then
- * @property {number} time
+ * @typedef {object} Origin where a predicted step begins: the loop before it
+ * @property {number} time of the call with the new setpoint
  * @property {number} processValue NaN to draw it where it was computed
  * @property {number} manipulatedValue
  */
@@ -59,8 +59,14 @@ export function overlays(loop, visible, earlier) {
   }
   if (!store.prediction) return made;
   const { origin, curves: prediction } = store.prediction;
-  const times = prediction.times.map((time) => time + origin.time);
-  const { setpoint: goal, process_value: answer, manipulated_value: moves } = prediction;
+  // The setpoint steps when that of the run does; of the rest before it, one call is drawn.
+  const step = Math.max(
+    prediction.setpoint.findIndex((value) => value !== prediction.setpoint[0]),
+    0,
+  );
+  const after = (/** @type {number[]} */ values) => values.slice(Math.max(step - 1, 0));
+  const times = after(prediction.times).map((time) => time - prediction.times[step] + origin.time);
+  const [goal, answer, moves] = [prediction.setpoint, prediction.process_value, prediction.manipulated_value].map(after);
   const level = Number.isNaN(origin.processValue) ? 0 : origin.processValue - (answer[0] ?? 0);
   const push = Number.isNaN(origin.manipulatedValue) ? 0 : origin.manipulatedValue - (moves[0] ?? 0);
   for (const [name, values, by] of /** @type {[string | undefined, number[], number][]} */ ([

@@ -253,7 +253,10 @@ function makeRow(loop, name, group, folded) {
   );
   const row = element(
     "div",
-    { class: isSwitch ? "field of-switch" : "field", "data-name": name, title: variable.description },
+    {
+      class: ["field", isSwitch && "of-switch", isLong(name) && "is-long"].filter(Boolean).join(" "),
+      ...{ "data-name": name, title: variable.description },
+    },
     element("label", { for: id, class: "name" }, broken(name)),
     element("span", { class: "value" }, input),
     element("span", { class: "unit", id: `${id}-unit` }, unit),
@@ -264,6 +267,11 @@ function makeRow(loop, name, group, folded) {
   );
   row.hidden = isOfStructure(loop, name);
   return { row, input, tag, grey, remark, group, folded };
+}
+
+/** Whether no part of a name fits beside its field. @param {string} name */
+function isLong(name) {
+  return name.split(".").some((part) => part.length > 11);
 }
 
 /**

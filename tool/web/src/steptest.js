@@ -32,6 +32,7 @@ export async function userStep(loop, typed) {
     from: Number.isFinite(from) ? from : null,
     size: isStep ? to - from : null,
     manual: Number.isFinite(before.manipulatedValue) ? before.manipulatedValue : null,
+    is_takeover: before.isTakeover,
   };
   return { step, origin: typed.from === "" ? before : { ...before, processValue: Number.NaN } };
 }
@@ -40,20 +41,22 @@ export async function userStep(loop, typed) {
  * The loop before the last step of the setpoint, or before it was last switched to automatic mode; in manual mode the loop of now.
  *
  * @param {Work} loop
- * @returns {Promise<import("tool/overlay.js").Origin>}
+ * @returns {Promise<import("tool/overlay.js").Origin & { isTakeover: boolean }>} and whether the step ends manual mode
  */
 async function restBefore(loop) {
   const { state } = store;
   if (!store.isLive() || !state || state.calls === 0)
-    return { time: 0, processValue: Number.NaN, manipulatedValue: Number.NaN };
+    return { time: 0, processValue: Number.NaN, manipulatedValue: Number.NaN, isTakeover: false };
   const { setpoint, manual, manipulated_value: output } = loop.description.roles;
+  const isManual = manual !== null && loop.settings[manual[0]]?.sent === true;
   const processValue = await controlledValue(loop);
   const now = {
-    time: state.time,
+    time: state.time + state.step,
     processValue: number(state.values[processValue ?? ""]),
     manipulatedValue: number(runValue(loop, output ?? "")),
+    isTakeover: isManual,
   };
-  if (manual && loop.settings[manual[0]]?.sent === true) return now;
+  if (isManual) return now;
   const { events } = await ask({ do: "events" });
   const steps = events.filter(
     ({ variable: name, value }) =>
@@ -64,11 +67,16 @@ async function restBefore(loop) {
   while (at > 0 && steps[at].call - steps[at - 1].call <= 1) at -= 1;
   const first = steps[at];
   if (!first || !processValue || first.call >= state.calls || first.call === 0) return now;
+  const isSwitch = (/** @type {import("./messages").Event} */ { variable: name }) =>
+    manual !== null && name === variable(loop, manual[0]);
+  const isTakeover = steps.slice(at).some(isSwitch);
   const rest = first.time - state.step;
   const variables = [processValue, ...(output ? [variable(loop, output)] : [])];
   const { values } = await ask({ do: "view", variables, from: rest, to: rest, points: 2 });
   return {
-    time: first.time,
+    isTakeover,
+    // What is predicted has the new setpoint a call before automatic mode.
+    time: isSwitch(first) ? rest : first.time,
     processValue: number(values[0][0] ?? undefined),
     manipulatedValue: number(values[1]?.[0] ?? undefined),
   };

@@ -152,6 +152,7 @@ impl Kept<'_> {
             manipulated_value: output,
             pulses: &pulses,
             travel_unit: unit(manipulated_value),
+            ..Signals::default()
         };
         let window = Window::of(signals, &Span::default());
         let told = window.figures().map(|figure| {

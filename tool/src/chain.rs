@@ -1,0 +1,27 @@
+//! Measuring chains begin with what they measure: the controller, which is called first, sees the plant and not a 0 in its first call.
+
+use crate::describe::describe;
+use crate::home::Home;
+use crate::message::Member;
+use crate::session::start_values;
+
+/// What a chain's input and its value until the first call mean in its dialog.
+const INPUT: &str = "input";
+const START: &str = "start";
+
+/// Sets of every measuring chain its value until the first call to that of the output that it measures. A member that cannot be
+/// started leaves it as it is: the run says why.
+pub fn begin_at_the_plant(home: &dyn Home, members: &mut [Member], connections: &[(String, String)]) {
+    for place in 0..members.len() {
+        let Ok(description) = describe(home, &members[place].fmu) else { continue };
+        let signal = |meaning: &str| description.roles.signals.iter().find(|(of, _)| of == meaning);
+        let (Some((_, input)), Some((_, start))) = (signal(INPUT), signal(START)) else { continue };
+        let input = format!("{}.{input}", members[place].name);
+        let Some((output, _)) = connections.iter().find(|(_, to)| *to == input) else { continue };
+        let owns = |of: &&Member| output.strip_prefix(&of.name).is_some_and(|rest| rest.starts_with('.'));
+        let value = members.iter().find(owns).and_then(|plant| start_values(home, plant).ok()?.remove(output));
+        if let Some(value) = value {
+            members[place].values.insert(start.clone(), value);
+        }
+    }
+}
