@@ -66,7 +66,9 @@ export function overlays(loop, visible, earlier) {
   );
   const after = (/** @type {number[]} */ values) => values.slice(Math.max(step - 1, 0));
   const times = after(prediction.times).map((time) => time - prediction.times[step] + origin.time);
-  const [goal, answer, moves] = [prediction.setpoint, prediction.process_value, prediction.manipulated_value].map(after);
+  const [goal, answer, moves] = [prediction.setpoint, prediction.process_value, prediction.manipulated_value].map(
+    after,
+  );
   const level = Number.isNaN(origin.processValue) ? 0 : origin.processValue - (answer[0] ?? 0);
   const push = Number.isNaN(origin.manipulatedValue) ? 0 : origin.manipulatedValue - (moves[0] ?? 0);
   for (const [name, values, by] of /** @type {[string | undefined, number[], number][]} */ ([
