@@ -254,6 +254,13 @@ static fmi2Status plcfmu_set(plcfmu_component_t *c, const fmi2ValueReference vr[
     return fmi2OK;
 }
 
+/* What is not inlined: a control cycle does not go there, and need not save the registers that it takes. */
+#if defined(__GNUC__)
+#define PLCFMU_APART __attribute__((noinline))
+#else
+#define PLCFMU_APART
+#endif
+
 /* The REAL in the memory that a host may read, or set, in a control cycle without any check; NULL of anything else. */
 static char *plcfmu_real(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count, const fmi2Real value[], int is_set) {
     const plcfmu_row_t *row;
@@ -269,19 +276,23 @@ static char *plcfmu_real(plcfmu_component_t *c, const fmi2ValueReference vr[], s
     return (char *)&c->instance.block.memory + row->offset;
 }
 
+PLCFMU_APART static fmi2Status plcfmu_get_reals(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count,
+                                                fmi2Real value[]) {
+    fmi2Status status = plcfmu_enter(c, PLCFMU_GET_REAL);
+    status = status == fmi2OK ? plcfmu_get(c, vr, count, 0, value) : status;
+    return plcfmu_leave(c, PLCFMU_GET_REAL, status);
+}
+
 fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference vr[], size_t count, fmi2Real value[]) {
     plcfmu_component_t *c = (plcfmu_component_t *)component;
     const char *real = plcfmu_real(c, vr, count, value, 0);
-    fmi2Status status;
     if (real != NULL) {
         float number;
         memcpy(&number, real, sizeof number);
         value[0] = (double)number;
         return fmi2OK;
     }
-    status = plcfmu_enter(c, PLCFMU_GET_REAL);
-    status = status == fmi2OK ? plcfmu_get(c, vr, count, 0, value) : status;
-    return plcfmu_leave(c, PLCFMU_GET_REAL, status);
+    return plcfmu_get_reals(c, vr, count, value);
 }
 
 fmi2Status fmi2GetInteger(fmi2Component component, const fmi2ValueReference vr[], size_t count, fmi2Integer value[]) {
@@ -314,18 +325,22 @@ fmi2Status fmi2GetString(fmi2Component component, const fmi2ValueReference vr[],
     return plcfmu_leave(c, PLCFMU_GET_STRING, status);
 }
 
+PLCFMU_APART static fmi2Status plcfmu_set_reals(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count,
+                                                const fmi2Real value[]) {
+    fmi2Status status = plcfmu_enter(c, PLCFMU_SET_REAL);
+    status = status == fmi2OK ? plcfmu_set(c, vr, count, 0, value) : status;
+    return plcfmu_leave(c, PLCFMU_SET_REAL, status);
+}
+
 fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2Real value[]) {
     plcfmu_component_t *c = (plcfmu_component_t *)component;
     char *real = plcfmu_real(c, vr, count, value, 1);
-    fmi2Status status;
     if (real != NULL && plcfmu_abs_f64(value[0]) < PLCFMU_REAL_END) {
         float number = (float)value[0];
         memcpy(real, &number, sizeof number);
         return fmi2OK;
     }
-    status = plcfmu_enter(c, PLCFMU_SET_REAL);
-    status = status == fmi2OK ? plcfmu_set(c, vr, count, 0, value) : status;
-    return plcfmu_leave(c, PLCFMU_SET_REAL, status);
+    return plcfmu_set_reals(c, vr, count, value);
 }
 
 fmi2Status fmi2SetInteger(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2Integer value[]) {
@@ -588,17 +603,8 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2Value
     return plcfmu_leave(c, PLCFMU_GET_OUTPUT_DERIVATIVES, status);
 }
 
-fmi2Status fmi2DoStep(fmi2Component component, fmi2Real tc, fmi2Real h, fmi2Boolean no_set_state_prior) {
-    plcfmu_component_t *c = (plcfmu_component_t *)component;
-    fmi2Status status;
-    (void)no_set_state_prior;
-    if (c != NULL && c->instance.state == PLCFMU_STEP_COMPLETE && plcfmu_is_ordinary_step(c, tc, h)) {
-        if (!PLCFMU_MAY_STOP || c->instance.block.stopped[0] == '\0') {
-            return fmi2OK;
-        }
-        return plcfmu_leave(c, PLCFMU_DO_STEP, plcfmu_refuse(&c->text, c->instance.block.stopped));
-    }
-    status = plcfmu_enter(c, PLCFMU_DO_STEP);
+PLCFMU_APART static fmi2Status plcfmu_do_step(plcfmu_component_t *c, double tc, double h) {
+    fmi2Status status = plcfmu_enter(c, PLCFMU_DO_STEP);
     if (status == fmi2OK) {
         status = plcfmu_step(c, tc, h);
         if (status == fmi2OK) {
@@ -606,6 +612,18 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real tc, fmi2Real h, fmi2Bool
         }
     }
     return plcfmu_leave(c, PLCFMU_DO_STEP, status);
+}
+
+fmi2Status fmi2DoStep(fmi2Component component, fmi2Real tc, fmi2Real h, fmi2Boolean no_set_state_prior) {
+    plcfmu_component_t *c = (plcfmu_component_t *)component;
+    (void)no_set_state_prior;
+    if (c != NULL && c->instance.state == PLCFMU_STEP_COMPLETE && plcfmu_is_ordinary_step(c, tc, h)) {
+        if (!PLCFMU_MAY_STOP || c->instance.block.stopped[0] == '\0') {
+            return fmi2OK;
+        }
+        return plcfmu_leave(c, PLCFMU_DO_STEP, plcfmu_refuse(&c->text, c->instance.block.stopped));
+    }
+    return plcfmu_do_step(c, tc, h);
 }
 
 fmi2Status fmi2CancelStep(fmi2Component component) {
