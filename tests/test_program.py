@@ -321,6 +321,7 @@ DATA_BLOCK "Plant"
    END_VAR
    VAR RETAIN
       hours : DInt := 5;
+      "shift sums" : Array[1..2] of Int := [7, 8];
    END_VAR
 BEGIN
 END_DATA_BLOCK
@@ -354,13 +355,14 @@ def test_organization_blocks_are_called_with_their_periods_and_the_interface_is_
     assert done.returncode == 0, done.stderr
     path = folder / "Cyclic.fmu"
     assert fmpy.validation.validate_fmu(str(path)) == []
-    running = Running(path, [("Plant.scale", 4.0), ("Plant.hours_start", 100)])
+    running = Running(path, [("Plant.scale", 4.0), ("Plant.hours_start", 100), ("Plant.'shift sums_start'[2]", 9)])
     of = {name: (variable.causality, variable.variability) for name, variable in running.variables.items()}
     assert of["Start"] == ("input", "discrete") and of["Lamp"][0] == of["Plant.total"][0] == "output"
     assert of["Plant.scale"] == ("parameter", "tunable") and of["Plant.hours_start"] == ("parameter", "fixed")
     assert of["Plant.command"][0] == "input" and of["Plant.command_out"][0] == "output"
     assert of["Pump_DB.rate"][0] == "local" and running.variables["CYCLE"].start == "0.01"
     assert (running.get("Plant.starts"), running.get("Plant.runs")) == (1, 0), "the start-up block before the first call"
+    assert [running.get(f"Plant.'shift sums'[{index}]") for index in (1, 2)] == [7, 9]
     running.set("Start", True)
     running.set("Plant.command", 3)
     for _ in range(11):

@@ -63,21 +63,21 @@ pub fn of(
         let start = scl::program::Value::read(ty, &program.records[program.memory].start[offset..]).to_plc(kind);
         let is_written = matches!(variable.role, interface::Role::InOut | interface::Role::Local);
         let held = if is_written && role == Role::Input { Held::InOut } else { Held::Memory };
-        let mut name = structured(&variable.name);
-        // A tag may be called as a variable of the block.
-        while !names.insert(name.clone()) {
-            name.insert_str(0, "PLC.");
-        }
-        let mut add = |name: &str, role: Role, held: Held| {
-            rows.push(row(name, variable, kind, role, start, is_unit));
+        let mut add = |suffix: &str, role: Role, held: Held| {
+            let mut name = structured(&suffixed(&variable.name, suffix));
+            // A tag may be called as a variable of the block.
+            while !names.insert(name.clone()) {
+                name.insert_str(0, "PLC.");
+            }
+            rows.push(row(&name, variable, kind, role, start, is_unit));
             places.push(Place { ty, offset, held });
         };
-        add(&name, role, held);
+        add("", role, held);
         if held == Held::InOut {
-            add(&format!("{name}_out"), Role::Output, Held::Memory);
+            add("_out", Role::Output, Held::Memory);
         }
         if variable.is_retained && matches!(role, Role::Local | Role::Output) {
-            add(&format!("{name}_start"), Role::Fixed, Held::Start);
+            add("_start", Role::Fixed, Held::Start);
         }
     }
     let cycle = rows.len();
@@ -220,6 +220,13 @@ fn documentation(manifest: &Manifest, root: &Root) -> String {
         root.block,
         manifest.sources.join(", ")
     )
+}
+
+/// A name with something behind its last word: `buffer[5]` becomes `buffer_start[5]`.
+fn suffixed(name: &str, suffix: &str) -> String {
+    let word = name.rfind('.').map_or(0, |dot| dot + 1);
+    let end = name[word..].find('[').map_or(name.len(), |indices| word + indices);
+    format!("{}{suffix}{}", &name[..end], &name[end..])
 }
 
 /// A name in FMI's structured convention: what is not an identifier stands in apostrophes.
