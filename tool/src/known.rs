@@ -3,7 +3,7 @@
 use crate::message::{KnownLoop, Member, Setup};
 use anyhow::{Context, Result};
 use run::file;
-use run::system::{Exchange, own_name};
+use run::system::own_name;
 
 /// Those whose FMUs there are.
 pub fn loops(is_there: impl Fn(&str) -> bool) -> Vec<KnownLoop> {
@@ -27,9 +27,7 @@ fn known(name: &str, text: &str) -> Result<KnownLoop> {
         members: system.members.iter().map(member).collect(),
         connections: system.connections.into_iter().map(|connection| (connection.from, connection.to)).collect(),
         step: system.step,
-        // In the order of the members, as a PLC works: the controller sees the plant of its own time, and acts on it in the
-        // same step. Descriptions are parallel for masters that know nothing else.
-        exchange: Exchange::Sequential,
+        exchange: system.exchange,
     };
     let name = name.strip_suffix(".toml").unwrap_or(name).into();
     Ok(KnownLoop { name, title: title.into(), about: about.into(), setup, stop: system.stop, events })
@@ -38,7 +36,7 @@ fn known(name: &str, text: &str) -> Result<KnownLoop> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use run::system::Value;
+    use run::system::{Exchange, Value};
 
     #[test]
     fn a_loop_has_its_members_with_their_values_in_the_order_of_the_file() {
@@ -48,7 +46,7 @@ mod tests {
         assert_eq!(controller.values["GAIN"], Value::Number(0.7));
         assert_eq!(controller.values["PVPER_ON"], Value::Boolean(true));
         assert_eq!(plant.values["CYCLE"], Value::Number(1.0));
-        assert_eq!((furnace.setup.step, furnace.setup.exchange), (Some(1.0), Exchange::Sequential));
+        assert_eq!((furnace.setup.step, furnace.setup.exchange), (Some(1.0), Exchange::Parallel));
         let level = loops.iter().find(|known| known.name == "level").unwrap();
         assert_eq!((level.stop, level.about.as_str()), (Some(1200.0), "Then the consumers take twice as much."));
         assert_eq!(level.events, [(600.0, "TANK.DRAIN".into(), Value::Number(100.0))]);
