@@ -150,10 +150,11 @@ fn source<'a>(sources: &'a Sources, file: &str) -> Result<&'a String> {
     sources.get(file).with_context(|| format!("there is no file {file} for the page"))
 }
 
-/// A style that is written in the page.
+/// A style that is written in the page, without comments and indentation.
 fn element(sources: &Sources, name: &str, file: &str) -> Result<String> {
-    let text = source(sources, file)?;
-    ensure_inside(name, file, text)?;
+    let text = without_comments(source(sources, file)?);
+    let text = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("\n");
+    ensure_inside(name, file, &text)?;
     Ok(format!("<{name}>{text}</{name}>"))
 }
 

@@ -211,7 +211,7 @@ fn the_plant_of_a_step_controller_is_identified_from_a_pulse_in_manual_mode() {
 fn the_prediction_is_for_the_step_that_the_user_makes() {
     let mut request =
         with("CONT_C", Rule::Simc, Structure::Pi, lag(2.0, 8.0, 1.0), &[("CYCLE", 0.2), ("SP_INT", 20.0)]);
-    request.step = Step { from: Some(50.0), size: Some(-4.0), manual: Some(30.0) };
+    request.step = Step { from: Some(50.0), size: Some(-4.0), manual: Some(30.0), ..Step::default() };
     let predicted = tuned(&request).predicted;
     let ends = |values: &[f64]| (values[0], values[values.len() - 1]);
     assert_eq!(ends(&predicted.setpoint), (50.0, 46.0));
