@@ -14,9 +14,25 @@ import PIL.Image
 from playwright.sync_api import sync_playwright
 
 FOLDER = pathlib.Path(__file__).resolve().parent
-LOOPS = FOLDER.parents[1] / "tests/parameters/plant.awl"
+# The controllers of a plant: block, the letters of their names, how many, and the members that differ from loop to loop.
+CONTROLLERS = [
+    ("FB 41", "TIC", 12, [("MAN_ON", "FALSE"), ("CYCLE", "T#1S"), ("SP_INT", "40.0"), ("GAIN", "1.5"), ("TI", "T#2M"), ("DEADB_W", "0.5")]),
+    ("FB 41", "LIC", 6, [("MAN_ON", "FALSE"), ("CYCLE", "T#500MS"), ("SP_INT", "50.0"), ("GAIN", "4.0"), ("TI", "T#1M30S"), ("LMN_HLM", "90.0")]),
+    ("FB 42", "FIC", 14, [("CYCLE", "T#200MS"), ("SP_INT", "40.0"), ("GAIN", "0.8"), ("TI", "T#15S"), ("MTR_TM", "T#40S")]),
+    ("FB 43", "YC", 8, [("CYCLE", "T#100MS"), ("PER_TM", "T#10S"), ("P_B_TM", "T#200MS")]),
+]
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
 SIZE = {"width": 1366, "height": 768}
+
+
+def loops():
+    """The plant's parameter file."""
+    text = ""
+    for block, letters, count, members in CONTROLLERS:
+        for number in range(101, 101 + count):
+            set_members = "".join(f"   {name} := {value};\n" for name, value in members)
+            text += f'DATA_BLOCK "{letters}{number}"\nTITLE =\nVERSION : 0.1\n\n {block}\nBEGIN\n{set_members}END_DATA_BLOCK\n\n'
+    return {"name": "plant.awl", "mimeType": "text/plain", "buffer": text.encode()}
 
 
 def run_for(page, seconds):
@@ -42,7 +58,7 @@ def show_tab(page, name):
 
 def session(page):
     """The steps of a user; gives the name of each picture when it is to be taken."""
-    page.locator("#open-files").set_input_files(LOOPS)
+    page.locator("#open-files").set_input_files(loops())
     page.get_by_role("button", name="TIC105", exact=True).wait_for()
     yield "open"
     page.get_by_role("button", name="TIC105", exact=True).click()
@@ -58,24 +74,24 @@ def session(page):
     dead_band.press("Enter")
     manual = page.locator("#run").get_by_role("checkbox", name="Manual")
     manual.check()
-    run_for(page, 744.1)
+    run_for(page, 700)
     set_now(page, "#manual-value", 60)
-    run_for(page, 637.8)
+    run_for(page, 600)
     show_tab(page, "Tune")
     page.locator("#split").focus()
     for _ in range(8):
         page.keyboard.press("ArrowUp")
     page.locator("#tune").get_by_role("button", name="Identify from this step").click()
     page.locator("#tune .fit").get_by_text("fit").wait_for()
-    page.wait_for_function("() => document.querySelectorAll('#tune .rules tbody tr').length === 8")
-    page.locator("#tune-rule").scroll_into_view_if_needed()
+    page.wait_for_function("() => document.querySelectorAll('#tune .rules tbody tr').length === 9")
+    page.locator("#tune .what").get_by_text("Rules").evaluate("one => one.parentElement.scrollIntoView()")
     yield "tune"
     page.locator("#split").dblclick()
     page.locator("#tune").get_by_role("button", name="Apply").first.click()
     page.keyboard.press("Control+Enter")
     set_now(page, "#setpoint", 35)
     manual.uncheck()
-    run_for(page, 318.9)
+    run_for(page, 300)
     show_tab(page, "Runs")
     page.wait_for_function("() => document.querySelectorAll('#glance > div').length > 2")
     yield "run"
@@ -90,7 +106,7 @@ def frames(page):
     show_tab(page, "Runs")
     for _ in range(4):
         yield page.screenshot()
-    for name, value in (("GAIN", "0.7"), ("TI", "120")):
+    for name, value in (("GAIN", "0.9"), ("TI", "150")):
         page.locator(f"#field-{name}").fill(value)
         yield page.screenshot()
         page.locator(f"#field-{name}").press("Enter")
@@ -113,7 +129,11 @@ def animate(taken, path):
         PIL.Image.open(io.BytesIO(frame)).convert("RGB").resize((1024, 576), PIL.Image.Resampling.LANCZOS)
         for frame in taken
     ]
-    palette = others[-1].quantize(240, method=PIL.Image.Quantize.MAXCOVERAGE, dither=PIL.Image.Dither.NONE)
+    # Large areas keep their colours; the rest is spread over the colours of lines and letters.
+    areas = [colour for _, colour in sorted(others[-1].getcolors(1 << 20), reverse=True)[:32]]
+    lines = others[-1].quantize(208, method=PIL.Image.Quantize.MAXCOVERAGE, dither=PIL.Image.Dither.NONE)
+    palette = PIL.Image.new("P", (1, 1))
+    palette.putpalette([*sum(areas, ()), *lines.getpalette()[: 3 * 208]])
     first, *others = [one.quantize(palette=palette, dither=PIL.Image.Dither.NONE) for one in (first, *others)]
     first.save(path, save_all=True, append_images=others, duration=110, loop=0, optimize=True)
 

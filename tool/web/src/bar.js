@@ -35,9 +35,10 @@ export function mount() {
   update();
   store.on("say", notice);
   // A note is about what was just done: the next change ends it. Errors stay until they are closed.
-  store.on("settings", () => {
+  const endNotes = () => {
     for (const note of byId("notices").querySelectorAll(".notice.is-note")) note.remove();
-  });
+  };
+  for (const what of ["loop", "settings"]) store.on(what, endNotes);
   store.on("home", showLost);
   store.on("question", question);
   listenToNewEngine(() => {

@@ -2,7 +2,7 @@
 
 import { byId, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
-import { units, unitText } from "tool/signals.js";
+import { roles, units, unitText } from "tool/signals.js";
 import { store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
@@ -128,8 +128,11 @@ const GLANCE = [
  * @param {import("./messages").Figure[]} all
  */
 function glance(all) {
+  const manual = store.loop && store.isLive() && roles(store.loop).manual;
+  const isManual = manual && store.state?.values[manual] === true;
   const found = GLANCE.flatMap(([key, name]) => {
-    const figure = all.find((one) => one.key === key);
+    // In manual mode nothing brings the deviation to zero: its integral judges no controller.
+    const figure = key === "iae" && isManual ? undefined : all.find((one) => one.key === key);
     return figure && figure.value !== null ? [{ ...figure, name }] : [];
   });
   fill(

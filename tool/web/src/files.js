@@ -134,7 +134,8 @@ async function show(file, read) {
   store.emit("files");
   if (read.loops.length === 1) await take(opened, 0);
   const count = read.loops.length;
-  if (count > 1) store.say(`${file.name}: ${count} loops; choose one in the list.`);
+  // Without a loop the list is all that there is to see.
+  if (count > 1 && store.loop) store.say(`${file.name}: ${count} loops; choose one in the list.`);
 }
 
 /**

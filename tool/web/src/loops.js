@@ -11,7 +11,7 @@ import { rounded } from "tool/values.js";
 /** A row of the table. @typedef {{ name: string, block: string, cycle: number | null, warnings: number, loop: import("./store.js").Work | undefined, take: () => unknown }} Row */
 
 /** As long as nothing is under work, the table has the page for itself. */
-const [FEW, MANY] = [6, 25];
+const [FEW, MANY] = [5, 25];
 
 const MOST_PROBLEMS = 20;
 

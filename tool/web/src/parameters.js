@@ -12,7 +12,7 @@ import { mount as characteristic } from "tool/characteristic.js";
 import { attribute, byId, element, fill, text } from "tool/dom.js";
 import { fieldHelp } from "tool/help.js";
 import { isEdited, runValue, source, store, wiredTo } from "tool/store.js";
-import { isBoolean, isTime, number, plcTime, read, shown } from "tool/values.js";
+import { isBoolean, isTime, number, plcTime, read, rounded, shown } from "tool/values.js";
 
 /**
  * A row of the panel.
@@ -322,7 +322,8 @@ function showField(name, isForced = false) {
   const value = wire ? (runValue(loop, name) ?? setting.value) : setting.value;
   if (isBoolean(kind)) row.input.checked = Boolean(value);
   else if (isForced || document.activeElement !== row.input || setting.wrong === undefined) {
-    const written = setting.wrong ?? shown(value, kind);
+    // A value that the plant gives cannot be edited: it has the digits that fit.
+    const written = setting.wrong ?? (wire ? rounded(value, kind) : shown(value, kind));
     // What is being typed is left as it is.
     const typed = read(row.input.value, setting.variable);
     const isSame = "value" in typed && shown(typed.value, kind) === written;
@@ -371,7 +372,7 @@ function greyOf(loop, setting, value, wire) {
   if (isTime(kind)) parts.push(plcTime(number(value)));
   if (!isBoolean(kind)) {
     if (min !== null && max !== null) parts.push(`${shown(min, kind)} ... ${shown(max, kind)}`);
-    else if (min !== null) parts.push(`from ${shown(min, kind)}`);
+    else if (min !== null) parts.push(`${shown(min, kind)} or more`);
     else if (max !== null) parts.push(`up to ${shown(max, kind)}`);
   }
   if (isEdited(setting) && !wire) parts.push(`in force: ${shown(setting.sent, kind)}`);

@@ -158,6 +158,11 @@ function show() {
       button("Save as loops.toml", noRun, () => download({ what: "description" })),
       button("CSV of the curves", noRun, () => csvOf(shownNames())()),
       button("CSV of everything", noRun, csvOf([])),
+    ),
+    element(
+      "div",
+      { class: "row" },
+      element("span", { class: "what" }, "Document"),
       button("Picture (SVG)", noRun, () => savePicture("svg")),
       button("Picture (PNG)", noRun, () => savePicture("png")),
       button("Report (HTML)", noRun, () => report(loop)),
