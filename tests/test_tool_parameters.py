@@ -154,6 +154,7 @@ def loop_names(page):
 def test_a_file_of_forty_loops_becomes_a_table_with_block_cycle_and_warnings(page):
     page.set_input_files("#open-files", PLANT)
     page.locator("table.loops").wait_for()
+    assert page.locator("#notices").inner_text() == ""
     read = ask(page, do="read", file="plant.awl", content=base64_of(PLANT))
     assert len(read["loops"]) == 40
     shown = []

@@ -16,9 +16,9 @@ from playwright.sync_api import sync_playwright
 FOLDER = pathlib.Path(__file__).resolve().parent
 # The controllers of a plant: block, the letters of their names, how many, and the members that differ from loop to loop.
 CONTROLLERS = [
-    ("FB 41", "TIC", 12, [("MAN_ON", "FALSE"), ("CYCLE", "T#1S"), ("SP_INT", "40.0"), ("GAIN", "1.5"), ("TI", "T#2M"), ("DEADB_W", "0.5")]),
-    ("FB 41", "LIC", 6, [("MAN_ON", "FALSE"), ("CYCLE", "T#500MS"), ("SP_INT", "50.0"), ("GAIN", "4.0"), ("TI", "T#1M30S"), ("LMN_HLM", "90.0")]),
-    ("FB 42", "FIC", 14, [("CYCLE", "T#200MS"), ("SP_INT", "40.0"), ("GAIN", "0.8"), ("TI", "T#15S"), ("MTR_TM", "T#40S")]),
+    ("FB 41", "TIC", 12, [("MAN_ON", "FALSE"), ("SP_INT", "40.0"), ("GAIN", "1.5"), ("TI", "T#2M"), ("DEADB_W", "0.5")]),
+    ("FB 41", "LIC", 6, [("MAN_ON", "FALSE"), ("CYCLE", "T#500MS"), ("SP_INT", "50.0"), ("GAIN", "4.0"), ("TI", "T#90S")]),
+    ("FB 42", "FIC", 14, [("CYCLE", "T#200MS"), ("SP_INT", "40.0"), ("GAIN", "0.8"), ("TI", "T#15S")]),
     ("FB 43", "YC", 8, [("CYCLE", "T#100MS"), ("PER_TM", "T#10S"), ("P_B_TM", "T#200MS")]),
 ]
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
@@ -30,8 +30,8 @@ def loops():
     text = ""
     for block, letters, count, members in CONTROLLERS:
         for number in range(101, 101 + count):
-            set_members = "".join(f"   {name} := {value};\n" for name, value in members)
-            text += f'DATA_BLOCK "{letters}{number}"\nTITLE =\nVERSION : 0.1\n\n {block}\nBEGIN\n{set_members}END_DATA_BLOCK\n\n'
+            text += f'DATA_BLOCK "{letters}{number}"\nTITLE =\nVERSION : 0.1\n\n {block}\nBEGIN\n'
+            text += "".join(f"   {name} := {value};\n" for name, value in members) + "END_DATA_BLOCK\n\n"
     return {"name": "plant.awl", "mimeType": "text/plain", "buffer": text.encode()}
 
 
