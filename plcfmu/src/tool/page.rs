@@ -150,10 +150,13 @@ fn source<'a>(sources: &'a Sources, file: &str) -> Result<&'a String> {
     sources.get(file).with_context(|| format!("there is no file {file} for the page"))
 }
 
-/// A style that is written in the page, without comments and indentation.
+/// A style that is written in the page, without comments and the blanks around signs that separate.
 fn element(sources: &Sources, name: &str, file: &str) -> Result<String> {
     let text = without_comments(source(sources, file)?);
     let text = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("\n");
+    // Before a colon a blank has a meaning in selectors.
+    let separators = [(" {", "{"), ("{ ", "{"), (" }", "}"), (": ", ":"), ("; ", ";"), (", ", ",")];
+    let text = separators.iter().fold(text, |text, (from, to)| text.replace(from, to));
     ensure_inside(name, file, &text)?;
     Ok(format!("<{name}>{text}</{name}>"))
 }
