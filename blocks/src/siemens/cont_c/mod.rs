@@ -240,6 +240,7 @@ impl Law for ContC {
         } else {
             u
         };
+        // Limited first, then scaled, and not limited again.
         self.lmn = (y * self.lmn_fac) + self.lmn_off;
         // Clause 12.
         self.lmn_per = Word::new(analog_output(self.lmn));
@@ -264,6 +265,7 @@ impl ContC {
         } else if self.i_itl_on {
             Some(self.i_itlval)
         } else if self.man_on {
+            // LMN_P and DISV of this call, the limited value of the previous one: automatic mode begins without a bump.
             Some((memory.y - self.lmn_p) - self.disv)
         } else {
             None
@@ -277,7 +279,7 @@ impl ContC {
         let t = self.cycle.seconds();
         // Clause 5.
         let ti = self.ti.seconds().max(t * 0.5);
-        // Clause 6.
+        // Clause 6: the mean of this error and that of the previous call, and what rounding has lost so far.
         let mut q = (((t / ti) * (e + memory.e)) * 0.5) + memory.rest;
         // The limit outputs are still those of the previous call.
         if self.int_hold || (q > 0.0 && self.qlmn_hlm) || (q < 0.0 && self.qlmn_llm) {
@@ -306,6 +308,7 @@ impl ContC {
             memory.w = e;
             return 0.0;
         }
+        // w follows the error with a lag of about TM_LAG; the component is what w is behind, at a height that TD gives.
         let t = self.cycle.seconds();
         let td = self.td.seconds().max(t);
         let tl = self.tm_lag.seconds().max(t * 0.5);
