@@ -110,10 +110,10 @@ def test_the_first_call_of_the_first_example_sees_the_temperature_of_the_furnace
     assert (value[0], output[0]) == (0, 0)
     # 1382 of 27648 for 0 ... 400 degC are 19.994 degC; LMN = 0.7 (60 - PV) + 0.7 (60 - PV) / 130.
     assert value[1] == pytest.approx(1382 * 400 / 27648) and output[1] == pytest.approx(0.7 * 40.0058 * (1 + 0.5 / 130), abs=0.12)
-    assert figures["overshoot"] == pytest.approx(100 * (max(value) - 60) / (60 - value[0]))
-    first = {share: next(at for at, one in enumerate(value) if one >= value[0] + share * (60 - value[0])) for share in (0.1, 0.9)}
+    assert figures["overshoot"] == pytest.approx(100 * (max(value) - 60) / (60 - value[1]))
+    first = {share: next(at for at, one in enumerate(value) if one >= value[1] + share * (60 - value[1])) for share in (0.1, 0.9)}
     assert figures["rise"] == pytest.approx(first[0.9] - first[0.1], abs=1)
-    assert figures["peak_deviation" if "peak_deviation" in figures else "peak"] == pytest.approx(60 - value[0])
+    assert figures["peak_deviation" if "peak_deviation" in figures else "peak"] == pytest.approx(60 - value[1])
 
 
 def test_on_a_phone_the_curve_comes_first_and_parameters_are_a_tab(open_tool):

@@ -211,9 +211,9 @@ pub struct Span {
     pub to: Option<f64>,
     /// From which to which value the step goes, if it is known: then it begins with the first call.
     pub step: Option<(f64, f64)>,
-    /// Whether a setpoint that never changes is a step from the process value of the first call. It counts if it is at least half
-    /// of what the process value moves: else the loop was at rest.
-    pub is_start_a_step: bool,
+    /// The first call with a process value, if a setpoint that never changes is a step from there. It counts if it is at least half of
+    /// what the process value moves: else the loop was at rest.
+    pub start: Option<usize>,
 }
 
 /// What a run has recorded of a loop: a value of each signal for every call.
@@ -288,7 +288,7 @@ impl<'a> Window<'a> {
         let end = span.to.map_or(count, |to| times.partition_point(|time| *time <= to));
         let (first, is_step) = match span.step {
             Some(_) => (0, Ok(())),
-            None => signals.beginning(end, span.is_start_a_step),
+            None => signals.beginning(end, span.start),
         };
         let begin = span.from.map_or(first, |from| times.partition_point(|time| *time < from));
         let calls = begin..end.max(begin);
@@ -418,16 +418,16 @@ fn last_change(setpoint: &[f64]) -> Option<usize> {
 
 impl Signals<'_> {
     /// The call before `end` in which the last step begins, or the last change of the setpoint and why that is no step.
-    fn beginning(&self, end: usize, is_start_a_step: bool) -> (usize, Result<(), String>) {
-        let changed = last_change(&self.setpoint[..end]).or((is_start_a_step && end > 0).then_some(0));
-        let Some(changed) = changed else { return (0, Err(NO_CHANGE.into())) };
+    fn beginning(&self, end: usize, start: Option<usize>) -> (usize, Result<(), String>) {
+        let changed = last_change(&self.setpoint[..end]);
+        let Some(first) = changed.or(start.filter(|start| *start < end)) else { return (0, Err(NO_CHANGE.into())) };
         let is_manual = |call: usize| self.manual.get(call).copied().unwrap_or(false);
-        let Some(call) = (changed..end).find(|call| !is_manual(*call)) else {
-            return (changed, Err("the controller is in manual mode".into()));
+        let Some(call) = (first..end).find(|call| !is_manual(*call)) else {
+            return (first, Err("the controller is in manual mode".into()));
         };
         let values = &self.process_value[call..end];
         let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), of| (low.min(*of), high.max(*of)));
-        let is_step = changed > 0 || (self.setpoint[call] - values[0]).abs() >= (high - low) / 2.0;
+        let is_step = changed.is_some() || (self.setpoint[call] - values[0]).abs() >= (high - low) / 2.0;
         if is_step { (call, Ok(())) } else { (0, Err(NO_CHANGE.into())) }
     }
 }
@@ -662,12 +662,16 @@ mod tests {
         let (times, setpoint) = ([0.0, 1.0, 2.0, 3.0, 4.0], [60.0; 5]);
         let signals =
             |process_value| Signals { times: &times, setpoint: &setpoint, process_value, ..Signals::default() };
-        let span = Span { is_start_a_step: true, ..Span::default() };
+        let span = Span { start: Some(0), ..Span::default() };
         let rising = [20.0, 40.0, 64.0, 60.0, 60.0];
         let figures = Window::of(signals(&rising), &span);
         // 24 at 0.2 s and 56 at 1.667 s; within 0.8 of 60 from 3 s on.
         assert_eq!((figures.get("overshoot"), figures.get("settling")), (Some(10.0), Some(3.0)));
         assert!((figures.get("rise").unwrap() - (1.0 + 16.0 / 24.0 - 0.2)).abs() < 1e-12);
+        // The same where the first row has the outputs before the first call.
+        let late = [0.0, 20.0, 40.0, 64.0, 60.0];
+        let figures = Window::of(signals(&late), &Span { start: Some(1), ..Span::default() });
+        assert_eq!((figures.get("overshoot"), figures.get("peak")), (Some(10.0), Some(40.0)));
         // At rest, 1 below, and disturbed by 10.
         assert_eq!(Window::of(signals(&[59.0, 59.0, 49.0, 55.0, 60.0]), &span).get("rise"), None);
     }

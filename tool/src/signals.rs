@@ -8,6 +8,7 @@ use crate::travel;
 use anyhow::{Context, Result};
 use control::figures::{self, Span, Window};
 use control::identify::{self, Data, Identified};
+use run::system::Exchange;
 
 /// The signals of a loop in the calls that are held exactly.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -100,8 +101,10 @@ pub fn figures(home: &dyn Home, session: &Session, request: &FiguresRequest) -> 
     let mut signals = Signals::of(home, record, None, None)?;
     signals.unit = signals.unit.or_else(|| request.unit.clone());
     signals.travel_unit = signals.travel_unit.or_else(|| request.travel_unit.clone());
-    let is_start_a_step = record.trace().exact().start == 0;
-    let span = Span { from: request.from, to: request.to, is_start_a_step, ..Span::default() };
+    // Where members act in parallel, the first row has the outputs before the first call.
+    let first = usize::from(record.setup().exchange == Exchange::Parallel);
+    let start = (record.trace().exact().start == 0).then_some(first);
+    let span = Span { from: request.from, to: request.to, start, ..Span::default() };
     let window = Window::of(signals.borrowed(), &span);
     let begin = request.from.unwrap_or_default();
     let (from, to) = window.times().unwrap_or((begin, request.to.unwrap_or(begin)));
