@@ -279,7 +279,8 @@ impl ContC {
         let t = self.cycle.seconds();
         // Clause 5.
         let ti = self.ti.seconds().max(t * 0.5);
-        // Clause 6: the mean of this error and that of the previous call, and what rounding has lost so far.
+        // The mean of this error and that of the previous call, and what rounding has lost so far.
+        // Clause 6.
         let mut q = (((t / ti) * (e + memory.e)) * 0.5) + memory.rest;
         // The limit outputs are still those of the previous call.
         if self.int_hold || (q > 0.0 && self.qlmn_hlm) || (q < 0.0 && self.qlmn_llm) {
