@@ -315,7 +315,7 @@ mod tests {
             <script type="module" src="boot.js"></script></body>"#;
         [
             ("index.html", html),
-            ("style.css", "p { color: red }"),
+            ("style.css", "/* Ink */\np :hover, i { color: red; top: 0 }\n"),
             ("vendor/plot.js", "var plot = 1;"),
             ("vendor/LICENSE", "As is."),
             ("boot.js", "begin();\n"),
@@ -334,7 +334,7 @@ mod tests {
     #[test]
     fn the_page_has_all_files_and_names_none() {
         let page = page(Home::Page, &[("assets", b"{}")]).unwrap();
-        assert!(page.contains("<style>p { color: red }</style>"));
+        assert!(page.contains("<style>p :hover,i{color:red;top:0}</style>"), "{page}");
         assert!(
             page.contains("<script type=\"module\">begin();\n</script>")
                 && page.contains(&format!("id=\"modules\">{}", &base93(&[0x1f, 0x8b, 8, 0])[..4]))
