@@ -399,6 +399,18 @@ mod tests {
     }
 
     #[test]
+    fn all_rows_of_a_variable_of_a_data_block_that_is_called_as_one_of_the_block_say_so() {
+        let source = "DATA_BLOCK tank VAR RETAIN level : REAL; END_VAR BEGIN END_DATA_BLOCK
+            FUNCTION_BLOCK Pump VAR_OUTPUT flow : REAL; END_VAR VAR tank : STRUCT level : REAL; END_STRUCT; END_VAR
+            BEGIN flow := #tank.level; \"tank\".level := \"tank\".level + 1.0; END_FUNCTION_BLOCK";
+        let manifest = Manifest { cycle: 100, sources: vec!["pump.scl".into()], ..Manifest::default() };
+        let loaded = Loaded::new(&manifest, &[Source::new("pump.scl", source.into())], |_| true);
+        let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
+        let names: Vec<_> = loaded.table.rows.iter().map(|row| row.name).collect();
+        assert_eq!(names, ["flow", "tank.level", "PLC.tank.level", "PLC.tank.level_start", "CYCLE"]);
+    }
+
+    #[test]
     fn dates_and_times_of_day_are_whole_numbers() {
         let source = "FUNCTION_BLOCK Night VAR_INPUT day : DATE := D#1990-01-03; from : TOD := TOD#00:00:01.5; END_VAR
             VAR_OUTPUT late : BOOL; END_VAR BEGIN late := from > TOD#22:00:00; END_FUNCTION_BLOCK";

@@ -63,13 +63,14 @@ pub fn of(
         let start = scl::program::Value::read(ty, &program.records[program.memory].start[offset..]).to_plc(kind);
         let is_written = matches!(variable.role, interface::Role::InOut | interface::Role::Local);
         let held = if is_written && role == Role::Input { Held::InOut } else { Held::Memory };
-        let mut add = |suffix: &str, role: Role, held: Held| {
-            let mut name = structured(&suffixed(&variable.name, suffix));
-            // A tag may be called as a variable of the block.
-            while !names.insert(name.clone()) {
-                name.insert_str(0, "PLC.");
-            }
-            rows.push(row(&name, variable, kind, role, start, is_unit));
+        let name = |suffix| structured(&suffixed(&variable.name, suffix));
+        // A tag may be called as a variable of the block.
+        let mut before = String::new();
+        while !names.insert(before.clone() + &name("")) {
+            before += "PLC.";
+        }
+        let mut add = |suffix, role, held| {
+            rows.push(row(&(before.clone() + &name(suffix)), variable, kind, role, start, is_unit));
             places.push(Place { ty, offset, held });
         };
         add("", role, held);
