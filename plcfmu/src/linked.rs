@@ -28,12 +28,7 @@ impl EachBlock for Search<'_> {
     fn block<B: Block>(&mut self) {
         if Guid::<B>::TEXT == self.guid {
             let instantiate = |name: &str| Ok(Box::new(Instance::<B>::new(name)?) as Box<dyn Reset>);
-            self.found = Some(Linked { interface: interface::<B>(), instantiate });
+            self.found = Some(Linked { interface: fmu::describe(B::TABLE, self.guid), instantiate });
         }
     }
-}
-
-/// What the library of a block's FMU says of itself.
-fn interface<B: Block>() -> String {
-    fmu::describe(B::TABLE, Guid::<B>::TEXT)
 }

@@ -6,8 +6,7 @@ use crate::message::{Description, Figures, Loop, Setting, Values, Variable, View
 use crate::session::Record;
 use anyhow::{Context, Result, bail};
 use control::identify::Model;
-use control::rules;
-use control::rules::Rule;
+use control::rules::{self, Rule};
 use draw::escape::Text;
 use draw::plot::{Chart, Curve, Panel, svg};
 use modeldescription::digits::short;

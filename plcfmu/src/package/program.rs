@@ -306,8 +306,8 @@ fn libraries() -> Result<BTreeMap<&'static str, PathBuf>> {
             return Ok(libraries);
         }
     }
-    let clones = [Workspace::find, Workspace::of_this_command].into_iter().filter_map(|find| find().ok());
-    let Some((package, workspace)) = clones.filter_map(|clone| Some((clone.programs.clone()?, clone))).next() else {
+    let mut clones = [Workspace::find, Workspace::of_this_command].into_iter().filter_map(|find| find().ok());
+    let Some((package, workspace)) = clones.find_map(|clone| Some((clone.programs.clone()?, clone))) else {
         bail!(
             "the library of programs is missing: it belongs in the folder programs beside {}; build plcfmu in a clone, or \
              set {FMUS} to the folder of packed FMUs",

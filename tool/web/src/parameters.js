@@ -255,7 +255,8 @@ function makeRow(loop, name, group, folded) {
     "div",
     {
       class: ["field", isSwitch && "of-switch", isLong(name) && "is-long"].filter(Boolean).join(" "),
-      ...{ "data-name": name, title: variable.description },
+      "data-name": name,
+      title: variable.description,
     },
     element("label", { for: id, class: "name" }, broken(name)),
     element("span", { class: "value" }, input),

@@ -263,13 +263,18 @@ impl Lowerer<'_, '_> {
             passed.extend(self.amount(of, value, span).map(program::Argument::Value));
             "__VAL_STRG_WHOLE"
         };
-        for (position, (name, of)) in FORMATTED.into_iter().enumerate() {
-            let operand = self.argument(given, name, position + 1);
-            let value = self.converted(operand, of, self.argument_span(given, name, position + 1));
-            passed.push(program::Argument::Value(value));
-        }
+        self.pass_format(given, &FORMATTED, &mut passed);
         if let Some(text) = self.of_library(name, passed, span) {
             self.assign(&to, text, span);
+        }
+    }
+
+    /// Passes on how a number stands in a text: the parameters behind IN.
+    fn pass_format(&mut self, given: &Given, parameters: &[(&str, Elementary)], passed: &mut Vec<program::Argument>) {
+        for (number, (name, of)) in (1..).zip(parameters) {
+            let operand = self.argument(given, name, number);
+            let value = self.converted(operand, *of, self.argument_span(given, name, number));
+            passed.push(program::Argument::Value(value));
         }
     }
 
@@ -287,11 +292,7 @@ impl Lowerer<'_, '_> {
         };
         let Some(text) = self.text_argument_of(given, false) else { return };
         let mut passed = vec![text];
-        for (position, (name, of)) in [FORMATTED[2], FORMATTED[3]].into_iter().enumerate() {
-            let operand = self.argument(given, name, position + 1);
-            let value = self.converted(operand, of, self.argument_span(given, name, position + 1));
-            passed.push(program::Argument::Value(value));
-        }
+        self.pass_format(given, &FORMATTED[2..], &mut passed);
         let Some(number) = self.of_library("__STRG_VAL", passed, span) else { return };
         let Some(number) = self.text_place(number) else { return };
         if let Some(value) = self.number_at(of, number, span) {
