@@ -333,6 +333,7 @@ BEGIN
     "Plant".command := 0;
     "Lamp" := "Start";
     "Plant".hours := "Plant".hours + 1;
+    "Plant"."shift sums"[2] := "Plant"."shift sums"[2] + 1;
 END_ORGANIZATION_BLOCK
 
 ORGANIZATION_BLOCK "Cyclic"
@@ -369,6 +370,7 @@ def test_organization_blocks_are_called_with_their_periods_and_the_interface_is_
         running.call(0.01)
     # Main at 0, 20, 40, 60, 80 and 100 ms, Cyclic at 0, 50 and 100 ms; the data block's rate is 2.
     assert (running.get("Plant.runs"), running.get("Plant.hours"), running.get("Plant.starts")) == (3, 106, 1)
+    assert running.get("Plant.'shift sums'[2]") == 9 + 6
     assert running.get("Plant.total") == 6 * 2.0 * 4.0 + 3000.0 and running.get("Lamp")
     assert (running.get("Plant.command"), running.get("Plant.command_out")) == (3, 0)
 
