@@ -87,7 +87,8 @@ impl Life {
                     Kind::Time => random.between(0.001, 60.0),
                     Kind::Word | Kind::Int => random.between(-30000.0, 30000.0),
                     Kind::Bool => random.below(2) as f64,
-                    _ => unreachable!("no block has such a type"),
+                    // What each integer of programs takes.
+                    _ => random.below(100) as f64,
                 };
                 if matches!(variable.role, Role::Input | Role::Parameter) {
                     assert_eq!(instance.try_set(reference as u32, value), Status::Ok);

@@ -1,15 +1,18 @@
-//! The FMU libraries that the tests call: built or handed in, loaded, and their tables read.
+//! The FMU libraries that the tests call: built or handed in, loaded, and their tables read. That of programs
+//! stands for several: one for each program of the tests.
 
 use host::library::Library;
-use modeldescription::Interface;
-use modeldescription::Row;
+use modeldescription::{Interface, Row};
+use parameters::Source;
 use plcfmu::build::compile::{Linkage, compile};
 use plcfmu::build::platform::Platform;
 use plcfmu::build::workspace::{FmuCrate, Workspace};
-use std::collections::BTreeMap;
+use program::{FILE, Loaded, Manifest};
+use std::collections::{BTreeMap, BTreeSet};
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
-use std::ffi::CString;
+use std::ffi::{CString, c_char};
 use std::path::{Path, PathBuf};
+use std::ptr;
 use std::sync::{LazyLock, Mutex, PoisonError};
 
 /// A loaded FMU library with what it says of itself.
@@ -25,6 +28,8 @@ pub struct Fmu {
     pub name: String,
     /// What fmi2Instantiate wants to be given.
     pub guid: CString,
+    /// The folder of the resources, where the library needs them: it is that of programs.
+    pub resources: Option<CString>,
     /// The value reference of the time between two calls.
     pub cycle: u32,
     /// The variables, by value reference.
@@ -40,6 +45,11 @@ impl Fmu {
         let place = self.variables.iter().position(|variable| variable.name == name);
         place.unwrap_or_else(|| panic!("{} has no variable {name}", self.name)) as u32
     }
+
+    /// The resources as fmi2Instantiate takes them.
+    pub fn location(&self) -> *const c_char {
+        self.resources.as_ref().map_or(ptr::null(), |folder| folder.as_ptr())
+    }
 }
 
 /// The folder of libraries that are built already, for machines without cargo: `PLCFMU_LIBRARIES`.
@@ -47,6 +57,13 @@ static PREBUILT: LazyLock<Option<PathBuf>> = LazyLock::new(|| std::env::var_os("
 
 /// The packages in `tests/fmus`. Cargo knows them by `test-only` in their `Cargo.toml`; a folder of libraries does not.
 const TEST_ONLY: [&str; 2] = ["counter", "panicking"];
+
+/// The package of the library of programs.
+const PROGRAMS: &str = "program_library";
+
+/// Programs with variables of every type, which run without a stop whatever they are given.
+const PROGRAM_SOURCES: [(&str, &str); 2] =
+    [("kinds", include_str!("../programs/kinds.scl")), ("mixer", include_str!("../programs/mixer.scl"))];
 
 static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| Workspace::find().unwrap_or_else(|error| panic!("{error:#}")));
 
@@ -61,8 +78,8 @@ pub fn fmu_of(package: &str) -> &'static Fmu {
     load(&[package.into()])[0]
 }
 
-/// The libraries of all FMU packages of the workspace but those in `tests/fmus`. If `PLCFMU_LIBRARIES` names a folder,
-/// those of the libraries in there, and no cargo is called.
+/// The libraries of all FMU packages of the workspace but those in `tests/fmus`, and that of programs with each of the programs in
+/// `tests/programs`. If `PLCFMU_LIBRARIES` names a folder, those of the libraries in there, and no cargo is called.
 ///
 /// # Panics
 /// They do not build or load.
@@ -72,10 +89,15 @@ pub fn all_fmus() -> Vec<&'static Fmu> {
             let all = prebuilt(folder).into_keys();
             all.filter(|package| !TEST_ONLY.contains(&package.as_str())).collect()
         }
-        None => WORKSPACE.crates.iter().filter(|fmu| !fmu.test_only).map(|fmu| fmu.name.clone()).collect(),
+        None => {
+            let blocks = WORKSPACE.crates.iter().filter(|fmu| !fmu.test_only);
+            blocks.chain(&WORKSPACE.programs).map(|fmu| fmu.name.clone()).collect()
+        }
     };
     assert!(!packages.is_empty(), "there are no FMUs: the workspace, or the folder PLCFMU_LIBRARIES, has none");
-    load(&packages)
+    let (programs, blocks): (Vec<_>, Vec<_>) = packages.into_iter().partition(|package| package == PROGRAMS);
+    let of_tests = PROGRAM_SOURCES.iter().filter(|_| !programs.is_empty()).map(|(name, _)| (*name).to_string());
+    load(&blocks.into_iter().chain(of_tests).collect::<Vec<_>>())
 }
 
 fn load(packages: &[String]) -> Vec<&'static Fmu> {
@@ -85,10 +107,10 @@ fn load(packages: &[String]) -> Vec<&'static Fmu> {
     if !missing.is_empty() {
         let libraries = match &*PREBUILT {
             Some(folder) => prebuilt(folder),
-            None => built(&missing),
+            None => built(&missing.iter().map(|package| library_of(package)).collect()),
         };
         for package in missing {
-            let library = libraries.get(package);
+            let library = libraries.get(library_of(package));
             let path = library.unwrap_or_else(|| panic!("there is no library of {package} in PLCFMU_LIBRARIES"));
             loaded.insert(package.clone(), Box::leak(Box::new(open(package, path))));
         }
@@ -109,9 +131,14 @@ fn prebuilt(folder: &Path) -> BTreeMap<String, PathBuf> {
         .collect()
 }
 
-fn built(packages: &[&String]) -> BTreeMap<String, PathBuf> {
-    let fmu_crate = |package: &&String| -> FmuCrate {
-        let found = WORKSPACE.crates.iter().find(|fmu| fmu.name == **package);
+/// The package that the library of an FMU is built from: a program has that of all programs.
+fn library_of(package: &str) -> &str {
+    if PROGRAM_SOURCES.iter().any(|(name, _)| *name == package) { PROGRAMS } else { package }
+}
+
+fn built(packages: &BTreeSet<&str>) -> BTreeMap<String, PathBuf> {
+    let fmu_crate = |package: &&str| -> FmuCrate {
+        let found = WORKSPACE.crates.iter().chain(&WORKSPACE.programs).find(|fmu| fmu.name == **package);
         found.unwrap_or_else(|| panic!("the workspace has no FMU package {package}")).clone()
     };
     build(&packages.iter().map(fmu_crate).collect::<Vec<_>>())
@@ -138,7 +165,16 @@ pub fn plain_library(package: &str) -> PathBuf {
 
 fn open(package: &str, path: &Path) -> Fmu {
     let library = Library::open(path).unwrap_or_else(|error| panic!("{error:#}"));
-    let json = library.interface().unwrap_or_else(|error| panic!("{package}: {error:#}"));
+    let (json, resources) = match PROGRAM_SOURCES.iter().find(|(name, _)| *name == package) {
+        Some((name, text)) => {
+            let folder = path.with_file_name("programs").join(name);
+            let told =
+                unpack(&format!("{name}.scl"), text, &folder).unwrap_or_else(|error| panic!("{package}: {error}"));
+            (Ok(told), CString::new(folder.display().to_string()).ok())
+        }
+        None => (library.interface(), None),
+    };
+    let json = json.unwrap_or_else(|error| panic!("{package}: {error:#}"));
     let interface = Interface::parse(&json).unwrap_or_else(|error| panic!("{package}: {error:#}"));
     Fmu {
         package: package.into(),
@@ -146,9 +182,20 @@ fn open(package: &str, path: &Path) -> Fmu {
         path: path.to_path_buf(),
         name: interface.table.name,
         guid: CString::new(interface.guid).unwrap_or_else(|error| panic!("{package}: {error:#}")),
+        resources,
         cycle: interface.table.cycle as u32,
         variables: interface.table.variables,
     }
+}
+
+/// Writes the resources of a program's FMU into a folder, and gives what the FMU tells of itself.
+fn unpack(file: &str, text: &str, folder: &Path) -> std::io::Result<String> {
+    let manifest = Manifest { cycle: 100, sources: vec![file.into()], ..Manifest::default() };
+    let loaded = Loaded::new(&manifest, &[Source::new(file, text.into())], |_| false).map_err(std::io::Error::other)?;
+    std::fs::create_dir_all(folder)?;
+    std::fs::write(folder.join(FILE), manifest.to_string())?;
+    std::fs::write(folder.join(file), text)?;
+    Ok(fmu::describe(loaded.table, &loaded.guid()))
 }
 
 #[cfg(test)]

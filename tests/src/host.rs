@@ -161,7 +161,7 @@ impl Instance {
         let name = CString::new(fmu.package.as_str()).unwrap_or_default();
         // SAFETY: all pointers point to what the function takes.
         let component = unsafe {
-            (fmu.library.instantiate)(name.as_ptr(), 1, fmu.guid.as_ptr(), ptr::null(), &raw const callbacks, 0, 1)
+            (fmu.library.instantiate)(name.as_ptr(), 1, fmu.guid.as_ptr(), fmu.location(), &raw const callbacks, 0, 1)
         };
         assert!(!component.is_null(), "{}: {:?}", fmu.package, log.take());
         Instance { fmu, component, log }

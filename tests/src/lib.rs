@@ -11,7 +11,7 @@ mod fmu;
 mod host;
 mod random;
 
-pub use blocks::{Kind, Role};
+pub use blocks::{Class, Kind, Role};
 pub use counting::Counting;
 pub use fmu::{Fmu, all_fmus, fmu_of, plain_library};
 pub use host::{Entry, Instance, Log, Status, call_harmlessly, logging_callbacks};

@@ -126,10 +126,22 @@ impl<'a> Host<'a> {
             1 => (&raw const without_logger, false),
             _ => (&raw const good, true),
         };
-        let location = random.pick(&[ptr::null(), c"file:///nowhere".as_ptr(), c"\xff://%".as_ptr()]);
+        // A block needs no resources.
+        let needed = self.fmu.location();
+        let wrong_location = random.once_in(12);
+        let location = if needed.is_null() || wrong_location {
+            random.pick(&[ptr::null(), c"file:///nowhere".as_ptr(), c"\xff://%".as_ptr()])
+        } else {
+            needed
+        };
         let logging_on = random.pick(&[0, 1, 1, 1, -7]);
-        let accepted =
-            !no_name && !null_name && fmu_type == 1 && guid == self.fmu.guid.as_c_str() && !null_guid && has_logger;
+        let accepted = !no_name
+            && !null_name
+            && fmu_type == 1
+            && guid == self.fmu.guid.as_c_str()
+            && !null_guid
+            && has_logger
+            && (needed.is_null() || !wrong_location);
 
         let or_null = |null: bool, text: *const c_char| if null { ptr::null() } else { text };
         // SAFETY: every pointer is NULL or points to what the function takes.

@@ -2,7 +2,7 @@
 //! FMUs' code.
 
 use std::collections::BTreeMap;
-use tests::{Fmu, Kind, Random, Status};
+use tests::{Class, Fmu, Kind, Random, Status};
 
 /// The states of an instance that a host can see: instantiated, Initialization Mode, stepComplete, terminated. (A step
 /// is never in progress after fmi2DoStep, none fails or is canceled, and refused calls lead to no error state.)
@@ -92,6 +92,9 @@ pub fn ok_if(condition: bool) -> Expected {
     Expected::Exactly(if condition { Status::Ok } else { Status::Error })
 }
 
+/// Up to here a double tells whole numbers apart: 2^53.
+const EXACT: f64 = 9_007_199_254_740_992.0;
+
 /// What a variable holds after it was set; `None` where that is refused.
 pub fn held(kind: Kind, value: f64) -> Option<f64> {
     match kind {
@@ -103,16 +106,25 @@ pub fn held(kind: Kind, value: f64) -> Option<f64> {
         Kind::Int if (-32768.0..=32767.0).contains(&value) => Some(value),
         Kind::Time | Kind::Word | Kind::Int => None,
         Kind::Bool => Some(f64::from(u8::from(value != 0.0))),
-        _ => unreachable!("no block has such a type"),
+        Kind::LTime => Some((value * 1e9).round()).filter(|whole| whole.abs() <= EXACT).map(|whole| whole / 1e9),
+        // Read as the integer with its bits.
+        Kind::DWord if (f64::from(i32::MIN)..=f64::from(u32::MAX)).contains(&value) => {
+            Some(f64::from(value as i64 as i32))
+        }
+        kind => {
+            let (low, high) = kind.whole()?;
+            let is_in = (low as f64).max(-EXACT) <= value && value <= (high as f64).min(EXACT);
+            Some(value + 0.0).filter(|_| is_in && value.fract() == 0.0)
+        }
     }
 }
 
 /// Whether a variable of this PLC type belongs to `fmi2GetReal`, `fmi2SetBoolean` and so on.
 pub fn is_of(kind: Kind, function: &str) -> bool {
     match &function["fmi2Get".len()..] {
-        "Real" => matches!(kind, Kind::Real | Kind::LReal | Kind::Time),
-        "Integer" => matches!(kind, Kind::Word | Kind::Int),
-        _ => kind == Kind::Bool,
+        "Real" => kind.class() == Class::Real,
+        "Integer" => kind.class() == Class::Integer,
+        _ => kind.class() == Class::Boolean,
     }
 }
 
