@@ -1,8 +1,9 @@
 //! The page of the parameter tool as one HTML file, which loads nothing: `web/index.html` with everything that it names.
 //!
-//! Modules import each other as `tool/NAME.js`. They are in the page as one packed text, each after those that it imports, and
-//! `web/boot.js` makes them URLs of the page, so that it needs no bundler and works from a file. A content security policy
-//! allows that script, and what it makes, and no others.
+//! Modules import each other as `tool/NAME.js`. They are in the page as one packed script, in which each is a block after those
+//! that it imports: a browser that loads them one by one needs a second for it on a slow machine. `web/boot.js` makes the script
+//! a URL of the page, so that it works from a file. A content security policy allows that script, and what it makes, and no
+//! others.
 
 use anyhow::{Context, Result, bail, ensure};
 use base64::Engine as _;
@@ -85,16 +86,16 @@ pub fn assemble(sources: &Sources, content: &Content) -> Result<String> {
     let html = source(sources, "index.html")?;
     let mut page = Page { html: html.clone(), scripts: Vec::new() };
     page.embed(r#"<link rel="stylesheet" href=""#, r#"">"#, |_, file| element(sources, "style", file))?;
-    page.embed(r#"<script type="module" src=""#, r#""></script>"#, |scripts, file| {
+    page.embed(r#"<script type="module" async src=""#, r#""></script>"#, |scripts, file| {
         let text = without_comments(source(sources, file)?);
         ensure_inside("script", file, &text)?;
-        let element = format!("<script type=\"module\">{text}</script>");
+        let element = format!("<script type=\"module\" async>{text}</script>");
         scripts.push(text);
         Ok(element)
     })?;
     ensure!(!page.scripts.is_empty(), "index.html has no script that begins");
-    let modules = serde_json::to_vec(&modules(sources)?)?;
-    for (id, bytes) in content.data.iter().chain([&("modules", &modules[..])]) {
+    let script = script(&modules(sources)?)?;
+    for (id, bytes) in content.data.iter().chain([&("modules", script.as_bytes())]) {
         let empty = format!(r#"<script type="text/plain" id="{id}"></script>"#);
         let full = empty.replace("><", &format!(">{}<", packed(bytes, content.home)?));
         page.replace(&empty, &full)?;
@@ -195,13 +196,54 @@ fn modules(sources: &Sources) -> Result<Vec<(String, String)>> {
             if let Some(missing) = imports(text).find(|of| !modules.iter().any(|(name, _)| name == of)) {
                 bail!("{name} imports {missing}, which there is not");
             }
-            // So that error messages name the module.
-            modules.push((name.clone(), format!("{}//# sourceURL={name}\n", without_comments(text))));
+            modules.push((name.clone(), without_comments(text)));
         }
         rest = waiting;
     }
     ensure!(modules.len() > first, "the page has no modules");
     Ok(modules)
+}
+
+/// The modules as one script: what a module exports is a property of `modules`, from which others take it.
+fn script(modules: &[(String, String)]) -> Result<String> {
+    // For tests and for the console: `await moduleOf("tool/store.js")`.
+    let mut script = "const modules = {};\nglobalThis.moduleOf = async (name) => modules[name];\n".to_string();
+    for (name, text) in modules {
+        let (mut code, mut exported) = (String::new(), Vec::new());
+        let mut lines = text.lines();
+        while let Some(line) = lines.next() {
+            if line.starts_with("import ") {
+                let mut import = line.to_string();
+                while !import.ends_with(';') {
+                    import += lines.next().with_context(|| format!("{name}: {line} has no end"))?;
+                }
+                code +=
+                    &taken(&import).with_context(|| format!("{name}: {import} is not import {{ A }} from \"B\";"))?;
+            } else if let Some(declaration) = line.strip_prefix("export ") {
+                let is_declared = |kind: &&str| declaration.starts_with(kind);
+                let kind = ["async function ", "function ", "class ", "const "].into_iter().find(is_declared);
+                let kind = kind.with_context(|| format!("{name}: {line}: export functions, classes and constants"))?;
+                let is_of_name = |sign: char| sign.is_alphanumeric() || sign == '_' || sign == '$';
+                let rest = &declaration[kind.len()..];
+                exported.push(&rest[..rest.find(|sign| !is_of_name(sign)).unwrap_or(rest.len())]);
+                code += declaration;
+            } else {
+                code += line;
+            }
+            code.push('\n');
+        }
+        script += &match name.starts_with("vendor/") {
+            true => code,
+            false => format!("{{\n{code}modules[\"{name}\"] = {{ {} }};\n}}\n", exported.join(", ")),
+        };
+    }
+    Ok(script)
+}
+
+/// The statement that takes from `modules` what an import names.
+fn taken(import: &str) -> Option<String> {
+    let (names, from) = import.strip_prefix("import ")?.strip_suffix(';')?.rsplit_once(" from ")?;
+    Some(format!("const {} = modules[{from}];", names.replace(" as ", ": ")))
 }
 
 /// What a module imports, a line each as the formatter leaves them.
@@ -213,7 +255,7 @@ fn imports(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// A module without the lines that are nothing but comments. Text between backquotes stays as it is.
+/// A module without the lines that are nothing but comments, and without indentation. Text between backquotes stays as it is.
 fn without_comments(text: &str) -> String {
     let (mut code, mut is_comment, mut is_quoted) = (String::new(), false, false);
     for line in text.lines() {
@@ -224,9 +266,12 @@ fn without_comments(text: &str) -> String {
         let is_left_out = is_comment || !is_quoted && begin.starts_with("//");
         is_comment &= !line.trim_end().ends_with("*/");
         if !is_left_out {
+            let text = if is_quoted { line } else { begin };
+            if is_quoted || !text.is_empty() {
+                code.push_str(text);
+                code.push('\n');
+            }
             is_quoted ^= line.matches('`').count() % 2 == 1;
-            code.push_str(line);
-            code.push('\n');
         }
     }
     code
@@ -312,15 +357,18 @@ mod tests {
         let html = r#"<!DOCTYPE html><head><meta charset="utf-8"><meta name="plcfmu-home" content="page">
             <link rel="stylesheet" href="style.css"></head><body><script type="text/plain" id="assets"></script>
             <script type="text/plain" id="engine"></script><script type="text/plain" id="modules"></script>
-            <script type="module" src="boot.js"></script></body>"#;
+            <script type="module" async src="boot.js"></script></body>"#;
         [
             ("index.html", html),
             ("style.css", "/* Ink */\np :hover, i { color: red; top: 0 }\n"),
             ("vendor/plot.js", "var plot = 1;"),
             ("vendor/LICENSE", "As is."),
             ("boot.js", "begin();\n"),
-            ("src/main.js", "import \"tool/é.js\";\nimport {\n  b,\n} from \"tool/b.js\";\n"),
-            ("src/b.js", "import { a } from \"tool/é.js\";\nexport const b = a;\n"),
+            (
+                "src/main.js",
+                "import { a as one } from \"tool/é.js\";\nimport {\n  b,\n} from \"tool/b.js\";\nb(one);\n",
+            ),
+            ("src/b.js", "import { a } from \"tool/é.js\";\n\nexport function b() {\n  return a;\n}\n"),
             ("src/é.js", "export const a = 1;\n"),
         ]
         .map(|(path, text)| (path.to_string(), text.to_string()))
@@ -336,7 +384,7 @@ mod tests {
         let page = page(Home::Page, &[("assets", b"{}")]).unwrap();
         assert!(page.contains("<style>p :hover,i{color:red;top:0}</style>"), "{page}");
         assert!(
-            page.contains("<script type=\"module\">begin();\n</script>")
+            page.contains("<script type=\"module\" async>begin();\n</script>")
                 && page.contains(&format!("id=\"modules\">{}", &base93(&[0x1f, 0x8b, 8, 0])[..4]))
         );
         assert!(page.contains("As is.") && page.contains("Permission is hereby granted"));
@@ -362,7 +410,6 @@ mod tests {
         let names: Vec<&str> = modules.iter().map(|(name, _)| name.as_str()).collect();
         assert_eq!(names, ["vendor/plot.js", "tool/é.js", "tool/b.js", "tool/main.js"]);
         assert_eq!(modules[0].1, "var plot = 1;\nglobalThis.plot = plot;\n");
-        assert!(modules[1].1.ends_with("const a = 1;\n//# sourceURL=tool/é.js\n"));
         let refusal = |text: &str| {
             let mut sources = sources();
             sources.insert("src/é.js".into(), text.into());
@@ -371,6 +418,26 @@ mod tests {
         let circle = "modules of the page import each other in a circle: tool/b.js, tool/main.js, tool/é.js";
         assert_eq!(refusal("import { b } from \"tool/b.js\";\n"), circle);
         assert_eq!(refusal("import \"tool/c.js\";\n"), "tool/é.js imports tool/c.js, which there is not");
+    }
+
+    #[test]
+    fn modules_are_one_script_in_which_each_is_a_block() {
+        let script = script(&modules(&sources()).unwrap()).unwrap();
+        let blocks = [
+            "const modules = {};\nglobalThis.moduleOf = async (name) => modules[name];\n",
+            "var plot = 1;\nglobalThis.plot = plot;\n",
+            "{\nconst a = 1;\nmodules[\"tool/é.js\"] = { a };\n}\n",
+            "{\nconst { a } = modules[\"tool/é.js\"];\nfunction b() {\nreturn a;\n}\nmodules[\"tool/b.js\"] = { b };\n}\n",
+            "{\nconst { a: one } = modules[\"tool/é.js\"];\nconst {b,} = modules[\"tool/b.js\"];\nb(one);\n",
+            "modules[\"tool/main.js\"] = {  };\n}\n",
+        ];
+        assert_eq!(script, blocks.concat());
+        let refusal = |text: &str| super::script(&[("tool/a.js".into(), text.into())]).unwrap_err().to_string();
+        assert_eq!(refusal("export let a;\n"), "tool/a.js: export let a;: export functions, classes and constants");
+        assert_eq!(
+            refusal("import \"tool/b.js\";\n"),
+            "tool/a.js: import \"tool/b.js\"; is not import { A } from \"B\";"
+        );
     }
 
     #[test]

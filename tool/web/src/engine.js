@@ -36,7 +36,7 @@ export function whereIsTheEngine() {
 
 /** Whether the page has an engine of its own. */
 export function hasEngineInPage() {
-  return packed("engine") !== "";
+  return document.getElementById("engine")?.textContent !== "";
 }
 
 /** From now on the engine in the page answers, which knows nothing of what the server's knew. */
@@ -184,11 +184,6 @@ async function post(where, type, body) {
   throw new EngineError(answer || `plcfmu tool refuses with status ${response.status}.`);
 }
 
-/** @param {string} id */
-function packed(id) {
-  return document.getElementById(id)?.textContent?.trim() ?? "";
-}
-
 /**
  * What the engine in the page offers.
  *
@@ -203,8 +198,9 @@ function packed(id) {
 let exported;
 
 async function open() {
-  if (!hasEngineInPage()) throw new EngineError("This page has no engine of its own; open it with plcfmu tool.");
-  const { instance } = await WebAssembly.instantiate(await unpacked("engine"), {});
+  const module = await /** @type {any} */ (globalThis).compiledEngine;
+  if (!module) throw new EngineError("This page has no engine of its own; open it with plcfmu tool.");
+  const instance = await WebAssembly.instantiate(/** @type {WebAssembly.Module} */ (module), {});
   const engine = /** @type {Exported} */ (/** @type {unknown} */ (instance.exports));
   exported = engine;
   const encoder = new TextEncoder();
