@@ -80,6 +80,8 @@ CUT = """() => {
     const [box, room] = [one.getBoundingClientRect(), holder.getBoundingClientRect()];
     if (box.right > room.right + 1) found.push(told(one));
   };
+  const commands = document.querySelector("#commands");
+  if (commands.scrollWidth > commands.clientWidth) found.push(`#commands: ${commands.scrollWidth} px in ${commands.clientWidth}`);
   for (const one of shown("#run button, #run label")) outside(one, one.closest(".controls") ?? one.closest(".row") ?? one.parentElement);
   for (const one of shown(".field .unit, .field .tag"))
     if (one.scrollWidth > one.clientWidth + 1 || one.getClientRects().length > 1) found.push(told(one));
