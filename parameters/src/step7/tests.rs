@@ -389,7 +389,7 @@ fn a_slip_in_a_block_with_another_number_is_told_and_does_not_cost_the_loop() {
         "DATA_BLOCK DB 3\nFB 333\nBEGIN\n TH_TZ := 4; TR_TZ := 5,5; SET := TRUE;\nEND_DATA_BLOCK",
         &[
             "plant.awl:2:1: `FB333` is not a known block; if it is FAN, whose members it has, name that with --block",
-            "plant.awl:4:24: expected `;` after this value, found `,`; decimals stand behind a point: 1.5",
+            "plant.awl:4:24: expected `;` after this value, found `,`; the decimal separator is a point: 1.5",
         ],
     );
 }
@@ -475,7 +475,7 @@ END_DATA_BLOCK
              `S5T#20S`, which is an S5TIME; write T# instead of S5T#",
             "plant.awl:6:13: STEPS: expected an INT of -32768 ... 32767, found `40000`",
             "plant.awl:7:11: expected `:=` after `MAN_ON`, found `=`",
-            "plant.awl:8:15: expected `;` after this value, found `,`; decimals stand behind a point: 1.5",
+            "plant.awl:8:15: expected `;` after this value, found `,`; the decimal separator is a point: 1.5",
             "plant.awl:9:17: expected `;` after this value",
         ],
     );

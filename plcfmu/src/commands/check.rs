@@ -99,7 +99,7 @@ fn check_program(sources: &[PathBuf], options: &program::Options) -> Result<()> 
     match program::compile(sources, options)? {
         Ok(compiled) => {
             compiled.warnings.iter().try_for_each(|problems| print(&drawn(problems)))?;
-            let block = compiled.root.map_or_else(String::new, |root| format!("; {} is run", root.block));
+            let block = compiled.root.map_or_else(String::new, |root| format!("; the FMU runs {}", root.block));
             let warnings = count(&compiled.warnings);
             let plural = if warnings == 1 { "" } else { "s" };
             print(&format!("no errors, {warnings} warning{plural}{block}\n"))
