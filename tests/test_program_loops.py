@@ -139,9 +139,11 @@ def test_the_belts_start_against_the_flow_behind_the_horn_and_count_parts(comman
 
 
 def test_the_commands_of_the_guide_run_as_printed_and_draw_its_pictures(command, tmp_path):
-    folder = tmp_path / "programs"
+    folder = tmp_path / "examples" / "programs"
     shutil.copytree(PROGRAMS, folder)
-    shutil.copy(host.FOLDER / "HEATER.fmu", folder)
+    fmus = tmp_path / "target" / "fmu"
+    fmus.mkdir(parents=True)
+    shutil.copy(host.FOLDER / "HEATER.fmu", fmus)
     guide = (ROOT / "docs" / "tia.md").read_text(encoding="utf-8")
     commands = [line.split("#")[0].split() for line in guide.splitlines() if line.startswith("    plcfmu ")]
     assert [words[1] for words in commands] == ["check", "build", "info", "run", "test", "run", "run"]
