@@ -169,19 +169,6 @@ def test_a_source_file_that_is_missing_is_found_by_check(packed, command, tmp_pa
     assert done.returncode != 0 and 'SourceFiles names "Mixer.c", and there is no "sources/Mixer.c"' in done.stdout + done.stderr
 
 
-def test_what_has_no_form_in_c_is_packed_without_sources_and_not_compiled(command, tmp_path):
-    text = 'FUNCTION_BLOCK "Decay" VAR_INPUT t : Real; END_VAR VAR_OUTPUT y : Real; END_VAR BEGIN #y := EXP(-#t); END_FUNCTION_BLOCK'
-    decay = tmp_path / "decay.scl"
-    decay.write_text(text, encoding="utf-8")
-    run(command, "build", decay, "--cycle=100ms", f"--out={tmp_path}", env=host.environment())
-    with zipfile.ZipFile(tmp_path / "Decay.fmu") as fmu:
-        assert not any(name.startswith("sources/") for name in fmu.namelist())
-    build = [command, "build", decay, "--cycle=100ms", f"--out={tmp_path}", "--native"]
-    done = subprocess.run(build, env=host.environment(), capture_output=True, text=True)
-    reason = "decay.scl:1: EXP has no text in C that gives the bits of the FMU with every compiler; leave out --native"
-    assert done.returncode == 1 and f"Decay has no form in C: {reason}" in done.stderr
-
-
 @pytest.mark.parametrize(
     "words",
     [

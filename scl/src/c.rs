@@ -42,8 +42,7 @@ const TAKEN: &str = "call constants done memory self start stop abs acos acosh a
 /// or `goes_on`.
 ///
 /// # Errors
-/// What cannot be printed: blocks of [`blocks`] whose law was not added ([`Program::add_law`]), and functions such as EXP, which need
-/// an implementation of their own in C.
+/// What cannot be printed: blocks of [`blocks`] whose law was not added ([`Program::add_law`]).
 pub fn print(program: &Program) -> Result<String, String> {
     let mut printer = Printer::new(program);
     let functions = printer.functions()?;
@@ -194,7 +193,8 @@ fn is_type(name: &str) -> bool {
         name.strip_prefix(prefix).is_some_and(|rest| !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit()))
     });
     is_number
-        || ["memory", "constants", "call", "size", "ptrdiff", "wchar", "intmax", "uintmax", "intptr"].contains(&name)
+        || ["memory", "constants", "call", "twofold", "size", "ptrdiff", "wchar", "intmax", "uintmax", "intptr"]
+            .contains(&name)
 }
 
 /// Whether a name stands in a text, and not as that of a member.

@@ -9,6 +9,7 @@
 
 mod law;
 mod layout;
+pub(crate) mod mathematics;
 pub(crate) mod operations;
 mod print;
 mod value;

@@ -11,7 +11,7 @@ impl Loaded {
     /// The FMU of the program as one file of C. `with_laws` adds the laws of this project's blocks, of which the program may have instances.
     ///
     /// # Errors
-    /// What of the program cannot be printed as C: a function such as EXP.
+    /// What of the program cannot be printed as C.
     pub fn sources(
         self: &Arc<Self>,
         with_laws: impl FnOnce(&scl::program::Program) -> Result<scl::program::Program, String>,

@@ -163,7 +163,8 @@ fn milliseconds(text: &str) -> Result<u32> {
 pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -> Result<(PathBuf, Vec<String>)> {
     let (manifest, sources) = read(files, options)?;
     let loaded = Arc::new(loaded(&manifest, &sources)?);
-    let warnings = loaded.warnings.iter().map(ToString::to_string).filter(|text| !text.is_empty()).collect();
+    let mut warnings: Vec<String> =
+        loaded.warnings.iter().map(ToString::to_string).filter(|text| !text.is_empty()).collect();
     let told = fmu::describe(loaded.table, &loaded.guid());
     let interface = Interface::parse(&told)?;
     let name = &interface.table.name;
@@ -183,7 +184,10 @@ pub fn pack(files: &[PathBuf], options: &Options, native: bool, folder: &Path) -
             contents.insert(format!("sources/{file}"), text.into_bytes());
             xml = xml.with_sources(&[file]);
         }
-        Err(reason) => ensure!(!native, "{name} has no form in C: {reason}; leave out --native"),
+        Err(reason) => {
+            ensure!(!native, "{name} has no form in C: {reason}; leave out --native");
+            warnings.push(format!("note: {name} is packed without C: {reason}"));
+        }
     }
     contents.insert(DESCRIPTION.to_string(), xml.write());
     let unpacked = temporary::builder().tempdir().context("there is no folder for temporary files")?;

@@ -3,7 +3,7 @@
 use super::facts::{self, is_quiet};
 use super::{Printer, line, scalar};
 use crate::program::walk::runs_statements;
-use crate::program::{At, Base, Binary, Convert, Expr, Place, Scalar, Step, Type, Unary, Value};
+use crate::program::{Base, Binary, Convert, Expr, Place, Scalar, Step, Type, Unary, Value};
 
 impl Printer<'_> {
     /// An expression; what has to be done before is printed first.
@@ -18,10 +18,7 @@ impl Printer<'_> {
                     (Unary::Abs, ty) if ty.is_integer() && !ty.is_signed() => a,
                     (Unary::Neg, ty) if ty.is_float() && !a.starts_with('-') => format!("-{a}"),
                     (Unary::Neg, ty) if ty.is_float() => format!("-({a})"),
-                    (Unary::Neg | Unary::Not | Unary::Abs | Unary::Swap | Unary::Frac | Unary::Sqrt, ty) => {
-                        format!("{}_{ty}({})", format!("{op:?}").to_lowercase(), bare(&a))
-                    }
-                    _ => return Err(self.without_form(&format!("{op:?}").to_uppercase())),
+                    _ => format!("{}_{ty}({})", format!("{op:?}").to_lowercase(), bare(&a)),
                 }
             }
             Expr::Binary(op, ty, left, right, _) => {
@@ -37,7 +34,6 @@ impl Printer<'_> {
                     (Some((symbol, true)), _) => format!("({a} {symbol} {b})"),
                     (Some((symbol, _)), Scalar::F32 | Scalar::F64) => format!("({a} {symbol} {b})"),
                     _ if *op == Binary::Ne && ty.is_integer() => format!("({a} != {b})"),
-                    _ if *op == Binary::Pow => return Err(self.without_form("a power (**)")),
                     _ => format!("{}_{ty}({}, {})", format!("{op:?}").to_lowercase(), bare(a), bare(b)),
                 }
             }
@@ -82,14 +78,6 @@ impl Printer<'_> {
                 self.expr(value)?
             }
         })
-    }
-
-    /// Why a function has no text in C: the machine calculates it with the crate `libm`, and the libraries of C compilers differ in
-    /// the last bits.
-    fn without_form(&self, name: &str) -> String {
-        let At { file, line } = self.scope.at;
-        let file = self.program.files.get(usize::from(file)).map_or("", String::as_str);
-        format!("{file}:{line}: {name} has no text in C that gives the bits of the FMU with every compiler")
     }
 
     /// The value of a statement: without the parentheses around it, and a truth value as one where compilers see an `int`.

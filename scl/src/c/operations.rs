@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
 /// All operations: a line `# name`, and its text. `*` in a name stands for a type, of the class behind it.
-const OPERATIONS: &str = include_str!("operations.h");
+const OPERATIONS: &str = concat!(include_str!("operations.h"), "\n", include_str!("mathematics.h"));
 
 /// Name, class, text.
 static PARTS: LazyLock<Vec<(&str, &str, &str)>> = LazyLock::new(|| {
@@ -57,7 +57,7 @@ pub(super) fn used(by: &str) -> String {
             let (name, behind) = rest.split_at(rest.find(|c| !is_letter(c)).unwrap_or(rest.len()));
             rest = behind;
             // Comments have the same words.
-            let is_word = name == "AT_8" || name == "call_t";
+            let is_word = ["AT_8", "call_t", "twofold_t"].contains(&name);
             if !is_word && !behind.starts_with('(') {
                 continue;
             }

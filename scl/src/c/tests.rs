@@ -93,8 +93,8 @@ fn file(programs: &[Program]) -> String {
     )
 }
 
-/// What the file writes when it is compiled and run; `None` if there is no compiler.
-fn in_c(text: &str, name: &str, level: &str) -> Option<Vec<u8>> {
+/// What the file writes when it is compiled and run with this input; `None` if there is no compiler.
+fn in_c(text: &str, name: &str, level: &str, input: &[u8]) -> Option<Vec<u8>> {
     let folder = std::env::temp_dir().join(format!("plcfmu-c-{}-{name}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let (source, binary) = (folder.join("programs.c"), folder.join("programs"));
@@ -121,7 +121,10 @@ fn in_c(text: &str, name: &str, level: &str) -> Option<Vec<u8>> {
         source.display(),
         said.lines().take(40).collect::<Vec<_>>().join("\n")
     );
-    let output = Command::new(&binary).output().unwrap();
+    let given = folder.join("input");
+    std::fs::write(&given, input).unwrap();
+    let given = std::fs::File::open(given).unwrap();
+    let output = Command::new(&binary).stdin(given).output().unwrap();
     assert!(output.status.success(), "{}: {}", binary.display(), output.status);
     std::fs::remove_dir_all(&folder).unwrap();
     Some(output.stdout)
@@ -167,7 +170,7 @@ fn printed_programs_give_the_bits_of_the_machine() {
         let seeds: Vec<u64> = (begin..(first + count).min(begin + together)).collect();
         let programs: Vec<Program> = seeds.iter().map(|seed| Random::program(seed * 7919, 0, Of::C)).collect();
         let level = ["-O0", "-O2"][bundle % if count > 10_000 { 1 } else { 2 }];
-        let Some(written) = in_c(&file(&programs), &begin.to_string(), level) else {
+        let Some(written) = in_c(&file(&programs), &begin.to_string(), level, &[]) else {
             eprintln!("there is no C compiler: nothing was compared");
             return;
         };
@@ -206,4 +209,93 @@ fn printed_programs_give_the_bits_of_the_machine() {
         }
     }
     assert!(ended > count / 3 && by_budget > 0, "{ended} of {count} ended, {by_budget} were stopped by their budget");
+}
+
+/// A host: it reads numbers and writes what each function makes of them; a power is that of two numbers that follow each other.
+const FUNCTIONS: &str = "
+#include <stdio.h>
+int main(void) {
+    double x, before = 1.0;
+    while (fread(&x, sizeof x, 1, stdin) == 1) {
+        double all[10] = {0};
+        float power;
+        all[0] = exp_f64(x), all[1] = ln_f64(x), all[2] = log_f64(x), all[3] = sin_f64(x), all[4] = cos_f64(x);
+        all[5] = tan_f64(x), all[6] = asin_f64(x), all[7] = acos_f64(x), all[8] = atan_f64(x), all[9] = pow_f64(before, x);
+        power = pow_f32((float)before, (float)x);
+        fwrite(all, sizeof all, 1, stdout);
+        fwrite(&power, sizeof power, 1, stdout);
+        before = x;
+    }
+    return 0;
+}
+";
+
+/// Numbers of every size, and those at which the functions have their ends, halves of pi, and their neighbours.
+fn arguments() -> Vec<f64> {
+    let at = [
+        0.0,
+        5e-324,
+        2.2250738585072014e-308,
+        7.450580596923828e-9,
+        0.125,
+        0.3,
+        0.5,
+        1.0,
+        std::f64::consts::SQRT_2,
+        2.0,
+        3.0,
+        10.0,
+        709.782712893384,
+        745.1332191019411,
+        9007199254740991.0,
+        1.8446744073709552e19,
+        1.7e308,
+        f64::INFINITY,
+        f64::NAN,
+    ];
+    let halves = (1..200).map(|n| f64::from(n) * std::f64::consts::FRAC_PI_4);
+    let near = at.into_iter().chain(halves).flat_map(|it| [it, it.next_up(), it.next_down()]);
+    let mut all: Vec<f64> = near.flat_map(|it| [it, -it]).collect();
+    let mut seed = 1_u64;
+    for n in 0..30_000 {
+        seed ^= seed << 13;
+        seed ^= seed >> 7;
+        seed ^= seed << 17;
+        let one = (seed >> 11) as f64 / (1_u64 << 53) as f64;
+        let scale = [2.0, 20.0, 1500.0, 1e6][n % 4];
+        all.push(if n % 5 == 0 { f64::from_bits(seed) } else { (one - 0.5) * scale });
+    }
+    all
+}
+
+#[test]
+fn exp_and_its_relatives_give_the_bits_of_the_machine() {
+    use crate::program::{Binary, Unary};
+    let text = format!("{HEAD}{}{FUNCTIONS}", operations::used(FUNCTIONS));
+    let arguments = arguments();
+    let bytes: Vec<u8> = arguments.iter().flat_map(|it| it.to_le_bytes()).collect();
+    let functions =
+        [Unary::Exp, Unary::Ln, Unary::Log, Unary::Sin, Unary::Cos, Unary::Tan, Unary::Asin, Unary::Acos, Unary::Atan];
+    for level in ["-O0", "-O2"] {
+        let Some(written) = in_c(&text, &format!("functions{level}"), level, &bytes) else {
+            eprintln!("there is no C compiler: nothing was compared");
+            return;
+        };
+        assert_eq!(written.len(), 84 * arguments.len());
+        let mut before = 1.0_f64;
+        for (x, written) in arguments.iter().zip(written.chunks(84)) {
+            let power = |a: Value, b: Value| Binary::Pow.of(a, b).unwrap().0;
+            let (wide, narrow) = (power(before.into(), (*x).into()), power((before as f32).into(), (*x as f32).into()));
+            let results = functions.iter().map(|it| it.of((*x).into()).unwrap()).chain([wide, narrow]);
+            for (number, (result, c)) in results.zip(written.chunks(8)).enumerate() {
+                let c = Value::read(result.ty(), c);
+                let same = c == result || c.number().is_nan() && result.number().is_nan();
+                assert!(
+                    same,
+                    "function {number} of {x:?} ({before:?} before): {c} in C, {result} in the machine, {level}"
+                );
+            }
+            before = *x;
+        }
+    }
 }

@@ -5,7 +5,7 @@
 // A macro writes each operation once for all integers: for some of them a cast or a comparison is without effect.
 #![allow(unused_comparisons, clippy::unnecessary_cast, clippy::absurd_extreme_comparisons)]
 
-use super::{Binary, Convert, Scalar, Unary, Value};
+use super::{Binary, Convert, Scalar, Unary, Value, mathematics};
 
 /// An operation on one number.
 pub(crate) type One = fn(u64) -> u64;
@@ -112,16 +112,16 @@ impl Unary {
             Unary::Neg => |a| bits64(-f64_of(a)),
             Unary::Abs => |a| bits64(f64_of(a).abs()),
             Unary::Frac => |a| bits64(f64_of(a) - f64_of(a).trunc()),
-            Unary::Sqrt => |a| bits64(libm::sqrt(f64_of(a))),
-            Unary::Exp => |a| bits64(libm::exp(f64_of(a))),
-            Unary::Ln => |a| bits64(libm::log(f64_of(a))),
-            Unary::Log => |a| bits64(libm::log10(f64_of(a))),
-            Unary::Sin => |a| bits64(libm::sin(f64_of(a))),
-            Unary::Cos => |a| bits64(libm::cos(f64_of(a))),
-            Unary::Tan => |a| bits64(libm::tan(f64_of(a))),
-            Unary::Asin => |a| bits64(libm::asin(f64_of(a))),
-            Unary::Acos => |a| bits64(libm::acos(f64_of(a))),
-            Unary::Atan => |a| bits64(libm::atan(f64_of(a))),
+            Unary::Sqrt => |a| bits64(f64_of(a).sqrt()),
+            Unary::Exp => |a| bits64(mathematics::exp(f64_of(a))),
+            Unary::Ln => |a| bits64(mathematics::ln(f64_of(a))),
+            Unary::Log => |a| bits64(mathematics::log(f64_of(a))),
+            Unary::Sin => |a| bits64(mathematics::sin(f64_of(a))),
+            Unary::Cos => |a| bits64(mathematics::cos(f64_of(a))),
+            Unary::Tan => |a| bits64(mathematics::tan(f64_of(a))),
+            Unary::Asin => |a| bits64(mathematics::asin(f64_of(a))),
+            Unary::Acos => |a| bits64(mathematics::acos(f64_of(a))),
+            Unary::Atan => |a| bits64(mathematics::atan(f64_of(a))),
             Unary::Not | Unary::Swap => return None,
         })
     }
@@ -132,16 +132,16 @@ impl Unary {
             Unary::Neg => |a| bits32(-f32_of(a)),
             Unary::Abs => |a| bits32(f32_of(a).abs()),
             Unary::Frac => |a| bits32(f32_of(a) - f32_of(a).trunc()),
-            Unary::Sqrt => |a| bits32(libm::sqrtf(f32_of(a))),
-            Unary::Exp => |a| bits32(libm::exp(f64::from(f32_of(a))) as f32),
-            Unary::Ln => |a| bits32(libm::log(f64::from(f32_of(a))) as f32),
-            Unary::Log => |a| bits32(libm::log10(f64::from(f32_of(a))) as f32),
-            Unary::Sin => |a| bits32(libm::sin(f64::from(f32_of(a))) as f32),
-            Unary::Cos => |a| bits32(libm::cos(f64::from(f32_of(a))) as f32),
-            Unary::Tan => |a| bits32(libm::tan(f64::from(f32_of(a))) as f32),
-            Unary::Asin => |a| bits32(libm::asin(f64::from(f32_of(a))) as f32),
-            Unary::Acos => |a| bits32(libm::acos(f64::from(f32_of(a))) as f32),
-            Unary::Atan => |a| bits32(libm::atan(f64::from(f32_of(a))) as f32),
+            Unary::Sqrt => |a| bits32(f32_of(a).sqrt()),
+            Unary::Exp => |a| bits32(mathematics::exp(f64::from(f32_of(a))) as f32),
+            Unary::Ln => |a| bits32(mathematics::ln(f64::from(f32_of(a))) as f32),
+            Unary::Log => |a| bits32(mathematics::log(f64::from(f32_of(a))) as f32),
+            Unary::Sin => |a| bits32(mathematics::sin(f64::from(f32_of(a))) as f32),
+            Unary::Cos => |a| bits32(mathematics::cos(f64::from(f32_of(a))) as f32),
+            Unary::Tan => |a| bits32(mathematics::tan(f64::from(f32_of(a))) as f32),
+            Unary::Asin => |a| bits32(mathematics::asin(f64::from(f32_of(a))) as f32),
+            Unary::Acos => |a| bits32(mathematics::acos(f64::from(f32_of(a))) as f32),
+            Unary::Atan => |a| bits32(mathematics::atan(f64::from(f32_of(a))) as f32),
             Unary::Not | Unary::Swap => return None,
         })
     }
@@ -264,8 +264,10 @@ macro_rules! binary_of_float {
     };
 }
 
-binary_of_float!(of_f32, f32_of, bits32, |a, b| bits32(libm::pow(f64::from(f32_of(a)), f64::from(f32_of(b))) as f32));
-binary_of_float!(of_f64, f64_of, bits64, |a, b| bits64(libm::pow(f64_of(a), f64_of(b))));
+binary_of_float!(of_f32, f32_of, bits32, |a, b| bits32(
+    mathematics::pow(f64::from(f32_of(a)), f64::from(f32_of(b))) as f32
+));
+binary_of_float!(of_f64, f64_of, bits64, |a, b| bits64(mathematics::pow(f64_of(a), f64_of(b))));
 
 /// The number in the middle of lowest, number and highest.
 pub(crate) fn limit(ty: Scalar) -> Option<Three> {

@@ -11,7 +11,7 @@ use parameters::Source;
 use proptest::prelude::*;
 use std::sync::{Arc, LazyLock};
 
-/// For what programs are made: SCL has no words for some constructs, and C none for functions such as EXP.
+/// For what programs are made: SCL has no words for some constructs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Of {
     Machine,
@@ -620,7 +620,7 @@ impl Random {
             (9, _) => {
                 let op = self.one_of(&UNARIES);
                 let has_none = op.function(ty).is_none();
-                if has_none || self.of != Of::Machine && UNARIES[6..].contains(&op) {
+                if has_none || self.of == Of::Scl && UNARIES[6..].contains(&op) {
                     return Expr::Const(self.value(ty));
                 }
                 Expr::Unary(op, ty, self.boxed(ty, depth))
@@ -632,7 +632,7 @@ impl Random {
                     _ => &OF_INTEGERS,
                 };
                 let op = match self.one_of(ops) {
-                    Binary::Pow if self.of != Of::Machine => Binary::Mul,
+                    Binary::Pow if self.of == Of::Scl => Binary::Mul,
                     op => op,
                 };
                 let right = if op.shifts() { Scalar::U32 } else { ty };
@@ -683,9 +683,24 @@ impl Random {
 
 const COMPARISONS: [Binary; 6] = [Binary::Eq, Binary::Ne, Binary::Lt, Binary::Le, Binary::Gt, Binary::Ge];
 
-/// First those that have a text in C.
-const UNARIES: [Unary; 8] =
-    [Unary::Neg, Unary::Not, Unary::Abs, Unary::Swap, Unary::Frac, Unary::Sqrt, Unary::Exp, Unary::Sin];
+/// First those that are printed as SCL.
+const UNARIES: [Unary; 15] = [
+    Unary::Neg,
+    Unary::Not,
+    Unary::Abs,
+    Unary::Swap,
+    Unary::Frac,
+    Unary::Sqrt,
+    Unary::Exp,
+    Unary::Ln,
+    Unary::Log,
+    Unary::Sin,
+    Unary::Cos,
+    Unary::Tan,
+    Unary::Asin,
+    Unary::Acos,
+    Unary::Atan,
+];
 
 const OF_FLOATS: [Binary; 7] =
     [Binary::Add, Binary::Sub, Binary::Mul, Binary::Div, Binary::Min, Binary::Max, Binary::Pow];

@@ -1,0 +1,566 @@
+# twofold_t
+/* The sum of two numbers that is not carried out: about 106 bits. The second is at most half a unit in the last place of the first,
+   which is therefore the sum, rounded. */
+typedef struct {
+    double high;
+    double low;
+} twofold_t;
+
+# twofold_of
+static twofold_t twofold_of(double high, double low) {
+    twofold_t number;
+    number.high = high;
+    number.low = low;
+    return number;
+}
+
+# exact_sum
+/* a + b, exactly. */
+static twofold_t exact_sum(double a, double b) {
+    double sum = a + b;
+    double of_b = sum - a;
+    return twofold_of(sum, (a - (sum - of_b)) + (b - of_b));
+}
+
+# ordered_sum
+/* a + b, exactly, if a is 0 or not less than b in magnitude. */
+static twofold_t ordered_sum(double a, double b) {
+    double sum = a + b;
+    return twofold_of(sum, b - (sum - a));
+}
+
+# exact_product
+/* a * b, exactly, for magnitudes below 2^500 if nothing is lost below the smallest number: the halves of the numbers, of 26 bits each,
+   have products that need no rounding. */
+static twofold_t exact_product(double a, double b) {
+    /* 2^27 + 1 */
+    double a_shifted = 134217729.0 * a, b_shifted = 134217729.0 * b;
+    double a_high = a_shifted - (a_shifted - a), b_high = b_shifted - (b_shifted - b);
+    double a_low = a - a_high, b_low = b - b_high;
+    double product = a * b;
+    return twofold_of(product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low);
+}
+
+# twofold_sum
+static twofold_t twofold_sum(twofold_t a, twofold_t b) {
+    twofold_t high = exact_sum(a.high, b.high), low = exact_sum(a.low, b.low);
+    twofold_t first = ordered_sum(high.high, high.low + low.high);
+    return ordered_sum(first.high, first.low + low.low);
+}
+
+# twofold_product
+static twofold_t twofold_product(twofold_t a, twofold_t b) {
+    twofold_t high = exact_product(a.high, b.high);
+    return ordered_sum(high.high, high.low + (a.high * b.low + a.low * b.high));
+}
+
+# twofold_quotient
+static twofold_t twofold_quotient(twofold_t a, twofold_t b) {
+    double quotient = a.high / b.high;
+    twofold_t back = twofold_product(b, twofold_of(quotient, 0.0));
+    double rest = (a.high - back.high) + (a.low - back.low);
+    return ordered_sum(quotient, rest / b.high);
+}
+
+# twofold_minus
+static twofold_t twofold_minus(twofold_t a) {
+    return twofold_of(-a.high, -a.low);
+}
+
+# polynomial
+/* The polynomial with these coefficients, the constant first: `wide` of them in twice the precision, those of higher powers, which
+   contribute little, in binary64. */
+static twofold_t polynomial(twofold_t x, const twofold_t *coefficients, int count, int wide) {
+    double narrow = 0.0;
+    twofold_t value;
+    int n;
+    for (n = count - 1; n >= wide; n -= 1) {
+        narrow = narrow * x.high + coefficients[n].high;
+    }
+    value = twofold_of(narrow, 0.0);
+    for (n = wide - 1; n >= 0; n -= 1) {
+        value = twofold_sum(twofold_product(value, x), coefficients[n]);
+    }
+    return value;
+}
+
+# nearest
+/* The nearest whole number of one below 2^51, ties to even: 1.5 * 2^52 leaves no bit for a fraction. */
+static double nearest(double x) {
+    return (x + 6755399441055744.0) - 6755399441055744.0;
+}
+
+# power_of_2
+/* 2^k for -1022 to 1023. */
+static double power_of_2(i64_t k) {
+    return f64_of((u64_t)(k + 1023) << 52);
+}
+
+# scaled
+/* The number times 2^k, rounded once, also where numbers have fewer bits, below 2^-1022. */
+static double scaled(twofold_t x, i64_t k) {
+    double number = x.high;
+    if (k < -1021) {
+        /* Where this is added, the last bit is that of the smallest number. */
+        double offset = power_of_2(-1022 - k);
+        if (number < offset) {
+            twofold_t with_offset = exact_sum(offset, number);
+            number = ordered_sum(with_offset.high, with_offset.low + x.low).high - offset;
+        }
+    }
+    return number * power_of_2(k / 2) * power_of_2(k - k / 2);
+}
+
+# times_ln_2
+/* k * ln(2) for a whole number below 2^12. Of the three parts of ln(2), the first two have 41 bits: their products are exact. */
+static twofold_t times_ln_2(double k) {
+    twofold_t parts = ordered_sum(k * 0.693147180559663, k * 2.8235290563014906e-13);
+    return twofold_sum(parts, twofold_of(k * 1.667085920830552e-25, 0.0));
+}
+
+# exponential
+/* e^x, rounded: x = k ln(2) + r with r of at most 0.35. */
+static double exponential(twofold_t x) {
+    /* 1 / n! */
+    static const twofold_t coefficients[17] = {
+        {1.0, 0.0},
+        {1.0, 0.0},
+        {0.5, 0.0},
+        {0.16666666666666666, 9.25185853854297e-18},
+        {0.041666666666666664, 2.3129646346357427e-18},
+        {0.008333333333333333, 1.1564823173178714e-19},
+        {0.001388888888888889, -5.300543954373577e-20},
+        {0.0001984126984126984, 1.7209558293420705e-22},
+        {2.48015873015873e-05, 2.1511947866775882e-23},
+        {2.7557319223985893e-06, -1.858393274046472e-22},
+        {2.755731922398589e-07, 2.3767714622250297e-23},
+        {2.505210838544172e-08, -1.448814070935912e-24},
+        {2.08767569878681e-09, -1.20734505911326e-25},
+        {1.6059043836821613e-10, 1.2585294588752098e-26},
+        {1.1470745597729725e-11, 2.0655512752830745e-28},
+        {7.647163731819816e-13, 7.03872877733453e-30},
+        {4.779477332387385e-14, 4.399205485834081e-31}
+    };
+    double k;
+    twofold_t r;
+    if (x.high > 710.0) {
+        return f64_of(0x7FF0000000000000ull);
+    }
+    if (x.high < -746.0) {
+        return 0.0;
+    }
+    /* 1 / ln(2) */
+    k = nearest(x.high * 1.4426950408889634);
+    r = twofold_sum(x, times_ln_2(-k));
+    return scaled(polynomial(r, coefficients, 17, 4), (i64_t)k);
+}
+
+# odd_polynomial
+/* The polynomial with the coefficients 1 / (2 n + 1), as many as `count`. */
+static twofold_t odd_polynomial(twofold_t x, int count, int wide) {
+    static const twofold_t coefficients[14] = {
+        {1.0, 0.0},
+        {0.3333333333333333, 1.850371707708594e-17},
+        {0.2, -1.1102230246251566e-17},
+        {0.14285714285714285, 7.93016446160826e-18},
+        {0.1111111111111111, 6.1679056923619804e-18},
+        {0.09090909090909091, -2.523234146875356e-18},
+        {0.07692307692307693, -4.270088556250602e-18},
+        {0.06666666666666667, 9.251858538542971e-19},
+        {0.058823529411764705, 8.163404592832033e-19},
+        {0.05263157894736842, 2.921639538487254e-18},
+        {0.047619047619047616, 2.64338815386942e-18},
+        {0.043478260869565216, 1.206764157201257e-18},
+        {0.04, -8.326672684688674e-19},
+        {0.037037037037037035, 2.05596856412066e-18}
+    };
+    return polynomial(x, coefficients, count, wide);
+}
+
+# logarithm
+/* ln(x) of a finite number above 0: x = 2^k m with m from 0.7 to 1.4, and ln(m) = 2 artanh((m - 1) / (m + 1)). */
+static twofold_t logarithm(double x) {
+    i64_t k = -1023;
+    double m;
+    twofold_t s, half;
+    /* 2^-1022 and 2^54 */
+    if (x < 2.2250738585072014e-308) {
+        x *= 18014398509481984.0;
+        k -= 54;
+    }
+    k += (i64_t)(bits_f64(x) >> 52);
+    m = f64_of((bits_f64(x) & 0xFFFFFFFFFFFFFull) | 0x3FF0000000000000ull);
+    if (m > 1.4142135623730951) {
+        m *= 0.5;
+        k += 1;
+    }
+    s = twofold_quotient(twofold_of(m - 1.0, 0.0), exact_sum(m, 1.0));
+    half = twofold_product(s, odd_polynomial(twofold_product(s, s), 14, 4));
+    return twofold_sum(times_ln_2((double)k), twofold_of(2.0 * half.high, 2.0 * half.low));
+}
+
+# digit_from
+/* 32 bits of a number of 10 digits, from this bit on. */
+static u64_t digit_from(const u64_t *digits, i64_t bit) {
+    i64_t n = bit / 32;
+    u64_t above = n < 9 ? digits[n + 1] : 0;
+    return ((above << 32 | digits[n]) >> (bit % 32)) & 0xFFFFFFFFull;
+}
+
+# half_pi
+static twofold_t half_pi(void) {
+    return twofold_of(1.5707963267948966, 6.123233995736766e-17);
+}
+
+# quadrant
+/* The quadrant of a finite angle that is not negative, and what the angle has beyond the middle of the quadrant's axis, from -pi/4 to
+   pi/4: 2/pi is multiplied by the whole number that the bits of the angle are, with as many digits as that takes. */
+static u64_t quadrant(double x, twofold_t *rest) {
+    /* 2 / pi */
+    static const u32_t two_by_pi[38] = {
+        0xA2F9836Eu, 0x4E441529u, 0xFC2757D1u, 0xF534DDC0u, 0xDB629599u, 0x3C439041u, 0xFE5163ABu, 0xDEBBC561u,
+        0xB7246E3Au, 0x424DD2E0u, 0x06492EEAu, 0x09D1921Cu, 0xFE1DEB1Cu, 0xB129A73Eu, 0xE88235F5u, 0x2EBB4484u,
+        0xE99C7026u, 0xB45F7E41u, 0x3991D639u, 0x835339F4u, 0x9C845F8Bu, 0xBDF9283Bu, 0x1FF897FFu, 0xDE05980Fu,
+        0xEF2F118Bu, 0x5A0A6D1Fu, 0x6D367ECFu, 0x27CB09B7u, 0x4F463F66u, 0x9E5FEA2Du, 0x7527BAC7u, 0xEBE5F17Bu,
+        0x3D0739F7u, 0x8A5292EAu, 0x6BFB5FB1u, 0x1F8D5D08u, 0x56033046u, 0xFC7B6BABu
+    };
+    u64_t mantissa = (bits_f64(x) & 0xFFFFFFFFFFFFFull) | 0x10000000000000ull;
+    /* x = mantissa * 2^exponent */
+    i64_t exponent = (i64_t)(bits_f64(x) >> 52) - 1075;
+    /* Digits before this one give whole turns. */
+    i64_t first = exponent < 2 ? 0 : (exponent - 2) / 32;
+    /* The product, its lowest digit first. Its point stands before the bit of this number. */
+    u64_t digits[10] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    i64_t point = 32 * (first + 8) - exponent;
+    u64_t low = mantissa & 0xFFFFFFFFull, high = mantissa >> 32;
+    u64_t carry = 0, before = 0, beyond, part;
+    twofold_t fraction;
+    double weight = 1.0;
+    int n;
+    if (x <= 0.7853981633974483) {
+        *rest = twofold_of(x, 0.0);
+        return 0;
+    }
+    for (n = 0; n < 8; n += 1) {
+        digits[n] = two_by_pi[first + 7 - n];
+    }
+    for (n = 0; n < 10; n += 1) {
+        u64_t both = digits[n] * low + carry;
+        u64_t sum = before * high + (both & 0xFFFFFFFFull);
+        carry = (both >> 32) + (sum >> 32);
+        before = digits[n];
+        digits[n] = sum & 0xFFFFFFFFull;
+    }
+    /* Beyond a half the next quadrant is nearer, and the rest of 1 counts: its bits are the other ones. */
+    beyond = digit_from(digits, point - 32) >> 31;
+    fraction = twofold_of(0.0, 0.0);
+    for (n = 1; n <= 6; n += 1) {
+        part = digit_from(digits, point - 32 * n);
+        part = beyond == 1 ? part ^ 0xFFFFFFFFull : part;
+        /* 2^-32 */
+        weight *= 2.3283064365386963e-10;
+        fraction = twofold_sum(fraction, twofold_of((double)part * weight, 0.0));
+    }
+    *rest = twofold_product(fraction, half_pi());
+    if (beyond == 1) {
+        *rest = twofold_minus(*rest);
+    }
+    return (digit_from(digits, point) + beyond) & 3;
+}
+
+# sine
+/* The sine of an angle of at most pi/4. */
+static twofold_t sine(twofold_t x) {
+    /* (-1)^n / (2 n + 1)! */
+    static const twofold_t coefficients[10] = {
+        {1.0, 0.0},
+        {-0.16666666666666666, -9.25185853854297e-18},
+        {0.008333333333333333, 1.1564823173178714e-19},
+        {-0.0001984126984126984, -1.7209558293420705e-22},
+        {2.7557319223985893e-06, -1.858393274046472e-22},
+        {-2.505210838544172e-08, 1.448814070935912e-24},
+        {1.6059043836821613e-10, 1.2585294588752098e-26},
+        {-7.647163731819816e-13, -7.03872877733453e-30},
+        {2.8114572543455206e-15, 1.6508842730861433e-31},
+        {-8.22063524662433e-18, -2.2141894119604265e-34}
+    };
+    return twofold_product(x, polynomial(twofold_product(x, x), coefficients, 10, 3));
+}
+
+# cosine
+/* The cosine of an angle of at most pi/4. */
+static twofold_t cosine(twofold_t x) {
+    /* (-1)^n / (2 n)! */
+    static const twofold_t coefficients[11] = {
+        {1.0, 0.0},
+        {-0.5, 0.0},
+        {0.041666666666666664, 2.3129646346357427e-18},
+        {-0.001388888888888889, 5.300543954373577e-20},
+        {2.48015873015873e-05, 2.1511947866775882e-23},
+        {-2.755731922398589e-07, -2.3767714622250297e-23},
+        {2.08767569878681e-09, -1.20734505911326e-25},
+        {-1.1470745597729725e-11, -2.0655512752830745e-28},
+        {4.779477332387385e-14, 4.399205485834081e-31},
+        {-1.5619206968586225e-16, -1.1910679660273754e-32},
+        {4.110317623312165e-19, 1.4412973378659527e-36}
+    };
+    return polynomial(twofold_product(x, x), coefficients, 11, 3);
+}
+
+# angle_of
+/* The angle, from 0 to pi/2, of a triangle with these legs, which are not negative: y / x is turned back by the nearest n / 8 whose arc
+   tangent is known. */
+static twofold_t angle_of(twofold_t y, twofold_t x) {
+    /* arctan(n / 8) */
+    static const twofold_t arc_tangent[9] = {
+        {0.0, 0.0},
+        {0.12435499454676144, -3.1253241424539383e-18},
+        {0.24497866312686414, 1.0698755618734451e-17},
+        {0.35877067027057225, -2.4623815582638635e-17},
+        {0.4636476090008061, 2.2698777452961687e-17},
+        {0.5585993153435624, -5.4556305485916264e-18},
+        {0.6435011087932844, 1.5834785051444286e-17},
+        {0.7188299996216245, -2.1478388444456983e-17},
+        {0.7853981633974483, 3.061616997868383e-17}
+    };
+    int is_steep = y.high > x.high;
+    twofold_t less = is_steep ? x : y, more = is_steep ? y : x;
+    double n = nearest(8.0 * less.high / more.high);
+    twofold_t known = twofold_of(n / 8.0, 0.0);
+    twofold_t above = twofold_sum(less, twofold_minus(twofold_product(more, known)));
+    twofold_t z = twofold_quotient(above, twofold_sum(more, twofold_product(less, known)));
+    twofold_t rest = twofold_product(z, odd_polynomial(twofold_minus(twofold_product(z, z)), 9, 2));
+    twofold_t angle = twofold_sum(arc_tangent[(int)n], rest);
+    return is_steep ? twofold_sum(half_pi(), twofold_minus(angle)) : angle;
+}
+
+# other_leg
+/* The other leg of a triangle whose hypotenuse is 1: the square root of 1 - x^2. */
+static twofold_t other_leg(double x) {
+    twofold_t square = exact_product(x, x), rest;
+    double root;
+    square = twofold_sum(exact_sum(1.0, -square.high), twofold_of(-square.low, 0.0));
+    if (square.high <= 0.0) {
+        return twofold_of(0.0, 0.0);
+    }
+    root = sqrt_f64(square.high);
+    rest = twofold_sum(square, twofold_minus(exact_product(root, root)));
+    return ordered_sum(root, rest.high / (2.0 * root));
+}
+
+# with_sign
+/* The number with the sign of another one. */
+static double with_sign(double number, double of) {
+    return of < 0.0 ? -number : number;
+}
+
+# is_small
+/* Below 2^-27, sine, tangent and their inverses are their argument, rounded. */
+static int is_small(double x) {
+    return abs_f64(x) < 7.450580596923828e-9;
+}
+
+# is_finite
+static int is_finite(double x) {
+    return abs_f64(x) < f64_of(0x7FF0000000000000ull);
+}
+
+# no_number
+static double no_number(void) {
+    return f64_of(0x7FF8000000000000ull);
+}
+
+# exp_f64
+/* e^x. */
+static double exp_f64(double x) {
+    return x == x ? exponential(twofold_of(x, 0.0)) : x;
+}
+
+# ln_f64
+/* The natural logarithm: that of 0 is -infinity, and what is below 0 has none. */
+static double ln_f64(double x) {
+    if (x == 0.0) {
+        return f64_of(0xFFF0000000000000ull);
+    }
+    if (!(x > 0.0 && is_finite(x))) {
+        return x > 0.0 ? x : no_number();
+    }
+    return logarithm(x).high;
+}
+
+# log_f64
+/* The logarithm to the base of 10. */
+static double log_f64(double x) {
+    if (!(x > 0.0 && is_finite(x))) {
+        return ln_f64(x);
+    }
+    /* 1 / ln(10) */
+    return twofold_product(logarithm(x), twofold_of(0.4342944819032518, 1.098319650216765e-17)).high;
+}
+
+# sin_f64
+/* The sine of an angle in radians. */
+static double sin_f64(double x) {
+    u64_t number;
+    twofold_t rest, y;
+    if (!is_finite(x)) {
+        return no_number();
+    }
+    if (is_small(x)) {
+        return x;
+    }
+    number = quadrant(abs_f64(x), &rest);
+    y = (number & 1) == 0 ? sine(rest) : cosine(rest);
+    return with_sign((number & 2) == 0 ? y.high : -y.high, x);
+}
+
+# cos_f64
+/* The cosine of an angle in radians. */
+static double cos_f64(double x) {
+    u64_t number;
+    twofold_t rest, y;
+    if (!is_finite(x)) {
+        return no_number();
+    }
+    number = quadrant(abs_f64(x), &rest);
+    y = (number & 1) == 0 ? cosine(rest) : sine(rest);
+    return number == 1 || number == 2 ? -y.high : y.high;
+}
+
+# tan_f64
+/* The tangent of an angle in radians. */
+static double tan_f64(double x) {
+    u64_t number;
+    twofold_t rest;
+    if (!is_finite(x)) {
+        return no_number();
+    }
+    if (is_small(x)) {
+        return x;
+    }
+    number = quadrant(abs_f64(x), &rest);
+    if ((number & 1) == 0) {
+        return with_sign(twofold_quotient(sine(rest), cosine(rest)).high, x);
+    }
+    return with_sign(-twofold_quotient(cosine(rest), sine(rest)).high, x);
+}
+
+# asin_f64
+/* The angle from -pi/2 to pi/2 with this sine; beyond 1 there is none. */
+static double asin_f64(double x) {
+    if (!(abs_f64(x) <= 1.0)) {
+        return no_number();
+    }
+    if (is_small(x)) {
+        return x;
+    }
+    return with_sign(angle_of(twofold_of(abs_f64(x), 0.0), other_leg(x)).high, x);
+}
+
+# acos_f64
+/* The angle from 0 to pi with this cosine; beyond 1 there is none. */
+static double acos_f64(double x) {
+    twofold_t angle;
+    if (!(abs_f64(x) <= 1.0)) {
+        return no_number();
+    }
+    angle = angle_of(other_leg(x), twofold_of(abs_f64(x), 0.0));
+    if (x < 0.0) {
+        angle = twofold_sum(twofold_of(2.0 * half_pi().high, 2.0 * half_pi().low), twofold_minus(angle));
+    }
+    return angle.high;
+}
+
+# atan_f64
+/* The angle from -pi/2 to pi/2 with this tangent. */
+static double atan_f64(double x) {
+    if (!(x == x) || is_small(x)) {
+        return x;
+    }
+    /* 2^64 */
+    if (abs_f64(x) > 18446744073709551616.0) {
+        return with_sign(half_pi().high, x);
+    }
+    return with_sign(angle_of(twofold_of(abs_f64(x), 0.0), twofold_of(1.0, 0.0)).high, x);
+}
+
+# pow_f64
+/* x to the power of y. A negative x needs a whole y; x^0 and 1^y are 1, also of what is not a number. */
+static double pow_f64(double x, double y) {
+    double base = abs_f64(x), size = abs_f64(y), infinity = f64_of(0x7FF0000000000000ull), sign;
+    int is_whole_y = trunc_f64(y) == y;
+    /* From 2^53 on, all numbers are even. */
+    int is_odd = is_whole_y && trunc_f64(y / 2.0) != y / 2.0;
+    if (y == 0.0 || x == 1.0) {
+        return 1.0;
+    }
+    if (!(x == x && y == y)) {
+        return no_number();
+    }
+    sign = is_odd && bits_f64(x) >> 63 != 0 ? -1.0 : 1.0;
+    if (base == 0.0 || base == infinity) {
+        return sign * ((base == 0.0) == (y < 0.0) ? infinity : 0.0);
+    }
+    if (x < 0.0 && !is_whole_y) {
+        return no_number();
+    }
+    /* 2^64: too much for every base but 1. */
+    if (base == 1.0 || size > 18446744073709551616.0) {
+        return sign * (base == 1.0 ? 1.0 : (base > 1.0) == (y > 0.0) ? infinity : 0.0);
+    }
+    /* 2^-70: the exponential of less is 1, rounded. */
+    if (size < 8.470329472543003e-22) {
+        return 1.0;
+    }
+    return sign * exponential(twofold_product(logarithm(base), twofold_of(y, 0.0)));
+}
+
+# exp_f32
+static float exp_f32(float x) {
+    return (float)exp_f64((double)x);
+}
+
+# ln_f32
+static float ln_f32(float x) {
+    return (float)ln_f64((double)x);
+}
+
+# log_f32
+static float log_f32(float x) {
+    return (float)log_f64((double)x);
+}
+
+# sin_f32
+static float sin_f32(float x) {
+    return (float)sin_f64((double)x);
+}
+
+# cos_f32
+static float cos_f32(float x) {
+    return (float)cos_f64((double)x);
+}
+
+# tan_f32
+static float tan_f32(float x) {
+    return (float)tan_f64((double)x);
+}
+
+# asin_f32
+static float asin_f32(float x) {
+    return (float)asin_f64((double)x);
+}
+
+# acos_f32
+static float acos_f32(float x) {
+    return (float)acos_f64((double)x);
+}
+
+# atan_f32
+static float atan_f32(float x) {
+    return (float)atan_f64((double)x);
+}
+
+# pow_f32
+static float pow_f32(float x, float y) {
+    return (float)pow_f64((double)x, (double)y);
+}
