@@ -129,8 +129,13 @@ impl Compiler<'_> {
         if capitals == "DTL" {
             return self.dtl();
         }
-        let is_hardware =
-            ["HW_", "TO_", "TCON_", "TADDR_", "IP_V4", "OB_", "CONN_", "PORT", "RTM", "PIP", "AOM_", "EVENT_"];
+        if let Some(id) = self.library.get(&capitals).copied().filter(|id| self.block(*id).kind == BlockKind::Type) {
+            return self.structure(id);
+        }
+        if let Some(number) = number_of_hardware(&capitals).filter(|_| !is_quoted) {
+            return Type::Elementary(number);
+        }
+        let is_hardware = ["TO_", "TCON_", "TADDR_"];
         let is_refused = matches!(
             capitals.as_str(),
             "S5TIME"
@@ -499,6 +504,10 @@ impl Compiler<'_> {
                         let of = of.and_then(|of| of.elementary()).unwrap_or(Elementary::Bool);
                         Operand::Value(of, crate::lower::zero(of))
                     }
+                    None if matches!(of, Some(Type::Text { .. })) => {
+                        let is_wide = matches!(of, Some(Type::Text { wide: true, .. }));
+                        Operand::Text(Vec::new(), Some(is_wide))
+                    }
                     Some(crate::syntax::Start::Value(value)) => {
                         let mut lowerer = Lowerer::of_constants(self, file, known);
                         lowerer.constant(*value, of.as_ref())
@@ -608,6 +617,19 @@ impl Compiler<'_> {
             let start = crate::syntax::Start::Value(*value);
             self.start_at(memory, offset, &of, &start, file, &nothing());
         }
+    }
+}
+
+/// The types of numbers that name the PLC's hardware, connections and organization blocks.
+fn number_of_hardware(name: &str) -> Option<Elementary> {
+    match name {
+        "PORT" | "RTM" | "PIP" => Some(Elementary::UInt),
+        "AOM_IDENT" | "CONN_R_ID" => Some(Elementary::DWord),
+        _ if name.starts_with("HW_") => Some(Elementary::UInt),
+        _ if name.starts_with("CONN_") => Some(Elementary::Word),
+        _ if name.starts_with("OB_") => Some(Elementary::Int),
+        _ if name.starts_with("EVENT_") => Some(Elementary::DWord),
+        _ => None,
     }
 }
 

@@ -54,7 +54,7 @@ pub fn source() -> Source {
     let texts = [include_str!("library.scl"), include_str!("texts.scl")];
     let mut all = String::new();
     let blocks = texts.iter().flat_map(|text| text.split("\n\n"));
-    for block in blocks.filter(|block| block.contains("END_FUNCTION")) {
+    for block in blocks.filter(|block| block.contains("END_FUNCTION") || block.contains("END_TYPE")) {
         let name = block.split('"').nth(1).unwrap_or_default();
         if TEXTS.contains(&name) {
             all += block;

@@ -15,6 +15,8 @@ pub enum What {
     Type,
     /// A function.
     Function,
+    /// A function block.
+    Block,
     /// An instance.
     Instance,
 }
@@ -59,6 +61,9 @@ impl Compiler<'_> {
                 }
                 What::Function => {
                     self.error(*span, format!("no source declares the function \"{name}\""), Some(sources));
+                }
+                What::Block => {
+                    self.error(*span, format!("no source declares the function block \"{name}\""), Some(sources));
                 }
                 What::Instance => {
                     let help = format!("say which block it is an instance of: --instance \"{name} : Block\"");

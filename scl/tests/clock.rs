@@ -43,3 +43,22 @@ fn the_clock_counts_days_months_and_leap_years() {
         }
     }
 }
+
+#[test]
+fn the_functions_of_step_7_take_a_date_and_time_apart() {
+    let source = "FUNCTION_BLOCK Clock VAR now : DATE_AND_TIME; day : INT; date : DATE; time : TOD; result : INT; END_VAR
+        BEGIN result := READ_CLK(CDT := now); day := DT_DAY(IN := now); date := DT_DATE(IN := now); time := DT_TOD(IN := now);
+        END_FUNCTION_BLOCK";
+    let compiled = compile(&[Source::new("clock.scl", source.into())], &Options::default()).unwrap();
+    let cycle = compiled.root.as_ref().unwrap().cycle;
+    let mut machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
+    // Days since 1990-01-01, of which a DATE counts: 2000-01-01 is the 3652nd and a Saturday.
+    for (day, weekday) in [(0, 7), (1, 1), (59, 3)] {
+        machine.call(cycle, (day * 86_400 + 3_723) * 1_000_000_000 + 5_000_000).unwrap();
+        let get = |name: &str| match compiled.program.find(&format!("Clock.{name}")) {
+            Some((offset, Type::Scalar(of))) => machine.get(of, offset).bits(),
+            other => panic!("{name}: {other:?}"),
+        };
+        assert_eq!(["day", "date", "time"].map(get), [weekday, 3652 + day as u64, 3_723_005]);
+    }
+}

@@ -132,7 +132,7 @@ fn types_without_a_meaning_here_are_refused() {
     for of in ["S5Time", "Timer", "Counter"] {
         undeclarable(&format!("x : {of};"), "S5 timers: use TON, TOF or TP");
     }
-    undeclarable("x : HW_IO;", "hardware: feed its values through inputs");
+    undeclarable("x : TO_SpeedAxis;", "hardware: feed its values through inputs");
     undeclarable("x : PID_Compact;", "its law is not published; available are CONT_C");
     undeclarable("x : Array[3..1] of Int;", "3..1 is not a range of an index");
     undeclarable("x : Array[0..2000000000] of LReal;", "larger than the memory of a CPU");
@@ -223,6 +223,20 @@ fn names_that_no_source_declares_are_told_with_what_to_do() {
         "\"X\".TON(IN := TRUE, PT := T#1s); \"X\".TOF(IN := TRUE, PT := T#1s);",
         "X is called both as TON and as TOF",
     );
+}
+
+#[test]
+fn addresses_of_step_7_are_told_as_such_and_a_call_names_its_block() {
+    let address = "an absolute address has no value in an FMU; make it an input of the block";
+    for read in ["DB11.DX[6,0]", "DB11.DBX[6,1]", "DB21.DBX7.7", "WORD_TO_BLOCK_DB(w).DX[i,0]"] {
+        refused(&format!("flag := {read};"), address);
+    }
+    refused("FB7.DB10(a := 1);", "no source declares the function block \"FB7\"; in TIA Portal");
+    // These are of the CPU: no source of them can be given.
+    for call in ["READ_BIG(SRC_ARRAY := array)", "GetBlockName(SIZE := 1)", "WAIT(WT := 1)"] {
+        let name = call.split('(').next().unwrap_or_default().to_uppercase();
+        refused(&format!("i := {call};"), &name);
+    }
 }
 
 #[test]

@@ -179,6 +179,15 @@ impl Lowerer<'_, '_> {
                     return self.of_data_block(declared, &method.text, method.span);
                 }
                 let capitals = method.key();
+                if let ExpressionKind::Name(Scope::Bare, block) = &expressions[*base].kind
+                    && self.symbol(&block.text).is_none()
+                    && super::paths::is_numbered(&capitals, "DB")
+                    && self.compiler.global(&block.key()).is_none()
+                    && self.compiler.system_block(&block.key()).is_none()
+                {
+                    self.compiler.miss(&block.text, block.span, Missing::Block);
+                    return Callee::Wrong;
+                }
                 if crate::library::is_method(&capitals) {
                     if let ExpressionKind::Name(Scope::Global, name) = &expressions[*base].kind
                         && self.compiler.global(&name.key()).is_none()

@@ -119,7 +119,8 @@ impl Lowerer<'_, '_> {
                 Operand::Value(Elementary::Time, convert(low, Scalar::I64, Scalar::I32, Convert::Value, at))
             }
             ("RUNTIME", _) => self.runtime(&given),
-            ("RD_SYS_T" | "RD_LOC_T", _) => self.clock(&given),
+            ("RD_SYS_T" | "RD_LOC_T" | "READ_CLK", _) => self.clock(&given),
+            ("DT_DATE" | "DT_TOD" | "DT_DAY", _) => self.part_of_moment(&given),
             ("MAX_LEN", _) => self.capacity(&given),
             ("T_CONV", _) => self.converted_moment(&given, expected),
             _ if crate::library::FUNCTIONS.contains(&name) || self.is_inner(name) => {
@@ -146,7 +147,14 @@ impl Lowerer<'_, '_> {
         let given = Given { arguments, name, span };
         match name {
             "RESET_TIMER" | "PRESET_TIMER" => self.timer_function(&given),
-            "RD_SYS_T" | "RD_LOC_T" => drop(self.clock(&given)),
+            "RD_SYS_T" | "RD_LOC_T" | "READ_CLK" => drop(self.clock(&given)),
+            "RE_TRIGR" => {
+                self.warn(
+                    span,
+                    "RE_TRIGR does nothing here: an FMU has no monitoring time that it could restart",
+                    None,
+                );
+            }
             "MOVE_BLK" | "UMOVE_BLK" | "FILL_BLK" | "UFILL_BLK" => self.block_of_elements(&given),
             "SCATTER" | "GATHER" => self.bits_of_elements(&given),
             "S_CONV" => self.text_or_number(&given),

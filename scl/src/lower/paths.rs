@@ -141,6 +141,11 @@ impl Lowerer<'_, '_> {
                 Path::Wrong
             }
             ExpressionKind::Wrong => Path::Wrong,
+            // STEP 7: `WORD_TO_BLOCK_DB(number).DW[4]`.
+            ExpressionKind::Call(callee, _) if self.is_named(*callee, "WORD_TO_BLOCK_DB") => {
+                self.error(span, ABSOLUTE, None);
+                Path::Wrong
+            }
             _ => {
                 self.error(span, "expected a variable", None);
                 Path::Wrong
@@ -148,9 +153,13 @@ impl Lowerer<'_, '_> {
         }
     }
 
+    fn is_named(&self, id: ExpressionId, wanted: &str) -> bool {
+        matches!(&self.expressions()[id].kind, ExpressionKind::Name(_, name) if name.key() == wanted)
+    }
+
     fn missing_member(&mut self, missing: String, members: &str, name: &str, span: Span) -> Path {
         let path = if members.is_empty() { name.to_string() } else { format!("{members}.{name}") };
-        if is_data_address(name) {
+        if is_data_address(name) || is_numbered(&missing, "DB") && is_classic_address(name) {
             self.compiler.undeclared.remove(&missing);
             self.error(span, ABSOLUTE, None);
             return Path::Wrong;
@@ -260,6 +269,15 @@ impl Lowerer<'_, '_> {
         if scope == Scope::Bare && is_address(&capitals) {
             self.error(name.span, ABSOLUTE, None);
             return Path::Wrong;
+        }
+        // A data block of a timer or counter that no source declares: what it is called as tells which.
+        if scope == Scope::Global
+            && let Some(method) = self.compiler.kinds.get(&capitals).cloned()
+            && let Some(block) = self.compiler.system_block(&method)
+        {
+            let Global { member, of } = self.compiler.implied(&name.text, block);
+            let place = Place::of(Base::Memory).member(member);
+            return Path::Variable(Variable { of, place, slice: None, section: None, timer: None });
         }
         self.compiler.miss(&name.text, name.span, Missing::Variable);
         Path::Missing(capitals, String::new())
@@ -481,6 +499,19 @@ fn is_address(name: &str) -> bool {
     let is_area =
         matches!(area, "I" | "E" | "Q" | "A" | "M" | "PI" | "PE" | "PQ" | "PA" | "T" | "C" | "Z" | "DB" | "DI" | "L");
     is_area && letters.len() < name.len() || matches!(name, "M" | "I" | "Q" | "E" | "A" | "MW" | "MB" | "MD")
+}
+
+/// Whether a name is these letters and a number, such as `DB11`.
+pub fn is_numbered(name: &str, letters: &str) -> bool {
+    let number = name.strip_prefix(letters);
+    number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
+/// Whether what follows a numbered data block is an area of STEP 7: `DX2.0`, `DW` before an index.
+fn is_classic_address(name: &str) -> bool {
+    let name = name.to_uppercase();
+    let letters = name.trim_end_matches(|last: char| last.is_ascii_digit() || last == '.');
+    matches!(letters, "DBX" | "DBB" | "DBW" | "DBD" | "DX" | "DB" | "DW" | "DD")
 }
 
 /// Whether a member of a data block is an absolute address: `DBX0`, `%DBW2`.

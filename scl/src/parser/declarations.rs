@@ -58,10 +58,11 @@ impl Parser<'_> {
             sections: Vec::new(),
             body: Vec::new(),
         };
-        let body = self.head(&mut block, start, is_quoted).and_then(|()| self.sections(&mut block, end));
-        if body.is_err() {
+        let head = self.head(&mut block, start, is_quoted);
+        let body = head.and_then(|protected| self.sections(&mut block, end).map(|()| protected));
+        let Ok(protected) = body else {
             return self.skip_block(end);
-        }
+        };
         self.takes_word("BEGIN");
         self.is_data = kind == BlockKind::DataBlock;
         block.body = self.statements(false);
@@ -76,6 +77,12 @@ impl Parser<'_> {
             let _: Parsed<()> = self.fail(end);
         }
         self.takes(";");
+        // The source from which a protected block was made has its statements; what TIA Portal gives of such a block has none.
+        let has_statements = !matches!(kind, BlockKind::DataBlock | BlockKind::Type);
+        if let Some(span) = protected.filter(|_| has_statements && block.body.is_empty()) {
+            let message = format!("{}: protected block without source", block.name.text);
+            let _: Parsed<()> = self.refuse(span, &message, Some("ask its author for the source"));
+        }
         self.tree.blocks.push(block);
     }
 
@@ -97,9 +104,10 @@ impl Parser<'_> {
         words.windows(2).filter(|pair| pair[0].eq_ignore_ascii_case("GOTO")).map(|pair| pair[1].to_string()).collect()
     }
 
-    /// What stands between the name and the first section.
-    fn head(&mut self, block: &mut Block, start: Span, is_quoted: bool) -> Parsed<()> {
+    /// What stands between the name and the first section; gives where the block is said to be protected.
+    fn head(&mut self, block: &mut Block, start: Span, is_quoted: bool) -> Parsed<Option<Span>> {
         let mut is_versioned = false;
+        let mut protected = None;
         loop {
             let word = self.word_ahead(0);
             match (word.as_str(), self.symbol_ahead(1)) {
@@ -126,10 +134,7 @@ impl Parser<'_> {
                 ) => {
                     self.step();
                 }
-                ("KNOW_HOW_PROTECT", _) => {
-                    let message = format!("{}: protected block without source", block.name.text);
-                    self.refuse(self.span(), &message, Some("ask its author for the source"))?;
-                }
+                ("KNOW_HOW_PROTECT", _) => protected = Some(self.step().span),
                 _ if self.is_section() || self.is_end() || self.is_statement_end() => break,
                 _ if self.is_symbol(":") && block.of.is_none() => {
                     self.step();
@@ -151,7 +156,7 @@ impl Parser<'_> {
         block.attributes = self.attributes_within(start.start, end);
         block.comment = self.comments_within(start.start, end);
         self.tree.is_tia |= is_versioned && is_quoted;
-        Ok(())
+        Ok(protected)
     }
 
     fn line_of(&self, span: Span) -> usize {

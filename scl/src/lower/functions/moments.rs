@@ -206,9 +206,29 @@ impl Lowerer<'_, '_> {
         nanoseconds.and_then(|value| self.as_moment(value, to, span)).unwrap_or(Operand::Wrong(None))
     }
 
-    /// RD_SYS_T and RD_LOC_T: the clock in a DTL, an LDT or a DT; the value is 0.
+    /// DT_DATE, DT_TOD and DT_DAY of STEP 7: the date, the time of day and the day of the week of a DT, from 1 on Sundays.
+    pub(super) fn part_of_moment(&mut self, given: &Given) -> Operand {
+        let operand = match self.argument(given, "IN", 0) {
+            Operand::Wrong(name) => return Operand::Wrong(name),
+            operand => Operand::Value(Elementary::Dt, self.converted(operand, Elementary::Dt, given.span)),
+        };
+        match given.name {
+            "DT_DATE" => self.between(operand, Moment::Of(Elementary::Date), given.span),
+            "DT_TOD" => self.between(operand, Moment::Of(Elementary::Tod), given.span),
+            _ => {
+                let Some(nanoseconds) = self.nanoseconds(operand, given.span) else { return Operand::Wrong(None) };
+                let at = self.at(given.span);
+                // 1970-01-01 was a Thursday.
+                let days = with(program::Binary::Add, with(program::Binary::Div, nanoseconds, DAY, at), 4, at);
+                let day = with(program::Binary::Add, with(program::Binary::Rem, days, 7, at), 1, at);
+                Operand::Value(Elementary::Int, convert(day, Scalar::I64, Scalar::I16, Convert::Value, at))
+            }
+        }
+    }
+
+    /// RD_SYS_T, RD_LOC_T and STEP 7's READ_CLK: the clock in a DTL, an LDT or a DT; the value is 0.
     pub(super) fn clock(&mut self, given: &Given) -> Operand {
-        let output = given.find("OUT", 0);
+        let output = given.find(if given.name == "READ_CLK" { "CDT" } else { "OUT" }, 0);
         let (_, target) = self.aside(|lowerer| output.and_then(|output| lowerer.target(output)));
         let to = match target.map(|target| target.of) {
             Some(Type::Elementary(of @ (Elementary::Ldt | Elementary::Dt))) => Moment::Of(of),

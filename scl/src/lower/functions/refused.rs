@@ -1,7 +1,7 @@
 //! Functions of the CPU that are refused by name, and why.
 
 /// Functions that need the hardware or the system, by the beginning of their names.
-const HARDWARE: [&str; 40] = [
+const HARDWARE: [&str; 58] = [
     "T_CONFIG",
     "TSEND",
     "TRCV",
@@ -31,7 +31,6 @@ const HARDWARE: [&str; 40] = [
     "DEVICESTATES",
     "MODULESTATES",
     "DEVICE",
-    "RE_TRIGR",
     "SET_CINT",
     "ATTACH",
     "DETACH",
@@ -42,10 +41,29 @@ const HARDWARE: [&str; 40] = [
     "CTRL_HSC",
     "CTRL_PWM",
     "P2P",
+    "SEND_P2P",
+    "RECEIVE_P2P",
+    "P_SND_RK",
+    "P_RCV_RK",
+    "P_SEND",
+    "P_RCV",
+    "OPC_UA_",
+    "RECIPEEXPORT",
+    "RECIPEIMPORT",
+    "GET_ALARM",
+    "ACK_ALARMS",
+    "WAIT",
+    "INIT_RD",
+    "ATTR_DB",
+    "DELETE_DB",
+    "GETBLOCKNAME",
+    "GETSYMBOL",
+    "GETINSTANCE",
+    "SI_CLASSIC",
 ];
 
 /// Functions that work on memory or pointers.
-const POINTERS: [&str; 22] = [
+const POINTERS: [&str; 26] = [
     "REF",
     "PEEK",
     "PEEK_BOOL",
@@ -68,6 +86,10 @@ const POINTERS: [&str; 22] = [
     "READ_DBL",
     "WRIT_DBL",
     "CREATE_DB",
+    "READ_BIG",
+    "READ_LITTLE",
+    "WRITE_BIG",
+    "WRITE_LITTLE",
 ];
 
 /// Functions of texts and of the clock, which do not exist here yet.
@@ -91,8 +113,8 @@ const LATER: [&str; 16] = [
 ];
 
 /// Words that a machine's own blocks begin with, too.
-const ORDINARY: [&str; 12] =
-    ["CALCULATE", "DEVICE", "FILE", "FILL", "GEN_", "GET", "JOIN", "LED", "PUT", "SEG", "SPLIT", "STP"];
+const ORDINARY: [&str; 13] =
+    ["CALCULATE", "DEVICE", "FILE", "FILL", "GEN_", "GET", "JOIN", "LED", "PUT", "SEG", "SPLIT", "STP", "WAIT"];
 
 /// Whether a name in quotation marks is rather a block of the machine than a function of the CPU.
 pub fn is_ordinary(name: &str) -> bool {
