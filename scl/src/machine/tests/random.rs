@@ -127,7 +127,7 @@ impl Random {
             program: library,
             function: 0,
             is_pure: false,
-            line: 0,
+            line: 1,
             labels: 0,
             ways: Vec::new(),
         };
