@@ -108,7 +108,7 @@ impl Printer<'_> {
     }
 
     /// Whether statements are printed before an expression is calculated.
-    fn runs(&self, expr: &Expr) -> bool {
+    pub(super) fn runs(&self, expr: &Expr) -> bool {
         runs_statements(expr) && (self.scope.counts || !is_quiet(expr, &self.facts))
     }
 

@@ -215,8 +215,11 @@ pub(super) struct Uses<'a> {
 }
 
 impl<'a> Uses<'a> {
-    pub fn of(facts: &'a [Facts], body: &[Statement]) -> Uses<'a> {
+    /// Those of a function with this body. What a call copies out is named behind it, too.
+    pub fn of(facts: &'a [Facts], number: usize, body: &[Statement]) -> Uses<'a> {
         let mut uses = Uses { facts, counts: BTreeMap::new(), through: BTreeSet::new(), read: BTreeSet::new() };
+        let own = &facts[number];
+        uses.counts.extend(own.outs.iter().copied().chain(own.returns).map(|local| (local, 1)));
         walk::statements(body, &mut uses);
         uses
     }

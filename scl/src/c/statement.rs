@@ -72,18 +72,15 @@ impl Printer<'_> {
             return;
         }
         let one = std::slice::from_ref(statement);
-        let here: Vec<usize> = Uses::of(&self.facts, one).locals().filter(|it| self.scope.later.contains(it)).collect();
+        let here: Vec<usize> = named(one).into_iter().filter(|it| self.scope.later.contains(it)).collect();
         let Some(function) = self.scope.function else { return };
         for local in here {
-            let is_used_behind = Uses::of(&self.facts, rest).locals().any(|it| it == local);
+            let is_used_behind = named(rest).contains(&local);
             let in_parts = match &statement.what {
                 What::If(condition, then, otherwise) => {
-                    let condition = Uses::of(
-                        &self.facts,
-                        &[Statement { at: statement.at, what: What::If(condition.clone(), Vec::new(), Vec::new()) }],
-                    );
-                    let uses = |list: &[Statement]| Uses::of(&self.facts, list).locals().any(|it| it == local);
-                    if condition.locals().any(|it| it == local) {
+                    let head = What::If(condition.clone(), Vec::new(), Vec::new());
+                    let uses = |list: &[Statement]| named(list).contains(&local);
+                    if uses(&[Statement { at: statement.at, what: head }]) {
                         2
                     } else {
                         usize::from(uses(then)) + usize::from(uses(otherwise))
@@ -255,7 +252,7 @@ impl Printer<'_> {
         let [Statement { what: What::If(condition, then, otherwise), at }] = list else { return true };
         let head = [Statement { at: *at, what: What::If(condition.clone(), Vec::new(), Vec::new()) }];
         let uses = |list: &[Statement]| -> Vec<usize> {
-            Uses::of(&self.facts, list).locals().filter(|it| self.scope.later.contains(it)).collect()
+            named(list).into_iter().filter(|it| self.scope.later.contains(it)).collect()
         };
         let (then, otherwise) = (uses(then), uses(otherwise));
         !uses(&head).is_empty() || then.iter().any(|local| otherwise.contains(local))
@@ -361,9 +358,6 @@ impl Printer<'_> {
         let mut passed = Vec::new();
         passed.extend(self.facts[call.function].needs_call.then(|| "call".to_string()));
         passed.extend(self.facts[call.function].needs_memory.then(|| "memory".to_string()));
-        if let Some(instance) = &call.instance {
-            passed.push(self.address(instance)?);
-        }
         let arguments: Vec<&Expr> = call
             .arguments
             .iter()
@@ -372,6 +366,16 @@ impl Printer<'_> {
                 _ => None,
             })
             .collect();
+        if let (Some(instance), Some(record)) = (&call.instance, callee.instance) {
+            let mut address = self.address(instance)?;
+            // It is chosen before the arguments are calculated.
+            if address.contains("index_of") && arguments.iter().any(|argument| self.runs(argument)) {
+                let name = self.temporary(|printer, name| format!("{}_t *{name}", printer.records[record]));
+                self.line(&format!("{name} = {address};"));
+                address = name;
+            }
+            passed.push(address);
+        }
         let mut values = self.exprs(&arguments)?;
         if self.scope.counts {
             // The budget is asked for when all is calculated.

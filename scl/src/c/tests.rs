@@ -1,6 +1,6 @@
 //! Random programs give the same bits as C and in the machine.
 
-use super::{HEAD, Printer, operations};
+use super::{HEAD, Printer, is_used, operations};
 use crate::machine::tests::random::{Of, Random};
 use crate::machine::{Cause, Code, Machine};
 use crate::program::{Program, Scalar, Type, Value};
@@ -85,7 +85,7 @@ fn file(programs: &[Program]) -> String {
         names.iter().for_each(|name| functions += &format!("#undef {name}\n"));
         let _ = write!(entries, "{}_{number}, ", printer.function_names[Random::entry(program)]);
     }
-    let (types, values) = Printer::new(&programs[0]).data(true);
+    let (types, values) = Printer::new(&programs[0]).data(is_used(&functions, "constants"));
     let operations = operations::used(&format!("call_t {types}{values}{functions}"));
     format!(
         "#define PROGRAM static\n#define CALLS {CALLS}\n#define BUDGET {BUDGET}\n{HEAD}{operations}{types}{values}{functions}\n\
@@ -160,17 +160,21 @@ fn differences(program: &Program, ty: &Type, name: &str, (c, machine): (&[u8], &
     }
 }
 
+/// Programs that told machine and C apart: a local that the function gives and through which a call's value goes, and an instance
+/// that is chosen before the arguments are calculated.
+const FOUND: [u64; 2] = [1_107_116, 1_405_429];
+
 /// Random programs, some of them in each run; `PLCFMU_PROGRAMS=1000000 PLCFMU_SEED=5000` takes a million from the seed 5000 on.
 #[test]
 fn printed_programs_give_the_bits_of_the_machine() {
     let (first, count) = (number("PLCFMU_SEED", 1), number("PLCFMU_PROGRAMS", 300));
     let together = TOGETHER.min(count.div_ceil(2));
     let (mut ended, mut by_budget) = (0, 0);
-    for (bundle, begin) in (first..first + count).step_by(together as usize).enumerate() {
-        let seeds: Vec<u64> = (begin..(first + count).min(begin + together)).collect();
+    let all: Vec<u64> = FOUND.into_iter().chain(first..first + count).collect();
+    for (bundle, seeds) in all.chunks(together as usize).enumerate() {
         let programs: Vec<Program> = seeds.iter().map(|seed| Random::program(seed * 7919, 0, Of::C)).collect();
         let level = ["-O0", "-O2"][bundle % if count > 10_000 { 1 } else { 2 }];
-        let Some(written) = in_c(&file(&programs), &begin.to_string(), level, &[]) else {
+        let Some(written) = in_c(&file(&programs), &seeds[0].to_string(), level, &[]) else {
             eprintln!("there is no C compiler: nothing was compared");
             return;
         };
@@ -204,7 +208,7 @@ fn printed_programs_give_the_bits_of_the_machine() {
         if count > 10_000 {
             eprintln!(
                 "{} programs agree, {ended} of them ended, {by_budget} were stopped by their budget",
-                seeds[0] - first + seeds.len() as u64
+                bundle * together as usize + seeds.len()
             );
         }
     }
