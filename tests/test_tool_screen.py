@@ -110,6 +110,9 @@ def test_the_first_call_of_the_first_example_sees_the_temperature_of_the_furnace
     value, output = page.evaluate(ask, view)["values"]
     # Members act in parallel, as in `plcfmu run`: the outputs at 0 s are those before the first call.
     assert (value[0], output[0]) == (0, 0)
+    # They are no state of the loop, and are not drawn.
+    drawn = page.evaluate("async () => (await moduleOf('tool/curves.js')).shownPicture().values")
+    assert all(of[0] is None for of in drawn) and min(one for one in drawn[1] if one is not None) > 19
     # 1382 of 27648 for 0 ... 400 degC are 19.994 degC; LMN = 0.7 (60 - PV) + 0.7 (60 - PV) / 130.
     assert value[1] == pytest.approx(1382 * 400 / 27648) and output[1] == pytest.approx(0.7 * 40.0058 * (1 + 0.5 / 130), abs=0.12)
     assert figures["overshoot"] == pytest.approx(100 * (max(value) - 60) / (60 - value[1]))

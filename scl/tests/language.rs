@@ -170,6 +170,7 @@ const DECIDED: &[(&str, &str)] = &[
     ("a real divided by 0.0", "#r := #one / #zero; #y := #r > 3.4E38 AND NOT (#zero / #zero = #zero / #zero);"),
     ("an integer divided by 0", "#y := 5 / #i = 0 AND 5 MOD #i = 0;"),
     ("denormal numbers", "#r := 1.0E-40; #y := #r > 0.0;"),
+    ("the bits of what is not a number", "#y := (REAL_TO_DWORD(#zero / #zero) AND DW#16#7FC0_0000) = DW#16#7FC0_0000;"),
     ("SIN, EXP, LN, `**` ...", "#r := SIN(#one); #y := #r = 0.84147096;"),
     ("the clock of RD_SYS_T", "#i := RD_SYS_T(#now); #y := #now.YEAR = 2000 AND #now.MONTH = 1 AND #now.HOUR = 0;"),
     (

@@ -448,7 +448,9 @@ impl Printer<'_> {
             };
             let ty = &callee.locals[output].ty;
             let to_type = self.type_of(to)?;
-            let is_own = facts::local(to).is_some_and(|_| to.steps.is_empty());
+            // Where two outputs go to one local, the order in which they are copied counts.
+            let shared = call.outputs.iter().filter(|(_, other)| facts::local(other) == facts::local(to)).count() > 1;
+            let is_own = !shared && facts::local(to).is_some_and(|_| to.steps.is_empty());
             if is_own && matches!(ty, Type::Scalar(_)) && to_type == *ty && !self.is_reference(to) {
                 passed.push(self.address(to)?);
                 continue;

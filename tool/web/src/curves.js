@@ -141,7 +141,7 @@ export function shownPicture() {
     plot,
     view,
     curves: visible,
-    values: visible.map((curve) => view.values[curves.indexOf(curve)] ?? []),
+    values: visible.map(drawnValues),
     behind: behind(),
     marks,
     base,
@@ -608,13 +608,25 @@ async function fetchEarlier(loop, from, to, points) {
   }
 }
 
+/**
+ * The values of a curve as they are drawn. Where all members act at once, the row at the start has what they put out before their
+ * first call: no state of the loop.
+ *
+ * @param {Curve} curve
+ */
+function drawnValues(curve) {
+  const values = view.values[curves.indexOf(curve)] ?? [];
+  const isBefore = store.loop?.exchange === "parallel" && view.times[0] === 0;
+  return isBefore ? values.map((value, at) => (view.times[at] === 0 ? null : value)) : values;
+}
+
 /** Shows what has been got. */
 function show() {
   if (!plot) return;
   const visible = curves.filter(isShown);
   const switches = visible.filter((curve) => curve.isSwitch);
   const rows = visible.map((curve) => {
-    const values = view.values[curves.indexOf(curve)] ?? [];
+    const values = drawnValues(curve);
     return curve.isSwitch ? laneValues(values, base(switches.indexOf(curve))) : values;
   });
   plot.setData(/** @type {uPlot.AlignedData} */ ([view.times, ...rows]));
