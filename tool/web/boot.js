@@ -66,7 +66,10 @@ onmessage = async ({ data }) => postMessage(await unpack(data).then(WebAssembly.
   /** @type {WebAssembly.Module | null} */
   const module = await new Promise((done) => {
     const worker = new Worker(script(work));
-    worker.onmessage = ({ data }) => done(data);
+    worker.onmessage = ({ data }) => {
+      worker.terminate();
+      done(data);
+    };
     worker.onerror = () => done(null);
     worker.postMessage(text);
   }).catch(() => null);

@@ -132,7 +132,7 @@ struct Finds<'a> {
 impl Finds<'_> {
     fn place(&mut self, place: &Place, written: bool) {
         self.found.needs_memory |= place.base == Base::Memory;
-        self.found.needs_call |= place.steps.iter().any(|step| matches!(step, Step::Index(..)));
+        self.found.needs_call |= has_index(place);
         let is_own = match place.base {
             Base::Local(local) => !self.function.locals[local].by_reference,
             _ => false,
@@ -185,6 +185,11 @@ impl Look for Finds<'_> {
         }
         call.outputs.iter().for_each(|(_, place)| self.place(place, true));
     }
+}
+
+/// Whether a place is found by an index, which is checked.
+pub(super) fn has_index(place: &Place) -> bool {
+    place.steps.iter().any(|step| matches!(step, Step::Index(..)))
 }
 
 /// The local of which a place is the whole or a part.
@@ -270,7 +275,7 @@ impl Look for Uses<'_> {
         match &it.what {
             What::Assign(to, value) => {
                 self.place(to);
-                if !to.steps.iter().any(|step| matches!(step, Step::Index(..))) {
+                if !has_index(to) {
                     self.whole(value);
                 }
             }
@@ -316,7 +321,7 @@ pub(super) fn is_quiet(it: &Expr, facts: &[Facts]) -> bool {
     struct Finds<'a>(bool, &'a [Facts]);
     impl Look for Finds<'_> {
         fn expr(&mut self, it: &Expr) {
-            let of = |place: &Place| !place.steps.iter().any(|step| matches!(step, Step::Index(..)));
+            let of = |place: &Place| !has_index(place);
             self.0 &= match it {
                 Expr::Load(_, place) => of(place),
                 Expr::Texts(_, a, b) | Expr::Same(a, b) => of(a) && of(b),
@@ -343,7 +348,7 @@ fn simplified_one(what: &What, facts: &[Facts]) -> What {
                 (&then[..], &otherwise[..])
                 && to == other
                 && let Some(ty) = short(&[condition, a, b], facts)
-                && !to.steps.iter().any(|step| matches!(step, Step::Index(..)))
+                && !has_index(to)
             {
                 let choice = Expr::Select(ty, Box::new([condition.clone(), a.clone(), b.clone()]));
                 return What::Assign(to.clone(), choice);

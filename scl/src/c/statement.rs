@@ -3,7 +3,7 @@
 use super::expr::{bare, constant};
 use super::facts::{self, Uses};
 use super::{Printer, WIDTH, comment, line, scalar};
-use crate::program::{Argument, Call, Expr, For, Place, Scalar, Statement, Step, Type, Value, What};
+use crate::program::{Argument, Call, Expr, For, Place, Scalar, Statement, Type, Value, What};
 
 impl Printer<'_> {
     /// The statements of a function.
@@ -369,7 +369,7 @@ impl Printer<'_> {
         if let (Some(instance), Some(record)) = (&call.instance, callee.instance) {
             let mut address = self.address(instance)?;
             // It is chosen before the arguments are calculated.
-            if address.contains("index_of") && arguments.iter().any(|argument| self.runs(argument)) {
+            if facts::has_index(instance) && arguments.iter().any(|argument| self.runs(argument)) {
                 let name = self.temporary(|printer, name| format!("{}_t *{name}", printer.records[record]));
                 self.line(&format!("{name} = {address};"));
                 address = name;
@@ -427,7 +427,7 @@ impl Printer<'_> {
             let call = format!("{name}({})", passed.join(", "));
             let to_type = self.type_of(to)?;
             let ty = callee.locals[result].ty.clone();
-            if to_type == ty && !to.steps.iter().any(|step| matches!(step, Step::Index(..))) {
+            if to_type == ty && !facts::has_index(to) {
                 let to = self.place(to)?;
                 self.assigned(&to, &call);
                 return Ok(());

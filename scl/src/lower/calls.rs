@@ -181,7 +181,7 @@ impl Lowerer<'_, '_> {
                 let capitals = method.key();
                 if let ExpressionKind::Name(Scope::Bare, block) = &expressions[*base].kind
                     && self.symbol(&block.text).is_none()
-                    && super::paths::is_numbered(&capitals, "DB")
+                    && super::paths::is_numbered_block(&capitals)
                     && self.compiler.global(&block.key()).is_none()
                     && self.compiler.system_block(&block.key()).is_none()
                 {

@@ -159,7 +159,7 @@ impl Lowerer<'_, '_> {
 
     fn missing_member(&mut self, missing: String, members: &str, name: &str, span: Span) -> Path {
         let path = if members.is_empty() { name.to_string() } else { format!("{members}.{name}") };
-        if is_data_address(name) || is_numbered(&missing, "DB") && is_classic_address(name) {
+        if is_data_address(name) || is_numbered_block(&missing) && is_classic_address(name) {
             self.compiler.undeclared.remove(&missing);
             self.error(span, ABSOLUTE, None);
             return Path::Wrong;
@@ -212,7 +212,7 @@ impl Lowerer<'_, '_> {
                         }
                     };
                     let of = Type::Elementary(Elementary::Bool);
-                    return Path::Variable(Variable { of, place, slice: None, section: None, timer: None });
+                    return Path::Variable(Variable::whole(of, place));
                 }
                 _ => {}
             }
@@ -243,9 +243,8 @@ impl Lowerer<'_, '_> {
 
     fn global(&mut self, scope: Scope, name: &Name) -> Path {
         let capitals = name.key();
-        if let Some(Global { member, of }) = self.compiler.global(&capitals) {
-            let place = Place::of(Base::Memory).member(member);
-            return Path::Variable(Variable { of, place, slice: None, section: None, timer: None });
+        if let Some(global) = self.compiler.global(&capitals) {
+            return Path::Variable(Variable::whole(global.of.clone(), global.place()));
         }
         let constant = self.compiler.options.constants.iter().find(|(constant, _)| key(constant) == capitals);
         if let Some((_, value)) = constant {
@@ -275,9 +274,8 @@ impl Lowerer<'_, '_> {
             && let Some(method) = self.compiler.kinds.get(&capitals).cloned()
             && let Some(block) = self.compiler.system_block(&method)
         {
-            let Global { member, of } = self.compiler.implied(&name.text, block);
-            let place = Place::of(Base::Memory).member(member);
-            return Path::Variable(Variable { of, place, slice: None, section: None, timer: None });
+            let global = self.compiler.implied(&name.text, block);
+            return Path::Variable(Variable::whole(global.of.clone(), global.place()));
         }
         self.compiler.miss(&name.text, name.span, Missing::Variable);
         Path::Missing(capitals, String::new())
@@ -446,7 +444,7 @@ impl Lowerer<'_, '_> {
 
     /// The place and the type of a member of a data block, in its start values.
     pub fn member_of(&mut self, global: &Global, id: ExpressionId) -> Option<(Place, Type)> {
-        let root = Variable { of: global.of.clone(), place: global.place(), slice: None, section: None, timer: None };
+        let root = Variable::whole(global.of.clone(), global.place());
         match self.path_in(root, id)? {
             Path::Variable(variable) => Some((variable.place, variable.of)),
             _ => None,
@@ -501,9 +499,9 @@ fn is_address(name: &str) -> bool {
     is_area && letters.len() < name.len() || matches!(name, "M" | "I" | "Q" | "E" | "A" | "MW" | "MB" | "MD")
 }
 
-/// Whether a name is these letters and a number, such as `DB11`.
-pub fn is_numbered(name: &str, letters: &str) -> bool {
-    let number = name.strip_prefix(letters);
+/// Whether a name in capitals is the number of a data block: `DB11`.
+pub fn is_numbered_block(name: &str) -> bool {
+    let number = name.strip_prefix("DB");
     number.is_some_and(|number| !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
 }
 
