@@ -489,3 +489,66 @@ def test_a_time_is_in_seconds_and_the_members_of_a_dtl_go_in_and_out(build):
     assert not running.get("over") and running.get("longer") == -25.0
     until = [running.get(f"until.{part}") for part in ("YEAR", "MONTH", "DAY", "HOUR", "MINUTE", "SECOND", "NANOSECOND")]
     assert until == [2024, 2, 28, 11, 59, 47, 500_000_000]
+
+
+LABEL = """FUNCTION_BLOCK "Label"
+{ S7_Optimized_Access := 'TRUE' }
+VERSION : 0.1
+   VAR_INPUT
+      article : String[10] := 'A-100';   // of the order
+      note : WString[8];
+      prefix { S7_SetPoint := 'True'} : String[4] := 'No ';
+   END_VAR
+   VAR_OUTPUT text : String[20]; wide : WString[12]; length : Int; END_VAR
+   VAR list : Array[1..2] of String[6] := ['one', 'two']; raw : String[3] := 'a$00b'; END_VAR
+BEGIN
+   #text := CONCAT(IN1 := #prefix, IN2 := #article, IN3 := '/ö');
+   #wide := CONCAT(IN1 := #note, IN2 := WSTRING#' €');
+   #length := LEN(#text);
+   #list[1] := #article;
+END_FUNCTION_BLOCK
+"""
+
+
+@pytest.mark.parametrize("options", [(), ("--native",)], ids=["interpreted", "native"])
+def test_texts_are_strings_that_are_set_within_their_length_kept_in_states_and_refused_by_name(build, options):
+    built, folder = build(LABEL, "--cycle", "100ms", *options)
+    assert built.returncode == 0, built.stderr
+    label = Running(folder / "Label.fmu")
+    slave, references = label.slave, {name: of.valueReference for name, of in label.variables.items()}
+    shown = {name: (of.type, of.causality, of.start) for name, of in label.variables.items()}
+    assert shown["article"] == ("String", "input", "A-100") and shown["text"] == ("String", "output", None)
+    assert shown["prefix"] == ("String", "parameter", "No ")
+    assert label.variables["article"].description == "of the order; STRING[10]"
+
+    def read(*names):
+        return [text.decode() for text in slave.getString([references[name] for name in names])]
+
+    def refused(name, text):
+        label.log.take()
+        with pytest.raises(FMICallException):
+            slave.setString([references["note"], references[name]], ["lost", text])
+        return label.log.take()[-1].text
+
+    slave.setString([references["article"], references["note"]], ["B-7ö", "日本😀"])
+    slave.doStep(0.0, 0.1)
+    assert read("article", "text", "wide", "list[1]", "list[2]") == ["B-7ö", "No B-7ö/ö", "日本😀 €", "B-7ö", "two"]
+    assert slave.getInteger([references["length"]]) == [9]
+    assert read("raw") == ["a"]
+    state = slave.getFMUstate()
+    slave.setString([references["prefix"]], [""])
+    slave.doStep(0.1, 0.1)
+    assert read("text", "prefix") == ["B-7ö/ö", ""]
+    slave.setFMUstate(slave.deSerializeFMUstate(slave.serializeFMUstate(state)))
+    assert read("text", "prefix") == ["No B-7ö/ö", "No "]
+
+    assert "article = \"12345678901\": STRING[10] takes 10 characters, not 11" in refused("article", "12345678901")
+    assert "a STRING has the characters of ISO 8859-1, and '€' is not one of them" in refused("article", "€")
+    assert "text is computed by the block and can only be read" in refused("text", "x")
+    # A character beyond 16 bits is two of a WSTRING.
+    assert "note = \"😀😀😀😀a\": WSTRING[8] takes 8 characters, not 9" in refused("note", "😀😀😀😀a")
+    assert "length, a Integer: use fmi2SetInteger" in refused("length", "x")
+    assert read("article", "note") == ["B-7ö", "日本😀"]
+    slave.reset()
+    label.start()
+    assert read("article", "text", "wide", "list[2]") == ["A-100", "", "", "two"]

@@ -33,8 +33,8 @@ mod siemens;
 pub mod table;
 
 pub use table::{
-    Block, Bool, Characteristic, Class, Form, Int, Kind, LReal, Law, Real, Response, Role, Row, Stored, Table, Time,
-    Value, Word, low_word, rnd,
+    Block, Bool, Characteristic, Class, Form, Int, Kind, LReal, Law, Real, Response, Role, Row, Stored, Table, Text,
+    Time, Value, Word, low_word, rnd,
 };
 
 /// What is done with each block by [`for_each_block`].

@@ -7,7 +7,7 @@ use crate::preset::{Argument, Preset};
 use crate::refusal::Refusal;
 use crate::table::{Fingerprint, Guid};
 use blocks::Block;
-use std::ffi::{CStr, c_void};
+use std::ffi::{CStr, CString, c_void};
 use std::{iter, ptr};
 
 /// The address of a saved instance. It is only compared, never followed.
@@ -69,6 +69,8 @@ pub struct Component<B> {
     pub logged: Selection,
     /// What the user should know of the present call although it succeeds; to be logged at its end.
     pub advice: Vec<String>,
+    /// The texts that the last call gave out: the host copies them before its next call.
+    pub texts: Vec<CString>,
     is_step_advised: bool,
     /// The states that were given out. They end with the component.
     saved: Vec<Box<Instance<B>>>,
@@ -82,6 +84,7 @@ impl<B: Cyclic> Component<B> {
             instance: origin.instance(),
             logged: if logging_on { Selection::ALL } else { Selection::ERRORS },
             advice: Vec::new(),
+            texts: Vec::new(),
             is_step_advised: false,
             saved: Vec::new(),
             origin,

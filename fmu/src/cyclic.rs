@@ -23,6 +23,12 @@ macro_rules! cyclic {
             fn take_warnings(&mut self) -> Vec<String> {
                 Vec::new()
             }
+            /// The text of this number in the table.
+            fn text(&self, _number: usize) -> Option<String> {
+                None
+            }
+            /// Writes a text: its characters as [`blocks::Text::units`] gives them.
+            fn set_text(&mut self, _number: usize, _units: &[u16]) {}
             /// Appends all values and the memory to `bytes`.
             fn store(&self, bytes: &mut Vec<u8>);
             /// What [`Cyclic::store`] wrote, as another one of this kind; `None` if there is none in `bytes`.

@@ -7,6 +7,7 @@ use crate::host_type::{HostType, Version};
 use crate::refusal::Refusal;
 use crate::session::Session;
 use crate::state::{Function, State};
+use crate::texts;
 use blocks::table::fingerprint::checksum;
 use blocks::{Role, Row, Stored, Table};
 
@@ -134,7 +135,7 @@ impl<B: Cyclic> Instance<B> {
         for (reference, value) in references.iter().zip(values) {
             let row = row::<V, T>(self.session.block.table(), *reference, "Set")?;
             if !self.may_set(row.role) {
-                return Err(read_only(row, V::PREFIX));
+                return Err(read_only(&row.full_name(), row.role, V::PREFIX));
             }
             if let Err(range) = value.to_plc(row.kind) {
                 return Err(format!("{} = {}: {range}", row.full_name(), value.text()).into());
@@ -149,7 +150,7 @@ impl<B: Cyclic> Instance<B> {
         Ok(())
     }
 
-    fn may_set(&self, role: Role) -> bool {
+    pub(crate) fn may_set(&self, role: Role) -> bool {
         match role {
             Role::Input | Role::Parameter => true,
             Role::Fixed | Role::Cycle => self.state != State::StepComplete,
@@ -263,23 +264,26 @@ fn row<'a, V: Version, T: HostType<V>>(table: &'a Table, reference: u32, access:
 
 /// The refusal of a reference that is not one of a variable of the right type; `functions` names those for another type.
 pub fn no_variable<V: Version>(table: &Table, reference: u32, functions: impl Fn(&str) -> String) -> Refusal {
-    match table.rows.get(reference as usize) {
-        Some(row) => {
-            let (name, kind) = (row.full_name(), V::name_of(row.kind));
+    let row = table.rows.get(reference as usize).map(|row| (row.full_name(), V::name_of(row.kind)));
+    let text = texts::text(table, reference).map(|(_, text)| (text.name.to_string(), texts::TYPE));
+    match row.or(text) {
+        Some((name, kind)) => {
             format!("value reference {reference} is {name}, a {kind}: use {}", functions(kind))
         }
-        None => format!("value reference {reference} is unknown: they go from 0 to {}", table.rows.len() - 1),
+        None => {
+            let last = table.rows.len() + table.texts.len() - 1;
+            format!("value reference {reference} is unknown: they go from 0 to {last}")
+        }
     }
     .into()
 }
 
-fn read_only(row: &Row, prefix: &str) -> Refusal {
-    match row.role {
+pub(crate) fn read_only(name: &str, role: Role, prefix: &str) -> Refusal {
+    match role {
         Role::Fixed | Role::Cycle => format!(
-            "{} is a fixed parameter: set it before {prefix}ExitInitializationMode, or call {prefix}Reset first",
-            row.full_name()
+            "{name} is a fixed parameter: set it before {prefix}ExitInitializationMode, or call {prefix}Reset first"
         ),
-        _ => format!("{} is computed by the block and can only be read", row.full_name()),
+        _ => format!("{name} is computed by the block and can only be read"),
     }
     .into()
 }

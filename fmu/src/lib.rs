@@ -68,6 +68,7 @@ pub mod state;
 pub mod table;
 #[cfg(test)]
 mod test_block;
+pub mod texts;
 pub mod v2;
 
 pub use v2::{describe, sources};

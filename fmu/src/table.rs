@@ -118,6 +118,17 @@ pub fn json(table: &Table) -> String {
             if from.is_empty() { String::new() } else { format!(r#","from":[{}]"#, from.join(",")) },
         );
     }
+    let texts = list(table.texts, |text| {
+        format!(
+            r#"{{"name":{},"description":{},"type":{},"role":"{}","start":{}}}"#,
+            quoted(text.name),
+            quoted(text.description),
+            quoted(&text.type_name()),
+            text.role.name(),
+            quoted(text.start),
+        )
+    });
+    let texts = if texts.is_empty() { String::new() } else { format!(r#","texts":[{texts}]"#) };
     let responses = list(table.responses, |response| {
         format!(
             r#"{{"title":{},"calls":{},"set":[{}],"show":[{}]}}"#,
@@ -139,7 +150,7 @@ pub fn json(table: &Table) -> String {
             list(characteristic.show, |name| quoted(name)),
         )
     });
-    let _ = write!(json, r#"],"responses":[{responses}],"characteristics":[{characteristics}]}}"#);
+    let _ = write!(json, r#"]{texts},"responses":[{responses}],"characteristics":[{characteristics}]}}"#);
     json
 }
 

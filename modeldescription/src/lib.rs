@@ -51,4 +51,4 @@ pub use description::{
 pub use error::{Error, shortened};
 pub use interface::Interface;
 pub use model_description::{Findings, MOST_FINDINGS, ModelDescription, Preset, VERSIONS};
-pub use table::{Characteristic, Response, Row, Table};
+pub use table::{Characteristic, Response, Row, Table, Text};

@@ -23,6 +23,9 @@ pub struct Table {
     pub mean: Option<usize>,
     /// All variables; the number of the row is the value reference.
     pub variables: Vec<Row>,
+    /// The texts of a program. Their value references follow those of the variables.
+    #[serde(default)]
+    pub texts: Vec<Text>,
     /// The runs that the documentation shows; there is at least one, which the reference results record.
     pub responses: Vec<Response>,
     /// The characteristics that the documentation shows.
@@ -65,6 +68,24 @@ impl Row {
     pub fn shown_unit(&self) -> Option<&str> {
         self.kind.shown_unit(self.unit.as_deref())
     }
+}
+
+/// A text of a program.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Text {
+    /// Its name with what leads to it.
+    pub name: String,
+    /// A short text, on one line.
+    pub description: String,
+    /// Its PLC type with its length: `STRING[20]`.
+    #[serde(rename = "type")]
+    pub type_name: String,
+    /// Who sets it, and when.
+    #[serde(deserialize_with = "role")]
+    pub role: Role,
+    /// Its value in a new program.
+    pub start: String,
 }
 
 /// A short run of the block that shows what it does.
@@ -118,6 +139,13 @@ impl From<&blocks::Table> for Table {
             unit: row.unit.map(str::to_string),
             from: row.from.iter().map(|setting| of.rows[*setting].full_name()).collect(),
         };
+        let text = |of: &blocks::Text| Text {
+            name: of.name.into(),
+            description: of.description.into(),
+            type_name: of.type_name(),
+            role: of.role,
+            start: of.start.into(),
+        };
         let response = |of: &blocks::Response| Response {
             title: of.title.into(),
             calls: of.calls,
@@ -140,6 +168,7 @@ impl From<&blocks::Table> for Table {
             cycle: of.cycle,
             mean: of.mean,
             variables: of.rows.iter().map(row).collect(),
+            texts: of.texts.iter().map(text).collect(),
             responses: of.responses.iter().map(response).collect(),
             characteristics: of.characteristics.iter().map(characteristic).collect(),
         }

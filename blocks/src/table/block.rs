@@ -185,6 +185,7 @@ macro_rules! block {
                     aliases: &[$($alias),*],
                     docs: concat!($($docs, "\n"),*),
                     rows: &ROWS,
+                    texts: &[],
                     tunable_reals: &$crate::table::tunable(&ROWS, Kind::Real),
                     tunable_lreals: &$crate::table::tunable(&ROWS, Kind::LReal),
                     cycle: CYCLE,

@@ -159,6 +159,8 @@ pub struct Table {
     pub docs: &'static str,
     /// All variables: the block's own, then those of the blocks inside it, then the mean.
     pub rows: &'static [Row],
+    /// The texts of a program; a block has none. Their value references follow those of the rows.
+    pub texts: &'static [Text],
     /// Of each row, whether it is a REAL that may be set at any time: what a host does most. One byte a row.
     pub tunable_reals: &'static [bool],
     /// The same for LREALs.
@@ -181,6 +183,45 @@ impl Table {
     /// The row of the variable with this full name, such as `GAIN` or `DI_CONT_C.GAIN`.
     pub fn find(&self, full_name: &str) -> Option<usize> {
         self.rows.iter().position(|row| row.full_name() == full_name)
+    }
+}
+
+/// A text that a host sees: a STRING or WSTRING of a program.
+#[derive(Clone, Copy, Debug)]
+pub struct Text {
+    /// Its name with what leads to it.
+    pub name: &'static str,
+    /// A short text, on one line.
+    pub description: &'static str,
+    /// Who sets it, and when.
+    pub role: Role,
+    /// Its value in a new program.
+    pub start: &'static str,
+    /// The most characters that it holds.
+    pub most: u16,
+    /// A WSTRING, whose characters are those of UTF-16; else a STRING, whose characters are those of ISO 8859-1, a byte each.
+    pub is_wide: bool,
+}
+
+impl Text {
+    /// Its PLC type with its length, such as `STRING[20]`.
+    pub fn type_name(&self) -> String {
+        format!("{}[{}]", if self.is_wide { "WSTRING" } else { "STRING" }, self.most)
+    }
+
+    /// The characters of a text as the PLC holds them.
+    ///
+    /// # Errors
+    /// It is longer than the variable, or has a character that a STRING does not have.
+    pub fn units(&self, text: &str) -> Result<Vec<u16>, String> {
+        let units: Vec<u16> = text.encode_utf16().collect();
+        if units.len() > self.most.into() {
+            return Err(format!("{} takes {} characters, not {}", self.type_name(), self.most, units.len()));
+        }
+        match text.chars().find(|character| !self.is_wide && u32::from(*character) > 0xFF) {
+            Some(other) => Err(format!("a STRING has the characters of ISO 8859-1, and {other:?} is not one of them")),
+            None => Ok(units),
+        }
     }
 }
 

@@ -48,6 +48,7 @@ pub struct Loaded {
     /// The number of the function of a cycle.
     cycle: usize,
     places: Vec<table::Place>,
+    texts: Vec<table::TextPlace>,
     /// The rows that the host gives of variables that the program writes, too.
     in_outs: Vec<usize>,
     /// The number of the function that is called once at the start.
@@ -77,7 +78,7 @@ impl Loaded {
         let compiled = compile(sources, &options).map_err(Wrong::Sources)?;
         let root = compiled.root.as_ref().ok_or_else(|| Wrong::Choice(compiled.candidates.clone()))?;
         let code = Code::compile(&compiled.program)?;
-        let (table, places, own_cycle) = table::of(manifest, &compiled, root, is_unit)?;
+        let table::Shown { table, places, texts, own_cycle } = table::of(manifest, &compiled, root, is_unit)?;
         let in_outs = (0..places.len()).filter(|row| places[*row].held == Held::InOut).collect();
         let mut bytes = manifest.to_string().into_bytes();
         for source in sources {
@@ -93,6 +94,7 @@ impl Loaded {
             startup: root.startup,
             program: compiled.program,
             places,
+            texts,
             in_outs,
             own_cycle,
             block: root.block.clone(),
@@ -223,9 +225,16 @@ impl Cyclic for Program {
         let rows = self.loaded.table.rows;
         let is_kept = |row: &usize| *row != self.loaded.table.cycle && rows[*row].role.is_settable();
         let kept: Vec<_> = (0..rows.len()).filter(is_kept).filter_map(|row| Some((row, self.get(row)?))).collect();
+        let is_given = |text: &usize| self.loaded.table.texts[*text].role.is_settable();
+        let texts = (0..self.loaded.texts.len()).filter(is_given).map(|text| self.loaded.texts[text]);
+        let texts: Vec<_> =
+            texts.map(|at| (at.offset, self.machine.state()[at.offset..][..at.size()].to_vec())).collect();
         self.machine.restart();
         for (row, value) in kept {
             self.set(row, value);
+        }
+        for (offset, bytes) in texts {
+            self.machine.state_mut()[offset..][..bytes.len()].copy_from_slice(&bytes);
         }
         (self.calls, self.stopped) = (0, None);
         for (place, set) in self.loaded.places.iter().zip(&self.set).filter(|(place, _)| place.held == Held::Start) {
@@ -268,6 +277,16 @@ impl Cyclic for Program {
 
     fn take_warnings(&mut self) -> Vec<String> {
         self.machine.take_warnings().iter().map(ToString::to_string).collect()
+    }
+
+    fn text(&self, number: usize) -> Option<String> {
+        Some(self.loaded.texts.get(number)?.read(self.machine.state()))
+    }
+
+    fn set_text(&mut self, number: usize, units: &[u16]) {
+        if let Some(place) = self.loaded.texts.get(number) {
+            place.write(self.machine.state_mut(), units);
+        }
     }
 
     fn store(&self, bytes: &mut Vec<u8>) {

@@ -25,6 +25,8 @@ impl Loaded {
         };
         let places: Vec<(usize, Given)> = self.places.iter().map(|place| (place.offset, given(place.held))).collect();
         let table = self.table;
+        let texts: Vec<(blocks::Text, usize, usize)> =
+            table.texts.iter().zip(&self.texts).map(|(text, place)| (*text, place.offset, place.size())).collect();
         let variables: Vec<Variable> = table.rows.iter().map(Variable::from).collect();
         let mut program = Program::new(self.clone());
         program.restart();
@@ -37,6 +39,7 @@ impl Loaded {
             law: &law,
             call: &scl::c::name(&linked, self.cycle),
             places: &places,
+            texts: &texts,
             memory: self.program.records[self.program.memory].start.len(),
             tape,
             of: Of::Program {

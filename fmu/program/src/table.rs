@@ -3,7 +3,7 @@
 use crate::manifest::Manifest;
 use blocks::table::DEPTH;
 use blocks::table::number::{number, to_value};
-use blocks::{Class, Kind, Response, Role, Row, Table, Time, Value};
+use blocks::{Class, Kind, Response, Role, Row, Table, Text, Time, Value};
 use scl::interface::{self, Variable};
 use scl::program::{Scalar, Type};
 use scl::{Compiled, Root};
@@ -15,6 +15,63 @@ pub struct Place {
     pub ty: Scalar,
     pub offset: usize,
     pub held: Held,
+}
+
+/// Where the memory has a text.
+#[derive(Clone, Copy, Debug)]
+pub struct TextPlace {
+    pub offset: usize,
+    pub most: u16,
+    pub is_wide: bool,
+}
+
+impl TextPlace {
+    /// The bytes of a character.
+    fn width(self) -> usize {
+        1 + usize::from(self.is_wide)
+    }
+
+    /// The bytes that it takes.
+    pub fn size(self) -> usize {
+        2 + usize::from(self.most) * self.width()
+    }
+
+    /// The text in a memory.
+    pub fn read(self, memory: &[u8]) -> String {
+        let unit = |at: usize| match memory.get(at..) {
+            Some([low, high, ..]) => u16::from_le_bytes([*low, *high]),
+            _ => 0,
+        };
+        let length = usize::from(unit(self.offset).min(self.most));
+        let start = self.offset + 2;
+        match self.is_wide {
+            true => String::from_utf16_lossy(&(0..length).map(|at| unit(start + 2 * at)).collect::<Vec<_>>()),
+            false => memory[start..start + length].iter().map(|byte| char::from(*byte)).collect(),
+        }
+    }
+
+    /// Writes a text of at most [`TextPlace::most`] characters to a memory. What lies behind them stays.
+    pub fn write(self, memory: &mut [u8], units: &[u16]) {
+        let length = units.len().min(self.most.into());
+        memory[self.offset..self.offset + 2].copy_from_slice(&(length as u16).to_le_bytes());
+        let start = self.offset + 2;
+        for (at, unit) in units[..length].iter().enumerate() {
+            let bytes = unit.to_le_bytes();
+            memory[start + at * self.width()..][..self.width()].copy_from_slice(&bytes[..self.width()]);
+        }
+    }
+}
+
+/// What a host sees, and where the memory has it.
+pub struct Shown {
+    /// A table lives as long as the process: a library is asked for few programs.
+    pub table: &'static Table,
+    /// The place of each row but that of the cycle.
+    pub places: Vec<Place>,
+    /// The place of each text.
+    pub texts: Vec<TextPlace>,
+    /// Where the block has a CYCLE of its own.
+    pub own_cycle: Option<usize>,
 }
 
 /// Whose value a row has.
@@ -34,25 +91,29 @@ const MOST_NAMES: usize = 20;
 /// The name of the row that holds the time between two calls.
 const CYCLE: &str = "CYCLE";
 
-/// The table, the place of each row but that of the cycle, and where the block has a CYCLE of its own. A table lives as long as the
-/// process: a library is asked for few programs. A unit in a comment that `is_unit` does not know stays in the text.
+/// What a host sees of a program. A unit in a comment that `is_unit` does not know stays in the text.
 ///
 /// # Errors
-/// A name in the manifest that the program does not have.
-pub fn of(
-    manifest: &Manifest,
-    compiled: &Compiled,
-    root: &Root,
-    is_unit: fn(&str) -> bool,
-) -> Result<(&'static Table, Vec<Place>, Option<usize>), String> {
+/// A name in the manifest that the program does not have; a text that the program writes is to be an input.
+pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&str) -> bool) -> Result<Shown, String> {
     let mut rows: Vec<Row> = Vec::new();
     let mut places: Vec<Place> = Vec::new();
+    let mut texts: Vec<(Text, TextPlace)> = Vec::new();
     let mut own_cycle = None;
     let variables = variables(compiled, root);
     known(manifest, root, &variables)?;
     let mut names = BTreeSet::new();
     let program = &compiled.program;
     for (variable, path) in &variables {
+        if let Some((offset, Type::Text { capacity: most, wide: is_wide })) = program.find(path) {
+            let place = TextPlace { offset, most, is_wide };
+            let start = place.read(&program.records[program.memory].start);
+            texts.push((
+                text(&unique(&mut names, &structured(&variable.name)), variable, manifest, place, &start)?,
+                place,
+            ));
+            continue;
+        }
         let Some((ty, kind)) = variable.scalar.and_then(|ty| Some((ty, kind(variable.of)?))) else { continue };
         let Some((offset, Type::Scalar(_))) = program.find(path) else { continue };
         let role = role(manifest, variable);
@@ -64,13 +125,10 @@ pub fn of(
         let is_written = matches!(variable.role, interface::Role::InOut | interface::Role::Local);
         let held = if is_written && role == Role::Input { Held::InOut } else { Held::Memory };
         let name = |suffix| structured(&suffixed(&variable.name, suffix));
-        // A tag may be called as a variable of the block.
-        let mut before = String::new();
-        while !names.insert(before.clone() + &name("")) {
-            before += "PLC.";
-        }
+        let first = unique(&mut names, &name(""));
+        let before = first.strip_suffix(&name("")).unwrap_or_default();
         let mut add = |suffix, role, held| {
-            rows.push(row(&(before.clone() + &name(suffix)), variable, kind, role, start, is_unit));
+            rows.push(row(&(before.to_string() + &name(suffix)), variable, kind, role, start, is_unit));
             places.push(Place { ty, offset, held });
         };
         add("", role, held);
@@ -91,12 +149,14 @@ pub fn of(
         min: Some(Value::Time(Time::ms(1))),
         ..Row::EMPTY
     });
+    let (texts, text_places): (Vec<Text>, Vec<TextPlace>) = texts.into_iter().unzip();
     let no: &'static [bool] = vec![false; rows.len()].leak();
     let table = Table {
         name: leaked(&manifest.name.clone().unwrap_or_else(|| identifier(&root.block))),
         aliases: &[],
         docs: leaked(&documentation(manifest, root)),
         rows: rows.leak(),
+        texts: texts.leak(),
         tunable_reals: no,
         tunable_lreals: no,
         cycle,
@@ -106,7 +166,41 @@ pub fn of(
         responses: &[Response::AT_REST],
         characteristics: &[],
     };
-    Ok((Box::leak(Box::new(table)), places, own_cycle))
+    Ok(Shown { table: Box::leak(Box::new(table)), places, texts: text_places, own_cycle })
+}
+
+/// The name that a variable gets: a tag may be called as a variable of the block.
+fn unique(names: &mut BTreeSet<String>, name: &str) -> String {
+    let mut unique = name.to_string();
+    while !names.insert(unique.clone()) {
+        unique.insert_str(0, "PLC.");
+    }
+    unique
+}
+
+/// A text as a host sees it. An in-out text is a local: the host's value would not be the program's.
+fn text(name: &str, of: &Variable, manifest: &Manifest, place: TextPlace, start: &str) -> Result<Text, String> {
+    let is_written = matches!(of.role, interface::Role::InOut | interface::Role::Local);
+    let role = match role(manifest, of) {
+        Role::Input if of.role == interface::Role::Local => {
+            return Err(format!(
+                "--input {}: the program may write this text, and a host cannot give it then; make it a VAR_INPUT",
+                of.name
+            ));
+        }
+        Role::Input if is_written => Role::Local,
+        // modelDescription.xml cannot hold it.
+        role if role.is_settable() && start.chars().any(char::is_control) => Role::Local,
+        role => role,
+    };
+    Ok(Text {
+        name: leaked(name),
+        description: leaked(&of.comment.text),
+        role,
+        start: leaked(start),
+        most: place.most,
+        is_wide: place.is_wide,
+    })
 }
 
 /// The variables of a program, with their paths in the memory: those of its instance, then what all blocks see.

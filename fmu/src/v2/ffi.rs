@@ -16,7 +16,6 @@ use crate::component::{Component, Library};
 use crate::cyclic::Cyclic;
 use crate::door::{Door, Host};
 use crate::host_type::HostType;
-use crate::instance::no_variable;
 use crate::interface;
 use crate::log::{self, Category};
 use crate::preset::Argument;
@@ -197,12 +196,41 @@ fn no_status<T>(kind: c_int) -> Result<T, Refusal> {
     Err(Refusal::new(Answer::Discard, reason))
 }
 
-/// There are no String variables.
-fn strings<B: Cyclic>(component: &Component<B>, references: &[u32]) -> Result<(), Refusal> {
-    let table = component.instance.block().table();
-    let refused =
-        |reference: &u32| no_variable::<Fmi2>(table, *reference, |kind| format!("fmi2Get{kind} or fmi2Set{kind}"));
-    references.first().map_or(Ok(()), |reference| Err(refused(reference)))
+/// Reads texts. They are the component's until its next call.
+unsafe fn get_strings<B: Cyclic>(
+    component: &mut Component<B>,
+    references: *const u32,
+    count: usize,
+    values: *mut *const c_char,
+) -> Result<(), Refusal> {
+    // SAFETY: the host's contract.
+    let (references, values) = unsafe { (array(references, count, "vr")?, array_mut(values, count, "value")?) };
+    let texts = component.instance.get_texts::<Fmi2>(references)?;
+    component.texts = texts.into_iter().map(terminated).collect();
+    for (value, text) in values.iter_mut().zip(&component.texts) {
+        *value = text.as_ptr();
+    }
+    Ok(())
+}
+
+/// A text as C has it: it ends before a character 0.
+fn terminated(text: String) -> CString {
+    let end = text.find('\0').unwrap_or(text.len());
+    CString::new(&text[..end]).unwrap_or_default()
+}
+
+/// Writes texts.
+unsafe fn set_strings<B: Cyclic>(
+    component: &mut Component<B>,
+    references: *const u32,
+    count: usize,
+    values: *const *const c_char,
+) -> Result<(), Refusal> {
+    // SAFETY: the host's contract.
+    let (references, values) = unsafe { (array(references, count, "vr")?, array(values, count, "value")?) };
+    // SAFETY: the host's contract.
+    let texts: Vec<Option<&CStr>> = values.iter().map(|value| unsafe { text(*value) }).collect();
+    component.instance.set_texts::<Fmi2>(references, &texts)
 }
 
 /// Reads variables, in the ordinary case and in any.
@@ -398,8 +426,8 @@ functions! {
         component: Pointer, vr: *const u32, count: usize, value: *mut Boolean,
     ) -> Status, ordinary |c| get_ordinary(c, vr, count, value) => |c| get(c, vr, count, value);
     fmi2GetString[Instantiated InitializationMode StepComplete Terminated](
-        component: Pointer, vr: *const u32, count: usize, _value: *mut *const c_char,
-    ) -> Status => |c| strings(c, array(vr, count, "vr")?);
+        component: Pointer, vr: *const u32, count: usize, value: *mut *const c_char,
+    ) -> Status => |c| get_strings(c, vr, count, value);
     fmi2SetReal[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const f64,
     ) -> Status, ordinary |c| set_ordinary(c, vr, count, value) => |c| set(c, vr, count, value);
@@ -410,8 +438,8 @@ functions! {
         component: Pointer, vr: *const u32, count: usize, value: *const Boolean,
     ) -> Status, ordinary |c| set_ordinary(c, vr, count, value) => |c| set(c, vr, count, value);
     fmi2SetString[Instantiated InitializationMode StepComplete](
-        component: Pointer, vr: *const u32, count: usize, _value: *const *const c_char,
-    ) -> Status => |c| strings(c, array(vr, count, "vr")?);
+        component: Pointer, vr: *const u32, count: usize, value: *const *const c_char,
+    ) -> Status => |c| set_strings(c, vr, count, value);
 
     fmi2GetFMUstate[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, state: *mut StateAddress,

@@ -6,17 +6,18 @@
 use crate::cyclic::Cyclic;
 use blocks::table::fingerprint::{self, BASIS};
 use blocks::table::number::{number, to_value};
-use blocks::{Class, Kind, Role, Row};
+use blocks::{Class, Kind, Role, Row, Text};
 use std::fmt::Write;
 
 /// The parts of the door, in order.
-const DOOR: [&str; 5] = [
-    include_str!("c/messages.c"),
-    include_str!("c/values.c"),
-    include_str!("c/steps.c"),
-    include_str!("c/states.c"),
-    include_str!("c/functions.c"),
-];
+const DOOR: [&str; 4] =
+    [include_str!("c/messages.c"), include_str!("c/values.c"), include_str!("c/steps.c"), include_str!("c/states.c")];
+
+/// Texts, or that there are none.
+const TEXTS: [&str; 2] = [include_str!("c/texts.c"), include_str!("c/no_texts.c")];
+
+/// The functions of FMI, behind all others.
+const FUNCTIONS: &str = include_str!("c/functions.c");
 
 /// A header with what of FMI the file needs, for those who have none. It is not for FMUs, where it would stand before the host's.
 pub const HEADER: &str = include_str!("c/fmi2Functions.h");
@@ -79,6 +80,8 @@ pub struct Parts<'a> {
     /// Where each variable lies in the memory, in bytes, and when it is given what the host has set; of a program's cycle,
     /// anything.
     pub places: &'a [(usize, Given)],
+    /// Its texts, where each lies in the memory, and how many bytes it takes there.
+    pub texts: &'a [(Text, usize, usize)],
     /// The size of the memory in bytes.
     pub memory: usize,
     /// How many calls the self-test makes, and the hash of what they give: see [`tape`].
@@ -174,6 +177,8 @@ pub fn file(parts: &Parts) -> String {
     );
     text.push_str(&table(parts));
     DOOR.iter().for_each(|part| text.push_str(part));
+    text.push_str(TEXTS[usize::from(parts.texts.is_empty())]);
+    text.push_str(FUNCTIONS);
     text
 }
 
@@ -247,6 +252,7 @@ fn table(parts: &Parts) -> String {
     let _ = writeln!(text, "static const char *const plcfmu_files[] = {{{}}};", files.join(", "));
     kinds(&mut text);
     rows(&mut text, parts);
+    texts(&mut text, parts.texts);
     saved(&mut text, fields);
     text
 }
@@ -352,14 +358,7 @@ static const plcfmu_row_t plcfmu_rows[] = {
     );
     for (index, row) in parts.variables.iter().enumerate() {
         let (offset, given) = parts.places.get(index).copied().unwrap_or_default();
-        let role = match row.role {
-            Role::Input => "INPUT",
-            Role::Parameter => "PARAMETER",
-            Role::Fixed => "FIXED",
-            Role::Cycle => "CYCLE_TIME",
-            Role::Output => "OUTPUT",
-            Role::Local => "LOCAL",
-        };
+        let role = word(row.role);
         let (low, high) = range(row);
         let _ = writeln!(
             text,
@@ -370,6 +369,62 @@ static const plcfmu_row_t plcfmu_rows[] = {
         );
     }
     text.push_str("};\n");
+}
+
+/// The texts.
+fn texts(text: &mut String, texts: &[(Text, usize, usize)]) {
+    let _ = writeln!(text, "\n#define PLCFMU_TEXT_COUNT {}u", texts.len());
+    if texts.is_empty() {
+        return;
+    }
+    let mut given = 0;
+    let mut rows = String::new();
+    for (index, (of, offset, size)) in texts.iter().enumerate() {
+        let _ = writeln!(
+            rows,
+            "    {{{}, {}, PLCFMU_{}, {offset}, {size}, {}, {}, {given}}}, /* {index} */",
+            quoted(of.name),
+            quoted(&of.type_name()),
+            word(of.role),
+            of.most,
+            u8::from(of.is_wide),
+        );
+        // A character of UTF-16 has at most three bytes in UTF-8, one of ISO 8859-1 two.
+        given += usize::from(of.most) * (2 + usize::from(of.is_wide)) + 1;
+    }
+    let _ = write!(
+        text,
+        "#define PLCFMU_TEXTS PLCFMU_TEXT_COUNT
+#define PLCFMU_TEXT_BYTES {given} /* of all texts in UTF-8 */
+
+/* A text; its value reference is its place in the table, behind the variables. */
+typedef struct {{
+    const char *name;
+    const char *type;
+    int role;
+    size_t offset; /* in the memory, bytes: the number of characters in 16 bits, then the characters */
+    size_t size;   /* there, bytes */
+    u32_t most;    /* characters */
+    int is_wide;   /* characters have 16 bits */
+    size_t given;  /* where a host is given it */
+}} plcfmu_text_row_t;
+
+static const plcfmu_text_row_t plcfmu_text_rows[] = {{
+{rows}}};
+"
+    );
+}
+
+/// A role as C has it.
+fn word(role: Role) -> &'static str {
+    match role {
+        Role::Input => "INPUT",
+        Role::Parameter => "PARAMETER",
+        Role::Fixed => "FIXED",
+        Role::Cycle => "CYCLE_TIME",
+        Role::Output => "OUTPUT",
+        Role::Local => "LOCAL",
+    }
 }
 
 /// A text as C has it.

@@ -1,6 +1,7 @@
 //! A block's table as a model description: what PLC types and roles become in FMI 2.0.
 
 use super::check::check;
+use super::description;
 use super::description::{
     BaseUnit, Boolean, Causality, CoSimulation, DefaultExperiment, DisplayUnit, Initial, Integer, IntegerAttributes,
     ModelDescription, ModelStructure, Real, RealAttributes, Typed, Unit, Unknown, Variability, Variable,
@@ -9,7 +10,7 @@ use super::description::{
 use crate::description::GENERATION_TOOL;
 use crate::error::Error;
 use crate::interface::Interface;
-use crate::table::{Row, Table};
+use crate::table::{Row, Table, Text};
 use crate::units;
 use blocks::{Class, Kind, Role};
 
@@ -45,6 +46,9 @@ impl ModelDescription {
             let variable = variable(row, value_reference)
                 .map_err(|reason| Error::new(format!("{}: variable {}: {reason}", table.name, row.name)))?;
             description.model_variables.push(variable);
+        }
+        for (value_reference, text) in (table.variables.len() as u32..).zip(&table.texts) {
+            description.model_variables.push(text_variable(text, value_reference));
         }
         description.model_structure = structure(table);
         match check(&description).all() {
@@ -96,14 +100,39 @@ fn unit_definition(name: &str) -> Option<Unit> {
     Some(Unit { name: name.into(), base_unit: Some(base_unit), display_units })
 }
 
-fn variable(row: &Row, value_reference: u32) -> Result<Variable, String> {
-    let (causality, variability, initial) = match row.role {
+/// What a role is in FMI.
+fn causality(role: Role) -> (Causality, Variability, Option<Initial>) {
+    match role {
         Role::Input => (Causality::Input, Variability::Discrete, None),
         Role::Parameter => (Causality::Parameter, Variability::Tunable, Some(Initial::Exact)),
         Role::Fixed | Role::Cycle => (Causality::Parameter, Variability::Fixed, Some(Initial::Exact)),
         Role::Output => (Causality::Output, Variability::Discrete, Some(Initial::Calculated)),
         Role::Local => (Causality::Local, Variability::Discrete, Some(Initial::Calculated)),
-    };
+    }
+}
+
+/// The variable of a text. A host reads its length in the description: FMI has no place for it.
+fn text_variable(text: &Text, value_reference: u32) -> Variable {
+    let (causality, variability, initial) = causality(text.role);
+    let of = &text.type_name;
+    let description = if text.description.is_empty() { of.clone() } else { format!("{}; {of}", text.description) };
+    Variable {
+        name: text.name.clone(),
+        value_reference,
+        description: Some(description),
+        causality,
+        variability,
+        initial,
+        typed: Typed::String(description::Text {
+            start: text.role.is_settable().then(|| text.start.clone()),
+            ..description::Text::default()
+        }),
+        ..Variable::default()
+    }
+}
+
+fn variable(row: &Row, value_reference: u32) -> Result<Variable, String> {
+    let (causality, variability, initial) = causality(row.role);
     Ok(Variable {
         name: row.name.clone(),
         value_reference,
@@ -184,9 +213,14 @@ fn structure(table: &Table) -> ModelStructure {
         let named = (1..).zip(&table.variables).filter(|(_, setting)| row.from.contains(&setting.name));
         named.map(|(index, _)| index).collect::<Vec<u32>>()
     };
+    let texts = (table.variables.len() as u32 + 1..).zip(&table.texts);
+    let texts: Vec<u32> = texts.filter(|(_, text)| text.role == Role::Output).map(|(index, _)| index).collect();
+    let all = |numbers: Vec<Unknown>| {
+        numbers.into_iter().chain(texts.iter().map(|index| unknown(*index, Vec::new()))).collect()
+    };
     ModelStructure {
-        outputs: outputs.clone().map(|(index, _)| unknown(index, Vec::new())).collect(),
-        initial_unknowns: outputs.map(|(index, row)| unknown(index, settings(row))).collect(),
+        outputs: all(outputs.clone().map(|(index, _)| unknown(index, Vec::new())).collect()),
+        initial_unknowns: all(outputs.map(|(index, row)| unknown(index, settings(row))).collect()),
         derivatives: Vec::new(),
     }
 }

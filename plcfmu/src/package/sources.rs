@@ -55,6 +55,7 @@ pub fn of(workspace: &Workspace, fmu_crate: &FmuCrate, library: &Library, interf
         law: &printed,
         call: &call,
         places: &places,
+        texts: &[],
         memory: law.program.records[law.program.memory].start.len(),
         tape: expected,
         of: Of::Block {

@@ -9,7 +9,7 @@ use blocks::{Class, Kind, Role};
 use draw::response::{self, Colors, Recording, Sweep};
 use draw::{diagram, plot, text};
 use markdown::Sections;
-use modeldescription::{Characteristic, Response, Row, Table};
+use modeldescription::{Characteristic, Response, Row, Table, Text};
 
 /// What the template shows. `askama` checks templates at compile time, so a page cannot fail on a user's machine.
 #[derive(Template)]
@@ -87,7 +87,7 @@ struct Group<'a> {
 /// A row of the table of variables.
 struct Variable<'a> {
     name: &'a str,
-    kind: &'static str,
+    kind: &'a str,
     unit: &'a str,
     /// Which values make sense; empty where the variable does not say.
     range: String,
@@ -271,13 +271,28 @@ fn groups<'a>(table: &'a Table) -> anyhow::Result<Vec<Group<'a>>> {
     let mut groups = Vec::new();
     for (title, roles) in titles {
         let rows = table.variables.iter().enumerate().filter(|(_, row)| roles.contains(&row.role));
-        let variables =
+        let mut variables =
             rows.map(|(reference, row)| variable(table, reference, row)).collect::<anyhow::Result<Vec<_>>>()?;
+        let texts = (table.variables.len()..).zip(&table.texts).filter(|(_, text)| roles.contains(&text.role));
+        variables.extend(texts.map(|(reference, text)| text_variable(reference, text)));
         if !variables.is_empty() {
             groups.push(Group { title, variables });
         }
     }
     Ok(groups)
+}
+
+fn text_variable(reference: usize, text: &Text) -> Variable<'_> {
+    Variable {
+        name: &text.name,
+        kind: &text.type_name,
+        unit: "",
+        range: String::new(),
+        start: if text.role.is_settable() { format!("'{}'", text.start) } else { String::new() },
+        description: &text.description,
+        help: String::new(),
+        reference,
+    }
 }
 
 fn variable<'a>(table: &Table, reference: usize, row: &'a Row) -> anyhow::Result<Variable<'a>> {

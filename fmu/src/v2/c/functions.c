@@ -309,19 +309,10 @@ fmi2Status fmi2GetBoolean(fmi2Component component, const fmi2ValueReference vr[]
     return plcfmu_leave(c, PLCFMU_GET_BOOLEAN, status);
 }
 
-/* There are no String variables. */
-static fmi2Status plcfmu_strings(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count) {
-    if (plcfmu_array(&c->text, vr, count, sizeof *vr, "vr") != fmi2OK) {
-        return fmi2Error;
-    }
-    return count == 0 ? fmi2OK : plcfmu_no_variable(&c->text, vr[0], NULL);
-}
-
 fmi2Status fmi2GetString(fmi2Component component, const fmi2ValueReference vr[], size_t count, fmi2String value[]) {
     plcfmu_component_t *c = (plcfmu_component_t *)component;
     fmi2Status status = plcfmu_enter(c, PLCFMU_GET_STRING);
-    (void)value;
-    status = status == fmi2OK ? plcfmu_strings(c, vr, count) : status;
+    status = status == fmi2OK ? plcfmu_get_strings(c, vr, count, value) : status;
     return plcfmu_leave(c, PLCFMU_GET_STRING, status);
 }
 
@@ -360,8 +351,7 @@ fmi2Status fmi2SetBoolean(fmi2Component component, const fmi2ValueReference vr[]
 fmi2Status fmi2SetString(fmi2Component component, const fmi2ValueReference vr[], size_t count, const fmi2String value[]) {
     plcfmu_component_t *c = (plcfmu_component_t *)component;
     fmi2Status status = plcfmu_enter(c, PLCFMU_SET_STRING);
-    (void)value;
-    status = status == fmi2OK ? plcfmu_strings(c, vr, count) : status;
+    status = status == fmi2OK ? plcfmu_set_strings(c, vr, count, value) : status;
     return plcfmu_leave(c, PLCFMU_SET_STRING, status);
 }
 

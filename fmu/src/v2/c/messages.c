@@ -132,6 +132,9 @@ typedef struct {
     int logged;
     int is_step_advised;
     plcfmu_text_t text;
+#ifdef PLCFMU_TEXTS
+    char given[PLCFMU_TEXT_BYTES]; /* the texts that a host was given, in UTF-8 */
+#endif
     int taken;
 } plcfmu_component_t;
 

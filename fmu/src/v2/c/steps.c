@@ -251,7 +251,7 @@ static void plcfmu_advise(plcfmu_component_t *c, double h) {
 
 /* --- Variables by value reference -------------------------------------------------------------------------------------- */
 
-/* Refuses a reference that is not one of a variable of a type; class 3 is String, of which there are none. */
+/* Refuses a reference that is not one of a variable of the type that `access` reads or writes. */
 static fmi2Status plcfmu_no_variable(plcfmu_text_t *text, u32_t reference, const char *access) {
     plcfmu_say(text, "value reference ");
     plcfmu_say_whole(text, reference);
@@ -262,13 +262,19 @@ static fmi2Status plcfmu_no_variable(plcfmu_text_t *text, u32_t reference, const
         plcfmu_say(text, ", a ");
         plcfmu_say(text, own);
         plcfmu_say(text, ": use fmi2");
-        plcfmu_say(text, access == NULL ? "Get" : access);
+        plcfmu_say(text, access);
         plcfmu_say(text, own);
-        plcfmu_say(text, access == NULL ? " or fmi2Set" : "");
-        plcfmu_say(text, access == NULL ? own : "");
+#ifdef PLCFMU_TEXTS
+    } else if (reference - PLCFMU_ROWS < PLCFMU_TEXTS) {
+        plcfmu_say(text, " is ");
+        plcfmu_say(text, plcfmu_text_rows[reference - PLCFMU_ROWS].name);
+        plcfmu_say(text, ", a String: use fmi2");
+        plcfmu_say(text, access);
+        plcfmu_say(text, "String");
+#endif
     } else {
         plcfmu_say(text, " is unknown: they go from 0 to ");
-        plcfmu_say_whole(text, PLCFMU_ROWS - 1);
+        plcfmu_say_whole(text, PLCFMU_ROWS + PLCFMU_TEXT_COUNT - 1);
     }
     return fmi2Error;
 }
@@ -284,15 +290,10 @@ static fmi2Status plcfmu_check(plcfmu_text_t *text, const fmi2ValueReference *re
     return fmi2OK;
 }
 
-/* The block with what it computes. In Initialization Mode it has the values that the restart would give, if that is possible. */
-static const plcfmu_block_t *plcfmu_shown(plcfmu_component_t *c, const fmi2ValueReference *references, size_t count) {
+/* The block as a restart would leave it, if that is possible. */
+static const plcfmu_block_t *plcfmu_restarted(plcfmu_component_t *c) {
     const plcfmu_block_t *shown = &c->instance.block;
-    int is_asked = 0;
-    size_t i;
-    for (i = 0; c->instance.state == PLCFMU_INITIALIZATION && i < count; i += 1) {
-        is_asked |= references[i] != PLCFMU_CYCLE_ROW && !plcfmu_is_settable(&plcfmu_rows[references[i]]);
-    }
-    if (is_asked && plcfmu_cycle(shown) >= 1) {
+    if (plcfmu_cycle(shown) >= 1) {
         if (plcfmu_check_settings(&c->instance.block, &c->text) == fmi2OK) {
             plcfmu_restart(shown, &c->other, &c->before, &c->text);
             shown = &c->other;
@@ -301,6 +302,16 @@ static const plcfmu_block_t *plcfmu_shown(plcfmu_component_t *c, const fmi2Value
         c->text.text[0] = '\0';
     }
     return shown;
+}
+
+/* The block with what it computes. In Initialization Mode it has the values that the restart would give, if that is possible. */
+static const plcfmu_block_t *plcfmu_shown(plcfmu_component_t *c, const fmi2ValueReference *references, size_t count) {
+    int is_asked = 0;
+    size_t i;
+    for (i = 0; c->instance.state == PLCFMU_INITIALIZATION && i < count; i += 1) {
+        is_asked |= references[i] != PLCFMU_CYCLE_ROW && !plcfmu_is_settable(&plcfmu_rows[references[i]]);
+    }
+    return is_asked ? plcfmu_restarted(c) : &c->instance.block;
 }
 
 /* Whether a variable can be set to a number now; `text` has the number if not. */

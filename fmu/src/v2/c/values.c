@@ -5,6 +5,13 @@ static int plcfmu_is_settable(const plcfmu_row_t *row) {
     return row->role == PLCFMU_INPUT || row->role == PLCFMU_PARAMETER || row->role == PLCFMU_FIXED;
 }
 
+#ifdef PLCFMU_TEXTS
+/* Whether a text keeps what a host has set. */
+static int plcfmu_is_given(const plcfmu_text_row_t *row) {
+    return row->role == PLCFMU_INPUT || row->role == PLCFMU_PARAMETER;
+}
+#endif
+
 /* The FMI type of a variable: 0 Real, 1 Integer, 2 Boolean. */
 static int plcfmu_class(const plcfmu_row_t *row) {
     return plcfmu_kinds[row->kind].of;
@@ -287,6 +294,14 @@ static void plcfmu_restart(const plcfmu_block_t *from, plcfmu_block_t *to, memor
             plcfmu_write(&plcfmu_rows[row], &to->memory, to->set[row]);
         }
     }
+#ifdef PLCFMU_TEXTS
+    for (row = 0; row < PLCFMU_TEXTS; row += 1) {
+        const plcfmu_text_row_t *text_row = &plcfmu_text_rows[row];
+        if (plcfmu_is_given(text_row)) {
+            memcpy((char *)&to->memory + text_row->offset, (const char *)&from->memory + text_row->offset, text_row->size);
+        }
+    }
+#endif
     to->calls = 0;
     to->stopped[0] = '\0';
     plcfmu_give(to);

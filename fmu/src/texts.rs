@@ -1,0 +1,66 @@
+//! Texts of a program, which a host reads and writes beside the rows of its table. Their value references follow those of the rows.
+
+use crate::cyclic::Cyclic;
+use crate::host_type::Version;
+use crate::instance::{Instance, no_variable, read_only};
+use crate::refusal::Refusal;
+use crate::state::State;
+use blocks::{Table, Text};
+use std::ffi::CStr;
+
+/// The standard's name of the type.
+pub const TYPE: &str = "String";
+
+/// The text with a value reference, and its number in the table.
+pub fn text(table: &Table, reference: u32) -> Option<(usize, &Text)> {
+    let number = (reference as usize).checked_sub(table.rows.len())?;
+    Some((number, table.texts.get(number)?))
+}
+
+impl<B: Cyclic> Instance<B> {
+    /// Reads texts; in Initialization Mode as [`Instance::get`] does.
+    ///
+    /// # Errors
+    /// A reference that is unknown or no text.
+    pub fn get_texts<V: Version>(&self, references: &[u32]) -> Result<Vec<String>, Refusal> {
+        let table = self.session.block.table();
+        let numbers: Vec<(usize, &Text)> =
+            references.iter().map(|reference| found::<V>(table, *reference, "Get")).collect::<Result<_, _>>()?;
+        let is_computed = |text: &Text| !text.role.is_settable();
+        let is_restart_read =
+            self.state == State::InitializationMode && numbers.iter().any(|(_, text)| is_computed(text));
+        let restarted = if is_restart_read { self.session.restarted() } else { None };
+        let read = |(number, text): &(usize, &Text)| {
+            let block = restarted.as_ref().filter(|_| is_computed(text)).unwrap_or(&self.session.block);
+            block.text(*number).unwrap_or_default()
+        };
+        Ok(numbers.iter().map(read).collect())
+    }
+
+    /// Writes texts in UTF-8, NULL being `None`. `values` is as long as `references`.
+    ///
+    /// # Errors
+    /// A reference that is unknown, no text or not settable now; a value that is NULL, not UTF-8, longer than the variable, or has
+    /// a character that its type does not have. Nothing is written then.
+    pub fn set_texts<V: Version>(&mut self, references: &[u32], values: &[Option<&CStr>]) -> Result<(), Refusal> {
+        let mut checked = Vec::with_capacity(references.len());
+        for (reference, value) in references.iter().zip(values) {
+            let (number, text) = found::<V>(self.session.block.table(), *reference, "Set")?;
+            if !self.may_set(text.role) {
+                return Err(read_only(text.name, text.role, V::PREFIX));
+            }
+            let given = value.ok_or_else(|| format!("{} = NULL: a text is needed, which may be empty", text.name))?;
+            let given = given.to_str().map_err(|_| format!("{} = {given:?}: the text is not UTF-8", text.name))?;
+            checked.push((number, text.units(given).map_err(|why| format!("{} = {given:?}: {why}", text.name))?));
+        }
+        for (number, units) in checked {
+            self.session.block.set_text(number, &units);
+        }
+        Ok(())
+    }
+}
+
+fn found<'a, V: Version>(table: &'a Table, reference: u32, access: &str) -> Result<(usize, &'a Text), Refusal> {
+    text(table, reference)
+        .ok_or_else(|| no_variable::<V>(table, reference, |kind| format!("{}{access}{kind}", V::PREFIX)))
+}

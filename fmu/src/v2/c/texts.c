@@ -1,0 +1,187 @@
+
+/* --- Texts: a STRING has a byte a character, of ISO 8859-1; a WSTRING has UTF-16; a host has UTF-8 */
+
+static u32_t plcfmu_unit(const plcfmu_text_row_t *row, const memory_t *memory, u32_t at) {
+    const char *characters = (const char *)memory + row->offset + 2;
+    u16_t wide;
+    if (!row->is_wide) {
+        return (unsigned char)characters[at];
+    }
+    memcpy(&wide, characters + 2 * (size_t)at, sizeof wide);
+    return wide;
+}
+
+/* The text as UTF-8. It ends before a character 0. Half of a pair of UTF-16 becomes U+FFFD. */
+static void plcfmu_encode(const plcfmu_text_row_t *row, const memory_t *memory, char *to) {
+    u16_t length;
+    u32_t at;
+    memcpy(&length, (const char *)memory + row->offset, sizeof length);
+    for (at = 0; at < length && at < row->most; at += 1) {
+        u32_t code = plcfmu_unit(row, memory, at);
+        if (code == 0) {
+            break;
+        }
+        if (code >= 0xD800 && code <= 0xDFFF) {
+            u32_t low = code <= 0xDBFF && at + 1 < length && at + 1 < row->most ? plcfmu_unit(row, memory, at + 1) : 0;
+            int is_pair = low >= 0xDC00 && low <= 0xDFFF;
+            code = is_pair ? 0x10000 + ((code - 0xD800) << 10) + (low - 0xDC00) : 0xFFFD;
+            at += is_pair ? 1u : 0u;
+        }
+        if (code < 0x80) {
+            *to++ = (char)code;
+        } else if (code < 0x800) {
+            *to++ = (char)(0xC0 | (code >> 6));
+            *to++ = (char)(0x80 | (code & 0x3F));
+        } else if (code < 0x10000) {
+            *to++ = (char)(0xE0 | (code >> 12));
+            *to++ = (char)(0x80 | ((code >> 6) & 0x3F));
+            *to++ = (char)(0x80 | (code & 0x3F));
+        } else {
+            *to++ = (char)(0xF0 | (code >> 18));
+            *to++ = (char)(0x80 | ((code >> 12) & 0x3F));
+            *to++ = (char)(0x80 | ((code >> 6) & 0x3F));
+            *to++ = (char)(0x80 | (code & 0x3F));
+        }
+    }
+    *to = '\0';
+}
+
+/* The next character of a text in UTF-8, and how many bytes it has; 0 bytes if it is none. */
+static size_t plcfmu_decode(const char *from, u32_t *code) {
+    static const u32_t least[4] = {0, 0x80, 0x800, 0x10000};
+    unsigned char first = (unsigned char)from[0];
+    size_t more = first < 0x80 ? 0 : first >= 0xC2 && first < 0xE0 ? 1 : first >= 0xE0 && first < 0xF0 ? 2 : 3, i;
+    if (first >= 0x80 && (first < 0xC2 || first > 0xF4)) {
+        return 0;
+    }
+    *code = more == 0 ? first : first & (0x3Fu >> more);
+    for (i = 1; i <= more; i += 1) {
+        if (((unsigned char)from[i] & 0xC0) != 0x80) {
+            return 0;
+        }
+        *code = (*code << 6) | ((unsigned char)from[i] & 0x3F);
+    }
+    return *code < least[more] || *code > 0x10FFFF || (*code >= 0xD800 && *code <= 0xDFFF) ? 0 : more + 1;
+}
+
+static const plcfmu_text_row_t *plcfmu_text_row(plcfmu_component_t *c, u32_t reference, const char *access) {
+    if (reference < PLCFMU_ROWS || reference - PLCFMU_ROWS >= PLCFMU_TEXTS) {
+        plcfmu_no_variable(&c->text, reference, access);
+        return NULL;
+    }
+    return &plcfmu_text_rows[reference - PLCFMU_ROWS];
+}
+
+static fmi2Status plcfmu_get_strings(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count, fmi2String value[]) {
+    const plcfmu_block_t *block = &c->instance.block;
+    int is_asked = 0;
+    size_t i;
+    if (plcfmu_array(&c->text, vr, count, sizeof *vr, "vr") != fmi2OK
+        || plcfmu_array(&c->text, value, count, sizeof(fmi2String), "value") != fmi2OK) {
+        return fmi2Error;
+    }
+    for (i = 0; i < count; i += 1) {
+        const plcfmu_text_row_t *row = plcfmu_text_row(c, vr[i], "Get");
+        if (row == NULL) {
+            return fmi2Error;
+        }
+        is_asked |= !plcfmu_is_given(row);
+    }
+    if (is_asked && c->instance.state == PLCFMU_INITIALIZATION) {
+        block = plcfmu_restarted(c);
+    }
+    for (i = 0; i < count; i += 1) {
+        const plcfmu_text_row_t *row = &plcfmu_text_rows[vr[i] - PLCFMU_ROWS];
+        char *text = c->given + row->given;
+        plcfmu_encode(row, plcfmu_is_given(row) ? &c->instance.block.memory : &block->memory, text);
+        value[i] = text;
+    }
+    return fmi2OK;
+}
+
+/* Why a text is refused; fmi2OK if it is not. */
+static fmi2Status plcfmu_check_text(plcfmu_component_t *c, const plcfmu_text_row_t *row, fmi2String given) {
+    u32_t units = 0, code = 0;
+    const char *at, *outside = NULL;
+    size_t size = 1;
+    plcfmu_say(&c->text, row->name);
+    if (!plcfmu_is_given(row)) {
+        return plcfmu_refuse(&c->text, " is computed by the block and can only be read");
+    }
+    if (given == NULL) {
+        return plcfmu_refuse(&c->text, " = NULL: a text is needed, which may be empty");
+    }
+    for (at = given; *at != '\0' && size != 0; at += size) {
+        size = plcfmu_decode(at, &code);
+        units += code > 0xFFFF ? 2u : 1u;
+        outside = outside == NULL && code > 0xFF && !row->is_wide ? at : outside;
+    }
+    if (size != 0 && units <= row->most && outside == NULL) {
+        c->text.length = 0;
+        c->text.text[0] = '\0';
+        return fmi2OK;
+    }
+    plcfmu_say(&c->text, " = ");
+    plcfmu_say_quoted(&c->text, given);
+    if (size == 0) {
+        return plcfmu_refuse(&c->text, ": the text is not UTF-8");
+    }
+    if (units > row->most) {
+        plcfmu_say(&c->text, ": ");
+        plcfmu_say(&c->text, row->type);
+        plcfmu_say(&c->text, " takes ");
+        plcfmu_say_whole(&c->text, row->most);
+        plcfmu_say(&c->text, " characters, not ");
+        plcfmu_say_whole(&c->text, units);
+        return fmi2Error;
+    }
+    {
+        char character[5] = {0, 0, 0, 0, 0};
+        memcpy(character, outside, plcfmu_decode(outside, &code));
+        plcfmu_say(&c->text, ": a STRING has the characters of ISO 8859-1, and '");
+        plcfmu_say(&c->text, character);
+        return plcfmu_refuse(&c->text, "' is not one of them");
+    }
+}
+
+static void plcfmu_put_text(const plcfmu_text_row_t *row, memory_t *memory, const char *given) {
+    char *to = (char *)memory + row->offset;
+    u16_t length = 0;
+    u32_t code = 0;
+    for (; *given != '\0'; given += plcfmu_decode(given, &code), length = (u16_t)(length + 1)) {
+        u16_t unit;
+        plcfmu_decode(given, &code);
+        unit = (u16_t)code;
+        if (code > 0xFFFF) {
+            unit = (u16_t)(0xD800 + ((code - 0x10000) >> 10));
+            memcpy(to + 2 + 2 * (size_t)length, &unit, sizeof unit);
+            length = (u16_t)(length + 1);
+            unit = (u16_t)(0xDC00 + ((code - 0x10000) & 0x3FF));
+        }
+        if (row->is_wide) {
+            memcpy(to + 2 + 2 * (size_t)length, &unit, sizeof unit);
+        } else {
+            to[2 + length] = (char)(unsigned char)unit;
+        }
+    }
+    memcpy(to, &length, sizeof length);
+}
+
+static fmi2Status plcfmu_set_strings(plcfmu_component_t *c, const fmi2ValueReference vr[], size_t count,
+                                     const fmi2String value[]) {
+    size_t i;
+    if (plcfmu_array(&c->text, vr, count, sizeof *vr, "vr") != fmi2OK
+        || plcfmu_array(&c->text, value, count, sizeof(fmi2String), "value") != fmi2OK) {
+        return fmi2Error;
+    }
+    for (i = 0; i < count; i += 1) {
+        const plcfmu_text_row_t *row = plcfmu_text_row(c, vr[i], "Set");
+        if (row == NULL || plcfmu_check_text(c, row, value[i]) != fmi2OK) {
+            return fmi2Error;
+        }
+    }
+    for (i = 0; i < count; i += 1) {
+        plcfmu_put_text(&plcfmu_text_rows[vr[i] - PLCFMU_ROWS], &c->instance.block.memory, value[i]);
+    }
+    return fmi2OK;
+}
