@@ -467,6 +467,13 @@ impl Expr {
             Expr::After(_, value) => value.ty(),
         }
     }
+
+    /// The value of an integer constant within bounds: as an index it needs no check.
+    pub(crate) fn constant_within(&self, (low, high): (i32, i32)) -> Option<i64> {
+        let Expr::Const(value) = self else { return None };
+        let number = value.bits() as i64;
+        (value.ty().is_integer() && (i64::from(low)..=i64::from(high)).contains(&number)).then_some(number)
+    }
 }
 
 impl Place {

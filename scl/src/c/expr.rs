@@ -2,7 +2,7 @@
 
 use super::facts::{self, is_quiet};
 use super::{Printer, line, scalar};
-use crate::program::walk::runs_statements;
+use crate::program::walk::{self, Look, runs_statements};
 use crate::program::{Base, Binary, Convert, Expr, Place, Scalar, Step, Type, Unary, Value};
 
 impl Printer<'_> {
@@ -52,14 +52,14 @@ impl Printer<'_> {
                 let (Type::Text { capacity: p, wide }, Type::Text { capacity: q, .. }) = (first, second) else {
                     return Err("only texts are compared as texts".to_string());
                 };
-                let (a, b) = (self.address(a)?, self.address(b)?);
+                let (a, b) = self.addresses(a, b)?;
                 let symbol = symbol(*op).map_or("==", |(symbol, _)| symbol);
                 let symbol = if *op == Binary::Ne { "!=" } else { symbol };
                 format!("(compare_text({a}, {p}u, {b}, {q}u, {}) {symbol} 0)", 1 + u8::from(wide))
             }
             Expr::Same(a, b) => {
                 let ty = self.type_of(a)?;
-                let (a, b) = (self.address(a)?, self.address(b)?);
+                let (a, b) = self.addresses(a, b)?;
                 let mut parts = Vec::new();
                 self.same(&ty, 0, &a, &b, &mut parts)?;
                 format!("({})", if parts.is_empty() { "1".to_string() } else { parts.join(" && ") })
@@ -93,18 +93,71 @@ impl Printer<'_> {
         Ok(parts.iter().map(|part| bare(part)).collect::<Vec<_>>().join(", "))
     }
 
-    /// Expressions from left to right: what statements of a later one may change is kept.
+    /// Expressions from left to right.
     pub(super) fn exprs(&mut self, list: &[&Expr]) -> Result<Vec<String>, String> {
         let mut printed = Vec::new();
         for (number, expr) in list.iter().enumerate() {
             let text = self.expr(expr)?;
-            printed.push(if list[number + 1..].iter().any(|later| self.runs(later)) {
-                self.kept(expr.ty(), &text)
-            } else {
-                text
-            });
+            let is_before = list[number + 1..].iter().any(|later| self.comes_before(expr, self.of_expr(later)));
+            printed.push(if is_before { self.kept(expr.ty(), &text) } else { text });
         }
         Ok(printed)
+    }
+
+    /// Whether an expression has to be calculated before something else is: statements there may change it, or each of them may
+    /// stop the call, and C leaves open which of two parts of an expression it calculates first.
+    pub(super) fn comes_before(&self, expr: &Expr, later: Effect) -> bool {
+        !matches!(expr, Expr::Const(_)) && (later.runs || later.stops && self.of_expr(expr).stops)
+    }
+
+    /// What an expression does besides having a value.
+    pub(super) fn of_expr(&self, expr: &Expr) -> Effect {
+        struct Finds<'a>(&'a Printer<'a>, bool);
+        impl Look for Finds<'_> {
+            fn expr(&mut self, it: &Expr) {
+                self.1 |= match it {
+                    Expr::Load(_, place) => self.0.is_checked(place),
+                    Expr::Texts(_, a, b) | Expr::Same(a, b) => self.0.is_checked(a) || self.0.is_checked(b),
+                    _ => false,
+                };
+            }
+        }
+        let mut finds = Finds(self, false);
+        walk::expr(expr, &mut finds);
+        Effect { runs: self.runs(expr), stops: finds.1 }
+    }
+
+    /// What finding a place does.
+    pub(super) fn of_place(&self, place: &Place) -> Effect {
+        let indices = self.indices(place);
+        Effect {
+            runs: indices.iter().any(|(index, _)| self.runs(index)),
+            stops: indices.iter().any(|(_, is_checked)| *is_checked),
+        }
+    }
+
+    /// Whether a place has an index that is checked when the program runs, and so may be another place at another time.
+    pub(super) fn is_checked(&self, place: &Place) -> bool {
+        self.indices(place).iter().any(|(_, is_checked)| *is_checked)
+    }
+
+    /// The indices of a place in their order, and whether they are checked when the program runs.
+    fn indices<'e>(&self, place: &'e Place) -> Vec<(&'e Expr, bool)> {
+        let mut all = Vec::new();
+        for (number, step) in place.steps.iter().enumerate() {
+            let Step::Index(indices, _) = step else { continue };
+            let of = Place { base: place.base, steps: place.steps[..number].to_vec() };
+            let bounds = match self.type_of(&of) {
+                Ok(Type::Text { capacity, .. }) => vec![(1, i32::from(capacity))],
+                Ok(Type::Array { bounds, .. }) => bounds,
+                _ => Vec::new(),
+            };
+            let is_checked = |(number, index): (usize, &'e Expr)| {
+                (index, bounds.get(number).is_none_or(|bounds| index.constant_within(*bounds).is_none()))
+            };
+            all.extend(indices.iter().enumerate().map(is_checked));
+        }
+        all
     }
 
     /// Whether statements are printed before an expression is calculated.
@@ -148,6 +201,27 @@ impl Printer<'_> {
         Ok(())
     }
 
+    /// The addresses of two variables, the first one first.
+    pub(super) fn addresses(&mut self, a: &Place, b: &Place) -> Result<(String, String), String> {
+        let mut first = self.address(a)?;
+        if self.is_found_before(a, self.of_place(b)) {
+            first = self.held("const void *", &first);
+        }
+        Ok((first, self.address(b)?))
+    }
+
+    /// Whether a place has to be found before something else is done.
+    pub(super) fn is_found_before(&self, place: &Place, later: Effect) -> bool {
+        (later.runs || later.stops) && self.is_checked(place)
+    }
+
+    /// A temporary with an address or an index.
+    pub(super) fn held(&mut self, ty: &str, text: &str) -> String {
+        let name = self.temporary(|_, name| format!("{ty}{name}"));
+        self.line(&format!("{name} = {text};"));
+        name
+    }
+
     /// The address of a variable.
     pub(super) fn address(&mut self, place: &Place) -> Result<String, String> {
         let text = self.place(place)?;
@@ -178,6 +252,8 @@ impl Printer<'_> {
                 name
             }
         };
+        let indices_of_place = self.indices(place);
+        let mut later = &indices_of_place[..];
         for step in &place.steps {
             match (step, ty) {
                 (Step::Member(member), Type::Record(record)) => {
@@ -189,22 +265,19 @@ impl Printer<'_> {
                     text = format!("{text}{}length", if pointer { "->" } else { "." });
                     ty = Type::Scalar(Scalar::U16);
                 }
-                (Step::Index(indices, at), Type::Text { capacity, wide }) => {
-                    let index = self.expr(&indices[0])?;
-                    let dot = if pointer { "->" } else { "." };
-                    text =
-                        format!("{text}{dot}characters[index_of(call, (i64_t){index}, 1, {capacity}, {})]", line(*at));
+                (Step::Index(_, at), Type::Text { capacity, wide }) => {
+                    let bounds = [(1, i32::from(capacity))];
+                    let number = self.element(&mut later, Bounds::Fixed(&bounds), line(*at))?;
+                    text = format!("{text}{}characters[{number}]", if pointer { "->" } else { "." });
                     ty = Type::Scalar(if wide { Scalar::U16 } else { Scalar::U8 });
                 }
-                (Step::Index(indices, at), Type::Array { of, bounds }) => {
-                    let bounds: Vec<_> = bounds.iter().map(|(low, high)| (low.to_string(), high.to_string())).collect();
-                    text = format!("{text}[{}]", self.element(indices, &bounds, line(*at))?);
+                (Step::Index(_, at), Type::Array { of, bounds }) => {
+                    text = format!("{text}[{}]", self.element(&mut later, Bounds::Fixed(&bounds), line(*at))?);
                     ty = *of;
                 }
-                (Step::Index(indices, at), Type::Open { of, dimensions }) => {
-                    let bound = |number: usize| format!("{text}_bounds[{number}]");
-                    let bounds: Vec<_> = (0..dimensions).map(|n| (bound(2 * n), bound(2 * n + 1))).collect();
-                    text = format!("{text}[{}]", self.element(indices, &bounds, line(*at))?);
+                (Step::Index(_, at), Type::Open { of, dimensions }) => {
+                    let bounds = Bounds::Open(&text, dimensions);
+                    text = format!("{text}[{}]", self.element(&mut later, bounds, line(*at))?);
                     ty = *of;
                 }
                 _ => return Err("a place does not exist".to_string()),
@@ -214,19 +287,69 @@ impl Printer<'_> {
         Ok(if pointer { format!("(*{text})") } else { text })
     }
 
-    /// The number of an element.
-    fn element(&mut self, indices: &[Expr], bounds: &[(String, String)], line: String) -> Result<String, String> {
+    /// The number of an element; takes its indices from those of the place.
+    fn element(&mut self, later: &mut &[(&Expr, bool)], bounds: Bounds, line: String) -> Result<String, String> {
+        let dimensions = match bounds {
+            Bounds::Fixed(all) => all.len(),
+            Bounds::Open(_, dimensions) => dimensions,
+        };
         let mut number = String::new();
-        let indices = self.exprs(&indices.iter().collect::<Vec<_>>())?;
-        for (index, (low, high)) in indices.iter().zip(bounds) {
-            let index = format!("index_of(call, (i64_t){index}, {low}, {high}, {line})");
-            number = match number.is_empty() {
-                true => index,
-                false => format!("({number}) * (size_t)({high} - {low} + 1) + {index}"),
+        for dimension in 0..dimensions {
+            let Some(((index, is_checked), rest)) = later.split_first() else {
+                return Err("an array has more dimensions".to_string());
             };
+            *later = rest;
+            let (low, high) = match bounds {
+                Bounds::Fixed(all) => (all[dimension].0.to_string(), all[dimension].1.to_string()),
+                Bounds::Open(name, _) => {
+                    let bound = |upper: usize| format!("{name}_bounds[{}]", 2 * dimension + upper);
+                    (bound(0), bound(1))
+                }
+            };
+            let text = match bounds {
+                Bounds::Fixed(all) if !is_checked => {
+                    let (low, _) = all[dimension];
+                    index.constant_within(all[dimension]).map_or(0, |number| number - i64::from(low)).to_string()
+                }
+                _ => format!("index_of(call, (i64_t){}, {low}, {high}, {line})", self.expr(index)?),
+            };
+            number = match &number[..] {
+                "" | "0" => text,
+                _ => format!("({number}) * (size_t)({high} - {low} + 1) + {text}"),
+            };
+            // What comes behind must not be calculated before.
+            let is_before = |(index, is_checked): &(&Expr, bool)| *is_checked || self.runs(index);
+            if *is_checked && rest.iter().any(is_before) {
+                number = self.held("size_t ", &number);
+            }
         }
         Ok(number)
     }
+}
+
+/// What happens besides when something is calculated.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Effect {
+    /// Statements are printed before it.
+    pub runs: bool,
+    /// An index is checked, which may stop the call.
+    pub stops: bool,
+}
+
+impl Effect {
+    /// That of both.
+    pub fn and(self, other: Effect) -> Effect {
+        Effect { runs: self.runs || other.runs, stops: self.stops || other.stops }
+    }
+}
+
+/// The bounds of an array.
+#[derive(Clone, Copy)]
+enum Bounds<'a> {
+    /// Of each dimension.
+    Fixed(&'a [(i32, i32)]),
+    /// Those that the caller passes with a parameter of this name, and the number of dimensions.
+    Open(&'a str, usize),
 }
 
 /// Whether compilers make comparisons of floating-point numbers to one whose value they take for an `int`: the opposite of one,

@@ -114,7 +114,9 @@ pub(super) fn facts(program: &Program, reached: &[usize], counts: bool) -> Vec<F
         let mut finds = Finds { function, facts: &facts, found: Facts { is_pure: true, ..Facts::default() } };
         walk::statements(body, &mut finds);
         let mut found = finds.found;
-        found.needs_call |= counts && !program.docs.natives.contains(number);
+        // One that can be called from outside has both for its callers inside, too.
+        found.needs_call |= counts && !program.docs.natives.contains(number) || is_entry(function);
+        found.needs_memory |= is_entry(function);
         found.is_pure &= !found.needs_call;
         found.returns = only;
         found.outs = if only.is_some() { BTreeSet::new() } else { outs };

@@ -1,6 +1,6 @@
 //! Statements.
 
-use super::expr::{bare, constant};
+use super::expr::{Effect, bare, constant};
 use super::facts::{self, Uses};
 use super::{Printer, WIDTH, comment, line, scalar};
 use crate::program::{Argument, Call, Expr, For, Place, Scalar, Statement, Type, Value, What};
@@ -127,7 +127,10 @@ impl Printer<'_> {
     fn statement(&mut self, what: &What, last: bool) -> Result<(), String> {
         match what {
             What::Assign(to, value) => {
-                let text = self.whole(value)?;
+                let mut text = self.whole(value)?;
+                if self.comes_before(value, self.of_place(to)) {
+                    text = self.kept(value.ty(), &text);
+                }
                 let to_text = self.place(to)?;
                 if let Some(local) = facts::local(to)
                     && let Some((_, name)) = self.scope.names[local].clone().rsplit_once(' ')
@@ -144,7 +147,7 @@ impl Printer<'_> {
             }
             What::Copy(to, from) => {
                 let (to_type, from_type) = (self.type_of(to)?, self.type_of(from)?);
-                let (to, from) = (self.address(to)?, self.address(from)?);
+                let (from, to) = self.addresses(from, to)?;
                 self.copy(&to_type, &to, &from_type, &from);
             }
             What::Call(call) => self.call(call)?,
@@ -296,7 +299,10 @@ impl Printer<'_> {
 
     fn count(&mut self, it: &For) -> Result<(), String> {
         let ty = it.first.ty();
-        let first = self.expr(&it.first)?;
+        let mut first = self.expr(&it.first)?;
+        if self.comes_before(&it.first, self.of_place(&it.variable)) {
+            first = self.kept(ty, &first);
+        }
         let variable = self.place(&it.variable)?;
         self.line(&format!("{variable} = {};", bare(&first)));
         let last = self.expr(&it.last)?;
@@ -348,70 +354,102 @@ impl Printer<'_> {
 
     /// The call of a function as text; outputs come apart.
     pub(super) fn called(&mut self, call: &Call) -> Result<String, String> {
-        let passed = self.passed(call)?;
+        let passed = self.passed(call, &[])?;
         Ok(format!("{}({})", self.function_names[call.function], passed.join(", ")))
     }
 
-    /// What is passed to a function, but its outputs.
-    fn passed(&mut self, call: &Call) -> Result<Vec<String>, String> {
+    /// What is passed to a function but its outputs, for which `chosen` are found before the call. The instance comes first, then
+    /// the arguments in their order; copies are made when all is calculated.
+    fn passed(&mut self, call: &Call, chosen: &[&Place]) -> Result<Vec<String>, String> {
         let callee = &self.program.functions[call.function];
         let mut passed = Vec::new();
         passed.extend(self.facts[call.function].needs_call.then(|| "call".to_string()));
         passed.extend(self.facts[call.function].needs_memory.then(|| "memory".to_string()));
-        let arguments: Vec<&Expr> = call
-            .arguments
-            .iter()
-            .filter_map(|argument| match argument {
-                Argument::Value(value) => Some(value),
-                _ => None,
+        // When all is calculated, the budget is asked for.
+        let at_end = Effect { runs: false, stops: self.scope.counts };
+        let outputs = chosen.iter().fold(at_end, |effect, place| effect.and(self.of_place(place)));
+        let behind = |printer: &Self, rest: &[Argument]| {
+            rest.iter().fold(outputs, |effect, argument| {
+                effect.and(match argument {
+                    Argument::Value(value) => printer.of_expr(value),
+                    Argument::Copy(place) | Argument::Reference(place) => printer.of_place(place),
+                    Argument::Start => Effect::default(),
+                })
             })
-            .collect();
+        };
         if let (Some(instance), Some(record)) = (&call.instance, callee.instance) {
             let mut address = self.address(instance)?;
-            // It is chosen before the arguments are calculated.
-            if facts::has_index(instance) && arguments.iter().any(|argument| self.runs(argument)) {
-                let name = self.temporary(|printer, name| format!("{}_t *{name}", printer.records[record]));
-                self.line(&format!("{name} = {address};"));
-                address = name;
+            if self.is_found_before(instance, behind(self, &call.arguments)) {
+                address = self.held(&format!("{}_t *", self.records[record]), &address);
             }
             passed.push(address);
         }
-        let mut values = self.exprs(&arguments)?;
-        if self.scope.counts {
-            // The budget is asked for when all is calculated.
-            for (value, argument) in values.iter_mut().zip(&arguments) {
-                if !facts::is_quiet(argument, &self.facts) {
-                    *value = self.kept(argument.ty(), value);
-                }
-            }
-        }
-        let mut values = values.into_iter();
-        for (argument, local) in call.arguments.iter().zip(&callee.locals) {
+        let mut copies = Vec::new();
+        for (number, (argument, local)) in call.arguments.iter().zip(&callee.locals).enumerate() {
+            let later = behind(self, &call.arguments[number + 1..]);
             match (argument, &local.ty) {
-                (Argument::Value(_), _) => passed.extend(values.next().map(|value| bare(&value).to_string())),
+                (Argument::Value(value), ty) => {
+                    let mut text = self.expr(value)?;
+                    if self.comes_before(value, later)
+                        && let Type::Scalar(ty) = ty
+                    {
+                        text = self.kept(*ty, &text);
+                    }
+                    passed.push(bare(&text).to_string());
+                }
                 (Argument::Start, Type::Scalar(ty)) => passed.push(constant(Value::new(*ty, 0))),
                 (Argument::Start, _) => passed.push("NULL".to_string()),
                 (Argument::Copy(place), ty) => {
-                    let from_type = self.type_of(place)?;
-                    let from = self.address(place)?;
-                    let copy = self.temporary(|printer, name| printer.declared(ty, name));
-                    if matches!(ty, Type::Text { .. }) {
-                        self.line(&format!("memset(&{copy}, 0, sizeof {copy});"));
+                    let mut from = self.address(place)?;
+                    if self.is_found_before(place, later) {
+                        from = self.held("const void *", &from);
                     }
-                    self.copy(ty, &format!("&{copy}"), &from_type, &from);
+                    let copy = self.temporary(|printer, name| printer.declared(ty, name));
                     let array = matches!(ty, Type::Array { .. });
-                    passed.push(if array { copy } else { format!("&{copy}") });
+                    passed.push(if array { copy.clone() } else { format!("&{copy}") });
+                    copies.push((ty, copy, self.type_of(place)?, from));
                 }
-                (Argument::Reference(place), ty) => self.reference(place, ty, &mut passed)?,
+                (Argument::Reference(place), ty) => self.reference(place, ty, later, &mut passed)?,
             }
         }
+        // The caller finds them here.
+        let chosen = chosen.iter().map(|place| self.chosen(place)).collect::<Result<Vec<_>, _>>()?;
+        for (ty, copy, from_type, from) in copies {
+            if matches!(ty, Type::Text { .. }) {
+                self.line(&format!("memset(&{copy}, 0, sizeof {copy});"));
+            }
+            self.copy(ty, &format!("&{copy}"), &from_type, &from);
+        }
+        passed.splice(0..0, chosen);
         Ok(passed)
     }
 
     fn call(&mut self, call: &Call) -> Result<(), String> {
         let callee = &self.program.functions[call.function];
-        let mut passed = self.passed(call)?;
         let facts = self.facts[call.function].clone();
+        // An output that is a local of its own gets its value at once; the place of another one is found before the call.
+        let is_direct = |printer: &Self, output: usize, to: &Place| -> Result<bool, String> {
+            let ty = &callee.locals[output].ty;
+            if printer.type_of(to)? != *ty {
+                return Ok(false);
+            }
+            if facts.returns.is_some() {
+                return Ok(!printer.is_checked(to));
+            }
+            // Where two outputs go to one local, the order in which they are copied counts.
+            let shared = call.outputs.iter().filter(|(_, other)| facts::local(other) == facts::local(to)).count() > 1;
+            let is_own = !shared && facts::local(to).is_some_and(|_| to.steps.is_empty());
+            Ok(is_own && matches!(ty, Type::Scalar(_)) && !printer.is_reference(to))
+        };
+        let mut chosen = Vec::new();
+        for (output, to) in &call.outputs {
+            if !is_direct(self, *output, to)? {
+                chosen.push((*output, to));
+            }
+        }
+        let places: Vec<&Place> = chosen.iter().map(|(_, place)| *place).collect();
+        let mut addresses = self.passed(call, &places)?;
+        let mut passed = addresses.split_off(places.len());
         let counts = self.scope.counts && !self.program.docs.natives.contains(&call.function);
         if counts {
             self.line(&format!("if (!goes_in(call, {})) {{", line(self.scope.at)));
@@ -420,51 +458,41 @@ impl Printer<'_> {
         }
         let name = self.function_names[call.function].clone();
         if let Some(result) = facts.returns {
+            let called = format!("{name}({})", passed.join(", "));
             let Some((_, to)) = call.outputs.iter().find(|(local, _)| *local == result) else {
-                self.line(&format!("(void){name}({});", passed.join(", ")));
+                self.line(&format!("(void){called};"));
                 return Ok(());
             };
-            let call = format!("{name}({})", passed.join(", "));
-            let to_type = self.type_of(to)?;
-            let ty = callee.locals[result].ty.clone();
-            if to_type == ty && !facts::has_index(to) {
+            let Some(address) = addresses.pop() else {
                 let to = self.place(to)?;
-                self.assigned(&to, &call);
+                self.assigned(&to, &called);
                 return Ok(());
-            }
-            // The place is chosen before the call.
-            let address = self.chosen(to)?;
-            let value = self.temporary(|printer, name| printer.declared(&ty, name));
-            self.line(&format!("{value} = {call};"));
-            self.copy(&to_type, &address, &ty, &format!("&{value}"));
+            };
+            let (to_type, ty) = (self.type_of(to)?, &callee.locals[result].ty);
+            let value = self.temporary(|printer, name| printer.declared(ty, name));
+            self.line(&format!("{value} = {called};"));
+            self.copy(&to_type, &address, ty, &format!("&{value}"));
             return Ok(());
         }
-        // What the callee copies out goes to a temporary, and from there to its place, which is chosen before the call.
-        let mut behind = Vec::new();
+        // What the callee copies out goes to a temporary, and from there to its place.
+        let mut values: Vec<String> = Vec::new();
+        for (output, _) in &chosen {
+            values.push(self.temporary(|printer, name| printer.declared(&callee.locals[*output].ty, name)));
+        }
         for output in facts.outs {
-            let Some((_, to)) = call.outputs.iter().find(|(local, _)| *local == output) else {
-                passed.push("NULL".to_string());
-                continue;
-            };
-            let ty = &callee.locals[output].ty;
-            let to_type = self.type_of(to)?;
-            // Where two outputs go to one local, the order in which they are copied counts.
-            let shared = call.outputs.iter().filter(|(_, other)| facts::local(other) == facts::local(to)).count() > 1;
-            let is_own = !shared && facts::local(to).is_some_and(|_| to.steps.is_empty());
-            if is_own && matches!(ty, Type::Scalar(_)) && to_type == *ty && !self.is_reference(to) {
-                passed.push(self.address(to)?);
-                continue;
-            }
-            let address = self.chosen(to)?;
-            let value = self.temporary(|printer, name| printer.declared(ty, name));
-            let array = matches!(ty, Type::Array { .. });
-            passed.push(if array { value.clone() } else { format!("&{value}") });
-            behind.push((output, to_type, address, ty.clone(), value));
+            let given = call.outputs.iter().find(|(local, _)| *local == output);
+            let value = chosen.iter().zip(&values).find(|((local, _), _)| *local == output);
+            passed.push(match (given, value) {
+                (_, Some((_, value))) if matches!(callee.locals[output].ty, Type::Array { .. }) => value.clone(),
+                (_, Some((_, value))) => format!("&{value}"),
+                (Some((_, to)), None) => self.address(to)?,
+                (None, None) => "NULL".to_string(),
+            });
         }
         self.line(&format!("{name}({});", passed.join(", ")));
-        behind.sort_by_key(|(output, ..)| call.outputs.iter().position(|(local, _)| local == output));
-        for (_, to_type, address, ty, value) in behind {
-            self.copy(&to_type, &address, &ty, &format!("&{value}"));
+        for (((output, to), address), value) in chosen.into_iter().zip(addresses).zip(values) {
+            let to_type = self.type_of(to)?;
+            self.copy(&to_type, &address, &callee.locals[output].ty, &format!("&{value}"));
         }
         Ok(())
     }
@@ -477,29 +505,28 @@ impl Printer<'_> {
     /// A temporary with the address of a place.
     fn chosen(&mut self, place: &Place) -> Result<String, String> {
         let place = self.address(place)?;
-        let address = self.temporary(|_, name| format!("void *{name}"));
-        self.line(&format!("{address} = {place};"));
-        Ok(address)
+        Ok(self.held("void *", &place))
     }
 
     /// A variable by reference, and the bounds of an open array.
-    fn reference(&mut self, place: &Place, ty: &Type, passed: &mut Vec<String>) -> Result<(), String> {
+    fn reference(&mut self, place: &Place, ty: &Type, later: Effect, passed: &mut Vec<String>) -> Result<(), String> {
         let found = self.type_of(place)?;
-        let text = self.place(place)?;
+        let is_array = matches!(found, Type::Array { .. } | Type::Open { .. });
+        let mut text = if is_array { self.place(place)? } else { self.address(place)? };
+        if self.is_found_before(place, later) {
+            let pointer = self.pointer(&found, "");
+            text = self.held(&pointer, &text);
+        }
+        passed.push(text.clone());
         match (ty, found) {
             (Type::Open { .. }, Type::Array { bounds, .. }) => {
                 let bounds: Vec<String> =
                     bounds.iter().flat_map(|(low, high)| [low.to_string(), high.to_string()]).collect();
-                let name = self.temporary(|_, name| format!("static const i32_t {name}[] = {{{}}}", bounds.join(", ")));
-                passed.push(text);
-                passed.push(name);
+                passed
+                    .push(self.temporary(|_, name| format!("static const i32_t {name}[] = {{{}}}", bounds.join(", "))));
             }
-            (Type::Open { .. }, _) => {
-                passed.push(text.clone());
-                passed.push(format!("{text}_bounds"));
-            }
-            (Type::Array { .. }, _) => passed.push(text),
-            _ => passed.push(self.address(place)?),
+            (Type::Open { .. }, _) => passed.push(format!("{text}_bounds")),
+            _ => {}
         }
         Ok(())
     }

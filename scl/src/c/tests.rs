@@ -2,8 +2,13 @@
 
 use super::{HEAD, Printer, is_used, operations};
 use crate::machine::tests::random::{Of, Random};
-use crate::machine::{Cause, Code, Machine};
-use crate::program::{Program, Scalar, Type, Value};
+use crate::machine::{Cause, Code, Machine, Stop};
+use crate::program::{
+    Argument, At, Base, Binary, Body, Call, Expr, Function, Local, Place, Program, Scalar, Statement, Step, Type,
+    Value, What,
+};
+use crate::{Options, compile};
+use parameters::Source;
 use std::fmt::Write;
 use std::process::Command;
 use std::sync::Arc;
@@ -22,7 +27,7 @@ fn number(name: &str, otherwise: u64) -> u64 {
     std::env::var(name).map_or(otherwise, |it| it.parse().unwrap_or_else(|_| panic!("{name} is not a number")))
 }
 
-/// A host: it makes the calls of each program and shows after each where it was stopped, and the memory.
+/// A host: it makes the calls of each program and shows after each where and why it was stopped, and the memory.
 const MAIN: &str = "
 #include <stdio.h>
 int main(void) {
@@ -38,7 +43,7 @@ int main(void) {
             if (call.stopped != 0) {
                 memory = before;
             }
-            fwrite(&call.stopped, sizeof call.stopped, 1, stdout);
+            fwrite(&call.stopped, sizeof call - offsetof(call_t, stopped), 1, stdout);
             fwrite(&memory, sizeof memory, 1, stdout);
         }
     }
@@ -46,44 +51,78 @@ int main(void) {
 }
 ";
 
+/// The bytes of a [`Stopped`] in C.
+const STOPPED: usize = 32;
+
+/// Where and why a call was stopped: line, cause, and index with its bounds; all 0 if it was not.
+#[derive(Debug, Default, PartialEq, Eq)]
+struct Stopped {
+    line: u32,
+    cause: u32,
+    index: [i64; 3],
+}
+
+impl Stopped {
+    fn in_c(bytes: &[u8]) -> Stopped {
+        let number = |at: usize| Value::read(Scalar::I64, &bytes[at..]).bits() as i64;
+        let line_and_cause = number(0) as u64;
+        // Above the line stands the number of the source.
+        let line = line_and_cause as u32 & 0xFF_FFFF;
+        Stopped { line, cause: (line_and_cause >> 32) as u32, index: [8, 16, 24].map(number) }
+    }
+
+    fn in_machine(stop: &Stop) -> Stopped {
+        let (cause, index) = match stop.cause {
+            Cause::Index { index, low, high } => (1, [index, low, high]),
+            Cause::Budget(_) => (2, [0; 3]),
+            Cause::Step => (3, [0; 3]),
+            Cause::Instance => (4, [0; 3]),
+        };
+        Stopped { line: stop.line, cause, index }
+    }
+}
+
 /// What a program does in the machine.
 #[derive(Default)]
 struct Ran {
-    /// The line at which each call was stopped, or 0, and the memory after it.
-    calls: Vec<(u32, Vec<u8>)>,
+    /// Where each call was stopped, and the memory after it.
+    calls: Vec<(Stopped, Vec<u8>)>,
     by_budget: bool,
 }
 
 impl Ran {
-    fn of(program: &Program) -> Ran {
+    fn of(program: &Program, entry: usize) -> Ran {
         let mut machine = Machine::new(Arc::new(Code::compile(program).unwrap()));
         machine.budget = BUDGET;
         let mut ran = Ran::default();
         for call in 0..CALLS {
-            let line = match machine.call(Random::entry(program), call as i64 * 100_000_000) {
-                Ok(()) => 0,
+            let stopped = match machine.call(entry, call as i64 * 100_000_000) {
+                Ok(()) => Stopped::default(),
                 Err(stop) => {
                     ran.by_budget |= matches!(stop.cause, Cause::Budget(_));
-                    stop.line
+                    Stopped::in_machine(&stop)
                 }
             };
-            ran.calls.push((line, machine.state().to_vec()));
+            ran.calls.push((stopped, machine.state().to_vec()));
         }
         ran
     }
 }
 
-/// Programs that have the same types and start values, with a host, as one file.
-fn file(programs: &[Program]) -> String {
+/// Programs that have the same types and start values, with a host that calls this function of each, as one file.
+fn file(programs: &[Program], entry: usize) -> String {
     let (mut functions, mut entries) = (String::new(), String::new());
     for (number, program) in programs.iter().enumerate() {
         let mut printer = Printer::new(program);
         let text = printer.functions().unwrap();
-        let names: Vec<&String> = printer.reached.iter().map(|it| &printer.function_names[*it]).collect();
+        // Several programs have the same names of functions, one may have a member of such a name.
+        let reached = printer.reached.iter().filter(|_| programs.len() > 1);
+        let names: Vec<&String> = reached.map(|it| &printer.function_names[*it]).collect();
         names.iter().for_each(|name| functions += &format!("\n#define {name} {name}_{number}"));
         functions += &text;
         names.iter().for_each(|name| functions += &format!("#undef {name}\n"));
-        let _ = write!(entries, "{}_{number}, ", printer.function_names[Random::entry(program)]);
+        let end = if programs.len() > 1 { format!("_{number}") } else { String::new() };
+        let _ = write!(entries, "{}{end}, ", printer.function_names[entry]);
     }
     let (types, values) = Printer::new(&programs[0]).data(is_used(&functions, "constants"));
     let operations = operations::used(&format!("call_t {types}{values}{functions}"));
@@ -100,7 +139,13 @@ fn in_c(text: &str, name: &str, level: &str, input: &[u8]) -> Option<Vec<u8>> {
     let (source, binary) = (folder.join("programs.c"), folder.join("programs"));
     std::fs::write(&source, text).unwrap();
     // What a random program calculates may be of no use.
-    let useless = ["-Wno-type-limits", "-Wno-tautological-compare", "-Wno-self-assign", "-Wno-unused-function"];
+    let useless = [
+        "-Wno-type-limits",
+        "-Wno-tautological-compare",
+        "-Wno-bool-compare",
+        "-Wno-self-assign",
+        "-Wno-unused-function",
+    ];
     let options = ["-std=c99", level, "-Wall", "-Wextra", "-Wconversion", "-Werror", "-pedantic"];
     let variable = |name: &str| std::env::var(name).unwrap_or_default();
     let compiler = if variable("CC").is_empty() { "cc".to_string() } else { variable("CC") };
@@ -161,8 +206,9 @@ fn differences(program: &Program, ty: &Type, name: &str, (c, machine): (&[u8], &
 }
 
 /// Programs that told machine and C apart: a local that the function gives and through which a call's value goes, an instance
-/// that is chosen before the arguments are calculated, and two outputs that go to one local.
-const FOUND: [u64; 3] = [1_107_116, 1_405_429, 1_427_833];
+/// that is chosen before the arguments are calculated, two outputs that go to one local, and, in four, which of two indices that
+/// are out of bounds stops the call.
+const FOUND: [u64; 7] = [1_107_116, 1_405_429, 1_427_833, 1_349_431, 1_518_423, 1_626_016, 1_723_388];
 
 /// Random programs, some of them in each run; `PLCFMU_PROGRAMS=1000000 PLCFMU_SEED=5000` takes a million from the seed 5000 on.
 #[test]
@@ -172,22 +218,29 @@ fn printed_programs_give_the_bits_of_the_machine() {
     let (mut ended, mut by_budget) = (0, 0);
     let all: Vec<u64> = FOUND.into_iter().chain(first..first + count).collect();
     for (bundle, seeds) in all.chunks(together as usize).enumerate() {
-        let programs: Vec<Program> = seeds.iter().map(|seed| Random::program(seed * 7919, 0, Of::C)).collect();
+        let programs: Vec<Program> = seeds
+            .iter()
+            .map(|seed| match seed % 4 {
+                2 => Random::deep_program(seed * 7919),
+                _ => Random::program(seed * 7919, 0, Of::C),
+            })
+            .collect();
+        // All of them have the same functions.
+        let entry = Random::entry(&programs[0]);
         let level = ["-O0", "-O2"][bundle % if count > 10_000 { 1 } else { 2 }];
-        let Some(written) = in_c(&file(&programs), &seeds[0].to_string(), level, &[]) else {
+        let Some(written) = in_c(&file(&programs, entry), &seeds[0].to_string(), level, &[]) else {
             eprintln!("there is no C compiler: nothing was compared");
             return;
         };
         let memory = programs[0].records[programs[0].memory].start.len();
-        let mut calls = written.chunks(4 + memory);
+        let mut calls = written.chunks(STOPPED + memory);
         for (seed, program) in seeds.iter().zip(&programs) {
-            let ran = Ran::of(program);
+            let ran = Ran::of(program, entry);
             by_budget += u64::from(ran.by_budget);
-            ended += u64::from(ran.calls.iter().all(|(line, _)| *line == 0));
+            ended += u64::from(ran.calls.iter().all(|(stopped, _)| *stopped == Stopped::default()));
             for (call, (stopped, machine)) in ran.calls.iter().enumerate() {
-                let (stopped_c, c) = calls.next().unwrap().split_at(4);
-                // Above the line stands the number of the source.
-                let stopped_c = u32::from_le_bytes(stopped_c.try_into().unwrap()) & 0xFF_FFFF;
+                let (stopped_c, c) = calls.next().unwrap().split_at(STOPPED);
+                let stopped_c = Stopped::in_c(stopped_c);
                 let mut found = String::new();
                 if c != machine {
                     let ty = Type::Record(program.memory);
@@ -195,11 +248,10 @@ fn printed_programs_give_the_bits_of_the_machine() {
                 }
                 if stopped_c != *stopped || !found.is_empty() {
                     let alone = std::env::temp_dir().join(format!("plcfmu-program-{seed}.c"));
-                    std::fs::write(&alone, file(std::slice::from_ref(program))).unwrap();
+                    std::fs::write(&alone, file(std::slice::from_ref(program), entry)).unwrap();
                     let alone = alone.display();
                     panic!(
-                        "seed {seed} ({alone}), call {call}, {level}: stopped at {stopped_c} in C, at {stopped} in the \
-                         machine\n{found}"
+                        "seed {seed} ({alone}), call {call}, {level}: {stopped_c:?} in C, {stopped:?} in the machine\n{found}"
                     );
                 }
             }
@@ -213,6 +265,97 @@ fn printed_programs_give_the_bits_of_the_machine() {
         }
     }
     assert!(ended > count / 3 && by_budget > 0, "{ended} of {count} ended, {by_budget} were stopped by their budget");
+}
+
+/// What is found by an index is found in the order of the text, also where a later part has a call that changes the index.
+const ORDER: &str = r#"
+TYPE "Pair" STRUCT x : Int; k : Array[0..9] of Int; END_STRUCT; END_TYPE
+FUNCTION "Next" : Int VAR_IN_OUT i : Int; END_VAR
+BEGIN #i := #i + 1; #Next := #i; END_FUNCTION
+FUNCTION "Give" : Void VAR_INPUT v : Int; END_VAR VAR_IN_OUT p : "Pair"; END_VAR VAR_OUTPUT q : Int; END_VAR
+BEGIN #p.x := #v; #q := 10 * #v; END_FUNCTION
+FUNCTION "Take" : Void VAR_INPUT p : "Pair"; v : Int; END_VAR VAR_OUTPUT q : Int; END_VAR
+BEGIN #q := #p.k[0] + #v; END_FUNCTION
+FUNCTION_BLOCK "Counter" VAR_INPUT v : Int; END_VAR VAR n : Int; END_VAR
+BEGIN #n := #v; END_FUNCTION_BLOCK
+FUNCTION_BLOCK "Order"
+VAR i : Int; a : Array[0..9] of "Pair"; n : Array[0..9] of Int; q : Array[0..9] of Int; r : Int; c : Array[0..9] of "Counter"; END_VAR
+BEGIN
+#i := 0;
+"Give"(p := #a[#i], v := "Next"(i := #i), q => #q[#i]);
+#n["Next"(i := #i)] := #i;
+#a[#i].k["Next"(i := #i)] := 7;
+#a[5].k[0] := 50;
+#i := 4;
+#a[#i] := #a["Next"(i := #i)];
+#i := 5;
+"Take"(p := #a[#i], v := "Next"(i := #i), q => #r);
+#c[#i](v := "Next"(i := #i));
+END_FUNCTION_BLOCK
+"#;
+
+#[test]
+fn what_an_index_finds_is_found_in_the_order_of_the_text() {
+    let compiled = compile(&[Source::new("order.scl", ORDER.into())], &Options::default());
+    let compiled = compiled.unwrap_or_else(|errors| panic!("{}", errors[0]));
+    let (program, root) = (compiled.program, compiled.root.unwrap());
+    let value = |memory: &[u8], path: &str| {
+        let (offset, _) = program.find(&format!("{}.{path}", root.instance)).unwrap_or_else(|| panic!("{path}"));
+        Value::read(Scalar::I16, &memory[offset..]).bits() as i16
+    };
+    for (name, memory) in memories(&program, root.cycle, "order") {
+        let all = ["a[0].x", "q[1]", "n[2]", "a[2].k[3]", "a[5].k[0]", "r", "c[6].n"].map(|path| value(&memory, path));
+        assert_eq!(all, [1, 10, 1, 7, 50, 56, 7], "in {name}");
+    }
+}
+
+/// The memory after one call, in the machine and, if there is a compiler, in C.
+fn memories(program: &Program, entry: usize, name: &str) -> Vec<(&'static str, Vec<u8>)> {
+    let (stopped, machine) = Ran::of(program, entry).calls.swap_remove(0);
+    assert_eq!(stopped, Stopped::default());
+    let written = in_c(&file(std::slice::from_ref(program), entry), name, "-O2", &[]);
+    let in_c = written.map(|it| ("C", it[STOPPED..][..machine.len()].to_vec()));
+    in_c.into_iter().chain([("the machine", machine)]).collect()
+}
+
+/// SCL chooses such an element before; a program that was made in another way need not.
+#[test]
+fn a_variable_by_reference_is_chosen_before_a_later_argument_changes_its_index() {
+    let number = Type::Scalar(Scalar::I32);
+    let mut program = Program { files: vec!["made".to_string()], ..Program::default() };
+    program.constants = program.add_record("constants", []);
+    let pair = Type::Record(program.add_record("pair", [("x".to_string(), number.clone())]));
+    let pairs = Type::Array { of: Box::new(pair.clone()), bounds: vec![(0, 3)] };
+    program.memory = program.add_record("memory", [("i".to_string(), number.clone()), ("a".to_string(), pairs)]);
+    let at = At { file: 0, line: 1 };
+    let on = |what: What| Statement { at, what };
+    let load = |place: &Place| Expr::Load(Scalar::I32, place.clone());
+    let (i, own) = (Place::of(Base::Memory).member(0), |local: usize| Place::of(Base::Local(local)));
+    let local = |ty: &Type, by_reference| Local { name: "l".to_string(), ty: ty.clone(), by_reference };
+    let mut add = |name: &str, locals: Vec<Local>, parameters: usize, body: Vec<Statement>| {
+        let name = name.to_string();
+        program.functions.push(Function { name, instance: None, locals, parameters, body: Body::Code(body) });
+        program.functions.len() - 1
+    };
+    let one = Box::new(Expr::Const(Value::new(Scalar::I32, 1)));
+    let sum = Expr::Binary(Binary::Add, Scalar::I32, Box::new(load(&i)), one, at);
+    let counts = vec![on(What::Assign(i.clone(), sum)), on(What::Assign(own(0), load(&i)))];
+    let next = add("next", vec![local(&number, false)], 0, counts);
+    let gives = vec![on(What::Assign(own(0).member(0), load(&own(1))))];
+    let give = add("give", vec![local(&pair, true), local(&number, false)], 2, gives);
+    let mut element = Place::of(Base::Memory).member(1);
+    element.steps.push(Step::Index(vec![load(&i)], at));
+    let called = Call { function: next, instance: None, arguments: Vec::new(), outputs: vec![(0, own(0))] };
+    let value = Expr::After(vec![on(What::Call(called))], Box::new(load(&own(0))));
+    let arguments = vec![Argument::Reference(element), Argument::Value(value)];
+    let given = on(What::Call(Call { function: give, instance: None, arguments, outputs: Vec::new() }));
+    let zero = on(What::Assign(i, Expr::Const(Value::new(Scalar::I32, 0))));
+    let entry = add("entry", vec![local(&number, false)], 0, vec![zero, given]);
+    for (name, memory) in memories(&program, entry, "reference") {
+        let numbers: Vec<u64> = memory.chunks(4).map(|bytes| Value::read(Scalar::I32, bytes).bits()).collect();
+        // i, then x of each element.
+        assert_eq!(numbers, [1, 1, 0, 0, 0], "in {name}");
+    }
 }
 
 /// A host: it reads numbers and writes what each function makes of them; a power is that of two numbers that follow each other.
@@ -274,7 +417,7 @@ fn arguments() -> Vec<f64> {
 
 #[test]
 fn exp_and_its_relatives_give_the_bits_of_the_machine() {
-    use crate::program::{Binary, Unary};
+    use crate::program::Unary;
     let text = format!("{HEAD}{}{FUNCTIONS}", operations::used(FUNCTIONS));
     let arguments = arguments();
     let bytes: Vec<u8> = arguments.iter().flat_map(|it| it.to_le_bytes()).collect();

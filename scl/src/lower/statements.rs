@@ -406,7 +406,8 @@ impl Lowerer<'_, '_> {
                 format!("the loop goes to the limit of {}: here it ends, a CPU may count for ever", of.name());
             self.warn(self.span(last_id), message, Some("count in a larger type"));
         }
-        let place = target.map(|target| target.place);
+        // It counts in the variable that was chosen at its beginning.
+        let place = target.map(|target| self.frozen(target.place, variable_span));
         let body = self.in_loop(place.clone(), body);
         let Some(variable) = place else { return };
         let step = step_value.unwrap_or(Expr::Const(Value::new(of.scalar(), 1)));

@@ -81,13 +81,10 @@ impl Compiler<'_> {
             strides.push(stride);
             stride = stride.saturating_mul((i64::from(*high) - i64::from(*low) + 1).max(0) as usize);
         }
-        for ((index, (low, high)), stride) in indices.iter().zip(bounds).zip(strides.into_iter().rev()) {
-            let (low, high) = (i64::from(low), i64::from(high));
-            if let Expr::Const(value) = index
-                && value.ty().is_integer()
-                && (low..=high).contains(&(value.bits() as i64))
-            {
-                offset += (value.bits() as i64 - low) as usize * stride;
+        for ((index, bounds), stride) in indices.iter().zip(bounds).zip(strides.into_iter().rev()) {
+            let (low, high) = (i64::from(bounds.0), i64::from(bounds.1));
+            if let Some(number) = index.constant_within(bounds) {
+                offset += (number - low) as usize * stride;
                 continue;
             }
             let index = self.integer(scope, index)?;

@@ -27,6 +27,8 @@ pub(crate) struct Random {
     wrong: u64,
     /// Whether the program has loops and jumps.
     has_loops: bool,
+    /// Whether indices of what is written have calls in them, too.
+    is_deep: bool,
     program: Program,
     /// The functions of the library that are called.
     library: Vec<usize>,
@@ -116,12 +118,22 @@ static LIBRARY: LazyLock<Program> = LazyLock::new(|| {
 impl Random {
     /// A program. The same seed gives the same one.
     pub(crate) fn program(seed: u64, wrong: u64, of: Of) -> Program {
+        Random::of(seed, wrong, of, false)
+    }
+
+    /// A program for C in which indices of what is written have calls in them, too.
+    pub(crate) fn deep_program(seed: u64) -> Program {
+        Random::of(seed, 0, Of::C, true)
+    }
+
+    fn of(seed: u64, wrong: u64, of: Of, is_deep: bool) -> Program {
         let library = if of == Of::Scl { Program::default() } else { LIBRARY.clone() };
         let mut random = Random {
             seed: seed | 1,
             of,
             wrong,
             has_loops: true,
+            is_deep,
             first: library.functions.len(),
             library: Vec::new(),
             program: library,
@@ -379,13 +391,13 @@ impl Random {
 
     fn assign(&mut self) -> What {
         let ty = self.one_of(Scalar::ALL);
-        What::Assign(self.written(ty, 1), self.expr(ty, 3))
+        What::Assign(self.written(ty, self.depth()), self.expr(ty, 3))
     }
 
     fn copy(&mut self) -> What {
-        let to = self.find(|ty| !matches!(ty, Type::Scalar(_) | Type::Open { .. }), 1, true);
+        let to = self.find(|ty| !matches!(ty, Type::Scalar(_) | Type::Open { .. }), self.depth(), true);
         let Some((to, ty)) = to else { return self.assign() };
-        match self.find(|from| is_copied(from, &ty), 1, false) {
+        match self.find(|from| is_copied(from, &ty), self.depth(), false) {
             Some((from, _)) => What::Copy(to, from),
             None => self.assign(),
         }
@@ -436,7 +448,7 @@ impl Random {
         };
         let callee = self.program.functions[function].clone();
         let instance = match callee.instance {
-            Some(record) => Some(self.find(|ty| *ty == Type::Record(record), 1, true)?.0),
+            Some(record) => Some(self.find(|ty| *ty == Type::Record(record), self.depth(), true)?.0),
             None => None,
         };
         let mut arguments = Vec::new();
@@ -447,14 +459,14 @@ impl Random {
         if let Some(Form::Value(..)) = self.form(function) {
             if self.below(4) > 0 {
                 let Type::Scalar(ty) = callee.locals[callee.parameters].ty else { return None };
-                outputs.push((callee.parameters, self.written(ty, 1)));
+                outputs.push((callee.parameters, self.written(ty, self.depth())));
             }
         } else {
             for _ in 0..self.below(4) {
                 let output = self.below(callee.locals.len().max(1));
                 let Some(local) = callee.locals.get(output).filter(|local| !local.by_reference) else { continue };
                 if outputs.iter().all(|(other, _)| *other != output)
-                    && let Some((to, _)) = self.find(|ty| is_copied(&local.ty, ty), 1, true)
+                    && let Some((to, _)) = self.find(|ty| is_copied(&local.ty, ty), self.depth(), true)
                 {
                     outputs.push((output, to));
                 }
@@ -472,12 +484,12 @@ impl Random {
                 }
                 (parameter, ty) => parameter == ty,
             };
-            return self.find(fits, 1, true).map(|(place, _)| Argument::Reference(place));
+            return self.find(fits, self.depth(), true).map(|(place, _)| Argument::Reference(place));
         }
         Some(match &parameter.ty {
             _ if self.below(8) == 0 => Argument::Start,
             Type::Scalar(ty) => Argument::Value(self.expr(*ty, 2)),
-            ty => Argument::Copy(self.find(|from| is_copied(from, ty), 1, false)?.0),
+            ty => Argument::Copy(self.find(|from| is_copied(from, ty), self.depth(), false)?.0),
         })
     }
 
@@ -504,6 +516,11 @@ impl Random {
         let outputs = vec![(callee.parameters, to.clone())];
         let call = self.on(What::Call(Call { function, instance: None, arguments, outputs }));
         Some(Expr::After(vec![call], Box::new(Expr::Load(ty, to))))
+    }
+
+    /// How deep the indices of what is written and passed are.
+    fn depth(&self) -> usize {
+        if self.is_deep { 2 } else { 1 }
     }
 
     /// A variable whose type fits, and its type.
@@ -606,7 +623,14 @@ impl Random {
                 if how.function(from, ty).is_none() {
                     return Expr::Const(self.value(ty));
                 }
-                Expr::Convert(how, from, ty, self.boxed(from, depth), at)
+                let a = self.boxed(from, depth);
+                let bits = Expr::Convert(how, from, ty, a.clone(), at);
+                if self.of != Of::C || how != Convert::Bits || !from.is_float() {
+                    return bits;
+                }
+                // The bits of what is not a number are the processor's, and compilers may choose others.
+                let is_number = Expr::Binary(Binary::Eq, from, a.clone(), a, at);
+                Expr::Select(ty, Box::new([is_number, bits, Expr::Const(Value::new(ty, 0))]))
             }
             (7, _) if self.below(6) == 0 => match self.call() {
                 Some(call) => Expr::After(vec![Statement { at, what: What::Call(call) }], self.boxed(ty, depth)),
