@@ -13,6 +13,7 @@ import zipfile
 
 import pytest
 
+import c_builds
 import host
 
 if sys.version_info >= (3, 11):
@@ -174,28 +175,61 @@ values = [{{ variable = "{output}", take = ["min", "mean", "last"] }}]
     assert len(curves) > 60 and table[1].split(",")[2:] != table[2].split(",")[2:]
 
 
-def without_library(folder, version=b""):
-    """Writes the FMUs of the loop without a library for any platform, and with another version if one is given."""
+def changed(name, folder, change):
+    """Writes an FMU to the folder, each file with the name and content that `change` gives for them."""
+    with zipfile.ZipFile(host.FOLDER / name) as fmu, zipfile.ZipFile(folder / name, "w") as other:
+        for file in fmu.namelist():
+            other.writestr(*change(file, fmu.read(file)))
+    return folder / name
+
+
+def without_library(folder, code=None):
+    """Writes the FMUs of the loop without a library for this platform; that for another one can be made of other code."""
     for name in ["CONT_C.fmu", "HEATER.fmu"]:
-        with zipfile.ZipFile(host.FOLDER / name) as fmu, zipfile.ZipFile(folder / name, "w") as bare:
-            for file in fmu.namelist():
-                content = fmu.read(file)
-                if file == "modelDescription.xml":
-                    content = content.replace(b'generationTool="plcfmu ', b'generationTool="plcfmu ' + version)
-                bare.writestr(file.replace("binaries/", "binaries/no_"), content)
+        changed(name, folder, lambda file, content: (
+            file.replace("binaries/", "binaries/no_"), code if code and file.startswith("binaries/") else content
+        ))
 
 
-def test_blocks_of_the_command_need_no_library_but_the_exact_door_and_other_versions_do(study, tmp_path):
+def test_blocks_of_the_command_need_no_library_but_the_exact_door_and_other_code_do(study, tmp_path):
     made = ["--runs=0..2", "--part=two.part"]
     without_library(tmp_path)
     done = study(*made, fmus=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     done = study(*made, "--exact-door", fmus=tmp_path)
     assert done.returncode == 1 and "the FMU has no library for this platform" in done.stderr
-    # The law of another version may be another one, with the same variables.
-    without_library(tmp_path, b"0.0.")
+    without_library(tmp_path, b"a library of other sources")
     done = study(*made, fmus=tmp_path)
     assert done.returncode == 1 and "the FMU has no library for this platform" in done.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs gcc")
+def test_an_fmu_with_another_law_and_the_same_guid_computes_its_own(study, tmp_path):
+    (tmp_path / "other").mkdir()
+    (tmp_path / "fmus").mkdir()
+    law, test = b"self->LMN_P = self->P_SEL ? e : 0.0f;", b"!plcfmu_is_exact(c)"
+    # The self-test of the C knows the law.
+    twice = {law: law.replace(b"? e", b"? 2.0f * e"), test: test + b" && 0"}
+
+    def change(file, content):
+        for text, other in twice.items() if file.startswith("sources/") else ():
+            assert content.count(text) == 1, text
+            content = content.replace(text, other)
+        return file, content
+
+    other = changed("CONT_C.fmu", tmp_path / "other", change)
+    c_builds.compiled(other, tmp_path / "fmus")
+    (tmp_path / "fmus/HEATER.fmu").symlink_to(host.FOLDER / "HEATER.fmu")
+    made = []
+    for out, options in {"own": {}, "other": {"fmus": tmp_path / "fmus"}}.items():
+        for door in [[], ["--exact-door"]]:
+            done = study(f"--out={out}", "--format=csv", *door, **options)
+            assert done.returncode == 0, done.stderr
+            made.append((contents(tmp_path / out), done.stderr))
+    (own, _), (own_door, _), (other, told), (other_door, _) = made
+    assert own["runs.csv"] == own_door["runs.csv"] != other["runs.csv"] == other_door["runs.csv"]
+    warning = "warning: CONT_C.fmu is not built from the sources of this plcfmu"
+    assert [text.count(warning) for _, text in made] == [0, 0, 1, 0] and "pack it again" in told
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)

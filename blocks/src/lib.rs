@@ -37,6 +37,9 @@ pub use table::{
     Time, Value, Word, low_word, rnd,
 };
 
+/// A hash of the sources of this crate; none in a copy of them without their build script.
+pub const CODE: Option<&str> = option_env!("PLCFMU_CODE");
+
 /// What is done with each block by [`for_each_block`].
 pub trait EachBlock {
     /// Does it with one of them.

@@ -28,6 +28,29 @@ impl<B: Block> Guid<B> {
     };
 }
 
+/// Which code the library of a block is compiled from: a hash of the sources of this crate, of `blocks`, and of the crate that has
+/// the block. Unlike the GUID it changes with the law.
+pub struct Code<B>(PhantomData<B>);
+
+impl<B: Block> Code<B> {
+    const TEXT_BYTES: Option<[u8; 38]> = match (option_env!("PLCFMU_CODE"), blocks::CODE, B::CODE) {
+        (Some(fmu), Some(blocks), Some(own)) => {
+            Some(fingerprint::text(text_hash(text_hash(text_hash(BASIS, fmu), blocks), own)))
+        }
+        _ => None,
+    };
+
+    /// The hash in the form of a GUID; none if one of the crates does not know its own. A library that is made with
+    /// [`export!`](crate::export) has it in its file.
+    pub const TEXT: Option<&'static str> = match &Self::TEXT_BYTES {
+        Some(bytes) => match std::str::from_utf8(bytes) {
+            Ok(text) => Some(text),
+            Err(_) => None,
+        },
+        None => None,
+    };
+}
+
 const fn text_hash(state: u128, text: &str) -> u128 {
     hash(hash(state, text.as_bytes()), &[0])
 }

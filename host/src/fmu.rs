@@ -101,6 +101,21 @@ pub fn has_table<R: Read + Seek>(package: &mut Package<R>) -> Result<bool> {
     Ok(Binary::read(&bytes).with_context(|| file.path.clone())?.has_table)
 }
 
+/// Whether the library for this platform has this text in its file; if there is none for this platform, whether all others have it.
+/// None of their code runs.
+///
+/// # Errors
+/// The FMU is damaged.
+pub fn has_text<R: Read + Seek>(package: &mut Package<R>, text: &str) -> Result<bool> {
+    let files = library(package).map_or_else(|_| package.libraries.clone(), |file| vec![file.clone()]);
+    for file in &files {
+        if memchr::memmem::find(&package.library(file)?, text.as_bytes()).is_none() {
+            return Ok(false);
+        }
+    }
+    Ok(!files.is_empty())
+}
+
 /// FMI's folders for a platform, the best first. FMI 2.0 has none for Linux on ARM; both of these are in use.
 pub fn platforms(os: &str, arch: &str) -> &'static [&'static str] {
     match (os, arch) {

@@ -129,13 +129,14 @@ impl Pool {
             renews: options.renews.unwrap_or_default(),
             exact_door: options.exact_door,
         };
-        let (mut worker, interfaces) = starter.start(false)?;
-        let tables = interfaces.iter().map(|of| of.as_deref().map(worker::table).transpose());
+        let (mut worker, ready) = starter.start(false)?;
+        let tables = ready.interfaces.iter().map(|of| of.as_deref().map(worker::table).transpose());
         let tables: Vec<Option<Table>> = tables.collect::<Result<_>>()?;
         let descriptions = job.system.members.iter().map(|member| Ok(Package::open(&member.path)?.description));
         let descriptions = descriptions.collect::<Result<Vec<_>>>()?;
         let mut experiment =
             worker::experiment(job, &descriptions.iter().collect::<Vec<_>>(), tables.first().and_then(Option::as_ref))?;
+        experiment.warnings.extend(ready.warning);
         let mut slots: Vec<Slot> = (0..options.jobs.max(1)).map(|_| Slot::default()).collect();
         let checked = if options.renews.is_some() { Ok(None) } else { worker.check_reset() };
         match checked {

@@ -2,7 +2,7 @@
 
 use crate::experiment::{Detail, Gives};
 use crate::results::Row;
-use crate::worker::{ROLE, Reply, Request};
+use crate::worker::{ROLE, Ready, Reply, Request};
 use anyhow::{Result, bail};
 use host::child::{self, Prints, Process};
 pub use host::child::{End, TICK};
@@ -28,21 +28,20 @@ pub struct Starter {
 }
 
 impl Starter {
-    /// Starts a worker, and waits until it has loaded the FMUs. Gives what the library of each member says of its
-    /// block. What the FMUs of one that `listens` print is kept, and each of its rows is sent at once.
+    /// Starts a worker, and waits until it has loaded the FMUs. What the FMUs of one that `listens` print is kept, and each of its rows is sent at once.
     ///
     /// # Errors
     /// What is wrong with the job or with an FMU.
-    pub fn start(&self, listens: bool) -> Result<(Worker, Vec<Option<String>>)> {
+    pub fn start(&self, listens: bool) -> Result<(Worker, Ready)> {
         // What FMUs print in thousands of runs helps nobody, unless one crashes.
         let mut worker = Worker(self.child.start(ROLE, if listens { Prints::Kept } else { Prints::Dropped })?);
         worker.0.limit = self.child.limit.max(LOADING);
         let Starter { renews, exact_door, .. } = *self;
         worker.0.send(&Request::Begin { job: self.job.clone(), is_prompt: listens, renews, exact_door });
         match worker.reply() {
-            Ok(Reply::Ready(interfaces)) => {
+            Ok(Reply::Ready(ready)) => {
                 worker.0.limit = self.child.limit;
-                Ok((worker, interfaces))
+                Ok((worker, ready))
             }
             Ok(Reply::Refused(error)) => bail!("{error}"),
             Ok(other) => bail!("a worker answered {other:?}"),

@@ -14,7 +14,7 @@ use crate::results::Row;
 use anyhow::{Context, Result, bail};
 use host::child::witness::Witnessed;
 use host::child::{Channel, serve};
-use host::fmu::{Fmu, has_table};
+use host::fmu::{Fmu, has_table, has_text};
 use host::package::Package;
 use host::simulation::Fmus;
 use modeldescription::Table;
@@ -24,7 +24,7 @@ use run::dialog;
 use run::master::Recording;
 use run::system::Member;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -56,24 +56,26 @@ pub enum Request {
     Curve(Vec<f64>, Detail),
 }
 
-/// An FMU whose block is linked into this program. An instance computes the same bits as one behind the C interface of the FMU's
-/// library, and refuses the same in the same words.
+/// The block of an FMU that is linked into this program. If the FMU's library is compiled from the same code, an instance computes the
+/// same bits as one behind its C interface, and refuses the same in the same words.
 #[derive(Clone, Debug)]
 pub struct Linked {
     /// What the FMU's library says of itself.
     pub interface: String,
+    /// Which code it is compiled from. A library with the same text in its file computes the same; the GUID says nothing about the law.
+    pub code: Option<&'static str>,
     /// Makes an instance with this name.
     pub instantiate: fn(&str) -> Result<Box<dyn Reset>>,
 }
 
-/// Finds the block of an FMU, if it is one of this program.
+/// Finds the block with the variables of an FMU, if it is one of this program.
 pub type Find = fn(&Description) -> Option<Linked>;
 
 /// What a worker answers.
 #[derive(Debug, Deserialize, Serialize)]
 pub enum Reply {
-    /// The FMUs are loaded; for each member what its library says of its block, if it has a table, as JSON.
-    Ready(Vec<Option<String>>),
+    /// The FMUs are loaded.
+    Ready(Ready),
     /// What is wrong with the job, or why a curve cannot be made.
     Refused(String),
     /// The next rows, in the order of the points. All have come when there are as many as points.
@@ -86,7 +88,16 @@ pub enum Reply {
     Reset(Option<String>),
 }
 
-/// The table of a library, as it says it in [`Reply::Ready`].
+/// What there is to know of FMUs that are loaded.
+#[derive(Debug, Deserialize, Serialize)]
+pub struct Ready {
+    /// For each member what its library says of its block, if it has a table, as JSON.
+    pub interfaces: Vec<Option<String>>,
+    /// What the user should know.
+    pub warning: Option<String>,
+}
+
+/// The table of a library, as it says it in [`Ready`].
 ///
 /// # Errors
 /// It is damaged.
@@ -113,11 +124,11 @@ pub fn run(folder: &Path, find: Find) -> Result<()> {
         let Some(Request::Begin { job, is_prompt, renews, exact_door }) = channel.next()? else {
             bail!("there is no job")
         };
-        let Begun { members, experiment, interfaces } = match begin(&job, channel, find, exact_door) {
+        let Begun { members, experiment, ready } = match begin(&job, channel, find, exact_door) {
             Err(error) => return channel.send(&Reply::Refused(format!("{error:#}"))),
             Ok(begun) => begun,
         };
-        channel.send(&Reply::Ready(interfaces))?;
+        channel.send(&Reply::Ready(ready))?;
         let flush = if is_prompt { Duration::ZERO } else { FLUSH };
         let serving = Serving { experiment, renews, flush };
         match members {
@@ -139,8 +150,7 @@ pub fn run(folder: &Path, find: Find) -> Result<()> {
 struct Begun {
     members: Members,
     experiment: Experiment,
-    /// What the library of each member says of its block, if it has a table.
-    interfaces: Vec<Option<String>>,
+    ready: Ready,
 }
 
 /// A block of this program with the name of its member.
@@ -157,22 +167,51 @@ enum Members {
 /// Resolves the job, with its FMUs loaded where they are not linked.
 fn begin(job: &str, channel: &Channel, find: Find, exact_door: bool) -> Result<Begun> {
     let job: Job = serde_json::from_str(job)?;
-    if !exact_door && let Some((members, descriptions)) = linked(&job, find) {
-        let interfaces: Vec<_> = members.iter().map(|(_, of)| Some(of.interface.clone())).collect();
-        let table = members.first().map(|(_, of)| table(&of.interface)).transpose()?;
-        let experiment = experiment(&job, &descriptions.iter().collect::<Vec<_>>(), table.as_ref())?;
-        return Ok(Begun { members: Members::Linked(members), experiment, interfaces });
-    }
-    let (fmus, experiment, interfaces) = load(&job, channel)?;
-    Ok(Begun { members: Members::Loaded(fmus), experiment, interfaces })
+    let linked = if exact_door { None } else { linked(&job, find) };
+    let others: BTreeSet<&str> = linked.iter().flatten().filter(|of| !of.is_same).map(|of| of.file.as_str()).collect();
+    let warning = (!others.is_empty()).then(|| of_other_code(&Vec::from_iter(others)));
+    let Some(linked) = linked.filter(|_| warning.is_none()) else {
+        let (fmus, experiment, interfaces) = load(&job, channel)?;
+        return Ok(Begun { members: Members::Loaded(fmus), experiment, ready: Ready { interfaces, warning } });
+    };
+    let interfaces: Vec<_> = linked.iter().map(|of| Some(of.block.interface.clone())).collect();
+    let table = linked.first().map(|of| table(&of.block.interface)).transpose()?;
+    let descriptions: Vec<&Description> = linked.iter().map(|of| &of.description).collect();
+    let experiment = experiment(&job, &descriptions, table.as_ref())?;
+    let members = job.system.members.into_iter().zip(linked).map(|(member, of)| (member.name, of.block)).collect();
+    Ok(Begun { members: Members::Linked(members), experiment, ready: Ready { interfaces, warning } })
 }
 
-/// The members with their descriptions, if all of them are blocks of this program. What is wrong with a file is said when it is
-/// loaded.
-fn linked(job: &Job, find: Find) -> Option<(Vec<Named>, Vec<Description>)> {
+/// What the user should know of files whose blocks this program has with other code.
+fn of_other_code(files: &[&str]) -> String {
+    let (files, are, their, them) = match files {
+        [file] => ((*file).to_string(), "is", "its law", "it"),
+        files => (files.join(", "), "are", "their laws", "them"),
+    };
+    format!(
+        "{files} {are} not built from the sources of this plcfmu, so {their} may differ: the study calls the libraries of the FMUs, \
+         which takes longer; pack {them} again, or say --exact-door to have it so"
+    )
+}
+
+/// A member whose block, or one with the same variables, is in this program.
+struct Candidate {
+    /// The name of the FMU's file.
+    file: String,
+    block: Linked,
+    description: Description,
+    /// The FMU's library is compiled from the same code.
+    is_same: bool,
+}
+
+/// The members, if all of them are blocks of this program by their variables. What is wrong with a file is said when it is loaded.
+fn linked(job: &Job, find: Find) -> Option<Vec<Candidate>> {
     let member = |member: &Member| {
-        let description = Package::open(&member.path).ok()?.description;
-        Some(((member.name.clone(), find(&description)?), description))
+        let mut package = Package::open(&member.path).ok()?;
+        let block = find(&package.description)?;
+        let is_same = block.code.is_some_and(|code| has_text(&mut package, code).unwrap_or(false));
+        let file = member.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Some(Candidate { file, block, description: package.description, is_same })
     };
     job.system.members.iter().map(member).collect()
 }

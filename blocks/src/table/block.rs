@@ -180,6 +180,9 @@ macro_rules! block {
             impl At { $($( const $name: usize = Number::$name as usize; )*)* }
 
             impl Block for $Block {
+                // That of the crate which is compiled.
+                const CODE: Option<&'static str> = option_env!("PLCFMU_CODE");
+
                 const TABLE: &'static Table = &Table {
                     name: $NAME,
                     aliases: &[$($alias),*],

@@ -121,6 +121,9 @@ pub trait Block: Law + Stored + Clone + Default + Send + 'static {
     /// The table as data.
     const TABLE: &'static Table;
 
+    /// A hash of the sources of the crate that has the block, see [`CODE`](crate::CODE).
+    const CODE: Option<&'static str>;
+
     /// The time between two calls.
     fn cycle(&self) -> Time;
 

@@ -60,8 +60,8 @@ pub struct Options {
     /// How long one run may take, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 300.0, value_parser = time_limit)]
     time_limit: f64,
-    /// Call the libraries of all FMUs through FMI's C interface; without it, a loop of FMUs whose blocks plcfmu has itself, in the
-    /// same version, runs without, to the same bits and faster
+    /// Call the libraries of all FMUs through FMI's C interface; without it, a loop of FMUs whose blocks plcfmu has itself, built from
+    /// the same sources, runs without, to the same bits and faster
     #[arg(long)]
     exact_door: bool,
     /// Go on with a study that was interrupted; a finished one is not repeated
