@@ -60,10 +60,11 @@ const ROWS: &[Row] = &[
             "FUNCTION_BLOCK S VAR_OUTPUT q : BOOL; END_VAR CONST N := 3; END_CONST LABEL out; END_LABEL VAR RETAIN k : INT; END_VAR
              VAR DB_SPECIFIC l : INT; END_VAR BEGIN k := N; GOTO out; out: q := TRUE; END_FUNCTION_BLOCK",
             "FUNCTION_BLOCK S VAR w : WORD; b AT w : ARRAY[0..1] OF BYTE; END_VAR BEGIN b[0] := 1; END_FUNCTION_BLOCK",
+            "FUNCTION_BLOCK S VAR s : STRING; b AT s : ARRAY[0..1] OF BYTE; END_VAR BEGIN b[1] := 1; END_FUNCTION_BLOCK",
         ],
         refused: &[(
-            "FUNCTION_BLOCK S VAR s : STRING; b AT s : ARRAY[0..1] OF BYTE; END_VAR BEGIN b[0] := 1; END_FUNCTION_BLOCK",
-            "a text cannot be seen through AT",
+            "FUNCTION_BLOCK S VAR s : WSTRING; b AT s : ARRAY[0..1] OF BYTE; END_VAR BEGIN b[0] := 1; END_FUNCTION_BLOCK",
+            "a WSTRING cannot be seen through AT",
         ), (
             "FUNCTION_BLOCK S VAR d : DT; b AT d : ARRAY[0..7] OF BYTE; END_VAR BEGIN b[0] := 1; END_FUNCTION_BLOCK",
             "which a CPU keeps in BCD",

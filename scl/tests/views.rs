@@ -12,6 +12,8 @@ const DECLARED: &str = "
         bits AT dw : Array[0..31] of Bool; r AT dw : Real; first AT dw : Byte;
         s AT dw : Struct a : Bool; b : Bool; c : Byte; n : Int; END_STRUCT;
         raw : Array[0..5] of Byte; mixed AT raw : Struct small : SInt; large : DInt; END_STRUCT;
+        text : String[5] := 'Pump'; chars AT text : Array[0..6] of Byte;
+        head AT text : Struct most : Byte; length : Byte; letters : Array[1..5] of Char; END_STRUCT;
         w : Word; flags AT w : Struct b0, b1, b2, b3, b4, b5, b6, b7, b8 : Bool; END_STRUCT;
     END_VAR
     VAR_TEMP i : Int; n : Int; END_VAR";
@@ -77,6 +79,23 @@ fn what_is_written_to_a_view_is_written_to_the_variable_behind_it() {
 }
 
 #[test]
+fn a_string_has_its_room_its_length_and_its_characters() {
+    for (written, condition) in [
+        ("", "#chars[0] = 5 AND #chars[1] = 4 AND #chars[2] = 16#50 AND #chars[5] = 16#70"),
+        ("", "#head.most = 5 AND #head.length = 4 AND #head.letters[1] = 'P' AND #head.letters[4] = 'p'"),
+        ("#head.length := 2;", "#text = 'Pu' AND LEN(#text) = 2"),
+        ("#chars[2] := 16#4C;", "#text = 'Lump'"),
+        ("#head.letters[5] := 's'; #head.length := 5;", "#text = 'Pumps'"),
+        // What is behind the room of a text does not become a part of it, and the room stays.
+        ("#head.length := 200; #head.letters[5] := 'x';", "LEN(#text) = 5 AND #text = 'Pumpx' AND #chars[1] = 5"),
+        ("#chars[0] := 99;", "#chars[0] = 5 AND #text = 'Pump'"),
+        ("FOR #i := 2 TO 5 DO #chars[#i] := #chars[#i] AND 16#DF; END_FOR;", "#text = 'PUMP'"),
+    ] {
+        assert!(holds(&format!("{written} #y := {condition};")), "{written} {condition}");
+    }
+}
+
+#[test]
 fn a_view_is_current_wherever_it_is_used() {
     assert!(holds(
         "#dw := 1; WHILE #bytes[3] < 9 DO #dw := #dw + 1; #n := #n + 1; END_WHILE; #y := #dw = 9 AND #n = 8;"
@@ -90,7 +109,12 @@ fn a_view_is_current_wherever_it_is_used() {
 #[test]
 fn what_has_no_bytes_of_a_cpu_is_refused() {
     for (declared, message) in [
-        ("s : String; x AT s : Array[0..3] of Byte;", "a text cannot be seen through AT"),
+        ("s : WString; x AT s : Array[0..3] of Byte;", "a WSTRING cannot be seen through AT"),
+        (
+            "a : Array[0..9] of Byte; x AT a : Struct n : Int; s : String[4]; END_STRUCT;",
+            "a STRING, whose length a view cannot have, cannot be a view",
+        ),
+        ("s : String[9]; x AT s : Array[0..12] of Byte;", "the view has 14 bytes, the variable behind it only 12"),
         ("a : Byte; x AT a : Word;", "the view has 2 bytes, the variable behind it only 1"),
         ("a : Word; x AT b : Word;", "AT is for a variable of this block"),
         ("a : Word; x AT a : Byte; z AT x : Byte;", "AT is for a variable of this block"),

@@ -21,6 +21,18 @@ struct Part {
     of: Elementary,
     /// Its first bit: 8 times the byte, and of a truth value the bit in it.
     bit: usize,
+    holds: Holds,
+}
+
+/// What a part is.
+#[derive(Clone, Copy, PartialEq)]
+enum Holds {
+    /// A number.
+    Number,
+    /// How many characters a text has. It has 16 bits here, and is a byte of a CPU.
+    Length,
+    /// How many characters a text may have, which cannot be changed.
+    Capacity(u8),
 }
 
 impl Part {
@@ -31,6 +43,32 @@ impl Part {
     fn end(&self) -> usize {
         self.bit + self.bits()
     }
+
+    /// The bits that it has, as a `U64`.
+    fn load(&self, at: At) -> Expr {
+        match self.holds {
+            Holds::Number => bits_of(Expr::Load(self.of.scalar(), self.place.clone()), self.of, at),
+            Holds::Length => {
+                convert(Expr::Load(Scalar::U16, self.place.clone()), Scalar::U16, Scalar::U64, Convert::Value, at)
+            }
+            Holds::Capacity(capacity) => Expr::Const(u64::from(capacity).into()),
+        }
+    }
+
+    /// The statement that gives it a value of its type; none of what cannot be changed.
+    fn assigned(&self, value: Expr, capacity: u8, at: At) -> Option<What> {
+        let value = match self.holds {
+            Holds::Number => value,
+            Holds::Length => {
+                // A text never has more characters than it has room for.
+                let most = Expr::Const(u16::from(capacity).into());
+                let length = convert(value, self.of.scalar(), Scalar::U16, Convert::Value, at);
+                binary(Binary::Min, Scalar::U16, length, most, at)
+            }
+            Holds::Capacity(_) => return None,
+        };
+        Some(What::Assign(self.place.clone(), value))
+    }
 }
 
 /// The parts of a variable in the order of their bytes.
@@ -39,18 +77,25 @@ struct Image {
     /// The number of bits up to here.
     end: usize,
     at: At,
+    /// It is what a view shows, not the view.
+    is_behind: bool,
 }
 
 impl Image {
     /// The parts of a variable, or why it cannot be seen as bytes.
-    fn of(place: Place, of: &Type, at: At) -> Result<Image, String> {
-        let mut image = Image { parts: Vec::new(), end: 0, at };
+    fn of(place: Place, of: &Type, at: At, is_behind: bool) -> Result<Image, String> {
+        let mut image = Image { parts: Vec::new(), end: 0, at, is_behind };
         image.add(place, of)?;
         Ok(image)
     }
 
     fn bytes(&self) -> usize {
         self.end.div_ceil(8)
+    }
+
+    fn push(&mut self, place: Place, of: Elementary, holds: Holds) {
+        self.parts.push(Part { place, of, bit: self.end, holds });
+        self.end += of.bits() as usize;
     }
 
     /// Numbers of one byte and truth values follow one another, everything else begins at an even byte.
@@ -66,8 +111,7 @@ impl Image {
                 if self.parts.len() == MOST_PARTS {
                     return Err(format!("a view of more than {MOST_PARTS} numbers"));
                 }
-                self.parts.push(Part { place, of: *of, bit: self.end });
-                self.end += of.bits() as usize;
+                self.push(place, *of, Holds::Number);
                 Ok(())
             }
             Type::Array(array) => {
@@ -93,7 +137,28 @@ impl Image {
                 self.end = self.end.next_multiple_of(16);
                 Ok(())
             }
-            Type::Text { .. } => Err("a text".to_string()),
+            Type::Text { capacity, wide: false } if self.is_behind => {
+                let capacity = (*capacity).min(254) as u8;
+                if self.parts.len() + usize::from(capacity) + 2 > MOST_PARTS {
+                    return Err(format!("a view of more than {MOST_PARTS} numbers"));
+                }
+                self.end = self.end.next_multiple_of(16);
+                let with = |step| {
+                    let mut place = place.clone();
+                    place.steps.push(step);
+                    place
+                };
+                self.push(place.clone(), Elementary::Byte, Holds::Capacity(capacity));
+                self.push(with(Step::Length), Elementary::Byte, Holds::Length);
+                for index in 1..=i32::from(capacity) {
+                    let character = with(Step::Index(vec![Expr::Const(index.into())], self.at));
+                    self.push(character, Elementary::Char, Holds::Number);
+                }
+                self.end = self.end.next_multiple_of(16);
+                Ok(())
+            }
+            Type::Text { wide: true, .. } => Err("a WSTRING".to_string()),
+            Type::Text { .. } => Err("a STRING, whose length a view cannot have,".to_string()),
             Type::Open(..) => Err("an array whose bounds the caller gives".to_string()),
             Type::Instance(_) | Type::Void | Type::Wrong => Err("an instance".to_string()),
         }
@@ -106,7 +171,7 @@ impl Image {
         let within = self.parts[first..].iter().take_while(|part| part.bit < number * 8 + 8);
         let mut sum: Option<Expr> = None;
         for part in within {
-            let value = bits_of(Expr::Load(part.of.scalar(), part.place.clone()), part.of, at);
+            let value = part.load(at);
             let value = if part.bits() == 1 {
                 shifted(Binary::Shl, value, part.bit % 8, at)
             } else {
@@ -140,8 +205,7 @@ impl Image {
         // The same number under another name.
         let same = self.parts.binary_search_by_key(&part.bit, |own| own.bit).ok().map(|own| &self.parts[own]);
         if let Some(own) = same.filter(|own| own.bits() == part.bits()) {
-            let bits = bits_of(Expr::Load(own.of.scalar(), own.place.clone()), own.of, at);
-            return number_of(bits, part.of, at);
+            return number_of(own.load(at), part.of, at);
         }
         let first = part.bit / 8;
         let bits = if part.bits() == 1 {
@@ -210,8 +274,9 @@ impl Compiler<'_> {
     /// The bytes behind a view and those of the view, or why there are none.
     fn images(&self, behind: (Place, &Type), view: &View) -> Result<(Image, Image), String> {
         let at = self.at(view.span);
-        let under = Image::of(behind.0, behind.1, at).map_err(|what| format!("{what} cannot be seen through AT"))?;
-        let over = Image::of(Place::of(Base::Local(view.local)), &view.of, at)
+        let under =
+            Image::of(behind.0, behind.1, at, true).map_err(|what| format!("{what} cannot be seen through AT"))?;
+        let over = Image::of(Place::of(Base::Local(view.local)), &view.of, at, false)
             .map_err(|what| format!("{what} cannot be a view"))?;
         if over.bytes() > under.bytes() {
             return Err(format!("the view has {} bytes, the variable behind it only {}", over.bytes(), under.bytes()));
@@ -263,7 +328,7 @@ impl Lowerer<'_, '_> {
                 Some((place, of)) => self.compiler.images((place, &of), &view).err(),
             };
             if let Some(problem) = problem {
-                let help = "use slices such as .%X0, or copy the members one by one";
+                let help = "use slices such as .%X0, Strg_TO_Chars and Chars_TO_Strg, or copy the members one by one";
                 self.error(view.span, problem, Some(help));
             }
         }
@@ -305,21 +370,24 @@ impl Lowerer<'_, '_> {
     fn write_back(&mut self, number: usize, span: Span) {
         let Some((under, over)) = self.images_of(number) else { return };
         let at = self.at(span);
+        let mut capacity = 0;
         for part in &under.parts {
+            if let Holds::Capacity(most) = part.holds {
+                capacity = most;
+            }
             let (all, kept) = (ones(part.bits()), over.missing(part));
             if kept == all {
                 continue;
             }
             let mut value = over.value(part);
             if kept != 0 {
-                let load = Expr::Load(part.of.scalar(), part.place.clone());
-                let [new, old] = [(value, !kept), (load, kept)].map(|(value, mask)| {
-                    let bits = bits_of(value, part.of, at);
-                    binary(Binary::And, Scalar::U64, bits, Expr::Const(mask.into()), at)
-                });
+                let [new, old] = [(bits_of(value, part.of, at), !kept), (part.load(at), kept)]
+                    .map(|(bits, mask)| binary(Binary::And, Scalar::U64, bits, Expr::Const(mask.into()), at));
                 value = number_of(binary(Binary::Or, Scalar::U64, new, old, at), part.of, at);
             }
-            self.push(span, What::Assign(part.place.clone(), value));
+            if let Some(assigned) = part.assigned(value, capacity, at) {
+                self.push(span, assigned);
+            }
         }
     }
 }
