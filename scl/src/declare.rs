@@ -88,6 +88,7 @@ impl Compiler<'_> {
             "POINTER" | "ANY" | "VARIANT" | "REF_TO" | "DB_ANY" => {
                 "a pointer of this kind has no type here; pass the variable itself, or ARRAY[*]"
             }
+            "ERRORSTRUCT" => "an error that it would describe stops the FMU with file and line; leave it out",
             _ => "hardware: feed its values through inputs",
         };
         self.error(span, format!("{name} is not supported"), Some(help));

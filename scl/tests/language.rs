@@ -143,10 +143,15 @@ const ROWS: &[Row] = &[
             #ws := CONCAT(IN1 := #ws, IN2 := 'a'); #ws := STRING_TO_WSTRING(#s); #i := SCALE(IN := #i, HI_LIM := 1.0, LO_LIM := 0.0, BIPOLAR := #y, OUT => #r);
             VAL_STRG(IN := #i, SIZE := 3, PREC := 0, FORMAT := 0, P := 1, OUT => #s); STRG_VAL(IN := #s, FORMAT := 0, P := 1, OUT => #i);
             Strg_TO_Chars(Strg := #s, pChars := 0, Cnt => #i, Chars := #chars); Chars_TO_Strg(Chars := #chars, pChars := 0, Cnt := 0, Strg => #s);
-            #t := T_CONV(#d);"],
+            #t := T_CONV(#d); #i := MOVE_BLK_VARIANT(SRC := #a, COUNT := 1, SRC_INDEX := 0, DEST_INDEX := 2, DEST => #a);
+            #i := BLKMOV(SRCBLK := #pair, DSTBLK => #other); BLKMOV(SRCBLK := #a, DSTBLK => #a);"],
         refused: &[
             ("#i := PEEK(area := 16#84, dbNumber := 1, byteOffset := 0);", "assign the variables themselves"),
-            ("#i := BLKMOV(SRCBLK := #a, DSTBLK => #a);", "assign the variables themselves"),
+            ("#i := BLKMOV(SRCBLK := #a, DSTBLK => #pair);", "BLKMOV copies between variables of one type"),
+            ("#i := MOVE_BLK_VARIANT(SRC := #a, COUNT := 1, SRC_INDEX := 0, DEST_INDEX := 0, DEST => #chars);", "found INT and CHAR; copy them in a loop"),
+            ("#i := MOVE_BLK_VARIANT(SRC := #a, COUNT := 1, SRC_INDEX := 0, DEST_INDEX := 0, DEST => #i);", "between arrays of one dimension, found INT"),
+            ("#w := GET_ERR_ID();", "stops the FMU with file and line"),
+            ("#y := IS_ARRAY(#a);", "write the block once for each type"),
             ("#i := Serialize(SRC_VARIABLE := #pair);", "assign the variables themselves"),
             ("#i := RDREC(REQ := TRUE);", "make its values inputs"),
             ("\"MC_Power\"(Axis := 1);", "make its values inputs"),
@@ -181,6 +186,11 @@ const DECIDED: &[(&str, &str)] = &[
     (
         "`STRING_TO_INT`",
         "#y := STRING_TO_INT('  12 mm') = 12 AND STRING_TO_INT('mm') = 0 AND STRING_TO_INT('99999') = 0;",
+    ),
+    (
+        "MOVE_BLK_VARIANT, BLKMOV",
+        "#a[1] := 7; #i := 5; #i := MOVE_BLK_VARIANT(SRC := #a, COUNT := 1, SRC_INDEX := 0, DEST_INDEX := 2, DEST => #a);
+        #y := #i = 0 AND #a[3] = 7 AND BLKMOV(SRCBLK := #pair, DSTBLK => #other) = 0;",
     ),
     (
         "VAL_STRG of a number that is longer than SIZE",

@@ -112,6 +112,8 @@ impl Lowerer<'_, '_> {
             ("DECO", _) | (_, "DECO") => self.decoded(&given, suffix.or(expected)),
             ("LOWER_BOUND" | "UPPER_BOUND", _) => self.bound(&given),
             ("COUNTOFELEMENTS", _) => self.count(&given),
+            ("MOVE_BLK_VARIANT", _) => self.elements_of_arrays(&given),
+            ("BLKMOV" | "UBLKMOV", _) => self.copied_block(&given),
             ("TIME_TCK", _) => {
                 let at = self.at(span);
                 let milliseconds = binary(Binary::Div, Scalar::I64, Expr::Now, Expr::Const(1_000_000i64.into()), at);
@@ -156,6 +158,15 @@ impl Lowerer<'_, '_> {
                 );
             }
             "MOVE_BLK" | "UMOVE_BLK" | "FILL_BLK" | "UFILL_BLK" => self.block_of_elements(&given),
+            "MOVE_BLK_VARIANT" | "BLKMOV" | "UBLKMOV" => {
+                let value = match name {
+                    "MOVE_BLK_VARIANT" => self.elements_of_arrays(&given),
+                    _ => self.copied_block(&given),
+                };
+                if let Operand::Value(_, Expr::After(code, _)) = value {
+                    self.code.extend(code);
+                }
+            }
             "SCATTER" | "GATHER" => self.bits_of_elements(&given),
             "S_CONV" => self.text_or_number(&given),
             "VAL_STRG" => self.number_in_text(&given),

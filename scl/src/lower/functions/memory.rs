@@ -39,6 +39,13 @@ impl Lowerer<'_, '_> {
                 let count = array.bounds.iter().map(|(low, high)| program::extent(*low, *high)).product::<usize>();
                 Operand::Value(Elementary::UDInt, Expr::Const((count as u32).into()))
             }
+            Operand::Variable(Type::Open(_, 1), program::Place { base: program::Base::Local(local), .. }) => {
+                let at = self.at(given.span);
+                let [low, high] = [false, true].map(|upper| Expr::Bound { local, dimension: 0, upper });
+                let last = binary(Binary::Sub, Scalar::I32, high, low, at);
+                let count = binary(Binary::Add, Scalar::I32, last, Expr::Const(1_i32.into()), at);
+                Operand::Value(Elementary::UDInt, convert(count, Scalar::I32, Scalar::U32, Convert::Value, at))
+            }
             Operand::Wrong(name) => Operand::Wrong(name),
             _ => self.error(given.span, format!("{} is for arrays with bounds", given.name), None),
         }
@@ -128,8 +135,90 @@ impl Lowerer<'_, '_> {
             return;
         }
         let fill = if is_fill { Some(self.operand(input, to.of.elementary())) } else { None };
-        let number = self.temp(program::Type::Scalar(Scalar::I32));
+        self.elements(from.as_ref(), fill, count, &to, given.span);
+    }
+
+    /// MOVE_BLK_VARIANT of arrays: as MOVE_BLK, from elements that are counted from 0. Its value is 0: what would be an error on a
+    /// CPU is told before, or stops the program.
+    pub(super) fn elements_of_arrays(&mut self, given: &Given) -> Operand {
+        let named = ["SRC", "COUNT", "SRC_INDEX", "DEST_INDEX", "DEST"];
+        let found: Vec<ExpressionId> = (0..).zip(named).filter_map(|(at, name)| given.find(name, at)).collect();
+        let Ok([source, count, first, first_to, destination]) = <[ExpressionId; 5]>::try_from(found) else {
+            let message = format!("{} needs {}", given.name, named.join(", "));
+            return self.error(given.span, message, None);
+        };
+        let (code, is_done) = self.aside(|lowerer| {
+            let operand = lowerer.operand(count, Some(Elementary::DInt));
+            let count = lowerer.quietly(operand, Elementary::DInt, given.span);
+            let from = lowerer.element_of(source, first, given)?;
+            let to = lowerer.element_of(destination, first_to, given)?;
+            if !from.of.is_like(&to.of) {
+                let message = format!("{} copies elements of one type, found {} and {}", given.name, from.of, to.of);
+                lowerer.error(given.span, message, Some("copy them in a loop"));
+                return None;
+            }
+            lowerer.use_view(&to, true);
+            lowerer.elements(Some(&from), None, count, &to, given.span);
+            Some(())
+        });
+        match is_done {
+            Some(()) => Operand::Value(Elementary::Int, Expr::After(code, Box::new(Expr::Const(0_i16.into())))),
+            None => Operand::Wrong(None),
+        }
+    }
+
+    /// The element of an array with a number that is counted from 0.
+    fn element_of(&mut self, array: ExpressionId, number: ExpressionId, given: &Given) -> Option<Variable> {
+        let variable = self.target(array)?;
         let at = self.at(given.span);
+        let (of, low) = match (&variable.of, variable.place.base) {
+            (Type::Array(array), _) if array.bounds.len() == 1 => {
+                (array.of.clone(), Expr::Const(array.bounds[0].0.into()))
+            }
+            (Type::Open(of, 1), program::Base::Local(local)) => {
+                ((**of).clone(), Expr::Bound { local, dimension: 0, upper: false })
+            }
+            (Type::Wrong, _) => return None,
+            (other, _) => {
+                let message = format!("{} copies between arrays of one dimension, found {other}", given.name);
+                self.error(self.span(array), message, Some("assign the variable itself"));
+                return None;
+            }
+        };
+        let operand = self.operand(number, Some(Elementary::DInt));
+        let number = self.quietly(operand, Elementary::DInt, self.span(number));
+        let mut place = variable.place;
+        place.steps.push(Step::Index(vec![binary(Binary::Add, Scalar::I32, low, number, at)], at));
+        Some(Variable::whole(of, self.frozen(place, given.span)))
+    }
+
+    /// BLKMOV of variables of one type: an assignment. Its value is 0.
+    pub(super) fn copied_block(&mut self, given: &Given) -> Operand {
+        let (Some(from), Some(to)) = (given.find("SRCBLK", 0), given.find("DSTBLK", 1)) else {
+            return self.error(given.span, format!("{} needs SRCBLK and DSTBLK", given.name), None);
+        };
+        let (code, is_done) = self.aside(|lowerer| {
+            let (from, to) = (lowerer.target(from)?, lowerer.target(to)?);
+            if !from.of.is_like(&to.of) && from.of != Type::Wrong && to.of != Type::Wrong {
+                let message =
+                    format!("{} copies between variables of one type, found {} and {}", given.name, from.of, to.of);
+                lowerer.error(given.span, message, Some("assign their members, or see one as the other by AT"));
+                return None;
+            }
+            let value = lowerer.value_of(&from, given.span);
+            lowerer.assign(&to, value, given.span);
+            Some(())
+        });
+        match is_done {
+            Some(()) => Operand::Value(Elementary::Int, Expr::After(code, Box::new(Expr::Const(0_i16.into())))),
+            None => Operand::Wrong(None),
+        }
+    }
+
+    /// Copies elements one by one, from an element and those behind it, or fills them with a value.
+    fn elements(&mut self, from: Option<&Variable>, fill: Option<Operand>, count: Expr, to: &Variable, span: Span) {
+        let number = self.temp(program::Type::Scalar(Scalar::I32));
+        let at = self.at(span);
         let moved = |variable: &Variable| {
             let mut variable = variable.clone();
             if let Some(Step::Index(indices, _)) = variable.place.steps.last_mut()
@@ -143,18 +232,18 @@ impl Lowerer<'_, '_> {
             variable
         };
         let (body, ()) = self.aside(|lowerer| {
-            let target = moved(&to);
-            let value = match (&from, fill) {
-                (Some(from), _) => lowerer.value_of(&moved(from), given.span),
+            let target = moved(to);
+            let value = match (from, fill) {
+                (Some(from), _) => lowerer.value_of(&moved(from), span),
                 (None, Some(fill)) => fill,
                 (None, None) => return,
             };
-            lowerer.assign(&target, value, given.span);
+            lowerer.assign(&target, value, span);
         });
         let last = binary(Binary::Sub, Scalar::I32, count, Expr::Const(1i32.into()), at);
         let first = Expr::Const(0i32.into());
         let step = Expr::Const(1i32.into());
-        self.push(given.span, What::For(Box::new(For { variable: number, first, last, step, body })));
+        self.push(span, What::For(Box::new(For { variable: number, first, last, step, body })));
     }
 
     /// SCATTER, GATHER: the bits of a bit string, and as many BOOL of an array or a structure.

@@ -1,7 +1,7 @@
 //! Functions of the CPU that are refused by name, and why.
 
 /// Functions that need the hardware or the system, by the beginning of their names.
-const HARDWARE: [&str; 58] = [
+const HARDWARE: [&str; 57] = [
     "T_CONFIG",
     "TSEND",
     "TRCV",
@@ -15,7 +15,6 @@ const HARDWARE: [&str; 58] = [
     "MB_",
     "MODBUS",
     "PUT",
-    "GET_ERR",
     "GET",
     "MC_",
     "RDREC",
@@ -63,7 +62,7 @@ const HARDWARE: [&str; 58] = [
 ];
 
 /// Functions that work on memory or pointers.
-const POINTERS: [&str; 26] = [
+const POINTERS: [&str; 15] = [
     "REF",
     "PEEK",
     "PEEK_BOOL",
@@ -72,17 +71,6 @@ const POINTERS: [&str; 26] = [
     "POKE",
     "POKE_BLK",
     "POKE_BOOL",
-    "BLKMOV",
-    "UBLKMOV",
-    "FILL",
-    "MOVE_BLK_VARIANT",
-    "SERIALIZE",
-    "DESERIALIZE",
-    "VARIANTGET",
-    "VARIANTPUT",
-    "TYPEOF",
-    "TYPEOFELEMENTS",
-    "IS_ARRAY",
     "READ_DBL",
     "WRIT_DBL",
     "CREATE_DB",
@@ -91,6 +79,9 @@ const POINTERS: [&str; 26] = [
     "WRITE_BIG",
     "WRITE_LITTLE",
 ];
+
+/// Functions that ask a VARIANT, of which there is none here.
+const VARIANTS: [&str; 5] = ["VARIANTGET", "VARIANTPUT", "TYPEOF", "TYPEOFELEMENTS", "IS_ARRAY"];
 
 /// Functions of texts and of the clock, which do not exist here yet.
 const LATER: [&str; 16] = [
@@ -129,6 +120,23 @@ pub fn refused(name: &str) -> Option<(String, String)> {
             format!("{name} is not supported"),
             format!("its law is not published; available are {available}"),
         ));
+    }
+    if VARIANTS.contains(&name) {
+        let help =
+            "a VARIANT has no type here: write the block once for each type that it is called with, or with ARRAY[*]";
+        return Some((format!("{name} is not supported"), help.into()));
+    }
+    if matches!(name, "SERIALIZE" | "DESERIALIZE") {
+        let help = "assign the variables themselves: the bytes are the slices .%B0, .%B1, or an AT over them";
+        return Some((format!("{name} is not supported"), help.into()));
+    }
+    if name == "FILL" {
+        return Some(("FILL is not supported".into(), "use FILL_BLK with the first element of the array".into()));
+    }
+    if matches!(name, "GET_ERROR" | "GET_ERR_ID" | "GET_ERROR_ID") {
+        let help = "an error that it would report, such as an index outside of an array, stops the FMU with file and line; \
+                    leave it out, and check the index before it is used";
+        return Some((format!("{name} is not supported"), help.into()));
     }
     if POINTERS.contains(&name) {
         let help = "a pointer of this kind has no type here; assign the variables themselves";
