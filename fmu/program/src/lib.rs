@@ -16,6 +16,7 @@ mod wrong;
 
 pub use inside::Part;
 pub use manifest::{CPUS, FILE, Manifest};
+pub use table::TextPlace;
 pub use wrong::Wrong;
 
 use blocks::table::{fingerprint, start};

@@ -20,8 +20,11 @@ pub struct Place {
 /// Where the memory has a text.
 #[derive(Clone, Copy, Debug)]
 pub struct TextPlace {
+    /// Where it begins, in bytes: the number of its characters in 16 bits, then the characters.
     pub offset: usize,
+    /// The most characters that it holds.
     pub most: u16,
+    /// A WSTRING, whose characters have 16 bits.
     pub is_wide: bool,
 }
 
@@ -34,6 +37,15 @@ impl TextPlace {
     /// The bytes that it takes.
     pub fn size(self) -> usize {
         2 + usize::from(self.most) * self.width()
+    }
+
+    /// The characters of a text as the program holds them.
+    ///
+    /// # Errors
+    /// It is too long, or has a character that a STRING does not have.
+    pub fn units(self, text: &str) -> Result<Vec<u16>, String> {
+        let (most, is_wide) = (self.most, self.is_wide);
+        Text { name: "", description: "", role: Role::Local, start: "", most, is_wide }.units(text)
     }
 
     /// The text in a memory.

@@ -1,6 +1,7 @@
 //! Cases of a program: inputs over time, and what is expected.
 
 use super::Options;
+use ::program::TextPlace;
 use anyhow::{Context, Result, anyhow, bail};
 use draw::escape::Text;
 use parameters::literal;
@@ -140,7 +141,20 @@ struct Expectation<'a> {
     last: i64,
     /// It must hold once; else in each call.
     is_once: bool,
-    values: Vec<(usize, Scalar, &'a str, &'a toml::Value)>,
+    values: Vec<(Slot, &'a str, &'a toml::Value)>,
+}
+
+/// Where a variable lies, and what it is.
+#[derive(Clone, Copy)]
+enum Slot {
+    Number(usize, Scalar),
+    Text(TextPlace),
+}
+
+/// A value of a case.
+enum Given {
+    Number(Value),
+    Text(Vec<u16>),
 }
 
 impl Trial {
@@ -165,11 +179,14 @@ impl Trial {
         })
     }
 
-    fn variable(&self, name: &str) -> Result<(usize, Scalar)> {
+    fn variable(&self, name: &str) -> Result<Slot> {
         let found = self.program.find(&format!("{}.{name}", self.instance)).or_else(|| self.program.find(name));
         match found {
-            Some((offset, Type::Scalar(of))) => Ok((offset, of)),
-            Some(_) => bail!("{name} is not a number: name its members or elements"),
+            Some((offset, Type::Scalar(of))) => Ok(Slot::Number(offset, of)),
+            Some((offset, Type::Text { capacity: most, wide: is_wide })) => {
+                Ok(Slot::Text(TextPlace { offset, most, is_wide }))
+            }
+            Some(_) => bail!("{name} is neither a number nor a text: name its members or elements"),
             None => bail!("the program has no variable {name}"),
         }
     }
@@ -180,7 +197,7 @@ impl Trial {
     /// The case is wrong: a sentence with file and line.
     pub fn run(&mut self, file: &File, case: &Case) -> Result<Option<String>> {
         self.machine.restart();
-        let mut settings: BTreeMap<i64, Vec<(Value, usize)>> = BTreeMap::new();
+        let mut settings: BTreeMap<i64, Vec<(Given, Slot)>> = BTreeMap::new();
         let mut expectations = Vec::new();
         for step in &case.steps {
             let (setting, expectation) = self.step(file, step).with_context(|| file.place(step))?;
@@ -194,8 +211,12 @@ impl Trial {
             return Ok(Some(format!("the program stops at its start: {stop}")));
         }
         for call in 0..=last {
-            for (value, offset) in settings.remove(&call).unwrap_or_default() {
-                self.machine.set(value, offset);
+            for setting in settings.remove(&call).unwrap_or_default() {
+                match setting {
+                    (Given::Text(units), Slot::Text(place)) => place.write(self.machine.state_mut(), &units),
+                    (Given::Number(value), Slot::Number(offset, _)) => self.machine.set(value, offset),
+                    _ => {}
+                }
             }
             if let Err(stop) = self.machine.call(self.cycle, call * file.cycle) {
                 problem = Some(format!("the program stops at {}: {stop}", time(call * file.cycle)));
@@ -214,7 +235,7 @@ impl Trial {
         Ok(problem)
     }
 
-    fn step<'a>(&self, file: &File, step: &'a Spanned<Step>) -> Result<(Vec<(Value, usize)>, Expectation<'a>)> {
+    fn step<'a>(&self, file: &File, step: &'a Spanned<Step>) -> Result<(Vec<(Given, Slot)>, Expectation<'a>)> {
         let content = step.get_ref();
         let first = file.call(&content.at)?;
         let last = match (&content.within, &content.until) {
@@ -228,14 +249,14 @@ impl Trial {
         }
         let mut setting = Vec::new();
         for (name, given) in &content.set {
-            let (offset, of) = self.variable(name)?;
-            setting.push((value(name, given, of)?, offset));
+            let slot = self.variable(name)?;
+            setting.push((slot.given(name, given)?, slot));
         }
         let mut values = Vec::new();
         for (name, expected) in &content.expect {
-            let (offset, of) = self.variable(name)?;
-            value(name, expected, of)?;
-            values.push((offset, of, name.as_str(), expected));
+            let slot = self.variable(name)?;
+            slot.given(name, expected)?;
+            values.push((slot, name.as_str(), expected));
         }
         Ok((setting, Expectation { step, first, last, is_once: content.within.is_some(), values }))
     }
@@ -247,10 +268,20 @@ impl Trial {
                 continue;
             }
             let tolerance = expectation.step.get_ref().tolerance;
-            let missed = expectation.values.iter().find_map(|(offset, of, name, expected)| {
-                let found = self.machine.get(*of, *offset);
-                let expected = value(name, expected, *of).ok()?;
-                (!is_equal(found, expected, tolerance)).then(|| format!("{name} is {found}, expected {expected}"))
+            let missed = expectation.values.iter().find_map(|(slot, name, expected)| {
+                match (*slot, slot.given(name, expected)) {
+                    (Slot::Number(offset, of), Ok(Given::Number(expected))) => {
+                        let found = self.machine.get(of, offset);
+                        (!is_equal(found, expected, tolerance))
+                            .then(|| format!("{name} is {found}, expected {expected}"))
+                    }
+                    (Slot::Text(place), Ok(Given::Text(_))) => {
+                        let (found, expected) =
+                            (place.read(self.machine.state()), expected.as_str().unwrap_or_default());
+                        (found != expected).then(|| format!("{name} is {found:?}, expected {expected:?}"))
+                    }
+                    _ => None,
+                }
             });
             match missed {
                 None => *held = expectation.is_once,
@@ -272,6 +303,21 @@ impl Trial {
 /// A time for a message.
 fn time(nanoseconds: i64) -> String {
     format!("{} s", nanoseconds as f64 / 1e9)
+}
+
+impl Slot {
+    /// A value of a case as one of this variable.
+    fn given(self, name: &str, given: &toml::Value) -> Result<Given> {
+        match (self, given) {
+            (Slot::Number(_, of), given) => Ok(Given::Number(value(name, given, of)?)),
+            (Slot::Text(place), toml::Value::String(text)) => {
+                Ok(Given::Text(place.units(text).map_err(|why| anyhow!("{name} = {given}: {why}"))?))
+            }
+            (Slot::Text(_), given) => {
+                bail!("{given} is not a value of {name}, which is a text: write it in quotation marks")
+            }
+        }
+    }
 }
 
 /// A value of a case as a number of the program.
@@ -359,7 +405,7 @@ impl Coverage {
 mod tests {
     use super::*;
 
-    const PROGRAM: &str = "FUNCTION_BLOCK \"Main\"\nVAR_INPUT start : Bool; level : Real; END_VAR\n\
+    const PROGRAM: &str = "FUNCTION_BLOCK \"Main\"\nVAR_INPUT start : Bool; level : Real; name : String[4] := 'A'; END_VAR\n\
         VAR_OUTPUT valve : Bool; half : Real; END_VAR\nVAR t : TON_TIME; END_VAR\nBEGIN\n\
         #t(IN := #start, PT := T#1s);\nIF #t.Q THEN\n#valve := TRUE;\nEND_IF;\n#half := #level / 2.0;\n\
         IF #level > 100.0 THEN\n#valve := FALSE;\nEND_IF;\nEND_FUNCTION_BLOCK\n";
@@ -409,6 +455,30 @@ steps = [{ at = "0s", expect = { valve = false } }]
             page.contains("<i class=\"not\">#valve := FALSE;</i>")
                 && page.contains("<i class=\"run\">#valve := TRUE;</i>")
         );
+    }
+
+    #[test]
+    fn a_text_is_set_and_compared() {
+        let (results, ..) = results(
+            r#"
+[[case]]
+name = "kept"
+steps = [
+  { at = "0s", expect = { name = "A" } },
+  { at = "1s", set = { name = "Größ" }, expect = { name = "Größ" } },
+]
+[[case]]
+name = "another"
+steps = [{ at = "0s", set = { name = "x" }, expect = { name = "y" } }]
+"#,
+        );
+        assert_eq!(results[0], None);
+        let problem = results[1].as_deref().unwrap();
+        assert!(problem.ends_with(r#"at 0 s: name is "x", expected "y""#), "{problem}");
+        let slot = Slot::Text(TextPlace { offset: 0, most: 4, is_wide: false });
+        let refused = |given: toml::Value| slot.given("name", &given).err().unwrap().to_string();
+        assert_eq!(refused("Valve".into()), "name = \"Valve\": STRING[4] takes 4 characters, not 5");
+        assert!(refused(toml::Value::Integer(1)).ends_with("which is a text: write it in quotation marks"));
     }
 
     #[test]
