@@ -6,6 +6,9 @@ use blocks::{Block, EachBlock, Kind, Role, Row, Table, Time, Value, Word, for_ea
 /// The most calls of a tape.
 pub const MOST_CALLS: usize = 1_000_000;
 
+/// Once in so many calls an input is put to a threshold, where outputs are mostly switches: numbers show what is calculated.
+const THRESHOLD: u64 = 4;
+
 /// A change on the tape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Entry {
@@ -191,6 +194,30 @@ pub(super) fn bits(value: Value) -> u32 {
     }
 }
 
+/// The place of a value among all of its type, so that neighbours differ by 1.
+fn place_of(value: Value) -> i64 {
+    match value {
+        Value::Real(real) => {
+            let bits = i64::from(real.to_bits() & 0x7FFF_FFFF);
+            if real.is_sign_negative() { -bits } else { bits }
+        }
+        Value::Time(time) => i64::from(time.milliseconds()),
+        Value::Word(word) => i64::from(word.value()),
+        Value::Int(int) => i64::from(int),
+        _ => 0,
+    }
+}
+
+/// The value at such a place.
+fn value_at(kind: Kind, place: i64) -> Value {
+    match kind {
+        Kind::Time => Value::Time(Time::ms(place as i32)),
+        Kind::Word => Value::Word(Word::new(place as i16)),
+        Kind::Int => Value::Int(place as i16),
+        _ => Value::Real(f32::from_bits(place.unsigned_abs() as u32) * if place < 0 { -1.0 } else { 1.0 }),
+    }
+}
+
 /// Whether a row changes often.
 fn is_signal(row: &Row) -> bool {
     row.role == Role::Input && row.kind != Kind::Bool
@@ -351,8 +378,72 @@ impl Maker {
         Some(Call { changes, block: next })
     }
 
+    /// The outputs that are truth values.
+    fn switches(&self) -> impl Iterator<Item = usize> {
+        self.outputs.iter().copied().filter(|row| self.table.rows[*row].kind == Kind::Bool)
+    }
+
+    /// An input with a value at which outputs switch otherwise than at its neighbour, if nothing else changes in so many calls:
+    /// what the block compares is there within one unit in the last place. `None` if no such value is found.
+    fn threshold<B: Block>(&mut self, stretch: &Stretch, block: &B, calls: usize) -> Option<(usize, Value)> {
+        let switches: Vec<usize> = self.switches().collect();
+        for _ in 0..16 {
+            let number = self.random.below(self.inputs.len() as u64) as usize;
+            let row_number = self.inputs[number];
+            let row = &self.table.rows[row_number];
+            if row.kind == Kind::Bool || row.role == Role::Cycle || row.role == Role::Fixed {
+                continue;
+            }
+            let switched = |place: i64| -> Vec<bool> {
+                let mut block = block.clone();
+                block.set(row_number, value_at(row.kind, place));
+                let after = |_| {
+                    block.call();
+                    switches.iter().map(|row| block.get(*row) == Some(Value::Bool(true))).collect::<Vec<bool>>()
+                };
+                (0..calls).flat_map(after).collect()
+            };
+            let (mut here, mut there) =
+                (block.get(row_number).map_or(0, place_of), place_of(stretch.value(&mut self.random, row)));
+            let first = switched(here);
+            if first == switched(there) {
+                continue;
+            }
+            while here.abs_diff(there) > 1 {
+                let middle = here + (there - here) / 2;
+                *if switched(middle) == first { &mut here } else { &mut there } = middle;
+            }
+            return Some((number, value_at(row.kind, if self.random.once_in(2) { here } else { there })));
+        }
+        None
+    }
+
+    /// Calls from a threshold on, in which nothing else changes; none if there is none.
+    fn at_threshold<B: Block>(&mut self, stretch: &Stretch, block: &B) -> Vec<Call<B>> {
+        let calls = self.random.one_of(&[1, 5, 20, 60]);
+        let mut all: Vec<Call<B>> = Vec::new();
+        let Some((number, value)) = self.threshold(stretch, block, calls) else { return all };
+        let mut changes = vec![(number, value)];
+        let mut next = block.clone();
+        next.set(self.inputs[number], value);
+        if let Some(restart) = self.restart
+            && block.get(restart) != Some(Value::Bool(false))
+        {
+            return all;
+        }
+        for _ in 0..calls {
+            next.call();
+            if !self.outputs.iter().all(|row| next.get(*row).is_some_and(is_usual)) {
+                break;
+            }
+            all.push(Call { changes: std::mem::take(&mut changes), block: next.clone() });
+        }
+        all
+    }
+
     /// A stretch of calls; of some, the one in which outputs switch most often.
     fn stretch<B: Block>(&mut self, block: &B, is_first: bool) -> Vec<Call<B>> {
+        let seeks = 2 * self.switches().count() >= self.outputs.len();
         let tries = self.random.one_of(&[1, 4, 12]);
         let mut best = (Vec::new(), 0);
         for _ in 0..tries {
@@ -362,9 +453,13 @@ impl Maker {
             while calls.len() < stretch.length {
                 let before = calls.last().map_or(block, |call| &call.block);
                 let begins = calls.is_empty();
+                if seeks && !begins && self.random.once_in(THRESHOLD) {
+                    let at = self.at_threshold(&stretch, before);
+                    calls.extend(at);
+                    continue;
+                }
                 let Some(call) = self.call(&stretch, before, begins, begins && is_first) else { break };
-                let switches = self.outputs.iter().filter(|row| self.table.rows[**row].kind == Kind::Bool);
-                switched += switches.filter(|row| call.block.get(**row) != before.get(**row)).count();
+                switched += self.switches().filter(|row| call.block.get(*row) != before.get(*row)).count();
                 calls.push(call);
             }
             let often = 1 + 1000 * switched / calls.len().max(1);
