@@ -236,6 +236,7 @@ class Site:
         """
         options = {"highlight": lambda text, language, _: highlighted(text, language)}
         parser = markdown_it.MarkdownIt("commonmark", options).enable("table")
+        parser.add_render_rule("code_inline", unbroken)
         tokens = parser.parse(markdown)
         headings = []
         for place, token in enumerate(tokens):
@@ -246,7 +247,10 @@ class Site:
             elif token.type == "code_block":
                 token.type, token.info = "fence", code
             for child in token.children or []:
-                if child.type == "link_open":
+                if child.type == "text":
+                    # A number is not parted from its percent sign or its unit at the end of a line.
+                    child.content = re.sub(r"(?<=\d) (?=(?:%|°C|K|s|ms|h)(?!\w))", "\u00a0", child.content)
+                elif child.type == "link_open":
                     child.attrSet("href", self.link(child.attrGet("href"), source, target))
                 elif child.type == "image":
                     child.attrSet("src", self.link(child.attrGet("src"), source, target))
@@ -322,6 +326,12 @@ class Site:
         target = self.out / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+def unbroken(renderer, tokens, place, options, env):
+    """Code in a line, in which an option is not broken behind its hyphens."""
+    code = re.sub(r"(?<!\S)--?[\w-]+", r'<span class="option">\g<0></span>', html.escape(tokens[place].content))
+    return f"<code>{code}</code>"
 
 
 def page_of(source):

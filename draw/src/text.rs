@@ -3,11 +3,11 @@
 use modeldescription::Row;
 pub use modeldescription::digits::number;
 
-/// A variable's value with its unit: `TRUE`, `20 s`, `0.1`.
+/// A variable's value with its unit: `TRUE`, `20 s`, `20 °C`, `0.1`.
 pub fn value(row: &Row, value: f64) -> String {
     let number = number(row.kind, value);
     match row.shown_unit() {
-        Some(unit) => format!("{number} {unit}"),
+        Some(unit) => format!("{number} {unit}").replace("degC", "°C"),
         None => number,
     }
 }
@@ -57,7 +57,7 @@ mod tests {
         assert_eq!(value(&row(Kind::Bool, None), 1.0), "TRUE");
         assert_eq!(value(&row(Kind::Bool, None), 0.0), "FALSE");
         assert_eq!(value(&row(Kind::Time, None), 0.02), "0.02 s");
-        assert_eq!(value(&row(Kind::LReal, Some("degC")), 21.5), "21.5 degC");
+        assert_eq!(value(&row(Kind::LReal, Some("degC")), 21.5), "21.5 °C");
         assert_eq!(value(&row(Kind::Real, None), f64::from(0.1f32)), "0.1");
         assert_eq!(value(&row(Kind::LReal, None), f64::from(0.1f32)), "0.10000000149011612");
         assert_eq!(value(&row(Kind::Word, None), -32768.0), "-32768");

@@ -156,8 +156,7 @@ blocks::block! {
             ctrl_tm: LReal = 0.1, min 0.0, unit "s";
             /// Inertia: time in which the rated torque accelerates the drive from rest to N_MAX
             ///
-            /// With the rated torque the drive needs so long from rest to N_MAX; with 150 % torque two thirds of it. It
-            /// limits the slope of a ramp.
+            /// With 150 % torque it takes two thirds of this time. It limits the slope of a ramp.
             acc_tm: LReal = 2.0, min 0.0, unit "s";
             /// Torque limit in percent of the rated torque
             ///
@@ -196,7 +195,7 @@ blocks::block! {
             trip: Bool;
             /// Speed setpoint
             ///
-            /// The setpoint in rpm, for a picture together with SPEED.
+            /// The setpoint in rpm, to be drawn beside SPEED.
             sp_rpm: LReal, unit "rpm";
             /// Torque in percent of the rated torque
             ///

@@ -127,8 +127,8 @@ blocks::block! {
             hys: Real = 1.0, min 0.0;
             /// Minimum time between two changes of the output
             ///
-            /// After each change the output stays as it is for so long. Contactors and compressors need it: 0 for a
-            /// solid state relay, minutes for a compressor.
+            /// After each change the output keeps its state for at least this time. Contactors and compressors need it:
+            /// 0 for a solid state relay, minutes for a compressor.
             min_tm: Time = Time::ms(0);
         }
         cycle {

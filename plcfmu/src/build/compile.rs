@@ -111,7 +111,31 @@ pub fn compile(
     platform: &Platform,
     linkage: &Linkage,
 ) -> Result<BTreeMap<String, PathBuf>> {
+    built(cargo_build(workspace, platform, linkage)?, crates, platform)
+}
+
+/// As [`compile`] for one crate that seldom changes: cargo says what it does only where the library was never built before,
+/// which takes long.
+///
+/// # Errors
+/// As [`compile`].
+pub fn compile_once(
+    workspace: &Workspace,
+    fmu_crate: &FmuCrate,
+    platform: &Platform,
+    linkage: &Linkage,
+) -> Result<BTreeMap<String, PathBuf>> {
     let mut build = cargo_build(workspace, platform, linkage)?;
+    let folder = target_folder(workspace, platform, linkage)?.join(platform.target).join("release");
+    let name = format!("{}{}", fmu_crate.library, platform.suffix);
+    if folder.join(format!("lib{name}")).is_file() || folder.join(name).is_file() {
+        build.arg("--quiet");
+    }
+    built(build, std::slice::from_ref(fmu_crate), platform)
+}
+
+/// Runs a cargo command that builds, for `crates`, and returns the paths of their libraries, by package.
+fn built(mut build: Command, crates: &[FmuCrate], platform: &Platform) -> Result<BTreeMap<String, PathBuf>> {
     for fmu_crate in crates {
         build.args(["--package", &fmu_crate.name]);
     }
@@ -131,12 +155,7 @@ pub fn compile(
 pub fn cargo_build(workspace: &Workspace, platform: &Platform, linkage: &Linkage) -> Result<Command> {
     let is_host = Platform::host()?.target == platform.target;
     let cargo = if is_host { workspace::cargo() } else { workspace::cross_cargo() };
-    // Each linkage has its own folder: cargo does not build again what another linker has linked.
-    let folder = match linkage {
-        _ if !is_host => workspace.target.join("platforms").join(platform.folder),
-        Linkage::Portable(_) => workspace.target.join("portable"),
-        Linkage::Native => workspace.target.join("native"),
-    };
+    let folder = target_folder(workspace, platform, linkage)?;
     let mut target = platform.target.to_string();
     let mut build = match linkage {
         Linkage::Portable(zig) => {
@@ -158,6 +177,16 @@ pub fn cargo_build(workspace: &Workspace, platform: &Platform, linkage: &Linkage
         build.env("MACOSX_DEPLOYMENT_TARGET", MACOS).env("CARGO_PROFILE_RELEASE_STRIP", "none");
     }
     Ok(build)
+}
+
+/// Where cargo builds. Each linkage has its own folder: cargo does not build again what another linker has linked.
+fn target_folder(workspace: &Workspace, platform: &Platform, linkage: &Linkage) -> Result<PathBuf> {
+    let is_host = Platform::host()?.target == platform.target;
+    Ok(match linkage {
+        _ if !is_host => workspace.target.join("platforms").join(platform.folder),
+        Linkage::Portable(_) => workspace.target.join("portable"),
+        Linkage::Native => workspace.target.join("native"),
+    })
 }
 
 /// Flags that keep this machine's paths out of the libraries, and those for the linker.

@@ -22,6 +22,7 @@ pub mod test;
 pub mod tool;
 pub mod tune_study;
 
+use crate::tell::plain;
 use anyhow::{Context, Result};
 use host::library::PREFIX;
 use host::package::binary::Binary;
@@ -36,6 +37,21 @@ fn print(text: &str) -> Result<()> {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("standard output cannot be written"),
         _ => Ok(()),
     }
+}
+
+/// Rows of cells in columns as wide as their widest cell.
+fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
+    // A name may have characters that a terminal takes for orders.
+    let rows: Vec<[String; N]> = rows.iter().map(|row| row.each_ref().map(|cell| plain(cell))).collect();
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or_default();
+    let widths: [usize; N] = std::array::from_fn(width);
+    let mut text = String::new();
+    for row in rows {
+        let cells: Vec<String> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}")).collect();
+        text.push_str(cells.join("  ").trim_end());
+        text.push('\n');
+    }
+    text
 }
 
 /// Says once what is to be said of several: `TIC1, TIC2, TIC3 and 37 more: ...`. Names and sentences, in their order.

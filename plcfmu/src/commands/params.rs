@@ -1,7 +1,7 @@
 //! `plcfmu params`: the values of a PLC's parameter files, shown, converted and compared.
 
 use super::loops::Arguments;
-use super::{print, told_once};
+use super::{aligned, print, told_once};
 use crate::exit::Differs;
 use crate::parameter_file::{check_target, format_of};
 use crate::tell::{self, plain};
@@ -219,19 +219,4 @@ fn differences(before: (&str, &[Loop]), after: (&str, &[Loop])) -> Result<Differ
 /// Bit for bit.
 fn is_same(one: Value, other: Value) -> bool {
     one.kind() == other.kind() && number(one).to_bits() == number(other).to_bits()
-}
-
-/// Rows of cells in columns as wide as their widest cell.
-fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
-    // A name may have characters that a terminal takes for orders.
-    let rows: Vec<[String; N]> = rows.iter().map(|row| row.each_ref().map(|cell| plain(cell))).collect();
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or_default();
-    let widths: [usize; N] = std::array::from_fn(width);
-    let mut text = String::new();
-    for row in rows {
-        let cells: Vec<String> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}")).collect();
-        text.push_str(cells.join("  ").trim_end());
-        text.push('\n');
-    }
-    text
 }

@@ -2,7 +2,7 @@
 
 use super::loops::{self, Arguments};
 use super::study::interruption;
-use super::{print, told_once};
+use super::{aligned, print, told_once};
 use crate::exit::Unreadable;
 use crate::package::check;
 use crate::package::preset::{Original, Preset, identifier};
@@ -168,9 +168,10 @@ fn tell_of(made: &[Made], is_json: bool) -> Result<()> {
         });
         return print(&format!("{}\n", serde_json::to_string_pretty(&told.collect::<Vec<_>>())?));
     }
-    for Made { preset: Preset { name, guid, .. }, block, path, .. } in made {
-        print(&format!("{name}  {block}  {guid}  {}\n", path.display()))?;
-    }
+    let row = |made: &Made| {
+        [made.preset.name.clone(), made.block.clone(), made.preset.guid.clone(), made.path.display().to_string()]
+    };
+    print(&aligned(&made.iter().map(row).collect::<Vec<_>>()))?;
     let advice = made.iter().flat_map(|made| made.advice.iter().map(|text| (made.preset.name.clone(), text.clone())));
     for warning in told_once(advice) {
         tell::warning(&warning);

@@ -2,7 +2,7 @@
 //! them when an instance is made. Nothing is compiled for it.
 
 use crate::build::c;
-use crate::build::compile::{Linkage, compile};
+use crate::build::compile::{Linkage, compile_once};
 use crate::build::platform::{self, Platform};
 use crate::build::workspace::Workspace;
 use crate::package::pack::LICENCES;
@@ -320,7 +320,7 @@ fn libraries() -> Result<BTreeMap<&'static str, PathBuf>> {
     };
     let host = Platform::host()?;
     let linkage = Linkage::choose(&workspace, &host, false);
-    let built = compile(&workspace, std::slice::from_ref(&package), &host, &linkage)?;
+    let built = compile_once(&workspace, &package, &host, &linkage)?;
     libraries.insert(host.folder, built.into_values().next().context("cargo has built no library")?);
     Ok(libraries)
 }

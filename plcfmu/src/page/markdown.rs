@@ -59,7 +59,7 @@ impl<'a> Sections<'a> {
 pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
     let mut events = Vec::new();
     let mut fence: Option<(String, String)> = None;
-    let mut is_linked = !linked.is_empty();
+    let (mut is_linked, mut is_code) = (!linked.is_empty(), false);
     let mut named = Vec::new();
     for event in Parser::new_ext(markdown, Options::ENABLE_TABLES) {
         match event {
@@ -76,9 +76,11 @@ pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
             }
             Event::Start(Tag::CodeBlock(_) | Tag::Link { .. }) | Event::End(TagEnd::CodeBlock | TagEnd::Link) => {
                 is_linked = matches!(event, Event::End(_)) && !linked.is_empty();
+                is_code = matches!(event, Event::Start(Tag::CodeBlock(_)));
                 events.push(event);
             }
-            Event::Text(ref text) if is_linked => events.extend(with_links(text, linked, &mut named)),
+            Event::Text(ref text) if is_linked => events.extend(with_links(&shown(text), linked, &mut named)),
+            Event::Text(ref text) if !is_code => events.push(Event::Text(shown(text).into())),
             other => events.push(other),
         }
     }
@@ -86,6 +88,23 @@ pub fn html(markdown: &str, linked: &[&str]) -> Result<String> {
     pulldown_cmark::html::push_html(&mut html, events.into_iter());
     // Wide lines scroll: so that the keyboard reaches them.
     Ok(html.replace("<pre>", r#"<pre tabindex="0">"#))
+}
+
+/// A text as it is printed: a number is not parted from its percent sign or its unit at the end of a line, and degC is °C.
+pub fn shown(text: &str) -> String {
+    const UNITS: [&str; 7] = ["%", "°C", "K", "s", "ms", "h", "rpm"];
+    let text = text.replace("degC", "°C");
+    let mut printed = String::with_capacity(text.len());
+    for (place, character) in text.char_indices() {
+        let unit = text[place..].strip_prefix(' ').map(|rest| {
+            let end = rest.find(|one: char| !one.is_alphanumeric() && !"%°/".contains(one)).unwrap_or(rest.len());
+            &rest[..end]
+        });
+        let is_unit = unit.is_some_and(|unit| UNITS.contains(&unit));
+        let is_parted = is_unit && printed.ends_with(|before: char| before.is_ascii_digit());
+        printed.push(if is_parted { '\u{a0}' } else { character });
+    }
+    printed
 }
 
 /// A text whose words are links where they are the names of variables, but not those that are `named` already.
@@ -138,6 +157,16 @@ mod tests {
     fn a_formula_is_mathml() {
         let html = html("```math\n\\frac{\\text{MTR_TM}}{2}\n```", &[]).unwrap();
         assert!(html.contains("<math") && html.contains("<mfrac>") && html.contains("MTR_TM"), "{html}");
+    }
+
+    #[test]
+    fn a_number_stays_with_its_unit_and_degrees_have_their_sign() {
+        assert_eq!(
+            shown("30 % of 400 degC, 5 s of 20 and 3 sets"),
+            "30\u{a0}% of 400\u{a0}°C, 5\u{a0}s of 20 and 3 sets"
+        );
+        let html = html("X is 5 %:\n\n```text\nX = 5 % degC\n```", &["X"]).unwrap();
+        assert!(html.contains("is 5\u{a0}%:") && html.contains("X = 5 % degC"), "{html}");
     }
 
     #[test]

@@ -25,6 +25,7 @@ struct Page<'a> {
     has_boolean_terminals: bool,
     /// Whether there are variables of these types, which the page then explains.
     has_integers: bool,
+    has_singles: bool,
     has_doubles: bool,
     /// How many variables belong to blocks inside the block; the diagram leaves them out.
     nested: usize,
@@ -40,12 +41,12 @@ struct Page<'a> {
     after_responses: Vec<Section>,
     /// Whether the documentation says where its rules come from.
     names_sources: bool,
-    responses: Vec<Drawing<'a>>,
+    responses: Vec<Drawing>,
     /// Whether one of them has inputs.
     has_dashed_lines: bool,
     /// Seconds between two calls of the first response.
     response_cycle: f64,
-    characteristics: Vec<Drawing<'a>>,
+    characteristics: Vec<Drawing>,
     /// Link and text of the files with the recorded response.
     recordings: [(String, &'static str); 2],
     groups: Vec<Group<'a>>,
@@ -68,9 +69,9 @@ struct Section {
 }
 
 /// A response or a characteristic.
-struct Drawing<'a> {
+struct Drawing {
     /// What it shows.
-    title: &'a str,
+    title: String,
     /// SVG.
     plot: String,
     has_dashed_lines: bool,
@@ -88,11 +89,11 @@ struct Group<'a> {
 struct Variable<'a> {
     name: &'a str,
     kind: &'a str,
-    unit: &'a str,
+    unit: String,
     /// Which values make sense; empty where the variable does not say.
     range: String,
     start: String,
-    description: &'a str,
+    description: String,
     /// HTML; empty if there is no help.
     help: String,
     reference: usize,
@@ -156,6 +157,7 @@ pub fn html(
         has_diagram: diagram::find(&table.docs).is_some(),
         has_boolean_terminals: terminals.iter().any(|row| row.kind == Kind::Bool),
         has_integers: rows.iter().any(|row| row.kind.class() == Class::Integer),
+        has_singles: rows.iter().any(|row| row.kind == Kind::Real),
         has_doubles: rows.iter().any(|row| row.kind == Kind::LReal),
         nested: rows.iter().filter(|row| row.name.contains('.')).count(),
         cycle_name: &cycle.name,
@@ -219,34 +221,34 @@ fn section(title: &str, text: &str, names: &[&str]) -> anyhow::Result<Section> {
     Ok(Section { id: title.to_lowercase().replace(' ', "-"), title: title.to_string(), text })
 }
 
-fn drawing<'a>(
+fn drawing(
     table: &Table,
-    response: &'a Response,
+    response: &Response,
     recording: &Recording,
     usual: f64,
     colors: &Colors,
-) -> anyhow::Result<Drawing<'a>> {
+) -> anyhow::Result<Drawing> {
     let chart = response::of_recording(table, recording, colors);
     let title = response.title.trim_end_matches('.');
     let curves = chart.panels.iter().flat_map(|panel| &panel.curves).chain(&chart.lanes);
     Ok(Drawing {
-        title,
+        title: markdown::shown(title),
         has_dashed_lines: curves.into_iter().any(|curve| curve.is_input),
         plot: plot::svg_named(&chart, title).context("the plot of a response")?,
         cycle: Some(recording.time(1)).filter(|cycle| *cycle != usual),
     })
 }
 
-fn characteristic_drawing<'a>(
+fn characteristic_drawing(
     table: &Table,
-    characteristic: &'a Characteristic,
+    characteristic: &Characteristic,
     sweep: &Sweep,
     colors: &Colors,
-) -> anyhow::Result<Drawing<'a>> {
+) -> anyhow::Result<Drawing> {
     let chart = response::of_sweep(table, characteristic, sweep, colors);
     let title = characteristic.title.trim_end_matches('.');
     Ok(Drawing {
-        title,
+        title: markdown::shown(title),
         has_dashed_lines: false,
         plot: plot::svg_named(&chart, title).context("the plot of a characteristic")?,
         cycle: None,
@@ -304,10 +306,10 @@ fn variable<'a>(table: &Table, reference: usize, row: &'a Row) -> anyhow::Result
     Ok(Variable {
         name: &row.name,
         kind: row.kind.name(),
-        unit: row.shown_unit().unwrap_or_default(),
+        unit: markdown::shown(row.shown_unit().unwrap_or_default()),
         range,
         start: if is_set { text::number(row.kind, row.start) } else { String::new() },
-        description,
+        description: markdown::shown(description),
         // What is set and read inside another block is explained by that block's own documentation.
         help: if row.name.contains('.') { String::new() } else { help(table, row)? },
         reference,

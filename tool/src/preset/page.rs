@@ -31,7 +31,7 @@ pub fn html(page: &str, name: &str, library: &str, values: &Loop) -> anyhow::Res
         // It was packed before FMUs had C.
         return Ok(page);
     }
-    replaced(&page, SOURCE, "This preset has no C; that of the block has the block's own start values.")
+    replaced(&page, SOURCE, "This preset has no C source; that of the block has the block's own start values.")
 }
 
 /// The section on the start values.
