@@ -288,10 +288,10 @@ fn text_variable(reference: usize, text: &Text) -> Variable<'_> {
     Variable {
         name: &text.name,
         kind: &text.type_name,
-        unit: "",
+        unit: String::new(),
         range: String::new(),
         start: if text.role.is_settable() { format!("'{}'", text.start) } else { String::new() },
-        description: &text.description,
+        description: markdown::shown(&text.description),
         help: String::new(),
         reference,
     }
