@@ -138,10 +138,11 @@ fn in_c(text: &str, name: &str, level: &str, input: &[u8]) -> Option<Vec<u8>> {
     std::fs::create_dir_all(&folder).unwrap();
     let (source, binary) = (folder.join("programs.c"), folder.join("programs"));
     std::fs::write(&source, text).unwrap();
-    // What a random program calculates may be of no use.
+    // What a random program calculates may be of no use; each compiler has its own words for it.
     let useless = [
         "-Wno-type-limits",
         "-Wno-tautological-compare",
+        "-Wno-unknown-warning-option",
         "-Wno-bool-compare",
         "-Wno-self-assign",
         "-Wno-unused-function",
