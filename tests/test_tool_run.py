@@ -249,6 +249,38 @@ def test_the_first_call_behind_a_measuring_chain_sees_the_plant(open_tool, run_d
     assert shown["SENSOR.Y"][0] == shown["TIC101.PV"][0] == "20.0"
 
 
+def test_a_measuring_chain_begins_with_the_plant_of_each_run_unless_a_user_sets_its_beginning(open_tool):
+    page = open_tool()
+
+    def ask(**request):
+        return page.evaluate("async (request) => (await moduleOf('tool/engine.js')).ask(request)", request)
+
+    def members(temperature, chain):
+        plant = {"CYCLE": 1.0, "T_START": temperature}
+        of = [("TIC101", "CONT_C", {}), ("PLANT", "HEATER", plant), ("SENSOR", "SENSOR", chain)]
+        return [{"name": name, "fmu": fmu, "values": values} for name, fmu, values in of]
+
+    wires = [["TIC101.LMN", "PLANT.POWER"], ["PLANT.TEMP", "SENSOR.U"], ["SENSOR.Y", "TIC101.PV_IN"]]
+
+    def first(variable="TIC101.PV_IN"):
+        ask(do="run", calls=2)
+        return ask(do="view", variables=[variable], points=10)["values"][0][0]
+
+    setup = {"connections": wires, "step": 1.0, "exchange": "sequential"}
+    ask(do="start", members=members(20.0, {"CYCLE": 1.0}), **setup)
+    assert first() == 20
+    # Another temperature of the plant for the same test: what the chain begins with follows, and is no setting of the user.
+    assert "Y_START" not in ask(do="events")["setup"]["members"][2]["values"]
+    ask(do="same_test", values={"PLANT.T_START": 35.0})
+    assert first() == 35
+    assert 'Y_START = 35.0' in ask(do="export", what="description")["content"]
+    # What the user sets stays.
+    ask(do="start", members=members(20.0, {"CYCLE": 1.0, "Y_START": 7.0}), **setup)
+    assert first() == 7
+    ask(do="same_test", values={"PLANT.T_START": 35.0})
+    assert first() == 7
+
+
 def test_a_ramp_moves_the_setpoint_evenly(tool, run_described):
     run_calls(tool, 5)
     tool.locator("#setpoint").fill("50")

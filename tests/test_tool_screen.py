@@ -384,3 +384,71 @@ def test_a_figure_without_a_unit_has_no_square_of_it(open_tool):
     page = open_tool()
     shown = "async unit => (await moduleOf('tool/figures.js')).shownUnit(unit)"
     assert [page.evaluate(shown, unit) for unit in ("degC^2 s", "^2 s", "%", None)] == ["degC²·s", "s", "%", ""]
+
+
+def test_all_examples_of_the_first_page_are_on_the_screen(open_tool):
+    page = open_tool((1366, 650))
+    cards = page.locator(".card").evaluate_all("all => all.map(one => one.getBoundingClientRect().bottom)")
+    assert len(cards) == 16 and max(cards) <= 650
+
+
+@pytest.mark.parametrize("example", ["Furnace with a continuous", "Drive behind a ramp", "Chamber with heating pulses"])
+def test_the_numbers_of_the_right_axis_stand_at_the_lines_of_the_left(open_tool, example):
+    page = open_tool((1366, 768))
+    open_example(page, example)
+    places = """async () => {
+        const { plot } = (await moduleOf('tool/curves.js')).shownPicture();
+        return plot.axes.slice(1).map(axis => axis.filter(plot, axis._splits).flatMap(split =>
+            split === null ? [] : [plot.valToPos(split, axis.scale)]));
+    }"""
+    left, right = page.evaluate(places)
+    assert len(left) >= 4 and right == pytest.approx(left, abs=0.5)
+
+
+def test_runs_behind_the_present_one_have_no_row_before_the_first_call(open_tool):
+    page = open_tool((1366, 768))
+    open_example(page, "Furnace with a continuous")
+    page.locator("#field-GAIN").fill("1.4")
+    page.locator("#field-GAIN").press("Enter")
+    show_tab(page, "Runs")
+    page.locator("#runs").get_by_role("button", name="Same test").click()
+    behind = "async () => (await moduleOf('tool/curves.js')).shownPicture().behind.map(({ values }) => values.slice(0, 2))"
+    page.wait_for_function(f"async () => (await ({behind})()).length === 2")
+    # Members act in parallel: at 0 s the controller has not been called, and PV is no temperature of the furnace.
+    (no_value, value), (no_output, _) = page.evaluate(behind)
+    assert (no_value, no_output) == (None, None) and value == pytest.approx(1382 * 400 / 27648)
+
+
+OVERLAPS = """selectors => [...document.querySelectorAll('.notice')].flatMap(note => {
+    const one = note.getBoundingClientRect();
+    return selectors.filter(selector => {
+        const other = document.querySelector(selector).getBoundingClientRect();
+        return one.left < other.right && other.left < one.right && one.top < other.bottom && other.top < one.bottom;
+    });
+})"""
+
+
+def test_after_a_step_test_what_comes_next_is_in_sight_and_its_note_covers_nothing_of_it(tool):
+    show_tab(tool, "Tune")
+    tool.locator("#step-test").click()
+    apply = tool.get_by_role("button", name="Apply")
+    apply.wait_for()
+    assert bottom(apply.bounding_box()) <= tool.viewport_size["height"]
+    # K = 2, T = 20 s and L = 2 s, and half of CYCLE: the settings that the block starts with.
+    settings = re.search(r"SIMC: GAIN ([\d.]+), TI ([\d.]+)", tool.locator("#tune").inner_text()).groups()
+    assert [float(one) for one in settings] == pytest.approx([2, 20], rel=0.03)
+    apply.click()
+    tool.locator(".notice").wait_for()
+    assert tool.evaluate(OVERLAPS, ["#curves", "#run", "#panels", "#commands", "#side .send"]) == []
+
+
+def test_rows_of_controls_have_room_between_them(open_tool):
+    page = open_tool((1366, 768))
+    open_example(page, "Furnace with a continuous")
+    show_tab(page, "Plant")
+    page.locator("#away-button").click()
+    edges = "all => all.map(one => one.getBoundingClientRect()).map(({ top, bottom }) => [top, bottom])"
+    for rows in ("#plant .sentences select", "#takeaway .row button:first-of-type, #takeaway .row .button"):
+        places = sorted(page.locator(rows).evaluate_all(edges))
+        assert len(places) >= 2
+        assert all(below[0] - above[1] >= 7.5 for above, below in zip(places, places[1:])), (rows, places)

@@ -9,19 +9,24 @@ use crate::session::start_values;
 const INPUT: &str = "input";
 const START: &str = "start";
 
-/// Sets of every measuring chain its value until the first call to that of the output that it measures. A member that cannot be
-/// started leaves it as it is: the run says why.
-pub fn begin_at_the_plant(home: &dyn Home, members: &mut [Member], connections: &[(String, String)]) {
-    for place in 0..members.len() {
-        let Ok(description) = describe(home, &members[place].fmu) else { continue };
+/// The members with which a run begins: a measuring chain has, until its first call, the value of the output that it measures,
+/// unless the user has set another one. A member that cannot be started leaves it as it is: the run says why.
+pub fn begin_at_the_plant(home: &dyn Home, members: &[Member], connections: &[(String, String)]) -> Vec<Member> {
+    let mut begun = members.to_vec();
+    for place in 0..begun.len() {
+        let Ok(description) = describe(home, &begun[place].fmu) else { continue };
         let signal = |meaning: &str| description.roles.signals.iter().find(|(of, _)| of == meaning);
         let (Some((_, input)), Some((_, start))) = (signal(INPUT), signal(START)) else { continue };
-        let input = format!("{}.{input}", members[place].name);
+        if members[place].values.contains_key(start) {
+            continue;
+        }
+        let input = format!("{}.{input}", begun[place].name);
         let Some((output, _)) = connections.iter().find(|(_, to)| *to == input) else { continue };
         let owns = |of: &&Member| output.strip_prefix(&of.name).is_some_and(|rest| rest.starts_with('.'));
-        let value = members.iter().find(owns).and_then(|plant| start_values(home, plant).ok()?.remove(output));
+        let value = begun.iter().find(owns).and_then(|plant| start_values(home, plant).ok()?.remove(output));
         if let Some(value) = value {
-            members[place].values.insert(start.clone(), value);
+            begun[place].values.insert(start.clone(), value);
         }
     }
+    begun
 }

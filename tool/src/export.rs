@@ -1,5 +1,6 @@
 //! What a user takes away: files as text or bytes.
 
+use crate::chain::begin_at_the_plant;
 use crate::describe::{as_loop, opened, stimuli_of_block};
 use crate::home::Home;
 use crate::message::{FiguresRequest, Loop, Member, ReadFile};
@@ -278,7 +279,8 @@ fn system(home: &dyn Home, record: &Record, calls: usize) -> System {
         name: of.name.clone(),
         path: programs.get(&of.name).map_or_else(|| format!("{}.fmu", of.fmu).into(), |of| of.sources[0].clone()),
     };
-    let at_start = setup.members.iter().flat_map(|member| {
+    let begun = begin_at_the_plant(home, &setup.members, &setup.connections);
+    let at_start = begun.iter().flat_map(|member| {
         let full = move |(name, value): (&String, &Value)| (format!("{}.{name}", member.name), *value);
         member.values.iter().map(full)
     });

@@ -485,10 +485,10 @@ pub fn start_values(home: &dyn Home, member: &message::Member) -> Result<Values>
 }
 
 impl Present {
-    fn begin(home: &dyn Home, mut setup: Setup) -> Result<Present> {
-        begin_at_the_plant(home, &mut setup.members, &setup.connections);
-        let wired = Wired::of(home, &setup.members, &setup.connections, setup.exchange, Begin::New(setup.step))?;
-        let components = wired.instantiate(home, &setup.members)?;
+    fn begin(home: &dyn Home, setup: Setup) -> Result<Present> {
+        let members = begin_at_the_plant(home, &setup.members, &setup.connections);
+        let wired = Wired::of(home, &members, &setup.connections, setup.exchange, Begin::New(setup.step))?;
+        let components = wired.instantiate(home, &members)?;
         let run = Run::begin(&wired.plan, components, None)?;
         let mut record = Record {
             number: 0,
@@ -648,19 +648,19 @@ impl Present {
     fn exchange(
         &mut self,
         home: &dyn Home,
-        mut members: Vec<message::Member>,
+        members: Vec<message::Member>,
         connections: Vec<(String, String)>,
     ) -> Result<()> {
-        begin_at_the_plant(home, &mut members, &connections);
+        let begun = begin_at_the_plant(home, &members, &connections);
         let Some(first) = self.record.setup.members.first() else { bail!("there is no controller") };
         if self.record.failure.is_some() && self.run.at() == 0 {
             bail!("{} itself has failed: start again", first.name);
         }
-        let all: Vec<message::Member> = std::iter::once(first).chain(&members).cloned().collect();
+        let all: Vec<message::Member> = std::iter::once(first).chain(&begun).cloned().collect();
         let begin = Begin::Later { start: self.record.start, step: self.record.step };
         let wired = Wired::of(home, &all, &connections, self.record.setup.exchange, begin)?;
         let mut components = Vec::new();
-        for member in &members {
+        for member in &begun {
             components.push(wired.instance(home, member)?);
         }
         self.run.exchange(&wired.plan, components)?;

@@ -77,6 +77,66 @@ export function ticks(splits) {
   });
 }
 
+/** Steps between two numbers of an axis. */
+const STEPS = [1, 2, 2.5, 5];
+
+/**
+ * The round numbers that an axis may have, the densest first, and its ends: round ones where these are near.
+ *
+ * @param {number} from
+ * @param {number} to
+ * @param {number} most how many steps fit at most
+ * @returns {[number, number, number[][]]}
+ */
+export function numberings(from, to, most) {
+  const least = (to - from) / Math.max(most, 1);
+  const wide = rounder(least).filter((step) => step >= least && step < 3 * least);
+  const near = (/** @type {number} */ round, /** @type {number} */ end) =>
+    Math.abs(round - end) < 0.06 * (to - from) ? round : end;
+  const low = near(Math.floor(from / wide[0]) * wide[0], from);
+  const high = near(Math.ceil(to / wide[0]) * wide[0], to);
+  const numbers = wide.map((step) => {
+    const first = Math.ceil(low / step - 1e-9);
+    return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, at) => (first + at) * step);
+  });
+  return [low, high, numbers];
+}
+
+/**
+ * Another axis, whose round numbers lie on the lines of the first, so that its curves have as much room as possible: its lowest and
+ * highest value, its numbers and those of the first.
+ *
+ * @param {number[][]} of the numbers that the first axis may have
+ * @param {[number, number]} edges of the first axis
+ * @param {number} from what is to be seen at least
+ * @param {number} to
+ */
+export function onLines(of, [low, high], from, to) {
+  /** @type {[number, number, number[], number[]]} */
+  let best = [from, to, [], of[0] ?? []];
+  let span = Infinity;
+  for (const lines of of) {
+    const between = lines[1] - lines[0];
+    const [below, above] = [(lines[0] - low) / between, (high - lines[0]) / between];
+    const fits = (/** @type {number} */ step) => {
+      const first = Math.floor(from / step + below + 1e-9) * step;
+      return { first, is: first + above * step >= to - 1e-9 * step };
+    };
+    const step = rounder((to - from) / (above + below)).find((one) => fits(one).is);
+    if (step === undefined || (above + below) * step > 0.99 * span) continue;
+    span = (above + below) * step;
+    const { first } = fits(step);
+    best = [first - below * step, first + above * step, lines.map((_, at) => first + at * step), lines];
+  }
+  return best;
+}
+
+/** Steps around a length, from small ones on. @param {number} length */
+function rounder(length) {
+  const decade = Math.floor(Math.log10(length));
+  return [0, 1, 2].flatMap((more) => STEPS.map((one) => Number(`${one}e${decade + more}`)));
+}
+
 const DAY = 86400;
 /** A longer part of time is written in minutes, in seconds, in days. */
 const [IN_MINUTES, IN_DAYS] = [600, 3 * DAY];
@@ -155,15 +215,16 @@ export function timeUnit(length) {
  *
  * @param {string} unit
  * @param {() => [number, number]} [more] what else is to be seen, such as earlier runs
+ * @param {number} [room] of percent, below 0 and above 100
  * @returns {uPlot.Range.Function}
  */
-export function ranged(unit, more = () => [Infinity, -Infinity]) {
+export function ranged(unit, more = () => [Infinity, -Infinity], room = 4) {
   return (_self, low, high) => {
     const [least, most] = more();
     let from = Math.min(low ?? Infinity, least);
     let to = Math.max(high ?? -Infinity, most);
     if (from > to) [from, to] = [0, unit === "%" ? 100 : 1];
-    if (unit === "%" && from >= 0 && to <= 100) return [-4, 104];
+    if (unit === "%" && from >= 0 && to <= 100) return [-room, 100 + room];
     // A constant value lies in the middle, and what is only round-off looks constant.
     const least_span = Math.max(Math.abs(from), Math.abs(to), 1e-6) * 1e-4;
     if (to - from < least_span) {

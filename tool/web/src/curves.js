@@ -31,7 +31,7 @@
 import { onTheme } from "tool/charts.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
-import { copyInFull, drawnOfEarlier, overlays } from "tool/overlay.js";
+import { copyInFull, drawnOfEarlier, ofCalls, overlays } from "tool/overlay.js";
 import { laneValues, makePlot } from "tool/plot.js";
 import { makeReadout } from "tool/readout.js";
 import { runsOf } from "tool/runs.js";
@@ -608,16 +608,9 @@ async function fetchEarlier(loop, from, to, points) {
   }
 }
 
-/**
- * The values of a curve as they are drawn. Where all members act at once, the row at the start has what they put out before their
- * first call: no state of the loop.
- *
- * @param {Curve} curve
- */
+/** The values of a curve as they are drawn. @param {Curve} curve */
 function drawnValues(curve) {
-  const values = view.values[curves.indexOf(curve)] ?? [];
-  const isBefore = store.loop?.exchange === "parallel" && view.times[0] === 0;
-  return isBefore ? values.map((value, at) => (view.times[at] === 0 ? null : value)) : values;
+  return ofCalls(view.times, view.values[curves.indexOf(curve)] ?? []);
 }
 
 /** Shows what has been got. */

@@ -77,7 +77,7 @@ function programCard() {
       { type: "button", class: "card", id: "program-card", ...about },
       element("span", { class: "spark" }, picture),
       element("span", { class: "card-title" }, "Your own program (.scl)"),
-      element("span", { class: "faint" }, "Program: SCL + HEATER"),
+      element("span", { class: "faint" }, "SCL + HEATER"),
     ),
   );
 }
@@ -89,7 +89,7 @@ function programCard() {
  */
 function card(task, known, open) {
   const title = known.title.replace(/^(The|An?) /, "").replace(/^./, (one) => one.toUpperCase());
-  const about = { title: [known.title, known.about].join(". "), onclick: () => open(known) };
+  const about = { title: [`${task}: ${known.title}`, known.about].join(". "), onclick: () => open(known) };
   return element(
     "li",
     {},
@@ -98,7 +98,7 @@ function card(task, known, open) {
       { type: "button", class: "card", ...about },
       element("span", { class: "spark", "data-known": known.name }, pictures.get(known.name)?.cloneNode(true) ?? null),
       element("span", { class: "card-title" }, title),
-      element("span", { class: "faint" }, `${task}: ${known.setup.members.map(({ fmu }) => fmu).join(" + ")}`),
+      element("span", { class: "faint" }, known.setup.members.map(({ fmu }) => fmu).join(" + ")),
     ),
   );
 }

@@ -32,6 +32,18 @@ export function drawnOfEarlier(loop) {
 }
 
 /**
+ * Values without those of the row at the start where all members act at once: it has what they put out before their first call, no
+ * state of the loop.
+ *
+ * @param {number[]} times
+ * @param {(number | null)[]} values
+ */
+export function ofCalls(times, values) {
+  const isBefore = store.loop?.exchange === "parallel" && times[0] === 0;
+  return isBefore ? values.map((value, at) => (times[at] === 0 ? null : value)) : values;
+}
+
+/**
  * What is drawn behind the curves.
  *
  * @param {Work} loop
@@ -52,7 +64,7 @@ export function overlays(loop, visible, earlier) {
       if (!curve) return;
       const how = { isExact: view.is_exact, isStepped: curve.isStepped };
       const ink = runs[colour % runs.length];
-      const of = { times: view.times, values: view.values[at] ?? [], dash: [], how };
+      const of = { times: view.times, values: ofCalls(view.times, view.values[at] ?? []), dash: [], how };
       // The manipulated value of a run is a lighter line of its colour.
       made.push({ scale: curve.scale, colour: at === 0 ? ink : `${ink}99`, ...of });
     });

@@ -17,7 +17,7 @@
  * @property {uPlot.Hooks.Arrays} hooks
  */
 
-import { axis, FONT, ranged, theme, ticks, timeAxis } from "tool/charts.js";
+import { axis, FONT, numberings, onLines, ranged, theme, ticks, timeAxis } from "tool/charts.js";
 import { outline } from "tool/outline.js";
 import { drawOverlays, extent } from "tool/overlay.js";
 
@@ -27,6 +27,8 @@ const ROOM = 4;
 const MARGIN = 20;
 const [TOP, BOTTOM] = [18, 36];
 const NARROW = 620;
+/** The least room between two lines. */
+const SPACE = 36;
 
 /** What a lane takes of its row. */
 const FULL = 0.68;
@@ -47,14 +49,28 @@ export function makePlot(place, { width, height }, curves, parts) {
   const below = lanes / Math.max(inner - lanes, 1);
   /** The lowest value of each axis that is not behind the lanes. @type {Record<string, number>} */
   const floors = {};
+  /** The numbers of each axis, those of the right at the lines of the left. @type {Record<string, number[]>} */
+  const lines = {};
   const scales = [...new Set(["left", ...numbers.map((curve) => curve.scale)])];
   const right = scales.filter((scale) => scale !== "left" && (scale === "right" || width >= NARROW));
+  /** What the left axis shows above the lanes. @type {[number, number]} */
+  let edges = [0, 1];
+  /** @type {number[][]} */
+  let choices = [];
   /** @param {string} scale */
   const range = (scale) => {
     const unit = numbers.find((curve) => curve.scale === scale)?.unit ?? "";
-    const of = ranged(unit, () => extent(parts.behind(), scale, parts.range()));
+    const of = ranged(unit, () => extent(parts.behind(), scale, parts.range()), scale === "left" ? 4 : 0);
     return (/** @type {uPlot} */ self, /** @type {number} */ low, /** @type {number} */ high) => {
-      const [from, to] = /** @type {[number, number]} */ (of(self, low, high, scale));
+      let [from, to] = /** @type {[number, number]} */ (of(self, low, high, scale));
+      if (scale === "left") {
+        [from, to, choices] = numberings(from, to, (inner - lanes) / SPACE);
+        lines.left = choices[0];
+        edges = [from, to];
+      } else {
+        [from, to, lines[scale], lines.left] = onLines(choices, edges, from, to);
+        choices = [lines.left];
+      }
       floors[scale] = from;
       return /** @type {uPlot.Range.MinMax} */ ([from - (to - from) * below, to]);
     };
@@ -69,6 +85,7 @@ export function makePlot(place, { width, height }, curves, parts) {
     return axis({
       ...{ scale, side, label: axisLabel(numbers, scale), filter, ticks: { show: false, filter } },
       grid: { show: isLeft, stroke: grid, width: 1, filter },
+      splits: () => lines[scale] ?? [],
       values: (_, splits) => ticks(splits),
       size: (_, values) => {
         const names = isLeft ? switches.map((curve) => lastName(curve).length) : [];

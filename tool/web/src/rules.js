@@ -53,13 +53,36 @@ export function rulesTable(loop, rows, chosen, unit, choose) {
 }
 
 /**
+ * What a rule sets, in a line, and the button that takes it: what one does next.
+ *
+ * @param {string} rule
+ * @param {Tuned} answer
+ * @param {() => void} apply
+ */
+export function applyRow(rule, answer, apply) {
+  const isStable = answer.sensitivity !== null;
+  const numbers = Object.entries(answer.values).flatMap(([name, value]) =>
+    typeof value === "number" ? [`${name} ${rounded(value, "LREAL", 5)}`] : [],
+  );
+  return element(
+    "p",
+    { class: "row" },
+    element("span", { class: "what" }, "Settings"),
+    element("button", { type: "button", class: "primary", onclick: apply, disabled: !isStable }, "Apply"),
+    element("span", {}, `${rule}: ${numbers.join(", ")}`),
+    isStable
+      ? element("span", { class: "faint" }, "into the fields; nothing is in force until you send it")
+      : element("span", { class: "error" }, "The loop would be unstable: take another rule or structure."),
+  );
+}
+
+/**
  * What a rule sets, with the margins of the loop then.
  *
  * @param {Work} loop
  * @param {Tuned} answer
- * @param {() => void} apply
  */
-export function settingsTable(loop, answer, apply) {
+export function settingsTable(loop, answer) {
   const rows = Object.entries(answer.values).map(([name, value]) => {
     const setting = loop.settings[name];
     const kind = setting?.variable.kind ?? "LREAL";
@@ -85,8 +108,6 @@ export function settingsTable(loop, answer, apply) {
     ["settling", "Settling time of the predicted setpoint step, within 2 %", number(predicted.settling, " s")],
     ["dead time used", "The model's, half a cycle, half a pulse period", number(answer.dead_time, " s")],
   ]);
-  const isStable = answer.sensitivity !== null;
-  const button = { type: "button", class: "primary", onclick: apply, disabled: !isStable };
   return element(
     "div",
     {},
@@ -95,14 +116,6 @@ export function settingsTable(loop, answer, apply) {
       {},
       tableHead(["Setting", "now", "rule", "unit"], (at) => at === 1 || at === 2),
       element("tbody", {}, rows),
-    ),
-    element(
-      "p",
-      { class: "row" },
-      element("button", button, "Apply"),
-      isStable
-        ? element("span", { class: "faint" }, "into the fields; nothing is in force until you send it")
-        : element("span", { class: "error" }, "The loop would be unstable: take another rule or structure."),
     ),
     element(
       "dl",

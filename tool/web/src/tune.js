@@ -13,7 +13,7 @@ import { draw } from "tool/charts.js";
 import { chooser } from "tool/csv.js";
 import { attribute, element, fill, text } from "tool/dom.js";
 import { ask } from "tool/engine.js";
-import { rulesTable, settingsTable } from "tool/rules.js";
+import { applyRow, rulesTable, settingsTable } from "tool/rules.js";
 import { units } from "tool/signals.js";
 import { userStep } from "tool/steptest.js";
 import { store, valuesOf } from "tool/store.js";
@@ -72,6 +72,8 @@ let identifiedPlace;
 let resultPlace;
 /** @type {HTMLElement} */
 let ratioPlace;
+/** @type {HTMLElement} */
+let fitPlace;
 /** @type {Map<string, HTMLInputElement>} */
 let modelFields = new Map();
 /** @type {HTMLElement} */
@@ -126,8 +128,9 @@ function show() {
   identifiedPlace = element("div", { "aria-live": "polite" });
   resultPlace = element("div", { "aria-live": "polite" });
   ratioPlace = element("div", {});
+  fitPlace = element("div", {});
   fit = element("span", { class: "fit" });
-  fill(body, identifyRow(), csvPlace, modelRow(), identifiedPlace, ruleRow(), resultPlace, ratioPlace);
+  fill(body, identifyRow(), csvPlace, modelRow(), identifiedPlace, ruleRow(), resultPlace, ratioPlace, fitPlace);
   showCsv();
   showRatio();
   tune();
@@ -138,14 +141,6 @@ function identifyRow() {
   const method = choice("tune-method", METHODS, kept.method, (next) => {
     kept.method = next;
     identifyAgain();
-  });
-  const box = element("input", { type: "checkbox", id: "tune-integrating", checked: kept.isIntegrating });
-  box.addEventListener("change", () => {
-    kept.isIntegrating = box.checked;
-    modelFields.get("time_constant")?.closest("label")?.toggleAttribute("hidden", box.checked);
-    showUnits();
-    if (isFromCsv === undefined) tune();
-    else identifyAgain();
   });
   return element(
     "div",
@@ -162,7 +157,6 @@ function identifyRow() {
     ),
     chooser("tune-file", "Identify from a CSV", openAndIdentify, (error) => store.say(error)),
     element("label", { for: "tune-method" }, "by ", method),
-    element("label", {}, box, " integrating"),
   );
 }
 
@@ -375,11 +369,10 @@ function takeModel(identified) {
   notes().ultimate = null;
   writeModel(identified.model);
   text(fit, `fit ${rounded(identified.fit, "LREAL", 3)} %`);
-  const chart = element("div", {});
   const unit = unitOfProcessValue();
-  fill(identifiedPlace, remarksOf(identified.remarks), chart);
+  fill(identifiedPlace, remarksOf(identified.remarks));
   endChart();
-  endChart = draw(chart, {
+  endChart = draw(fitPlace, {
     title: "The process value, measured and of the model",
     xLabel: "s",
     x: identified.times,
@@ -478,7 +471,16 @@ function modelRow() {
     );
   });
   showUnits();
-  return element("div", { class: "row" }, element("span", { class: "what" }, "Model"), fields, fit);
+  const box = element("input", { type: "checkbox", id: "tune-integrating", checked: kept.isIntegrating });
+  box.addEventListener("change", () => {
+    kept.isIntegrating = box.checked;
+    modelFields.get("time_constant")?.closest("label")?.toggleAttribute("hidden", box.checked);
+    showUnits();
+    if (isFromCsv === undefined) tune();
+    else identifyAgain();
+  });
+  const integrating = element("label", {}, box, " integrating");
+  return element("div", { class: "row" }, element("span", { class: "what" }, "Model"), fields, integrating, fit);
 }
 
 /**
@@ -649,11 +651,12 @@ function showRules(rows, chosen) {
     stepFields[end].placeholder = value === undefined ? "" : rounded(value, "LREAL", 4);
   fill(
     resultPlace,
+    answer ? applyRow(chosen?.name ?? "", answer, () => applyTuned(answer)) : null,
     element(
       "div",
       { class: "tuned" },
       answer
-        ? settingsTable(loop, answer, () => applyTuned(answer))
+        ? settingsTable(loop, answer)
         : element("p", { class: "error" }, chosen?.refusal ?? "Choose a rule."),
       element("div", { class: "rules wide" }, table),
     ),
