@@ -253,7 +253,11 @@ def test_a_file_of_another_kind_is_refused_in_a_sentence(page):
 
 def test_a_file_that_does_not_say_its_block_is_read_as_the_block_of_choice(page):
     open_file(page, "flat.json", json.dumps({"GAIN": 2.5}))
-    page.locator(".file.is-refused select").select_option("CONT_C")
+    refused = page.locator(".file.is-refused")
+    refused.wait_for()
+    # In the words of the page, which has no options.
+    assert "choose" in refused.inner_text() and "--block" not in refused.inner_text()
+    refused.locator("select").select_option("CONT_C")
     page.click("text=Read again")
     field(page, "GAIN").wait_for()
     assert field(page, "GAIN").input_value() == "2.5"
@@ -291,6 +295,14 @@ def test_several_files_are_open_at_once(page):
         open_file(page, f"{name}.awl", data_block(name.upper()) + data_block(f"{name.upper()}_B"))
         page.locator(".file-name", has_text=name).wait_for()
     assert loop_names(page) == ["ONE", "ONE_B", "TWO", "TWO_B"]
+
+
+def test_two_loops_of_one_name_are_told_apart_by_their_files(page):
+    for name in ("one", "two"):
+        open_file(page, f"{name}.awl", data_block("TIC101") + data_block(name.upper()))
+        page.locator(".file-name", has_text=name).wait_for()
+    rows = page.locator("table.loops tbody tr td:first-child").all_inner_texts()
+    assert rows == ["TIC101 one.awl", "ONE", "TIC101 two.awl", "TWO"]
 
 
 def test_ten_thousand_loops_are_turned_over_and_filtered(page):

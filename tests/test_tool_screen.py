@@ -21,7 +21,7 @@ from test_tool_run import (
     set_now,
     tool,  # noqa: F401
 )
-from tool import new_loop, show_tab, take_generic_plant
+from tool import PAGE, new_loop, show_tab, take_generic_plant
 
 pytestmark = test_tool_run.pytestmark
 
@@ -452,3 +452,65 @@ def test_rows_of_controls_have_room_between_them(open_tool):
         places = sorted(page.locator(rows).evaluate_all(edges))
         assert len(places) >= 2
         assert all(below[0] - above[1] >= 7.5 for above, below in zip(places, places[1:])), (rows, places)
+
+
+def test_the_first_page_has_a_curve_before_the_engine_is_ready_and_it_is_the_engines(open_tool, browser):
+    page = browser.new_context(viewport={"width": 1366, "height": 768}).new_page()
+    # An engine that never comes.
+    page.add_init_script("WebAssembly.compile = WebAssembly.instantiate = () => new Promise(() => {}); window.Worker = class { postMessage() {} }")
+    page.goto(PAGE.as_uri())
+    page.locator(".living svg path").first.wait_for(state="attached")
+    shown = page.locator(".living figcaption").inner_text()
+    assert re.sub(r"\s+", " ", shown) == "SP 60 °C PV 60.1 °C LMN 13 % 149 s"
+    assert page.locator(".card").count() == 0
+    page.context.close()
+
+    page = open_tool((1366, 768))
+    recorded, (setpoint, value, output) = page.evaluate("""async () => {
+        const { EVERY, FIRST, SETPOINT, PROCESS_VALUE, MANIPULATED_VALUE } = await moduleOf('tool/recorded.js');
+        const { store } = await moduleOf('tool/store.js');
+        const { ask } = await moduleOf('tool/engine.js');
+        const { setup } = store.catalogue.loops.find(({ name }) => name === 'furnace');
+        // Nothing of the first page runs any more.
+        store.live = {};
+        await ask({ do: 'start', ...setup });
+        await ask({ do: 'run', calls: 150 });
+        const variables = ['CONT_C.SP_INT', 'CONT_C.PV', 'CONT_C.LMN'];
+        const { values } = await ask({ do: 'view', variables, points: 1000 });
+        return [[EVERY, FIRST, SETPOINT, PROCESS_VALUE, MANIPULATED_VALUE], values];
+    }""")
+    every, first, goal, values, outputs = recorded
+    assert {goal} == set(setpoint) and len(values) == len(outputs) == 50
+    assert values == pytest.approx(value[first::every], abs=0.0501)
+    assert outputs == pytest.approx(output[first::every], abs=0.0501)
+
+
+def test_an_example_from_far_down_the_page_of_a_phone_shows_its_curve(open_tool):
+    page = open_tool((390, 844))
+    open_example(page, "Process behind a sensor")
+    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    curve = box(page, "#curves")
+    assert 0 <= curve["y"] < 200
+
+
+def test_another_method_or_kind_of_plant_identifies_the_same_step_again(tool):
+    show_tab(tool, "Tune")
+    tool.locator("#step-test").click()
+    tool.locator("#tune .fit").get_by_text("fit").wait_for()
+    model = "() => ['gain', 'time_constant', 'dead_time'].map(name => document.querySelector(`#model-${name}`).value)"
+    first = tool.evaluate(model)
+    tool.locator("#tune-method").select_option("tangent")
+    tool.wait_for_function(f"first => String(({model})()) !== String(first)", arg=first)
+    tool.locator("#tune-method").select_option("least_squares")
+    tool.wait_for_function(f"first => String(({model})()) === String(first)", arg=first)
+    # The process value rests after the step: it does not integrate, and no model stays.
+    tool.locator("#tune-integrating").check()
+    tool.locator("#tune p.error").first.wait_for()
+    assert tool.evaluate(model)[0] == ""
+
+
+def test_at_twice_the_size_a_curve_is_on_the_first_screen(open_tool):
+    page = open_tool((683, 384))
+    open_example(page, "Furnace with a continuous")
+    plot = box(page, "#curves canvas")
+    assert min(bottom(plot), 384) - max(plot["y"], 0) >= 150

@@ -11,6 +11,7 @@ import { element, fill, svg, text } from "tool/dom.js";
 import { ask, whereIsTheEngine } from "tool/engine.js";
 import { outline } from "tool/outline.js";
 import { openExample } from "tool/program_example.js";
+import { EVERY, FIRST, MANIPULATED_VALUE, PROCESS_VALUE, SETPOINT } from "tool/recorded.js";
 import { store } from "tool/store.js";
 import { number, rounded } from "tool/values.js";
 
@@ -281,19 +282,43 @@ async function show(place, known) {
   if (!isFree()) return;
   const view = await ask({ do: "view", variables, from, points: 2 * WIDTH });
   const which = variables.map((name) => names.indexOf(name));
+  paint(place, view, which, { time: state.time, from, values: variables.map((name) => number(state.values[name])) });
+}
+
+/**
+ * @param {HTMLElement} place
+ * @param {import("./messages").Curves} view
+ * @param {number[]} which of setpoint, process value, manipulated value each of them is
+ * @param {{ time: number, from: number, values: number[] }} now
+ */
+function paint(place, view, which, { time, from, values }) {
   const { curves } = theme();
   const titles = ["SP", "PV", "LMN"];
   const units = ["°C", "°C", "%"];
-  const values = which.map((role, at) => {
+  const told = which.map((role, at) => {
     const dot = element("i", { class: "dot" });
     dot.style.background = curves[role];
     const value = element("strong", {});
-    text(value, rounded(number(state.values[variables[at]]), "LREAL", 3));
+    text(value, rounded(values[at], "LREAL", 3));
     return element("span", {}, dot, `${titles[role]} `, value, ` ${units[role]}`);
   });
   fill(
     place,
-    element("figcaption", {}, values, element("span", { class: "faint" }, `${Math.round(state.time)} s`)),
+    element("figcaption", {}, told, element("span", { class: "faint" }, `${Math.round(time)} s`)),
     picture(view, which, [WIDTH, HEIGHT], 12, [from, from + WINDOW]),
   );
+}
+
+/**
+ * Shows how the loop that lives begins, as it was recorded: the engine is not ready yet.
+ *
+ * @param {HTMLElement} place
+ */
+export function showRecorded(place) {
+  const curves = [PROCESS_VALUE.map(() => SETPOINT), PROCESS_VALUE, MANIPULATED_VALUE];
+  // A picture leaves the first two rows out, those of the start.
+  const times = [0, 0, ...PROCESS_VALUE.map((_, at) => FIRST + EVERY * at)];
+  const view = { times, values: curves.map((values) => [null, null, ...values]), units: [], is_exact: true };
+  const values = curves.map((of) => of[of.length - 1]);
+  paint(place, view, [0, 1, 2], { time: times[times.length - 1], from: 0, values });
 }

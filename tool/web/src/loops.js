@@ -3,12 +3,12 @@
 import { byId, element, fill, text } from "tool/dom.js";
 import { EngineError } from "tool/engine.js";
 import { openFiles, readAgain, take, underWork } from "tool/files.js";
-import { cards, live } from "tool/first.js";
+import { cards, live, showRecorded } from "tool/first.js";
 import { remake } from "tool/remake.js";
 import { isEdited, source, store } from "tool/store.js";
 import { rounded } from "tool/values.js";
 
-/** A row of the table. @typedef {{ name: string, block: string, cycle: number | null, warnings: number, loop: import("./store.js").Work | undefined, take: () => unknown }} Row */
+/** A row of the table. @typedef {{ name: string, block: string, cycle: number | null, warnings: number, file?: string, loop: import("./store.js").Work | undefined, take: () => unknown }} Row */
 
 /** As long as nothing is under work, the table has the page for itself. */
 const [FEW, MANY] = [5, 25];
@@ -111,6 +111,7 @@ function mountOpening() {
     make,
   );
   const living = element("figure", { class: "living" });
+  showRecorded(living);
   const examples = element("div", { class: "examples" });
   const show = () => {
     const controllers = store.catalogue.fmus.filter(isController);
@@ -137,7 +138,10 @@ function mountOpening() {
     if (store.loops.length === 0) opening.hidden = false;
   });
   store.on("loop", () => {
-    if (store.loop) opening.hidden = true;
+    if (!store.loop) return;
+    // What was clicked on the first page may be far down.
+    if (!opening.hidden) scrollTo(0, 0);
+    opening.hidden = true;
   });
   mountDrop();
 }
@@ -230,13 +234,19 @@ function allRows() {
         block: loop.block,
         cycle: loop.cycle,
         warnings: loop.warnings.length,
+        file: file.name,
         loop: work,
         take: () => take(file, at),
       });
     }
   }
   const own = store.loops.filter((loop) => !inFiles.has(loop)).map((loop) => rowOf(loop));
-  return [...own, ...rows];
+  const all = [...own, ...rows];
+  // Two loops of one name are told apart by their files.
+  const count = new Map();
+  for (const { name } of all) count.set(name, (count.get(name) ?? 0) + 1);
+  for (const row of all) if (count.get(row.name) === 1) row.file = undefined;
+  return all;
 }
 
 /**
@@ -349,7 +359,7 @@ function showRow(row, number) {
   return element(
     "tr",
     { class: isShown && "is-shown" },
-    element("td", {}, name),
+    element("td", {}, name, row.file ? element("span", { class: "faint" }, ` ${row.file}`) : null),
     element("td", {}, row.block),
     element("td", { class: "number" }, row.cycle === null ? "" : `${rounded(row.cycle, "TIME")} s`),
     element(
@@ -378,6 +388,7 @@ function summaryOf(row) {
     state,
     warnings,
     name: row.name,
+    file: row.file,
     cycle: row.cycle,
     isShown: row.loop !== undefined && row.loop === store.loop,
   };

@@ -35,9 +35,10 @@ export function mount(content) {
  *
  * @param {Export} what
  */
-export async function download(what) {
+export async function download(what, rename = (/** @type {string} */ name) => name) {
   try {
     const exported = await ask({ do: "export", ...what });
+    exported.file = rename(exported.file);
     save(exported.file, new Blob([fromBase64(exported.content)], { type: exported.media_type }));
     fill(
       remarks,
@@ -106,6 +107,7 @@ function show() {
     await download({ what: "source", file: { file: source.name, content }, loops, stimuli: false });
   };
   const csvOf = (/** @type {string[]} */ variables) => () => download({ what: "csv", variables });
+  const everything = () => download({ what: "csv", variables: [] }, (name) => name.replace(/\.csv$/, "_all.csv"));
   const noRun = isAlive ? undefined : "Run the loop first";
   const copy = async () => {
     try {
@@ -157,7 +159,7 @@ function show() {
       element("span", { class: "what" }, "This run"),
       button("Save as loops.toml", noRun, () => download({ what: "description" })),
       button("CSV of the curves", noRun, () => csvOf(shownNames())()),
-      button("CSV of everything", noRun, csvOf([])),
+      button("CSV of everything", noRun, everything),
     ),
     element(
       "div",
@@ -198,6 +200,8 @@ function sources(loop) {
     ),
     element("span", { class: "faint" }, "As an FMU:"),
     element("code", {}, `plcfmu build ${files.map(({ file }) => file).join(" ")} --cycle ${milliseconds}ms`),
+    element("span", { class: "faint" }, "with the source's start values; others:"),
+    element("code", {}, `plcfmu preset ${loop.description.block}.fmu --set NAME=VALUE`),
   );
 }
 

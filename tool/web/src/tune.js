@@ -655,9 +655,7 @@ function showRules(rows, chosen) {
     element(
       "div",
       { class: "tuned" },
-      answer
-        ? settingsTable(loop, answer)
-        : element("p", { class: "error" }, chosen?.refusal ?? "Choose a rule."),
+      answer ? settingsTable(loop, answer) : element("p", { class: "error" }, chosen?.refusal ?? "Choose a rule."),
       element("div", { class: "rules wide" }, table),
     ),
     answer ? remarksOf(answer.remarks) : null,
