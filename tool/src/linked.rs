@@ -109,6 +109,19 @@ impl<B: Cyclic> Component for Instance<B> {
         if kind == Type::Real {
             return self.get(&Function::fmi2GetReal, references, values);
         }
+        // A single one needs no list.
+        if let (Type::Integer, [_], [value]) = (kind, references, &mut *values) {
+            let mut integer = [0];
+            self.get(&Function::fmi2GetInteger, references, &mut integer)?;
+            *value = f64::from(integer[0]);
+            return Ok(());
+        }
+        if let (Type::Boolean, [_], [value]) = (kind, references, &mut *values) {
+            let mut boolean = [Boolean(0)];
+            self.get(&Function::fmi2GetBoolean, references, &mut boolean)?;
+            *value = f64::from(boolean[0].0);
+            return Ok(());
+        }
         let (mut integers, mut booleans) = (std::mem::take(&mut self.integers), std::mem::take(&mut self.booleans));
         let done = if kind == Type::Integer {
             integers.clear();
@@ -131,6 +144,15 @@ impl<B: Cyclic> Component for Instance<B> {
     fn write(&mut self, kind: Type, references: &[u32], values: &[f64]) -> Result<()> {
         if kind == Type::Real {
             return self.set(&Function::fmi2SetReal, references, values);
+        }
+        if let [value] = values
+            && f64::from(*value as c_int) == *value
+        {
+            let integer = *value as c_int;
+            return match kind {
+                Type::Integer => self.set(&Function::fmi2SetInteger, references, &[integer]),
+                _ => self.set(&Function::fmi2SetBoolean, references, &[Boolean(c_int::from(integer != 0))]),
+            };
         }
         let (mut integers, mut booleans) = (std::mem::take(&mut self.integers), std::mem::take(&mut self.booleans));
         integers.clear();
