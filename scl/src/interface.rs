@@ -164,7 +164,7 @@ pub fn globals(compiler: &Compiler) -> Vec<Variable> {
     }
     let paths = written.paths;
     let mut known: Vec<&Global> = compiler.globals.values().filter_map(State::known).collect();
-    known.sort_by_key(|global| global.member);
+    known.sort_unstable_by_key(|global| global.member);
     let mut found = Vec::new();
     for global in known {
         let name = &compiler.program.records[compiler.program.memory].members[global.member].name;

@@ -55,7 +55,7 @@ fn add(findings: &mut Vec<Finding>, span: Span, message: String, help: Option<&s
 }
 
 fn of_sources(findings: &mut Vec<Finding>, sources: &[Source]) -> Vec<Problems> {
-    findings.sort();
+    findings.sort_unstable();
     findings.dedup();
     let of_source = |(file, source): (usize, &Source)| {
         let problems: Vec<Problem> = findings

@@ -60,10 +60,10 @@ impl Compiler<'_> {
             (Some(name), []) => vec![(self.target(&name.clone(), "function block")?, 0)],
             (None, []) => vec![(self.only_target()?, 0)],
             (None, calls) => {
-                let mut calls: Vec<Task> = calls.to_vec();
-                calls.sort_by_key(|call| MAIN.contains(&key(&call.name).as_str()));
+                let (main, first): (Vec<&Task>, Vec<&Task>) =
+                    calls.iter().partition(|call| MAIN.contains(&key(&call.name).as_str()));
                 let target = |call: &Task| Some((self.target(&call.name, "block")?, call.period));
-                calls.iter().map(target).collect::<Option<_>>()?
+                first.into_iter().chain(main).map(target).collect::<Option<_>>()?
             }
         };
         let startup = self.organization_blocks().find(|block| self.is_startup(*block));

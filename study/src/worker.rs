@@ -190,7 +190,7 @@ fn of_other_code(files: &[&str]) -> String {
     };
     format!(
         "{files} {are} not built from the sources of this plcfmu, so {their} may differ: the study calls the libraries of the FMUs, \
-         which takes longer; pack {them} again, or say --exact-door to have it so"
+         which takes longer; pack {them} again, or pass --exact-door to call the libraries without this warning"
     )
 }
 

@@ -351,7 +351,7 @@ fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft)
     let signals =
         own.signals.iter().map(|(_, name)| name).filter(|name| controller.has_input(name) && controller.is_used(name));
     open.extend(signals.map(|name| controller.full(name)).filter(|full| !is_connected(full)));
-    open.sort();
+    open.sort_unstable();
     open.dedup();
     let nothing = open.into_iter().map(|full| format!("nothing is connected to {full}"));
     // Another end of the controller may take the process value, as a peripheral word.

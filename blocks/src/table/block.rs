@@ -179,6 +179,16 @@ macro_rules! block {
             #[allow(non_upper_case_globals)]
             impl At { $($( const $name: usize = Number::$name as usize; )*)* }
 
+            const DOCS: &str = {
+                const ALL: &str = concat!($($docs, "\n"),*);
+                const LENGTH: usize = $crate::table::docs::length(ALL, $crate::table::docs::IS_SHORT);
+                const KEPT: [u8; LENGTH] = $crate::table::docs::kept(ALL);
+                match ::std::str::from_utf8(&KEPT) {
+                    Ok(docs) => docs,
+                    Err(_) => ALL,
+                }
+            };
+
             impl Block for $Block {
                 // That of the crate which is compiled.
                 const CODE: Option<&'static str> = option_env!("PLCFMU_CODE");
@@ -186,7 +196,7 @@ macro_rules! block {
                 const TABLE: &'static Table = &Table {
                     name: $NAME,
                     aliases: &[$($alias),*],
-                    docs: concat!($($docs, "\n"),*),
+                    docs: DOCS,
                     rows: &ROWS,
                     texts: &[],
                     tunable_reals: &$crate::table::tunable(&ROWS, Kind::Real),

@@ -66,6 +66,8 @@ macro_rules! named {
     };
 }
 mod block;
+#[doc(hidden)]
+pub mod docs;
 pub mod fingerprint;
 mod kind;
 pub mod number;

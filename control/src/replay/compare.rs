@@ -93,15 +93,16 @@ impl Outcome {
 impl Comparison<'_> {
     /// How the block may have got to the first row, this way before the others.
     pub(super) fn beginnings(&self, first: Beginning) -> Vec<Beginning> {
-        let mut all = match () {
+        let all = match () {
             () if self.recording.says_restart => vec![Beginning::Restart],
             () if self.block.can_be_held(self.recording) => {
                 vec![Beginning::Fresh, Beginning::Restart, Beginning::Held]
             }
             () => vec![Beginning::Fresh, Beginning::Restart],
         };
-        all.sort_by_key(|beginning| *beginning != first);
-        all
+        let (mut sorted, others): (Vec<_>, Vec<_>) = all.into_iter().partition(|beginning| *beginning == first);
+        sorted.extend(others);
+        sorted
     }
 
     /// The run with the beginning that fits best.

@@ -208,7 +208,7 @@ impl<'a> Search<'a> {
                 true
             })
         });
-        grid.sort_by(f64::total_cmp);
+        grid.sort_unstable_by(f64::total_cmp);
         grid.dedup();
         grid
     }

@@ -155,8 +155,9 @@ impl Diagnosis<'_> {
         }
         let mut two = self.two_discrete(&tried, whole);
         let is_of_controller = |row: &usize| block.roles.controller.contains(&block.table.variables[*row].name);
-        let mut best: Vec<usize> = found.iter().map(|(row, _)| *row).collect();
-        best.sort_by_key(|row| !is_of_controller(row));
+        let (mut best, others): (Vec<usize>, Vec<usize>) =
+            found.iter().map(|(row, _)| *row).partition(is_of_controller);
+        best.extend(others);
         best.truncate(MOST_PAIRED);
         // A switch, a limit or a sign, and a number besides.
         let mut discrete: Vec<&Tried> = tried.iter().filter(|of| !of.is_estimate && !of.rows.is_empty()).collect();
@@ -243,7 +244,7 @@ impl Diagnosis<'_> {
                     }
                 }
             }
-            doubts.sort();
+            doubts.sort_unstable();
             doubts.dedup();
             is_told &= doubts.is_empty();
             if !doubts.is_empty() {
@@ -300,7 +301,7 @@ fn fitting(tried: &[Tried]) -> usize {
     let mut sets: Vec<Vec<usize>> =
         tried.iter().filter(|of| of.outcome.different() == 0).map(|of| of.rows.clone()).collect();
     sets.iter_mut().for_each(|rows| rows.sort_unstable());
-    sets.sort();
+    sets.sort_unstable();
     sets.dedup();
     sets.len()
 }
@@ -553,7 +554,7 @@ fn dead_band(tries: &mut Tries) {
         return;
     }
     // At the limits it does not move either, with large deviations.
-    rests.sort_by(f64::total_cmp);
+    rests.sort_unstable_by(f64::total_cmp);
     let low = moves.iter().copied().fold(f64::INFINITY, f64::min);
     let rests: Vec<f64> = rests.into_iter().filter(|rest| *rest <= low).collect();
     let Some(high) = rests.last() else { return };

@@ -1,0 +1,73 @@
+//! How much of its documentation a block has with it. A library has all of it: the packer writes a page from that. In a browser the
+//! page has the help beside the engine, which needs the first paragraph and the dialog alone.
+
+/// Whether the documentation is cut down to what is needed to run the block.
+pub const IS_SHORT: bool = cfg!(target_family = "wasm");
+
+/// The first paragraph, then the dialog if there is one: their beginnings and ends in bytes.
+const fn parts(docs: &[u8]) -> [(usize, usize); 2] {
+    let dialog = find(docs, b"```dialog", 0);
+    let end = find(docs, b"```\n", dialog);
+    [(0, past(docs, find(docs, b"\n\n", 0), 2)), (dialog, past(docs, end, 4))]
+}
+
+/// Where `text` is found at `from` or behind it; the end if nowhere.
+const fn find(docs: &[u8], text: &[u8], from: usize) -> usize {
+    let mut at = from;
+    while at + text.len() <= docs.len() {
+        let mut same = 0;
+        while same < text.len() && docs[at + same] == text[same] {
+            same += 1;
+        }
+        if same == text.len() {
+            return at;
+        }
+        at += 1;
+    }
+    docs.len()
+}
+
+const fn past(docs: &[u8], at: usize, count: usize) -> usize {
+    if at == docs.len() { at } else { at + count }
+}
+
+/// How many bytes of a documentation are kept.
+pub const fn length(docs: &str, is_short: bool) -> usize {
+    let [paragraph, dialog] = parts(docs.as_bytes());
+    if is_short { paragraph.1 + dialog.1 - dialog.0 } else { docs.len() }
+}
+
+/// These bytes.
+pub const fn kept<const LENGTH: usize>(docs: &str) -> [u8; LENGTH] {
+    let docs = docs.as_bytes();
+    let [(_, paragraph), (dialog, _)] = parts(docs);
+    let gap = if LENGTH < docs.len() { dialog - paragraph } else { 0 };
+    let mut bytes = [0; LENGTH];
+    let mut at = 0;
+    while at < LENGTH {
+        bytes[at] = docs[if at < paragraph { at } else { at + gap }];
+        at += 1;
+    }
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{kept, length};
+
+    const DOCS: &str = "Moves.\n\n# Law\n\nSlowly.\n\n```dialog\nLimits\n```\n\n# Sources\n\nA book.\n";
+
+    #[test]
+    fn a_short_documentation_is_the_first_paragraph_and_the_dialog() {
+        const LENGTH: usize = length(DOCS, true);
+        assert_eq!(&kept::<LENGTH>(DOCS), b"Moves.\n\n```dialog\nLimits\n```\n");
+        const BARE: &str = "Moves.\n\nSlowly.\n";
+        assert_eq!(&kept::<{ length(BARE, true) }>(BARE), b"Moves.\n\n");
+        assert_eq!(&kept::<{ length("Moves.\n", true) }>("Moves.\n"), b"Moves.\n");
+    }
+
+    #[test]
+    fn a_library_has_all_of_it() {
+        assert_eq!(kept::<{ length(DOCS, false) }>(DOCS), DOCS.as_bytes());
+    }
+}
