@@ -1,6 +1,6 @@
 """The pages of the FMUs and of the site as a browser shows them: Debian's chromium, driven by Playwright.
 
-Screenshots of the pages are in target/docs/screenshots afterwards.
+Screenshots of the pages are in target/screenshots afterwards.
 """
 
 import importlib.util
@@ -238,7 +238,7 @@ def test_print_cuts_nothing(show, name):
 
 @pytest.mark.parametrize("name", SHOWN)
 def test_screenshots_are_there_to_be_looked_at(show, name):
-    folder = site_pages.SITE / "screenshots"
+    folder = site_pages.SITE.parent / "screenshots"
     folder.mkdir(parents=True, exist_ok=True)
     title = name.replace("/documentation/index.html", "").removesuffix(".html").replace("/", "-").removesuffix("-index")
     for width in (DESKTOP, PHONE):

@@ -774,10 +774,10 @@ def test_axe_finds_nothing_and_nothing_scrolls_sideways(open_tool, width, scheme
 
 
 def look(page, name):
-    """Keeps a screenshot in target/docs/screenshots, and looks for what is hard to read or to reach."""
+    """Keeps a screenshot in target/screenshots, and looks for what is hard to read or to reach."""
     from axe_playwright_python.sync_playwright import Axe
 
-    folder = ROOT / "target/docs/screenshots"
+    folder = ROOT / "target/screenshots"
     folder.mkdir(parents=True, exist_ok=True)
     page.screenshot(path=folder / f"tool-{name}.png")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), name

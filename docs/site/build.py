@@ -335,7 +335,7 @@ def unbroken(renderer, tokens, place, options, env):
 
 
 def page_of(source):
-    """The page of a file or folder of the repository. A folder's read me is the page of the folder."""
+    """The page of a file or folder of the repository. A folder's README is the page of the folder."""
     if Path(source).suffix in PICTURES:
         return source
     if source == "README.md":

@@ -100,7 +100,7 @@ def session(page):
 
 
 def frames(page):
-    """The frames of a run: a furnace is tuned, and the same test shows what has become better."""
+    """The frames of a run: a furnace is tuned, and the same test shows what has changed."""
     page.locator(".card").filter(has_text="Furnace with a continuous").click()
     page.wait_for_function("() => document.querySelector('#curves [role=slider]').ariaValueMax > 500")
     show_tab(page, "Runs")
