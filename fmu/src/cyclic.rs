@@ -27,7 +27,7 @@ macro_rules! cyclic {
             fn text(&self, _number: usize) -> Option<String> {
                 None
             }
-            /// Writes a text: its characters as [`blocks::Text::units`] gives them.
+            /// Writes a text: its characters as [`blocks::TextType::units`] gives them.
             fn set_text(&mut self, _number: usize, _units: &[u16]) {}
             /// Appends all values and the memory to `bytes`.
             fn store(&self, bytes: &mut Vec<u8>);

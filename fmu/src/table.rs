@@ -146,7 +146,7 @@ pub fn json(table: &Table) -> String {
             r#"{{"name":{},"description":{},"type":{},"role":"{}","start":{}}}"#,
             quoted(text.name),
             quoted(text.description),
-            quoted(&text.type_name()),
+            quoted(&text.ty.name()),
             text.role.name(),
             quoted(text.start),
         )

@@ -51,7 +51,7 @@ impl<B: Cyclic> Instance<B> {
             }
             let given = value.ok_or_else(|| format!("{} = NULL: a text is needed, which may be empty", text.name))?;
             let given = given.to_str().map_err(|_| format!("{} = {given:?}: the text is not UTF-8", text.name))?;
-            checked.push((number, text.units(given).map_err(|why| format!("{} = {given:?}: {why}", text.name))?));
+            checked.push((number, text.ty.units(given).map_err(|why| format!("{} = {given:?}: {why}", text.name))?));
         }
         for (number, units) in checked {
             self.session.block.set_text(number, &units);

@@ -142,7 +142,7 @@ impl From<&blocks::Table> for Table {
         let text = |of: &blocks::Text| Text {
             name: of.name.into(),
             description: of.description.into(),
-            type_name: of.type_name(),
+            type_name: of.ty.name(),
             role: of.role,
             start: of.start.into(),
         };

@@ -28,7 +28,8 @@ pub struct Starter {
 }
 
 impl Starter {
-    /// Starts a worker, and waits until it has loaded the FMUs. What the FMUs of one that `listens` print is kept, and each of its rows is sent at once.
+    /// Starts a worker, and waits until it has loaded the FMUs. What the FMUs of one that `listens` print is
+    /// kept, and each of its rows is sent at once.
     ///
     /// # Errors
     /// What is wrong with the job or with an FMU.

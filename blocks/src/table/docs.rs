@@ -6,9 +6,10 @@ pub const IS_SHORT: bool = cfg!(target_family = "wasm");
 
 /// The first paragraph, then the dialog if there is one: their beginnings and ends in bytes.
 const fn parts(docs: &[u8]) -> [(usize, usize); 2] {
-    let dialog = find(docs, b"```dialog", 0);
+    let paragraph = past(docs, find(docs, b"\n\n", 0), 2);
+    let dialog = find(docs, b"```dialog", paragraph);
     let end = find(docs, b"```\n", dialog);
-    [(0, past(docs, find(docs, b"\n\n", 0), 2)), (dialog, past(docs, end, 4))]
+    [(0, paragraph), (dialog, past(docs, end, 4))]
 }
 
 /// Where `text` is found at `from` or behind it; the end if nowhere.

@@ -202,15 +202,22 @@ pub struct Text {
     pub role: Role,
     /// Its value in a new program.
     pub start: &'static str,
+    /// Its type.
+    pub ty: TextType,
+}
+
+/// The type of a text.
+#[derive(Clone, Copy, Debug)]
+pub struct TextType {
     /// The most characters that it holds.
     pub most: u16,
     /// A WSTRING, whose characters are those of UTF-16; else a STRING, whose characters are those of ISO 8859-1, a byte each.
     pub is_wide: bool,
 }
 
-impl Text {
-    /// Its PLC type with its length, such as `STRING[20]`.
-    pub fn type_name(&self) -> String {
+impl TextType {
+    /// Its name with the length, such as `STRING[20]`.
+    pub fn name(self) -> String {
         format!("{}[{}]", if self.is_wide { "WSTRING" } else { "STRING" }, self.most)
     }
 
@@ -218,10 +225,10 @@ impl Text {
     ///
     /// # Errors
     /// It is longer than the variable, or has a character that a STRING does not have.
-    pub fn units(&self, text: &str) -> Result<Vec<u16>, String> {
+    pub fn units(self, text: &str) -> Result<Vec<u16>, String> {
         let units: Vec<u16> = text.encode_utf16().collect();
         if units.len() > self.most.into() {
-            return Err(format!("{} takes {} characters, not {}", self.type_name(), self.most, units.len()));
+            return Err(format!("{} takes {} characters, not {}", self.name(), self.most, units.len()));
         }
         match text.chars().find(|character| !self.is_wide && u32::from(*character) > 0xFF) {
             Some(other) => Err(format!("a STRING has the characters of ISO 8859-1, and {other:?} is not one of them")),

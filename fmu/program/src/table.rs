@@ -3,7 +3,7 @@
 use crate::manifest::Manifest;
 use blocks::table::DEPTH;
 use blocks::table::number::{number, to_value};
-use blocks::{Class, Kind, Response, Role, Row, Table, Text, Time, Value};
+use blocks::{Class, Kind, Response, Role, Row, Table, Text, TextType, Time, Value};
 use scl::interface::{self, Variable};
 use scl::program::{Scalar, Type};
 use scl::{Compiled, Root};
@@ -22,30 +22,19 @@ pub struct Place {
 pub struct TextPlace {
     /// Where it begins, in bytes: the number of its characters in 16 bits, then the characters.
     pub offset: usize,
-    /// The most characters that it holds.
-    pub most: u16,
-    /// A WSTRING, whose characters have 16 bits.
-    pub is_wide: bool,
+    /// Its type; a character of a WSTRING has 16 bits, of a STRING 8.
+    pub ty: TextType,
 }
 
 impl TextPlace {
     /// The bytes of a character.
     fn width(self) -> usize {
-        1 + usize::from(self.is_wide)
+        1 + usize::from(self.ty.is_wide)
     }
 
     /// The bytes that it takes.
     pub fn size(self) -> usize {
-        2 + usize::from(self.most) * self.width()
-    }
-
-    /// The characters of a text as the program holds them.
-    ///
-    /// # Errors
-    /// It is too long, or has a character that a STRING does not have.
-    pub fn units(self, text: &str) -> Result<Vec<u16>, String> {
-        let (most, is_wide) = (self.most, self.is_wide);
-        Text { name: "", description: "", role: Role::Local, start: "", most, is_wide }.units(text)
+        2 + usize::from(self.ty.most) * self.width()
     }
 
     /// The text in a memory.
@@ -54,17 +43,17 @@ impl TextPlace {
             Some([low, high, ..]) => u16::from_le_bytes([*low, *high]),
             _ => 0,
         };
-        let length = usize::from(unit(self.offset).min(self.most));
+        let length = usize::from(unit(self.offset).min(self.ty.most));
         let start = self.offset + 2;
-        match self.is_wide {
+        match self.ty.is_wide {
             true => String::from_utf16_lossy(&(0..length).map(|at| unit(start + 2 * at)).collect::<Vec<_>>()),
             false => memory[start..start + length].iter().map(|byte| char::from(*byte)).collect(),
         }
     }
 
-    /// Writes a text of at most [`TextPlace::most`] characters to a memory. What lies behind them stays.
+    /// Writes a text of at most [`TextType::most`] characters to a memory. What lies behind them stays.
     pub fn write(self, memory: &mut [u8], units: &[u16]) {
-        let length = units.len().min(self.most.into());
+        let length = units.len().min(self.ty.most.into());
         memory[self.offset..self.offset + 2].copy_from_slice(&(length as u16).to_le_bytes());
         let start = self.offset + 2;
         for (at, unit) in units[..length].iter().enumerate() {
@@ -118,7 +107,7 @@ pub fn of(manifest: &Manifest, compiled: &Compiled, root: &Root, is_unit: fn(&st
     let program = &compiled.program;
     for (variable, path) in &variables {
         if let Some((offset, Type::Text { capacity: most, wide: is_wide })) = program.find(path) {
-            let place = TextPlace { offset, most, is_wide };
+            let place = TextPlace { offset, ty: TextType { most, is_wide } };
             let start = place.read(&program.records[program.memory].start);
             texts.push((
                 text(&unique(&mut names, &structured(&variable.name)), variable, manifest, place, &start)?,
@@ -205,14 +194,7 @@ fn text(name: &str, of: &Variable, manifest: &Manifest, place: TextPlace, start:
         role if role.is_settable() && start.chars().any(char::is_control) => Role::Local,
         role => role,
     };
-    Ok(Text {
-        name: leaked(name),
-        description: leaked(&of.comment.text),
-        role,
-        start: leaked(start),
-        most: place.most,
-        is_wide: place.is_wide,
-    })
+    Ok(Text { name: leaked(name), description: leaked(&of.comment.text), role, start: leaked(start), ty: place.ty })
 }
 
 /// The variables of a program, with their paths in the memory: those of its instance, then what all blocks see.

@@ -384,13 +384,13 @@ fn texts(text: &mut String, texts: &[(Text, usize, usize)]) {
             rows,
             "    {{{}, {}, PLCFMU_{}, {offset}, {size}, {}, {}, {given}}}, /* {index} */",
             quoted(of.name),
-            quoted(&of.type_name()),
+            quoted(&of.ty.name()),
             word(of.role),
-            of.most,
-            u8::from(of.is_wide),
+            of.ty.most,
+            u8::from(of.ty.is_wide),
         );
         // A character of UTF-16 has at most three bytes in UTF-8, one of ISO 8859-1 two.
-        given += usize::from(of.most) * (2 + usize::from(of.is_wide)) + 1;
+        given += usize::from(of.ty.most) * (2 + usize::from(of.ty.is_wide)) + 1;
     }
     let _ = write!(
         text,

@@ -3,6 +3,7 @@
 use super::Options;
 use ::program::TextPlace;
 use anyhow::{Context, Result, anyhow, bail};
+use blocks::TextType;
 use draw::escape::Text;
 use parameters::literal;
 use scl::Compiled;
@@ -141,7 +142,7 @@ struct Expectation<'a> {
     last: i64,
     /// It must hold once; else in each call.
     is_once: bool,
-    values: Vec<(Slot, &'a str, &'a toml::Value)>,
+    values: Vec<(&'a str, Given)>,
 }
 
 /// Where a variable lies, and what it is.
@@ -151,10 +152,10 @@ enum Slot {
     Text(TextPlace),
 }
 
-/// A value of a case.
+/// A value of a case, and where its variable lies.
 enum Given {
-    Number(Value),
-    Text(Vec<u16>),
+    Number(usize, Value),
+    Text(TextPlace, String),
 }
 
 impl Trial {
@@ -184,7 +185,7 @@ impl Trial {
         match found {
             Some((offset, Type::Scalar(of))) => Ok(Slot::Number(offset, of)),
             Some((offset, Type::Text { capacity: most, wide: is_wide })) => {
-                Ok(Slot::Text(TextPlace { offset, most, is_wide }))
+                Ok(Slot::Text(TextPlace { offset, ty: TextType { most, is_wide } }))
             }
             Some(_) => bail!("{name} is neither a number nor a text: name its members or elements"),
             None => bail!("the program has no variable {name}"),
@@ -197,7 +198,7 @@ impl Trial {
     /// The case is wrong: a sentence with file and line.
     pub fn run(&mut self, file: &File, case: &Case) -> Result<Option<String>> {
         self.machine.restart();
-        let mut settings: BTreeMap<i64, Vec<(Given, Slot)>> = BTreeMap::new();
+        let mut settings: BTreeMap<i64, Vec<Given>> = BTreeMap::new();
         let mut expectations = Vec::new();
         for step in &case.steps {
             let (setting, expectation) = self.step(file, step).with_context(|| file.place(step))?;
@@ -213,9 +214,10 @@ impl Trial {
         for call in 0..=last {
             for setting in settings.remove(&call).unwrap_or_default() {
                 match setting {
-                    (Given::Text(units), Slot::Text(place)) => place.write(self.machine.state_mut(), &units),
-                    (Given::Number(value), Slot::Number(offset, _)) => self.machine.set(value, offset),
-                    _ => {}
+                    Given::Number(offset, value) => self.machine.set(value, offset),
+                    Given::Text(place, text) => {
+                        place.write(self.machine.state_mut(), &text.encode_utf16().collect::<Vec<_>>());
+                    }
                 }
             }
             if let Err(stop) = self.machine.call(self.cycle, call * file.cycle) {
@@ -235,7 +237,7 @@ impl Trial {
         Ok(problem)
     }
 
-    fn step<'a>(&self, file: &File, step: &'a Spanned<Step>) -> Result<(Vec<(Given, Slot)>, Expectation<'a>)> {
+    fn step<'a>(&self, file: &File, step: &'a Spanned<Step>) -> Result<(Vec<Given>, Expectation<'a>)> {
         let content = step.get_ref();
         let first = file.call(&content.at)?;
         let last = match (&content.within, &content.until) {
@@ -249,14 +251,11 @@ impl Trial {
         }
         let mut setting = Vec::new();
         for (name, given) in &content.set {
-            let slot = self.variable(name)?;
-            setting.push((slot.given(name, given)?, slot));
+            setting.push(self.variable(name)?.given(name, given)?);
         }
         let mut values = Vec::new();
         for (name, expected) in &content.expect {
-            let slot = self.variable(name)?;
-            slot.given(name, expected)?;
-            values.push((slot, name.as_str(), expected));
+            values.push((name.as_str(), self.variable(name)?.given(name, expected)?));
         }
         Ok((setting, Expectation { step, first, last, is_once: content.within.is_some(), values }))
     }
@@ -268,19 +267,14 @@ impl Trial {
                 continue;
             }
             let tolerance = expectation.step.get_ref().tolerance;
-            let missed = expectation.values.iter().find_map(|(slot, name, expected)| {
-                match (*slot, slot.given(name, expected)) {
-                    (Slot::Number(offset, of), Ok(Given::Number(expected))) => {
-                        let found = self.machine.get(of, offset);
-                        (!is_equal(found, expected, tolerance))
-                            .then(|| format!("{name} is {found}, expected {expected}"))
-                    }
-                    (Slot::Text(place), Ok(Given::Text(_))) => {
-                        let (found, expected) =
-                            (place.read(self.machine.state()), expected.as_str().unwrap_or_default());
-                        (found != expected).then(|| format!("{name} is {found:?}, expected {expected:?}"))
-                    }
-                    _ => None,
+            let missed = expectation.values.iter().find_map(|(name, expected)| match expected {
+                Given::Number(offset, expected) => {
+                    let found = self.machine.get(expected.ty(), *offset);
+                    (!is_equal(found, *expected, tolerance)).then(|| format!("{name} is {found}, expected {expected}"))
+                }
+                Given::Text(place, expected) => {
+                    let found = place.read(self.machine.state());
+                    (found != *expected).then(|| format!("{name} is {found:?}, expected {expected:?}"))
                 }
             });
             match missed {
@@ -309,9 +303,10 @@ impl Slot {
     /// A value of a case as one of this variable.
     fn given(self, name: &str, given: &toml::Value) -> Result<Given> {
         match (self, given) {
-            (Slot::Number(_, of), given) => Ok(Given::Number(value(name, given, of)?)),
+            (Slot::Number(offset, of), given) => Ok(Given::Number(offset, value(name, given, of)?)),
             (Slot::Text(place), toml::Value::String(text)) => {
-                Ok(Given::Text(place.units(text).map_err(|why| anyhow!("{name} = {given}: {why}"))?))
+                place.ty.units(text).map_err(|why| anyhow!("{name} = {given}: {why}"))?;
+                Ok(Given::Text(place, text.clone()))
             }
             (Slot::Text(_), given) => {
                 bail!("{given} is not a value of {name}, which is a text: write it in quotation marks")
@@ -475,7 +470,7 @@ steps = [{ at = "0s", set = { name = "x" }, expect = { name = "y" } }]
         assert_eq!(results[0], None);
         let problem = results[1].as_deref().unwrap();
         assert!(problem.ends_with(r#"at 0 s: name is "x", expected "y""#), "{problem}");
-        let slot = Slot::Text(TextPlace { offset: 0, most: 4, is_wide: false });
+        let slot = Slot::Text(TextPlace { offset: 0, ty: TextType { most: 4, is_wide: false } });
         let refused = |given: toml::Value| slot.given("name", &given).err().unwrap().to_string();
         assert_eq!(refused("Valve".into()), "name = \"Valve\": STRING[4] takes 4 characters, not 5");
         assert!(refused(toml::Value::Integer(1)).ends_with("which is a text: write it in quotation marks"));

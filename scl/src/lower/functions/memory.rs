@@ -6,7 +6,7 @@ use super::super::paths::{Slice, Variable};
 use super::Given;
 use crate::compiler::{Operand, Parameter, Slot};
 use crate::lexer::Span;
-use crate::program::{self, Binary, Convert, Expr, For, Scalar, Step, What};
+use crate::program::{self, Binary, Convert, Expr, For, Scalar, Statement, Step, What};
 use crate::syntax::{ExpressionId, ExpressionKind};
 use crate::types::{Class, Elementary, Type};
 
@@ -138,8 +138,7 @@ impl Lowerer<'_, '_> {
         self.elements(from.as_ref(), fill, count, &to, given.span);
     }
 
-    /// MOVE_BLK_VARIANT of arrays: as MOVE_BLK, from elements that are counted from 0. Its value is 0: what would be an error on a
-    /// CPU is told before, or stops the program.
+    /// MOVE_BLK_VARIANT of arrays: as MOVE_BLK, from elements that are counted from 0.
     pub(super) fn elements_of_arrays(&mut self, given: &Given) -> Operand {
         let named = ["SRC", "COUNT", "SRC_INDEX", "DEST_INDEX", "DEST"];
         let found: Vec<ExpressionId> = (0..).zip(named).filter_map(|(at, name)| given.find(name, at)).collect();
@@ -161,10 +160,7 @@ impl Lowerer<'_, '_> {
             lowerer.elements(Some(&from), None, count, &to, given.span);
             Some(())
         });
-        match is_done {
-            Some(()) => Operand::Value(Elementary::Int, Expr::After(code, Box::new(Expr::Const(0_i16.into())))),
-            None => Operand::Wrong(None),
-        }
+        is_done.map_or(Operand::Wrong(None), |()| no_error(code))
     }
 
     /// The element of an array with a number that is counted from 0.
@@ -192,7 +188,7 @@ impl Lowerer<'_, '_> {
         Some(Variable::whole(of, self.frozen(place, given.span)))
     }
 
-    /// BLKMOV of variables of one type: an assignment. Its value is 0.
+    /// BLKMOV of variables of one type: an assignment.
     pub(super) fn copied_block(&mut self, given: &Given) -> Operand {
         let (Some(from), Some(to)) = (given.find("SRCBLK", 0), given.find("DSTBLK", 1)) else {
             return self.error(given.span, format!("{} needs SRCBLK and DSTBLK", given.name), None);
@@ -209,10 +205,7 @@ impl Lowerer<'_, '_> {
             lowerer.assign(&to, value, given.span);
             Some(())
         });
-        match is_done {
-            Some(()) => Operand::Value(Elementary::Int, Expr::After(code, Box::new(Expr::Const(0_i16.into())))),
-            None => Operand::Wrong(None),
-        }
+        is_done.map_or(Operand::Wrong(None), |()| no_error(code))
     }
 
     /// Copies elements one by one, from an element and those behind it, or fills them with a value.
@@ -309,4 +302,10 @@ impl Lowerer<'_, '_> {
         let one = Expr::Const(program::Value::new(of.scalar(), 1));
         Operand::Value(of, binary(Binary::Shl, of.scalar(), one, bit, at))
     }
+}
+
+/// The value of a function that gives the number of an error, and runs statements: 0, since what would be an error on a CPU is told
+/// before, or stops the program.
+fn no_error(code: Vec<Statement>) -> Operand {
+    Operand::Value(Elementary::Int, Expr::After(code, Box::new(Expr::Const(0_i16.into()))))
 }
