@@ -19,11 +19,55 @@ macro_rules! plants {
         pub fn for_each_plant(what: &mut impl blocks::EachBlock) {
             $(what.block::<$plant>();)*
         }
+
+        const MODULES: &[&str] = &[$(stringify!($module)),*];
+
+        $(impl PlantAt<{ place(stringify!($module)) }> for () {
+            type Plant = $plant;
+        })*
     };
 }
 
 // Every plant of this crate, in the order in which the parameter tool shows them.
 plants!(process::Process, heater::Heater, valve::Valve, thermo::Thermo, tank::Tank, drive::Drive, sensor::Sensor,);
+
+/// The plant at a [place]. The library of a plant's FMU has it by the name of its package, so that all of them are one file.
+pub type Plant<const PLACE: usize> = <() as PlantAt<PLACE>>::Plant;
+
+/// A plant by its place.
+pub trait PlantAt<const PLACE: usize> {
+    /// The plant.
+    type Plant: blocks::Block;
+}
+
+/// The place in `plants!` of the plant that this file has, for example `heater`.
+///
+/// # Panics
+/// There is no such plant. In a constant that is an error of the compiler.
+#[must_use]
+pub const fn place(module: &str) -> usize {
+    let mut place = 0;
+    while place < MODULES.len() {
+        if is_equal(MODULES[place].as_bytes(), module.as_bytes()) {
+            return place;
+        }
+        place += 1;
+    }
+    panic!(
+        "no plant in plants/src/lib.rs has this name: call the package as the file of the plant, and add it to plants!"
+    )
+}
+
+/// `==`, which is not for constants.
+const fn is_equal(mut one: &[u8], mut other: &[u8]) -> bool {
+    while let ([first, rest @ ..], [second, others @ ..]) = (one, other) {
+        if *first != *second {
+            return false;
+        }
+        (one, other) = (rest, others);
+    }
+    one.is_empty() && other.is_empty()
+}
 
 macro_rules! loops {
     ($($name:literal),* $(,)?) => {
@@ -55,6 +99,24 @@ loops!(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use blocks::{Block, EachBlock};
+
+    #[test]
+    fn a_plant_is_at_the_place_of_its_file() {
+        struct Names(Vec<&'static str>);
+        impl EachBlock for Names {
+            fn block<B: Block>(&mut self) {
+                self.0.push(B::TABLE.name);
+            }
+        }
+        let mut names = Names(Vec::new());
+        for_each_plant(&mut names);
+        // A package cannot find a plant whose file has another name.
+        assert_eq!(MODULES.iter().map(|module| module.to_uppercase()).collect::<Vec<_>>(), names.0);
+        assert_eq!(Plant::<{ place("tank") }>::TABLE.name, "TANK");
+        let refused = |name: &'static str| std::panic::catch_unwind(|| place(name)).is_err();
+        assert!(refused("tan") && refused("tanks") && refused("TANK") && refused(""));
+    }
 
     #[test]
     fn every_file_of_loops_is_in_the_list() {

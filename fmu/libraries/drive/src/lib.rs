@@ -1,3 +1,0 @@
-//! DRIVE as an FMU: `plants/src/drive.rs`.
-
-fmu::export!(plants::Drive);

@@ -1,3 +1,0 @@
-//! HEATER as an FMU: `plants/src/heater.rs`.
-
-fmu::export!(plants::Heater);

@@ -1,3 +1,0 @@
-//! PROCESS as an FMU: `plants/src/process.rs`.
-
-fmu::export!(plants::Process);

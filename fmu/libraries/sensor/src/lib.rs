@@ -1,3 +1,0 @@
-//! SENSOR as an FMU: `plants/src/sensor.rs`.
-
-fmu::export!(plants::Sensor);

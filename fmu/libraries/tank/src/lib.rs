@@ -1,3 +1,0 @@
-//! TANK as an FMU: `plants/src/tank.rs`.
-
-fmu::export!(plants::Tank);

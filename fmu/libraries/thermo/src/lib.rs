@@ -1,3 +1,0 @@
-//! THERMO as an FMU: `plants/src/thermo.rs`.
-
-fmu::export!(plants::Thermo);

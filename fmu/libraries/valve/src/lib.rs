@@ -1,3 +1,0 @@
-//! VALVE as an FMU: `plants/src/valve.rs`.
-
-fmu::export!(plants::Valve);
