@@ -547,7 +547,7 @@ def test_texts_are_strings_that_are_set_within_their_length_kept_in_states_and_r
     assert "text is computed by the block and can only be read" in refused("text", "x")
     # A character beyond 16 bits is two of a WSTRING.
     assert "note = \"😀😀😀😀a\": WSTRING[8] takes 8 characters, not 9" in refused("note", "😀😀😀😀a")
-    assert "length, a Integer: use fmi2SetInteger" in refused("length", "x")
+    assert "length, of type Integer: use fmi2SetInteger" in refused("length", "x")
     assert read("article", "note") == ["B-7ö", "日本😀"]
     slave.reset()
     label.start()

@@ -268,7 +268,7 @@ pub fn no_variable<V: Version>(table: &Table, reference: u32, functions: impl Fn
     let text = texts::text(table, reference).map(|(_, text)| (text.name.to_string(), texts::TYPE));
     match row.or(text) {
         Some((name, kind)) => {
-            format!("value reference {reference} is {name}, a {kind}: use {}", functions(kind))
+            format!("value reference {reference} is {name}, of type {kind}: use {}", functions(kind))
         }
         None => {
             let last = table.rows.len() + table.texts.len() - 1;
@@ -394,8 +394,8 @@ mod tests {
     fn a_refused_reference_is_named_with_what_to_use_instead() {
         let mut instance = initialized(|_| ());
         assert_eq!(reason(instance.set(&[9], &[0.0])), "value reference 9 is unknown: they go from 0 to 8");
-        assert_eq!(reason(instance.set(&[ON], &[1.0])), "value reference 2 is ON, a Boolean: use fmi2SetBoolean");
-        assert_eq!(reason(instance.get(&[U], &mut [0])), "value reference 0 is U, a Real: use fmi2GetReal");
+        assert_eq!(reason(instance.set(&[ON], &[1.0])), "value reference 2 is ON, of type Boolean: use fmi2SetBoolean");
+        assert_eq!(reason(instance.get(&[U], &mut [0])), "value reference 0 is U, of type Real: use fmi2GetReal");
         assert_eq!(reason(instance.set(&[SUM], &[1.0])), "SUM is computed by the block and can only be read");
         assert_eq!(
             reason(instance.set(&[CYCLE], &[1.0])),

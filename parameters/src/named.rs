@@ -2,7 +2,7 @@
 
 use crate::block::{Block, Member};
 use crate::loops::Loop;
-use crate::problem::quoted;
+use crate::problem::{quoted, with_article};
 use crate::report::{Report, list};
 use crate::value::plc_value;
 use blocks::{Form, Kind, Value};
@@ -92,7 +92,7 @@ pub(crate) fn member(block: &Block, name: &str) -> Result<usize, (String, Option
                     "{} of {} is {}: only inputs and parameters have values here",
                     member.name,
                     block.name,
-                    article(what)
+                    with_article(what)
                 ),
                 None,
             ))
@@ -108,11 +108,6 @@ pub(crate) fn member(block: &Block, name: &str) -> Result<usize, (String, Option
             Err((format!("{} has no input or parameter {}", block.name, quoted(name)), help))
         }
     }
-}
-
-fn article(noun: &str) -> String {
-    let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
-    format!("{article} {noun}")
 }
 
 /// The only block that has all these names, or of several the one of which none is missing.

@@ -125,6 +125,19 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .map(|(_, candidate)| candidate)
 }
 
+/// A noun or the name of a PLC type with its article: an input, a REAL, an INT, an LREAL, an S5TIME.
+///
+/// ```
+/// let spoken = ["input", "REAL", "UINT", "ARRAY[1..3] OF INT", "LREAL", "\"Pair\""].map(parameters::problem::with_article);
+/// assert_eq!(spoken, ["an input", "a REAL", "a UINT", "an ARRAY[1..3] OF INT", "an LREAL", "a \"Pair\""]);
+/// ```
+pub fn with_article(noun: impl fmt::Display) -> String {
+    let noun = noun.to_string();
+    // L is spelled in LREAL and LINT, and S in S5TIME.
+    let is_an = noun.starts_with(['a', 'e', 'i', 'o', 'u', 'A', 'E', 'I', 'O', 'L']) || noun.starts_with("S5");
+    format!("{} {noun}", if is_an { "an" } else { "a" })
+}
+
 /// The text in backquotes for a message: shortened, without characters that would disturb a terminal.
 pub fn quoted(text: &str) -> String {
     const MOST_CHARACTERS: usize = 40;

@@ -2,6 +2,7 @@
 
 use crate::types::{Class, Elementary};
 use parameters::literal::{self, Refusal};
+use parameters::problem::with_article;
 
 /// A literal.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,7 +128,7 @@ fn in_range(whole: i128, of: Elementary) -> Result<i128, (String, Option<&'stati
         Elementary::LTime => " ns",
         _ => "",
     };
-    Err((format!("a {} of {low} to {high}{unit}", of.name()), None))
+    Err((format!("{} of {low} to {high}{unit}", with_article(of.name())), None))
 }
 
 /// The characters of a text in apostrophes.
@@ -170,7 +171,7 @@ fn date(text: &str, of: Elementary) -> Result<i128, (String, Option<&'static str
         Elementary::Tod => (format!("1970-01-01-{text}"), days(1970, 1, 1), SECOND / 1000),
         _ => (format!("1970-01-01-{text}"), days(1970, 1, 1), 1),
     };
-    let expected = || (format!("a {}, such as D#2020-01-02 or TOD#03:04:05.6", of.name()), None);
+    let expected = || (format!("{}, such as D#2020-01-02 or TOD#03:04:05.6", with_article(of.name())), None);
     let Ok(Literal::Moment([year, month, day, hour, minute, second, nanosecond])) = moment(&text) else {
         return Err(expected());
     };

@@ -185,7 +185,10 @@ impl<'c, 'a> Lowerer<'c, 'a> {
         let span = self.span(id);
         let operand = self.operand(id, of.and_then(Type::elementary));
         match (operand, of) {
-            (Operand::Wrong(key), _) => Operand::Wrong(key),
+            (Operand::Wrong(missing), _) => {
+                missing.iter().for_each(|name| self.compiler.is_constant(name));
+                Operand::Wrong(missing)
+            }
             (Operand::Text(text, wide), None | Some(Type::Text { .. })) => Operand::Text(text, wide),
             (operand, Some(Type::Elementary(of))) => {
                 let value = self.converted(operand, *of, span);
@@ -223,10 +226,7 @@ impl<'c, 'a> Lowerer<'c, 'a> {
                 })
             }
             Operand::Wrong(name) => {
-                // Only a constant can stand here.
-                if let Some(name) = name {
-                    self.guess(&name, Elementary::Int);
-                }
+                name.iter().for_each(|name| self.compiler.is_constant(name));
                 None
             }
             Operand::Text(text, _) if text.len() == 1 => Some(text[0].into()),

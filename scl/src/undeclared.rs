@@ -11,6 +11,8 @@ use std::collections::BTreeSet;
 pub enum What {
     /// A PLC tag, a constant or a data block.
     Variable,
+    /// A constant: only one can stand where it is used.
+    Constant,
     /// A type.
     Type,
     /// A function.
@@ -43,6 +45,13 @@ impl Compiler<'_> {
         self.undeclared.entry(key(name)).or_insert(new);
     }
 
+    /// A missing name stands where only a constant can.
+    pub fn is_constant(&mut self, name: &str) {
+        if let Some(missing) = self.undeclared.get_mut(name) {
+            missing.what = What::Constant;
+        }
+    }
+
     /// One message for all tags, and one for each other name.
     pub fn tell_undeclared(&mut self) {
         let mut tags: Vec<Undeclared> = Vec::new();
@@ -55,6 +64,10 @@ impl Compiler<'_> {
                     let members: Vec<String> = members.iter().map(|member| format!("{name}.{member}")).collect();
                     let message = format!("no source declares the data block \"{name}\": {}", members.join(", "));
                     self.error(*span, message, Some("export this DB as source, or declare it in a .scl file"));
+                }
+                What::Constant => {
+                    let help = format!("--constant {name}=5 declares it");
+                    self.error(*span, format!("no source declares the constant \"{name}\""), Some(&help));
                 }
                 What::Type => {
                     self.error(*span, format!("no source declares the type \"{name}\""), Some(sources));

@@ -180,7 +180,7 @@ fn calls_that_do_not_fit_are_refused() {
     refused("#sub(a => #i, p := #pair);", "a is supplied with :=");
     refused("#sub(b := #i, p := #pair);", "b is supplied with =>");
     refused("#sub(a := 1);", "the in-out parameter p is missing");
-    refused("#sub(a := 1, p := #array);", "p is a \"Pair\", not a ARRAY[1..3] OF INT");
+    refused("#sub(a := 1, p := #array);", "p is a \"Pair\", not an ARRAY[1..3] OF INT");
     refused("#i := \"Twice\"();", "Twice is called without a; a function needs all its parameters");
     refused("#i := \"Twice\"(#i, #i);", "the parameters of Twice are supplied by name");
     refused("\"Sub\"(a := 1);", "Sub is called without an instance; declare an instance");
@@ -215,6 +215,10 @@ fn names_that_no_source_declares_are_told_with_what_to_do() {
         "no source declares the type \"typeMotor\"; in TIA Portal: Generate source from blocks",
     );
     undeclarable("x : \"Pairs\";", "no source declares the type \"Pairs\"; \"Pair\" is declared: is it meant?");
+    // Where only a constant can stand it is no tag.
+    let constant = "no source declares the constant \"MOST\"; --constant MOST=5 declares it";
+    undeclarable("x : Array[1..\"MOST\"] of Int;", constant);
+    undeclarable("x : Int := \"MOST\";", constant);
     // What its use tells is taken for it.
     silent("\"X\".TON(IN := TRUE, PT := T#1s); #flag := \"X\".Q;");
     silent("\"R_TRIG_DB_1\"(CLK := #flag, Q => #flag);");

@@ -9,7 +9,7 @@ use crate::program::{self, Call, Expr, Place, What};
 use crate::syntax::{Argument, BlockKind, ExpressionId, ExpressionKind, Scope, SectionKind, key};
 use crate::types::{Elementary, Type};
 use crate::undeclared::What as Missing;
-use parameters::problem::nearest;
+use parameters::problem::{nearest, with_article};
 
 /// A message lists this many names at most.
 const MOST_NAMES: usize = 12;
@@ -249,7 +249,7 @@ impl Lowerer<'_, '_> {
                     (Some(called), _) => Callee::Instance(called, place),
                     (None, Some(method)) => {
                         let of = self.compiler.blocks[block].name.clone();
-                        self.error(span, format!("a {of} cannot be called as {method}"), None);
+                        self.error(span, format!("{} cannot be called as {method}", with_article(of)), None);
                         Callee::Wrong
                     }
                     (None, None) => Callee::Wrong,
@@ -558,13 +558,14 @@ impl Lowerer<'_, '_> {
     /// What is passed by reference for an argument.
     fn reference(&mut self, parameter: &Parameter, argument: &Argument) -> Option<Place> {
         let span = self.span(argument.value);
+        let expected = with_article(&parameter.of);
         let operand = self.operand(argument.value, None);
         let (of, place) = match operand {
             Operand::Variable(of, place) => (of, place),
             Operand::Wrong(_) => return None,
             other => {
                 let found = self.type_name(&other);
-                self.error(span, format!("{} is a {}, not {found}", parameter.name, parameter.of), None);
+                self.error(span, format!("{} is {expected}, not {found}", parameter.name), None);
                 return None;
             }
         };
@@ -582,7 +583,7 @@ impl Lowerer<'_, '_> {
             (formal, actual) => formal.is_like(actual),
         };
         if !fits {
-            self.error(span, format!("{} is a {}, not a {of}", parameter.name, parameter.of), None);
+            self.error(span, format!("{} is {expected}, not {}", parameter.name, with_article(of)), None);
             return None;
         }
         Some(self.referred(place, &of, span))

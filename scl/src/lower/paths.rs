@@ -8,7 +8,7 @@ use crate::program::{Base, Binary, Call, Convert, Expr, Place, Scalar, Step, Val
 use crate::syntax::{BlockKind, ExpressionId, ExpressionKind, Name, Scope, SectionKind, key};
 use crate::types::{Elementary, Type};
 use crate::undeclared::What as Missing;
-use parameters::problem::nearest;
+use parameters::problem::{nearest, with_article};
 
 /// What an absolute address is told.
 pub const ABSOLUTE: &str = "an absolute address has no value in an FMU; make it an input of the block";
@@ -418,7 +418,7 @@ impl Lowerer<'_, '_> {
         if let Operand::Value(of, _) = &operand
             && !of.is_whole()
         {
-            self.error(span, format!("an index is an integer, not a {}", of.name()), None);
+            self.error(span, format!("an index is an integer, not {}", with_article(of.name())), None);
             return zero(Elementary::DInt);
         }
         let value = match operand {

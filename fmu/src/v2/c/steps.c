@@ -259,7 +259,7 @@ static fmi2Status plcfmu_no_variable(plcfmu_text_t *text, u32_t reference, const
         const char *own = plcfmu_classes[plcfmu_class(&plcfmu_rows[reference])];
         plcfmu_say(text, " is ");
         plcfmu_say(text, plcfmu_rows[reference].name);
-        plcfmu_say(text, ", a ");
+        plcfmu_say(text, ", of type ");
         plcfmu_say(text, own);
         plcfmu_say(text, ": use fmi2");
         plcfmu_say(text, access);
@@ -268,7 +268,7 @@ static fmi2Status plcfmu_no_variable(plcfmu_text_t *text, u32_t reference, const
     } else if (reference - PLCFMU_ROWS < PLCFMU_TEXTS) {
         plcfmu_say(text, " is ");
         plcfmu_say(text, plcfmu_text_rows[reference - PLCFMU_ROWS].name);
-        plcfmu_say(text, ", a String: use fmi2");
+        plcfmu_say(text, ", of type String: use fmi2");
         plcfmu_say(text, access);
         plcfmu_say(text, "String");
 #endif
