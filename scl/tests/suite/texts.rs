@@ -1,28 +1,15 @@
 //! Functions of texts.
 
-use parameters::Source;
-use scl::machine::{Code, Machine};
-use scl::program::{Scalar, Type};
-use scl::{Options, compile};
-use std::sync::Arc;
+use super::{Ran, compiled};
 
 /// Whether `y` is TRUE behind statements with the text `s` = 'Valve 7' and the character `c` = 'x'.
 fn runs(statements: &str) -> bool {
-    let source = format!(
+    super::runs(&format!(
         "FUNCTION_BLOCK \"B\" {{ S7_Optimized_Access := 'TRUE' }} VAR_OUTPUT y : Bool; n : DInt; END_VAR
         VAR s : String := 'Valve 7'; short : String[4]; c : Char := 'x'; w : WString := WSTRING#'Größe €'; wc : WChar;
             i : Int; u : UInt; ul : ULInt; r : Real; bytes : Array[3..7] of Byte; chars : Array[0..9] of WChar; END_VAR
         BEGIN #short := #s; {statements} END_FUNCTION_BLOCK"
-    );
-    let compiled = compile(&[Source::new("b.scl", source.into())], &Options::default());
-    let compiled = compiled.unwrap_or_else(|errors| panic!("{statements}: {}", errors[0]));
-    let root = compiled.root.unwrap();
-    let mut machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
-    machine.call(root.cycle, 0).unwrap();
-    let Some((offset, Type::Scalar(Scalar::Bool))) = compiled.program.find(&format!("{}.y", root.instance)) else {
-        panic!("y is no BOOL")
-    };
-    machine.get(Scalar::Bool, offset) == true.into()
+    ))
 }
 
 /// Whether a condition holds.
@@ -86,14 +73,13 @@ fn texts_are_put_together_searched_and_changed() {
 #[test]
 fn texts_of_both_kinds_are_compared_with_what_has_no_kind_and_not_with_each_other() {
     let of = |condition: &str| {
-        let source = format!(
+        compiled(&format!(
             "FUNCTION_BLOCK \"B\" VAR_OUTPUT y : Bool; END_VAR VAR w : WString := WSTRING#'abc'; s : String; END_VAR
             BEGIN y := {condition}; END_FUNCTION_BLOCK"
-        );
-        compile(&[Source::new("b.scl", source.into())], &Options::default())
+        ))
     };
     for condition in ["w = 'abc'", "'abc' <= w", "s = 'abc'"] {
-        assert!(Code::compile(&of(condition).unwrap().program).is_ok(), "{condition}");
+        Ran::new(of(condition).unwrap_or_else(|errors| panic!("{condition}: {}", errors[0])));
     }
     let refused = of("w = s").unwrap_err()[0].to_string();
     assert!(refused.contains("WSTRING = STRING is not possible; a STRING is not compared with a WSTRING"), "{refused}");

@@ -1,10 +1,8 @@
 //! The tables of docs/scl.md: each row has samples, which compile, are refused with what the row says, or give what is decided.
 
+use super::{Ran, is_y_true};
 use parameters::Source;
-use scl::machine::{Code, Machine};
-use scl::program::{Scalar, Type};
 use scl::{Compiled, Options, compile};
-use std::sync::Arc;
 
 /// What every sample may use.
 const AROUND: &str = r#"
@@ -238,7 +236,7 @@ fn each_row_of_the_language_has_samples_that_work_and_samples_that_are_refused()
     for row in ROWS {
         for sample in row.works {
             let compiled = compiled(sample).unwrap_or_else(|errors| panic!("{}: {sample}\n{errors}", row.what));
-            Code::compile(&compiled.program).unwrap();
+            Ran::new(compiled);
         }
         for (sample, message) in row.refused {
             let errors = compiled(sample).err().unwrap_or_else(|| panic!("{}: {sample} is not refused", row.what));
@@ -253,13 +251,6 @@ fn what_is_decided_is_done() {
     assert_eq!(rows("Where the documentation is silent"), known);
     for (what, statements) in DECIDED {
         let compiled = compiled(statements).unwrap_or_else(|errors| panic!("{what}: {statements}\n{errors}"));
-        let root = compiled.root.as_ref().unwrap();
-        let mut machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
-        machine.call(root.cycle, 0).unwrap();
-        let Some((offset, Type::Scalar(of @ Scalar::Bool))) = compiled.program.find(&format!("{}.y", root.instance))
-        else {
-            panic!("{what}: y is no BOOL")
-        };
-        assert!(machine.get(of, offset) == true.into(), "{what}: {statements}");
+        assert!(is_y_true(compiled), "{what}: {statements}");
     }
 }

@@ -1,10 +1,6 @@
 //! The clock of a program: it begins at 2000-01-01 00:00:00, a Saturday.
 
-use parameters::Source;
-use scl::machine::{Code, Machine};
-use scl::program::Type;
-use scl::{Options, compile};
-use std::sync::Arc;
+use super::{Ran, compiled};
 
 const PROGRAM: &str = r#"
 FUNCTION_BLOCK "Clock"
@@ -21,9 +17,7 @@ END_FUNCTION_BLOCK
 
 #[test]
 fn the_clock_counts_days_months_and_leap_years() {
-    let compiled = compile(&[Source::new("clock.scl", PROGRAM.into())], &Options::default()).unwrap();
-    let cycle = compiled.root.as_ref().unwrap().cycle;
-    let mut machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
+    let mut ran = Ran::new(compiled(PROGRAM).unwrap());
     let days = [
         (0, [2000, 1, 1, 7]),
         (59, [2000, 2, 29, 3]),
@@ -32,12 +26,9 @@ fn the_clock_counts_days_months_and_leap_years() {
         (36584, [2100, 3, 1, 2]),
     ];
     for (day, date) in days {
-        machine.call(cycle, (day * 86_400 + 3_723) * 1_000_000_000 + 5).unwrap();
+        ran.call((day * 86_400 + 3_723) * 1_000_000_000 + 5).unwrap();
         for variable in ["now", "local"] {
-            let get = |name: &str| match compiled.program.find(&format!("Clock.{variable}.{name}")) {
-                Some((offset, Type::Scalar(of))) => machine.get(of, offset).bits(),
-                other => panic!("{name}: {other:?}"),
-            };
+            let get = |name: &str| ran.get(&format!("{variable}.{name}")).bits();
             assert_eq!(["YEAR", "MONTH", "DAY", "WEEKDAY"].map(get), date, "day {day}");
             assert_eq!(["HOUR", "MINUTE", "SECOND", "NANOSECOND"].map(get), [1, 2, 3, 5]);
         }
@@ -49,16 +40,11 @@ fn the_functions_of_step_7_take_a_date_and_time_apart() {
     let source = "FUNCTION_BLOCK Clock VAR now : DATE_AND_TIME; day : INT; date : DATE; time : TOD; result : INT; END_VAR
         BEGIN result := READ_CLK(CDT := now); day := DT_DAY(IN := now); date := DT_DATE(IN := now); time := DT_TOD(IN := now);
         END_FUNCTION_BLOCK";
-    let compiled = compile(&[Source::new("clock.scl", source.into())], &Options::default()).unwrap();
-    let cycle = compiled.root.as_ref().unwrap().cycle;
-    let mut machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
+    let mut ran = Ran::new(compiled(source).unwrap());
     // Days since 1990-01-01, of which a DATE counts: 2000-01-01 is the 3652nd and a Saturday.
     for (day, weekday) in [(0, 7), (1, 1), (59, 3)] {
-        machine.call(cycle, (day * 86_400 + 3_723) * 1_000_000_000 + 5_000_000).unwrap();
-        let get = |name: &str| match compiled.program.find(&format!("Clock.{name}")) {
-            Some((offset, Type::Scalar(of))) => machine.get(of, offset).bits(),
-            other => panic!("{name}: {other:?}"),
-        };
+        ran.call((day * 86_400 + 3_723) * 1_000_000_000 + 5_000_000).unwrap();
+        let get = |name: &str| ran.get(name).bits();
         assert_eq!(["day", "date", "time"].map(get), [weekday, 3652 + day as u64, 3_723_005]);
     }
 }

@@ -1,10 +1,6 @@
 //! `AT`: the bytes of a variable in another type, as a CPU stores them.
 
-use parameters::Source;
-use scl::machine::{Code, Machine};
-use scl::program::{Scalar, Type};
-use scl::{Options, compile};
-use std::sync::Arc;
+use super::{compiled, runs};
 
 const DECLARED: &str = "
     VAR
@@ -18,25 +14,16 @@ const DECLARED: &str = "
     END_VAR
     VAR_TEMP i : Int; n : Int; END_VAR";
 
-fn source(statements: &str) -> Source {
-    let text = format!(
+fn source(statements: &str) -> String {
+    format!(
         "FUNCTION_BLOCK \"B\" {{ S7_Optimized_Access := 'FALSE' }} VAR_OUTPUT y : Bool; END_VAR {DECLARED}
         BEGIN {statements} END_FUNCTION_BLOCK"
-    );
-    Source::new("b.scl", text.into())
+    )
 }
 
 /// Whether `y` is TRUE behind statements.
 fn holds(statements: &str) -> bool {
-    let compiled = compile(&[source(statements)], &Options::default());
-    let compiled = compiled.unwrap_or_else(|errors| panic!("{statements}: {}", errors[0]));
-    let root = compiled.root.unwrap();
-    let mut machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
-    machine.call(root.cycle, 0).unwrap();
-    let Some((offset, Type::Scalar(Scalar::Bool))) = compiled.program.find(&format!("{}.y", root.instance)) else {
-        panic!("y is no BOOL")
-    };
-    machine.get(Scalar::Bool, offset) == true.into()
+    runs(&source(statements))
 }
 
 #[test]
@@ -122,9 +109,9 @@ fn what_has_no_bytes_of_a_cpu_is_refused() {
         ("a : Array[0..9999] of Byte; x AT a : Array[0..9999] of Byte;", "a view of more than 4096 numbers"),
     ] {
         let text = format!("FUNCTION_BLOCK \"B\" VAR {declared} END_VAR BEGIN ; END_FUNCTION_BLOCK");
-        let errors = compile(&[Source::new("b.scl", text.into())], &Options::default()).unwrap_err();
+        let errors = compiled(&text).unwrap_err();
         assert!(errors[0].to_string().contains(message), "{declared}: {}", errors[0]);
     }
-    let errors = compile(&[source("FOR #first := 0 TO 3 DO ; END_FOR;")], &Options::default()).unwrap_err();
+    let errors = compiled(&source("FOR #first := 0 TO 3 DO ; END_FOR;")).unwrap_err();
     assert!(errors[0].to_string().contains("a loop cannot count in a view"), "{}", errors[0]);
 }

@@ -1,10 +1,8 @@
 //! Functions of the CPU, with values that one can check by hand.
 
+use super::{Ran, is_y_true};
 use parameters::Source;
-use scl::machine::{Code, Machine};
-use scl::program::{Scalar, Type};
-use scl::{Options, compile};
-use std::sync::Arc;
+use scl::{Compiled, Options, compile};
 
 const VARIABLES: &str = "VAR_OUTPUT y : Bool; END_VAR
     VAR
@@ -15,7 +13,7 @@ const VARIABLES: &str = "VAR_OUTPUT y : Bool; END_VAR
     END_VAR";
 
 /// A program with these statements.
-fn program(statements: &str) -> (Machine, scl::program::Program, usize, String) {
+fn program(statements: &str) -> Compiled {
     let source = format!(
         "FUNCTION \"Checked\" : Int VAR_INPUT a : Int; END_VAR BEGIN #Checked := #a * 2; ENO := #a < 10; END_FUNCTION
         FUNCTION \"Later\" : Bool VAR_INPUT than : DTL; END_VAR BEGIN #Later := #than < DTL#2020-01-01-00:00:01; END_FUNCTION
@@ -25,20 +23,12 @@ fn program(statements: &str) -> (Machine, scl::program::Program, usize, String) 
     );
     let compiled =
         compile(&[Source::new("b.scl", source.into())], &Options { block: Some("B".into()), ..Options::default() });
-    let compiled = compiled.unwrap_or_else(|errors| panic!("{statements}: {}", errors[0]));
-    let root = compiled.root.unwrap();
-    let machine = Machine::new(Arc::new(Code::compile(&compiled.program).unwrap()));
-    (machine, compiled.program, root.cycle, root.instance)
+    compiled.unwrap_or_else(|errors| panic!("{statements}: {}", errors[0]))
 }
 
 /// Whether `y` is TRUE behind statements.
 fn runs(statements: &str) -> bool {
-    let (mut machine, program, cycle, instance) = program(statements);
-    machine.call(cycle, 0).unwrap();
-    let Some((offset, Type::Scalar(Scalar::Bool))) = program.find(&format!("{instance}.y")) else {
-        panic!("y is no BOOL")
-    };
-    machine.get(Scalar::Bool, offset) == true.into()
+    is_y_true(program(statements))
 }
 
 #[track_caller]
@@ -137,31 +127,29 @@ fn elements_are_moved_and_filled() {
     let moved = "MOVE_BLK(IN := #from[#n], COUNT := 3, OUT => #to[1]);";
     holds(moved, &["#to[0] = 0 AND #to[1] = 2 AND #to[2] = 3 AND #to[3] = 4 AND #to[4] = 0"]);
     holds("UFILL_BLK(IN := #n + 5, COUNT := 2, OUT => #to[4]);", &["#to[3] = 0 AND #to[4] = 7 AND #to[5] = 7"]);
-    let (mut machine, _, cycle, _) = program("MOVE_BLK(IN := #from[4], COUNT := 3, OUT => #to[0]);");
-    let stop = machine.call(cycle, 0).unwrap_err().to_string();
+    let mut ran = Ran::new(program("MOVE_BLK(IN := #from[4], COUNT := 3, OUT => #to[0]);"));
+    let stop = ran.call(0).unwrap_err().to_string();
     assert!(stop.ends_with("index 6 is outside of 1..5"), "{stop}");
 }
 
 #[test]
 fn clocks_count_the_time_of_the_calls() {
-    let (mut machine, program, cycle, instance) = program(
+    let mut ran = Ran::new(program(
         "#tick := TIME_TCK(); #run := RUNTIME(#memory); #on(IN := TRUE, PT := T#10s);
         #off(IN := TRUE, PT := T#10s); IF #tick = T#3s THEN RESET_TIMER(#on); PRESET_TIMER(PT := T#4s, TIMER := #off); END_IF;",
-    );
-    let at = |name: &str| program.find(&format!("{instance}.{name}")).unwrap().0;
+    ));
     let mut seen = Vec::new();
     for seconds in [0, 3, 5] {
-        machine.call(cycle, seconds * 1_000_000_000).unwrap();
-        let time = |name: &str| machine.get(Scalar::I32, at(name)).number();
-        let runtime = machine.get(Scalar::F64, at("run")).number();
-        let is_over = ["on.Q", "off.Q"].map(|name| machine.get(Scalar::Bool, at(name)) == true.into());
-        seen.push((time("tick"), runtime, time("on.ET"), time("off.ET"), is_over));
+        ran.call(seconds * 1_000_000_000).unwrap();
+        let numbers = ["tick", "run", "on.ET", "off.ET"].map(|name| ran.get(name).number());
+        let is_over = ["on.Q", "off.Q"].map(|name| ran.get(name) == true.into());
+        seen.push((numbers, is_over));
     }
     // RESET_TIMER clears the memory of IN, too: the timer starts again in the next call.
     let expected = [
-        (0.0, 0.0, 0.0, 0.0, [false; 2]),
-        (3000.0, 3.0, 0.0, 3000.0, [false; 2]),
-        (5000.0, 2.0, 0.0, 4000.0, [false, true]),
+        ([0.0, 0.0, 0.0, 0.0], [false; 2]),
+        ([3000.0, 3.0, 0.0, 3000.0], [false; 2]),
+        ([5000.0, 2.0, 0.0, 4000.0], [false, true]),
     ];
     assert_eq!(seen, expected);
 }
