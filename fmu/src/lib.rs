@@ -42,7 +42,7 @@
 //! values by number, [`state`] says what is allowed when, [`component`] saves states, [`preset`] reads other start values,
 //! [`door`] catches panics and logs; [`refusal`] says why a call is refused, and [`interface`] describes the library and [`table`] the block. [`ordinary`] is
 //! the shortcut for what a host does in every cycle. [`v2`] is FMI 2.0 for co-simulation over this core: a table of C
-//! functions, all unsafe code included.
+//! functions, which shares its unsafe code with other versions in `pointers`.
 //!
 //! Data flows one way: `v2` makes references of pointers, the door checks the state, the session asks the clock, and the
 //! block's law computes. Between the C function and the law there is no dynamic dispatch and no allocation.
@@ -60,6 +60,8 @@ pub mod interface;
 pub mod log;
 pub mod mean;
 pub mod ordinary;
+#[macro_use]
+mod pointers;
 pub mod preset;
 pub mod refusal;
 pub mod resources;
@@ -72,3 +74,17 @@ pub mod texts;
 pub mod v2;
 
 pub use v2::{describe, sources};
+
+/// The last line of an FMU's library: gives it the C functions of FMI for co-simulation over one block, and
+/// `plcfmu_interface`, from which the packer reads what the library says of itself. `export!(functions LIBRARY)` leaves
+/// that out: what the library of programs says depends on the program.
+#[macro_export]
+macro_rules! export {
+    ($Library:ty) => {
+        $crate::export!(functions $Library);
+        $crate::export_interface!($Library);
+    };
+    (functions $Library:ty) => {
+        $crate::export_fmi2!($Library);
+    };
+}

@@ -1,6 +1,6 @@
 //! The 34 functions of FMI 2.0 for co-simulation, a table in which each is written once: its states, its arguments, and what
-//! it asks of the [`Component`]. All that is unsafe is here: pointers become slices and references, and the host's logger is
-//! called. The [`Door`] checks the state, catches panics and says why a call is refused.
+//! it asks of the [`Component`]. All that is unsafe is here and in `pointers`: pointers become slices and references, and the
+//! host's logger is called. The [`Door`] checks the state, catches panics and says why a call is refused.
 //!
 //! What the host has to ensure, as the standard says: a `fmi2Component` comes from `fmi2Instantiate`, is not freed yet and
 //! is used by one thread at a time; an array has the length that stands beside it. NULL is recognized everywhere.
@@ -10,14 +10,13 @@
 #![allow(clippy::missing_safety_doc, clippy::too_many_arguments)]
 
 use super::Fmi2;
-use super::value::Boolean;
+pub use super::value::Boolean;
 pub use crate::component::StateAddress;
 use crate::component::{Component, Library};
-use crate::cyclic::Cyclic;
 use crate::door::{Door, Host};
-use crate::host_type::HostType;
 use crate::interface;
 use crate::log::{self, Category};
+use crate::pointers::{array, array_mut, get, get_ordinary, get_strings, set, set_ordinary, set_strings, target, text};
 use crate::preset::Argument;
 use crate::refusal::{Answer, Refusal};
 use crate::state::{Function, State};
@@ -26,7 +25,7 @@ use blocks::Block;
 use std::ffi::c_void;
 use std::ffi::{CStr, CString};
 pub use std::ffi::{c_char, c_int};
-use std::{ptr, slice};
+use std::ptr;
 
 /// `fmi2Status`, an enum of C.
 pub type Status = c_int;
@@ -126,63 +125,6 @@ unsafe fn try_ordinary<L: Library>(
     unsafe { door::<L>(component) }?.try_ordinary(function, body).map(status)
 }
 
-/// The array of `length` elements at `pointer`; NULL is an array of length 0.
-unsafe fn array<'a, T>(pointer: *const T, length: usize, name: &str) -> Result<&'a [T], Refusal> {
-    if pointer.is_null() && length == 0 {
-        return Ok(&[]);
-    }
-    // SAFETY: as here.
-    unsafe { plain_array(pointer, length) }.ok_or_else(|| no_array(pointer.is_null(), length, name))
-}
-
-/// The same, to write to.
-unsafe fn array_mut<'a, T>(pointer: *mut T, length: usize, name: &str) -> Result<&'a mut [T], Refusal> {
-    if pointer.is_null() && length == 0 {
-        return Ok(&mut []);
-    }
-    // SAFETY: as here.
-    unsafe { plain_array_mut(pointer, length) }.ok_or_else(|| no_array(pointer.is_null(), length, name))
-}
-
-/// The array of `length` elements at `pointer`, if that is not NULL and memory can be so long.
-#[inline(always)]
-unsafe fn plain_array<'a, T>(pointer: *const T, length: usize) -> Option<&'a [T]> {
-    if pointer.is_null() || length > isize::MAX as usize / size_of::<T>() {
-        return None;
-    }
-    // SAFETY: not NULL, no longer than memory can be, and as long as the host says.
-    Some(unsafe { slice::from_raw_parts(pointer, length) })
-}
-
-/// The same, to write to.
-#[inline(always)]
-unsafe fn plain_array_mut<'a, T>(pointer: *mut T, length: usize) -> Option<&'a mut [T]> {
-    if pointer.is_null() || length > isize::MAX as usize / size_of::<T>() {
-        return None;
-    }
-    // SAFETY: as in `plain_array`, and nobody else uses it during the call.
-    Some(unsafe { slice::from_raw_parts_mut(pointer, length) })
-}
-
-fn no_array(is_null: bool, length: usize, name: &str) -> Refusal {
-    match is_null {
-        true => format!("{name} is NULL, though it should have {length} elements"),
-        false => format!("{name} cannot have {length} elements"),
-    }
-    .into()
-}
-
-/// The host's variable for a result.
-unsafe fn target<'a, T>(pointer: *mut T, name: &str) -> Result<&'a mut T, Refusal> {
-    // SAFETY: if it is not NULL, it points to the host's variable.
-    unsafe { pointer.as_mut() }.ok_or_else(|| format!("{name} is NULL").into())
-}
-
-unsafe fn text<'a>(pointer: *const c_char) -> Option<&'a CStr> {
-    // SAFETY: not NULL, and a C string by the host's contract.
-    (!pointer.is_null()).then(|| unsafe { CStr::from_ptr(pointer) })
-}
-
 /// Gives the host's variable the value of an inquiry.
 unsafe fn answer<T>(pointer: *mut T, value: Result<T, Refusal>) -> Result<(), Refusal> {
     // SAFETY: the host's contract.
@@ -197,188 +139,10 @@ fn no_status<T>(kind: c_int) -> Result<T, Refusal> {
     Err(Refusal::new(Answer::Discard, reason))
 }
 
-/// Reads texts. They are the component's until its next call.
-unsafe fn get_strings<B: Cyclic>(
-    component: &mut Component<B>,
-    references: *const u32,
-    count: usize,
-    values: *mut *const c_char,
-) -> Result<(), Refusal> {
-    // SAFETY: the host's contract.
-    let (references, values) = unsafe { (array(references, count, "vr")?, array_mut(values, count, "value")?) };
-    let texts = component.instance.get_texts::<Fmi2>(references)?;
-    component.texts = texts.into_iter().map(terminated).collect();
-    for (value, text) in values.iter_mut().zip(&component.texts) {
-        *value = text.as_ptr();
-    }
-    Ok(())
-}
-
-/// A text as C has it: it ends before a character 0.
-fn terminated(text: String) -> CString {
-    let end = text.find('\0').unwrap_or(text.len());
-    CString::new(&text[..end]).unwrap_or_default()
-}
-
-/// Writes texts.
-unsafe fn set_strings<B: Cyclic>(
-    component: &mut Component<B>,
-    references: *const u32,
-    count: usize,
-    values: *const *const c_char,
-) -> Result<(), Refusal> {
-    // SAFETY: the host's contract.
-    let (references, values) = unsafe { (array(references, count, "vr")?, array(values, count, "value")?) };
-    // SAFETY: the host's contract.
-    let texts: Vec<Option<&CStr>> = values.iter().map(|value| unsafe { text(*value) }).collect();
-    component.instance.set_texts::<Fmi2>(references, &texts)
-}
-
-/// Reads variables, in the ordinary case and in any.
-#[inline(always)]
-unsafe fn get_ordinary<B: Cyclic, T: HostType<Fmi2>>(
-    component: &Component<B>,
-    references: *const u32,
-    count: usize,
-    values: *mut T,
-) -> bool {
-    // SAFETY: the host's contract.
-    match unsafe { (plain_array(references, count), plain_array_mut(values, count)) } {
-        (Some(references), Some(values)) => component.instance.get_ordinary(references, values),
-        _ => false,
-    }
-}
-
-unsafe fn get<B: Cyclic, T: HostType<Fmi2>>(
-    component: &Component<B>,
-    references: *const u32,
-    count: usize,
-    values: *mut T,
-) -> Result<(), Refusal> {
-    // SAFETY: the host's contract.
-    unsafe { component.instance.get(array(references, count, "vr")?, array_mut(values, count, "value")?) }
-}
-
-/// Writes variables, in the ordinary case and in any.
-#[inline(always)]
-unsafe fn set_ordinary<B: Cyclic, T: HostType<Fmi2>>(
-    component: &mut Component<B>,
-    references: *const u32,
-    count: usize,
-    values: *const T,
-) -> bool {
-    // SAFETY: the host's contract.
-    match unsafe { (plain_array(references, count), plain_array(values, count)) } {
-        (Some(references), Some(values)) => component.instance.set_ordinary(references, values),
-        _ => false,
-    }
-}
-
-unsafe fn set<B: Cyclic, T: HostType<Fmi2>>(
-    component: &mut Component<B>,
-    references: *const u32,
-    count: usize,
-    values: *const T,
-) -> Result<(), Refusal> {
-    // SAFETY: the host's contract.
-    unsafe { component.instance.set(array(references, count, "vr")?, array(values, count, "value")?) }
-}
-
-/// Makes of each line of the table
-///
-/// - a [`Function`]: its name and the states in which the standard allows it;
-/// - a Rust function over any [`Library`], which takes a component first and goes through its door to what stands behind `=>`;
-///   or, with `{ }`, does just that; what stands behind `ordinary` it tries before;
-/// - a C function of the library of an FMU: [`export!`](crate::export) has them all. `$d` is a `$` of that macro.
-macro_rules! functions {
-    (($d:tt) $(
-        $name:ident $([$($state:ident)*])? ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)?
-            $({ $($plain:tt)* })?
-            $(, ordinary |$o:ident| $ordinary:expr)? $(=> |$c:ident| $body:expr)?;
-    )*) => {
-        impl Function { $(
-            #[doc = concat!("`", stringify!($name), "`")]
-            pub const $name: Function = Function::new(stringify!($name), &[$($(State::$state),*)?]);
-        )* }
-
-        $( functions! { @function $name ($($argument: $type),*) ($($result)?)
-            $({ $($plain)* })? $(, ordinary |$o| $ordinary)? $(=> |$c| $body)? } )*
-
-        /// The last line of an FMU's library: gives it the 34 functions of FMI 2.0 for co-simulation over one block, and
-        /// `plcfmu_interface`, from which the packer reads what the library says of itself. `export!(functions LIBRARY)` leaves
-        /// that out: what the library of programs says depends on the program.
-        #[macro_export]
-        macro_rules! export {
-            ($d Library:ty) => {
-                $crate::export!(functions $d Library);
-
-                #[allow(unsafe_code, missing_docs, clippy::missing_safety_doc)]
-                mod interface {
-                    use super::*;
-
-                    #[unsafe(no_mangle)]
-                    pub unsafe extern "C" fn plcfmu_interface(buffer: *mut u8, size: usize) -> usize {
-                        // SAFETY: passed on to the packer.
-                        unsafe { $crate::v2::ffi::interface::<$d Library>(buffer, size) }
-                    }
-                }
-            };
-            (functions $d Library:ty) => {
-                // The exported C functions. They are unsafe because the host has to keep the contract of `ffi`.
-                #[allow(unsafe_code, missing_docs, non_snake_case, clippy::missing_safety_doc, clippy::too_many_arguments)]
-                mod fmi2 {
-                    use super::*;
-                    use $crate::v2::ffi::{CallbackFunctions, Pointer, StateAddress, Status, c_char, c_int};
-                    use $crate::v2::value::Boolean;
-
-                    type TheLibrary = $d Library;
-
-                    $(
-                        #[unsafe(no_mangle)]
-                        pub unsafe extern "C" fn $name($($argument: $type),*) $(-> $result)? {
-                            // SAFETY: passed on to the host.
-                            unsafe { $crate::v2::ffi::$name::<TheLibrary>($($argument),*) }
-                        }
-                    )*
-                }
-            };
-        }
-    };
-
-    (@function $name:ident ($($argument:ident: $type:ty),*) ($($result:ty)?) { $($plain:tt)* }) => {
-        pub unsafe fn $name<L: Library>($($argument: $type),*) $(-> $result)? {
-            $($plain)*
-        }
-    };
-    (@function $name:ident ($component:ident: $Pointer:ty $(, $argument:ident: $type:ty)*) ($result:ty) => |$c:ident| $body:expr) => {
-        pub unsafe fn $name<L: Library>($component: $Pointer $(, $argument: $type)*) -> $result {
-            // SAFETY: the host's contract.
-            #[allow(unused_unsafe)]
-            unsafe { enter::<L>($component, &Function::$name, |$c| $body) }
-        }
-    };
-    (@function $name:ident ($component:ident: $Pointer:ty $(, $argument:ident: $type:ty)*) ($result:ty),
-        ordinary |$o:ident| $ordinary:expr => |$c:ident| $body:expr) => {
-        #[inline(always)]
-        pub unsafe fn $name<L: Library>($component: $Pointer $(, $argument: $type)*) -> $result {
-            #[inline(never)]
-            unsafe fn any<L: Library>($component: $Pointer $(, $argument: $type)*) -> $result {
-                // SAFETY: the host's contract.
-                unsafe { enter::<L>($component, &Function::$name, |$c| $body) }
-            }
-            // SAFETY: the host's contract.
-            unsafe {
-                try_ordinary::<L>($component, &Function::$name, |$o| $ordinary)
-                    .unwrap_or_else(|| any::<L>($component $(, $argument)*))
-            }
-        }
-    };
-}
-
 // FMI 2.0, section 4.2.4, in its order. Two rows are more lenient because real hosts need it: in state instantiated, Get
 // works too and gives the start values, and inputs may be set.
 functions! {
-    ($)
+    ($) export_fmi2: v2, CallbackFunctions;
     fmi2GetTypesPlatform() -> *const c_char { c"default".as_ptr() };
     fmi2GetVersion() -> *const c_char { c"2.0".as_ptr() };
     fmi2SetDebugLogging[Instantiated InitializationMode StepComplete Terminated](
@@ -419,28 +183,28 @@ functions! {
 
     fmi2GetReal[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut f64,
-    ) -> Status, ordinary |c| get_ordinary(c, vr, count, value) => |c| get(c, vr, count, value);
+    ) -> Status, ordinary |c| get_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| get::<Fmi2, _, _>(c, vr, count, value);
     fmi2GetInteger[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut c_int,
-    ) -> Status, ordinary |c| get_ordinary(c, vr, count, value) => |c| get(c, vr, count, value);
+    ) -> Status, ordinary |c| get_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| get::<Fmi2, _, _>(c, vr, count, value);
     fmi2GetBoolean[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut Boolean,
-    ) -> Status, ordinary |c| get_ordinary(c, vr, count, value) => |c| get(c, vr, count, value);
+    ) -> Status, ordinary |c| get_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| get::<Fmi2, _, _>(c, vr, count, value);
     fmi2GetString[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, vr: *const u32, count: usize, value: *mut *const c_char,
-    ) -> Status => |c| get_strings(c, vr, count, value);
+    ) -> Status => |c| get_strings::<Fmi2, _>(c, vr, count, value);
     fmi2SetReal[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const f64,
-    ) -> Status, ordinary |c| set_ordinary(c, vr, count, value) => |c| set(c, vr, count, value);
+    ) -> Status, ordinary |c| set_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| set::<Fmi2, _, _>(c, vr, count, value);
     fmi2SetInteger[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const c_int,
-    ) -> Status, ordinary |c| set_ordinary(c, vr, count, value) => |c| set(c, vr, count, value);
+    ) -> Status, ordinary |c| set_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| set::<Fmi2, _, _>(c, vr, count, value);
     fmi2SetBoolean[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const Boolean,
-    ) -> Status, ordinary |c| set_ordinary(c, vr, count, value) => |c| set(c, vr, count, value);
+    ) -> Status, ordinary |c| set_ordinary::<Fmi2, _, _>(c, vr, count, value) => |c| set::<Fmi2, _, _>(c, vr, count, value);
     fmi2SetString[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, value: *const *const c_char,
-    ) -> Status => |c| set_strings(c, vr, count, value);
+    ) -> Status => |c| set_strings::<Fmi2, _>(c, vr, count, value);
 
     fmi2GetFMUstate[Instantiated InitializationMode StepComplete Terminated](
         component: Pointer, state: *mut StateAddress,
@@ -470,7 +234,7 @@ functions! {
     ) -> Status => |_c| Err("not provided (providesDirectionalDerivative = false)".into());
     fmi2SetRealInputDerivatives[Instantiated InitializationMode StepComplete](
         component: Pointer, vr: *const u32, count: usize, order: *const c_int, value: *const f64,
-    ) -> Status => |c| c.instance.set_input_derivatives(
+    ) -> Status => |c| c.instance.set_input_derivatives::<Fmi2>(
         array(vr, count, "vr")?,
         array(order, count, "order")?,
         array(value, count, "value")?,
@@ -534,6 +298,23 @@ unsafe fn instantiate<L: Library>(
 
 // For the packer
 
+/// Gives the library of an FMU the function from which the packer reads what the library says of itself.
+#[macro_export]
+macro_rules! export_interface {
+    ($Library:ty) => {
+        #[allow(unsafe_code, missing_docs, clippy::missing_safety_doc)]
+        mod interface {
+            use super::*;
+
+            #[unsafe(no_mangle)]
+            pub unsafe extern "C" fn plcfmu_interface(buffer: *mut u8, size: usize) -> usize {
+                // SAFETY: passed on to the packer.
+                unsafe { $crate::v2::ffi::interface::<$Library>(buffer, size) }
+            }
+        }
+    };
+}
+
 /// Copies what the library says of itself (see [`interface::json`]) to `buffer`, at most `size` bytes, and returns its full
 /// length in bytes.
 pub unsafe fn interface<B: Block>(buffer: *mut u8, size: usize) -> usize {
@@ -562,22 +343,6 @@ mod tests {
             assert!(!pointer.is_null());
             // SAFETY: not NULL, and the two functions give constants of this file.
             assert_eq!(unsafe { CStr::from_ptr(pointer) }, expected);
-        }
-    }
-
-    #[test]
-    fn an_array_is_null_only_with_length_0() {
-        // SAFETY: NULL, which is recognised before it is read.
-        let of = |length| unsafe { array::<f64>(ptr::null(), length, "value") };
-        assert!(of(0).unwrap().is_empty());
-        assert_eq!(of(3).unwrap_err().reason(), "value is NULL, though it should have 3 elements");
-        let value = 1.5;
-        // SAFETY: one element is there; the other lengths are refused before anything is read.
-        let of = |length| unsafe { array(&raw const value, length, "value") };
-        assert_eq!(of(1).unwrap(), [1.5]);
-        let longest = isize::MAX as usize / 8;
-        for length in [longest + 1, usize::MAX] {
-            assert_eq!(of(length).unwrap_err().reason(), format!("value cannot have {length} elements"));
         }
     }
 

@@ -59,12 +59,12 @@ impl HostType<Fmi2> for c_int {
 
     #[inline(always)]
     fn set_ordinary<B: Cyclic>(block: &mut B, references: &[u32], values: &[Self]) -> bool {
-        ordinary::set_values(block, references, values)
+        ordinary::set_values::<Fmi2, B, Self>(block, references, values)
     }
 
     #[inline(always)]
     fn get_ordinary<B: Cyclic>(block: &B, references: &[u32], values: &mut [Self]) -> bool {
-        ordinary::get_values(block, references, values)
+        ordinary::get_values::<Fmi2, B, Self>(block, references, values)
     }
 
     #[inline]
@@ -100,12 +100,12 @@ impl HostType<Fmi2> for Boolean {
 
     #[inline(always)]
     fn set_ordinary<B: Cyclic>(block: &mut B, references: &[u32], values: &[Self]) -> bool {
-        ordinary::set_values(block, references, values)
+        ordinary::set_values::<Fmi2, B, Self>(block, references, values)
     }
 
     #[inline(always)]
     fn get_ordinary<B: Cyclic>(block: &B, references: &[u32], values: &mut [Self]) -> bool {
-        ordinary::get_values(block, references, values)
+        ordinary::get_values::<Fmi2, B, Self>(block, references, values)
     }
 
     #[inline]

@@ -309,7 +309,11 @@ impl<'a> Document<'a> {
             }
             Piece::EndTag => Ok(None),
             Piece::Text(place) => {
-                let sentence = format!("there is text inside {}: FMI 2.0 allows none, remove it", parent.name());
+                let sentence = format!(
+                    "there is text inside {}: FMI {} allows none, remove it",
+                    parent.name(),
+                    self.schema.version
+                );
                 Err(self.refused(place, &sentence))
             }
             Piece::End => Err(cut_off(parent)),

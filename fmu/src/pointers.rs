@@ -1,0 +1,254 @@
+//! What the C functions of every version of the standard share: pointers become slices and references, values go in and out,
+//! and `functions!` makes the functions of a table. What the host has to ensure, and what is recognized, is said in the `ffi` of
+//! each version.
+
+#![allow(unsafe_code)]
+// The contract above is the safety section of every function here.
+#![allow(clippy::missing_safety_doc)]
+
+use crate::component::Component;
+use crate::cyclic::Cyclic;
+use crate::host_type::{HostType, Version};
+use crate::refusal::Refusal;
+use std::ffi::{CStr, CString, c_char};
+use std::slice;
+
+/// The array of `length` elements at `pointer`; NULL is an array of length 0.
+pub(crate) unsafe fn array<'a, T>(pointer: *const T, length: usize, name: &str) -> Result<&'a [T], Refusal> {
+    if pointer.is_null() && length == 0 {
+        return Ok(&[]);
+    }
+    // SAFETY: as here.
+    unsafe { plain_array(pointer, length) }.ok_or_else(|| no_array(pointer.is_null(), length, name))
+}
+
+/// The same, to write to.
+pub(crate) unsafe fn array_mut<'a, T>(pointer: *mut T, length: usize, name: &str) -> Result<&'a mut [T], Refusal> {
+    if pointer.is_null() && length == 0 {
+        return Ok(&mut []);
+    }
+    // SAFETY: as here.
+    unsafe { plain_array_mut(pointer, length) }.ok_or_else(|| no_array(pointer.is_null(), length, name))
+}
+
+/// The array of `length` elements at `pointer`, if that is not NULL and memory can be so long.
+#[inline(always)]
+pub(crate) unsafe fn plain_array<'a, T>(pointer: *const T, length: usize) -> Option<&'a [T]> {
+    if pointer.is_null() || length > isize::MAX as usize / size_of::<T>() {
+        return None;
+    }
+    // SAFETY: not NULL, no longer than memory can be, and as long as the host says.
+    Some(unsafe { slice::from_raw_parts(pointer, length) })
+}
+
+/// The same, to write to.
+#[inline(always)]
+pub(crate) unsafe fn plain_array_mut<'a, T>(pointer: *mut T, length: usize) -> Option<&'a mut [T]> {
+    if pointer.is_null() || length > isize::MAX as usize / size_of::<T>() {
+        return None;
+    }
+    // SAFETY: as in `plain_array`, and nobody else uses it during the call.
+    Some(unsafe { slice::from_raw_parts_mut(pointer, length) })
+}
+
+fn no_array(is_null: bool, length: usize, name: &str) -> Refusal {
+    match is_null {
+        true => format!("{name} is NULL, though it should have {length} elements"),
+        false => format!("{name} cannot have {length} elements"),
+    }
+    .into()
+}
+
+/// The host's variable for a result.
+pub(crate) unsafe fn target<'a, T>(pointer: *mut T, name: &str) -> Result<&'a mut T, Refusal> {
+    // SAFETY: if it is not NULL, it points to the host's variable.
+    unsafe { pointer.as_mut() }.ok_or_else(|| format!("{name} is NULL").into())
+}
+
+pub(crate) unsafe fn text<'a>(pointer: *const c_char) -> Option<&'a CStr> {
+    // SAFETY: not NULL, and a C string by the host's contract.
+    (!pointer.is_null()).then(|| unsafe { CStr::from_ptr(pointer) })
+}
+
+/// Reads texts. They are the component's until its next call.
+pub(crate) unsafe fn get_strings<V: Version, B: Cyclic>(
+    component: &mut Component<B>,
+    references: *const u32,
+    count: usize,
+    values: *mut *const c_char,
+) -> Result<(), Refusal> {
+    // SAFETY: the host's contract.
+    let (references, values) = unsafe { (array(references, count, "vr")?, array_mut(values, count, "value")?) };
+    let texts = component.instance.get_texts::<V>(references)?;
+    component.texts = texts.into_iter().map(terminated).collect();
+    for (value, text) in values.iter_mut().zip(&component.texts) {
+        *value = text.as_ptr();
+    }
+    Ok(())
+}
+
+/// A text as C has it: it ends before a character 0.
+fn terminated(text: String) -> CString {
+    let end = text.find('\0').unwrap_or(text.len());
+    CString::new(&text[..end]).unwrap_or_default()
+}
+
+/// Writes texts.
+pub(crate) unsafe fn set_strings<V: Version, B: Cyclic>(
+    component: &mut Component<B>,
+    references: *const u32,
+    count: usize,
+    values: *const *const c_char,
+) -> Result<(), Refusal> {
+    // SAFETY: the host's contract.
+    let (references, values) = unsafe { (array(references, count, "vr")?, array(values, count, "value")?) };
+    // SAFETY: the host's contract.
+    let texts: Vec<Option<&CStr>> = values.iter().map(|value| unsafe { text(*value) }).collect();
+    component.instance.set_texts::<V>(references, &texts)
+}
+
+/// Reads variables, in the ordinary case and in any.
+#[inline(always)]
+pub(crate) unsafe fn get_ordinary<V: Version, B: Cyclic, T: HostType<V>>(
+    component: &Component<B>,
+    references: *const u32,
+    count: usize,
+    values: *mut T,
+) -> bool {
+    // SAFETY: the host's contract.
+    match unsafe { (plain_array(references, count), plain_array_mut(values, count)) } {
+        (Some(references), Some(values)) => component.instance.get_ordinary(references, values),
+        _ => false,
+    }
+}
+
+pub(crate) unsafe fn get<V: Version, B: Cyclic, T: HostType<V>>(
+    component: &Component<B>,
+    references: *const u32,
+    count: usize,
+    values: *mut T,
+) -> Result<(), Refusal> {
+    // SAFETY: the host's contract.
+    unsafe { component.instance.get(array(references, count, "vr")?, array_mut(values, count, "value")?) }
+}
+
+/// Writes variables, in the ordinary case and in any.
+#[inline(always)]
+pub(crate) unsafe fn set_ordinary<V: Version, B: Cyclic, T: HostType<V>>(
+    component: &mut Component<B>,
+    references: *const u32,
+    count: usize,
+    values: *const T,
+) -> bool {
+    // SAFETY: the host's contract.
+    match unsafe { (plain_array(references, count), plain_array(values, count)) } {
+        (Some(references), Some(values)) => component.instance.set_ordinary(references, values),
+        _ => false,
+    }
+}
+
+pub(crate) unsafe fn set<V: Version, B: Cyclic, T: HostType<V>>(
+    component: &mut Component<B>,
+    references: *const u32,
+    count: usize,
+    values: *const T,
+) -> Result<(), Refusal> {
+    // SAFETY: the host's contract.
+    unsafe { component.instance.set(array(references, count, "vr")?, array(values, count, "value")?) }
+}
+
+/// Makes of each line of the table
+///
+/// - a [`Function`]: its name and the states in which the standard allows it;
+/// - a Rust function over any [`Library`], which takes a component first and goes through its door to what stands behind `=>`;
+///   or, with `{ }`, does just that; what stands behind `ordinary` it tries before;
+/// - a C function of the library of an FMU: `export!` has them all. `$d` is a `$` of that macro.
+macro_rules! functions {
+    (($d:tt) $export:ident: $version:ident, $($used:ident)*; $(
+        $name:ident $([$($state:ident)*])? ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)?
+            $({ $($plain:tt)* })?
+            $(, ordinary |$o:ident| $ordinary:expr)? $(=> |$c:ident| $body:expr)?;
+    )*) => {
+        impl Function { $(
+            #[doc = concat!("`", stringify!($name), "`")]
+            pub const $name: Function = Function::new(stringify!($name), &[$($(State::$state),*)?]);
+        )* }
+
+        $( functions! { @function $name ($($argument: $type),*) ($($result)?)
+            $({ $($plain)* })? $(, ordinary |$o| $ordinary)? $(=> |$c| $body)? } )*
+
+        #[doc = concat!("Gives the library of an FMU the C functions of ", stringify!($version), ".")]
+        #[macro_export]
+        macro_rules! $export {
+            ($d Library:ty) => {
+                // The exported C functions. They are unsafe because the host has to keep the contract of `ffi`.
+                #[allow(unsafe_code, missing_docs, non_snake_case, clippy::missing_safety_doc, clippy::too_many_arguments)]
+                mod $version {
+                    use super::*;
+                    use $crate::$version::ffi::{Boolean, Pointer, StateAddress, Status, c_char, c_int, $($used),*};
+
+                    type TheLibrary = $d Library;
+
+                    $(
+                        #[unsafe(no_mangle)]
+                        pub unsafe extern "C" fn $name($($argument: $type),*) $(-> $result)? {
+                            // SAFETY: passed on to the host.
+                            unsafe { $crate::$version::ffi::$name::<TheLibrary>($($argument),*) }
+                        }
+                    )*
+                }
+            };
+        }
+    };
+
+    (@function $name:ident ($($argument:ident: $type:ty),*) ($($result:ty)?) { $($plain:tt)* }) => {
+        pub unsafe fn $name<L: Library>($($argument: $type),*) $(-> $result)? {
+            $($plain)*
+        }
+    };
+    (@function $name:ident ($component:ident: $Pointer:ty $(, $argument:ident: $type:ty)*) ($result:ty) => |$c:ident| $body:expr) => {
+        pub unsafe fn $name<L: Library>($component: $Pointer $(, $argument: $type)*) -> $result {
+            // SAFETY: the host's contract.
+            #[allow(unused_unsafe)]
+            unsafe { enter::<L>($component, &Function::$name, |$c| $body) }
+        }
+    };
+    (@function $name:ident ($component:ident: $Pointer:ty $(, $argument:ident: $type:ty)*) ($result:ty),
+        ordinary |$o:ident| $ordinary:expr => |$c:ident| $body:expr) => {
+        #[inline(always)]
+        pub unsafe fn $name<L: Library>($component: $Pointer $(, $argument: $type)*) -> $result {
+            #[inline(never)]
+            unsafe fn any<L: Library>($component: $Pointer $(, $argument: $type)*) -> $result {
+                // SAFETY: the host's contract.
+                unsafe { enter::<L>($component, &Function::$name, |$c| $body) }
+            }
+            // SAFETY: the host's contract.
+            unsafe {
+                try_ordinary::<L>($component, &Function::$name, |$o| $ordinary)
+                    .unwrap_or_else(|| any::<L>($component $(, $argument)*))
+            }
+        }
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::ptr;
+
+    #[test]
+    fn an_array_is_null_only_with_length_0() {
+        // SAFETY: NULL, which is recognised before it is read.
+        let of = |length| unsafe { array::<f64>(ptr::null(), length, "value") };
+        assert!(of(0).unwrap().is_empty());
+        assert_eq!(of(3).unwrap_err().reason(), "value is NULL, though it should have 3 elements");
+        let value = 1.5;
+        // SAFETY: one element is there; the other lengths are refused before anything is read.
+        let of = |length| unsafe { array(&raw const value, length, "value") };
+        assert_eq!(of(1).unwrap(), [1.5]);
+        let longest = isize::MAX as usize / 8;
+        for length in [longest + 1, usize::MAX] {
+            assert_eq!(of(length).unwrap_err().reason(), format!("value cannot have {length} elements"));
+        }
+    }
+}
