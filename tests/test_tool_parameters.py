@@ -266,7 +266,7 @@ def test_a_file_that_does_not_say_its_block_is_read_as_the_block_of_choice(page)
 def test_an_fmu_is_read_as_the_parameters_of_its_block(page):
     page.set_input_files("#open-files", host.FOLDER / "CONT_C.fmu")
     field(page, "GAIN").wait_for()
-    assert page.locator("#what").inner_text().split()[:2] == ["CONT_C", "CONT_C"]
+    assert page.locator("#what").inner_text().split()[:2] == ["CONT_C", "CYCLE"]
     assert field(page, "TI").input_value() == "20"
 
 

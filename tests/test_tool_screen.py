@@ -4,6 +4,7 @@ The page is that of PLCFMU_TOOL, or target/tool/plcfmu-tool.html (`cargo xtask t
 state of it as a picture.
 """
 
+import importlib.util
 import re
 
 import pytest
@@ -202,8 +203,10 @@ def axes(page):
         .map(axis => [axis.scale, typeof axis.label === 'function' ? axis.label() : axis.label])""")
 
 
-def test_one_unit_has_one_axis_and_what_the_plant_controls_is_drawn(open_tool):
-    page = open_tool()
+# The picture between two columns has room for one axis at the right, that on a laptop for several.
+@pytest.mark.parametrize("size", ((1366, 768), (1366, 650), (390, 844)))
+def test_one_unit_has_one_axis_and_what_the_plant_controls_is_drawn(open_tool, size):
+    page = open_tool(size)
     open_example(page, "Drive behind a ramp")
     # The ramp and its setpoint are of one kind, the speed is another one.
     assert axes(page) == [["left", "S0, HLG"], ["unit rpm", "DRIVE.SPEED  rpm"]]
@@ -514,3 +517,29 @@ def test_at_twice_the_size_a_curve_is_on_the_first_screen(open_tool):
     open_example(page, "Furnace with a continuous")
     plot = box(page, "#curves canvas")
     assert min(bottom(plot), 384) - max(plot["y"], 0) >= 150
+
+
+@pytest.mark.parametrize("height", (768, 650))
+def test_what_is_tuned_is_in_sight_below_a_list_of_forty_loops(open_tool, height):
+    page = open_tool((1366, height))
+    page.locator("#open-files").set_input_files(test_tool_run.LOOPS)
+    page.get_by_role("button", name="TIC103", exact=True).click()
+    page.locator("#field-GAIN").wait_for()
+    for name in ("GAIN", "TI"):
+        assert bottom(box(page, f"#field-{name}")) <= height - 48, name
+
+
+def test_the_animation_of_the_front_page_shows_what_its_text_says(open_tool):
+    folder = test_tool_run.ROOT / "docs/tool"
+    spec = importlib.util.spec_from_file_location("pictures", folder / "pictures.py")
+    pictures = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(pictures)
+    page = open_tool((1366, 768))
+    frames = list(pictures.frames(page))
+    assert len(set(frames)) > 40 and (folder / "run.gif").stat().st_size < 2_000_000
+    first, second = page.locator("#runs tbody tr").all_inner_texts()
+    assert "GAIN 2, TI 20" in first and "85.3 %\t\t" in first, "it overshoots and does not settle"
+    assert "GAIN 0.7, TI 130" in second and "0.534 %" in second and "133 s" in second
+    text = (test_tool_run.ROOT / "README.md").read_text("utf-8")
+    (said,) = re.findall(r"!\[(.*)\]\(docs/tool/run.gif\)", text)
+    assert "GAIN 2 and TI 20 s it swings" in said and "0.7 and 130 s it settles after 133 s" in said

@@ -697,6 +697,25 @@ def test_the_page_asks_before_an_fmu_that_is_dropped_runs(tool, open_page, fault
     assert "FAULTY" in page.evaluate(names)
 
 
+def test_a_foreign_plant_whose_names_say_nothing_is_connected_by_what_is_open(start, open_page, faulty):
+    from playwright import sync_api
+
+    page = open_page(start("--plant", faulty))
+    page.get_by_role("button", name="New loop").click()
+    plant = page.locator("#plant")
+    sync_api.expect(plant.locator("#plant-choice")).to_have_value("FAULTY")
+    notes = plant.locator(".sentences .note")
+    missing = "nothing is connected to CONT_C_1.PV_IN"
+    sync_api.expect(notes).to_have_text(["No output clearly belongs to an input: choose below.", missing])
+    # What has to be chosen is not folded away.
+    process_value = plant.get_by_label("What goes to PV_IN", exact=True)
+    process_value.select_option("PLANT.Y")
+    sync_api.expect(plant.get_by_text("goes to PV_IN")).to_be_visible()
+    sync_api.expect(notes).to_have_count(0)
+    process_value.select_option("")
+    sync_api.expect(notes.last).to_have_text(missing)
+
+
 def test_the_page_says_that_the_server_is_gone_and_keeps_what_it_shows(start, open_page):
     from playwright import sync_api
 

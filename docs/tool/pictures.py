@@ -99,19 +99,35 @@ def session(page):
     yield "take"
 
 
+# What the animation shows: the PLC's start values, and settings that suit the furnace.
+BEFORE, AFTER = {"GAIN": 2, "TI": 20}, {"GAIN": 0.7, "TI": 130}
+
+
 def frames(page):
-    """The frames of a run: a furnace is tuned, and the same test shows what has changed."""
-    page.locator(".card").filter(has_text="Furnace with a continuous").click()
-    page.wait_for_function("() => document.querySelector('#curves [role=slider]').ariaValueMax > 500")
+    """The frames of a run: a furnace swings under the PLC's start values, is tuned, and the same test shows what has changed."""
+    page.locator("#new-block option").first.wait_for(state="attached")
+    page.get_by_role("button", name="New loop").click()
+    page.locator("#plant-choice").select_option("HEATER")
+    page.get_by_role("button", name="To the step test").wait_for()
+    for name, value in BEFORE.items():
+        assert float(page.locator(f"#field-{name}").input_value()) == value
+    set_now(page, "#setpoint", 60)
+    page.locator("#run").get_by_role("checkbox", name="Manual").uncheck()
+    run_for(page, 600)
     show_tab(page, "Runs")
-    for _ in range(4):
+    # Room for both runs.
+    page.locator("#split").focus()
+    for _ in range(2):
+        page.keyboard.press("ArrowUp")
+    page.wait_for_function("() => document.querySelector('#runs tbody td:nth-child(4)')?.textContent.includes('%')")
+    for _ in range(8):
         yield page.screenshot()
-    for name, value in (("GAIN", "0.9"), ("TI", "150")):
-        page.locator(f"#field-{name}").fill(value)
-        yield page.screenshot()
+    for name, value in AFTER.items():
+        page.locator(f"#field-{name}").fill(str(value))
+        for _ in range(4):
+            yield page.screenshot()
         page.locator(f"#field-{name}").press("Enter")
     page.get_by_role("button", name="Reset").click()
-    page.get_by_role("group", name="Speed").get_by_role("button", name="max").click()
     for seconds in [5] * 12 + [10] * 12 + [20] * 21:
         page.locator("#run-for").fill(str(seconds))
         page.get_by_role("button", name="Run", exact=True).click()
@@ -119,7 +135,7 @@ def frames(page):
         page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
         yield page.screenshot()
     page.wait_for_function("() => document.querySelectorAll('#runs tbody tr').length === 2")
-    for _ in range(14):
+    for _ in range(20):
         yield page.screenshot()
 
 

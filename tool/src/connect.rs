@@ -6,7 +6,7 @@
 
 use crate::describe::describe;
 use crate::home::Home;
-use crate::message::{Description, KnownLoop, Member, Part, Proposal, Values, Variable, Wire};
+use crate::message::{Description, KnownLoop, Member, Open, Part, Proposal, Values, Variable, Wire};
 use anyhow::{Result, bail};
 use run::fmus::number_of;
 use run::system::{Value, own_name};
@@ -139,8 +139,8 @@ fn fitting_plants(home: &dyn Home, controller: &End) -> Vec<String> {
 #[derive(Default)]
 struct Draft {
     proposal: Proposal,
-    /// Ends that belong together and do not fit: the input, and what to say if nothing else goes there.
-    misfits: Vec<(String, String)>,
+    /// Ends that belong together and do not fit, and what to say if nothing else goes to the input.
+    misfits: Vec<Open>,
 }
 
 impl Draft {
@@ -262,7 +262,7 @@ fn connect(from: &End, output: &str, to: &End, input: &str, reason: &str, propos
         let text = format!(
             "{output} ({from_unit}) does not fit {full} ({to_unit}), though {reason}: values are not converted"
         );
-        proposal.misfits.push((full, text));
+        proposal.misfits.push(Open { input: full, text });
         return;
     }
     let unit = match &output.unit {
@@ -290,7 +290,7 @@ fn by_roles(controller: &End, plant: &End, proposal: &mut Draft) {
         };
         let (from, to) = (act(controller, &own.pulses), act(plant, &of_plant.pulses));
         let text = format!("{from}, and {to}: they are different pulses and not connected");
-        proposal.misfits.push((plant.full(&of_plant.pulses[0]), text));
+        proposal.misfits.push(Open { input: plant.full(&of_plant.pulses[0]), text });
     }
     if let (Some(output), Some(input)) = (&of_plant.process_value, &own.process_value) {
         connect(plant, output, controller, input, "both are the process value", proposal);
@@ -353,20 +353,13 @@ fn remarks(home: &dyn Home, controller: &End, plant: &End, proposal: &mut Draft)
     open.extend(signals.map(|name| controller.full(name)).filter(|full| !is_connected(full)));
     open.sort_unstable();
     open.dedup();
-    let nothing = open.into_iter().map(|full| format!("nothing is connected to {full}"));
+    let nothing = open.into_iter().map(|input| Open { text: format!("nothing is connected to {input}"), input });
     // Another end of the controller may take the process value, as a peripheral word.
     let from_other = |full: &str| {
         full.starts_with(&from_controller) && proposal.connections.iter().any(|wire| wire.from.starts_with(&from_plant))
     };
-    let misfits = proposal.misfits.iter().filter(|(full, _)| !is_connected(full) && !from_other(full));
-    let remarks: Vec<String> = misfits.map(|(_, text)| text.clone()).chain(nothing).collect();
-    if proposal.connections.is_empty() {
-        let (controller, plant) = (&controller.member.name, &plant.member.name);
-        proposal
-            .remarks
-            .push(format!("no output of {controller} or {plant} clearly belongs to an input of the other: choose"));
-    }
-    proposal.remarks.extend(remarks);
+    let misfits = proposal.misfits.iter().filter(|Open { input, .. }| !is_connected(input) && !from_other(input));
+    proposal.open = misfits.cloned().chain(nothing).collect();
     if !plant.driven().is_empty() && !proposal.is_driven(controller) {
         let fitting = fitting_plants(home, controller);
         if !fitting.is_empty() {

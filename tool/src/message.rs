@@ -221,8 +221,20 @@ pub struct Proposal {
     /// When values go from output to input, in the known loop that this is taken from.
     #[serde(default)]
     pub exchange: Exchange,
-    /// What the user should know, a sentence each.
+    /// Inputs that need a connection and have none.
+    pub open: Vec<Open>,
+    /// What else the user should know, a sentence each.
     pub remarks: Vec<String>,
+}
+
+/// An input that needs a connection, until something goes to it.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Open {
+    /// The input, `MEMBER.VARIABLE`.
+    pub input: String,
+    /// What is missing, a sentence.
+    pub text: String,
 }
 
 /// A possible connection.

@@ -62,7 +62,8 @@ function showWhat() {
   const changed = Object.values(loop.settings).filter((one) => source(one) === "changed").length;
   const parts = [
     element("strong", { class: "loop-name" }, loop.name || "(no name)"),
-    element("span", {}, loop.description.block),
+    // A loop without a name of its own has that of its block.
+    loop.name !== loop.description.block && element("span", {}, loop.description.block),
     cycle &&
       loop.settings[cycle] &&
       element("span", {}, `${cycle} ${shown(loop.settings[cycle].sent, loop.settings[cycle].variable.kind)} s`),

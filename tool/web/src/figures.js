@@ -21,6 +21,8 @@ let remarks;
 const places = new Map();
 let isWaiting = false;
 let isAgain = false;
+/** The run whose figures are in the run bar. @type {number | undefined} */
+let shownRun;
 
 /** @param {HTMLElement} content */
 export function mount(content) {
@@ -45,6 +47,9 @@ export async function figuresOf(loop, run) {
 
 /** Asks for the figures, not more often than anyone can read them. */
 async function update() {
+  // Those of the run before are not those of this one.
+  if (store.state?.run !== shownRun) glance([]);
+  shownRun = store.state?.run;
   if (isWaiting) {
     isAgain = true;
     return;
@@ -116,9 +121,9 @@ function show(figures, why) {
 
 /** The figures of the run bar with their short names. @type {[string, string][]} */
 const GLANCE = [
-  ["rise", "rise"],
   ["overshoot", "overshoot"],
   ["settling", "settles"],
+  ["rise", "rise"],
   ["iae", "IAE"],
 ];
 

@@ -420,6 +420,13 @@ path: string,
 /** Whether it is a variable that all blocks see. */
 is_global: boolean, };
 
+/** An input that needs a connection, until something goes to it. */
+export type Open = {
+/** The input, `MEMBER.VARIABLE`. */
+input: string,
+/** What is missing, a sentence. */
+text: string, };
+
 /** What an FMU is in a loop. */
 export type Part = "controller" | "plant" | "other";
 
@@ -516,7 +523,9 @@ values: Values,
 step: number | null,
 /** When values go from output to input, in the known loop that this is taken from. */
 exchange: Exchange,
-/** What the user should know, a sentence each. */
+/** Inputs that need a connection and have none. */
+open: Array<Open>,
+/** What else the user should know, a sentence each. */
 remarks: Array<string>, };
 
 /** How a three-step pulse former makes up for heating and cooling of different strength. */

@@ -128,7 +128,7 @@ function build(list) {
   const loop = store.loop;
   list.textContent = "";
   if (!loop) return;
-  for (const group of loop.description.groups) {
+  for (const group of inOrder(loop.description)) {
     const names = group.fields.map((field) => field.name).filter((name) => name in loop.settings);
     if (names.length === 0) continue;
     const id = `group-${groups.length}`;
@@ -158,6 +158,21 @@ function build(list) {
   showStructure();
 }
 
+/**
+ * The groups as one works with them: the setpoint, then what is tuned, which is in sight below a list of loops, too; then the rest.
+ *
+ * @param {import("./messages").Description} description
+ */
+function inOrder({ groups, roles }) {
+  const tuned = [...roles.structure, ...roles.controller];
+  /** @param {typeof groups[number]} group */
+  const rank = ({ fields }) => {
+    const has = (/** @type {(string | null)[]} */ names) => fields.some(({ name }) => names.includes(name));
+    return has([roles.setpoint]) ? 0 : has(tuned) ? 1 : 2;
+  };
+  return groups.toSorted((one, other) => rank(one) - rank(other));
+}
+
 /** Moves each row to its place: among those with an effect, or into the fold. */
 function place() {
   const loop = store.loop;
@@ -177,9 +192,8 @@ function place() {
       row.row.classList.toggle("is-unused", unused.has(name));
     }
     fold.hidden = count === 0;
-    const what = count === 1 ? "1 setting" : `${count} settings`;
-    const when = hangsOnStructure(loop, names) ? `in ${structureOf(loop)}` : "as the others are set";
-    text(summary, `${what} without effect ${when}: ${fold.open ? "hide" : "show"}`);
+    const when = hangsOnStructure(loop, names) ? `in ${structureOf(loop)}` : "as set";
+    text(summary, `${count} more without effect ${when}: ${fold.open ? "hide" : "show"}`);
   }
 }
 

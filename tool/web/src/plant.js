@@ -403,7 +403,10 @@ async function sentences(loop, plant) {
     );
   };
   const free = inputs.filter((to) => !isThere(to));
-  const remarks = proposal.remarks.map((remark) => element("li", { class: "note" }, remark));
+  const open = proposal.open.filter(({ input }) => !isThere(input));
+  const hint = "No output clearly belongs to an input: choose below.";
+  const said = [...(loop.connections.length === 0 ? [hint] : []), ...open.map((one) => one.text), ...proposal.remarks];
+  const remarks = said.map((remark) => element("li", { class: "note" }, remark));
   return element(
     "div",
     {},
@@ -419,7 +422,7 @@ async function sentences(loop, plant) {
     free.length > 0 &&
       element(
         "details",
-        { id: "free-inputs" },
+        { id: "free-inputs", open: open.some(({ input }) => free.includes(input)) },
         element("summary", {}, `${free.length} more ${free.length === 1 ? "input" : "inputs"} that can be connected`),
         element("ul", { class: "sentences" }, free.map(row)),
       ),

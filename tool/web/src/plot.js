@@ -52,7 +52,10 @@ export function makePlot(place, { width, height }, curves, parts) {
   /** The numbers of each axis, those of the right at the lines of the left. @type {Record<string, number[]>} */
   const lines = {};
   const scales = [...new Set(["left", ...numbers.map((curve) => curve.scale)])];
-  const right = scales.filter((scale) => scale !== "left" && (scale === "right" || width >= NARROW));
+  const others = scales.filter((scale) => scale !== "left");
+  // A narrow picture has room for one: that of the manipulated value, if it has one.
+  const first = others.includes("right") ? "right" : others[0];
+  const right = others.filter((scale) => scale === first || width >= NARROW);
   /** What the left axis shows above the lanes. @type {[number, number]} */
   let edges = [0, 1];
   /** @type {number[][]} */
@@ -203,11 +206,14 @@ function drawMarks(self, marks) {
   const [from, to] = [self.scales.x.min ?? 0, self.scales.x.max ?? 0];
   ctx.save();
   ctx.font = scaled(FONT, ratio);
+  // The axes have left theirs behind.
+  ctx.textAlign = "left";
   ctx.textBaseline = "bottom";
   let free = bbox.left;
-  for (const { time, text } of marks) {
-    if (time < from || time > to) continue;
-    const x = Math.round(self.valToPos(time, "x", true));
+  const seen = marks.filter(({ time }) => time >= from && time <= to);
+  const places = seen.map(({ time }) => Math.round(self.valToPos(time, "x", true)));
+  for (const [at, { text }] of seen.entries()) {
+    const x = places[at];
     ctx.strokeStyle = mark;
     ctx.lineWidth = ratio;
     ctx.setLineDash([2 * ratio, 3 * ratio]);
@@ -222,7 +228,10 @@ function drawMarks(self, marks) {
     ctx.lineTo(x, bbox.top);
     ctx.fill();
     const wide = ctx.measureText(text).width;
-    if (x + 6 * ratio < free || x + 6 * ratio + wide > bbox.left + bbox.width) continue;
+    // The words keep off the next mark, unless that is at the same place as theirs.
+    const next = places.find((other) => other > x + 8 * ratio);
+    const end = next === undefined ? bbox.left + bbox.width : next - 4 * ratio;
+    if (x + 6 * ratio < free || x + 6 * ratio + wide > end) continue;
     ctx.fillText(text, x + 6 * ratio, bbox.top - ratio);
     free = x + 6 * ratio + wide + 8 * ratio;
   }
