@@ -11,9 +11,10 @@ lie in `traces/figures/`; `python tests/figures.py` writes them anew.
     bipolar two-step: (INV + 100) / 2 percent; monopolar: INV percent, none below 0
 """
 
-import csv
 import pathlib
 from fractions import Fraction
+
+from files import rows
 
 FOLDER = pathlib.Path(__file__).parent / "traces" / "figures"
 SWEEP = [half / 2 for half in range(-220, 221)]
@@ -67,9 +68,7 @@ def characteristic(settings):
 
 
 def read(figure):
-    with (FOLDER / f"{figure}.csv").open(newline="") as file:
-        rows = csv.DictReader(line for line in file if not line.startswith("#"))
-        return [(float(row["INV"]), float(row["mean"])) for row in rows]
+    return [(float(row["INV"]), float(row["mean"])) for row in rows(FOLDER / f"{figure}.csv")]
 
 
 def write():

@@ -3,22 +3,14 @@
 Screenshots of the pages are in target/screenshots afterwards.
 """
 
-import importlib.util
-import shutil
 
 import pytest
 
 import host
 import site_pages
+from tool import CHROMIUM, needs_browser
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-PACKAGES = ("playwright", "axe_playwright_python")
-MISSING = [package for package in PACKAGES if importlib.util.find_spec(package) is None]
-
-pytestmark = [
-    pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed (tests/requirements.txt)"),
-    pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian and Ubuntu 'apt install chromium'"),
-]
+pytestmark = needs_browser
 
 FMU_PAGES = [f"fmu/{name}/documentation/index.html" for name in host.names()]
 # One of each kind of the site's own pages, and the longest ones.

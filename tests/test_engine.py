@@ -5,10 +5,7 @@ A session is a file of `sessions`: requests, one after the other. The WebAssembl
 in a browser."""
 
 import base64
-import csv
-import io
 import json
-import os
 import pathlib
 import re
 import shutil
@@ -18,6 +15,7 @@ import pytest
 
 import host
 import tool
+from files import rows
 
 ROOT = pathlib.Path(__file__).parents[1]
 NODE = shutil.which("node")
@@ -102,10 +100,10 @@ def test_a_run_has_the_bits_of_plcfmu_run_of_its_description(session, page, comm
     done = subprocess.run(given, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     # The last row is that of the end, at which there is no call.
-    *rows, _ = csv.DictReader(io.StringIO(done.stdout))
-    assert [float(row["time"]).hex() for row in rows] == [float(time).hex() for time in curves["times"]]
+    *recorded, _ = rows(done.stdout)
+    assert [float(row["time"]).hex() for row in recorded] == [float(time).hex() for time in curves["times"]]
     for name, values in zip(variables, curves["values"]):
-        assert [float(row[name]).hex() for row in rows] == [float(value).hex() for value in values], name
+        assert [float(row[name]).hex() for row in recorded] == [float(value).hex() for value in values], name
 
 
 def test_the_page_has_every_fmu_of_a_block_and_of_a_plant(page):

@@ -1,8 +1,6 @@
 """The command as people and scripts call it: what is printed as JSON, return codes, rows that are chosen, signals from a file,
 completions and manual pages."""
 
-import csv
-import io
 import json
 import os
 import re
@@ -14,6 +12,7 @@ import jsonschema
 import pytest
 
 import host
+from files import rows
 
 LOOP = ["--connect=CONT_C.LMN=HEATER.POWER", "--connect=HEATER.TEMP=CONT_C.PV_IN"]
 STEP = ["--set=CONT_C.MAN_ON=false", "--set=CONT_C.GAIN=0.7", "--set=CONT_C.TI=130", "--set=CONT_C.SP_INT=60"]
@@ -176,10 +175,6 @@ def test_a_run_tells_the_figures_of_its_loop(plcfmu):
 def test_a_run_of_a_plant_alone_has_no_figures(plcfmu):
     lines = plcfmu("run", FMUS[1], "--stop=2").stdout.splitlines()
     assert lines[1:] == ["no figures: setpoint and process value of the first FMU are not recorded"]
-
-
-def rows(text):
-    return list(csv.DictReader(io.StringIO(text)))
 
 
 def test_rows_are_recorded_as_often_as_wanted(plcfmu):

@@ -1,8 +1,6 @@
 """Descriptions of loops: what `plcfmu run` makes of them is what it makes of the same options, and an error has its place.
 test_masters.py runs the descriptions of plants/loops in other masters."""
 
-import csv
-import io
 import json
 import os
 import pathlib
@@ -11,6 +9,7 @@ import subprocess
 import pytest
 
 import host
+from files import rows
 
 EXAMPLES = sorted((pathlib.Path(__file__).parents[1] / "plants" / "loops").glob("*.toml"))
 # Of each example: the variable that ends at a value, and how near.
@@ -100,10 +99,10 @@ def test_options_come_on_top_of_a_description(call, tmp_path):
     (tmp_path / "loop.toml").write_text(DESCRIPTION)
     top = ["--set=CONT_C.SP_INT=80@20", "--set=CONT_C.GAIN=2", "--stop=30", "--record=CONT_C.SP_INT"]
     text = recorded(call("run", "loop.toml", "--fmus=PLCFMU_FMUS", "--out=-", *top, "--record=CONT_C.LMN_P"))
-    rows = list(csv.DictReader(io.StringIO(text)))
-    assert list(rows[0]) == ["time", "CONT_C.SP_INT", "CONT_C.LMN_P"]
-    assert [float(row["CONT_C.SP_INT"]) for row in rows] == [60.0] * 20 + [80.0] * 11
-    assert float(rows[0]["CONT_C.LMN_P"]) == pytest.approx(2 * 40, abs=0.1)
+    table = rows(text)
+    assert list(table[0]) == ["time", "CONT_C.SP_INT", "CONT_C.LMN_P"]
+    assert [float(row["CONT_C.SP_INT"]) for row in table] == [60.0] * 20 + [80.0] * 11
+    assert float(table[0]["CONT_C.LMN_P"]) == pytest.approx(2 * 40, abs=0.1)
 
 
 def test_fmus_and_parameter_files_are_found_beside_the_description(call, tmp_path):
@@ -116,7 +115,7 @@ def test_fmus_and_parameter_files_are_found_beside_the_description(call, tmp_pat
         DESCRIPTION.replace("[settings]", '[parameters]\nCONT_C = { file = "plant.json", loop = "TIC101" }\n\n[settings]')
     )
     options = ["--record=CONT_C.GAIN", "--record=CONT_C.TI", "--record=CONT_C.SP_INT", "--record=CONT_C.PV_PER"]
-    row, *_ = csv.DictReader(io.StringIO(recorded(call("run", "my loops/loop.toml", "--out=-", *options))))
+    row, *_ = rows(recorded(call("run", "my loops/loop.toml", "--out=-", *options)))
     # The description's own settings and connections come before the values of the file.
     assert row == {
         "time": "0.0", "CONT_C.GAIN": "1.5", "CONT_C.TI": "12.5", "CONT_C.SP_INT": "60.0", "CONT_C.PV_PER": "1382",
@@ -136,7 +135,7 @@ def test_what_is_saved_runs_again_and_gives_the_same_file(call, tmp_path):
 def test_the_loops_of_the_examples_end_at_their_setpoint(call, path):
     """From a start that is away from it, and after the disturbance that most of them have."""
     variable, setpoint, near = ENDS[path.stem]
-    first, *_, last = csv.DictReader(io.StringIO(recorded(call("run", path, "--fmus=PLCFMU_FMUS", "--out=-"))))
+    first, *_, last = rows(recorded(call("run", path, "--fmus=PLCFMU_FMUS", "--out=-")))
     assert abs(float(first[variable]) - setpoint) > 10 * near
     assert float(last[variable]) == pytest.approx(setpoint, abs=near)
 

@@ -18,10 +18,8 @@ Where a recording differs, a test says why:
 """
 
 import copy
-import csv
 import functools
 import importlib
-import io
 import json
 import os
 import pathlib
@@ -34,6 +32,7 @@ import zipfile
 import pytest
 
 import host
+from files import rows
 
 
 if sys.version_info >= (3, 11):
@@ -135,8 +134,8 @@ def by_plcfmu(loop, open_fmu, pack, command):
         for variables in [open_fmu(name).variables]
         for output in open_fmu(name).of("output")
     }
-    _, *rows = csv.DictReader(io.StringIO(run.stdout))
-    return [{column: read_value(row[column]) for column, read_value in read.items()} for row in rows]
+    _, *recorded = rows(run.stdout)
+    return [{column: read_value(row[column]) for column, read_value in read.items()} for row in recorded]
 
 
 def by_libcosim(loop, open_fmu, pack, command):

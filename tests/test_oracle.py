@@ -4,7 +4,6 @@
 hand in `test_tapes.py`.
 """
 
-import csv
 import pathlib
 import random
 
@@ -12,6 +11,7 @@ import numpy as np
 import pytest
 
 import oracle
+from files import rows
 from oracle import CONT_C, CONT_S
 
 TRACES = sorted((pathlib.Path(__file__).parent / "traces").glob("*.csv"))
@@ -43,11 +43,10 @@ def test_both_measured_blocks_have_recordings():
 @pytest.mark.parametrize("trace", TRACES, ids=lambda trace: trace.stem)
 def test_the_oracle_repeats_the_recording_bit_for_bit(trace):
     block = getattr(oracle, trace.name[:6])()
-    with trace.open(newline="") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    assert rows
+    recorded = rows(trace)
+    assert recorded
     differences = []
-    for row in rows:
+    for row in recorded:
         for column, text in row.items():
             if column.startswith("in_"):
                 block.set(column[len("in_"):], float(text))

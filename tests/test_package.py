@@ -1,6 +1,5 @@
 """The packed FMUs: what is in the archive, and that it says the truth."""
 
-import csv
 import hashlib
 import html.parser
 import re
@@ -16,6 +15,7 @@ from elftools.elf.elffile import ELFFile
 from lxml import etree
 
 import host
+from files import rows
 from host import CONTROLLERS
 from libraries import exports
 
@@ -248,10 +248,9 @@ def manifest(fmu):
 
 
 def table(fmu, name):
-    with (fmu.folder / REFERENCES / name).open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    assert next(iter(rows[0])) == "time"
-    return rows
+    recorded = rows(fmu.folder / REFERENCES / name)
+    assert next(iter(recorded[0])) == "time"
+    return recorded
 
 
 def related(manifest, role):

@@ -1,6 +1,5 @@
 """The loops of the example programs: what happens in them, the same bits in other masters, and the guide that shows them."""
 
-import csv
 import pathlib
 import shutil
 import subprocess
@@ -13,6 +12,7 @@ from fmpy import fmi2
 
 import host
 import test_masters
+from files import rows
 
 ROOT = pathlib.Path(__file__).parents[1]
 PROGRAMS = ROOT / "examples" / "programs"
@@ -104,10 +104,8 @@ def changes(command, folder, name, column):
     out = folder / "out.csv"
     arguments = [command, "run", str(PROGRAMS / f"{name}_loop.toml"), "--fmus", str(host.FOLDER), "--out", str(out)]
     subprocess.run(arguments, check=True, capture_output=True)
-    with out.open(newline="") as file:
-        rows = list(csv.DictReader(file))
     found = []
-    for row in rows:
+    for row in rows(out):
         if not found or found[-1][1] != float(row[column]):
             found.append((float(row["time"]), float(row[column])))
     return found

@@ -1,8 +1,6 @@
 """`plcfmu run`: what it writes is, bit for bit, what the same FMUs give when FMPy steps them; it wires FMUs as it says,
 refuses in one sentence what cannot be wired, and runs FMUs that others have made."""
 
-import csv
-import io
 import os
 import subprocess
 import zipfile
@@ -10,6 +8,7 @@ import zipfile
 import pytest
 
 import host
+from files import rows
 
 LOOP = {"CONT_C.LMN": "HEATER.POWER", "HEATER.T_PER": "CONT_C.PV_PER"}
 CONTROLLER = {"PVPER_ON": True, "PV_FAC": 4.0, "GAIN": 1.6, "TI": 135.0, "MAN": 50.0, "CYCLE": 1.0}
@@ -42,11 +41,6 @@ def packed(fmu):
     path = host.FOLDER / f"{file}.fmu"
     assert path.is_file(), host.REMEDY % path.name
     return f"{name}{separator}{path}"
-
-
-def rows(text):
-    """A CSV file as rows of texts by column."""
-    return list(csv.DictReader(io.StringIO(text)))
 
 
 def recorded(run, *fmus, **options):
@@ -260,7 +254,7 @@ def test_the_recording_goes_to_a_file_and_the_summary_to_standard_output(run, tm
     assert first.startswith("20 steps of 0.1 s, as HEATER proposes, from 0 s to 2 s, in ")
     assert second == "result.csv: 21 rows of the time and 15 variables"
     assert third == "result.png"
-    assert len(rows((tmp_path / "result.csv").read_text())) == 21
+    assert len(rows(tmp_path / "result.csv")) == 21
     assert (tmp_path / "result.png").read_bytes().startswith(b"\x89PNG")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["result.csv", "result.png", "tmp"]
 

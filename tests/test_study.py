@@ -1,7 +1,6 @@
 """`plcfmu study` as a user sees it: the same bytes however the runs are split, interrupted or not; FMUs that refuse, crash or
 hang cost their own run and nothing else; an expectation that is not met is exit code 1."""
 
-import csv
 import json
 import os
 import pathlib
@@ -15,6 +14,7 @@ import pytest
 
 import c_builds
 import host
+from files import contents, rows
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -98,16 +98,6 @@ def with_faulty(faulty, tmp_path):
     (tmp_path / "faulty.toml").write_text(loop)
     (tmp_path / "faults.toml").write_text(FAULTS)
     return folder
-
-
-def contents(folder):
-    """The files of a folder with their bytes."""
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-
-
-def rows(path):
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def test_the_bytes_do_not_depend_on_how_the_runs_are_split(study, tmp_path):

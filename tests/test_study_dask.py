@@ -16,6 +16,7 @@ import types
 import pytest
 
 import host
+from files import contents
 import plcfmu
 from plcfmu import parameters, studies
 
@@ -67,11 +68,6 @@ def place(tmp_path_factory):
 def tolerance(place):
     """A study of this many runs."""
     return write_study(place / "tolerance.toml")
-
-
-def contents(folder):
-    """All files of a folder with their bytes."""
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture(scope="module")

@@ -4,29 +4,18 @@ The page is target/tool/plcfmu-tool.html (`cargo xtask tool`), or the file that 
 """
 
 import base64
-import importlib.util
 import json
 import pathlib
-import re
-import shutil
 import subprocess
 import zipfile
 
 import pytest
 
 import host
-from tool import PAGE, needs_page, show_tab
+from tool import CHROMIUM, PAGE, needs_browser, needs_page, show_tab
 
 ROOT = pathlib.Path(__file__).parents[1]
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-PACKAGES = ("playwright", "axe_playwright_python")
-MISSING = [package for package in PACKAGES if importlib.util.find_spec(package) is None]
-
-pytestmark = [
-    pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed (tests/requirements.txt)"),
-    pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian and Ubuntu 'apt install chromium'"),
-    needs_page,
-]
+pytestmark = [*needs_browser, needs_page]
 
 FILES = ROOT / "tests/parameters"
 PLANT = FILES / "plant.awl"

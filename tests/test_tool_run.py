@@ -6,7 +6,6 @@ The page is that of PLCFMU_TOOL, or target/tool/plcfmu-tool.html (`cargo xtask t
 
 import base64
 import csv
-import importlib.util
 import json
 import math
 import pathlib
@@ -18,17 +17,10 @@ import zipfile
 import pytest
 
 import host
-from tool import ARGUMENTS, CHROMIUM, PAGE, needs_page, new_loop, show_tab, take_generic_plant
+from tool import ARGUMENTS, CHROMIUM, PAGE, needs_browser, needs_page, new_loop, show_tab, take_generic_plant
 
 ROOT = pathlib.Path(__file__).parents[1]
-PACKAGES = ("playwright", "axe_playwright_python")
-MISSING = [package for package in PACKAGES if importlib.util.find_spec(package) is None]
-
-pytestmark = [
-    pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed (tests/requirements.txt)"),
-    pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian and Ubuntu 'apt install chromium'"),
-    needs_page,
-]
+pytestmark = [*needs_browser, needs_page]
 
 DESKTOP, PHONE = (1280, 900), (390, 844)
 LOOPS = ROOT / "tests/parameters/plant.awl"

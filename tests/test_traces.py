@@ -4,18 +4,14 @@ Row 0 of a recording is the restart call: the values set before initialization e
 after it. Times are in milliseconds there.
 """
 
-import csv
 import pathlib
 
 import numpy as np
 import pytest
 
+from files import rows
+
 TRACES = sorted((pathlib.Path(__file__).parent / "traces").glob("*.csv"))
-
-
-def read(trace):
-    with trace.open(newline="") as file:
-        return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
 def values(fmu, row):
@@ -47,13 +43,13 @@ def differences(instance, row):
 
 def test_both_measured_blocks_have_recordings_and_all_are_replayed():
     assert {trace.name[:6] for trace in TRACES} == {"CONT_C", "CONT_S"}
-    assert sum(len(read(trace)) for trace in TRACES) > 700
+    assert sum(len(rows(trace)) for trace in TRACES) > 700
 
 
 @pytest.mark.parametrize("trace", TRACES, ids=lambda trace: trace.stem)
 def test_the_fmu_repeats_the_recording_bit_for_bit(trace, open_fmu):
     fmu = open_fmu(trace.name[:6])
-    first, *rest = read(trace)
+    first, *rest = rows(trace)
     instance = fmu.instance()
     instance.start(**values(fmu, first))
     found = differences(instance, first)

@@ -2,7 +2,6 @@
 plant, a front of two figures, and the same bytes with any number of jobs."""
 
 import cmath
-import csv
 import math
 import pathlib
 import re
@@ -11,6 +10,7 @@ import subprocess
 import pytest
 
 import host
+from files import rows
 
 EXAMPLES = pathlib.Path(__file__).parents[1] / "examples"
 
@@ -56,11 +56,6 @@ def tuned(run, tmp_path_factory):
         assert done.returncode == 0, done.stderr
         outputs.append(done.stdout)
     return study, folders, outputs
-
-
-def rows(path):
-    with open(path, newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def test_the_result_has_the_same_bytes_with_any_number_of_jobs(tuned, expect):

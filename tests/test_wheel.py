@@ -1,7 +1,6 @@
 """The Python wheel: built, installed in an empty environment, and used as a user does: the command, the FMUs by name, a
 closed loop in ten lines. And the archive with the command alone."""
 
-import csv
 import importlib.util
 import io
 import os
@@ -20,6 +19,7 @@ from elftools.elf.gnuversions import GNUVerNeedSection
 
 import forty_loops
 import host
+from files import rows
 
 ROOT = pathlib.Path(__file__).parents[1]
 BUILD = ROOT / "plcfmu" / "python" / "build_wheel.py"
@@ -168,10 +168,10 @@ def test_plcfmu_run_closes_a_loop_of_two_fmus_of_the_wheel(installed):
         *(f"--set=CONT_C.{value}" for value in values),
         "--step=1", "--stop=900", "--out=-", "--record=HEATER.TEMP", "--record=CONT_C.LMN",
     )  # fmt: skip
-    rows = list(csv.DictReader(io.StringIO(text)))
-    assert len(rows) == 901
-    assert float(rows[0]["HEATER.TEMP"]) == 20.0
-    assert abs(float(rows[-1]["HEATER.TEMP"]) - 60.0) < 0.5
+    recorded = rows(text)
+    assert len(recorded) == 901
+    assert float(recorded[0]["HEATER.TEMP"]) == 20.0
+    assert abs(float(recorded[-1]["HEATER.TEMP"]) - 60.0) < 0.5
 
 
 def test_the_command_of_the_wheel_packs_a_program_without_rust_and_runs_it(installed):
@@ -182,8 +182,8 @@ def test_the_command_of_the_wheel_packs_a_program_without_rust_and_runs_it(insta
         encoding="utf-8",
     )
     assert installed.run("plcfmu", "build", source, "--cycle=100ms") == "./Double.fmu\n"
-    rows = installed.run("plcfmu", "run", "Double.fmu", "--stop=0.3", "--out=-", "--record=Double.y")
-    assert [float(row["Double.y"]) for row in csv.DictReader(io.StringIO(rows))] == [0.0, 3.0, 3.0, 3.0]
+    recorded = installed.run("plcfmu", "run", "Double.fmu", "--stop=0.3", "--out=-", "--record=Double.y")
+    assert [float(row["Double.y"]) for row in rows(recorded)] == [0.0, 3.0, 3.0, 3.0]
 
 
 def test_the_package_of_the_wheel_finds_the_fmus_of_the_wheel(installed):

@@ -1,6 +1,7 @@
 """The parameter tool as tests use it: its page, and `plcfmu tool` as a page asks it."""
 
 import http.client
+import importlib.util
 import json
 import os
 import pathlib
@@ -18,6 +19,13 @@ NO_PAGE = "no page of the parameter tool: 'rustup target add wasm32-unknown-unkn
 needs_page = pytest.mark.skipif(not PAGE.is_file(), reason=NO_PAGE)
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+PACKAGES = ("playwright", "axe_playwright_python")
+MISSING = [package for package in PACKAGES if importlib.util.find_spec(package) is None]
+# What a module of tests in a browser needs.
+needs_browser = [
+    pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed (tests/requirements.txt)"),
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian and Ubuntu 'apt install chromium'"),
+]
 ARGUMENTS = [
     *("--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--disable-sync"),
     *("--disable-component-update", "--enable-precise-memory-info", "--js-flags=--expose-gc"),
