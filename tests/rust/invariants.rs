@@ -192,6 +192,18 @@ fn only_the_client_of_a_plc_and_the_server_of_the_tool_use_the_network() {
     );
 }
 
+#[test]
+fn what_computes_opens_no_files_and_reads_no_clock() {
+    let foreign = ["std::fs", "std::net", "std::env", "std::process", "std::thread", "Instant::now", "SystemTime"];
+    let rooms = ["control/src", "draw/src", "laws/src", "scl/src", "tool/src"];
+    let files: Vec<String> = rooms.iter().flat_map(|room| source_files(room)).collect();
+    let files = files.into_iter().filter(|file| !file.ends_with("tests.rs") && !file.contains("/tests/"));
+    assert_none(
+        &find_before_tests(&files.collect::<Vec<_>>(), |line| first_of(&foreign, line)),
+        "take the content and give the result: files, sockets, processes and clocks belong to plcfmu, host and run/src/file.rs",
+    );
+}
+
 /// How unsafe code begins, and what allows it.
 const UNSAFE: [&str; 7] =
     ["unsafe {", "unsafe fn", "unsafe extern", "unsafe impl", "unsafe trait", "unsafe(", "allow(unsafe_code"];
