@@ -405,6 +405,7 @@ def test_dragging_zooms_and_a_double_click_follows_again(tool):
     tool.mouse.up()
     tool.locator("#curves .curves-bar button[aria-pressed=false]").wait_for()
     slider = tool.locator("#curves").get_by_role("slider")
+    tool.wait_for_function("() => document.querySelector('#curves [role=slider]').ariaValueMin > 0")
     # What is asked for is what is to be seen, and every call of it.
     assert 0 < float(slider.get_attribute("aria-valuemin")) < float(slider.get_attribute("aria-valuemax")) < 59
     plot.dblclick()

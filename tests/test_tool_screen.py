@@ -488,6 +488,19 @@ def test_the_first_page_has_a_curve_before_the_engine_is_ready_and_it_is_the_eng
     assert outputs == pytest.approx(output[first::every], abs=0.0501)
 
 
+def test_the_curve_of_the_first_page_is_there_before_the_panels_that_it_does_not_show(browser):
+    page = browser.new_context().new_page()
+    page.add_init_script("""new MutationObserver(() => {
+        if (globalThis.madeBefore === undefined && document.querySelector('.living svg path'))
+            globalThis.madeBefore = document.querySelectorAll('#tabs button, #run button, #tune button').length;
+    }).observe(document, { childList: true, subtree: true })""")
+    page.goto(PAGE.as_uri())
+    page.locator("#new-block option").first.wait_for(state="attached")
+    assert page.evaluate("madeBefore") == 0
+    assert page.locator("#tabs button, #run button, #tune button").count() >= 8
+    page.context.close()
+
+
 def test_an_example_from_far_down_the_page_of_a_phone_shows_its_curve(open_tool):
     page = open_tool((390, 844))
     open_example(page, "Process behind a sensor")

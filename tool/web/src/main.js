@@ -24,7 +24,7 @@ import { store } from "tool/store.js";
 import { mount as takeaway } from "tool/takeaway.js";
 import { mount as tune } from "tool/tune.js";
 
-/** The panels of the page by the id of their section. @type {[string, (content: HTMLElement) => void][]} */
+/** The panels of the page by the id of their section; the first one is that of the first page. @type {[string, (content: HTMLElement) => void][]} */
 const PANELS = [
   ["loops", loops],
   ["parameters", parameters],
@@ -45,6 +45,12 @@ const PANELS = [
 for (const [id, mount] of PANELS) {
   const content = byId(id).querySelector(".content");
   if (content instanceof HTMLElement) mount(content);
+  // The first page is painted, with its curve, before the panels that it does not show are made. A hidden page has no frames.
+  if (id === PANELS[0][0])
+    await new Promise((done) => {
+      requestAnimationFrame(() => setTimeout(done));
+      setTimeout(done, 100);
+    });
 }
 bar();
 panels();
