@@ -26,6 +26,15 @@ pub use source::{Error, Sources};
 use scl::program::Program;
 use scl::scl::Dialect;
 
+/// Where the rules of a block come from: the words in brackets behind its clauses, and whom they stand for.
+pub const ORIGINS: [(&str, &str); 5] = [
+    ("manual", "the vendor's manual of this block"),
+    ("vendor", "the vendor's later texts on this or related blocks"),
+    ("measured", "recorded at a real block"),
+    ("observed", "published descriptions of the behaviour"),
+    ("decided", "by us, where all these are silent"),
+];
+
 /// A law as a typed program.
 #[derive(Clone, Debug)]
 pub struct Law {

@@ -1,12 +1,12 @@
 //! From the items to the program: types, records and functions, each when it is first needed.
 
-use crate::Law;
 use crate::body::Body;
 use crate::check;
 use crate::item::{Function, Items};
 use crate::source::{Error, Sources};
 use crate::table::{Doc, Table, short};
 use crate::value::{Ty, Var};
+use crate::{Law, ORIGINS};
 use proc_macro2::Span;
 use scl::program::{
     self as typed, At, Base, Call, Declared, Expr, Kind, Place, Program, Scalar, Section, Statement, Type, Value, What,
@@ -99,12 +99,17 @@ fn head(sources: &Sources, file: usize, table: &Table) -> String {
     });
     let lines: Vec<String> = lines.collect();
     let mut head = format!("{}: {}\n", table.name, short(&table.docs));
-    head += &format!("The law is written in {path}; names, order and comments are those of that file.\n");
+    head += &format!("The algorithm is written in {path}; names, order and comments are those of that file.\n");
     let clauses = lines.iter().skip_while(|line| line.trim() != "# Clauses").skip(1);
     let clauses: Vec<&str> = clauses.take_while(|line| !line.starts_with("# ")).map(String::as_str).collect();
     let clauses = clauses.join("\n");
     if !clauses.trim().is_empty() {
         head += &format!("\nClauses, to which the numbers in the comments refer:\n\n{}\n", clauses.trim());
+        let named = ORIGINS.iter().filter(|(word, _)| clauses.contains(word));
+        let origins: Vec<String> = named.map(|(word, whence)| format!("  {word}: {whence}")).collect();
+        if !origins.is_empty() {
+            head += &format!("\nThe words in brackets say where a rule comes from:\n\n{}\n", origins.join("\n"));
+        }
     }
     head
 }

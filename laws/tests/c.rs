@@ -203,7 +203,8 @@ fn an_engineer_finds_the_clauses_of_the_manual_page_in_the_c() {
             let text = scl::c::print(&law.program).unwrap();
             let (head, code) = text.split_once("#include").unwrap();
             assert!(head.contains(&format!("{}: ", law.name)) && head.contains(" * 1. "), "{head}");
-            assert!(head.contains("law is written in blocks/src/"), "{head}");
+            assert!(head.contains("algorithm is written in blocks/src/"), "{head}");
+            assert!(head.contains(" *   manual: the vendor's manual of this block"), "{head}");
             assert!(code.to_lowercase().contains("clause"), "no clause in the code of {}", law.name);
         }
     }

@@ -79,7 +79,7 @@ blocks::block! {
     /// CYCLE
     /// ```
     ///
-    /// # Law
+    /// # Algorithm
     ///
     /// ```math
     /// \begin{aligned}
@@ -88,7 +88,7 @@ blocks::block! {
     /// \end{aligned}
     /// ```
     ///
-    /// The law of a call, `M_L` being the load that acts:
+    /// A call, `M_L` being the load that acts:
     ///
     /// ```text
     /// SP_RPM = N_MAX (SP / 32767)

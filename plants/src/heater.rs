@@ -81,7 +81,7 @@ blocks::block! {
     /// CYCLE
     /// ```
     ///
-    /// # Law
+    /// # Algorithm
     ///
     /// ```math
     /// \begin{aligned}
@@ -91,7 +91,7 @@ blocks::block! {
     /// \end{aligned}
     /// ```
     ///
-    /// `p` is POWER within 0 ... 100 %, in the law as it was DELAY_TM ago. `L` is the loss as a multiple of that with the door
+    /// `p` is POWER within 0 ... 100 %, in the equations as it was DELAY_TM ago. `L` is the loss as a multiple of that with the door
     /// closed:
     ///
     /// ```text

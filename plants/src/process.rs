@@ -82,7 +82,7 @@ blocks::block! {
     /// CYCLE
     /// ```
     ///
-    /// # Law
+    /// # Algorithm
     ///
     /// As transfer functions from U + LOAD to PV, without and with INTEG:
     ///
@@ -90,7 +90,7 @@ blocks::block! {
     /// \frac{\text{GAIN}\; e^{-\text{DEAD_TM}\,s}}{(1 + \text{T1}\,s)(1 + \text{T2}\,s)}, \qquad \frac{\text{GAIN}\; e^{-\text{DEAD_TM}\,s}}{s\,(1 + \text{T1}\,s)(1 + \text{T2}\,s)}
     /// ```
     ///
-    /// The law, `u` being U + LOAD as it was DEAD_TM ago:
+    /// The process, `u` being U + LOAD as it was DEAD_TM ago:
     ///
     /// ```text
     /// T1 dx1/dt = GAIN (u - U_0) - x1

@@ -66,7 +66,7 @@ blocks::block! {
     /// CYCLE
     /// ```
     ///
-    /// # Law
+    /// # Algorithm
     ///
     /// ```math
     /// \begin{aligned}
@@ -75,7 +75,7 @@ blocks::block! {
     /// \end{aligned}
     /// ```
     ///
-    /// The law of call k, g(k) being the noise:
+    /// Call k, g(k) being the noise:
     ///
     /// ```text
     /// v = U + NOISE g(k)

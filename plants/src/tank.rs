@@ -75,7 +75,7 @@ blocks::block! {
     /// CYCLE
     /// ```
     ///
-    /// # Law
+    /// # Algorithm
     ///
     /// ```math
     /// \begin{aligned}
@@ -84,7 +84,7 @@ blocks::block! {
     /// \end{aligned}
     /// ```
     ///
-    /// The law, with VALVE and DRAIN within 0 ... 100 %:
+    /// The level, with VALVE and DRAIN within 0 ... 100 %:
     ///
     /// ```text
     /// INFLOW  = FLOW_MAX (VALVE / 100 %)

@@ -84,7 +84,7 @@ blocks::block! {
     /// CYCLE
     /// ```
     ///
-    /// # Law
+    /// # Algorithm
     ///
     /// ```math
     /// \begin{aligned}
@@ -93,7 +93,7 @@ blocks::block! {
     /// \end{aligned}
     /// ```
     ///
-    /// The law:
+    /// The equations:
     ///
     /// ```text
     /// h = (HEAT ? 100 % : 0) + (DRIVE where positive)        within 0 ... 100 %

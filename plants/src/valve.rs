@@ -98,7 +98,7 @@ blocks::block! {
     /// CYCLE
     /// ```
     ///
-    /// # Law
+    /// # Algorithm
     ///
     /// ```math
     /// \begin{aligned}
@@ -114,7 +114,7 @@ blocks::block! {
     /// \end{aligned}
     /// ```
     ///
-    /// The law:
+    /// The equations:
     ///
     /// ```text
     /// v    = (UP ? 100 % : 0) - (DOWN ? 100 % : 0) + DRIVE      within -100 ... 100 %

@@ -56,7 +56,7 @@ pub const fn kept<const LENGTH: usize>(docs: &str) -> [u8; LENGTH] {
 mod tests {
     use super::{kept, length};
 
-    const DOCS: &str = "Moves.\n\n# Law\n\nSlowly.\n\n```dialog\nLimits\n```\n\n# Sources\n\nA book.\n";
+    const DOCS: &str = "Moves.\n\n# Algorithm\n\nSlowly.\n\n```dialog\nLimits\n```\n\n# Sources\n\nA book.\n";
 
     #[test]
     fn a_short_documentation_is_the_first_paragraph_and_the_dialog() {

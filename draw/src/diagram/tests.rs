@@ -53,7 +53,7 @@ fn table(docs: &str) -> Table {
 }
 
 fn documented(diagram: &str) -> Table {
-    table(&format!(" Pumps.\n\n # Diagram\n\n ```diagram\n{diagram} ```\n\n # Law\n\n It pumps.\n"))
+    table(&format!(" Pumps.\n\n # Diagram\n\n ```diagram\n{diagram} ```\n\n # Algorithm\n\n It pumps.\n"))
 }
 
 fn drawing() -> String {

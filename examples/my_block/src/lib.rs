@@ -71,7 +71,7 @@ blocks::block! {
     /// CYCLE
     /// ```
     ///
-    /// # Law
+    /// # Algorithm
     ///
     /// The law of a call, in this order; w is the time that Q has to stay as it is:
     ///

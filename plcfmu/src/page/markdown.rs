@@ -146,10 +146,10 @@ mod tests {
 
     #[test]
     fn documentation_is_taken_apart_at_its_headings() {
-        let docs = " First.\n\n # Law\n\n ```text\n # no heading\n ```\n\n # Limits of use\n\n None.\n";
+        let docs = " First.\n\n # Algorithm\n\n ```text\n # no heading\n ```\n\n # Limits of use\n\n None.\n";
         let mut sections = Sections::of(docs);
-        assert_eq!(sections.take("Law"), Some(" ```text\n # no heading\n ```"));
-        assert_eq!(sections.take("Law"), None);
+        assert_eq!(sections.take("Algorithm"), Some(" ```text\n # no heading\n ```"));
+        assert_eq!(sections.take("Algorithm"), None);
         assert_eq!(sections.take_all(), [("", " First."), ("Limits of use", " None.")]);
     }
 

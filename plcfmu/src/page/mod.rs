@@ -39,8 +39,8 @@ struct Page<'a> {
     sampling: String,
     law: Vec<Section>,
     after_responses: Vec<Section>,
-    /// Whether the documentation says where its rules come from.
-    names_sources: bool,
+    /// Where the documentation says that its rules come from.
+    origins: Vec<(&'static str, &'static str)>,
     responses: Vec<Drawing>,
     /// Whether one of them has inputs.
     has_dashed_lines: bool,
@@ -127,8 +127,8 @@ pub fn html(
         |heading| anyhow::Ok(take(&[(heading, heading)])?.pop().map_or(String::new(), |section| section.text));
     // What stands there beside the diagram.
     let (about_diagram, sampling) = (text("Diagram")?, text("Sampling")?);
-    // A documentation without headings is the law.
-    let law = take(&[("Law", "Law"), ("", "Law"), ("Clauses", "Clauses")])?;
+    // A documentation without headings is that of the algorithm.
+    let law = take(&[("Algorithm", "Algorithm"), ("", "Algorithm"), ("Clauses", "Clauses")])?;
     let mut after_responses = take(&[("Limits of use", "Limits of use"), ("Sources", "Sources")])?;
     let (roles, _) = run::dialog::of(table).context("the dialog of the block")?;
     let process_value = roles.shown_process_value.as_deref().or(roles.process_value.as_deref());
@@ -168,7 +168,7 @@ pub fn html(
         sampling,
         law,
         after_responses,
-        names_sources: names_sources(table),
+        origins: origins(table),
         has_dashed_lines: responses.iter().any(|response| response.has_dashed_lines),
         responses,
         characteristics: table
@@ -255,10 +255,10 @@ fn characteristic_drawing(
     })
 }
 
-/// Whether the documentation says where its rules come from.
-fn names_sources(table: &Table) -> bool {
-    let words = ["(manual", "(vendor", "(measured", "(observed", "(decided"];
-    words.iter().any(|word| table.docs.contains(word))
+/// Where the documentation says that its rules come from.
+fn origins(table: &Table) -> Vec<(&'static str, &'static str)> {
+    let is_named = |word: &str| table.docs.contains(&format!("({word}")) || table.docs.contains(&format!(", {word})"));
+    laws::ORIGINS.into_iter().filter(|(word, _)| is_named(word)).collect()
 }
 
 /// The variables by their use; a use that no variable has is left out.
@@ -436,16 +436,16 @@ mod tests {
 
     #[test]
     fn a_block_without_a_law_has_no_heading_for_one() {
-        assert!(page().contains("<h2 id=\"law\">Law</h2>"));
+        assert!(page().contains("<h2 id=\"algorithm\">Algorithm</h2>"));
         let mut table = table();
         table.docs = "Pumps.".into();
-        assert!(!page_of(&table, &[0]).contains("Law</h2>"));
+        assert!(!page_of(&table, &[0]).contains("Algorithm</h2>"));
     }
 
     #[test]
     fn sections_of_the_documentation_stand_where_a_reader_looks_for_them() {
         let mut table = table();
-        table.docs = "Pumps.\n\n# Sources\n\nA book.\n\n# Law\n\n```math\nq = n\n```\n\n# Our own\n\nMore.\n\n\
+        table.docs = "Pumps.\n\n# Sources\n\nA book.\n\n# Algorithm\n\n```math\nq = n\n```\n\n# Our own\n\nMore.\n\n\
                       # Purpose\n\nIt pumps, see FLOW.\n\n# Sampling\n\nOften."
             .into();
         let page = page_of(&table, &[0]);
@@ -454,7 +454,7 @@ mod tests {
             "<h2 id=\"diagram\">",
             "<p>Often.</p>",
             "<h2 id=\"variables\">",
-            "<h2 id=\"law\">Law</h2>\n<div class=\"formula\"",
+            "<h2 id=\"algorithm\">Algorithm</h2>\n<div class=\"formula\"",
             "<h2 id=\"responses\">",
             "<h2 id=\"sources\">Sources</h2>\n<p>A book.</p>",
             "<h2 id=\"our-own\">Our own</h2>\n<p>More.</p>",

@@ -59,7 +59,7 @@ mod tests {
             )
         };
         let rows = [row("FLOW", "See CYCLE & *more*.", "REAL", "input"), row("CYCLE", "", "TIME", "cycle")];
-        let docs = r"Pumps.\n\n# Purpose\n\nIt pumps.\n\n# Law\n\nNone.\n\n# Limits of use\n\nFLOW < 9.";
+        let docs = r"Pumps.\n\n# Purpose\n\nIt pumps.\n\n# Algorithm\n\nNone.\n\n# Limits of use\n\nFLOW < 9.";
         let json = format!(
             r#"{{"name":"PUMP","docs":"{docs}","cycle":1,"mean":null,"variables":[{}],"responses":[]}}"#,
             rows.join(",")

@@ -66,7 +66,7 @@ crate::block! {
         cycle {
             /// Program cycle time: the time between two calls (not a pin of the original)
             ///
-            /// The block's law counts calls and does not contain TZ; the FMU calls it every TZ, whatever the
+            /// The block counts calls and does not know TZ; the FMU calls it every TZ, whatever the
             /// communication step is. When you change TZ, scale TH_TZ and TR_TZ: half of TZ needs twice the number. The
             /// PLC calls the original once a program cycle, 10 ms is typical.
             tz: Time = Time::ms(10), min Time::ms(1);

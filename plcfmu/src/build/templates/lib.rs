@@ -22,7 +22,7 @@ blocks::block! {
     /// U > GAIN > LAG > Y
     /// ```
     ///
-    /// # Law
+    /// # Algorithm
     ///
     /// ```text
     /// Y = Y + (GAIN * U - Y) * CYCLE / (T1 + CYCLE)
