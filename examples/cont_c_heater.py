@@ -136,7 +136,9 @@ def draw(result, path):
         axes[2].plot(time, result["LMN_D"], label="LMN_D", drawstyle="steps-post", **plot.D_PART)
         axes[0].set_ylim(168, 188)
         axes[1].set_ylim(40, 105)
-        plot.mark(axes, 0.0, AUTOMATIC, "manual", plot.MANUAL)
+        # The span is narrower than its name, which stands in the legend.
+        plot.mark(axes[:1], 0.0, AUTOMATIC, "", {**plot.MANUAL, "label": "manual"})
+        plot.mark(axes[1:], 0.0, AUTOMATIC, "", plot.MANUAL)
         plot.event(axes, STEP, "setpoint + 10 K")
         plot.event(axes, DOOR, "door half open")
         for each in axes:
@@ -149,7 +151,7 @@ def draw_cold_start(automatic, by_hand, path):
         "if heated by hand first,\n"
         f"after {automatic.quality['cold start automatic: settling']:.0f} s in automatic mode from the start"
     )
-    labels = ["temperature in °C", "automatic from the start, in %", "by hand up to 170 °C, in %"]
+    labels = ["temperature in °C", "LMN in %, automatic from the start", "LMN in %, by hand up to 170 °C"]
     with plot.picture(path, title, labels, [1.1, 0.7, 1.2]) as axes:
         time = automatic.time
         axes[0].plot(time, automatic["SP_INT"], label="SP_INT", **plot.SETPOINT)

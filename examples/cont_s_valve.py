@@ -104,9 +104,9 @@ def pulses(signal):
 
 def draw(result, path):
     title = (
-        f"{result.quality['pulses for the setpoint step']} pulses make the step of 10 K and "
-        f"{result.quality['pulses for the pressure drop']} make up for the pressure; "
-        f"{result.quality['calls with a pulse against a stop']} calls drive against a stop"
+        f"{result.quality['pulses for the setpoint step']} pulses for a step of 10 K, "
+        f"{result.quality['pulses for the pressure drop']} for the pressure drop; "
+        f"{result.quality['calls with a pulse against a stop'] or 'no'} pulse against a limit stop"
     )
     with plot.picture(path, title, ["temperature in °C", "valve position in %", "pulses"], [1.3, 1, 0.75]) as axes:
         time = result.time
@@ -120,12 +120,12 @@ def draw(result, path):
         plot.pulses(axes[2], time, result["QLMNDN"], height=-1.0, label="QLMNDN", **plot.OPPOSITE_PULSE)
         axes[0].set_ylim(55, 112)
         axes[1].set_ylim(40, 110)
-        axes[2].set_yticks([-1, 0, 1], ["down", "", "up"])
+        axes[2].set_yticks([-0.5, 0.5], ["down", "up"])
         axes[2].set_ylim(-1.2, 1.2)
         plot.event(axes, STEP, "setpoint + 10 K")
         plot.event(axes, DROP, "pressure\n4 → 3 bar")
-        plot.mark(axes, MANUAL, AUTOMATIC, "manual\n(LMNS_ON)", plot.MANUAL)
-        plot.event(axes, TOO_HIGH, "too high")
+        plot.mark(axes, MANUAL, AUTOMATIC, "manual", plot.MANUAL)
+        plot.event(axes, TOO_HIGH, "setpoint\nout of reach")
         plot.event(axes, BACK, "setpoint back")
         for each in axes:
             plot.legend(each)

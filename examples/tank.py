@@ -95,7 +95,7 @@ def draw(slow, fast, path):
     drained = "drain, integral of the error"
     share = fast.quality[f"{fast_name}: {drained}"] / slow.quality[f"{slow_name}: {drained}"]
     title = (
-        f"{fast_name} instead of {T:.0f} s leaves {100.0 * share:.0f} % of the drain's error, "
+        f"{fast_name} instead of {T:.0f} s leaves {100.0 * share:.0f} % of the drain's error integral, "
         f"but overshoots by {fast.quality[f'{fast_name}: overshoot']:.0f} %"
     )
     with plot.picture(path, title, ["level in m", "inflow valve in %"], [1.4, 1]) as axes:

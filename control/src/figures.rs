@@ -181,8 +181,9 @@ impl Figure {
 }
 
 impl Unit {
-    /// Its text, with the units of the process value and of the manipulated value.
+    /// Its text, with the units of the process value and of the manipulated value. Differences of degC are in K.
     pub fn text(self, process_value: Option<&str>, manipulated_value: Option<&str>) -> Option<String> {
+        let process_value = process_value.map(|unit| if unit == "degC" { "K" } else { unit });
         let seconds = |unit: Option<String>| unit.map_or_else(|| "s".into(), |unit| format!("{unit} s"));
         match self {
             Unit::One => None,

@@ -53,7 +53,7 @@ pub struct Chart {
     pub lanes: Vec<Curve>,
     /// The part of the time that matters: the rest is shaded.
     pub window: Option<(f64, f64)>,
-    /// Each point has a dot: a chart of few points, which stand for something each.
+    /// Dots without lines between them: each point stands for something, and nothing is between two of them.
     pub has_dots: bool,
 }
 
@@ -332,7 +332,8 @@ fn draw_panel<'a>(
         Tick { at: Pixels(y), text_y: Pixels(y + 4.0), label: tick_label(tick) }
     });
     let path = if chart.over.is_some() { lines } else { stairs };
-    let curves = panel.curves.iter().zip(pens).map(|(curve, pen)| DrawnCurve {
+    let joined = panel.curves.iter().zip(pens).filter(|_| !chart.has_dots);
+    let curves = joined.map(|(curve, pen)| DrawnCurve {
         pen: *pen,
         path: path(&points(&chart.time, &curve.values, time), time, &|value| scale.y(value, top)),
     });

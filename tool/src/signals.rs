@@ -180,7 +180,7 @@ mod tests {
         let figures = figures(&home, &session(&home, false), &FiguresRequest::default()).unwrap();
         assert_eq!(figures.from, 5.0);
         let find = |key: &str| figures.figures.iter().find(|figure| figure.key == key).unwrap();
-        for (key, unit) in [("settling", "s"), ("ise", "degC^2 s"), ("travel", "%")] {
+        for (key, unit) in [("settling", "s"), ("ise", "K^2 s"), ("travel", "%")] {
             assert_eq!(find(key).unit.as_deref(), Some(unit));
         }
         assert_eq!(figures.figures.len(), figures::FIGURES.len());

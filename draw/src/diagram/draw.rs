@@ -2,8 +2,8 @@
 
 use super::check::{self, Checked};
 use super::model::{
-    self, Anchor, Area, CONTACT, Content, Control, Element, HALF_SYMBOL, LINE, PIN, Point, RADIUS, SETTING, Shape,
-    Side, Sign, TERMINAL, TITLE,
+    self, Anchor, Area, CONTACT, Content, Control, Element, HALF_SYMBOL, LABEL_CHARACTER, LINE, PIN, Point, RADIUS,
+    SETTING, Shape, Side, Sign, TERMINAL, TITLE, width,
 };
 use super::symbol::Symbol;
 use super::wire::{Wire, passes};
@@ -412,7 +412,8 @@ fn switch<'a>(checked: &'a Checked, element: &'a Element) -> Switch<'a> {
     let label = |is_true: bool| {
         let at = contact(is_true);
         let text = if is_true { "TRUE" } else { "FALSE" };
-        (Pixels(left + 1.0), Pixels(if at < y { at - 5.0 } else { at + 12.5 }), text)
+        // It ends before the wire from the control terminal.
+        (Pixels(x - 4.0 - width(text, LABEL_CHARACTER) / 2.0), Pixels(if at < y { at - 5.0 } else { at + 12.5 }), text)
     };
     let end = match control {
         Control::Above => element.control().map(|at| at.y + TERMINAL / 2.0),

@@ -9,6 +9,8 @@ pub const GRID: f64 = 10.0;
 pub const CHARACTER: f64 = 12.0 * 0.602;
 /// The same for the 11 pixels of settings, labels and values.
 pub const SMALL_CHARACTER: f64 = 11.0 * 0.602;
+/// The same for the 10 pixels of a contact.
+pub const LABEL_CHARACTER: f64 = 10.0 * 0.602;
 /// Height of a terminal.
 pub const TERMINAL: f64 = 18.0;
 /// Space below a terminal for its value.

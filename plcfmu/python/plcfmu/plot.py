@@ -29,20 +29,21 @@ if TYPE_CHECKING:
     from .result import Result
 
 # How the signals of a loop are drawn: arguments of matplotlib's plot(). The colours are those of Okabe and Ito, which
-# people with any kind of colour blindness can tell apart.
+# people with any kind of colour blindness can tell apart; two are darker here, to be seen on white. The charts of the FMUs' pages
+# have the same for the parts of LMN.
 SETPOINT: dict[str, Any] = {"color": "#333333", "linestyle": (0, (4, 2)), "linewidth": 1.1}
 PROCESS_VALUE: dict[str, Any] = {"color": "#0072b2", "linewidth": 1.6}
 MANIPULATED: dict[str, Any] = {"color": "#d55e00", "linewidth": 1.4}
-P_PART: dict[str, Any] = {"color": "#e69f00", "linewidth": 1.2}
+P_PART: dict[str, Any] = {"color": "#cc79a7", "linewidth": 1.2}
 I_PART: dict[str, Any] = {"color": "#009e73", "linewidth": 1.2}
-D_PART: dict[str, Any] = {"color": "#cc79a7", "linewidth": 1.2}
+D_PART: dict[str, Any] = {"color": "#b87d00", "linewidth": 1.2}
 # What the signal is compared with, such as the same loop with other settings.
 COMPARED: dict[str, Any] = {"color": "#8c8c8c", "linewidth": 1.2}
 
 # How pulses are drawn: arguments of pulses() and fill_between(). The second one is for the pulses that act against the
 # first: cooling against heating, closing against opening.
 PULSE: dict[str, Any] = {"color": MANIPULATED["color"], "linewidth": 0.3}
-OPPOSITE_PULSE: dict[str, Any] = {"color": "#56b4e9", "linewidth": 0.3}
+OPPOSITE_PULSE: dict[str, Any] = {"color": "#3d94cc", "linewidth": 0.3}
 
 # How spans of time are shaded: arguments of mark().
 SPAN: dict[str, Any] = {"color": "#f6eedb", "linewidth": 0}
@@ -113,8 +114,18 @@ def picture(
         for bottom in axes[-1] if same_time else axes.flat:
             bottom.set_xlabel("time in s")
         yield axes[:, 0] if columns == 1 else axes
+        for each in axes.flat:
+            _end_at_tick(each)
         if path is not None:
             save(figure, path)
+
+
+def _end_at_tick(axes: Any) -> None:
+    """Lets the horizontal axis end at a tick where the last row is just before it: the row at 599 s holds until 600 s."""
+    left, right = axes.get_xlim()
+    beyond = [tick for tick in axes.xaxis.get_major_locator().tick_values(left, right) if tick > right]
+    if beyond and min(beyond) - right < 0.01 * (right - left):
+        axes.set_xlim(right=min(beyond))
 
 
 def label(axes: Any, text: str) -> None:

@@ -32,9 +32,14 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
         let Column { name, is_input, .. } = &plan.columns[at];
         Curve { name: name.clone(), values: curves[at].clone(), is_input: *is_input, color: None }
     };
-    let label = |at: usize| match plan.columns[at].kind {
-        Type::Real => plan.columns[at].unit.clone().unwrap_or_default(),
-        other => other.name().to_string(),
+    // The unit, or the names without that of their FMU.
+    let label = |of: &[usize]| {
+        let name = |at: &usize| plan.columns[*at].name.rsplit('.').next().unwrap_or_default();
+        let unit = of.iter().find_map(|at| plan.columns[*at].unit.clone());
+        unit.unwrap_or_else(|| match of {
+            [] | [_] | [_, _] => of.iter().map(name).collect::<Vec<_>>().join(", "),
+            [first, ..] => format!("{}, ...", name(first)),
+        })
     };
     let setpoint = kept.column(kept.roles.setpoint.as_ref());
     let output = kept.column(kept.roles.manipulated_value.as_ref());
@@ -68,7 +73,7 @@ pub fn draw(kept: &Kept, plan: &Plan, title: String, is_chosen: bool, is_svg: bo
         }
     }
     let panel = |(of, _): (Vec<usize>, bool)| Panel {
-        label: label(of[0]),
+        label: label(&of),
         curves: of.into_iter().map(curve).collect(),
         ..Panel::default()
     };
