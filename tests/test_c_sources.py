@@ -219,6 +219,20 @@ def test_the_suites_pass_over_the_c_of_the_blocks(suite, blocks):
     assert re.search(r"[1-9]\d* passed", done.stdout) and "failed" not in done.stdout, done.stdout[-500:]
 
 
+def test_hostile_calls_are_refused_by_the_c_of_the_blocks_as_the_standard_says(packer, blocks, tmp_path):
+    # The suite in Rust, over the C of the blocks and of the counter, whose states are foreign to them.
+    run(packer, "fmu", "--package", "counter", "--out", tmp_path / "fmus", cwd=ROOT)
+    (counter,) = (tmp_path / "fmus").glob("*.fmu")
+    c_builds.compiled(counter, tmp_path)
+    for library in (blocks / "lib").iterdir():
+        shutil.copy(library, tmp_path / "lib")
+    environment = {**os.environ, "PLCFMU_LIBRARIES": str(tmp_path / "lib"), "PLCFMU_HOSTILE_CALLS": "50000"}
+    # As `cargo xtask test` does, so that nothing is compiled anew.
+    tests = ["cargo", "test", "--workspace", "--exclude", "importers", "--test", "hostile", "--", "--nocapture"]
+    told = run(*tests, cwd=ROOT, env=environment)
+    assert "test result: ok. 7 passed" in told and told.count("calls on instances") == len(BLOCKS), told
+
+
 # --- Both doors -----------------------------------------------------------------------------------------------------
 
 ODD = [0.0, -0.0, 1e-45, 0.1, -3.5, 1e30, 3.4e38, 3.5e38, 1e300, float("nan"), float("inf"), 65535.0, -32768.0, 0.5]

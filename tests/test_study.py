@@ -220,6 +220,8 @@ def test_an_fmu_with_another_law_and_the_same_guid_computes_its_own(study, tmp_p
     assert own["runs.csv"] == own_door["runs.csv"] != other["runs.csv"] == other_door["runs.csv"]
     warning = "warning: CONT_C.fmu is not built from the sources of this plcfmu"
     assert [text.count(warning) for _, text in made] == [0, 0, 1, 0] and "pack it again" in told
+    part = study("--runs=0..1", "--part=first.part", fmus=tmp_path / "fmus")
+    assert part.returncode == 0 and part.stderr.count(warning) == 1
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)

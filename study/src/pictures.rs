@@ -3,7 +3,7 @@
 
 use crate::envelope::Envelope;
 use crate::expect::runs_text;
-use crate::results::{Quantity, Results};
+use crate::results::{Loops, Quantity, Results};
 use crate::summary::{Distribution, Summary, is_lower_better, mean, percentile};
 use crate::{Signals, Window};
 use anyhow::{Context, Result};
@@ -240,7 +240,7 @@ fn best_place(results: &Results, figure: usize, coordinates: &[usize]) -> Option
 }
 
 /// The curves of some runs in one chart: what the figure is of above what the controller does, in front of the `envelope` of
-/// many runs. `runs` have a word each, such as `worst`. What is outside of the figures' window is shaded, and the band in
+/// many runs. `runs` have a word each, such as `worst`, and the name of their loop if there are `loops`. What is outside of the figures' window is shaded, and the band in
 /// which the first run counts as settled is marked. None if nothing of the loop is recorded.
 ///
 /// # Errors
@@ -250,6 +250,7 @@ pub fn curves(
     window: Window,
     (of, values): (&Distribution, &[f64]),
     runs: &[(&str, u64, &Recording)],
+    loops: Option<&Loops>,
     envelope: Option<&Envelope>,
 ) -> Result<Option<String>> {
     let Some((_, _, first)) = runs.first() else { return Ok(None) };
@@ -261,7 +262,8 @@ pub fn curves(
     };
     let of_each = |name: &str| -> Vec<Curve> {
         let curve = |(place, (word, run, recording)): (usize, &(&str, u64, &Recording))| {
-            let name_of_run = format!("{word}: run {run}");
+            let name_of_loop = loops.map_or_else(String::new, |loops| format!(" ({})", loops.of(*run)));
+            let name_of_run = format!("{word}: run {run}{name_of_loop}");
             // A run has the same colour everywhere: vermilion, blue, green.
             let color = Some([1, 0, 2].get(place).copied().unwrap_or(place));
             Some(Curve { name: name_of_run, values: values_of(recording, name)?, is_input: false, color })
@@ -438,14 +440,14 @@ mod tests {
         let (worst, best) = (recording(80.0), recording(60.0));
         let runs = [("worst", 1, &worst), ("best", 0, &best)];
         let values = [1.0, 3.0];
-        let draw = |signals: &Signals, figure: &str, envelope: Option<&Envelope>| {
+        let draw = |signals: &Signals, figure: &str, loops: Option<&Loops>, envelope: Option<&Envelope>| {
             let results = results(&[[0.0; 2]; 2], 0, figure, &values);
             let summary = Summary::of(&results, 1);
-            curves(signals, Window::default(), (&summary.figures[0], &values), &runs, envelope).unwrap()
+            curves(signals, Window::default(), (&summary.figures[0], &values), &runs, loops, envelope).unwrap()
         };
         let times = vec![0.0, 2.0];
         let envelope = Envelope { runs: 200, times, low: vec![20.0; 2], high: vec![70.0; 2] };
-        let drawing = draw(&signals, "iae", Some(&envelope)).unwrap();
+        let drawing = draw(&signals, "iae", None, Some(&envelope)).unwrap();
         for (text, count) in [
             ("worst: run 1", 2),
             ("best: run 0", 2),
@@ -459,7 +461,10 @@ mod tests {
         }
         // A run has one colour: a line in the legend and one in the panel, twice.
         assert_eq!(drawing.matches("class=\"curve-2\"").count(), 4);
-        assert_eq!(draw(&Signals::default(), "iae", None), None);
-        assert!(has(&draw(&Signals::default(), "HEATER.TEMP.max", None).unwrap(), "HEATER.TEMP in °C"));
+        assert_eq!(draw(&Signals::default(), "iae", None, None), None);
+        assert!(has(&draw(&Signals::default(), "HEATER.TEMP.max", None, None).unwrap(), "HEATER.TEMP in °C"));
+        let loops = Loops { names: vec!["TIC101".into(), "TIC102".into()], runs: 1 };
+        let drawing = draw(&signals, "iae", Some(&loops), None).unwrap();
+        assert!(has(&drawing, "worst: run 1 (TIC102)") && has(&drawing, "best: run 0 (TIC101)"));
     }
 }

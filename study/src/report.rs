@@ -150,7 +150,14 @@ fn pictures(report: &Report) -> Result<(Vec<Picture>, Vec<String>)> {
         }
         let values: Vec<f64> = report.results.figure(main).collect();
         let window = report.job.study.window;
-        let svg = pictures::curves(report.signals, window, (of, &values), &runs, report.envelope);
+        let svg = pictures::curves(
+            report.signals,
+            window,
+            (of, &values),
+            &runs,
+            report.results.loops.as_ref(),
+            report.envelope,
+        );
         drawn.push(("curves".to_string(), None, svg));
         let tornado = pictures::tornado(report.results, report.summary, main);
         drawn.push(("tornado".into(), None, tornado));

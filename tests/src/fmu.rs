@@ -2,7 +2,7 @@
 //! stands for several: one for each program of the tests.
 
 use host::library::Library;
-use modeldescription::{Interface, Row};
+use modeldescription::{Interface, Row, Text};
 use parameters::Source;
 use plcfmu::build::compile::{Linkage, compile};
 use plcfmu::build::platform::Platform;
@@ -34,6 +34,8 @@ pub struct Fmu {
     pub cycle: u32,
     /// The variables, by value reference.
     pub variables: Vec<Row>,
+    /// The texts of a program, whose value references follow.
+    pub texts: Vec<Text>,
 }
 
 impl Fmu {
@@ -62,8 +64,11 @@ const TEST_ONLY: [&str; 2] = ["counter", "panicking"];
 const PROGRAMS: &str = "program_library";
 
 /// Programs with variables of every type, which run without a stop whatever they are given.
-const PROGRAM_SOURCES: [(&str, &str); 2] =
-    [("kinds", include_str!("../programs/kinds.scl")), ("mixer", include_str!("../programs/mixer.scl"))];
+const PROGRAM_SOURCES: [(&str, &str); 3] = [
+    ("kinds", include_str!("../programs/kinds.scl")),
+    ("label", include_str!("../programs/label.scl")),
+    ("mixer", include_str!("../programs/mixer.scl")),
+];
 
 static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| Workspace::find().unwrap_or_else(|error| panic!("{error:#}")));
 
@@ -185,6 +190,7 @@ fn open(package: &str, path: &Path) -> Fmu {
         resources,
         cycle: interface.table.cycle as u32,
         variables: interface.table.variables,
+        texts: interface.table.texts,
     }
 }
 

@@ -65,7 +65,7 @@ pub fn test(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// The folder with the libraries of all FMUs, those that were packed and those of `tests/fmus`.
+/// The folder with the libraries of all FMUs, those that were packed, that of programs and those of `tests/fmus`.
 fn libraries(workspace: &Workspace) -> Result<PathBuf> {
     let host = Platform::host()?;
     let linkage = Linkage::choose(workspace, &host, false);
@@ -73,7 +73,8 @@ fn libraries(workspace: &Workspace) -> Result<PathBuf> {
     // A crate may have gone since the last time, and its library with it.
     remove(&folder, |folder| fs::remove_dir_all(folder))?;
     fs::create_dir_all(&folder)?;
-    for library in compile(workspace, &workspace.crates, &host, &linkage)?.values() {
+    let crates: Vec<_> = workspace.crates.iter().chain(&workspace.programs).cloned().collect();
+    for library in compile(workspace, &crates, &host, &linkage)?.values() {
         fs::copy(library, folder.join(library.file_name().unwrap_or_default()))?;
     }
     Ok(folder)

@@ -115,6 +115,7 @@ pub fn run(options: &Options) -> Result<()> {
     let fingerprint = study::fingerprint(&reading.job)?;
     let interrupted = interruption()?;
     let mut pool = start(options, &reading, interrupted)?;
+    warn(&pool, &reading.job.system.remarks);
     let count = pool.experiment().count();
     if let (Some(runs), Some(part)) = (&options.runs, &options.part) {
         return make_part(&mut pool, runs, part, &fingerprint);
@@ -126,7 +127,6 @@ pub fn run(options: &Options) -> Result<()> {
     if let Some(run) = options.curves.iter().find(|run| **run >= count) {
         bail!("there is no run {run}: the study has the runs 0 to {}", count.saturating_sub(1));
     }
-    warn(&pool, &reading.job.system.remarks);
     if let Some(folder) = &options.bundle {
         bundle::write(folder, &reading, count, pool.renews())?;
         let file = folder.join("study.json");

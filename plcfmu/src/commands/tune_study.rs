@@ -8,6 +8,7 @@ use crate::tell;
 use anyhow::{Context, Result, bail};
 use host::package::temporary;
 use modeldescription::digits::short;
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -142,10 +143,13 @@ fn run_each(options: &Options, reading: &study::read::Reading, out: &Path) -> Re
     }
     let progress = Progress::bar(names.len());
     let (mut tuned, mut columns, mut variables) = (Vec::new(), Vec::new(), Vec::new());
+    // What is to be said of several loops is said once.
+    let mut remarks = BTreeSet::new();
     for (row, name) in names.iter().enumerate() {
         progress.set(row);
         progress.begin(name);
         let one = Tuning::start(&reading.alone(row), &pool_options).and_then(|mut tuning| {
+            remarks.extend(tuning.remarks.iter().cloned());
             let (outcome, present) = tuning.search(|_, _| {})?;
             columns = each::columns(&tuning);
             variables = tuning.problem.search.iter().map(|of| of.variable.clone()).collect();
@@ -158,6 +162,9 @@ fn run_each(options: &Options, reading: &study::read::Reading, out: &Path) -> Re
         tuned.push(one.unwrap_or_else(|error| Tuned::failed(name, format!("{error:#}"))));
     }
     drop(progress);
+    for remark in &remarks {
+        tell::remark(remark);
+    }
     let failed: Vec<&Tuned> = tuned.iter().filter(|one| one.problem.is_some()).collect();
     for one in &failed {
         tell::warning(&format!("{}: {}", one.name, one.problem.as_deref().unwrap_or_default()));

@@ -1,6 +1,7 @@
 //! The model that every answer is compared with, written from the standard's table of allowed calls and not from the
 //! FMUs' code.
 
+use modeldescription::Text;
 use std::collections::BTreeMap;
 use tests::{Class, Fmu, Kind, Random, Status};
 
@@ -63,6 +64,8 @@ pub struct Model {
     pub end: f64,
     /// What was set, by value reference.
     pub values: Vec<f64>,
+    /// The same of the texts.
+    pub texts: Vec<String>,
     /// The derivatives that inputs have.
     pub derivatives: BTreeMap<u32, [f64; 4]>,
 }
@@ -71,7 +74,8 @@ impl Model {
     /// A new instance.
     pub fn new(fmu: &Fmu) -> Model {
         let values = fmu.variables.iter().map(|variable| variable.start).collect();
-        Model { state: 0, experiment: None, end: 0.0, values, derivatives: BTreeMap::new() }
+        let texts = fmu.texts.iter().map(|text| text.start.clone()).collect();
+        Model { state: 0, experiment: None, end: 0.0, values, texts, derivatives: BTreeMap::new() }
     }
 
     /// Whether the standard allows a function, by its place in [`ALLOWED`], in this state.
@@ -117,6 +121,13 @@ pub fn held(kind: Kind, value: f64) -> Option<f64> {
             Some(value + 0.0).filter(|_| is_in && value.fract() == 0.0)
         }
     }
+}
+
+/// Whether a STRING or WSTRING holds a text: a STRING has characters of one byte, a WSTRING such of two.
+pub fn holds(text: &Text, given: &str) -> bool {
+    let (name, length) = text.type_name.trim_end_matches(']').split_once('[').unwrap();
+    let units = given.encode_utf16().count();
+    units <= length.parse().unwrap() && (name == "WSTRING" || given.chars().all(|it| it <= '\u{ff}'))
 }
 
 /// Whether a variable of this PLC type belongs to `fmi2GetReal`, `fmi2SetBoolean` and so on.

@@ -2,11 +2,11 @@
 
 use crate::calls::{Answer, Turn};
 use crate::host::Host;
-use crate::model::{Expected, Model, count_of, good_array, held, is_of, ok_if};
+use crate::model::{Expected, Model, count_of, good_array, held, holds, is_of, ok_if};
 use crate::numbers::{any_integer, any_real};
-use std::ffi::c_int;
+use std::ffi::{CStr, c_char, c_int};
 use std::ptr;
-use tests::{Fmu, Role, Status};
+use tests::{Fmu, Random, Role, Status};
 
 /// What stands in the host's arrays before a call, and has to stand there still where a call does not write.
 const REAL: f64 = 4711.5;
@@ -106,27 +106,92 @@ impl Host<'_> {
     }
 
     pub fn string(&mut self, turn: &mut Turn) -> Answer {
-        let references = self.references(turn.random, "fmi2GetReal");
-        let (count, null) = count_of(turn.random, references.len());
-        let vr = if null { ptr::null() } else { references.as_ptr() };
-        // Equal literals need not have the same address.
-        let text = c"text".as_ptr();
-        let mut texts = [text; 8];
-        // No variable is a String.
-        let expected = ok_if(turn.allowed && count == 0);
+        let references = self.text_references(turn.random);
+        let (count, vr_null) = count_of(turn.random, references.len());
+        let value_null = turn.random.once_in(16);
+        let is_get = turn.name == "fmi2GetString";
+        let given: Vec<Option<&CStr>> = references.iter().map(|_| any_text(turn.random)).collect();
+        let fits = |(reference, given): (&u32, &Option<&CStr>)| {
+            let number = (*reference as usize).checked_sub(self.fmu.variables.len());
+            let Some(text) = number.and_then(|number| self.fmu.texts.get(number)) else { return false };
+            let given = given.and_then(|given| given.to_str().ok());
+            is_get || may_be_set(text.role, &turn.model) && given.is_some_and(|given| holds(text, given))
+        };
+        let expected = ok_if(
+            turn.allowed
+                && good_array(count, references.len(), vr_null || value_null)
+                && references.iter().zip(&given).take(count).all(fits),
+        );
+
+        let untouched = *b"untouched\0";
+        let untouched = untouched.as_ptr().cast::<c_char>();
+        let mut texts = [untouched; 8];
+        if !is_get {
+            texts.iter_mut().zip(&given).for_each(|(to, given)| *to = given.map_or(ptr::null(), CStr::as_ptr));
+        }
+        let vr = if vr_null { ptr::null() } else { references.as_ptr() };
+        let values = if value_null { ptr::null_mut() } else { texts.as_mut_ptr() };
         let (library, component) = (&self.fmu.library, turn.component);
         // SAFETY: as many elements as counted, or counts and pointers that are to be refused.
-        let status = unsafe {
-            match turn.name {
-                "fmi2GetString" => (library.get_string)(component, vr, count, texts.as_mut_ptr()),
-                _ => (library.set_string)(component, vr, count, texts.as_ptr()),
+        let status: Status = unsafe {
+            if is_get {
+                (library.get_string)(component, vr, count, values)
+            } else {
+                (library.set_string)(component, vr, count, values)
             }
         }
         .into();
-        let arguments = format!("{references:?}, {count}");
-        assert!(texts.iter().all(|after| *after == text), "{} wrote a text", turn.with(&arguments));
-        turn.unchanged(status, expected, arguments)
+
+        let arguments = format!("{references:?}, {count}, {given:?}");
+        let what = turn.with(&arguments);
+        let done = if status == Status::Ok { count } else { 0 };
+        let mut after = turn.model.clone();
+        for (place, reference) in references[..done].iter().enumerate() {
+            let number = *reference as usize - self.fmu.variables.len();
+            if !is_get {
+                after.texts[number] = given[place].unwrap().to_str().unwrap().to_string();
+                continue;
+            }
+            assert!(texts[place] != untouched, "{what} has not written {}", self.fmu.texts[number].name);
+            // SAFETY: a text that the FMU gave, which lives until the next call on the instance.
+            let got = unsafe { CStr::from_ptr(texts[place]) }.to_str().unwrap();
+            let (text, held) = (&self.fmu.texts[number], &turn.model.texts[number]);
+            assert!(!text.role.is_settable() || got == held, "{what}: {} = {got:?}, not {held:?}", text.name);
+        }
+        let written = if is_get { done } else { texts.len() };
+        assert!(texts[written..].iter().all(|text| *text == untouched), "{what} wrote behind its array");
+        Answer { status, expected, arguments, after }
     }
+
+    /// Value references, mostly those of texts if there are any.
+    fn text_references(&self, random: &mut Random) -> Vec<u32> {
+        let (first, texts) = (self.fmu.variables.len() as u32, self.fmu.texts.len());
+        let mut references = self.references(random, "fmi2GetReal");
+        for reference in references.iter_mut().filter(|_| texts > 0) {
+            if !random.once_in(8) {
+                *reference = first + random.below(texts) as u32;
+            }
+        }
+        references
+    }
+}
+
+/// Texts for STRING[3], STRING[6] and WSTRING[4]: such that fit, that are one character too long, or that are none.
+fn any_text(random: &mut Random) -> Option<&'static CStr> {
+    random.pick(&[
+        Some(c""),
+        Some(c"No"),
+        Some(c"\u{e4}\u{ff}"),
+        Some(c"B-7"),
+        Some(c"%s%n"),
+        Some(c"A-1000"),
+        Some(c"A-10000"),
+        Some(c"\u{20ac}"),
+        Some(c"\u{1f600}\u{1f600}"),
+        Some(c"\u{1f600}\u{1f600}a"),
+        Some(c"\xff"),
+        None,
+    ])
 }
 
 /// All are variables of this function's type.
