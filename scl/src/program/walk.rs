@@ -95,17 +95,28 @@ pub(crate) fn expr(it: &Expr, look: &mut dyn Look) {
     }
 }
 
+/// Whether there are statements that run while an expression is calculated.
+#[derive(Default)]
+struct Runs(bool);
+
+impl Look for Runs {
+    fn expr(&mut self, it: &Expr) {
+        self.0 |= matches!(it, Expr::After(..));
+    }
+}
+
 /// Whether statements are run while an expression is calculated.
 pub(crate) fn runs_statements(it: &Expr) -> bool {
-    struct Finds(bool);
-    impl Look for Finds {
-        fn expr(&mut self, it: &Expr) {
-            self.0 |= matches!(it, Expr::After(..));
-        }
-    }
-    let mut finds = Finds(false);
-    expr(it, &mut finds);
-    finds.0
+    let mut runs = Runs::default();
+    expr(it, &mut runs);
+    runs.0
+}
+
+/// Whether statements are run while what a call passes is calculated, the indices of its variables included.
+pub(crate) fn call_runs_statements(it: &Call) -> bool {
+    let mut runs = Runs::default();
+    call(it, &mut runs);
+    runs.0
 }
 
 /// A part of a statement that can be changed.

@@ -3,7 +3,7 @@
 use super::place::Location;
 use super::{Compiler, Home, Scope, wrong_type};
 use crate::machine::code::{Op, Register, Target};
-use crate::program::walk::runs_statements;
+use crate::program::walk::call_runs_statements;
 use crate::program::{Argument, Base, Body, Call, Expr, For, Place, Scalar, Statement, Type, What};
 
 impl Compiler<'_> {
@@ -211,8 +211,9 @@ impl Compiler<'_> {
         if call.arguments.len() != callee.parameters {
             return Err(format!("{} has {} parameters", callee.name, callee.parameters));
         }
-        // What is passed is calculated before the first parameter is written: an argument may call the same function.
-        let apart = call.arguments.iter().any(|it| matches!(it, Argument::Value(value) if runs_statements(value)));
+        // What is passed is calculated before the first parameter is written: an argument, the index of a variable that is passed or
+        // that of an output may call the same function, or another one in the same registers.
+        let apart = call_runs_statements(call);
         let mut passed = Vec::new();
         for ((argument, local), home) in call.arguments.iter().zip(&callee.locals).zip(&homes) {
             match (argument, home, &local.ty) {
