@@ -220,13 +220,14 @@ def test_the_suites_pass_over_the_c_of_the_blocks(suite, blocks):
 
 
 def test_hostile_calls_are_refused_by_the_c_of_the_blocks_as_the_standard_says(packer, blocks, tmp_path):
-    # The suite in Rust, over the C of the blocks and of the counter, whose states are foreign to them.
-    run(packer, "fmu", "--package", "counter", "--out", tmp_path / "fmus", cwd=ROOT)
-    (counter,) = (tmp_path / "fmus").glob("*.fmu")
-    c_builds.compiled(counter, tmp_path)
-    for library in (blocks / "lib").iterdir():
-        shutil.copy(library, tmp_path / "lib")
-    environment = {**os.environ, "PLCFMU_LIBRARIES": str(tmp_path / "lib"), "PLCFMU_HOSTILE_CALLS": "50000"}
+    # The suite in Rust, over the C of the blocks; beside them a library whose saved states are foreign to them.
+    run(packer, "fmu", "--package", "counter", "--out", tmp_path, cwd=ROOT)
+    libraries = tmp_path / "lib"
+    shutil.copytree(blocks / "lib", libraries)
+    name = f"COUNTER{fmpy.sharedLibraryExtension}"
+    with zipfile.ZipFile(tmp_path / "test-only/COUNTER.fmu") as fmu:
+        (libraries / f"lib{name.lower()}").write_bytes(fmu.read(f"binaries/{fmpy.platform}/{name}"))
+    environment = {**os.environ, "PLCFMU_LIBRARIES": str(libraries), "PLCFMU_HOSTILE_CALLS": "50000"}
     # As `cargo xtask test` does, so that nothing is compiled anew.
     tests = ["cargo", "test", "--workspace", "--exclude", "importers", "--test", "hostile", "--", "--nocapture"]
     told = run(*tests, cwd=ROOT, env=environment)

@@ -169,9 +169,9 @@ def test_the_documentation_says_what_it_is_and_where_it_comes_from(fmu, page):
     assert fmu.xml.get("guid") in page.text
 
 
-def test_the_documentation_of_a_controller_has_its_law_and_the_sources_of_each_rule(fmu, page):
+def test_the_documentation_of_a_controller_has_its_algorithm_and_the_sources_of_each_rule(fmu, page):
     if fmu.name in CONTROLLERS:
-        for section in ("purpose", "quick-start", "diagram", "calls", "law", "clauses", "limits-of-use", "sources"):
+        for section in ("purpose", "quick-start", "diagram", "calls", "algorithm", "clauses", "limits-of-use", "sources"):
             assert section in page.anchors
         assert "Restart" in page.text
         assert re.search(r"\((manual|vendor|measured|decided|observed)", page.text)
