@@ -266,6 +266,20 @@ def test_the_step_test_finds_the_plant_and_all_rules_are_told(tool):
     tool.wait_for_function(f"() => {gain} > 0 && {gain} < 1.5")
 
 
+def test_after_a_step_test_automatic_mode_begins_where_the_plant_is(tool):
+    show_tab(tool, "Tune")
+    tool.locator("#step-test").click()
+    tool.locator("#tune .fit").get_by_text("fit").wait_for()
+    values = "async () => (await moduleOf('tool/store.js')).store.state.values"
+    held = tool.evaluate(values)
+    name = next(name.removesuffix(".MAN_ON") for name in held if name.endswith(".MAN_ON"))
+    assert held[f"{name}.SP_INT"] == pytest.approx(held[f"{name}.PV"], abs=0.01)
+    # The P action of an error of the whole setpoint would be a jump of the actuator.
+    tool.locator("#run").get_by_role("checkbox", name="Manual").click()
+    run_calls(tool, 5)
+    assert tool.evaluate(values)[f"{name}.LMN"] == pytest.approx(held[f"{name}.LMN"], abs=0.1)
+
+
 def test_a_step_test_does_not_run_into_a_limit(tool):
     set_now(tool, "MAN", 95)
     show_tab(tool, "Tune")

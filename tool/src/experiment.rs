@@ -1,7 +1,8 @@
 //! Experiments with the loop that runs, each in one request: a step of the manual value, and a relay.
 //!
 //! Both begin in the same way: the manual value is that at which the actuator is now, the controller goes to manual mode, and calls are
-//! made until the process value rests. What is done is in the record as if a user had done it.
+//! made until the process value rests. At the end the setpoint is where the process value is, so that the controller holds it there
+//! when it goes to automatic mode. What is done is in the record as if a user had done it.
 
 use crate::describe::describe;
 use crate::home::Home;
@@ -118,7 +119,8 @@ pub fn step(home: &dyn Home, session: &mut Session, request: &StepTest) -> Resul
     let data = Data::Run { run: None, from: Some(bench.from), to: None };
     let of = identify::Request { data, method: request.method, is_integrating: request.is_integrating };
     let from = bench.from;
-    let identified = signals::identify(home, session, &of)?;
+    let identified = signals::identify(home, bench.session, &of)?;
+    bench.follow()?;
     Ok(StepTested { state: session.state()?, from, step, identified })
 }
 
@@ -186,6 +188,7 @@ pub fn relay(home: &dyn Home, session: &mut Session, request: &RelayTest) -> Res
         remarks.push(format!("The manipulated value moved by {moved} only: it is at a limit."));
     }
     let from = bench.from;
+    bench.follow()?;
     // At the ultimate frequency its phase is -180 degrees, of which the dead time has a half, and its gain that of the plant.
     let model =
         Model { gain: TAU / (period * gain), dead_time: period / 4.0, is_integrating: true, ..Model::default() };
@@ -199,6 +202,8 @@ struct Bench<'a> {
     /// `MEMBER.VARIABLE` of the manual value.
     manual_name: String,
     process_value_name: String,
+    /// `MEMBER.VARIABLE` of the setpoint, if it can be set.
+    setpoint_name: Option<String>,
     /// `MEMBER.VARIABLE` of the limits of the manipulated value, high and low.
     limits: Option<(String, String)>,
     /// Where the actuator was.
@@ -226,9 +231,12 @@ impl<'a> Bench<'a> {
         let process_value =
             shown.with_context(|| format!("{fmu} does not say which of its variables is its process value"))?;
         let name = |variable: &String| format!("{}.{variable}", controller.name);
+        let is_free = |setpoint: &String| record.connections().iter().all(|(_, to)| to != setpoint);
+        let setpoint_name = roles.setpoint.as_ref().map(name).filter(is_free);
         let mut bench = Bench {
             home,
             session,
+            setpoint_name,
             manual_name: name(manual),
             process_value_name: name(process_value),
             limits: roles.limits.as_ref().map(|(high, low)| (name(high), name(low))),
@@ -277,6 +285,15 @@ impl<'a> Bench<'a> {
     fn put(&mut self, value: f64) -> Result<()> {
         self.session.send(&Values::from([(self.manual_name.clone(), Value::Number(value))]))?;
         Ok(())
+    }
+
+    /// Sets the setpoint to where the process value is. In manual mode that moves nothing, and from the next call on the P action starts
+    /// from an error of 0.
+    fn follow(&mut self) -> Result<()> {
+        let Some(setpoint) = self.setpoint_name.clone() else { return Ok(()) };
+        let value = self.value(&self.process_value_name.clone())?;
+        self.session.send(&Values::from([(setpoint, Value::Number(value))]))?;
+        self.run(1)
     }
 
     fn run(&mut self, calls: usize) -> Result<()> {

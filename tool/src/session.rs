@@ -215,6 +215,11 @@ impl Record {
         controller.iter().chain(self.exchanges.last().map_or(others, |exchange| &exchange.members))
     }
 
+    /// The connections at the end.
+    pub fn connections(&self) -> &[(String, String)] {
+        self.exchanges.last().map_or(&self.setup.connections, |exchange| &exchange.connections)
+    }
+
     /// The calls from one time to another, both in seconds and inclusive; all without them.
     pub fn calls_between(&self, from: Option<f64>, to: Option<f64>) -> std::ops::Range<usize> {
         let place = |time: f64| (time - self.start) / self.step;
