@@ -41,12 +41,17 @@ def windows(site):
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=arguments)
         opened, messages = {}, []
 
+        def failed(request):
+            # What is still on its way when the next page is opened is aborted.
+            if request.failure != "net::ERR_ABORTED":
+                messages.append(f"{request.url} cannot be loaded")
+
         def window(width, scheme):
             if (width, scheme) not in opened:
                 page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
                 page.on("console", lambda message: messages.append(message.text))
                 page.on("pageerror", lambda error: messages.append(str(error)))
-                page.on("requestfailed", lambda request: messages.append(f"{request.url} cannot be loaded"))
+                page.on("requestfailed", failed)
                 page.on("request", lambda request: messages.append(request.url) if is_outside(request.url) else None)
                 opened[width, scheme] = page
             return opened[width, scheme]
