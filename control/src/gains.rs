@@ -426,7 +426,9 @@ impl Controller {
             ));
         }
         let series_ti = ((ti + self.lag) + discriminant.sqrt()) / 2.0;
-        Ok((gain * series_ti / ti, Some(series_ti), Some(ti - series_ti)))
+        // From the equation for TD: TI - Ti would lose the digits of a Td that is much shorter.
+        let series_td = ti * td / (series_ti - self.lag);
+        Ok((gain * series_ti / ti, Some(series_ti), Some(series_td)))
     }
 
     /// What the block in a PLC has of the controller: GAIN as a REAL, times in whole milliseconds. The sentences say where

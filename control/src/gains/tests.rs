@@ -63,6 +63,9 @@ fn settings_become_a_series_form_if_there_is_one() {
     assert_eq!(converted(Form::Plc, &plc, Form::Series), Ok(vec![("Kp", 2.0), ("Ti", 10.0), ("Td", 10.0)]));
     let plc = [("GAIN", 5.0), ("TI", 20.0), ("TD", 4.4), ("TM_LAG", 1.0)];
     assert_eq!(converted(Form::Plc, &plc, Form::Series), Ok(vec![("Kp", 3.0), ("Ti", 12.0), ("Td", 8.0), ("N", 8.0)]));
+    // Td (TI - Td) = TI TD: a short Td keeps its digits, Td = TD (1 + TD / TI).
+    let short = converted(Form::Plc, &[("GAIN", 1.0), ("TI", 20_000.0), ("TD", 1e-5)], Form::Series).unwrap();
+    assert!(short[2].0 == "Td" && (short[2].1 / (1e-5 * (1.0 + 1e-5 / 20_000.0)) - 1.0).abs() < 1e-14, "{short:?}");
     assert_eq!(
         refusal(converted(Form::Plc, &[("GAIN", 4.0), ("TI", 20.0), ("TD", 6.0)], Form::Series)),
         "no series form has this response: that needs TI >= 4 TD, but TI = 20 s and TD = 6 s; a series form has real zeros \
@@ -292,8 +295,7 @@ proptest! {
             let (expected, is) = (response(from, &numbers, frequency), response(to, &converted, frequency));
             let size = expected.0.hypot(expected.1);
             let difference = (is.0 - expected.0).hypot(is.1 - expected.1);
-            // Where N is 1 but for some digits, so many digits fewer are left of the others.
-            prop_assert!(difference <= 1e-6 * size, "{to:?} {converted:?} at {frequency}: {is:?} is not {expected:?}");
+            prop_assert!(difference <= 1e-9 * size, "{to:?} {converted:?} at {frequency}: {is:?} is not {expected:?}");
         }
     }
 
