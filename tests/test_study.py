@@ -132,7 +132,10 @@ EXAMPLES = sorted((pathlib.Path(__file__).parents[1] / "examples" / "studies").g
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_the_studies_of_the_examples_can_be_made(study, example, tmp_path):
     done = study("--runs=0..2", "--part=two.part", "--jobs=1", file=example)
-    assert done.returncode == 0 and "warning: " not in done.stderr, done.stderr
+    remarks = done.stderr.splitlines()
+    assert done.returncode == 0 and all("may differ from the values of the PLC by one bit" in remark for remark in remarks), remarks
+    # Of a source in which REALs have seven digits.
+    assert bool(remarks) == (example.stem == "ovens")
     assert (tmp_path / "two.part").is_file()
 
 
@@ -185,7 +188,8 @@ def test_blocks_of_the_command_need_no_library_but_the_exact_door_and_other_code
     made = ["--runs=0..2", "--part=two.part"]
     without_library(tmp_path)
     done = study(*made, fmus=tmp_path)
-    assert done.returncode == 0 and "not built from the sources" not in done.stderr, done.stderr
+    (told,) = done.stderr.splitlines()
+    assert done.returncode == 0 and told.startswith("warning: P does not name its setpoint")
     done = study(*made, "--exact-door", fmus=tmp_path)
     assert done.returncode == 1 and "the FMU has no library for this platform" in done.stderr
     without_library(tmp_path, b"a library of other sources")

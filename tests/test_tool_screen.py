@@ -248,10 +248,14 @@ def test_the_first_page_lives_and_an_example_runs_when_it_is_clicked(open_tool):
     assert page.locator("#disturbance").input_value() == "100"
 
 
+def make_step_test(page):
+    show_tab(page, "Tune")
+    page.locator("#step-test").click()
+    page.locator("#tune .fit").get_by_text("fit").wait_for()
+
+
 def test_the_step_test_finds_the_plant_and_all_rules_are_told(tool):
-    show_tab(tool, "Tune")
-    tool.locator("#step-test").click()
-    tool.locator("#tune .fit").get_by_text("fit").wait_for()
+    make_step_test(tool)
     values = [float(tool.locator(f"#model-{name}").input_value()) for name in ("gain", "time_constant", "dead_time")]
     assert values == pytest.approx([2, 20, 2], rel=0.02)
     tool.wait_for_function("() => document.querySelectorAll('#tune .rules tbody tr').length === 9")
@@ -267,9 +271,7 @@ def test_the_step_test_finds_the_plant_and_all_rules_are_told(tool):
 
 
 def test_after_a_step_test_automatic_mode_begins_where_the_plant_is(tool):
-    show_tab(tool, "Tune")
-    tool.locator("#step-test").click()
-    tool.locator("#tune .fit").get_by_text("fit").wait_for()
+    make_step_test(tool)
     values = "async () => (await moduleOf('tool/store.js')).store.state.values"
     held = tool.evaluate(values)
     name = next(name.removesuffix(".MAN_ON") for name in held if name.endswith(".MAN_ON"))
@@ -282,9 +284,7 @@ def test_after_a_step_test_automatic_mode_begins_where_the_plant_is(tool):
 
 def test_a_step_test_does_not_run_into_a_limit(tool):
     set_now(tool, "MAN", 95)
-    show_tab(tool, "Tune")
-    tool.locator("#step-test").click()
-    tool.locator("#tune .fit").get_by_text("fit").wait_for()
+    make_step_test(tool)
     assert tool.locator("#field-MAN").input_value() == "85"
     # The deviation in manual mode judges no controller.
     tool.wait_for_function("() => !document.querySelector('#glance').textContent.includes('IAE')")
@@ -524,9 +524,7 @@ def test_an_example_from_far_down_the_page_of_a_phone_shows_its_curve(open_tool)
 
 
 def test_another_method_or_kind_of_plant_identifies_the_same_step_again(tool):
-    show_tab(tool, "Tune")
-    tool.locator("#step-test").click()
-    tool.locator("#tune .fit").get_by_text("fit").wait_for()
+    make_step_test(tool)
     model = "() => ['gain', 'time_constant', 'dead_time'].map(name => document.querySelector(`#model-${name}`).value)"
     first = tool.evaluate(model)
     tool.locator("#tune-method").select_option("tangent")

@@ -558,14 +558,14 @@ impl Lowerer<'_, '_> {
     /// What is passed by reference for an argument.
     fn reference(&mut self, parameter: &Parameter, argument: &Argument) -> Option<Place> {
         let span = self.span(argument.value);
-        let expected = with_article(&parameter.of);
+        let expected = || with_article(&parameter.of);
         let operand = self.operand(argument.value, None);
         let (of, place) = match operand {
             Operand::Variable(of, place) => (of, place),
             Operand::Wrong(_) => return None,
             other => {
                 let found = self.type_name(&other);
-                self.error(span, format!("{} is {expected}, not {found}", parameter.name), None);
+                self.error(span, format!("{} is {}, not {found}", parameter.name, expected()), None);
                 return None;
             }
         };
@@ -583,7 +583,7 @@ impl Lowerer<'_, '_> {
             (formal, actual) => formal.is_like(actual),
         };
         if !fits {
-            self.error(span, format!("{} is {expected}, not {}", parameter.name, with_article(of)), None);
+            self.error(span, format!("{} is {}, not {}", parameter.name, expected(), with_article(of)), None);
             return None;
         }
         Some(self.referred(place, &of, span))
