@@ -39,6 +39,13 @@ pub fn compile(sources: &[Source], options: &Options) -> Result<Compiled, Vec<Pr
     }
     let is_tia = trees.iter().any(|tree| tree.is_tia);
     let cpu = options.cpu.unwrap_or(if is_tia { Cpu::S71500 } else { Cpu::S7300 });
+    if trees.iter().all(|tree| tree.blocks.is_empty()) && !report.has_errors() {
+        report.error(
+            Span::default(),
+            "no block is declared here",
+            Some("a source begins with FUNCTION_BLOCK, for example"),
+        );
+    }
     let library = crate::library::source();
     trees.push(parser::parse(&library.text, sources.len() as u32, &mut report));
     let mut all: Vec<Source> = sources.to_vec();
@@ -119,7 +126,7 @@ impl<'a> Compiler<'a> {
             match self.block(*id).kind {
                 BlockKind::Type => drop(self.structure(*id)),
                 BlockKind::DataBlock => {}
-                _ => drop(self.interface(*id)),
+                _ => drop(self.interface(*id, self.block(*id).name.span)),
             }
         }
         for id in &own {

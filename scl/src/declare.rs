@@ -19,6 +19,10 @@ use std::rc::Rc;
 /// No program has more memory, in bytes.
 const MOST_MEMORY: usize = 64 << 20;
 
+fn too_large(what: &str) -> String {
+    format!("{what} more than {} MiB, which is more than the memory of a CPU", MOST_MEMORY >> 20)
+}
+
 impl Compiler<'_> {
     /// A type in the program.
     pub fn lowered(&self, of: &Type) -> program::Type {
@@ -71,7 +75,7 @@ impl Compiler<'_> {
                 }
                 let array = Type::Array(Rc::new(Array { bounds: known, of }));
                 if self.program.size(&self.lowered(&array)) > MOST_MEMORY {
-                    self.error(written.span, "this array is larger than the memory of a CPU", None);
+                    self.error(written.span, too_large("this array has"), None);
                     return Type::Wrong;
                 }
                 array
@@ -117,7 +121,7 @@ impl Compiler<'_> {
         if let Some(id) = self.names.get(&capitals).copied() {
             return match self.block(id).kind {
                 BlockKind::Type => self.structure(id),
-                BlockKind::FunctionBlock => self.interface(id).map_or(Type::Wrong, Type::Instance),
+                BlockKind::FunctionBlock => self.interface(id, span).map_or(Type::Wrong, Type::Instance),
                 _ => {
                     self.error(span, format!("{name} is no type"), None);
                     Type::Wrong
@@ -302,20 +306,19 @@ impl Compiler<'_> {
     fn add_record(&mut self, name: &str, members: Vec<(String, program::Type)>, span: Span) -> usize {
         let size = members.iter().fold(0usize, |size, (_, of)| size.saturating_add(self.program.size(of)));
         if self.bytes.saturating_add(size) > MOST_MEMORY {
-            self.error(span, "the variables are larger than the memory of a CPU", None);
+            self.error(span, too_large("the variables have"), None);
             return self.program.add_record(name, []);
         }
         self.bytes += size;
         self.program.add_record(name, members)
     }
 
-    /// The interface of a block.
-    pub fn interface(&mut self, id: BlockId) -> Option<usize> {
+    /// The interface of a block that is named here.
+    pub fn interface(&mut self, id: BlockId, named: Span) -> Option<usize> {
         match self.block_of.get(&id) {
             Some(State::Known(block)) => return Some(*block),
             Some(State::Open) => {
-                let name = &self.block(id).name;
-                self.error(name.span, format!("{} contains an instance of itself", name.text), None);
+                self.error(named, format!("{} contains an instance of itself", self.block(id).name.text), None);
                 return None;
             }
             None => {}

@@ -52,8 +52,33 @@ pub struct Comment {
     pub max: Option<f64>,
 }
 
-/// This many variables are shown; what is beyond is inside.
+/// An interface has at most this many variables, and as many locals are shown; what is beyond is inside.
 const MOST: usize = 100_000;
+
+/// A local array with more elements is inside: a buffer of samples is no signal that a host reads.
+const MOST_ELEMENTS: usize = 1000;
+
+/// What is found, with what bounds it.
+#[derive(Default)]
+struct Found {
+    variables: Vec<Variable>,
+    locals: usize,
+}
+
+impl Found {
+    /// Whether there is room for one more. An interface may have one too many, which is told as an error.
+    fn has_room(&self, role: Role) -> bool {
+        match role {
+            Role::Local => self.locals < MOST,
+            _ => self.variables.len() - self.locals <= MOST,
+        }
+    }
+
+    fn push(&mut self, variable: Variable) {
+        self.locals += usize::from(variable.role == Role::Local);
+        self.variables.push(variable);
+    }
+}
 
 /// Reads a comment: `unit: bar`, `min 0` and `max 10` may stand anywhere in it, between commas or semicolons.
 pub fn comment(text: &str) -> Comment {
@@ -77,8 +102,11 @@ pub fn comment(text: &str) -> Comment {
 }
 
 /// The variables of a block.
-pub fn variables(compiler: &Compiler, block: usize) -> Vec<Variable> {
-    let mut found = Vec::new();
+///
+/// # Errors
+/// Its interface has more variables than an FMU shows.
+pub fn variables(compiler: &Compiler, block: usize) -> Result<Vec<Variable>, String> {
+    let mut found = Found::default();
     for member in &compiler.blocks[block].members {
         let Slot::Member(_) = member.slot else { continue };
         let role = match member.section {
@@ -93,19 +121,14 @@ pub fn variables(compiler: &Compiler, block: usize) -> Vec<Variable> {
             add(compiler, &member.name, &member.of, role, member.is_retained, &member.comment, &mut found);
         }
     }
-    found
+    if found.variables.len() - found.locals > MOST {
+        return Err(format!("{} has more than {MOST} inputs, outputs and settings", compiler.blocks[block].name));
+    }
+    Ok(found.variables)
 }
 
-fn add(
-    compiler: &Compiler,
-    name: &str,
-    of: &Type,
-    role: Role,
-    is_retained: bool,
-    text: &str,
-    found: &mut Vec<Variable>,
-) {
-    if found.len() >= MOST {
+fn add(compiler: &Compiler, name: &str, of: &Type, role: Role, is_retained: bool, text: &str, found: &mut Found) {
+    if !found.has_room(role) {
         return;
     }
     let mut push = |of: &'static str, scalar: Option<Scalar>| {
@@ -117,12 +140,13 @@ fn add(
         Type::Elementary(elementary) => push(elementary.name(), Some(elementary.scalar())),
         Type::Text { wide: false, .. } => push("STRING", None),
         Type::Text { wide: true, .. } => push("WSTRING", None),
+        Type::Array(array) if role == Role::Local && array.elements() > MOST_ELEMENTS => {}
         Type::Array(array) => {
             let mut index: Vec<i32> = array.bounds.iter().map(|(low, _)| *low).collect();
             loop {
                 let indices: Vec<String> = index.iter().map(i32::to_string).collect();
                 add(compiler, &format!("{name}[{}]", indices.join(",")), &array.of, role, is_retained, text, found);
-                if found.len() >= MOST || !next(&mut index, &array.bounds) {
+                if !found.has_room(role) || !next(&mut index, &array.bounds) {
                     return;
                 }
             }
@@ -165,16 +189,16 @@ pub fn globals(compiler: &Compiler) -> Vec<Variable> {
     let paths = written.paths;
     let mut known: Vec<&Global> = compiler.globals.values().filter_map(State::known).collect();
     known.sort_unstable_by_key(|global| global.member);
-    let mut found = Vec::new();
+    let mut found = Found::default();
     for global in known {
         let name = &compiler.program.records[compiler.program.memory].members[global.member].name;
         let is_tag = compiler.options.declared.iter().any(|(declared, _)| key(declared) == key(name));
-        let first = found.len();
+        let first = found.variables.len();
         add(compiler, name, &global.of, Role::Local, false, "", &mut found);
         if matches!(global.of, Type::Instance(_)) {
             continue;
         }
-        for variable in &mut found[first..] {
+        for variable in &mut found.variables[first..] {
             let name = key(&variable.name);
             let is_part = |path: &String| {
                 name.strip_prefix(path.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
@@ -187,7 +211,7 @@ pub fn globals(compiler: &Compiler) -> Vec<Variable> {
             };
         }
     }
-    found
+    found.variables
 }
 
 /// The paths of what a program writes in its memory, in capitals, up to the first index.

@@ -159,7 +159,7 @@ impl Compiler<'_> {
     /// A block of the library or a native one.
     pub fn system_block(&mut self, name: &str) -> Option<usize> {
         if let Some(id) = named(name).and_then(|name| self.library.get(&name).copied()) {
-            return self.interface(id);
+            return self.interface(id, self.block(id).name.span);
         }
         self.native(name)
     }
@@ -183,7 +183,7 @@ impl Compiler<'_> {
         }
         let first = if of.is_empty() { first.to_string() } else { format!("{first}_{of}") };
         let id = self.library.get(&first).copied()?;
-        self.interface(id).map(|block| self.blocks[block].record)
+        self.interface(id, self.block(id).name.span).map(|block| self.blocks[block].record)
     }
 
     /// The block as which a variable is called or read, if its type may be several.

@@ -17,8 +17,16 @@ const DEEPEST: usize = 100;
 /// After this many errors the rest of a source is not read.
 const MOST_ERRORS: usize = 100;
 
+/// What to do with a file that is no text, or in UTF-16 without its byte order mark.
+const SAVE: &str = "save the source as text in UTF-8";
+
 /// The tree of a source.
 pub fn parse(text: &str, file: u32, report: &mut Report) -> Tree {
+    if let Some(at) = text.find('\0') {
+        let at = at as u32;
+        report.error(Span { file, start: at, end: at + 1 }, "this is no text: it has a character 0", Some(SAVE));
+        return Tree::default();
+    }
     let Tokens { tokens, comments, attributes, unclosed } = tokens(text, file);
     if let Some(span) = unclosed {
         let (what, help) = match text[span.range()].as_bytes() {
@@ -181,6 +189,8 @@ impl<'a> Parser<'a> {
     fn deeper<T>(&mut self, parse: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
         if self.depth == DEEPEST {
             let message = format!("more than {DEEPEST} levels are nested here");
+            // What is written behind it is read at a wrong depth.
+            self.most = self.report.errors() + 1;
             return self.refuse(self.span(), &message, Some("move the inner part to a variable or a function"));
         }
         self.depth += 1;

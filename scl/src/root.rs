@@ -70,7 +70,14 @@ impl Compiler<'_> {
         let startup = startup.and_then(|block| self.called(&[(Target::Function(block), 0)], "startup"));
         let cycle = self.called(&targets, "cycle")?;
         let (instance, variables) = match targets.as_slice() {
-            [(Target::Instance(name, of), _)] => (name.clone(), crate::interface::variables(self, *of)),
+            [(Target::Instance(name, of), _)] => match crate::interface::variables(self, *of) {
+                Ok(variables) => (name.clone(), variables),
+                Err(message) => {
+                    let help = "keep large arrays in the block or in a data block, and pass what is used of them";
+                    self.error(self.name_of(*of), message, Some(help));
+                    return None;
+                }
+            },
             _ => (String::new(), Vec::new()),
         };
         let (Target::Instance(_, of) | Target::Function(of), _) = targets.first()?;
@@ -121,6 +128,11 @@ impl Compiler<'_> {
         Some(self.program.functions.len() - 1)
     }
 
+    /// Where a block is named in its declaration.
+    fn name_of(&self, block: usize) -> Span {
+        self.blocks[block].source.map_or(Span::default(), |id| self.block(id).name.span)
+    }
+
     /// Variables for the structured in-out parameters of an instance that nothing calls: what a data block would be there.
     fn in_outs(&mut self, instance: &str, of: usize) -> Option<Passed> {
         let (mut arguments, mut outputs) = (Vec::new(), Vec::new());
@@ -129,7 +141,7 @@ impl Compiler<'_> {
             let is_it = |member: &&Parameter| member.slot == Slot::Local(number);
             let Parameter { name, of: ty, .. } = self.blocks[of].members.iter().find(is_it)?.clone();
             if let Type::Open(..) = ty {
-                let span = self.blocks[of].source.map_or(Span::default(), |id| self.block(id).name.span);
+                let span = self.name_of(of);
                 let message =
                     format!("the bounds of the parameter {name} come from a caller: this block is not run alone");
                 self.warn(span, message, Some("call it from another block"));

@@ -1,5 +1,6 @@
 //! The types of SCL.
 
+use crate::program::extent;
 use crate::program::{self, Scalar};
 use std::fmt;
 use std::rc::Rc;
@@ -195,6 +196,13 @@ pub struct Array {
     pub bounds: Vec<(i32, i32)>,
     /// The type of its elements.
     pub of: Type,
+}
+
+impl Array {
+    /// The number of its elements.
+    pub fn elements(&self) -> usize {
+        self.bounds.iter().fold(1, |count, (low, high)| count.saturating_mul(extent(*low, *high)))
+    }
 }
 
 /// A structure.

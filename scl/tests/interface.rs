@@ -129,3 +129,29 @@ fn a_structured_in_out_of_the_block_that_is_run_has_a_variable_of_its_own() {
     let warning = compiled.warnings[0].to_string();
     assert!(warning.contains("the bounds of the parameter a come from a caller"), "{warning}");
 }
+
+/// A buffer before the output: 200,000 elements, and a structure with an array of 1,000 and one of 1,001.
+#[test]
+fn large_local_arrays_are_inside_and_what_stands_behind_them_is_shown() {
+    let source = "TYPE Log STRUCT kept : ARRAY[1..1000] OF INT; more : ARRAY[0..1, 0..500] OF INT; END_STRUCT; END_TYPE
+        FUNCTION_BLOCK B VAR buffer : ARRAY[0..199999] OF INT; log : Log; END_VAR VAR_OUTPUT y : INT; END_VAR
+        BEGIN buffer[7] := buffer[7] + 1; log.more[1, 500] := 5; y := buffer[7]; END_FUNCTION_BLOCK";
+    let compiled = compile(&[Source::new("b.scl", source.into())], &Options::default()).unwrap();
+    let variables = compiled.root.unwrap().variables;
+    let variables = shown(&variables);
+    assert_eq!(variables.len(), 1001);
+    assert_eq!(variables[999], ("log.kept[1000]", "INT", Role::Local));
+    assert_eq!(variables[1000], ("y", "INT", Role::Output));
+}
+
+#[test]
+fn an_interface_that_no_host_could_show_is_refused() {
+    let refused = |last: u32| {
+        let source =
+            format!("FUNCTION_BLOCK B VAR_INPUT x : ARRAY[1..{last}] OF INT; END_VAR BEGIN END_FUNCTION_BLOCK");
+        compile(&[Source::new("b.scl", source.into())], &Options::default()).err().map(|errors| errors[0].to_string())
+    };
+    assert_eq!(refused(100_000), None);
+    let message = refused(100_001).unwrap();
+    assert!(message.starts_with("b.scl:1:16: B has more than 100000 inputs, outputs and settings; keep"), "{message}");
+}

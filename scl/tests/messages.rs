@@ -135,7 +135,10 @@ fn types_without_a_meaning_here_are_refused() {
     undeclarable("x : TO_SpeedAxis;", "hardware: feed its values through inputs");
     undeclarable("x : PID_Compact;", "its law is not published; available are CONT_C");
     undeclarable("x : Array[3..1] of Int;", "3..1 is not a range of an index");
-    undeclarable("x : Array[0..2000000000] of LReal;", "larger than the memory of a CPU");
+    undeclarable(
+        "x : Array[0..2000000000] of LReal;",
+        "this array has more than 64 MiB, which is more than the memory of a CPU",
+    );
     undeclarable("x : Array[0..1] of Array[0..1] of Int;", "use several dimensions");
     undeclarable("x : Int := 'text';", "expected INT, found a text");
     undeclarable("x : Array[0..1] of Int := [1, 2, 3];", "more start values than elements");
@@ -286,6 +289,12 @@ fn what_may_surprise_is_told() {
         "#timer(IN := #flag, PT := T#1s); #timer(IN := TRUE, PT := T#1s);",
         "#timer is called a second time in this cycle",
     );
+    warned("#i := #i / 0;", "this divides by 0: the result is 0");
+    warned("#i := #i MOD 0;", "this divides by 0: the result is 0");
+    warned("WHILE TRUE DO #i := 1; END_WHILE;", "this loop does not end; leave it with EXIT or RETURN");
+    warned("REPEAT #i := 1; UNTIL FALSE END_REPEAT;", "this loop does not end");
+    silent("WHILE TRUE DO IF #flag THEN EXIT; END_IF; END_WHILE;");
+    silent("REPEAT #i := 1; UNTIL TRUE END_REPEAT;");
     warned("#in := 1;", "an input is written: the caller does not see it");
     warned(
         "FOR #i := 1 TO 32767 DO ; END_FOR;",
@@ -326,4 +335,32 @@ fn all_errors_of_all_sources_are_told_at_once() {
     let errors = lines(&compile(&sources, &Options::default()).unwrap_err());
     let places: Vec<&str> = errors.iter().map(|error| error.split(": ").next().unwrap()).collect();
     assert_eq!(places, ["a.scl:2:9", "a.scl:4:1", "a.scl:5:7", "b.udt:3:6"]);
+}
+
+#[test]
+fn the_value_of_a_function_has_its_name_with_a_hash() {
+    let (errors, _) = told("FUNCTION \"F\" : Int\nBEGIN\n\"F\" := 3;\nEND_FUNCTION\n", None);
+    assert_eq!(errors, ["a.scl:3:1: F is a block, not a variable; the value of the function is #F"]);
+}
+
+#[test]
+fn an_instance_of_the_block_itself_is_told_where_it_is_declared() {
+    let text = "FUNCTION_BLOCK \"A\"\nVAR\n  b : \"B\";\nEND_VAR\nBEGIN\nEND_FUNCTION_BLOCK
+FUNCTION_BLOCK \"B\"\nVAR\n  a : \"A\";\nEND_VAR\nBEGIN\nEND_FUNCTION_BLOCK\n";
+    assert_eq!(told(text, None).0, ["a.scl:9:7: A contains an instance of itself"]);
+}
+
+#[test]
+fn a_file_without_a_block_and_one_that_is_no_text_are_refused() {
+    for text in ["", "// nothing yet\n"] {
+        let message = "a.scl:1:1: no block is declared here; a source begins with FUNCTION_BLOCK, for example";
+        assert_eq!(told(text, None).0, [message], "{text}");
+    }
+    let no_mark: Vec<u8> = "FUNCTION".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for bytes in [no_mark, b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec()] {
+        let errors = compile(&[Source::new("a.scl", bytes)], &Options::default()).unwrap_err();
+        let errors = lines(&errors);
+        let says = "this is no text: it has a character 0; save the source as text in UTF-8";
+        assert!(errors.len() == 1 && errors[0].contains(says), "{errors:#?}");
+    }
 }

@@ -53,7 +53,7 @@ pub struct Options {
     /// through C, by the compiler of the variable CC, or cc, gcc, clang or zig
     #[arg(long)]
     pub native: bool,
-    /// Folder for the FMUs [default: target/fmu]
+    /// Folder for the FMUs [default: target/fmu; for programs the current one]
     #[arg(short, long = "out", value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Leave platforms out that cannot be built here, and say so.

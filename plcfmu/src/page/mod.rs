@@ -193,6 +193,9 @@ pub fn html(
 /// # Errors
 /// A formula cannot be rendered.
 pub fn help(table: &Table, row: &Row) -> anyhow::Result<String> {
+    if row.help.is_empty() {
+        return Ok(String::new());
+    }
     // A variable does not link to itself.
     let others: Vec<&str> =
         table.variables.iter().map(|of| of.name.as_str()).filter(|name| *name != row.name).collect();

@@ -150,7 +150,7 @@ impl Lowerer<'_, '_> {
                 {
                     match self.compiler.block(declared).kind {
                         BlockKind::Function => {
-                            return self.compiler.interface(declared).map_or(Callee::Wrong, Callee::Function);
+                            return self.compiler.interface(declared, span).map_or(Callee::Wrong, Callee::Function);
                         }
                         BlockKind::FunctionBlock => {
                             let help = "declare an instance: in VAR, or as a data block";
@@ -221,7 +221,7 @@ impl Lowerer<'_, '_> {
 
     /// An instance of a block in a data block.
     fn of_data_block(&mut self, declared: BlockId, name: &str, span: Span) -> Callee {
-        let Some(block) = self.compiler.interface(declared) else { return Callee::Wrong };
+        let Some(block) = self.compiler.interface(declared, span) else { return Callee::Wrong };
         let global = match self.compiler.global(&key(name)) {
             Some(global) => global,
             None => self.compiler.implied(name, block),

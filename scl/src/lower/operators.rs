@@ -218,7 +218,13 @@ impl Lowerer<'_, '_> {
         if of.class() == Class::Bits {
             of = Elementary::integer(of.bits(), false);
         }
-        Operand::Value(of, self.both(operation, of, left, right, span))
+        let value = self.both(operation, of, left, right, span);
+        if let Expr::Binary(program::Binary::Div | program::Binary::Rem, _, _, by, _) = &value
+            && matches!(**by, Expr::Const(by) if of.is_whole() && by.bits() == 0)
+        {
+            self.warn(span, "this divides by 0: the result is 0", None);
+        }
+        Operand::Value(of, value)
     }
 
     fn durations(

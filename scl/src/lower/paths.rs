@@ -257,7 +257,10 @@ impl Lowerer<'_, '_> {
                 BlockKind::DataBlock => return Path::Wrong,
                 _ => "a block, not a variable",
             };
-            self.error(name.span, format!("{} is {what}", name.text), None);
+            let own = self.block.map(|block| &self.compiler.blocks[block]);
+            let is_own = own.is_some_and(|own| own.kind == BlockKind::Function && key(&own.name) == capitals);
+            let help = is_own.then(|| format!("the value of the function is #{}", name.text));
+            self.error(name.span, format!("{} is {what}", name.text), help.as_deref());
             return Path::Wrong;
         }
         if scope == Scope::Bare && Elementary::named(&capitals).is_some() {

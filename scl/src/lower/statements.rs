@@ -5,6 +5,7 @@ use super::paths::{Slice, Variable};
 use super::{LabelOf, Loop, Lowerer};
 use crate::compiler::{Cpu, Operand};
 use crate::lexer::Span;
+use crate::program::walk::{self, Look};
 use crate::program::{self, Arm, Expr, For, Place, Scalar, Step, Value, What};
 use crate::syntax::{Binary, ExpressionId, ExpressionKind, Label, Name, SectionKind, Statement, StatementKind};
 use crate::types::{Elementary, Type};
@@ -61,11 +62,13 @@ impl Lowerer<'_, '_> {
             StatementKind::While(condition, body) => {
                 let condition = self.condition_of(*condition);
                 let body = self.in_loop(None, body);
+                self.warn_of_endless(&condition, true, &body, span);
                 self.push(span, What::While(condition, body));
             }
             StatementKind::Repeat(body, condition) => {
                 let body = self.in_loop(None, body);
                 let condition = self.condition_of(*condition);
+                self.warn_of_endless(&condition, false, &body, span);
                 self.push(span, What::Repeat(body, condition));
             }
             StatementKind::Exit | StatementKind::Continue => {
@@ -181,6 +184,21 @@ impl Lowerer<'_, '_> {
         if *operator == Binary::Divide && of.is_whole() && to.class() == crate::types::Class::Real {
             let message = format!("this divides integers: the fraction is lost before it becomes {}", to.name());
             self.warn(span, message, Some("convert an operand first, or write 2.0 instead of 2"));
+        }
+    }
+
+    /// A loop whose condition always is what makes it run on, and that nothing leaves.
+    fn warn_of_endless(&mut self, condition: &Expr, runs_on: bool, body: &[program::Statement], span: Span) {
+        struct Leaves(bool);
+        impl Look for Leaves {
+            fn statement(&mut self, statement: &program::Statement) {
+                self.0 |= matches!(statement.what, What::Break | What::Return | What::Goto(_));
+            }
+        }
+        let mut leaves = Leaves(false);
+        walk::statements(body, &mut leaves);
+        if !leaves.0 && *condition == Expr::Const(runs_on.into()) {
+            self.warn(span, "this loop does not end", Some("leave it with EXIT or RETURN, or count with FOR"));
         }
     }
 

@@ -132,12 +132,14 @@ fn no_depth_is_too_deep() {
     let deep =
         |open: &str, close: &str| errors(&in_body(&format!("#a := {}1{};", open.repeat(50_000), close.repeat(50_000))));
     for (open, close) in [("(", ")"), ("-", ""), ("NOT ", ""), ("#a[", "]"), ("f(x := ", ")"), ("2 ** (", ")")] {
-        assert!(deep(open, close).contains("more than 100 levels are nested"), "{open}");
+        let told = deep(open, close);
+        assert!(told.contains("more than 100 levels are nested") && told.lines().count() == 1, "{open}\n{told}");
     }
     assert!(deep("1 + ", "").contains("more than 300 operators in a chain"));
     let members = in_body(&format!("#a{} := 1;", ".b".repeat(50_000)));
     assert!(errors(&members).contains("more than 300 operators in a chain"));
-    assert!(errors(&in_body(&"IF #a THEN ".repeat(50_000))).contains("more than 100 levels"));
+    let told = errors(&in_body(&"IF #a THEN ".repeat(50_000)));
+    assert!(told.contains("more than 100 levels") && told.lines().count() == 1, "{told}");
     let structures = format!("TYPE \"T\" {} END_TYPE", "STRUCT a : ".repeat(50_000));
     assert!(errors(&structures).contains("more than 100 levels"));
     let starts = format!("TYPE \"T\" STRUCT a : INT := {} END_TYPE", "[".repeat(50_000));
